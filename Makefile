@@ -1,0 +1,71 @@
+# `make test` on a machine with python3, its venv module, make and gcc needs nothing else.
+
+PYTHON ?= python3
+VENV ?= .venv
+JOBS ?= auto
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
+PYTEST := $(BIN)/python -m pytest
+# More workers than this only repeat the imports.
+PARALLEL := -n $(JOBS) --maxprocesses=8
+
+# One thread per worker: the linear algebra is tiny, and the workers already fill the cores.
+export OPENBLAS_NUM_THREADS ?= 1
+export OMP_NUM_THREADS ?= 1
+# No display is needed to draw.
+export MPLBACKEND ?= Agg
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.PHONY: help setup test lint slow reproduce derivations bench clean distclean
+
+help: ## show this list
+	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
+
+setup: $(VENV)/.installed ## create .venv and install the package with its test tools
+
+test: lint ## check style, types and import layers, then run all but the slow tests
+	$(PYTEST) -q $(PARALLEL) -m "not slow"
+
+lint: $(VENV)/.installed ## check style, types and import layers
+	$(BIN)/ruff check --quiet .
+	$(BIN)/mypy --no-error-summary
+	@$(BIN)/lint-imports --no-logo > $(VENV)/lint-imports.log 2>&1 || { cat $(VENV)/lint-imports.log; exit 1; }
+
+# pytest ends with 5 when it selects nothing: having no slow tests is no failure.
+slow: $(VENV)/.installed ## run the slow tests
+	$(PYTEST) -q $(PARALLEL) -m slow || [ $$? -eq 5 ]
+
+reproduce: $(VENV)/.installed ## redo every table, figure and formula of the paper into out/reproduce
+	$(BIN)/painleve reproduce --out out/reproduce
+
+derivations: $(VENV)/.installed ## run every derivation; each asserts that it agrees with the package
+	@set -e; for script in derivations/[!_]*.py; do echo "$$script"; $(BIN)/python "$$script"; done
+
+bench: $(VENV)/.installed-bench ## run the benchmarks against the other integrators
+	$(PYTEST) -q -s tests/benchmarks -o python_files="bench_*.py test_*.py"
+
+clean: ## remove results, build products and caches
+	rm -rf out build dist *.egg-info .pytest_cache .hypothesis .mypy_cache .ruff_cache .import_linter_cache
+	find . -path ./$(VENV) -prune -o -name __pycache__ -type d -prune -exec rm -rf {} +
+
+distclean: clean ## also remove .venv
+	rm -rf $(VENV)
+
+$(VENV)/.created:
+	@command -v $(PYTHON) > /dev/null || { echo "make: '$(PYTHON)' not found. Fix: install Python 3.11 or newer, or name it: make PYTHON=python3.12"; exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "make: '$(PYTHON)' is $$($(PYTHON) -V 2>&1), but 3.11 or newer is needed. Fix: name a newer one: make PYTHON=python3.12"; exit 1; }
+	@$(PYTHON) -c 'import venv, ensurepip' 2> /dev/null || { echo "make: '$(PYTHON)' has no venv module. Fix: sudo apt install python3-venv"; exit 1; }
+	@echo "Creating $(VENV) ..."
+	@$(PYTHON) -m venv $(VENV)
+	@touch $@
+
+$(VENV)/.installed: $(VENV)/.created pyproject.toml constraints.txt
+	@echo "Installing the package and its test tools into $(VENV) ..."
+	@$(PIP) install -c constraints.txt -e '.[test,lint]'
+	@touch $@
+
+$(VENV)/.installed-bench: $(VENV)/.installed
+	@echo "Installing the integrators to compare with ..."
+	@$(PIP) install -c constraints.txt -e '.[bench]'
+	@touch $@

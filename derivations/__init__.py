@@ -1,0 +1,1 @@
+"""One script per derivation; `python -m derivations` runs them all."""

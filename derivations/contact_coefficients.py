@@ -1,0 +1,97 @@
+"""How does the normal acceleration of a sliding end depend on the normal force?"""
+
+from __future__ import annotations
+
+import sympy as sp
+
+from derivations._page import Derivation, Quantity, Step, run
+from derivations.equations_of_motion import accelerations, mechanism, quantities, symbol
+from painleve_sym.mechanics.coefficients import F_N, F_T
+from painleve_sym.mechanics.readable import readable
+
+W_NN, W_NT, W_TT = sp.symbols("W_nn W_nt W_tt", real=True)
+A, A_RIGHT, B, C, C_RIGHT, B_T = sp.symbols("A A_right B C C_right b_t", real=True)
+
+
+def coefficient_quantities() -> tuple[Quantity, ...]:
+    """Return the symbols of this page with their meaning."""
+    return (
+        Quantity(W_NN, "W_{nn}", "1/kg", "normal acceleration per normal force"),
+        Quantity(W_NT, "W_{nt}", "1/kg", "normal acceleration per tangential force, and back"),
+        Quantity(W_TT, "W_{tt}", "1/kg", "tangential acceleration per tangential force"),
+        Quantity(A, "A", "1/kg", "normal acceleration per normal force while sliding left"),
+        Quantity(A_RIGHT, "A_+", "1/kg", "normal acceleration per normal force, sliding right"),
+        Quantity(B, "B", "m/s²", "normal acceleration without contact forces"),
+        Quantity(B_T, "b_t", "m/s²", "tangential acceleration without contact forces"),
+        Quantity(C, "C", "1/kg", "tangential acceleration per normal force while sliding left"),
+        Quantity(C_RIGHT, "C_+", "1/kg", "tangential acceleration per normal force, sliding right"),
+    )
+
+
+def derive() -> Derivation:
+    """Derive (1)–(3) and the coefficients of both slip directions."""
+    m, l, g, mu = (symbol(name) for name in ("m", "l", "g", "mu"))
+    s, c = sp.sin(symbol("theta")), sp.cos(symbol("theta"))
+    omega = symbol("theta_dot")
+    normal, slip = (sp.expand(accelerations()[symbol(f"{n}_A_ddot")]) for n in "yx")
+    found = mechanism().coefficients
+    none = {F_N: 0, F_T: 0}
+    left, right = ({F_T: sign * mu * F_N} for sign in (1, -1))
+    sliding = readable(normal.subs(left).diff(F_N))
+    steps = (
+        Step(
+            "The accelerations of A are linear in the contact forces. Per normal force:",
+            sp.Eq(W_NN, readable(normal.diff(F_N))),
+            package=found.W_nn,
+        ),
+        Step("the coupling,", sp.Eq(W_NT, readable(normal.diff(F_T))), package=found.W_nt),
+        Step("and per tangential force:", sp.Eq(W_TT, readable(slip.diff(F_T))), package=found.W_tt),
+        Step(
+            "Without forces the end still accelerates:",
+            sp.Eq(B, readable(normal.subs(none))),
+            "(3)",
+            l * omega**2 * s - g,
+            found.B,
+        ),
+        Step("and along the ground:", sp.Eq(B_T, readable(slip.subs(none))), package=found.b_t),
+        Step(
+            "Sliding left ($\\dot x_A < 0$) means $F_t = +\\mu F_n$. What multiplies $F_n$ is then",
+            sp.Eq(A, sliding),
+            "(2)",
+            (1 + 3 * c * (c - mu * s)) / m,
+            found.A(-1),
+        ),
+        Step(
+            "so that the normal acceleration is",
+            sp.Eq(symbol("y_A_ddot"), sliding * F_N + readable(normal.subs(none))),
+            "(1)",
+            (1 + 3 * c * (c - mu * s)) / m * F_N + l * omega**2 * s - g,
+        ),
+        Step(
+            "Sliding right means $F_t = -\\mu F_n$:",
+            sp.Eq(A_RIGHT, readable(normal.subs(right).diff(F_N))),
+            package=found.A(1),
+        ),
+        Step(
+            "The slip itself changes with $\\ddot x_A = C F_n + b_t$; to the left",
+            sp.Eq(C, readable(slip.subs(left).diff(F_N))),
+            package=found.slip_rate_coefficient(-1),
+        ),
+        Step(
+            "and to the right:",
+            sp.Eq(C_RIGHT, readable(slip.subs(right).diff(F_N))),
+            package=found.slip_rate_coefficient(1),
+        ),
+    )
+    return Derivation(
+        "contact_coefficients",
+        "Contact coefficients of the sliding rod",
+        "Continues the equations of motion. Where $A < 0$ a larger normal force accelerates the "
+        "end *into* the ground: Painlevé's paradox.",
+        (*quantities(), *coefficient_quantities()),
+        steps,
+    )
+
+
+if __name__ == "__main__":
+    run(derive)

@@ -1,0 +1,1 @@
+"""From automata to compiled code: the only place that knows both SymPy and CasADi."""

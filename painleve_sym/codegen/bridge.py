@@ -1,0 +1,116 @@
+"""SymPy expressions become CasADi SX: one operator table, refusing what it cannot translate."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import casadi as ca
+import sympy as sp
+
+from painleve_sym.errors import TranslationError
+from painleve_sym.laws.compliance import ramp
+
+POWER_FLOOR = 1e-60
+"""Base of a real power at and below zero: tiny enough to give force 0, and no nan derivative."""
+
+_UNARY: dict[type[sp.Basic], Callable[[Any], Any]] = {
+    sp.sin: ca.sin,
+    sp.cos: ca.cos,
+    sp.tan: ca.tan,
+    sp.asin: ca.asin,
+    sp.acos: ca.acos,
+    sp.atan: ca.atan,
+    sp.sinh: ca.sinh,
+    sp.cosh: ca.cosh,
+    sp.tanh: ca.tanh,
+    sp.exp: ca.exp,
+    sp.log: ca.log,
+    sp.Abs: ca.fabs,
+    sp.sign: ca.sign,
+    ramp: lambda x: ca.fmax(x, POWER_FLOOR),
+}
+
+
+class Translator:
+    """Translates expressions over one table of symbols, sharing common subexpressions.
+
+    Parameters
+    ----------
+    table : mapping of sympy.Symbol to casadi.SX
+        Every symbol an expression may contain.
+    """
+
+    def __init__(self, table: Mapping[sp.Symbol, ca.SX]) -> None:
+        self._known: dict[sp.Basic, ca.SX] = dict(table)
+
+    def __call__(self, expr: sp.Expr) -> ca.SX:
+        """Return the SX scalar equal to `expr`; TranslationError names what has no counterpart."""
+        expr = sp.sympify(expr)
+        known = self._known.get(expr)
+        if known is None:
+            known = self._known[expr] = self._translate(expr)
+        return known
+
+    def vector(self, exprs: Sequence[sp.Expr]) -> ca.SX:
+        """Return the SX column of `exprs`, shape (len(exprs), 1)."""
+        return ca.vertcat(*[self(e) for e in exprs]) if exprs else ca.SX(0, 1)
+
+    def _translate(self, expr: sp.Expr) -> ca.SX:
+        if expr.is_number:
+            return ca.SX(float(expr))
+        if expr.is_Symbol:
+            raise TranslationError(
+                f"code generation: symbol {expr} is not a state, memory or parameter. "
+                "Fix: declare it."
+            )
+        if expr.is_Add:
+            return self._fold(expr.args, lambda a, b: a + b)
+        if expr.is_Mul:
+            return self._product(expr)
+        if expr.is_Pow:
+            return self._power(expr.base, expr.exp)
+        if isinstance(expr, sp.Max):
+            return self._fold(expr.args, ca.fmax)
+        if isinstance(expr, sp.Min):
+            return self._fold(expr.args, ca.fmin)
+        if isinstance(expr, sp.atan2):
+            return ca.atan2(self(expr.args[0]), self(expr.args[1]))
+        if isinstance(expr, sp.Heaviside):
+            return ca.if_else(self(expr.args[0]) > 0, 1, 0)
+        operator = _UNARY.get(expr.func)
+        if operator is None:
+            raise TranslationError(
+                f"code generation: {expr.func.__name__} in {expr} has no CasADi counterpart. "
+                f"Fix: use one of {', '.join(sorted(f.__name__ for f in _UNARY))}."
+            )
+        result: ca.SX = operator(self(expr.args[0]))
+        return result
+
+    def _fold(self, args: Sequence[sp.Expr], join: Callable[[Any, Any], Any]) -> ca.SX:
+        total = self(args[0])
+        for a in args[1:]:
+            total = join(total, self(a))
+        return total
+
+    def _product(self, expr: sp.Expr) -> ca.SX:
+        below = [a for a in expr.args if a.is_Pow and a.exp.is_number and a.exp.is_negative]
+        above = [a for a in expr.args if a not in below]
+        top = self._fold(above, lambda a, b: a * b) if above else ca.SX(1)
+        for factor in below:
+            top = top / self(factor.base**-factor.exp)
+        return top
+
+    def _power(self, base: sp.Expr, exponent: sp.Expr) -> ca.SX:
+        if exponent.is_Integer:
+            if exponent < 0:
+                return 1 / self._power(base, -exponent)
+            half = self._power(base, exponent // 2) if exponent > 1 else None
+            if half is None:
+                return self(base) if exponent == 1 else ca.SX(1)
+            return half * half * self(base) if exponent % 2 else half * half
+        if exponent == sp.Rational(1, 2):
+            return ca.sqrt(self(base))
+        if exponent == sp.Rational(-1, 2):
+            return 1 / ca.sqrt(self(base))
+        return self(base) ** self(exponent)

@@ -1,0 +1,181 @@
+"""The first engine: generated C and the event loop in C, driven through ctypes."""
+
+from __future__ import annotations
+
+import ctypes
+from typing import Any
+
+import numpy as np
+
+from painleve_sym.codegen.compile import load
+from painleve_sym.codegen.modes import AutomatonFunctions
+from painleve_sym.codegen.run import DENSE_ROWS, Array, RawRun, RunOptions
+from painleve_sym.codegen.source import ENGINE_REASONS, source
+from painleve_sym.hybrid.automaton import HybridAutomaton
+
+_COUNTERS = ("accepted_steps", "rejected_steps", "field_evaluations")
+_MORE_COUNTERS = ("guard_evaluations", "dense_outputs", "events")
+_RECORD = {"end": 0, "events": 1, "dense": 2}
+_pointer = ctypes.POINTER(ctypes.c_double)
+
+
+class _Rows(ctypes.Structure):
+    _fields_ = (
+        ("data", _pointer),
+        ("used", ctypes.c_long),
+        ("room", ctypes.c_long),
+        ("width", ctypes.c_long),
+    )
+
+    def array(self) -> Array:
+        if not self.used:
+            return np.empty((0, self.width))
+        return np.ctypeslib.as_array(self.data, (self.used, self.width)).copy()
+
+
+def _structures(nx: int, nz: int, kinds: int) -> tuple[Any, Any]:
+    class Options(ctypes.Structure):
+        _fields_ = (
+            ("rtol", ctypes.c_double),
+            ("h0", ctypes.c_double),
+            ("h_max", ctypes.c_double),
+            ("t_end", ctypes.c_double),
+            ("atol", ctypes.c_double * nx),
+            ("max_steps", ctypes.c_long),
+            ("max_events", ctypes.c_long),
+            ("until", ctypes.c_ubyte * kinds),
+            ("record", ctypes.c_int),
+        )
+
+    class Run(ctypes.Structure):
+        _fields_ = (
+            ("t", ctypes.c_double),
+            ("x", ctypes.c_double * nx),
+            ("z", ctypes.c_double * (nz + 1)),
+            ("mode", ctypes.c_long),
+            ("reason", ctypes.c_long),
+            ("stop_transition", ctypes.c_long),
+            ("counters", ctypes.c_long * 6),
+            ("steps", _Rows),
+            ("events", _Rows),
+        )
+
+    return Options, Run
+
+
+class CompiledEngine:
+    """Runge–Kutta 8(5,3) with located events, wholly in compiled code.
+
+    Parameters
+    ----------
+    automaton : HybridAutomaton
+
+    Raises
+    ------
+    CompilerMissing, CompileError
+    """
+
+    name = "compiled"
+
+    def __init__(self, automaton: HybridAutomaton) -> None:
+        self.automaton = automaton
+        self.functions = AutomatonFunctions(automaton)
+        self._nx, self._nz = len(automaton.states), len(automaton.memory)
+        self._nc = len(automaton.parameters) + len(automaton.definitions)
+        self._options, self._run = _structures(self._nx, self._nz, len(automaton.kinds))
+        self._library = load(source(self.functions))
+        self._library.ps_integrate.restype = ctypes.POINTER(self._run)
+        self._library.ps_integrate.argtypes = (
+            _pointer,
+            _pointer,
+            _pointer,
+            ctypes.c_double,
+            ctypes.c_int,
+            ctypes.POINTER(self._options),
+        )
+        self._library.ps_free.argtypes = (ctypes.POINTER(self._run),)
+        self._library.ps_free.restype = None
+
+    def constants(self, parameters: Array) -> Array:
+        """Return the parameters followed by the definitions, shape (nc,)."""
+        c = np.empty(self._nc)
+        self._library.ps_constants(_at(_plain(parameters)), _at(c))
+        return c
+
+    def _options_of(self, o: RunOptions) -> Any:
+        # 1e300 stands for inf: a state left out must not turn 0·inf into nan in the norm.
+        atol = np.minimum(o.atol, 1e300)
+        until = [kind in o.until for kind in self.automaton.kinds]
+        return self._options(
+            o.rtol,
+            o.first_step,
+            min(o.max_step, 1e300),
+            o.t_end,
+            (ctypes.c_double * self._nx)(*atol),
+            o.max_steps,
+            o.max_events,
+            (ctypes.c_ubyte * len(until))(*until),
+            _RECORD[o.record],
+        )
+
+    def run(self, state: Array, parameters: Array, options: RunOptions) -> RawRun:
+        """Integrate from t = 0; the mode is chosen from the state."""
+        memory = np.zeros(self._nz + 1)
+        o = self._options_of(options)
+        result = self._library.ps_integrate(
+            _at(_plain(state)), _at(memory), _at(_plain(parameters)), 0.0, -1, ctypes.byref(o)
+        )
+        if not result:
+            raise MemoryError("compiled engine: no memory for a run.")
+        try:
+            r = result.contents
+            if r.reason >= len(ENGINE_REASONS):
+                raise MemoryError(
+                    f"compiled engine: no memory for the record after t = {r.t:g} s. "
+                    "Fix: record='events' keeps less."
+                )
+            counters = dict(zip(_COUNTERS + _MORE_COUNTERS, r.counters, strict=True))
+            return RawRun(
+                time=r.t,
+                state=np.array(r.x),
+                memory=np.array(r.z)[: self._nz],
+                mode=r.mode,
+                stop_reason=ENGINE_REASONS[r.reason],
+                stop_transition=r.stop_transition,
+                steps=r.steps.array() if r.steps.used else np.empty((0, self._step_width)),
+                events=r.events.array() if r.events.used else np.empty((0, self._event_width)),
+                counters=counters,
+            )
+        finally:
+            self._library.ps_free(result)
+
+    @property
+    def _step_width(self) -> int:
+        return 3 + self._nz + DENSE_ROWS * self._nx
+
+    @property
+    def _event_width(self) -> int:
+        return 4 + 2 * (self._nx + self._nz)
+
+    def outputs(self, modes: Any, states: Array, memory: Array, constants: Array) -> Array:
+        """Return the automaton's outputs at n points, shape (n, no)."""
+        n = len(states)
+        out = np.empty((n, len(self.automaton.output_names)))
+        index = np.ascontiguousarray(modes, dtype=np.int64)
+        self._library.ps_outputs(
+            ctypes.c_long(n),
+            index.ctypes.data_as(ctypes.POINTER(ctypes.c_long)),
+            _at(_plain(states)),
+            _at(_plain(memory)),
+            _at(_plain(constants)),
+            _at(out),
+        )
+        return out
+
+
+def _plain(values: Array) -> Array:
+    return np.ascontiguousarray(values, dtype=np.float64)
+
+
+def _at(values: Array) -> Any:
+    return values.ctypes.data_as(_pointer)

@@ -1,0 +1,26 @@
+"""Numbers from symbolic expressions, through the same bridge as the generated code."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from painleve_sym.codegen.bridge import Translator
+from painleve_sym.codegen.run import Array
+
+
+def numbers(expressions: Sequence[Any], values: Mapping[Any, float]) -> Array:
+    """Return the values of SymPy expressions at a point, shape (len(expressions),).
+
+    Parameters
+    ----------
+    expressions : sequence of sympy.Expr
+    values : mapping of sympy.Symbol to float
+        Every symbol that occurs.
+    """
+    translate = Translator({s: ca.SX(v) for s, v in values.items()})
+    column = translate.vector(list(expressions))
+    return np.array(ca.evalf(ca.densify(column))).reshape(-1)

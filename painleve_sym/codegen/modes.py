@@ -1,0 +1,129 @@
+"""A hybrid automaton as CasADi functions: fields, guards with rates, resets, outputs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+
+from painleve_sym.codegen.bridge import Translator
+from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
+
+
+@dataclass(frozen=True)
+class ModeFunctions:
+    """The CasADi functions of one mode; arguments are always (x, z, c).
+
+    Attributes
+    ----------
+    field : casadi.Function
+        ẋ, shape (nx,).
+    guards : casadi.Function
+        Guards and their first Lie derivatives along the field, two vectors of shape (ng,).
+    jets : casadi.Function
+        Guards with first and second Lie derivatives, three vectors of shape (ng,).
+    events : tuple of casadi.Function
+        Per transition: x⁺, z⁺ and the conditions of its choices.
+    outputs : casadi.Function
+    """
+
+    field: ca.Function
+    guards: ca.Function
+    jets: ca.Function
+    events: tuple[ca.Function, ...]
+    outputs: ca.Function
+
+    def all(self) -> tuple[ca.Function, ...]:
+        """Every function, for code generation."""
+        return (self.field, self.guards, self.jets, *self.events, self.outputs)
+
+
+class AutomatonFunctions:
+    """Translates an automaton once; x are states, z memory, c constants.
+
+    The constants are the parameters followed by the definitions.
+
+    Parameters
+    ----------
+    automaton : HybridAutomaton
+    """
+
+    def __init__(self, automaton: HybridAutomaton) -> None:
+        self.automaton = automaton
+        self.x = ca.SX.sym("x", len(automaton.states))
+        self.z = ca.SX.sym("z", len(automaton.memory))
+        constants = (*automaton.parameters, *automaton.definitions)
+        self.c = ca.SX.sym("c", len(constants))
+        table = {s: self.x[i] for i, s in enumerate(automaton.states)}
+        table |= {s: self.z[i] for i, s in enumerate(automaton.memory)}
+        table |= {s: self.c[i] for i, s in enumerate(constants)}
+        self._translate = Translator(table)
+        self.mode_index = {m.name: i for i, m in enumerate(automaton.modes)}
+
+    @cached_property
+    def constants(self) -> ca.Function:
+        """Parameters to constants: p, shape (np,), to c, shape (nc,)."""
+        p = ca.SX.sym("p", len(self.automaton.parameters))
+        table = {s: p[i] for i, s in enumerate(self.automaton.parameters)}
+        values = [p[i] for i in range(p.numel())]
+        for symbol, expr in self.automaton.definitions.items():
+            table[symbol] = Translator(table)(expr)
+            values.append(table[symbol])
+        return ca.Function("constants", [p], [ca.vertcat(*values)])
+
+    @cached_property
+    def starts(self) -> ca.Function:
+        """Conditions of the start choices."""
+        return self._function("starts", [self._conditions(self.automaton.starts)])
+
+    @cached_property
+    def modes(self) -> tuple[ModeFunctions, ...]:
+        """Functions of every mode, in the automaton's order."""
+        return tuple(self._mode(i, m) for i, m in enumerate(self.automaton.modes))
+
+    def all(self) -> tuple[ca.Function, ...]:
+        """Every function, for code generation."""
+        return (self.constants, self.starts, *(f for m in self.modes for f in m.all()))
+
+    def _function(self, name: str, results: list[ca.SX]) -> ca.Function:
+        # Structural zeros made explicit: the engine reads plain arrays.
+        dense = ca.cse([ca.densify(r) for r in results])
+        return ca.Function(name, [self.x, self.z, self.c], dense)
+
+    def _conditions(self, choices: tuple[Choice, ...]) -> ca.SX:
+        translated = [
+            self._translate(c.condition) if c.condition is not None else ca.SX(1.0) for c in choices
+        ]
+        return ca.vertcat(*translated)
+
+    def _field(self, mode: Mode) -> ca.SX:
+        return ca.vertcat(*[self._translate(mode.field.get(s, 0)) for s in self.automaton.states])
+
+    def _mode(self, i: int, mode: Mode) -> ModeFunctions:
+        field = self._field(mode)
+        guards = self._translate.vector([t.guard for t in mode.transitions])
+        first = ca.jtimes(guards, self.x, field)
+        second = ca.jtimes(first, self.x, field)
+        outputs = self._translate.vector(list(mode.outputs.values()))
+        return ModeFunctions(
+            field=self._function(f"field_{i}", [field]),
+            guards=self._function(f"guards_{i}", [guards, first]),
+            jets=self._function(f"jets_{i}", [guards, first, second]),
+            events=tuple(self._event(i, j, t) for j, t in enumerate(mode.transitions)),
+            outputs=self._function(f"outputs_{i}", [outputs]),
+        )
+
+    def _event(self, i: int, j: int, transition: Transition) -> ca.Function:
+        states = ca.vertcat(*[self._after(transition, s) for s in self.automaton.states])
+        memory = [self._after(transition, s) for s in self.automaton.memory]
+        z = ca.vertcat(*memory) if memory else ca.SX(0, 1)
+        return self._function(f"event_{i}_{j}", [states, z, self._conditions(transition.choices)])
+
+    def _after(self, transition: Transition, symbol: object) -> ca.SX:
+        return self._translate(transition.reset.get(symbol, symbol))
+
+    def departures(self, choice: Choice) -> tuple[int, ...]:
+        """Return the indices, in the target mode, of guards known to leave zero upwards."""
+        labels = [t.label for t in self.automaton.mode(choice.target).transitions]
+        return tuple(labels.index(name) for name in choice.departs)

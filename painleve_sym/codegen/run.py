@@ -1,0 +1,112 @@
+"""What every engine takes and returns: options in, one raw run out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from painleve_sym.errors import InputError, StopReason
+from painleve_sym.hybrid.automaton import HybridAutomaton
+
+Array = NDArray[np.float64]
+
+DENSE_ROWS = 8
+"""Rows of a step's dense polynomial, the start value first (see `Trajectory`)."""
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """How to integrate.
+
+    Attributes
+    ----------
+    t_end : float
+        End time; s.
+    rtol : float
+        Relative tolerance of every state.
+    atol : ndarray, shape (nx,)
+        Absolute tolerance of each state, in its unit; inf leaves it out of the step control.
+    until : tuple of str
+        Kinds of events that end the run.
+    record : {"end", "events", "dense"}
+        What is kept.
+    first_step, max_step : float
+        Bounds of the step; 0 lets the engine choose the first one. s.
+    max_steps, max_events : int
+    """
+
+    t_end: float
+    rtol: float
+    atol: Array
+    until: tuple[str, ...] = ()
+    record: str = "dense"
+    first_step: float = 0.0
+    max_step: float = float("inf")
+    max_steps: int = 1_000_000
+    max_events: int = 100_000
+
+    def __post_init__(self) -> None:
+        if not self.rtol >= 1e-15 or not self.rtol < 1:
+            raise InputError(f"integration: rtol: got {self.rtol!r}, need 1e-15 <= rtol < 1.")
+        if self.record not in ("end", "events", "dense"):
+            raise InputError(
+                f"integration: record: got {self.record!r}, need end, events or dense."
+            )
+        if not self.max_step > 0 or not self.first_step >= 0:
+            raise InputError("integration: max_step and first_step: need positive numbers.")
+        if self.max_steps < 1 or self.max_events < 1:
+            raise InputError("integration: max_steps and max_events: need at least 1.")
+
+
+@dataclass(frozen=True)
+class RawRun:
+    """What an engine returns.
+
+    Attributes
+    ----------
+    time : float
+    state : ndarray, shape (nx,)
+    memory : ndarray, shape (nz,)
+    mode : int
+        Index into the automaton's modes.
+    stop_reason : StopReason
+    stop_transition : int
+        Index of the transition that ended the run, -1 where none did.
+    steps : ndarray, shape (steps, 3 + nz + 8 nx)
+        t, h, mode, memory, then the rows of the dense polynomial.
+    events : ndarray, shape (events, 4 + 2 (nx + nz))
+        t, mode before, transition, mode after, state and memory before, and after.
+    counters : dict
+    """
+
+    time: float
+    state: Array
+    memory: Array
+    mode: int
+    stop_reason: StopReason
+    stop_transition: int
+    steps: Array
+    events: Array
+    counters: dict[str, int] = field(default_factory=dict)
+
+
+class Engine(Protocol):
+    """An integrator of one automaton."""
+
+    name: str
+    automaton: HybridAutomaton
+
+    def constants(self, parameters: Array) -> Array:
+        """Return the parameters followed by the definitions, shape (nc,)."""
+        ...
+
+    def run(self, state: Array, parameters: Array, options: RunOptions) -> RawRun:
+        """Integrate from t = 0."""
+        ...
+
+    def outputs(self, modes: Any, states: Array, memory: Array, constants: Array) -> Array:
+        """Return the automaton's outputs at n points, shape (n, no)."""
+        ...

@@ -1,0 +1,110 @@
+"""The C source of an automaton: generated functions, tables, coefficients and the event loop."""
+
+from __future__ import annotations
+
+import tempfile
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import casadi as ca
+
+from painleve_sym.codegen import dop853
+from painleve_sym.codegen.modes import AutomatonFunctions
+from painleve_sym.errors import StopReason
+from painleve_sym.hybrid.automaton import Transition
+
+ENGINE_REASONS = (
+    StopReason.T_END,
+    StopReason.UNTIL,
+    StopReason.LEFT_DOMAIN,
+    StopReason.STEP_LIMIT,
+    StopReason.EVENT_LIMIT,
+    StopReason.ACCUMULATION,
+    StopReason.NON_FINITE,
+    StopReason.STEP_UNDERFLOW,
+    StopReason.NO_MODE,
+)
+"""Stop reasons in the order of the engine's own numbers."""
+
+
+def source(functions: AutomatonFunctions) -> str:
+    """Return one self-contained C file: everything the event loop needs for this automaton."""
+    engine = resources.files("painleve_sym.codegen").joinpath("engine.c").read_text("utf-8")
+    parts = (_casadi_source(functions), _sizes(functions), _coefficients(), _tables(functions))
+    return "\n".join((*parts, engine))
+
+
+def _casadi_source(functions: AutomatonFunctions) -> str:
+    options: Any = {"with_header": False, "with_export": False, "casadi_int": "long long int"}
+    generator = ca.CodeGenerator("generated.c", options)
+    for f in functions.all():
+        generator.add(f)
+    with tempfile.TemporaryDirectory() as folder:
+        generator.generate(f"{folder}/")
+        return Path(folder, "generated.c").read_text("utf-8")
+
+
+def _sizes(functions: AutomatonFunctions) -> str:
+    automaton = functions.automaton
+    transitions = [t for m in automaton.modes for t in m.transitions]
+    sizes = {
+        "NX": len(automaton.states),
+        "NZ": len(automaton.memory),
+        "NP": len(automaton.parameters),
+        "NC": len(automaton.parameters) + len(automaton.definitions),
+        "NM": len(automaton.modes),
+        "NO": len(automaton.output_names),
+        "NG": max(1, *(len(m.transitions) for m in automaton.modes)),
+        "NCHOICE": max(1, *(len(t.choices) for t in transitions)),
+        "NSTART": len(automaton.starts),
+        "NKIND": len(automaton.kinds),
+        "WORK": max(f.sz_w() for f in functions.all()),
+    }
+    lines = [f"#define PS_{name} {value}" for name, value in sizes.items()]
+    return "\n".join([*lines, '#define PS_EXPORT __attribute__((visibility("default")))', ""])
+
+
+def _weighted(row: dict[int, float]) -> str:
+    return " + ".join(f"{w!r} * k[{j}][i]" for j, w in row.items())
+
+
+def _coefficients() -> str:
+    rows = {f"ROW_{s}": row for s, row in enumerate(dop853.STAGE_WEIGHTS) if row}
+    rows |= {"E5": dop853.ERROR_5, "E3": dop853.ERROR_3}
+    rows |= {f"D_{i}": row for i, row in enumerate(dop853.DENSE_WEIGHTS)}
+    return "\n".join(f"#define PS_{name} ({_weighted(row)})" for name, row in rows.items()) + "\n"
+
+
+def _transition(functions: AutomatonFunctions, i: int, j: int, t: Transition) -> str:
+    kind = functions.automaton.kinds.index(t.kind)
+    stop = ENGINE_REASONS.index(t.stop) if t.stop is not None else -1
+    targets = ", ".join(str(functions.mode_index[c.target]) for c in t.choices) or "0"
+    masks = [sum(1 << k for k in functions.departures(c)) for c in t.choices] or [0]
+    departs = ", ".join(f"{m}u" for m in masks)
+    return f"{{event_{i}_{j}, {kind}, {stop}, {len(t.choices)}, {{{targets}}}, {{{departs}}}}}"
+
+
+def _tables(functions: AutomatonFunctions) -> str:
+    automaton = functions.automaton
+    lines = [
+        "typedef int (*ps_function)(const double **, double **, casadi_int *, double *, int);",
+        "typedef struct { ps_function event; int kind, stop, n, target[PS_NCHOICE]; "
+        "unsigned departs[PS_NCHOICE]; } ps_transition;",
+        "typedef struct { ps_function field, guards, jets, outputs; int n; "
+        "ps_transition transitions[PS_NG]; } ps_mode;",
+        "static const ps_mode PS_MODES[PS_NM] = {",
+    ]
+    for i, mode in enumerate(automaton.modes):
+        rows = [_transition(functions, i, j, t) for j, t in enumerate(mode.transitions)]
+        names = f"field_{i}, guards_{i}, jets_{i}, outputs_{i}"
+        lines.append(f"  {{{names}, {len(rows)}, {{{', '.join(rows)}}}}},  /* {mode.name} */")
+    starts = ", ".join(str(functions.mode_index[c.target]) for c in automaton.starts)
+    lines += [
+        "};",
+        f"static const int PS_STARTS[PS_NSTART] = {{{starts}}};",
+        "#define PS_START_CONDITIONS starts",
+        "#define PS_CONSTANTS constants",
+        "",
+    ]
+    return "\n".join(lines)

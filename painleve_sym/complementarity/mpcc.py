@@ -1,0 +1,405 @@
+"""Complementarity through CasADi and IPOPT: Scholtes' relaxation, with every answer checked.
+
+An independent road to the solutions that `lcp` enumerates, and one that stays open where a
+complementarity condition sits inside a larger nonlinear program. An interior-point method finds
+one solution near its start or none; it proves nothing about others, and it can end without an
+answer. Both are said in the result.
+
+References
+----------
+Scholtes (2001), Convergence properties of a regularization scheme for mathematical programs with
+    complementarity constraints. SIAM J. Optim. 11, 918-936.
+Wächter & Biegler (2006), On the implementation of an interior-point filter line-search algorithm
+    for large-scale nonlinear programming. Math. Program. 106, 25-57.
+"""
+
+from __future__ import annotations
+
+import enum
+import itertools
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import numpy.typing as npt
+
+from painleve_sym.complementarity.contact import ContactProblem
+from painleve_sym.complementarity.lcp import (
+    LCP,
+    RESIDUAL_TOLERANCE,
+    FloatArray,
+    equilibrate,
+    residual,
+)
+from painleve_sym.errors import InputError
+
+_CORNER_LIMIT = 4  # 2**4 corner starts; for more pairs random corners take their place
+_NEAR = 1e-6  # solutions nearer than this part of themselves are one; IPOPT leaves some 1e-8
+
+
+class MPCCStatus(enum.Enum):
+    """Say how one relaxation run ended; `advice` tells what that means and what to change."""
+
+    SOLVED = ("solved", "the point has been checked; there may be others, see solve_mpcc_all")
+    INFEASIBLE = (
+        "infeasible",
+        "IPOPT stopped at a point where the violation has no descent. Without proof: the problem "
+        "may be inconsistent, or the start was poor; try more starts, or solve_all decides",
+    )
+    NOT_CONVERGED = (
+        "not_converged",
+        "IPOPT gave up (see the last entry of history); raise max_iterations, relax in smaller "
+        "steps, start elsewhere, or ask solve_all",
+    )
+    NOT_VERIFIED = (
+        "not_verified",
+        "IPOPT reports success, but the point fails the residual check; relax further or ask "
+        "solve_all",
+    )
+
+    def __init__(self, label: str, advice: str) -> None:
+        self.label = label
+        self.advice = advice
+
+
+@dataclass(frozen=True)
+class MPCCOptions:
+    """Set the relaxation.
+
+    Parameters
+    ----------
+    relaxations : tuple of float
+        The bounds tau > 0 on ``z_i w_i``, decreasing; on the scaled problem, so of order one.
+    tolerance : float
+        Largest `residual` of a success.
+    max_iterations : int
+        IPOPT iterations for each tau.
+    random_starts : int
+        Starts added to the corners ``z_i in {0, large}`` of problems with few pairs.
+    seed : int
+        Of the random starts; one seed always gives the same answers.
+
+    Raises
+    ------
+    InputError
+        For bounds that are not positive and decreasing, or counts out of range; all at once.
+    """
+
+    # Each step's product is within reach of the last point; 1e-9 is IPOPT's own accuracy.
+    relaxations: tuple[float, ...] = (1.0, 1e-1, 1e-2, 1e-3, 1e-5, 1e-7, 1e-9)
+    tolerance: float = RESIDUAL_TOLERANCE
+    max_iterations: int = 200
+    random_starts: int = 4
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        """Check every option."""
+        faults: list[str] = []
+        taus = self.relaxations
+        falling = all(later < earlier for earlier, later in itertools.pairwise(taus))
+        if not taus or not falling or not taus[-1] > 0:
+            faults.append(
+                f"relaxations: got {taus}, need positive decreasing values. Fix: end near 1e-9."
+            )
+        if not self.tolerance > 0:
+            faults.append(f"tolerance: got {self.tolerance}, need > 0. Fix: use 1e-10.")
+        if self.max_iterations < 1:
+            faults.append(f"max_iterations: got {self.max_iterations}, need >= 1. Fix: use 200.")
+        if self.random_starts < 0:
+            faults.append(f"random_starts: got {self.random_starts}, need >= 0. Fix: use 4.")
+        if faults:
+            raise InputError("MPCCOptions cannot be used, " + " Also, ".join(faults))
+
+
+@dataclass(frozen=True)
+class RelaxationStep:
+    """Record one solve: the bound tau, IPOPT's return word and iterations, the residual after it.
+
+    Attributes
+    ----------
+    tau : float
+        Bound on the products ``z_i w_i`` of the scaled problem.
+    ipopt_status : str
+        IPOPT's own word, such as ``Solve_Succeeded`` or ``Infeasible_Problem_Detected``.
+    iterations : int
+        IPOPT iterations of this step.
+    residual : float
+        `residual` of the iterate.
+    """
+
+    tau: float
+    ipopt_status: str
+    iterations: int
+    residual: float
+
+
+@dataclass(frozen=True, eq=False)
+class MPCCResult:
+    """Report the run from one start.
+
+    Attributes
+    ----------
+    status : MPCCStatus
+        SOLVED only with ``residual <= tolerance``.
+    z, w : ndarray, shape (n,)
+        The last point and ``w = M z + q``; a solution only if the status is SOLVED.
+    residual : float
+        `residual` of z.
+    iterations : int
+        IPOPT iterations over all relaxations of this start.
+    history : tuple of RelaxationStep
+        One entry for each tau tried.
+    polished : bool
+        Whether z was recomputed from IPOPT's active pairs (a linear solve) to pass the check.
+    """
+
+    status: MPCCStatus
+    z: FloatArray
+    w: FloatArray
+    residual: float
+    iterations: int
+    history: tuple[RelaxationStep, ...]
+    polished: bool
+
+
+@dataclass(frozen=True, eq=False)
+class MPCCSurvey:
+    """Report many starts: the distinct solutions found, and how many starts failed.
+
+    Attributes
+    ----------
+    solutions : tuple of MPCCResult
+        All SOLVED and distinct; ordered as found.
+    failures : tuple of MPCCResult
+        The runs that ended without a solution, one for each failed start.
+    starts : int
+        Number of starts tried.
+    """
+
+    solutions: tuple[MPCCResult, ...]
+    failures: tuple[MPCCResult, ...]
+    starts: int
+
+    @property
+    def failed(self) -> int:
+        """Return the number of starts without a solution."""
+        return len(self.failures)
+
+
+def solve_mpcc(
+    problem: LCP | ContactProblem,
+    start: npt.ArrayLike | None = None,
+    options: MPCCOptions | None = None,
+) -> MPCCResult:
+    """Find one solution by relaxing ``z_i w_i = 0`` to ``z_i w_i <= tau`` with tau -> 0.
+
+    Each relaxed program (Scholtes 2001) asks for the feasible point nearest to the last one::
+
+        min |z - z_last|^2 / 2   s.t.   z >= 0,  w = M z + q >= 0,  z_i w_i <= tau
+
+    The limit is then recomputed from its active pairs, since an interior point stops some 1e-9
+    short of the bounds, and the better of the two points is checked against the problem itself.
+
+    Parameters
+    ----------
+    problem : LCP or ContactProblem
+        A contact problem is solved through its `lcp`.
+    start : array_like, shape (n,), optional
+        Where to begin; when not given, several starts are tried until one succeeds.
+    options : MPCCOptions, optional
+        The relaxation.
+
+    Returns
+    -------
+    MPCCResult
+        The first success, or else the failure with the smallest residual.
+
+    Raises
+    ------
+    InputError
+        For a start of another length or with infinite entries. Fix: give n finite numbers.
+    """
+    options = options or MPCCOptions()
+    program = _RelaxedProgram(_lcp_of(problem), options)
+    starts = program.starts() if start is None else [program.checked_start(start)]
+    best: MPCCResult | None = None
+    for point in starts:
+        result = program.run(point)
+        if result.status is MPCCStatus.SOLVED:
+            return result
+        if best is None or result.residual < best.residual:
+            best = result
+    assert best is not None  # there is always one start
+    return best
+
+
+def solve_mpcc_all(
+    problem: LCP | ContactProblem,
+    starts: Iterable[npt.ArrayLike] | None = None,
+    options: MPCCOptions | None = None,
+) -> MPCCSurvey:
+    """Run `solve_mpcc` from many starts and keep the distinct solutions.
+
+    Solutions of a contact problem are distinct if their forces are: how a_t divides into two parts
+    while F_n = 0 does not count.
+
+    A survey without solutions does not prove that there is none, and solutions may be missing:
+    `painleve_sym.complementarity.lcp.solve_all` decides both.
+
+    Parameters
+    ----------
+    problem : LCP or ContactProblem
+        A contact problem is solved through its `lcp`.
+    starts : iterable of array_like, shape (n,), optional
+        Where to begin; the corners and random starts of `MPCCOptions` when not given.
+    options : MPCCOptions, optional
+        The relaxation.
+
+    Returns
+    -------
+    MPCCSurvey
+        Distinct solutions and failed starts.
+
+    Raises
+    ------
+    InputError
+        As for `solve_mpcc`, and for an empty list of starts. Fix: give at least one start.
+    """
+    options = options or MPCCOptions()
+    program = _RelaxedProgram(_lcp_of(problem), options)
+    points = list(program.starts() if starts is None else map(program.checked_start, starts))
+    if not points:
+        raise InputError(
+            "solve_mpcc_all has nowhere to begin, starts: got none, need at least one. "
+            "Fix: give a start or leave starts out."
+        )
+    # The forces of a contact come first; the entry after them is a part of a_t.
+    compared = slice(2) if isinstance(problem, ContactProblem) else slice(None)
+    solutions: list[MPCCResult] = []
+    failures: list[MPCCResult] = []
+    for result in map(program.run, points):
+        if result.status is not MPCCStatus.SOLVED:
+            failures.append(result)
+        elif not any(_near(result.z[compared], known.z[compared]) for known in solutions):
+            solutions.append(result)
+    return MPCCSurvey(tuple(solutions), tuple(failures), len(points))
+
+
+def _lcp_of(problem: LCP | ContactProblem) -> LCP:
+    """Return the complementarity problem itself."""
+    return problem.lcp() if isinstance(problem, ContactProblem) else problem
+
+
+def _near(a: FloatArray, b: FloatArray) -> bool:
+    """Tell whether two solutions are one."""
+    return bool(np.max(np.abs(a - b)) <= _NEAR * max(np.max(np.abs(a)), np.max(np.abs(b))))
+
+
+class _RelaxedProgram:
+    """The relaxed program of one problem, built once and run from many starts."""
+
+    def __init__(self, lcp: LCP, options: MPCCOptions) -> None:
+        self.lcp = lcp
+        self.options = options
+        self.scaled, self.unit = equilibrate(lcp)
+        z = ca.SX.sym("z", lcp.size)
+        last = ca.SX.sym("last", lcp.size)
+        w = ca.DM(self.scaled.matrix) @ z + ca.DM(self.scaled.offset)
+        self.solver: Any = ca.nlpsol(
+            "relaxed",
+            "ipopt",
+            {"x": z, "p": last, "f": ca.sumsqr(z - last) / 2, "g": ca.vertcat(w, z * w)},
+            {
+                "print_time": False,
+                "error_on_fail": False,
+                "ipopt.print_level": 0,
+                "ipopt.sb": "yes",
+                "ipopt.max_iter": options.max_iterations,
+                # Below the smallest tau, or the product bound would not be felt.
+                "ipopt.tol": min(1e-10, options.relaxations[-1] / 10),
+            },
+        )
+
+    def checked_start(self, start: npt.ArrayLike) -> FloatArray:
+        """Return the start in scaled units."""
+        point = np.asarray(start, dtype=float)
+        if point.shape != (self.lcp.size,) or not np.all(np.isfinite(point)):
+            raise InputError(
+                f"relaxation cannot begin, start: got {start!r}, need {self.lcp.size} finite "
+                "numbers. Fix: give one number for each complementary pair."
+            )
+        return point / self.unit
+
+    def starts(self) -> Iterator[FloatArray]:
+        """Yield the starts: corners near and far, then random ones over several magnitudes."""
+        n, random = self.lcp.size, np.random.default_rng(self.options.seed)
+        far = 2.0  # past the solutions of well-scaled problems, which lie near 1
+        if n <= _CORNER_LIMIT:
+            for corner in np.ndindex((2,) * n):
+                yield far * np.array(corner, dtype=np.float64)
+        else:
+            yield np.zeros(n)
+            yield np.full(n, far)
+            for _ in range(2**_CORNER_LIMIT - 2):
+                yield far * random.integers(0, 2, n).astype(np.float64)
+        for _ in range(self.options.random_starts):
+            yield np.exp(random.uniform(-2.0, 4.0, n))
+
+    def run(self, start: FloatArray) -> MPCCResult:
+        """Relax from one start and check what comes out."""
+        z, history = start, list[RelaxationStep]()
+        n = self.lcp.size
+        upper = np.full(2 * n, np.inf)
+        for tau in self.options.relaxations:
+            upper[n:] = tau
+            lower = np.append(np.zeros(n), np.full(n, -np.inf))
+            answer = self.solver(x0=z, p=z, lbx=0.0, lbg=lower, ubg=upper)
+            stats = self.solver.stats()
+            z = np.asarray(answer["x"], dtype=float).ravel()
+            word = str(stats["return_status"])
+            measured = residual(self.lcp, self.unit * z)
+            history.append(RelaxationStep(tau, word, int(stats["iter_count"]), measured))
+            if not stats["success"]:
+                break
+        return self._checked(z, tuple(history))
+
+    def _checked(self, z: FloatArray, history: tuple[RelaxationStep, ...]) -> MPCCResult:
+        """Return the better of the last point and its polished form, with an honest status."""
+        polished = self._polished(z)
+        points = [self.unit * np.maximum(z, 0.0)]
+        if polished is not None:
+            points.append(self.unit * polished)
+        errors = [residual(self.lcp, point) for point in points]
+        best = int(np.argmin(errors))
+        if errors[best] <= self.options.tolerance:
+            status = MPCCStatus.SOLVED
+        elif history[-1].ipopt_status == "Infeasible_Problem_Detected":
+            status = MPCCStatus.INFEASIBLE
+        elif history[-1].ipopt_status in ("Solve_Succeeded", "Solved_To_Acceptable_Level"):
+            status = MPCCStatus.NOT_VERIFIED
+        else:
+            status = MPCCStatus.NOT_CONVERGED
+        return MPCCResult(
+            status=status,
+            z=points[best],
+            w=self.lcp.matrix @ points[best] + self.lcp.offset,
+            residual=errors[best],
+            iterations=sum(step.iterations for step in history),
+            history=history,
+            polished=best == 1,
+        )
+
+    def _polished(self, z: FloatArray) -> FloatArray | None:
+        """Return the point near z where the smaller entry of each pair is exactly zero."""
+        if not np.all(np.isfinite(z)):
+            return None
+        active = z > self.scaled.matrix @ z + self.scaled.offset
+        point = np.where(active, z, 0.0)
+        if np.any(active):
+            # The shortest step keeps to the nearest of many solutions where the block is singular.
+            rows = self.scaled.matrix[active]
+            defect = rows @ point + self.scaled.offset[active]
+            point[active] -= np.linalg.lstsq(rows[:, active], defect, rcond=None)[0]
+        return np.maximum(point, 0.0)

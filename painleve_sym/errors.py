@@ -1,0 +1,96 @@
+"""Every exception, warning and stop reason of the package, in one tree."""
+
+from __future__ import annotations
+
+import difflib
+import enum
+from collections.abc import Iterable
+
+
+class PainleveError(Exception):
+    """Base of every exception the package raises on purpose."""
+
+
+class InputError(PainleveError, ValueError):
+    """What the caller gave cannot be used; the message says where, what was got and the fix."""
+
+
+class ModelError(InputError):
+    """A mechanism, contact or law is ill-defined; all faults found are listed at once.
+
+    Attributes
+    ----------
+    faults : tuple of str
+        One sentence per fault.
+    """
+
+    def __init__(self, where: str, faults: Iterable[str]) -> None:
+        self.where = where
+        self.faults = tuple(faults)
+        super().__init__(f"{where}: " + " ".join(self.faults))
+
+
+class TranslationError(PainleveError):
+    """A symbolic expression has no counterpart in generated code."""
+
+
+class CompileError(PainleveError):
+    """The C compiler refused the generated source; the message carries its own words."""
+
+
+class CompilerMissing(PainleveError):
+    """No working C compiler was found; the slower engine can still be used."""
+
+
+class PainleveWarning(UserWarning):
+    """A notice: the result is right, but something is not as the user may expect."""
+
+
+class StopReason(enum.Enum):
+    """Why an integration ended; `advice` tells what the reader may change."""
+
+    T_END = ("t_end", "the end time was reached")
+    UNTIL = ("until", "the event asked for happened")
+    LEFT_DOMAIN = (
+        "left_domain",
+        "the mechanism left the domain its model is valid in; start elsewhere or end earlier",
+    )
+    STEP_LIMIT = ("step_limit", "max_steps was used up; raise max_steps or loosen rtol")
+    EVENT_LIMIT = ("event_limit", "max_events was used up; raise max_events or end earlier")
+    ACCUMULATION = (
+        "accumulation",
+        "events accumulate at a finite time (see the last event times); "
+        "stop before it or use a law with a contact of finite duration",
+    )
+    NON_FINITE = (
+        "non_finite",
+        "the state or its rate became infinite or nan; check the parameters and the start",
+    )
+    STEP_UNDERFLOW = (
+        "step_underflow",
+        "the step size fell below round-off; loosen rtol or check for a singular state",
+    )
+    NO_MODE = (
+        "no_mode",
+        "no mode of the automaton admits the state; check the start state against the law",
+    )
+
+    def __init__(self, label: str, advice: str) -> None:
+        self.label = label
+        self.advice = advice
+
+    @classmethod
+    def from_label(cls, label: str) -> StopReason:
+        """Return the member whose `label` this is; raise InputError for an unknown one."""
+        for member in cls:
+            if member.label == label:
+                return member
+        raise InputError(unknown_name("stop reason", label, [m.label for m in cls]))
+
+
+def unknown_name(kind: str, got: str, known: Iterable[str]) -> str:
+    """Return one sentence naming an unknown name, the nearest known one and all that are known."""
+    names = sorted(known)
+    near = difflib.get_close_matches(got, names, n=1, cutoff=0.5)
+    hint = f" Did you mean {near[0]!r}?" if near else ""
+    return f"unknown {kind} {got!r}.{hint} Known: {', '.join(names) if names else 'none'}."

@@ -1,0 +1,1 @@
+"""Hybrid automata: what can happen, with no numbers in it."""

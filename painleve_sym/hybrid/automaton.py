@@ -1,0 +1,226 @@
+"""Hybrid automata: modes with fields, guarded transitions with resets, all symbolic."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import sympy as sp
+
+from painleve_sym.errors import ModelError, StopReason, unknown_name
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A possible target of a transition; the first whose `condition` is > 0 is taken.
+
+    Attributes
+    ----------
+    target : str
+        Name of the mode entered.
+    condition : sympy.Expr or None
+        In the state before the reset; None admits always (must be the last choice).
+    departs : tuple of str
+        Labels of guards of the target that are zero on entry and known to become positive.
+    """
+
+    target: str
+    condition: sp.Expr | None = None
+    departs: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Transition:
+    """An event: `guard` crosses from + to −, `reset` applies, one of `choices` is entered.
+
+    Attributes
+    ----------
+    label : str
+        Unique in its mode.
+    kind : str
+        What users see: slip_stop, slip_start, max_compression, reload, separation, ...
+    guard : sympy.Expr
+        In states, memory, parameters and definitions.
+    choices : tuple of Choice
+        Empty for a transition that ends the run with `stop`.
+    reset : mapping of symbol to sympy.Expr
+        Simultaneous assignment to states and memory; what is absent is kept.
+    stop : StopReason or None
+    """
+
+    label: str
+    kind: str
+    guard: sp.Expr
+    choices: tuple[Choice, ...] = ()
+    reset: Mapping[sp.Symbol, sp.Expr] = dataclasses.field(default_factory=dict)
+    stop: StopReason | None = None
+
+
+@dataclass(frozen=True)
+class Mode:
+    """A smooth regime.
+
+    Attributes
+    ----------
+    name : str
+    field : mapping of state symbol to sympy.Expr
+        Time derivatives; states that are absent are constant.
+    transitions : tuple of Transition
+    outputs : mapping of name to sympy.Expr
+        Quantities derived from the state (forces, energies); the same names in every mode.
+    """
+
+    name: str
+    field: Mapping[sp.Symbol, sp.Expr]
+    transitions: tuple[Transition, ...]
+    outputs: Mapping[str, sp.Expr] = dataclasses.field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class HybridAutomaton:
+    """States, memory and modes of a system that switches.
+
+    Parameters
+    ----------
+    name : str
+    states : tuple of sympy.Symbol
+        Integrated quantities.
+    memory : tuple of sympy.Symbol
+        Constants within a mode, changed by resets only.
+    parameters : tuple of sympy.Symbol
+    definitions : mapping of symbol to sympy.Expr
+        Constants computed once from parameters, in order.
+    modes : tuple of Mode
+    starts : tuple of Choice
+        How the mode of a start state is chosen; the guards of that mode then sort out the rest.
+    uncontrolled : tuple of sympy.Symbol
+        States that do not steer the step size (quadratures).
+
+    Raises
+    ------
+    ModelError
+        Every fault found: repeated names, unknown targets or labels, undeclared symbols, a
+        missing unconditional choice, modes that cannot be reached, differing outputs.
+    """
+
+    name: str
+    states: tuple[sp.Symbol, ...]
+    memory: tuple[sp.Symbol, ...]
+    parameters: tuple[sp.Symbol, ...]
+    definitions: Mapping[sp.Symbol, sp.Expr]
+    modes: tuple[Mode, ...]
+    starts: tuple[Choice, ...]
+    uncontrolled: tuple[sp.Symbol, ...] = ()
+
+    def __post_init__(self) -> None:
+        faults = list(self._faults())
+        if faults:
+            raise ModelError(f"automaton {self.name!r}", faults)
+
+    def _faults(self) -> Iterator[str]:
+        names = [m.name for m in self.modes]
+        for n in sorted(set(names)):
+            if names.count(n) > 1:
+                yield f"mode {n!r} is declared twice."
+        for where, choices in self._choices():
+            yield from self._choice_faults(where, choices, names)
+        yield from self._symbol_faults()
+        for mode in self.modes:
+            labels = [t.label for t in mode.transitions]
+            for label in sorted(set(labels)):
+                if labels.count(label) > 1:
+                    yield f"mode {mode.name!r}: transition {label!r} is declared twice."
+            if set(mode.outputs) != set(self.modes[0].outputs):
+                yield f"mode {mode.name!r}: its outputs differ from those of the first mode."
+        for name in sorted(set(names) - self.reachable()):
+            yield f"mode {name!r} can never be reached."
+
+    def _choices(self) -> Iterator[tuple[str, tuple[Choice, ...]]]:
+        yield "start", self.starts
+        for mode in self.modes:
+            for t in mode.transitions:
+                if t.stop is None:
+                    yield f"mode {mode.name!r}, transition {t.label!r}", t.choices
+
+    def _choice_faults(
+        self, where: str, choices: tuple[Choice, ...], names: list[str]
+    ) -> Iterator[str]:
+        if not choices or choices[-1].condition is not None:
+            yield f"{where}: the last choice must admit every state."
+        for c in choices:
+            if c.target not in names:
+                yield f"{where}: " + unknown_name("mode", c.target, names)
+                continue
+            labels = [t.label for t in self.mode(c.target).transitions]
+            for label in c.departs:
+                if label not in labels:
+                    yield f"{where}: " + unknown_name("transition", label, labels)
+
+    def _symbol_faults(self) -> Iterator[str]:
+        known = {*self.states, *self.memory, *self.parameters}
+        for symbol, expr in self.definitions.items():
+            for s in sorted(expr.free_symbols - known, key=str):
+                yield f"definition of {symbol}: {s} is not declared before it."
+            known.add(symbol)
+        for mode in self.modes:
+            for s in mode.field:
+                if s not in self.states:
+                    yield f"mode {mode.name!r}: {s} has a rate but is no state."
+            exprs = [*mode.field.values(), *mode.outputs.values()]
+            for t in mode.transitions:
+                exprs += [t.guard, *t.reset.values()]
+                exprs += [c.condition for c in t.choices if c.condition is not None]
+                for s in t.reset:
+                    if s not in self.states and s not in self.memory:
+                        yield f"mode {mode.name!r}, {t.label!r}: reset of {s}, which is no state."
+            unknown = {s for e in exprs for s in sp.sympify(e).free_symbols} - known
+            for s in sorted(unknown, key=str):
+                yield f"mode {mode.name!r}: " + unknown_name("symbol", str(s), map(str, known))
+
+    def mode(self, name: str) -> Mode:
+        """Return the mode of that name."""
+        return next(m for m in self.modes if m.name == name)
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """Kinds of events that can happen, in order of appearance."""
+        return tuple(dict.fromkeys(t.kind for m in self.modes for t in m.transitions))
+
+    @property
+    def output_names(self) -> tuple[str, ...]:
+        """Names of the outputs, the same in every mode."""
+        return tuple(self.modes[0].outputs)
+
+    def reachable(self) -> set[str]:
+        """Names of modes reachable from a start."""
+        known = {m.name for m in self.modes}
+        found: set[str] = set()
+        front = {c.target for c in self.starts} & known
+        while front:
+            found |= front
+            front = {
+                c.target for n in front for t in self.mode(n).transitions for c in t.choices
+            } & known - found
+        return found
+
+    def mermaid(self) -> str:
+        """Return the automaton as a Mermaid state diagram."""
+        ids = {m.name: m.name.replace("/", "_") for m in self.modes}
+        lines = ["stateDiagram-v2"]
+        lines += [f'    state "{name}" as {i}' for name, i in ids.items()]
+        lines += [f"    [*] --> {ids[c.target]}" for c in self.starts]
+        for mode in self.modes:
+            for t in mode.transitions:
+                targets = [ids[c.target] for c in t.choices] if t.stop is None else ["[*]"]
+                lines += [f"    {ids[mode.name]} --> {target}: {t.kind}" for target in targets]
+        return "\n".join(lines) + "\n"
+
+    def graphviz(self) -> str:
+        """Return the automaton as Graphviz text."""
+        lines = [f'digraph "{self.name}" {{', "    rankdir=LR;", "    node [shape=box];"]
+        for mode in self.modes:
+            for t in mode.transitions:
+                targets = [c.target for c in t.choices] if t.stop is None else ["end"]
+                lines += [f'    "{mode.name}" -> "{x}" [label="{t.kind}"];' for x in targets]
+        return "\n".join([*lines, "}"]) + "\n"

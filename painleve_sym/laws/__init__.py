@@ -1,0 +1,1 @@
+"""Contact laws as symbolic expressions with parameters; nothing is integrated here."""

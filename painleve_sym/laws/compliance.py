@@ -1,0 +1,383 @@
+"""Force–compression laws of a softened contact, branch by branch."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import sympy as sp
+
+from painleve_sym.errors import InputError, ModelError, unknown_name
+from painleve_sym.mechanics.system import Parameter
+
+DELTA = sp.Symbol("delta", real=True)
+"""Compression δ = −g_N; m."""
+DELTA_DOT = sp.Symbol("delta_dot", real=True)
+"""Rate of compression; m/s."""
+DELTA_MAX = sp.Symbol("delta_max", real=True)
+"""Memory: compression at which unloading began; m."""
+
+SEPARATED = ""
+"""Target of an exit that ends the contact."""
+
+
+class ramp(sp.Function):  # noqa: N801 - a mathematical function, written as SymPy writes sin
+    """max(x, 0): the base of a real power that must stay defined when round-off makes x < 0."""
+
+    nargs = (1,)
+
+    @classmethod
+    def eval(cls, x: sp.Expr) -> sp.Expr | None:
+        if x.is_nonnegative:
+            return x
+        return None
+
+    def fdiff(self, argindex: int = 1) -> sp.Expr:
+        """Derivative, 1 where the argument is positive (the side that is used)."""
+        return sp.Heaviside(self.args[0], 0)
+
+
+def without_ramps(expr: sp.Expr) -> sp.Expr:
+    """Return the expression inside the contact, where every ramp equals its argument."""
+    return expr.replace(lambda e: isinstance(e, ramp), lambda e: e.args[0])
+
+
+@dataclass(frozen=True)
+class Exit:
+    """How a branch ends: when `guard` crosses from + to −.
+
+    Attributes
+    ----------
+    kind : str
+        Kind of the event: max_compression, reload, yield, separation or touchdown.
+    guard : sympy.Expr
+        In δ, δ̇, memory and parameters.
+    target : str
+        Name of the next branch, or SEPARATED.
+    memory : mapping of memory symbol to sympy.Expr
+        New values, in δ and the old memory; what is absent is kept.
+    """
+
+    kind: str
+    guard: sp.Expr
+    target: str
+    memory: Mapping[sp.Symbol, sp.Expr] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Branch:
+    """One curve F_n(δ, δ̇) with its energies; F_n δ̇ = d(stored)/dt + dissipated power.
+
+    Attributes
+    ----------
+    name : str
+    force : sympy.Expr
+        F_n ≥ 0; N.
+    stored_energy : sympy.Expr
+        What this contact can still give back; J.
+    dissipated_power : sympy.Expr
+        Power lost for good; W.
+    exits : tuple of Exit
+    """
+
+    name: str
+    force: sp.Expr
+    stored_energy: sp.Expr
+    dissipated_power: sp.Expr
+    exits: tuple[Exit, ...]
+
+
+@dataclass(frozen=True)
+class ContactLaw:
+    """A normal contact law made of branches.
+
+    Parameters
+    ----------
+    name, title, source : str
+    parameters : tuple of Parameter
+    branches : tuple of Branch
+        The first is where loading of a fresh surface starts.
+    unloading : str
+        Branch in which a contact starts that is compressed and opening.
+    memory : tuple of sympy.Symbol
+    definitions : mapping of symbol to sympy.Expr
+        Constants computed once from the parameters, in order (such as K_e).
+    recontacts : tuple of Exit
+        How a contact that separated with δ > 0 closes again before the gap opens.
+    choices : mapping of str to str
+        Named choices the law was made with (such as the reload rule).
+    stiffness, exponent : sympy.Expr
+        K and n of the loading curve K δⁿ, used for scales and closed forms.
+
+    Raises
+    ------
+    ModelError
+        Branch names repeated, exits to unknown branches, undeclared symbols.
+    """
+
+    name: str
+    title: str
+    source: str
+    parameters: tuple[Parameter, ...]
+    branches: tuple[Branch, ...]
+    unloading: str
+    stiffness: sp.Expr
+    exponent: sp.Expr
+    memory: tuple[sp.Symbol, ...] = ()
+    definitions: Mapping[sp.Symbol, sp.Expr] = field(default_factory=dict)
+    recontacts: tuple[Exit, ...] = ()
+    choices: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        names = [b.name for b in self.branches]
+        faults = [f"branch {n!r} is declared twice." for n in set(names) if names.count(n) > 1]
+        known = {DELTA, DELTA_DOT, *self.memory, *self.definitions}
+        known |= {p.symbol for p in self.parameters}
+        exits = [e for b in self.branches for e in b.exits] + list(self.recontacts)
+        for target in [e.target for e in exits if e.target != SEPARATED] + [self.unloading]:
+            if target not in names:
+                faults.append(unknown_name("branch", target, names))
+        exprs = [e for b in self.branches for e in (b.force, b.stored_energy, b.dissipated_power)]
+        exprs += [e.guard for e in exits] + [v for e in exits for v in e.memory.values()]
+        for symbol in {s for e in exprs for s in sp.sympify(e).free_symbols} - known:
+            faults.append(unknown_name("symbol", str(symbol), map(str, known)))
+        if faults:
+            raise ModelError(f"contact law {self.name!r}", faults)
+
+    @property
+    def loading(self) -> Branch:
+        """Branch in which a fresh surface is compressed."""
+        return self.branches[0]
+
+    def branch(self, name: str) -> Branch:
+        """Return the branch of that name."""
+        return next(b for b in self.branches if b.name == name)
+
+
+def _exponent(default: float) -> Parameter:
+    return Parameter("n", default, "1", "exponent of the compression law", 0.0, lower_closed=False)
+
+
+def _body_parameters(bodies: int) -> tuple[tuple[Parameter, ...], sp.Expr]:
+    """Parameters and stiffness K_e = (4/3) E* √R*.
+
+    One body: both of the same material, the second one flat. 1/E* = Σ (1 − ν_i²)/E_i and
+    1/R* = Σ 1/R_i (the paper sums four principal curvatures, which would halve R*).
+    """
+    if bodies == 1:
+        E = Parameter("E", 20.9e10, "Pa", "elastic modulus, both bodies", 0.0, lower_closed=False)
+        nu = Parameter("nu", 0.3, "1", "Poisson's ratio, both bodies", -1.0, 0.5)
+        R = Parameter("R", 0.00645, "m", "radius of the contact end", 0.0, lower_closed=False)
+        e_star = E.symbol / (2 * (1 - nu.symbol**2))
+        return (E, nu, R), sp.Rational(4, 3) * e_star * sp.sqrt(R.symbol)
+    if bodies != 2:
+        raise InputError(f"contact law: bodies: got {bodies!r}, need 1 or 2.")
+    parameters, compliance, curvature = [], sp.Integer(0), sp.Integer(0)
+    for i in (1, 2):
+        E = Parameter(
+            f"E_{i}", 20.9e10, "Pa", f"elastic modulus of body {i}", 0.0, lower_closed=False
+        )
+        nu = Parameter(f"nu_{i}", 0.3, "1", f"Poisson's ratio of body {i}", -1.0, 0.5)
+        k = Parameter(
+            f"kappa_{i}", 1 / 0.00645 if i == 1 else 0.0, "1/m", f"curvature 1/R of body {i}"
+        )
+        parameters += [E, nu, k]
+        compliance += (1 - nu.symbol**2) / E.symbol
+        curvature += k.symbol
+    return tuple(parameters), sp.Rational(4, 3) / compliance / sp.sqrt(curvature)
+
+
+K_E = sp.Symbol("K_e", positive=True)
+_E2 = sp.Symbol("e_squared", positive=True)
+
+
+def bilinear_hertz(reload: str = "elastic", bodies: int = 1) -> ContactLaw:
+    """Return the paper's elasto-plastic law: F_n = K_e δⁿ, and (5) after δ_max.
+
+    With δ_p = δ_max (1 − e²) the unloading curve (5) is F_n = K_e ((δ − δ_p)/e²)ⁿ. Of the work
+    done on the loading curve the part e² is stored, the rest is dissipated by plasticity.
+
+    Parameters
+    ----------
+    reload : {"elastic", "virgin"}
+        What follows when compression grows again before separation. ``elastic``: back up the
+        unloading curve to δ_max, then the loading curve (Walton & Braun). ``virgin``: the loading
+        curve at once, with a jump of the force; what the paper's Fig. 4 needs.
+    bodies : {1, 2}
+        1: parameters E, nu, R, the same material on a plane. 2: E_i, nu_i and curvature kappa_i.
+
+    References
+    ----------
+    Zhao, Liu & Chen, (4)–(10). Walton & Braun, J. Rheology 30 (1986) 949–980.
+    """
+    if reload not in ("elastic", "virgin"):
+        raise InputError(
+            "law bilinear-hertz: " + unknown_name("reload rule", reload, ["elastic", "virgin"])
+        )
+    body, stiffness = _body_parameters(bodies)
+    n = _exponent(1.764)
+    e = Parameter("e_energetic", 0.75, "1", "energetic coefficient of restitution", 0.0, 1.0)
+    N = n.symbol
+    delta_p = DELTA_MAX * (1 - e.symbol**2)
+    virgin = K_E * ramp(DELTA) ** N
+    unloading = K_E * ramp((DELTA - delta_p) / _E2) ** N
+    work = K_E * ramp(DELTA) ** (N + 1) / (N + 1)
+    elastic_energy = _E2 * K_E * ramp((DELTA - delta_p) / _E2) ** (N + 1) / (N + 1)
+    turn = {"elastic": "reload", "virgin": "compression"}[reload]
+    compression = Branch(
+        "compression",
+        virgin,
+        e.symbol**2 * work,
+        (1 - e.symbol**2) * virgin * DELTA_DOT,
+        (Exit("max_compression", DELTA_DOT, "restitution", {DELTA_MAX: DELTA}),),
+    )
+    restitution = Branch(
+        "restitution",
+        unloading,
+        elastic_energy,
+        sp.Integer(0),
+        (Exit("separation", DELTA - delta_p, SEPARATED), Exit("reload", -DELTA_DOT, turn)),
+    )
+    branches: tuple[Branch, ...] = (compression, restitution)
+    if reload == "elastic":
+        branches += (
+            Branch(
+                "reload",
+                unloading,
+                elastic_energy,
+                sp.Integer(0),
+                (
+                    Exit("max_compression", DELTA_DOT, "restitution"),
+                    Exit("yield", DELTA_MAX - DELTA, "compression"),
+                ),
+            ),
+        )
+        recontact = Exit("touchdown", delta_p - DELTA, "reload")
+    else:
+        recontact = Exit("reload", -DELTA_DOT, "compression")
+    return ContactLaw(
+        name="bilinear-hertz" if bodies == 1 else "bilinear-hertz-two-bodies",
+        title="elasto-plastic Hertz law, loading K δⁿ, unloading from the energetic restitution",
+        source="Zhao, Liu & Chen, (4)–(10)",
+        parameters=(*body, n, e),
+        branches=branches,
+        unloading="restitution",
+        memory=(DELTA_MAX,),
+        # The floor lets e = 0 be a law: unloading then ends at once, before it divides.
+        definitions={K_E: stiffness, _E2: sp.Max(e.symbol**2, sp.Float("1e-200"))},
+        recontacts=(recontact,),
+        choices={"reload": reload},
+        stiffness=K_E,
+        exponent=N,
+    )
+
+
+def _viscoelastic(
+    name: str,
+    title: str,
+    source: str,
+    parameters: tuple[Parameter, ...],
+    definitions: Mapping[sp.Symbol, sp.Expr],
+    exponent: sp.Expr,
+    damping: sp.Expr,
+    releases: tuple[sp.Expr, ...],
+) -> ContactLaw:
+    """Elastic K δⁿ plus a damping force; loading and unloading follow one expression."""
+    elastic = K_E * ramp(DELTA) ** exponent
+    force, stored = elastic + damping, K_E * ramp(DELTA) ** (exponent + 1) / (exponent + 1)
+    loss = damping * DELTA_DOT
+    leave = tuple(Exit("separation", guard, SEPARATED) for guard in (DELTA, *releases))
+    turn, back = (
+        Exit("max_compression", DELTA_DOT, "restitution"),
+        Exit("reload", -DELTA_DOT, "compression"),
+    )
+    return ContactLaw(
+        name=name,
+        title=title,
+        source=source,
+        parameters=parameters,
+        branches=(
+            Branch("compression", force, stored, loss, (turn, *leave[1:])),
+            Branch("restitution", force, stored, loss, (*leave, back)),
+        ),
+        unloading="restitution",
+        definitions=definitions,
+        recontacts=tuple(Exit("touchdown", -guard, "restitution") for guard in releases),
+        stiffness=K_E,
+        exponent=exponent,
+    )
+
+
+def hertz(bodies: int = 1) -> ContactLaw:
+    """Return the elastic law F_n = K_e δⁿ (n = 3/2 by default), nothing dissipated."""
+    body, stiffness = _body_parameters(bodies)
+    n = _exponent(1.5)
+    return _viscoelastic(
+        "hertz",
+        "elastic Hertz law K δⁿ",
+        "Johnson, Contact Mechanics (1985), ch. 4",
+        (*body, n),
+        {K_E: stiffness},
+        n.symbol,
+        sp.Integer(0),
+        (),
+    )
+
+
+def linear() -> ContactLaw:
+    """Return the spring and dashpot F_n = k δ + c δ̇, released where the force would pull."""
+    k = Parameter("k", 1e8, "N/m", "stiffness", 0.0, lower_closed=False)
+    c = Parameter("c", 0.0, "N s/m", "damping", 0.0)
+    damping = c.symbol * DELTA_DOT
+    # Without damping the force vanishes with δ, and that exit exists already.
+    release = k.symbol * DELTA + damping
+    return _viscoelastic(
+        "linear",
+        "linear spring and dashpot",
+        "Hogan & Kristiansen, SIAM J. Appl. Dyn. Syst. 16 (2017)",
+        (k, c),
+        {K_E: k.symbol},
+        sp.Integer(1),
+        damping,
+        (release,),
+    )
+
+
+def hunt_crossley(bodies: int = 1) -> ContactLaw:
+    """Return F_n = K_e δⁿ (1 + c δ̇), whose dashpot vanishes with the compression."""
+    body, stiffness = _body_parameters(bodies)
+    n = _exponent(1.5)
+    c = Parameter("c", 0.1, "s/m", "damping factor", 0.0)
+    damping = K_E * ramp(DELTA) ** n.symbol * c.symbol * DELTA_DOT
+    return _viscoelastic(
+        "hunt-crossley",
+        "Hertz law with a dashpot proportional to the elastic force",
+        "Hunt & Crossley, J. Appl. Mech. 42 (1975) 440–445",
+        (*body, n, c),
+        {K_E: stiffness},
+        n.symbol,
+        damping,
+        (1 + c.symbol * DELTA_DOT,),
+    )
+
+
+LAWS: dict[str, tuple[Callable[..., ContactLaw], dict[str, Any]]] = {
+    "bilinear-hertz": (bilinear_hertz, {}),
+    "bilinear-hertz-two-bodies": (bilinear_hertz, {"bodies": 2}),
+    "hertz": (hertz, {}),
+    "linear": (linear, {}),
+    "hunt-crossley": (hunt_crossley, {}),
+}
+
+
+def law(name: str, **choices: str) -> ContactLaw:
+    """Return the named law, made with the given choices (such as ``reload="virgin"``)."""
+    if name not in LAWS:
+        raise InputError(unknown_name("contact law", name, LAWS))
+    factory, fixed = LAWS[name]
+    known = ["reload"] if factory is bilinear_hertz else []
+    for key in choices:
+        if key not in known:
+            raise InputError(f"law {name!r}: " + unknown_name("choice", key, known))
+    return factory(**fixed, **choices)

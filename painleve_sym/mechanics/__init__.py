@@ -1,0 +1,1 @@
+"""SymPy only: a mechanism and its contacts become closed forms."""

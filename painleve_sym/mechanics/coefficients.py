@@ -1,0 +1,106 @@
+"""Delassus matrix and the coefficients A, B of slip and of sticking."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import sympy as sp
+
+from painleve_sym.mechanics.contact import Contact
+from painleve_sym.mechanics.readable import readable
+
+F_N = sp.Symbol("F_n", nonnegative=True)
+F_T = sp.Symbol("F_t", real=True)
+
+
+@dataclass(frozen=True)
+class ContactCoefficients:
+    """What one contact feels: g̈_N = W_nn F_n + W_nt F_t + b_n, v̇_t = W_nt F_n + W_tt F_t + b_t.
+
+    Parameters
+    ----------
+    contact : Contact
+
+    References
+    ----------
+    Zhao, Liu & Chen, equations (1)–(3) and (19).
+    """
+
+    contact: Contact
+
+    def _delassus(self, left: sp.Matrix, right: sp.Matrix) -> sp.Expr:
+        return readable((left * self.contact.system.inverse_mass_matrix * right.T)[0])
+
+    @cached_property
+    def W_nn(self) -> sp.Expr:
+        """J_N M⁻¹ J_Nᵀ; 1/kg."""
+        return self._delassus(self.contact.J_N, self.contact.J_N)
+
+    @cached_property
+    def W_nt(self) -> sp.Expr:
+        """J_N M⁻¹ J_Tᵀ; 1/kg."""
+        return self._delassus(self.contact.J_N, self.contact.J_T)
+
+    @cached_property
+    def W_tt(self) -> sp.Expr:
+        """J_T M⁻¹ J_Tᵀ; 1/kg."""
+        return self._delassus(self.contact.J_T, self.contact.J_T)
+
+    @cached_property
+    def b_n(self) -> sp.Expr:
+        """Normal acceleration without contact forces; m/s²."""
+        free = (self.contact.J_N * self.contact.system.free_acceleration)[0]
+        return readable(free + self.contact.normal_bias)
+
+    @cached_property
+    def b_t(self) -> sp.Expr:
+        """Tangential acceleration without contact forces; m/s²."""
+        free = (self.contact.J_T * self.contact.system.free_acceleration)[0]
+        return readable(free + self.contact.tangential_bias)
+
+    @property
+    def mu(self) -> sp.Symbol:
+        """Friction coefficient μ."""
+        return self.contact.friction
+
+    def A(self, slip: int = -1) -> sp.Expr:
+        """Return A_s = W_nn − μ s W_nt for slip direction s = sign(v_t); 1/kg."""
+        return readable(self.W_nn - slip * self.mu * self.W_nt)
+
+    @property
+    def B(self) -> sp.Expr:
+        """B = b_n, the free normal acceleration; m/s²."""
+        return self.b_n
+
+    def slip_rate_coefficient(self, slip: int = -1) -> sp.Expr:
+        """Return C_s = W_nt − μ s W_tt, so that v̇_t = C_s F_n + b_t in slip; 1/kg."""
+        return readable(self.W_nt - slip * self.mu * self.W_tt)
+
+    @cached_property
+    def sticking_force(self) -> sp.Expr:
+        """F_t(F_n) that keeps v̇_t = 0; N. Sticking needs |F_t| ≤ μ F_n."""
+        return readable(-(self.W_nt * F_N + self.b_t) / self.W_tt)
+
+    @cached_property
+    def A_stick(self) -> sp.Expr:
+        """A′ = W_nn − W_nt²/W_tt; 1/kg."""
+        return readable(self.W_nn - self.W_nt**2 / self.W_tt)
+
+    @cached_property
+    def B_stick(self) -> sp.Expr:
+        """B′ = b_n − W_nt b_t/W_tt; m/s²."""
+        return readable(self.b_n - self.W_nt * self.b_t / self.W_tt)
+
+    @cached_property
+    def force_directions(self) -> tuple[sp.Matrix, sp.Matrix]:
+        """M⁻¹J_Nᵀ and M⁻¹J_Tᵀ: acceleration per unit F_n and per unit F_t; shapes (n, 1)."""
+        inverse = self.contact.system.inverse_mass_matrix
+        normal = (inverse * self.contact.J_N.T).applyfunc(readable)
+        return normal, (inverse * self.contact.J_T.T).applyfunc(readable)
+
+    @cached_property
+    def accelerations(self) -> sp.Matrix:
+        """q̈ as a function of state, F_n and F_t, shape (n, 1)."""
+        normal, tangential = self.force_directions
+        return self.contact.system.free_acceleration + normal * F_N + tangential * F_T

@@ -1,0 +1,117 @@
+"""One rule for readable closed forms: the shortest of a few equivalent writings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import lru_cache
+
+import sympy as sp
+
+
+def readable(expr: sp.Expr) -> sp.Expr:
+    """Return an equal expression written as a person would: fewest operations wins.
+
+    The candidates are a common denominator with numerator and denominator reduced modulo
+    sin² + cos² = 1 (both ways), factored, and nested in sin or cos.
+
+    Parameters
+    ----------
+    expr : sympy.Expr
+
+    Returns
+    -------
+    sympy.Expr
+        Equal to `expr` for all values of its symbols.
+    """
+    expr = sp.sympify(expr)
+    if expr.is_Atom or not isinstance(expr, sp.Expr):
+        return expr
+    return _readable(expr)
+
+
+# The same forms are asked for again and again, by each phase of a jump for example.
+@lru_cache(maxsize=1024)
+def _readable(expr: sp.Expr) -> sp.Expr:
+    whole = sp.cancel(sp.together(expr))
+    candidates = [expr, _quotient(*sp.fraction(whole)), _termwise(*sp.fraction(whole))]
+    candidates.append(_quotient(*sp.fraction(sp.cancel(candidates[-1]))))
+    return min(candidates, key=_cost)
+
+
+def _quotient(numerator: sp.Expr, denominator: sp.Expr) -> sp.Expr:
+    plus = _shortest(denominator)
+    minus = _shortest(-denominator)
+    if _cost(minus) < _cost(plus):
+        return _shortest(-numerator) / minus
+    return _shortest(numerator) / plus
+
+
+def _termwise(numerator: sp.Expr, denominator: sp.Expr) -> sp.Expr:
+    """Write each group of terms with the same non-trigonometric factor over its own divisor."""
+    groups: dict[sp.Expr, sp.Expr] = {}
+    for term in sp.Add.make_args(sp.expand(numerator)):
+        factor, angle = term.as_independent(sp.sin, sp.cos, as_Add=False)
+        sign = -1 if factor.could_extract_minus_sign() else 1
+        number, symbols = (sign * factor).as_coeff_Mul()
+        groups[symbols] = groups.get(symbols, sp.Integer(0)) + sign * number * angle
+    parts = []
+    for factor, angles in groups.items():
+        forms = [_quotient(angles, denominator)]
+        for n, d in zip(_pythagorean(angles), _pythagorean(denominator), strict=False):
+            forms.append(_quotient(*sp.fraction(sp.cancel(n / d))))
+        parts.append(factor * min(forms, key=_cost))
+    return sp.Add(*parts)
+
+
+def _cost(expr: sp.Expr) -> tuple[int, int, int, int]:
+    """Operations and minus signs, then symbols written, then integers, then length as text."""
+    nodes = list(sp.preorder_traversal(expr))
+    minus = sum(1 for a in nodes if a.is_Mul and a.could_extract_minus_sign())
+    symbols = sum(1 for a in nodes if a.is_Symbol)
+    integers = sum(abs(int(a)) for a in nodes if a.is_Integer)
+    return int(sp.count_ops(expr)) + minus, symbols, integers, len(str(expr))
+
+
+def _shortest(expr: sp.Expr) -> sp.Expr:
+    return min(dict.fromkeys(_writings(expr)), key=_cost)
+
+
+def _writings(expr: sp.Expr) -> Iterator[sp.Expr]:
+    for form in (expr, *_pythagorean(expr)):
+        yield form
+        yield sp.factor_terms(form)
+        factored = sp.factor(form)
+        yield factored
+        for atom in sorted(form.atoms(sp.sin, sp.cos), key=str):
+            nested = sp.collect(sp.expand(form), atom)
+            yield nested
+            yield _nest(form, atom)
+
+
+def _nest(expr: sp.Expr, atom: sp.Expr) -> sp.Expr:
+    """Write `expr` as atom·(…) + rest, with the common factor taken out of the bracket."""
+    expanded = sp.expand(expr)
+    rest, inner = expanded.as_independent(atom, as_Add=True)
+    return sp.factor_terms(inner) + sp.factor_terms(rest)
+
+
+def _pythagorean(expr: sp.Expr) -> Iterator[sp.Expr]:
+    """Reduce modulo sin² + cos² = 1, eliminating even powers of one or of the other."""
+    expanded = sp.expand(expr)
+    angles = sorted({a.args[0] for a in expanded.atoms(sp.sin, sp.cos)}, key=str)
+    if not angles:
+        return
+    for keep in (sp.cos, sp.sin):
+        drop = sp.sin if keep is sp.cos else sp.cos
+        form = expanded
+        for angle in angles:
+            s = sp.Dummy("s")
+            poly = form.subs(drop(angle), s)
+            if not poly.is_polynomial(s):
+                continue
+            reduced = sp.Integer(0)
+            for (power,), coeff in sp.Poly(poly, s).terms():
+                whole = (1 - keep(angle) ** 2) ** (power // 2)
+                reduced += coeff * whole * drop(angle) ** (power % 2)
+            form = sp.expand(reduced)
+        yield form

@@ -1,0 +1,1 @@
+"""Motion: numbers in, one `Trajectory` out."""

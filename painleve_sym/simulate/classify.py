@@ -1,0 +1,153 @@
+"""The rigid contact problem of a mechanism at a state: coefficients, case, every solution."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from painleve_sym.codegen.evaluate import numbers
+from painleve_sym.complementarity.contact import ContactCase, ContactProblem, ContactSolution
+from painleve_sym.errors import InputError
+from painleve_sym.mechanics.models import Mechanism
+from painleve_sym.simulate.inputs import resolve_parameters, resolve_state, symbol_values
+
+CONTACT_TOLERANCE = 1e-12
+"""Gap or normal speed, in SI units, below which a state counts as in contact: round-off."""
+
+
+@dataclass(frozen=True)
+class Classification:
+    """Coefficients and rigid solutions of one contact at one state.
+
+    Attributes
+    ----------
+    mechanism : str
+    state, parameters : dict of str to float
+        Complete, with defaults filled in.
+    A, B : float
+        g̈_N = A F_n + B in slip, 1/kg and m/s². At v_t = 0, A is that of the slip direction that
+        would begin: the sign of b_t, or negative slip where b_t = 0.
+    A_stick, B_stick : float
+        The same in sticking.
+    case : ContactCase
+    solutions : tuple of ContactSolution
+        Every solution, each with its verified residual; none and several are results.
+    problem : ContactProblem
+    """
+
+    mechanism: str
+    state: dict[str, float]
+    parameters: dict[str, float]
+    A: float
+    B: float
+    A_stick: float
+    B_stick: float
+    case: ContactCase
+    solutions: tuple[ContactSolution, ...]
+    problem: ContactProblem
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data with the documented keys."""
+        return {
+            "mechanism": self.mechanism,
+            "state": self.state,
+            "parameters": self.parameters,
+            "A": self.A,
+            "B": self.B,
+            "A_stick": self.A_stick,
+            "B_stick": self.B_stick,
+            "case": self.case.value,
+            "solutions": [
+                {
+                    "mode": s.mode.value,
+                    "normal_force": s.normal_force,
+                    "tangential_force": s.tangential_force,
+                    "normal_acceleration": s.normal_acceleration,
+                    "tangential_acceleration": s.tangential_acceleration,
+                    "residual": s.residual,
+                }
+                for s in self.solutions
+            ],
+        }
+
+
+def contact_problem(
+    mechanism: Mechanism, state: Mapping[str, float], parameters: Mapping[str, float]
+) -> ContactProblem:
+    """Return the numbers of the contact at a complete state; no check of the gap."""
+    c, contact = mechanism.coefficients, mechanism.contact
+    symbols = symbol_values(mechanism, state, parameters)
+    expressions = [c.W_nn, c.W_nt, c.W_tt, c.b_n, c.b_t, c.mu, contact.slip_velocity]
+    return ContactProblem(*map(float, numbers(expressions, symbols)))
+
+
+def classify(
+    mechanism: Mechanism,
+    state: Mapping[str, float],
+    parameters: Mapping[str, float] | None = None,
+) -> Classification:
+    """Return the rigid contact problem at a state in contact, with every solution.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        With one contact.
+    state : mapping of str to float
+        Coordinates and velocities; absent ones are 0. Gap and normal velocity must be 0.
+    parameters : mapping of str to float
+        Absent ones have their defaults.
+
+    Raises
+    ------
+    InputError
+        Unknown names, numbers out of range, a state that is not in contact.
+
+    References
+    ----------
+    Zhao, Liu & Chen, (1)–(3) and Fig. 2.
+    """
+    values = resolve_parameters(
+        f"{mechanism.name!r}", mechanism.system.parameters, parameters or {}
+    )
+    start = resolve_state(mechanism, state, values)
+    _check_contact(mechanism, start, values)
+    problem = contact_problem(mechanism, start, values)
+    c, symbols = mechanism.coefficients, symbol_values(mechanism, start, values)
+    A_stick, B_stick = numbers([c.A_stick, c.B_stick], symbols)
+    A = problem.A
+    if A is None:
+        A = problem.A_slip(1 if problem.b_t > 0 else -1)
+    return Classification(
+        mechanism=mechanism.name,
+        state=start,
+        parameters=values,
+        A=A,
+        B=problem.B,
+        A_stick=float(A_stick),
+        B_stick=float(B_stick),
+        case=problem.case,
+        solutions=problem.solutions(),
+        problem=problem,
+    )
+
+
+def _check_contact(
+    mechanism: Mechanism, state: Mapping[str, float], parameters: Mapping[str, float]
+) -> None:
+    contact = mechanism.contact
+    symbols = symbol_values(mechanism, state, parameters)
+    gap, rate = numbers([contact.gap, contact.gap_rate], symbols)
+    where = f"classify {mechanism.name!r}"
+    if gap < -CONTACT_TOLERANCE:
+        raise InputError(
+            f"{where}: the contact starts inside the ground, gap = {gap:g} m, and no contact law "
+            "is given. Fix: start with gap 0, or use simulate with a law."
+        )
+    if gap > CONTACT_TOLERANCE:
+        raise InputError(
+            f"{where}: the contact is open, gap = {gap:g} m, need 0. Fix: start on the surface."
+        )
+    if abs(rate) > CONTACT_TOLERANCE:
+        fix = "use jump or simulate" if rate < 0 else "the contact is leaving: nothing to solve"
+        raise InputError(f"{where}: normal velocity {rate:g} m/s, need 0. Fix: {fix}.")

@@ -1,0 +1,179 @@
+"""What does one tangential impact cost, at equal end-state error, in each integrator?
+
+``python -m tests.benchmarks.bench_table3`` finds the loosest tolerance with which each peer
+reaches the target error, times it there, and prints one table per target. ``make bench`` runs the
+same as a test. Times depend on the machine; ratios are what to read.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import json
+import time
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.benchmarks.peers import REFERENCE, HeyokaPeer, end_error, peers, time_it, tune
+from tests.oracles.rod_scipy import simulate
+
+TARGETS = (1e-9, 1e-11)
+
+
+# ==============================================================================================
+# REGISTER THE PACKAGE'S OWN ENGINE HERE: a module that defines PackagePeer(reverse_slip), with the
+# `prepare`, `run`, `name`, `loosest`, `tightest` and `reverse_slip` of `peers.Peer`. It alone
+# imports painleve_sym. It comes first in the table, so ratios are relative to it.
+PACKAGE_PEER = "tests.benchmarks.package_peer"
+# ==============================================================================================
+
+
+@dataclass(frozen=True)
+class Line:
+    """Hold one line of the table.
+
+    Attributes
+    ----------
+    peer : str
+    target : float
+        Error to reach.
+    tolerance : float or None
+        Loosest tolerance that reaches it; None if none does, and then the rest is None too.
+    error : float or None
+        `peers.end_error` at that tolerance.
+    seconds : float or None
+        Median time of one run.
+    prepare_seconds : float or None
+        Time of `prepare` and of what the first run took longer than the median.
+    ratio : float or None
+        Time relative to the first peer of the table.
+    """
+
+    peer: str
+    target: float
+    tolerance: float | None = None
+    error: float | None = None
+    seconds: float | None = None
+    prepare_seconds: float | None = None
+    ratio: float | None = None
+
+
+def package_peer(reverse_slip: bool) -> tuple[list[Any], list[str]]:
+    """Return the package's own peer, or a line that says why there is none."""
+    try:
+        module = importlib.import_module(PACKAGE_PEER)
+    except ModuleNotFoundError as missing:
+        return [], [f"skipped: the package's engine ({missing})"]
+    return [module.PackagePeer(reverse_slip)], []
+
+
+def contestants(reverse_slip: bool) -> tuple[list[Any], list[str]]:
+    """Return all peers that can run, the package's first, and why others cannot."""
+    own, unregistered = package_peer(reverse_slip)
+    others, skipped = peers(reverse_slip)
+    return [*own, *others], [*unregistered, *skipped]
+
+
+def measure(
+    contenders: Sequence[Any], targets: Sequence[float] = TARGETS, repeats: int = 101
+) -> list[Line]:
+    """Tune and time every peer at every target.
+
+    Parameters
+    ----------
+    contenders : sequence of Peer
+        The first is the unit of the ratios.
+    targets : sequence of float
+        End-state errors to reach.
+    repeats : int
+        Timed runs of each peer at each target.
+
+    Returns
+    -------
+    list of Line
+        By target, in the order of the peers.
+    """
+    lines: list[Line] = []
+    errors: dict[str, dict[float, float]] = {}
+    for target in targets:
+        unit: float | None = None
+        for peer in contenders:
+            peer.prepare()
+            tol = tune(peer, target, errors.setdefault(peer.name, {}))
+            if tol is None:
+                lines.append(Line(peer.name, target))
+                continue
+            # Imports are done by now; what the chosen tolerance costs to compile is timed afresh.
+            start = time.perf_counter()
+            peer.prepare()
+            error = end_error(peer.run(tol), peer.reverse_slip)
+            first = time.perf_counter() - start
+            seconds = time_it(peer, tol, repeats)
+            unit = unit or seconds
+            compile_time = max(first - seconds, 0.0)
+            lines.append(Line(peer.name, target, tol, error, seconds, compile_time, seconds / unit))
+    return lines
+
+
+def table(lines: Sequence[Line]) -> str:
+    """Return the table as text."""
+    head = f"{'peer':30s} {'tolerance':>10s} {'error':>9s} {'time':>12s} {'compile':>10s}    ratio"
+    text: list[str] = []
+    for target in dict.fromkeys(line.target for line in lines):
+        text += [f"end-state error at most {target:g}", head]
+        for line in (line for line in lines if line.target == target):
+            if line.seconds is None:
+                text.append(f"{line.peer:30s} does not reach it")
+                continue
+            text.append(
+                f"{line.peer:30s} {line.tolerance:10.1e} {line.error:9.1e} "
+                f"{1e6 * line.seconds:9.1f} us {line.prepare_seconds:8.3f} s {line.ratio:8.3g}"
+            )
+        text.append("")
+    return "\n".join(text)
+
+
+def test_table3_reference_is_what_80_bit_taylor_and_the_oracle_find():
+    pytest.importorskip("heyoka")
+    for reverse_slip, reference in REFERENCE.items():
+        peer = HeyokaPeer(reverse_slip, number=np.longdouble, begin=1e-9)
+        peer.prepare()
+        assert peer.run(1e-19) == pytest.approx(reference, rel=4e-16, abs=1e-24)
+    final = simulate(1.0, 1.0, -1.0, t_end=1.0, until="separation", rtol=1e-13).final
+    assert end_error(final, reverse_slip=True) < 1e-12
+
+
+def test_table3_every_peer_reaches_the_first_target():
+    contenders, skipped = contestants(reverse_slip=False)
+    lines = measure(contenders, targets=TARGETS[:1], repeats=21)
+    print("", *skipped, table(lines), sep="\n")
+    for line in lines:
+        assert line.error is not None, line.peer
+        assert line.error <= line.target
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Print the table; write it as JSON where asked."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--json", type=Path, metavar="FILE", help="also write the lines there")
+    parser.add_argument("--repeats", type=int, default=101, help="timed runs of each peer")
+    parser.add_argument(
+        "--reverse-slip", action="store_true", help="let the last 4e-8 s slip to the right"
+    )
+    options = parser.parse_args(arguments)
+    contenders, skipped = contestants(options.reverse_slip)
+    for line in skipped:
+        print(line)
+    lines = measure(contenders, repeats=options.repeats)
+    print(table(lines))
+    if options.json is not None:
+        options.json.write_text(json.dumps([asdict(line) for line in lines], indent=2) + "\n")
+
+
+if __name__ == "__main__":
+    main()
