@@ -29,12 +29,13 @@ class ramp(sp.Function):  # noqa: N801 - a mathematical function, written as Sym
 
     @classmethod
     def eval(cls, x: sp.Expr) -> sp.Expr | None:
+        """Return x itself where it is known not to be negative."""
         if x.is_nonnegative:
             return x
         return None
 
     def fdiff(self, argindex: int = 1) -> sp.Expr:
-        """Derivative, 1 where the argument is positive (the side that is used)."""
+        """Return the derivative, 1 where the argument is positive (the side that is used)."""
         return sp.Heaviside(self.args[0], 0)
 
 
@@ -174,14 +175,11 @@ def _body_parameters(bodies: int) -> tuple[tuple[Parameter, ...], sp.Expr]:
     if bodies != 2:
         raise InputError(f"contact law: bodies: got {bodies!r}, need 1 or 2.")
     parameters, compliance, curvature = [], sp.Integer(0), sp.Integer(0)
-    for i in (1, 2):
-        E = Parameter(
-            f"E_{i}", 20.9e10, "Pa", f"elastic modulus of body {i}", 0.0, lower_closed=False
-        )
-        nu = Parameter(f"nu_{i}", 0.3, "1", f"Poisson's ratio of body {i}", -1.0, 0.5)
-        k = Parameter(
-            f"kappa_{i}", 1 / 0.00645 if i == 1 else 0.0, "1/m", f"curvature 1/R of body {i}"
-        )
+    for i, default_curvature in ((1, 1 / 0.00645), (2, 0.0)):
+        body = f"of body {i}"
+        E = Parameter(f"E_{i}", 20.9e10, "Pa", f"elastic modulus {body}", 0.0, lower_closed=False)
+        nu = Parameter(f"nu_{i}", 0.3, "1", f"Poisson's ratio {body}", -1.0, 0.5)
+        k = Parameter(f"kappa_{i}", default_curvature, "1/m", f"curvature 1/R {body}")
         parameters += [E, nu, k]
         compliance += (1 - nu.symbol**2) / E.symbol
         curvature += k.symbol

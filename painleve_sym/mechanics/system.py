@@ -140,7 +140,8 @@ class LagrangianSystem:
 
     def _faults(self) -> list[str]:
         names = [c.name for c in self.coordinates] + [p.name for p in self.parameters]
-        faults = [f"name {n!r} is declared twice." for n in sorted(set(names)) if names.count(n) > 1]
+        twice = sorted({n for n in names if names.count(n) > 1})
+        faults = [f"name {n!r} is declared twice." for n in twice]
         known = set(self.q) | set(self.q_dot) | {p.symbol for p in self.parameters}
         entries = {"kinetic energy": self.kinetic_energy, "potential energy": self.potential_energy}
         for key, value in self.generalized_forces.items():
