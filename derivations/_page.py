@@ -149,13 +149,14 @@ class Derivation:
         return page, module
 
 
-def run(derive: Callable[[], Derivation]) -> None:
+def run(derive: Callable[[], Derivation]) -> Derivation:
     """Write one derivation and tell what came out."""
     derivation = derive()
     page, module = derivation.write()
     print(f"{derivation.title}: {page.relative_to(ROOT)}, {module.relative_to(ROOT)}")
     for number, verdict in derivation.verdicts:
-        print(f"  {number:>12}  {verdict}")
+        print(f"  {number:>15}  {verdict}")
+    return derivation
 
 
 def agree(left: sp.Expr, right: sp.Expr) -> bool:
@@ -165,7 +166,7 @@ def agree(left: sp.Expr, right: sp.Expr) -> bool:
     rational expressions is decided exactly; SymPy simplifies the rest.
     """
     difference = sp.expand_trig(left - right)
-    swap = {}
+    swap: dict[sp.Expr, sp.Expr] = {}
     for angle in {a.args[0] for a in difference.atoms(sp.sin, sp.cos, sp.tan)}:
         u = sp.Dummy("u", real=True)
         swap[sp.sin(angle)] = 2 * u / (1 + u**2)
@@ -240,11 +241,13 @@ def _function(step: Step, quantities: tuple[Quantity, ...]) -> str:
     lines += _wrapped(f'"""Return {_plain(result.meaning, quantities)}; {result.unit}.{source}')
     if not arguments:
         lines[-1] += '"""'
-        return "\n".join([*lines, *_return(sp.pycode(sp.Float(rhs, 17)))])
+        return "\n".join([*lines, *_return(repr(float(rhs)))])
     lines += ["", "    Parameters", "    ----------"]
     for q in arguments:
         lines += [f"    {q.symbol} : float", f"        {_plain(q.meaning, quantities)}; {q.unit}."]
-    lines += ['    """', *_return(sp.pycode(rhs))]
+    code = sp.pycode(rhs)
+    # A power of floats may be complex for all the type checker knows.
+    lines += ['    """', *_return(f"float({code})" if re.search(r"\*\*(?!\d)", code) else code)]
     return "\n".join(lines)
 
 

@@ -64,7 +64,7 @@ def stiffness_steps(law: ContactLaw) -> list[Step]:
     r = sp.Symbol("r", positive=True)
     caps = sum(radius - sp.sqrt(radius**2 - r**2) for radius in (R_1, R_2))
     curvature = sp.series(caps, r, 0, 3).removeO().coeff(r, 2) * 2
-    per_modulus = 2 * (1 - nu**2) / E
+    per_modulus = sp.Mul(2, 1 - nu**2, 1 / E)
     return [
         Step(
             "Hertz needs the relative curvature: near the contact two spheres are "
@@ -79,13 +79,13 @@ def stiffness_steps(law: ContactLaw) -> list[Step]:
         ),
         Step(
             "Both bodies are of one material, $1/E^* = 2(1 - \\nu^2)/E$:",
-            sp.Eq(E_STAR, readable(1 / per_modulus)),
+            sp.Eq(E_STAR, 1 / per_modulus),
             "(4), 1/E*",
             1 / ((1 - nu**2) / E + (1 - nu**2) / E),
         ),
         Step(
             "On a plane $R^* = R$, and Hertz's stiffness is",
-            sp.Eq(K_E, readable(sp.Rational(4, 3) / per_modulus) * sp.sqrt(R)),
+            sp.Eq(K_E, sp.Rational(4, 3) / per_modulus * sp.sqrt(R)),
             "(4), K_e",
             sp.Rational(4, 3) * E / (2 * (1 - nu**2)) * sp.sqrt(R),
             packaged(law.definitions[K_E], law),

@@ -45,7 +45,7 @@ def derive() -> Derivation:
             package=found.W_nn,
         ),
         Step("the coupling,", sp.Eq(W_NT, readable(normal.diff(F_T))), package=found.W_nt),
-        Step("and per tangential force:", sp.Eq(W_TT, readable(slip.diff(F_T))), package=found.W_tt),
+        Step("and per tangential:", sp.Eq(W_TT, readable(slip.diff(F_T))), package=found.W_tt),
         Step(
             "Without forces the end still accelerates:",
             sp.Eq(B, readable(normal.subs(none))),

@@ -61,7 +61,7 @@ def lagrange() -> list[sp.Expr]:
         (X_DOT, Y_DOT, symbol("theta_dot")),
         (X, Y, symbol("theta")),
     )
-    swap = {}
+    swap: dict[sp.Expr, sp.Symbol] = {}
     for order, names in zip((2, 1, 0), symbols, strict=True):
         swap |= {path.diff(TIME, order): s for path, s in zip(paths, names, strict=True)}
     pairs = zip(paths, rates, strict=True)
@@ -118,8 +118,8 @@ def derive() -> Derivation:
     ]
     free = [sp.Eq(e.lhs, e.rhs.subs({F_N: 0, F_T: 0}), evaluate=False) for e in forced]
     motion = accelerations()
-    package = dict(zip(mechanism().system.coordinates, mechanism().coefficients.accelerations))
-    own = {c.acceleration: value for c, value in package.items()}
+    symbols = [c.acceleration for c in mechanism().system.coordinates]
+    own = dict(zip(symbols, mechanism().coefficients.accelerations, strict=True))
     y_A_ddot = symbol("y_A_ddot")
     kinematics = second_rate(contact_point()[1])
     flight = motion[y_A_ddot].subs({F_N: 0, F_T: 0})

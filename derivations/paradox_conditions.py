@@ -8,7 +8,7 @@ from derivations._page import Derivation, Quantity, Step, run
 from derivations.contact_coefficients import A, coefficient_quantities
 from derivations.equations_of_motion import accelerations, mechanism, quantities, symbol
 from painleve_sym.mechanics.coefficients import F_N, F_T
-from painleve_sym.mechanics.impulses import critical_friction
+from painleve_sym.mechanics.critical import critical_friction
 from painleve_sym.mechanics.readable import readable
 
 TAU = sp.Symbol("tau", positive=True)
@@ -95,7 +95,7 @@ def force_steps() -> list[Step]:
     normal = sp.expand(accelerations()[symbol("y_A_ddot")].subs(F_T, mu * F_N))
     free = normal.subs(F_N, 0)
     squared = sp.solve(free, omega**2)[0]
-    sliding = -free / normal.diff(F_N)
+    sliding = -free / readable(normal.diff(F_N))
     delta, K = sp.symbols("delta K", positive=True)
     # δ̈ = −(A F_n + B), linearised about δ*.
     slope = -A * sp.diff(K * delta**N, delta)
@@ -107,7 +107,7 @@ def force_steps() -> list[Step]:
             "if $A$ and $B$ differ in sign. With $A > 0$, $B < 0$ it is the only solution (case "
             "1); with $A > 0$, $B > 0$ only lift-off is one (case 2); with $A < 0$, $B < 0$ there "
             "is none (case 3); with $A < 0$, $B > 0$ both are (case 4).",
-            sp.Eq(F_STAR, readable(sliding)),
+            sp.Eq(F_STAR, sliding),
             "§3.4, −B/A",
             -(l * omega**2 * s - g) / ((1 + 3 * c * (c - mu * s)) / m),
             -mechanism().coefficients.B / mechanism().coefficients.A(-1),

@@ -45,8 +45,8 @@ def derive() -> Derivation:
             found.B_stick,
         ),
         Step(
-            "Sticking holds while $|F_t| \\le \\mu F_n$. For the large forces of an impact the part "
-            "of $\\dot\\theta$ drops out, and the friction coefficient must exceed the size of",
+            "Sticking holds while $|F_t| \\le \\mu F_n$. For the large forces of an impact the "
+            "part of $\\dot\\theta$ drops out, and the friction must exceed the size of",
             sp.Eq(MU_STICK, ratio),
             package=-found.W_nt / found.W_tt,
         ),

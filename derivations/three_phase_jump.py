@@ -77,7 +77,7 @@ def stored(rates: Rates, start: sp.Expr, end: sp.Expr) -> sp.Expr:
 
 def slip_steps(rates: Rates, phase: Phase) -> list[Step]:
     """Return the steps of the tangential impact, (14) and (17)."""
-    m, l, mu = symbol("m"), symbol("l"), symbol("mu")
+    m, mu = symbol("m"), symbol("mu")
     s, c = sp.sin(symbol("theta")), sp.cos(symbol("theta"))
     shared = mu - 3 * s * c + 3 * mu * s**2
     impulse = -X_0 / rates.slip

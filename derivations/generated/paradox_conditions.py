@@ -34,7 +34,7 @@ def mu_P(tau: float) -> float:
 
 def tau_min() -> float:
     """Return tan θ where the critical friction is smallest; 1."""
-    return 2.0000000000000000
+    return 2.0
 
 
 def mu_P_min() -> float:
@@ -98,8 +98,8 @@ def F_n_star(theta: float, theta_dot: float, m: float, l: float, g: float, mu: f
         friction coefficient; 1.
     """
     return (
-        m*(-g + l*theta_dot**2*math.sin(theta))/(3*(mu*math.cos(theta) +
-        math.sin(theta))*math.sin(theta) - 4)
+        m*(g - l*theta_dot**2*math.sin(theta))/(3*(-mu*math.sin(theta) +
+        math.cos(theta))*math.cos(theta) + 1)
     )
 
 

@@ -17,6 +17,7 @@ _COUNTERS = ("accepted_steps", "rejected_steps", "field_evaluations")
 _MORE_COUNTERS = ("guard_evaluations", "dense_outputs", "events")
 _RECORD = {"end": 0, "events": 1, "dense": 2}
 _pointer = ctypes.POINTER(ctypes.c_double)
+_address = ctypes.c_void_p
 
 
 class _Rows(ctypes.Structure):
@@ -82,30 +83,34 @@ class CompiledEngine:
         self.functions = AutomatonFunctions(automaton)
         self._nx, self._nz = len(automaton.states), len(automaton.memory)
         self._nc = len(automaton.parameters) + len(automaton.definitions)
-        self._options, self._run = _structures(self._nx, self._nz, len(automaton.kinds))
+        self._options, self._run = _structures(self._nx, self._nz, max(1, len(automaton.kinds)))
         self._library = load(source(self.functions))
         self._library.ps_integrate.restype = ctypes.POINTER(self._run)
         self._library.ps_integrate.argtypes = (
-            _pointer,
-            _pointer,
-            _pointer,
+            _address,
+            _address,
+            _address,
             ctypes.c_double,
             ctypes.c_int,
             ctypes.POINTER(self._options),
         )
         self._library.ps_free.argtypes = (ctypes.POINTER(self._run),)
         self._library.ps_free.restype = None
+        self._library.ps_constants.argtypes = (_address, _address)
+        self._library.ps_outputs.argtypes = (ctypes.c_long, *[_address] * 5)
+        self._library.ps_evaluate.argtypes = (ctypes.c_int, *[_address] * 6)
+        self._last_options: tuple[RunOptions, Any] | None = None
 
     def constants(self, parameters: Array) -> Array:
         """Return the parameters followed by the definitions, shape (nc,)."""
-        c = np.empty(self._nc)
-        self._library.ps_constants(_at(_plain(parameters)), _at(c))
+        p, c = _plain(parameters), np.empty(self._nc)
+        self._library.ps_constants(p.ctypes.data, c.ctypes.data)
         return c
 
     def _options_of(self, o: RunOptions) -> Any:
         # 1e300 stands for inf: a state left out must not turn 0·inf into nan in the norm.
         atol = np.minimum(o.atol, 1e300)
-        until = [kind in o.until for kind in self.automaton.kinds]
+        until = [kind in o.until for kind in self.automaton.kinds] or [False]
         return self._options(
             o.rtol,
             o.first_step,
@@ -121,9 +126,13 @@ class CompiledEngine:
     def run(self, state: Array, parameters: Array, options: RunOptions) -> RawRun:
         """Integrate from t = 0; the mode is chosen from the state."""
         memory = np.zeros(self._nz + 1)
-        o = self._options_of(options)
+        # The same options object is used in loops of runs: its C form is kept.
+        if self._last_options is None or self._last_options[0] is not options:
+            self._last_options = (options, self._options_of(options))
+        o = self._last_options[1]
+        x, p = _plain(state), _plain(parameters)
         result = self._library.ps_integrate(
-            _at(_plain(state)), _at(memory), _at(_plain(parameters)), 0.0, -1, ctypes.byref(o)
+            x.ctypes.data, memory.ctypes.data, p.ctypes.data, 0.0, -1, ctypes.byref(o)
         )
         if not result:
             raise MemoryError("compiled engine: no memory for a run.")
@@ -162,20 +171,13 @@ class CompiledEngine:
         n = len(states)
         out = np.empty((n, len(self.automaton.output_names)))
         index = np.ascontiguousarray(modes, dtype=np.int64)
-        self._library.ps_outputs(
-            ctypes.c_long(n),
-            index.ctypes.data_as(ctypes.POINTER(ctypes.c_long)),
-            _at(_plain(states)),
-            _at(_plain(memory)),
-            _at(_plain(constants)),
-            _at(out),
-        )
+        x, z, c = _plain(states), _plain(memory), _plain(constants)
+        addresses = (a.ctypes.data for a in (index, x, z, c, out))
+        self._library.ps_outputs(n, *addresses)
         return out
 
 
 def _plain(values: Array) -> Array:
+    """Return a contiguous array; the caller keeps it while C reads its address."""
     return np.ascontiguousarray(values, dtype=np.float64)
 
-
-def _at(values: Array) -> Any:
-    return values.ctypes.data_as(_pointer)

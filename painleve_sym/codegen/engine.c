@@ -13,8 +13,8 @@ enum { PS_T_END, PS_UNTIL, PS_LEFT_DOMAIN, PS_STEP_LIMIT, PS_EVENT_LIMIT, PS_ACC
 
 /* Zero of a guard: reached within this part of a step, far above the round-off of a located root. */
 static const double PS_ZERO_TIME = 1e-10;
-/* Part of a step over which the sign of a guard that starts at zero is read off its derivatives. */
-static const double PS_PROBE_TIME = 1e-3;
+/* Part of a step that stands for no time at all. */
+static const double PS_AT_ONCE = 1e-14;
 /* Events at one instant before it is called an accumulation: far above any real chain. */
 static const int PS_CHAIN = 64;
 /* Samples of the dense output in a step that may hold an event. */
@@ -53,10 +53,10 @@ typedef struct {
   ps_counters count;
   ps_rows steps, events;
   /* Working state. */
-  double t_start, h, h_ref, c[PS_NC], k[16][PS_NX];
+  double t_start, t_event, h, h_ref, c[PS_NC], k[16][PS_NX];
   double g[PS_NG], dg[PS_NG];
   unsigned char armed[PS_NG];
-  int hit;
+  int hit, at_once;
   ps_history history[PS_NM][PS_NG];
   casadi_int iw[8];
   double w[PS_WORK + 1];
@@ -234,6 +234,9 @@ static void apply(ps_run *s, const ps_options *o, int j, int visible, unsigned *
       if (!rows_push(&s->events, parts, sizes, 5)) s->reason = PS_NO_MEMORY;
     }
     if (o->until[tr->kind]) s->hit = 1;
+    s->at_once = s->t == s->t_event ? s->at_once + 1 : 0;
+    s->t_event = s->t;
+    if (s->reason == PS_RUNNING && s->at_once >= PS_CHAIN) s->reason = PS_ACCUMULATION;
     if (s->reason == PS_RUNNING && geometric_accumulation(s, from, j, s->t))
       s->reason = PS_ACCUMULATION;
     if (s->reason == PS_RUNNING && s->count.events >= o->max_events) s->reason = PS_EVENT_LIMIT;
@@ -242,15 +245,16 @@ static void apply(ps_run *s, const ps_options *o, int j, int visible, unsigned *
   memcpy(s->z, zn, sizeof(double) * PS_NZ);
 }
 
-/* 1: on its positive side, armed; 0: at zero and leaving upwards; -1: fires now. */
-static int guard_side(double g, double d, double d2, double zero, double probe, int departs) {
+/* 1: on its positive side, armed; 0: at zero and leaving upwards; -1: fires now. At zero the sign
+ * is that of the first derivative, or of the second where the first is zero beside it. */
+static int guard_side(double g, double d, double d2, double zero, int departs) {
   if (!isfinite(d)) d = isinf(d) ? copysign(1e300, d) : 0;
   if (!isfinite(d2)) d2 = 0;
-  double band = fabs(d) * zero + 0.5 * fabs(d2) * zero * zero;
+  double first = d * zero, second = 0.5 * d2 * zero * zero;
+  double band = fabs(first) + fabs(second);
   if (g > band) return 1;
   if (g < -band) return -1;
   if (departs) return 0;
-  double first = d * probe, second = 0.5 * d2 * probe * probe;
   return (fabs(first) > fabs(second) ? first : second) < 0 ? -1 : 0;
 }
 
@@ -273,7 +277,7 @@ static void settle(ps_run *s, const ps_options *o, unsigned departs, int visible
     int fire = -1;
     for (int j = 0; j < m->n && fire < 0; j++) {
       int side = guard_side(s->g[j], s->dg[j], d2[j], PS_ZERO_TIME * s->h_ref,
-                            PS_PROBE_TIME * s->h_ref, (departs >> j) & 1u);
+                            (departs >> j) & 1u);
       s->armed[j] = side > 0;
       if (side < 0) fire = j;
     }
@@ -282,76 +286,74 @@ static void settle(ps_run *s, const ps_options *o, unsigned departs, int visible
   }
 }
 
-/* First point in (a, b] of the dense step where guard j has come down to zero, or -1.
- * Two crossings between samples are found through the minimum of the guard. */
-static double first_zero(ps_run *s, double row[8][PS_NX], int j, double a, double ga, double da,
-                         int armed) {
-  double x[PS_NX], g[PS_NG], dg[PS_NG], b = 0, gb = 0;
-  int found = 0;
-  for (int i = 1; i <= PS_SAMPLES && !found; i++) {
-    b = (double)i / PS_SAMPLES;
-    dense_eval(row, b, x);
-    guards(s, x, g, dg);
-    gb = g[j];
-    double db = dg[j];
-    if (!armed && gb > 0) {
-      armed = 1; /* it left zero; from here on it is an ordinary guard */
-    } else if (!armed) {
-      /* It may have left zero and come back before the first sample. */
-      double near = b;
-      for (int it = 0; it < 48 && !found; it++) {
-        a = 0.5 * near;
-        dense_eval(row, a, x);
-        guards(s, x, g, dg);
-        ga = g[j];
-        if (ga > 0) {
-          b = near;
-          found = 1;
-        } else {
-          near = a;
-          gb = ga;
-        }
-      }
-      if (!found) return -1;
-    } else if (gb <= 0) {
-      found = 1;
-    } else if (da < 0 && db > 0) {
-      double lo = a, hi = b;
-      for (int it = 0; it < 60 && hi - lo > 1e-15; it++) {
-        double mid = 0.5 * (lo + hi);
-        dense_eval(row, mid, x);
-        guards(s, x, g, dg);
-        if (g[j] <= 0) {
-          b = mid;
-          gb = g[j];
-          found = 1;
-          break;
-        }
-        if (dg[j] < 0) lo = mid; else hi = mid;
-      }
-    }
-    if (!found) { a = b; ga = gb; da = db; }
+typedef struct {
+  double at, g, d;
+} ps_point;
+
+static ps_point guard_at(ps_run *s, double row[8][PS_NX], int j, double u) {
+  double x[PS_NX], g[PS_NG], dg[PS_NG];
+  dense_eval(row, u, x);
+  guards(s, x, g, dg);
+  ps_point p = {u, g[j], dg[j]};
+  return p;
+}
+
+/* A point between a and b where guard j is not positive though it is at both ends; at < 0 if none. */
+static ps_point dip(ps_run *s, double row[8][PS_NX], int j, double a, double b) {
+  ps_point p = {-1, 0, 0};
+  for (int it = 0; it < 60 && b - a > 1e-15; it++) {
+    p = guard_at(s, row, j, 0.5 * (a + b));
+    if (p.g <= 0) return p;
+    if (p.d < 0) a = p.at; else b = p.at;
   }
-  if (!found) return -1;
-  /* Illinois iteration on [a, b], falling back to bisection when it is slow. */
+  p.at = -1;
+  return p;
+}
+
+/* Illinois iteration between a (positive) and b (not), with a bisection now and then. */
+static double refine(ps_run *s, double row[8][PS_NX], int j, ps_point a, ps_point b) {
   int side = 0;
-  for (int it = 0; it < 100 && b - a > 4e-16; it++) {
-    double u = it % 8 == 7 ? 0.5 * (a + b) : (a * gb - b * ga) / (gb - ga);
-    if (!(u > a && u < b)) u = 0.5 * (a + b);
-    dense_eval(row, u, x);
-    guards(s, x, g, dg);
-    if (g[j] == 0) return u;
-    if (g[j] > 0) {
-      a = u; ga = g[j];
-      if (side == 1) gb *= 0.5;
+  for (int it = 0; it < 100 && b.at - a.at > 4e-16; it++) {
+    double u = it % 8 == 7 ? 0.5 * (a.at + b.at) : (a.at * b.g - b.at * a.g) / (b.g - a.g);
+    if (!(u > a.at && u < b.at)) u = 0.5 * (a.at + b.at);
+    ps_point p = guard_at(s, row, j, u);
+    if (p.g == 0) return u;
+    if (p.g > 0) {
+      a = p;
+      if (side == 1) b.g *= 0.5;
       side = 1;
     } else {
-      b = u; gb = g[j];
-      if (side == -1) ga *= 0.5;
+      b = p;
+      if (side == -1) a.g *= 0.5;
       side = -1;
     }
   }
-  return b;
+  return b.at;
+}
+
+/* First point after `a` of the dense step where guard j has come down to zero, or -1. Two crossings
+ * between samples are found through the minimum of the guard. */
+static double first_zero(ps_run *s, double row[8][PS_NX], int j, ps_point a) {
+  for (int i = 1; i <= PS_SAMPLES; i++) {
+    double u = (double)i / PS_SAMPLES;
+    if (u <= a.at) continue;
+    ps_point b = guard_at(s, row, j, u);
+    if (b.g > 0 && a.d < 0 && b.d > 0) {
+      ps_point low = dip(s, row, j, a.at, b.at);
+      if (low.at >= 0) b = low;
+    }
+    if (b.g <= 0) return refine(s, row, j, a, b);
+    a = b;
+  }
+  return -1;
+}
+
+/* The same for a guard that starts at zero and leaves upwards: an ordinary guard from the first
+ * point where it is positive, which may be long before the first sample. */
+static double next_zero(ps_run *s, double row[8][PS_NX], int j) {
+  ps_point p = guard_at(s, row, j, 1.0 / PS_SAMPLES);
+  for (int it = 0; it < 48 && !(p.g > 0); it++) p = guard_at(s, row, j, 0.5 * p.at);
+  return p.g > 0 ? first_zero(s, row, j, p) : -1;
 }
 
 /* Whether the cubic through both ends of a step dips so low that the guard may touch zero. */
@@ -374,17 +376,17 @@ static int find_event(ps_run *s, const double *y, double h, const double *g1, co
   int first = -1;
   *where = 2;
   for (int j = 0; j < m->n; j++) {
-    int crossed = g1[j] <= 0;
-    int still = !s->armed[j] && g1[j] == 0 && d1[j] == 0;
-    if (still || (!crossed && !(s->armed[j] && may_dip(s->g[j], s->dg[j], g1[j], d1[j], h))))
-      continue;
+    int crossed = g1[j] <= 0 && (s->armed[j] || g1[j] < 0 || d1[j] < 0);
+    if (!crossed && !(s->armed[j] && may_dip(s->g[j], s->dg[j], g1[j], d1[j], h))) continue;
     if (!have_dense) {
       dense_rows(s, s->x, y, h, row);
       have_dense = 1;
     }
-    double u = first_zero(s, row, j, 0, s->g[j], s->dg[j], s->armed[j]);
-    /* A guard that never became positive after leaving zero did not leave it: it fires there. */
-    if (u < 0 && crossed) u = s->armed[j] ? 1 : 0;
+    ps_point start = {0, s->g[j], s->dg[j]};
+    double u = s->armed[j] ? first_zero(s, row, j, start) : next_zero(s, row, j);
+    /* A guard that left zero came back before any time that can be told from none. It fires just
+     * after the start, where the rates that turned it already have their new sign. */
+    if (u < 0 && crossed) u = s->armed[j] ? 1 : PS_AT_ONCE;
     if (u >= 0 && u < *where) {
       *where = u;
       first = j;
@@ -404,15 +406,22 @@ static int record_step(ps_run *s, const ps_options *o, double h, double row[8][P
 }
 
 /* Repeats the step so that it ends where guard j is zero, to round-off; returns its length.
- * s->k is left as a whole step needs it (k[0] at the start, k[12] at the end in y). */
-static double step_to_zero(ps_run *s, int j, double h, double *y) {
+ * s->k is left as a whole step needs it (k[0] at the start, k[12] at the end in y). The dense
+ * output has the error of the whole step: where the repeated, shorter step shows the guard positive
+ * and not coming down, there is no zero and `found` is 0. */
+static double step_to_zero(ps_run *s, int j, double h, double *y, int *found) {
   double g[PS_NG], dg[PS_NG];
-  for (int it = 0; it < 4; it++) {
+  *found = 1;
+  for (int it = 0; it < 60; it++) {
     step(s, s->x, h, y);
     field(s, y, s->k[12]);
     guards(s, y, g, dg);
     double dh = dg[j] < 0 ? -g[j] / dg[j] : 0;
-    if (!(fabs(dh) < 1e-3 * h)) return h;
+    if (g[j] > 0 && (!(dg[j] < 0) || dh > 0.5 * h)) {
+      *found = 0;
+      return h;
+    }
+    if (!(dh > -0.5 * h)) dh = -0.5 * h;
     if (fabs(dh) <= 1e-7 * h) {
       /* So close that the rest is linear: its square is below round-off. */
       for (int i = 0; i < PS_NX; i++) y[i] += dh * s->k[12][i];
@@ -421,6 +430,46 @@ static double step_to_zero(ps_run *s, int j, double h, double *y) {
     h += dh;
   }
   return h;
+}
+
+static void enter_end_of_step(ps_run *s, double h, const double *y, const double *g,
+                              const double *dg) {
+  s->t += h;
+  memcpy(s->x, y, sizeof s->x);
+  memcpy(s->k[0], s->k[12], sizeof s->k[0]);
+  for (int j = 0; j < PS_MODES[s->mode].n; j++) s->armed[j] |= g[j] > 0;
+  memcpy(s->g, g, sizeof s->g);
+  memcpy(s->dg, dg, sizeof s->dg);
+}
+
+/* Ends the step just made at the event of guard j, near the part `where` of it, and takes it. */
+static void take_event(ps_run *s, const ps_options *o, int j, double where, double h, double *y,
+                       double row[8][PS_NX]) {
+  int found = 1;
+  unsigned departs;
+  h *= where;
+  if (where > PS_AT_ONCE) {
+    h = step_to_zero(s, j, h, y, &found);
+  } else {
+    step(s, s->x, h, y);
+    field(s, y, s->k[12]);
+  }
+  if (o->record == 2) dense_rows(s, s->x, y, h, row);
+  if (!record_step(s, o, h, row)) return;
+  if (!found) {
+    double g[PS_NG], dg[PS_NG];
+    guards(s, y, g, dg);
+    enter_end_of_step(s, h, y, g, dg);
+    s->h = 6 * h;
+    return;
+  }
+  s->t += h;
+  memcpy(s->x, y, sizeof s->x);
+  apply(s, o, j, 1, &departs);
+  settle(s, o, departs, 1);
+  /* The old step size is kept where the new mode is as smooth, else the estimate is used. */
+  s->h = fmin(s->h, 10 * s->h_ref);
+  if (s->hit && s->reason == PS_RUNNING) s->reason = PS_UNTIL;
 }
 
 /* One accepted step, or the event it ran into. */
@@ -459,30 +508,16 @@ static void advance(ps_run *s, const ps_options *o) {
     double where, grow = err > 0 ? fmin(6.0, 0.9 * pow(err, -0.125)) : 6.0;
     int event = find_event(s, y, h, g1, d1, row, o->record == 2, &where);
     s->h = h * (rejected ? fmin(grow, 1) : grow);
-    if (event < 0) {
-      if (!record_step(s, o, h, row)) return;
-      s->t = last ? o->t_end : s->t + h;
-      memcpy(s->x, y, sizeof y);
-      memcpy(s->k[0], s->k[12], sizeof s->k[0]);
-      for (int j = 0; j < PS_MODES[s->mode].n; j++) s->armed[j] |= g1[j] > 0;
-      memcpy(s->g, g1, sizeof g1);
-      memcpy(s->dg, d1, sizeof d1);
-      if (last) s->reason = PS_T_END;
+    if (event >= 0) {
+      take_event(s, o, event, where, h, y, row);
       return;
     }
-    if (where > 1e-14) {
-      h = step_to_zero(s, event, where * h, y);
-      if (o->record == 2) dense_rows(s, s->x, y, h, row);
-      if (!record_step(s, o, h, row)) return;
-      s->t += h;
-      memcpy(s->x, y, sizeof y);
+    if (!record_step(s, o, h, row)) return;
+    enter_end_of_step(s, h, y, g1, d1);
+    if (last) {
+      s->t = o->t_end;
+      s->reason = PS_T_END;
     }
-    unsigned departs;
-    apply(s, o, event, 1, &departs);
-    settle(s, o, departs, 1);
-    /* The old step size is kept where the new mode is as smooth, else the estimate is used. */
-    s->h = fmin(s->h, 10 * s->h_ref);
-    if (s->hit && s->reason == PS_RUNNING) s->reason = PS_UNTIL;
     return;
   }
 }
@@ -514,6 +549,7 @@ PS_EXPORT ps_run *ps_integrate(const double *x, const double *z, const double *p
   memcpy(s->x, x, sizeof s->x);
   memcpy(s->z, z, sizeof(double) * PS_NZ);
   s->t = s->t_start = t;
+  s->t_event = -HUGE_VAL;
   s->steps.width = 3 + PS_NZ + 8 * PS_NX;
   s->events.width = 4 + 2 * (PS_NX + PS_NZ);
   s->reason = PS_RUNNING;

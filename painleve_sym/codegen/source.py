@@ -55,10 +55,10 @@ def _sizes(functions: AutomatonFunctions) -> str:
         "NC": len(automaton.parameters) + len(automaton.definitions),
         "NM": len(automaton.modes),
         "NO": len(automaton.output_names),
-        "NG": max(1, *(len(m.transitions) for m in automaton.modes)),
-        "NCHOICE": max(1, *(len(t.choices) for t in transitions)),
+        "NG": max(1, max(len(m.transitions) for m in automaton.modes)),
+        "NCHOICE": max((len(t.choices) for t in transitions), default=0) or 1,
         "NSTART": len(automaton.starts),
-        "NKIND": len(automaton.kinds),
+        "NKIND": max(1, len(automaton.kinds)),
         "WORK": max(f.sz_w() for f in functions.all()),
     }
     lines = [f"#define PS_{name} {value}" for name, value in sizes.items()]

@@ -31,6 +31,7 @@ RESIDUAL_TOLERANCE = 1e-10  # a stable solve leaves some 1e-15; a wrong sign lea
 _RANK = 1e-14  # per row, on entries scaled to order one: some 50 roundings
 _NOISE = 1e-13  # of the largest entry: what a solve may leave of a zero, on scaled entries
 _FACE = 1e-10  # widths and defects of a face, on quantities scaled to order one; HiGHS' best
+_EXTENT = 1e-8  # of a face, above what those defects can feign
 _PIVOT = 1e-11  # smaller entries of a scaled tableau are what elimination left of a zero
 _TIE = 1e-12  # ratios closer than this are equal; the lexicographic rule then decides
 _MINOR = 1e-13  # a determinant below this part of Hadamard's bound has no certain sign
@@ -434,12 +435,12 @@ def _cone_face(lcp: LCP, support: BoolArray) -> tuple[FloatArray, BoolArray] | N
     inside = _interval(slope[:, 0], start) if null.shape[1] == 1 else _polytope(slope, start)
     if inside is None:
         return None
-    t, moves = inside
-    return z + null @ t, np.asarray(np.abs(null) @ moves > _FACE)
+    t, ways = inside
+    return z + null @ t, np.any(np.abs(null @ ways) > _EXTENT, axis=1)
 
 
 def _interval(slope: FloatArray, start: FloatArray) -> tuple[FloatArray, FloatArray] | None:
-    """Return a middle point of ``{t : start + slope t >= 0}`` and whether t can move."""
+    """Return a middle point of ``{t : start + slope t >= 0}`` and, as columns, its extent."""
     up, down = slope > _FACE, slope < -_FACE
     level = ~up & ~down
     low = float(np.max(-start[up] / slope[up], initial=-np.inf))
@@ -449,12 +450,12 @@ def _interval(slope: FloatArray, start: FloatArray) -> tuple[FloatArray, FloatAr
         return None
     if np.isinf(low) or np.isinf(high):
         # A half line (z >= 0 forbids a whole one): one scaled unit away from its end.
-        return np.array([low + 1.0 if np.isinf(high) else high - 1.0]), np.ones(1)
-    return np.array([(low + high) / 2]), np.array([float(high - low > slack)])
+        return np.array([low + 1.0 if np.isinf(high) else high - 1.0]), np.ones((1, 1))
+    return np.array([(low + high) / 2]), np.array([[max(high - low, 0.0)]])
 
 
 def _polytope(slope: FloatArray, start: FloatArray) -> tuple[FloatArray, FloatArray] | None:
-    """Do the same for several unknowns t, by linear programs; and say which of them can move."""
+    """Do the same for several unknowns t, by linear programs."""
     from scipy.optimize import linprog  # needed for doubly singular blocks only
 
     count = slope.shape[1]
@@ -477,14 +478,16 @@ def _polytope(slope: FloatArray, start: FloatArray) -> tuple[FloatArray, FloatAr
         return None
     t = np.asarray(deepest.x[:-1], dtype=float)
     if deepest.x[-1] > slack:
-        return t, np.ones(count)
-    moves = np.zeros(count)
-    for k, side in itertools.product(range(count), (1.0, -1.0)):
-        goal = np.where(np.arange(count) == k, side, 0.0)
-        end = linprog(goal, A_ub=-slope, b_ub=start, bounds=(None, None), options=tight)
-        # No bounded minimum means that t_k runs along a ray of the face.
-        moves[k] = max(moves[k], float(end.x is None or abs(end.x[k] - t[k]) > 10 * slack))
-    return t, moves
+        return t, np.eye(count)
+    # A face without inside may still be a segment or ray: go one unit along each t both ways.
+    ends = np.tile(t, (2 * count, 1))
+    box = [(value - 1.0, value + 1.0) for value in t]
+    for k, (axis, sign) in enumerate(itertools.product(range(count), (1.0, -1.0))):
+        goal = np.where(np.arange(count) == axis, sign, 0.0)
+        end = linprog(goal, A_ub=-slope, b_ub=start + slack, bounds=box, options=tight)
+        ends[k] = t if end.x is None else end.x
+    middle = ends.mean(axis=0)
+    return middle, (ends - middle).T
 
 
 def _solution(lcp: LCP, scaled: LCP, unit: FloatArray, point: FloatArray) -> LCPSolution:

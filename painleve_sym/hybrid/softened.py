@@ -182,7 +182,8 @@ class SoftenedContact:
         return Mode(
             name,
             self._field(contact, branch),
-            (*exits, *changes, *self._leave_domain()),
+            # Friction first: at a start at rest it decides which normal motion follows.
+            (*changes, *exits, *self._leave_domain()),
             self._outputs(contact, branch),
         )
 

@@ -202,6 +202,8 @@ def bilinear_hertz(reload: str = "elastic", bodies: int = 1) -> ContactLaw:
         What follows when compression grows again before separation. ``elastic``: back up the
         unloading curve to δ_max, then the loading curve (Walton & Braun). ``virgin``: the loading
         curve at once, with a jump of the force; what the paper's Fig. 4 needs.
+        At e = 0 there is no unloading curve, and a contact that stays loaded ends a run at its
+        first maximum compression, as an accumulation of events.
     bodies : {1, 2}
         1: parameters E, nu, R, the same material on a plane. 2: E_i, nu_i and curvature kappa_i.
 
@@ -262,7 +264,7 @@ def bilinear_hertz(reload: str = "elastic", bodies: int = 1) -> ContactLaw:
         branches=branches,
         unloading="restitution",
         memory=(DELTA_MAX,),
-        # The floor lets e = 0 be a law: unloading then ends at once, before it divides.
+        # The floor keeps e = 0 from dividing by zero: unloading then ends where it begins.
         definitions={K_E: stiffness, _E2: sp.Max(e.symbol**2, sp.Float("1e-200"))},
         recontacts=(recontact,),
         choices={"reload": reload},

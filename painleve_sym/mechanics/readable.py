@@ -6,13 +6,18 @@ from collections.abc import Iterator
 from functools import lru_cache
 
 import sympy as sp
+from sympy.simplify.fu import TR10i
+
+# Beyond this many operations a search takes seconds and rarely finds a shorter writing.
+_OPERATIONS = 60
 
 
 def readable(expr: sp.Expr) -> sp.Expr:
     """Return an equal expression written as a person would: fewest operations wins.
 
     The candidates are a common denominator with numerator and denominator reduced modulo
-    sin² + cos² = 1 (both ways), factored, and nested in sin or cos.
+    sin² + cos² = 1 (both ways), factored, nested in sin or cos, and with products of two angles'
+    sine and cosine contracted. A long expression only has its common factors taken out.
 
     Parameters
     ----------
@@ -32,6 +37,8 @@ def readable(expr: sp.Expr) -> sp.Expr:
 # The same forms are asked for again and again, by each phase of a jump for example.
 @lru_cache(maxsize=1024)
 def _readable(expr: sp.Expr) -> sp.Expr:
+    if sp.count_ops(expr) > _OPERATIONS:
+        return min((expr, sp.factor_terms(expr)), key=_cost)
     whole = sp.cancel(sp.together(expr))
     candidates = [expr, _quotient(*sp.fraction(whole)), _termwise(*sp.fraction(whole))]
     candidates.append(_quotient(*sp.fraction(sp.cancel(candidates[-1]))))
@@ -77,7 +84,10 @@ def _shortest(expr: sp.Expr) -> sp.Expr:
 
 
 def _writings(expr: sp.Expr) -> Iterator[sp.Expr]:
-    for form in (expr, *_pythagorean(expr)):
+    forms = [expr, *_pythagorean(expr)]
+    if len({a.args[0] for a in expr.atoms(sp.sin, sp.cos)}) > 1:
+        forms.append(TR10i(sp.expand(expr)))
+    for form in forms:
         yield form
         yield sp.factor_terms(form)
         factored = sp.factor(form)

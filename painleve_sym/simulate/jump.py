@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache
+from typing import Any
 
-import sympy as sp
-
-from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.codegen.evaluate import numbers
+from painleve_sym.errors import InputError
 from painleve_sym.laws.impact import (
     E_C,
     P_C,
@@ -22,11 +21,13 @@ from painleve_sym.laws.impact import (
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.impulses import V_N, V_N_PLUS, V_T, Phase, raw
 from painleve_sym.mechanics.models import Mechanism
+from painleve_sym.simulate.inputs import resolve_parameters, resolve_state, symbol_values
 
 # A velocity that is a sum of rounded products counts as zero below this part of its terms.
 ROUND_OFF = 1e-14
 
-Values = dict[sp.Symbol, float]
+Values = dict[Any, float]
+"""Numbers by symbol."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +104,7 @@ def evaluate_jump(
     restitution : RestitutionLaw or str
         ``energetic`` is the paper's.
     state : mapping of str to float
-        Every coordinate and velocity by name; SI units, rad.
+        Coordinates and velocities by name, those absent are 0; SI units, rad.
     parameters : mapping of str to float, optional
         Parameters of the mechanism and of the restitution law; those absent keep their default.
 
@@ -114,12 +115,16 @@ def evaluate_jump(
     Raises
     ------
     InputError
-        Unknown, missing or invalid entries (all at once); a state that is not an impact; an impact
+        Unknown or invalid entries (all at once); a state that is not an impact; an impact
         that is not made of these three phases. The message says which and what to do.
     """
     law = restitution_law(restitution) if isinstance(restitution, str) else restitution
     where = f"jump of mechanism {mechanism.name!r}"
-    values = _values(mechanism, law, state, parameters or {}, where)
+    declared = (*mechanism.system.parameters, law.parameter)
+    given = resolve_parameters(where, declared, parameters or {})
+    start = resolve_state(mechanism, state, given)
+    values = symbol_values(mechanism, start, given)
+    values[law.parameter.symbol] = given[law.parameter.name]
     v_t, v_n = _contact_velocities(mechanism.contact, values)
     slip = int(math.copysign(1, v_t))
     _refuse_no_impact(mechanism, values, v_t, v_n, slip, where)
@@ -135,45 +140,13 @@ def evaluate_jump(
     return JumpResult(mechanism.name, law.name, slip, (first, second, third), friction - stored)
 
 
-def _values(
-    mechanism: Mechanism,
-    law: RestitutionLaw,
-    state: Mapping[str, float],
-    parameters: Mapping[str, float],
-    where: str,
-) -> Values:
-    """Check what the caller gave and return it by symbol."""
-    system, faults, values = mechanism.system, [], {}
-    symbols = dict(zip(mechanism.state_names, (*system.q, *system.q_dot), strict=True))
-    faults += [unknown_name("state", name, symbols) for name in state if name not in symbols]
-    for name, symbol in symbols.items():
-        value = float(state.get(name, math.nan))
-        if not math.isfinite(value):
-            faults.append(f"state {name}: got {state.get(name)!r}, need a finite number.")
-        values[symbol] = value
-    declared = {p.name: p for p in (*system.parameters, law.parameter)}
-    faults += [unknown_name("parameter", n, declared) for n in parameters if n not in declared]
-    for name, parameter in declared.items():
-        value = float(parameters.get(name, parameter.default))
-        faults += [fault for fault in [parameter.fault(value)] if fault]
-        values[parameter.symbol] = value
-    if not faults:
-        for bound in mechanism.domain:
-            margin = _number(bound.margin, values)
-            if not margin > 0:
-                faults.append(f"outside its domain, {bound.meaning}: got margin {margin:g} <= 0.")
-    if faults:
-        raise InputError(f"{where}: " + " ".join(faults) + " Fix: correct these entries.")
-    return values
-
-
 def _contact_velocities(contact: Contact, values: Values) -> tuple[float, float]:
     """Return v_t and v_n, exactly 0 where they are only the rounding of their terms."""
     pair = []
     for rate, jacobian in ((contact.slip_velocity, contact.J_T), (contact.gap_rate, contact.J_N)):
         value = _number(rate, values)
         rates = zip(contact.system.q_dot, jacobian, strict=True)
-        terms = math.fsum(abs(_number(j, values) * values[v]) for v, j in rates)
+        terms = sum(abs(_number(j, values) * values[v]) for v, j in rates)
         pair.append(value if abs(value) > ROUND_OFF * terms else 0.0)
     return pair[0], pair[1]
 
@@ -225,16 +198,17 @@ def _run(phase: Phase, values: Values, where: str) -> JumpPhase:
             )
     velocities = tuple(phase.velocity.values())
     impulses = (phase.normal_impulse, phase.tangential_impulse, phase.stored_energy)
-    numbers = _numbers((*impulses, phase.slip_velocity, phase.normal_velocity, *velocities), values)
+    ends = (phase.slip_velocity, phase.normal_velocity)
+    found = _numbers((*impulses, *ends, *velocities), values)
     names = (str(symbol) for symbol in phase.velocity)
     return JumpPhase(
         phase.name,
-        normal_impulse=numbers[0],
-        tangential_impulse=numbers[1],
-        stored_energy=numbers[2],
-        velocity=dict(zip(names, numbers[5:], strict=True)),
-        slip_velocity=numbers[3],
-        normal_velocity=numbers[4],
+        normal_impulse=found[0],
+        tangential_impulse=found[1],
+        stored_energy=found[2],
+        velocity=dict(zip(names, found[5:], strict=True)),
+        slip_velocity=found[3],
+        normal_velocity=found[4],
     )
 
 
@@ -253,23 +227,10 @@ def _moved(values: Values, phase: JumpPhase) -> Values:
     return {symbol: phase.velocity.get(str(symbol), value) for symbol, value in values.items()}
 
 
-def _number(expr: sp.Expr, values: Values) -> float:
+def _number(expr: Any, values: Values) -> float:
     return _numbers((expr,), values)[0]
 
 
-def _numbers(exprs: tuple[sp.Expr, ...], values: Values) -> tuple[float, ...]:
-    arguments = tuple(sorted(set().union(*(e.free_symbols for e in exprs)), key=str))
-    numbers = _compiled(exprs, arguments)(*(values[symbol] for symbol in arguments))
+def _numbers(exprs: tuple[Any, ...], values: Values) -> list[float]:
     # Adding 0.0 turns -0.0 into 0.0.
-    return tuple(float(number) + 0.0 for number in numbers)
-
-
-# Building a function takes milliseconds, calling it microseconds; a sweep asks for the same ones.
-@lru_cache(maxsize=256)
-def _compiled(
-    exprs: tuple[sp.Expr, ...], arguments: tuple[sp.Symbol, ...]
-) -> Callable[..., tuple[float, ...]]:
-    function: Callable[..., tuple[float, ...]] = sp.lambdify(
-        arguments, exprs, modules="math", cse=True
-    )
-    return function
+    return [float(number) + 0.0 for number in numbers(exprs, values)]

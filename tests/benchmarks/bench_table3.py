@@ -26,9 +26,8 @@ TARGETS = (1e-9, 1e-11)
 
 
 # ==============================================================================================
-# REGISTER THE PACKAGE'S OWN ENGINE HERE: a module that defines PackagePeer(reverse_slip), with the
-# `prepare`, `run`, `name`, `loosest`, `tightest` and `reverse_slip` of `peers.Peer`. It alone
-# imports painleve_sym. It comes first in the table, so ratios are relative to it.
+# The package's own engine, in the one module here that imports the package. It comes first in the
+# table, so ratios are relative to it. It always resolves the reverse slip, and so does every peer.
 PACKAGE_PEER = "tests.benchmarks.package_peer"
 # ==============================================================================================
 
@@ -63,19 +62,19 @@ class Line:
     ratio: float | None = None
 
 
-def package_peer(reverse_slip: bool) -> tuple[list[Any], list[str]]:
+def package_peer() -> tuple[list[Any], list[str]]:
     """Return the package's own peer, or a line that says why there is none."""
     try:
         module = importlib.import_module(PACKAGE_PEER)
     except ModuleNotFoundError as missing:
         return [], [f"skipped: the package's engine ({missing})"]
-    return [module.PackagePeer(reverse_slip)], []
+    return [module.PackagePeer()], []
 
 
-def contestants(reverse_slip: bool) -> tuple[list[Any], list[str]]:
+def contestants() -> tuple[list[Any], list[str]]:
     """Return all peers that can run, the package's first, and why others cannot."""
-    own, unregistered = package_peer(reverse_slip)
-    others, skipped = peers(reverse_slip)
+    own, unregistered = package_peer()
+    others, skipped = peers(reverse_slip=True)
     return [*own, *others], [*unregistered, *skipped]
 
 
@@ -149,7 +148,7 @@ def test_table3_reference_is_what_80_bit_taylor_and_the_oracle_find():
 
 
 def test_table3_every_peer_reaches_the_first_target():
-    contenders, skipped = contestants(reverse_slip=False)
+    contenders, skipped = contestants()
     lines = measure(contenders, targets=TARGETS[:1], repeats=21)
     print("", *skipped, table(lines), sep="\n")
     for line in lines:
@@ -162,11 +161,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--json", type=Path, metavar="FILE", help="also write the lines there")
     parser.add_argument("--repeats", type=int, default=101, help="timed runs of each peer")
-    parser.add_argument(
-        "--reverse-slip", action="store_true", help="let the last 4e-8 s slip to the right"
-    )
     options = parser.parse_args(arguments)
-    contenders, skipped = contestants(options.reverse_slip)
+    contenders, skipped = contestants()
     for line in skipped:
         print(line)
     lines = measure(contenders, repeats=options.repeats)

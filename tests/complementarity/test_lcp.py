@@ -5,7 +5,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from painleve_sym.complementarity import (
@@ -236,6 +236,14 @@ def test_solve_all_names_the_varying_entries_for_a_ray():
     assert all(s.varying == (False, True) for s in solutions)
 
 
+def test_solve_all_finds_the_ray_for_a_face_without_inside():
+    # w_3 and w_4 leave z_1 = z_2 only, inside a block that is singular twice.
+    matrix = [[0, 0, 0, 0], [0, 0, 0, 0], [1, -1, -1, 0], [-1, 1, 0, -1]]
+    solutions = solve_all(LCP(matrix, np.zeros(4)))
+    assert {s.active for s in solutions} == {(False,) * 4, (True, True, False, False)}
+    assert all(s.varying == (True, True, False, False) for s in solutions)
+
+
 def test_solve_all_refuses_too_many_pairs():
     n = ENUMERATION_LIMIT + 1
     with pytest.raises(InputError, match="solve_lemke"):
@@ -244,6 +252,7 @@ def test_solve_all_refuses_too_many_pairs():
 
 @settings(max_examples=300, deadline=None)
 @given(problems())
+@example(([[0, 1, 0], [-1, 1, 0], [3, 0, -1]], [0, 1, 0]))  # rounding leaves z_2 = 1e-17
 def test_solve_all_agrees_with_rational_arithmetic_for_small_integers(problem):
     vertices = exact_vertices(*problem)
     lcp = LCP(*problem)
@@ -283,6 +292,7 @@ def test_solve_all_finds_exactly_one_for_p_matrices(problem):
 
 @settings(max_examples=200, deadline=None)
 @given(problems())
+@example(([[0, -1, 0], [1, 1, 0], [0, 0, 0]], [0, -1, 0]))  # the same, in the last basis
 def test_solve_lemke_answers_from_the_enumerated_set(problem):
     lcp = LCP(*problem)
     everything = solve_all(lcp)

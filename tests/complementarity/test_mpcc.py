@@ -105,6 +105,15 @@ def test_solve_mpcc_reports_not_verified_when_relaxed_too_little():
     assert result.residual > TOLERANCE
 
 
+def test_solve_mpcc_reports_not_verified_for_a_tolerance_below_rounding():
+    rng = np.random.default_rng(3)
+    factor = rng.normal(size=(3, 3))
+    lcp = LCP(factor @ factor.T, -rng.uniform(size=3))
+    result = solve_mpcc(lcp, options=MPCCOptions(tolerance=1e-30))
+    assert 0 < result.residual < TOLERANCE
+    assert result.status is MPCCStatus.NOT_VERIFIED
+
+
 def test_solve_mpcc_records_every_relaxation_in_its_history():
     result = solve_mpcc(rod(0.5, 1.0), start=[30.0])
     assert tuple(step.tau for step in result.history) == MPCCOptions().relaxations

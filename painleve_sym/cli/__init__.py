@@ -1,0 +1,105 @@
+"""The command ``painleve``: one module per group of commands, loaded when the command is used."""
+
+from __future__ import annotations
+
+import os
+import sys
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from typing import Any, TextIO
+
+from painleve_sym.cli.parser import read_arguments, run_command
+from painleve_sym.errors import InputError, PainleveError, PainleveWarning
+
+EXIT_FAILURE, EXIT_USAGE = 1, 2
+# As a shell reports a program that ended by SIGINT or SIGPIPE.
+EXIT_INTERRUPTED, EXIT_BROKEN_PIPE = 130, 141
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit code.
+
+    Parameters
+    ----------
+    argv : sequence of str, optional
+        Arguments without the program's name; those of the process when left out.
+
+    Returns
+    -------
+    int
+        0 success; 1 failure; 2 bad input; 3 a run that stopped early; 130 interrupted.
+    """
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    # A name outside the terminal's alphabet must not end the run.
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+    with _notices():
+        return _guarded(arguments)
+
+
+def _guarded(arguments: list[str]) -> int:
+    try:
+        code = run_command(read_arguments(arguments))
+        sys.stdout.flush()
+        return code
+    except SystemExit as ending:  # argparse ends so after --help and --version
+        return ending.code if isinstance(ending.code, int) else EXIT_FAILURE
+    except InputError as error:
+        return _fail(str(error), EXIT_USAGE)
+    except PainleveError as error:
+        return _fail(str(error), EXIT_FAILURE)
+    except BrokenPipeError:
+        _abandon_output()
+        return EXIT_BROKEN_PIPE
+    except KeyboardInterrupt:
+        _say("interrupted.")
+        return EXIT_INTERRUPTED
+    except MemoryError as error:
+        return _fail(str(error) or "out of memory.", EXIT_FAILURE)
+    except OSError as error:
+        _abandon_output()
+        place = f"{error.filename}: " if error.filename else ""
+        return _fail(f"{place}{error.strerror or error}.", EXIT_FAILURE)
+
+
+def _say(text: str) -> None:
+    with suppress(OSError):
+        print("painleve:", " ".join(text.split()), file=sys.stderr)
+
+
+def _fail(message: str, code: int) -> int:
+    _say(f"error: {message}")
+    return code
+
+
+def _abandon_output() -> None:
+    """Point standard output to nowhere, so that the interpreter's last flush cannot fail."""
+    with suppress(OSError, ValueError):
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stdout.fileno())
+        os.close(nowhere)
+
+
+@contextmanager
+def _notices() -> Iterator[None]:
+    """Show each `PainleveWarning` as one line on standard error."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", PainleveWarning)
+        others = warnings.showwarning
+
+        def show(
+            message: Warning | str,
+            category: type[Warning],
+            filename: str,
+            lineno: int,
+            file: TextIO | None = None,
+            line: str | None = None,
+        ) -> Any:
+            if issubclass(category, PainleveWarning):
+                return _say(f"note: {message}")
+            return others(message, category, filename, lineno, file, line)
+
+        warnings.showwarning = show
+        yield

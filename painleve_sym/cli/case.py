@@ -1,0 +1,108 @@
+"""From the options of classify, simulate and jump, and a scenario file, to one scenario."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from painleve_sym.cli.options import read_assignments, read_count, read_number, read_numbers
+from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.laws.compliance import ContactLaw, law
+from painleve_sym.mechanics.models import MODELS, model
+from painleve_sym.study.scenario import Scenario
+
+_NUMBERS = ("t_end", "initial_force", "rtol", "restitution")
+_COUNTS = ("max_steps", "max_events", "samples")
+_NAMES = ("engine", "rule")
+
+
+def read_case(arguments: argparse.Namespace) -> Scenario:
+    """Return the scenario of the command line: the file, if one is named, under the options.
+
+    Raises
+    ------
+    InputError
+        Malformed entries, unknown names, a file that cannot be used.
+    """
+    base = _base(arguments.case, arguments.command)
+    given: dict[str, Any] = {}
+    if arguments.state is not None:
+        given["state"] = read_numbers("--state", arguments.state)
+    if arguments.set is not None:
+        given["parameters"] = read_numbers("--set", arguments.set)
+    for names, read in ((_NUMBERS, read_number), (_COUNTS, read_count), (_NAMES, _text)):
+        given |= _values(arguments, names, read)
+    if getattr(arguments, "until", None) is not None:
+        given["until"] = tuple(kind.strip() for kind in arguments.until.split(","))
+    if getattr(arguments, "law", None) is not None:
+        given["law"] = arguments.law
+    if getattr(arguments, "law_set", None) is not None:
+        given |= read_law_settings(given.get("law", base.law), arguments.law_set)
+    scenario = base.updated(given)
+    _check_owners(scenario)
+    return scenario
+
+
+def _base(case: str, command: str) -> Scenario:
+    if case.endswith(".toml") or "/" in case or (case not in MODELS and Path(case).is_file()):
+        return Scenario.read(case)
+    if case not in MODELS:
+        raise InputError(
+            f"{command}: {unknown_name('model', case, MODELS)} "
+            "Fix: name one of these, or a scenario file ending in .toml."
+        )
+    return Scenario(model=case, where=f"{command} {case}")
+
+
+def _values(
+    arguments: argparse.Namespace, names: tuple[str, ...], read: Callable[[str, str], Any]
+) -> dict[str, Any]:
+    texts = {name: getattr(arguments, name, None) for name in names}
+    return {
+        name: read(f"--{name.replace('_', '-')}", text)
+        for name, text in texts.items()
+        if text is not None
+    }
+
+
+def _text(_where: str, text: str) -> str:
+    return text
+
+
+def read_law_settings(name: str | None, texts: list[str]) -> dict[str, Any]:
+    """Return law parameters and choices of ``--law-set``; InputError where there is no law."""
+    if name is None:
+        raise InputError("--law-set: no law to set. Fix: name one with --law.")
+    chosen = law(name)
+    pairs = read_assignments("--law-set", texts)
+    choices = {k: v for k, v in pairs.items() if k in chosen.choices}
+    known = [*(p.name for p in chosen.parameters), *chosen.choices]
+    for key in pairs:
+        if key not in known:
+            raise InputError(f"--law-set of {name!r}: {unknown_name('parameter', key, known)}")
+    numbers = {k: read_number(f"--law-set {k}", v) for k, v in pairs.items() if k not in choices}
+    return {"law_parameters": numbers, "law_choices": choices}
+
+
+def chosen_law(name: str | None, texts: list[str] | None) -> ContactLaw:
+    """Return the law of ``--law`` with the choices of ``--law-set``."""
+    if name is None:
+        raise InputError("--law: missing. Fix: name one, such as --law bilinear-hertz.")
+    settings = read_law_settings(name, texts) if texts else {"law_choices": {}}
+    return law(name, **settings["law_choices"])
+
+
+def _check_owners(scenario: Scenario) -> None:
+    """Point out a parameter that was given to the mechanism but belongs to the law."""
+    if scenario.law is None or scenario.model not in MODELS:
+        return
+    own = {p.name for p in model(scenario.model).system.parameters}
+    of_law = {p.name for p in law(scenario.law).parameters}
+    for name in scenario.parameters:
+        if name not in own and name in of_law:
+            raise InputError(
+                f"parameter {name} belongs to the law {scenario.law!r}. "
+                "Fix: give it with --law-set, or in [law.parameters] of the file."
+            )

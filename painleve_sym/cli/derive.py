@@ -1,0 +1,175 @@
+"""The command derive: the closed forms of a mechanism as text, LaTeX, Python or JSON."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import sympy as sp
+
+from painleve_sym.cli.describe import checked_format, model_data
+from painleve_sym.cli.formulas import Formula, Impulse, Section, impulse_units, sections
+from painleve_sym.cli.output import print_json, show, wrap_expression
+from painleve_sym.cli.parser import DERIVE_FORMATS
+from painleve_sym.cli.python_module import python_code, python_module
+from painleve_sym.laws.impact import V_N_MINUS
+from painleve_sym.mechanics.impulses import V_N_PLUS
+from painleve_sym.mechanics.models import Mechanism, model
+
+_IMPULSE_LATEX = {
+    "normal_impulse": "P_n",
+    "tangential_impulse": "P_t",
+    "stored_energy": "E_n",
+    "slip_velocity": "v_t^{+}",
+    "normal_velocity": "v_n^{+}",
+}
+
+
+def derive(arguments: argparse.Namespace) -> int:
+    """Print every closed form of a mechanism in the format asked for."""
+    form = checked_format(arguments.format, DERIVE_FORMATS)
+    mechanism = model(arguments.model)
+    found = sections(mechanism)
+    if form == "json":
+        print_json(formula_data(mechanism, found))
+    elif form == "python":
+        print(python_module(mechanism, found), end="")
+    elif form == "latex":
+        print(latex_page(mechanism, found), end="")
+    else:
+        _show_text(mechanism, found)
+    return 0
+
+
+# ---- text ----
+
+
+def plain(expr: sp.Basic) -> str:
+    """Return an expression as one line of text, with ^ for powers."""
+    return str(expr).replace("**", "^")
+
+
+def _show_text(mechanism: Mechanism, found: Sequence[Section]) -> None:
+    units = impulse_units(mechanism)
+    show(f"{mechanism.name}: {mechanism.title}")
+    for section in found:
+        show()
+        show(section.title.upper())
+        if section.note:
+            show(f"  {section.note}")
+        for formula in section.formulas:
+            show()
+            unit = "" if formula.unit in ("1", "SI") else f" [{formula.unit}]"
+            show(f"  {formula.name}{unit}: {formula.meaning}")
+            _show_value(formula.value)
+        for phase in section.phases:
+            show()
+            show(f"  {phase.name}{f': {phase.meaning}' if phase.meaning else ''}")
+            for name, margin, strict in phase.conditions:
+                sign = ">" if strict else ">="
+                _show_expression(f"    needs {name}: ", f"{plain(margin)} {sign} 0")
+            for name, value in phase.values.items():
+                _show_expression(f"    {name} [{units[name]}] = ", plain(value))
+
+
+def _show_value(value: sp.Basic | sp.MatrixBase) -> None:
+    if not isinstance(value, sp.MatrixBase):
+        _show_expression("    = ", plain(value))
+        return
+    cells = [[plain(value[i, j]) for j in range(value.cols)] for i in range(value.rows)]
+    widths = [max(len(row[j]) for row in cells) for j in range(value.cols)]
+    for i, row in enumerate(cells):
+        mark = "=" if i == 0 else " "
+        line = "  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True))
+        _show_expression(f"    {mark} [ ", f"{line} ]")
+
+
+def _show_expression(start: str, text: str) -> None:
+    print("\n".join(wrap_expression(start, text, indent=" " * 8)))
+
+
+# ---- LaTeX ----
+
+
+def latex_page(mechanism: Mechanism, found: Sequence[Section]) -> str:
+    """Return the formulas as LaTeX to be read into a document with amsmath."""
+    names = _latex_names(mechanism)
+    lines = [f"% {mechanism.name}: {mechanism.title}", "% for \\input; needs amsmath"]
+    for section in found:
+        lines += ["", f"% {section.title}"]
+        for formula in section.formulas:
+            lines += _latex_lines(formula, names)
+        for phase in section.phases:
+            lines += _latex_phase(phase, names)
+    return "\n".join(lines) + "\n"
+
+
+def _latex_lines(formula: Formula, names: dict[sp.Symbol, str]) -> list[str]:
+    right = sp.latex(formula.value, symbol_names=names)
+    return [f"% {formula.name}: {formula.meaning}", f"\\[ {formula.latex} = {right} \\]"]
+
+
+def _latex_phase(phase: Impulse, names: dict[sp.Symbol, str]) -> Iterator[str]:
+    by_name = {str(symbol): latex for symbol, latex in names.items()}
+    yield f"% {phase.name}{f': {phase.meaning}' if phase.meaning else ''}"
+    for name, margin, strict in phase.conditions:
+        sign = ">" if strict else r"\ge"
+        yield f"\\[ {sp.latex(margin, symbol_names=names)} {sign} 0 \\] % {name}"
+    for name, value in phase.values.items():
+        left = _IMPULSE_LATEX.get(name) or f"{by_name[name]}^{{+}}"
+        yield f"\\[ {left} = {sp.latex(value, symbol_names=names)} \\]"
+
+
+def _latex_names(mechanism: Mechanism) -> dict[sp.Symbol, str]:
+    names = {V_N_PLUS: "v_n^{+}", V_N_MINUS: "v_n^{-}"}
+    for c in mechanism.system.coordinates:
+        base, _, index = (c.latex or sp.latex(c.symbol)).partition("_")
+        names[c.symbol] = base + (f"_{index}" if index else "")
+        names[c.rate] = rf"\dot{{{base}}}" + (f"_{index}" if index else "")
+    return names
+
+
+# ---- JSON ----
+
+
+def formula_data(mechanism: Mechanism, found: Sequence[Section]) -> dict[str, Any]:
+    """Return the formulas as plain data: each as text, LaTeX and Python."""
+    names, units = _latex_names(mechanism), impulse_units(mechanism)
+
+    def writings(value: sp.Basic | sp.MatrixBase) -> dict[str, Any]:
+        return {
+            "text": _nested(value, plain),
+            "latex": sp.latex(value, symbol_names=names),
+            "python": _nested(value, python_code),
+        }
+
+    formulas = {
+        f.name: {"meaning": f.meaning, "unit": f.unit, **writings(f.value)}
+        for s in found
+        for f in s.formulas
+    }
+    jump = {
+        p.name: {
+            "meaning": p.meaning,
+            "conditions": [
+                {"name": name, "strict": strict, **writings(margin)}
+                for name, margin, strict in p.conditions
+            ],
+            "values": {k: {"unit": units[k], **writings(v)} for k, v in p.values.items()},
+        }
+        for s in found
+        for p in s.phases
+    }
+    return {
+        "mechanism": mechanism.name,
+        "model": model_data(mechanism),
+        "formulas": formulas,
+        "jump": jump,
+    }
+
+
+def _nested(value: sp.Basic | sp.MatrixBase, write: Any) -> Any:
+    if isinstance(value, sp.MatrixBase):
+        return [[write(value[i, j]) for j in range(value.cols)] for i in range(value.rows)]
+    return write(value)

@@ -1,0 +1,228 @@
+"""The commands that list what there is: models, laws, automaton."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from painleve_sym.cli.case import chosen_law
+from painleve_sym.cli.output import number, print_json, show, show_table
+from painleve_sym.cli.parser import AUTOMATON_FORMATS
+from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.hybrid.automaton import HybridAutomaton, Transition
+from painleve_sym.hybrid.softened import SoftenedContact
+from painleve_sym.laws.compliance import LAWS, ContactLaw, law
+from painleve_sym.laws.impact import RESTITUTIONS, RestitutionLaw
+from painleve_sym.mechanics.models import MODELS, Mechanism, model
+from painleve_sym.mechanics.system import Parameter
+
+CHOICE_VALUES: Mapping[str, tuple[str, ...]] = {"reload": ("elastic", "virgin")}
+"""What each named choice of a law may be; the law itself refuses the rest."""
+
+
+def checked_format(text: str, known: Sequence[str]) -> str:
+    """Return the format; InputError suggests the nearest one."""
+    if text not in known:
+        raise InputError("--format: " + unknown_name("format", text, known))
+    return text
+
+
+# ---- models ----
+
+
+def models(arguments: argparse.Namespace) -> int:
+    """List the mechanisms."""
+    found = [model(name) for name in MODELS]
+    if arguments.json:
+        print_json({"models": [model_data(m) for m in found]})
+        return 0
+    for i, mechanism in enumerate(found):
+        if i:
+            show()
+        _show_model(mechanism)
+    return 0
+
+
+def model_data(mechanism: Mechanism) -> dict[str, Any]:
+    """Return what there is to know of a mechanism as plain data."""
+    return {
+        "name": mechanism.name,
+        "title": mechanism.title,
+        "source": mechanism.source,
+        "coordinates": [
+            {
+                "name": c.name,
+                "meaning": c.meaning,
+                "unit": c.unit,
+                "velocity": f"{c.name}_dot",
+                "velocity_unit": f"{c.unit}/s",
+            }
+            for c in mechanism.system.coordinates
+        ],
+        "parameters": [parameter_data(p) for p in mechanism.system.parameters],
+        "contacts": [
+            {"name": c.name, "gap": str(c.gap), "slip_velocity": str(c.slip_velocity)}
+            for c in mechanism.contacts
+        ],
+        "domain": [{"margin": str(b.margin), "meaning": b.meaning} for b in mechanism.domain],
+        "sketch": mechanism.sketch,
+    }
+
+
+def parameter_data(parameter: Parameter) -> dict[str, Any]:
+    """Return a parameter as plain data; a bound that does not exist is None."""
+    lower, upper = (b if math.isfinite(b) else None for b in (parameter.lower, parameter.upper))
+    return {
+        "name": parameter.name,
+        "default": parameter.default,
+        "unit": parameter.unit,
+        "meaning": parameter.meaning,
+        "lower": lower,
+        "upper": upper,
+        "lower_closed": parameter.lower_closed,
+        "upper_closed": parameter.upper_closed,
+    }
+
+
+def _show_model(mechanism: Mechanism) -> None:
+    show(f"{mechanism.name}: {mechanism.title}")
+    show()
+    print(mechanism.sketch)
+    rows = [(c.name, c.unit, c.meaning) for c in mechanism.system.coordinates]
+    rows += [
+        (f"{c.name}_dot", f"{c.unit}/s", f"velocity of {c.name}")
+        for c in mechanism.system.coordinates
+    ]
+    show_table(("state", "unit", "meaning"), rows, left=(0, 1, 2))
+    show()
+    _show_parameters(mechanism.system.parameters)
+    show()
+    for bound in mechanism.domain:
+        show(f"  valid while {bound.margin} > 0: {bound.meaning}")
+    show(f"  source: {mechanism.source}")
+
+
+def _show_parameters(parameters: Sequence[Parameter]) -> None:
+    rows = [(p.name, number(p.default), p.unit, _range(p), p.meaning) for p in parameters]
+    head = ("parameter", "default", "unit", "range", "meaning")
+    show_table(head, rows, left=(0, 2, 3, 4))
+
+
+def _range(parameter: Parameter) -> str:
+    text = parameter.range_text.removeprefix("a finite number").removeprefix(" with ")
+    return text or "any"
+
+
+# ---- laws ----
+
+
+def laws(arguments: argparse.Namespace) -> int:
+    """List the contact laws and the restitution rules."""
+    found = [law(name) for name in LAWS]
+    rules = [make() for make in RESTITUTIONS.values()]
+    if arguments.json:
+        data = [law_data(one) for one in found]
+        print_json({"laws": data, "restitution_rules": [rule_data(r) for r in rules]})
+        return 0
+    show("contact laws (simulate, automaton): --law NAME --law-set PARAMETER=VALUE,...")
+    for one in found:
+        show()
+        show(f"{one.name}: {one.title}")
+        _show_parameters(one.parameters)
+        for name, default in one.choices.items():
+            values = ", ".join(v + " (default)" * (v == default) for v in CHOICE_VALUES[name])
+            show(f"  {name}: {values}")
+        show(f"  source: {one.source}")
+    show()
+    show("restitution rules (jump): --rule NAME --restitution E")
+    show()
+    rows = [(r.name, r.parameter.name, number(r.parameter.default), r.title) for r in rules]
+    show_table(("rule", "coefficient", "default", "law"), rows, left=(0, 1, 3))
+    return 0
+
+
+def law_data(one: ContactLaw) -> dict[str, Any]:
+    """Return a contact law as plain data."""
+    return {
+        "name": one.name,
+        "title": one.title,
+        "source": one.source,
+        "parameters": [parameter_data(p) for p in one.parameters],
+        "choices": {
+            name: {"default": default, "values": CHOICE_VALUES[name]}
+            for name, default in one.choices.items()
+        },
+        "branches": [b.name for b in one.branches],
+    }
+
+
+def rule_data(rule: RestitutionLaw) -> dict[str, Any]:
+    """Return a restitution rule as plain data."""
+    return {
+        "name": rule.name,
+        "title": rule.title,
+        "source": rule.source,
+        "parameter": parameter_data(rule.parameter),
+        "equation": f"{rule.equation.lhs} = {rule.equation.rhs}",
+        "note": rule.note,
+    }
+
+
+# ---- automaton ----
+
+
+def automaton(arguments: argparse.Namespace) -> int:
+    """Print the modes and events of a mechanism with a law."""
+    form = checked_format(arguments.format, AUTOMATON_FORMATS)
+    mechanism = model(arguments.model)
+    made = SoftenedContact(mechanism, chosen_law(arguments.law, arguments.law_set)).automaton
+    if form == "json":
+        print_json(automaton_data(made))
+    elif form == "text":
+        _show_automaton(made)
+    else:
+        print(made.mermaid() if form == "mermaid" else made.graphviz(), end="")
+    return 0
+
+
+def automaton_data(made: HybridAutomaton) -> dict[str, Any]:
+    """Return modes and transitions as plain data."""
+    return {
+        "name": made.name,
+        "states": [str(s) for s in made.states],
+        "memory": [str(s) for s in made.memory],
+        "starts": [c.target for c in made.starts],
+        "modes": [
+            {
+                "name": mode.name,
+                "transitions": [
+                    {"kind": t.kind, "guard": str(t.guard), "targets": _targets(t)}
+                    for t in mode.transitions
+                ],
+            }
+            for mode in made.modes
+        ],
+    }
+
+
+def _targets(transition: Transition) -> list[str]:
+    if transition.stop is not None:
+        return ["end"]
+    return list(dict.fromkeys(c.target for c in transition.choices))
+
+
+def _show_automaton(made: HybridAutomaton) -> None:
+    show(f"{made.name}: {len(made.modes)} modes")
+    show(f"starts in {', '.join(dict.fromkeys(c.target for c in made.starts))}")
+    show()
+    rows = []
+    for mode in made.modes:
+        found: dict[str, list[str]] = {}
+        for t in mode.transitions:
+            found.setdefault(t.kind, []).extend(_targets(t))
+        names = [mode.name] + [""] * len(found)
+        for name, (kind, targets) in zip(names, found.items(), strict=False):
+            rows.append((name, kind, ", ".join(dict.fromkeys(targets))))
+    show_table(("mode", "event", "next mode"), rows, left=(0, 1, 2), indent=0)

@@ -1,0 +1,108 @@
+"""From the text of options to numbers, names and checked output files."""
+
+from __future__ import annotations
+
+import math
+import os
+import tempfile
+from collections.abc import Iterable
+from pathlib import Path
+
+from painleve_sym.errors import InputError
+
+OTHER_FORMATS = (".csv", ".json", ".mat", ".h5", ".txt", ".toml", ".png", ".svg", ".pdf", ".py")
+
+
+def read_number(where: str, text: str) -> float:
+    """Return a finite number; InputError names the option and what was got."""
+    try:
+        value = float(text)
+    except ValueError:
+        raise InputError(
+            f"{where}: got {text!r}, need a number in SI units and rad, such as 0.5 or 20.9e14."
+        ) from None
+    if not math.isfinite(value):
+        raise InputError(f"{where}: got {text!r}, need a finite number.")
+    return value
+
+
+def read_count(where: str, text: str) -> int:
+    """Return a whole number ≥ 1, also where it is written like 1e6."""
+    value = read_number(where, text)
+    if value != int(value) or not 1 <= value <= 1e9:
+        raise InputError(f"{where}: got {text!r}, need a whole number from 1 to 1e9.")
+    return int(value)
+
+
+def read_assignments(where: str, texts: Iterable[str]) -> dict[str, str]:
+    """Return name → value of comma-separated ``name=value`` entries, no name twice."""
+    found: dict[str, str] = {}
+    for entry in ",".join(texts).split(","):
+        name, equals, value = (part.strip() for part in entry.partition("="))
+        if not (equals and name and value):
+            raise InputError(
+                f"{where}: got {entry.strip()!r}, need name=value, several separated by commas."
+            )
+        if name in found:
+            raise InputError(f"{where}: got {name} twice. Fix: give it once.")
+        found[name] = value
+    return found
+
+
+def read_numbers(where: str, texts: Iterable[str]) -> dict[str, float]:
+    """Return name → number of comma-separated ``name=value`` entries."""
+    pairs = read_assignments(where, texts)
+    return {name: read_number(f"{where} {name}", value) for name, value in pairs.items()}
+
+
+def output_file(where: str, text: str, suffixes: tuple[str, ...] = ()) -> Path:
+    """Return the path of a file that can be written; checked now, before anything is computed.
+
+    Raises
+    ------
+    InputError
+        A folder or another special file, a folder that is missing or not writable, a file that
+        must not be written, a suffix that is not one of `suffixes`.
+    """
+    path = Path(text)
+    if path.is_dir() or text.endswith("/"):
+        raise InputError(f"{where}: {text} is a folder. Fix: name a file in it.")
+    suffix = path.suffix.lower()
+    if suffixes and suffix not in suffixes:
+        got = f"the suffix {suffix!r}" if suffix else "no suffix"
+        raise InputError(f"{where}: {text} has {got}, need one of {', '.join(suffixes)}.")
+    # A link is followed, so that what it points to is replaced and not the link.
+    target = Path(os.path.realpath(path))
+    if target.exists() and not (target.is_file() and os.access(target, os.W_OK)):
+        raise InputError(f"{where}: {text} exists and cannot be written. Fix: name another file.")
+    _check_folder(where, text, target.parent)
+    return target
+
+
+def output_folder(where: str, text: str) -> Path:
+    """Return the path of a folder that exists and can be written, or that can be made."""
+    path = Path(os.path.realpath(text))
+    if path.exists() and not path.is_dir():
+        raise InputError(f"{where}: {text} is a file. Fix: name a folder.")
+    existing = path
+    while not existing.exists():
+        existing = existing.parent
+    _check_folder(where, text, existing)
+    return path
+
+
+def _check_folder(where: str, text: str, folder: Path) -> None:
+    problem = "there is no such folder" if not folder.exists() else None
+    if folder.exists() and not folder.is_dir():
+        problem = "is not a folder"
+    if problem is None:
+        try:
+            # Trying it out also finds read-only disks, which a look at permissions does not.
+            with tempfile.TemporaryFile(dir=folder):
+                return
+        except OSError as error:
+            problem = error.strerror or str(error)
+    raise InputError(
+        f"{where}: {text} cannot be written, {folder}: {problem}. "
+        "Fix: name a place in a folder that exists and is writable."
+    )

@@ -1,0 +1,148 @@
+"""What the commands print: exact JSON, aligned text."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+import textwrap
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from enum import Enum
+from pathlib import Path
+from typing import Any
+
+WIDTH = 80
+
+
+def print_json(data: Mapping[str, Any]) -> None:
+    """Print one JSON object with full precision, ending in a newline.
+
+    JSON has no nan and no infinity: each becomes null, and the key ``not_finite`` then maps its
+    place to what it was.
+    """
+    lost: dict[str, str] = {}
+    clean = _plain(data, "", lost)
+    if lost:
+        clean["not_finite"] = lost
+    sys.stdout.write(_laid_out(clean, "") + "\n")
+
+
+def _laid_out(value: Any, indent: str) -> str:
+    """Write objects over several lines and lists of plain values on one."""
+    inner = indent + "  "
+    if isinstance(value, dict) and value:
+        rows = [f"{inner}{json.dumps(k)}: {_laid_out(v, inner)}" for k, v in value.items()]
+        return "{\n" + ",\n".join(rows) + f"\n{indent}}}"
+    if isinstance(value, list) and any(isinstance(v, dict | list) for v in value):
+        return "[\n" + ",\n".join(inner + _laid_out(v, inner) for v in value) + f"\n{indent}]"
+    return json.dumps(value, allow_nan=False)
+
+
+def _plain(value: Any, place: str, lost: dict[str, str]) -> Any:
+    if isinstance(value, Mapping):
+        dot = f"{place}." if place else ""
+        return {str(k): _plain(v, f"{dot}{k}", lost) for k, v in value.items()}
+    if isinstance(value, Enum):
+        return value.value
+    if isinstance(value, Path):
+        return str(value)
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, list | tuple):
+        return [_plain(v, f"{place}[{i}]", lost) for i, v in enumerate(value)]
+    if isinstance(value, float) and not math.isfinite(value):
+        lost[place] = repr(value)
+        return None
+    return value
+
+
+def number(value: float, digits: int = 6) -> str:
+    """Return a number for people: `digits` significant ones."""
+    # Adding 0.0 turns -0.0 into 0.0.
+    return f"{value + 0.0:.{digits}g}"
+
+
+def quantity(value: float, unit: str, digits: int = 6) -> str:
+    """Return a number with its unit; the unit 1 is left out."""
+    return number(value, digits) + ("" if unit == "1" else f" {unit}")
+
+
+def assignments(values: Mapping[str, float], units: Mapping[str, str]) -> str:
+    """Return ``name = value unit`` entries, separated by commas."""
+    return ", ".join(f"{n} = {quantity(v, units.get(n, '1'))}" for n, v in values.items())
+
+
+def show(text: str = "") -> None:
+    """Print a line, wrapped at 80 columns with its indentation kept."""
+    if len(text) <= WIDTH:
+        print(text)
+        return
+    indent = " " * (len(text) - len(text.lstrip()) + 2)
+    lines = textwrap.wrap(
+        text,
+        WIDTH,
+        subsequent_indent=indent,
+        break_long_words=False,
+        break_on_hyphens=False,
+        drop_whitespace=True,
+    )
+    print("\n".join(lines))
+
+
+def show_table(
+    head: Sequence[str], rows: Iterable[Sequence[str]], left: Sequence[int] = (0,), indent: int = 2
+) -> None:
+    """Print aligned columns; those in `left` are flush left, the others flush right.
+
+    The last column is wrapped into what is left of the line where it is flush left.
+    """
+    table = [list(head), *(list(row) for row in rows)]
+    widths = [max(len(row[i]) for row in table) for i in range(len(head))]
+    last = len(head) - 1
+    room = WIDTH - indent - sum(widths[:-1]) - 2 * last
+    for row in table:
+        cells = [
+            c.ljust(w) if i in left else c.rjust(w)
+            for i, (c, w) in enumerate(zip(row, widths, strict=True))
+        ]
+        start = " " * indent + "  ".join(cells[:-1]) + ("  " if last else "")
+        if last not in left or len(row[last]) <= room or room < 20:
+            print((start + cells[last]).rstrip())
+            continue
+        for i, line in enumerate(textwrap.wrap(row[last], room, break_on_hyphens=False)):
+            print((start if i == 0 else " " * len(start)) + line)
+
+
+def wrap_expression(start: str, text: str, width: int = WIDTH, indent: str = "") -> list[str]:
+    """Return `start` and a formula as lines, broken before + or − in as few brackets as can be.
+
+    Parameters
+    ----------
+    start : str
+        Opens the first line; the others open with `indent`.
+    text : str
+    width : int
+    indent : str
+    """
+    lines: list[str] = []
+    line = start + text
+    while len(line) > width:
+        least = len(indent if lines else start) + 1
+        half = (least + width) // 2
+        places = list(_breaks(line, half, width)) or list(_breaks(line, least, width))
+        if not places:
+            break
+        _, at = min(places, key=lambda place: (place[0], -place[1]))
+        lines.append(line[:at].rstrip())
+        line = indent + line[at:].lstrip()
+    return [*lines, line]
+
+
+def _breaks(line: str, least: int, most: int) -> Iterator[tuple[int, int]]:
+    """Yield bracket depth and position of the spaces where a line may end."""
+    depth = 0
+    for i, character in enumerate(line[: most + 1]):
+        depth += (character in "([{") - (character in ")]}")
+        before_sign = line[i + 1 : i + 3] in ("+ ", "- ") or line[i + 1 : i + 3] in (">=", "> ")
+        if character == " " and i >= least and (before_sign or line[i - 1] == ","):
+            yield depth, i

@@ -1,0 +1,261 @@
+"""The grammar of the command line; nothing heavy is imported before a command runs."""
+
+from __future__ import annotations
+
+import argparse
+import difflib
+import importlib
+from collections.abc import Callable, Sequence
+from typing import Any, NoReturn
+
+import painleve_sym
+from painleve_sym.errors import InputError, unknown_name
+
+PROGRAM = "painleve"
+DERIVE_FORMATS = ("text", "latex", "python", "json")
+AUTOMATON_FORMATS = ("text", "mermaid", "graphviz", "json")
+
+# Command → module and summary; the function in the module has the name of the command.
+COMMANDS: dict[str, tuple[str, str]] = {
+    "models": ("describe", "list the mechanisms: coordinates, parameters, units, source"),
+    "laws": ("describe", "list the contact laws and restitution rules, with parameters"),
+    "derive": ("derive", "show the closed forms of a mechanism: text, LaTeX, Python, JSON"),
+    "classify": ("run", "solve the rigid contact at a state: every solution, or none"),
+    "jump": ("run", "compute the three-phase velocity jump at a state"),
+    "simulate": ("run", "follow the motion with a softened contact, event by event"),
+    "automaton": ("describe", "show the modes and events of a mechanism with a contact law"),
+    "reproduce": ("reproduce", "redo the tables, figures and formulas of the paper"),
+}
+
+_OPENING = """\
+Contact with dry friction where rigid bodies have no answer, or two.
+
+commands:
+"""
+
+_EXAMPLES = """\
+examples:
+  painleve classify rod --state theta=1,theta_dot=1,x_A_dot=-1
+  painleve simulate rod --state theta=1,theta_dot=1,x_A_dot=-1 \\
+      --law bilinear-hertz --law-set E=20.9e14 --t-end 0.01 --until separation
+  painleve jump rod --state theta=1,theta_dot=1,x_A_dot=-1 --restitution 0.75
+
+`painleve COMMAND --help` shows the options of a command. SI units and radians.
+
+exit codes: 0 done; 1 failure; 2 bad input; 3 the run stopped early (see simulate);
+130 interrupted."""
+
+_SCENARIO = """\
+CASE is the name of a mechanism (`painleve models`) or a scenario, a TOML file:
+
+  model = "rod"
+  t_end = 0.01
+  until = ["separation"]
+  state = { theta = 1.0, theta_dot = 1.0, x_A_dot = -1.0 }
+  parameters = { mu = 1.4 }
+
+  [law]
+  name = "bilinear-hertz"
+  reload = "virgin"
+  parameters = { E = 20.9e14, e_energetic = 0.75 }
+
+Other keys: title, initial_force, engine, rtol, max_steps, max_events, samples,
+restitution, rule. One file serves classify, simulate and jump; each takes the keys
+it needs. Options override the file, --state, --set and --law-set entry by entry; a
+different --law drops the law parameters of the file."""
+
+_STOPS = """
+
+exit codes: 0 for a run that ended at t_end, at --until or where the mechanism left
+its domain; 3 for one that stopped early (step_limit, event_limit, accumulation,
+non_finite, step_underflow, no_mode), after what it has was printed; 2 bad input."""
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser whose errors are exceptions, so that all are shown in one way."""
+
+    def __init__(self, **options: Any) -> None:
+        options.setdefault("formatter_class", argparse.RawDescriptionHelpFormatter)
+        super().__init__(allow_abbrev=False, **options)
+
+    def error(self, message: str) -> NoReturn:
+        command = self.prog.removeprefix(PROGRAM).strip()
+        what = message.removeprefix("argument ")
+        raise InputError(f"{f'{command}: ' if command else ''}{what}. Fix: see `{self.prog} -h`.")
+
+    def options(self) -> list[str]:
+        """Return the long options."""
+        return [o for a in self._actions for o in a.option_strings if o.startswith("--")]
+
+
+def _case(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("case", metavar="CASE", help="mechanism, or a scenario file (see below)")
+    parser.add_argument(
+        "--state",
+        action="append",
+        metavar="NAME=VALUE,...",
+        help="coordinates and velocities (theta, theta_dot, ...); what is left out is 0",
+    )
+    _set(parser)
+
+
+def _set(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--set", action="append", metavar="NAME=VALUE,...", help="parameters of the mechanism"
+    )
+
+
+def _law(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--law", metavar="NAME", help="contact law (`painleve laws` lists them)")
+    parser.add_argument(
+        "--law-set",
+        action="append",
+        metavar="NAME=VALUE,...",
+        help="parameters and choices of the law, such as E=20.9e14,reload=virgin",
+    )
+
+
+def _json(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--json", action="store_true", help="print JSON with full precision")
+
+
+def _describe_options(sub: dict[str, _Parser]) -> None:
+    _json(sub["models"])
+    _json(sub["laws"])
+    derive, automaton = sub["derive"], sub["automaton"]
+    for parser, formats in ((derive, DERIVE_FORMATS), (automaton, AUTOMATON_FORMATS)):
+        parser.add_argument("model", metavar="MODEL", help="mechanism (`painleve models`)")
+        parser.add_argument(
+            "--format", default="text", metavar="FORMAT", help=f"{', '.join(formats)}"
+        )
+    derive.description = (
+        f"{derive.description}\n\nT, V, mass matrix, A and B for both slip directions, sticking, "
+        "critical friction\nand the three phases of the jump. --format python prints a module of "
+        "plain functions."
+    )
+    _law(automaton)
+
+
+def _run_options(sub: dict[str, _Parser]) -> None:
+    for name in ("classify", "jump", "simulate"):
+        _case(sub[name])
+        sub[name].epilog = _SCENARIO + (_STOPS if name == "simulate" else "")
+    jump, simulate = sub["jump"], sub["simulate"]
+    jump.add_argument("--restitution", metavar="E", help="coefficient in [0, 1], by default 0.75")
+    jump.add_argument("--rule", metavar="RULE", help="energetic (default), poisson or newton")
+    _law(simulate)
+    for option, metavar, text in (
+        ("--t-end", "TIME", "end time, s"),
+        ("--until", "EVENT,...", "end at the first event of these kinds, such as separation"),
+        ("--initial-force", "N", "start compressed so that the contact carries this force, N"),
+        ("--rtol", "X", "relative tolerance, from 1e-15 up to 1"),
+        ("--max-steps", "N", "stop after so many steps, by default 1e6"),
+        ("--max-events", "N", "stop after so many events, by default 1e5"),
+        ("--engine", "NAME", "auto (default), compiled or erk"),
+        ("--samples", "N", "also give state and forces at N evenly spaced times"),
+        ("--save", "FILE", "write the whole trajectory, an NPZ file"),
+        ("--plot", "FILE", "draw it, as PNG, SVG or PDF by the suffix"),
+    ):
+        simulate.add_argument(option, metavar=metavar, help=text)
+    for name in ("classify", "jump", "simulate"):
+        _json(sub[name])
+
+
+def _reproduce_options(parser: _Parser) -> None:
+    parser.add_argument("--out", metavar="DIR", help="also write a report with figures here")
+    parser.add_argument(
+        "--only",
+        action="append",
+        metavar="ID,...",
+        help="only these items or groups (--list shows them)",
+    )
+    parser.add_argument("--list", action="store_true", help="list the items and end")
+    _json(parser)
+    parser.epilog = (
+        "Progress goes to standard error, the table to standard output.\n\n"
+        "exit codes: 0 when every verdict is the expected one, else 1; 2 bad input."
+    )
+
+
+def _parsers() -> tuple[_Parser, dict[str, _Parser]]:
+    parser = _Parser(
+        prog=PROGRAM,
+        usage=f"{PROGRAM} [-h] [--version] COMMAND ...",
+        description=_OPENING + "\n".join(f"  {n:10s} {t}" for n, (_, t) in COMMANDS.items()),
+        epilog=_EXAMPLES,
+    )
+    parser.add_argument("--version", action="version", version=painleve_sym.__version__)
+    group = parser.add_subparsers(
+        dest="command", metavar="COMMAND", prog=PROGRAM, help=argparse.SUPPRESS
+    )
+    sub: dict[str, _Parser] = {}
+    for name, (_, text) in COMMANDS.items():
+        sub[name] = group.add_parser(name, description=f"{text[0].upper()}{text[1:]}.")
+    _describe_options(sub)
+    _run_options(sub)
+    _reproduce_options(sub["reproduce"])
+    return parser, sub
+
+
+def read_arguments(argv: Sequence[str]) -> argparse.Namespace:
+    """Return the parsed arguments; without any, those that ask for help.
+
+    Raises
+    ------
+    InputError
+        Unknown commands and options (the nearest is named), missing or misplaced values.
+    """
+    words = list(argv) or ["--help"]
+    if words[0] == "help":
+        words = [*words[1:], "--help"]
+    if not words[0].startswith("-") and words[0] not in COMMANDS:
+        raise InputError(unknown_name("command", words[0], COMMANDS))
+    parser, sub = _parsers()
+    known, rest = parser.parse_known_args(_joined(words))
+    if rest:
+        name = known.command
+        options = (sub[name] if name else parser).options()
+        raise InputError(f"{f'{name}: ' if name else ''}{_unexpected(rest[0], options)}")
+    if known.command is None:
+        raise InputError(f"no command, need one of {', '.join(COMMANDS)}. Fix: see `painleve -h`.")
+    return known
+
+
+def _unexpected(word: str, options: list[str]) -> str:
+    if not word.startswith("-"):
+        return (
+            f"unexpected {word!r}. Fix: leave it out; several name=value are joined by commas, "
+            "without spaces."
+        )
+    name = word.partition("=")[0]
+    near = difflib.get_close_matches(name, options, n=1, cutoff=0.6)
+    hint = f" Did you mean {near[0]!r}?" if near else ""
+    return f"unknown option {name!r}.{hint} Known: {', '.join(options)}."
+
+
+def _joined(words: list[str]) -> list[str]:
+    """Join an option and a negative number, which argparse would take for an option."""
+    joined: list[str] = []
+    for word in words:
+        before = joined[-1] if joined else ""
+        if before.startswith("--") and "=" not in before and _is_negative_number(word):
+            joined[-1] = f"{before}={word}"
+        else:
+            joined.append(word)
+    return joined
+
+
+def _is_negative_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return word.startswith("-")
+
+
+def run_command(arguments: argparse.Namespace) -> int:
+    """Import the module of the command, run it and return its exit code."""
+    home = COMMANDS[arguments.command][0]
+    module = importlib.import_module(f"painleve_sym.cli.{home}")
+    command: Callable[[argparse.Namespace], int] = getattr(module, arguments.command)
+    return command(arguments)

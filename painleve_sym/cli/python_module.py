@@ -1,0 +1,204 @@
+"""The closed forms of a mechanism as a Python module that needs nothing but `math`."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable, Sequence
+
+import sympy as sp
+
+from painleve_sym.cli.formulas import Formula, Impulse, Section, impulse_units
+from painleve_sym.cli.output import wrap_expression
+from painleve_sym.laws.impact import E_C, P_C, V_N_MINUS, restitution_law
+from painleve_sym.mechanics.coefficients import F_N
+from painleve_sym.mechanics.impulses import V_N, V_N_PLUS, V_T
+from painleve_sym.mechanics.models import Mechanism
+
+_CONTACT = {
+    F_N: "normal force; N",
+    V_T: "slip velocity at the start of the phase; m/s",
+    V_N: "normal velocity at the start of the phase; m/s",
+    V_N_MINUS: "normal velocity before the impact; m/s",
+    V_N_PLUS: "normal velocity after the impact; m/s",
+    P_C: "normal impulse of both compressions; N s",
+    E_C: "energy stored by both compressions; J",
+}
+
+
+def python_code(expr: sp.Basic) -> str:
+    """Return an expression as Python that needs only `math`."""
+    if expr.is_Integer:
+        return str(float(expr))
+    return str(sp.pycode(expr))
+
+
+def python_module(mechanism: Mechanism, found: Sequence[Section]) -> str:
+    """Return the text of the module: one function per formula, and the whole jump."""
+    meanings = _meanings(mechanism)
+    parts = [
+        f'"""Closed forms of {mechanism.name}: {mechanism.title}.\n\n'
+        f"Written by `painleve derive {mechanism.name} --format python`. SI units, radians.\n"
+        '"""\n\nimport math'
+    ]
+    phases = [p for s in found for p in s.phases]
+    formulas = [f for s in found for f in s.formulas]
+    parts += [_formula(f, meanings) for f in formulas]
+    parts += [_phase(p, meanings, mechanism) for p in phases]
+    parts.append(_whole_jump(mechanism, formulas, phases, meanings))
+    return "\n\n\n".join(parts) + "\n"
+
+
+def _meanings(mechanism: Mechanism) -> dict[sp.Symbol, str]:
+    """Return what each possible argument means, in the order arguments are given."""
+    system = mechanism.system
+    found = {c.symbol: f"{c.meaning}; {c.unit}" for c in system.coordinates}
+    found |= {c.rate: f"velocity of {c.name}; {c.unit}/s" for c in system.coordinates}
+    found |= _CONTACT
+    found |= {p.symbol: f"{p.meaning}; {p.unit}" for p in system.parameters}
+    for name in ("newton", "poisson", "energetic"):
+        parameter = restitution_law(name).parameter
+        found[parameter.symbol] = parameter.meaning
+    return found
+
+
+def _arguments(
+    exprs: Iterable[sp.Basic | sp.MatrixBase], meanings: dict[sp.Symbol, str]
+) -> list[sp.Symbol]:
+    used: set[sp.Symbol] = set().union(*(e.free_symbols for e in exprs))
+    return [s for s in meanings if s in used]
+
+
+def _head(name: str, arguments: Sequence[sp.Symbol], result: str) -> list[str]:
+    line = f"def {name}({', '.join(f'{a}: float' for a in arguments)}) -> {result}:"
+    if len(line) <= 99:
+        return [line]
+    return [f"def {name}(", *(f"    {a}: float," for a in arguments), f") -> {result}:"]
+
+
+def _docstring(
+    summary: str,
+    arguments: Sequence[sp.Symbol],
+    meanings: dict[sp.Symbol, str],
+    keys: Sequence[str] = (),
+) -> list[str]:
+    lines = _wrapped(f'"""{summary}', "    ")
+    if not arguments:
+        return [*lines[:-1], lines[-1] + '"""']
+    lines += ["", "    Parameters", "    ----------"]
+    for a in arguments:
+        lines += [f"    {a} : float", *_wrapped(f"{meanings[a]}.", "        ")]
+    if keys:
+        lines += ["", "    Returns", "    -------", "    dict of str to float"]
+        lines += _wrapped(f"{', '.join(keys)}.", "        ")
+    return [*lines, '    """']
+
+
+def _wrapped(text: str, indent: str) -> list[str]:
+    return textwrap.wrap(
+        text,
+        99,
+        initial_indent=indent,
+        subsequent_indent=indent,
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
+
+
+def _entry(start: str, code: str, end: str, indent: str) -> list[str]:
+    if len(indent) + len(start) + len(code) + len(end) <= 99:
+        return [f"{indent}{start}{code}{end}"]
+    inner = indent + "    "
+    return [f"{indent}{start}(", *wrap_expression(inner, code, 99, inner), f"{indent}){end}"]
+
+
+def _formula(formula: Formula, meanings: dict[sp.Symbol, str]) -> str:
+    arguments = _arguments([formula.value], meanings)
+    matrix = isinstance(formula.value, sp.MatrixBase)
+    unit = "" if formula.unit in ("1", "SI") else f"; {formula.unit}"
+    lines = _head(formula.name, arguments, "list[list[float]]" if matrix else "float")
+    lines += _docstring(f"Return {formula.meaning}{unit}.", arguments, meanings)
+    if matrix:
+        lines.append("    return [")
+        for i in range(formula.value.rows):
+            row = ", ".join(python_code(formula.value[i, j]) for j in range(formula.value.cols))
+            lines += wrap_expression(" " * 8, f"[{row}],", 99, " " * 12)
+        lines.append("    ]")
+    else:
+        lines += _entry("return ", python_code(formula.value), "", "    ")
+    return "\n".join(lines)
+
+
+def _phase_arguments(phase: Impulse, meanings: dict[sp.Symbol, str]) -> list[sp.Symbol]:
+    return _arguments(phase.values.values(), meanings)
+
+
+def _phase(phase: Impulse, meanings: dict[sp.Symbol, str], mechanism: Mechanism) -> str:
+    arguments = _phase_arguments(phase, meanings)
+    units = impulse_units(mechanism)
+    what = phase.name.replace("_neg", "").replace("_pos", "").replace("_", " ")
+    after = f" with {phase.meaning}" if phase.meaning else ""
+    lines = _head(phase.name, arguments, "dict[str, float]")
+    lines += _docstring(
+        f"Return impulses, energy and velocities after the {what} phase{after}.",
+        arguments,
+        meanings,
+        [f"{name} [{unit}]" for name, unit in units.items()],
+    )
+    lines.append("    return {")
+    for name, value in phase.values.items():
+        lines += _entry(f'"{name}": ', python_code(value), ",", "        ")
+    lines.append("    }")
+    return "\n".join(lines)
+
+
+def _whole_jump(
+    mechanism: Mechanism,
+    formulas: Sequence[Formula],
+    phases: Sequence[Impulse],
+    meanings: dict[sp.Symbol, str],
+) -> str:
+    """Return the function that chains the phases with the energetic restitution."""
+    by_name = {f.name: f for f in formulas} | {p.name: p for p in phases}
+    symbols: dict[str, list[sp.Symbol]] = {}
+    for name, one in by_name.items():
+        values = one.values.values() if isinstance(one, Impulse) else [one.value]
+        symbols[name] = _arguments(values, meanings)
+    velocities = {c.rate for c in mechanism.system.coordinates}
+    chain = ("slip_velocity", "gap_rate", "rebound_energetic", *(p.name for p in phases))
+    outer = [s for s in meanings if s not in _CONTACT and any(s in symbols[name] for name in chain)]
+
+    def call(name: str, put: dict[sp.Symbol, str], before: str = "") -> str:
+        def written(s: sp.Symbol) -> str:
+            if s in put:
+                return put[s]
+            return f'{before}["{s}"]' if before and s in velocities else str(s)
+
+        return f"{name}({', '.join(f'{s}={written(s)}' for s in symbols[name])})"
+
+    start = {V_T: "v_t", V_N: "v_n"}
+    second = {V_T: "0.0", V_N: 'first["normal_velocity"]'}
+    closed = {
+        P_C: 'first["normal_impulse"] + second["normal_impulse"]',
+        E_C: 'first["stored_energy"] + second["stored_energy"]',
+        V_N_MINUS: "v_n",
+    }
+    lines = _head("jump", outer, "list[dict[str, float]]")
+    lines += _docstring(
+        "Return the three phases of the jump, closed by the energetic restitution. "
+        "Whether they take place in this form is for the caller to know: see `painleve jump`.",
+        outer,
+        meanings,
+    )
+    lines += [f"    v_t = {call('slip_velocity', {})}", f"    v_n = {call('gap_rate', {})}"]
+    lines.append("    if v_t < 0:")
+    lines += _entry("first = ", call("tangential_neg", start), "", " " * 8)
+    lines.append("    else:")
+    lines += _entry("first = ", call("tangential_pos", start), "", " " * 8)
+    calls = (
+        ("second = ", call("sticking_compression", second, "first")),
+        ("v_n_plus = ", call("rebound_energetic", closed, "second")),
+        ("third = ", call("sticking_restitution", {V_N_PLUS: "v_n_plus"}, "second")),
+    )
+    for target, code in calls:
+        lines += _entry(target, code, "", "    ")
+    return "\n".join([*lines, "    return [first, second, third]"])

@@ -1,0 +1,322 @@
+"""The commands that compute something at a state: classify, jump, simulate."""
+
+from __future__ import annotations
+
+import argparse
+import warnings
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from painleve_sym.cli.case import read_case
+from painleve_sym.cli.options import OTHER_FORMATS, output_file
+from painleve_sym.cli.output import assignments, number, print_json, quantity, show, show_table
+from painleve_sym.errors import InputError, PainleveWarning, StopReason
+from painleve_sym.mechanics.models import Mechanism
+from painleve_sym.simulate.classify import Classification
+from painleve_sym.simulate.jump import JumpResult
+from painleve_sym.simulate.trajectory import EventRecord, Trajectory
+from painleve_sym.study.scenario import Scenario
+
+EXIT_STOPPED_EARLY = 3
+ORDINARY = (StopReason.T_END, StopReason.UNTIL, StopReason.LEFT_DOMAIN)
+PLOT_SUFFIXES = (".png", ".svg", ".pdf")
+SHOWN_EVENTS = 40
+FORCES = ("normal_force", "tangential_force")
+
+_CASES = {
+    "slip": "one solution, the contact slides on",
+    "liftoff": "one solution, the contact opens",
+    "stick": "one solution, the contact sticks",
+    "inconsistent": "no forces of a rigid contact are possible here",
+    "indeterminate": "several solutions, the rigid model does not choose",
+}
+
+
+def state_units(mechanism: Mechanism) -> dict[str, str]:
+    """Return the unit of every coordinate and velocity by name."""
+    coordinates = mechanism.system.coordinates
+    units = {c.name: c.unit for c in coordinates}
+    return units | {f"{c.name}_dot": f"{c.unit}/s" for c in coordinates}
+
+
+def _show_case(
+    mechanism: Mechanism, scenario: Scenario, parameters: Mapping[str, float] | None = None
+) -> None:
+    if scenario.title:
+        show(scenario.title)
+    units = {p.name: p.unit for p in mechanism.system.parameters}
+    values = {p.name: p.default for p in mechanism.system.parameters} | dict(scenario.parameters)
+    show(f"{mechanism.name} with {assignments(parameters or values, units)}")
+    start = {k: v for k, v in (scenario.state or {}).items() if v != 0}
+    others = "all 0" if not start else "others 0"
+    show(f"at {assignments(start, state_units(mechanism))} ({others})".replace("at  (", "at ("))
+
+
+# ---- classify ----
+
+
+def classify(arguments: argparse.Namespace) -> int:
+    """Print the rigid contact problem at a state with every solution."""
+    scenario = read_case(arguments)
+    found = scenario.classify()
+    if arguments.json:
+        print_json(found.to_dict())
+        return 0
+    _show_case(scenario.mechanism(), scenario, found.parameters)
+    _show_classification(found)
+    return 0
+
+
+def _show_classification(found: Classification) -> None:
+    show()
+    show("normal acceleration of the contact as a function of the normal force F_n")
+    rows = [
+        ("slip", "A F_n + B", f"A  = {number(found.A)} 1/kg", f"B  = {number(found.B)} m/s^2"),
+        (
+            "stick",
+            "A' F_n + B'",
+            f"A' = {number(found.A_stick)} 1/kg",
+            f"B' = {number(found.B_stick)} m/s^2",
+        ),
+    ]
+    show_table(("", "", "", ""), rows, left=(0, 1, 2, 3))
+    show()
+    show(f"case: {found.case.value} ({_CASES[found.case.value]})")
+    if found.solutions:
+        head = ("solution", "F_n [N]", "F_t [N]", "a_n [m/s^2]", "a_t [m/s^2]")
+        show_table(
+            head,
+            [
+                (
+                    s.mode.value,
+                    number(s.normal_force),
+                    number(s.tangential_force),
+                    number(s.normal_acceleration),
+                    number(s.tangential_acceleration),
+                )
+                for s in found.solutions
+            ],
+        )
+
+
+# ---- jump ----
+
+
+def jump(arguments: argparse.Namespace) -> int:
+    """Print the three phases of the velocity jump."""
+    scenario = read_case(arguments)
+    found = scenario.jump()
+    if arguments.json:
+        print_json(jump_data(found))
+        return 0
+    _show_case(scenario.mechanism(), scenario)
+    _show_jump(found, scenario)
+    return 0
+
+
+def jump_data(found: JumpResult) -> dict[str, Any]:
+    """Return a jump as plain data with the documented keys."""
+    return {
+        "mechanism": found.mechanism,
+        "rule": found.restitution,
+        "slip": found.slip,
+        "phases": [
+            {
+                "name": p.name,
+                "normal_impulse": p.normal_impulse,
+                "tangential_impulse": p.tangential_impulse,
+                "stored_energy": p.stored_energy,
+                "velocity": dict(p.velocity),
+                "slip_velocity": p.slip_velocity,
+                "normal_velocity": p.normal_velocity,
+            }
+            for p in found.phases
+        ],
+        "final": {"velocity": dict(found.velocity)},
+        "energy_change": found.energy_change,
+    }
+
+
+def _show_jump(found: JumpResult, scenario: Scenario) -> None:
+    from painleve_sym.laws.impact import restitution_law
+
+    rule = restitution_law(found.restitution)
+    value = scenario.restitution if scenario.restitution is not None else rule.parameter.default
+    show(f"{rule.title}, {rule.parameter.name} = {number(value)}")
+    show()
+    head = ("phase", "P_n [N s]", "P_t [N s]", "stored [J]")
+    show_table(
+        head,
+        [
+            (
+                p.name,
+                number(p.normal_impulse),
+                number(p.tangential_impulse),
+                number(p.stored_energy),
+            )
+            for p in found.phases
+        ],
+    )
+    show()
+    show("velocities at the end of each phase")
+    units = state_units(scenario.mechanism())
+    names = list(found.velocity)
+    before = {n: (scenario.state or {}).get(n, 0.0) for n in names}
+    rows = [("before", *(number(before[n]) for n in names))]
+    rows += [(p.name, *(number(p.velocity[n]) for n in names)) for p in found.phases]
+    show_table(("", *(f"{n} [{units[n]}]" for n in names)), rows)
+    show()
+    show(f"energy change {quantity(found.energy_change, 'J')}")
+    if found.energy_change > 0:
+        show(f"Energy was gained: {rule.note}.")
+
+
+# ---- simulate ----
+
+
+def simulate(arguments: argparse.Namespace) -> int:
+    """Integrate the softened motion and print its events and its end."""
+    files = _output_files(arguments)
+    scenario = read_case(arguments)
+    trajectory = scenario.simulate()
+    written = _write_files(files, trajectory, scenario)
+    if arguments.json:
+        print_json(simulation_data(trajectory, scenario, written))
+    else:
+        _show_run(trajectory, scenario, written)
+    return 0 if trajectory.stop_reason in ORDINARY else EXIT_STOPPED_EARLY
+
+
+def _output_files(arguments: argparse.Namespace) -> dict[str, Path]:
+    files = {}
+    if arguments.save is not None:
+        files["save"] = output_file("--save", arguments.save)
+        if files["save"].suffix.lower() in OTHER_FORMATS:
+            raise InputError(
+                f"--save: got {arguments.save}, need a name ending in .npz, the format written."
+            )
+    if arguments.plot is not None:
+        files["plot"] = output_file("--plot", arguments.plot, PLOT_SUFFIXES)
+    return files
+
+
+def _write_files(
+    files: Mapping[str, Path], trajectory: Trajectory, scenario: Scenario
+) -> dict[str, str]:
+    written = {}
+    if "save" in files:
+        trajectory.save(files["save"])
+        written["save"] = str(files["save"])
+    if "plot" in files and not len(trajectory.step_time):
+        warnings.warn("nothing to plot: no step was taken.", PainleveWarning, stacklevel=2)
+    elif "plot" in files:
+        from painleve_sym.present.trajectory_plot import write_trajectory_plot
+
+        write_trajectory_plot(trajectory, files["plot"], scenario.mechanism())
+        written["plot"] = str(files["plot"])
+    return written
+
+
+def simulation_data(
+    trajectory: Trajectory, scenario: Scenario, written: Mapping[str, str]
+) -> dict[str, Any]:
+    """Return a motion as plain data: `Trajectory.to_dict`, what made it, and its samples."""
+    data = {
+        "mechanism": trajectory.mechanism,
+        "law": trajectory.law,
+        "choices": trajectory.choices,
+        "parameters": trajectory.parameters,
+        **trajectory.to_dict(),
+        "rtol": trajectory.rtol,
+    }
+    if scenario.samples is not None:
+        data["samples"] = samples(trajectory, scenario.samples)
+    if written:
+        data["files"] = dict(written)
+    return data
+
+
+def samples(trajectory: Trajectory, count: int) -> dict[str, Any]:
+    """Return states and outputs at `count` evenly spaced times, each of shape (count,).
+
+    Without any step there is one time, the end.
+    """
+    if not len(trajectory.step_time):
+        final = {name: [value] for name, value in trajectory.final.items()}
+        outputs = {name: [value] for name, value in trajectory.final_outputs.items()}
+        return {"time": [trajectory.final_time], "state": final, **outputs}
+    times = trajectory.sample(count)
+    states = dict(zip(trajectory.state_names, trajectory(times).T, strict=True))
+    return {"time": times, "state": states, **trajectory.outputs(times)}
+
+
+def _show_run(trajectory: Trajectory, scenario: Scenario, written: Mapping[str, str]) -> None:
+    mechanism, law = scenario.mechanism(), scenario.contact_law()
+    own = {p.name for p in mechanism.system.parameters}
+    values = trajectory.parameters
+    _show_case(mechanism, scenario, {k: v for k, v in values.items() if k in own})
+    units = {p.name: p.unit for p in law.parameters}
+    choices = "".join(f" ({name} {value})" for name, value in trajectory.choices.items())
+    of_law = assignments({k: v for k, v in values.items() if k not in own}, units)
+    show(f"law {law.name}{choices} with {of_law}")
+    show()
+    _show_events(trajectory.events)
+    _show_end(trajectory, state_units(mechanism))
+    if scenario.samples is not None:
+        _show_samples(samples(trajectory, scenario.samples))
+    for name, path in written.items():
+        show(f"{'saved' if name == 'save' else 'plotted'}: {path}")
+
+
+def _show_events(events: Sequence[EventRecord]) -> None:
+    if not events:
+        show("no events")
+        return
+    half = SHOWN_EVENTS // 2
+    hidden = max(0, len(events) - SHOWN_EVENTS)
+    shown = events if not hidden else [*events[:half], *events[-half:]]
+    rows = [
+        (
+            number(e.time, 9),
+            e.kind,
+            e.mode_after,
+            number(e.normal_force),
+            number(e.compression),
+        )
+        for e in shown
+    ]
+    if hidden:
+        rows.insert(half, ("...", f"{hidden} more", "", "", ""))
+    head = ("time [s]", "event", "mode after", "F_n [N]", "depth [m]")
+    show_table(head, rows, left=(1, 2), indent=0)
+
+
+def _show_end(trajectory: Trajectory, units: Mapping[str, str]) -> None:
+    reason = trajectory.stop_reason
+    text = trajectory.stop_detail or reason.advice
+    show()
+    show(f"stopped at t = {number(trajectory.final_time, 9)} s: {reason.label} ({text})")
+    rows = [(n, number(v, 9), units.get(n, "")) for n, v in trajectory.final.items() if n in units]
+    rows += [(n, number(trajectory.final_outputs[n], 9), "N") for n in FORCES]
+    show_table(("state", "value", "unit"), rows, left=(0, 2))
+    counters = trajectory.counters
+    show(
+        f"{counters['accepted_steps']} steps, {len(trajectory.events)} events, "
+        f"relative energy residual {number(trajectory.energy_residual, 2)}, "
+        f"engine {trajectory.engine}, rtol {number(trajectory.rtol)}"
+    )
+
+
+def _show_samples(data: Mapping[str, Any]) -> None:
+    show()
+    columns = {
+        "time [s]": data["time"],
+        "gap [m]": data["gap"],
+        "slip [m/s]": data["slip_velocity"],
+        "normal [m/s]": data["gap_rate"],
+        "F_n [N]": data["normal_force"],
+        "F_t [N]": data["tangential_force"],
+    }
+    rows = zip(*columns.values(), strict=True)
+    show_table(list(columns), [[number(float(v)) for v in row] for row in rows], left=(), indent=0)

@@ -1,0 +1,381 @@
+"""The second engine: the same automaton on CasADi's event-capable `erk` integrator, no compiler."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from painleve_sym.codegen.modes import AutomatonFunctions
+from painleve_sym.codegen.run import DENSE_ROWS, Array, RawRun, RunOptions
+from painleve_sym.codegen.window import GRID, Call, ModeRunner, Window
+from painleve_sym.errors import StopReason
+from painleve_sym.hybrid.automaton import Choice, HybridAutomaton
+
+_HUGE = 1e300
+"""Stands for inf, so that 0·inf is no nan."""
+_CHUNK = 256
+"""Points per call of the outputs: many enough to hide the cost of a call."""
+_RESOLVED = 1e-3
+"""Part of a first step from which on the sign of a guard that started at zero can be trusted."""
+_REPLACEMENTS = 8
+"""Times that an earlier event may replace one; each is earlier still, so one or two are usual."""
+
+# The compiled engine's constants: its decisions are repeated here.
+_ZERO_TIME, _CHAIN, _SHRINKING, _REMAINDER = 1e-10, 64, 6, 1e-11
+
+_COUNTERS = ("accepted_steps", "rejected_steps", "field_evaluations")
+_MORE_COUNTERS = ("guard_evaluations", "dense_outputs", "events")
+
+
+@dataclass
+class _History:
+    """When one transition happened before."""
+
+    last: float = 0.0
+    interval: float = 0.0
+    shrinking: int = 0
+
+    def accumulates(self, t: float) -> bool:
+        """Whether the intervals shrink geometrically towards a limit that t has reached."""
+        interval, before = t - self.last, self.interval
+        self.last, self.interval = t, interval
+        if not before > 0 or not interval < 0.9999 * before:
+            self.shrinking = 0
+            return False
+        self.shrinking += 1
+        if self.shrinking < _SHRINKING:
+            return False
+        ratio = interval / before
+        return interval * ratio / (1 - ratio) < _REMAINDER * t
+
+
+class _Run:
+    """One run: its state, and the event loop of the compiled engine on windows instead of steps."""
+
+    reason: StopReason | None = None
+    stop_transition = -1
+    hit = False
+    t = h_ref = 0.0
+
+    def __init__(self, engine: ErkEngine, x: Array, c: Array, options: RunOptions) -> None:
+        self.engine, self.c, self.options = engine, c, options
+        self.modes, self.x = engine.automaton.modes, x
+        self.z = np.zeros(len(engine.automaton.memory))
+        self.mode = engine.start(x, self.z, c)
+        self.counters = dict.fromkeys(_COUNTERS + _MORE_COUNTERS, 0)
+        self.steps: list[Array] = []
+        self.events: list[Array] = []
+        self.armed = np.zeros(0, dtype=bool)
+        self.history: dict[tuple[int, int], _History] = {}
+        self.atol = np.minimum(options.atol, _HUGE)
+        # Powers of two: scaling then rounds nothing. 2^500 leaves a state out of the error norm.
+        exponent = np.round(np.log2(options.atol / options.rtol))
+        self.scale = np.exp2(np.clip(exponent, -500, 500))
+
+    def loop(self) -> None:
+        """Integrate until there is a reason to stop."""
+        # What the start state makes happen at once is its choice of mode, not an event of the run.
+        self.settle((), visible=False)
+        self.length = self.options.first_step or self.h_ref
+        while self.reason is None:
+            self.advance()
+
+    @property
+    def runner(self) -> ModeRunner:
+        """Integrator of the current mode."""
+        return self.engine.runner(self.mode, self.options.rtol)
+
+    # ---- entering a mode ----
+
+    def first_step(self) -> float:
+        """Return a first step (Hairer, Nørsett & Wanner, II.4), as the compiled engine does."""
+        o, field = self.options, self.runner.field
+        scale = self.atol + o.rtol * np.abs(self.x)
+        f0 = field(self.x, self.z, self.c)[0]
+        d0, d1 = np.sum((self.x / scale) ** 2), np.sum((f0 / scale) ** 2)
+        h = 0.01 * np.sqrt(d0 / d1) if d0 > 1e-10 and d1 > 1e-10 else 1e-6
+        h = min(h, o.max_step)
+        f1 = field(self.x + h * f0, self.z, self.c)[0]
+        self.counters["field_evaluations"] += 2
+        d2 = np.sum(((f1 - f0) / scale) ** 2)
+        slope = np.fmax(np.sqrt(d1), np.sqrt(d2) / h)
+        h1 = (0.01 / slope) ** 0.125 if slope > 1e-15 else np.fmax(1e-6, h * 1e-3)
+        h = float(np.fmin(100 * h, h1))
+        return h if 0 < h < o.max_step else o.max_step
+
+    def settle(self, departs: tuple[int, ...], visible: bool) -> None:
+        """Make the transitions happen that must happen at once, then arm the guards."""
+        for _ in range(_CHAIN):
+            if self.reason is not None:
+                return
+            self.h_ref = self.first_step()
+            if not np.isfinite(self.h_ref):
+                self.reason = StopReason.NON_FINITE
+                return
+            g, d, d2 = self.runner.jets(self.x, self.z, self.c)
+            sides = [_side(g[j], d[j], d2[j], self.h_ref, j in departs) for j in range(len(g))]
+            self.armed = np.array(sides) > 0
+            if -1 not in sides:
+                return
+            departs = self.apply(sides.index(-1), visible)
+        if self.reason is None:
+            self.reason = StopReason.ACCUMULATION
+
+    def apply(self, j: int, visible: bool) -> tuple[int, ...]:
+        """Apply transition j; return the guards of the new mode that are known to leave zero."""
+        transition, before = self.modes[self.mode].transitions[j], self.mode
+        x, z, conditions = self.runner.events[j](self.x, self.z, self.c)
+        departs: tuple[int, ...] = ()
+        if transition.stop is None:
+            choice = _chosen(conditions, transition.choices)
+            self.mode = self.engine.functions.mode_index[choice.target]
+            departs = self.engine.functions.departures(choice)
+        else:
+            self.reason, self.stop_transition = transition.stop, j
+        if visible:
+            self.note(transition.kind, before, j, x, z)
+        self.x, self.z = x, z
+        return departs
+
+    def note(self, kind: str, before: int, j: int, x: Array, z: Array) -> None:
+        """Count and record an event; x and z are those after it."""
+        self.counters["events"] += 1
+        if self.options.record != "end":
+            head = [self.t, before, j, self.mode]
+            self.events.append(np.concatenate([head, self.x, self.z, x, z]))
+        self.hit |= kind in self.options.until
+        history = self.history.setdefault((before, j), _History())
+        if self.reason is None and history.accumulates(self.t):
+            self.reason = StopReason.ACCUMULATION
+        if self.reason is None and self.counters["events"] >= self.options.max_events:
+            self.reason = StopReason.EVENT_LIMIT
+
+    # ---- smooth motion ----
+
+    def window(self, length: float, watch: bool) -> tuple[Window | None, int]:
+        """Integrate the current mode from here; return the window and the steps it took."""
+        window, work = self.runner.window(self.x, self.z, self.c, self.scale, length, watch)
+        self.counters["accepted_steps"] += work["n_steps"]
+        self.counters["rejected_steps"] += work["n_reject"]
+        self.counters["field_evaluations"] += work["n_rhs"]
+        self.counters["guard_evaluations"] += work.get("n_call_zeroF", 0) + GRID + 1
+        self.counters["dense_outputs"] += GRID
+        return window, work["n_steps"] + work["n_reject"]
+
+    def advance(self) -> None:
+        """One window, or the event it ran into."""
+        o, length = self.options, min(self.length, self.options.max_step)
+        last = self.t + length * 1.0000001 >= o.t_end
+        if last:
+            length = o.t_end - self.t
+        if self.counters["accepted_steps"] + self.counters["rejected_steps"] >= o.max_steps:
+            self.reason = StopReason.STEP_LIMIT
+            return
+        if not length > 16e-16 * abs(self.t) + 1e-200:
+            self.reason = StopReason.T_END if last else self.failure()
+            return
+        window, taken = self.window(length, watch=True)
+        if window is None:
+            self.length = length / GRID
+            return
+        if window.fired >= 0:
+            self.run_into(window.fired, window.place * length)
+            return
+        event = self.missed(window)
+        if event is not None:
+            self.run_into(*event)
+            return
+        self.accept(window)
+        if last:
+            self.t, self.reason = o.t_end, StopReason.T_END
+        self.length = length * float(np.clip(GRID / max(taken, 1), 0.25, 4.0))
+
+    def failure(self) -> StopReason:
+        """Return why no window can be integrated from here."""
+        rate = self.runner.field(self.x, self.z, self.c)[0]
+        finite = self.t > 0 and bool(np.isfinite(rate).all())
+        return StopReason.STEP_UNDERFLOW if finite else StopReason.NON_FINITE
+
+    def accept(self, window: Window) -> None:
+        """Record a window and move to its end."""
+        if self.options.record == "dense":
+            head = np.empty((GRID, 3 + len(self.z)))
+            head[:, 0], head[:, 1] = self.t + window.times[:-1], np.diff(window.times)
+            head[:, 2], head[:, 3:] = self.mode, self.z
+            self.steps.append(np.hstack([head, window.rows().reshape(GRID, -1)]))
+        self.t += float(window.times[-1])
+        self.x = window.at.x[-1]
+        self.armed |= window.at.g[-1] > 0
+
+    # ---- events ----
+
+    def run_into(self, j: int, tau: float) -> None:
+        """Let guard j fire, which is zero near `tau`, or an earlier one found on the way there."""
+        window, length = None, tau
+        for again in range(_REPLACEMENTS):
+            if not tau > 1e-14 * length:
+                window = None
+                break
+            window = self.end_at_zero(j, tau)
+            if window is None:
+                self.length = tau / GRID
+                return
+            earlier = self.missed(window, ended=j) if again < _REPLACEMENTS - 1 else None
+            if earlier is None:
+                break
+            j, tau = earlier
+        if window is not None:
+            self.accept(window)
+        self.settle(self.apply(j, visible=True), visible=True)
+        self.length = min(self.length, 10 * self.h_ref)
+        if self.hit and self.reason is None:
+            self.reason = StopReason.UNTIL
+
+    def end_at_zero(self, j: int, tau: float) -> Window | None:
+        """Integrate to where guard j is zero, to round-off: Newton on the length."""
+        window, _ = self.window(tau, watch=False)
+        for _ in range(4):
+            if window is None:
+                return None
+            g, dg = window.at.g[-1, j], window.at.dg[-1, j]
+            more = float(-g / dg) if dg < 0 else 0.0
+            if not abs(more) < 1e-3 * tau:
+                break
+            if abs(more) <= 1e-7 * tau:
+                # So close that the rest is linear: its square is below round-off.
+                window.times[-1] += more
+                window.at.x[-1] += more * window.at.rate[-1]
+                break
+            tau += more
+            window, _ = self.window(tau, watch=False)
+        return window
+
+    def missed(self, window: Window, ended: int = -1) -> tuple[int, float] | None:
+        """Return the first guard that reaches zero on the grid of a window, and when.
+
+        It finds what `erk` leaves out: two crossings in one step, a guard that starts on its
+        surface, the second of two guards. `ended` is the guard that is zero at the window's end.
+        """
+        end = float(window.times[-1])
+        found, limit = None, end
+        for j, armed in enumerate(self.armed):
+            tau = self.runner.first_zero(window, j, bool(armed), GRID - (j == ended))
+            # In the very first moments of a mode a guard that leaves zero is not resolved.
+            if tau is None or (tau == 0 and end < _RESOLVED * self.h_ref):
+                continue
+            # Of guards at one instant the first in the list fires, as in the compiled engine.
+            if tau < limit * (1 - 1e-12) or (found is None and ended < 0):
+                found, limit = (j, tau), tau
+        return found
+
+
+def _side(g: float, d: float, d2: float, h: float, departs: bool) -> int:
+    """1: on the positive side, armed; 0: at zero and leaving upwards; -1: fires now."""
+    d = float(np.nan_to_num(d, nan=0.0, posinf=_HUGE, neginf=-_HUGE))
+    d2 = d2 if np.isfinite(d2) else 0.0
+    first, second = d * _ZERO_TIME * h, 0.5 * d2 * (_ZERO_TIME * h) ** 2
+    if abs(g) > abs(first) + abs(second):
+        return 1 if g > 0 else -1
+    if departs:
+        return 0
+    return -1 if (first if abs(first) > abs(second) else second) < 0 else 0
+
+
+def _chosen(conditions: Array, choices: tuple[Choice, ...]) -> Choice:
+    admitted = (c for c, v in zip(choices[:-1], conditions, strict=False) if v > 0)
+    return next(admitted, choices[-1])
+
+
+class ErkEngine:
+    """Runge–Kutta 5(4) of CasADi in its virtual machine: slower, and needs no compiler.
+
+    The motion is integrated window by window. An event ends a window; the stretch up to it is then
+    integrated again, so that the event lies at the end of a step and Newton places it to round-off.
+    All else repeats the decisions of the compiled engine, which this one serves to check.
+
+    Parameters
+    ----------
+    automaton : HybridAutomaton
+    """
+
+    name = "erk"
+
+    def __init__(self, automaton: HybridAutomaton) -> None:
+        self.automaton = automaton
+        self.functions = AutomatonFunctions(automaton)
+        self._runners: dict[tuple[int, float], ModeRunner] = {}
+        self._many: dict[int, Call] = {}
+        # The functions work on arrays of their own: one run at a time.
+        self._lock = threading.RLock()
+
+    @cached_property
+    def _constants(self) -> Call:
+        return Call(self.functions.constants)
+
+    @cached_property
+    def _starts(self) -> Call:
+        return Call(self.functions.starts)
+
+    def runner(self, mode: int, rtol: float) -> ModeRunner:
+        """Return a mode's integrator, built on first use: the tolerance is part of it."""
+        runner = self._runners.get((mode, rtol))
+        if runner is None:
+            runner = self._runners[mode, rtol] = ModeRunner(self.functions, mode, rtol)
+        return runner
+
+    def start(self, x: Array, z: Array, c: Array) -> int:
+        """Return the mode that a run from this state starts in."""
+        choice = _chosen(self._starts(x, z, c)[0], self.automaton.starts)
+        return self.functions.mode_index[choice.target]
+
+    def constants(self, parameters: Array) -> Array:
+        """Return the parameters followed by the definitions, shape (nc,)."""
+        with self._lock:
+            return self._constants(parameters)[0]
+
+    def run(self, state: Array, parameters: Array, options: RunOptions) -> RawRun:
+        """Integrate from t = 0; the mode is chosen from the state.
+
+        A window, not a step, is what `first_step` and `max_step` bound, and `max_steps` is looked
+        at before each window.
+        """
+        x = np.array(state, dtype=np.float64)
+        with self._lock, np.errstate(all="ignore"):
+            r = _Run(self, x, self.constants(parameters), options)
+            r.loop()
+        nx, nz = len(x), len(r.z)
+        return RawRun(
+            time=r.t,
+            state=r.x,
+            memory=r.z,
+            mode=r.mode,
+            stop_reason=r.reason or StopReason.NO_MODE,
+            stop_transition=r.stop_transition,
+            steps=np.vstack([np.empty((0, 3 + nz + DENSE_ROWS * nx)), *r.steps]),
+            events=np.vstack([np.empty((0, 4 + 2 * (nx + nz))), *r.events]),
+            counters=r.counters,
+        )
+
+    def outputs(self, modes: Any, states: Array, memory: Array, constants: Array) -> Array:
+        """Return the automaton's outputs at n points, shape (n, no)."""
+        index = np.asarray(modes, dtype=np.int64)
+        out = np.empty((len(index), len(self.automaton.output_names)))
+        for mode in np.unique(index):
+            where = np.flatnonzero(index == mode)
+            for i in range(0, len(where), _CHUNK):
+                part = where[i : i + _CHUNK]
+                full = np.resize(part, _CHUNK)
+                with self._lock:
+                    values = self._outputs(int(mode))(states[full], memory[full], constants)
+                out[part] = values[0].reshape(_CHUNK, -1)[: len(part)]
+        return out
+
+    def _outputs(self, mode: int) -> Call:
+        if mode not in self._many:
+            function = self.functions.modes[mode].outputs
+            self._many[mode] = Call(function.map("many", "serial", _CHUNK, [2], []))
+        return self._many[mode]

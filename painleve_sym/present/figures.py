@@ -1,0 +1,170 @@
+"""From the panels of an item to a figure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import matplotlib
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
+
+from painleve_sym.errors import InputError
+from painleve_sym.present.style import (
+    ADMISSIBLE,
+    COLUMN,
+    DASHES,
+    MARKERS,
+    PAGE,
+    PALETTE,
+    REFERENCE,
+    STYLE,
+)
+from painleve_sym.study.series import Axis, Curve, Mark, Panel
+
+# Rows, columns, width and height of one row in inches, by the number of panels.
+_LAYOUT = {
+    1: (1, 1, COLUMN, 2.35),
+    2: (1, 2, PAGE, 2.5),
+    3: (1, 3, PAGE, 2.1),
+    4: (2, 2, PAGE, 1.95),
+    5: (2, 3, PAGE, 1.95),
+    6: (2, 3, PAGE, 1.95),
+}
+_LEGEND_ROW = 0.17
+
+
+def draw(panels: Sequence[Panel]) -> Figure:
+    """Return a figure of one to six panels, lettered, with one legend below them.
+
+    Parameters
+    ----------
+    panels : sequence of Panel
+
+    Raises
+    ------
+    InputError
+        No panel, or more than six.
+    """
+    if len(panels) not in _LAYOUT:
+        raise InputError(f"figure: panels: got {len(panels)}, need 1 to {max(_LAYOUT)}.")
+    rows, columns, width, height = _LAYOUT[len(panels)]
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(layout="constrained")
+        grid = figure.subplots(rows, columns, squeeze=False).ravel()
+        for letter, axes, panel in zip("abcdef", grid, panels, strict=False):
+            _draw_panel(axes, panel, f"({letter})" if len(panels) > 1 else "")
+        for axes in grid[len(panels) :]:
+            axes.set_axis_off()
+        entries = _legend_entries(grid)
+        lines = _legend_rows(entries.keys(), width)
+        figure.set_size_inches(width, rows * height + _LEGEND_ROW * len(lines))
+        if entries:
+            names = [name for line in _by_column(lines) for name in line]
+            handles = [entries[name] for name in names]
+            figure.legend(handles, names, loc="outside lower center", ncols=len(lines[0]))
+    return figure
+
+
+def _draw_panel(axes: Axes, panel: Panel, letter: str) -> None:
+    index = 0
+    for curve in panel.curves:
+        x, y = curve.x * panel.x.factor, curve.y * panel.y.factor
+        axes.plot(x, y, label=curve.label or "_", **_look(curve, index))
+        index += curve.role in ("line", "points")
+    _draw_marks(axes, panel)
+    diagram = any(curve.role == "admissible" for curve in panel.curves)
+    if diagram:
+        axes.axhline(0, color=REFERENCE, linewidth=0.5, zorder=0)
+        axes.axvline(0, color=REFERENCE, linewidth=0.5, zorder=0)
+    _scale(axes.xaxis, panel.x, axes.set_xscale, axes.set_xlim)
+    _scale(axes.yaxis, panel.y, axes.set_yscale, axes.set_ylim)
+    axes.set_xlabel(_axis_label(panel.x))
+    axes.set_ylabel(_axis_label(panel.y))
+    axes.set_title(" ".join(part for part in (letter, panel.title) if part))
+    if panel.note:
+        axes.text(0.95, 0.7, panel.note, transform=axes.transAxes, ha="right", style="italic")
+
+
+def _look(curve: Curve, index: int) -> dict[str, Any]:
+    if curve.role == "reference":
+        return {"color": REFERENCE, "linewidth": 0.9, "linestyle": (0, (3, 2)), "zorder": 1.5}
+    if curve.role == "admissible":
+        return {
+            "color": ADMISSIBLE,
+            "linewidth": 4.0,
+            "alpha": 0.6,
+            "zorder": 1,
+            "solid_joinstyle": "miter",
+        }
+    style = index % len(PALETTE)
+    look: dict[str, Any] = {"color": PALETTE[style], "linestyle": DASHES[style]}
+    if curve.role == "points":
+        look |= {"marker": "osD^v"[style], "markersize": 3.2}
+    return look
+
+
+def _draw_marks(axes: Axes, panel: Panel) -> None:
+    kinds = dict.fromkeys(mark.kind for mark in panel.marks)
+    for kind in kinds:
+        chosen: list[Mark] = [mark for mark in panel.marks if mark.kind == kind]
+        marker, name = MARKERS[kind]
+        solid = kind == "solution"
+        axes.plot(
+            [mark.x * panel.x.factor for mark in chosen],
+            [mark.y * panel.y.factor for mark in chosen],
+            linestyle="none",
+            marker=marker,
+            markersize=6.0 if solid else 4.2,
+            markerfacecolor=PALETTE[2] if solid else "white",
+            markeredgecolor="black",
+            markeredgewidth=0.7,
+            label=name,
+            zorder=4,
+            clip_on=False,
+        )
+
+
+def _scale(ticks: Any, axis: Axis, set_scale: Any, set_limits: Any) -> None:
+    if axis.log:
+        set_scale("log")
+        ticks.set_major_locator(LogLocator(numticks=6))
+        ticks.set_minor_formatter(NullFormatter())
+    else:
+        ticks.set_major_locator(MaxNLocator(5, steps=[1, 2, 2.5, 5, 10]))
+    if axis.limits is not None:
+        set_limits(*axis.limits)
+
+
+def _axis_label(axis: Axis) -> str:
+    return f"{axis.label} ({axis.unit})" if axis.unit else axis.label
+
+
+def _legend_entries(grid: Iterable[Axes]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for axes in grid:
+        handles, names = axes.get_legend_handles_labels()
+        for handle, name in zip(handles, names, strict=True):
+            found.setdefault(name, handle)
+    return found
+
+
+def _legend_rows(names: Iterable[str], width: float) -> list[list[str]]:
+    """Divide the names into equal rows that fit the width."""
+    listed = list(names)
+    if not listed:
+        return []
+    # About 0.055 in a letter at 8 pt, half that for mathtext commands, 0.55 in for the handle.
+    size = max(len(n.replace("\\", "")) * 0.058 for n in listed) + 0.55
+    columns = max(1, min(len(listed), int(width / size)))
+    rows = -(-len(listed) // columns)
+    columns = -(-len(listed) // rows)
+    return [listed[i : i + columns] for i in range(0, len(listed), columns)]
+
+
+def _by_column(rows: list[list[str]]) -> list[list[str]]:
+    """Return the rows as columns, since legends are filled column by column."""
+    if not rows:
+        return []
+    return [[row[i] for row in rows if i < len(row)] for i in range(len(rows[0]))]

@@ -1,0 +1,1 @@
+"""Questions asked of the simulators: the paper again, and rigid against softened."""

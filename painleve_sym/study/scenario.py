@@ -1,0 +1,345 @@
+"""A scenario: one case to classify, simulate or jump, as data that a TOML file can hold."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from painleve_sym.codegen.evaluate import numbers
+from painleve_sym.codegen.run import RunOptions
+from painleve_sym.codegen.select import ENGINES
+from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.laws.compliance import ContactLaw, law
+from painleve_sym.laws.impact import restitution_law
+from painleve_sym.mechanics.models import Mechanism, model
+from painleve_sym.simulate.classify import CONTACT_TOLERANCE, Classification, classify
+from painleve_sym.simulate.compliant import DEFAULT_RTOL, SoftenedSimulator
+from painleve_sym.simulate.inputs import resolve_parameters, resolve_state, symbol_values
+from painleve_sym.simulate.jump import JumpResult, evaluate_jump
+from painleve_sym.simulate.trajectory import Trajectory
+
+DEFAULT_RULE = "energetic"
+MAX_SAMPLES = 1_000_000
+MAX_COUNT = 1_000_000_000
+"""Of steps and events: what still fits into memory and into the engine's integers."""
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """One case: a mechanism, a state, and what the question asked of it needs.
+
+    Attributes
+    ----------
+    model : str
+        Name of the mechanism.
+    state : mapping of str to float
+        Coordinates and velocities by name, absent ones are 0; SI units, rad. None: not given.
+    parameters : mapping of str to float
+        Of the mechanism; absent ones have their defaults.
+    law : str
+        Name of the contact law, for a softened motion.
+    law_parameters : mapping of str to float
+    law_choices : mapping of str to str
+        Named choices of the law, such as ``reload``.
+    t_end : float
+        End time, > 0; s.
+    until : tuple of str
+        Kinds of events that end the motion.
+    initial_force : float
+        Sets the initial compression so that the contact carries this force; N.
+    engine : {"auto", "compiled", "erk"}
+    rtol : float
+        Relative tolerance.
+    max_steps, max_events : int
+        Limits of a run; None: those of `RunOptions`.
+    samples : int
+        Number of evenly spaced times to report, at least 2.
+    restitution : float
+        Coefficient of the jump, in [0, 1]; None: the rule's default.
+    rule : {"energetic", "poisson", "newton"}
+        Restitution law of the jump.
+    title : str
+    where : str
+        What error messages call this scenario, such as the name of its file.
+    """
+
+    model: str
+    state: Mapping[str, float] | None = None
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    law: str | None = None
+    law_parameters: Mapping[str, float] = field(default_factory=dict)
+    law_choices: Mapping[str, str] = field(default_factory=dict)
+    t_end: float | None = None
+    until: tuple[str, ...] = ()
+    initial_force: float | None = None
+    engine: str = "auto"
+    rtol: float = DEFAULT_RTOL
+    max_steps: int | None = None
+    max_events: int | None = None
+    samples: int | None = None
+    restitution: float | None = None
+    rule: str = DEFAULT_RULE
+    title: str = ""
+    where: str = "scenario"
+
+    # ---- from data ----
+
+    @classmethod
+    def read(cls, path: str | Path) -> Scenario:
+        """Return the scenario a TOML file holds; nothing in the file is executed.
+
+        Raises
+        ------
+        InputError
+            Not readable, not TOML, unknown keys, entries of a wrong type.
+        """
+        try:
+            data = tomllib.loads(Path(path).read_text("utf-8"))
+        except OSError as error:
+            raise InputError(
+                f"scenario file {path}: {error.strerror}. Fix: name a readable TOML file."
+            ) from error
+        except (ValueError, RecursionError) as error:
+            raise InputError(
+                f"scenario file {path}: not valid TOML ({error}). Fix: correct that place."
+            ) from error
+        return cls.from_data(data, str(path))
+
+    @classmethod
+    def from_data(cls, data: Mapping[str, Any], where: str = "scenario") -> Scenario:
+        """Return the scenario that plain data describes (see `read`)."""
+        for key in data:
+            if key not in _READERS:
+                raise InputError(f"{where}: " + unknown_name("key", key, _READERS))
+        if "model" not in data:
+            raise InputError(f'{where}: no model. Fix: add a line such as model = "rod".')
+        values: dict[str, Any] = {}
+        for key, value in data.items():
+            values |= _READERS[key](where, key, value)
+        return cls(**values, where=where)
+
+    def updated(self, given: Mapping[str, Any]) -> Scenario:
+        """Return a copy with what is `given` put in; mappings are merged entry by entry.
+
+        Another law drops the parameters and choices of the one it replaces.
+        """
+        old = self
+        if given.get("law", self.law) != self.law:
+            old = dataclasses.replace(self, law_parameters={}, law_choices={})
+        merged = dict(given)
+        for name in ("state", "parameters", "law_parameters", "law_choices"):
+            if name in given:
+                merged[name] = {**(getattr(old, name) or {}), **given[name]}
+        return dataclasses.replace(old, **merged)
+
+    # ---- parts ----
+
+    def mechanism(self) -> Mechanism:
+        """Return the mechanism; InputError suggests the nearest name."""
+        return model(self.model)
+
+    def contact_law(self) -> ContactLaw:
+        """Return the contact law with its choices; InputError where none is named."""
+        if self.law is None:
+            raise InputError(
+                f"{self.where}: no contact law, and a softened motion needs one. "
+                "Fix: give --law, such as bilinear-hertz, or [law] in a file; `painleve laws` "
+                "lists them."
+            )
+        return law(self.law, **self.law_choices)
+
+    def start(self) -> Mapping[str, float]:
+        """Return the state as given; InputError where none is."""
+        if self.state is None:
+            raise InputError(
+                f"{self.where}: no state. Fix: give --state, such as "
+                "theta=1,theta_dot=1,x_A_dot=-1, or [state] in a file; what is left out is 0."
+            )
+        return self.state
+
+    def _given(self, mechanism: Mechanism) -> dict[str, float]:
+        declared = mechanism.system.parameters
+        return resolve_parameters(f"{mechanism.name!r}", declared, self.parameters)
+
+    def _state(self, mechanism: Mechanism, parameters: Mapping[str, float]) -> dict[str, float]:
+        given = self.start()
+        try:
+            return resolve_state(mechanism, given, parameters)
+        except InputError as error:
+            bounded = {s.name for b in mechanism.domain for s in b.margin.free_symbols}
+            absent = sorted(bounded & set(mechanism.state_names) - set(given))
+            if not absent or set(given) - set(mechanism.state_names):
+                raise
+            raise InputError(
+                f"{error} Fix: give {', '.join(absent)} too; what is left out is 0."
+            ) from error
+
+    # ---- questions ----
+
+    def classify(self) -> Classification:
+        """Return the rigid contact problem at the state, with every solution."""
+        mechanism = self.mechanism()
+        return classify(mechanism, self._state(mechanism, self._given(mechanism)), self.parameters)
+
+    def simulate(self) -> Trajectory:
+        """Return the softened motion from the state.
+
+        Raises
+        ------
+        InputError
+            What is missing, unknown or out of range, before anything is compiled.
+        """
+        mechanism, contact_law, _ = self.mechanism(), self.contact_law(), self.start()
+        if self.t_end is None:
+            raise InputError(
+                f"{self.where}: no end time, and a motion needs one. "
+                "Fix: give --t-end in s, or t_end in a file."
+            )
+        named = {"max_steps": self.max_steps, "max_events": self.max_events}
+        limits: dict[str, Any] = {k: v for k, v in named.items() if v is not None}
+        if not (math.isfinite(self.t_end) and self.t_end > 0):
+            raise InputError(f"{self.where}: t_end: got {self.t_end!r}, need a finite number > 0.")
+        if self.samples is not None and not 2 <= self.samples <= MAX_SAMPLES:
+            raise InputError(f"{self.where}: samples: got {self.samples}, need 2 to {MAX_SAMPLES}.")
+        if self.engine not in ENGINES:
+            raise InputError(f"{self.where}: " + unknown_name("engine", self.engine, ENGINES))
+        # Built for its checks: the simulator makes its own once the code is compiled.
+        RunOptions(self.t_end, self.rtol, np.zeros(0), **limits)
+        given = self._given(mechanism)
+        of_law = resolve_parameters(
+            f"law {contact_law.name!r}", contact_law.parameters, self.law_parameters
+        )
+        state = self._state(mechanism, given)
+        return SoftenedSimulator(mechanism, contact_law, self.engine).run(
+            state,
+            t_end=self.t_end,
+            parameters={**given, **of_law},
+            until=self.until,
+            rtol=self.rtol,
+            initial_force=self.initial_force,
+            **limits,
+        )
+
+    def jump(self) -> JumpResult:
+        """Return the three-phase velocity jump at the state, which must be on the surface."""
+        mechanism, rule = self.mechanism(), restitution_law(self.rule)
+        given = self._given(mechanism)
+        if self.restitution is not None:
+            name = rule.parameter.name
+            given |= resolve_parameters(f"{rule.title}", [rule.parameter], {name: self.restitution})
+        state = self._state(mechanism, given)
+        gap = float(numbers([mechanism.contact.gap], symbol_values(mechanism, state, given))[0])
+        if abs(gap) > CONTACT_TOLERANCE:
+            place = "inside the ground" if gap < 0 else "above the ground"
+            raise InputError(
+                f"jump of {mechanism.name!r}: the contact starts {place}, gap = {gap:g} m, need 0. "
+                "Fix: start on the surface, or use simulate with a law."
+            )
+        return evaluate_jump(mechanism, rule, state, given)
+
+
+# ---- reading plain data: each reader returns the fields one key sets ----
+
+Reader = Callable[[str, str, Any], dict[str, Any]]
+
+
+def _wrong(where: str, key: str, value: object, need: str) -> InputError:
+    return InputError(f"{where}: {key}: got {value!r}, need {need}.")
+
+
+def _float(where: str, key: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise _wrong(where, key, value, "a number")
+    try:
+        return float(value)
+    except OverflowError:
+        raise _wrong(where, key, value, "a finite number") from None
+
+
+def _read_float(where: str, key: str, value: Any) -> dict[str, Any]:
+    return {key: _float(where, key, value)}
+
+
+def _read_count(where: str, key: str, value: Any) -> dict[str, Any]:
+    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= MAX_COUNT:
+        raise _wrong(where, key, value, f"a whole number from 1 to {MAX_COUNT}")
+    return {key: value}
+
+
+def _read_text(where: str, key: str, value: Any) -> dict[str, Any]:
+    if not isinstance(value, str):
+        raise _wrong(where, key, value, "text in quotes")
+    return {key: value}
+
+
+def _read_numbers(where: str, key: str, value: Any) -> dict[str, Any]:
+    if not isinstance(value, Mapping):
+        raise _wrong(where, key, value, f"a table of numbers, [{key}]")
+    return {key: {name: _float(where, f"{key}.{name}", v) for name, v in value.items()}}
+
+
+def _read_until(where: str, key: str, value: Any) -> dict[str, Any]:
+    kinds = [value] if isinstance(value, str) else value
+    if not isinstance(kinds, list) or not all(isinstance(k, str) for k in kinds):
+        raise _wrong(where, key, value, 'the kind of an event, or several: ["separation"]')
+    return {key: tuple(kinds)}
+
+
+def _read_model(where: str, key: str, value: Any) -> dict[str, Any]:
+    if isinstance(value, Mapping):
+        for name in value:
+            if name != "name":
+                raise InputError(f"{where}: [model]: " + unknown_name("key", name, ["name"]))
+        value = value.get("name")
+    if not isinstance(value, str):
+        raise _wrong(where, key, value, 'the name of a mechanism, such as model = "rod"')
+    return {key: value}
+
+
+def _read_law(where: str, key: str, value: Any) -> dict[str, Any]:
+    if isinstance(value, str):
+        return {key: value}
+    if not isinstance(value, Mapping) or not isinstance(value.get("name"), str):
+        raise _wrong(where, key, value, 'a table [law] with name = "..."')
+    made = law(value["name"])
+    fields: dict[str, Any] = {"law": value["name"], "law_parameters": {}, "law_choices": {}}
+    for name, entry in value.items():
+        if name == "parameters":
+            read = _read_numbers(where, "law.parameters", entry)
+            fields["law_parameters"] = read["law.parameters"]
+        elif name in made.choices:
+            fields["law_choices"] |= _read_text(where, name, entry)
+        elif name in {p.name for p in made.parameters}:
+            raise InputError(
+                f"{where}: [law]: {name} is a parameter. Fix: put it in [law.parameters]."
+            )
+        elif name != "name":
+            known = ["name", "parameters", *made.choices]
+            raise InputError(f"{where}: [law]: " + unknown_name("key", name, known))
+    return fields
+
+
+_READERS: Mapping[str, Reader] = {
+    "title": _read_text,
+    "model": _read_model,
+    "state": _read_numbers,
+    "parameters": _read_numbers,
+    "law": _read_law,
+    "t_end": _read_float,
+    "until": _read_until,
+    "initial_force": _read_float,
+    "engine": _read_text,
+    "rtol": _read_float,
+    "max_steps": _read_count,
+    "max_events": _read_count,
+    "samples": _read_count,
+    "restitution": _read_float,
+    "rule": _read_text,
+}

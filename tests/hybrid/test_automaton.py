@@ -1,0 +1,86 @@
+"""Automata validate themselves and can be drawn; the softened contact builds a sound one."""
+
+from __future__ import annotations
+
+import pytest
+import sympy as sp
+
+from painleve_sym.errors import ModelError
+from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
+from painleve_sym.hybrid.softened import SoftenedContact
+from painleve_sym.laws.compliance import LAWS, law
+from painleve_sym.mechanics.models import rod
+
+X, Y = sp.Symbol("x", real=True), sp.Symbol("y", real=True)
+
+
+def make(modes, starts=(Choice("a"),), **more):
+    return HybridAutomaton(
+        **{
+            "name": "test",
+            "states": (X,),
+            "memory": (),
+            "parameters": (),
+            "definitions": {},
+            "modes": modes,
+            "starts": starts,
+            **more,
+        }
+    )
+
+
+def mode(name, *transitions, field=None, outputs=None):
+    return Mode(name, field or {X: sp.Integer(1)}, transitions, outputs or {"x": X})
+
+
+def test_automaton_collects_all_faults():
+    jump = Transition("go", "go", X + Y, (Choice("b"), Choice("nowhere")), {Y: X})
+    with pytest.raises(ModelError) as caught:
+        make((mode("a", jump, jump), mode("b", outputs={"other": X}), mode("far")))
+    text = str(caught.value)
+    for part in ("unknown mode 'nowhere'", "'go' is declared twice", "reset of y", "symbol 'y'"):
+        assert part in text
+    assert "'far' can never be reached" in text
+    assert "outputs differ" in text
+    assert len(caught.value.faults) >= 6
+
+
+def test_automaton_needs_an_unconditional_last_choice():
+    t = Transition("go", "go", X, (Choice("a", X),))
+    with pytest.raises(ModelError, match="last choice must admit every state"):
+        make((mode("a", t),))
+
+
+def test_automaton_refuses_unknown_departures():
+    t = Transition("go", "go", X, (Choice("a", departs=("gone",)),))
+    with pytest.raises(ModelError, match="unknown transition 'gone'"):
+        make((mode("a", t),))
+
+
+def test_automaton_definitions_are_ordered():
+    c, d = sp.symbols("c d", real=True)
+    with pytest.raises(ModelError, match="d is not declared before it"):
+        make((mode("a"),), definitions={c: d, d: sp.Integer(1)})
+
+
+@pytest.mark.parametrize("name", sorted(LAWS))
+def test_softened_automaton_is_sound_for_every_law(name):
+    automaton = SoftenedContact(rod(), law(name)).automaton
+    assert automaton.reachable() == {m.name for m in automaton.modes}
+    for m in automaton.modes:
+        assert set(m.field) <= set(automaton.states)
+        if m.name.startswith("stick"):
+            assert m.field[sp.Symbol("x_A_dot", real=True)] == 0
+        if m.name.startswith("flight"):
+            assert m.outputs["normal_force"] == 0
+
+
+def test_diagrams_name_every_mode_and_kind():
+    automaton = SoftenedContact(rod(), law("bilinear-hertz")).automaton
+    for text in (automaton.mermaid(), automaton.graphviz()):
+        for m in automaton.modes:
+            assert m.name in text
+        for kind in automaton.kinds:
+            assert kind in text
+    assert automaton.mermaid().startswith("stateDiagram-v2")
+    assert automaton.graphviz().startswith("digraph")

@@ -1,0 +1,129 @@
+"""The derivations assert what they claim, and what is committed is what they write."""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import math
+
+import pytest
+import sympy as sp
+
+from derivations.__main__ import DERIVATIONS, write_index
+from derivations._page import ROOT, Derivation, Quantity, Step, agree, dotted
+from painleve_sym.mechanics.models import rod
+from painleve_sym.simulate.jump import evaluate_jump
+
+MISPRINTS = {"(4), 1/R*", "(14), θ̇(t1)", "(18), P_n2"}
+COMPARED = {
+    *("(1)", "(2)", "(3)", "(4)", "(5)", "(6)", "(7)", "(8)", "(9)", "(10)"),
+    *("(11)", "(12)", "(13)", "(14)", "(16)", "(17)", "(18)", "(19)", "(20)", "(21)"),
+}
+x, t = sp.symbols("x t", real=True)
+
+
+@pytest.fixture(scope="module")
+def derived():
+    return [derive() for derive in DERIVATIONS]
+
+
+def test_derivations_write_what_is_committed(derived, tmp_path):
+    paths = [write_index(derived, tmp_path)]
+    for derivation in derived:
+        paths += derivation.write(tmp_path)
+    for path in paths:
+        committed = ROOT / path.relative_to(tmp_path)
+        assert path.read_bytes() == committed.read_bytes(), (
+            f"{committed.name} is not what its derivation writes. Fix: run make derivations."
+        )
+
+
+def test_derivations_leave_no_stale_file(derived):
+    names = {d.name for d in derived}
+    assert {p.stem for p in (ROOT / "derivations" / "generated").glob("*.py")} == names
+    assert {p.stem for p in (ROOT / "docs" / "derivations").glob("*.md")} == names | {"README"}
+    scripts = {p.stem for p in (ROOT / "derivations").glob("[!_]*.py")}
+    assert scripts == names
+
+
+def test_derivations_find_exactly_the_known_misprints(derived):
+    verdicts = [entry for d in derived for entry in d.verdicts]
+    assert {number for number, verdict in verdicts if verdict != "equal"} == MISPRINTS
+    assert {number.split(",")[0] for number, _ in verdicts if number.startswith("(")} == COMPARED
+
+
+def test_generated_functions_are_documented_and_typed(derived):
+    for derivation in derived:
+        module = importlib.import_module(f"derivations.generated.{derivation.name}")
+        functions = [f for _, f in inspect.getmembers(module, inspect.isfunction)]
+        assert functions
+        for function in functions:
+            assert function.__doc__.startswith("Return ")
+            for name in inspect.signature(function).parameters:
+                assert f"{name} : float" in function.__doc__
+
+
+def test_generated_functions_give_the_jump_of_the_package():
+    f = importlib.import_module("derivations.generated.three_phase_jump")
+    theta, mu, m, l, e = 1.0, 1.4, 1.3, 0.9, 0.75
+    state = {"theta": theta, "theta_dot": 1.0, "x_A_dot": -1.0, "y_A_dot": -0.05}
+    parameters = {"mu": mu, "m": m, "l": l, "e_energetic": e}
+    result = evaluate_jump(rod(), "energetic", state, parameters)
+    p_1 = f.P_n1(theta=theta, m=m, mu=mu, x_A_dot_0=-1.0)
+    y_1 = f.y_A_dot_1(theta=theta, mu=mu, x_A_dot_0=-1.0, y_A_dot_0=-0.05)
+    spin_1 = f.theta_dot_1(theta=theta, m=m, l=l, mu=mu, theta_dot_0=1.0, P_n1=p_1)
+    e_1 = f.E_n1(theta=theta, m=m, mu=mu, y_A_dot_0=-0.05, y_A_dot_1=y_1)
+    spin_2 = f.theta_dot_2(theta=theta, l=l, y_A_dot_1=y_1, theta_dot_1=spin_1)
+    e_2 = f.E_n2(theta=theta, m=m, y_A_dot_1=y_1)
+    released = f.E_nr(E_n1=e_1, E_n2=e_2, e_energetic=e)
+    y_3 = f.y_A_dot_3(theta=theta, m=m, E_nr=released)
+    spin_3 = f.theta_dot_3(theta=theta, l=l, y_A_dot_3=y_3, theta_dot_2=spin_2)
+    found = [p_1, e_1, e_2, y_3, spin_3]
+    first, second, _ = result.phases
+    expected = [first.normal_impulse, first.stored_energy, second.stored_energy]
+    expected += [result.velocity["y_A_dot"], result.velocity["theta_dot"]]
+    for left, right in zip(found, expected, strict=True):
+        # A is the difference of numbers a hundred times larger; it divides E_n1.
+        assert math.isclose(left, right, rel_tol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("left", "right", "equal"),
+    [
+        (sp.sin(2 * x), 2 * sp.sin(x) * sp.cos(x), True),
+        (sp.tan(x), sp.sin(x) / sp.cos(x), True),
+        (sp.cos(x) ** 2, 1 - sp.sin(x) ** 2, True),
+        (sp.sqrt(4 / (4 - 3 * sp.cos(x) ** 2)), 2 / sp.sqrt(1 + 3 * sp.sin(x) ** 2), True),
+        (sp.cos(x), sp.sin(x), False),
+        (sp.Float(1.0), sp.Integer(1) + sp.Float("1e-12"), False),
+    ],
+)
+def test_agree_decides_equality(left, right, equal):
+    assert agree(left, right) is equal
+
+
+@pytest.mark.parametrize(
+    ("step", "text"),
+    [
+        (Step("", sp.Eq(x, t), "(1)", 2 * t), "paper"),
+        (Step("", sp.Eq(x, t), "(1)", t, misprint="none in truth"), "paper"),
+        (Step("", sp.Eq(x, t), package=3 * t), "package"),
+    ],
+)
+def test_step_check_fails_where_the_claim_is_wrong(step, text):
+    with pytest.raises(AssertionError, match=text):
+        step.check()
+
+
+def test_derivation_check_wants_every_symbol_explained_and_functions_named_once():
+    explained = (Quantity(x, "x", "m", "place"), Quantity(t, "t", "s", "time"))
+    with pytest.raises(AssertionError, match="without meaning"):
+        Derivation("d", "D", "", explained[:1], (Step("", sp.Eq(x, t)),)).check()
+    twice = (Step("", sp.Eq(x, t)), Step("", sp.Eq(x, 2 * t)))
+    with pytest.raises(AssertionError, match="repeated function"):
+        Derivation("d", "D", "", explained, twice).check()
+
+
+def test_dotted_keeps_the_index_outside():
+    assert dotted("x_A") == r"\dot{x}_A"
+    assert dotted(r"\theta", 2) == r"\ddot{\theta}"
