@@ -17,6 +17,8 @@ static const double PS_ZERO_TIME = 1e-10;
 static const double PS_AT_ONCE = 1e-14;
 /* Events at one instant before it is called an accumulation: far above any real chain. */
 static const int PS_CHAIN = 64;
+/* Answer of find_event; any number that is no guard and not -1. */
+#define PS_RETAKE -2
 /* Samples of the dense output in a step that may hold an event. */
 #define PS_SAMPLES 8
 /* Accumulation: so many intervals in a row shrink geometrically ... */
@@ -349,10 +351,12 @@ static double first_zero(ps_run *s, double row[8][PS_NX], int j, ps_point a) {
 }
 
 /* The same for a guard that starts at zero and leaves upwards: an ordinary guard from the first
- * point where it is positive, which may be long before the first sample. */
-static double next_zero(ps_run *s, double row[8][PS_NX], int j) {
+ * point where it is positive, which may be long before the first sample, but not so early that the
+ * round-off of its start decides. */
+static double next_zero(ps_run *s, double row[8][PS_NX], int j, double h) {
+  double least = PS_ZERO_TIME * s->h_ref / h;
   ps_point p = guard_at(s, row, j, 1.0 / PS_SAMPLES);
-  for (int it = 0; it < 48 && !(p.g > 0); it++) p = guard_at(s, row, j, 0.5 * p.at);
+  while (!(p.g > 0) && 0.5 * p.at > least) p = guard_at(s, row, j, 0.5 * p.at);
   return p.g > 0 ? first_zero(s, row, j, p) : -1;
 }
 
@@ -369,7 +373,8 @@ static int may_dip(double g0, double d0, double g1, double d1, double h) {
   return dip < 0.5 * low;
 }
 
-/* Earliest event inside the step that was just accepted: its guard, its place in `where`. */
+/* Earliest event inside the step that was just accepted: its guard, its place in `where`; -1 where
+ * there is none, PS_RETAKE where only a shorter step can tell. */
 static int find_event(ps_run *s, const double *y, double h, const double *g1, const double *d1,
                       double row[8][PS_NX], int have_dense, double *where) {
   const ps_mode *m = &PS_MODES[s->mode];
@@ -383,10 +388,15 @@ static int find_event(ps_run *s, const double *y, double h, const double *g1, co
       have_dense = 1;
     }
     ps_point start = {0, s->g[j], s->dg[j]};
-    double u = s->armed[j] ? first_zero(s, row, j, start) : next_zero(s, row, j);
-    /* A guard that left zero came back before any time that can be told from none. It fires just
-     * after the start, where the rates that turned it already have their new sign. */
-    if (u < 0 && crossed) u = s->armed[j] ? 1 : PS_AT_ONCE;
+    double u = s->armed[j] ? first_zero(s, row, j, start) : next_zero(s, row, j, h);
+    if (u < 0 && crossed && s->armed[j]) u = 1;
+    if (u < 0 && crossed) {
+      /* A guard that left zero is back, and this step is too long to show where. A far shorter one
+       * may; if none does, it fires just after the start, where the rates that turned it already
+       * have their new sign. */
+      if (h > 10 * PS_ZERO_TIME * s->h_ref) return PS_RETAKE;
+      u = PS_AT_ONCE;
+    }
     if (u >= 0 && u < *where) {
       *where = u;
       first = j;
@@ -507,6 +517,12 @@ static void advance(ps_run *s, const ps_options *o) {
     if (o->record == 2) dense_rows(s, s->x, y, h, row);
     double where, grow = err > 0 ? fmin(6.0, 0.9 * pow(err, -0.125)) : 6.0;
     int event = find_event(s, y, h, g1, d1, row, o->record == 2, &where);
+    if (event == PS_RETAKE) {
+      s->count.accepted--;
+      s->count.rejected++;
+      s->h = 0.02 * h;
+      continue;
+    }
     s->h = h * (rejected ? fmin(grow, 1) : grow);
     if (event >= 0) {
       take_event(s, o, event, where, h, y, row);

@@ -264,8 +264,11 @@ class _Run:
         found, limit = None, end
         for j, armed in enumerate(self.armed):
             tau = self.runner.first_zero(window, j, bool(armed), GRID - (j == ended))
-            # In the very first moments of a mode a guard that leaves zero is not resolved.
-            if tau is None or (tau == 0 and end < _RESOLVED * self.h_ref):
+            if tau == 0:
+                # A guard did not leave zero as it should. In the very first moments that is not
+                # resolved; else it fires as soon as time has moved on, or it might do so for ever.
+                tau = _ZERO_TIME * self.h_ref if end >= _RESOLVED * self.h_ref else None
+            if tau is None:
                 continue
             # Of guards at one instant the first in the list fires, as in the compiled engine.
             if tau < limit * (1 - 1e-12) or (found is None and ended < 0):

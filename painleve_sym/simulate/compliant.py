@@ -168,7 +168,7 @@ class SoftenedSimulator:
 
         Compression is measured by its value δ_c under the free normal force |b_n|/W_nn, normal
         velocity by δ_c/T with T the time of a contact under that force; other velocities by the
-        kinetic energy plus the energy of that contact; coordinates by 1. Dissipated energies are
+        kinetic energy plus the energy of the contact; coordinates by 1. Dissipated energies are
         left out (inf).
         """
         automaton, system = self.contact.automaton, self.mechanism.system
@@ -180,15 +180,17 @@ class SoftenedSimulator:
             symbols,
         )
         masses = numbers([system.mass_matrix[i, i] for i in range(len(system.q))], symbols)
-        force = abs(b_n) / W_nn
+        force, depth = abs(b_n) / W_nn, max(0.0, -symbols[self.contact.gap])
+        stored = k * depth ** (n + 1) / (n + 1)
         if force > 0:
             delta = (force / k) ** (1 / n)
         else:
-            delta = ((n + 1) * kinetic / k) ** (1 / (n + 1))
-        energy = kinetic + force * delta
+            # Nothing presses: a hundredth of what the energy at hand can compress.
+            delta = 0.01 * ((n + 1) * (kinetic + stored) / k) ** (1 / (n + 1))
+        energy = kinetic + stored + force * delta
         if energy == 0:
             delta = energy = 1.0  # nothing moves and nothing pushes: any scale will do
-        rate = np.sqrt(delta * abs(b_n)) if force > 0 else np.sqrt(2 * energy * W_nn)
+        rate = np.sqrt(delta * abs(b_n)) if force > 0 else 0.01 * np.sqrt(2 * energy * W_nn)
         scale = {s: 1.0 for s in system.q}
         scale |= {s: np.sqrt(2 * energy / m) for s, m in zip(system.q_dot, masses, strict=True)}
         scale[self.contact.slip] = np.sqrt(2 * energy * W_tt) or 1.0
