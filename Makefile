@@ -40,7 +40,7 @@ reproduce: $(VENV)/.installed ## redo every table, figure and formula of the pap
 	$(BIN)/painleve reproduce --out out/reproduce
 
 derivations: $(VENV)/.installed ## run every derivation; each asserts that it agrees with the package
-	@set -e; for script in derivations/[!_]*.py; do echo "$$script"; $(BIN)/python "$$script"; done
+	$(BIN)/python -m derivations
 
 bench: $(VENV)/.installed-bench ## run the benchmarks against the other integrators
 	$(PYTEST) -q -s tests/benchmarks -o python_files="bench_*.py test_*.py"

@@ -100,27 +100,28 @@ def stiffness_steps(law: ContactLaw) -> list[Step]:
     ]
 
 
-def energy_steps(law: ContactLaw) -> list[Step]:
-    """Return the steps (5)–(10)."""
+def check_unloading(law: ContactLaw, unloading: sp.Expr) -> None:
+    """Assert that the package's unloading curve is this one, where δ > δ_p."""
     depth = sp.Symbol("depth", positive=True)
+    package = packaged(law.branch("restitution").force, law)
+    difference = (package - unloading).subs(delta, depth + delta_max * (1 - E_s**2))
+    assert sp.simplify(sp.expand_power_base(sp.simplify(difference), force=True)) == 0
+
+
+def energy_steps(law: ContactLaw) -> list[Step]:
+    """Return the steps (5)–(10), of which (10) is `surface_step`."""
     loading = K_E * delta**n
     peak = K_E * delta_max**n
     work_in = sp.integrate(loading, (delta, 0, delta_max))
     # ∫ over the unloading curve, in the depth δ − δ_p from its largest value to zero.
-    span = delta_max - delta_p
+    depth, span = sp.Symbol("depth", positive=True), delta_max - delta_p
     rest = sp.integrate(depth**n, depth)
     work_out = -F_MAX * sp.powsimp(rest.subs(depth, span) / span**n)
     given_back = work_out.subs(F_MAX, peak)
     permanent = sp.solve(sp.simplify((given_back + E_s**2 * work_in) / peak), delta_p)[0]
     released = sp.simplify(given_back.subs(delta_p, permanent))
     unloading = F_MAX * ((delta - delta_p) / span) ** n
-    # The package's curve (5) in the same symbols, at a depth of δ − δ_p > 0.
-    package = packaged(law.branch("restitution").force, law)
-    in_depth = sp.powsimp(package.subs(delta, depth + delta_max * (1 - E_s**2)).simplify())
-    same = F_MAX * (depth / span) ** n
-    same = same.subs({F_MAX: peak, delta_p: permanent})
-    assert sp.simplify(sp.expand_power_base(in_depth - same, force=True)) == 0
-    mean = sp.simplify(sp.integrate(loading, (delta, 0, delta_0)) / loading.subs(delta, delta_0))
+    check_unloading(law, unloading.subs({F_MAX: peak, delta_p: permanent}))
     stored = packaged(law.loading.stored_energy, law).subs(delta, delta_max)
     return [
         Step(
@@ -163,14 +164,20 @@ def energy_steps(law: ContactLaw) -> list[Step]:
             -(E_s**2) * K_E * delta_max ** (n + 1) / (n + 1),
             -stored,
         ),
-        Step(
-            "A contact that starts compressed by $\\delta_0$ holds, in its initial force "
-            "$F_{n0} = K_e\\delta_0^n$, the surface energy",
-            sp.Eq(E_N0, mean * F_N0),
-            "(10)",
-            F_N0 * delta_0 / (n + 1),
-        ),
+        surface_step(loading),
     ]
+
+
+def surface_step(loading: sp.Expr) -> Step:
+    """Return the step (10)."""
+    mean = sp.simplify(sp.integrate(loading, (delta, 0, delta_0)) / loading.subs(delta, delta_0))
+    return Step(
+        "A contact that starts compressed by $\\delta_0$ holds, in its initial force "
+        "$F_{n0} = K_e\\delta_0^n$, the surface energy",
+        sp.Eq(E_N0, mean * F_N0),
+        "(10)",
+        F_N0 * delta_0 / (n + 1),
+    )
 
 
 def derive() -> Derivation:

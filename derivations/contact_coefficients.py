@@ -28,8 +28,8 @@ def coefficient_quantities() -> tuple[Quantity, ...]:
     )
 
 
-def derive() -> Derivation:
-    """Derive (1)–(3) and the coefficients of both slip directions."""
+def steps() -> tuple[Step, ...]:
+    """Return the steps to (1)–(3) and to the coefficients of both slip directions."""
     m, l, g, mu = (symbol(name) for name in ("m", "l", "g", "mu"))
     s, c = sp.sin(symbol("theta")), sp.cos(symbol("theta"))
     omega = symbol("theta_dot")
@@ -38,7 +38,7 @@ def derive() -> Derivation:
     none = {F_N: 0, F_T: 0}
     left, right = ({F_T: sign * mu * F_N} for sign in (1, -1))
     sliding = readable(normal.subs(left).diff(F_N))
-    steps = (
+    return (
         Step(
             "The accelerations of A are linear in the contact forces. Per normal force:",
             sp.Eq(W_NN, readable(normal.diff(F_N))),
@@ -83,13 +83,17 @@ def derive() -> Derivation:
             package=found.slip_rate_coefficient(1),
         ),
     )
+
+
+def derive() -> Derivation:
+    """Derive (1)–(3) and the coefficients of both slip directions."""
     return Derivation(
         "contact_coefficients",
         "Contact coefficients of the sliding rod",
         "Continues the equations of motion. Where $A < 0$ a larger normal force accelerates the "
         "end *into* the ground: Painlevé's paradox.",
         (*quantities(), *coefficient_quantities()),
-        steps,
+        steps(),
     )
 
 

@@ -106,10 +106,9 @@ def generalized_forces() -> list[sp.Expr]:
     return [F_T * along.diff(q) + F_N * above.diff(q) for q in centre]
 
 
-def derive() -> Derivation:
-    """Derive (11)–(13) and the equations with contact forces."""
-    m, g, l = symbol("m"), symbol("g"), symbol("l")
-    theta, omega, alpha = symbol("theta"), symbol("theta_dot"), symbol("theta_ddot")
+def balance_steps() -> list[Step]:
+    """Return Lagrange's equations of the centre, with contact forces and, (11), without."""
+    m, g, alpha = symbol("m"), symbol("g"), symbol("theta_ddot")
     left, right = lagrange(), generalized_forces()
     inertia = (m * X_DDOT, m * Y_DDOT, J * alpha)
     forced = [
@@ -117,12 +116,6 @@ def derive() -> Derivation:
         for i, row, force in zip(inertia, left, right, strict=True)
     ]
     free = [sp.Eq(e.lhs, e.rhs.subs({F_N: 0, F_T: 0}), evaluate=False) for e in forced]
-    motion = accelerations()
-    symbols = [c.acceleration for c in mechanism().system.coordinates]
-    own = dict(zip(symbols, mechanism().coefficients.accelerations, strict=True))
-    y_A_ddot = symbol("y_A_ddot")
-    kinematics = second_rate(contact_point()[1])
-    flight = motion[y_A_ddot].subs({F_N: 0, F_T: 0})
     texts = (
         "Lagrange's equations of $T = m(\\dot x^2 + \\dot y^2)/2 + J\\dot\\theta^2/2$ and "
         "$V = m g y$, with the work of the contact forces "
@@ -139,7 +132,20 @@ def derive() -> Derivation:
         strict=True,
     ):
         steps.append(Step(text, equation, "(11)", printed))
-    steps += [
+    return steps
+
+
+def contact_steps() -> list[Step]:
+    """Return the accelerations of the end A: in free flight, (12) and (13), and with forces."""
+    g, l = symbol("g"), symbol("l")
+    theta, omega, alpha = symbol("theta"), symbol("theta_dot"), symbol("theta_ddot")
+    motion = accelerations()
+    symbols = [c.acceleration for c in mechanism().system.coordinates]
+    own = dict(zip(symbols, mechanism().coefficients.accelerations, strict=True))
+    y_A_ddot = symbol("y_A_ddot")
+    kinematics = second_rate(contact_point()[1])
+    flight = motion[y_A_ddot].subs({F_N: 0, F_T: 0})
+    steps = [
         Step(
             "The end A is at height $y_A = y - l\\sin\\theta$. Differentiated twice:",
             sp.Eq(y_A_ddot, kinematics),
@@ -164,6 +170,11 @@ def derive() -> Derivation:
         )
         a = symbol(name)
         steps.append(Step(text, sp.Eq(a, motion[a]), package=own[a]))
+    return steps
+
+
+def derive() -> Derivation:
+    """Derive (11)–(13) and the equations with contact forces."""
     return Derivation(
         "equations_of_motion",
         "Equations of motion of the rod",
@@ -171,7 +182,7 @@ def derive() -> Derivation:
         "$y = 0$. Its lower end A carries the contact forces. The derivation uses the centre "
         "$(x, y)$ and is independent of the package, which uses the end A as its coordinates.",
         quantities(),
-        tuple(steps),
+        (*balance_steps(), *contact_steps()),
     )
 
 

@@ -31,6 +31,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         0 success; 1 failure; 2 bad input; 3 a run that stopped early; 130 interrupted.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
+    if sys.stdout is None:
+        return _fail("standard output is closed.", EXIT_FAILURE)
     # A name outside the terminal's alphabet must not end the run.
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
@@ -60,8 +62,8 @@ def _guarded(arguments: list[str]) -> int:
         return _fail(str(error) or "out of memory.", EXIT_FAILURE)
     except OSError as error:
         _abandon_output()
-        place = f"{error.filename}: " if error.filename else ""
-        return _fail(f"{place}{error.strerror or error}.", EXIT_FAILURE)
+        place = error.filename or "standard output"
+        return _fail(f"{place}: {error.strerror or error}.", EXIT_FAILURE)
 
 
 def _say(text: str) -> None:

@@ -42,8 +42,8 @@ examples:
 
 `painleve COMMAND --help` shows the options of a command. SI units and radians.
 
-exit codes: 0 done; 1 failure; 2 bad input; 3 the run stopped early (see simulate);
-130 interrupted."""
+exit codes: 0 done; 1 failure; 2 bad input; 3 the run stopped early (see
+simulate); 130 interrupted."""
 
 _SCENARIO = """\
 CASE is the name of a mechanism (`painleve models`) or a scenario, a TOML file:
@@ -60,15 +60,16 @@ CASE is the name of a mechanism (`painleve models`) or a scenario, a TOML file:
   parameters = { E = 20.9e14, e_energetic = 0.75 }
 
 Other keys: title, initial_force, engine, rtol, max_steps, max_events, samples,
-restitution, rule. One file serves classify, simulate and jump; each takes the keys
-it needs. Options override the file, --state, --set and --law-set entry by entry; a
-different --law drops the law parameters of the file."""
+restitution, rule. One file serves classify, simulate and jump; each takes the
+keys it needs. Options override the file, --state, --set and --law-set entry by
+entry; another --law drops the law parameters of the file."""
 
 _STOPS = """
 
-exit codes: 0 for a run that ended at t_end, at --until or where the mechanism left
-its domain; 3 for one that stopped early (step_limit, event_limit, accumulation,
-non_finite, step_underflow, no_mode), after what it has was printed; 2 bad input."""
+exit codes: 0 for a run that ended at t_end, at --until or where the mechanism
+left its domain; 3 for one that stopped early (step_limit, event_limit,
+accumulation, non_finite, step_underflow, no_mode), after what it has was
+printed; 2 bad input."""
 
 
 class _Parser(argparse.ArgumentParser):
@@ -125,13 +126,18 @@ def _describe_options(sub: dict[str, _Parser]) -> None:
     derive, automaton = sub["derive"], sub["automaton"]
     for parser, formats in ((derive, DERIVE_FORMATS), (automaton, AUTOMATON_FORMATS)):
         parser.add_argument("model", metavar="MODEL", help="mechanism (`painleve models`)")
+        parser.add_argument("--format", default="text", metavar="FORMAT", help=", ".join(formats))
         parser.add_argument(
-            "--format", default="text", metavar="FORMAT", help=f"{', '.join(formats)}"
+            "--json",
+            action="store_const",
+            const="json",
+            dest="format",
+            help="the same as --format json",
         )
     derive.description = (
         f"{derive.description}\n\nT, V, mass matrix, A and B for both slip directions, sticking, "
-        "critical friction\nand the three phases of the jump. --format python prints a module of "
-        "plain functions."
+        "critical\nfriction and the three phases of the jump. --format python prints a module "
+        "of\nplain functions."
     )
     _law(automaton)
 

@@ -16,10 +16,11 @@ def reproduce(arguments: argparse.Namespace) -> int:
     out = output_folder("--out", arguments.out) if arguments.out is not None else None
     if arguments.list:
         return _list(arguments.json)
-    # Before computing: what is missing shall be missed at once.
-    from painleve_sym.present.report import terminal_table, write_report
-
-    found = study.reproduce(only=_only(arguments.only), progress=_progress)
+    only = _only(arguments.only)
+    if out is not None or not arguments.json:
+        # Before computing: a library that is missing shall be missed at once.
+        from painleve_sym.present.report import terminal_table, write_report
+    found = study.reproduce(only=only, progress=_progress)
     if out is not None:
         write_report(found, out)
         _tell(f"report written to {out}")

@@ -300,11 +300,10 @@ def _show_end(trajectory: Trajectory, units: Mapping[str, str]) -> None:
     rows = [(n, number(v, 9), units.get(n, "")) for n, v in trajectory.final.items() if n in units]
     rows += [(n, number(trajectory.final_outputs[n], 9), "N") for n in FORCES]
     show_table(("state", "value", "unit"), rows, left=(0, 2))
-    counters = trajectory.counters
+    residual = number(trajectory.energy_residual, 2)
     show(
-        f"{counters['accepted_steps']} steps, {len(trajectory.events)} events, "
-        f"relative energy residual {number(trajectory.energy_residual, 2)}, "
-        f"engine {trajectory.engine}, rtol {number(trajectory.rtol)}"
+        f"{trajectory.counters['accepted_steps']} steps, {len(trajectory.events)} events, "
+        f"rtol {number(trajectory.rtol)}, energy closes to {residual}, engine {trajectory.engine}"
     )
 
 

@@ -19,8 +19,6 @@ _HUGE = 1e300
 """Stands for inf, so that 0·inf is no nan."""
 _CHUNK = 256
 """Points per call of the outputs: many enough to hide the cost of a call."""
-_RESOLVED = 1e-3
-"""Part of a first step from which on the sign of a guard that started at zero can be trusted."""
 _REPLACEMENTS = 8
 """Times that an earlier event may replace one; each is earlier still, so one or two are usual."""
 
@@ -182,12 +180,11 @@ class _Run:
         if window is None:
             self.length = length / GRID
             return
-        if window.fired >= 0:
-            self.run_into(window.fired, window.place * length)
-            return
         event = self.missed(window)
+        if window.fired >= 0:
+            event = window.fired, window.place * length
         if event is not None:
-            self.run_into(*event)
+            self.run_into(*event, length)
             return
         self.accept(window)
         if last:
@@ -213,11 +210,20 @@ class _Run:
 
     # ---- events ----
 
-    def run_into(self, j: int, tau: float) -> None:
-        """Let guard j fire, which is zero near `tau`, or an earlier one found on the way there."""
-        window, length = None, tau
+    def run_into(self, j: int, tau: float, length: float) -> None:
+        """Let guard j fire, which is zero at `tau` of a window, or an earlier one found on the way.
+
+        A guard that should leave zero and does not (`tau` is 0) is looked at more closely first: it
+        may come back so soon that the window was too long to see it.
+        """
+        window, nearest = None, max(_ZERO_TIME * self.h_ref, 1e-13 * self.t)
         for again in range(_REPLACEMENTS):
-            if not tau > 1e-14 * length:
+            if tau == 0 and length > nearest:
+                self.length = length / GRID
+                return
+            # What still does not leave fires as soon as time has moved on, not for ever at once.
+            tau = tau or length
+            if tau < 1e-14 * length:
                 window = None
                 break
             window = self.end_at_zero(j, tau)
@@ -227,7 +233,7 @@ class _Run:
             earlier = self.missed(window, ended=j) if again < _REPLACEMENTS - 1 else None
             if earlier is None:
                 break
-            j, tau = earlier
+            length, (j, tau) = float(window.times[-1]), earlier
         if window is not None:
             self.accept(window)
         self.settle(self.apply(j, visible=True), visible=True)
@@ -260,14 +266,12 @@ class _Run:
         It finds what `erk` leaves out: two crossings in one step, a guard that starts on its
         surface, the second of two guards. `ended` is the guard that is zero at the window's end.
         """
+        if window.fired >= 0:
+            return None
         end = float(window.times[-1])
         found, limit = None, end
         for j, armed in enumerate(self.armed):
             tau = self.runner.first_zero(window, j, bool(armed), GRID - (j == ended))
-            if tau == 0:
-                # A guard did not leave zero as it should. In the very first moments that is not
-                # resolved; else it fires as soon as time has moved on, or it might do so for ever.
-                tau = _ZERO_TIME * self.h_ref if end >= _RESOLVED * self.h_ref else None
             if tau is None:
                 continue
             # Of guards at one instant the first in the list fires, as in the compiled engine.

@@ -14,6 +14,9 @@ from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.errors import StopReason
 from painleve_sym.hybrid.automaton import Transition
 
+ENGINE_PARTS = ("state", "step", "events", "loop")
+"""The event loop's files, in the order in which they must be read."""
+
 ENGINE_REASONS = (
     StopReason.T_END,
     StopReason.UNTIL,
@@ -30,9 +33,10 @@ ENGINE_REASONS = (
 
 def source(functions: AutomatonFunctions) -> str:
     """Return one self-contained C file: everything the event loop needs for this automaton."""
-    engine = resources.files("painleve_sym.codegen").joinpath("engine.c").read_text("utf-8")
+    folder = resources.files("painleve_sym.codegen").joinpath("engine")
+    engine = [folder.joinpath(f"{part}.c").read_text("utf-8") for part in ENGINE_PARTS]
     parts = (_casadi_source(functions), _sizes(functions), _coefficients(), _tables(functions))
-    return "\n".join((*parts, engine))
+    return "\n".join((*parts, *engine))
 
 
 def _casadi_source(functions: AutomatonFunctions) -> str:

@@ -22,9 +22,7 @@ _TIGHTEST = 1e-14
 _EVENT_TOL = 1e-14
 """Of a window: the event is located anew afterwards, so this only has to be small."""
 _ZERO_WIDTH = 1e-13
-"""Relative: a zero this near is where a step is ended, and Newton goes on from there."""
-_HALVINGS = 48
-"""Of an interval, in search of a point where a guard that left zero is positive: to round-off."""
+"""Of an interval: a zero this near is where a step is ended, and Newton goes on from there."""
 _MAX_STEPS = 1000
 """In one interval of a window, which holds about one: more means that it is far too long."""
 
@@ -269,7 +267,7 @@ class ModeRunner:
         j : int
         armed : bool
             Whether the guard is positive at the start; otherwise it is zero and should leave it
-            upwards. If it does not, that is a zero at time 0.
+            upwards. If it is not seen to, that is a zero at time 0.
         intervals : int
             How many of the window to search.
 
@@ -284,38 +282,22 @@ class ModeRunner:
             half = GRID // 2
             positive = np.flatnonzero(g[1 : half + 1] > 0)
             if not positive.size:
-                if g[half] == 0 and dg[half] == 0:
-                    return None
-                # It may have left zero and come back before the first point.
-                a = self._first_positive(window, j, rows[0])
-                return (self._zero(window, j, rows[0], a) or 0.0) * float(times[1]) if a else 0.0
+                return None if g[half] == 0 and dg[half] == 0 else 0.0
             first = int(positive[0]) + 1
         for i in np.flatnonzero((g[1:] <= 0) | window.dips(j)):
             if first <= i < intervals:
-                u = self._zero(window, j, rows[i], 0.0)
+                u = self._zero(window, j, rows[i])
                 if u is not None:
                     return float(times[i] + u * (times[i + 1] - times[i]))
         return None
 
-    def _guard_at(self, window: Window, j: int, rows: Array, u: Array) -> tuple[Array, Array]:
-        at = self.samples(evaluate_rows(rows, u), window.z, window.c)
-        return at.g[:, j], at.dg[:, j]
-
-    def _first_positive(self, window: Window, j: int, rows: Array) -> float:
-        """Return 2^-k in an interval where guard j is positive, 0 where there is none."""
-        for k in range(1, _HALVINGS, GRID + 1):
-            u = np.exp2(-np.arange(k, k + GRID + 1, dtype=np.float64))
-            positive = np.flatnonzero(self._guard_at(window, j, rows, u)[0] > 0)
-            if positive.size:
-                return float(u[positive[0]])
-        return 0.0
-
-    def _zero(self, window: Window, j: int, rows: Array, a: float) -> float | None:
-        """Return the first zero of guard j in (a, 1] on an interval's polynomial, or None."""
-        b, crossed = 1.0, False
-        while b - a > _ZERO_WIDTH * b and b > 2.0**-_HALVINGS:
+    def _zero(self, window: Window, j: int, rows: Array) -> float | None:
+        """Return the first zero of guard j in (0, 1] on an interval's polynomial, or None."""
+        a, b, crossed = 0.0, 1.0, False
+        while b - a > _ZERO_WIDTH:
             u = np.linspace(a, b, GRID + 1)
-            g, dg = self._guard_at(window, j, rows, u)
+            at = self.samples(evaluate_rows(rows, u), window.z, window.c)
+            g, dg = at.g[:, j], at.dg[:, j]
             below = np.flatnonzero(g[1:] <= 0)
             crossed = below.size > 0
             # Where no point is below zero, a dip between two points may be.

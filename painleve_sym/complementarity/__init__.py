@@ -9,14 +9,11 @@ from painleve_sym.complementarity.contact import (
 from painleve_sym.complementarity.lcp import (
     LCP,
     LCPSolution,
-    LemkeResult,
-    LemkeStatus,
-    is_copositive,
-    is_p_matrix,
     residual,
     solve_all,
-    solve_lemke,
 )
+from painleve_sym.complementarity.lemke import LemkeResult, LemkeStatus, solve_lemke
+from painleve_sym.complementarity.matrix_class import is_copositive, is_p_matrix
 from painleve_sym.complementarity.mpcc import (
     MPCCOptions,
     MPCCResult,

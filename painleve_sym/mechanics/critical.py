@@ -119,9 +119,7 @@ def critical_friction(coefficients: ContactCoefficients, slip: int = 0) -> Criti
     return CriticalFriction(coefficients, slip, value)
 
 
-def _in_one_variable(
-    expr: sp.Expr, q: sp.Symbol, t: sp.Symbol
-) -> tuple[sp.Expr | None, sp.Expr]:
+def _in_one_variable(expr: sp.Expr, q: sp.Symbol, t: sp.Symbol) -> tuple[sp.Expr | None, sp.Expr]:
     """Write `expr` as a rational function of t = tan q, tan(q/2) or q; None where it is not."""
     root = sp.sqrt(1 + t**2)
     forms = (

@@ -204,9 +204,7 @@ class ImpulseRay:
         """Return the phase that ends with v_t = 0, with P_n = −v_t/(dv_t/dP_n)."""
         return self._phase(name, self.slip_rate, -self.slip_start, V_N)
 
-    def until_normal_velocity(
-        self, name: str, end: sp.Expr, start: sp.Expr = V_N
-    ) -> Phase:
+    def until_normal_velocity(self, name: str, end: sp.Expr, start: sp.Expr = V_N) -> Phase:
         """Return the phase from v_n = `start` to v_n = `end`, with P_n = Δv_n/(dv_n/dP_n)."""
         return self._phase(name, self.normal_rate, sp.sympify(end) - start, sp.sympify(start))
 

@@ -8,6 +8,8 @@ from typing import Any
 import matplotlib
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
+from matplotlib.textpath import TextPath
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
 from painleve_sym.errors import InputError
@@ -21,7 +23,7 @@ from painleve_sym.present.style import (
     REFERENCE,
     STYLE,
 )
-from painleve_sym.study.series import Axis, Curve, Mark, Panel
+from painleve_sym.study.series import Axis, Curve, Panel
 
 # Rows, columns, width and height of one row in inches, by the number of panels.
 _LAYOUT = {
@@ -84,7 +86,7 @@ def _draw_panel(axes: Axes, panel: Panel, letter: str) -> None:
     axes.set_ylabel(_axis_label(panel.y))
     axes.set_title(" ".join(part for part in (letter, panel.title) if part))
     if panel.note:
-        axes.text(0.95, 0.7, panel.note, transform=axes.transAxes, ha="right", style="italic")
+        axes.text(0.95, 0.93, panel.note, transform=axes.transAxes, ha="right", va="top")
 
 
 def _look(curve: Curve, index: int) -> dict[str, Any]:
@@ -106,22 +108,20 @@ def _look(curve: Curve, index: int) -> dict[str, Any]:
 
 
 def _draw_marks(axes: Axes, panel: Panel) -> None:
-    kinds = dict.fromkeys(mark.kind for mark in panel.marks)
-    for kind in kinds:
-        chosen: list[Mark] = [mark for mark in panel.marks if mark.kind == kind]
-        marker, name = MARKERS[kind]
-        solid = kind == "solution"
+    for kind in dict.fromkeys(mark.kind for mark in panel.marks):
+        chosen = [mark for mark in panel.marks if mark.kind == kind]
+        look = MARKERS[kind]
         axes.plot(
             [mark.x * panel.x.factor for mark in chosen],
             [mark.y * panel.y.factor for mark in chosen],
             linestyle="none",
-            marker=marker,
-            markersize=6.0 if solid else 4.2,
-            markerfacecolor=PALETTE[2] if solid else "white",
+            marker=look.symbol,
+            markersize=look.size,
+            markerfacecolor=look.face,
             markeredgecolor="black",
             markeredgewidth=0.7,
-            label=name,
-            zorder=4,
+            label=look.name,
+            zorder=5 if look.face == "black" else 4,
             clip_on=False,
         )
 
@@ -155,12 +155,18 @@ def _legend_rows(names: Iterable[str], width: float) -> list[list[str]]:
     listed = list(names)
     if not listed:
         return []
-    # About 0.055 in a letter at 8 pt, half that for mathtext commands, 0.55 in for the handle.
-    size = max(len(n.replace("\\", "")) * 0.058 for n in listed) + 0.55
+    # The widest text, and what the legend puts around it: handle, gap and column spacing.
+    size = max(_text_width(name) for name in listed) + 0.58
     columns = max(1, min(len(listed), int(width / size)))
     rows = -(-len(listed) // columns)
     columns = -(-len(listed) // rows)
     return [listed[i : i + columns] for i in range(0, len(listed), columns)]
+
+
+def _text_width(text: str) -> float:
+    """Return the width of a legend's text in inches."""
+    font = FontProperties(family=STYLE["font.family"], size=STYLE["legend.fontsize"])
+    return float(TextPath((0, 0), text, prop=font).get_extents().width) / 72
 
 
 def _by_column(rows: list[list[str]]) -> list[list[str]]:

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import io
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
+import matplotlib
 from matplotlib.figure import Figure
 
 from painleve_sym.simulate.trajectory import write_beside
@@ -27,18 +30,28 @@ DASHES: tuple[Any, ...] = (
 REFERENCE = "#7F7F7F"
 ADMISSIBLE = "#56B4E9"
 
-MARKERS = {
-    "slip_stop": ("v", "slip stops"),
-    "slip_start": (">", "reverse slip starts"),
-    "max_compression": ("D", "maximum compression"),
-    "reload": ("^", "reload"),
-    "yield": ("s", "yield"),
-    "separation": ("o", "separation"),
-    "solution": ("o", "solution"),
-}
-"""Marker and name of each kind of mark."""
+@dataclass(frozen=True)
+class Marker:
+    """How a kind of mark looks: small filled ones stay visible inside open ones."""
 
-STYLE: dict[str, Any] = {
+    name: str
+    symbol: str
+    size: float
+    face: str
+
+
+MARKERS = {
+    "slip_stop": Marker("slip stops", "v", 6.5, "white"),
+    "slip_start": Marker("reverse slip starts", ">", 5.0, "white"),
+    "max_compression": Marker("maximum compression", "D", 2.6, "black"),
+    "reload": Marker("reload", "^", 4.6, "white"),
+    "separation": Marker("separation", "o", 4.2, "white"),
+    "solution": Marker("solution", "o", 6.0, PALETTE[2]),
+}
+"""By the kind of a mark."""
+
+# Any: the stubs of matplotlib type every key by name.
+STYLE: Any = {
     # STIX comes with matplotlib and looks like a journal's text: the same on every machine.
     "font.family": "STIXGeneral",
     "mathtext.fontset": "stix",
@@ -51,7 +64,7 @@ STYLE: dict[str, Any] = {
     "axes.formatter.useoffset": False,
     "axes.formatter.limits": (-4, 5),
     "axes.unicode_minus": True,
-    "axes.xmargin": 0.02,
+    "axes.xmargin": 0.03,
     "axes.ymargin": 0.06,
     "xtick.labelsize": 8.0,
     "ytick.labelsize": 8.0,
@@ -64,6 +77,7 @@ STYLE: dict[str, Any] = {
     "lines.linewidth": 1.1,
     "legend.fontsize": 8.0,
     "legend.frameon": False,
+    "legend.borderpad": 0.1,
     "legend.handlelength": 2.4,
     "legend.columnspacing": 1.4,
     "figure.dpi": DPI,
@@ -93,9 +107,13 @@ def save(figure: Figure, stem: Path) -> tuple[Path, Path]:
     written = []
     for suffix, metadata in (("png", {"Software": None}), ("svg", {"Date": None})):
         buffer = io.BytesIO()
-        figure.savefig(buffer, format=suffix, metadata=metadata)
+        with matplotlib.rc_context(STYLE):
+            figure.savefig(buffer, format=suffix, metadata=metadata)
         path = stem.with_name(f"{stem.name}.{suffix}")
-        content = buffer.getvalue()
-        write_beside(path, lambda f, content=content: f.write(content))
+        write_beside(path, partial(_copy, buffer.getvalue()))
         written.append(path)
     return written[0], written[1]
+
+
+def _copy(content: bytes, file: BinaryIO) -> None:
+    file.write(content)

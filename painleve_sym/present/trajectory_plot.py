@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,8 @@ from matplotlib.figure import Figure
 from painleve_sym.codegen.run import Array
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.models import Mechanism
-from painleve_sym.simulate.trajectory import Trajectory, write_beside
+from painleve_sym.present.style import MARKERS, PAGE, PALETTE, REFERENCE, STYLE, Marker
+from painleve_sym.simulate.trajectory import EventRecord, Trajectory, write_beside
 
 SUFFIXES = (".png", ".svg", ".pdf")
 MAX_POINTS = 20_000
@@ -22,9 +22,13 @@ MAX_POINTS = 20_000
 MAX_LINES = 60
 """More lines than this hide the curves; the events are then marked on the force only."""
 
-# Colour-blind safe (Okabe & Ito), one per kind of event in the order in which they appear.
-_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-_FORCES = {"normal_force": ("$F_n$", "#000000"), "tangential_force": ("$F_t$", "#999999")}
+_METADATA: dict[str, dict[str, Any]] = {
+    # Neither a date nor a version: the same motion gives the same file.
+    ".png": {"Software": None},
+    ".svg": {"Date": None},
+    ".pdf": {"CreationDate": None},
+}
+_FORCES = {"normal_force": ("$F_n$", "solid"), "tangential_force": ("$F_t$", (0, (5, 1.5)))}
 
 
 def trajectory_figure(trajectory: Trajectory, mechanism: Mechanism) -> Figure:
@@ -44,34 +48,18 @@ def trajectory_figure(trajectory: Trajectory, mechanism: Mechanism) -> Figure:
     """
     if not len(trajectory.step_time):
         raise InputError("figure: the trajectory holds no steps. Fix: plot one that went on.")
-    times = _times(trajectory)
-    scale, unit = _time_unit(trajectory.final_time - float(trajectory.step_time[0]))
-    coordinates = mechanism.system.coordinates
-    figure = Figure(figsize=(9.0, 2.4 + 1.7 * len(coordinates)), layout="constrained")
-    grid = figure.add_gridspec(len(coordinates) + 1, 2)
-    top = figure.add_subplot(grid[0, :])
-    outputs = trajectory.outputs(times)
-    for name, (label, colour) in _FORCES.items():
-        top.plot(times * scale, outputs[name], color=colour, label=label, linewidth=1.2)
-    top.set_ylabel("force [N]")
-    states = trajectory(times)
-    axes = [top]
-    for row, c in enumerate(coordinates, 1):
-        for column, name, label, si in (
-            (0, c.name, c.latex or c.name, c.unit),
-            (1, f"{c.name}_dot", _rate(c.latex or c.name), f"{c.unit}/s"),
-        ):
-            ax = figure.add_subplot(grid[row, column], sharex=top)
-            values = states[:, trajectory.state_names.index(name)]
-            ax.plot(times * scale, values, color="#000000", linewidth=1.2)
-            ax.set_ylabel(f"${label}$ [{si}]")
-            ax.ticklabel_format(axis="y", useOffset=False)
-            axes.append(ax)
-    for ax in axes[-2:]:
-        ax.set_xlabel(f"time [{unit}]")
-    _mark_events(trajectory, axes, scale)
-    law = trajectory.law + "".join(f" ({k} {v})" for k, v in trajectory.choices.items())
-    figure.suptitle(f"{trajectory.mechanism} with {law}", fontsize=11)
+    rows = 1 + len(mechanism.system.coordinates)
+    with rc_context(STYLE):
+        figure = Figure(figsize=(PAGE, 0.6 + 1.45 * rows), layout="constrained")
+        grid = figure.add_gridspec(rows, 2)
+        top = figure.add_subplot(grid[0, :])
+        below = [
+            figure.add_subplot(grid[1 + i // 2, i % 2], sharex=top) for i in range(2 * rows - 2)
+        ]
+        _draw(trajectory, mechanism, top, below)
+        law = trajectory.law + "".join(f" ({k} {v})" for k, v in trajectory.choices.items())
+        top.set_title(f"{trajectory.mechanism}, {law}")
+        figure.legend(loc="outside lower center", ncols=4)
     return figure
 
 
@@ -88,14 +76,37 @@ def write_trajectory_plot(trajectory: Trajectory, path: str | Path, mechanism: M
     if suffix not in SUFFIXES:
         raise InputError(f"figure {path}: got {suffix!r}, need one of {', '.join(SUFFIXES)}.")
     figure = trajectory_figure(trajectory, mechanism)
-    # Neither the date nor random names: the same motion gives the same file.
-    metadata: dict[str, Any] = {"Date": None} if suffix == ".svg" else {}
-    if suffix == ".pdf":
-        metadata = {"CreationDate": None}
-    with rc_context({"svg.hashsalt": "painleve-sym"}):
+    with rc_context(STYLE):
         write_beside(
-            path, lambda f: figure.savefig(f, format=suffix[1:], dpi=150, metadata=metadata)
+            path,
+            lambda f: figure.savefig(f, format=suffix[1:], metadata=_METADATA[suffix]),
         )
+
+
+def _draw(trajectory: Trajectory, mechanism: Mechanism, top: Axes, below: list[Axes]) -> None:
+    """Draw forces into `top`, coordinates and velocities side by side into `below`."""
+    times = _times(trajectory)
+    scale, unit = _time_unit(trajectory.final_time - float(trajectory.step_time[0]))
+    outputs, states = trajectory.outputs(times), trajectory(times)
+    for name, (label, dashes) in _FORCES.items():
+        top.plot(times * scale, outputs[name], color=PALETTE[0], linestyle=dashes, label=label)
+    top.set_ylabel("force [N]")
+    top.set_xlabel(f"time [{unit}]")
+    quantities = [
+        entry
+        for c in mechanism.system.coordinates
+        for entry in (
+            (c.name, c.latex or c.name, c.unit),
+            (f"{c.name}_dot", _rate(c.latex or c.name), f"{c.unit}/s"),
+        )
+    ]
+    for axes, (name, label, si) in zip(below, quantities, strict=True):
+        values = states[:, trajectory.state_names.index(name)]
+        axes.plot(times * scale, values, color=PALETTE[0])
+        axes.set_ylabel(f"${label}$ [{si}]")
+    for axes in below[-2:]:
+        axes.set_xlabel(f"time [{unit}]")
+    _mark_events(trajectory.events, top, below, scale)
 
 
 def _times(trajectory: Trajectory) -> Array:
@@ -117,24 +128,25 @@ def _rate(latex: str) -> str:
     return rf"\dot{{{base}}}" + (f"_{index}" if index else "")
 
 
-def _mark_events(trajectory: Trajectory, axes: list[Axes], scale: float) -> None:
-    kinds = list(dict.fromkeys(e.kind for e in trajectory.events))
-    colours: Mapping[str, str] = {k: _COLOURS[i % len(_COLOURS)] for i, k in enumerate(kinds)}
-    events = trajectory.events
-    for kind in kinds:
+def _mark_events(
+    events: tuple[EventRecord, ...], top: Axes, below: list[Axes], scale: float
+) -> None:
+    for i, kind in enumerate(dict.fromkeys(e.kind for e in events)):
         of_kind = [e for e in events if e.kind == kind]
-        label = kind.replace("_", " ") + (f" ({len(of_kind)})" if len(of_kind) > 1 else "")
-        axes[0].plot(
-            [e.time * scale for e in of_kind],
+        look = MARKERS.get(kind, Marker(kind.replace("_", " "), "s", 4.0, "white"))
+        colour = PALETTE[1 + i % (len(PALETTE) - 1)]
+        times = [e.time * scale for e in of_kind]
+        top.plot(
+            times,
             [e.normal_force for e in of_kind],
             linestyle="none",
-            marker="o",
-            markersize=4,
-            color=colours[kind],
-            label=label,
+            marker=look.symbol,
+            markersize=look.size,
+            color=colour,
+            markerfacecolor=colour if look.face != "white" else "white",
+            label=look.name + (f" ({len(times)})" if len(times) > 1 else ""),
         )
-    if len(events) <= MAX_LINES:
-        for ax in axes:
-            for e in events:
-                ax.axvline(e.time * scale, color=colours[e.kind], linewidth=0.8, alpha=0.5)
-    axes[0].legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
+        if len(events) <= MAX_LINES:
+            for axes in (top, *below):
+                for t in times:
+                    axes.axvline(t, color=REFERENCE, linewidth=0.5, alpha=0.7, zorder=0)

@@ -96,19 +96,19 @@ class Derived:
         return c.A(-1) * self["F_n"] + c.B
 
     def a(self) -> sp.Expr:
-        """A of leftward sliding."""
+        """Return A of leftward sliding."""
         return self.mechanism.coefficients.A(-1)
 
     def b(self) -> sp.Expr:
-        """B."""
+        """Return B."""
         return self.mechanism.coefficients.B
 
     def a_stick(self) -> sp.Expr:
-        """A′."""
+        """Return A′."""
         return self.mechanism.coefficients.A_stick
 
     def b_stick(self) -> sp.Expr:
-        """B′."""
+        """Return B′."""
         return self.mechanism.coefficients.B_stick
 
     def sticking_force(self) -> sp.Expr:
@@ -336,13 +336,14 @@ def compare(printed: PrintedFormula, derived: sp.Expr, d: Derived) -> Outcome:
     return Outcome(printed.text, f"derived: {derived}", Verdict.DIFFERS, data=data)
 
 
-def _compute(name: str, bench: Workbench) -> Outcome:
-    derived = _derived(bench)
-    return compare(FORMULAS[name], _DERIVE[name][1](derived), derived)
-
-
-def _derived(bench: Workbench) -> Derived:
+def derived_forms(bench: Workbench) -> Derived:
+    """Return the derived forms, shared by the items."""
     return bench.shared("derived", lambda: Derived(bench.rod))
+
+
+def _compute(name: str, bench: Workbench) -> Outcome:
+    derived = derived_forms(bench)
+    return compare(FORMULAS[name], _DERIVE[name][1](derived), derived)
 
 
 ENTRIES = tuple(

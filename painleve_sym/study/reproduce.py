@@ -9,7 +9,16 @@ from typing import Any
 
 from painleve_sym import __version__
 from painleve_sym.errors import InputError, unknown_name
-from painleve_sym.study import paper_diagrams, paper_formulas
+from painleve_sym.study import (
+    paper_diagrams,
+    paper_figures,
+    paper_formulas,
+    paper_impacts,
+    paper_jump,
+    paper_statements,
+    paper_tables,
+    reference_values,
+)
 from painleve_sym.study.item import Entry, Verdict
 from painleve_sym.study.paper_claims import TABLES
 from painleve_sym.study.series import Panel
@@ -18,7 +27,16 @@ from painleve_sym.study.workbench import Workbench
 FORMAT = "painleve-sym reproduction 1"
 SOURCE = "Zhao, Liu & Chen, Impact model resolution on Painlevé's paradox"
 
-ENTRIES: tuple[Entry, ...] = (*paper_formulas.ENTRIES, *paper_diagrams.ENTRIES)
+ENTRIES: tuple[Entry, ...] = (
+    *paper_formulas.ENTRIES,
+    *paper_tables.ENTRIES,
+    *paper_diagrams.ENTRIES,
+    *paper_figures.ENTRIES,
+    *paper_impacts.ENTRIES,
+    *paper_statements.ENTRIES,
+    *paper_jump.ENTRIES,
+    *reference_values.ENTRIES,
+)
 """Every item, in the order in which they are reported."""
 
 Progress = Callable[[int, int, str], None]

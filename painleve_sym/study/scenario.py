@@ -27,6 +27,8 @@ from painleve_sym.simulate.trajectory import Trajectory
 
 DEFAULT_RULE = "energetic"
 MAX_SAMPLES = 1_000_000
+MAX_FILE = 1_000_000
+"""Bytes of a scenario file: a device that never ends must not be read for ever."""
 MAX_COUNT = 1_000_000_000
 """Of steps and events: what still fits into memory and into the engine's integers."""
 
@@ -101,7 +103,13 @@ class Scenario:
             Not readable, not TOML, unknown keys, entries of a wrong type.
         """
         try:
-            data = tomllib.loads(Path(path).read_text("utf-8"))
+            with Path(path).open("rb") as file:
+                content = file.read(MAX_FILE + 1)
+            if len(content) > MAX_FILE:
+                raise InputError(f"scenario file {path}: got more than {MAX_FILE} bytes.")
+            data = tomllib.loads(content.decode("utf-8"))
+        except InputError:
+            raise
         except OSError as error:
             raise InputError(
                 f"scenario file {path}: {error.strerror}. Fix: name a readable TOML file."
@@ -242,7 +250,15 @@ class Scenario:
                 f"jump of {mechanism.name!r}: the contact starts {place}, gap = {gap:g} m, need 0. "
                 "Fix: start on the surface, or use simulate with a law."
             )
-        return evaluate_jump(mechanism, rule, state, given)
+        try:
+            return evaluate_jump(mechanism, rule, state, given)
+        except InputError:
+            raise
+        except (ValueError, ArithmeticError) as error:
+            raise InputError(
+                f"jump of {mechanism.name!r}: the numbers leave the range of floating point "
+                f"({error}). Fix: give smaller ones."
+            ) from error
 
 
 # ---- reading plain data: each reader returns the fields one key sets ----

@@ -123,9 +123,7 @@ def test_bilinear_works_are_those_of_the_paper(reload):
     span = sp.Symbol("span", positive=True)
     work_out = -antiderivative.subs(depth, span).subs(span, e**2 * D_MAX)
     values = {n: 1.764, e: 0.75, D_MAX: 2.3, K_E: 5.0}
-    assert math.isclose(
-        work_out.subs(values), -((0.75) ** 2) * work_in.subs(values), rel_tol=1e-13
-    )
+    assert math.isclose(work_out.subs(values), -((0.75) ** 2) * work_in.subs(values), rel_tol=1e-13)
     stored = _plain(contact_law.loading.stored_energy, contact_law).subs(D, D_MAX)
     assert _zero(stored - e**2 * work_in)
 

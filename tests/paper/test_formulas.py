@@ -41,8 +41,7 @@ PRINTED = {
     ),
     "(17)": (
         JUMP.tangential.stored_energy.subs(V_N, 0),
-        "-((1 - 3*mu*s*c + 3*c**2)/(mu - 3*s*c + 3*mu*s**2)*v_t)**2"
-        "/(2*(1 + 3*c*(c - mu*s))/m)",
+        "-((1 - 3*mu*s*c + 3*c**2)/(mu - 3*s*c + 3*mu*s**2)*v_t)**2/(2*(1 + 3*c*(c - mu*s))/m)",
     ),
     "(18) thetadot(t2)": (JUMP.compression.velocity[OMEGA], "theta_dot + 3*c/(4*l)*v_n"),
     "(18) P_n2, corrected": (JUMP.compression.normal_impulse, "-m*(1 + 3*s**2)/4*v_n"),

@@ -1,0 +1,211 @@
+/* Transitions, the arming of guards, and the search for the first event inside a step. */
+
+static int geometric_accumulation(ps_run *s, int mode, int j, double t) {
+  ps_history *y = &s->history[mode][j];
+  double interval = t - y->last, before = y->interval;
+  y->last = t;
+  y->interval = interval;
+  if (!(before > 0) || !(interval < 0.9999 * before)) {
+    y->shrinking = 0;
+    return 0;
+  }
+  /* The slower of the last two ratios: one short interval alone is no accumulation. */
+  double ratio = fmax(interval / before, y->ratio);
+  y->ratio = interval / before;
+  if (++y->shrinking < PS_SHRINKING) return 0;
+  return interval * ratio / (1 - ratio) < PS_REMAINDER * (t - s->t_start);
+}
+
+/* Applies transition j of the current mode; `departs` returns the guards known to leave zero. */
+static void apply(ps_run *s, const ps_options *o, int j, int visible, unsigned *departs) {
+  const ps_transition *tr = &PS_MODES[s->mode].transitions[j];
+  double xn[PS_NX], zn[PS_NZ + 1] = {0}, condition[PS_NCHOICE];
+  double *res[3] = {xn, zn, condition};
+  int choice = 0, from = (int)s->mode;
+  call(s, tr->event, s->x, res);
+  *departs = 0;
+  if (tr->stop < 0) {
+    while (choice < tr->n - 1 && !(condition[choice] > 0)) choice++;
+    s->mode = tr->target[choice];
+    *departs = tr->departs[choice];
+  } else {
+    s->reason = tr->stop;
+    s->stop_transition = j;
+  }
+  if (visible) {
+    s->count.events++;
+    if (o->record) {
+      double head[4] = {s->t, (double)from, (double)j, (double)s->mode};
+      const double *parts[5] = {head, s->x, s->z, xn, zn};
+      const int sizes[5] = {4, PS_NX, PS_NZ, PS_NX, PS_NZ};
+      if (!rows_push(&s->events, parts, sizes, 5)) s->reason = PS_NO_MEMORY;
+    }
+    if (o->until[tr->kind]) s->hit = 1;
+    s->at_once = s->t == s->t_event ? s->at_once + 1 : 0;
+    s->t_event = s->t;
+    if (s->reason == PS_RUNNING && s->at_once >= PS_CHAIN) s->reason = PS_ACCUMULATION;
+    if (s->reason == PS_RUNNING && geometric_accumulation(s, from, j, s->t))
+      s->reason = PS_ACCUMULATION;
+    if (s->reason == PS_RUNNING && s->count.events >= o->max_events) s->reason = PS_EVENT_LIMIT;
+  }
+  memcpy(s->x, xn, sizeof xn);
+  memcpy(s->z, zn, sizeof(double) * PS_NZ);
+}
+
+/* 1: on its positive side, armed; 0: at zero and leaving upwards; -1: fires now. At zero the sign
+ * is that of the first derivative, or of the second where the first is zero beside it. */
+static int guard_side(double g, double d, double d2, double zero, int departs) {
+  if (!isfinite(d)) d = isinf(d) ? copysign(1e300, d) : 0;
+  if (!isfinite(d2)) d2 = 0;
+  double first = d * zero, second = 0.5 * d2 * zero * zero;
+  double band = fabs(first) + fabs(second);
+  if (g > band) return 1;
+  if (g < -band) return -1;
+  if (departs) return 0;
+  return (fabs(first) > fabs(second) ? first : second) < 0 ? -1 : 0;
+}
+
+/* Enters the mode in s->mode: transitions that must happen at once do, then guards are armed. */
+static void settle(ps_run *s, const ps_options *o, unsigned departs, int visible) {
+  double d2[PS_NG];
+  for (int chain = 0; s->reason == PS_RUNNING; chain++) {
+    const ps_mode *m = &PS_MODES[s->mode];
+    if (chain == PS_CHAIN) {
+      s->reason = PS_ACCUMULATION;
+      return;
+    }
+    s->h_ref = first_step(s, o);
+    if (!isfinite(s->h_ref)) {
+      s->reason = PS_NON_FINITE;
+      return;
+    }
+    double *res[3] = {s->g, s->dg, d2};
+    call(s, m->jets, s->x, res);
+    int fire = -1;
+    for (int j = 0; j < m->n && fire < 0; j++) {
+      int side = guard_side(s->g[j], s->dg[j], d2[j], PS_ZERO_TIME * s->h_ref,
+                            (departs >> j) & 1u);
+      s->armed[j] = side > 0;
+      if (side < 0) fire = j;
+    }
+    if (fire < 0) return;
+    apply(s, o, fire, visible, &departs);
+  }
+}
+
+typedef struct {
+  double at, g, d;
+} ps_point;
+
+static ps_point guard_at(ps_run *s, double row[8][PS_NX], int j, double u) {
+  double x[PS_NX], g[PS_NG], dg[PS_NG];
+  dense_eval(row, u, x);
+  guards(s, x, g, dg);
+  ps_point p = {u, g[j], dg[j]};
+  return p;
+}
+
+/* A point between a and b where guard j is not positive though it is at both ends; at < 0 if none. */
+static ps_point dip(ps_run *s, double row[8][PS_NX], int j, double a, double b) {
+  ps_point p = {-1, 0, 0};
+  for (int it = 0; it < 60 && b - a > 1e-15; it++) {
+    p = guard_at(s, row, j, 0.5 * (a + b));
+    if (p.g <= 0) return p;
+    if (p.d < 0) a = p.at; else b = p.at;
+  }
+  p.at = -1;
+  return p;
+}
+
+/* Illinois iteration between a (positive) and b (not), with a bisection now and then. */
+static double refine(ps_run *s, double row[8][PS_NX], int j, ps_point a, ps_point b) {
+  int side = 0;
+  for (int it = 0; it < 100 && b.at - a.at > 4e-16; it++) {
+    double u = it % 8 == 7 ? 0.5 * (a.at + b.at) : (a.at * b.g - b.at * a.g) / (b.g - a.g);
+    if (!(u > a.at && u < b.at)) u = 0.5 * (a.at + b.at);
+    ps_point p = guard_at(s, row, j, u);
+    if (p.g == 0) return u;
+    if (p.g > 0) {
+      a = p;
+      if (side == 1) b.g *= 0.5;
+      side = 1;
+    } else {
+      b = p;
+      if (side == -1) a.g *= 0.5;
+      side = -1;
+    }
+  }
+  return b.at;
+}
+
+/* First point after `a` of the dense step where guard j has come down to zero, or -1. Two crossings
+ * between samples are found through the minimum of the guard. */
+static double first_zero(ps_run *s, double row[8][PS_NX], int j, ps_point a) {
+  for (int i = 1; i <= PS_SAMPLES; i++) {
+    double u = (double)i / PS_SAMPLES;
+    if (u <= a.at) continue;
+    ps_point b = guard_at(s, row, j, u);
+    if (b.g > 0 && a.d < 0 && b.d > 0) {
+      ps_point low = dip(s, row, j, a.at, b.at);
+      if (low.at >= 0) b = low;
+    }
+    if (b.g <= 0) return refine(s, row, j, a, b);
+    a = b;
+  }
+  return -1;
+}
+
+/* The same for a guard that starts at zero and leaves upwards: an ordinary guard from the first
+ * point where it is positive, which may be long before the first sample, but not so early that the
+ * round-off of its start decides. */
+static double next_zero(ps_run *s, double row[8][PS_NX], int j, double h) {
+  double least = PS_ZERO_TIME * s->h_ref / h;
+  ps_point p = guard_at(s, row, j, 1.0 / PS_SAMPLES);
+  while (!(p.g > 0) && 0.5 * p.at > least) p = guard_at(s, row, j, 0.5 * p.at);
+  return p.g > 0 ? first_zero(s, row, j, p) : -1;
+}
+
+/* Whether the cubic through both ends of a step dips so low that the guard may touch zero. */
+static int may_dip(double g0, double d0, double g1, double d1, double h) {
+  if (!(d0 < 0 && d1 > 0)) return 0;
+  double low = fmin(g0, g1), dip = low;
+  for (int i = 1; i < 8; i++) {
+    double u = i / 8.0, v = 1 - u;
+    double value = v * v * (1 + 2 * u) * g0 + u * u * (3 - 2 * u) * g1
+                   + h * u * v * (v * d0 - u * d1);
+    dip = fmin(dip, value);
+  }
+  return dip < 0.5 * low;
+}
+
+/* Earliest event inside the step that was just accepted: its guard, its place in `where`; -1 where
+ * there is none, PS_RETAKE where only a shorter step can tell. */
+static int find_event(ps_run *s, const double *y, double h, const double *g1, const double *d1,
+                      double row[8][PS_NX], int have_dense, double *where) {
+  const ps_mode *m = &PS_MODES[s->mode];
+  int first = -1;
+  *where = 2;
+  for (int j = 0; j < m->n; j++) {
+    int crossed = g1[j] <= 0 && (s->armed[j] || g1[j] < 0 || d1[j] < 0);
+    if (!crossed && !(s->armed[j] && may_dip(s->g[j], s->dg[j], g1[j], d1[j], h))) continue;
+    if (!have_dense) {
+      dense_rows(s, s->x, y, h, row);
+      have_dense = 1;
+    }
+    ps_point start = {0, s->g[j], s->dg[j]};
+    double u = s->armed[j] ? first_zero(s, row, j, start) : next_zero(s, row, j, h);
+    if (u < 0 && crossed && s->armed[j]) u = 1;
+    if (u < 0 && crossed) {
+      /* A guard that left zero is back, and this step is too long to show where. A far shorter one
+       * may; if none does, it fires just after the start, where the rates that turned it already
+       * have their new sign. */
+      if (h > 10 * PS_ZERO_TIME * s->h_ref) return PS_RETAKE;
+      u = PS_AT_ONCE;
+    }
+    if (u >= 0 && u < *where) {
+      *where = u;
+      first = j;
+    }
+  }
+  return first;
+}

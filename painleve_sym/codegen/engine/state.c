@@ -1,0 +1,100 @@
+/* The event-driven integrator: model-free, in four files read one after the other (state, step,
+ * events, loop); here, what it remembers. The generated part above it defines PS_NX, PS_NZ,
+ * PS_NC, PS_NP, PS_NG, PS_NO, PS_NM, PS_NSTART, PS_WORK, the coefficient macros PS_ROW_*, PS_E5,
+ * PS_E3, PS_D*, and the tables PS_MODES, PS_STARTS. A mode's functions are smooth; what switches
+ * is here. Guards fire when they cross from + to -. */
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Reasons, in the order the Python side reads them. */
+enum { PS_T_END, PS_UNTIL, PS_LEFT_DOMAIN, PS_STEP_LIMIT, PS_EVENT_LIMIT, PS_ACCUMULATION,
+       PS_NON_FINITE, PS_STEP_UNDERFLOW, PS_NO_MODE, PS_NO_MEMORY, PS_RUNNING = -1 };
+
+/* Zero of a guard: reached within this part of a step, far above the round-off of a located root. */
+static const double PS_ZERO_TIME = 1e-10;
+/* Part of a step that stands for no time at all. */
+static const double PS_AT_ONCE = 1e-14;
+/* Events at one instant before it is called an accumulation: far above any real chain. */
+static const int PS_CHAIN = 64;
+/* Answer of find_event; any number that is no guard and not -1. */
+#define PS_RETAKE -2
+/* Samples of the dense output in a step that may hold an event. */
+#define PS_SAMPLES 8
+/* Accumulation: so many intervals in a row shrink geometrically ... */
+static const int PS_SHRINKING = 6;
+/* ... and what is left until their limit is below this part of the time integrated so far. */
+static const double PS_REMAINDER = 1e-11;
+
+typedef struct {
+  double *data;
+  long used, room, width;
+} ps_rows;
+
+typedef struct {
+  double rtol, h0, h_max, t_end;
+  double atol[PS_NX];
+  long max_steps, max_events;
+  unsigned char until[PS_NKIND];
+  int record; /* 0: end only, 1: events, 2: events and dense steps */
+} ps_options;
+
+typedef struct {
+  long accepted, rejected, fields, guards, dense, events;
+} ps_counters;
+
+typedef struct {
+  double last, interval, ratio;
+  int shrinking;
+} ps_history;
+
+typedef struct {
+  /* Results, read by the caller. */
+  double t, x[PS_NX], z[PS_NZ + 1];
+  long mode, reason, stop_transition;
+  ps_counters count;
+  ps_rows steps, events;
+  /* Working state. */
+  double t_start, t_event, h, h_ref, c[PS_NC], k[16][PS_NX];
+  double g[PS_NG], dg[PS_NG];
+  unsigned char armed[PS_NG];
+  int hit, at_once;
+  ps_history history[PS_NM][PS_NG];
+  casadi_int iw[8];
+  double w[PS_WORK + 1];
+} ps_run;
+
+static int rows_push(ps_rows *r, const double **parts, const int *sizes, int n) {
+  if (r->used == r->room) {
+    long room = r->room ? 2 * r->room : 64;
+    double *data = (double *)realloc(r->data, (size_t)(room * r->width) * sizeof(double));
+    if (!data) return 0;
+    r->data = data;
+    r->room = room;
+  }
+  double *row = r->data + r->used * r->width;
+  for (int i = 0; i < n; i++) {
+    memcpy(row, parts[i], (size_t)sizes[i] * sizeof(double));
+    row += sizes[i];
+  }
+  r->used++;
+  return 1;
+}
+
+static void call(ps_run *s, ps_function f, const double *x, double **res) {
+  const double *arg[3] = {x, s->z, s->c};
+  f(arg, res, s->iw, s->w, 0);
+}
+
+static void field(ps_run *s, const double *x, double *out) {
+  double *res[1] = {out};
+  call(s, PS_MODES[s->mode].field, x, res);
+  s->count.fields++;
+}
+
+static void guards(ps_run *s, const double *x, double *g, double *dg) {
+  double *res[2] = {g, dg};
+  call(s, PS_MODES[s->mode].guards, x, res);
+  s->count.guards++;
+}

@@ -1,0 +1,96 @@
+/* One Runge-Kutta step, its error, its dense output, and the first step of a mode. */
+
+#define STAGE(row, n)                                            \
+  for (int i = 0; i < PS_NX; i++) y[i] = x[i] + h * (row);       \
+  field(s, y, k[n]);
+
+/* From x with k[0] = f(x): the end state y after h, stages 1..11 in k. */
+static void step(ps_run *s, const double *x, double h, double *y) {
+  double(*k)[PS_NX] = s->k;
+  STAGE(PS_ROW_1, 1)
+  STAGE(PS_ROW_2, 2)
+  STAGE(PS_ROW_3, 3)
+  STAGE(PS_ROW_4, 4)
+  STAGE(PS_ROW_5, 5)
+  STAGE(PS_ROW_6, 6)
+  STAGE(PS_ROW_7, 7)
+  STAGE(PS_ROW_8, 8)
+  STAGE(PS_ROW_9, 9)
+  STAGE(PS_ROW_10, 10)
+  STAGE(PS_ROW_11, 11)
+  for (int i = 0; i < PS_NX; i++) y[i] = x[i] + h * (PS_ROW_12);
+}
+
+/* Weighted error norm of the last step; the step is good when it is below 1. */
+static double error_norm(ps_run *s, const ps_options *o, const double *x, const double *y,
+                         double h) {
+  double(*k)[PS_NX] = s->k;
+  double e5 = 0, e3 = 0;
+  for (int i = 0; i < PS_NX; i++) {
+    double scale = o->atol[i] + o->rtol * fmax(fabs(x[i]), fabs(y[i]));
+    double a = (PS_E5) / scale, b = (PS_E3) / scale;
+    e5 += a * a;
+    e3 += b * b;
+  }
+  double sum = e5 + 0.01 * e3;
+  if (!(sum > 0)) return sum == 0 ? 0 : NAN;
+  return fabs(h) * e5 / sqrt(sum * PS_NX);
+}
+
+/* Rows of the dense polynomial of a step from x to y; k[12] holds f(y). */
+static void dense_rows(ps_run *s, const double *x, const double *end, double h,
+                       double row[8][PS_NX]) {
+  double(*k)[PS_NX] = s->k;
+  double y[PS_NX];
+  STAGE(PS_ROW_13, 13)
+  STAGE(PS_ROW_14, 14)
+  STAGE(PS_ROW_15, 15)
+  for (int i = 0; i < PS_NX; i++) {
+    double d = end[i] - x[i];
+    row[0][i] = x[i];
+    row[1][i] = d;
+    row[2][i] = h * k[0][i] - d;
+    row[3][i] = 2 * d - h * (k[12][i] + k[0][i]);
+    row[4][i] = h * (PS_D_0);
+    row[5][i] = h * (PS_D_1);
+    row[6][i] = h * (PS_D_2);
+    row[7][i] = h * (PS_D_3);
+  }
+  s->count.dense++;
+}
+
+static void dense_eval(double row[8][PS_NX], double u, double *x) {
+  double v = 1 - u;
+  for (int i = 0; i < PS_NX; i++)
+    x[i] = row[0][i]
+           + u * (row[1][i]
+                  + v * (row[2][i]
+                         + u * (row[3][i]
+                                + v * (row[4][i]
+                                       + u * (row[5][i] + v * (row[6][i] + u * row[7][i]))))));
+}
+
+/* First step of a mode (Hairer, Norsett & Wanner, II.4); k[0] = f(x) is set here. */
+static double first_step(ps_run *s, const ps_options *o) {
+  double y[PS_NX], d0 = 0, d1 = 0, d2 = 0;
+  field(s, s->x, s->k[0]);
+  for (int i = 0; i < PS_NX; i++) {
+    double scale = o->atol[i] + o->rtol * fabs(s->x[i]);
+    double a = s->x[i] / scale, b = s->k[0][i] / scale;
+    d0 += a * a;
+    d1 += b * b;
+  }
+  double h = d0 > 1e-10 && d1 > 1e-10 ? 0.01 * sqrt(d0 / d1) : 1e-6;
+  if (h > o->h_max) h = o->h_max;
+  for (int i = 0; i < PS_NX; i++) y[i] = s->x[i] + h * s->k[0][i];
+  field(s, y, s->k[1]);
+  for (int i = 0; i < PS_NX; i++) {
+    double scale = o->atol[i] + o->rtol * fabs(s->x[i]);
+    double a = (s->k[1][i] - s->k[0][i]) / scale;
+    d2 += a * a;
+  }
+  double slope = fmax(sqrt(d1), sqrt(d2) / h);
+  double h1 = slope > 1e-15 ? pow(0.01 / slope, 0.125) : fmax(1e-6, h * 1e-3);
+  h = fmin(100 * h, h1);
+  return h > 0 && h < o->h_max ? h : o->h_max;
+}

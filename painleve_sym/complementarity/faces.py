@@ -1,0 +1,121 @@
+"""Polyhedral faces of solutions: where a square block is singular, what is left of a branch.
+
+One branch of a piecewise linear problem asks for ``block x = goal`` with ``rows x + start >= 0``.
+A regular block leaves one point; a singular one leaves a point, a segment, a ray, a wider face or
+nothing at all. All quantities are meant to be scaled to order one.
+"""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
+
+RANK = 1e-14  # per row, on entries scaled to order one: some 50 roundings
+_FACE = 1e-10  # widths and defects of a face, on quantities scaled to order one; HiGHS' best
+_EXTENT = 1e-8  # of a face, above what those defects can feign
+
+
+def affine_face(
+    block: FloatArray, goal: FloatArray, rows: FloatArray, start: FloatArray, size: int
+) -> tuple[FloatArray, BoolArray] | None:
+    """Return one x with ``block x = goal`` and ``rows x + start >= 0``, and what varies around it.
+
+    The inequalities are used only where the block is singular: they bound the face. The point of a
+    regular block is returned unchecked, since its check is that of the whole problem.
+
+    Parameters
+    ----------
+    block : ndarray, shape (k, k)
+        Entries of order one.
+    goal : ndarray, shape (k,)
+        Right-hand side.
+    rows : ndarray, shape (m, k)
+        Slopes of the inequalities.
+    start : ndarray, shape (m,)
+        Their values at x = 0.
+    size : int
+        Number of rows of the whole problem, to which roundings are in proportion.
+
+    Returns
+    -------
+    x : ndarray, shape (k,)
+        A point of the face, inside it where it has an inside.
+    moving : ndarray of bool, shape (k,)
+        Which entries differ somewhere on the face.
+
+    None is returned for a face that is empty.
+    """
+    fixed = np.zeros(goal.size, bool)
+    if goal.size == 0:
+        return np.zeros(0), fixed
+    left, stretch, right = np.linalg.svd(block)
+    rank = int(np.sum(stretch > RANK * size))
+    if rank == goal.size:
+        return np.linalg.solve(block, goal), fixed
+    if np.any(np.abs(left[:, rank:].T @ goal) > _FACE * np.max(np.abs(goal))):
+        return None
+    x = right[:rank].T @ (left[:, :rank].T @ goal / stretch[:rank])
+    null = right[rank:].T
+    # On this face x = (the point so far) + null t, and each inequality bounds t.
+    slope, level = rows @ null, rows @ x + start
+    inside = _interval(slope[:, 0], level) if null.shape[1] == 1 else _polytope(slope, level)
+    if inside is None:
+        return None
+    t, ways = inside
+    return x + null @ t, np.any(np.abs(null @ ways) > _EXTENT, axis=1)
+
+
+def _interval(slope: FloatArray, start: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+    """Return a middle point of ``{t : start + slope t >= 0}`` and, as columns, its extent."""
+    up, down = slope > _FACE, slope < -_FACE
+    level = ~up & ~down
+    low = float(np.max(-start[up] / slope[up], initial=-np.inf))
+    high = float(np.min(-start[down] / slope[down], initial=np.inf))
+    slack = _FACE * (1.0 + float(np.max(np.abs(start))))
+    if np.any(start[level] < -slack) or low > high + slack:
+        return None
+    if np.isinf(low) or np.isinf(high):
+        # A half line (z >= 0 forbids a whole one): one scaled unit away from its end.
+        return np.array([low + 1.0 if np.isinf(high) else high - 1.0]), np.ones((1, 1))
+    return np.array([(low + high) / 2]), np.array([[max(high - low, 0.0)]])
+
+
+def _polytope(slope: FloatArray, start: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+    """Do the same for several unknowns t, by linear programs."""
+    from scipy.optimize import linprog  # needed for doubly singular blocks only
+
+    count = slope.shape[1]
+    slack = _FACE * (1.0 + float(np.max(np.abs(start))))
+    # Rows without slope restrict no t; kept, they would only hide the inside of the face.
+    level = np.all(np.abs(slope) <= _FACE, axis=1)
+    if np.any(start[level] < -slack):
+        return None
+    slope, start = slope[~level], start[~level]
+    tight = {"primal_feasibility_tolerance": _FACE, "dual_feasibility_tolerance": _FACE}
+    # Deepest point: the largest common margin, at most one scaled unit.
+    deepest = linprog(
+        np.append(np.zeros(count), -1.0),
+        A_ub=np.column_stack([-slope, np.ones(start.size)]),
+        b_ub=start,
+        bounds=[(None, None)] * count + [(None, 1.0)],
+        options=tight,
+    )
+    if deepest.x is None or deepest.x[-1] < -slack:
+        return None
+    t = np.asarray(deepest.x[:-1], dtype=float)
+    if deepest.x[-1] > slack:
+        return t, np.eye(count)
+    # A face without inside may still be a segment or ray: go one unit along each t both ways.
+    ends = np.tile(t, (2 * count, 1))
+    box = [(value - 1.0, value + 1.0) for value in t]
+    for k, (axis, sign) in enumerate(itertools.product(range(count), (1.0, -1.0))):
+        goal = np.where(np.arange(count) == axis, sign, 0.0)
+        end = linprog(goal, A_ub=-slope, b_ub=start + slack, bounds=box, options=tight)
+        ends[k] = t if end.x is None else end.x
+    middle = ends.mean(axis=0)
+    return middle, (ends - middle).T

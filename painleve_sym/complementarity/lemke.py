@@ -1,0 +1,136 @@
+"""Lemke's complementary pivots: one solution of a linear complementarity problem of any size.
+
+References
+----------
+Lemke (1965), Bimatrix equilibrium points and mathematical programming. Manag. Sci. 11, 681-689.
+Cottle, Pang & Stone (1992), The Linear Complementarity Problem. Academic Press ("CPS" below).
+"""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from painleve_sym.complementarity.lcp import (
+    LCP,
+    RESIDUAL_TOLERANCE,
+    FloatArray,
+    LCPSolution,
+    cleaned,
+    equilibrate,
+    principal_block,
+    solution_at,
+)
+
+_PIVOT = 1e-11  # smaller entries of a scaled tableau are what elimination left of a zero
+_TIE = 1e-12  # ratios closer than this are equal; the lexicographic rule then decides
+
+
+class LemkeStatus(enum.Enum):
+    """Say how Lemke's method ended; `advice` tells what that means and what to change."""
+
+    SOLVED = ("solved", "the solution has been checked; solve_all tells whether there are others")
+    RAY = (
+        "ray",
+        "the pivots ended on an unbounded ray. For a copositive-plus matrix the problem has no "
+        "feasible point, for a P-matrix this cannot happen; for any other matrix a solution may "
+        "still exist: ask solve_all",
+    )
+    STEP_LIMIT = ("step_limit", "max_pivots was used up; raise max_pivots or ask solve_all")
+    NOT_VERIFIED = (
+        "not_verified",
+        "the last basis is too ill-conditioned: its solution fails the residual check; rescale "
+        "the data or ask solve_all",
+    )
+
+    def __init__(self, label: str, advice: str) -> None:
+        self.label = label
+        self.advice = advice
+
+
+@dataclass(frozen=True, eq=False)
+class LemkeResult:
+    """Report one run of Lemke's method: its end, the solution if there is one, the pivots used."""
+
+    status: LemkeStatus
+    solution: LCPSolution | None
+    pivots: int
+
+
+def solve_lemke(
+    lcp: LCP, max_pivots: int | None = None, tol: float = RESIDUAL_TOLERANCE
+) -> LemkeResult:
+    """Find one solution by complementary pivots (Lemke 1965; CPS section 4.4).
+
+    ``w = M z + d z_0 + q`` with d of ones starts from a z_0 that makes all w >= 0 and pivots until
+    z_0 leaves. Ties are broken lexicographically, so that no basis returns (CPS section 4.9). The
+    solution is computed afresh from the last basis and checked, never read off the tableau.
+
+    Parameters
+    ----------
+    lcp : LCP
+        The problem, of any size.
+    max_pivots : int, optional
+        Most pivots; 50 per pair when not given, far above the few per pair that are usual.
+    tol : float
+        Largest `residual` of a solution.
+
+    Returns
+    -------
+    LemkeResult
+        With `solution` None unless the status is SOLVED.
+    """
+    n = lcp.size
+    scaled, unit = equilibrate(lcp)
+    limit = 50 * n if max_pivots is None else max_pivots
+    if np.all(scaled.offset >= 0):
+        return LemkeResult(LemkeStatus.SOLVED, solution_at(lcp, scaled, unit, np.zeros(n)), 0)
+    # Columns 0..n-1 belong to w, n..2n-1 to z, 2n to z_0; the last holds the values.
+    table = np.column_stack([np.eye(n), -scaled.matrix, -np.ones(n), scaled.offset])
+    basis = np.arange(n)
+    row = _lexicographic_row(table, np.ones(n), np.arange(n), basis)
+    entering = 2 * n
+    for pivots in range(1, limit + 1):
+        leaving, basis[row] = int(basis[row]), entering
+        table[row] /= table[row, entering]
+        others = np.arange(n) != row
+        table[others] -= np.outer(table[others, entering], table[row])
+        if leaving == 2 * n:
+            point = cleaned(scaled, _basis_point(scaled, basis[basis >= n] - n), tol)
+            if point is None:
+                return LemkeResult(LemkeStatus.NOT_VERIFIED, None, pivots)
+            return LemkeResult(LemkeStatus.SOLVED, solution_at(lcp, scaled, unit, point), pivots)
+        entering = leaving + n if leaving < n else leaving - n
+        rows = np.flatnonzero(table[:, entering] > _PIVOT)
+        if rows.size == 0:
+            return LemkeResult(LemkeStatus.RAY, None, pivots)
+        row = _lexicographic_row(table, table[:, entering], rows, basis)
+    return LemkeResult(LemkeStatus.STEP_LIMIT, None, limit)
+
+
+def _basis_point(lcp: LCP, index: npt.NDArray[np.intp]) -> FloatArray:
+    """Return z with ``w = 0`` in the rows of `index` (least squares where these are singular)."""
+    z = np.zeros(lcp.size)
+    if index.size:
+        z[index] = np.linalg.lstsq(
+            principal_block(lcp.matrix, index), -lcp.offset[index], rcond=None
+        )[0]
+    return z
+
+
+def _lexicographic_row(
+    table: FloatArray, column: FloatArray, rows: npt.NDArray[np.intp], basis: npt.NDArray[np.intp]
+) -> int:
+    """Return the row whose values, then inverse-basis entries, by the pivot come first in order."""
+    n = table.shape[0]
+    for key in (-1, *range(n)):
+        ratio = table[rows, key] / column[rows]
+        rows = rows[ratio <= ratio.min() + _TIE * max(1.0, abs(ratio.min()))]
+        if key == -1 and np.any(basis[rows] == 2 * n):
+            return int(rows[basis[rows] == 2 * n][0])  # z_0 may leave: that is a solution
+        if rows.size == 1:
+            break
+    return int(rows[0])

@@ -1,0 +1,195 @@
+"""A reproduction as files (report, figures, numbers) and as a table for the terminal."""
+
+from __future__ import annotations
+
+import json
+import textwrap
+import unicodedata
+from functools import partial
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from painleve_sym.errors import InputError
+from painleve_sym.present.figures import draw
+from painleve_sym.present.style import save
+from painleve_sym.simulate.trajectory import write_beside
+from painleve_sym.study.reproduce import SOURCE, Item, Reproduction
+
+FIGURES = "figures"
+"""Folder of the figures below the report."""
+WIDTH = 100
+"""Columns of the terminal table."""
+_COLUMNS = (("item", 20), ("paper", 31), ("computed", 31), ("verdict", 12))
+_MARK = {True: "", False: " !"}
+
+
+def write_report(reproduction: Reproduction, out_dir: str | Path) -> tuple[Path, ...]:
+    """Write ``report.md``, ``results.json`` and the figures as PNG and SVG.
+
+    Every file is written beside its name and then renamed: a reader never sees half of one.
+
+    Parameters
+    ----------
+    reproduction : Reproduction
+    out_dir : str or Path
+        Made where it does not exist.
+
+    Returns
+    -------
+    tuple of Path
+        All files, the report first.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be made or written.
+    """
+    out = Path(out_dir)
+    try:
+        (out / FIGURES).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            f"report folder {out}: {error.strerror}. Fix: name a folder that can be written."
+        ) from error
+    figures: dict[str, tuple[Path, Path]] = {}
+    for item in reproduction.items:
+        if item.series is not None:
+            figures[item.id] = save(draw(item.series), out / FIGURES / item.id)
+    report, results = out / "report.md", out / "results.json"
+    _write(results, _results(reproduction, figures, out))
+    _write(report, markdown(reproduction))
+    return (report, results, *(path for pair in figures.values() for path in pair))
+
+
+def _write(path: Path, text: str) -> None:
+    write_beside(path, partial(_encode, text))
+
+
+def _encode(text: str, file: BinaryIO) -> None:
+    file.write(text.encode())
+
+
+def _results(
+    reproduction: Reproduction, figures: dict[str, tuple[Path, Path]], out: Path
+) -> str:
+    data = reproduction.to_dict()
+    for item in data["items"]:
+        files = figures.get(item["id"], ())
+        item["figures"] = [path.relative_to(out).as_posix() for path in files]
+    return json.dumps(data, ensure_ascii=False, allow_nan=False, indent=1) + "\n"
+
+
+# ---- terminal ----
+
+
+def summary(reproduction: Reproduction) -> str:
+    """Return one sentence: how many items, by verdict, and which are not as expected."""
+    counts = ", ".join(f"{n} {name}" for name, n in reproduction.counts.items())
+    odd = [item.id for item in reproduction.items if not item.as_expected]
+    end = "every verdict as expected" if not odd else f"NOT as expected: {', '.join(odd)}"
+    total = len(reproduction.items)
+    return f"{total} item{'s' * (total != 1)}: {counts}; {end}."
+
+
+def terminal_table(reproduction: Reproduction) -> str:
+    """Return item, claim, answer and verdict as a table of at most 100 columns.
+
+    A verdict that is not the expected one is marked with ``!``.
+    """
+    lines = [_line([name for name, _ in _COLUMNS]), _line(["-" * n for _, n in _COLUMNS])]
+    group = ""
+    for item in reproduction.items:
+        if item.group != group:
+            group = item.group
+            lines += ["", f"{group}s"]
+        verdict = item.verdict.value + _MARK[item.as_expected]
+        texts = (item.id, item.paper, item.computed, verdict)
+        cells = [_wrapped(t, n) for t, (_, n) in zip(texts, _COLUMNS, strict=True)]
+        for i in range(max(map(len, cells))):
+            lines.append(_line([cell[i] if i < len(cell) else "" for cell in cells]))
+    lines += ["", *textwrap.wrap(summary(reproduction), WIDTH)]
+    return "\n".join(lines) + "\n"
+
+
+def _shown(text: str) -> int:
+    """Return how many columns a text takes: a dot above a θ takes none."""
+    return sum(1 for c in text if not unicodedata.combining(c))
+
+
+def _line(cells: list[str]) -> str:
+    padded = [c + " " * (n - _shown(c)) for c, (_, n) in zip(cells, _COLUMNS, strict=True)]
+    return "  ".join(padded).rstrip()
+
+
+def _wrapped(text: str, width: int) -> list[str]:
+    return textwrap.wrap(text, width, break_on_hyphens=False) or [""]
+
+
+# ---- Markdown ----
+
+
+def markdown(reproduction: Reproduction) -> str:
+    """Return the report: an overview, then every item with its figure and numbers."""
+    parts = [
+        "# The paper again",
+        f"{SOURCE}: every table, figure and formula, computed and compared with the print.",
+        summary(reproduction),
+        "*reproduced*: agrees within the digits printed, or the words hold. *misprint*: a small "
+        "correction of the print makes it agree. *differs*: it does not agree, for the reason "
+        "given.",
+        _table(
+            ["item", "paper", "computed", "verdict"],
+            [
+                [f"[{i.id}](#{i.id})", i.paper, i.computed, i.verdict.value + _MARK[i.as_expected]]
+                for i in reproduction.items
+            ],
+        ),
+    ]
+    for item in reproduction.items:
+        parts += _section(item)
+    return "\n\n".join(parts) + "\n"
+
+
+def _section(item: Item) -> list[str]:
+    lines = [
+        f"- paper: {_escaped(item.paper)}",
+        f"- computed: {_escaped(item.computed)}",
+        f"- verdict: **{item.verdict.value}**"
+        + ("" if item.as_expected else f", expected {item.expected.value}"),
+    ]
+    if item.reason:
+        lines.append(f"- {_escaped(item.reason)}")
+    for name, held in item.data.get("checks", {}).items():
+        lines.append(f"- [{'x' if held else ' '}] {_escaped(name)}")
+    parts = [f'## <a id="{item.id}"></a>{item.title}', "\n".join(lines)]
+    for name in ("printed", "derived", "corrected"):
+        formula = item.data.get(f"{name}_latex")
+        if formula:
+            parts.append(f"{name}: $\\displaystyle {formula}$")
+    if item.series is not None:
+        parts.append(f"![{item.title}]({FIGURES}/{item.id}.png)")
+    table = item.data.get("table")
+    if table:
+        parts.append(_table(table["columns"], table["rows"]))
+    return parts
+
+
+def _table(columns: list[str], rows: list[list[Any]]) -> str:
+    lines = [columns, ["---"] * len(columns), *([_cell(v) for v in row] for row in rows)]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def _cell(value: Any) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.10g}"
+    return _escaped(str(value))
+
+
+def _escaped(text: str) -> str:
+    for character in "|*_":
+        text = text.replace(character, "\\" + character)
+    return text

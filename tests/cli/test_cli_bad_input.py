@@ -1,0 +1,172 @@
+"""Every wrong input: one line on standard error, exit code 2, nothing written."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+
+from tests.cli.cli_helpers import LAW, TABLE_3, run
+
+CLASSIFY = ("classify", "rod", "--state", TABLE_3)
+JUMP = ("jump", "rod", "--state", TABLE_3)
+SIMULATE = ("simulate", "rod", "--state", TABLE_3, *LAW, "--t-end", "0.001")
+
+# Arguments, and words the message must hold.
+CASES = [
+    (("simulat",), "Did you mean 'simulate'?"),
+    (("--verson",), "Did you mean '--version'?"),
+    (("",), "unknown command ''"),
+    (("classify",), "CASE"),
+    (("derive",), "MODEL"),
+    (("models", "extra"), "unexpected 'extra'"),
+    (("classify", "rod", "--jsn"), "Did you mean '--json'?"),
+    ((*CLASSIFY, "--law", "hertz"), "unknown option '--law'"),
+    (("classify", "rod", "--state", "theta=1,", "theta_dot=2"), "commas, without spaces"),
+    (("classify", "rod"), "--state"),
+    (("classify", "rdo", "--state", TABLE_3), "Did you mean 'rod'?"),
+    (("derive", "rdo"), "Did you mean 'rod'?"),
+    (("derive", "rod", "--format", "pyton"), "Did you mean 'python'?"),
+    (("classify", "rod", "--state", "thta=1"), "Did you mean 'theta'?"),
+    (("classify", "rod", "--state", "theta=1,theta=2"), "got theta twice"),
+    (("classify", "rod", "--state", "theta=1", "--state", "theta=2"), "got theta twice"),
+    (("classify", "rod", "--state", "theta"), "need name=value"),
+    (("classify", "rod", "--state", "theta="), "need name=value"),
+    (("classify", "rod", "--state", "=1"), "need name=value"),
+    (("classify", "rod", "--state", "theta=1,,x_A_dot=1"), "need name=value"),
+    (("classify", "rod", "--state", "theta=one"), "got 'one', need a number"),
+    (("classify", "rod", "--state", "theta=nan"), "need a finite number"),
+    (("classify", "rod", "--state", "theta=1,x_A_dot=-inf"), "need a finite number"),
+    (("classify", "rod", "--state", "theta=1,x_A_dot=1e999"), "need a finite number"),
+    (("classify", "rod", "--state", "theta=0"), "theta > 0"),
+    (("classify", "rod", "--state", "theta=3.2"), "pi - theta > 0"),
+    (("classify", "rod", "--state", "theta_dot=1"), "Fix: give theta"),
+    (("classify", "rod", "--state", f"{TABLE_3},y_A=-1e-6"), "inside the ground"),
+    (("classify", "rod", "--state", f"{TABLE_3},y_A=1e-6"), "gap = 1e-06"),
+    (("classify", "rod", "--state", f"{TABLE_3},y_A_dot=-1"), "use jump or simulate"),
+    (("classify", "rod", "--state", "theta=1,theta_dot=1e200"), "finite"),
+    (("jump", "rod", "--state", f"{TABLE_3},y_A=-1e-6"), "inside the ground"),
+    (("jump", "rod", "--state", f"{TABLE_3},y_A=1"), "above the ground"),
+    (("jump", "rod", "--state", f"{TABLE_3},y_A_dot=1"), "opening"),
+    (("jump", "rod", "--state", "theta=0.5,x_A_dot=-1"), "need A < 0"),
+    (("jump", "rod", "--state", "theta=1,x_A_dot=-1e300,y_A_dot=-1e300"), "floating point"),
+    ((*JUMP, "--restitution", "1.5"), "0 <= e_energetic <= 1"),
+    ((*JUMP, "--restitution", "-0.1"), "0 <= e_energetic <= 1"),
+    ((*JUMP, "--restitution", "nan"), "need a finite number"),
+    ((*JUMP, "--rule", "newtn"), "Did you mean 'newton'?"),
+    ((*CLASSIFY, "--set", "m=0"), "0 < m"),
+    ((*CLASSIFY, "--set", "m=-1"), "0 < m"),
+    ((*CLASSIFY, "--set", "mu=-0.5"), "0 <= mu"),
+    ((*CLASSIFY, "--set", "mass=1"), "unknown parameter 'mass'"),
+    ((*CLASSIFY, "--set", "mu=inf"), "need a finite number"),
+    ((*SIMULATE, "--set", "E=1e9"), "--law-set"),
+    (("simulate", "rod", *LAW, "--t-end", "1"), "--state"),
+    (("simulate", "rod", "--state", TABLE_3, *LAW), "--t-end"),
+    (("simulate", "rod", "--state", TABLE_3, "--t-end", "1"), "--law"),
+    (("simulate", "rod", "--state", TABLE_3, "--law-set", "E=1", "--t-end", "1"), "--law"),
+    ((*SIMULATE, "--t-end"), "--t-end"),
+    ((*SIMULATE, "--t-end", "0"), "t_end: got 0.0"),
+    ((*SIMULATE, "--t-end", "-1e-3"), "t_end: got -0.001"),
+    ((*SIMULATE, "--t-end", "inf"), "need a finite number"),
+    ((*SIMULATE, "--law", "hrtz"), "Did you mean 'hertz'?"),
+    ((*SIMULATE, "--law-set", "E=0"), "0 < E"),
+    ((*SIMULATE, "--law-set", "n=0"), "0 < n"),
+    ((*SIMULATE, "--law-set", "n=-1"), "0 < n"),
+    ((*SIMULATE, "--law-set", "e_energetic=1.01"), "0 <= e_energetic <= 1"),
+    ((*SIMULATE, "--law-set", "e_energetic=-1"), "0 <= e_energetic <= 1"),
+    ((*SIMULATE, "--law-set", "E=1e9,E=2e9"), "got E twice"),
+    ((*SIMULATE, "--law-set", "e_enrgetic=1"), "Did you mean 'e_energetic'?"),
+    ((*SIMULATE, "--law-set", "reload=virgn"), "Did you mean 'virgin'?"),
+    ((*SIMULATE, "--rtol", "0"), "rtol: got 0.0"),
+    ((*SIMULATE, "--rtol", "-1e-6"), "rtol: got -1e-06"),
+    ((*SIMULATE, "--rtol", "1"), "rtol: got 1.0"),
+    ((*SIMULATE, "--rtol", "nan"), "need a finite number"),
+    ((*SIMULATE, "--max-steps", "0"), "whole number"),
+    ((*SIMULATE, "--max-steps", "2.5"), "whole number"),
+    ((*SIMULATE, "--max-steps", "1e30"), "whole number"),
+    ((*SIMULATE, "--samples", "1"), "samples: got 1"),
+    ((*SIMULATE, "--samples", "1e8"), "samples: got 100000000"),
+    ((*SIMULATE, "--engine", "compild"), "Did you mean 'compiled'?"),
+    ((*SIMULATE, "--until", "separaton"), "Did you mean 'separation'?"),
+    ((*SIMULATE, "--initial-force", "-5"), "got -5.0"),
+    (("automaton", "rod"), "--law"),
+    (("automaton", "rod", "--law", "hertz", "--law-set", "reload=virgin"), "'reload'"),
+    (("automaton", "rod", "--law", "hertz", "--format", "dot"), "graphviz"),
+    (("reproduce", "--only", "no-such-item"), "unknown item 'no-such-item'"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "words"), CASES)
+def test_bad_input_is_one_line_and_exit_code_2(capsys, arguments, words):
+    code, out, err = run(capsys, *arguments)
+    assert code == 2
+    assert out == ""
+    assert err.startswith("painleve: error: ")
+    assert err.count("\n") == 1
+    assert words in err
+    assert "Traceback" not in err
+
+
+def test_several_faults_are_told_at_once(capsys):
+    code, _, err = run(capsys, *CLASSIFY, "--set", "m=-1,mu=-1")
+    assert code == 2
+    assert "parameter m" in err and "parameter mu" in err
+
+
+# ---- output files: refused before anything is computed ----
+
+
+@pytest.fixture
+def no_computing(monkeypatch):
+    def fail(*_):
+        raise AssertionError("computed before the output was checked")
+
+    monkeypatch.setattr("painleve_sym.study.scenario.Scenario.simulate", fail)
+
+
+@pytest.mark.parametrize(
+    ("option", "name", "words"),
+    [
+        ("--save", "", "is a folder"),
+        ("--save", "missing/run.npz", "no such folder"),
+        ("--save", "file/run.npz", "not a folder"),
+        ("--save", "run.csv", ".npz"),
+        ("--plot", "run.jpg", ".png, .svg, .pdf"),
+        ("--plot", "run", ".png, .svg, .pdf"),
+        ("--plot", "missing/run.png", "no such folder"),
+        ("--plot", "", "is a folder"),
+    ],
+)
+def test_output_file_that_cannot_be_written(capsys, tmp_path, no_computing, option, name, words):
+    (tmp_path / "file").write_text("", "utf-8")
+    code, out, err = run(capsys, *SIMULATE, option, tmp_path / name)
+    assert (code, out) == (2, "")
+    assert err.startswith(f"painleve: error: {option}: ") and err.count("\n") == 1
+    assert words in err
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["file"]
+
+
+def test_output_file_must_not_be_a_device(capsys, no_computing):
+    code, _, err = run(capsys, *SIMULATE, "--save", os.devnull)
+    assert code == 2
+    assert "cannot be written" in err
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
+def test_output_folder_without_permission(capsys, tmp_path, no_computing):
+    tmp_path.chmod(0o500)
+    code, _, err = run(capsys, *SIMULATE, "--save", tmp_path / "run.npz")
+    assert code == 2
+    assert "Permission denied" in err
+
+
+@pytest.mark.parametrize("name", ["file", "file/sub"])
+def test_report_folder_that_cannot_be_made(capsys, tmp_path, monkeypatch, name):
+    def fail(*_, **__):
+        raise AssertionError("computed before the folder was checked")
+
+    monkeypatch.setattr("painleve_sym.study.reproduce.reproduce", fail)
+    (tmp_path / "file").write_text("", "utf-8")
+    code, out, err = run(capsys, "reproduce", "--out", tmp_path / name)
+    assert (code, out) == (2, "")
+    assert err.startswith("painleve: error: --out: ") and err.count("\n") == 1

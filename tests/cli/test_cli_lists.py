@@ -1,0 +1,223 @@
+"""models, laws, automaton, derive and reproduce."""
+
+from __future__ import annotations
+
+import json
+import math
+import runpy
+
+import pytest
+
+from painleve_sym.cli.describe import CHOICE_VALUES
+from painleve_sym.cli.output import print_json, show_table, wrap_expression
+from painleve_sym.errors import InputError
+from painleve_sym.laws.compliance import LAWS, law
+from painleve_sym.laws.impact import RESTITUTIONS
+from painleve_sym.mechanics.models import MODELS, model
+from painleve_sym.simulate.classify import classify
+from painleve_sym.simulate.jump import evaluate_jump
+from painleve_sym.study import reproduce as study
+from tests.cli.cli_helpers import run, run_json
+
+
+def test_models_lists_names_coordinates_parameters_units_and_source(capsys):
+    data = run_json(capsys, "models")["models"]
+    assert [m["name"] for m in data] == list(MODELS)
+    rod = next(m for m in data if m["name"] == "rod")
+    assert [c["name"] for c in rod["coordinates"]] == ["x_A", "y_A", "theta"]
+    parameters = {p["name"]: p for p in rod["parameters"]}
+    assert parameters["g"]["default"] == 9.8 and parameters["g"]["unit"] == "m/s^2"
+    assert parameters["mu"]["upper"] is None
+    assert rod["source"] and rod["sketch"]
+    code, out, err = run(capsys, "models")
+    assert (code, err) == (0, "")
+    assert "theta_dot" in out and "friction coefficient" in out
+
+
+def test_laws_lists_every_law_with_choices_that_work(capsys):
+    data = run_json(capsys, "laws")
+    assert [one["name"] for one in data["laws"]] == list(LAWS)
+    assert [r["name"] for r in data["restitution_rules"]] == list(RESTITUTIONS)
+    for one in data["laws"]:
+        for name, choice in one["choices"].items():
+            assert choice["default"] in choice["values"]
+            for value in choice["values"]:
+                assert law(one["name"], **{name: value}).choices == {name: value}
+    with pytest.raises(InputError) as error:
+        law("bilinear-hertz", reload="other")
+    assert all(value in str(error.value) for value in CHOICE_VALUES["reload"])
+    code, out, err = run(capsys, "laws")
+    assert (code, err) == (0, "")
+    assert all(len(line) <= 80 for line in out.splitlines())
+
+
+@pytest.mark.parametrize(
+    ("form", "start"), [("text", "rod with"), ("mermaid", "stateDiagram-v2"), ("graphviz", "dig")]
+)
+def test_automaton_formats(capsys, form, start):
+    options = ("--law", "bilinear-hertz", "--law-set", "reload=virgin", "--format", form)
+    code, out, err = run(capsys, "automaton", "rod", *options)
+    assert (code, err) == (0, "")
+    assert out.startswith(start)
+    assert "slip_stop" in out
+
+
+def test_automaton_json_targets_are_modes(capsys):
+    code, out, _ = run(capsys, "automaton", "rod", "--law", "hertz", "--format", "json")
+    data = json.loads(out)
+    assert run_json(capsys, "automaton", "rod", "--law", "hertz") == data
+    names = {m["name"] for m in data["modes"]} | {"end"}
+    assert code == 0
+    assert {t for m in data["modes"] for x in m["transitions"] for t in x["targets"]} <= names
+
+
+# ---- derive ----
+
+
+@pytest.fixture(scope="module")
+def forms(request):
+    """Every format once: the closed forms take seconds to find."""
+    from painleve_sym.cli import derive
+
+    found = derive.sections(model("rod"))
+    patch = pytest.MonkeyPatch()
+    patch.setattr(derive, "sections", lambda _: found)
+    request.addfinalizer(patch.undo)
+
+
+NAMES = ("T", "V", "M", "h", "A_neg", "A_pos", "B", "F_t_stick", "A_stick", "B_stick")
+PHASES = ("tangential_neg", "tangential_pos", "sticking_compression", "sticking_restitution")
+
+
+def test_derive_text_is_complete_and_fits_the_terminal(capsys, forms):
+    code, out, err = run(capsys, "derive", "rod")
+    assert (code, err) == (0, "")
+    for name in (*NAMES, *PHASES, "mu_critical", "rebound_energetic"):
+        assert f"  {name}" in out
+    assert "= 4/3" in out
+    assert all(len(line) <= 80 for line in out.splitlines())
+
+
+def test_derive_latex_has_balanced_braces(capsys, forms):
+    code, out, err = run(capsys, "derive", "rod", "--format", "latex")
+    assert (code, err) == (0, "")
+    assert out.count("\\[") == out.count("\\]") > 30
+    for line in out.splitlines():
+        assert line.count("{") == line.count("}"), line
+    assert "\\dot{x}_A" in out
+
+
+def test_derive_json_has_text_latex_and_python(capsys, forms):
+    code, out, _ = run(capsys, "derive", "rod", "--format", "json")
+    data = json.loads(out)
+    assert code == 0
+    assert set(NAMES) <= set(data["formulas"])
+    assert set(PHASES) == set(data["jump"])
+    for entry in data["formulas"].values():
+        assert {"text", "latex", "python", "unit", "meaning"} <= set(entry)
+    values = {"math": math, "g": 9.8, "l": 1.0, "theta": 1.0, "theta_dot": 5.0}
+    found = eval(data["formulas"]["B"]["python"], values)
+    assert found == pytest.approx(11.2368, abs=0.5e-4)
+
+
+@pytest.fixture
+def module(capsys, forms, tmp_path):
+    code, out, err = run(capsys, "derive", "rod", "--format", "python")
+    assert (code, err) == (0, "")
+    assert all(len(line) <= 100 for line in out.splitlines())
+    path = tmp_path / "rod_forms.py"
+    path.write_text(out, "utf-8")
+    return runpy.run_path(str(path))
+
+
+def test_derive_python_gives_the_coefficients_of_the_package(module):
+    state = {"theta": 1.0, "theta_dot": 5.0, "x_A_dot": -1.0}
+    found = classify(model("rod"), state)
+    assert module["A_neg"](theta=1.0, m=1.0, mu=1.4) == pytest.approx(found.A, rel=1e-14)
+    assert module["B"](theta=1.0, theta_dot=5.0, l=1.0, g=9.8) == pytest.approx(found.B, rel=1e-14)
+    assert module["A_stick"](theta=1.0, m=1.0) == pytest.approx(found.A_stick, rel=1e-14)
+    assert module["mu_critical_min_theta"]() == 4 / 3
+    assert module["M"](theta=1.0, m=2.0, l=3.0)[2][2] == pytest.approx(24.0)
+    for name in NAMES:
+        assert callable(module[name])
+
+
+@pytest.mark.parametrize(
+    "state",
+    [
+        {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0},
+        {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": 0.2, "y_A_dot": -3.0},
+    ],
+)
+def test_derive_python_jump_equals_the_package(module, state):
+    velocities = {"x_A_dot": 0.0, "y_A_dot": 0.0, "theta_dot": 0.0, **state}
+    found = evaluate_jump(model("rod"), "energetic", velocities, {"e_energetic": 0.6})
+    phases = module["jump"](m=1.0, l=1.0, mu=1.4, e_energetic=0.6, **velocities)
+    for phase, expected in zip(phases, found.phases, strict=True):
+        assert phase["normal_impulse"] == pytest.approx(expected.normal_impulse, rel=1e-12)
+        assert phase["stored_energy"] == pytest.approx(expected.stored_energy, rel=1e-12)
+        for name, value in expected.velocity.items():
+            assert phase[name] == pytest.approx(value, rel=1e-12, abs=1e-12)
+
+
+# ---- reproduce ----
+
+
+def test_reproduce_list_names_every_item(capsys):
+    code, out, err = run(capsys, "reproduce", "--list")
+    assert (code, err) == (0, "")
+    assert [line.split()[0] for line in out.splitlines()[1:]] == list(study.item_ids())
+    data = run_json(capsys, "reproduce", "--list")
+    assert [item["id"] for item in data["items"]] == list(study.item_ids())
+
+
+def test_reproduce_one_item_reports_progress_and_verdict(capsys):
+    code, out, err = run(capsys, "reproduce", "--only", "eq-2", "--json")
+    data = json.loads(out)
+    assert code == 0
+    assert [item["id"] for item in data["items"]] == ["eq-2"]
+    assert err.startswith("[1/1] ")
+    code, out, _ = run(capsys, "reproduce", "--only", "eq-2")
+    assert code == 0
+    assert "eq-2" in out
+
+
+def test_reproduce_exit_code_is_1_when_a_verdict_is_not_the_expected_one(capsys, monkeypatch):
+    monkeypatch.setattr(study.Reproduction, "ok", property(lambda _: False))
+    assert run(capsys, "reproduce", "--only", "eq-2", "--json")[0] == 1
+
+
+def test_reproduce_writes_a_report(capsys, tmp_path):
+    code, _, err = run(capsys, "reproduce", "--only", "eq-2", "--out", tmp_path / "a" / "b")
+    assert code == 0
+    assert "report written to" in err
+    assert any((tmp_path / "a" / "b").iterdir())
+
+
+# ---- printing ----
+
+
+def test_json_replaces_what_json_cannot_hold(capsys):
+    print_json({"a": math.nan, "b": [1.0, -math.inf], "c": {"d": 0.1}})
+    data = json.loads(capsys.readouterr().out)
+    assert data["a"] is None and data["b"] == [1.0, None] and data["c"] == {"d": 0.1}
+    assert data["not_finite"] == {"a": "nan", "b[1]": "-inf"}
+
+
+@pytest.mark.parametrize("value", [0.1, 1 / 3, 5e-324, 1.7976931348623157e308, -0.0])
+def test_json_keeps_every_bit(capsys, value):
+    print_json({"value": value})
+    assert repr(json.loads(capsys.readouterr().out)["value"]) == repr(value)
+
+
+def test_table_aligns_columns_and_wraps_the_last(capsys):
+    show_table(("a", "b"), [("x", "word " * 30), ("yy", "short")], left=(0, 1))
+    lines = capsys.readouterr().out.splitlines()
+    assert all(len(line) <= 80 for line in lines)
+    assert lines[-1] == "  yy  short"
+
+
+def test_long_formula_is_broken_where_it_can_be():
+    lines = wrap_expression("f = ", "(aaa + bbb)*ccc + (ddd - eee)*fff", 24, "    ")
+    assert lines == ["f = (aaa + bbb)*ccc", "    + (ddd - eee)*fff"]
+    assert wrap_expression("", "x" * 50, 20) == ["x" * 50]

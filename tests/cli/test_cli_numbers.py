@@ -1,0 +1,285 @@
+"""classify, jump and simulate: the documented JSON keys, and the numbers behind them."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from painleve_sym.laws.compliance import law
+from painleve_sym.mechanics.models import model
+from painleve_sym.simulate.classify import classify
+from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.jump import evaluate_jump
+from painleve_sym.simulate.trajectory import Trajectory
+from tests.cli.cli_helpers import (
+    LAW,
+    STIFF,
+    TABLE_1,
+    TABLE_2,
+    TABLE_3,
+    TABLE_4,
+    run,
+    run_json,
+)
+
+STATE_3 = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
+
+
+# ---- classify ----
+
+# Printed A and B, half of their last digit; A of table 3 as tables 4 to 6 print it.
+PRINTED = [
+    (TABLE_1, 1.5434, -9.3206, "slip", 1),
+    (TABLE_2, 1.5434, 2.1856, "liftoff", 1),
+    (TABLE_3, -0.0337, -8.9585, "inconsistent", 0),
+    (TABLE_4, -0.0337, 11.2368, "indeterminate", 2),
+]
+
+
+@pytest.mark.parametrize(("state", "A", "B", "case", "solutions"), PRINTED)
+def test_classify_json_agrees_with_the_printed_tables(capsys, state, A, B, case, solutions):
+    data = run_json(capsys, "classify", "rod", "--state", state)
+    assert data["A"] == pytest.approx(A, abs=0.5e-4)
+    assert data["B"] == pytest.approx(B, abs=0.5e-4)
+    assert data["case"] == case
+    assert len(data["solutions"]) == solutions
+    assert {"A_stick", "B_stick", "state", "parameters"} <= set(data)
+    for solution in data["solutions"]:
+        keys = {"mode", "normal_force", "tangential_force", "normal_acceleration"}
+        assert keys <= set(solution)
+
+
+def test_classify_json_has_the_numbers_of_the_package_to_the_last_bit(capsys):
+    data = run_json(capsys, "classify", "rod", "--state", TABLE_3, "--set", "mu=1.41")
+    assert data == classify(model("rod"), STATE_3, {"mu": 1.41}).to_dict()
+
+
+def test_classify_text_names_the_case_and_every_solution(capsys):
+    code, out, err = run(capsys, "classify", "rod", "--state", TABLE_4)
+    assert (code, err) == (0, "")
+    assert "case: indeterminate" in out
+    assert "332.992" in out
+    assert all(len(line) <= 80 for line in out.splitlines())
+
+
+def test_classify_accepts_state_in_several_options_and_spaces(capsys):
+    parts = ("--state", "theta = 1, theta_dot=1", "--state", "x_A_dot=-1")
+    together = run_json(capsys, "classify", "rod", *parts)
+    assert together == run_json(capsys, "classify", "rod", "--state", TABLE_3)
+
+
+# ---- jump ----
+
+
+def test_jump_json_agrees_with_the_package(capsys):
+    data = run_json(capsys, "jump", "rod", "--state", TABLE_3, "--restitution", "0.75")
+    found = evaluate_jump(model("rod"), "energetic", STATE_3, {"e_energetic": 0.75})
+    assert [p["name"] for p in data["phases"]] == [p.name for p in found.phases]
+    for phase, expected in zip(data["phases"], found.phases, strict=True):
+        assert phase["normal_impulse"] == expected.normal_impulse
+        assert phase["stored_energy"] == expected.stored_energy
+        assert phase["velocity"] == dict(expected.velocity)
+    assert data["final"]["velocity"] == dict(found.velocity)
+    # The rule for a stiff contact, as the notes of the reproduction give it.
+    assert data["final"]["velocity"]["y_A_dot"] == pytest.approx(0.05247, abs=0.5e-5)
+    assert data["final"]["velocity"]["theta_dot"] == pytest.approx(1.60984, abs=0.5e-5)
+
+
+def test_jump_rules_differ_and_the_default_is_energetic(capsys):
+    speed = {}
+    for rule in ("energetic", "poisson", "newton"):
+        data = run_json(capsys, "jump", "rod", "--state", TABLE_3, "--rule", rule)
+        speed[rule] = data["final"]["velocity"]["y_A_dot"]
+    default = run_json(capsys, "jump", "rod", "--state", TABLE_3)
+    assert default["final"]["velocity"]["y_A_dot"] == speed["energetic"]
+    assert speed["newton"] == pytest.approx(0, abs=1e-15)
+    assert speed["newton"] < speed["energetic"] < speed["poisson"]
+
+
+def test_jump_text_lists_phases_and_velocities(capsys):
+    code, out, err = run(capsys, "jump", "rod", "--state", TABLE_3)
+    assert (code, err) == (0, "")
+    assert "sticking restitution" in out
+    assert "theta_dot [rad/s]" in out
+    assert all(len(line) <= 80 for line in out.splitlines())
+
+
+# ---- simulate ----
+
+
+def test_simulate_json_is_the_trajectory_of_the_package(capsys):
+    options = (*STIFF, "--t-end", "0.01", "--until", "separation")
+    data = run_json(capsys, "simulate", "rod", "--state", TABLE_3, *options)
+    simulator = SoftenedSimulator(model("rod"), law("bilinear-hertz", reload="virgin"))
+    parameters = {"E": 20.9e14, "e_energetic": 0.75}
+    expected = simulator.run(
+        STATE_3, t_end=0.01, parameters=parameters, until="separation"
+    ).to_dict()
+    assert {key: data[key] for key in expected} == expected
+    assert data["stop_reason"] == "until"
+    assert data["events"][0]["kind"] == "slip_stop"
+    assert data["events"][-1]["kind"] == "separation"
+    keys = {"time", "kind", "mode_before", "mode_after", "state", "normal_force"}
+    for event in data["events"]:
+        assert keys | {"tangential_force", "compression"} == set(event)
+    assert {"time", "state", "normal_force"} <= set(data["final"])
+    assert abs(data["energy_residual"]) < 1e-9
+    assert data["counters"]["accepted_steps"] > 0
+
+
+def test_simulate_table_1_gives_the_first_maximum_of_the_paper(capsys):
+    options = (*LAW, "--law-set", "reload=virgin", "--t-end", "0.01")
+    data = run_json(capsys, "simulate", "rod", "--state", TABLE_1, *options)
+    peak = next(e for e in data["events"] if e["kind"] == "max_compression")
+    assert peak["normal_force"] == pytest.approx(16.763, abs=0.5e-3)
+    assert peak["time"] == pytest.approx(1.918e-3, abs=0.5e-6)
+
+
+def test_simulate_table_2_flies(capsys):
+    data = run_json(capsys, "simulate", "rod", "--state", TABLE_2, *LAW, "--t-end", "0.01")
+    assert data["final"]["state"]["y_A"] > 0
+    assert data["final"]["normal_force"] == 0
+
+
+# Initial forces of tables 5 and 6; the second one separates lift-off from impact.
+@pytest.mark.parametrize(
+    ("modulus", "force", "impact"),
+    [
+        (20.9e14, 0, False),
+        (20.9e14, 150, False),
+        (20.9e14, 300, False),
+        (20.9e16, 350, True),
+        (20.9e16, 500, True),
+        (20.9e16, 1000, True),
+    ],
+)
+def test_simulate_tables_5_and_6_lift_off_or_impact(capsys, modulus, force, impact):
+    options = (*LAW, "--law-set", f"E={modulus}", "--initial-force", force, "--t-end", "0.001")
+    data = run_json(capsys, "simulate", "rod", "--state", TABLE_4, *options, "--samples", "2")
+    assert data["samples"]["normal_force"][0] == pytest.approx(force, rel=1e-12, abs=1e-12)
+    assert ("slip_stop" in [e["kind"] for e in data["events"]]) is impact
+    assert data["final"]["state"]["y_A_dot"] > 0
+
+
+def test_simulate_samples_are_even_and_complete(capsys):
+    options = (*STIFF, "--t-end", "0.001", "--samples", "11")
+    data = run_json(capsys, "simulate", "rod", "--state", TABLE_3, *options)
+    samples = data["samples"]
+    assert samples["time"] == pytest.approx([i * 1e-4 for i in range(11)], abs=1e-18)
+    for name in ("normal_force", "tangential_force", "compression", "gap", "slip_velocity"):
+        assert len(samples[name]) == 11
+    assert set(data["final"]["state"]) == set(samples["state"])
+    last = {name: values[-1] for name, values in samples["state"].items()}
+    assert last == pytest.approx(data["final"]["state"], rel=1e-12, abs=1e-15)
+
+
+def test_simulate_text_fits_the_terminal(capsys):
+    options = (*STIFF, "--t-end", "0.01", "--samples", "4")
+    code, out, err = run(capsys, "simulate", "rod", "--state", TABLE_3, *options)
+    assert (code, err) == (0, "")
+    assert "slip_stop" in out and "t_end" in out
+    assert all(len(line) <= 80 for line in out.splitlines())
+
+
+def test_simulate_text_shortens_a_long_list_of_events(capsys):
+    options = (*LAW, "--t-end", "0.5")
+    code, out, _ = run(capsys, "simulate", "rod", "--state", TABLE_1, *options)
+    assert code == 0
+    assert " more" in out
+    assert len(out.splitlines()) < 70
+
+
+@pytest.mark.parametrize(
+    ("options", "reason", "code"),
+    [
+        (("--t-end", "0.001"), "t_end", 0),
+        (("--t-end", "10", "--until", "slip_stop,separation"), "until", 0),
+        (("--t-end", "10"), "left_domain", 0),
+        (("--t-end", "1", "--max-steps", "5"), "step_limit", 3),
+        (("--t-end", "1", "--max-events", "1"), "event_limit", 3),
+    ],
+)
+def test_simulate_exit_code_tells_how_it_stopped(capsys, options, reason, code):
+    data = run_json(capsys, "simulate", "rod", "--state", TABLE_3, *STIFF, *options, code=code)
+    assert data["stop_reason"] == reason
+    assert "final" in data
+
+
+def test_simulate_never_writes_nan_into_json(capsys):
+    two_bodies = ("--law", "bilinear-hertz-two-bodies", "--law-set", "kappa_1=-1")
+    state = ("--state", f"{TABLE_3},y_A=-1e-6")
+    data = run_json(capsys, "simulate", "rod", *state, *two_bodies, "--t-end", "1", code=3)
+    assert data["stop_reason"] == "non_finite"
+    assert data["energy_residual"] is None
+    assert data["not_finite"]["energy_residual"] == "nan"
+
+
+def test_simulate_save_can_be_loaded(capsys, tmp_path):
+    path = tmp_path / "run.npz"
+    options = (*STIFF, "--t-end", "0.001", "--save", path)
+    data = run_json(capsys, "simulate", "rod", "--state", TABLE_3, *options)
+    loaded = Trajectory.load(path)
+    assert loaded.final == data["final"]["state"]
+    assert data["files"] == {"save": str(path)}
+    assert [p.name for p in tmp_path.iterdir()] == ["run.npz"]
+
+
+def test_simulate_save_follows_a_link(capsys, tmp_path):
+    (tmp_path / "real.npz").write_bytes(b"")
+    (tmp_path / "link.npz").symlink_to(tmp_path / "real.npz")
+    options = (*STIFF, "--t-end", "0.001", "--save", tmp_path / "link.npz")
+    run_json(capsys, "simulate", "rod", "--state", TABLE_3, *options)
+    assert (tmp_path / "link.npz").is_symlink()
+    assert Trajectory.load(tmp_path / "real.npz").mechanism == "rod"
+
+
+@pytest.mark.parametrize(
+    ("suffix", "start"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")]
+)
+def test_simulate_plot_writes_the_format_of_the_suffix(capsys, tmp_path, suffix, start):
+    path = tmp_path / f"run.{suffix}"
+    options = (*STIFF, "--t-end", "0.001", "--plot", path)
+    data = run_json(capsys, "simulate", "rod", "--state", TABLE_3, *options)
+    assert path.read_bytes().startswith(start)
+    assert data["files"] == {"plot": str(path)}
+    first = path.read_bytes()
+    run_json(capsys, "simulate", "rod", "--state", TABLE_3, *options)
+    assert path.read_bytes() == first
+
+
+def test_simulate_plot_of_many_events_is_written(capsys, tmp_path):
+    path = tmp_path / "run.png"
+    options = (*LAW, "--t-end", "0.1", "--plot", path)
+    data = run_json(capsys, "simulate", "rod", "--state", TABLE_1, *options)
+    assert len(data["events"]) > 60
+    assert path.exists()
+
+
+def test_simulate_says_so_when_there_is_nothing_to_plot(capsys, tmp_path):
+    two_bodies = ("--law", "bilinear-hertz-two-bodies", "--law-set", "kappa_1=-1")
+    options = ("--t-end", "1", "--plot", tmp_path / "run.png")
+    state = ("--state", f"{TABLE_3},y_A=-1e-6")
+    code, _, err = run(capsys, "simulate", "rod", *state, *two_bodies, *options)
+    assert code == 3
+    assert err == "painleve: note: nothing to plot: no step was taken.\n"
+    assert not (tmp_path / "run.png").exists()
+
+
+def test_simulate_without_steps_has_one_sample(capsys):
+    two_bodies = ("--law", "bilinear-hertz-two-bodies", "--law-set", "kappa_1=-1")
+    state = ("--state", f"{TABLE_3},y_A=-1e-6")
+    options = ("--t-end", "1", "--samples", "5")
+    data = run_json(capsys, "simulate", "rod", *state, *two_bodies, *options, code=3)
+    assert data["samples"]["time"] == [0.0]
+
+
+def test_simulate_rtol_changes_the_work_and_not_the_answer(capsys):
+    ends = []
+    for rtol in ("1e-6", "1e-12"):
+        options = (*STIFF, "--t-end", "0.0004", "--rtol", rtol)
+        data = run_json(capsys, "simulate", "rod", "--state", TABLE_3, *options)
+        assert data["rtol"] == float(rtol)
+        ends.append((data["counters"]["accepted_steps"], data["final"]["state"]["theta_dot"]))
+    assert ends[0][0] < ends[1][0]
+    assert math.isclose(ends[0][1], ends[1][1], rel_tol=1e-4)
