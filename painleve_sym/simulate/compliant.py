@@ -13,7 +13,8 @@ from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.codegen.run import DENSE_ROWS, Array, Engine, RawRun, RunOptions
 from painleve_sym.codegen.select import make_engine
 from painleve_sym.errors import InputError, StopReason, unknown_name
-from painleve_sym.hybrid.softened import GAP, GAP_RATE, SLIP, SoftenedContact
+from painleve_sym.hybrid.contact_states import GAP, GAP_RATE, SLIP
+from painleve_sym.hybrid.softened import SoftenedContact
 from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.mechanics.models import Mechanism
 from painleve_sym.simulate.inputs import resolve_parameters, resolve_state, symbol_values

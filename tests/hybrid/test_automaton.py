@@ -14,19 +14,9 @@ from painleve_sym.mechanics.models import rod
 X, Y = sp.Symbol("x", real=True), sp.Symbol("y", real=True)
 
 
-def make(modes, starts=(Choice("a"),), **more):
-    return HybridAutomaton(
-        **{
-            "name": "test",
-            "states": (X,),
-            "memory": (),
-            "parameters": (),
-            "definitions": {},
-            "modes": modes,
-            "starts": starts,
-            **more,
-        }
-    )
+def make(modes, **more):
+    defaults = {"states": (X,), "memory": (), "parameters": (), "definitions": {}}
+    return HybridAutomaton(name="test", modes=modes, starts=(Choice("a"),), **(defaults | more))
 
 
 def mode(name, *transitions, field=None, outputs=None):

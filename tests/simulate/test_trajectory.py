@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from scipy.integrate import cumulative_simpson
@@ -65,7 +67,7 @@ def test_segments_cover_the_run_in_order(impact):
     segments = impact.segments
     assert segments[0].t_start == 0
     assert segments[-1].t_end == pytest.approx(impact.final_time, rel=1e-14)
-    for a, b in zip(segments, segments[1:], strict=False):
+    for a, b in pairwise(segments):
         assert a.t_end == pytest.approx(b.t_start, rel=1e-12)
     modes = [s.mode for s in segments]
     assert modes[:3] == ["slip_neg/compression", "stick/compression", "stick/restitution"]
