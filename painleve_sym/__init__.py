@@ -26,6 +26,8 @@ _HOMES = {
     "PainleveError": "errors",
     "PainleveWarning": "errors",
     "Parameter": "mechanics.system",
+    "RigidContact": "hybrid.rigid",
+    "RigidSimulator": "simulate.rigid",
     "SoftenedContact": "hybrid.softened",
     "SoftenedSimulator": "simulate.compliant",
     "StopReason": "errors",
@@ -34,6 +36,7 @@ _HOMES = {
     "evaluate_jump": "simulate.jump",
     "law": "laws.compliance",
     "model": "mechanics.models",
+    "simulate_rigid": "simulate.rigid",
     "simulate_softened": "simulate.compliant",
 }
 

@@ -70,6 +70,16 @@ class StopReason(enum.Enum):
         "step_underflow",
         "the step size fell below round-off; loosen rtol or check for a singular state",
     )
+    SINGULAR = (
+        "singular",
+        "the slip meets A = 0, where the rigid contact force grows without bound; "
+        "use a softened contact, or another policy, to go on",
+    )
+    JAM = (
+        "jam",
+        "the contact impulse grows without end: the rigid impact has no exit; "
+        "use a softened contact",
+    )
     NO_MODE = (
         "no_mode",
         "no mode of the automaton admits the state; check the start state against the law",

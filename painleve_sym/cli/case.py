@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import os
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 from painleve_sym.cli.options import read_assignments, read_count, read_number, read_numbers
@@ -46,7 +46,7 @@ def read_case(arguments: argparse.Namespace) -> Scenario:
 
 
 def _base(case: str, command: str) -> Scenario:
-    if case.endswith(".toml") or "/" in case or (case not in MODELS and Path(case).is_file()):
+    if case.endswith(".toml") or "/" in case or (case not in MODELS and os.path.isfile(case)):
         return Scenario.read(case)
     if case not in MODELS:
         raise InputError(

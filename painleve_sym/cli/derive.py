@@ -10,7 +10,7 @@ import sympy as sp
 
 from painleve_sym.cli.describe import checked_format, model_data
 from painleve_sym.cli.formulas import Formula, Impulse, Section, impulse_units, sections
-from painleve_sym.cli.output import print_json, show, wrap_expression
+from painleve_sym.cli.output import WIDTH, print_json, show, wrap_expression
 from painleve_sym.cli.parser import DERIVE_FORMATS
 from painleve_sym.cli.python_module import python_code, python_module
 from painleve_sym.laws.impact import V_N_MINUS
@@ -79,6 +79,11 @@ def _show_value(value: sp.Basic | sp.MatrixBase) -> None:
         return
     cells = [[plain(value[i, j]) for j in range(value.cols)] for i in range(value.rows)]
     widths = [max(len(row[j]) for row in cells) for j in range(value.cols)]
+    if sum(widths) + 2 * len(widths) > WIDTH - 10:
+        for i, row in enumerate(cells, 1):
+            for j, cell in enumerate(row, 1):
+                _show_expression(f"    [{i}, {j}] = ", cell)
+        return
     for i, row in enumerate(cells):
         mark = "=" if i == 0 else " "
         line = "  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True))

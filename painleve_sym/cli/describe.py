@@ -67,6 +67,7 @@ def model_data(mechanism: Mechanism) -> dict[str, Any]:
             for c in mechanism.contacts
         ],
         "domain": [{"margin": str(b.margin), "meaning": b.meaning} for b in mechanism.domain],
+        "start": dict(mechanism.start),
         "sketch": mechanism.sketch,
     }
 
@@ -101,6 +102,9 @@ def _show_model(mechanism: Mechanism) -> None:
     show()
     for bound in mechanism.domain:
         show(f"  valid while {bound.margin} > 0: {bound.meaning}")
+    if mechanism.start:
+        start = ",".join(f"{name}={number(value)}" for name, value in mechanism.start.items())
+        show(f"  to begin with: --state {start}")
     show(f"  source: {mechanism.source}")
 
 

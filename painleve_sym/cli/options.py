@@ -65,7 +65,7 @@ def output_file(where: str, text: str, suffixes: tuple[str, ...] = ()) -> Path:
         must not be written, a suffix that is not one of `suffixes`.
     """
     path = Path(text)
-    if path.is_dir() or text.endswith("/"):
+    if os.path.isdir(path) or text.endswith("/"):
         raise InputError(f"{where}: {text} is a folder. Fix: name a file in it.")
     suffix = path.suffix.lower()
     if suffixes and suffix not in suffixes:
@@ -73,8 +73,9 @@ def output_file(where: str, text: str, suffixes: tuple[str, ...] = ()) -> Path:
         raise InputError(f"{where}: {text} has {got}, need one of {', '.join(suffixes)}.")
     # A link is followed, so that what it points to is replaced and not the link.
     target = Path(os.path.realpath(path))
-    if target.exists() and not (target.is_file() and os.access(target, os.W_OK)):
+    if os.path.exists(target) and not (target.is_file() and os.access(target, os.W_OK)):
         raise InputError(f"{where}: {text} exists and cannot be written. Fix: name another file.")
+    _check_name(where, text, target)
     _check_folder(where, text, target.parent)
     return target
 
@@ -82,13 +83,23 @@ def output_file(where: str, text: str, suffixes: tuple[str, ...] = ()) -> Path:
 def output_folder(where: str, text: str) -> Path:
     """Return the path of a folder that exists and can be written, or that can be made."""
     path = Path(os.path.realpath(text))
-    if path.exists() and not path.is_dir():
+    if os.path.exists(path) and not path.is_dir():
         raise InputError(f"{where}: {text} is a file. Fix: name a folder.")
+    _check_name(where, text, path)
     existing = path
-    while not existing.exists():
+    while not os.path.exists(existing):
         existing = existing.parent
     _check_folder(where, text, existing)
     return path
+
+
+def _check_name(where: str, text: str, path: Path) -> None:
+    try:
+        os.lstat(path)
+    except (FileNotFoundError, NotADirectoryError):
+        return
+    except OSError as error:
+        raise InputError(f"{where}: {text}: {error.strerror}. Fix: use another name.") from error
 
 
 def _check_folder(where: str, text: str, folder: Path) -> None:

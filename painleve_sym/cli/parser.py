@@ -68,8 +68,8 @@ _STOPS = """
 
 exit codes: 0 for a run that ended at t_end, at --until or where the mechanism
 left its domain; 3 for one that stopped early (step_limit, event_limit,
-accumulation, non_finite, step_underflow, no_mode), after what it has was
-printed; 2 bad input."""
+accumulation, non_finite, step_underflow or another such reason), after what it
+has was printed; 2 bad input."""
 
 
 class _Parser(argparse.ArgumentParser):

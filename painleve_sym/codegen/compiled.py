@@ -46,6 +46,7 @@ def _structures(nx: int, nz: int, kinds: int) -> tuple[Any, Any]:
             ("max_events", ctypes.c_long),
             ("until", ctypes.c_ubyte * kinds),
             ("record", ctypes.c_int),
+            ("start_events", ctypes.c_int),
         )
 
     class Run(ctypes.Structure):
@@ -121,6 +122,7 @@ class CompiledEngine:
             o.max_events,
             (ctypes.c_ubyte * len(until))(*until),
             _RECORD[o.record],
+            o.start_events,
         )
 
     def run(self, state: Array, parameters: Array, options: RunOptions) -> RawRun:

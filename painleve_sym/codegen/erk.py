@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections import Counter
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -19,14 +20,16 @@ _HUGE = 1e300
 """Stands for inf, so that 0·inf is no nan."""
 _CHUNK = 256
 """Points per call of the outputs: many enough to hide the cost of a call."""
+_ROUGH, _ROUGHEST = 10.0, 1e-12
+"""Error between the points of a grid: so many tolerances, and not less than this."""
 _REPLACEMENTS = 8
 """Times that an earlier event may replace one; each is earlier still, so one or two are usual."""
 
 # The compiled engine's constants: its decisions are repeated here.
 _ZERO_TIME, _CHAIN, _SHRINKING, _REMAINDER = 1e-10, 64, 6, 1e-11
 
-_COUNTERS = ("accepted_steps", "rejected_steps", "field_evaluations")
-_MORE_COUNTERS = ("guard_evaluations", "dense_outputs", "events")
+_COUNTERS = ("accepted_steps", "rejected_steps", "field_evaluations", "guard_evaluations")
+_MORE_COUNTERS = ("dense_outputs", "events")
 
 
 @dataclass
@@ -35,6 +38,7 @@ class _History:
 
     last: float = 0.0
     interval: float = 0.0
+    ratio: float = 0.0
     shrinking: int = 0
 
     def accumulates(self, t: float) -> bool:
@@ -44,11 +48,10 @@ class _History:
         if not before > 0 or not interval < 0.9999 * before:
             self.shrinking = 0
             return False
+        # The slower of the last two ratios: one short interval alone is no accumulation.
+        ratio, self.ratio = max(interval / before, self.ratio), interval / before
         self.shrinking += 1
-        if self.shrinking < _SHRINKING:
-            return False
-        ratio = interval / before
-        return interval * ratio / (1 - ratio) < _REMAINDER * t
+        return self.shrinking >= _SHRINKING and interval * ratio / (1 - ratio) < _REMAINDER * t
 
 
 class _Run:
@@ -57,14 +60,14 @@ class _Run:
     reason: StopReason | None = None
     stop_transition = -1
     hit = False
-    t = h_ref = 0.0
+    t, t_event, at_once, h_ref = 0.0, -np.inf, 0, 0.0
 
     def __init__(self, engine: ErkEngine, x: Array, c: Array, options: RunOptions) -> None:
         self.engine, self.c, self.options = engine, c, options
         self.modes, self.x = engine.automaton.modes, x
         self.z = np.zeros(len(engine.automaton.memory))
         self.mode = engine.start(x, self.z, c)
-        self.counters = dict.fromkeys(_COUNTERS + _MORE_COUNTERS, 0)
+        self.counters = Counter(dict.fromkeys(_COUNTERS + _MORE_COUNTERS, 0))
         self.steps: list[Array] = []
         self.events: list[Array] = []
         self.armed = np.zeros(0, dtype=bool)
@@ -76,8 +79,10 @@ class _Run:
 
     def loop(self) -> None:
         """Integrate until there is a reason to stop."""
-        # What the start state makes happen at once is its choice of mode, not an event of the run.
-        self.settle((), visible=False)
+        # What the start state makes happen at once is its choice of mode, or events where asked.
+        self.settle((), visible=self.options.start_events)
+        if self.hit and self.reason is None:
+            self.reason = StopReason.UNTIL
         self.length = self.options.first_step or self.h_ref
         while self.reason is None:
             self.advance()
@@ -146,8 +151,10 @@ class _Run:
             head = [self.t, before, j, self.mode]
             self.events.append(np.concatenate([head, self.x, self.z, x, z]))
         self.hit |= kind in self.options.until
+        self.at_once = self.at_once + 1 if self.t == self.t_event else 0
+        self.t_event = self.t
         history = self.history.setdefault((before, j), _History())
-        if self.reason is None and history.accumulates(self.t):
+        if self.reason is None and (self.at_once >= _CHAIN or history.accumulates(self.t)):
             self.reason = StopReason.ACCUMULATION
         if self.reason is None and self.counters["events"] >= self.options.max_events:
             self.reason = StopReason.EVENT_LIMIT
@@ -157,12 +164,9 @@ class _Run:
     def window(self, length: float, watch: bool) -> tuple[Window | None, int]:
         """Integrate the current mode from here; return the window and the steps it took."""
         window, work = self.runner.window(self.x, self.z, self.c, self.scale, length, watch)
-        self.counters["accepted_steps"] += work["n_steps"]
-        self.counters["rejected_steps"] += work["n_reject"]
-        self.counters["field_evaluations"] += work["n_rhs"]
-        self.counters["guard_evaluations"] += work.get("n_call_zeroF", 0) + GRID + 1
-        self.counters["dense_outputs"] += GRID
-        return window, work["n_steps"] + work["n_reject"]
+        done = work["n_steps"], work["n_reject"], work["n_rhs"], work.get("n_call_zeroF", 0) + GRID
+        self.counters.update(dict(zip(_COUNTERS, done, strict=True)), dense_outputs=GRID)
+        return window, done[0] + done[1]
 
     def advance(self) -> None:
         """One window, or the event it ran into."""
@@ -180,9 +184,12 @@ class _Run:
         if window is None:
             self.length = length / GRID
             return
-        event = self.missed(window)
         if window.fired >= 0:
-            event = window.fired, window.place * length
+            self.run_into(window.fired, window.place * length, length)
+            return
+        if self.too_rough(window):
+            return
+        event = self.missed(window)
         if event is not None:
             self.run_into(*event, length)
             return
@@ -190,6 +197,16 @@ class _Run:
         if last:
             self.t, self.reason = o.t_end, StopReason.T_END
         self.length = length * float(np.clip(GRID / max(taken, 1), 0.25, 4.0))
+
+    def too_rough(self, window: Window) -> bool:
+        """Whether the grid of a window is too coarse for its motion; then shorten the next one."""
+        length, limit = float(window.times[-1]), max(_ROUGH * self.options.rtol, _ROUGHEST)
+        excess = window.roughness(self.scale) / limit
+        # Where a force sets in with a kink no grid is fine enough: there is an end to it.
+        if not excess > 1 or length < _ZERO_TIME * self.h_ref:
+            return False
+        self.length = length * max(0.8 * excess ** (-1 / 6), 1 / GRID)
+        return True
 
     def failure(self) -> StopReason:
         """Return why no window can be integrated from here."""
@@ -203,7 +220,7 @@ class _Run:
             head = np.empty((GRID, 3 + len(self.z)))
             head[:, 0], head[:, 1] = self.t + window.times[:-1], np.diff(window.times)
             head[:, 2], head[:, 3:] = self.mode, self.z
-            self.steps.append(np.hstack([head, window.rows().reshape(GRID, -1)]))
+            self.steps.append(np.hstack([head, window.rows.reshape(GRID, -1)]))
         self.t += float(window.times[-1])
         self.x = window.at.x[-1]
         self.armed |= window.at.g[-1] > 0
@@ -213,51 +230,46 @@ class _Run:
     def run_into(self, j: int, tau: float, length: float) -> None:
         """Let guard j fire, which is zero at `tau` of a window, or an earlier one found on the way.
 
-        A guard that should leave zero and does not (`tau` is 0) is looked at more closely first: it
-        may come back so soon that the window was too long to see it.
+        Where the window is too long to resolve the event, a shorter one is tried first: a guard
+        that does not leave zero as it should (`tau` is 0) may have left it and come back.
         """
-        window, nearest = None, max(_ZERO_TIME * self.h_ref, 1e-13 * self.t)
-        for again in range(_REPLACEMENTS):
-            if tau == 0 and length > nearest:
+        nearest = max(_ZERO_TIME * self.h_ref, 1e-13 * self.t)
+        replaced = 0
+        while True:
+            window = self.end_at_zero(j, tau) if tau >= 1e-14 * length else None
+            if window is None and length <= nearest:
+                # It fires as soon as time has moved on: at once it might do so for ever.
+                window = self.window(length, watch=False)[0]
+            if window is None:
                 self.length = length / GRID
                 return
-            # What still does not leave fires as soon as time has moved on, not for ever at once.
-            tau = tau or length
-            if tau < 1e-14 * length:
-                window = None
-                break
-            window = self.end_at_zero(j, tau)
-            if window is None:
-                self.length = tau / GRID
+            if self.too_rough(window):
                 return
-            earlier = self.missed(window, ended=j) if again < _REPLACEMENTS - 1 else None
-            if earlier is None:
+            earlier = self.missed(window, ended=j)
+            if earlier is None or length <= nearest or replaced == _REPLACEMENTS:
                 break
-            length, (j, tau) = float(window.times[-1]), earlier
-        if window is not None:
-            self.accept(window)
+            length, (j, tau), replaced = float(window.times[-1]), earlier, replaced + 1
+        self.accept(window)
         self.settle(self.apply(j, visible=True), visible=True)
         self.length = min(self.length, 10 * self.h_ref)
         if self.hit and self.reason is None:
             self.reason = StopReason.UNTIL
 
     def end_at_zero(self, j: int, tau: float) -> Window | None:
-        """Integrate to where guard j is zero, to round-off: Newton on the length."""
-        window, _ = self.window(tau, watch=False)
+        """Integrate to where guard j is zero, to round-off; None if it is not zero near `tau`."""
         for _ in range(4):
+            window = self.window(tau, watch=False)[0]
             if window is None:
                 return None
-            g, dg = window.at.g[-1, j], window.at.dg[-1, j]
-            more = float(-g / dg) if dg < 0 else 0.0
-            if not abs(more) < 1e-3 * tau:
-                break
-            if abs(more) <= 1e-7 * tau:
-                # So close that the rest is linear: its square is below round-off.
-                window.times[-1] += more
-                window.at.x[-1] += more * window.at.rate[-1]
-                break
+            g, dg = float(window.at.g[-1, j]), float(window.at.dg[-1, j])
+            # Newton on the length.
+            more = -g / dg if dg < 0 else 0.0
+            if abs(more) >= 1e-3 * tau or (g > 0 and dg >= 0):
+                return window if g <= 0 else None
+            if abs(more) <= 1e-12 * tau:
+                # So close that the rest is linear, and the grid is as even as it was.
+                return window.moved(more)
             tau += more
-            window, _ = self.window(tau, watch=False)
         return window
 
     def missed(self, window: Window, ended: int = -1) -> tuple[int, float] | None:
@@ -364,7 +376,7 @@ class ErkEngine:
             stop_transition=r.stop_transition,
             steps=np.vstack([np.empty((0, 3 + nz + DENSE_ROWS * nx)), *r.steps]),
             events=np.vstack([np.empty((0, 4 + 2 * (nx + nz))), *r.events]),
-            counters=r.counters,
+            counters=dict(r.counters),
         )
 
     def outputs(self, modes: Any, states: Array, memory: Array, constants: Array) -> Array:

@@ -36,6 +36,9 @@ class RunOptions:
     first_step, max_step : float
         Bounds of the step; 0 lets the engine choose the first one. s.
     max_steps, max_events : int
+    start_events : bool
+        Whether what the start state makes happen at once is recorded as events (an impact), or
+        only chooses the mode.
     """
 
     t_end: float
@@ -47,6 +50,7 @@ class RunOptions:
     max_step: float = float("inf")
     max_steps: int = 1_000_000
     max_events: int = 100_000
+    start_events: bool = False
 
     def __post_init__(self) -> None:
         if not self.rtol >= 1e-15 or not self.rtol < 1:

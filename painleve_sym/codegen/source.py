@@ -27,6 +27,8 @@ ENGINE_REASONS = (
     StopReason.NON_FINITE,
     StopReason.STEP_UNDERFLOW,
     StopReason.NO_MODE,
+    StopReason.SINGULAR,
+    StopReason.JAM,
 )
 """Stop reasons in the order of the engine's own numbers."""
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import io
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import casadi as ca
@@ -23,6 +24,8 @@ _EVENT_TOL = 1e-14
 """Of a window: the event is located anew afterwards, so this only has to be small."""
 _ZERO_WIDTH = 1e-13
 """Of an interval: a zero this near is where a step is ended, and Newton goes on from there."""
+_KINK = 100.0
+"""Second derivative over change and slopes, in an interval, that no resolved motion reaches."""
 _MAX_STEPS = 1000
 """In one interval of a window, which holds about one: more means that it is far too long."""
 
@@ -112,8 +115,16 @@ class Window:
     fired: int = -1
     place: float = 1.0
 
+    def moved(self, more: float) -> Window:
+        """Return the window with its end moved so little that the motion there is linear."""
+        times, x = self.times.copy(), self.at.x.copy()
+        times[-1] += more
+        x[-1] += more * self.at.rate[-1]
+        return replace(self, times=times, at=replace(self.at, x=x))
+
+    @cached_property
     def rows(self) -> Array:
-        """Return the quintic Hermite polynomials of all intervals, shape (GRID, 8, nx).
+        """The quintic Hermite polynomials of all intervals, shape (GRID, 8, nx).
 
         They have the values, rates and second derivatives of both ends; see `Trajectory`.
         """
@@ -124,13 +135,24 @@ class Window:
         rows[:, 0], rows[:, 1] = at.x[:-1], np.diff(at.x, axis=0)
         rows[:, 2] = f0 - rows[:, 1]
         rows[:, 3] = 2 * rows[:, 1] - f0 - f1
-        quartic = 0.5 * a0 + rows[:, 2] - rows[:, 3]
-        quintic = 0.5 * (a1 - a0) + 3 * rows[:, 3]
-        # A force with a kink has no second derivative there: the cubic remains.
-        smooth = np.isfinite(quartic) & np.isfinite(quintic)
-        rows[:, 4] = np.where(smooth, quartic, 0.0)
-        rows[:, 5] = np.where(smooth, quintic, 0.0)
+        # Where a force sets in with a kink there is no second derivative: the cubic remains.
+        size = np.abs(rows[:, 1]) + np.abs(f0) + np.abs(f1)
+        smooth = np.fmax(np.abs(a0), np.abs(a1)) <= _KINK * size
+        rows[:, 4] = np.where(smooth, 0.5 * a0 + rows[:, 2] - rows[:, 3], 0.0)
+        rows[:, 5] = np.where(smooth, 0.5 * (a1 - a0) + 3 * rows[:, 3], 0.0)
         return rows
+
+    def roughness(self, scale: Array) -> float:
+        """Estimate the error between the points of the grid, relative to scale and state.
+
+        Every second point is compared with the quintic over both intervals beside it, whose error
+        is 2⁶ times that of one interval.
+        """
+        h, at = 2 * float(self.times[1]), self.at
+        x, f, a = at.x[::2], h * at.rate[::2], h * h * at.bend[::2]
+        middle = (x[:-1] + x[1:]) / 2 + 5 / 32 * (f[:-1] - f[1:]) + (a[:-1] + a[1:]) / 64
+        error = np.abs(middle - at.x[1::2]) / (scale + np.abs(at.x[1::2]))
+        return float(np.max(error, initial=0.0, where=np.isfinite(error))) / 64
 
     def dips(self, j: int) -> Any:
         """Whether guard j may touch zero between the ends of each interval, shape (GRID,).
@@ -277,7 +299,7 @@ class ModeRunner:
             From the start of the window; s.
         """
         g, dg, times = window.at.g[:, j], window.at.dg[:, j], window.times
-        rows, first = window.rows(), 0
+        first = 0
         if not armed:
             half = GRID // 2
             positive = np.flatnonzero(g[1 : half + 1] > 0)
@@ -286,7 +308,7 @@ class ModeRunner:
             first = int(positive[0]) + 1
         for i in np.flatnonzero((g[1:] <= 0) | window.dips(j)):
             if first <= i < intervals:
-                u = self._zero(window, j, rows[i])
+                u = self._zero(window, j, window.rows[i])
                 if u is not None:
                     return float(times[i] + u * (times[i + 1] - times[i]))
         return None

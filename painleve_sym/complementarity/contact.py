@@ -31,10 +31,12 @@ import math
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
+import numpy.typing as npt
 
 from painleve_sym.complementarity.lcp import (
     LCP,
     RESIDUAL_TOLERANCE,
+    FloatArray,
     LCPSolution,
     residual,
     solve_all,
@@ -202,9 +204,7 @@ class ContactProblem:
                 f"A_slip is not defined, direction: got {direction!r}, need +1 or -1. "
                 "Fix: pass the sign of the slip velocity."
             )
-        coupling = self.mu * self.W_nt
-        value = self.W_nn - direction * coupling
-        return 0.0 if abs(value) <= _ROUNDING * (self.W_nn + abs(coupling)) else value
+        return float(rounded_difference(self.W_nn, direction * self.mu * self.W_nt))
 
     @property
     def slip_direction(self) -> int:
@@ -332,6 +332,13 @@ class ContactProblem:
             residual=residual(problem, z),
             isolated=isolated,
         )
+
+
+def rounded_difference(a: npt.ArrayLike, b: npt.ArrayLike) -> FloatArray:
+    """Return ``a - b`` with differences within rounding of their two terms as exactly 0."""
+    first, second = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
+    value = first - second
+    return np.where(np.abs(value) <= _ROUNDING * (np.abs(first) + np.abs(second)), 0.0, value)
 
 
 def _slip_mode(direction: float) -> ContactMode:

@@ -83,11 +83,17 @@ def solve_lemke(
     LemkeResult
         With `solution` None unless the status is SOLVED.
     """
-    n = lcp.size
     scaled, unit = equilibrate(lcp)
-    limit = 50 * n if max_pivots is None else max_pivots
+    status, point, pivots = pivot(scaled, 50 * lcp.size if max_pivots is None else max_pivots, tol)
+    solution = None if point is None else solution_at(lcp, scaled, unit, point)
+    return LemkeResult(status, solution, pivots)
+
+
+def pivot(scaled: LCP, limit: int, tol: float) -> tuple[LemkeStatus, FloatArray | None, int]:
+    """Run the pivots on an equilibrated problem; return the end, the checked z and the count."""
+    n = scaled.size
     if np.all(scaled.offset >= 0):
-        return LemkeResult(LemkeStatus.SOLVED, solution_at(lcp, scaled, unit, np.zeros(n)), 0)
+        return LemkeStatus.SOLVED, np.zeros(n), 0
     # Columns 0..n-1 belong to w, n..2n-1 to z, 2n to z_0; the last holds the values.
     table = np.column_stack([np.eye(n), -scaled.matrix, -np.ones(n), scaled.offset])
     basis = np.arange(n)
@@ -100,15 +106,14 @@ def solve_lemke(
         table[others] -= np.outer(table[others, entering], table[row])
         if leaving == 2 * n:
             point = cleaned(scaled, _basis_point(scaled, basis[basis >= n] - n), tol)
-            if point is None:
-                return LemkeResult(LemkeStatus.NOT_VERIFIED, None, pivots)
-            return LemkeResult(LemkeStatus.SOLVED, solution_at(lcp, scaled, unit, point), pivots)
+            status = LemkeStatus.NOT_VERIFIED if point is None else LemkeStatus.SOLVED
+            return status, point, pivots
         entering = leaving + n if leaving < n else leaving - n
         rows = np.flatnonzero(table[:, entering] > _PIVOT)
         if rows.size == 0:
-            return LemkeResult(LemkeStatus.RAY, None, pivots)
+            return LemkeStatus.RAY, None, pivots
         row = _lexicographic_row(table, table[:, entering], rows, basis)
-    return LemkeResult(LemkeStatus.STEP_LIMIT, None, limit)
+    return LemkeStatus.STEP_LIMIT, None, limit
 
 
 def _basis_point(lcp: LCP, index: npt.NDArray[np.intp]) -> FloatArray:

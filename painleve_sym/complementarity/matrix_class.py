@@ -39,10 +39,7 @@ def is_p_matrix(matrix: npt.ArrayLike) -> bool:
         As for `LCP`, and for n above `ENUMERATION_LIMIT`. Fix: test a smaller block.
     """
     scaled, _ = equilibrate(_square("is_p_matrix", matrix))
-    return all(
-        determinant_sign(principal_block(scaled.matrix, index)) > 0
-        for index in _subsets(scaled.size)
-    )
+    return all(_sign(principal_block(scaled.matrix, index)) > 0 for index in _subsets(scaled.size))
 
 
 def is_copositive(matrix: npt.ArrayLike, strict: bool = False) -> bool:
@@ -63,9 +60,9 @@ def is_copositive(matrix: npt.ArrayLike, strict: bool = False) -> bool:
     symmetric = (full + full.T) / 2
     for index in _subsets(full.shape[0]):
         block = principal_block(symmetric, index)
-        if determinant_sign(block) < (1 if strict else 0):
-            signs = [_cofactor_sign(block, i, j) for i, j in np.ndindex(block.shape)]
-            if min(signs) >= (1 if strict else 0):
+        if _sign(block) < (1 if strict else 0):
+            least = 1 if strict else 0
+            if all(_cofactor_sign(block, i, j) >= least for i, j in np.ndindex(block.shape)):
                 return False
     return True
 
@@ -88,16 +85,19 @@ def _subsets(n: int) -> Iterator[npt.NDArray[np.intp]]:
             yield np.array(chosen)
 
 
-def determinant_sign(matrix: FloatArray) -> int:
-    """Return the sign of the determinant, 0 where rounding hides it."""
-    if matrix.size == 0:
-        return 1
-    bound = float(np.prod(np.linalg.norm(matrix, axis=1)))
-    det = float(np.linalg.det(matrix))
-    return 0 if abs(det) <= _MINOR * bound else int(np.sign(det))
+def determinant_signs(matrices: FloatArray) -> npt.NDArray[np.int_]:
+    """Return the signs of the determinants of matrices (..., k, k), 0 where rounding hides them."""
+    bound = np.prod(np.linalg.norm(matrices, axis=-1), axis=-1)
+    det = np.linalg.det(matrices)
+    return np.where(np.abs(det) <= _MINOR * bound, 0, np.sign(det)).astype(int)
+
+
+def _sign(matrix: FloatArray) -> int:
+    """Return the sign of one determinant."""
+    return int(determinant_signs(matrix))
 
 
 def _cofactor_sign(matrix: FloatArray, i: int, j: int) -> int:
     """Return the sign of one entry of the adjugate of a symmetric matrix."""
     minor = np.delete(np.delete(matrix, i, axis=0), j, axis=1)
-    return determinant_sign(minor) if (i + j) % 2 == 0 else -determinant_sign(minor)
+    return _sign(minor) if (i + j) % 2 == 0 else -_sign(minor)

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
 import sympy as sp
 
 from painleve_sym.errors import ModelError, unknown_name
+from painleve_sym.mechanics.bodies import Scalar, expr, rate
 from painleve_sym.mechanics.readable import readable
 from painleve_sym.mechanics.system import LagrangianSystem
+
+Curve = Callable[[sp.Symbol, sp.Symbol], sp.Expr]
+"""g(x, y) of a curved surface: zero on it, positive on its free side, any unit."""
 
 
 @dataclass(frozen=True)
@@ -30,12 +35,15 @@ class Contact:
         v_t(q, q̇), affine in q̇ (a moving surface gives the constant part); m/s.
     friction : sympy.Symbol
         μ, one of the system's parameters.
+    bilateral : bool
+        A guide that holds the point from both sides: the gap stays 0, F_n has either sign, and
+        friction is μ |F_n|. Its contact problem has 0, 1 or 2 solutions.
 
     Raises
     ------
     ModelError
-        Undeclared symbols, a gap that depends on velocities or on no coordinate, a slip
-        velocity that is not affine in the velocities.
+        Undeclared symbols, a friction that is no parameter, a gap that depends on velocities or
+        does not change with any coordinate, a slip velocity that is not affine in the velocities.
     """
 
     name: str
@@ -43,39 +51,55 @@ class Contact:
     gap: sp.Expr
     slip_velocity: sp.Expr
     friction: sp.Symbol
+    bilateral: bool = False
 
     def __post_init__(self) -> None:
-        system, faults = self.system, []
-        known = set(system.q) | set(system.q_dot) | {p.symbol for p in system.parameters}
-        parts = {"gap": self.gap, "slip velocity": self.slip_velocity, "friction": self.friction}
-        for what, expr in parts.items():
-            for symbol in sorted(sp.sympify(expr).free_symbols - known, key=str):
-                faults.append(f"{what}: " + unknown_name("symbol", str(symbol), map(str, known)))
-        if self.gap.free_symbols & set(system.q_dot):
-            faults.append("gap depends on a velocity; need a function of the coordinates alone.")
-        if not self.gap.free_symbols & set(system.q):
-            faults.append("gap depends on no coordinate: this contact has no normal motion.")
-        if self.J_T.free_symbols & set(system.q_dot):
-            faults.append("slip velocity is not affine in the velocities.")
+        faults = list(self._faults())
         if faults:
-            raise ModelError(f"contact {self.name!r} of mechanism {system.name!r}", faults)
+            raise ModelError(f"contact {self.name!r} of mechanism {self.system.name!r}", faults)
+
+    def _faults(self) -> Iterator[str]:
+        system = self.system
+        parameters = {p.symbol for p in system.parameters}
+        parts = {"gap": self.gap, "slip velocity": self.slip_velocity}
+        for what, part in parts.items():
+            for symbol in sorted(sp.sympify(part).free_symbols - system.symbols, key=str):
+                known = map(str, system.symbols)
+                yield f"{what}: " + unknown_name("symbol", str(symbol), known)
+        if self.friction not in parameters:
+            yield "friction: " + unknown_name("parameter", str(self.friction), map(str, parameters))
+        gap = sp.sympify(self.gap)
+        if gap.free_symbols & set(system.q_dot):
+            yield "gap depends on a velocity; need a function of the coordinates alone."
+        if not gap.free_symbols & set(system.q):
+            yield "gap depends on no coordinate: this contact has no normal motion."
+        elif all(entry == 0 for entry in self.J_N):
+            yield "gap changes with no coordinate: this contact has no normal motion."
+        if self.J_T.free_symbols & set(system.q_dot):
+            yield "slip velocity is not affine in the velocities."
 
     @classmethod
     def of_point(
         cls,
         name: str,
         system: LagrangianSystem,
-        point: tuple[sp.Expr, sp.Expr],
+        point: tuple[Scalar, Scalar],
         friction: sp.Symbol,
         *,
-        slope: sp.Expr | float = 0,
-        surface_speed: sp.Expr | float = 0,
+        slope: Scalar = 0,
+        surface_speed: Scalar = 0,
+        through: tuple[Scalar, Scalar] = (0, 0),
+        curve: Curve | None = None,
+        bilateral: bool = False,
     ) -> Contact:
-        """Return the contact of a material point with a straight surface through the origin.
+        """Return the contact of a material point with a straight or curved surface.
+
+        On a curve the gap is g/|∇g|, the distance to first order (exact where it is 0), and the
+        tangent is ∇g turned clockwise by a right angle.
 
         Parameters
         ----------
-        name, system, friction
+        name, system, friction, bilateral
             As for `Contact`.
         point : pair of sympy.Expr
             Cartesian (x, y) of the point as functions of q; m.
@@ -83,13 +107,60 @@ class Contact:
             Angle of the surface to the x axis, counter-clockwise; rad. The free side is above.
         surface_speed : sympy.Expr
             Speed of the surface along its own direction (a belt); m/s.
+        through : pair of sympy.Expr
+            A place on the straight surface; m.
+        curve : callable
+            g(x, y) of a curved surface, in place of `slope` and `through`.
         """
+        x, y = (expr(p) for p in point)
+        if curve is None:
+            x, y = x - expr(through[0]), y - expr(through[1])
+            c, s = sp.cos(slope), sp.sin(slope)
+            gap, along = -s * x + c * y, c * x + s * y
+            slip = rate(along, system.q, system.q_dot)
+        else:
+            gap, (t_x, t_y) = _to_curve(curve, (x, y))
+            x_dot, y_dot = (rate(p, system.q, system.q_dot) for p in (x, y))
+            slip = t_x * x_dot + t_y * y_dot
+        slip -= expr(surface_speed)
+        return cls(name, system, readable(gap), readable(slip), friction, bilateral)
+
+    @classmethod
+    def of_disc(
+        cls,
+        name: str,
+        system: LagrangianSystem,
+        centre: tuple[Scalar, Scalar],
+        radius: Scalar,
+        angle: Scalar,
+        friction: sp.Symbol,
+        *,
+        slope: Scalar = 0,
+        surface_speed: Scalar = 0,
+        through: tuple[Scalar, Scalar] = (0, 0),
+        bilateral: bool = False,
+    ) -> Contact:
+        """Return the contact of a disc's rim with a straight surface.
+
+        Parameters
+        ----------
+        name, system, friction, slope, surface_speed, through, bilateral
+            As for `of_point`.
+        centre : pair of sympy.Expr
+            Cartesian (x, y) of the disc's centre as functions of q; m.
+        radius : sympy.Expr
+            m.
+        angle : sympy.Expr
+            Angle of the disc as a function of q, counter-clockwise; rad. Rolling has
+            centre speed = −radius · angular velocity.
+        """
+        x, y = expr(centre[0]) - expr(through[0]), expr(centre[1]) - expr(through[1])
         c, s = sp.cos(slope), sp.sin(slope)
-        x, y = (sp.sympify(p) for p in point)
-        along, gap = c * x + s * y, -s * x + c * y
-        rates = zip(system.q, system.q_dot, strict=True)
-        slip = sum((sp.diff(along, q) * v for q, v in rates), sp.Integer(0)) - surface_speed
-        return cls(name, system, readable(gap), readable(slip), friction)
+        gap = -s * x + c * y - expr(radius)
+        # The point of the rim that touches has the centre's velocity plus that of the turn.
+        turned = c * x + s * y + expr(radius) * expr(angle)
+        slip = rate(turned, system.q, system.q_dot) - expr(surface_speed)
+        return cls(name, system, readable(gap), readable(slip), friction, bilateral)
 
     @cached_property
     def J_N(self) -> sp.Matrix:
@@ -107,6 +178,12 @@ class Contact:
         return readable((self.J_N * sp.Matrix(self.system.q_dot))[0])
 
     @cached_property
+    def surface_speed(self) -> sp.Expr:
+        """J_T q̇ − v_t: speed of the surface along positive slip; m/s. Its drive does work."""
+        still = dict.fromkeys(self.system.q_dot, sp.Integer(0))
+        return readable(-sp.sympify(self.slip_velocity).subs(still))
+
+    @cached_property
     def normal_bias(self) -> sp.Expr:
         """J̇_N q̇: the part of g̈_N that is not J_N q̈; m/s²."""
         return readable(self._transport(self.gap_rate))
@@ -116,6 +193,22 @@ class Contact:
         """The part of v̇_t that is not J_T q̈; m/s²."""
         return readable(self._transport(self.slip_velocity))
 
-    def _transport(self, rate: sp.Expr) -> sp.Expr:
-        pairs = zip(self.system.q, self.system.q_dot, strict=True)
-        return sum((sp.diff(rate, q) * v for q, v in pairs), sp.Integer(0))
+    def _transport(self, speed: sp.Expr) -> sp.Expr:
+        return rate(speed, self.system.q, self.system.q_dot)
+
+
+def _to_curve(
+    curve: Curve, point: tuple[sp.Expr, sp.Expr]
+) -> tuple[sp.Expr, tuple[sp.Expr, sp.Expr]]:
+    """Return the gap g/|∇g| at a point and the unit tangent (∂g/∂y, −∂g/∂x)/|∇g|."""
+    x, y = sp.Dummy("x", real=True), sp.Dummy("y", real=True)
+    g = expr(curve(x, y))
+    g_x, g_y = sp.diff(g, x), sp.diff(g, y)
+    if g_x == 0 and g_y == 0:
+        # No surface: let the contact report that nothing moves along its normal.
+        return sp.Integer(0), (sp.Integer(0), sp.Integer(0))
+    steepness = sp.sqrt(g_x**2 + g_y**2)
+    place = dict(zip((x, y), point, strict=True))
+    forms = (g / steepness, g_y / steepness, -g_x / steepness)
+    gap, t_x, t_y = (form.subs(place, simultaneous=True) for form in forms)
+    return gap, (t_x, t_y)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from functools import lru_cache
 
@@ -9,7 +10,13 @@ import sympy as sp
 from sympy.simplify.fu import TR10i
 
 # Beyond this many operations a search takes seconds and rarely finds a shorter writing.
-_OPERATIONS = 60
+_OPERATIONS = 100
+# Beyond this many terms multiplying out takes seconds, and (a + b + …)**20 would never end.
+_TERMS = 2000
+# A numerator of more terms than this is rarely written shorter, and takes seconds.
+_SEARCHED = 15
+# Products of two angles are contracted pair by pair, which takes seconds for more terms.
+_PAIRS = 10
 
 
 def readable(expr: sp.Expr) -> sp.Expr:
@@ -37,12 +44,55 @@ def readable(expr: sp.Expr) -> sp.Expr:
 # The same forms are asked for again and again, by each phase of a jump for example.
 @lru_cache(maxsize=1024)
 def _readable(expr: sp.Expr) -> sp.Expr:
-    if sp.count_ops(expr) > _OPERATIONS:
+    if sp.count_ops(expr) > _OPERATIONS or _too_many_terms(expr):
         return min((expr, sp.factor_terms(expr)), key=_cost)
     whole = sp.cancel(sp.together(expr))
+    if len(sp.Add.make_args(sp.fraction(whole)[0])) > _SEARCHED:
+        return min((expr, sp.factor_terms(expr), sp.factor_terms(whole)), key=_cost)
     candidates = [expr, _quotient(*sp.fraction(whole)), _termwise(*sp.fraction(whole))]
     candidates.append(_quotient(*sp.fraction(sp.cancel(candidates[-1]))))
     return min(candidates, key=_cost)
+
+
+def reduced(expr: sp.Expr) -> sp.Expr:
+    """Return a polynomial in sines and cosines multiplied out and shortened by sin² + cos² = 1.
+
+    Meant for long determinants, for which `readable` does not search. What would have too many
+    terms is returned unchanged.
+    """
+    if _too_many_terms(expr):
+        return expr
+    whole = sp.expand(expr)
+    return min((whole, *_pythagorean(whole)), key=lambda form: len(sp.Add.make_args(form)))
+
+
+def _too_many_terms(expr: sp.Expr) -> bool:
+    return max(_terms(expr)) > _TERMS
+
+
+def _terms(expr: sp.Expr) -> tuple[float, float]:
+    """Return at most how many terms numerator and denominator have when multiplied out."""
+    if expr.is_Add:
+        parts = [_terms(a) for a in expr.args]
+        common = float(math.prod(d for _, d in parts))
+        return sum(n * common / d for n, d in parts), common
+    if expr.is_Mul:
+        parts = [_terms(a) for a in expr.args]
+        return float(math.prod(n for n, _ in parts)), float(math.prod(d for _, d in parts))
+    if expr.is_Pow and expr.exp.is_Integer:
+        power = abs(int(expr.exp))
+        top, bottom = (_power_terms(t, power) for t in _terms(expr.base))
+        return (top, bottom) if expr.exp.is_positive else (bottom, top)
+    return 1.0, 1.0
+
+
+def _power_terms(terms: float, power: int) -> float:
+    """Return how many terms a sum has in a power: the number of monomials of that degree."""
+    if terms == 1:
+        return 1.0
+    if terms > _TERMS or power > _TERMS:
+        return float(2 * _TERMS)
+    return float(min(math.comb(int(terms) + power - 1, power), 2 * _TERMS))
 
 
 def _quotient(numerator: sp.Expr, denominator: sp.Expr) -> sp.Expr:
@@ -70,6 +120,8 @@ def _termwise(numerator: sp.Expr, denominator: sp.Expr) -> sp.Expr:
     return sp.Add(*parts)
 
 
+# A search asks for the cost and the shortest writing of the same parts over and over.
+@lru_cache(maxsize=8192)
 def _cost(expr: sp.Expr) -> tuple[int, int, int, int]:
     """Operations and minus signs, then symbols written, then integers, then length as text."""
     nodes = list(sp.preorder_traversal(expr))
@@ -79,6 +131,7 @@ def _cost(expr: sp.Expr) -> tuple[int, int, int, int]:
     return int(sp.count_ops(expr)) + minus, symbols, integers, len(str(expr))
 
 
+@lru_cache(maxsize=2048)
 def _shortest(expr: sp.Expr) -> sp.Expr:
     return min(dict.fromkeys(_writings(expr)), key=_cost)
 
@@ -86,7 +139,9 @@ def _shortest(expr: sp.Expr) -> sp.Expr:
 def _writings(expr: sp.Expr) -> Iterator[sp.Expr]:
     forms = [expr, *_pythagorean(expr)]
     if len({a.args[0] for a in expr.atoms(sp.sin, sp.cos)}) > 1:
-        forms.append(TR10i(sp.expand(expr)))
+        whole = sp.expand(expr)
+        if len(sp.Add.make_args(whole)) <= _PAIRS:
+            forms.append(TR10i(whole))
     for form in forms:
         yield form
         yield sp.factor_terms(form)

@@ -2,14 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import keyword
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import sympy as sp
 
 from painleve_sym.errors import ModelError, unknown_name
-from painleve_sym.mechanics.readable import readable
+from painleve_sym.mechanics.bodies import Body, Load, Scalar, Spring, expr, weight
+from painleve_sym.mechanics.readable import readable, reduced
+
+RESERVED = frozenset(
+    """
+    gap gap_dot slip_velocity friction_dissipation contact_dissipation force_dissipation
+    delta delta_dot delta_max K_e e_squared F_n F_t v_t v_n v_n_plus v_n_minus E_c P_c
+    sin cos tan sqrt exp log atan2 abs pi
+    """.split()
+)
+"""Names of contact quantities and of functions: a coordinate or parameter of that name would
+be taken for them."""
+
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
+
+
+def name_fault(name: str) -> str | None:
+    """Return one sentence when a coordinate or parameter cannot have this name, else None."""
+    if not _NAME.fullmatch(name) or keyword.iskeyword(name):
+        return (
+            f"name {name!r} is not usable. Fix: use a letter, then letters, digits and "
+            "underscores; no word of the Python language."
+        )
+    if name in RESERVED:
+        return f"name {name!r} is reserved. Fix: use another, such as {name + '_1'!r}."
+    return None
 
 
 @dataclass(frozen=True)
@@ -123,7 +150,8 @@ class LagrangianSystem:
     Raises
     ------
     ModelError
-        Lists every fault: undeclared symbols, repeated names, T not depending on some q̇.
+        Lists every fault: unusable, reserved or repeated names, missing units, undeclared
+        symbols, T not quadratic or not positive in the velocities.
     """
 
     name: str
@@ -138,38 +166,112 @@ class LagrangianSystem:
         if faults:
             raise ModelError(f"mechanism {self.name!r}", faults)
 
+    @classmethod
+    def of_bodies(
+        cls,
+        name: str,
+        coordinates: Sequence[Coordinate],
+        parameters: Sequence[Parameter],
+        bodies: Sequence[Body],
+        *,
+        gravity: Scalar | tuple[Scalar, Scalar] = 0,
+        springs: Sequence[Spring] = (),
+        loads: Sequence[Load] = (),
+        potential_energy: Scalar = 0,
+        generalized_forces: Mapping[str, Scalar] | None = None,
+    ) -> LagrangianSystem:
+        """Return the system of rigid bodies with springs, dampers and applied loads.
+
+        Parameters
+        ----------
+        name, coordinates, parameters
+            As for `LagrangianSystem`.
+        bodies : sequence of Body
+        gravity : sympy.Expr or pair
+            g along −y, or the acceleration vector (g_x, g_y); m/s².
+        springs : sequence of Spring
+        loads : sequence of Load
+        potential_energy : sympy.Expr
+            What is to be added to weight and springs; J.
+        generalized_forces : mapping of coordinate name to sympy.Expr
+            What is to be added to dampers and loads.
+        """
+        q, q_dot = [c.symbol for c in coordinates], [c.rate for c in coordinates]
+        kinetic = sum((b.kinetic_energy(q, q_dot) for b in bodies), sp.Integer(0))
+        potential = expr(potential_energy) + weight(bodies, gravity)
+        potential += sum(s.potential_energy for s in springs)
+        given = {k: expr(v) for k, v in (generalized_forces or {}).items()}
+        parts = [s.forces(q, q_dot) for s in springs] + [load.forces(q) for load in loads]
+        for i, c in enumerate(coordinates):
+            total = sum((p[i] for p in parts), given.get(c.name, sp.Integer(0)))
+            if total != 0:
+                given[c.name] = total
+        return cls(name, tuple(coordinates), tuple(parameters), kinetic, potential, given)
+
     def _faults(self) -> list[str]:
-        names = [c.name for c in self.coordinates] + [p.name for p in self.parameters]
-        twice = sorted({n for n in names if names.count(n) > 1})
-        faults = [f"name {n!r} is declared twice." for n in twice]
-        known = set(self.q) | set(self.q_dot) | {p.symbol for p in self.parameters}
+        faults = list(self._name_faults())
+        known = self.symbols
         entries = {"kinetic energy": self.kinetic_energy, "potential energy": self.potential_energy}
         for key, value in self.generalized_forces.items():
             entries[f"generalized force {key!r}"] = value
             if key not in [c.name for c in self.coordinates]:
                 kind = "coordinate of a generalized force"
                 faults.append(unknown_name(kind, key, [c.name for c in self.coordinates]))
-        for what, expr in entries.items():
-            for symbol in sorted(sp.sympify(expr).free_symbols - known, key=str):
+        for what, entry in entries.items():
+            for symbol in sorted(sp.sympify(entry).free_symbols - known, key=str):
                 faults.append(f"{what}: " + unknown_name("symbol", str(symbol), map(str, known)))
-        if set(self.potential_energy.free_symbols) & set(self.q_dot):
+        if set(sp.sympify(self.potential_energy).free_symbols) & set(self.q_dot):
             faults.append("potential energy depends on a velocity. Fix: use a generalized force.")
         if not faults:
             faults += self._mass_faults()
         return faults
 
+    def _name_faults(self) -> Iterator[str]:
+        if not self.coordinates:
+            yield "it has no coordinate; need at least one."
+        entries = [("coordinate", e) for e in self.coordinates]
+        entries += [("parameter", e) for e in self.parameters]
+        names = [e.name for _, e in entries] + [f"{c.name}_dot" for c in self.coordinates]
+        for name in sorted({n for n in names if names.count(n) > 1}):
+            yield f"name {name!r} is declared twice."
+        for kind, entry in entries:
+            fault = name_fault(entry.name)
+            if fault:
+                yield f"{kind}: {fault}"
+            if not entry.unit.strip():
+                yield (
+                    f"{kind} {entry.name!r} has no unit. "
+                    "Fix: give one in SI, \"1\" for a number without unit."
+                )
+
     def _mass_faults(self) -> list[str]:
         if self.mass_matrix.free_symbols & set(self.q_dot):
             return ["kinetic energy is not quadratic in the velocities."]
         # Random rational points: a determinant that is zero at both is zero identically.
-        for seed in (1, 2):
-            values = {
-                s: sp.Rational(7 * i + 11 * seed, 13 + i)
-                for i, s in enumerate(sorted(self.mass_matrix.free_symbols, key=str))
-            }
-            if abs(sp.N(self.mass_matrix.subs(values).det(), 30)) > sp.Float("1e-20"):
-                return []
-        return ["the mass matrix is singular. Fix: give every coordinate kinetic energy."]
+        verdicts = [self._mass_verdict(seed) for seed in (1, 2)]
+        if all(v == "singular" for v in verdicts):
+            return ["the mass matrix is singular. Fix: give every coordinate kinetic energy."]
+        if all(v == "indefinite" for v in verdicts):
+            return ["kinetic energy is negative for some velocities. Fix: check its signs."]
+        return []
+
+    def _mass_verdict(self, seed: int) -> str:
+        values = {
+            s: sp.Rational(7 * i + 11 * seed, 13 + i)
+            for i, s in enumerate(sorted(self.mass_matrix.free_symbols, key=str))
+        }
+        mass = self.mass_matrix.subs(values).evalf(30)
+        n = mass.rows
+        minors = [mass[:k, :k].det() for k in range(1, n + 1)]
+        if abs(minors[-1]) <= sp.Float("1e-20"):
+            return "singular"
+        negative = any(m.is_real and m < 0 for m in minors)
+        return "indefinite" if negative else "positive"
+
+    @cached_property
+    def symbols(self) -> frozenset[sp.Symbol]:
+        """Every symbol a formula of the mechanism may contain."""
+        return frozenset((*self.q, *self.q_dot, *(p.symbol for p in self.parameters)))
 
     @property
     def q(self) -> tuple[sp.Symbol, ...]:
@@ -198,14 +300,34 @@ class LagrangianSystem:
         return sp.Matrix(rows)
 
     @cached_property
+    def _adjugate(self) -> tuple[sp.Matrix, sp.Expr]:
+        """Adjugate and determinant of M, shortened before any division."""
+        mass = self.mass_matrix
+        n = mass.rows
+        adjugate = sp.zeros(n, n)
+        for i in range(n):
+            for j in range(i + 1):
+                cofactor = reduced(mass.cofactor(i, j, method="berkowitz"))
+                adjugate[i, j] = adjugate[j, i] = cofactor
+        return adjugate, reduced(mass.det(method="berkowitz"))
+
+    @cached_property
     def inverse_mass_matrix(self) -> sp.Matrix:
         """M⁻¹, shape (n, n)."""
-        return self.mass_matrix.inv(method="ADJ").applyfunc(readable)
+        adjugate, determinant = self._adjugate
+        return adjugate.applyfunc(lambda cofactor: readable(cofactor / determinant))
 
     @cached_property
     def free_acceleration(self) -> sp.Matrix:
         """q̈ = M⁻¹ h without contact forces, shape (n, 1)."""
-        return (self.inverse_mass_matrix * self.bias_force).applyfunc(readable)
+        adjugate, determinant = self._adjugate
+        whole = (self.inverse_mass_matrix * self.bias_force).applyfunc(readable)
+        # A second way to the same: multiplied out before the division, much may cancel.
+        parts = (adjugate * self.bias_force).applyfunc(
+            lambda entry: readable(reduced(entry) / determinant)
+        )
+        pairs = zip(whole, parts, strict=True)
+        return sp.Matrix([min(pair, key=sp.count_ops) for pair in pairs])
 
     @cached_property
     def dissipated_power(self) -> sp.Expr:

@@ -130,6 +130,7 @@ def _scale(ticks: Any, axis: Axis, set_scale: Any, set_limits: Any) -> None:
     if axis.log:
         set_scale("log")
         ticks.set_major_locator(LogLocator(numticks=6))
+        ticks.set_minor_locator(LogLocator(numticks=30))
         ticks.set_minor_formatter(NullFormatter())
     else:
         ticks.set_major_locator(MaxNLocator(5, steps=[1, 2, 2.5, 5, 10]))

@@ -69,9 +69,7 @@ def _encode(text: str, file: BinaryIO) -> None:
     file.write(text.encode())
 
 
-def _results(
-    reproduction: Reproduction, figures: dict[str, tuple[Path, Path]], out: Path
-) -> str:
+def _results(reproduction: Reproduction, figures: dict[str, tuple[Path, Path]], out: Path) -> str:
     data = reproduction.to_dict()
     for item in data["items"]:
         files = figures.get(item["id"], ())
@@ -111,13 +109,13 @@ def terminal_table(reproduction: Reproduction) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _shown(text: str) -> int:
+def display_width(text: str) -> int:
     """Return how many columns a text takes: a dot above a θ takes none."""
     return sum(1 for c in text if not unicodedata.combining(c))
 
 
 def _line(cells: list[str]) -> str:
-    padded = [c + " " * (n - _shown(c)) for c, (_, n) in zip(cells, _COLUMNS, strict=True)]
+    padded = [c + " " * (n - display_width(c)) for c, (_, n) in zip(cells, _COLUMNS, strict=True)]
     return "  ".join(padded).rstrip()
 
 
@@ -162,7 +160,7 @@ def _section(item: Item) -> list[str]:
     for name, held in item.data.get("checks", {}).items():
         lines.append(f"- [{'x' if held else ' '}] {_escaped(name)}")
     parts = [f'## <a id="{item.id}"></a>{item.title}', "\n".join(lines)]
-    for name in ("printed", "derived", "corrected"):
+    for name in ("printed", "derived"):
         formula = item.data.get(f"{name}_latex")
         if formula:
             parts.append(f"{name}: $\\displaystyle {formula}$")

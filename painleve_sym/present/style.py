@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 import matplotlib
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 from painleve_sym.simulate.trajectory import write_beside
@@ -30,6 +32,7 @@ DASHES: tuple[Any, ...] = (
 REFERENCE = "#7F7F7F"
 ADMISSIBLE = "#56B4E9"
 
+
 @dataclass(frozen=True)
 class Marker:
     """How a kind of mark looks: small filled ones stay visible inside open ones."""
@@ -41,7 +44,7 @@ class Marker:
 
 
 MARKERS = {
-    "slip_stop": Marker("slip stops", "v", 6.5, "white"),
+    "slip_stop": Marker("slip stops", "v", 5.8, "white"),
     "slip_start": Marker("reverse slip starts", ">", 5.0, "white"),
     "max_compression": Marker("maximum compression", "D", 2.6, "black"),
     "reload": Marker("reload", "^", 4.6, "white"),
@@ -104,15 +107,20 @@ def save(figure: Figure, stem: Path) -> tuple[Path, Path]:
     InputError
         The folder does not exist or cannot be written.
     """
-    written = []
-    for suffix, metadata in (("png", {"Software": None}), ("svg", {"Date": None})):
+    png, svg = (stem.with_name(f"{stem.name}.{suffix}") for suffix in ("png", "svg"))
+    # The canvases draw once each, where savefig would draw twice.
+    with matplotlib.rc_context(STYLE):
         buffer = io.BytesIO()
-        with matplotlib.rc_context(STYLE):
-            figure.savefig(buffer, format=suffix, metadata=metadata)
-        path = stem.with_name(f"{stem.name}.{suffix}")
-        write_beside(path, partial(_copy, buffer.getvalue()))
-        written.append(path)
-    return written[0], written[1]
+        canvas: Any = FigureCanvasAgg(figure)
+        canvas.print_png(buffer, metadata={"Software": None})
+        write_beside(png, partial(_copy, buffer.getvalue()))
+        # Laid out once: the second file has the same places.
+        figure.set_layout_engine("none")
+        buffer = io.BytesIO()
+        canvas = FigureCanvasSVG(figure)
+        canvas.print_svg(buffer, metadata={"Date": None, "Creator": None})
+        write_beside(svg, partial(_copy, buffer.getvalue()))
+    return png, svg
 
 
 def _copy(content: bytes, file: BinaryIO) -> None:

@@ -1,4 +1,4 @@
-"""Numbers for the three-phase jump: its closed forms evaluated at one state."""
+"""The velocity jump of a mechanism at one state: its three-phase closed forms, or all cases."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from painleve_sym.errors import InputError
 from painleve_sym.laws.impact import (
     E_C,
     P_C,
+    RESTITUTIONS,
     V_N_MINUS,
     RestitutionLaw,
     ThreePhaseJump,
@@ -21,6 +22,8 @@ from painleve_sym.laws.impact import (
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.impulses import V_N, V_N_PLUS, V_T, Phase, raw
 from painleve_sym.mechanics.models import Mechanism
+from painleve_sym.mechanics.routh import ImpactClass
+from painleve_sym.simulate.impact import Impact, ImpactEnd, solve_impact
 from painleve_sym.simulate.inputs import resolve_parameters, resolve_state, symbol_values
 
 # A velocity that is a sum of rounded products counts as zero below this part of its terms.
@@ -37,7 +40,8 @@ class JumpPhase:
     Attributes
     ----------
     name : str
-        ``tangential``, ``sticking compression`` or ``sticking restitution``.
+        ``tangential``, ``sticking compression`` and ``sticking restitution`` in the paper's
+        three-phase jump; otherwise as in `ImpactPhase`.
     normal_impulse, tangential_impulse : float
         N s.
     stored_energy : float
@@ -66,11 +70,18 @@ class JumpResult:
     mechanism, restitution : str
         Names.
     slip : int
-        Sign of the slip velocity before the impact.
+        Sign of the slip velocity before the impact, 0 for a start at v_t = 0.
     phases : tuple of JumpPhase
+        Those before the jam where the impact jams, else all.
     energy_change : float
         Work of the contact impulses as seen from the surface; J. With a surface at rest it is the
-        change of the kinetic energy. Never positive with the energetic law.
+        change of the kinetic energy. Never positive with the energetic and with Poisson's law.
+    case : ImpactClass
+        ``C_STICKING`` with a slip before the impact is the paper's three-phase jump.
+    end : ImpactEnd
+        ``JAM`` where the impulse has no end: no rigid jump answers there.
+    velocity_before : mapping of str to float
+        Velocities of the mechanism before the jump, by state name.
     """
 
     mechanism: str
@@ -78,11 +89,14 @@ class JumpResult:
     slip: int
     phases: tuple[JumpPhase, ...]
     energy_change: float
+    case: ImpactClass
+    end: ImpactEnd
+    velocity_before: Mapping[str, float]
 
     @property
     def velocity(self) -> Mapping[str, float]:
-        """Velocities of the mechanism after the jump, by state name."""
-        return self.phases[-1].velocity
+        """Velocities of the mechanism after the jump (up to the jam), by state name."""
+        return self.phases[-1].velocity if self.phases else self.velocity_before
 
 
 def evaluate_jump(
@@ -91,7 +105,7 @@ def evaluate_jump(
     state: Mapping[str, float],
     parameters: Mapping[str, float] | None = None,
 ) -> JumpResult:
-    """Evaluate the three-phase jump at one state.
+    """Evaluate the jump at one state: the paper's three phases, or those of the impact's class.
 
     The contact is taken as closed whatever its gap, since a softened contact is compressed. With
     A < 0 and B > 0 (the indeterminate case) the jump is the answer only if the contact carries
@@ -115,8 +129,12 @@ def evaluate_jump(
     Raises
     ------
     InputError
-        Unknown or invalid entries (all at once); a state that is not an impact; an impact
-        that is not made of these three phases. The message says which and what to do.
+        Unknown or invalid entries (all at once); a state that is not an impact. The message says
+        which and what to do.
+
+    References
+    ----------
+    Zhao, Liu & Chen, section 4; Wang & Mason (1992) for the other classes.
     """
     law = restitution_law(restitution) if isinstance(restitution, str) else restitution
     where = f"jump of mechanism {mechanism.name!r}"
@@ -126,18 +144,34 @@ def evaluate_jump(
     values = symbol_values(mechanism, start, given)
     values[law.parameter.symbol] = given[law.parameter.name]
     v_t, v_n = _contact_velocities(mechanism.contact, values)
-    slip = int(math.copysign(1, v_t))
-    _refuse_no_impact(mechanism, values, v_t, v_n, slip, where)
-    jump = three_phase_jump(mechanism.coefficients, law, slip, write=raw)
-    first = _run(jump.tangential, values | {V_T: v_t, V_N: v_n}, where)
-    between = _moved(values, first) | {V_T: 0.0, V_N: first.normal_velocity}
-    second = _run(jump.compression, between, where)
-    rebound = _rebound(jump, values, v_n, first, second)
-    third = _run(jump.restitution, _moved(values, second) | {V_N_PLUS: rebound}, where)
-    # Slip falls linearly with the impulse: friction works against its mean.
-    friction = first.tangential_impulse * v_t / 2
-    stored = math.fsum(phase.stored_energy for phase in (first, second, third))
-    return JumpResult(mechanism.name, law.name, slip, (first, second, third), friction - stored)
+    if v_n > 0:
+        raise InputError(
+            f"{where}: got v_n = {v_n:g} m/s, need v_n <= 0: the contact is opening. "
+            f"Fix: let it fly until it touches again."
+        )
+    slip = (v_t > 0) - (v_t < 0)
+    impact = _solved(mechanism, law, values, (v_t, v_n))
+    if impact.case is ImpactClass.NO_IMPACT:
+        raise InputError(f"{where}: {_no_impact(mechanism, values, slip)}")
+    phases = None
+    if slip and impact.case is ImpactClass.C_STICKING and impact.end is not ImpactEnd.JAM:
+        phases = _three_phases(mechanism, law, values, (v_t, v_n))
+    energy = impact.energy_change
+    if phases is not None:
+        # Slip falls linearly with the impulse: friction works against its mean.
+        friction = phases[0].tangential_impulse * v_t / 2
+        energy = friction - math.fsum(phase.stored_energy for phase in phases)
+    elif law.name in RESTITUTIONS:
+        phases = _of_impact(mechanism, values, impact)
+    else:
+        raise InputError(
+            f"{where}: got restitution law {law.name!r} in an impact of class "
+            f"{impact.case.value!r}, need one of {sorted(RESTITUTIONS)}. Fix: give one of these."
+        )
+    before = {str(v): values[v] for v in mechanism.system.q_dot}
+    return JumpResult(
+        mechanism.name, law.name, slip, phases, energy, impact.case, impact.end, before
+    )
 
 
 def _contact_velocities(contact: Contact, values: Values) -> tuple[float, float]:
@@ -151,29 +185,30 @@ def _contact_velocities(contact: Contact, values: Values) -> tuple[float, float]
     return pair[0], pair[1]
 
 
-def _refuse_no_impact(
-    mechanism: Mechanism, values: Values, v_t: float, v_n: float, slip: int, where: str
-) -> None:
-    if v_n > 0:
-        raise InputError(
-            f"{where}: got v_n = {v_n:g} m/s, need v_n <= 0: the contact is opening. "
-            f"Fix: let it fly until it touches again."
+def _solved(
+    mechanism: Mechanism, law: RestitutionLaw, values: Values, velocity: tuple[float, float]
+) -> Impact:
+    c = mechanism.coefficients
+    W_nn, W_nt, W_tt, mu = _numbers((c.W_nn, c.W_nt, c.W_tt, c.mu), values)
+    # Whether the slip stops in compression does not depend on the law: any known one tells.
+    known = law.name in RESTITUTIONS
+    name, e = (law.name, values[law.parameter.symbol]) if known else ("newton", 0.0)
+    return solve_impact(((W_tt, W_nt), (W_nt, W_nn)), mu, velocity, name, e)
+
+
+def _no_impact(mechanism: Mechanism, values: Values, slip: int) -> str:
+    if not slip:
+        return (
+            "got v_t = 0 and v_n = 0, need a moving contact: at rest there is no impact without "
+            "collision. Fix: give a slip with A < 0, or an approach v_n < 0."
         )
-    if v_t == 0:
-        raise InputError(
-            f"{where}: got v_t = 0, need a slip: its first phase ends when the slip stops. "
-            f"Fix: start from a sliding contact, or simulate it softened."
-        )
-    if v_n < 0:
-        return
-    A = _number(mechanism.coefficients.A(slip), values)
+    # A is not negative here but for its rounding.
+    A = max(0.0, _number(mechanism.coefficients.A(slip), values))
     B = _number(mechanism.coefficients.B, values)
-    if A >= 0:
-        raise InputError(
-            f"{where}: got v_n = 0 with A = {A:g} 1/kg and B = {B:g} m/s^2, need A < 0 for an "
-            f"impact without collision: {_no_impact_case(A, B)}. "
-            f"Fix: integrate on, or give an approach v_n < 0."
-        )
+    return (
+        f"got v_n = 0 with A = {A:g} 1/kg and B = {B:g} m/s^2, need A < 0 for an impact without "
+        f"collision: {_no_impact_case(A, B)}. Fix: integrate on, or give an approach v_n < 0."
+    )
 
 
 def _no_impact_case(A: float, B: float) -> str:
@@ -186,16 +221,49 @@ def _no_impact_case(A: float, B: float) -> str:
     return "it slides on with F_n = -B/A (case 1 of the paper, A > 0 and B < 0)"
 
 
-def _run(phase: Phase, values: Values, where: str) -> JumpPhase:
-    """Check the conditions of a phase at its starting velocities, then evaluate it."""
-    for condition in phase.conditions:
-        margin = _number(condition.margin, values)
-        if not condition.holds(margin):
-            raise InputError(
-                f"{where}, {phase.name} phase: {condition.meaning}: got margin {margin:g} of "
-                f"{condition.name!r}, need {'>' if condition.strict else '>='} 0. The three-phase "
-                f"jump does not hold here. Fix: simulate it with a softened contact."
-            )
+def _of_impact(mechanism: Mechanism, values: Values, impact: Impact) -> tuple[JumpPhase, ...]:
+    """Return the phases of an impact with the velocities of the mechanism."""
+    symbols = mechanism.system.q_dot
+    directions = [_numbers(tuple(d), values) for d in mechanism.coefficients.force_directions]
+    velocity, phases = [values[v] for v in symbols], []
+    for phase in impact.phases:
+        impulses = (phase.normal_impulse, phase.tangential_impulse)
+        moved = []
+        for v, *per_impulse in zip(velocity, *directions, strict=True):
+            terms = (v, *(d * P for d, P in zip(per_impulse, impulses, strict=True)))
+            after, size = math.fsum(terms), sum(map(abs, terms))
+            moved.append(after if abs(after) > ROUND_OFF * size else 0.0)
+        velocity = moved
+        named = {str(s): v for s, v in zip(symbols, velocity, strict=True)}
+        # Adding 0.0 turns -0.0 into 0.0.
+        stored = -phase.normal_work + 0.0
+        phases.append(JumpPhase(phase.name, *impulses, stored, named, *phase.velocity))
+    return tuple(phases)
+
+
+def _three_phases(
+    mechanism: Mechanism, law: RestitutionLaw, values: Values, velocity: tuple[float, float]
+) -> tuple[JumpPhase, ...] | None:
+    """Return the paper's closed forms; None where rounding at a tie breaks their conditions."""
+    v_t, v_n = velocity
+    jump = three_phase_jump(mechanism.coefficients, law, 1 if v_t > 0 else -1, write=raw)
+    first = _run(jump.tangential, values | {V_T: v_t, V_N: v_n})
+    if first is None:
+        return None
+    between = _moved(values, first) | {V_T: 0.0, V_N: first.normal_velocity}
+    second = _run(jump.compression, between)
+    if second is None:
+        return None
+    rebound = _rebound(jump, values, v_n, first, second)
+    third = _run(jump.restitution, _moved(values, second) | {V_N_PLUS: rebound})
+    return None if third is None else (first, second, third)
+
+
+def _run(phase: Phase, values: Values) -> JumpPhase | None:
+    """Evaluate a phase at its starting velocities; None where a condition does not hold."""
+    margins = _numbers(tuple(c.margin for c in phase.conditions), values)
+    if not all(c.holds(m) for c, m in zip(phase.conditions, margins, strict=True)):
+        return None
     velocities = tuple(phase.velocity.values())
     impulses = (phase.normal_impulse, phase.tangential_impulse, phase.stored_energy)
     ends = (phase.slip_velocity, phase.normal_velocity)

@@ -39,6 +39,8 @@ class EventRecord:
         Just before the event; N.
     compression : float
         δ = −g_N; m.
+    alternatives : tuple of str
+        Rigid motion, where the contact problem had several solutions: all their modes.
     """
 
     time: float
@@ -49,6 +51,7 @@ class EventRecord:
     normal_force: float
     tangential_force: float
     compression: float
+    alternatives: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -342,10 +345,14 @@ class Trajectory:
             memory_names=names[1],
             mode_names=names[2],
             output_names=names[3],
-            events=tuple(EventRecord(**e) for e in text["events"]),
+            events=tuple(_event(e) for e in text["events"]),
             stop_reason=StopReason.from_label(text["stop_reason"]),
             evaluator=engine,
         )
+
+
+def _event(data: dict[str, Any]) -> EventRecord:
+    return EventRecord(**(data | {"alternatives": tuple(data["alternatives"])}))
 
 
 _ARRAYS = (

@@ -151,7 +151,7 @@ def separating_force(
     bracket: tuple[float, float],
     *,
     compressing: bool,
-    rtol: float = 1e-9,
+    rtol: float = 2e-8,
 ) -> float:
     """Return the least initial force from which the slip stops, by bisection; N.
 

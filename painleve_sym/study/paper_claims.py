@@ -122,6 +122,8 @@ class PrintedFormula:
         Its right side; empty where the paper leaves the line out.
     corrected : str
         The right side with the misprint removed, where there is one.
+    holds : str
+        The same for people.
     misprint : str
         What is wrong with it.
     """
@@ -129,6 +131,7 @@ class PrintedFormula:
     text: str
     expression: str
     corrected: str = ""
+    holds: str = ""
     misprint: str = ""
 
 
@@ -153,6 +156,7 @@ FORMULAS: dict[str, PrintedFormula] = {
         "1/R* = 1/R₁′ + 1/R₁″ + 1/R₂′ + 1/R₂″",
         "1/R_1 + 1/R_1 + 1/R_2 + 1/R_2",
         "1/R_1 + 1/R_2",
+        "1/R* = 1/R₁ + 1/R₂",
         _FOUR_CURVATURES,
     ),
     "eq-5": PrintedFormula(
@@ -188,6 +192,7 @@ FORMULAS: dict[str, PrintedFormula] = {
         "no line for θ̇(t1)",
         "",
         "theta_dot_0 + 3*(mu*sin(theta) - cos(theta))*P_n1/(m*l)",
+        "θ̇(t1) = θ̇(t0) + 3 (μ sinθ − cosθ) P_n1/(m l)",
         "the line for θ̇(t1), which (18) starts from, is lost",
     ),
     "eq-15": PrintedFormula(
@@ -204,6 +209,7 @@ FORMULAS: dict[str, PrintedFormula] = {
         "P_n2 = −m (1 + 3 sin²θ) ẏ_A(t1)/(4l)",
         "-m*(1 + 3*sin(theta)**2)/(4*l)*y_A_dot_1",
         "-m*(1 + 3*sin(theta)**2)/4*y_A_dot_1",
+        "P_n2 = −m (1 + 3 sin²θ) ẏ_A(t1)/4",
         "4l in the denominator, where dimensions and derivation give 4",
     ),
     "eq-19-A": PrintedFormula("A′ = 4/(m (1 + 3 sin²θ))", _A_STICK),
@@ -218,8 +224,6 @@ FORMULAS: dict[str, PrintedFormula] = {
         "θ̇(t3) = θ̇(t2) − 3 cosθ ẏ_A(t3)/(4l)", "theta_dot_2 - 3*cos(theta)/(4*l)*y_A_dot_3"
     ),
     "critical-friction": PrintedFormula("the paradox needs μ > 4/3", "4/3"),
-    "sliding-force": PrintedFormula(
-        "F_n* = −B/A", f"-(l*theta_dot**2*sin(theta) - g)/({_A})"
-    ),
+    "sliding-force": PrintedFormula("F_n* = −B/A", f"-(l*theta_dot**2*sin(theta) - g)/({_A})"),
 }
 """Formulas by the id of their item."""

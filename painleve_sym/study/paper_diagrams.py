@@ -13,6 +13,7 @@ from painleve_sym.complementarity import (
     ContactProblem,
     ContactSolution,
     LemkeResult,
+    MPCCOptions,
     MPCCSurvey,
     solve_lemke,
     solve_mpcc_all,
@@ -26,6 +27,7 @@ from painleve_sym.study.workbench import Workbench
 GROUP = "figure"
 STEP = 1e-6
 """Time step of the contact problem in velocities; s. So short that gravity moves nothing."""
+_CORNERS = MPCCOptions(random_starts=0)
 REST = 1e-9
 """Velocity, relative to the slip before, that round-off leaves of zero."""
 
@@ -58,9 +60,7 @@ DIAGRAMS: dict[str, Diagram] = {
     "fig-3": Diagram(
         1, ContactCase.SLIP, "one solution: sliding, F_n = 6.039 N", "$A>0$, $B<0$", 12.0
     ),
-    "fig-5": Diagram(
-        2, ContactCase.LIFTOFF, "one solution: the rod jumps up", "$A>0$, $B>0$", 4.0
-    ),
+    "fig-5": Diagram(2, ContactCase.LIFTOFF, "one solution: the rod jumps up", "$A>0$, $B>0$", 4.0),
     "fig-7": Diagram(3, ContactCase.INCONSISTENT, "no solution", "$A<0$, $B<0$", 400.0),
     "fig-11": Diagram(
         4,
@@ -90,9 +90,7 @@ def panel(diagram: Diagram, found: Classification, title: str = "") -> Panel:
         "admissible",
     )
     equation = line(r"$\ddot{y}_A=A\,F_n+B$", forces, values)
-    marks = tuple(
-        Mark("solution", s.normal_force, s.normal_acceleration) for s in found.solutions
-    )
+    marks = tuple(Mark("solution", s.normal_force, s.normal_acceleration) for s in found.solutions)
     return Panel(
         FORCE.within(-0.06 * diagram.top, diagram.top),
         NORMAL_ACCELERATION.within(1.15 * bottom, 1.15 * top),
@@ -139,9 +137,8 @@ class Answers:
     @classmethod
     def of(cls, problem: ContactProblem, name: str, unit: str) -> Answers:
         """Ask all three."""
-        return cls(
-            name, unit, problem.solutions(), solve_lemke(problem.lcp()), solve_mpcc_all(problem)
-        )
+        lemke, survey = solve_lemke(problem.lcp()), solve_mpcc_all(problem, options=_CORNERS)
+        return cls(name, unit, problem.solutions(), lemke, survey)
 
     @property
     def pivots(self) -> list[float]:
@@ -221,7 +218,10 @@ def compute_diagram(name: str, bench: Workbench) -> Outcome:
     checks |= given.checks() | stepped.checks()
     if name == "fig-3":
         checks["−B/A as printed"] = SLIDING_FORCE.matches(-found.B / found.A)
-    forces = [f"{s.mode.value} {s.normal_force:.6g} N" for s in found.solutions]
+    forces = [
+        "lifts off" if s.mode is ContactMode.LIFTOFF else f"slides, F_n = {s.normal_force:.6g} N"
+        for s in found.solutions
+    ]
     steps = [f"{s['kind']} ({s['normal_impulse']:.4g} N s)" for s in over_step]
     computed = "; ".join(forces) if forces else "no solution"
     reason = (

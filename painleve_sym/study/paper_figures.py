@@ -80,7 +80,7 @@ def _force_panel(bench: Workbench, case: Case, title: str, kinds: tuple[str, ...
     )
     times = np.linspace(0.0, case.t_end, 200)
     drift = line("$-B/A$", times, bench.sliding_force_along(run, times), "reference")
-    return Panel(panel.x, FORCE.within(0.0, 18.5), (*panel.curves, drift), panel.marks, title)
+    return Panel(panel.x, FORCE.within(-0.7, 18.5), (*panel.curves, drift), panel.marks, title)
 
 
 def _sliding_panels(bench: Workbench) -> tuple[Panel, ...]:

@@ -72,7 +72,7 @@ class Derived:
 
     @cached_property
     def names(self) -> dict[str, Any]:
-        """Every symbol a printed formula may use, by name."""
+        """Return every symbol a printed formula may use, by name."""
         system = self.mechanism.system
         found: dict[str, Any] = {s.name: s for s in sp.symbols(POSITIVE, positive=True)}
         found |= {s.name: s for s in sp.symbols(REAL, real=True)}
@@ -91,7 +91,7 @@ class Derived:
     # ---- sliding and sticking ----
 
     def sliding(self) -> sp.Expr:
-        """ÿ_A while sliding left."""
+        """Return ÿ_A while sliding left."""
         c = self.mechanism.coefficients
         return c.A(-1) * self["F_n"] + c.B
 
@@ -112,22 +112,22 @@ class Derived:
         return self.mechanism.coefficients.B_stick
 
     def sticking_force(self) -> sp.Expr:
-        """F_t that keeps the end at rest."""
+        """Return F_t that keeps the end at rest."""
         return self.mechanism.coefficients.sticking_force
 
     def sliding_force(self) -> sp.Expr:
-        """F_n* of sliding on."""
+        """Return F_n* of sliding on."""
         return -self.b() / self.a()
 
     def least_critical_friction(self) -> sp.Expr:
-        """Smallest friction with A < 0 at some θ."""
+        """Return the smallest friction with A < 0 at some θ."""
         return critical_friction(self.mechanism.coefficients, -1).minimum("theta").value
 
     # ---- free flight, in the coordinates of the centre ----
 
     @cached_property
     def centre(self) -> Contact:
-        """The contact of the rod described by its centre (x, y): a second derivation."""
+        """Return the contact of the rod described by its centre (x, y): a second derivation."""
         x, y = (Coordinate(n, f"centre of the rod, {n}", "m") for n in ("x", "y"))
         theta = self.mechanism.system.coordinates[2]
         m, l, g = (self[n] for n in ("m", "l", "g"))
@@ -142,16 +142,16 @@ class Derived:
         return Contact.of_point("A", system, end, self["mu"])
 
     def free(self, index: int) -> sp.Expr:
-        """ẍ, ÿ or θ̈ without contact."""
+        """Return ẍ, ÿ or θ̈ without contact."""
         return self.centre.system.free_acceleration[index]
 
     def end_acceleration(self) -> sp.Expr:
-        """ÿ_A from the accelerations of the centre."""
+        """Return ÿ_A from the accelerations of the centre."""
         moved = sp.Matrix([0, self["y_ddot"], self["theta_ddot"]])
         return (self.centre.J_N * moved)[0] + self.centre.normal_bias
 
     def free_end(self) -> sp.Expr:
-        """ÿ_A in free flight."""
+        """Return ÿ_A in free flight."""
         contact = self.centre
         return (contact.J_N * contact.system.free_acceleration)[0] + contact.normal_bias
 
@@ -159,7 +159,7 @@ class Derived:
 
     @cached_property
     def law(self) -> ContactLaw:
-        """The paper's law."""
+        """Return the paper's law."""
         return law("bilinear-hertz")
 
     def of_law(self, expr: sp.Expr) -> sp.Expr:
@@ -171,25 +171,25 @@ class Derived:
         return without_ramps(expr).subs(squared).subs(swap)
 
     def loading(self) -> sp.Expr:
-        """F_n on the loading curve."""
+        """Return F_n on the loading curve."""
         return self.of_law(self.law.loading.force)
 
     def stiffness(self) -> sp.Expr:
-        """K_e, with R* = R on a plane."""
+        """Return K_e, with R* = R on a plane."""
         return self.of_law(self.law.definitions[K_E]).subs(self["R"], self["R_star"])
 
     def relative_curvature(self) -> sp.Expr:
-        """1/R*: second derivative at r = 0 of the distance between two spheres in contact."""
+        """Return 1/R*: d²/dr² at r = 0 of the distance between two spheres in contact."""
         r = sp.Symbol("r", real=True)
         gap = sum(R - sp.sqrt(R**2 - r**2) for R in (self["R_1"], self["R_2"]))
         return sp.diff(gap, r, 2).subs(r, 0)
 
     def unloading(self) -> sp.Expr:
-        """F_n on the unloading curve."""
+        """Return F_n on the unloading curve."""
         return self.of_law(self.law.branch("restitution").force)
 
     def permanent(self) -> sp.Expr:
-        """δ_p that makes the work given back the part e_s² of the work done."""
+        """Return δ_p that makes the work given back the part e_s² of the work done."""
         delta_p = self["delta_p"]
         span, rest = self["delta_max"] - delta_p, self.work_in() * self["e_s"] ** 2
         # ∫F_n dδ of (5) over the unloading curve, in the depth.
@@ -199,24 +199,24 @@ class Derived:
         return sp.solve(sp.simplify((given_back - rest) / peak), delta_p)[0]
 
     def work_in(self) -> sp.Expr:
-        """W_c = ∫F_n dδ up to δ_max."""
+        """Return W_c = ∫F_n dδ up to δ_max."""
         return sp.integrate(self.loading(), (self["delta"], 0, self["delta_max"]))
 
     def work_back(self) -> sp.Expr:
-        """W_r = ∫F_n dδ along the unloading curve, from δ_max down to where the force ends."""
+        """Return W_r = ∫F_n dδ along the unloading curve, from δ_max to where it ends."""
         depth, remains = self["depth"], self["delta_max"] * (1 - self["e_s"] ** 2)
         force = sp.simplify(self.unloading().subs(self["delta"], remains + depth))
         return -sp.integrate(force, depth).subs(depth, self["delta_max"] - remains)
 
     def surface_energy(self) -> sp.Expr:
-        """E_n0 = ∫F_n dδ up to δ_0."""
+        """Return E_n0 = ∫F_n dδ up to δ_0."""
         return sp.integrate(self.loading(), (self["delta"], 0, self["delta_0"]))
 
     # ---- the jump ----
 
     @cached_property
     def jump(self) -> ThreePhaseJump:
-        """Its three phases, each in the velocities at its own start."""
+        """Return its three phases, each in the velocities at its own start."""
         return three_phase_jump(self.mechanism.coefficients, write=raw)
 
     def named(self, expr: sp.Expr, phase: int) -> sp.Expr:
@@ -228,18 +228,20 @@ class Derived:
         return sp.sympify(expr).subs({**start, V_N_PLUS: self["y_A_dot_3"]})
 
     def spin(self, phase: int) -> sp.Expr:
-        """θ̇ at the end of a phase."""
+        """Return θ̇ at the end of a phase."""
         return self.named(self.jump.phases[phase].velocity[self.mechanism.system.q_dot[2]], phase)
 
     def first_energy(self, start: sp.Expr) -> sp.Expr:
-        """E_n1 in ẏ_A(t0) = `start` and ẏ_A(t1)."""
+        """Return E_n1 in ẏ_A(t0) = `start` and ẏ_A(t1)."""
         first = self.jump.tangential
         energy, end = (self.named(e, 0) for e in (first.stored_energy, first.normal_velocity))
-        x_0 = sp.solve(end - self["y_A_dot_1"], self["x_A_dot_0"])[0]
+        # ẏ_A(t1) is linear in ẋ_A(t0).
+        rest = end.subs(self["x_A_dot_0"], 0)
+        x_0 = (self["y_A_dot_1"] - rest) / end.diff(self["x_A_dot_0"])
         return energy.subs(self["x_A_dot_0"], x_0).subs(self["y_A_dot_0"], start)
 
     def rebound(self) -> sp.Expr:
-        """ẏ_A(t3) from the energy of compression."""
+        """Return ẏ_A(t3) from the energy of compression."""
         law_symbol = self.jump.law.parameter.symbol
         rebound = self.jump.separation_velocity
         return rebound.subs({E_C: self["E_nc"], law_symbol: self["e_s"]})
@@ -322,18 +324,37 @@ def compare(printed: PrintedFormula, derived: sp.Expr, d: Derived) -> Outcome:
     def equal(text: str) -> bool:
         return identical(d.parse(text).subs(back), derived)
 
-    data = {"derived": str(derived), "derived_latex": sp.latex(derived)}
+    names = _latex_names(d)
+    data = {"derived": str(derived)}
     if printed.expression:
         expr = d.parse(printed.expression)
-        data |= {"printed": str(expr), "printed_latex": sp.latex(expr)}
+        data |= {"printed": str(expr), "printed_latex": sp.latex(expr, symbol_names=names)}
         if equal(printed.expression):
             return Outcome(printed.text, "identical", Verdict.REPRODUCED, data=data)
     if printed.corrected and equal(printed.corrected):
         right = d.parse(printed.corrected)
-        data |= {"corrected": str(right), "corrected_latex": sp.latex(right)}
-        computed = f"derived: {right}"
-        return Outcome(printed.text, computed, Verdict.MISPRINT, printed.misprint, data)
+        data["derived_latex"] = sp.latex(right, symbol_names=names)
+        return Outcome(printed.text, printed.holds, Verdict.MISPRINT, printed.misprint, data)
+    data["derived_latex"] = sp.latex(derived, symbol_names=names)
     return Outcome(printed.text, f"derived: {derived}", Verdict.DIFFERS, data=data)
+
+
+def _latex_names(d: Derived) -> dict[sp.Symbol, str]:
+    """Return LaTeX for symbols whose names stand for dots, times and stars."""
+    special = {"R_star": "R^*", "delta_max": r"\delta_{\max}", "F_n_max": r"F_{n\,\max}"}
+    found = {}
+    for name, symbol in d.names.items():
+        base, dot, time = name.partition("_dot")
+        if dot or "_ddot" in name:
+            base = name.partition("_d")[0]
+            letter, _, index = base.partition("_")
+            letter = r"\theta" if letter == "theta" else letter
+            accent = r"\ddot" if "_ddot" in name else r"\dot"
+            text = f"{accent}{{{letter}}}" + (f"_{index}" if index else "")
+            found[symbol] = text + (f"(t_{time[1:]})" if time else "")
+        elif name in special:
+            found[symbol] = special[name]
+    return found
 
 
 def derived_forms(bench: Workbench) -> Derived:

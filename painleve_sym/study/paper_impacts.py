@@ -137,18 +137,12 @@ def _peaks(bench: Workbench, cases: Mapping[float, Case]) -> list[list[Any]]:
 _COLUMNS = ["slip stops (s)", "separation (s)", "peak force (N)", "ẏ_A at separation (m/s)"]
 
 
-def _stiffer(
-    bench: Workbench, cases: Mapping[float, Case], paper: str, end: float
-) -> Outcome:
+def _stiffer(bench: Workbench, cases: Mapping[float, Case], paper: str, end: float) -> Outcome:
     """Return the force histories for growing stiffness: shorter and higher."""
     rows = _peaks(bench, cases)
     checks = {
-        "the stiffer, the shorter": all(
-            a[2] > b[2] for a, b in pairwise(rows)
-        ),
-        "the stiffer, the higher the peak": all(
-            a[3] < b[3] for a, b in pairwise(rows)
-        ),
+        "the stiffer, the shorter": all(a[2] > b[2] for a, b in pairwise(rows)),
+        "the stiffer, the higher the peak": all(a[3] < b[3] for a, b in pairwise(rows)),
     }
     named = [(modulus_label(E), case) for E, case in cases.items()]
     kinds = ("max_compression", "separation")
@@ -217,9 +211,7 @@ def compute_loaded(bench: Workbench) -> Outcome:
             needed(run, "slip_stop").state["theta_dot"] > run.state(0.0)["theta_dot"]
         )
     rows = _peaks(bench, LOADED_IMPACTS)
-    checks["the more surface energy, the shorter"] = all(
-        a[2] > b[2] for a, b in pairwise(rows)
-    )
+    checks["the more surface energy, the shorter"] = all(a[2] > b[2] for a, b in pairwise(rows))
     named = [(rf"$F_{{n0}}={force:g}$ N", case) for force, case in LOADED_IMPACTS.items()]
     panels = (
         history(bench, named, "x_A_dot", TIME_MS, SLIP_VELOCITY, end, EVENTS),

@@ -283,7 +283,7 @@ def compute_unstable(bench: Workbench) -> Outcome:
         "the sliding solution F_n* is not stable",
         f"from 0.99 F_n* lifts off, from 1.05 F_n* impact with {kinds[1.05][1]:.0f} times −B/A",
         checks,
-        "at E = 20.9e14",
+        f"at E = {modulus_text(STIFF)}",
         {"events": {str(k): v[0] for k, v in kinds.items()}},
     )
 

@@ -27,12 +27,11 @@ from painleve_sym.study.workbench import Workbench
 FORMAT = "painleve-sym reproduction 1"
 SOURCE = "Zhao, Liu & Chen, Impact model resolution on Painlevé's paradox"
 
+_FIGURES = (*paper_diagrams.ENTRIES, *paper_figures.ENTRIES, *paper_impacts.ENTRIES)
 ENTRIES: tuple[Entry, ...] = (
     *paper_formulas.ENTRIES,
     *paper_tables.ENTRIES,
-    *paper_diagrams.ENTRIES,
-    *paper_figures.ENTRIES,
-    *paper_impacts.ENTRIES,
+    *sorted(_FIGURES, key=lambda entry: int(entry.id.removeprefix("fig-"))),
     *paper_statements.ENTRIES,
     *paper_jump.ENTRIES,
     *reference_values.ENTRIES,
@@ -156,6 +155,7 @@ def selected(only: Sequence[str] | None) -> tuple[Entry, ...]:
     """
     if only is None:
         return ENTRIES
+    only = [only] if isinstance(only, str) else only
     if not only:
         raise InputError("reproduce: only: got no item, need at least one. Fix: leave it out.")
     known = (*item_ids(), *group_names())

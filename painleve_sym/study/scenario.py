@@ -166,9 +166,12 @@ class Scenario:
     def start(self) -> Mapping[str, float]:
         """Return the state as given; InputError where none is."""
         if self.state is None:
+            start = self.mechanism().start
+            example = ",".join(f"{name}={value:g}" for name, value in start.items())
+            such = f", such as {example}," if example else ""
             raise InputError(
-                f"{self.where}: no state. Fix: give --state, such as "
-                "theta=1,theta_dot=1,x_A_dot=-1, or [state] in a file; what is left out is 0."
+                f"{self.where}: no state. Fix: give --state{such} or [state] in a file; "
+                "what is left out is 0."
             )
         return self.state
 

@@ -131,6 +131,7 @@ def no_computing(monkeypatch):
         ("--save", "missing/run.npz", "no such folder"),
         ("--save", "file/run.npz", "not a folder"),
         ("--save", "run.csv", ".npz"),
+        ("--save", "x" * 300, "name too long"),
         ("--plot", "run.jpg", ".png, .svg, .pdf"),
         ("--plot", "run", ".png, .svg, .pdf"),
         ("--plot", "missing/run.png", "no such folder"),
@@ -160,7 +161,7 @@ def test_output_folder_without_permission(capsys, tmp_path, no_computing):
     assert "Permission denied" in err
 
 
-@pytest.mark.parametrize("name", ["file", "file/sub"])
+@pytest.mark.parametrize("name", ["file", "file/sub", "x" * 300])
 def test_report_folder_that_cannot_be_made(capsys, tmp_path, monkeypatch, name):
     def fail(*_, **__):
         raise AssertionError("computed before the folder was checked")

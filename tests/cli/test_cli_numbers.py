@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 
 import pytest
@@ -52,7 +53,8 @@ def test_classify_json_agrees_with_the_printed_tables(capsys, state, A, B, case,
 
 def test_classify_json_has_the_numbers_of_the_package_to_the_last_bit(capsys):
     data = run_json(capsys, "classify", "rod", "--state", TABLE_3, "--set", "mu=1.41")
-    assert data == classify(model("rod"), STATE_3, {"mu": 1.41}).to_dict()
+    found = classify(model("rod"), STATE_3, {"mu": 1.41}).to_dict()
+    assert data == json.loads(json.dumps(found))
 
 
 def test_classify_text_names_the_case_and_every_solution(capsys):
@@ -116,13 +118,14 @@ def test_simulate_json_is_the_trajectory_of_the_package(capsys):
     expected = simulator.run(
         STATE_3, t_end=0.01, parameters=parameters, until="separation"
     ).to_dict()
-    assert {key: data[key] for key in expected} == expected
+    # Through JSON once, since that makes lists of tuples.
+    assert {key: data[key] for key in expected} == json.loads(json.dumps(expected))
     assert data["stop_reason"] == "until"
     assert data["events"][0]["kind"] == "slip_stop"
     assert data["events"][-1]["kind"] == "separation"
     keys = {"time", "kind", "mode_before", "mode_after", "state", "normal_force"}
     for event in data["events"]:
-        assert keys | {"tangential_force", "compression"} == set(event)
+        assert keys | {"tangential_force", "compression"} <= set(event)
     assert {"time", "state", "normal_force"} <= set(data["final"])
     assert abs(data["energy_residual"]) < 1e-9
     assert data["counters"]["accepted_steps"] > 0

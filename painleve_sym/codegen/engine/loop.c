@@ -170,8 +170,9 @@ PS_EXPORT ps_run *ps_integrate(const double *x, const double *z, const double *p
   ps_constants(p, s->c);
   s->mode = mode;
   if (mode < 0) choose_start(s);
-  /* What the start state makes happen at once is its choice of mode, not an event of the run. */
-  settle(s, o, 0, 0);
+  /* What the start state makes happen at once is its choice of mode, or events where asked. */
+  settle(s, o, 0, o->start_events);
+  if (s->hit && s->reason == PS_RUNNING) s->reason = PS_UNTIL;
   s->h = o->h0 > 0 ? o->h0 : s->h_ref;
   while (s->reason == PS_RUNNING) advance(s, o);
   return s;

@@ -1,0 +1,202 @@
+"""The automaton of a mechanism with one rigid frictional contact.
+
+Between impacts the contact problem of the accelerations holds. An impact is a chain of
+instantaneous modes, one per straight ray in the space of impulses (Routh's construction).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import sympy as sp
+
+from painleve_sym.errors import InputError, StopReason, unknown_name
+from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
+from painleve_sym.hybrid.contact_states import CONTACTS, FLIGHT, ContactStates
+from painleve_sym.hybrid.impact_rays import (
+    APPROACH,
+    MEMORY,
+    ImpactRays,
+    restitution_parameter,
+)
+from painleve_sym.mechanics.system import Parameter
+
+POLICIES = ("liftoff", "slip", "impact")
+"""What to do in the indeterminate state, where several rigid solutions exist."""
+
+DECISION = "contact"
+"""The instantaneous mode in which a closed contact finds its solution."""
+
+SINGULAR_MARGIN = sp.Rational(1, 10**8)
+"""|A_s|/W_nn at which a slip counts as having met A = 0: the limit is then linear in time."""
+
+_NOW = sp.Integer(-1)
+"""A guard that fires at once."""
+
+
+@dataclass(frozen=True)
+class RigidContact(ContactStates):
+    """Builds the automaton: flight, slip ±, stick, a decision, and the rays of an impact.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        With exactly one contact.
+    restitution : {"energetic", "poisson", "newton"}
+    policy : {"liftoff", "slip", "impact"}
+        Followed where the contact problem has several solutions.
+
+    References
+    ----------
+    Génot & Brogliato, Eur. J. Mech. A 18 (1999) 653–677; Champneys & Várkonyi (2016).
+    """
+
+    restitution: str = "energetic"
+    policy: str = "liftoff"
+    rays: ImpactRays = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        if self.policy not in POLICIES:
+            raise InputError("rigid contact: " + unknown_name("policy", self.policy, POLICIES))
+        object.__setattr__(self, "rays", ImpactRays(self, self.restitution))
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Parameters of the rigid contact itself: its coefficient of restitution."""
+        return (restitution_parameter(self.restitution),)
+
+    # ---- the contact problem of the accelerations ----
+
+    def slip_force(self, slip: int) -> sp.Expr:
+        """F_n = −B/A_s that keeps the contact closed in slip."""
+        c = self.mechanism.coefficients
+        return -c.B / c.A(slip)
+
+    @cached_property
+    def stick_force(self) -> sp.Expr:
+        """F_n = −B′/A′ that keeps the contact closed in sticking."""
+        c = self.mechanism.coefficients
+        return -c.B_stick / c.A_stick
+
+    def _stick_margins(self) -> tuple[sp.Expr, sp.Expr]:
+        needed = self.tangential_force("stick", self.stick_force)
+        limit = self.mechanism.coefficients.mu * self.stick_force
+        return limit - needed, limit + needed
+
+    def _sliding_choices(self, slip: int) -> tuple[Choice, ...]:
+        c, name = self.mechanism.coefficients, "slip_neg" if slip < 0 else "slip_pos"
+        moving, A, B = slip * self.slip, c.A(slip), c.B
+        several = {"liftoff": FLIGHT, "slip": f"{name}_unstable", "impact": self.rays.first(name)}
+        return (
+            Choice(name, sp.Min(moving, A, -B)),
+            Choice(self.rays.first(name), sp.Min(moving, -A, -B)),
+            Choice(several[self.policy], sp.Min(moving, -A, B)),
+        )
+
+    def _resting_choices(self) -> tuple[Choice, ...]:
+        """At v_t = 0 (to be tried after both slips): lift-off, stick, or the onset of a slip."""
+        c = self.mechanism.coefficients
+        stick = Choice("stick", sp.Min(self.stick_force, *self._stick_margins()))
+        onsets = []
+        for slip, name in ((-1, "slip_neg"), (1, "slip_pos")):
+            rate = slip * (c.slip_rate_coefficient(slip) * self.slip_force(slip) + c.b_t)
+            for sign, target in ((1, name), (-1, f"{name}_unstable")):
+                condition = sp.Min(sign * c.A(slip), -sign * c.B, rate)
+                onsets.append(Choice(target, condition, ("slip_stop",)))
+        lift = Choice(FLIGHT, sp.Min(c.B, self._at_rest()))
+        order = (lift, stick, *onsets) if self.policy == "liftoff" else (stick, *onsets, lift)
+        rest = self._at_rest()
+        return tuple(Choice(x.target, sp.Min(rest, x.condition), x.departs) for x in order)
+
+    def _at_rest(self) -> sp.Expr:
+        """Positive exactly where v_t = 0."""
+        return sp.Float("1e-300") - sp.Abs(self.slip)
+
+    def _decision(self) -> Mode:
+        clean = {s: sp.Integer(0) for s in MEMORY}
+        start = clean | {APPROACH: self.gap_rate}
+        arriving = Transition("impact", "impact", self.gap_rate, self.rays.starts(), start)
+        leaving = Transition("leave", "liftoff", -self.gap_rate, (Choice(FLIGHT),), clean)
+        solutions = (
+            *self._sliding_choices(-1),
+            *self._sliding_choices(1),
+            *self._resting_choices(),
+            Choice(FLIGHT),
+        )
+        reset = clean | {self.gap_rate: sp.Integer(0)}
+        decide = Transition("decide", "contact", _NOW, solutions, reset)
+        zero = sp.Integer(0)
+        return Mode(DECISION, {}, (arriving, leaving, decide), self.outputs(None, zero, zero))
+
+    # ---- modes ----
+
+    def _flight(self) -> Mode:
+        zero = sp.Integer(0)
+        land = Transition(
+            "touchdown", "touchdown", self.gap, (Choice(DECISION),), {self.gap: zero}
+        )
+        outputs = self.outputs(None, zero, zero)
+        return Mode(FLIGHT, self.field(None, zero), (land, *self.leave_domain()), outputs)
+
+    def _constrained(
+        self, name: str, contact: str, force: sp.Expr, transitions: tuple[Transition, ...]
+    ) -> Mode:
+        zero = sp.Integer(0)
+        rates = self.field(contact, force, normal=zero) | {self.gap: zero}
+        outputs = self.outputs(contact, force, zero)
+        return Mode(name, rates, (*transitions, *self.leave_domain()), outputs)
+
+    def _slip(self, contact: str, unstable: bool) -> Mode:
+        c, s = self.mechanism.coefficients, CONTACTS[contact]
+        sign = -1 if unstable else 1
+        stop = Transition(
+            "slip_stop",
+            "slip_stop",
+            s * self.slip,
+            (Choice(DECISION),),
+            {self.slip: sp.Integer(0)},
+        )
+        # Where F_n comes down to zero: A > 0, B reaches 0 from below; A < 0, B from above.
+        lift = Transition("liftoff", "liftoff", -sign * c.B, (Choice(self._lifted(unstable)),))
+        margin = sign * c.A(s) / c.W_nn - SINGULAR_MARGIN
+        meet = Transition("singular", "singular", margin, stop=StopReason.SINGULAR)
+        name = f"{contact}_unstable" if unstable else contact
+        return self._constrained(name, contact, self.slip_force(s), (stop, lift, meet))
+
+    @staticmethod
+    def _lifted(unstable: bool) -> str:
+        return DECISION if unstable else FLIGHT
+
+    def _stick(self) -> Mode:
+        c = self.mechanism.coefficients
+        changes = []
+        for (name, slip), margin in zip(
+            (("slip_neg", -1), ("slip_pos", 1)), self._stick_margins(), strict=True
+        ):
+            enter = (
+                Choice(name, c.A(slip), ("slip_stop",)),
+                Choice(f"{name}_unstable", None, ("slip_stop",)),
+            )
+            changes.append(Transition(name, "slip_start", margin, enter))
+        lift = Transition("liftoff", "liftoff", self.stick_force, (Choice(DECISION),))
+        return self._constrained("stick", "stick", self.stick_force, (*changes, lift))
+
+    @cached_property
+    def automaton(self) -> HybridAutomaton:
+        """The automaton, validated; modes that cannot be reached under the policy are left out."""
+        system = self.mechanism.system
+        modes = [self._flight(), self._decision(), self._stick()]
+        modes += [self._slip(n, u) for n in ("slip_neg", "slip_pos") for u in (False, True)]
+        modes += self.rays.modes(DECISION)
+        parameters = (*system.parameters, *self.parameters)
+        return HybridAutomaton(
+            name=f"{self.mechanism.name}, rigid, {self.restitution} restitution",
+            states=self.states,
+            memory=MEMORY,
+            parameters=tuple(p.symbol for p in parameters),
+            definitions={},
+            modes=tuple(modes),
+            starts=(Choice(FLIGHT, self.gap), Choice(DECISION)),
+            uncontrolled=self.dissipations,
+        )

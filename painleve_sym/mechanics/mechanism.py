@@ -1,0 +1,105 @@
+"""A mechanism: a Lagrangian system with its frictional contacts and the domain it is valid in."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import sympy as sp
+
+from painleve_sym.errors import InputError, ModelError, unknown_name
+from painleve_sym.mechanics.coefficients import ContactCoefficients
+from painleve_sym.mechanics.contact import Contact
+from painleve_sym.mechanics.system import LagrangianSystem
+
+
+@dataclass(frozen=True)
+class DomainBound:
+    """A condition the model needs: `margin` > 0 inside its domain."""
+
+    margin: sp.Expr
+    meaning: str
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """A Lagrangian system with its contacts and the domain it is valid in.
+
+    Attributes
+    ----------
+    name, title, source : str
+    system : LagrangianSystem
+    contacts : tuple of Contact
+    domain : tuple of DomainBound
+    sketch : str
+        A few lines of text showing the mechanism and its signs.
+    start : mapping of str to float
+        A state to begin with: in contact and sliding at the parameters' defaults; absent
+        coordinates and velocities are 0.
+
+    Raises
+    ------
+    ModelError
+        Lists every fault: no contact, contacts of one name or of another system, undeclared
+        symbols in the domain, unknown names in the start.
+    """
+
+    name: str
+    title: str
+    source: str
+    system: LagrangianSystem
+    contacts: tuple[Contact, ...]
+    domain: tuple[DomainBound, ...] = ()
+    sketch: str = ""
+    start: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        faults = list(self._faults())
+        if faults:
+            raise ModelError(f"mechanism {self.name!r}", faults)
+
+    def _faults(self) -> Iterator[str]:
+        if not self.contacts:
+            yield "it has no contact; need at least one."
+        different = {id(c): c.name for c in self.contacts}
+        names = list(different.values())
+        for name in sorted({n for n in names if names.count(n) > 1}):
+            yield f"contact {name!r} is declared twice. Fix: give each its own name."
+        for contact in self.contacts:
+            if contact.system is not self.system:
+                yield f"contact {contact.name!r} belongs to another system. Fix: give it this one."
+        known = self.system.symbols
+        for i, bound in enumerate(self.domain, 1):
+            for symbol in sorted(sp.sympify(bound.margin).free_symbols - known, key=str):
+                yield f"domain {i}: " + unknown_name("symbol", str(symbol), map(str, known))
+        for name in self.start:
+            if name not in self.state_names:
+                yield "start: " + unknown_name("state", name, self.state_names)
+
+    @property
+    def contact(self) -> Contact:
+        """The only contact; InputError when there are several."""
+        if len(self.contacts) != 1:
+            raise InputError(
+                f"mechanism {self.name!r}: got {len(self.contacts)} contacts, need one here."
+            )
+        return self.contacts[0]
+
+    @cached_property
+    def coefficients(self) -> ContactCoefficients:
+        """Coefficients of the only contact."""
+        return ContactCoefficients(self.contact)
+
+    @cached_property
+    def all_coefficients(self) -> tuple[ContactCoefficients, ...]:
+        """Coefficients of every contact, each as if the others were open."""
+        if len(self.contacts) == 1:
+            return (self.coefficients,)
+        return tuple(ContactCoefficients(c) for c in self.contacts)
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Coordinates, then velocities: the names a state may use."""
+        names = [c.name for c in self.system.coordinates]
+        return (*names, *(f"{n}_dot" for n in names))

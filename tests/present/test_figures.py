@@ -1,0 +1,149 @@
+"""Figures as a reader meets them: legible, labelled, nothing on top of anything else."""
+
+import itertools
+
+import matplotlib
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+from painleve_sym.errors import InputError
+from painleve_sym.present.figures import draw
+from painleve_sym.present.style import COLUMN, MARKERS, PAGE, STYLE
+from painleve_sym.study.reproduce import reproduce
+from painleve_sym.study.series import FORCE, TIME_MS, Mark, Panel, line
+
+SHOWN = ("fig-2", "fig-4", "fig-8", "fig-10", "fig-12")
+
+
+def drawn(series):
+    figure = draw(series)
+    with matplotlib.rc_context(STYLE):
+        FigureCanvasAgg(figure).draw()
+    return figure
+
+
+@pytest.fixture(scope="module")
+def figures():
+    return {item.id: (item, drawn(item.series)) for item in reproduce(SHOWN).items}
+
+
+def texts_of(figure):
+    """Return every text that shows, with what it is."""
+    found = []
+    for axes in figure.axes:
+        low, high = axes.get_xlim(), axes.get_ylim()
+        found += [axes.xaxis.label, axes.yaxis.label, axes.title, axes._left_title, *axes.texts]
+        for axis, (a, b) in ((axes.xaxis, low), (axes.yaxis, high)):
+            ticks = zip(axis.get_majorticklocs(), axis.get_majorticklabels(), strict=True)
+            found += [label for place, label in ticks if min(a, b) <= place <= max(a, b)]
+    for legend in figure.legends:
+        found += legend.get_texts()
+    return [t for t in found if t.get_text() and t.get_visible()]
+
+
+def assert_texts_apart(figure, name):
+    boxes = [(t.get_text(), t.get_window_extent()) for t in texts_of(figure)]
+    for (a, first), (b, second) in itertools.combinations(boxes, 2):
+        # Half a pixel: boxes of neighbouring lines may touch.
+        apart = (
+            first.x1 <= second.x0 + 0.5
+            or second.x1 <= first.x0 + 0.5
+            or first.y1 <= second.y0 + 0.5
+            or second.y1 <= first.y0 + 0.5
+        )
+        assert apart, f"{name}: {a!r} lies on {b!r}"
+
+
+def assert_texts_legible(figure):
+    width, height = figure.bbox.width, figure.bbox.height
+    for text in texts_of(figure):
+        box = text.get_window_extent()
+        assert text.get_fontsize() >= 8, text.get_text()
+        inside = box.x0 >= -0.5 and box.y0 >= -0.5
+        assert inside and box.x1 <= width + 0.5 and box.y1 <= height + 0.5, text.get_text()
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_figure_texts_do_not_overlap(figures, name):
+    assert_texts_apart(figures[name][1], name)
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_figure_texts_stay_inside_and_are_legible(figures, name):
+    assert_texts_legible(figures[name][1])
+
+
+@pytest.mark.slow
+def test_texts_of_every_figure_are_apart_and_legible():
+    for item in reproduce().items:
+        if item.series is not None:
+            figure = drawn(item.series)
+            assert_texts_apart(figure, item.id)
+            assert_texts_legible(figure)
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_figure_legend_lies_below_the_axes(figures, name):
+    _, figure = figures[name]
+    for legend in figure.legends:
+        top = legend.get_window_extent().y1
+        assert all(top <= axes.bbox.y0 for axes in figure.axes)
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_figure_has_a_letter_and_labels_with_units_on_every_panel(figures, name):
+    item, figure = figures[name]
+    assert len(figure.axes) == len(item.series)
+    for letter, axes, panel in zip("abcdef", figure.axes, item.series, strict=False):
+        assert f"({panel.x.unit})" in axes.get_xlabel()
+        assert f"({panel.y.unit})" in axes.get_ylabel()
+        if len(item.series) > 1:
+            assert axes.get_title(loc="left").startswith(f"({letter})")
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_figure_has_the_width_of_a_column_or_a_page(figures, name):
+    item, figure = figures[name]
+    assert figure.get_size_inches()[0] == (COLUMN if len(item.series) == 1 else PAGE)
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_figure_curves_show_inside_their_panel(figures, name):
+    _, figure = figures[name]
+    for axes in figure.axes:
+        (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
+        for curve in axes.get_lines():
+            x, y = np.asarray(curve.get_xdata()), np.asarray(curve.get_ydata())
+            assert np.any((x >= x0) & (x <= x1) & (y >= y0) & (y <= y1)) or len(x) == 2
+
+
+def test_figure_marks_have_a_name_for_every_kind_used():
+    kinds = {m.kind for i in reproduce(["figure"]).items for p in i.series for m in p.marks}
+    assert kinds <= set(MARKERS)
+
+
+def simple_panel(**changes):
+    times = np.linspace(0, 1e-3, 5)
+    values = {"x": TIME_MS, "y": FORCE, "curves": (line("a", times, times),)} | changes
+    return Panel(**values)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 6])
+def test_draw_takes_one_to_six_panels(count):
+    figure = draw([simple_panel()] * count)
+    assert sum(axes.axison for axes in figure.axes) == count
+
+
+@pytest.mark.parametrize("count", [0, 7])
+def test_draw_refuses_another_number_of_panels(count):
+    with pytest.raises(InputError, match="panels"):
+        draw([simple_panel()] * count)
+
+
+def test_draw_shows_units_scaled():
+    figure = draw([simple_panel(marks=(Mark("solution", 5e-4, 5e-4),))])
+    curve, mark = figure.axes[0].get_lines()
+    assert curve.get_xdata()[-1] == pytest.approx(1.0)
+    assert mark.get_xdata()[0] == pytest.approx(0.5)
+    assert [t.get_text() for t in figure.legends[0].get_texts()] == ["a", "solution"]
