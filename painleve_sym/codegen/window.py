@@ -154,18 +154,14 @@ class Window:
         error = np.abs(middle - at.x[1::2]) / (scale + np.abs(at.x[1::2]))
         return float(np.max(error, initial=0.0, where=np.isfinite(error))) / 64
 
-    def dips(self, j: int) -> Any:
-        """Whether guard j may touch zero between the ends of each interval, shape (GRID,).
 
-        It goes down and up again there, and the cubic through both ends halves their distance.
-        """
-        g, dg, h = self.at.g[:, j], self.at.dg[:, j], np.diff(self.times)
-        u = np.arange(1, 8)[:, None] / 8
-        v = 1 - u
-        cubic = v * v * (1 + 2 * u) * g[:-1] + u * u * (3 - 2 * u) * g[1:]
-        cubic += h * u * v * (v * dg[:-1] - u * dg[1:])
-        low = np.minimum(g[:-1], g[1:])
-        return (dg[:-1] < 0) & (dg[1:] > 0) & (cubic.min(axis=0) < 0.5 * low)
+def _may_touch(g: Array, dg: Array, h: Any) -> Any:
+    """Whether a guard may reach zero between points h apart, where it is positive at both.
+
+    It turns upwards there, and its tangents meet at or below zero: a convex guard is above them.
+    """
+    lowest = g[:-1] + dg[:-1] * (g[:-1] - g[1:] + h * dg[1:]) / (dg[1:] - dg[:-1])
+    return (dg[:-1] < 0) & (dg[1:] > 0) & (lowest <= 0)
 
 
 def evaluate_rows(rows: Array, u: Array) -> Array:
@@ -306,14 +302,15 @@ class ModeRunner:
             if not positive.size:
                 return None if g[half] == 0 and dg[half] == 0 else 0.0
             first = int(positive[0]) + 1
-        for i in np.flatnonzero((g[1:] <= 0) | window.dips(j)):
+        h = np.diff(times)
+        for i in np.flatnonzero((g[1:] <= 0) | _may_touch(g, dg, h)):
             if first <= i < intervals:
-                u = self._zero(window, j, window.rows[i])
+                u = self._zero(window, j, window.rows[i], h[i])
                 if u is not None:
-                    return float(times[i] + u * (times[i + 1] - times[i]))
+                    return float(times[i] + u * h[i])
         return None
 
-    def _zero(self, window: Window, j: int, rows: Array) -> float | None:
+    def _zero(self, window: Window, j: int, rows: Array, h: float) -> float | None:
         """Return the first zero of guard j in (0, 1] on an interval's polynomial, or None."""
         a, b, crossed = 0.0, 1.0, False
         while b - a > _ZERO_WIDTH:
@@ -322,8 +319,7 @@ class ModeRunner:
             g, dg = at.g[:, j], at.dg[:, j]
             below = np.flatnonzero(g[1:] <= 0)
             crossed = below.size > 0
-            # Where no point is below zero, a dip between two points may be.
-            found = below if crossed else np.flatnonzero((dg[:-1] < 0) & (dg[1:] > 0))
+            found = below if crossed else np.flatnonzero(_may_touch(g, dg, h * (b - a) / GRID))
             if not found.size:
                 return None
             a, b = float(u[found[0]]), float(u[found[0] + 1])

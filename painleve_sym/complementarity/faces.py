@@ -100,13 +100,19 @@ def _wide(
     slope: FloatArray, start: FloatArray, quick: bool
 ) -> tuple[FloatArray, FloatArray] | None:
     """Do the same for several unknowns t; `quick` avoids most linear programs."""
+    slack = _FACE * (1.0 + float(np.max(np.abs(start))))
+    # Rows without slope restrict no t; kept, they would only hide the inside of the face.
+    level = np.all(np.abs(slope) <= _FACE, axis=1)
+    if np.any(start[level] < -slack):
+        return None
+    slope, start = slope[~level], start[~level]
     for margin in _MARGINS if quick else ():
         t, empty = _nearest(slope, start - margin)
         if t is not None and np.min(slope @ t + start, initial=margin) >= margin / 2:
             return t, np.eye(slope.shape[1])
         if empty and margin < 0:
             return None
-    return _polytope(slope, start)
+    return _polytope(slope, start, slack)
 
 
 def _nearest(slope: FloatArray, start: FloatArray) -> tuple[FloatArray | None, bool]:
@@ -126,17 +132,13 @@ def _nearest(slope: FloatArray, start: FloatArray) -> tuple[FloatArray | None, b
     return (None, False) if scale <= _EXTENT else (rest / scale, False)
 
 
-def _polytope(slope: FloatArray, start: FloatArray) -> tuple[FloatArray, FloatArray] | None:
-    """Do the same for several unknowns t, by linear programs."""
+def _polytope(
+    slope: FloatArray, start: FloatArray, slack: float
+) -> tuple[FloatArray, FloatArray] | None:
+    """Do it by linear programs, for rows that all have a slope."""
     from scipy.optimize import linprog  # needed for doubly singular blocks only
 
     count = slope.shape[1]
-    slack = _FACE * (1.0 + float(np.max(np.abs(start))))
-    # Rows without slope restrict no t; kept, they would only hide the inside of the face.
-    level = np.all(np.abs(slope) <= _FACE, axis=1)
-    if np.any(start[level] < -slack):
-        return None
-    slope, start = slope[~level], start[~level]
     tight = {"primal_feasibility_tolerance": _FACE, "dual_feasibility_tolerance": _FACE}
     # Deepest point: the largest common margin, at most one scaled unit.
     deepest = linprog(

@@ -247,7 +247,8 @@ def shares(lcp: LCP, z: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the largest share of each z_j in any row, and each w_i by its row's scale."""
     terms = np.abs(lcp.matrix * z)
     scale = np.abs(lcp.offset) + terms.sum(axis=1)
-    inverse = np.divide(1.0, scale, out=np.zeros_like(scale), where=scale > 0)
+    normal = scale >= np.finfo(np.float64).tiny  # the inverse of a denormal overflows
+    inverse = np.divide(1.0, scale, out=np.zeros_like(scale), where=normal)
     share = np.max(terms * inverse[:, None], axis=0)
     # A column of zeros has no share anywhere; its entry still counts as a whole.
     share[np.all(lcp.matrix == 0, axis=0) & (z != 0)] = 1.0

@@ -59,6 +59,7 @@ class RigidContact(ContactStates):
     def __post_init__(self) -> None:
         if self.policy not in POLICIES:
             raise InputError("rigid contact: " + unknown_name("policy", self.policy, POLICIES))
+        restitution_parameter(self.restitution)  # refuses an unknown law
         object.__setattr__(self, "rays", ImpactRays(self, self.restitution))
 
     @property

@@ -142,20 +142,18 @@ def _writings(expr: sp.Expr) -> Iterator[sp.Expr]:
         whole = sp.expand(expr)
         if len(sp.Add.make_args(whole)) <= _PAIRS:
             forms.append(TR10i(whole))
-    for form in forms:
+    for form in dict.fromkeys(forms):
         yield form
         yield sp.factor_terms(form)
-        factored = sp.factor(form)
-        yield factored
+        yield sp.factor(form)
+        whole = sp.expand(form)
         for atom in sorted(form.atoms(sp.sin, sp.cos), key=str):
-            nested = sp.collect(sp.expand(form), atom)
-            yield nested
-            yield _nest(form, atom)
+            yield sp.collect(whole, atom)
+            yield _nest(whole, atom)
 
 
-def _nest(expr: sp.Expr, atom: sp.Expr) -> sp.Expr:
-    """Write `expr` as atom·(…) + rest, with the common factor taken out of the bracket."""
-    expanded = sp.expand(expr)
+def _nest(expanded: sp.Expr, atom: sp.Expr) -> sp.Expr:
+    """Write a sum as atom·(…) + rest, with the common factor taken out of the bracket."""
     rest, inner = expanded.as_independent(atom, as_Add=True)
     return sp.factor_terms(inner) + sp.factor_terms(rest)
 

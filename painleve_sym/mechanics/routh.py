@@ -191,7 +191,9 @@ def impact_course(
         first = tangential_phase(coefficients, slip, write)
         ray = _reversed_ray(coefficients, slip, write)
         then = ray.until_normal_velocity("reverse slip compression", sp.Integer(0))
-        last = ray.until_normal_velocity("reverse slip restitution", V_N_PLUS, sp.Integer(0))
+        # The reverse slip starts at 0 with the ray, but has some speed when restitution begins.
+        moving = replace(ray, slip_start=V_T, conditions=())
+        last = moving.until_normal_velocity("reverse slip restitution", V_N_PLUS, sp.Integer(0))
         return ImpactCourse(case, slip, (first, then), (last,), ray.normal_rate)
     first = _slip_compression(sliding, slip)
     if case is ImpactClass.SLIDING:

@@ -129,7 +129,7 @@ class SoftenedSimulator(ContactSimulator):
         index = self.contact.states.index(self.contact.gap)
         if vector[index] != 0:
             raise InputError(
-                f"{self.where}: initial_force: got a start with gap {vector[index]!r}, need 0. "
+                f"{self.where}: initial_force: got a start with gap {float(vector[index])!r}, need 0. "
                 "Fix: give the force or the compression, not both."
             )
         vector[index] = -self.compression_of_force(force, values)

@@ -19,7 +19,7 @@ def _raise(where: str, faults: Sequence[str]) -> None:
 def _number(name: str, value: float) -> tuple[float, str | None]:
     try:
         number = float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         return 0.0, f"{name}: got {value!r}, need a number."
     if not math.isfinite(number):
         return number, f"{name}: got {number!r}, need a finite number."

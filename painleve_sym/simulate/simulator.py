@@ -125,6 +125,12 @@ class ContactSimulator(ABC):
     ) -> tuple[Array, dict[str, float]]:
         """Return the checked state vector and all parameters."""
         values = self.parameters(parameters)
+        for symbol, value in self.constants(values).items():
+            if not np.isfinite(value):
+                raise InputError(
+                    f"{self.where}: {symbol} comes out as {value!r}, need a finite number. "
+                    "Fix: check the parameters it is made of (stiffness, curvatures)."
+                )
         return self.initial_state(resolve_state(self.mechanism, state, values), values), values
 
     def tolerances(self, vector: Array, parameters: Mapping[str, float]) -> Array:

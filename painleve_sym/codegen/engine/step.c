@@ -75,6 +75,7 @@ static double first_step(ps_run *s, const ps_options *o) {
   double y[PS_NX], d0 = 0, d1 = 0, d2 = 0;
   field(s, s->x, s->k[0]);
   for (int i = 0; i < PS_NX; i++) {
+    if (!isfinite(s->k[0][i]) || !isfinite(s->x[i])) return NAN;
     double scale = o->atol[i] + o->rtol * fabs(s->x[i]);
     double a = s->x[i] / scale, b = s->k[0][i] / scale;
     d0 += a * a;
