@@ -28,7 +28,6 @@ _UNARY: dict[type[sp.Basic], Callable[[Any], Any]] = {
     sp.log: ca.log,
     sp.Abs: ca.fabs,
     sp.sign: ca.sign,
-    ramp: lambda x: ca.fmax(x, POWER_FLOOR),
 }
 
 
@@ -39,10 +38,13 @@ class Translator:
     ----------
     table : mapping of sympy.Symbol to casadi.SX
         Every symbol an expression may contain.
+    floor : float
+        Least value of a ramp: POWER_FLOOR where derivatives are taken, 0 for plain values.
     """
 
-    def __init__(self, table: Mapping[sp.Symbol, ca.SX]) -> None:
+    def __init__(self, table: Mapping[sp.Symbol, ca.SX], floor: float = POWER_FLOOR) -> None:
         self._known: dict[sp.Basic, ca.SX] = dict(table)
+        self._floor = floor
 
     def __call__(self, expr: sp.Expr) -> ca.SX:
         """Return the SX scalar equal to `expr`; TranslationError names what has no counterpart."""
@@ -78,6 +80,8 @@ class Translator:
             return ca.atan2(self(expr.args[0]), self(expr.args[1]))
         if isinstance(expr, sp.Heaviside):
             return ca.if_else(self(expr.args[0]) > 0, 1, 0)
+        if isinstance(expr, ramp):
+            return ca.fmax(self(expr.args[0]), self._floor)
         operator = _UNARY.get(expr.func)
         if operator is None:
             raise TranslationError(

@@ -21,6 +21,6 @@ def numbers(expressions: Sequence[Any], values: Mapping[Any, float]) -> Array:
     values : mapping of sympy.Symbol to float
         Every symbol that occurs.
     """
-    translate = Translator({s: ca.SX(v) for s, v in values.items()})
+    translate = Translator({s: ca.SX(v) for s, v in values.items()}, floor=0.0)
     column = translate.vector(list(expressions))
     return np.array(ca.evalf(ca.densify(column))).reshape(-1)

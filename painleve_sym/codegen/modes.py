@@ -59,6 +59,8 @@ class AutomatonFunctions:
         table |= {s: self.z[i] for i, s in enumerate(automaton.memory)}
         table |= {s: self.c[i] for i, s in enumerate(constants)}
         self._translate = Translator(table)
+        # Outputs are never differentiated: a contact that has just opened carries exactly 0 N.
+        self._translate_value = Translator(table, floor=0.0)
         self.mode_index = {m.name: i for i, m in enumerate(automaton.modes)}
 
     @cached_property
@@ -105,7 +107,7 @@ class AutomatonFunctions:
         guards = self._translate.vector([t.guard for t in mode.transitions])
         first = ca.jtimes(guards, self.x, field)
         second = ca.jtimes(first, self.x, field)
-        outputs = self._translate.vector(list(mode.outputs.values()))
+        outputs = self._translate_value.vector(list(mode.outputs.values()))
         return ModeFunctions(
             field=self._function(f"field_{i}", [field]),
             guards=self._function(f"guards_{i}", [guards, first]),

@@ -1,5 +1,6 @@
-"""Complementarity problems: exact enumeration, pivots, relaxations, and the frictional contact."""
+"""Complementarity problems: enumeration, pivots, relaxations; one contact, several, bilateral."""
 
+from painleve_sym.complementarity.bilateral import BilateralProblem, BilateralSolution
 from painleve_sym.complementarity.contact import (
     ContactCase,
     ContactMode,
@@ -23,9 +24,17 @@ from painleve_sym.complementarity.mpcc import (
     solve_mpcc,
     solve_mpcc_all,
 )
+from painleve_sym.complementarity.several import (
+    SeveralContacts,
+    SeveralLemke,
+    SeveralSolution,
+)
+from painleve_sym.complementarity.uniqueness import Uniqueness
 
 __all__ = [
     "LCP",
+    "BilateralProblem",
+    "BilateralSolution",
     "ContactCase",
     "ContactMode",
     "ContactProblem",
@@ -38,6 +47,10 @@ __all__ = [
     "MPCCStatus",
     "MPCCSurvey",
     "RelaxationStep",
+    "SeveralContacts",
+    "SeveralLemke",
+    "SeveralSolution",
+    "Uniqueness",
     "is_copositive",
     "is_p_matrix",
     "residual",

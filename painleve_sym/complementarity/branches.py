@@ -25,6 +25,7 @@ IntArray = npt.NDArray[np.intp]
 NORMAL, TANGENTIAL = 0, 1
 # Refuses only what is beyond doubt wrong; what passes is measured by its residual afterwards.
 _DOUBT = 1e-6
+_BORDER = 1e-9  # as parts of forces and of the terms of accelerations, above the residual's 1e-10
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +48,27 @@ class Branch:
     vanishing: tuple[int, ...] = ()
     cone: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
     signs: tuple[tuple[int, int], ...] = ()
+
+    def holds(self, force: FloatArray, W: FloatArray, b: FloatArray) -> bool:
+        """Tell whether the force of a single contact, scaled, lies in the branch or on its border.
+
+        Parameters
+        ----------
+        force : ndarray, shape (2,)
+            F_n, F_t.
+        W, b : ndarray, shapes (2, 2) and (2,)
+            The scaled contact.
+        """
+        terms = np.abs(W) @ np.abs(force) + np.abs(b)
+        share = np.divide(W @ force + b, terms, out=np.zeros(2), where=terms > 0)
+        size = np.max(np.abs(force))
+        basis = np.linalg.qr(self.directions)[0]
+        return bool(
+            np.all(np.abs(force - basis @ (basis.T @ force)) <= _BORDER * size)
+            and np.all(self.cone @ force >= -_BORDER * size)
+            and all(abs(share[entry]) <= _BORDER for entry in self.vanishing)
+            and all(sign * share[entry] >= -_BORDER for entry, sign in self.signs)
+        )
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,24 +28,21 @@ from __future__ import annotations
 
 import enum
 import math
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from painleve_sym.complementarity.contact_data import ContactData, rounded_difference
 from painleve_sym.complementarity.lcp import (
     LCP,
     RESIDUAL_TOLERANCE,
-    FloatArray,
     LCPSolution,
     residual,
     solve_all,
 )
 from painleve_sym.errors import InputError
 
-_ROUNDING = 4 * float(np.finfo(float).eps)  # two products and their difference, each rounded once
-_SINGULAR = 1e-12  # det W of a deficient mobility, after the roundings of a mass-matrix inverse
-_DISTINCT = 1e-8  # forces nearer than this part of themselves are one solution found twice
+DISTINCT = 1e-8  # forces nearer than this part of themselves are one solution found twice
 
 
 class ContactMode(enum.Enum):
@@ -119,7 +116,7 @@ class ContactSolution:
 
 
 @dataclass(frozen=True)
-class ContactProblem:
+class ContactProblem(ContactData):
     """State the contact problem of one closed point contact with zero normal velocity.
 
     Parameters
@@ -139,49 +136,6 @@ class ContactProblem:
         For entries that are not finite, mu < 0 or an indefinite mobility; all faults are named at
         once. Fix: evaluate J M^-1 J' of the contact at one state, with one sign for both rows of J.
     """
-
-    W_nn: float
-    W_nt: float
-    W_tt: float
-    b_n: float
-    b_t: float
-    mu: float
-    slip_velocity: float
-
-    def __post_init__(self) -> None:
-        """Check every entry and keep them as plain floats."""
-        faults: list[str] = []
-        for field in fields(self):
-            value = getattr(self, field.name)
-            try:
-                object.__setattr__(self, field.name, float(value))
-            except (TypeError, ValueError):
-                value = math.nan
-            if not math.isfinite(value):
-                faults.append(
-                    f"{field.name}: got {getattr(self, field.name)!r}, need a finite number. "
-                    "Fix: check the state it was evaluated at."
-                )
-        if not faults:
-            faults = self._physical_faults()
-        if faults:
-            raise InputError("ContactProblem cannot be stated, " + " Also, ".join(faults))
-
-    def _physical_faults(self) -> list[str]:
-        """Return a sentence for each entry that no mechanism can have."""
-        faults: list[str] = []
-        if self.mu < 0:
-            faults.append(
-                f"mu: got {self.mu!r}, need mu >= 0. Fix: give the direction by slip_velocity."
-            )
-        product = self.W_nn * self.W_tt
-        if min(self.W_nn, self.W_tt) < 0 or self.W_nt**2 > product * (1 + _SINGULAR):
-            faults.append(
-                f"mobility: got W_nn, W_nt, W_tt = {self.W_nn!r}, {self.W_nt!r}, {self.W_tt!r}, "
-                "need W_nn >= 0, W_tt >= 0 and W_nt**2 <= W_nn W_tt. "
-                "Fix: compute it as J M^-1 J' with a positive definite mass matrix M."
-            )
-        return faults
 
     def A_slip(self, direction: int) -> float:
         """Return ``A = W_nn - mu s W_nt`` of ``a_n = A F_n + B`` while slipping along s.
@@ -205,11 +159,6 @@ class ContactProblem:
                 "Fix: pass the sign of the slip velocity."
             )
         return float(rounded_difference(self.W_nn, direction * self.mu * self.W_nt))
-
-    @property
-    def slip_direction(self) -> int:
-        """Return the sign of v_t: -1, 0 or +1."""
-        return (self.slip_velocity > 0) - (self.slip_velocity < 0)
 
     @property
     def A(self) -> float | None:
@@ -334,13 +283,6 @@ class ContactProblem:
         )
 
 
-def rounded_difference(a: npt.ArrayLike, b: npt.ArrayLike) -> FloatArray:
-    """Return ``a - b`` with differences within rounding of their two terms as exactly 0."""
-    first, second = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
-    value = first - second
-    return np.where(np.abs(value) <= _ROUNDING * (np.abs(first) + np.abs(second)), 0.0, value)
-
-
 def _slip_mode(direction: float) -> ContactMode:
     """Return the slip mode along the sign of `direction`."""
     return ContactMode.SLIP_POS if direction > 0 else ContactMode.SLIP_NEG
@@ -350,7 +292,7 @@ def _same_forces(a: ContactSolution, b: ContactSolution) -> bool:
     """Tell whether two solutions are one found in two cones."""
     gap = math.hypot(a.normal_force - b.normal_force, a.tangential_force - b.tangential_force)
     size = max(math.hypot(s.normal_force, s.tangential_force) for s in (a, b))
-    return gap <= _DISTINCT * size
+    return gap <= DISTINCT * size
 
 
 def _case_at_rest(solutions: tuple[ContactSolution, ...]) -> ContactCase:

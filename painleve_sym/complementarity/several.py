@@ -27,7 +27,8 @@ import numpy as np
 import numpy.typing as npt
 
 from painleve_sym.complementarity import branches
-from painleve_sym.complementarity.contact import ContactMode, rounded_difference
+from painleve_sym.complementarity.contact import ContactMode
+from painleve_sym.complementarity.contact_data import rounded_difference
 from painleve_sym.complementarity.faces import BoolArray, FloatArray
 from painleve_sym.complementarity.force_check import CheckedForces, ForceCheck
 from painleve_sym.complementarity.lcp import LCP, RESIDUAL_TOLERANCE, equilibrate

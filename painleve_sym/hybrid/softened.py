@@ -9,7 +9,13 @@ import sympy as sp
 
 from painleve_sym.errors import InputError
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
-from painleve_sym.hybrid.contact_states import CONTACT_WORK, CONTACTS, FLIGHT, ContactStates
+from painleve_sym.hybrid.contact_states import (
+    CONTACT_WORK,
+    CONTACTS,
+    FLIGHT,
+    FORCE_WORK,
+    ContactStates,
+)
 from painleve_sym.laws.compliance import (
     DELTA,
     DELTA_DOT,
@@ -37,6 +43,12 @@ class SoftenedContact(ContactStates):
     law: ContactLaw
 
     def __post_init__(self) -> None:
+        if any(c.bilateral for c in self.mechanism.contacts):
+            raise InputError(
+                f"mechanism {self.mechanism.name!r} with law {self.law.name!r}: its contact holds "
+                "from both sides, and a law only pushes. Fix: classify it, or describe the guide "
+                "as two contacts."
+            )
         taken = {p.name for p in self.mechanism.system.parameters}
         clash = sorted(taken & {p.name for p in self.law.parameters})
         if clash:
@@ -49,9 +61,22 @@ class SoftenedContact(ContactStates):
         """Write a law's expression in the states of the automaton."""
         return sp.sympify(expr).xreplace({DELTA: -self.gap, DELTA_DOT: -self.gap_rate})
 
+    @cached_property
+    def dissipations(self) -> tuple[sp.Symbol, ...]:
+        """States that only account for energy; a moving surface does work like a drive."""
+        found = super().dissipations
+        if self.mechanism.contact.surface_speed != 0 and FORCE_WORK not in found:
+            return (*found, FORCE_WORK)
+        return found
+
     def _law_field(self, contact: str, branch: Branch) -> dict[sp.Symbol, sp.Expr]:
-        rates = self.field(contact, self._of_state(branch.force))
-        return rates | {CONTACT_WORK: self._of_state(branch.dissipated_power)}
+        force = self._of_state(branch.force)
+        rates = self.field(contact, force)
+        rates[CONTACT_WORK] = self._of_state(branch.dissipated_power)
+        speed = self.mechanism.contact.surface_speed
+        if speed != 0:
+            rates[FORCE_WORK] -= self.tangential_force(contact, force) * speed
+        return rates
 
     def _contact_choices(self, branch: str) -> tuple[Choice, ...]:
         return (
