@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
@@ -10,12 +11,13 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}
 EXAMPLES = sorted((ROOT / "examples").glob("*/*.py"))
 
 
 def run(arguments):
     return subprocess.run(
-        [sys.executable, *arguments], capture_output=True, text=True, cwd=ROOT, timeout=300
+        [sys.executable, *arguments], capture_output=True, text=True, cwd=ROOT, timeout=300, env=ENVIRONMENT
     )
 
 

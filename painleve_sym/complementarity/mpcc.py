@@ -26,13 +26,8 @@ import numpy as np
 import numpy.typing as npt
 
 from painleve_sym.complementarity.contact import ContactProblem
-from painleve_sym.complementarity.lcp import (
-    LCP,
-    RESIDUAL_TOLERANCE,
-    FloatArray,
-    equilibrate,
-    residual,
-)
+from painleve_sym.complementarity.faces import FloatArray
+from painleve_sym.complementarity.lcp import LCP, RESIDUAL_TOLERANCE, equilibrate, residual
 from painleve_sym.errors import InputError
 
 _CORNER_LIMIT = 4  # 2**4 corner starts; for more pairs random corners take their place

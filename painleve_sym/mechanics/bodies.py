@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import sympy as sp
 
-Scalar = sp.Expr | float
+Scalar: TypeAlias = sp.Expr | float
 """What a formula may be given as: an expression or a number, never text."""
 
 
@@ -105,14 +106,10 @@ class Load:
     def forces(self, q: Sequence[sp.Symbol]) -> list[sp.Expr]:
         """Return the generalized forces."""
         pairs = list(zip(self.along, self.values, strict=True))
-        return [
-            sum((expr(f) * sp.diff(expr(a), s) for a, f in pairs), sp.Integer(0)) for s in q
-        ]
+        return [sum((expr(f) * sp.diff(expr(a), s) for a, f in pairs), sp.Integer(0)) for s in q]
 
 
-def weight(
-    bodies: Iterable[Body], gravity: Scalar | tuple[Scalar, Scalar]
-) -> sp.Expr:
+def weight(bodies: Iterable[Body], gravity: Scalar | tuple[Scalar, Scalar]) -> sp.Expr:
     """Return the potential energy of the bodies' weight; J.
 
     Parameters
@@ -123,7 +120,10 @@ def weight(
     """
     pull = gravity if isinstance(gravity, tuple) else (0, -expr(gravity))
     return sum(
-        (-expr(b.mass) * expr(g) * expr(c) for b in bodies
-         for g, c in zip(pull, b.centre, strict=True)),
+        (
+            -expr(b.mass) * expr(g) * expr(c)
+            for b in bodies
+            for g, c in zip(pull, b.centre, strict=True)
+        ),
         sp.Integer(0),
     )

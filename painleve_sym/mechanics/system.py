@@ -14,15 +14,14 @@ from painleve_sym.errors import ModelError, unknown_name
 from painleve_sym.mechanics.bodies import Body, Load, Scalar, Spring, expr, weight
 from painleve_sym.mechanics.readable import readable, reduced
 
-RESERVED = frozenset(
-    """
-    gap gap_dot slip_velocity friction_dissipation contact_dissipation force_dissipation
-    delta delta_dot delta_max K_e e_squared F_n F_t v_t v_n v_n_plus v_n_minus E_c P_c
-    sin cos tan sqrt exp log atan2 abs pi
-    """.split()
+_CONTACT_NAMES = (
+    ("gap", "gap_dot", "slip_velocity", "delta", "delta_dot", "delta_max", "K_e", "e_squared"),
+    ("friction_dissipation", "contact_dissipation", "force_dissipation", "F_n", "F_t"),
+    ("v_t", "v_n", "v_n_plus", "v_n_minus", "E_c", "P_c"),
 )
-"""Names of contact quantities and of functions: a coordinate or parameter of that name would
-be taken for them."""
+_FUNCTION_NAMES = ("sin", "cos", "tan", "sqrt", "exp", "log", "atan2", "abs", "pi")
+RESERVED = frozenset((*(n for group in _CONTACT_NAMES for n in group), *_FUNCTION_NAMES))
+"""Names a coordinate or parameter cannot have: it would be taken for what they mean."""
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
 
@@ -177,6 +176,7 @@ class LagrangianSystem:
         gravity: Scalar | tuple[Scalar, Scalar] = 0,
         springs: Sequence[Spring] = (),
         loads: Sequence[Load] = (),
+        kinetic_energy: Scalar = 0,
         potential_energy: Scalar = 0,
         generalized_forces: Mapping[str, Scalar] | None = None,
     ) -> LagrangianSystem:
@@ -191,13 +191,13 @@ class LagrangianSystem:
             g along −y, or the acceleration vector (g_x, g_y); m/s².
         springs : sequence of Spring
         loads : sequence of Load
-        potential_energy : sympy.Expr
-            What is to be added to weight and springs; J.
+        kinetic_energy, potential_energy : sympy.Expr
+            What is to be added to the bodies', and to weight and springs; J.
         generalized_forces : mapping of coordinate name to sympy.Expr
             What is to be added to dampers and loads.
         """
         q, q_dot = [c.symbol for c in coordinates], [c.rate for c in coordinates]
-        kinetic = sum((b.kinetic_energy(q, q_dot) for b in bodies), sp.Integer(0))
+        kinetic = sum((b.kinetic_energy(q, q_dot) for b in bodies), expr(kinetic_energy))
         potential = expr(potential_energy) + weight(bodies, gravity)
         potential += sum(s.potential_energy for s in springs)
         given = {k: expr(v) for k, v in (generalized_forces or {}).items()}
@@ -229,8 +229,9 @@ class LagrangianSystem:
     def _name_faults(self) -> Iterator[str]:
         if not self.coordinates:
             yield "it has no coordinate; need at least one."
-        entries = [("coordinate", e) for e in self.coordinates]
-        entries += [("parameter", e) for e in self.parameters]
+        entries: list[tuple[str, Coordinate | Parameter]] = []
+        entries += [("coordinate", c) for c in self.coordinates]
+        entries += [("parameter", p) for p in self.parameters]
         names = [e.name for _, e in entries] + [f"{c.name}_dot" for c in self.coordinates]
         for name in sorted({n for n in names if names.count(n) > 1}):
             yield f"name {name!r} is declared twice."
@@ -241,7 +242,7 @@ class LagrangianSystem:
             if not entry.unit.strip():
                 yield (
                     f"{kind} {entry.name!r} has no unit. "
-                    "Fix: give one in SI, \"1\" for a number without unit."
+                    'Fix: give one in SI, "1" for a number without unit.'
                 )
 
     def _mass_faults(self) -> list[str]:

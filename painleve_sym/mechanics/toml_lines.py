@@ -85,14 +85,12 @@ class _Scanner:
         line = self.line
         names = self.names("]")
         self.advance(2 if many else 1)
-        path = self.in_last(names[:-1]) + (names[-1],)
+        path = (*self.in_last(names[:-1]), names[-1])
         if many:
             number = self.counts.get(path, -1) + 1
             self.counts[path] = number
             self.keys.setdefault(path, line)
             path = (*path, number)
-        else:
-            path = self.in_last(path)
         self.keys.setdefault(path, line)
         return path
 

@@ -284,3 +284,18 @@ def test_restitution_may_take_its_extreme_values(virgin, e):
 def test_bad_input_is_one_clear_sentence(virgin, state, keywords, message):
     with pytest.raises(InputError, match=message.replace("(", r"\(")):
         virgin.run(state, **{"t_end": 1.0, **keywords})
+
+
+def test_two_crossings_that_end_just_before_the_step_does_are_found(elastic):
+    """Reloading past the former maximum for an instant: found by the second engine first."""
+    run = elastic.run(
+        {
+            "theta": 1.9118513987376116,
+            "theta_dot": -2.1558454267967453,
+            "x_A_dot": 1.314909429296427,
+        },
+        t_end=0.01,
+        parameters={"E": 24619179206687.918, "mu": 0.5621406968024665},
+    )
+    times = [e.time for e in run.events_of("yield")]
+    assert min(abs(t - 5.7289163e-3) for t in times) < 1e-9

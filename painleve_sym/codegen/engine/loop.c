@@ -80,7 +80,7 @@ static void take_event(ps_run *s, const ps_options *o, int j, double where, doub
 /* One accepted step, or the event it ran into. */
 static void advance(ps_run *s, const ps_options *o) {
   double y[PS_NX], row[8][PS_NX], g1[PS_NG], d1[PS_NG], err;
-  int rejected = 0;
+  int rejected = 0, finite = 1;
   for (;;) {
     int last = 0;
     double h = fmin(s->h, o->h_max);
@@ -90,7 +90,8 @@ static void advance(ps_run *s, const ps_options *o) {
     }
     if (!(h > 16e-16 * fabs(s->t)) || s->count.accepted + s->count.rejected >= o->max_steps) {
       s->reason = s->count.accepted + s->count.rejected >= o->max_steps ? PS_STEP_LIMIT
-                                                                        : PS_STEP_UNDERFLOW;
+                  : finite                                              ? PS_STEP_UNDERFLOW
+                                                                        : PS_NON_FINITE;
       if (last && s->reason == PS_STEP_UNDERFLOW) s->reason = PS_T_END;
       return;
     }
@@ -98,7 +99,8 @@ static void advance(ps_run *s, const ps_options *o) {
     err = error_norm(s, o, s->x, y, h);
     if (!(err < 1)) {
       s->count.rejected++;
-      if (!isfinite(err) && h < 1e-200) {
+      finite = isfinite(err);
+      if (!finite && h < 1e-200) {
         s->reason = PS_NON_FINITE;
         return;
       }

@@ -105,9 +105,7 @@ def block_two_feet() -> Mechanism:
     )
     feet = {"A": (sp.Integer(0), mu_A), "B": (2 * a.symbol, mu_B)}
     contacts = tuple(
-        Contact.of_point(
-            name, system, _from_corner(along, sp.Integer(0), coordinates), mu.symbol
-        )
+        Contact.of_point(name, system, _from_corner(along, sp.Integer(0), coordinates), mu.symbol)
         for name, (along, mu) in feet.items()
     )
     return Mechanism(

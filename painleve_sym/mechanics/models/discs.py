@@ -23,7 +23,9 @@ def eccentric_disc() -> Mechanism:
     """
     x = Coordinate("x", "position of the middle along the ground", "m")
     y = Coordinate("y", "height of the lowest point of the rim above the ground", "m")
-    phi = Coordinate("phi", "angle of the mass centre, from +x counter-clockwise", "rad", r"\varphi")
+    phi = Coordinate(
+        "phi", "angle of the mass centre, from +x counter-clockwise", "rad", r"\varphi"
+    )
     m = positive("m", 1.0, "kg", "mass")
     r = positive("r", 0.3, "m", "radius")
     d = Parameter("d", 0.2, "m", "distance of the mass centre from the middle", 0.0)

@@ -65,9 +65,7 @@ def two_link_arm() -> Mechanism:
         title="two-link arm with its tip on a moving belt",
         source="Zhao, Liu, Ma & Chen, J. Appl. Mech. 75 (2008) 041006",
         system=system,
-        contacts=(
-            Contact.of_point("tip", system, _place(tip), mu.symbol, surface_speed=u.symbol),
-        ),
+        contacts=(Contact.of_point("tip", system, _place(tip), mu.symbol, surface_speed=u.symbol),),
         sketch=(
             "   O base, h above the belt    theta_1, theta_2: from +x,\n"
             "    \\  l_1, m_1                counter-clockwise (both < 0 here)\n"
@@ -124,9 +122,7 @@ def pr_robot() -> Mechanism:
         source="Elkaranshawy, Mohamed, Ashour & Alkomy, Nonlinear Dynamics 88 (2017) 1691–1705",
         system=system,
         contacts=(Contact.of_point("tip", system, _place(tip), mu.symbol),),
-        domain=(
-            DomainBound(sp.cos(theta.symbol), "the link is upright: the gap does not change"),
-        ),
+        domain=(DomainBound(sp.cos(theta.symbol), "the link is upright: the gap does not change"),),
         sketch=(
             "  F -->  =[ m_1 ]=====  guide, h above the ground\n"
             "            /           link: length 2l, mass m_2\n"
