@@ -16,9 +16,8 @@ EXAMPLES = sorted((ROOT / "examples").glob("*/*.py"))
 
 
 def run(arguments):
-    return subprocess.run(
-        [sys.executable, *arguments], capture_output=True, text=True, cwd=ROOT, timeout=300, env=ENVIRONMENT
-    )
+    options = {"capture_output": True, "text": True, "cwd": ROOT, "timeout": 300}
+    return subprocess.run([sys.executable, *arguments], env=ENVIRONMENT, **options)
 
 
 def test_readme_example_runs_and_prints_what_it_says():

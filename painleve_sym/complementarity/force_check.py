@@ -91,10 +91,11 @@ class ForceCheck:
             mode, branches = _standing(z_zero[pairs], w_zero[pairs], float(self.mu[i]), direction)
             normal = float(z[pairs.start] * self.unit[pairs.start])
             limit = float(self.mu[i]) * normal
-            if mode is ContactMode.STICK:
+            # On the edge of the cone exactly: what rounding leaves could fill a row of zeros.
+            edge = mode is ContactMode.SLIP_POS or (not direction and z_zero[pairs][1])
+            friction = -limit if edge else limit
+            if mode is ContactMode.STICK and not (edge or w_zero[pairs][2]):
                 friction = min(max(float(forces[2 * i + 1]), -limit), limit)
-            else:
-                friction = -limit if mode is ContactMode.SLIP_POS else limit
             exact[2 * i : 2 * i + 2] = normal, friction + 0.0  # no -0.0
             modes.append(mode)
             possible.append(branches)

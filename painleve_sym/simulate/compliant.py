@@ -129,8 +129,8 @@ class SoftenedSimulator(ContactSimulator):
         index = self.contact.states.index(self.contact.gap)
         if vector[index] != 0:
             raise InputError(
-                f"{self.where}: initial_force: got a start with gap {float(vector[index])!r}, need 0. "
-                "Fix: give the force or the compression, not both."
+                f"{self.where}: initial_force: got a start with gap {float(vector[index])!r}, "
+                "need 0. Fix: give the force or the compression, not both."
             )
         vector[index] = -self.compression_of_force(force, values)
         return vector

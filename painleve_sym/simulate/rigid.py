@@ -128,7 +128,9 @@ class RigidSimulator(ContactSimulator):
         self, vector: Array, values: dict[str, float], o: RunOptions
     ) -> tuple[RawRun, list[EventRecord]]:
         """Run; where bounces die out, close the contact and go on. Returns the joined run."""
-        parameters, runs, limits = self._vector_of(values), [], []
+        parameters = self._vector_of(values)
+        runs: list[RawRun] = []
+        limits: list[EventRecord] = []
         options, start = replace(o, start_events=True), 0.0
         while True:
             raw = _shifted(self.integrator.run(vector, parameters, options), start)
@@ -149,7 +151,7 @@ class RigidSimulator(ContactSimulator):
         gap, rate = (self._index(s) for s in (self.contact.gap, self.contact.gap_rate))
         scale = o.atol / o.rtol
         near = abs(raw.state[gap]) < CLOSED * scale[gap]
-        return near and abs(raw.state[rate]) < 1e3 * CLOSED * scale[rate]
+        return bool(near and abs(raw.state[rate]) < 1e3 * CLOSED * scale[rate])
 
     def _settle_event(self, raw: RawRun, vector: Array) -> EventRecord:
         names = [s.name for s in self.automaton.states]

@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from painleve_sym.complementarity import (
@@ -223,8 +223,18 @@ def test_solve_lemke_answers_from_the_enumerated_set(data):
         assert among(forces(result.solution), [forces(s) for s in solutions if s.isolated])
 
 
+# A ray of forces that ends on the edge of a cone: rounding there must not pass for friction.
+ON_EDGE = (
+    [[1, 2, 0, 1], [2, 5, 0, 2], [0, 0, 1, 1], [1, 2, 1, 6]],
+    [0, 0.25, 0, 0.125],
+    [0.5, 0.25],
+    [0, 0],
+)
+
+
 @settings(max_examples=60, deadline=None)
 @given(contact_sets(sizes=st.integers(1, 3), slip=st.just(0), definite=True))
+@example(ON_EDGE)
 def test_solve_lemke_succeeds_at_rest_for_definite_mobility(data):
     assert built(data).solve_lemke().status is LemkeStatus.SOLVED
 
