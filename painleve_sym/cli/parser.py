@@ -21,8 +21,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "laws": ("describe", "list the contact laws and restitution rules, with parameters"),
     "derive": ("derive", "show the closed forms of a mechanism: text, LaTeX, Python, JSON"),
     "classify": ("run", "solve the rigid contact at a state: every solution, or none"),
-    "jump": ("run", "compute the three-phase velocity jump at a state"),
+    "jump": ("run", "compute the velocity jump of an impact at a state"),
     "simulate": ("run", "follow the motion with a softened contact, event by event"),
+    "map": ("map", "map slip, lift-off and the paradox over two states or parameters"),
+    "contrast": ("contrast", "ask every method what follows from one state, side by side"),
     "automaton": ("describe", "show the modes and events of a mechanism with a contact law"),
     "reproduce": ("reproduce", "redo the tables, figures and formulas of the paper"),
 }
@@ -167,6 +169,64 @@ def _run_options(sub: dict[str, _Parser]) -> None:
         _json(sub[name])
 
 
+def _map_options(parser: _Parser) -> None:
+    parser.add_argument("model", metavar="MODEL", help="mechanism (`painleve models`)")
+    parser.add_argument(
+        "--over",
+        required=True,
+        metavar="NAME,NAME",
+        help="the axes: two coordinates, velocities (theta_dot) or parameters",
+    )
+    parser.add_argument(
+        "--range",
+        action="append",
+        metavar="NAME=FROM:TO,...",
+        help="ends of the axes, such as theta=0.1:1.5,theta_dot=-5:5; chosen where left out",
+    )
+    parser.add_argument(
+        "--state",
+        action="append",
+        metavar="NAME=VALUE,...",
+        help="coordinates and velocities that are held; what is left out is 0",
+    )
+    _set(parser)
+    for option, default, metavar, text in (
+        ("--points", "400", "N", "points along each axis, from 5 to 2000, by default 400"),
+        ("--slip", "-1", "SIGN", "sign of the slip velocity, -1 (default) or 1"),
+    ):
+        parser.add_argument(option, default=default, metavar=metavar, help=text)
+    parser.add_argument(
+        "--out",
+        action="append",
+        metavar="FILE",
+        help="draw it (.png, .svg, .pdf) or save it (.npz, .json); may be given several times",
+    )
+    _json(parser)
+    parser.epilog = (
+        "--json prints what the map holds without its grids; --out FILE.json has them too."
+    )
+
+
+def _contrast_options(parser: _Parser) -> None:
+    _case(parser)
+    for option, metavar, text in (
+        ("--restitution", "E", "coefficient in [0, 1], by default 0.75"),
+        ("--steps", "H,...", "steps of time stepping, s, by default 1e-3,1e-4,1e-5"),
+        ("--stiffness", "E,...", "Young's moduli, Pa, by default 20.9e12,20.9e14,20.9e16"),
+        ("--solvers", "NAME,...", "of time stepping: least-impulse, largest-impulse, lemke, mpcc"),
+        ("--t-end", "TIME", "when the velocities are compared, s, by default 1e-2"),
+        ("--out", "FILE", "draw it, as PNG, SVG or PDF by the suffix"),
+    ):
+        parser.add_argument(option, metavar=metavar, help=text)
+    _json(parser)
+    parser.epilog = (
+        "The least-impulse, largest-impulse and first solvers enumerate every solution of a\n"
+        "step; lemke and mpcc end at one.\n\n"
+        "CASE is a mechanism or a scenario file, of which model, state, parameters, t_end\n"
+        "and restitution are used."
+    )
+
+
 def _reproduce_options(parser: _Parser) -> None:
     parser.add_argument("--out", metavar="DIR", help="also write a report with figures here")
     parser.add_argument(
@@ -199,6 +259,8 @@ def _parsers() -> tuple[_Parser, dict[str, _Parser]]:
         sub[name] = group.add_parser(name, description=f"{text[0].upper()}{text[1:]}.")
     _describe_options(sub)
     _run_options(sub)
+    _map_options(sub["map"])
+    _contrast_options(sub["contrast"])
     _reproduce_options(sub["reproduce"])
     return parser, sub
 

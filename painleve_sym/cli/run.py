@@ -121,6 +121,8 @@ def jump_data(found: JumpResult) -> dict[str, Any]:
         "mechanism": found.mechanism,
         "rule": found.restitution,
         "slip": found.slip,
+        "case": found.case.value,
+        "end": found.end.value,
         "phases": [
             {
                 "name": p.name,
@@ -167,6 +169,9 @@ def _show_jump(found: JumpResult, scenario: Scenario) -> None:
     rows += [(p.name, *(number(p.velocity[n]) for n in names)) for p in found.phases]
     show_table(("", *(f"{n} [{units[n]}]" for n in names)), rows)
     show()
+    show(f"course {found.case.value}, ends in {found.end.value}")
+    if found.end.value == "jam":
+        show("No rigid jump answers here: the impulse has no end. A softened contact does.")
     show(f"energy change {quantity(found.energy_change, 'J')}")
     if found.energy_change > 0:
         show(f"Energy was gained: {rule.note}.")

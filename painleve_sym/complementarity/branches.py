@@ -164,11 +164,18 @@ def branch_forces(
     return _Table(W, b, branches).points()
 
 
-def branch_blocks(W: FloatArray, branches: Sequence[Sequence[Branch]]) -> Iterator[FloatArray]:
-    """Yield the square matrices of all choices, those of one size k as one array (m, k, k)."""
+def branch_blocks(
+    W: FloatArray, branches: Sequence[Sequence[Branch]]
+) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Yield the square matrices of all choices, those of one size k as one array (m, k, k).
+
+    With them the sizes of the terms of each entry, by which a sign left by rounding is known.
+    """
     table = _Table(W, np.zeros(len(W)), branches)
+    terms = np.abs(W) @ np.abs(table.ways)
     for choices in table.groups():
-        yield table.blocks(choices)[0]
+        blocks, rows, columns = table.blocks(choices)
+        yield blocks, terms[rows[:, :, None], columns[:, None, :]]
 
 
 class _Table:

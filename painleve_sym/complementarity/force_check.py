@@ -14,13 +14,15 @@ from painleve_sym.complementarity.lcp import (
     RESIDUAL_TOLERANCE,
     cleaned,
     equilibrate,
+    principal_block,
     residual,
-    same_point,
     shares,
 )
 
-_DISTINCT = 1e-8  # solutions that differ by less in every row are one found in two branches
-_NEAR = 1e-6  # part of the largest force; farther apart, `same_point` need not be asked
+_DISTINCT = (
+    1e-8  # of the terms of every acceleration; nearer solutions are one found in two branches
+)
+_NEAR = 1e-6  # part of the largest force; forces farther apart are not compared by row
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,19 +31,16 @@ class CheckedForces:
 
     Attributes
     ----------
-    z : ndarray, shape (N,)
-        The point of the LCP, equilibrated, negligible entries exactly 0.
     forces : ndarray, shape (2 n,)
         F_n, F_t contact by contact, in N.
     residual : float
-        Of z in the LCP as stated.
+        Of their point in the LCP as stated.
     modes : tuple of ContactMode
         What each contact does.
     possible : tuple of BoolArray
         For each contact, which of its branches hold these forces, borders included.
     """
 
-    z: FloatArray
     forces: FloatArray
     residual: float
     modes: tuple[ContactMode, ...]
@@ -77,32 +76,41 @@ class ForceCheck:
         self.scaled, self.unit = equilibrate(lcp)
 
     def check(self, forces: FloatArray) -> CheckedForces | None:
-        """Return the forces with negligible parts removed, or None if they are no solution."""
-        z = cleaned(self.scaled, self._pairs(forces) / self.unit, RESIDUAL_TOLERANCE)
-        if z is None:
-            return None
-        w = shares(self.scaled, z)[1]
-        z_zero, w_zero = z == 0, np.abs(w) <= RESIDUAL_TOLERANCE
-        exact, modes, possible = np.zeros_like(forces), list[ContactMode](), list[BoolArray]()
+        """Return the forces with negligible parts removed, or None if they are no solution.
+
+        Forces that fail as they are get one correction on their active pairs, since a matrix near
+        a singular one magnifies what the scaling of the problem changed in its last digit.
+        """
+        z = self._pairs(self._settled(forces)) / self.unit
+        clean = cleaned(self.scaled, z, RESIDUAL_TOLERANCE)
+        if clean is None:
+            clean = cleaned(self.scaled, self._corrected(z), RESIDUAL_TOLERANCE)
+        return None if clean is None else self._described(clean)
+
+    def _described(self, z: FloatArray) -> CheckedForces | None:
+        """Return a point of the LCP as forces with their modes."""
+        z_zero, w_zero = z == 0, np.abs(shares(self.scaled, z)[1]) <= RESIDUAL_TOLERANCE
+        point, forces = self.unit * z, np.zeros(2 * len(self.directions))
+        modes, possible = list[ContactMode](), list[BoolArray]()
         k = 0
         for i, direction in enumerate(self.directions):
             pairs = slice(k, k + (1 if direction else 3))
-            k = pairs.stop
-            mode, branches = _standing(z_zero[pairs], w_zero[pairs], float(self.mu[i]), direction)
-            normal = float(z[pairs.start] * self.unit[pairs.start])
-            limit = float(self.mu[i]) * normal
+            mu = float(self.mu[i])
+            mode, branches = _standing(z_zero[pairs], w_zero[pairs], mu, direction)
+            normal, limit = float(point[k]), mu * float(point[k])
             # On the edge of the cone exactly: what rounding leaves could fill a row of zeros.
-            edge = mode is ContactMode.SLIP_POS or (not direction and z_zero[pairs][1])
+            edge = mode is ContactMode.SLIP_POS or (not direction and z_zero[k + 1])
             friction = -limit if edge else limit
-            if mode is ContactMode.STICK and not (edge or w_zero[pairs][2]):
-                friction = min(max(float(forces[2 * i + 1]), -limit), limit)
-            exact[2 * i : 2 * i + 2] = normal, friction + 0.0  # no -0.0
+            if mode is ContactMode.STICK and not (edge or w_zero[k + 2]):
+                friction = min(max(float(point[k + 1]) - limit, -limit), limit)
+            forces[2 * i : 2 * i + 2] = normal, friction + 0.0  # no -0.0
             modes.append(mode)
             possible.append(branches)
-        measured = residual(self.lcp, self._pairs(exact))
+            k = pairs.stop
+        measured = residual(self.lcp, self._pairs(forces))
         if measured > RESIDUAL_TOLERANCE:
             return None
-        return CheckedForces(z, exact, measured, tuple(modes), tuple(possible))
+        return CheckedForces(forces, measured, tuple(modes), tuple(possible))
 
     def twin(self, point: CheckedForces, known: Sequence[CheckedForces]) -> int | None:
         """Return the position of the same forces among those known, or None."""
@@ -112,21 +120,49 @@ class ForceCheck:
         gap = np.max(np.abs(table - point.forces), axis=1)
         size = np.maximum(np.max(np.abs(table), axis=1), np.max(np.abs(point.forces)))
         near = np.flatnonzero(gap <= _NEAR * size)
-        same = (
-            int(k) for k in near if same_point(self.scaled, point.z, known[int(k)].z, _DISTINCT)
-        )
-        return next(same, None)
+        return next((int(k) for k in near if self._same(point.forces, table[k])), None)
+
+    def _same(self, a: FloatArray, b: FloatArray) -> bool:
+        """Tell whether the step from a to b is negligible for every acceleration."""
+        share = self._shares(np.abs(a - b), np.maximum(np.abs(a), np.abs(b)))
+        return bool(np.all(share <= _DISTINCT))
+
+    def _settled(self, forces: FloatArray) -> FloatArray:
+        """Return the forces without those of contacts that matter to no acceleration."""
+        size = np.abs(forces)
+        share = self._shares(size, size).reshape(-1, 2)
+        return np.where(np.repeat(np.max(share, axis=1) <= RESIDUAL_TOLERANCE, 2), 0.0, forces)
+
+    def _shares(self, part: FloatArray, forces: FloatArray) -> FloatArray:
+        """Return how much each part of the forces matters to any acceleration, by its terms."""
+        terms = np.abs(self.offset) + np.abs(self.mobility) @ forces
+        effects, terms = np.abs(self.mobility) * part, terms[:, None]
+        ratio = np.divide(effects, terms, out=np.zeros_like(effects), where=terms > 0)
+        share: FloatArray = np.max(ratio, axis=0)
+        # Where nothing moves, forces count by themselves.
+        idle = np.all(self.mobility == 0, axis=0) & (part > 0)
+        share[idle] = part[idle] / forces[idle]
+        return share
+
+    def _corrected(self, z: FloatArray) -> FloatArray:
+        """Return z after one step to ``w = 0`` in the pairs where z outweighs w."""
+        matrix, w = self.scaled.matrix, self.scaled.matrix @ z + self.scaled.offset
+        active = np.flatnonzero(z > np.abs(w))
+        better = z.copy()
+        block = principal_block(matrix, active)
+        better[active] -= np.linalg.lstsq(block, w[active], rcond=None)[0]
+        return better
 
     def _pairs(self, forces: FloatArray) -> FloatArray:
         """Return the z of forces: the smallest ``a_t^-`` that leaves ``a_t^+ >= 0``."""
-        accelerations = self.mobility @ forces + self.offset
-        z: list[float] = []
-        for i, direction in enumerate(self.directions):
-            normal, friction = forces[2 * i : 2 * i + 2]
-            z.append(normal)
-            if not direction:
-                z += [self.mu[i] * normal + friction, max(-accelerations[2 * i + 1], 0.0)]
-        return np.array(z)
+        z = np.zeros(self.lcp.size)
+        starts = np.cumsum([0] + [1 if s else 3 for s in self.directions])[:-1]
+        rests = np.array([not s for s in self.directions])
+        z[starts] = forces[0::2]
+        z[starts[rests] + 1] = (self.mu * forces[0::2] + forces[1::2])[rests]
+        rates = self.lcp.matrix @ z + self.lcp.offset
+        z[starts[rests] + 2] = np.maximum(-rates[starts[rests] + 1], 0.0)
+        return z
 
 
 def _standing(

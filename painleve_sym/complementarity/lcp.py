@@ -32,7 +32,6 @@ __all__ = [
     "equilibrate",
     "principal_block",
     "residual",
-    "same_point",
     "shares",
     "solution_at",
     "solve_all",
@@ -197,7 +196,7 @@ def solve_all(lcp: LCP, tol: float = RESIDUAL_TOLERANCE) -> tuple[LCPSolution, .
     for support in _between(np.zeros(lcp.size, bool), np.ones(lcp.size, bool)):
         face = _cone_face(scaled, support)
         point = None if face is None else cleaned(scaled, face[0], tol)
-        if point is not None and not any(same_point(scaled, point, other, tol) for other in found):
+        if point is not None and not any(_same(scaled, point, other, tol) for other in found):
             found.append(point)
     return tuple(solution_at(lcp, scaled, unit, point) for point in found)
 
@@ -255,7 +254,7 @@ def shares(lcp: LCP, z: FloatArray) -> tuple[FloatArray, FloatArray]:
     return share, (lcp.matrix @ z + lcp.offset) * inverse
 
 
-def same_point(lcp: LCP, a: FloatArray, b: FloatArray, tol: float) -> bool:
+def _same(lcp: LCP, a: FloatArray, b: FloatArray, tol: float) -> bool:
     """Tell whether the step from a to b is negligible in every row."""
     both = np.maximum(np.abs(a), np.abs(b))
     scale = np.abs(lcp.offset) + np.abs(lcp.matrix) @ both

@@ -85,9 +85,14 @@ def _subsets(n: int) -> Iterator[npt.NDArray[np.intp]]:
             yield np.array(chosen)
 
 
-def determinant_signs(matrices: FloatArray) -> npt.NDArray[np.int_]:
-    """Return the signs of the determinants of matrices (..., k, k), 0 where rounding hides them."""
-    bound = np.prod(np.linalg.norm(matrices, axis=-1), axis=-1)
+def determinant_signs(
+    matrices: FloatArray, terms: FloatArray | None = None
+) -> npt.NDArray[np.int_]:
+    """Return the signs of the determinants of matrices (..., k, k), 0 where rounding hides them.
+
+    `terms` holds the size of what each entry was summed from; without it entries count as exact.
+    """
+    bound = np.prod(np.linalg.norm(matrices if terms is None else terms, axis=-1), axis=-1)
     det = np.linalg.det(matrices)
     return np.where(np.abs(det) <= _MINOR * bound, 0, np.sign(det)).astype(int)
 

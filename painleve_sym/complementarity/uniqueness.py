@@ -83,7 +83,8 @@ def uniqueness_of(W: FloatArray, branches: Sequence[Sequence[Branch]]) -> Unique
     branches : sequence of n sequences of Branch
         What each contact may do. A determinant or minor within rounding of zero counts as zero.
     """
-    if all(np.all(determinant_signs(blocks) > 0) for blocks in branch_blocks(W, branches)):
+    signs = (determinant_signs(blocks, terms) for blocks, terms in branch_blocks(W, branches))
+    if all(np.all(sign > 0) for sign in signs):
         return Uniqueness.UNIQUE_FOR_ALL
     return (
         Uniqueness.SOLVABLE_FOR_ALL
@@ -103,7 +104,7 @@ def _power_form(W: FloatArray, branches: Sequence[Sequence[Branch]]) -> FloatArr
             partner = force
             if len(slips) == 1:  # sliding, or without friction: only F_n a_n = 0 is known
                 partner = np.zeros(len(W))
-                partner[2 * i] = 1.0
+                partner[2 * i] = branch.directions[0, 0]
             forces.append(force)
             partners.append(partner)
     form: FloatArray = np.array(partners) @ W @ np.array(forces).T

@@ -106,9 +106,8 @@ class _Reader:
     def mechanism(self) -> Mechanism:
         """Return the mechanism, or raise ModelError with every fault of the file."""
         coordinates, parameters = self.coordinates(), self.parameters()
-        named = not self.faults.found
-        self.declare(coordinates, parameters)
-        system = self.system(coordinates, parameters)
+        named = self.declare(coordinates, parameters)
+        system = self.system(coordinates, parameters, named)
         if system is None and named:
             system = _stand_in(self.name, coordinates, parameters)
         contacts = self.contacts(system, parameters)
@@ -182,9 +181,9 @@ class _Reader:
 
     def declare(
         self, coordinates: tuple[Coordinate, ...], parameters: tuple[Parameter, ...]
-    ) -> None:
-        """Make the names known to formulas, and check them; then read the definitions."""
-        names = self.formulas.names
+    ) -> bool:
+        """Make the names known to formulas, check them, read the definitions; True if all is well."""
+        names, before = self.formulas.names, len(self.faults.found)
         for c in coordinates:
             self.check_name(("coordinates", c.name), c.name)
             names |= {c.name: c.symbol, c.rate.name: c.rate}
@@ -198,6 +197,7 @@ class _Reader:
             for fault in self.formulas.define(name, text):
                 line = self.faults.lines.of_text(path, fault.line)
                 self.faults.add(path, fault.message, line)
+        return bool(coordinates) and len(self.faults.found) == before
 
     def check_name(self, path: Path, name: str) -> None:
         fault = name_fault(name)
@@ -209,8 +209,9 @@ class _Reader:
     # ---- the system ----
 
     def system(
-        self, coordinates: tuple[Coordinate, ...], parameters: tuple[Parameter, ...]
+        self, coordinates: tuple[Coordinate, ...], parameters: tuple[Parameter, ...], named: bool
     ) -> LagrangianSystem | None:
+        before = len(self.faults.found)
         bodies = read_bodies(self.entries, self.tables("bodies", BODY_KEYS))
         springs = read_springs(self.entries, self.tables("springs", SPRING_KEYS))
         loads = read_loads(self.entries, self.tables("loads", LOAD_KEYS))
@@ -221,7 +222,7 @@ class _Reader:
         forces = self.forces(coordinates)
         if not self.data.get("bodies") and "kinetic" not in energy:
             self.faults.add((), "no mass. Fix: add [[bodies]], or [energy] with kinetic.")
-        if self.faults.found or kinetic is None or potential is None:
+        if not named or len(self.faults.found) > before or kinetic is None or potential is None:
             return None
         first = next((k for k in ("energy", "bodies") if k in self.data), "coordinates")
         try:

@@ -13,6 +13,9 @@ from sympy.simplify.fu import TR10i
 _OPERATIONS = 100
 # Beyond this many terms multiplying out takes seconds, and (a + b + …)**20 would never end.
 _TERMS = 2000
+# Beyond these, even common factors and sin² + cos² = 1 take seconds, and nobody reads the result.
+_LONG = 1500
+_REDUCED = 300
 # A numerator of more terms than this is rarely written shorter, and takes seconds.
 _SEARCHED = 15
 # Products of two angles are contracted pair by pair, which takes seconds for more terms.
@@ -44,7 +47,10 @@ def readable(expr: sp.Expr) -> sp.Expr:
 # The same forms are asked for again and again, by each phase of a jump for example.
 @lru_cache(maxsize=1024)
 def _readable(expr: sp.Expr) -> sp.Expr:
-    if sp.count_ops(expr) > _OPERATIONS or _too_many_terms(expr):
+    operations = sp.count_ops(expr)
+    if operations > _LONG:
+        return expr
+    if operations > _OPERATIONS or _too_many_terms(expr, _TERMS):
         return min((expr, sp.factor_terms(expr)), key=_cost)
     whole = sp.cancel(sp.together(expr))
     if len(sp.Add.make_args(sp.fraction(whole)[0])) > _SEARCHED:
@@ -60,14 +66,14 @@ def reduced(expr: sp.Expr) -> sp.Expr:
     Meant for long determinants, for which `readable` does not search. What would have too many
     terms is returned unchanged.
     """
-    if _too_many_terms(expr):
+    if _too_many_terms(expr, _REDUCED):
         return expr
     whole = sp.expand(expr)
     return min((whole, *_pythagorean(whole)), key=lambda form: len(sp.Add.make_args(form)))
 
 
-def _too_many_terms(expr: sp.Expr) -> bool:
-    return max(_terms(expr)) > _TERMS
+def _too_many_terms(expr: sp.Expr, limit: int) -> bool:
+    return max(_terms(expr)) > limit
 
 
 def _terms(expr: sp.Expr) -> tuple[float, float]:

@@ -50,7 +50,7 @@ class ImpactClass(enum.Enum):
 
     References
     ----------
-    Wang & Mason, J. Appl. Mech. 59 (1992) 635–642; Routh, Rigid Dynamics (1905), §§187–198.
+    Wang & Mason, J. Appl. Mech. 59 (1992) 635–642; Routh, Rigid Dynamics (1905).
     """
 
     NO_IMPACT = "no_impact"
@@ -155,19 +155,17 @@ def impact_course(
 ) -> ImpactCourse:
     """Return the phases of one class of impact, with the conditions under which it happens.
 
-    Each ray has dv_n/dP_n and dv_t/dP_n constant: A_s, C_s in slip, A′, 0 in sticking, and
-    A_{−s}, C_{−s} in reverse slip. P_n grows along all of them. The slip direction after a stop is
-    sign(W_nt), so that reverse slip needs s W_nt < −μ W_tt.
+    dv_n/dP_n and dv_t/dP_n are A_s, C_s in slip, A′, 0 in sticking, A_{−s}, C_{−s} in reverse
+    slip. After a stop the slip goes to sign(W_nt), so that a reversal needs s W_nt < −μ W_tt.
 
     Parameters
     ----------
     coefficients : ContactCoefficients
     case : ImpactClass
     slip : {-1, +1}
-        s = sign(v_t) before the impact. Where v_t = 0, use s = sign(W_nt) with ``SLIDING`` and
-        either with ``C_STICKING``: the forms hold with v_t = 0.
+        s = sign(v_t). Where v_t = 0, sign(W_nt) for ``SLIDING``, either for ``C_STICKING``.
     write : callable
-        `readable`, or `raw` where nobody reads the forms.
+        See `Writer`.
 
     Raises
     ------

@@ -74,6 +74,17 @@ class SoftenedSimulator(ContactSimulator):
         k, n = numbers([self.law.stiffness, self.law.exponent], values)
         return float((force / k) ** (1 / n))
 
+    def surface_energy(self, depth: float, parameters: Mapping[str, float]) -> float:
+        """Return the initial surface energy (10) of a compression δ₀ ≥ 0, K δ₀^(n+1)/(n+1); J.
+
+        The whole work of the loading curve. Of it an elasto-plastic law counts e² as stored.
+        """
+        if not (np.isfinite(depth) and depth >= 0):
+            raise InputError(f"{self.where}: compression: got {depth!r}, need >= 0 and finite.")
+        values = self.constants(parameters)
+        k, n = map(float, numbers([self.law.stiffness, self.law.exponent], values))
+        return k * depth ** (n + 1) / (n + 1)
+
     def run(
         self,
         state: Mapping[str, float],

@@ -184,7 +184,7 @@ def solve_impact(
 
     References
     ----------
-    Routh, Rigid Dynamics (1905), §§187–198; Keller, J. Appl. Mech. 53 (1986) 1–4; Stronge, Proc.
+    Routh, Rigid Dynamics (1905); Keller, J. Appl. Mech. 53 (1986) 1–4; Stronge, Proc.
     R. Soc. A 431 (1990) 169–181; Wang & Mason, J. Appl. Mech. 59 (1992) 635–642.
     """
     W_tt, W_nt, W_nn, mu, v_t, v_n, e = _checked(W, mu, velocity, restitution, e)
@@ -197,20 +197,9 @@ def solve_impact(
         return Impact(ImpactClass.NO_IMPACT, ImpactEnd.PERSISTENT, restitution, still, still, ())
     ended = path.compress() and path.restitute(_LAWS[restitution](e, path))
     end = ImpactEnd.SEPARATION if path.v_n > 0.0 else ImpactEnd.PERSISTENT
-    try:
-        return Impact(
-            path.case,
-            end if ended else ImpactEnd.JAM,
-            restitution,
-            (v_t, v_n),
-            (math.ldexp(path.v_t, speed), math.ldexp(path.v_n, speed)),
-            tuple(_scaled(piece, speed, mass) for piece in path.pieces),
-        )
-    except OverflowError as error:
-        raise InputError(
-            "solve impact: impulses or energies leave the range of floating point. "
-            "Fix: give smaller velocities, or W in other units."
-        ) from error
+    phases, after = _scaled(path, speed, mass)
+    final = end if ended else ImpactEnd.JAM
+    return Impact(path.case, final, restitution, (v_t, v_n), after, phases)
 
 
 _LAWS: dict[str, type[NewtonEnd] | type[PoissonEnd] | type[EnergeticEnd]] = {
@@ -224,8 +213,22 @@ def _exponent(*numbers: float) -> int:
     return math.frexp(max(abs(number) for number in numbers))[1]
 
 
-def _scaled(piece: PathPiece, speed: int, mass: int) -> ImpactPhase:
-    """Return the phase in the caller's units, without −0.0."""
+def _scaled(
+    path: ImpactPath, speed: int, mass: int
+) -> tuple[tuple[ImpactPhase, ...], tuple[float, float]]:
+    """Return the phases and the velocity reached in the caller's units."""
+    try:
+        velocity = math.ldexp(path.v_t, speed), math.ldexp(path.v_n, speed)
+        return tuple(_phase(piece, speed, mass) for piece in path.pieces), velocity
+    except OverflowError as error:
+        raise InputError(
+            "solve impact: impulses or energies leave the range of floating point. "
+            "Fix: give smaller velocities, or W in other units."
+        ) from error
+
+
+def _phase(piece: PathPiece, speed: int, mass: int) -> ImpactPhase:
+    # Adding 0.0 turns -0.0 into 0.0.
     return ImpactPhase(
         piece.name,
         piece.mode,

@@ -143,6 +143,10 @@ def evaluate_jump(
     start = resolve_state(mechanism, state, given)
     values = symbol_values(mechanism, start, given)
     values[law.parameter.symbol] = given[law.parameter.name]
+    return _jump(mechanism, law, values, where)
+
+
+def _jump(mechanism: Mechanism, law: RestitutionLaw, values: Values, where: str) -> JumpResult:
     v_t, v_n = _contact_velocities(mechanism.contact, values)
     if v_n > 0:
         raise InputError(

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.errors import InputError
+from painleve_sym.mechanics.routh import ImpactClass
 from painleve_sym.simulate.compliant import SoftenedSimulator
 from painleve_sym.simulate.jump import JumpResult, evaluate_jump
 from painleve_sym.simulate.trajectory import Trajectory
@@ -106,6 +107,11 @@ def compare_jump(
     jump = evaluate_jump(
         mechanism, "energetic", complete, {k: v for k, v in values.items() if k in own}
     )
+    if jump.case is not ImpactClass.C_STICKING or jump.slip == 0:
+        raise InputError(
+            f"comparison of {mechanism.name!r}: the impact is {jump.case.value}, need one that "
+            "slips, then sticks in compression. Fix: start it in the inconsistent state."
+        )
     names = tuple(s.name for s in mechanism.system.q_dot)
     runs = []
     for value in stiffness:

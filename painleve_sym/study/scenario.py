@@ -239,7 +239,7 @@ class Scenario:
         )
 
     def jump(self) -> JumpResult:
-        """Return the three-phase velocity jump at the state, which must be on the surface."""
+        """Return the velocity jump at the state, which must be on the surface."""
         mechanism, rule = self.mechanism(), restitution_law(self.rule)
         given = self._given(mechanism)
         if self.restitution is not None:

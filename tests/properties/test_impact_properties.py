@@ -29,7 +29,9 @@ BLOCK = skew_block()
 def mobilities(draw, correlation=0.999):
     """Draw a positive definite W, rows and columns (t, n)."""
     W_tt, W_nn = draw(st.floats(0.1, 10.0)), draw(st.floats(0.1, 10.0))
-    W_nt = draw(st.floats(-correlation, correlation)) * math.sqrt(W_tt * W_nn)
+    coupling = draw(st.floats(-correlation, correlation))
+    # Weaker couplings lose digits below the smallest normal number.
+    W_nt = coupling * math.sqrt(W_tt * W_nn) if abs(coupling) > 1e-100 else 0.0
     return ((W_tt, W_nt), (W_nt, W_nn))
 
 
@@ -202,17 +204,20 @@ def test_impact_of_rank_one_jams_where_it_sticks_in_compression(w, mu, v_t, v_n,
     if w_t == 0 or w_n == 0:
         return
     holds = abs(w_n) <= mu * abs(w_t)
+    at_border = math.isclose(abs(w_n), mu * abs(w_t))
     slip = (v_t > 0) - (v_t < 0)
     if slip * w_t * w_n > 0 and w_n**2 - mu * abs(w_t * w_n) < -1e-12:
         assert holds
         assert found.end is ImpactEnd.JAM
         assert found.velocity[1] < 0
-    if found.end is ImpactEnd.JAM and found.velocity[1] < 0:
-        # At the border of the cone the slip has rate 0 along both rays, and never stops.
-        assert holds or slip
-        assert found.velocity[0] == 0 or math.isclose(abs(w_n), mu * abs(w_t))
-    if not holds and not math.isclose(abs(w_n), mu * abs(w_t)):
-        assert found.end is not ImpactEnd.JAM
+    # On the border of the cone no ray changes any velocity: both answers are right.
+    if at_border:
+        return
+    if found.end is ImpactEnd.JAM:
+        assert holds
+        assert found.velocity[0] == 0
+    if found.end is not ImpactEnd.JAM and found.case is ImpactClass.C_STICKING:
+        assert found.velocity[1] == 0  # wedged, with nothing asked back
 
 
 # ---- continuity ----

@@ -1,20 +1,26 @@
-"""The three-phase jump in numbers: reference values, balances, refusals."""
+"""The jump in numbers: reference values, balances, the other classes of impact, refusals."""
 
 from __future__ import annotations
 
 import math
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
+import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from painleve_sym.errors import InputError
-from painleve_sym.laws.impact import RESTITUTIONS
-from painleve_sym.mechanics.models import rod
+from painleve_sym.laws.impact import RESTITUTIONS, restitution_law
+from painleve_sym.mechanics.contact import Contact
+from painleve_sym.mechanics.models import Mechanism, rod
+from painleve_sym.mechanics.routh import ImpactClass
+from painleve_sym.mechanics.system import Coordinate, LagrangianSystem, Parameter
+from painleve_sym.simulate.impact import ImpactEnd, solve_impact
 from painleve_sym.simulate.jump import evaluate_jump
-from tests.mechanics.made_up import skew_block
+from tests.mechanics.made_up import positive, skew_block
 
 ROD = rod()
 BLOCK, BELT = skew_block(), skew_block(belt=True)
@@ -178,30 +184,12 @@ def test_jump_on_a_belt_stops_relative_to_the_belt():
 
 REFUSED = {
     "opening": (ROD, TABLE_3 | {"y_A_dot": 0.1}, {}, r"v_n = 0.1 m/s, need v_n <= 0"),
-    "no slip": (ROD, TABLE_3 | {"x_A_dot": 0.0}, {}, "v_t = 0, need a slip"),
+    "at rest": (ROD, TABLE_3 | {"x_A_dot": 0.0}, {}, "v_t = 0 and v_n = 0, need a moving"),
     "slides on": (ROD, TABLE_3 | {"theta": 0.5}, {}, "case 1 of the paper"),
     "lifts off": (ROD, TABLE_3 | {"theta": 0.5, "theta_dot": 5.0}, {}, "case 2 of the paper"),
     "other slip direction": (ROD, TABLE_3 | {"x_A_dot": 1.0}, {}, "case 1 of the paper"),
     "grazes": (BLOCK, {"x_dot": 1.0}, {"g": 0.0}, "grazes"),
     "border": (BLOCK, {"x_dot": -1.0}, {"c": 0.5, "mu": 2.0}, "border between cases 1 and 3"),
-    "slip goes on": (
-        ROD,
-        {"theta": 0.2, "x_A_dot": -1.0, "y_A_dot": -1.0},
-        {"mu": 0.2},
-        "friction does not stop the slip",
-    ),
-    "compression ends first": (
-        ROD,
-        {"theta": 0.9, "x_A_dot": -9.0, "y_A_dot": -1.0},
-        {"mu": 0.8},
-        "compression ends before the slip does",
-    ),
-    "slips back": (
-        BLOCK,
-        {"x_dot": 0.1, "y_dot": -1.0},
-        {"c": 1.0, "d": 0.01, "mu": 0.5},
-        "sticking compression phase: friction cannot hold",
-    ),
     "unknown state": (ROD, {"thet": 1.0}, {}, "Did you mean 'theta'"),
     "unknown parameter": (ROD, TABLE_3, {"e_newton": 0.5}, "unknown parameter 'e_newton'"),
     "bad parameter": (ROD, TABLE_3, {"e_energetic": 1.5}, "0 <= e_energetic <= 1"),
@@ -211,11 +199,143 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("case", sorted(REFUSED))
-def test_jump_refuses_what_is_not_a_three_phase_impact(case):
+def test_jump_refuses_what_is_not_an_impact(case):
     mechanism, state, parameters, text = REFUSED[case]
     with pytest.raises(InputError, match=text) as caught:
         evaluate_jump(mechanism, "energetic", state, parameters)
     assert mechanism.name in str(caught.value)
+
+
+OTHERS = {
+    "slip goes on": (
+        ROD,
+        {"theta": 0.2, "x_A_dot": -1.0, "y_A_dot": -1.0},
+        {"mu": 0.2},
+        ImpactClass.SLIDING,
+    ),
+    "compression ends first": (
+        ROD,
+        {"theta": 0.9, "x_A_dot": -1.1, "y_A_dot": -1.0},
+        {"mu": 0.8},
+        ImpactClass.R_STICKING,
+    ),
+    "slips back": (
+        BLOCK,
+        {"x_dot": 0.1, "y_dot": -1.0},
+        {"c": 1.0, "d": 0.01, "mu": 0.5},
+        ImpactClass.C_REVERSED,
+    ),
+    "slips back late": (
+        ROD,
+        {"theta": 0.5, "x_A_dot": 0.75, "y_A_dot": -1.0},
+        {"mu": 0.3},
+        ImpactClass.R_REVERSED,
+    ),
+    "starts at rest": (ROD, {"theta": 1.0, "y_A_dot": -1.0}, {}, ImpactClass.C_STICKING),
+    "slips from rest": (ROD, {"theta": 0.5, "y_A_dot": -1.0}, {"mu": 0.3}, ImpactClass.SLIDING),
+    "on a belt": (
+        BELT,
+        {"x_dot": 0.4, "y_dot": -1.0},
+        {"c": 1.0, "d": 0.01, "mu": 0.5},
+        ImpactClass.C_REVERSED,
+    ),
+}
+
+
+@pytest.mark.parametrize("law", sorted(RESTITUTIONS))
+@pytest.mark.parametrize("name", sorted(OTHERS))
+def test_jump_of_every_other_class_balances_and_moves_the_contact_as_it_says(name, law):
+    mechanism, state, parameters, case = OTHERS[name]
+    result = evaluate_jump(mechanism, law, state, {**parameters, f"e_{law}": 0.6})
+    assert (result.case, result.end) == (case, ImpactEnd.SEPARATION)
+    mass, J_N, J_T, start = _numbers(mechanism, state, parameters)
+    assert list(result.velocity_before.values()) == list(start)
+    before, belt = start, 0.3 if mechanism is BELT else 0.0
+    for phase in result.phases:
+        after = np.array(list(phase.velocity.values()))
+        impulse = J_N[0] * phase.normal_impulse + J_T[0] * phase.tangential_impulse
+        np.testing.assert_allclose(mass @ (after - before), impulse, atol=1e-13)
+        assert math.isclose((J_T @ after).item() - belt, phase.slip_velocity, abs_tol=1e-13)
+        assert math.isclose((J_N @ after).item(), phase.normal_velocity, abs_tol=1e-13)
+        before = after
+    if mechanism is not BELT:
+        change = (before @ mass @ before - start @ mass @ start) / 2
+        assert math.isclose(result.energy_change, change, abs_tol=1e-13)
+
+
+@pytest.mark.parametrize("name", ["compression ends first", "starts at rest"])
+def test_jump_that_ends_sticking_leaves_no_slip_behind(name):
+    mechanism, state, parameters, _ = OTHERS[name]
+    result = evaluate_jump(mechanism, "energetic", state, parameters)
+    # Exactly 0, so that a motion may go on from there in sticking.
+    assert result.velocity["x_A_dot"] == 0.0
+    assert result.slip == (-1 if state.get("x_A_dot") else 0)
+
+
+@settings(max_examples=25, deadline=None)
+@given(impact=IMPACTS, e=RESTITUTION, law=st.sampled_from(sorted(RESTITUTIONS)))
+def test_jump_of_three_phases_equals_the_complete_solution(impact, e, law):
+    mechanism, state, parameters = impact
+    result = evaluate_jump(mechanism, law, state, {**parameters, f"e_{law}": e})
+    assert result.case is ImpactClass.C_STICKING
+    assert [p.name for p in result.phases] == [
+        "tangential",
+        "sticking compression",
+        "sticking restitution",
+    ]
+    mass, J_N, J_T, before = _numbers(mechanism, state, parameters)
+    J = np.vstack([J_T, J_N])
+    W, v = J @ np.linalg.solve(mass, J.T), J @ before
+    found = solve_impact(W, parameters["mu"], tuple(v), law, e)
+    assert result.end is found.end
+    for phase, other in zip(result.phases, found.phases, strict=True):
+        size = 1e-10 * (1 + np.abs(v).max()) * (1 + 1 / np.diag(W).min())
+        assert math.isclose(phase.normal_impulse, other.normal_impulse, rel_tol=1e-9, abs_tol=size)
+        assert math.isclose(phase.normal_velocity, other.velocity[1], rel_tol=1e-9, abs_tol=size)
+        assert math.isclose(phase.stored_energy, -other.normal_work, rel_tol=1e-9, abs_tol=size)
+
+
+def strut() -> Mechanism:
+    """Return a rod pivoted over a moving belt that it touches: one degree of freedom."""
+    a = Coordinate("a", "angle from the vertical", "rad")
+    inertia, mu = (
+        positive("J", 1.0, "kg m^2", "inertia"),
+        Parameter("mu", 2.0, "1", "friction", 0.0),
+    )
+    u = Parameter("u", 1.0, "m/s", "speed of the belt")
+    system = LagrangianSystem(
+        "strut", (a,), (inertia, mu, u), inertia.symbol * a.rate**2 / 2, sp.Integer(0)
+    )
+    tip = (sp.sin(a.symbol), 1 - sp.cos(a.symbol))
+    contact = Contact.of_point("tip", system, tip, mu.symbol, surface_speed=u.symbol)
+    return Mechanism("strut", "pivoted rod on a belt", "a test", system, (contact,))
+
+
+def test_jump_of_a_strut_dragged_by_a_belt_jams():
+    # a = −45°: the belt at u > 0 drags the tip under the pivot.
+    state, parameters = {"a": -math.pi / 4}, {"u": 1.0}
+    result = evaluate_jump(strut(), "energetic", state, parameters)
+    assert (result.case, result.end) == (ImpactClass.C_STICKING, ImpactEnd.JAM)
+    assert [p.name for p in result.phases] == ["tangential"]
+    assert result.phases[0].normal_velocity < 0
+    # The tip moves with the belt.
+    assert math.isclose(result.velocity["a_dot"] * math.cos(math.pi / 4), 1.0, rel_tol=1e-14)
+
+
+def test_jump_that_jams_at_once_keeps_the_velocities():
+    state, parameters = {"a": -math.pi / 4, "a_dot": 1.0}, {"u": math.cos(math.pi / 4)}
+    result = evaluate_jump(strut(), "energetic", state, parameters)
+    assert (result.end, result.phases, result.energy_change) == (ImpactEnd.JAM, (), 0.0)
+    assert result.velocity == {"a_dot": 1.0}
+
+
+def test_jump_takes_a_law_of_its_own_for_the_three_phases_only():
+    half = replace(restitution_law("energetic"), name="my law")
+    own = evaluate_jump(ROD, half, TABLE_3)
+    assert own.phases == evaluate_jump(ROD, "energetic", TABLE_3).phases
+    mechanism, state, parameters, _ = OTHERS["slips back"]
+    with pytest.raises(InputError, match="'my law' in an impact of class 'c_reversed'"):
+        evaluate_jump(mechanism, half, state, parameters)
 
 
 def test_jump_unknown_restitution_suggests_the_nearest():

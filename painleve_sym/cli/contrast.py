@@ -1,0 +1,290 @@
+"""The command contrast: one state, every method, side by side."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from typing import Any
+
+from painleve_sym.cli.case import read_case
+from painleve_sym.cli.options import output_file, read_number
+from painleve_sym.cli.output import number, print_json, quantity, show, show_table
+from painleve_sym.cli.run import PLOT_SUFFIXES, state_units
+from painleve_sym.complementarity.contact import ContactCase
+from painleve_sym.errors import InputError
+from painleve_sym.study import contrast as study
+from painleve_sym.study.contrast import Contrast
+from painleve_sym.study.contrast_case import Answer
+
+_OPEN = "open or closing, so there is no contact problem of accelerations"
+
+
+def contrast(arguments: argparse.Namespace) -> int:
+    """Print what every method makes of a state; draw it where a file is named."""
+    out = None if arguments.out is None else output_file("--out", arguments.out, PLOT_SUFFIXES)
+    scenario = read_case(arguments)
+    options: dict[str, Any] = {}
+    for name in ("steps", "stiffness"):
+        if getattr(arguments, name) is not None:
+            options[name] = _numbers(f"--{name}", getattr(arguments, name))
+    if arguments.solvers is not None:
+        options["solvers"] = [name.strip() for name in arguments.solvers.split(",")]
+    if scenario.t_end is not None:
+        options["t_end"] = scenario.t_end
+    if scenario.restitution is not None:
+        options["restitution"] = scenario.restitution
+    mechanism = scenario.mechanism()
+    found = study.contrast(
+        mechanism, scenario.start(), parameters=scenario.parameters, engine="auto", **options
+    )
+    if out is not None:
+        from painleve_sym.present.contrast_figure import write_contrast_figure
+
+        write_contrast_figure(found, out)
+    if arguments.json:
+        print_json(contrast_data(found) | ({} if out is None else {"files": {"out": out}}))
+        return 0
+    _show(found, state_units(mechanism))
+    if out is not None:
+        show(f"drawn: {out}")
+    return 0
+
+
+def _numbers(where: str, text: str) -> list[float]:
+    values = [read_number(where, entry.strip()) for entry in text.split(",")]
+    for value in values:
+        if not value > 0:
+            raise InputError(f"{where}: got {value:g}, need numbers > 0.")
+    return values
+
+
+# ---- JSON ----
+
+
+def contrast_data(found: Contrast) -> dict[str, Any]:
+    """Return plain data with the documented keys."""
+    return {
+        "mechanism": found.mechanism,
+        "state": found.state,
+        "parameters": found.parameters,
+        "restitution": found.restitution,
+        "t_end": found.t_end,
+        "acceleration_level": _acceleration_data(found),
+        "velocity_level": [
+            {
+                "step": first.step,
+                "solutions": [
+                    {
+                        "mode": s.mode.value,
+                        "normal_impulse": s.normal_force,
+                        "tangential_impulse": s.tangential_force,
+                        "slip_velocity": s.tangential_acceleration,
+                    }
+                    for s in first.solutions
+                ],
+            }
+            for first in found.first_steps
+        ],
+        "rigid": {
+            "motions": [{"way": a.way, **_motion_data(a)} for a in found.rigid],
+            "jump": {
+                name: {
+                    "velocity": dict(jump.velocity),
+                    "normal_impulse": sum(p.normal_impulse for p in jump.phases),
+                }
+                for name, jump in found.jumps.items()
+            },
+        },
+        "stepping": [_stepping_data(a) for a in found.stepping],
+        "softened": [
+            {"E": a.setting, "peak_force": a.peak_force, **_motion_data(a)} for a in found.softened
+        ],
+        "orders": {
+            "step": {way: list(map(_known, p)) for way, p in found.step_orders.items()},
+            "stiffness": list(map(_known, found.stiffness_orders)),
+            "stiffness_expected": _known(found.expected_stiffness_order),
+        },
+        "plastic_jump_unnoticed": found.plastic_jump_unnoticed,
+        "solver_dependent": found.solver_dependent,
+    }
+
+
+def _known(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _acceleration_data(found: Contrast) -> dict[str, Any] | None:
+    level = found.acceleration_level
+    if level is None:
+        return None
+    data = level.classification.to_dict()
+    solution = level.lemke.solution
+    return {
+        **{key: data[key] for key in ("A", "B", "case", "solutions")},
+        "lemke": {
+            "status": level.lemke.status.label,
+            "normal_force": None if solution is None else float(solution.z[0]),
+        },
+        "mpcc": {
+            "normal_forces": sorted(float(r.z[0]) for r in level.mpcc.solutions),
+            "starts": level.mpcc.starts,
+            "failed": level.mpcc.failed,
+        },
+    }
+
+
+def _motion_data(answer: Answer) -> dict[str, Any]:
+    return {
+        "events": [{"time": time, "kind": kind} for time, kind in answer.events],
+        "stop_reason": answer.stop_reason.label,
+        "time": answer.final_time,
+        "velocity": answer.velocity,
+        "normal_impulse": answer.normal_impulse,
+        **({"reference": answer.reference or None} if answer.method != "rigid" else {}),
+        **({"error": _known(answer.error)} if answer.method != "rigid" else {}),
+    }
+
+
+def _stepping_data(answer: Answer) -> dict[str, Any]:
+    data = _motion_data(answer)
+    del data["events"]
+    return {
+        "step": answer.setting,
+        "solver": answer.way,
+        **data,
+        "solutions_per_first_step": answer.solutions_first_step,
+        "first_mode": answer.first_mode,
+        "first_impulse": _known(answer.first_impulse),
+    }
+
+
+# ---- text ----
+
+
+def _show(found: Contrast, units: dict[str, str]) -> None:
+    given = ", ".join(f"{n} = {quantity(v, units[n])}" for n, v in found.state.items() if v != 0)
+    show(f"{found.mechanism} at {given or 'rest'} (others 0), e = {number(found.restitution)}")
+    show()
+    _show_accelerations(found)
+    _show_first_steps(found)
+    _show_jumps(found, units)
+    show()
+    names = list(found.rigid[0].velocity)
+    listed = ", ".join(f"{n} in {units[n]}" for n in names)
+    show(f"velocities at t = {number(found.t_end)} s: {listed}; impulse P_n in N s")
+    answers = [*_distinct(found.rigid), *found.stepping, *found.softened]
+    rows = [_row(a, names) for a in answers]
+    show_table(("method", "setting", *names, "P_n", "error"), rows, left=(0, 1))
+    early = dict.fromkeys(_ending(a) for a in answers if not a.complete)
+    if early:
+        show("*) ended early: " + "; ".join(early))
+    show("error: relative distance to the rigid motion it tends to, by kinetic energy")
+    show()
+    _show_orders(found)
+    _show_findings(found)
+
+
+def _row(answer: Answer, names: list[str]) -> list[str]:
+    letter = {"rigid": "", "stepping": "h", "softened": "E"}[answer.method]
+    setting = f"{letter} {number(answer.setting, 4)}" if letter else ""
+    way = {"softened": "softened", "rigid": f"rigid {answer.way}"}.get(answer.method, answer.way)
+    return [
+        way.replace(",", ""),
+        setting + ("" if answer.complete else " *"),
+        *(number(_clean(answer.velocity[n]), 5) for n in names),
+        number(answer.normal_impulse, 5),
+        number(answer.error, 2) if math.isfinite(answer.error) else "",
+    ]
+
+
+def _clean(value: float) -> float:
+    # What is left of an exact zero says nothing and fills the column.
+    return 0.0 if abs(value) < 1e-14 else value
+
+
+def _distinct(rigid: tuple[Answer, ...]) -> list[Answer]:
+    shown: list[Answer] = []
+    for answer in rigid:
+        if not any(answer.velocity == other.velocity for other in shown):
+            shown.append(answer)
+    return shown
+
+
+def _ending(answer: Answer) -> str:
+    name = f"{answer.way} at t = {number(answer.final_time, 3)} s"
+    return f"{name} ({answer.stop_reason.label})"
+
+
+def _show_accelerations(found: Contrast) -> None:
+    level = found.acceleration_level
+    if level is None:
+        show(f"accelerations: the contact is {_OPEN}")
+        return
+    listed = ", ".join(
+        f"{s.mode.value} with F_n = {number(s.normal_force)} N"
+        for s in level.classification.solutions
+    )
+    show(f"accelerations: {level.classification.case.value}; solutions: {listed or 'none'}")
+    solution = level.lemke.solution
+    lemke = "" if solution is None else f", F_n = {number(float(solution.z[0]))} N"
+    forces = sorted(float(r.z[0]) for r in level.mpcc.solutions)
+    several = ", ".join(number(f) for f in forces)
+    show(
+        f"  Lemke: {level.lemke.status.label}{lemke}; MPCC from {level.mpcc.starts} starts: "
+        + (f"F_n = {several} N" if forces else "no solution")
+        + (f" ({level.mpcc.failed} failed)" if level.mpcc.failed else "")
+    )
+
+
+def _show_first_steps(found: Contrast) -> None:
+    for first in found.first_steps:
+        listed = ", ".join(
+            f"{s.mode.value} with P_n = {number(s.normal_force)} N s" for s in first.solutions
+        )
+        show(f"velocities after one step of {number(first.step)} s: {listed or 'none'}")
+
+
+def _show_jumps(found: Contrast, units: dict[str, str]) -> None:
+    for name, jump in found.jumps.items():
+        e = 0.0 if name == "plastic" else found.restitution
+        after = ", ".join(f"{n} = {quantity(v, units[n])}" for n, v in jump.velocity.items())
+        impulse = sum(p.normal_impulse for p in jump.phases)
+        known = found.acceleration_level
+        several = known and known.classification.case is ContactCase.INDETERMINATE
+        what = "rigid jump, if one is set off," if several else "rigid jump"
+        show(f"{what} with e = {number(e)}: {after}, P_n = {number(impulse)} N s")
+
+
+def _show_orders(found: Contrast) -> None:
+    for way, orders in found.step_orders.items():
+        if any(map(math.isfinite, orders)):
+            show(f"order in the step, {way}: {_listed(orders)}")
+    if any(map(math.isfinite, found.stiffness_orders)):
+        expected = found.expected_stiffness_order
+        limit = f" (an impact tends to {number(expected, 3)})" if math.isfinite(expected) else ""
+        show(f"order in E: {_listed(found.stiffness_orders)}{limit}")
+
+
+def _listed(orders: tuple[float, ...]) -> str:
+    return ", ".join(number(p, 4) if math.isfinite(p) else "-" for p in orders)
+
+
+def _show_findings(found: Contrast) -> None:
+    if found.plastic_jump_unnoticed:
+        show(
+            "Time stepping meets no paradox: each first step has one solution, the jump to rest in "
+            "contact (e = 0). The approach speed is 0, so Newton's restitution changes nothing."
+        )
+    if found.solver_dependent:
+        taken: dict[str, list[str]] = {}
+        for answer in found.stepping:
+            taken.setdefault(answer.way, []).append(answer.first_mode or "none")
+        listed = "; ".join(
+            f"{way}: {modes[0] if len(set(modes)) == 1 else ', '.join(modes)}"
+            for way, modes in taken.items()
+        )
+        steps = ", ".join(number(h) for h in dict.fromkeys(a.setting for a in found.stepping))
+        show(f"The answer of time stepping depends on the solver (h = {steps} s): {listed}.")
+    level = found.acceleration_level
+    if level and level.classification.case is ContactCase.INCONSISTENT:
+        show("Softened motion tends to the rigid jump with e: the compression stores the energy.")

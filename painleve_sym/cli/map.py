@@ -1,0 +1,127 @@
+"""The command map: which case of the rigid contact holds, over two quantities."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from painleve_sym.cli.options import (
+    output_file,
+    read_assignments,
+    read_count,
+    read_number,
+    read_numbers,
+)
+from painleve_sym.cli.output import assignments, number, print_json, quantity, show, show_table
+from painleve_sym.cli.run import state_units
+from painleve_sym.errors import InputError
+from painleve_sym.mechanics.models import Mechanism, model
+from painleve_sym.simulate.trajectory import write_beside
+from painleve_sym.study.map import RegionMap, region_map
+
+FIGURES = (".png", ".svg", ".pdf")
+SUFFIXES = (*FIGURES, ".npz", ".json")
+
+_CASES = {
+    "slip": "one solution, the contact slides on",
+    "liftoff": "one solution, the contact opens",
+    "inconsistent": "no solution",
+    "indeterminate": "several solutions",
+    "outside": "beyond the mechanism's domain",
+}
+
+
+def map(arguments: argparse.Namespace) -> int:
+    """Compute the map, write the files asked for and print what it holds."""
+    files = [output_file("--out", text, SUFFIXES) for text in arguments.out or ()]
+    options: dict[str, Any] = {
+        "ranges": _read_ranges(arguments.range or ()),
+        "points": read_count("--points", arguments.points),
+        "slip": _read_slip(arguments.slip),
+        "state": read_numbers("--state", arguments.state) if arguments.state else None,
+        "parameters": read_numbers("--set", arguments.set) if arguments.set else None,
+    }
+    over = [name.strip() for name in arguments.over.split(",")]
+    mechanism = model(arguments.model)
+    found = region_map(mechanism, over, **options)
+    for path in files:
+        _write(found, path)
+    if arguments.json:
+        written = {"files": [str(path) for path in files]} if files else {}
+        print_json(found.summary() | written)
+    else:
+        _show(found, mechanism)
+        for path in files:
+            show(f"written: {path}")
+    return 0
+
+
+def _read_ranges(texts: list[str] | tuple[str, ...]) -> dict[str, tuple[float, float]]:
+    if not texts:
+        return {}
+    found = {}
+    for name, text in read_assignments("--range", texts).items():
+        low, colon, high = text.partition(":")
+        if not (colon and low.strip() and high.strip()):
+            raise InputError(f"--range {name}: got {text!r}, need FROM:TO, such as {name}=0.1:1.5.")
+        where = f"--range {name}"
+        found[name] = (read_number(where, low), read_number(where, high))
+    return found
+
+
+def _read_slip(text: str) -> int:
+    value = read_number("--slip", text)
+    if value not in (-1, 1):
+        raise InputError(f"--slip: got {text!r}, need -1 or 1, the sign of the slip velocity.")
+    return int(value)
+
+
+def _write(found: RegionMap, path: Path) -> None:
+    suffix = path.suffix.lower()
+    if suffix in FIGURES:
+        from painleve_sym.present.map_figure import write_map_figure
+
+        write_map_figure(found, path)
+    elif suffix == ".npz":
+        found.save(path)
+    else:
+        content = json.dumps(found.to_dict(), allow_nan=False) + "\n"
+        write_beside(path, lambda file: file.write(content.encode("ascii")))
+
+
+def _show(found: RegionMap, mechanism: Mechanism) -> None:
+    units: Mapping[str, str] = {p.name: p.unit for p in mechanism.system.parameters}
+    show(f"{mechanism.name} with {assignments(found.parameters, units)}")
+    held = {name: value for name, value in found.state.items() if value != 0}
+    if held:
+        show(f"at {assignments(held, state_units(mechanism))} (others 0)")
+    data: dict[str, Any] = found.summary()
+    for axis in data["axes"]:
+        ends = f"{number(axis['from'])} to {quantity(axis['to'], axis['unit'])}"
+        show(f"over {axis['name']} from {ends}, {axis['points']} points")
+    show(f"slip velocity {'<' if found.slip < 0 else '>'} 0")
+    show()
+    total = found.case.size
+    rows = [
+        (name, f"{100 * found.counts[name] / total:.2f} %", text)
+        for name, text in _CASES.items()
+        if name != "outside" or found.counts[name]
+    ]
+    show_table(("case", "points", ""), rows, left=(0, 2))
+    share = 100 * data["stick_feasible_count"] / total
+    show(f"a contact without slip velocity could stick at {share:.2f} % of the points")
+    show()
+    if len(found.crossings):
+        show("A = 0 and B = 0 cross at")
+        head = [f"{n} [{u}]" for n, u in zip(found.over, found.units, strict=True)]
+        rows_of_numbers = [[number(v, 15) for v in row] for row in found.crossings.tolist()]
+        show_table(head, rows_of_numbers, left=())
+    else:
+        show("A = 0 and B = 0 do not cross here")
+    if "mu_P" in found.thresholds:
+        show(f"A < 0 is possible for mu > mu_P = {number(found.thresholds['mu_P'], 9)}")
+    if "mu_C" in found.thresholds:
+        show(f"second threshold mu_C = 2/sqrt(3) mu_P = {number(found.thresholds['mu_C'], 9)}")

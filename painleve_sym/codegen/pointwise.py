@@ -1,0 +1,186 @@
+"""Formulas at many points: one C loop over arrays, through the same bridge and compile cache."""
+
+from __future__ import annotations
+
+import ctypes
+import tempfile
+import warnings
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from painleve_sym.codegen.bridge import POWER_FLOOR, Translator
+from painleve_sym.codegen.compile import load
+from painleve_sym.codegen.run import Array
+from painleve_sym.errors import CompilerMissing, InputError, PainleveWarning, unknown_name
+
+ENGINES = ("auto", "compiled", "casadi")
+BLOCK = 4096
+"""Points CasADi's map takes at once: its work space stays small."""
+
+_LOOP = """
+__attribute__((visibility("default")))
+void ps_pointwise(long n, const double *const *in, const long *stride, double *out) {
+  const double *arg[PS_IN + 1];
+  double point[PS_IN + 1], value[PS_OUT], *res[1] = {value}, w[PS_WORK + 1];
+  casadi_int iw[PS_INTEGERS + 1];
+  long k;
+  int j;
+  arg[0] = point;
+  for (k = 0; k < n; ++k) {
+    for (j = 0; j < PS_IN; ++j) point[j] = in[j][k * stride[j]];
+    pointwise(arg, res, iw, w, 0);
+    for (j = 0; j < PS_OUT; ++j) out[j * n + k] = value[j];
+  }
+}
+"""
+
+
+class Pointwise:
+    """SymPy expressions as one function of arrays.
+
+    Numbers that are the same at every point are arguments too, so that one compiled library
+    serves all of them.
+
+    Parameters
+    ----------
+    expressions : sequence of sympy.Expr
+        At least one.
+    symbols : sequence of sympy.Symbol
+        The arguments: every symbol that occurs in the expressions.
+    derivatives : sequence of sympy.Symbol
+        Each expression's derivatives by these follow all the expressions, expression by expression.
+    engine : {"auto", "compiled", "casadi"}
+        ``auto`` is ``compiled`` (C), or ``casadi`` (its virtual machine, slower) with a notice
+        where there is no C compiler.
+
+    Raises
+    ------
+    TranslationError
+        An expression holds another symbol, or what generated code has no counterpart of.
+    CompilerMissing
+        ``compiled`` was asked for and there is none.
+    """
+
+    def __init__(
+        self,
+        expressions: Sequence[Any],
+        symbols: Sequence[Any],
+        *,
+        derivatives: Sequence[Any] = (),
+        engine: str = "auto",
+    ) -> None:
+        if engine not in ENGINES:
+            raise InputError(unknown_name("engine", engine, ENGINES))
+        if not expressions:
+            raise InputError("pointwise: got no expressions, need at least one.")
+        self.symbols = tuple(symbols)
+        self._function = _function(expressions, self.symbols, derivatives)
+        self.outputs = int(self._function.numel_out(0))
+        self._library = self._compiled(engine) if engine != "casadi" else None
+        self.engine = "casadi" if self._library is None else "compiled"
+
+    def _compiled(self, engine: str) -> ctypes.CDLL | None:
+        try:
+            library = load(_source(self._function))
+        except CompilerMissing as error:
+            if engine == "compiled":
+                raise
+            warnings.warn(
+                f"{error} Until then formulas are evaluated by the slower engine 'casadi'.",
+                PainleveWarning,
+                stacklevel=4,
+            )
+            return None
+        library.ps_pointwise.argtypes = (ctypes.c_long, *[ctypes.c_void_p] * 3)
+        library.ps_pointwise.restype = None
+        return library
+
+    def __call__(self, values: Mapping[Any, Any]) -> Array:
+        """Return the expressions at the points, shape (outputs, *shape of the points).
+
+        Parameters
+        ----------
+        values : mapping of sympy.Symbol to float or ndarray
+            Of every symbol; arrays are broadcast against each other, as numpy does.
+
+        Raises
+        ------
+        InputError
+            A symbol has no value, or the shapes do not fit.
+        """
+        absent = [str(s) for s in self.symbols if s not in values]
+        if absent:
+            raise InputError(f"pointwise: no value of {', '.join(absent)}. Fix: give it.")
+        arrays = [np.asarray(values[s], dtype=np.float64) for s in self.symbols]
+        try:
+            shape = np.broadcast_shapes(*(a.shape for a in arrays))
+        except ValueError as error:
+            raise InputError(
+                f"pointwise: {error}. Fix: give arrays of one shape, or numbers."
+            ) from error
+        flat = [_plain(a, shape) for a in arrays]
+        n = int(np.prod(shape, dtype=np.int64))
+        rows = self._by_loop(flat, n) if self._library is not None else self._by_map(flat, n)
+        return rows.reshape(self.outputs, *shape)
+
+    def _by_loop(self, arrays: list[Array], n: int) -> Array:
+        assert self._library is not None
+        count = len(arrays)
+        out = np.empty((self.outputs, n))
+        addresses = (ctypes.c_void_p * (count + 1))(*(a.ctypes.data for a in arrays))
+        # A number is an array of one entry that the loop stays on.
+        strides = (ctypes.c_long * (count + 1))(*(int(a.ndim > 0) for a in arrays))
+        self._library.ps_pointwise(n, addresses, strides, out.ctypes.data)
+        return out
+
+    def _by_map(self, arrays: list[Array], n: int) -> Array:
+        out = np.empty((self.outputs, n))
+        for start in range(0, n, BLOCK):
+            stop = min(start + BLOCK, n)
+            columns = [a[start:stop] if a.ndim else np.full(stop - start, a) for a in arrays]
+            points = np.array(columns).reshape(len(arrays), stop - start)
+            out[:, start:stop] = self._function.map(stop - start)(ca.DM(points))
+        return out
+
+
+def _plain(array: Array, shape: tuple[int, ...]) -> Array:
+    """Return a number as it is, an array flat and contiguous at all points."""
+    if array.ndim == 0:
+        return array
+    return np.ascontiguousarray(np.broadcast_to(array, shape)).reshape(-1)
+
+
+def _function(
+    expressions: Sequence[Any], symbols: Sequence[Any], derivatives: Sequence[Any]
+) -> ca.Function:
+    x = ca.SX.sym("x", len(symbols))
+    table = {s: x[i] for i, s in enumerate(symbols)}
+    # As in `numbers`: values without derivatives need no floor under a power.
+    translate = Translator(table, floor=POWER_FLOOR if derivatives else 0.0)
+    column = translate.vector(list(expressions))
+    parts = [column]
+    if derivatives:
+        by = ca.vertcat(*[table[s] for s in derivatives])
+        parts.append(ca.vec(ca.densify(ca.jacobian(column, by)).T))
+    return ca.Function("pointwise", [x], ca.cse([ca.densify(ca.vertcat(*parts))]))
+
+
+def _source(function: ca.Function) -> str:
+    options: Any = {"with_header": False, "with_export": False, "casadi_int": "long long int"}
+    generator = ca.CodeGenerator("generated.c", options)
+    generator.add(function)
+    with tempfile.TemporaryDirectory() as folder:
+        generator.generate(f"{folder}/")
+        code = Path(folder, "generated.c").read_text("utf-8")
+    sizes = {
+        "IN": function.numel_in(0),
+        "OUT": function.numel_out(0),
+        "WORK": function.sz_w(),
+        "INTEGERS": function.sz_iw(),
+    }
+    lines = [f"#define PS_{name} {value}" for name, value in sizes.items()]
+    return "\n".join((code, *lines, _LOOP))

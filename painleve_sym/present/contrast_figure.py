@@ -1,0 +1,220 @@
+"""The figure of a contrast: contact velocities over time, and errors over step and stiffness."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import LogLocator, NullFormatter
+
+from painleve_sym.present.style import DASHES, PAGE, PALETTE, REFERENCE, STYLE
+from painleve_sym.present.trajectory_plot import SUFFIXES
+from painleve_sym.simulate.trajectory import write_beside
+from painleve_sym.study.contrast import ROUND_OFF, Contrast
+from painleve_sym.study.contrast_case import Answer
+
+# Colour, symbol and size of a solver: open symbols that fit into each other where answers agree.
+_SOLVERS: dict[str, tuple[str, str, float]] = {
+    "first": (REFERENCE, "v", 9.5),
+    "largest-impulse": (PALETTE[3], "s", 7.5),
+    "least-impulse": (PALETTE[1], "o", 5.4),
+    "lemke": (PALETTE[4], "D", 3.2),
+    "mpcc": (PALETTE[0], "x", 3.6),
+}
+_SOFTENED = PALETTE[2]
+_METADATA: dict[str, dict[str, Any]] = {
+    # Neither a date nor a version: the same answers give the same file.
+    ".png": {"Software": None},
+    ".svg": {"Date": None},
+    ".pdf": {"CreationDate": None},
+}
+
+
+def contrast_figure(found: Contrast) -> Figure:
+    """Return the figure: normal and slip velocity over time, error over step and over stiffness.
+
+    Parameters
+    ----------
+    found : Contrast
+    """
+    with rc_context(STYLE):
+        figure = Figure(figsize=(PAGE, 5.0), layout="constrained")
+        (normal, slip), (steps, stiffness) = figure.subplots(2, 2)
+        _draw_motion(normal, found, 0)
+        _draw_motion(slip, found, 1)
+        _draw_errors(steps, found.stepping, "step $h$ (s)", 1.0)
+        expected = found.expected_stiffness_order
+        _draw_errors(stiffness, found.softened, "modulus $E$ (Pa)", expected)
+        for letter, axes, title in zip(
+            "abcd",
+            (normal, slip, steps, stiffness),
+            ("normal velocity", "slip velocity", "time stepping", "softened motion"),
+            strict=True,
+        ):
+            axes.set_title(f"({letter}) {title}")
+        handles, names = _columns(normal)
+        figure.legend(handles, names, loc="outside lower center", ncols=3)
+    return figure
+
+
+def write_contrast_figure(found: Contrast, path: Path) -> None:
+    """Write the figure as PNG, SVG or PDF by the suffix: whole, or not at all.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written.
+    """
+    suffix = path.suffix.lower()
+    assert suffix in SUFFIXES  # checked with the options
+    figure = contrast_figure(found)
+    with rc_context(STYLE):
+        write_beside(
+            path,
+            lambda f: figure.savefig(f, format=suffix[1:], metadata=_METADATA[suffix]),
+        )
+
+
+def _draw_motion(axes: Axes, found: Contrast, column: int) -> None:
+    for answer, label, look in _lines(found):
+        values = answer.contact_velocities[:, column]
+        axes.plot(answer.times * 1e3, values, label=label, **look)
+    longest = max(a.setting for a in found.stepping)
+    for answer in sorted(found.stepping, key=_size, reverse=True):
+        if answer.setting != longest:
+            continue
+        values = answer.contact_velocities[:, column]
+        label = f"{answer.way}, $h$ = {_power(longest)} s"
+        every = max(1, len(values) // 20)
+        axes.plot(
+            answer.times * 1e3,
+            values,
+            label=label,
+            linestyle="none",
+            markevery=every,
+            zorder=3,
+            clip_on=False,
+            **_symbol(answer.way),
+        )
+    axes.axhline(0, color=REFERENCE, linewidth=0.5, zorder=0)
+    axes.set_xlabel("$t$ (ms)")
+    axes.set_ylabel((r"$\dot{g}_N$ (m/s)", "$v_t$ (m/s)")[column])
+
+
+def _lines(found: Contrast) -> list[tuple[Answer, str, dict[str, Any]]]:
+    """Return rigid motions that differ, then softened ones, with label and look."""
+    lines: list[tuple[Answer, str, dict[str, Any]]] = []
+    for answer in found.rigid:
+        if not any(answer.velocity == other.velocity for other, _, _ in lines):
+            style = DASHES[len(lines) % len(DASHES)]
+            look = {"color": PALETTE[0], "linestyle": style, "linewidth": 0.9, "zorder": 2}
+            lines.append((answer, f"rigid, {answer.way}", look))
+    for i, answer in enumerate(found.softened):
+        look = {"color": _SOFTENED, "linestyle": DASHES[i % len(DASHES)], "zorder": 1}
+        look["linewidth"] = 1.8
+        lines.append((answer, f"softened, $E$ = {_power(answer.setting)} Pa", look))
+    return lines
+
+
+def _size(answer: Answer) -> float:
+    return _SOLVERS[answer.way][2]
+
+
+def _symbol(solver: str) -> dict[str, Any]:
+    color, symbol, size = _SOLVERS[solver]
+    return {
+        "color": color,
+        "marker": symbol,
+        "markersize": size,
+        "markerfacecolor": "none",
+        "markeredgewidth": 0.8,
+    }
+
+
+def _columns(axes: Axes) -> tuple[list[Any], list[str]]:
+    """Return the legend with a column each for rigid motion, softened motion and stepping."""
+    columns: list[list[tuple[Any, str]]] = [[], [], []]
+    for handle, name in zip(*axes.get_legend_handles_labels(), strict=True):
+        family = {"rigid": 0, "softened": 1}.get(name.partition(",")[0], 2)
+        columns[family].append((handle, name))
+    rows = max(map(len, columns))
+    blank = Line2D([], [], linestyle="none")
+    filled = [entry for c in columns for entry in (*c, *[(blank, "")] * (rows - len(c)))]
+    return [handle for handle, _ in filled], [name for _, name in filled]
+
+
+def _power(value: float) -> str:
+    """Return a number as mathtext, such as 2.09·10¹⁵."""
+    exponent = int(np.floor(np.log10(value) + 1e-12))
+    digits = f"{value / 10.0**exponent:.3g}"
+    power = f"10^{{{exponent}}}"
+    return f"${power}$" if digits == "1" else rf"${digits} \cdot {power}$"
+
+
+def _draw_errors(axes: Axes, answers: tuple[Answer, ...], label: str, slope: float) -> None:
+    drawn: list[Answer] = []
+    empty = True
+    for way in dict.fromkeys(a.way for a in answers):
+        # What is below the accuracy of the reference is no error.
+        chosen = [a for a in answers if a.way == way and a.error > ROUND_OFF]
+        look = (
+            {**_symbol(way), "linewidth": 0.8}
+            if way in _SOLVERS
+            else {"color": _SOFTENED, "marker": "o", "markersize": 3.5}
+        )
+        joined = len({a.first_mode for a in chosen}) == 1
+        axes.plot(
+            [a.setting for a in chosen],
+            [a.error for a in chosen],
+            linestyle="solid" if joined else "none",
+            **look,
+        )
+        drawn = chosen if joined and len(chosen) > len(drawn) else drawn
+        empty = empty and not chosen
+    if empty:
+        axes.text(
+            0.5,
+            0.5,
+            "equals the rigid motion\nto its accuracy",
+            transform=axes.transAxes,
+            ha="center",
+            va="center",
+        )
+        axes.set_xticks([])
+        axes.set_yticks([])
+    else:
+        axes.set(xscale="log", yscale="log")
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.set_major_locator(LogLocator(numticks=6))
+            axis.set_minor_locator(LogLocator(numticks=30))
+            axis.set_minor_formatter(NullFormatter())
+        _draw_slope(axes, drawn, slope)
+    axes.set_xlabel(label)
+    axes.set_ylabel("relative error")
+
+
+def _draw_slope(axes: Axes, answers: list[Answer], slope: float) -> None:
+    """Draw a line of the expected order below the points of one way, with its order."""
+    if not answers:
+        return
+    settings = np.array([min(a.setting for a in answers), max(a.setting for a in answers)])
+    if not np.isfinite(slope) or settings[0] == settings[1]:
+        return
+    # From the point the line lies lowest under, a third below it.
+    factor = min(a.error / a.setting**slope for a in answers) / 3
+    axes.plot(settings, factor * settings**slope, color=REFERENCE, linewidth=0.9, linestyle="--")
+    middle = float(np.exp(np.mean(np.log(settings))))
+    axes.annotate(
+        f"order ${slope:.3g}$",
+        (middle, factor * middle**slope),
+        xytext=(4, -4) if slope > 0 else (-4, -4),
+        textcoords="offset points",
+        ha="left" if slope > 0 else "right",
+        va="top",
+        color=REFERENCE,
+    )

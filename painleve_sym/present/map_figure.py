@@ -1,0 +1,311 @@
+"""The figure of a map: regions, the curves A = 0 and B = 0, their crossings, the flow of slip."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib import patheffects, rc_context
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
+
+from painleve_sym.codegen.run import Array
+from painleve_sym.errors import InputError
+from painleve_sym.present.style import DASHES, PALETTE, REFERENCE, STYLE
+from painleve_sym.simulate.trajectory import write_beside
+from painleve_sym.study.map import LEGEND, RegionMap
+
+SUFFIXES = (".png", ".svg", ".pdf")
+# Tints of Okabe & Ito's colours, each of another lightness: told apart in grey too.
+FILLS = {
+    "outside": "#FFFFFF",
+    "slip": "#E6F0F7",
+    "liftoff": "#A9D5F0",
+    "inconsistent": "#E08A4A",
+    "indeterminate": "#F4D58D",
+}
+NAMES = {
+    "outside": "outside the domain",
+    "slip": "slip",
+    "liftoff": "lift-off",
+    "inconsistent": "inconsistent: no solution",
+    "indeterminate": "indeterminate: several",
+}
+FLOW = "#6E7780"
+LOOKS: dict[str, dict[str, Any]] = {
+    "A": {"colors": PALETTE[0], "linestyles": "solid", "linewidths": 1.2},
+    "B": {"colors": PALETTE[1], "linestyles": [DASHES[1]], "linewidths": 1.2},
+}
+WIDTH, HEIGHT = 4.2, 3.25
+"""Between one column and the page; inch."""
+FLOW_GRID = 120
+"""Points along an axis of the flow: finer ones do not show."""
+
+_SAVING: dict[str, dict[str, Any]] = {
+    # Neither a date nor a version: the same map gives the same file.
+    ".png": {"metadata": {"Software": None}, "pil_kwargs": {"optimize": True}},
+    ".svg": {"metadata": {"Date": None, "Creator": None}},
+    ".pdf": {"metadata": {"CreationDate": None}},
+}
+
+
+def map_figure(found: RegionMap) -> Figure:
+    """Return the figure of a map, wider than a column, narrower than a page.
+
+    Parameters
+    ----------
+    found : RegionMap
+    """
+    with rc_context(STYLE):
+        figure = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
+        axes = figure.add_subplot()
+        _fill(axes, found)
+        if found.flow is not None:
+            _draw_flow(axes, found)
+        _draw_curves(axes, found)
+        _draw_crossings(axes, found)
+        _draw_thresholds(axes, found)
+        _label(axes, found)
+        handles = _legend(found)
+        columns = 3 if len(handles) > 4 else 2
+        figure.legend(handles=handles, loc="outside lower center", ncols=columns)
+    return figure
+
+
+def write_map_figure(found: RegionMap, path: str | Path) -> None:
+    """Write the figure as PNG, SVG or PDF, as the suffix says: whole, or not at all.
+
+    Raises
+    ------
+    InputError
+        Another suffix, or a folder that cannot be written.
+    """
+    path = Path(path)
+    suffix = path.suffix.lower()
+    if suffix not in SUFFIXES:
+        raise InputError(f"figure {path}: got {suffix!r}, need one of {', '.join(SUFFIXES)}.")
+    figure = map_figure(found)
+    with rc_context(STYLE):
+        write_beside(path, lambda f: figure.savefig(f, format=suffix[1:], **_SAVING[suffix]))
+
+
+def _present(found: RegionMap) -> list[str]:
+    return [name for name, count in found.counts.items() if count]
+
+
+def _fill(axes: Axes, found: RegionMap) -> None:
+    codes = sorted(LEGEND.values())
+    colours = [FILLS[name] for name in sorted(LEGEND, key=LEGEND.__getitem__)]
+    norm = BoundaryNorm([c - 0.5 for c in (*codes, codes[-1] + 1)], len(codes))
+    x, y = found.values
+    axes.imshow(
+        found.case.T,
+        origin="lower",
+        aspect="auto",
+        interpolation="nearest",
+        cmap=ListedColormap(colours),
+        norm=norm,
+        extent=(*_ends(x), *_ends(y)),
+        zorder=0,
+    )
+    axes.set_xlim(x[0], x[-1])
+    axes.set_ylim(y[0], y[-1])
+
+
+def _ends(values: Array) -> tuple[float, float]:
+    """Return the borders of the pixels whose middles are the values."""
+    half = (values[1] - values[0]) / 2
+    return float(values[0] - half), float(values[-1] + half)
+
+
+def _draw_flow(axes: Axes, found: RegionMap) -> None:
+    assert found.flow is not None
+    every = [max(1, len(v) // FLOW_GRID) for v in found.values]
+    u, v = found.flow[:, :: every[0], :: every[1]]
+    if np.isfinite(u).sum() < 16:
+        return
+    # streamplot wants evenly spaced numbers exactly; it follows a direction, speed plays no part.
+    thinned = [w[::step] for w, step in zip(found.values, every, strict=True)]
+    x, y = (np.linspace(w[0], w[-1], len(w)) for w in thinned)
+    span = [float(w[-1] - w[0]) for w in (x, y)]
+    size = np.hypot(u / span[0], v / span[1])
+    with np.errstate(all="ignore"):
+        u, v = (np.ma.masked_invalid(w / size) for w in (u, v))
+    axes.streamplot(
+        x,
+        y,
+        u.T,
+        v.T,
+        color=FLOW,
+        linewidth=0.45,
+        arrowsize=0.55,
+        density=(1.2, 1.05),
+        minlength=0.08,
+        zorder=1.5,
+    )
+
+
+def _draw_curves(axes: Axes, found: RegionMap) -> None:
+    for name, pieces in found.curves.items():
+        if len(pieces):
+            axes.add_collection(
+                LineCollection(_joined(pieces), zorder=3, capstyle="round", **LOOKS[name]),
+                autolim=False,
+            )
+
+
+def _joined(pieces: Array) -> list[Array]:
+    """Join the pieces that share an end into lines, so that dashes run on."""
+    ends: dict[tuple[float, ...], list[int]] = {}
+    for i, piece in enumerate(pieces):
+        for end in piece:
+            ends.setdefault(tuple(end), []).append(i)
+    left = set(range(len(pieces)))
+    lines = []
+    # Open lines are followed from their ends; what then remains is closed.
+    loose = [i for i, piece in enumerate(pieces) if any(len(ends[tuple(e)]) == 1 for e in piece)]
+    for start in (*loose, *range(len(pieces))):
+        if start not in left:
+            continue
+        left.remove(start)
+        a, b = (tuple(e) for e in pieces[start])
+        line = [b, a] if len(ends[b]) == 1 else [a, b]
+        while True:
+            following = [i for i in ends[line[-1]] if i in left]
+            if not following:
+                break
+            left.remove(following[0])
+            a, b = (tuple(e) for e in pieces[following[0]])
+            line.append(b if a == line[-1] else a)
+        lines.append(np.array(line))
+    return lines
+
+
+def _draw_crossings(axes: Axes, found: RegionMap) -> None:
+    if len(found.crossings):
+        axes.plot(
+            *found.crossings.T,
+            linestyle="none",
+            marker="o",
+            markersize=4.6,
+            markerfacecolor="white",
+            markeredgecolor="black",
+            markeredgewidth=0.9,
+            zorder=5,
+        )
+
+
+def _draw_thresholds(axes: Axes, found: RegionMap) -> None:
+    """Mark the thresholds of friction where it is an axis."""
+    if "mu" not in found.over:
+        return
+    place = found.over.index("mu")
+    values = found.values[place]
+    for name, value in found.thresholds.items():
+        if not values[0] < value < values[-1]:
+            continue
+        draw = axes.axvline if place == 0 else axes.axhline
+        draw(value, color=REFERENCE, linewidth=0.8, linestyle=(0, (3, 2)), zorder=2.5)
+        at = (value, 0.98) if place == 0 else (0.99, value)
+        axes.text(
+            *at,
+            rf"$\{name}$",
+            transform=axes.get_xaxis_transform() if place == 0 else axes.get_yaxis_transform(),
+            ha="right",
+            va="top" if place == 0 else "bottom",
+            zorder=6,
+        )
+
+
+def _label(axes: Axes, found: RegionMap) -> None:
+    for i, (ticks, label, unit) in enumerate(
+        zip((axes.xaxis, axes.yaxis), found.labels, found.units, strict=True)
+    ):
+        span = float(found.values[i][-1] - found.values[i][0])
+        if unit == "rad" and span > 0.9 * math.pi:
+            ticks.set_major_locator(MultipleLocator(math.pi / (4 if span < 1.1 * math.pi else 2)))
+            ticks.set_major_formatter(FuncFormatter(_in_pi))
+        else:
+            ticks.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]))
+        ticks.set_label_text(f"${label}$" + (f" ({unit})" if unit != "1" else ""))
+    sign = "<" if found.slip < 0 else ">"
+    held = [f"$\\mu = {found.parameters['mu']:g}$"] if "mu" in found.parameters else []
+    held += [f"{name} = {value:g}" for name, value in found.state.items() if value != 0]
+    axes.set_title(", ".join([found.mechanism, f"$v_t {sign} 0$", *held]))
+    for name, pieces in found.curves.items():
+        if len(pieces):
+            _name_curve(axes, found, name, pieces)
+
+
+def _in_pi(value: float, _position: int | None = None) -> str:
+    quarters = round(4 * value / math.pi)
+    if quarters == 0:
+        return "$0$"
+    divisor = math.gcd(quarters, 4)
+    above, below = abs(quarters) // divisor, 4 // divisor
+    text = (f"{above}" if above > 1 else "") + r"\pi" + (f"/{below}" if below > 1 else "")
+    return f"${'-' if quarters < 0 else ''}{text}$"
+
+
+def _name_curve(axes: Axes, found: RegionMap, name: str, pieces: Array) -> None:
+    """Write A = 0 or B = 0 onto the curve, far from borders, crossings and the other curve."""
+    low = np.array([v[0] for v in found.values])
+    span = np.array([v[-1] for v in found.values]) - low
+    places = (pieces.mean(axis=1) - low) / span
+    others = [found.curves[k].mean(axis=1) for k in found.curves if k != name]
+    marks = np.concatenate([found.crossings, *others])
+    room = np.minimum(places, 1 - places).min(axis=1)
+    if len(marks):
+        gaps = np.array([np.hypot(*((marks - low) / span - p).T).min() for p in places])
+        room = np.minimum(2 * room, gaps)
+    best = pieces[int(np.argmax(room))]
+    x, y = best.mean(axis=0)
+    right, up = best[1] - best[0]
+    # Along the curve, and read from left to right or from below.
+    angle = math.degrees(math.atan2(up, right)) if right else 90.0
+    angle -= 180.0 * math.copysign(1.0, angle) if abs(angle) > 90 else 0.0
+    text = axes.text(
+        x,
+        y,
+        f"${name} = 0$",
+        rotation=angle,
+        rotation_mode="anchor",
+        transform_rotates_text=True,
+        color=LOOKS[name]["colors"],
+        fontsize=8.5,
+        ha="center",
+        va="center",
+        zorder=6,
+    )
+    text.set_path_effects([patheffects.withStroke(linewidth=2.6, foreground="white")])
+
+
+def _legend(found: RegionMap) -> list[Any]:
+    handles: list[Any] = [
+        Patch(facecolor=FILLS[n], edgecolor="black", linewidth=0.4, label=NAMES[n])
+        for n in (*(n for n in LEGEND if n != "outside"), "outside")
+        if n in _present(found)
+    ]
+    if found.flow is not None and found.counts["slip"]:
+        handles.append(Line2D([], [], color=FLOW, linewidth=0.6, label="flow of slip"))
+    if len(found.crossings):
+        handles.append(
+            Line2D(
+                [],
+                [],
+                linestyle="none",
+                marker="o",
+                markersize=4.6,
+                markerfacecolor="white",
+                markeredgecolor="black",
+                label="$A = B = 0$",
+            )
+        )
+    return handles

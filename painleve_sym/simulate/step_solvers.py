@@ -1,0 +1,67 @@
+"""Solvers for the contact problem of a time step: which of its solutions a step takes.
+
+Where the problem has several solutions the step is not determined by mechanics, and each solver
+here answers in its own way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from painleve_sym.complementarity.contact import ContactProblem, ContactSolution
+from painleve_sym.complementarity.lcp import solve_all
+from painleve_sym.complementarity.lemke import solve_lemke
+from painleve_sym.complementarity.mpcc import MPCCStatus, solve_mpcc
+
+Impulse = tuple[float, float]
+"""Normal and tangential impulse of one step; N s."""
+Answer = tuple[int, Impulse | None]
+"""How many solutions a solver found, and the impulses of the one it takes."""
+
+
+def _impulse(solution: ContactSolution) -> Impulse:
+    return solution.normal_force, solution.tangential_force
+
+
+def first_solution(problem: ContactProblem) -> Answer:
+    """Enumerate and take the solution whose complementary cone is tried first."""
+    found = [_impulse(problem.solution_from(x)) for x in solve_all(problem.frictional_lcp())]
+    # One set of forces may be found in several cones, which differ in how v_t is divided.
+    return len(dict.fromkeys(found)), found[0] if found else None
+
+
+def least_impulse(problem: ContactProblem) -> Answer:
+    """Enumerate and take the solution with the least normal impulse."""
+    found = problem.solutions()
+    return len(found), _impulse(found[0]) if found else None
+
+
+def largest_impulse(problem: ContactProblem) -> Answer:
+    """Enumerate and take the solution with the largest normal impulse."""
+    found = problem.solutions()
+    return len(found), _impulse(found[-1]) if found else None
+
+
+def lemke(problem: ContactProblem) -> Answer:
+    """Take what Lemke's pivots end at."""
+    found = solve_lemke(problem.frictional_lcp()).solution
+    return (0, None) if found is None else (1, _impulse(problem.solution_from(found)))
+
+
+def mpcc(problem: ContactProblem) -> Answer:
+    """Take what the relaxation through IPOPT ends at, from the first start that succeeds."""
+    found = solve_mpcc(problem)
+    if found.status is not MPCCStatus.SOLVED:
+        return 0, None
+    normal = float(found.z[0])
+    return 1, (normal, float(found.z[1]) - problem.mu * normal)
+
+
+SOLVERS: Mapping[str, Callable[[ContactProblem], Answer]] = {
+    "first": first_solution,
+    "least-impulse": least_impulse,
+    "largest-impulse": largest_impulse,
+    "lemke": lemke,
+    "mpcc": mpcc,
+}
+"""By name. The first three enumerate every solution and differ in the one they take."""

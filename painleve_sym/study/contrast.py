@@ -1,0 +1,209 @@
+"""One state, every method: accelerations, rigid motion, time stepping, relaxation, softened motion.
+
+The methods are asked the same question, the velocities at one time shortly after the start, and
+are measured by one ruler: the distance to a rigid motion in the metric of the kinetic energy.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import groupby, pairwise
+
+import numpy as np
+
+from painleve_sym.complementarity.contact import ContactCase, ContactSolution
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.simulate.inputs import resolve_parameters, resolve_state
+from painleve_sym.simulate.jump import JumpResult
+from painleve_sym.simulate.stepping import TimeStepper
+from painleve_sym.study.contrast_case import AccelerationLevel, Answer, Case
+
+STEPS = (1e-3, 1e-4, 1e-5)
+"""s."""
+STIFFNESS = (20.9e12, 20.9e14, 20.9e16)
+"""Young's moduli; Pa. The middle one is the paper's."""
+T_END = 1e-2
+"""s. The default stiffest and softest impacts of the paper's rod end well before."""
+CONTRAST_SOLVERS = ("least-impulse", "largest-impulse", "lemke", "mpcc")
+ROUND_OFF = 1e-9
+"""Relative errors below this are those of the reference, integrated at 1e-11: no order in them."""
+
+
+@dataclass(frozen=True)
+class FirstStep:
+    """The velocity-level problem of the first step.
+
+    Attributes
+    ----------
+    step : float
+        s.
+    solutions : tuple of ContactSolution
+        All of them: forces are impulses, N s, and accelerations velocities after the step, m/s.
+    """
+
+    step: float
+    solutions: tuple[ContactSolution, ...]
+
+
+@dataclass(frozen=True)
+class Contrast:
+    """Every method's answer for one state.
+
+    Attributes
+    ----------
+    mechanism : str
+    state, parameters : dict of str to float
+        Complete.
+    restitution, t_end : float
+        e of the softened and of both rigid rules; s.
+    gap, gap_rate : float
+        Of the start; m, m/s.
+    acceleration_level : AccelerationLevel or None
+        None where the contact is open or closing: there is nothing to solve.
+    jumps : dict of str to JumpResult
+        ``e`` and ``plastic`` (e = 0), by the energetic rule; empty where no jump is possible.
+    first_steps : tuple of FirstStep
+        Those where the contact is closed.
+    rigid, stepping, softened : tuple of Answer
+    exponent : float
+        n of the contact law.
+    """
+
+    mechanism: str
+    state: dict[str, float]
+    parameters: dict[str, float]
+    restitution: float
+    t_end: float
+    gap: float
+    gap_rate: float
+    acceleration_level: AccelerationLevel | None
+    jumps: dict[str, JumpResult]
+    first_steps: tuple[FirstStep, ...]
+    rigid: tuple[Answer, ...]
+    stepping: tuple[Answer, ...]
+    softened: tuple[Answer, ...]
+    exponent: float
+
+    @cached_property
+    def step_orders(self) -> dict[str, tuple[float, ...]]:
+        """p of error ∝ stepᵖ between neighbouring steps, by solver; nan where errors vanish."""
+        return {way: _orders(list(group)) for way, group in groupby(self.stepping, lambda a: a.way)}
+
+    @cached_property
+    def stiffness_orders(self) -> tuple[float, ...]:
+        """p of error ∝ Eᵖ between neighbouring moduli; nan where errors vanish."""
+        return _orders(list(self.softened))
+
+    @property
+    def expected_stiffness_order(self) -> float:
+        """−1/(2n), of an impact without collision; nan elsewhere."""
+        found = self.acceleration_level
+        impact = found and found.classification.case is ContactCase.INCONSISTENT
+        return -1 / (2 * self.exponent) if impact else float("nan")
+
+    @cached_property
+    def solver_dependent(self) -> bool:
+        """Whether solvers took different impulses in the first step, at any step length."""
+        for step in {a.setting for a in self.stepping}:
+            taken = [a.first_impulse for a in self.stepping if a.setting == step]
+            taken = [x for x in taken if np.isfinite(x)]
+            if taken and max(taken) - min(taken) > 1e-6 * max(map(abs, taken)):
+                return True
+        return False
+
+    @cached_property
+    def plastic_jump_unnoticed(self) -> bool:
+        """Whether accelerations have no solution, and every first step one: to rest in contact."""
+        found = self.acceleration_level
+        if found is None or found.classification.solutions or not self.first_steps:
+            return False
+        return all(
+            len(first.solutions) == 1 and first.solutions[0].mode.value == "stick"
+            for first in self.first_steps
+        )
+
+
+def contrast(
+    mechanism: Mechanism,
+    state: Mapping[str, float],
+    *,
+    parameters: Mapping[str, float] | None = None,
+    restitution: float = 0.75,
+    steps: Sequence[float] = STEPS,
+    stiffness: Sequence[float] = STIFFNESS,
+    t_end: float = T_END,
+    solvers: Sequence[str] = CONTRAST_SOLVERS,
+    engine: str = "auto",
+) -> Contrast:
+    """Ask every method what follows from one state.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        With one contact that can open.
+    state, parameters : mapping of str to float
+        Absent coordinates and velocities are 0, absent parameters have their defaults.
+    restitution : float
+        In [0, 1]: energetic for rigid and softened motion, Newton's for rigid motion and stepping.
+    steps : sequence of float
+        s, in (0, t_end].
+    stiffness : sequence of float
+        Young's moduli E > 0 of the paper's contact law; Pa.
+    t_end : float
+        When the velocities are compared; s.
+    solvers : sequence of str
+        Of the time steps; names in `SOLVERS`.
+    engine : {"auto", "compiled", "erk"}
+
+    Raises
+    ------
+    InputError
+        Unknown names, numbers out of range, a start inside the ground.
+    """
+    stepper = TimeStepper(mechanism)
+    values = resolve_parameters(
+        f"{mechanism.name!r}", mechanism.system.parameters, parameters or {}
+    )
+    start = resolve_state(mechanism, state, values)
+    case = Case(mechanism, start, values, restitution, t_end, engine)
+    steps, stiffness = sorted(set(steps), reverse=True), sorted(set(stiffness))
+    solvers = list(dict.fromkeys(solvers))
+    case.check(steps, stiffness, solvers, stepper)
+    gap, rate = case.gap_and_rate
+    level = case.acceleration_level()
+    rigid = case.rigid_answers(level)
+    ways = [
+        list(group) for _, group in groupby(case.stepping(stepper, steps, solvers), lambda a: a.way)
+    ]
+    softened, exponent = case.softened_answers(stiffness)
+    problems = [
+        (h, stepper.first_problem(start, h, e_newton=restitution, parameters=values)) for h in steps
+    ]
+    return Contrast(
+        mechanism=mechanism.name,
+        state=start,
+        parameters=values,
+        restitution=restitution,
+        t_end=t_end,
+        gap=gap,
+        gap_rate=rate,
+        acceleration_level=level,
+        jumps=case.jumps(),
+        first_steps=tuple(FirstStep(h, p.solutions()) for h, p in problems if p is not None),
+        rigid=tuple(rigid),
+        stepping=tuple(a for way in ways for a in case.measured(way, rigid)),
+        softened=tuple(case.measured(softened, rigid)),
+        exponent=exponent,
+    )
+
+
+def _orders(answers: list[Answer]) -> tuple[float, ...]:
+    found = []
+    for a, b in pairwise(answers):
+        # False with nan, too. Where the first steps took different solutions there is no order.
+        usable = min(a.error, b.error) > ROUND_OFF and a.first_mode == b.first_mode
+        ratios = b.error / a.error if usable else np.nan, b.setting / a.setting
+        found.append(float(np.log(ratios[0]) / np.log(ratios[1])))
+    return tuple(found)
