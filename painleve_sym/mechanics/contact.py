@@ -11,7 +11,7 @@ import sympy as sp
 from painleve_sym.errors import ModelError, unknown_name
 from painleve_sym.mechanics.bodies import Scalar, expr, rate
 from painleve_sym.mechanics.readable import readable
-from painleve_sym.mechanics.system import LagrangianSystem
+from painleve_sym.mechanics.system import LagrangianSystem, sample_point
 
 Curve = Callable[[sp.Symbol, sp.Symbol], sp.Expr]
 """g(x, y) of a curved surface: zero on it, positive on its free side, any unit."""
@@ -73,10 +73,15 @@ class Contact:
             yield "gap depends on a velocity; need a function of the coordinates alone."
         if not gap.free_symbols & set(system.q):
             yield "gap depends on no coordinate: this contact has no normal motion."
-        elif all(entry == 0 for entry in self.J_N):
+        elif all(self._is_still(seed) for seed in (1, 2)):
             yield "gap changes with no coordinate: this contact has no normal motion."
         if self.J_T.free_symbols & set(system.q_dot):
             yield "slip velocity is not affine in the velocities."
+
+    def _is_still(self, seed: int) -> bool:
+        """Return whether no coordinate changes the gap at a point."""
+        row = self.J_N.subs(sample_point(self.J_N, seed)).evalf(30)
+        return all(abs(entry) <= sp.Float("1e-20") for entry in row)
 
     @classmethod
     def of_point(

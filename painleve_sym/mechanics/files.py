@@ -27,7 +27,7 @@ from painleve_sym.mechanics.mechanism import DomainBound, Mechanism
 from painleve_sym.mechanics.system import Coordinate, LagrangianSystem, Parameter, name_fault
 from painleve_sym.mechanics.toml_lines import Path, TomlLines, toml_lines
 
-MAX_BYTES = 1_000_000
+MAX_BYTES = 200_000
 """Of a file: a mechanism takes a few thousand, a wrong file may be of any size."""
 
 _TOP = (

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import keyword
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -36,6 +37,15 @@ def name_fault(name: str) -> str | None:
     if name in RESERVED:
         return f"name {name!r} is reserved. Fix: use another, such as {name + '_1'!r}."
     return None
+
+
+def sample_point(matrix: sp.Matrix, seed: int) -> dict[sp.Symbol, sp.Expr]:
+    """Return exact values for the symbols of a matrix, to tell zero from what is not zero.
+
+    What vanishes at the points of two seeds vanishes identically.
+    """
+    symbols = sorted(matrix.free_symbols, key=str)
+    return {s: sp.Rational(7 * i + 11 * seed, 13 + i) for i, s in enumerate(symbols)}
 
 
 @dataclass(frozen=True)
@@ -233,7 +243,7 @@ class LagrangianSystem:
         entries += [("coordinate", c) for c in self.coordinates]
         entries += [("parameter", p) for p in self.parameters]
         names = [e.name for _, e in entries] + [f"{c.name}_dot" for c in self.coordinates]
-        for name in sorted({n for n in names if names.count(n) > 1}):
+        for name in sorted(n for n, count in Counter(names).items() if count > 1):
             yield f"name {name!r} is declared twice."
         for kind, entry in entries:
             fault = name_fault(entry.name)
@@ -248,7 +258,6 @@ class LagrangianSystem:
     def _mass_faults(self) -> list[str]:
         if self.mass_matrix.free_symbols & set(self.q_dot):
             return ["kinetic energy is not quadratic in the velocities."]
-        # Random rational points: a determinant that is zero at both is zero identically.
         verdicts = [self._mass_verdict(seed) for seed in (1, 2)]
         if all(v == "singular" for v in verdicts):
             return ["the mass matrix is singular. Fix: give every coordinate kinetic energy."]
@@ -257,11 +266,7 @@ class LagrangianSystem:
         return []
 
     def _mass_verdict(self, seed: int) -> str:
-        values = {
-            s: sp.Rational(7 * i + 11 * seed, 13 + i)
-            for i, s in enumerate(sorted(self.mass_matrix.free_symbols, key=str))
-        }
-        mass = self.mass_matrix.subs(values).evalf(30)
+        mass = self.mass_matrix.subs(sample_point(self.mass_matrix, seed)).evalf(30)
         n = mass.rows
         minors = [mass[:k, :k].det() for k in range(1, n + 1)]
         if abs(minors[-1]) <= sp.Float("1e-20"):

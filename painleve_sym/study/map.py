@@ -39,6 +39,7 @@ LEGEND: Mapping[str, int] = {
 ROD_FAMILY = ("rod", "rod-inertia")
 
 _ARRAYS = ("case", "A", "B", "A_stick", "B_stick", "stick_feasible", "flow", "crossings")
+_PLACE = ("over", "labels", "units", "values", "state", "parameters")
 _TEXTS = ("mechanism", "over", "labels", "units", "slip", "thresholds", "state", "parameters")
 
 
@@ -219,7 +220,7 @@ def region_map(
         Along each axis, 5 to 2000.
     slip : {-1, +1}
     state, parameters : mapping of str to float
-        What is held; absent states are 0, absent parameters have their defaults.
+        What is held; absent ones are 0 and the defaults.
     engine : {"auto", "compiled", "casadi"}
         See `Pointwise`.
 
@@ -234,24 +235,19 @@ def region_map(
     Génot & Brogliato, Eur. J. Mech. A/Solids 18 (1999); Zhao, Liu & Chen, (1)–(3), Fig. 2.
     """
     place = map_place(mechanism, over, ranges or {}, points, slip, state or {}, parameters or {})
-    grids, contact = _grids(mechanism, place, slip, engine)
+    grids, contact, used = _grids(mechanism, place, slip, engine)
     if not (grids["case"] >= 0).any():
         raise InputError(_nothing_inside(mechanism, place))
     _tell_where_open(contact)
-    curves, crossings = _zeros(mechanism, place, slip, grids, engine)
+    curves, crossings = _zeros(mechanism, place, slip, grids, used)
     return RegionMap(
         mechanism=mechanism.name,
-        over=place.over,
-        labels=place.labels,
-        units=place.units,
-        values=place.values,
         slip=slip,
+        **{name: getattr(place, name) for name in _PLACE},
         **grids,
         curves=curves,
         crossings=crossings,
         thresholds=_thresholds(mechanism, place, slip),
-        state=place.state,
-        parameters=place.parameters,
     )
 
 
@@ -277,14 +273,15 @@ def _flow(mechanism: Mechanism, place: MapPlace, slip: int) -> list[sp.Expr]:
 
 def _grids(
     mechanism: Mechanism, place: MapPlace, slip: int, engine: str
-) -> tuple[dict[str, Any], Array]:
-    """Return the fields of the map on its grid, and gap and gap rate where inside."""
+) -> tuple[dict[str, Any], Array, str]:
+    """Return the map's fields on its grid, gap and gap rate where inside, the engine used."""
     c, contact = mechanism.coefficients, mechanism.contact
     flow = _flow(mechanism, place, slip)
     margins = [b.margin for b in mechanism.domain]
     parts = [c.W_nn, c.W_nt, c.W_tt, c.b_n, c.b_t, c.A_stick, c.B_stick, c.mu]
     parts += [contact.gap, contact.gap_rate, *margins, *flow]
-    found = Pointwise(parts, place.all_symbols, engine=engine)(place.grid())
+    function = Pointwise(parts, place.all_symbols, engine=engine)
+    found = function(place.grid())
     W_nn, W_nt, W_tt, B, b_t, A_stick, B_stick, mu, gap, gap_rate = found[:10]
     inside = (found[10 : 10 + len(margins)] > 0).all(axis=0)
     inside &= np.isfinite(found[:8]).all(axis=0)
@@ -305,7 +302,7 @@ def _grids(
     grids |= {"case": case, "stick_feasible": sticks, "flow": None}
     if flow:
         grids["flow"] = np.where(case == LEGEND["slip"], found[-2:], np.nan)
-    return grids, np.stack([gap, gap_rate])[:, inside]
+    return grids, np.stack([gap[inside], gap_rate[inside]]), function.engine
 
 
 def _nothing_inside(mechanism: Mechanism, place: MapPlace) -> str:

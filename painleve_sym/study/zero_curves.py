@@ -40,7 +40,7 @@ def zero_segments(function: Function, x: Array, y: Array, values: Array) -> Arra
     along_y = _zeros_between(function, grid[:, :-1], grid[:, 1:], values[:, :-1], values[:, 1:])
     # The sides of a cell in turn: of four crossed ones, neighbours are joined.
     turn = (along_x[:, :-1], along_y[1:], along_x[:, 1:], along_y[:-1])
-    cells = np.nonzero(sum((~np.isnan(side[..., 0])).astype(np.int8) for side in turn))
+    cells = np.nonzero(np.any([~np.isnan(side[..., 0]) for side in turn], axis=0))
     sides = np.stack([side[cells] for side in turn])
     crossed = ~np.isnan(sides[..., 0])
     order = np.argsort(~crossed, axis=0, kind="stable")

@@ -9,8 +9,9 @@ import os
 import numpy as np
 import pytest
 
+from painleve_sym.mechanics.models import model
 from painleve_sym.present.map_figure import map_figure, write_map_figure
-from painleve_sym.study.map import RegionMap
+from painleve_sym.study.map import RegionMap, region_map
 from tests.cli.cli_helpers import run, run_json
 
 ROD = ("map", "rod", "--over", "theta,theta_dot", "--range", "theta=0.1:1.5,theta_dot=-5:5")
@@ -70,6 +71,15 @@ def test_map_figure_of_parameters_marks_the_thresholds(capsys, tmp_path):
     run(capsys, "map", "rod", *over, "--state", "theta_dot=3.4", *SMALL, "--out", path)
     texts = {t.get_text() for t in map_figure(RegionMap.load(path)).axes[0].texts}
     assert {r"$\mu_P$", r"$\mu_C$", "$A = 0$", "$B = 0$"} <= texts
+
+
+@pytest.mark.parametrize("over", ["theta,theta_dot", "x_A,y_A_dot", "x_A,y_A", "g,l"])
+@pytest.mark.filterwarnings("ignore:at .* points the state has a gap")
+def test_map_figure_of_few_points_is_drawn(over, tmp_path):
+    state = {} if "theta" in over else {"theta": 1.0}
+    found = region_map(model("rod"), over.split(","), points=5, state=state)
+    write_map_figure(found, tmp_path / "a.png")
+    assert (tmp_path / "a.png").stat().st_size > 5000
 
 
 BAD = [

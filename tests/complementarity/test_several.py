@@ -287,6 +287,21 @@ def test_solutions_scale_with_the_accelerations(data, power):
             assert np.array_equal(unit * forces(s), forces(t))
 
 
+@settings(max_examples=60, deadline=None)
+@given(contact_sets(), st.lists(st.integers(-20, 20), min_size=2, max_size=2))
+def test_solutions_do_not_depend_on_the_size_of_each_contact(data, powers):
+    problem = built(data)
+    unit = np.repeat(2.0 ** np.array(powers[: problem.size]), 2)
+    scaled = SeveralContacts(
+        problem.W * np.outer(unit, unit), problem.b * unit, problem.mu, problem.slip_velocity
+    )
+    here, there = problem.solutions(), scaled.solutions()
+    assert sorted(str(s.modes) for s in here) == sorted(str(s.modes) for s in there)
+    assert same_sets(
+        [forces(s) for s in here if s.isolated], [unit * forces(s) for s in there if s.isolated]
+    )
+
+
 # --- the complementarity problem --------------------------------------------------------------
 
 

@@ -13,7 +13,9 @@ from scipy.integrate import solve_ivp
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.laws.compliance import law
 from painleve_sym.mechanics.models import rod
+from painleve_sym.simulate.classify import contact_problem
 from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.impact import solve_impact
 from painleve_sym.simulate.rigid import RigidSimulator
 
 SLIDING = {"theta": 0.5, "theta_dot": 1.0, "x_A_dot": -1.0}
@@ -180,3 +182,43 @@ def test_start_inside_the_ground_is_refused(rigid):
 def test_unknown_choices_suggest_the_nearest(bad):
     with pytest.raises(InputError, match="Did you mean"):
         _ = RigidSimulator(rod(), **bad).contact
+
+
+@pytest.mark.parametrize("restitution", ["energetic", "poisson", "newton"])
+@settings(max_examples=40, deadline=None)
+@given(
+    theta=st.floats(0.2, 2.9),
+    speed=st.floats(-3, 3),
+    fall=st.floats(0.01, 2),
+    mu=st.floats(0, 2),
+    e=st.floats(0, 1),
+)
+def test_impact_of_the_automaton_is_the_complete_planar_impact(
+    restitution, theta, speed, fall, mu, e
+):
+    """The chain of instantaneous modes in C against the numeric solver in impulse space."""
+    simulator = _simulator(restitution)
+    coefficient = simulator.own_parameters[0].name
+    state = {"theta": theta, "x_A_dot": speed, "y_A_dot": -fall}
+    given_parameters = {"mu": mu, coefficient: e}
+    run = simulator.run(state, t_end=1e-9, parameters=given_parameters)
+    problem = contact_problem(
+        simulator.mechanism,
+        dict.fromkeys(simulator.mechanism.state_names, 0.0) | state,
+        simulator.parameters(given_parameters),
+    )
+    W = [[problem.W_tt, problem.W_nt], [problem.W_nt, problem.W_nn]]
+    other = solve_impact(W, mu, (speed, -fall), restitution, e)
+    end = run.events_of("impact_end")[0]
+    size = abs(speed) + fall
+    assert end.state["x_A_dot"] == pytest.approx(other.velocity[0], abs=1e-11 * size)
+    assert end.state["y_A_dot"] == pytest.approx(other.velocity[1], abs=1e-11 * size)
+
+
+_cache = {}
+
+
+def _simulator(restitution):
+    if restitution not in _cache:
+        _cache[restitution] = RigidSimulator(rod(), restitution, engine="compiled")
+    return _cache[restitution]

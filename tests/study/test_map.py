@@ -8,6 +8,7 @@ import time
 
 import numpy as np
 import pytest
+import sympy as sp
 
 from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.mechanics.models import model
@@ -113,13 +114,33 @@ def test_map_thresholds_of_the_rods(rod_map):
     assert heavy == pytest.approx({"mu_P": 3 / 4, "mu_C": 3 / 4 * 2 / math.sqrt(3)}, rel=1e-14)
 
 
-def test_rod_rates_of_approach_are_equal_at_the_second_threshold(rod):
-    # Along the flow, A and B fall like exp(λ τ) with dτ = dt/A; at μ_C both λ are one.
-    for factor, sign in ((0.99, -1), (1.0, 0), (1.01, 1)):
-        mu = factor * 8 / 3**1.5
-        t = (3 * mu - math.sqrt(9 * mu**2 - 16)) / 2
-        difference = abs(2 * t - 3 * mu) - 2 * t
-        assert difference == pytest.approx(0, abs=1e-12) if sign == 0 else sign * difference > 0
+@pytest.mark.parametrize("alpha", [3.0, 8.0])
+def test_rod_rates_of_approach_are_equal_at_the_second_threshold(alpha):
+    # In τ with dτ = dt/A the slip is regular at the crossing: f = (θ̇ A, θ̈ A) = 0 there.
+    mechanism = model("rod-inertia")
+    system, c = mechanism.system, mechanism.coefficients
+    x, v = system.q[2], system.q_dot[2]
+    normal, tangential = c.force_directions
+    A = c.A(-1)
+    field = sp.Matrix([v * A, A * system.free_acceleration[2]])
+    field[1] -= c.B * (normal[2] + c.mu * tangential[2])
+    slope, along_A = field.jacobian([x, v]), sp.diff(A, x) * v
+    for factor, sign in ((0.99, 1), (1.0, 0), (1.01, -1)):
+        found = region_map(mechanism, ("theta", "mu"), points=5, parameters={"alpha": alpha})
+        mu = factor * found.thresholds["mu_C"]
+        numbers = {"m": 1.0, "l": 1.0, "g": 9.8, "alpha": alpha, "mu": mu}
+        over = region_map(mechanism, ("theta", "theta_dot"), points=50, parameters=numbers)
+        first = over.crossings[over.crossings[:, 1] > 0][0]
+        values = {p.symbol: numbers[p.name] for p in system.parameters}
+        values |= {x: first[0], v: first[1]}
+        rate_A = float(along_A.subs(values))
+        rate_B = float(slope.trace().subs(values)) - rate_A
+        assert float(slope.det().subs(values)) == pytest.approx(rate_A * rate_B, rel=1e-9)
+        assert rate_A < 0 and rate_B < 0
+        if sign == 0:
+            assert rate_A == pytest.approx(rate_B, rel=1e-12)
+        else:
+            assert sign * (rate_A - rate_B) > 0
 
 
 def test_map_is_its_mirror_image(rod):
@@ -244,6 +265,18 @@ def test_map_refuses_bad_input(rod, call, words):
     over, options = call
     with pytest.raises(InputError, match=words):
         region_map(rod, over, **options)
+
+
+def test_map_without_compiler_says_so_once(rod, monkeypatch, tmp_path):
+    monkeypatch.setenv("CC", str(tmp_path / "none"))
+    with pytest.warns(PainleveWarning) as caught:
+        region_map(rod, ("theta", "mu"), points=10)
+    assert len(caught) == 1 and "slower engine" in str(caught[0].message)
+
+
+def test_map_refuses_several_contacts():
+    with pytest.raises(InputError, match="got 2 contacts"):
+        region_map(model("block-two-feet"), ("theta", "mu_A"))
 
 
 def test_map_refuses_a_bilateral_contact():
