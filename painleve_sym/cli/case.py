@@ -9,7 +9,8 @@ from typing import Any
 
 from painleve_sym.cli.options import read_assignments, read_count, read_number, read_numbers
 from painleve_sym.errors import InputError, unknown_name
-from painleve_sym.laws.compliance import ContactLaw, law
+from painleve_sym.laws.compliance import ContactLaw
+from painleve_sym.laws.rigid import RigidLaw, contact_law
 from painleve_sym.mechanics.models import MODELS, model
 from painleve_sym.study.scenario import Scenario
 
@@ -75,9 +76,9 @@ def read_law_settings(name: str | None, texts: list[str]) -> dict[str, Any]:
     """Return law parameters and choices of ``--law-set``; InputError where there is no law."""
     if name is None:
         raise InputError("--law-set: no law to set. Fix: name one with --law.")
-    chosen = law(name)
     pairs = read_assignments("--law-set", texts)
-    choices = {k: v for k, v in pairs.items() if k in chosen.choices}
+    choices = {k: v for k, v in pairs.items() if k in contact_law(name).choices}
+    chosen = contact_law(name, **choices)
     known = [*(p.name for p in chosen.parameters), *chosen.choices]
     for key in pairs:
         if key not in known:
@@ -86,12 +87,12 @@ def read_law_settings(name: str | None, texts: list[str]) -> dict[str, Any]:
     return {"law_parameters": numbers, "law_choices": choices}
 
 
-def chosen_law(name: str | None, texts: list[str] | None) -> ContactLaw:
+def chosen_law(name: str | None, texts: list[str] | None) -> ContactLaw | RigidLaw:
     """Return the law of ``--law`` with the choices of ``--law-set``."""
     if name is None:
         raise InputError("--law: missing. Fix: name one, such as --law bilinear-hertz.")
     settings = read_law_settings(name, texts) if texts else {"law_choices": {}}
-    return law(name, **settings["law_choices"])
+    return contact_law(name, **settings["law_choices"])
 
 
 def _check_owners(scenario: Scenario) -> None:
@@ -99,7 +100,7 @@ def _check_owners(scenario: Scenario) -> None:
     if scenario.law is None or scenario.model not in MODELS:
         return
     own = {p.name for p in model(scenario.model).system.parameters}
-    of_law = {p.name for p in law(scenario.law).parameters}
+    of_law = {p.name for p in scenario.contact_law().parameters}
     for name in scenario.parameters:
         if name not in own and name in of_law:
             raise InputError(

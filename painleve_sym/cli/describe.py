@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from painleve_sym.cli.case import chosen_law
@@ -12,14 +12,13 @@ from painleve_sym.cli.output import number, print_json, show, show_table
 from painleve_sym.cli.parser import AUTOMATON_FORMATS
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.hybrid.automaton import HybridAutomaton, Transition
+from painleve_sym.hybrid.rigid import RigidContact
 from painleve_sym.hybrid.softened import SoftenedContact
-from painleve_sym.laws.compliance import LAWS, ContactLaw, law
+from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.laws.impact import RESTITUTIONS, RestitutionLaw
+from painleve_sym.laws.rigid import CHOICES, CONTACT_LAWS, RigidLaw, contact_law
 from painleve_sym.mechanics.models import MODELS, Mechanism, model
 from painleve_sym.mechanics.system import Parameter
-
-CHOICE_VALUES: Mapping[str, tuple[str, ...]] = {"reload": ("elastic", "virgin")}
-"""What each named choice of a law may be; the law itself refuses the rest."""
 
 
 def checked_format(text: str, known: Sequence[str]) -> str:
@@ -124,7 +123,7 @@ def _range(parameter: Parameter) -> str:
 
 def laws(arguments: argparse.Namespace) -> int:
     """List the contact laws and the restitution rules."""
-    found = [law(name) for name in LAWS]
+    found = [contact_law(name) for name in CONTACT_LAWS]
     rules = [make() for make in RESTITUTIONS.values()]
     if arguments.json:
         data = [law_data(one) for one in found]
@@ -136,7 +135,7 @@ def laws(arguments: argparse.Namespace) -> int:
         show(f"{one.name}: {one.title}")
         _show_parameters(one.parameters)
         for name, default in one.choices.items():
-            values = ", ".join(v + " (default)" * (v == default) for v in CHOICE_VALUES[name])
+            values = ", ".join(v + " (default)" * (v == default) for v in CHOICES[name])
             show(f"  {name}: {values}")
         show(f"  source: {one.source}")
     show()
@@ -147,7 +146,7 @@ def laws(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def law_data(one: ContactLaw) -> dict[str, Any]:
+def law_data(one: ContactLaw | RigidLaw) -> dict[str, Any]:
     """Return a contact law as plain data."""
     return {
         "name": one.name,
@@ -155,10 +154,10 @@ def law_data(one: ContactLaw) -> dict[str, Any]:
         "source": one.source,
         "parameters": [parameter_data(p) for p in one.parameters],
         "choices": {
-            name: {"default": default, "values": CHOICE_VALUES[name]}
+            name: {"default": default, "values": CHOICES[name]}
             for name, default in one.choices.items()
         },
-        "branches": [b.name for b in one.branches],
+        "branches": [b.name for b in one.branches] if isinstance(one, ContactLaw) else [],
     }
 
 
@@ -181,7 +180,11 @@ def automaton(arguments: argparse.Namespace) -> int:
     """Print the modes and events of a mechanism with a law."""
     form = checked_format(arguments.format, AUTOMATON_FORMATS)
     mechanism = model(arguments.model)
-    made = SoftenedContact(mechanism, chosen_law(arguments.law, arguments.law_set)).automaton
+    chosen = chosen_law(arguments.law, arguments.law_set)
+    if isinstance(chosen, RigidLaw):
+        made = RigidContact(mechanism, chosen.restitution, chosen.policy).automaton
+    else:
+        made = SoftenedContact(mechanism, chosen).automaton
     if form == "json":
         print_json(automaton_data(made))
     elif form == "text":

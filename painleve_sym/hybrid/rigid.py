@@ -11,7 +11,7 @@ from functools import cached_property
 
 import sympy as sp
 
-from painleve_sym.errors import InputError, StopReason, unknown_name
+from painleve_sym.errors import StopReason
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
 from painleve_sym.hybrid.contact_states import CONTACTS, FLIGHT, ContactStates
 from painleve_sym.hybrid.impact_rays import (
@@ -20,10 +20,8 @@ from painleve_sym.hybrid.impact_rays import (
     ImpactRays,
     restitution_parameter,
 )
+from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.system import Parameter
-
-POLICIES = ("liftoff", "slip", "impact")
-"""What to do in the indeterminate state, where several rigid solutions exist."""
 
 DECISION = "contact"
 """The instantaneous mode in which a closed contact finds its solution."""
@@ -57,9 +55,7 @@ class RigidContact(ContactStates):
     rays: ImpactRays = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        if self.policy not in POLICIES:
-            raise InputError("rigid contact: " + unknown_name("policy", self.policy, POLICIES))
-        restitution_parameter(self.restitution)  # refuses an unknown law
+        RigidLaw(self.restitution, self.policy)  # refuses unknown names
         object.__setattr__(self, "rays", ImpactRays(self, self.restitution))
 
     @property

@@ -67,7 +67,7 @@ def map_figure(found: RegionMap) -> Figure:
         figure = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
         axes = figure.add_subplot()
         _fill(axes, found)
-        if found.flow is not None:
+        if _flows(found):
             _draw_flow(axes, found)
         _draw_curves(axes, found)
         _draw_crossings(axes, found)
@@ -125,12 +125,15 @@ def _ends(values: Array) -> tuple[float, float]:
     return float(values[0] - half), float(values[-1] + half)
 
 
+def _flows(found: RegionMap) -> bool:
+    """Tell whether anything flows: with both velocities held at 0 nothing does."""
+    return found.flow is not None and bool((np.nan_to_num(found.flow) != 0).any())
+
+
 def _draw_flow(axes: Axes, found: RegionMap) -> None:
     assert found.flow is not None
     every = [max(1, len(v) // FLOW_GRID) for v in found.values]
     u, v = found.flow[:, :: every[0], :: every[1]]
-    if np.isfinite(u).sum() < 16:
-        return
     # streamplot wants evenly spaced numbers exactly; it follows a direction, speed plays no part.
     thinned = [w[::step] for w, step in zip(found.values, every, strict=True)]
     x, y = (np.linspace(w[0], w[-1], len(w)) for w in thinned)
@@ -293,7 +296,7 @@ def _legend(found: RegionMap) -> list[Any]:
         for n in (*(n for n in LEGEND if n != "outside"), "outside")
         if n in _present(found)
     ]
-    if found.flow is not None and found.counts["slip"]:
+    if _flows(found):
         handles.append(Line2D([], [], color=FLOW, linewidth=0.6, label="flow of slip"))
     if len(found.crossings):
         handles.append(

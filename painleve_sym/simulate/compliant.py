@@ -83,7 +83,7 @@ class SoftenedSimulator(ContactSimulator):
             raise InputError(f"{self.where}: compression: got {depth!r}, need >= 0 and finite.")
         values = self.constants(parameters)
         k, n = map(float, numbers([self.law.stiffness, self.law.exponent], values))
-        return k * depth ** (n + 1) / (n + 1)
+        return float(k * depth ** (n + 1) / (n + 1))
 
     def run(
         self,

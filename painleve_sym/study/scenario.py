@@ -16,13 +16,15 @@ from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.codegen.run import RunOptions
 from painleve_sym.codegen.select import ENGINES
 from painleve_sym.errors import InputError, unknown_name
-from painleve_sym.laws.compliance import ContactLaw, law
+from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.laws.impact import restitution_law
+from painleve_sym.laws.rigid import RigidLaw, contact_law
 from painleve_sym.mechanics.models import Mechanism, model
 from painleve_sym.simulate.classify import CONTACT_TOLERANCE, Classification, classify
 from painleve_sym.simulate.compliant import DEFAULT_RTOL, SoftenedSimulator
 from painleve_sym.simulate.inputs import resolve_parameters, resolve_state, symbol_values
 from painleve_sym.simulate.jump import JumpResult, evaluate_jump
+from painleve_sym.simulate.rigid import RigidSimulator
 from painleve_sym.simulate.trajectory import Trajectory
 
 DEFAULT_RULE = "energetic"
@@ -153,15 +155,15 @@ class Scenario:
         """Return the mechanism; InputError suggests the nearest name."""
         return model(self.model)
 
-    def contact_law(self) -> ContactLaw:
+    def contact_law(self) -> ContactLaw | RigidLaw:
         """Return the contact law with its choices; InputError where none is named."""
         if self.law is None:
             raise InputError(
-                f"{self.where}: no contact law, and a softened motion needs one. "
+                f"{self.where}: no contact law, and a motion needs one. "
                 "Fix: give --law, such as bilinear-hertz, or [law] in a file; `painleve laws` "
                 "lists them."
             )
-        return law(self.law, **self.law_choices)
+        return contact_law(self.law, **self.law_choices)
 
     def start(self) -> Mapping[str, float]:
         """Return the state as given; InputError where none is."""
@@ -200,14 +202,14 @@ class Scenario:
         return classify(mechanism, self._state(mechanism, self._given(mechanism)), self.parameters)
 
     def simulate(self) -> Trajectory:
-        """Return the softened motion from the state.
+        """Return the softened or rigid motion from the state.
 
         Raises
         ------
         InputError
             What is missing, unknown or out of range, before anything is compiled.
         """
-        mechanism, contact_law, _ = self.mechanism(), self.contact_law(), self.start()
+        mechanism, chosen, _ = self.mechanism(), self.contact_law(), self.start()
         if self.t_end is None:
             raise InputError(
                 f"{self.where}: no end time, and a motion needs one. "
@@ -225,18 +227,26 @@ class Scenario:
         RunOptions(self.t_end, self.rtol, np.zeros(0), **limits)
         given = self._given(mechanism)
         of_law = resolve_parameters(
-            f"law {contact_law.name!r}", contact_law.parameters, self.law_parameters
+            f"law {chosen.name!r}", chosen.parameters, self.law_parameters
         )
         state = self._state(mechanism, given)
-        return SoftenedSimulator(mechanism, contact_law, self.engine).run(
-            state,
-            t_end=self.t_end,
-            parameters={**given, **of_law},
-            until=self.until,
-            rtol=self.rtol,
-            initial_force=self.initial_force,
+        options: dict[str, Any] = {
+            "t_end": self.t_end,
+            "parameters": {**given, **of_law},
+            "until": self.until,
+            "rtol": self.rtol,
             **limits,
-        )
+        }
+        if isinstance(chosen, RigidLaw):
+            if self.initial_force is not None:
+                raise InputError(
+                    f"{self.where}: initial_force: a rigid contact stores no force. "
+                    "Fix: leave it out, or name a softened law."
+                )
+            rigid = RigidSimulator(mechanism, chosen.restitution, chosen.policy, self.engine)
+            return rigid.run(state, **options)
+        softened = SoftenedSimulator(mechanism, chosen, self.engine)
+        return softened.run(state, initial_force=self.initial_force, **options)
 
     def jump(self) -> JumpResult:
         """Return the velocity jump at the state, which must be on the surface."""
@@ -327,7 +337,7 @@ def _read_law(where: str, key: str, value: Any) -> dict[str, Any]:
         return {key: value}
     if not isinstance(value, Mapping) or not isinstance(value.get("name"), str):
         raise _wrong(where, key, value, 'a table [law] with name = "..."')
-    made = law(value["name"])
+    made = contact_law(value["name"])
     fields: dict[str, Any] = {"law": value["name"], "law_parameters": {}, "law_choices": {}}
     for name, entry in value.items():
         if name == "parameters":

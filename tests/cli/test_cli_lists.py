@@ -8,11 +8,11 @@ import runpy
 
 import pytest
 
-from painleve_sym.cli.describe import CHOICE_VALUES
 from painleve_sym.cli.output import print_json, show_table, wrap_expression
 from painleve_sym.errors import InputError
 from painleve_sym.laws.compliance import LAWS, law
 from painleve_sym.laws.impact import RESTITUTIONS
+from painleve_sym.laws.rigid import CHOICES
 from painleve_sym.mechanics.models import MODELS, model
 from painleve_sym.simulate.classify import classify
 from painleve_sym.simulate.jump import evaluate_jump
@@ -45,7 +45,7 @@ def test_laws_lists_every_law_with_choices_that_work(capsys):
                 assert law(one["name"], **{name: value}).choices == {name: value}
     with pytest.raises(InputError) as error:
         law("bilinear-hertz", reload="other")
-    assert all(value in str(error.value) for value in CHOICE_VALUES["reload"])
+    assert all(value in str(error.value) for value in CHOICES["reload"])
     code, out, err = run(capsys, "laws")
     assert (code, err) == (0, "")
     assert all(len(line) <= 80 for line in out.splitlines())

@@ -90,7 +90,7 @@ resting = contact_sets(sizes=st.just(1), slip=st.just(0), definite=True).map(fla
         (-0.5, -3.0, 1.0, [2.0]),  # A = 1.5 where F_n > 0
         (-0.5, 3.0, 1.0, [-6.0]),  # A = 0.5 where F_n < 0
         (0.0, 3.0, 1.0, [-3.0]),
-        (-1.5, -1.0, 1.0, [0.4]),
+        (-1.5, -1.0, 1.0, [-2.0, 0.4]),
         (-1.5, 1.0, -1.0, [-0.4, 2.0]),
         (-1.5, -1.0, -1.0, []),
         (-1.5, 0.0, -1.0, [0.0]),
@@ -100,8 +100,6 @@ resting = contact_sets(sizes=st.just(1), slip=st.just(0), definite=True).map(fla
 )
 def test_solutions_are_those_by_hand_while_sliding(W_nt, b_n, v, expected):
     problem = BilateralProblem(1.0, W_nt, 4.0, b_n, 0.0, 1.0, v)
-    if W_nt == -1.5 and b_n == -1.0 and v > 0:
-        expected = [0.4, -2.0][::-1]
     assert [s.normal_force for s in problem.solutions()] == pytest.approx(expected)
     assert all(s.isolated for s in problem.solutions())
 
@@ -163,13 +161,14 @@ def test_a_rod_held_at_its_end_turns_its_paradox_into_two_forces():
 # --- properties -------------------------------------------------------------------------------
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(singles)
 def test_solutions_agree_with_rational_arithmetic(data):
     problem, expected = built(data), exact_solutions(*data)
     solutions = problem.solutions()
     assert all(s.residual <= RESIDUAL_TOLERANCE for s in solutions)
-    assert all(s.residual == problem.residual(*pair) for s, pair in zip_pairs(solutions))
+    for s in solutions:
+        assert s.residual == problem.residual(s.normal_force, s.tangential_force)
     if expected is None:
         return
     assert all(s.isolated for s in solutions)
@@ -180,11 +179,7 @@ def test_solutions_agree_with_rational_arithmetic(data):
         assert s.mode is (RIGHT if data[6] > 0 else LEFT)
 
 
-def zip_pairs(solutions):
-    return zip(solutions, pairs(solutions), strict=True)
-
-
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(moving)
 def test_solutions_are_as_many_as_the_closed_condition_says_while_sliding(data):
     W_nn, W_nt, _, b_n, _, mu, s = data
@@ -198,7 +193,7 @@ def test_solutions_are_as_many_as_the_closed_condition_says_while_sliding(data):
     assert problem.unique_for_all == (mu * abs(W_nt) < W_nn)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(resting)
 def test_solutions_at_rest_are_as_many_as_the_closed_condition_says(data):
     W_nn, W_nt, _, b_n, _, mu, _ = data
@@ -272,15 +267,12 @@ def test_solutions_scale_with_the_accelerations(data, power):
         ((-0.4, -0.4), -1.0, 1.0),  # friction along the slip
         ((0.0, 0.0), -1.0, 1.0),  # a_n = b_n
         ((-1.0, 0.0), -1.0, 1.0),  # no friction
-        ((-1.0, 0.0), 0.0, 5.5 / 9.5),  # a_t = 5.5 without friction
+        ((-1.0, 0.0), 0.0, 0.5),  # no friction, while a_t = 1.5 - 0.5
         ((math.nan, 0.0), 0.0, math.inf),
     ],
 )
 def test_residual_measures_the_violation_for_known_forces(forces, v, expected):
-    b_t = -1.5 if v else -9.5 + 13.5
-    problem = BilateralProblem(1.0, -1.5, 4.0, 1.0, b_t, 1.0, v)
-    if v == 0 and math.isfinite(expected):
-        expected = 1.0  # friction 0 while a_t is not, each a whole of its terms
+    problem = BilateralProblem(1.0, -1.5, 4.0, 1.0, -0.5, 1.0, v)
     assert problem.residual(*forces) == pytest.approx(expected)
 
 

@@ -255,12 +255,11 @@ def test_solutions_swap_slip_directions_under_reflection(data):
     problem = built(data)
     mirror = ContactProblem(W_nn, -W_nt, W_tt, b_n, -b_t, mu, -v)
     assert mirror.case is problem.case
-    here = {s.mode for s in problem.solutions()}
-    there = {SWAPPED[s.mode] for s in mirror.solutions()}
-    assert here == there
-    if all(s.isolated for s in problem.solutions()):
-        forces = sorted((s.normal_force, s.tangential_force) for s in problem.solutions())
-        mirrored = sorted((s.normal_force, -s.tangential_force) for s in mirror.solutions())
+    here, there = problem.solutions(), mirror.solutions()
+    assert {s.mode for s in here} == {SWAPPED[s.mode] for s in there}
+    if all(s.isolated for s in here):
+        forces = sorted((s.normal_force, s.tangential_force) for s in here)
+        mirrored = sorted((s.normal_force, -s.tangential_force) for s in there)
         assert np.allclose(forces, mirrored, rtol=1e-9)
 
 

@@ -1,4 +1,4 @@
-"""Time stepping: order one where the motion is smooth, impulses, symmetry, energy, several solutions."""
+"""Time stepping: order one in smooth motion, impulses, symmetry, energy, several solutions."""
 
 from __future__ import annotations
 
@@ -157,7 +157,14 @@ def test_plain_bounce_has_newtons_restitution(stepper, e):
     assert run.final["y_A_dot"] == pytest.approx(e, abs=1e-12)
 
 
-@pytest.mark.parametrize("name", ["block", "eccentric-disc", "cart-pendulum"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "eccentric-disc",
+        pytest.param("block", marks=pytest.mark.slow),
+        pytest.param("cart-pendulum", marks=pytest.mark.slow),
+    ],
+)
 def test_other_mechanisms_converge_to_their_rigid_motion(name):
     mechanism = model(name)
     names = [f"{c.name}_dot" for c in mechanism.system.coordinates]

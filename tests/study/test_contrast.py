@@ -55,10 +55,12 @@ def test_table_3_orders(table_3):
 def test_table_3_softened_impacts_are_those_of_the_reference(table_3):
     middle = table_3.softened[1]
     assert middle.setting == 20.9e14
-    assert [k for _, k in middle.events[:3]] == ["slip_stop", "max_compression", "separation"]
+    kinds = [kind for _, kind in middle.events]
+    assert kinds[:2] == ["slip_stop", "max_compression"]
+    assert "separation" in kinds
     assert middle.events[0][0] == pytest.approx(4.0886112e-4, rel=1e-6)
     assert middle.peak_force == pytest.approx(5875.891, rel=1e-4)
-    # The velocities of contact and body change by what the impulse is worth: here by the jump.
+    # What the rule drops is the impulse of finite forces while the slip lasts.
     jump = sum(p.normal_impulse for p in table_3.jumps["e"].phases)
     assert middle.normal_impulse == pytest.approx(jump, rel=0.05)
 

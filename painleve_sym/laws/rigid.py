@@ -1,0 +1,77 @@
+"""The rigid contact as a law: restitution at impacts, a policy where several solutions exist."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.laws.compliance import LAWS, ContactLaw, law
+from painleve_sym.laws.impact import RESTITUTIONS, restitution_law
+from painleve_sym.mechanics.system import Parameter
+
+POLICIES = ("liftoff", "slip", "impact")
+"""What to do in the indeterminate state, where several rigid solutions exist."""
+
+
+@dataclass(frozen=True)
+class RigidLaw:
+    """A contact that does not yield.
+
+    Parameters
+    ----------
+    restitution : {"energetic", "poisson", "newton"}
+    policy : {"liftoff", "slip", "impact"}
+        Followed in the indeterminate state; lift-off is what a contact without surface energy does.
+
+    Raises
+    ------
+    InputError
+        Unknown names.
+    """
+
+    restitution: str = "energetic"
+    policy: str = "liftoff"
+
+    name = "rigid"
+    title = "rigid contact: contact problem between impacts, Routh's construction at them"
+    source = "Routh (1905); Génot & Brogliato, Eur. J. Mech. A 18 (1999) 653–677"
+
+    def __post_init__(self) -> None:
+        if self.policy not in POLICIES:
+            raise InputError("rigid contact: " + unknown_name("policy", self.policy, POLICIES))
+        restitution_law(self.restitution)
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The coefficient of restitution of the chosen law."""
+        return (restitution_law(self.restitution).parameter,)
+
+    @property
+    def choices(self) -> Mapping[str, str]:
+        """Restitution law and policy."""
+        return {"restitution": self.restitution, "policy": self.policy}
+
+
+CHOICES: Mapping[str, tuple[str, ...]] = {
+    "reload": ("elastic", "virgin"),
+    "restitution": tuple(RESTITUTIONS),
+    "policy": POLICIES,
+}
+"""Every named choice of a contact law and its values."""
+
+CONTACT_LAWS = (*LAWS, RigidLaw.name)
+"""Names that `contact_law` knows."""
+
+
+def contact_law(name: str, **choices: str) -> ContactLaw | RigidLaw:
+    """Return the named contact law, rigid or softened, made with the given choices."""
+    if name != RigidLaw.name:
+        if name not in LAWS:
+            raise InputError(unknown_name("contact law", name, CONTACT_LAWS))
+        return law(name, **choices)
+    for key in choices:
+        if key not in RigidLaw().choices:
+            message = unknown_name("choice", key, RigidLaw().choices)
+            raise InputError(f"law {name!r}: {message}")
+    return RigidLaw(**choices)
