@@ -211,7 +211,7 @@ def _contrast_options(parser: _Parser) -> None:
     _case(parser)
     for option, metavar, text in (
         ("--restitution", "E", "coefficient in [0, 1], by default 0.75"),
-        ("--steps", "H,...", "steps of time stepping, s, by default 1e-3,1e-4,1e-5"),
+        ("--steps", "H,...", "steps of time stepping, s, by default 1/10, 1/100, 1/1000 of t-end"),
         ("--stiffness", "E,...", "Young's moduli, Pa, by default 20.9e12,20.9e14,20.9e16"),
         ("--solvers", "NAME,...", "of time stepping: least-impulse, largest-impulse, lemke, mpcc"),
         ("--t-end", "TIME", "when the velocities are compared, s, by default 1e-2"),

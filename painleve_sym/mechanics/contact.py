@@ -11,7 +11,7 @@ import sympy as sp
 from painleve_sym.errors import ModelError, unknown_name
 from painleve_sym.mechanics.bodies import Scalar, expr, rate
 from painleve_sym.mechanics.readable import readable
-from painleve_sym.mechanics.system import LagrangianSystem, sample_point
+from painleve_sym.mechanics.system import LagrangianSystem, sample_point, vanishes
 
 Curve = Callable[[sp.Symbol, sp.Symbol], sp.Expr]
 """g(x, y) of a curved surface: zero on it, positive on its free side, any unit."""
@@ -81,7 +81,7 @@ class Contact:
     def _is_still(self, seed: int) -> bool:
         """Return whether no coordinate changes the gap at a point."""
         row = self.J_N.subs(sample_point(self.J_N, seed)).evalf(30)
-        return all(abs(entry) <= sp.Float("1e-20") for entry in row)
+        return all(vanishes(entry) for entry in row)
 
     @classmethod
     def of_point(

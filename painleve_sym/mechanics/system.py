@@ -48,6 +48,11 @@ def sample_point(matrix: sp.Matrix, seed: int) -> dict[sp.Symbol, sp.Expr]:
     return {s: sp.Rational(7 * i + 11 * seed, 13 + i) for i, s in enumerate(symbols)}
 
 
+def vanishes(number: sp.Expr) -> bool:
+    """Return whether a value at a sample point, taken to 30 digits, is zero."""
+    return number is not sp.nan and bool(abs(number) <= sp.Float("1e-20"))
+
+
 @dataclass(frozen=True)
 class Coordinate:
     """A generalized coordinate and its velocity.
@@ -269,7 +274,7 @@ class LagrangianSystem:
         mass = self.mass_matrix.subs(sample_point(self.mass_matrix, seed)).evalf(30)
         n = mass.rows
         minors = [mass[:k, :k].det() for k in range(1, n + 1)]
-        if abs(minors[-1]) <= sp.Float("1e-20"):
+        if vanishes(minors[-1]):
             return "singular"
         negative = any(m.is_real and m < 0 for m in minors)
         return "indefinite" if negative else "positive"

@@ -20,8 +20,8 @@ from painleve_sym.simulate.jump import JumpResult
 from painleve_sym.simulate.stepping import TimeStepper
 from painleve_sym.study.contrast_case import AccelerationLevel, Answer, Case
 
-STEPS = (1e-3, 1e-4, 1e-5)
-"""s."""
+STEPS_TO_END = (10, 100, 1000)
+"""How many steps time stepping takes where no steps are given."""
 STIFFNESS = (20.9e12, 20.9e14, 20.9e16)
 """Young's moduli; Pa. The middle one is the paper's."""
 T_END = 1e-2
@@ -131,7 +131,7 @@ def contrast(
     *,
     parameters: Mapping[str, float] | None = None,
     restitution: float = 0.75,
-    steps: Sequence[float] = STEPS,
+    steps: Sequence[float] | None = None,
     stiffness: Sequence[float] = STIFFNESS,
     t_end: float = T_END,
     solvers: Sequence[str] = CONTRAST_SOLVERS,
@@ -147,8 +147,8 @@ def contrast(
         Absent coordinates and velocities are 0, absent parameters have their defaults.
     restitution : float
         In [0, 1]: energetic for rigid and softened motion, Newton's for rigid motion and stepping.
-    steps : sequence of float
-        s, in (0, t_end].
+    steps : sequence of float, optional
+        s, in (0, t_end]; a tenth, hundredth and thousandth of t_end when not given.
     stiffness : sequence of float
         Young's moduli E > 0 of the paper's contact law; Pa.
     t_end : float
@@ -168,6 +168,8 @@ def contrast(
     )
     start = resolve_state(mechanism, state, values)
     case = Case(mechanism, start, values, restitution, t_end, engine)
+    if steps is None:
+        steps = [t_end / number for number in STEPS_TO_END]
     steps, stiffness = sorted(set(steps), reverse=True), sorted(set(stiffness))
     solvers = list(dict.fromkeys(solvers))
     case.check(steps, stiffness, solvers, stepper)
