@@ -20,7 +20,7 @@ While sliding, ``A F_n + b_n = 0`` with ``A = W_nn - mu s W_nt`` where F_n > 0 a
 At v_t = 0 the contact sticks, ``a_t = 0`` and ``|F_t| <= mu |F_n|``, or begins to slip along a_t.
 For a definite W there is always a solution: exactly one where ``mu |W_nt| < W_nn``, one or three
 where ``mu |W_nt| > W_nn`` (sticking, and two slips of opposite F_n, both along the sign of
-``W_nt b_n``), and two on the border between these, which includes b_n = 0.
+``W_nt b_n``), and two where sticking meets a slip or b_n = 0 makes one of both slips.
 
 References
 ----------

@@ -65,9 +65,13 @@ class ContactStates:
 
     @cached_property
     def dissipations(self) -> tuple[sp.Symbol, ...]:
-        """States that only account for energy."""
-        drives = (FORCE_WORK,) if self.mechanism.system.dissipated_power != 0 else ()
-        return (FRICTION_WORK, CONTACT_WORK, *drives)
+        """States that only account for energy; a moving surface does work like a drive."""
+        driven = self.mechanism.system.dissipated_power != 0 or self._surface_speed != 0
+        return (FRICTION_WORK, CONTACT_WORK, *((FORCE_WORK,) if driven else ()))
+
+    @property
+    def _surface_speed(self) -> sp.Expr:
+        return sp.sympify(self.mechanism.contact.surface_speed)
 
     def tangential_force(self, contact: str, force: sp.Expr) -> sp.Expr:
         """Return F_t of a contact mode for the normal force `force`."""
@@ -108,7 +112,7 @@ class ContactStates:
         rates[FRICTION_WORK] = -friction * self.slip if contact != "stick" else sp.Integer(0)
         rates[CONTACT_WORK] = sp.Integer(0)
         if FORCE_WORK in self.dissipations:
-            rates[FORCE_WORK] = system.dissipated_power
+            rates[FORCE_WORK] = system.dissipated_power - friction * self._surface_speed
         return rates
 
     def outputs(

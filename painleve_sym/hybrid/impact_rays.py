@@ -12,6 +12,7 @@ from painleve_sym.hybrid.automaton import Choice, Mode, Transition
 from painleve_sym.hybrid.contact_states import (
     CONTACT_WORK,
     CONTACTS,
+    FORCE_WORK,
     FRICTION_WORK,
     ContactStates,
 )
@@ -112,6 +113,9 @@ class ImpactRays:
         work = v_n * impulse + ray.a_n * impulse**2 / 2
         friction = ray.ratio * (v_t * impulse + ray.a_t * impulse**2 / 2)
         reset |= {CONTACT_WORK: CONTACT_WORK - work, FRICTION_WORK: FRICTION_WORK - friction}
+        if FORCE_WORK in st.dissipations:
+            drive = ray.ratio * impulse * sp.sympify(st.mechanism.contact.surface_speed)
+            reset[FORCE_WORK] = FORCE_WORK - drive
         spent = {"energetic": work, "poisson": -impulse if phase == "compression" else impulse}
         amount = spent.get(self.restitution, sp.Integer(0))
         reset |= {
@@ -147,6 +151,13 @@ class ImpactRays:
         return Transition("slip_stop", "impact_slip_stop", guard, self._at_rest(phase), reset)
 
     def _mode(self, ray: Ray, phase: str, decision: str) -> Mode:
+        zero = sp.Integer(0)
+        outputs = self.states.outputs(None, zero, zero)
+        name = f"impact/{ray.contact}/{phase}"
+        if ray.a_n == 0:
+            # Rank one: sticking carries any impulse and the normal velocity never changes.
+            jam = Transition("jam", "jam", _NOW, stop=StopReason.JAM)
+            return Mode(name, {}, (jam,), outputs)
         transitions = []
         if ray.contact != "stick":
             s = CONTACTS[ray.contact]
@@ -166,9 +177,7 @@ class ImpactRays:
         else:
             target, kind = decision, "impact_end"
         transitions.append(Transition("end", kind, _NOW, (Choice(target),), reset))
-        zero = sp.Integer(0)
-        outputs = self.states.outputs(None, zero, zero)
-        return Mode(f"impact/{ray.contact}/{phase}", {}, tuple(transitions), outputs)
+        return Mode(name, {}, tuple(transitions), outputs)
 
     def modes(self, decision: str) -> list[Mode]:
         """Return the six modes; the last ray of an impact leads to the mode `decision`."""

@@ -94,7 +94,7 @@ class RigidContact(ContactStates):
     def _resting_choices(self) -> tuple[Choice, ...]:
         """At v_t = 0 (to be tried after both slips): lift-off, stick, or the onset of a slip."""
         c = self.mechanism.coefficients
-        stick = Choice("stick", sp.Min(self.stick_force, *self._stick_margins()))
+        stick = Choice("stick", self._stick_condition())
         onsets = []
         for slip, name in ((-1, "slip_neg"), (1, "slip_pos")):
             rate = slip * (c.slip_rate_coefficient(slip) * self.slip_force(slip) + c.b_t)
@@ -105,6 +105,20 @@ class RigidContact(ContactStates):
         order = (lift, stick, *onsets) if self.policy == "liftoff" else (stick, *onsets, lift)
         rest = self._at_rest()
         return tuple(Choice(x.target, sp.Min(rest, x.condition), x.departs) for x in order)
+
+    def _stick_condition(self) -> sp.Expr:
+        """Positive where sticking is a solution; for a rank-one W, where its line of forces is."""
+        c = self.mechanism.coefficients
+        if not self._wedged:
+            return sp.Min(self.stick_force, *self._stick_margins())
+        # Every F_n with F_t = −(W_nt F_n + b_t)/W_tt holds v̇_t = 0; g̈_N = B′ must be 0 too.
+        margin = c.mu * c.W_tt - sp.Abs(c.W_nt)
+        return sp.Min(margin, sp.Float("1e-12") - sp.Abs(c.B_stick))
+
+    @cached_property
+    def _wedged(self) -> bool:
+        """Whether W has rank one: then sticking carries any force."""
+        return bool(self.mechanism.coefficients.A_stick == 0)
 
     def _at_rest(self) -> sp.Expr:
         """Positive exactly where v_t = 0."""
@@ -167,6 +181,10 @@ class RigidContact(ContactStates):
 
     def _stick(self) -> Mode:
         c = self.mechanism.coefficients
+        if self._wedged:
+            zero = sp.Integer(0)
+            jam = Transition("jam", "jam", _NOW, stop=StopReason.JAM)
+            return Mode("stick", {}, (jam,), self.outputs(None, zero, zero))
         changes = []
         for (name, slip), margin in zip(
             (("slip_neg", -1), ("slip_pos", 1)), self._stick_margins(), strict=True

@@ -13,7 +13,6 @@ from painleve_sym.hybrid.contact_states import (
     CONTACT_WORK,
     CONTACTS,
     FLIGHT,
-    FORCE_WORK,
     ContactStates,
 )
 from painleve_sym.laws.compliance import (
@@ -61,22 +60,9 @@ class SoftenedContact(ContactStates):
         """Write a law's expression in the states of the automaton."""
         return sp.sympify(expr).xreplace({DELTA: -self.gap, DELTA_DOT: -self.gap_rate})
 
-    @cached_property
-    def dissipations(self) -> tuple[sp.Symbol, ...]:
-        """States that only account for energy; a moving surface does work like a drive."""
-        found = super().dissipations
-        if self.mechanism.contact.surface_speed != 0 and FORCE_WORK not in found:
-            return (*found, FORCE_WORK)
-        return found
-
     def _law_field(self, contact: str, branch: Branch) -> dict[sp.Symbol, sp.Expr]:
-        force = self._of_state(branch.force)
-        rates = self.field(contact, force)
-        rates[CONTACT_WORK] = self._of_state(branch.dissipated_power)
-        speed = self.mechanism.contact.surface_speed
-        if speed != 0:
-            rates[FORCE_WORK] -= self.tangential_force(contact, force) * speed
-        return rates
+        rates = self.field(contact, self._of_state(branch.force))
+        return rates | {CONTACT_WORK: self._of_state(branch.dissipated_power)}
 
     def _contact_choices(self, branch: str) -> tuple[Choice, ...]:
         return (

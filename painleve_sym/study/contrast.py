@@ -58,8 +58,6 @@ class Contrast:
         Complete.
     restitution, t_end : float
         e of the softened and of both rigid rules; s.
-    gap, gap_rate : float
-        Of the start; m, m/s.
     acceleration_level : AccelerationLevel or None
         None where the contact is open or closing: there is nothing to solve.
     jumps : dict of str to JumpResult
@@ -76,8 +74,6 @@ class Contrast:
     parameters: dict[str, float]
     restitution: float
     t_end: float
-    gap: float
-    gap_rate: float
     acceleration_level: AccelerationLevel | None
     jumps: dict[str, JumpResult]
     first_steps: tuple[FirstStep, ...]
@@ -162,43 +158,54 @@ def contrast(
     InputError
         Unknown names, numbers out of range, a start inside the ground.
     """
+    case = _case(mechanism, state, parameters, restitution, t_end, engine)
     stepper = TimeStepper(mechanism)
-    values = resolve_parameters(
-        f"{mechanism.name!r}", mechanism.system.parameters, parameters or {}
-    )
-    start = resolve_state(mechanism, state, values)
-    case = Case(mechanism, start, values, restitution, t_end, engine)
-    if steps is None:
-        steps = [t_end / number for number in STEPS_TO_END]
-    steps, stiffness = sorted(set(steps), reverse=True), sorted(set(stiffness))
-    solvers = list(dict.fromkeys(solvers))
+    steps = [t_end / n for n in STEPS_TO_END] if steps is None else sorted(set(steps))[::-1]
+    stiffness, solvers = sorted(set(stiffness)), list(dict.fromkeys(solvers))
     case.check(steps, stiffness, solvers, stepper)
-    gap, rate = case.gap_and_rate
     level = case.acceleration_level()
     rigid = case.rigid_answers(level)
-    ways = [
-        list(group) for _, group in groupby(case.stepping(stepper, steps, solvers), lambda a: a.way)
-    ]
+    stepped = groupby(case.stepping(stepper, steps, solvers), lambda a: a.way)
     softened, exponent = case.softened_answers(stiffness)
-    problems = [
-        (h, stepper.first_problem(start, h, e_newton=restitution, parameters=values)) for h in steps
-    ]
     return Contrast(
         mechanism=mechanism.name,
-        state=start,
-        parameters=values,
+        state=case.state,
+        parameters=case.parameters,
         restitution=restitution,
         t_end=t_end,
-        gap=gap,
-        gap_rate=rate,
         acceleration_level=level,
         jumps=case.jumps(),
-        first_steps=tuple(FirstStep(h, p.solutions()) for h, p in problems if p is not None),
+        first_steps=_first_steps(stepper, case, steps),
         rigid=tuple(rigid),
-        stepping=tuple(a for way in ways for a in case.measured(way, rigid)),
+        stepping=tuple(a for _, way in stepped for a in case.measured(list(way), rigid)),
         softened=tuple(case.measured(softened, rigid)),
         exponent=exponent,
     )
+
+
+def _case(
+    mechanism: Mechanism,
+    state: Mapping[str, float],
+    parameters: Mapping[str, float] | None,
+    restitution: float,
+    t_end: float,
+    engine: str,
+) -> Case:
+    declared = mechanism.system.parameters
+    values = resolve_parameters(f"{mechanism.name!r}", declared, parameters or {})
+    start = resolve_state(mechanism, state, values)
+    return Case(mechanism, start, values, restitution, t_end, engine)
+
+
+def _first_steps(stepper: TimeStepper, case: Case, steps: Sequence[float]) -> tuple[FirstStep, ...]:
+    found = []
+    for h in steps:
+        problem = stepper.first_problem(
+            case.state, h, e_newton=case.restitution, parameters=case.parameters
+        )
+        if problem is not None:
+            found.append(FirstStep(h, problem.solutions()))
+    return tuple(found)
 
 
 def _orders(answers: list[Answer]) -> tuple[float, ...]:

@@ -68,6 +68,15 @@ def test_solutions_report_the_inner_stress_of_a_block_at_rest():
         assert sum(s.tangential_forces) == pytest.approx(0.0, abs=1e-9)
 
 
+def test_solutions_report_every_face_of_a_block_on_three_feet_at_rest():
+    problem = feet([-1.0, 0.0, 1.0])
+    found = problem.solutions()
+    assert len({s.modes for s in found}) == 8 - 1 - 3 + 1  # the middle foot may stand alone
+    for s in found:
+        assert violates_coulomb(problem, s) is None and not s.isolated
+        assert sum(s.normal_forces) == pytest.approx(2 * 9.8)
+
+
 def test_solutions_report_the_free_share_of_load_for_three_sliding_feet():
     found = feet([-1.0, 0.0, 1.0], slip_velocity=1.0).solutions()
     assert found and not any(s.isolated for s in found)

@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.laws.compliance import law
-from painleve_sym.mechanics.models import rod
+from painleve_sym.mechanics.models import model, rod
 from painleve_sym.simulate.classify import contact_problem
 from painleve_sym.simulate.compliant import SoftenedSimulator
 from painleve_sym.simulate.impact import solve_impact
@@ -222,3 +222,20 @@ def _simulator(restitution):
     if restitution not in _cache:
         _cache[restitution] = RigidSimulator(rod(), restitution, engine="compiled")
     return _cache[restitution]
+
+
+def test_wedged_strut_jams_and_says_so():
+    """Rank one: once friction exceeds cot θ no finite force or impulse is a rigid answer."""
+    strut = model("strut")
+    run = RigidSimulator(strut).run(strut.start, t_end=0.1, parameters={"mu": 1.0})
+    assert run.stop_reason is StopReason.JAM
+    assert "no exit" in run.stop_detail
+    assert len(run.events) < 50
+
+
+@pytest.mark.parametrize("name", ["eccentric-disc", "cart-pendulum", "two-link-arm", "pr-robot"])
+def test_named_mechanisms_move_and_keep_their_energy_balance(name):
+    mechanism = model(name)
+    run = RigidSimulator(mechanism).run(mechanism.start, t_end=0.05)
+    assert run.stop_reason in (StopReason.T_END, StopReason.LEFT_DOMAIN)
+    assert run.energy_residual < 1e-9
