@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import argparse
 import os
+import tomllib
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from painleve_sym.cli.options import read_assignments, read_count, read_number, read_numbers
@@ -46,7 +48,18 @@ def read_case(arguments: argparse.Namespace) -> Scenario:
     return scenario
 
 
+def _describes_mechanism(path: str) -> bool:
+    """Whether a TOML file holds a mechanism rather than a scenario; a broken one does not."""
+    try:
+        with Path(path).open("rb") as file:
+            return "coordinates" in tomllib.load(file)
+    except (OSError, ValueError, RecursionError):
+        return False
+
+
 def _base(case: str, command: str) -> Scenario:
+    if case.endswith(".toml") and _describes_mechanism(case):
+        return Scenario(model=case, where=f"{command} {case}")
     if case.endswith(".toml") or "/" in case or (case not in MODELS and os.path.isfile(case)):
         return Scenario.read(case)
     if case not in MODELS:

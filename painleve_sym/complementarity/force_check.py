@@ -22,6 +22,7 @@ from painleve_sym.complementarity.lcp import (
 _DISTINCT = (
     1e-8  # of the terms of every acceleration; nearer solutions are one found in two branches
 )
+_NOISE = 1e-13  # of the largest force: what a solve may leave of a zero, if the check agrees
 _NEAR = 1e-6  # part of the largest force; forces farther apart are not compared by row
 
 
@@ -81,10 +82,12 @@ class ForceCheck:
         Forces that fail as they are get one correction on their active pairs, since a matrix near
         a singular one magnifies what the scaling of the problem changed in its last digit.
         """
-        z = self._pairs(self._settled(forces)) / self.unit
-        clean = cleaned(self.scaled, z, RESIDUAL_TOLERANCE)
-        if clean is None:
-            clean = cleaned(self.scaled, self._corrected(z), RESIDUAL_TOLERANCE)
+        for noise in (_NOISE, 0.0):
+            z = self._pairs(self._settled(forces, noise)) / self.unit
+            clean = cleaned(self.scaled, z, RESIDUAL_TOLERANCE)
+            if clean is not None:
+                return self._described(clean)
+        clean = cleaned(self.scaled, self._corrected(z), RESIDUAL_TOLERANCE)
         return None if clean is None else self._described(clean)
 
     def _described(self, z: FloatArray) -> CheckedForces | None:
@@ -127,11 +130,19 @@ class ForceCheck:
         share = self._shares(np.abs(a - b), np.maximum(np.abs(a), np.abs(b)))
         return bool(np.all(share <= _DISTINCT))
 
-    def _settled(self, forces: FloatArray) -> FloatArray:
-        """Return the forces without those of contacts that matter to no acceleration."""
+    def _settled(self, forces: FloatArray, noise: float) -> FloatArray:
+        """Return the forces without those of contacts that matter to no acceleration.
+
+        Where forces balance, every term of an acceleration may be rounding: there `noise`, as a
+        part of the largest force (scaled to a mobility of order one), tells it from a force.
+        """
         size = np.abs(forces)
-        share = self._shares(size, size).reshape(-1, 2)
-        return np.where(np.repeat(np.max(share, axis=1) <= RESIDUAL_TOLERANCE, 2), 0.0, forces)
+        negligible = self._shares(size, size) <= RESIDUAL_TOLERANCE
+        weight = np.sqrt(np.diag(self.mobility))
+        small = weight * size <= noise * np.max(weight * size)
+        small &= np.repeat(weight[0::2] > 0, 2)
+        idle = np.all((negligible | small).reshape(-1, 2), axis=1)
+        return np.where(np.repeat(idle, 2), 0.0, forces)
 
     def _shares(self, part: FloatArray, forces: FloatArray) -> FloatArray:
         """Return how much each part of the forces matters to any acceleration, by its terms."""

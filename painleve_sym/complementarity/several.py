@@ -40,6 +40,7 @@ CONTACT_LIMIT = 6
 """Most contacts whose branches are tried one by one: 4**6 small systems take under a second."""
 
 _SYMMETRY = 1e-9  # of the roots of the diagonal: roundings of a mass-matrix inverse
+_ROUNDING = 1e-14  # of the terms of an acceleration: what a solve may leave of a zero
 _INDEFINITE = 1e-12  # per row, on a mobility scaled to a diagonal of ones
 
 
@@ -305,6 +306,8 @@ class SeveralContacts:
     def _solution(self, point: CheckedForces, isolated: bool | None) -> SeveralSolution:
         """Return checked forces with their accelerations."""
         accelerations = self.W @ point.forces + self.b
+        terms = np.abs(self.W) @ np.abs(point.forces) + np.abs(self.b)
+        accelerations[np.abs(accelerations) <= _ROUNDING * terms] = 0.0
         normal, tangential = point.forces[0::2].copy(), point.forces[1::2].copy()
         closed = np.array([mode is not ContactMode.LIFTOFF for mode in point.modes])
         sticking = np.array([mode is ContactMode.STICK for mode in point.modes])

@@ -324,9 +324,6 @@ class _Walk:
         bits = _bits(base.expr) * abs(exponent.value)
         if bits > MAX_DIGITS_BITS:
             raise self.refuse(node, "the power has too many digits.")
-        inner = base.expr.exp if base.expr.is_Pow else sp.Integer(1)
-        if inner.is_Integer and abs(int(inner)) * abs(exponent.value) > MAX_EXPONENT:
-            raise self.refuse(node, f"power of a power: need at most {MAX_EXPONENT} in all.")
 
     def _value(
         self,
@@ -360,6 +357,10 @@ class _Walk:
                 f"with its definitions put in, the formula has more than {MAX_NODES} parts. "
                 "Fix: use fewer coordinates, or shorter definitions.",
             )
+        # A product of equal factors is a power, too.
+        powers = [a.exp for a in sp.Mul.make_args(expr) if a.is_Pow and a.exp.is_Integer]
+        if any(abs(int(p)) > MAX_EXPONENT for p in powers):
+            raise self.refuse(node, f"a power in all higher than {MAX_EXPONENT}.")
         if value is not None and _bits(expr) > MAX_DIGITS_BITS:
             raise self.refuse(node, "the number has too many digits.")
         return _Part(expr, size, value)
