@@ -11,6 +11,7 @@ from typing import Any
 __version__ = "0.1.0"
 
 _HOMES = {
+    "BilateralProblem": "complementarity.bilateral",
     "Classification": "simulate.classify",
     "Contact": "mechanics.contact",
     "ContactCoefficients": "mechanics.coefficients",
@@ -28,6 +29,7 @@ _HOMES = {
     "Parameter": "mechanics.system",
     "RigidContact": "hybrid.rigid",
     "RigidSimulator": "simulate.rigid",
+    "SeveralContacts": "complementarity.several",
     "SoftenedContact": "hybrid.softened",
     "SoftenedSimulator": "simulate.compliant",
     "StopReason": "errors",
@@ -35,9 +37,11 @@ _HOMES = {
     "classify": "simulate.classify",
     "evaluate_jump": "simulate.jump",
     "law": "laws.compliance",
+    "load_mechanism": "mechanics.files",
     "model": "mechanics.models",
     "simulate_rigid": "simulate.rigid",
     "simulate_softened": "simulate.compliant",
+    "solve_impact": "simulate.impact",
 }
 
 __all__ = sorted([*_HOMES, "__version__"])

@@ -82,16 +82,19 @@ class ForceCheck:
         Forces that fail as they are get one correction on their active pairs, since a matrix near
         a singular one magnifies what the scaling of the problem changed in its last digit.
         """
-        for noise in (_NOISE, 0.0):
-            z = self._pairs(self._settled(forces, noise)) / self.unit
-            clean = cleaned(self.scaled, z, RESIDUAL_TOLERANCE)
-            if clean is not None:
-                return self._described(clean)
-        clean = cleaned(self.scaled, self._corrected(z), RESIDUAL_TOLERANCE)
-        return None if clean is None else self._described(clean)
+        settled = self._settled(forces)
+        quiet = np.where(self._small(np.abs(settled), np.abs(settled)), 0.0, settled)
+        for candidate in (quiet, settled):
+            found = self._described(self._pairs(candidate) / self.unit)
+            if found is not None:
+                return found
+        return self._described(self._corrected(self._pairs(settled) / self.unit))
 
-    def _described(self, z: FloatArray) -> CheckedForces | None:
-        """Return a point of the LCP as forces with their modes."""
+    def _described(self, candidate: FloatArray) -> CheckedForces | None:
+        """Return a point of the equilibrated LCP as checked forces, or None if it fails."""
+        z = cleaned(self.scaled, candidate, RESIDUAL_TOLERANCE)
+        if z is None:
+            return None
         z_zero, w_zero = z == 0, np.abs(shares(self.scaled, z)[1]) <= RESIDUAL_TOLERANCE
         point, forces = self.unit * z, np.zeros(2 * len(self.directions))
         modes, possible = list[ContactMode](), list[BoolArray]()
@@ -127,22 +130,24 @@ class ForceCheck:
 
     def _same(self, a: FloatArray, b: FloatArray) -> bool:
         """Tell whether the step from a to b is negligible for every acceleration."""
-        share = self._shares(np.abs(a - b), np.maximum(np.abs(a), np.abs(b)))
-        return bool(np.all(share <= _DISTINCT))
+        size = np.maximum(np.abs(a), np.abs(b))
+        step = np.where(self._small(np.abs(a - b), size), 0.0, np.abs(a - b))
+        return bool(np.all(self._shares(step, size) <= _DISTINCT))
 
-    def _settled(self, forces: FloatArray, noise: float) -> FloatArray:
-        """Return the forces without those of contacts that matter to no acceleration.
-
-        Where forces balance, every term of an acceleration may be rounding: there `noise`, as a
-        part of the largest force (scaled to a mobility of order one), tells it from a force.
-        """
+    def _settled(self, forces: FloatArray) -> FloatArray:
+        """Return the forces without what matters to no acceleration: whole contacts, or noise."""
         size = np.abs(forces)
-        negligible = self._shares(size, size) <= RESIDUAL_TOLERANCE
+        negligible = self._shares(size, size).reshape(-1, 2) <= RESIDUAL_TOLERANCE
+        return np.where(np.repeat(np.all(negligible, axis=1), 2), 0.0, forces)
+
+    def _small(self, part: FloatArray, size: FloatArray) -> BoolArray:
+        """Tell which parts of forces are noise beside the largest one, in comparable units.
+
+        Where forces balance, every term of an acceleration may be rounding and `_shares` blind.
+        """
         weight = np.sqrt(np.diag(self.mobility))
-        small = weight * size <= noise * np.max(weight * size)
-        small &= np.repeat(weight[0::2] > 0, 2)
-        idle = np.all((negligible | small).reshape(-1, 2), axis=1)
-        return np.where(np.repeat(idle, 2), 0.0, forces)
+        small: BoolArray = (weight > 0) & (weight * part <= _NOISE * np.max(weight * size))
+        return small
 
     def _shares(self, part: FloatArray, forces: FloatArray) -> FloatArray:
         """Return how much each part of the forces matters to any acceleration, by its terms."""

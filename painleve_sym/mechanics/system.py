@@ -48,6 +48,18 @@ def sample_point(matrix: sp.Matrix, seed: int) -> dict[sp.Symbol, sp.Expr]:
     return {s: sp.Rational(7 * i + 11 * seed, 13 + i) for i, s in enumerate(symbols)}
 
 
+def _determinant(matrix: sp.Matrix) -> sp.Expr:
+    """Return the determinant without multiplying anything out, which SymPy's own does."""
+    if matrix.rows == 1:
+        return matrix[0, 0]
+    total = sp.Integer(0)
+    for column in range(matrix.cols):
+        if matrix[0, column] != 0:
+            minor = _determinant(matrix.minor_submatrix(0, column))
+            total += (-1) ** column * matrix[0, column] * minor
+    return total
+
+
 def vanishes(number: sp.Expr) -> bool:
     """Return whether a value at a sample point, taken to 30 digits, is zero."""
     return number is not sp.nan and bool(abs(number) <= sp.Float("1e-20"))
@@ -318,9 +330,9 @@ class LagrangianSystem:
         adjugate = sp.zeros(n, n)
         for i in range(n):
             for j in range(i + 1):
-                cofactor = reduced(mass.cofactor(i, j, method="berkowitz"))
-                adjugate[i, j] = adjugate[j, i] = cofactor
-        return adjugate, reduced(mass.det(method="berkowitz"))
+                minor = _determinant(mass.minor_submatrix(i, j)) if n > 1 else sp.Integer(1)
+                adjugate[i, j] = adjugate[j, i] = reduced((-1) ** (i + j) * minor)
+        return adjugate, reduced(_determinant(mass))
 
     @cached_property
     def inverse_mass_matrix(self) -> sp.Matrix:
