@@ -182,7 +182,7 @@ class _Reader:
     def declare(
         self, coordinates: tuple[Coordinate, ...], parameters: tuple[Parameter, ...]
     ) -> bool:
-        """Make the names known to formulas, check them, read the definitions; True if all is well."""
+        """Make names known to formulas, check them, read definitions; True if all is well."""
         names, before = self.formulas.names, len(self.faults.found)
         for c in coordinates:
             self.check_name(("coordinates", c.name), c.name)
