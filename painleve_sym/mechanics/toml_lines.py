@@ -86,6 +86,8 @@ class _Scanner:
         names = self.names("]")
         self.advance(2 if many else 1)
         path = (*self.in_last(names[:-1]), names[-1])
+        for length in range(1, len(path)):
+            self.keys.setdefault(path[:length], line)
         if many:
             number = self.counts.get(path, -1) + 1
             self.counts[path] = number

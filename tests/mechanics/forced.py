@@ -40,9 +40,7 @@ def forced_automaton(mechanism: Mechanism) -> HybridAutomaton:
     states = (*system.q, *system.q_dot)
     rates = accelerations(mechanism)
     to_line, to_motion = (Choice("line"),), (Choice("motion"),)
-    guards = tuple(
-        Transition(f"row_{i}", "row", rate, to_motion) for i, rate in enumerate(rates)
-    )
+    guards = tuple(Transition(f"row_{i}", "row", rate, to_motion) for i, rate in enumerate(rates))
     field = dict(zip(system.q, system.q_dot, strict=True))
     field |= dict(zip(system.q_dot, rates, strict=True))
     line = dict(zip(states, directions(mechanism), strict=True))
