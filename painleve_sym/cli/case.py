@@ -65,7 +65,7 @@ def _base(case: str, command: str) -> Scenario:
     if case not in MODELS:
         raise InputError(
             f"{command}: {unknown_name('model', case, MODELS)} "
-            "Fix: name one of these, or a scenario file ending in .toml."
+            "Fix: name one of these, or a mechanism or scenario file ending in .toml."
         )
     return Scenario(model=case, where=f"{command} {case}")
 

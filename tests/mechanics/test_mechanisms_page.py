@@ -1,0 +1,30 @@
+"""The page on mechanisms: what it shows runs, and its table is complete."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from painleve_sym.mechanics.files import mechanism_from_text
+from painleve_sym.mechanics.models import MODELS
+
+PAGE = (Path(__file__).parents[2] / "docs" / "mechanisms.md").read_text("utf-8")
+
+
+def _blocks(language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", PAGE, re.DOTALL)
+
+
+def test_page_lists_every_named_mechanism():
+    assert set(re.findall(r"^\| `([a-z-]+)` \|", PAGE, re.MULTILINE)) >= set(MODELS)
+
+
+def test_page_shows_a_file_that_can_be_read():
+    (text,) = _blocks("toml")
+    assert mechanism_from_text(text).contacts[0].name == "rim"
+
+
+def test_page_shows_python_that_runs(capsys):
+    (code,) = _blocks("python")
+    exec(compile(code, "docs/mechanisms.md", "exec"), {})
+    assert capsys.readouterr().out == "ContactCase.SLIP\n"
