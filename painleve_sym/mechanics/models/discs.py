@@ -45,7 +45,7 @@ def eccentric_disc() -> Mechanism:
     return Mechanism(
         name="eccentric-disc",
         title="disc with its mass centre off the middle, on rough ground",
-        source="Tokieda, Amer. Math. Monthly 104 (1997) 152–154",
+        source="after Tokieda, Amer. Math. Monthly 104 (1997) 152–154",
         system=system,
         contacts=(contact,),
         sketch=(

@@ -20,8 +20,8 @@ def cart_pendulum() -> Mechanism:
 
     References
     ----------
-    Or & Rimon, Investigation of Painlevé's paradox and dynamic jamming during mechanism sliding
-    motion, Nonlinear Dynamics 67 (2012).
+    Champneys & Várkonyi, The Painlevé paradox in contact mechanics, IMA J. Appl. Math. 81 (2016),
+    for the contact equations of any mechanism; the example is a common one.
     """
     x = Coordinate("x", "position of the cart along the ground", "m")
     y = Coordinate("y", "height of the cart above the ground", "m")
@@ -48,7 +48,7 @@ def cart_pendulum() -> Mechanism:
     return Mechanism(
         name="cart-pendulum",
         title="pendulum on a cart sliding on rough ground",
-        source="Or & Rimon, Nonlinear Dynamics 67 (2012) 1647–1668",
+        source="a common example; see Champneys & Várkonyi, IMA J. Appl. Math. 81 (2016)",
         system=system,
         contacts=(Contact.of_point("cart", system, cart, mu.symbol),),
         sketch=(
