@@ -11,7 +11,7 @@ from functools import cached_property
 
 import sympy as sp
 
-from painleve_sym.errors import StopReason
+from painleve_sym.errors import InputError, StopReason
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
 from painleve_sym.hybrid.contact_states import CONTACTS, FLIGHT, ContactStates
 from painleve_sym.hybrid.impact_rays import (
@@ -56,6 +56,11 @@ class RigidContact(ContactStates):
 
     def __post_init__(self) -> None:
         RigidLaw(self.restitution, self.policy)  # refuses unknown names
+        if self.mechanism.contact.bilateral:
+            raise InputError(
+                f"mechanism {self.mechanism.name!r}: its contact is bilateral, and rigid motion "
+                "needs one that can open. Fix: use BilateralProblem with its coefficients."
+            )
         object.__setattr__(self, "rays", ImpactRays(self, self.restitution))
 
     @property

@@ -10,10 +10,12 @@ from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.complementarity.contact import ContactCase, ContactProblem, ContactSolution
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.models import Mechanism
-from painleve_sym.simulate.inputs import resolve_parameters, resolve_state, symbol_values
-
-CONTACT_TOLERANCE = 1e-12
-"""Gap or normal speed, in SI units, below which a state counts as in contact: round-off."""
+from painleve_sym.simulate.inputs import (
+    CONTACT_TOLERANCE,
+    resolve_parameters,
+    resolve_state,
+    symbol_values,
+)
 
 
 @dataclass(frozen=True)
@@ -111,6 +113,12 @@ def classify(
         f"{mechanism.name!r}", mechanism.system.parameters, parameters or {}
     )
     start = resolve_state(mechanism, state, values)
+    contact = mechanism.contact
+    if contact.bilateral:
+        raise InputError(
+            f"classify {mechanism.name!r}: contact {contact.name!r} is bilateral, need one that can open. "
+            "Fix: use BilateralProblem with its coefficients."
+        )
     _check_contact(mechanism, start, values)
     problem = contact_problem(mechanism, start, values)
     c, symbols = mechanism.coefficients, symbol_values(mechanism, start, values)

@@ -17,7 +17,12 @@ from painleve_sym.hybrid.automaton import HybridAutomaton
 from painleve_sym.hybrid.contact_states import GAP, GAP_RATE, SLIP, ContactStates
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import Parameter
-from painleve_sym.simulate.inputs import resolve_parameters, resolve_state, symbol_values
+from painleve_sym.simulate.inputs import (
+    CONTACT_TOLERANCE,
+    resolve_parameters,
+    resolve_state,
+    symbol_values,
+)
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 
 DEFAULT_RTOL = 1e-11
@@ -95,6 +100,9 @@ class ContactSimulator(ABC):
         values = symbol_values(self.mechanism, state, parameters)
         derived = [contact.gap, contact.gap_rate, contact.slip_velocity]
         extra = dict(zip((GAP, GAP_RATE, SLIP), numbers(derived, values), strict=True))
+        for s in (GAP, GAP_RATE):
+            # Computed from q these cancel: a touching start must not become a tiny fall.
+            extra[s] = 0.0 if abs(extra[s]) <= CONTACT_TOLERANCE else extra[s]
         return np.array([values.get(s, extra.get(s, 0.0)) for s in self.automaton.states])
 
     def options(

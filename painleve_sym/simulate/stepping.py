@@ -35,8 +35,7 @@ from painleve_sym.codegen.bridge import Translator
 from painleve_sym.complementarity.contact import ContactProblem
 from painleve_sym.errors import InputError, StopReason, unknown_name
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.simulate.classify import CONTACT_TOLERANCE
-from painleve_sym.simulate.inputs import resolve_parameters, resolve_state
+from painleve_sym.simulate.inputs import CONTACT_TOLERANCE, resolve_parameters, resolve_state
 from painleve_sym.simulate.step_solvers import SOLVERS, Answer, Impulse
 
 Array = NDArray[np.float64]

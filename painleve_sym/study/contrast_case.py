@@ -19,9 +19,9 @@ from painleve_sym.errors import InputError, StopReason, unknown_name
 from painleve_sym.laws.compliance import law
 from painleve_sym.laws.impact import restitution_law
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.simulate.classify import CONTACT_TOLERANCE, Classification, classify
+from painleve_sym.simulate.classify import Classification, classify
 from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.simulate.inputs import resolve_parameters, symbol_values
+from painleve_sym.simulate.inputs import CONTACT_TOLERANCE, resolve_parameters, symbol_values
 from painleve_sym.simulate.jump import JumpResult, evaluate_jump
 from painleve_sym.simulate.rigid import RigidSimulator
 from painleve_sym.simulate.step_solvers import SOLVERS

@@ -22,7 +22,7 @@ from painleve_sym.complementarity.contact_data import rounded_difference
 from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.mechanics.critical import critical_friction
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.simulate.classify import CONTACT_TOLERANCE
+from painleve_sym.simulate.inputs import CONTACT_TOLERANCE
 from painleve_sym.simulate.trajectory import write_beside
 from painleve_sym.study.map_axes import MapPlace, map_place
 from painleve_sym.study.zero_curves import common_zeros, zero_segments

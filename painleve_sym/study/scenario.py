@@ -20,9 +20,14 @@ from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.laws.impact import restitution_law
 from painleve_sym.laws.rigid import RigidLaw, contact_law
 from painleve_sym.mechanics.models import Mechanism, model
-from painleve_sym.simulate.classify import CONTACT_TOLERANCE, Classification, classify
+from painleve_sym.simulate.classify import Classification, classify
 from painleve_sym.simulate.compliant import DEFAULT_RTOL, SoftenedSimulator
-from painleve_sym.simulate.inputs import resolve_parameters, resolve_state, symbol_values
+from painleve_sym.simulate.inputs import (
+    CONTACT_TOLERANCE,
+    resolve_parameters,
+    resolve_state,
+    symbol_values,
+)
 from painleve_sym.simulate.jump import JumpResult, evaluate_jump
 from painleve_sym.simulate.rigid import RigidSimulator
 from painleve_sym.simulate.trajectory import Trajectory
