@@ -116,8 +116,8 @@ def classify(
     contact = mechanism.contact
     if contact.bilateral:
         raise InputError(
-            f"classify {mechanism.name!r}: contact {contact.name!r} is bilateral, need one that can open. "
-            "Fix: use BilateralProblem with its coefficients."
+            f"classify {mechanism.name!r}: contact {contact.name!r} is bilateral, need one that "
+            "can open. Fix: use BilateralProblem with its coefficients."
         )
     _check_contact(mechanism, start, values)
     problem = contact_problem(mechanism, start, values)
