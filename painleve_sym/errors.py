@@ -80,6 +80,10 @@ class StopReason(enum.Enum):
         "the contact impulse grows without end: the rigid impact has no exit; "
         "use a softened contact",
     )
+    DECISION = (
+        "decision",
+        "the contact problem of several contacts decides what follows",
+    )
     NO_MODE = (
         "no_mode",
         "no mode of the automaton admits the state; check the start state against the law",

@@ -13,12 +13,12 @@ from painleve_sym.cli.options import read_assignments, read_count, read_number, 
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.laws.rigid import RigidLaw, contact_law
-from painleve_sym.mechanics.models import MODELS, model
+from painleve_sym.mechanics.models import MODELS, Mechanism, model
 from painleve_sym.study.scenario import Scenario
 
 _NUMBERS = ("t_end", "initial_force", "rtol", "restitution")
 _COUNTS = ("max_steps", "max_events", "samples")
-_NAMES = ("engine", "rule")
+_NAMES = ("engine", "rule", "contact")
 
 
 def read_case(arguments: argparse.Namespace) -> Scenario:
@@ -46,6 +46,12 @@ def read_case(arguments: argparse.Namespace) -> Scenario:
     scenario = base.updated(given)
     _check_owners(scenario)
     return scenario
+
+
+def chosen_mechanism(name: str, contact: str | None) -> Mechanism:
+    """Return the mechanism, with the contact of ``--contact`` alone where one is named."""
+    whole = model(name)
+    return whole if contact is None else whole.only(contact)
 
 
 def _describes_mechanism(path: str) -> bool:

@@ -8,14 +8,16 @@ from typing import Any
 
 import sympy as sp
 
+from painleve_sym.cli.case import chosen_mechanism
 from painleve_sym.cli.describe import checked_format, model_data
 from painleve_sym.cli.formulas import Formula, Impulse, Section, impulse_units, sections
+from painleve_sym.cli.joint_formulas import joint_sections
 from painleve_sym.cli.output import WIDTH, print_json, show, wrap_expression
 from painleve_sym.cli.parser import DERIVE_FORMATS
 from painleve_sym.cli.python_module import python_code, python_module
 from painleve_sym.laws.impact import V_N_MINUS
 from painleve_sym.mechanics.impulses import V_N_PLUS
-from painleve_sym.mechanics.models import Mechanism, model
+from painleve_sym.mechanics.models import Mechanism
 
 _IMPULSE_LATEX = {
     "normal_impulse": "P_n",
@@ -29,8 +31,8 @@ _IMPULSE_LATEX = {
 def derive(arguments: argparse.Namespace) -> int:
     """Print every closed form of a mechanism in the format asked for."""
     form = checked_format(arguments.format, DERIVE_FORMATS)
-    mechanism = model(arguments.model)
-    found = sections(mechanism)
+    mechanism = chosen_mechanism(arguments.model, arguments.contact)
+    found = sections(mechanism) if len(mechanism.contacts) == 1 else joint_sections(mechanism)
     if form == "json":
         print_json(formula_data(mechanism, found))
     elif form == "python":

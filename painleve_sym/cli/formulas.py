@@ -69,17 +69,25 @@ class Section:
 def sections(mechanism: Mechanism) -> tuple[Section, ...]:
     """Return every closed form of a mechanism with one contact, in reading order."""
     return (
-        _energies(mechanism),
+        energies(mechanism),
         _motion(mechanism),
-        _contact(mechanism),
-        _slip(mechanism),
-        _stick(mechanism),
-        Section("friction and the paradox", tuple(_critical(mechanism))),
+        *contact_sections(mechanism),
         *_jump(mechanism),
     )
 
 
-def _energies(mechanism: Mechanism) -> Section:
+def contact_sections(mechanism: Mechanism) -> tuple[Section, ...]:
+    """Return what the only contact of a mechanism feels: mobility, slip, sticking, friction."""
+    return (
+        _contact(mechanism),
+        _slip(mechanism),
+        _stick(mechanism),
+        Section("friction and the paradox", tuple(_critical(mechanism))),
+    )
+
+
+def energies(mechanism: Mechanism) -> Section:
+    """Return T and V."""
     system = mechanism.system
     return Section(
         "energies",

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from painleve_sym.cli.case import chosen_mechanism
 from painleve_sym.cli.options import (
     output_file,
     read_assignments,
@@ -18,7 +19,7 @@ from painleve_sym.cli.options import (
 from painleve_sym.cli.output import assignments, number, print_json, quantity, show, show_table
 from painleve_sym.cli.run import state_units
 from painleve_sym.errors import InputError
-from painleve_sym.mechanics.models import Mechanism, model
+from painleve_sym.mechanics.models import Mechanism
 from painleve_sym.simulate.trajectory import write_beside
 from painleve_sym.study.map import RegionMap, region_map
 
@@ -45,7 +46,7 @@ def map(arguments: argparse.Namespace) -> int:
         "parameters": read_numbers("--set", arguments.set) if arguments.set else None,
     }
     over = [name.strip() for name in arguments.over.split(",")]
-    mechanism = model(arguments.model)
+    mechanism = chosen_mechanism(arguments.model, arguments.contact)
     found = region_map(mechanism, over, **options)
     for path in files:
         _write(found, path)

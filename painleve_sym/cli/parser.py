@@ -61,7 +61,7 @@ CASE is the name of a mechanism (`painleve models`) or a scenario, a TOML file:
   reload = "virgin"
   parameters = { E = 20.9e14, e_energetic = 0.75 }
 
-Other keys: title, initial_force, engine, rtol, max_steps, max_events, samples,
+Other keys: title, contact, initial_force, engine, rtol, max_steps, max_events, samples,
 restitution, rule. One file serves classify, simulate and jump; each takes the
 keys it needs. Options override the file, --state, --set and --law-set entry by
 entry; another --law drops the law parameters of the file."""
@@ -91,6 +91,12 @@ class _Parser(argparse.ArgumentParser):
         return [o for a in self._actions for o in a.option_strings if o.startswith("--")]
 
 
+def _contact(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--contact", metavar="NAME", help="of several contacts, consider this one alone"
+    )
+
+
 def _case(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("case", metavar="CASE", help="mechanism, or a scenario file (see below)")
     parser.add_argument(
@@ -100,6 +106,7 @@ def _case(parser: argparse.ArgumentParser) -> None:
         help="coordinates and velocities (theta, theta_dot, ...); what is left out is 0",
     )
     _set(parser)
+    _contact(parser)
 
 
 def _set(parser: argparse.ArgumentParser) -> None:
@@ -129,6 +136,7 @@ def _describe_options(sub: dict[str, _Parser]) -> None:
     for parser, formats in ((derive, DERIVE_FORMATS), (automaton, AUTOMATON_FORMATS)):
         parser.add_argument("model", metavar="MODEL", help="mechanism (`painleve models`)")
         parser.add_argument("--format", default="text", metavar="FORMAT", help=", ".join(formats))
+        _contact(parser)
         parser.add_argument(
             "--json",
             action="store_const",
@@ -190,6 +198,7 @@ def _map_options(parser: _Parser) -> None:
         help="coordinates and velocities that are held; what is left out is 0",
     )
     _set(parser)
+    _contact(parser)
     for option, default, metavar, text in (
         ("--points", "400", "N", "points along each axis, from 5 to 2000, by default 400"),
         ("--slip", "-1", "SIGN", "sign of the slip velocity, -1 (default) or 1"),

@@ -9,11 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from painleve_sym.cli.case import read_case
+from painleve_sym.cli.joint import event_table, show_several
 from painleve_sym.cli.options import OTHER_FORMATS, output_file
 from painleve_sym.cli.output import assignments, number, print_json, quantity, show, show_table
 from painleve_sym.errors import InputError, PainleveWarning, StopReason
 from painleve_sym.mechanics.models import Mechanism
 from painleve_sym.simulate.classify import Classification
+from painleve_sym.simulate.classify_several import SeveralClassification
 from painleve_sym.simulate.jump import JumpResult
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 from painleve_sym.study.scenario import Scenario
@@ -22,7 +24,6 @@ EXIT_STOPPED_EARLY = 3
 ORDINARY = (StopReason.T_END, StopReason.UNTIL, StopReason.LEFT_DOMAIN)
 PLOT_SUFFIXES = (".png", ".svg", ".pdf")
 SHOWN_EVENTS = 40
-FORCES = ("normal_force", "tangential_force")
 
 _CASES = {
     "slip": "one solution, the contact slides on",
@@ -64,7 +65,10 @@ def classify(arguments: argparse.Namespace) -> int:
         print_json(found.to_dict())
         return 0
     _show_case(scenario.mechanism(), scenario, found.parameters)
-    _show_classification(found)
+    if isinstance(found, SeveralClassification):
+        show_several(found)
+    else:
+        _show_classification(found)
     return 0
 
 
@@ -281,19 +285,9 @@ def _show_events(events: Sequence[EventRecord]) -> None:
     half = SHOWN_EVENTS // 2
     hidden = max(0, len(events) - SHOWN_EVENTS)
     shown = events if not hidden else [*events[:half], *events[-half:]]
-    rows = [
-        (
-            number(e.time, 9),
-            e.kind,
-            e.mode_after,
-            number(e.normal_force),
-            number(e.compression),
-        )
-        for e in shown
-    ]
+    head, rows = event_table(shown)
     if hidden:
-        rows.insert(half, ("...", f"{hidden} more", "", "", ""))
-    head = ("time [s]", "event", "mode after", "F_n [N]", "depth [m]")
+        rows.insert(half, ("...", f"{hidden} more", *[""] * (len(head) - 2)))
     show_table(head, rows, left=(1, 2), indent=0)
 
 
@@ -303,7 +297,7 @@ def _show_end(trajectory: Trajectory, units: Mapping[str, str]) -> None:
     show()
     show(f"stopped at t = {number(trajectory.final_time, 9)} s: {reason.label} ({text})")
     rows = [(n, number(v, 9), units.get(n, "")) for n, v in trajectory.final.items() if n in units]
-    rows += [(n, number(trajectory.final_outputs[n], 9), "N") for n in FORCES]
+    rows += [(n, number(v, 9), "N") for n, v in trajectory.final_forces.items()]
     show_table(("state", "value", "unit"), rows, left=(0, 2))
     residual = number(trajectory.energy_residual, 2)
     show(
@@ -314,13 +308,18 @@ def _show_end(trajectory: Trajectory, units: Mapping[str, str]) -> None:
 
 def _show_samples(data: Mapping[str, Any]) -> None:
     show()
-    columns = {
-        "time [s]": data["time"],
-        "gap [m]": data["gap"],
-        "slip [m/s]": data["slip_velocity"],
-        "normal [m/s]": data["gap_rate"],
-        "F_n [N]": data["normal_force"],
-        "F_t [N]": data["tangential_force"],
-    }
-    rows = zip(*columns.values(), strict=True)
-    show_table(list(columns), [[number(float(v)) for v in row] for row in rows], left=(), indent=0)
+    ends = [name.removeprefix("gap_rate") for name in data if name.startswith("gap_rate")]
+    for end in ends:
+        if end:
+            show(f"contact {end.removeprefix('_')}")
+        columns = {
+            "time [s]": data["time"],
+            "gap [m]": data[f"gap{end}"],
+            "slip [m/s]": data[f"slip_velocity{end}"],
+            "normal [m/s]": data[f"gap_rate{end}"],
+            "F_n [N]": data[f"normal_force{end}"],
+            "F_t [N]": data[f"tangential_force{end}"],
+        }
+        rows = zip(*columns.values(), strict=True)
+        cells = [[number(float(v)) for v in row] for row in rows]
+        show_table(list(columns), cells, left=(), indent=0)

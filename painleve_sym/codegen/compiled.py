@@ -47,6 +47,8 @@ def _structures(nx: int, nz: int, kinds: int) -> tuple[Any, Any]:
             ("until", ctypes.c_ubyte * kinds),
             ("record", ctypes.c_int),
             ("start_events", ctypes.c_int),
+            ("start_mode", ctypes.c_int),
+            ("start_departs", ctypes.c_uint),
         )
 
     class Run(ctypes.Structure):
@@ -92,7 +94,6 @@ class CompiledEngine:
             _address,
             _address,
             ctypes.c_double,
-            ctypes.c_int,
             ctypes.POINTER(self._options),
         )
         self._library.ps_free.argtypes = (ctypes.POINTER(self._run),)
@@ -123,10 +124,12 @@ class CompiledEngine:
             (ctypes.c_ubyte * len(until))(*until),
             _RECORD[o.record],
             o.start_events,
+            o.start_mode,
+            sum(1 << j for j in o.start_departs),
         )
 
     def run(self, state: Array, parameters: Array, options: RunOptions) -> RawRun:
-        """Integrate from t = 0; the mode is chosen from the state."""
+        """Integrate from t = 0."""
         memory = np.zeros(self._nz + 1)
         # The same options object is used in loops of runs: its C form is kept.
         if self._last_options is None or self._last_options[0] is not options:
@@ -134,7 +137,7 @@ class CompiledEngine:
         o = self._last_options[1]
         x, p = _plain(state), _plain(parameters)
         result = self._library.ps_integrate(
-            x.ctypes.data, memory.ctypes.data, p.ctypes.data, 0.0, -1, ctypes.byref(o)
+            x.ctypes.data, memory.ctypes.data, p.ctypes.data, 0.0, ctypes.byref(o)
         )
         if not result:
             raise MemoryError("compiled engine: no memory for a run.")
@@ -182,4 +185,3 @@ class CompiledEngine:
 def _plain(values: Array) -> Array:
     """Return a contiguous array; the caller keeps it while C reads its address."""
     return np.ascontiguousarray(values, dtype=np.float64)
-

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import threading
 from collections import Counter
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from painleve_sym.codegen.modes import AutomatonFunctions
-from painleve_sym.codegen.run import DENSE_ROWS, Array, RawRun, RunOptions
+from painleve_sym.codegen.run import DENSE_ROWS, Array, IntervalHistory, RawRun, RunOptions
 from painleve_sym.codegen.window import GRID, Call, ModeRunner, Window
 from painleve_sym.errors import StopReason
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton
@@ -26,32 +25,10 @@ _REPLACEMENTS = 8
 """Times that an earlier event may replace one; each is earlier still, so one or two are usual."""
 
 # The compiled engine's constants: its decisions are repeated here.
-_ZERO_TIME, _CHAIN, _SHRINKING, _REMAINDER = 1e-10, 64, 6, 1e-11
+_ZERO_TIME, _CHAIN = 1e-10, 64
 
 _COUNTERS = ("accepted_steps", "rejected_steps", "field_evaluations", "guard_evaluations")
 _MORE_COUNTERS = ("dense_outputs", "events")
-
-
-@dataclass
-class _History:
-    """When one transition happened before."""
-
-    last: float = 0.0
-    interval: float = 0.0
-    ratio: float = 0.0
-    shrinking: int = 0
-
-    def accumulates(self, t: float) -> bool:
-        """Whether the intervals shrink geometrically towards a limit that t has reached."""
-        interval, before = t - self.last, self.interval
-        self.last, self.interval = t, interval
-        if not before > 0 or not interval < 0.9999 * before:
-            self.shrinking = 0
-            return False
-        # The slower of the last two ratios: one short interval alone is no accumulation.
-        ratio, self.ratio = max(interval / before, self.ratio), interval / before
-        self.shrinking += 1
-        return self.shrinking >= _SHRINKING and interval * ratio / (1 - ratio) < _REMAINDER * t
 
 
 class _Run:
@@ -66,12 +43,13 @@ class _Run:
         self.engine, self.c, self.options = engine, c, options
         self.modes, self.x = engine.automaton.modes, x
         self.z = np.zeros(len(engine.automaton.memory))
-        self.mode = engine.start(x, self.z, c)
+        chosen = options.start_mode < 0
+        self.mode = engine.start(x, self.z, c) if chosen else options.start_mode
         self.counters = Counter(dict.fromkeys(_COUNTERS + _MORE_COUNTERS, 0))
         self.steps: list[Array] = []
         self.events: list[Array] = []
         self.armed = np.zeros(0, dtype=bool)
-        self.history: dict[tuple[int, int], _History] = {}
+        self.history: dict[tuple[int, int], IntervalHistory] = {}
         self.atol = np.minimum(options.atol, _HUGE)
         # Powers of two: scaling then rounds nothing. 2^500 leaves a state out of the error norm.
         exponent = np.round(np.log2(options.atol / options.rtol))
@@ -80,7 +58,7 @@ class _Run:
     def loop(self) -> None:
         """Integrate until there is a reason to stop."""
         # What the start state makes happen at once is its choice of mode, or events where asked.
-        self.settle((), visible=self.options.start_events)
+        self.settle(self.options.start_departs, visible=self.options.start_events)
         if self.hit and self.reason is None:
             self.reason = StopReason.UNTIL
         self.length = self.options.first_step or self.h_ref
@@ -153,7 +131,7 @@ class _Run:
         self.hit |= kind in self.options.until
         self.at_once = self.at_once + 1 if self.t == self.t_event else 0
         self.t_event = self.t
-        history = self.history.setdefault((before, j), _History())
+        history = self.history.setdefault((before, j), IntervalHistory())
         if self.reason is None and (self.at_once >= _CHAIN or history.accumulates(self.t)):
             self.reason = StopReason.ACCUMULATION
         if self.reason is None and self.counters["events"] >= self.options.max_events:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -12,6 +12,9 @@ from painleve_sym.errors import InputError, StopReason
 from painleve_sym.hybrid.automaton import HybridAutomaton
 
 Array = NDArray[np.float64]
+
+SHRINKING, REMAINDER = 6, 1e-11
+"""Accumulation: so many intervals shrink, and what is left is this part of the time so far."""
 
 DENSE_ROWS = 8
 """Rows of a step's dense polynomial, the start value first (see `Trajectory`)."""
@@ -39,6 +42,10 @@ class RunOptions:
     start_events : bool
         Whether what the start state makes happen at once is recorded as events (an impact), or
         only chooses the mode.
+    start_mode : int
+        Index of the mode to start in; -1: chosen from the state.
+    start_departs : tuple of int
+        Guards of that mode that are zero at the start and known to become positive.
     """
 
     t_end: float
@@ -51,6 +58,8 @@ class RunOptions:
     max_steps: int = 1_000_000
     max_events: int = 100_000
     start_events: bool = False
+    start_mode: int = -1
+    start_departs: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.rtol >= 1e-15 or not self.rtol < 1:
@@ -95,6 +104,36 @@ class RawRun:
     steps: Array
     events: Array
     counters: dict[str, int] = field(default_factory=dict)
+
+    def shifted(self, start: float) -> RawRun:
+        """Return the run as one that began at the time `start`; its arrays are reused."""
+        if start == 0:
+            return self
+        for rows in (self.steps, self.events):
+            rows[:, 0] += start
+        return replace(self, time=self.time + start)
+
+
+@dataclass
+class IntervalHistory:
+    """When one transition happened before."""
+
+    last: float = 0.0
+    interval: float = 0.0
+    ratio: float = 0.0
+    shrinking: int = 0
+
+    def accumulates(self, t: float) -> bool:
+        """Whether the intervals shrink geometrically towards a limit that t has reached."""
+        interval, before = t - self.last, self.interval
+        self.last, self.interval = t, interval
+        if not before > 0 or not interval < 0.9999 * before:
+            self.shrinking = 0
+            return False
+        # The slower of the last two ratios: one short interval alone is no accumulation.
+        ratio, self.ratio = max(interval / before, self.ratio), interval / before
+        self.shrinking += 1
+        return self.shrinking >= SHRINKING and interval * ratio / (1 - ratio) < REMAINDER * t
 
 
 class Engine(Protocol):

@@ -29,6 +29,7 @@ ENGINE_REASONS = (
     StopReason.NO_MODE,
     StopReason.SINGULAR,
     StopReason.JAM,
+    StopReason.DECISION,
 )
 """Stop reasons in the order of the engine's own numbers."""
 

@@ -10,6 +10,7 @@ import sympy as sp
 from painleve_sym.errors import StopReason
 from painleve_sym.hybrid.automaton import Transition
 from painleve_sym.mechanics.coefficients import F_N, F_T
+from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.models import Mechanism
 
 GAP, GAP_RATE = sp.Symbol("gap", real=True), sp.Symbol("gap_dot", real=True)
@@ -21,6 +22,41 @@ FORCE_WORK = sp.Symbol("force_dissipation", real=True)
 FLIGHT = "flight"
 CONTACTS = {"slip_neg": -1, "slip_pos": 1, "stick": 0}
 """Contact modes and their slip direction."""
+
+
+@dataclass(frozen=True)
+class ContactRow:
+    """The states of one contact: gap, its rate, and slip velocity."""
+
+    contact: Contact
+    gap: sp.Symbol
+    gap_rate: sp.Symbol
+    slip: sp.Symbol
+
+    @classmethod
+    def of(
+        cls, contact: Contact, gap: sp.Symbol, gap_rate: sp.Symbol, slip: sp.Symbol
+    ) -> ContactRow:
+        """Return the row, with coordinates and velocities in place of symbols of its own."""
+        system = contact.system
+        if contact.gap in system.q:
+            gap, gap_rate = contact.gap, contact.gap_rate
+        if contact.slip_velocity in system.q_dot:
+            slip = contact.slip_velocity
+        return cls(contact, gap, gap_rate, slip)
+
+    @property
+    def symbols(self) -> tuple[sp.Symbol, sp.Symbol, sp.Symbol]:
+        """Gap, its rate, slip velocity."""
+        return self.gap, self.gap_rate, self.slip
+
+
+def domain_transitions(mechanism: Mechanism) -> list[Transition]:
+    """Return the transitions that end a run outside the mechanism's domain."""
+    return [
+        Transition(f"domain_{i}", "left_domain", bound.margin, stop=StopReason.LEFT_DOMAIN)
+        for i, bound in enumerate(mechanism.domain)
+    ]
 
 
 @dataclass(frozen=True)
@@ -39,28 +75,30 @@ class ContactStates:
     mechanism: Mechanism
 
     @cached_property
+    def rows(self) -> tuple[ContactRow, ...]:
+        """States of the contact, as the only row."""
+        return (ContactRow.of(self.mechanism.contact, GAP, GAP_RATE, SLIP),)
+
+    @property
     def gap(self) -> sp.Symbol:
         """State that holds g_N."""
-        gap = self.mechanism.contact.gap
-        return gap if gap in self.mechanism.system.q else GAP
+        return self.rows[0].gap
 
-    @cached_property
+    @property
     def gap_rate(self) -> sp.Symbol:
         """State that holds ġ_N."""
-        rate = self.mechanism.contact.gap_rate
-        return rate if self.gap is not GAP else GAP_RATE
+        return self.rows[0].gap_rate
 
-    @cached_property
+    @property
     def slip(self) -> sp.Symbol:
         """State that holds v_t."""
-        slip = self.mechanism.contact.slip_velocity
-        return slip if slip in self.mechanism.system.q_dot else SLIP
+        return self.rows[0].slip
 
     @cached_property
     def states(self) -> tuple[sp.Symbol, ...]:
         """Coordinates, velocities, contact states where needed, then dissipated energies."""
         system = self.mechanism.system
-        extra = [s for s in (self.gap, self.gap_rate, self.slip) if s in (GAP, GAP_RATE, SLIP)]
+        extra = [s for s in self.rows[0].symbols if s in (GAP, GAP_RATE, SLIP)]
         return (*system.q, *system.q_dot, *extra, *self.dissipations)
 
     @cached_property
@@ -115,9 +153,7 @@ class ContactStates:
             rates[FORCE_WORK] = system.dissipated_power - friction * self._surface_speed
         return rates
 
-    def outputs(
-        self, contact: str | None, force: sp.Expr, stored: sp.Expr
-    ) -> dict[str, sp.Expr]:
+    def outputs(self, contact: str | None, force: sp.Expr, stored: sp.Expr) -> dict[str, sp.Expr]:
         """Return forces, gap and energies of a mode."""
         system = self.mechanism.system
         friction = self.tangential_force(contact, force) if contact else sp.Integer(0)
@@ -132,10 +168,3 @@ class ContactStates:
             "potential_energy": system.potential_energy,
             "stored_energy": stored,
         }
-
-    def leave_domain(self) -> list[Transition]:
-        """Return the transitions that end a run outside the mechanism's domain."""
-        return [
-            Transition(f"domain_{i}", "left_domain", bound.margin, stop=StopReason.LEFT_DOMAIN)
-            for i, bound in enumerate(self.mechanism.domain)
-        ]

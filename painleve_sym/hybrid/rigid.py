@@ -13,7 +13,7 @@ import sympy as sp
 
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
-from painleve_sym.hybrid.contact_states import CONTACTS, FLIGHT, ContactStates
+from painleve_sym.hybrid.contact_states import CONTACTS, FLIGHT, ContactStates, domain_transitions
 from painleve_sym.hybrid.impact_rays import (
     APPROACH,
     MEMORY,
@@ -149,11 +149,11 @@ class RigidContact(ContactStates):
 
     def _flight(self) -> Mode:
         zero = sp.Integer(0)
-        land = Transition(
-            "touchdown", "touchdown", self.gap, (Choice(DECISION),), {self.gap: zero}
-        )
+        land = Transition("touchdown", "touchdown", self.gap, (Choice(DECISION),), {self.gap: zero})
         outputs = self.outputs(None, zero, zero)
-        return Mode(FLIGHT, self.field(None, zero), (land, *self.leave_domain()), outputs)
+        return Mode(
+            FLIGHT, self.field(None, zero), (land, *domain_transitions(self.mechanism)), outputs
+        )
 
     def _constrained(
         self, name: str, contact: str, force: sp.Expr, transitions: tuple[Transition, ...]
@@ -161,7 +161,7 @@ class RigidContact(ContactStates):
         zero = sp.Integer(0)
         rates = self.field(contact, force, normal=zero) | {self.gap: zero}
         outputs = self.outputs(contact, force, zero)
-        return Mode(name, rates, (*transitions, *self.leave_domain()), outputs)
+        return Mode(name, rates, (*transitions, *domain_transitions(self.mechanism)), outputs)
 
     def _slip(self, contact: str, unstable: bool) -> Mode:
         c, s = self.mechanism.coefficients, CONTACTS[contact]

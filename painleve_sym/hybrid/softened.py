@@ -14,6 +14,7 @@ from painleve_sym.hybrid.contact_states import (
     CONTACTS,
     FLIGHT,
     ContactStates,
+    domain_transitions,
 )
 from painleve_sym.laws.compliance import (
     DELTA,
@@ -109,7 +110,7 @@ class SoftenedContact(ContactStates):
             name,
             self._law_field(contact, branch),
             # Friction first: at a start at rest it decides which normal motion follows.
-            (*changes, *exits, *self.leave_domain()),
+            (*changes, *exits, *domain_transitions(self.mechanism)),
             self.outputs(contact, force, self._of_state(branch.stored_energy)),
         )
 
@@ -118,7 +119,7 @@ class SoftenedContact(ContactStates):
         land = Transition("touchdown", "touchdown", self.gap, loading)
         zero = sp.Integer(0)
         free, outputs = self.field(None, zero), self.outputs(None, zero, zero)
-        modes = [Mode(FLIGHT, free, (land, *self.leave_domain()), outputs)]
+        modes = [Mode(FLIGHT, free, (land, *domain_transitions(self.mechanism)), outputs)]
         if self.law.recontacts:
             clean = {s: sp.Integer(0) for s in self.law.memory}
             leave = Transition("liftoff", "liftoff", -self.gap, (Choice(FLIGHT),), clean)
@@ -132,7 +133,9 @@ class SoftenedContact(ContactStates):
                 )
                 for i, e in enumerate(self.law.recontacts)
             ]
-            modes.append(Mode(INDENTED, free, (leave, *back, *self.leave_domain()), outputs))
+            modes.append(
+                Mode(INDENTED, free, (leave, *back, *domain_transitions(self.mechanism)), outputs)
+            )
         return modes
 
     def _recontact_reset(self, e: Exit) -> dict[sp.Symbol, sp.Expr]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import sympy as sp
@@ -81,10 +81,20 @@ class Mechanism:
     def contact(self) -> Contact:
         """The only contact; InputError when there are several."""
         if len(self.contacts) != 1:
+            names = ", ".join(repr(c.name) for c in self.contacts)
             raise InputError(
-                f"mechanism {self.name!r}: got {len(self.contacts)} contacts, need one here."
+                f"mechanism {self.name!r}: got {len(self.contacts)} contacts, need one here. "
+                f"Fix: choose one of {names} (--contact, Mechanism.only); the others stay open."
             )
         return self.contacts[0]
+
+    def only(self, name: str) -> Mechanism:
+        """Return the mechanism with the named contact alone, as if the others were out of reach."""
+        for contact in self.contacts:
+            if contact.name == name:
+                return replace(self, contacts=(contact,))
+        known = [c.name for c in self.contacts]
+        raise InputError(f"mechanism {self.name!r}: " + unknown_name("contact", name, known))
 
     @cached_property
     def coefficients(self) -> ContactCoefficients:

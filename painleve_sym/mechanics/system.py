@@ -48,14 +48,14 @@ def sample_point(matrix: sp.Matrix, seed: int) -> dict[sp.Symbol, sp.Expr]:
     return {s: sp.Rational(7 * i + 11 * seed, 13 + i) for i, s in enumerate(symbols)}
 
 
-def _determinant(matrix: sp.Matrix) -> sp.Expr:
+def determinant(matrix: sp.Matrix) -> sp.Expr:
     """Return the determinant without multiplying anything out, which SymPy's own does."""
     if matrix.rows == 1:
         return matrix[0, 0]
     total = sp.Integer(0)
     for column in range(matrix.cols):
         if matrix[0, column] != 0:
-            minor = _determinant(matrix.minor_submatrix(0, column))
+            minor = determinant(matrix.minor_submatrix(0, column))
             total += (-1) ** column * matrix[0, column] * minor
     return total
 
@@ -330,9 +330,9 @@ class LagrangianSystem:
         adjugate = sp.zeros(n, n)
         for i in range(n):
             for j in range(i + 1):
-                minor = _determinant(mass.minor_submatrix(i, j)) if n > 1 else sp.Integer(1)
+                minor = determinant(mass.minor_submatrix(i, j)) if n > 1 else sp.Integer(1)
                 adjugate[i, j] = adjugate[j, i] = reduced((-1) ** (i + j) * minor)
-        return adjugate, reduced(_determinant(mass))
+        return adjugate, reduced(determinant(mass))
 
     @cached_property
     def inverse_mass_matrix(self) -> sp.Matrix:

@@ -28,7 +28,7 @@ _METADATA: dict[str, dict[str, Any]] = {
     ".svg": {"Date": None},
     ".pdf": {"CreationDate": None},
 }
-_FORCES = {"normal_force": ("$F_n$", "solid"), "tangential_force": ("$F_t$", (0, (5, 1.5)))}
+_FORCES = {"normal_force": ("F_n", "solid"), "tangential_force": ("F_t", (0, (5, 1.5)))}
 
 
 def trajectory_figure(trajectory: Trajectory, mechanism: Mechanism) -> Figure:
@@ -88,8 +88,12 @@ def _draw(trajectory: Trajectory, mechanism: Mechanism, top: Axes, below: list[A
     times = _times(trajectory)
     scale, unit = _time_unit(trajectory.final_time - float(trajectory.step_time[0]))
     outputs, states = trajectory.outputs(times), trajectory(times)
-    for name, (label, dashes) in _FORCES.items():
-        top.plot(times * scale, outputs[name], color=PALETTE[0], linestyle=dashes, label=label)
+    for k, contact in enumerate(mechanism.contacts):
+        several = len(mechanism.contacts) > 1
+        for name, (symbol, dashes) in _FORCES.items():
+            values = outputs[f"{name}_{contact.name}" if several else name]
+            label = rf"${symbol}$ of {contact.name}" if several else f"${symbol}$"
+            top.plot(times * scale, values, color=PALETTE[k], linestyle=dashes, label=label)
     top.set_ylabel("force [N]")
     top.set_xlabel(f"time [{unit}]")
     quantities = [

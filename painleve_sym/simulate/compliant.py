@@ -146,13 +146,15 @@ class SoftenedSimulator(ContactSimulator):
         vector[index] = -self.compression_of_force(force, values)
         return vector
 
-    def contact_scale(self, values: Mapping[Any, float], kinetic: float) -> tuple[float, ...]:
-        """Return the scales of gap (m), gap rate (m/s) and the energy (J) of the contact.
+    def contact_scale(
+        self, values: Mapping[Any, float], kinetic: float, i: int = 0
+    ) -> tuple[float, ...]:
+        """Return the scales of gap (m), gap rate (m/s) and the energy (J) of contact i.
 
         The gap's is the compression δ_c under the free normal force |b_n|/W_nn, its rate's δ_c/T
         with T the time of a contact under that force.
         """
-        c = self.mechanism.coefficients
+        c = self.mechanism.all_coefficients[i]
         W_nn, b_n, k, n = map(
             float, numbers([c.W_nn, c.b_n, self.law.stiffness, self.law.exponent], values)
         )

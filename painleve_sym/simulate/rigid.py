@@ -19,6 +19,7 @@ from painleve_sym.mechanics.system import Parameter
 from painleve_sym.simulate.classify import contact_problem
 from painleve_sym.simulate.simulator import ContactSimulator
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
+from painleve_sym.simulate.two_contacts import TwoContactSimulator
 
 CLOSED = 1e-9
 """Gap and normal speed, in parts of the state's scale, at which bounces have died out."""
@@ -72,9 +73,11 @@ class RigidSimulator(ContactSimulator):
         """Restitution law and policy."""
         return {"restitution": self.restitution, "policy": self.policy}
 
-    def contact_scale(self, values: Mapping[Any, float], kinetic: float) -> tuple[float, ...]:
-        """Return the scales of gap (m), gap rate (m/s) and the energy (J) of the contact."""
-        W_nn = float(numbers([self.mechanism.coefficients.W_nn], values)[0])
+    def contact_scale(
+        self, values: Mapping[Any, float], kinetic: float, i: int = 0
+    ) -> tuple[float, ...]:
+        """Return the scales of gap (m), gap rate (m/s) and the energy (J) of contact i."""
+        W_nn = float(numbers([self.mechanism.all_coefficients[i].W_nn], values)[0])
         energy = kinetic or 1.0
         return 1.0, float(np.sqrt(2 * energy * W_nn)), energy
 
@@ -133,7 +136,7 @@ class RigidSimulator(ContactSimulator):
         limits: list[EventRecord] = []
         options, start = replace(o, start_events=True), 0.0
         while True:
-            raw = _shifted(self.integrator.run(vector, parameters, options), start)
+            raw = self.integrator.run(vector, parameters, options).shifted(start)
             runs.append(raw)
             stuck = raw.time == start and len(runs) > 1
             if raw.stop_reason is not StopReason.ACCUMULATION or stuck or not self._closed(raw, o):
@@ -176,14 +179,6 @@ class RigidSimulator(ContactSimulator):
         return replace(event, alternatives=modes) if len(modes) > 1 else event
 
 
-def _shifted(raw: RawRun, start: float) -> RawRun:
-    if start == 0:
-        return raw
-    for rows in (raw.steps, raw.events):
-        rows[:, 0] += start
-    return replace(raw, time=raw.time + start)
-
-
 def _joined(runs: list[RawRun]) -> RawRun:
     counters = {k: sum(r.counters[k] for r in runs) for k in runs[-1].counters}
     return replace(
@@ -192,6 +187,17 @@ def _joined(runs: list[RawRun]) -> RawRun:
         events=np.vstack([r.events for r in runs]),
         counters=counters,
     )
+
+
+def rigid_simulator(
+    mechanism: Mechanism,
+    restitution: str = "energetic",
+    policy: str = "liftoff",
+    engine: str = "auto",
+) -> RigidSimulator | TwoContactSimulator:
+    """Return the simulator for the number of contacts: one, or two at a time."""
+    kind = RigidSimulator if len(mechanism.contacts) == 1 else TwoContactSimulator
+    return kind(mechanism, restitution, policy, engine)
 
 
 def simulate_rigid(
@@ -204,4 +210,4 @@ def simulate_rigid(
     **options: Any,
 ) -> Trajectory:
     """Integrate a rigid motion; see `RigidSimulator.run` for the options."""
-    return RigidSimulator(mechanism, restitution, policy, engine).run(state, **options)
+    return rigid_simulator(mechanism, restitution, policy, engine).run(state, **options)

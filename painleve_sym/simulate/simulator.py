@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from painleve_sym.codegen.run import DENSE_ROWS, Array, Engine, RawRun, RunOptio
 from painleve_sym.codegen.select import make_engine
 from painleve_sym.errors import InputError, StopReason, unknown_name
 from painleve_sym.hybrid.automaton import HybridAutomaton
-from painleve_sym.hybrid.contact_states import GAP, GAP_RATE, SLIP, ContactStates
+from painleve_sym.hybrid.contact_states import ContactRow
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import Parameter
 from painleve_sym.simulate.inputs import (
@@ -27,6 +27,15 @@ from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 
 DEFAULT_RTOL = 1e-11
 """The reference impacts then hold eight digits through all events, energy closes to 1e-9."""
+
+
+class HasRows(Protocol):
+    """What a simulator asks of its contacts."""
+
+    @property
+    def rows(self) -> tuple[ContactRow, ...]:
+        """States of each contact."""
+        ...
 
 
 class ContactSimulator(ABC):
@@ -43,8 +52,8 @@ class ContactSimulator(ABC):
 
     @property
     @abstractmethod
-    def contact(self) -> ContactStates:
-        """States of the contact."""
+    def contact(self) -> HasRows:
+        """The contact or contacts."""
 
     @property
     @abstractmethod
@@ -67,8 +76,15 @@ class ContactSimulator(ABC):
         """Named choices of the contact law."""
 
     @abstractmethod
-    def contact_scale(self, values: Mapping[Any, float], kinetic: float) -> tuple[float, ...]:
-        """Return the scales of gap (m), gap rate (m/s) and the energy (J) of the contact."""
+    def contact_scale(
+        self, values: Mapping[Any, float], kinetic: float, i: int = 0
+    ) -> tuple[float, ...]:
+        """Return the scales of gap (m), gap rate (m/s) and the energy (J) of contact i."""
+
+    @property
+    def event_kinds(self) -> tuple[str, ...]:
+        """Kinds of events that a run may be asked to end at."""
+        return self.automaton.kinds
 
     @cached_property
     def integrator(self) -> Engine:
@@ -96,13 +112,15 @@ class ContactSimulator(ABC):
 
     def initial_state(self, state: Mapping[str, float], parameters: Mapping[str, float]) -> Array:
         """Return the automaton's state vector for coordinates and velocities by name."""
-        contact = self.mechanism.contact
         values = symbol_values(self.mechanism, state, parameters)
-        derived = [contact.gap, contact.gap_rate, contact.slip_velocity]
-        extra = dict(zip((GAP, GAP_RATE, SLIP), numbers(derived, values), strict=True))
-        for s in (GAP, GAP_RATE):
-            # Computed from q these cancel: a touching start must not become a tiny fall.
-            extra[s] = 0.0 if abs(extra[s]) <= CONTACT_TOLERANCE else extra[s]
+        extra: dict[Any, float] = {}
+        for row in self.contact.rows:
+            contact = row.contact
+            derived = [contact.gap, contact.gap_rate, contact.slip_velocity]
+            extra |= dict(zip(row.symbols, map(float, numbers(derived, values)), strict=True))
+            for s in (row.gap, row.gap_rate):
+                # Computed from q these cancel: a touching start must not become a tiny fall.
+                extra[s] = 0.0 if abs(extra[s]) <= CONTACT_TOLERANCE else extra[s]
         return np.array([values.get(s, extra.get(s, 0.0)) for s in self.automaton.states])
 
     def options(
@@ -122,8 +140,8 @@ class ContactSimulator(ABC):
             raise InputError(f"{self.where}: t_end: got {t_end!r}, need a finite number > 0.")
         kinds = (until,) if isinstance(until, str) else tuple(until)
         for kind in kinds:
-            if kind not in self.automaton.kinds:
-                message = unknown_name("event", kind, self.automaton.kinds)
+            if kind not in self.event_kinds:
+                message = unknown_name("event", kind, self.event_kinds)
                 raise InputError(f"{self.where}: until: {message}")
         scale = self.tolerances(vector, parameters) if atol is None else np.asarray(atol) / rtol
         return RunOptions(t_end, rtol, rtol * scale, kinds, record, **limits)
@@ -153,13 +171,16 @@ class ContactSimulator(ABC):
             zip(self.automaton.states, map(float, vector), strict=True)
         )
         symbols |= self.constants(parameters)
-        kinetic, W_tt = numbers([system.kinetic_energy, self.mechanism.coefficients.W_tt], symbols)
+        kinetic = float(numbers([system.kinetic_energy], symbols)[0])
         masses = numbers([system.mass_matrix[i, i] for i in range(len(system.q))], symbols)
-        delta, rate, energy = self.contact_scale(symbols, float(kinetic))
         scale: dict[Any, float] = dict.fromkeys(system.q, 1.0)
+        energy = self.contact_scale(symbols, kinetic)[2]
         scale |= {s: np.sqrt(2 * energy / m) for s, m in zip(system.q_dot, masses, strict=True)}
-        scale[self.contact.slip] = np.sqrt(2 * energy * W_tt) or 1.0
-        scale |= {self.contact.gap: delta, self.contact.gap_rate: rate}
+        mobilities = numbers([c.W_tt for c in self.mechanism.all_coefficients], symbols)
+        for i, (row, W_tt) in enumerate(zip(self.contact.rows, mobilities, strict=True)):
+            delta, rate, _ = self.contact_scale(symbols, kinetic, i)
+            scale[row.slip] = np.sqrt(2 * energy * W_tt) or 1.0
+            scale |= {row.gap: delta, row.gap_rate: rate}
         scale |= dict.fromkeys(self.automaton.uncontrolled, float("inf"))
         return np.array([scale[s] for s in self.automaton.states])
 
@@ -200,23 +221,32 @@ class ContactSimulator(ABC):
         automaton = self.automaton
         nx, nz = len(automaton.states), len(automaton.memory)
         before, memory = rows[:, 4 : 4 + nx], rows[:, 4 + nx : 4 + nx + nz]
-        after = rows[:, 4 + nx + nz : 4 + 2 * nx + nz]
+        after = rows[:, 4 + nx + nz : 4 + 2 * nx + nz].tolist()
         modes = rows[:, 1].astype(np.int64)
         outputs = self.integrator.outputs(modes, before, memory, constants)
         at = {name: outputs[:, i] for i, name in enumerate(automaton.output_names)}
-        return tuple(
-            EventRecord(
-                time=float(row[0]),
-                kind=automaton.modes[modes[i]].transitions[int(row[2])].kind,
-                mode_before=automaton.modes[modes[i]].name,
-                mode_after=automaton.modes[int(row[3])].name,
-                state={s.name: float(v) for s, v in zip(automaton.states, after[i], strict=True)},
-                normal_force=float(at["normal_force"][i]),
-                tangential_force=float(at["tangential_force"][i]),
-                compression=float(at["compression"][i]),
+        records = []
+        for i, row in enumerate(rows):
+            transition = automaton.modes[modes[i]].transitions[int(row[2])]
+            contact, end = self.event_outputs(transition.label)
+            records.append(
+                EventRecord(
+                    time=float(row[0]),
+                    kind=transition.kind,
+                    mode_before=automaton.modes[modes[i]].name,
+                    mode_after=automaton.modes[int(row[3])].name,
+                    state=dict(zip((s.name for s in automaton.states), after[i], strict=True)),
+                    normal_force=float(at[f"normal_force{end}"][i]),
+                    tangential_force=float(at[f"tangential_force{end}"][i]),
+                    compression=-float(at[f"gap{end}"][i]),
+                    contact=contact,
+                )
             )
-            for i, row in enumerate(rows)
-        )
+        return tuple(records)
+
+    def event_outputs(self, label: str) -> tuple[str, str]:
+        """Return the name of the contact of an event and what its outputs' names end in."""
+        return self.mechanism.contact.name, ""
 
     def _detail(self, raw: RawRun) -> str:
         if raw.stop_reason is StopReason.LEFT_DOMAIN:

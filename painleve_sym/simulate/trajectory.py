@@ -41,6 +41,10 @@ class EventRecord:
         δ = −g_N; m.
     alternatives : tuple of str
         Rigid motion, where the contact problem had several solutions: all their modes.
+    contact : str
+        Name of the contact; empty where all contacts are meant.
+    impulses : tuple of float
+        An impact of two rigid contacts: P_n and P_t of each; N s.
     """
 
     time: float
@@ -52,6 +56,8 @@ class EventRecord:
     tangential_force: float
     compression: float
     alternatives: tuple[str, ...] = ()
+    contact: str = ""
+    impulses: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -231,6 +237,11 @@ class Trajectory:
         )
         return {k: float(v[0]) for k, v in last.items()}
 
+    @property
+    def final_forces(self) -> dict[str, float]:
+        """Normal and tangential forces at the end by name, of every contact; N."""
+        return {k: v for k, v in self.final_outputs.items() if "_force" in k}
+
     @cached_property
     def final(self) -> dict[str, float]:
         """The final state by name."""
@@ -278,8 +289,7 @@ class Trajectory:
                 "time": self.final_time,
                 "state": self.final,
                 "mode": self.mode_names[self.final_mode],
-                "normal_force": self.final_outputs["normal_force"],
-                "tangential_force": self.final_outputs["tangential_force"],
+                **self.final_forces,
             },
             "stop_reason": self.stop_reason.label,
             "stop_detail": self.stop_detail,
@@ -352,7 +362,8 @@ class Trajectory:
 
 
 def _event(data: dict[str, Any]) -> EventRecord:
-    return EventRecord(**(data | {"alternatives": tuple(data["alternatives"])}))
+    lists = {name: tuple(data[name]) for name in ("alternatives", "impulses")}
+    return EventRecord(**(data | lists))
 
 
 _ARRAYS = (

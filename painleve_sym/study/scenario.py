@@ -21,6 +21,7 @@ from painleve_sym.laws.impact import restitution_law
 from painleve_sym.laws.rigid import RigidLaw, contact_law
 from painleve_sym.mechanics.models import Mechanism, model
 from painleve_sym.simulate.classify import Classification, classify
+from painleve_sym.simulate.classify_several import SeveralClassification, classify_several
 from painleve_sym.simulate.compliant import DEFAULT_RTOL, SoftenedSimulator
 from painleve_sym.simulate.inputs import (
     CONTACT_TOLERANCE,
@@ -29,7 +30,7 @@ from painleve_sym.simulate.inputs import (
     symbol_values,
 )
 from painleve_sym.simulate.jump import JumpResult, evaluate_jump
-from painleve_sym.simulate.rigid import RigidSimulator
+from painleve_sym.simulate.rigid import rigid_simulator
 from painleve_sym.simulate.trajectory import Trajectory
 
 DEFAULT_RULE = "energetic"
@@ -74,6 +75,8 @@ class Scenario:
         Coefficient of the jump, in [0, 1]; None: the rule's default.
     rule : {"energetic", "poisson", "newton"}
         Restitution law of the jump.
+    contact : str
+        Name of the only contact to consider, of a mechanism with several; None: all.
     title : str
     where : str
         What error messages call this scenario, such as the name of its file.
@@ -95,6 +98,7 @@ class Scenario:
     samples: int | None = None
     restitution: float | None = None
     rule: str = DEFAULT_RULE
+    contact: str | None = None
     title: str = ""
     where: str = "scenario"
 
@@ -158,7 +162,8 @@ class Scenario:
 
     def mechanism(self) -> Mechanism:
         """Return the mechanism; InputError suggests the nearest name."""
-        return model(self.model)
+        whole = model(self.model)
+        return whole if self.contact is None else whole.only(self.contact)
 
     def contact_law(self) -> ContactLaw | RigidLaw:
         """Return the contact law with its choices; InputError where none is named."""
@@ -201,10 +206,11 @@ class Scenario:
 
     # ---- questions ----
 
-    def classify(self) -> Classification:
+    def classify(self) -> Classification | SeveralClassification:
         """Return the rigid contact problem at the state, with every solution."""
         mechanism = self.mechanism()
-        return classify(mechanism, self._state(mechanism, self._given(mechanism)), self.parameters)
+        ask = classify if len(mechanism.contacts) == 1 else classify_several
+        return ask(mechanism, self._state(mechanism, self._given(mechanism)), self.parameters)
 
     def simulate(self) -> Trajectory:
         """Return the softened or rigid motion from the state.
@@ -231,9 +237,7 @@ class Scenario:
         # Built for its checks: the simulator makes its own once the code is compiled.
         RunOptions(self.t_end, self.rtol, np.zeros(0), **limits)
         given = self._given(mechanism)
-        of_law = resolve_parameters(
-            f"law {chosen.name!r}", chosen.parameters, self.law_parameters
-        )
+        of_law = resolve_parameters(f"law {chosen.name!r}", chosen.parameters, self.law_parameters)
         state = self._state(mechanism, given)
         options: dict[str, Any] = {
             "t_end": self.t_end,
@@ -248,7 +252,7 @@ class Scenario:
                     f"{self.where}: initial_force: a rigid contact stores no force. "
                     "Fix: leave it out, or name a softened law."
                 )
-            rigid = RigidSimulator(mechanism, chosen.restitution, chosen.policy, self.engine)
+            rigid = rigid_simulator(mechanism, chosen.restitution, chosen.policy, self.engine)
             return rigid.run(state, **options)
         softened = SoftenedSimulator(mechanism, chosen, self.engine)
         return softened.run(state, initial_force=self.initial_force, **options)
@@ -362,6 +366,7 @@ def _read_law(where: str, key: str, value: Any) -> dict[str, Any]:
 
 _READERS: Mapping[str, Reader] = {
     "title": _read_text,
+    "contact": _read_text,
     "model": _read_model,
     "state": _read_numbers,
     "parameters": _read_numbers,

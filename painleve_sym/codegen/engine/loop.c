@@ -154,9 +154,9 @@ PS_EXPORT void ps_constants(const double *p, double *c) {
   PS_CONSTANTS(arg, res, iw, w, 0);
 }
 
-/* mode < 0: chosen from the state. Returns a run to be read and freed, NULL without memory. */
+/* Returns a run to be read and freed, NULL without memory. */
 PS_EXPORT ps_run *ps_integrate(const double *x, const double *z, const double *p, double t,
-                               int mode, const ps_options *o) {
+                               const ps_options *o) {
   ps_run *s = (ps_run *)calloc(1, sizeof(ps_run));
   if (!s) return NULL;
   memcpy(s->x, x, sizeof s->x);
@@ -170,10 +170,10 @@ PS_EXPORT ps_run *ps_integrate(const double *x, const double *z, const double *p
   for (int i = 0; i < PS_NM; i++)
     for (int j = 0; j < PS_NG; j++) s->history[i][j].last = t;
   ps_constants(p, s->c);
-  s->mode = mode;
-  if (mode < 0) choose_start(s);
+  s->mode = o->start_mode;
+  if (s->mode < 0) choose_start(s);
   /* What the start state makes happen at once is its choice of mode, or events where asked. */
-  settle(s, o, 0, o->start_events);
+  settle(s, o, o->start_departs, o->start_events);
   if (s->hit && s->reason == PS_RUNNING) s->reason = PS_UNTIL;
   s->h = o->h0 > 0 ? o->h0 : s->h_ref;
   while (s->reason == PS_RUNNING) advance(s, o);

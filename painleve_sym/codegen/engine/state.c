@@ -10,7 +10,8 @@
 
 /* Reasons, in the order the Python side reads them. */
 enum { PS_T_END, PS_UNTIL, PS_LEFT_DOMAIN, PS_STEP_LIMIT, PS_EVENT_LIMIT, PS_ACCUMULATION,
-       PS_NON_FINITE, PS_STEP_UNDERFLOW, PS_NO_MODE, PS_SINGULAR, PS_JAM, PS_NO_MEMORY, PS_RUNNING = -1 };
+       PS_NON_FINITE, PS_STEP_UNDERFLOW, PS_NO_MODE, PS_SINGULAR, PS_JAM, PS_DECISION,
+       PS_NO_MEMORY, PS_RUNNING = -1 };
 
 /* Zero of a guard: reached within this part of a step, far above the round-off of a located root. */
 static const double PS_ZERO_TIME = 1e-10;
@@ -39,6 +40,8 @@ typedef struct {
   unsigned char until[PS_NKIND];
   int record; /* 0: end only, 1: events, 2: events and dense steps */
   int start_events;
+  int start_mode; /* -1: chosen from the state */
+  unsigned start_departs;
 } ps_options;
 
 typedef struct {
