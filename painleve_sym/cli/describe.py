@@ -12,13 +12,13 @@ from painleve_sym.cli.output import number, print_json, show, show_table
 from painleve_sym.cli.parser import AUTOMATON_FORMATS
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.hybrid.automaton import HybridAutomaton, Transition
-from painleve_sym.hybrid.rigid import RigidContact
 from painleve_sym.hybrid.softened import SoftenedContact
 from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.laws.impact import RESTITUTIONS, RestitutionLaw
 from painleve_sym.laws.rigid import CHOICES, CONTACT_LAWS, RigidLaw, contact_law
 from painleve_sym.mechanics.models import MODELS, Mechanism, model
 from painleve_sym.mechanics.system import Parameter
+from painleve_sym.simulate.rigid import RigidSimulator
 
 
 def checked_format(text: str, known: Sequence[str]) -> str:
@@ -182,7 +182,7 @@ def automaton(arguments: argparse.Namespace) -> int:
     mechanism = model(arguments.model)
     chosen = chosen_law(arguments.law, arguments.law_set)
     if isinstance(chosen, RigidLaw):
-        made = RigidContact(mechanism, chosen.restitution, chosen.policy).automaton
+        made = RigidSimulator(mechanism, chosen.restitution, chosen.policy).automaton
     else:
         made = SoftenedContact(mechanism, chosen).automaton
     if form == "json":

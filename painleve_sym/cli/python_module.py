@@ -44,7 +44,8 @@ def python_module(mechanism: Mechanism, found: Sequence[Section]) -> str:
     formulas = [f for s in found for f in s.formulas]
     parts += [_formula(f, meanings) for f in formulas]
     parts += [_phase(p, meanings, mechanism) for p in phases]
-    parts.append(_whole_jump(mechanism, formulas, phases, meanings))
+    if phases:
+        parts.append(_whole_jump(mechanism, formulas, phases, meanings))
     return "\n\n\n".join(parts) + "\n"
 
 
