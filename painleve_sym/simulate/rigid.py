@@ -178,6 +178,14 @@ class RigidSimulator(ContactSimulator):
             compression=0.0,
         )
 
+    def _detail(self, raw: RawRun) -> str:
+        if self.mechanism.contact.bilateral and raw.stop_reason is StopReason.SINGULAR:
+            return (
+                "the slip meets A = 0, where the force of the guide grows without bound and rigid "
+                "theory ends; end earlier, or start elsewhere"
+            )
+        return super()._detail(raw)
+
     # ---- several solutions ----
 
     def _with_alternatives(self, event: EventRecord, values: dict[str, float]) -> EventRecord:
