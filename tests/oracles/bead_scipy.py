@@ -90,7 +90,7 @@ def motion(state, t_end, mu, b):
         z[2] = s * 1e-14
 
 
-def yielding(state, stiffness, mu, b, *, damping_ratio=1.0, cycles=60.0):
+def yielding(state, stiffness, mu, b, *, damping_ratio=1.0, cycles=40.0):
     """Return (x', y', p') after the groove, a spring with a dashpot, has come to rest."""
     effective = M * (M + m) / (M + m * math.sin(state[1]) ** 2)
     rate = math.sqrt(stiffness / effective)
@@ -115,6 +115,6 @@ def yielding(state, stiffness, mu, b, *, damping_ratio=1.0, cycles=60.0):
 
     x, p, vx, w = state
     start = [x, 0.0, p, vx, 0.0, w]
-    run = solve_ivp(field, (0, cycles / rate), start, method="Radau", rtol=1e-8, atol=1e-12)
+    run = solve_ivp(field, (0, cycles / rate), start, method="Radau", rtol=1e-6, atol=1e-11)
     assert run.status == 0
     return run.y[3:, -1]
