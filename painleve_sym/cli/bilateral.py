@@ -24,7 +24,7 @@ def show_bilateral(found: BilateralClassification) -> None:
     show()
     show(f"the contact holds from both sides: 0 = A F_n + B in slip with {direction}")
     if not moving:
-        show("(v_t = 0 here: the slip that would begin)")
+        show("(v_t = 0 here; slip along the free acceleration is meant)")
     B = f"B  = {number(found.B)} m/s^2"
     show_table(
         ("", "", ""),

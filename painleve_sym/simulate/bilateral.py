@@ -51,7 +51,7 @@ class BilateralClassification:
     state, parameters : dict of str to float
         Complete, with defaults filled in.
     slip : int
-        s = sign(v_t); at v_t = 0 that of b_t, the slip that would begin (−1 where b_t = 0).
+        s = sign(v_t); at v_t = 0 the sign of the free acceleration b_t (−1 where b_t = 0).
     A_push, A_pull : float
         A of A F_n + B = 0 in slip along `slip` for F_n > 0 and for F_n < 0; 1/kg.
     B : float

@@ -124,7 +124,7 @@ class RigidSimulator(ContactSimulator):
         gap = float(vector[self._index(self.contact.gap)])
         if self.mechanism.contact.bilateral:
             check_held(self.where, gap, float(vector[self._index(self.contact.gap_rate)]))
-        if gap < 0:
+        elif gap < 0:
             raise InputError(
                 f"{self.where}: the start is inside the ground, gap = {gap:g} m, and a rigid "
                 "contact has no compression. Fix: start with gap >= 0, or give a contact law."

@@ -224,6 +224,11 @@ def test_second_engine_agrees():
     assert [e.time for e in run.events] == pytest.approx(times, abs=1e-9)
 
 
+def test_round_off_off_the_guide_is_no_fault():
+    run = simulator().run({"phi": 0.5, "x_dot": 1.0, "y": -1e-13}, t_end=1e-3)
+    assert run.stop_reason is StopReason.T_END
+
+
 def test_klein_slides_by_constant_force_and_then_sticks():
     run = simulator(of=klein).run(KLEIN, t_end=1.0)
     (force,) = [n for n in by_hand(1.2, 1, 1, 1, 0.9, 0, 1.0) if n > 0]
