@@ -11,6 +11,8 @@ from typing import Any
 __version__ = "0.1.0"
 
 _HOMES = {
+    "BilateralClassification": "simulate.bilateral",
+    "BilateralContact": "hybrid.bilateral",
     "BilateralProblem": "complementarity.bilateral",
     "Classification": "simulate.classify",
     "Contact": "mechanics.contact",
@@ -42,6 +44,7 @@ _HOMES = {
     "simulate_rigid": "simulate.rigid",
     "simulate_softened": "simulate.compliant",
     "solve_impact": "simulate.impact",
+    "tangential_impact": "simulate.bilateral",
 }
 
 __all__ = sorted([*_HOMES, "__version__"])

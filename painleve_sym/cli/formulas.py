@@ -9,9 +9,11 @@ import sympy as sp
 
 from painleve_sym.errors import InputError
 from painleve_sym.laws.impact import RESTITUTIONS, three_phase_jump
+from painleve_sym.mechanics.bilateral import SIDES, BilateralForms
 from painleve_sym.mechanics.critical import critical_friction
 from painleve_sym.mechanics.impulses import Phase, tangential_phase
 from painleve_sym.mechanics.models import Mechanism
+from painleve_sym.mechanics.readable import readable
 
 LEFT, RIGHT = "slip to the left (v_t < 0)", "slip to the right (v_t > 0)"
 
@@ -72,7 +74,7 @@ def sections(mechanism: Mechanism) -> tuple[Section, ...]:
         energies(mechanism),
         _motion(mechanism),
         *contact_sections(mechanism),
-        *_jump(mechanism),
+        *(() if mechanism.contact.bilateral else _jump(mechanism)),
     )
 
 
@@ -82,6 +84,7 @@ def contact_sections(mechanism: Mechanism) -> tuple[Section, ...]:
         _contact(mechanism),
         _slip(mechanism),
         _stick(mechanism),
+        *(_bilateral(mechanism) if mechanism.contact.bilateral else ()),
         Section("friction and the paradox", tuple(_critical(mechanism))),
     )
 
@@ -162,6 +165,65 @@ def _stick(mechanism: Mechanism) -> Section:
             Formula("B_stick", c.B_stick, "m/s^2", "B' in sticking", "B'"),
         ),
         note="gap_ddot = A' F_n + B'",
+    )
+
+
+def _bilateral(mechanism: Mechanism) -> Iterator[Section]:
+    """Yield what a contact held from both sides adds: two forces, their number, the impulse."""
+    forms = BilateralForms(mechanism.coefficients)
+    forces = []
+    for direction, s, words in (("neg", -1, LEFT), ("pos", 1, RIGHT)):
+        for side, sign in SIDES.items():
+            forces.append(
+                Formula(
+                    f"F_n_{direction}_{side}",
+                    readable(forms.slip_force(s, sign)),
+                    "N",
+                    f"{words}: a solution where this is {'>' if sign > 0 else '<'} 0",
+                    f"F_n^{{{'-' if s < 0 else '+'}, \\mathrm{{{side}}}}}",
+                )
+            )
+    yield Section(
+        "slip held from both sides",
+        tuple(forces),
+        note="W_nn F_n - mu s W_nt |F_n| + B = 0 with s = sign(v_t): F_n of either sign",
+    )
+    yield Section(
+        "number of solutions in slip",
+        (
+            Formula(
+                "excess",
+                forms.excess,
+                "1/kg",
+                "mu |W_nt| - W_nn; < 0: one solution",
+                r"\mu |W_{nt}| - W_{nn}",
+            ),
+            Formula(
+                "selector",
+                forms.selector,
+                "m/(kg s^2)",
+                "W_nt B; with excess > 0: two solutions where s W_nt B > 0, none where < 0",
+                "W_{nt} B",
+            ),
+        ),
+    )
+    yield Section(
+        "tangential impact",
+        (
+            Formula("P_n", forms.normal_impulse, "N s", "normal impulse", "P_n"),
+            Formula("P_t", forms.tangential_impulse, "N s", "tangential impulse", "P_t"),
+            Formula(
+                "loss",
+                forms.friction_loss,
+                "J",
+                "kinetic energy lost on a fixed guide",
+                r"\Delta T",
+            ),
+            Formula(
+                "velocity_after", forms.velocity_after, "SI", "velocities after", r"\dot q^{+}"
+            ),
+        ),
+        note="stops the slip v_t at once and keeps v_n = 0; |P_t| <= mu |P_n| where excess >= 0",
     )
 
 

@@ -33,6 +33,10 @@ _CASES = {
     "indeterminate": "several solutions",
     "outside": "beyond the mechanism's domain",
 }
+_BILATERAL_CASES = _CASES | {
+    "slip": "one solution",
+    "indeterminate": "two solutions, one of each sign of F_n",
+}
 
 
 def map(arguments: argparse.Namespace) -> int:
@@ -106,10 +110,11 @@ def _show(found: RegionMap, mechanism: Mechanism) -> None:
     show(f"slip velocity {'<' if found.slip < 0 else '>'} 0")
     show()
     total = found.case.size
+    cases = _BILATERAL_CASES if found.bilateral else _CASES
     rows = [
         (name, f"{100 * found.counts[name] / total:.2f} %", text)
-        for name, text in _CASES.items()
-        if name != "outside" or found.counts[name]
+        for name, text in cases.items()
+        if found.counts[name] or name not in ("outside", *("liftoff",) * found.bilateral)
     ]
     show_table(("case", "points", ""), rows, left=(0, 2))
     share = 100 * data["stick_feasible_count"] / total

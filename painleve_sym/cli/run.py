@@ -8,12 +8,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from painleve_sym.cli.bilateral import show_bilateral, show_tangential_impact
 from painleve_sym.cli.case import read_case
 from painleve_sym.cli.joint import event_table, show_several
 from painleve_sym.cli.options import OTHER_FORMATS, output_file
 from painleve_sym.cli.output import assignments, number, print_json, quantity, show, show_table
 from painleve_sym.errors import InputError, PainleveWarning, StopReason
 from painleve_sym.mechanics.models import Mechanism
+from painleve_sym.simulate.bilateral import BilateralClassification, TangentialImpact
 from painleve_sym.simulate.classify import Classification
 from painleve_sym.simulate.classify_several import SeveralClassification
 from painleve_sym.simulate.jump import JumpResult
@@ -67,6 +69,8 @@ def classify(arguments: argparse.Namespace) -> int:
     _show_case(scenario.mechanism(), scenario, found.parameters)
     if isinstance(found, SeveralClassification):
         show_several(found)
+    elif isinstance(found, BilateralClassification):
+        show_bilateral(found)
     else:
         _show_classification(found)
     return 0
@@ -111,6 +115,13 @@ def jump(arguments: argparse.Namespace) -> int:
     """Print the three phases of the velocity jump."""
     scenario = read_case(arguments)
     found = scenario.jump()
+    if isinstance(found, TangentialImpact):
+        if arguments.json:
+            print_json(found.to_dict())
+            return 0
+        _show_case(scenario.mechanism(), scenario)
+        show_tangential_impact(found, state_units(scenario.mechanism()))
+        return 0
     if arguments.json:
         print_json(jump_data(found))
         return 0
@@ -268,7 +279,7 @@ def _show_run(trajectory: Trajectory, scenario: Scenario, written: Mapping[str, 
     units = {p.name: p.unit for p in law.parameters}
     choices = "".join(f" ({name} {value})" for name, value in trajectory.choices.items())
     of_law = assignments({k: v for k, v in values.items() if k not in own}, units)
-    show(f"law {law.name}{choices} with {of_law}")
+    show(f"law {law.name}{choices}" + (f" with {of_law}" if of_law else ""))
     show()
     _show_events(trajectory.events)
     _show_end(trajectory, state_units(mechanism))

@@ -46,8 +46,8 @@ class SoftenedContact(ContactStates):
         if any(c.bilateral for c in self.mechanism.contacts):
             raise InputError(
                 f"mechanism {self.mechanism.name!r} with law {self.law.name!r}: its contact holds "
-                "from both sides, and a law only pushes. Fix: classify it, or describe the guide "
-                "as two contacts."
+                "from both sides, and a law only pushes. Fix: use the law rigid, or describe the "
+                "guide as two contacts."
             )
         taken = {p.name for p in self.mechanism.system.parameters}
         clash = sorted(taken & {p.name for p in self.law.parameters})

@@ -20,7 +20,8 @@ from painleve_sym.codegen.run import Array
 from painleve_sym.errors import InputError
 from painleve_sym.present.style import DASHES, PALETTE, REFERENCE, STYLE
 from painleve_sym.simulate.trajectory import write_beside
-from painleve_sym.study.map import LEGEND, RegionMap
+from painleve_sym.study.map import RegionMap
+from painleve_sym.study.map_cases import LEGEND
 
 SUFFIXES = (".png", ".svg", ".pdf")
 # Tints of Okabe & Ito's colours, each of another lightness: told apart in grey too.
@@ -38,10 +39,16 @@ NAMES = {
     "inconsistent": "inconsistent: no solution",
     "indeterminate": "indeterminate: several",
 }
+BILATERAL_NAMES = NAMES | {
+    "slip": "one solution",
+    "inconsistent": "no solution",
+    "indeterminate": "two solutions",
+}
 FLOW = "#6E7780"
 LOOKS: dict[str, dict[str, Any]] = {
     "A": {"colors": PALETTE[0], "linestyles": "solid", "linewidths": 1.2},
     "B": {"colors": PALETTE[1], "linestyles": [DASHES[1]], "linewidths": 1.2},
+    "A_pull": {"colors": PALETTE[2], "linestyles": [DASHES[2]], "linewidths": 1.2},
 }
 WIDTH, HEIGHT = 4.2, 3.25
 """Between one column and the page; inch."""
@@ -277,7 +284,7 @@ def _name_curve(axes: Axes, found: RegionMap, name: str, pieces: Array) -> None:
     text = axes.text(
         x,
         y,
-        f"${name} = 0$",
+        f"${_curve_label(found, name)} = 0$",
         rotation=angle,
         rotation_mode="anchor",
         transform_rotates_text=True,
@@ -290,9 +297,17 @@ def _name_curve(axes: Axes, found: RegionMap, name: str, pieces: Array) -> None:
     text.set_path_effects([patheffects.withStroke(linewidth=2.6, foreground="white")])
 
 
+def _curve_label(found: RegionMap, name: str) -> str:
+    """Return A or B; of a bilateral contact, A with the side: F_n > 0 or F_n < 0."""
+    if not found.bilateral or name == "B":
+        return name
+    return r"A_\mathrm{pull}" if name == "A_pull" else r"A_\mathrm{push}"
+
+
 def _legend(found: RegionMap) -> list[Any]:
+    names = BILATERAL_NAMES if found.bilateral else NAMES
     handles: list[Any] = [
-        Patch(facecolor=FILLS[n], edgecolor="black", linewidth=0.4, label=NAMES[n])
+        Patch(facecolor=FILLS[n], edgecolor="black", linewidth=0.4, label=names[n])
         for n in (*(n for n in LEGEND if n != "outside"), "outside")
         if n in _present(found)
     ]

@@ -10,6 +10,7 @@ from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.complementarity.contact import ContactCase, ContactProblem, ContactSolution
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.models import Mechanism
+from painleve_sym.simulate.bilateral import BilateralClassification, classify_bilateral
 from painleve_sym.simulate.inputs import (
     CONTACT_TOLERANCE,
     resolve_parameters,
@@ -88,8 +89,22 @@ def classify(
     mechanism: Mechanism,
     state: Mapping[str, float],
     parameters: Mapping[str, float] | None = None,
-) -> Classification:
+) -> Classification | BilateralClassification:
     """Return the rigid contact problem at a state in contact, with every solution.
+
+    As the contact is, by `classify_opening` or `classify_bilateral`.
+    """
+    if mechanism.contact.bilateral:
+        return classify_bilateral(mechanism, state, parameters)
+    return classify_opening(mechanism, state, parameters)
+
+
+def classify_opening(
+    mechanism: Mechanism,
+    state: Mapping[str, float],
+    parameters: Mapping[str, float] | None = None,
+) -> Classification:
+    """Return the rigid contact problem of a contact that can open, with every solution.
 
     Parameters
     ----------
@@ -117,7 +132,7 @@ def classify(
     if contact.bilateral:
         raise InputError(
             f"classify {mechanism.name!r}: contact {contact.name!r} is bilateral, need one that "
-            "can open. Fix: use BilateralProblem with its coefficients."
+            "can open. Fix: use classify_bilateral."
         )
     _check_contact(mechanism, start, values)
     problem = contact_problem(mechanism, start, values)

@@ -13,9 +13,11 @@ from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.codegen.run import Array, RawRun, RunOptions
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.hybrid.automaton import HybridAutomaton
+from painleve_sym.hybrid.bilateral import BilateralContact
 from painleve_sym.hybrid.rigid import DECISION, RigidContact
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import Parameter
+from painleve_sym.simulate.bilateral import bilateral_problem, check_held, solution_name
 from painleve_sym.simulate.classify import contact_problem
 from painleve_sym.simulate.simulator import ContactSimulator
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
@@ -34,6 +36,9 @@ class RigidSimulator(ContactSimulator):
     that accumulate end in contact at their limit time (event ``settle``). A slip that meets A = 0,
     where the contact force grows without bound, ends the run with StopReason.SINGULAR.
 
+    A bilateral contact keeps its gap 0: see `BilateralContact` for its modes, its tangential
+    impacts and what the policies mean there. Restitution plays no part.
+
     Parameters
     ----------
     mechanism : Mechanism
@@ -49,8 +54,10 @@ class RigidSimulator(ContactSimulator):
     engine: str = "auto"
 
     @cached_property
-    def contact(self) -> RigidContact:
-        """The rigid contact."""
+    def contact(self) -> RigidContact | BilateralContact:
+        """The rigid contact, or the guide that holds it from both sides."""
+        if self.mechanism.contact.bilateral:
+            return BilateralContact(self.mechanism, self.policy)
         return RigidContact(self.mechanism, self.restitution, self.policy)
 
     @property
@@ -60,7 +67,7 @@ class RigidSimulator(ContactSimulator):
 
     @property
     def own_parameters(self) -> tuple[Parameter, ...]:
-        """The coefficient of restitution."""
+        """The coefficient of restitution; none where the contact is bilateral."""
         return self.contact.parameters
 
     @property
@@ -70,7 +77,9 @@ class RigidSimulator(ContactSimulator):
 
     @property
     def choices(self) -> dict[str, str]:
-        """Restitution law and policy."""
+        """Restitution law (of a contact that can open) and policy."""
+        if self.mechanism.contact.bilateral:
+            return {"policy": self.policy}
         return {"restitution": self.restitution, "policy": self.policy}
 
     def contact_scale(
@@ -116,7 +125,9 @@ class RigidSimulator(ContactSimulator):
 
     def _check_gap(self, vector: Array) -> None:
         gap = float(vector[self._index(self.contact.gap)])
-        if gap < 0:
+        if self.mechanism.contact.bilateral:
+            check_held(self.where, gap, float(vector[self._index(self.contact.gap_rate)]))
+        elif gap < 0:
             raise InputError(
                 f"{self.where}: the start is inside the ground, gap = {gap:g} m, and a rigid "
                 "contact has no compression. Fix: start with gap >= 0, or give a contact law."
@@ -138,7 +149,8 @@ class RigidSimulator(ContactSimulator):
         while True:
             raw = self.integrator.run(vector, parameters, options).shifted(start)
             runs.append(raw)
-            stuck = raw.time == start and len(runs) > 1
+            # A bilateral contact has no bounces.
+            stuck = self.mechanism.contact.bilateral or (raw.time == start and len(runs) > 1)
             if raw.stop_reason is not StopReason.ACCUMULATION or stuck or not self._closed(raw, o):
                 return _joined(runs), limits
             vector = raw.state.copy()
@@ -169,13 +181,25 @@ class RigidSimulator(ContactSimulator):
             compression=0.0,
         )
 
+    def _detail(self, raw: RawRun) -> str:
+        if self.mechanism.contact.bilateral and raw.stop_reason is StopReason.SINGULAR:
+            return (
+                "the slip meets A = 0, where the force of the guide grows without bound and rigid "
+                "theory ends; end earlier, or start elsewhere"
+            )
+        return super()._detail(raw)
+
     # ---- several solutions ----
 
     def _with_alternatives(self, event: EventRecord, values: dict[str, float]) -> EventRecord:
         if event.kind != "contact":
             return event
-        solutions = contact_problem(self.mechanism, event.state, values).solutions()
-        modes = tuple(dict.fromkeys(s.mode.value for s in solutions))
+        if self.mechanism.contact.bilateral:
+            held = bilateral_problem(self.mechanism, event.state, values)
+            modes = tuple(dict.fromkeys(solution_name(s, held) for s in held.solutions()))
+        else:
+            solutions = contact_problem(self.mechanism, event.state, values).solutions()
+            modes = tuple(dict.fromkeys(s.mode.value for s in solutions))
         return replace(event, alternatives=modes) if len(modes) > 1 else event
 
 

@@ -275,8 +275,8 @@ class Trajectory:
         memory = np.vstack([self.step_memory, self.final_memory])
         terms = self._balance(states, self._outputs(modes, states, memory))
         total = terms.pop("total")
-        size = max(float(np.max(np.abs(v - v[0]))) for v in terms.values())
-        size = max(size, float(np.max(np.abs(terms["kinetic_energy"]))))
+        terms["potential_energy"] = terms["potential_energy"] - terms["potential_energy"][0]
+        size = max(float(np.max(np.abs(v))) for v in terms.values())
         return float(np.max(np.abs(total - total[0])) / size) if size > 0 else 0.0
 
     # ---- files ----

@@ -14,6 +14,7 @@ from itertools import groupby, pairwise
 import numpy as np
 
 from painleve_sym.complementarity.contact import ContactCase, ContactSolution
+from painleve_sym.errors import InputError
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.simulate.inputs import resolve_parameters, resolve_state
 from painleve_sym.simulate.jump import JumpResult
@@ -192,6 +193,12 @@ def _case(
     engine: str,
 ) -> Case:
     declared = mechanism.system.parameters
+    if mechanism.contact.bilateral:
+        raise InputError(
+            f"contrast of {mechanism.name!r}: its contact is bilateral, and stepping, relaxation "
+            "and softened motion need one that can open. Fix: use classify, jump and "
+            "simulate --law rigid."
+        )
     values = resolve_parameters(f"{mechanism.name!r}", declared, parameters or {})
     start = resolve_state(mechanism, state, values)
     return Case(mechanism, start, values, restitution, t_end, engine)

@@ -19,7 +19,7 @@ from painleve_sym.errors import InputError, StopReason, unknown_name
 from painleve_sym.laws.compliance import law
 from painleve_sym.laws.impact import restitution_law
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.simulate.classify import Classification, classify
+from painleve_sym.simulate.classify import Classification, classify_opening
 from painleve_sym.simulate.compliant import SoftenedSimulator
 from painleve_sym.simulate.inputs import CONTACT_TOLERANCE, resolve_parameters, symbol_values
 from painleve_sym.simulate.jump import JumpResult, evaluate_jump
@@ -170,7 +170,7 @@ class Case:
         """Return the contact problem of the state, solved; None where there is none."""
         if max(map(abs, self.gap_and_rate)) > CONTACT_TOLERANCE:
             return None
-        found = classify(self.mechanism, self.state, self.parameters)
+        found = classify_opening(self.mechanism, self.state, self.parameters)
         lemke = solve_lemke(found.problem.lcp())
         return AccelerationLevel(found, lemke, solve_mpcc_all(found.problem))
 

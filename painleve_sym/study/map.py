@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from painleve_sym.codegen.pointwise import Pointwise
 from painleve_sym.codegen.run import Array
-from painleve_sym.complementarity.contact import ContactCase
 from painleve_sym.complementarity.contact_data import rounded_difference
 from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.mechanics.critical import critical_friction
@@ -25,17 +24,12 @@ from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.simulate.inputs import CONTACT_TOLERANCE
 from painleve_sym.simulate.trajectory import write_beside
 from painleve_sym.study.map_axes import MapPlace, map_place
+from painleve_sym.study.map_cases import LEGEND, bilateral_case, opening_case
 from painleve_sym.study.zero_curves import common_zeros, zero_segments
 
 FORMAT = "painleve-sym map 1"
-LEGEND: Mapping[str, int] = {
-    "outside": -1,
-    ContactCase.SLIP.value: 0,
-    ContactCase.LIFTOFF.value: 1,
-    ContactCase.INCONSISTENT.value: 2,
-    ContactCase.INDETERMINATE.value: 3,
-}
-"""Codes of the cases; outside: beyond the mechanism's domain, or no finite coefficients."""
+CURVES = ("A", "B", "A_pull")
+"""Of a contact that can open, the first two."""
 ROD_FAMILY = ("rod", "rod-inertia")
 
 _ARRAYS = ("case", "A", "B", "A_stick", "B_stick", "stick_feasible", "flow", "crossings")
@@ -80,6 +74,10 @@ class RegionMap:
         ``mu_C`` = (2/√3) μ_P, where at the crossing both rates of approach are equal.
     state, parameters : dict of str to float
         What is held.
+    A_pull : ndarray or None
+        Of a contact that is held from both sides: A where F_n < 0, `A` being that where F_n > 0.
+        `curves` then has ``A_pull``, too, and the cases tell the number of solutions: ``slip``
+        one, ``inconsistent`` none, ``indeterminate`` two.
     """
 
     mechanism: str
@@ -100,6 +98,12 @@ class RegionMap:
     thresholds: dict[str, float]
     state: dict[str, float]
     parameters: dict[str, float]
+    A_pull: Array | None = None
+
+    @property
+    def bilateral(self) -> bool:
+        """Whether the contact is held from both sides."""
+        return self.A_pull is not None
 
     @property
     def counts(self) -> dict[str, int]:
@@ -124,11 +128,12 @@ class RegionMap:
             "thresholds": self.thresholds,
             "state": self.state,
             "parameters": self.parameters,
+            **({"bilateral": True} if self.bilateral else {}),
         }
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything as plain data for JSON: lists for arrays, None for nan."""
-        grids = ("A", "B", "A_stick", "B_stick", "flow")
+        grids = ("A", "B", "A_stick", "B_stick", "flow", *(("A_pull",) if self.bilateral else ()))
         return {
             **self.summary(),
             "legend": dict(LEGEND),
@@ -151,8 +156,8 @@ class RegionMap:
         """
         text = {"format": FORMAT, **{name: getattr(self, name) for name in _TEXTS}}
         arrays: dict[str, Any] = {n: getattr(self, n) for n in _ARRAYS if n != "flow"}
-        if self.flow is not None:
-            arrays["flow"] = self.flow
+        maybe = {"flow": self.flow, "A_pull": self.A_pull}
+        arrays |= {name: grid for name, grid in maybe.items() if grid is not None}
         arrays |= {"values_0": self.values[0], "values_1": self.values[1]}
         arrays |= {f"curve_{name}": pieces for name, pieces in self.curves.items()}
         write_beside(Path(path), lambda f: np.savez_compressed(f, text=json.dumps(text), **arrays))
@@ -176,7 +181,9 @@ class RegionMap:
                 fields |= {name: data[name] for name in _ARRAYS if name != "flow"}
                 fields["flow"] = data.get("flow")
                 fields["values"] = (data["values_0"], data["values_1"])
-                fields["curves"] = {name: data[f"curve_{name}"] for name in ("A", "B")}
+                fields["A_pull"] = data.get("A_pull")
+                names = CURVES[:2] if fields["A_pull"] is None else CURVES
+                fields["curves"] = {name: data[f"curve_{name}"] for name in names}
         except (OSError, EOFError, ValueError, KeyError, TypeError, zipfile.BadZipFile) as error:
             raise InputError(
                 f"map file {path}: not readable ({error}). Fix: give a file written by save."
@@ -206,12 +213,13 @@ def region_map(
 ) -> RegionMap:
     """Return the case of the rigid contact over two quantities, for one slip direction.
 
-    By the signs of A_s and B in g̈_N = A_s F_n + B, borders as in `classify`.
+    By the signs of A_s and B in g̈_N = A_s F_n + B, borders as in `classify`. Of a bilateral
+    contact, the number of solutions in slip.
 
     Parameters
     ----------
     mechanism : Mechanism
-        With one unilateral contact.
+        With one contact.
     over : two str
         Coordinates, velocities or parameters.
     ranges : mapping of str to two float
@@ -258,7 +266,10 @@ def _A(mechanism: Mechanism, slip: int) -> sp.Expr:
 
 
 def _flow(mechanism: Mechanism, place: MapPlace, slip: int) -> list[sp.Expr]:
-    """Return the rates of both axes in slip; none where an axis is a parameter."""
+    """Return the rates of both axes in slip; none where an axis is a parameter.
+
+    A bilateral contact that pulls rubs as one that pushes in slip the other way.
+    """
     system, c = mechanism.system, mechanism.coefficients
     rates: dict[sp.Symbol, sp.Expr] = dict(zip(system.q, system.q_dot, strict=True))
     if not all(s in rates or s in system.q_dot for s in place.symbols):
@@ -277,6 +288,8 @@ def _grids(
     """Return the map's fields on its grid, gap and gap rate where inside, the engine used."""
     c, contact = mechanism.coefficients, mechanism.contact
     flow = _flow(mechanism, place, slip)
+    if contact.bilateral:
+        flow += _flow(mechanism, place, -slip)
     margins = [b.margin for b in mechanism.domain]
     parts = [c.W_nn, c.W_nt, c.W_tt, c.b_n, c.b_t, c.A_stick, c.B_stick, c.mu]
     parts += [contact.gap, contact.gap_rate, *margins, *flow]
@@ -288,20 +301,22 @@ def _grids(
     with np.errstate(all="ignore"):
         A = rounded_difference(W_nn, slip * mu * W_nt)
         force = -B_stick / A_stick
-        reserve = mu * W_tt * force - np.abs(W_nt * force + b_t)
-        sticks = inside & (A_stick > 0) & (force > 0) & (reserve >= 0)
-    several = ((A < 0) & (B > 0)) | ((A == 0) & (B == 0))
-    case = np.where(
-        B < 0,
-        np.where(A > 0, LEGEND["slip"], LEGEND["inconsistent"]),
-        np.where(several, LEGEND["indeterminate"], LEGEND["liftoff"]),
-    )
+        size = np.abs(force) if contact.bilateral else force
+        reserve = mu * W_tt * size - np.abs(W_nt * force + b_t)
+        sticks = inside & (A_stick > 0) & ((force > 0) | contact.bilateral) & (reserve >= 0)
+        A_pull = rounded_difference(W_nn, -slip * mu * W_nt) if contact.bilateral else None
+    case = opening_case(A, B) if A_pull is None else bilateral_case(A, A_pull, B)
     case = np.where(inside, case, LEGEND["outside"]).astype(np.int8)
     fields = {"A": A, "B": B, "A_stick": A_stick, "B_stick": B_stick}
     grids: dict[str, Any] = {n: np.where(inside, v, np.nan) for n, v in fields.items()}
     grids |= {"case": case, "stick_feasible": sticks, "flow": None}
+    grids["A_pull"] = None if A_pull is None else np.where(inside, A_pull, np.nan)
     if flow:
-        grids["flow"] = np.where(case == LEGEND["slip"], found[-2:], np.nan)
+        rates = found[-len(flow) :]
+        if contact.bilateral:
+            # Where there is one solution, F_n has the sign of −B.
+            rates = np.where(B <= 0, rates[:2], rates[2:])
+        grids["flow"] = np.where(case == LEGEND["slip"], rates, np.nan)
     return grids, np.stack([gap[inside], gap_rate[inside]]), function.engine
 
 
@@ -331,6 +346,18 @@ def _zeros(
     mechanism: Mechanism, place: MapPlace, slip: int, grids: Mapping[str, Array], engine: str
 ) -> tuple[dict[str, Array], Array]:
     """Return the curves A = 0 and B = 0 and where they cross."""
+    curves, crossings = _zeros_of_pair(mechanism, place, slip, grids["A"], grids["B"], engine)
+    if grids["A_pull"] is not None:
+        pull = grids["A_pull"]
+        others, more = _zeros_of_pair(mechanism, place, -slip, pull, grids["B"], engine)
+        curves["A_pull"] = others["A"]
+        crossings = np.array(sorted([*crossings.tolist(), *more.tolist()])).reshape(-1, 2)
+    return curves, crossings
+
+
+def _zeros_of_pair(
+    mechanism: Mechanism, place: MapPlace, slip: int, A: Array, B: Array, engine: str
+) -> tuple[dict[str, Array], Array]:
     parts = [_A(mechanism, slip), mechanism.coefficients.B]
     both = Pointwise(parts, place.all_symbols, derivatives=place.symbols, engine=engine)
     x, y = place.values
@@ -339,10 +366,10 @@ def _zeros(
         return both(place.at(first, second))
 
     curves = {
-        "A": zero_segments(lambda a, b: system(a, b)[0], x, y, grids["A"]),
-        "B": zero_segments(lambda a, b: system(a, b)[1], x, y, grids["B"]),
+        "A": zero_segments(lambda a, b: system(a, b)[0], x, y, A),
+        "B": zero_segments(lambda a, b: system(a, b)[1], x, y, B),
     }
-    return curves, common_zeros(system, x, y, grids["A"], grids["B"])
+    return curves, common_zeros(system, x, y, A, B)
 
 
 def _thresholds(mechanism: Mechanism, place: MapPlace, slip: int) -> dict[str, float]:
@@ -353,7 +380,9 @@ def _thresholds(mechanism: Mechanism, place: MapPlace, slip: int) -> dict[str, f
     if len(names) != 1 or c.W_nt == 0:
         return {}
     try:
-        value = critical_friction(c, slip).minimum(names[0]).value
+        # A bilateral contact has both signs of A in either slip direction.
+        either = 0 if mechanism.contact.bilateral else slip
+        value = critical_friction(c, either).minimum(names[0]).value
         least = float(value.subs(place.held_symbols()))
     except (InputError, TypeError):
         return {}  # no closed form, or it depends on an axis

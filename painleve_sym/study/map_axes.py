@@ -122,8 +122,6 @@ def map_place(
 
 
 def _check_kind(mechanism: Mechanism, where: str, points: int, slip: int) -> None:
-    if mechanism.contact.bilateral:
-        raise InputError(f"{where}: got a bilateral contact, need one that can open.")
     if slip not in (-1, 1):
         raise InputError(f"{where}: slip: got {slip!r}, need -1 or 1, the sign of v_t.")
     if not MIN_POINTS <= points <= MAX_POINTS or points != int(points):

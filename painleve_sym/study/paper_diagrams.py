@@ -18,7 +18,7 @@ from painleve_sym.complementarity import (
     solve_lemke,
     solve_mpcc_all,
 )
-from painleve_sym.simulate.classify import Classification, classify
+from painleve_sym.simulate.classify import Classification, classify_opening
 from painleve_sym.study.item import Entry, Outcome, features, table
 from painleve_sym.study.paper_claims import SLIDING_FORCE
 from painleve_sym.study.series import FORCE, NORMAL_ACCELERATION, Mark, Panel, line
@@ -74,7 +74,7 @@ DIAGRAMS: dict[str, Diagram] = {
 
 def rigid(bench: Workbench, number: int) -> Classification:
     """Return the rigid contact problem at the state of a table."""
-    return bench.shared(f"rigid {number}", lambda: classify(bench.rod, bench.state(number)))
+    return bench.shared(f"rigid {number}", lambda: classify_opening(bench.rod, bench.state(number)))
 
 
 def panel(diagram: Diagram, found: Classification, title: str = "") -> Panel:

@@ -20,6 +20,12 @@ from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.laws.impact import restitution_law
 from painleve_sym.laws.rigid import RigidLaw, contact_law
 from painleve_sym.mechanics.models import Mechanism, model
+from painleve_sym.mechanics.system import Parameter
+from painleve_sym.simulate.bilateral import (
+    BilateralClassification,
+    TangentialImpact,
+    tangential_impact,
+)
 from painleve_sym.simulate.classify import Classification, classify
 from painleve_sym.simulate.classify_several import SeveralClassification, classify_several
 from painleve_sym.simulate.compliant import DEFAULT_RTOL, SoftenedSimulator
@@ -206,7 +212,7 @@ class Scenario:
 
     # ---- questions ----
 
-    def classify(self) -> Classification | SeveralClassification:
+    def classify(self) -> Classification | BilateralClassification | SeveralClassification:
         """Return the rigid contact problem at the state, with every solution."""
         mechanism = self.mechanism()
         ask = classify if len(mechanism.contacts) == 1 else classify_several
@@ -237,7 +243,9 @@ class Scenario:
         # Built for its checks: the simulator makes its own once the code is compiled.
         RunOptions(self.t_end, self.rtol, np.zeros(0), **limits)
         given = self._given(mechanism)
-        of_law = resolve_parameters(f"law {chosen.name!r}", chosen.parameters, self.law_parameters)
+        of_law = resolve_parameters(
+            f"law {chosen.name!r}", self._law_parameters(mechanism, chosen), self.law_parameters
+        )
         state = self._state(mechanism, given)
         options: dict[str, Any] = {
             "t_end": self.t_end,
@@ -257,10 +265,24 @@ class Scenario:
         softened = SoftenedSimulator(mechanism, chosen, self.engine)
         return softened.run(state, initial_force=self.initial_force, **options)
 
-    def jump(self) -> JumpResult:
+    def _law_parameters(
+        self, mechanism: Mechanism, chosen: ContactLaw | RigidLaw
+    ) -> tuple[Parameter, ...]:
+        """Return what the law lets the user set: a guide that never opens has no restitution."""
+        held = len(mechanism.contacts) == 1 and mechanism.contact.bilateral
+        return () if held and isinstance(chosen, RigidLaw) else tuple(chosen.parameters)
+
+    def jump(self) -> JumpResult | TangentialImpact:
         """Return the velocity jump at the state, which must be on the surface."""
         mechanism, rule = self.mechanism(), restitution_law(self.rule)
         given = self._given(mechanism)
+        if mechanism.contact.bilateral:
+            if self.restitution is not None:
+                raise InputError(
+                    f"jump of {mechanism.name!r}: restitution: got {self.restitution!r}, need none:"
+                    " a bilateral contact does not separate. Fix: leave it out."
+                )
+            return tangential_impact(mechanism, self._state(mechanism, given), given)
         if self.restitution is not None:
             name = rule.parameter.name
             given |= resolve_parameters(f"{rule.title}", [rule.parameter], {name: self.restitution})

@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.laws.compliance import law
 from painleve_sym.mechanics.models import model, rod
-from painleve_sym.simulate.classify import classify, contact_problem
+from painleve_sym.simulate.classify import contact_problem
 from painleve_sym.simulate.compliant import SoftenedSimulator
 from painleve_sym.simulate.impact import solve_impact
 from painleve_sym.simulate.rigid import RigidSimulator
@@ -239,13 +239,6 @@ def test_named_mechanisms_move_and_keep_their_energy_balance(name):
     run = RigidSimulator(mechanism).run(mechanism.start, t_end=0.05)
     assert run.stop_reason in (StopReason.T_END, StopReason.LEFT_DOMAIN)
     assert run.energy_residual < 1e-9
-
-
-def test_bilateral_contacts_are_refused_by_name():
-    with pytest.raises(InputError, match="bilateral"):
-        _ = RigidSimulator(model("painleve-klein")).contact
-    with pytest.raises(InputError, match="bilateral"):
-        classify(model("painleve-klein"), model("painleve-klein").start)
 
 
 @pytest.mark.parametrize("name", ["pr-robot", "strut"])

@@ -279,9 +279,28 @@ def test_map_refuses_several_contacts():
         region_map(model("block-two-feet"), ("theta", "mu_A"))
 
 
-def test_map_refuses_a_bilateral_contact():
-    with pytest.raises(InputError, match="bilateral"):
-        region_map(model("painleve-klein"), ("phi", "mu"))
+# ---- bilateral contacts ----
+
+
+def test_bilateral_map_counts_solutions(tmp_path):
+    mechanism, state = model("painleve-klein"), {"phi": 1.2}
+    options = {"ranges": {"P_2": (-20, 60)}, "state": state, "points": 23}
+    for slip in (-1, 1):
+        found = region_map(mechanism, ("mu", "P_2"), slip=slip, **options)
+        assert found.bilateral and set(found.curves) == {"A", "B", "A_pull"}
+        for i in (0, 9, 15, 22):
+            for j in range(0, 23, 3):
+                values = {"mu": found.values[0][i], "P_2": found.values[1][j]}
+                solutions = classify(mechanism, state | {"x_dot": slip}, values).solutions
+                name = ("inconsistent", "slip", "indeterminate")[len(solutions)]
+                assert found.case[i, j] == LEGEND[name]
+        # Klein's condition with equal masses, and the load at which the guide is free.
+        mu, load = found.crossings[0]
+        assert mu == pytest.approx(2 / math.tan(1.2), rel=1e-12)
+        assert load == pytest.approx(2 * 9.8 / math.tan(1.2), rel=1e-12)
+    found.save(tmp_path / "klein.npz")
+    again = RegionMap.load(tmp_path / "klein.npz")
+    assert again.bilateral and again.to_dict() == found.to_dict()
 
 
 # ---- curves and zeros of plain functions ----
