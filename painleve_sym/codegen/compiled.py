@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import ctypes
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from painleve_sym.codegen.compile import load
+from painleve_sym.codegen.compile import compiled_library, compiler_mark, library_named
 from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.codegen.run import DENSE_ROWS, Array, RawRun, RunOptions
 from painleve_sym.codegen.source import ENGINE_REASONS, source
+from painleve_sym.codegen.stored import entry_key, read_entry, write_entry
+from painleve_sym.codegen.stored_outline import outline_data, outline_of
 from painleve_sym.hybrid.automaton import HybridAutomaton
+from painleve_sym.hybrid.outline import AutomatonBuilder, Outline
 
 _COUNTERS = ("accepted_steps", "rejected_steps", "field_evaluations")
 _MORE_COUNTERS = ("guard_evaluations", "dense_outputs", "events")
@@ -80,12 +84,36 @@ class CompiledEngine:
     name = "compiled"
 
     def __init__(self, automaton: HybridAutomaton) -> None:
+        self._open(automaton, compiled_library(source(AutomatonFunctions(automaton))))
+
+    @classmethod
+    def of_builder(cls, builder: AutomatonBuilder) -> CompiledEngine:
+        """Return the engine of what `builder` derives, from the cache where it was derived before.
+
+        A builder is known again by its definition (`definition_text`); where the cache has what it
+        led to, nothing is derived, and the engine knows the automaton's outline alone.
+        """
+        mark = compiler_mark()
+        key = entry_key(f"engine\n{mark}", builder) if mark else None
+        engine = cls.__new__(cls)
+        entry = read_entry(key) if key else None
+        library = library_named(entry["library"]) if entry else None
+        if entry and library:
+            engine._open(outline_of(entry["outline"]), library)
+            return engine
+        automaton = builder.automaton
+        library = compiled_library(source(AutomatonFunctions(automaton)))
+        engine._open(automaton, library)
+        if key:
+            write_entry(key, {"library": library.name, "outline": outline_data(automaton)})
+        return engine
+
+    def _open(self, automaton: Outline, library: Path) -> None:
         self.automaton = automaton
-        self.functions = AutomatonFunctions(automaton)
         self._nx, self._nz = len(automaton.states), len(automaton.memory)
         self._nc = len(automaton.parameters) + len(automaton.definitions)
         self._options, self._run = _structures(self._nx, self._nz, max(1, len(automaton.kinds)))
-        self._library = load(source(self.functions))
+        self._library = ctypes.CDLL(str(library))
         self._library.ps_integrate.restype = ctypes.POINTER(self._run)
         self._library.ps_integrate.argtypes = (
             _address,
@@ -182,4 +210,3 @@ class CompiledEngine:
 def _plain(values: Array) -> Array:
     """Return a contiguous array; the caller keeps it while C reads its address."""
     return np.ascontiguousarray(values, dtype=np.float64)
-

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.complementarity.contact import ContactCase, ContactProblem, ContactSolution
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.models import Mechanism
+from painleve_sym.simulate.contact_numbers import contact_numbers
 from painleve_sym.simulate.inputs import (
     CONTACT_TOLERANCE,
     resolve_parameters,
@@ -78,10 +78,12 @@ def contact_problem(
     mechanism: Mechanism, state: Mapping[str, float], parameters: Mapping[str, float]
 ) -> ContactProblem:
     """Return the numbers of the contact at a complete state; no check of the gap."""
-    c, contact = mechanism.coefficients, mechanism.contact
-    symbols = symbol_values(mechanism, state, parameters)
-    expressions = [c.W_nn, c.W_nt, c.W_tt, c.b_n, c.b_t, c.mu, contact.slip_velocity]
-    return ContactProblem(*map(float, numbers(expressions, symbols)))
+    found = contact_numbers(mechanism)(symbol_values(mechanism, state, parameters))
+    return ContactProblem(
+        **{name: found[name] for name in ("W_nn", "W_nt", "W_tt", "b_n", "b_t")},
+        mu=float(parameters[mechanism.contact.friction.name]),
+        slip_velocity=found["slip_velocity"],
+    )
 
 
 def classify(
@@ -121,8 +123,7 @@ def classify(
         )
     _check_contact(mechanism, start, values)
     problem = contact_problem(mechanism, start, values)
-    c, symbols = mechanism.coefficients, symbol_values(mechanism, start, values)
-    A_stick, B_stick = numbers([c.A_stick, c.B_stick], symbols)
+    found = contact_numbers(mechanism)(symbol_values(mechanism, start, values))
     A = problem.A
     if A is None:
         A = problem.A_slip(1 if problem.b_t > 0 else -1)
@@ -132,8 +133,8 @@ def classify(
         parameters=values,
         A=A,
         B=problem.B,
-        A_stick=float(A_stick),
-        B_stick=float(B_stick),
+        A_stick=found["A_stick"],
+        B_stick=found["B_stick"],
         case=problem.case,
         solutions=problem.solutions(),
         problem=problem,
@@ -143,9 +144,8 @@ def classify(
 def _check_contact(
     mechanism: Mechanism, state: Mapping[str, float], parameters: Mapping[str, float]
 ) -> None:
-    contact = mechanism.contact
-    symbols = symbol_values(mechanism, state, parameters)
-    gap, rate = numbers([contact.gap, contact.gap_rate], symbols)
+    found = contact_numbers(mechanism)(symbol_values(mechanism, state, parameters))
+    gap, rate = found["gap"], found["gap_rate"]
     where = f"classify {mechanism.name!r}"
     if gap < -CONTACT_TOLERANCE:
         raise InputError(

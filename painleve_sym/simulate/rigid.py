@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.codegen.run import Array, RawRun, RunOptions
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.hybrid.automaton import HybridAutomaton
@@ -17,6 +16,7 @@ from painleve_sym.hybrid.rigid import DECISION, RigidContact
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import Parameter
 from painleve_sym.simulate.classify import contact_problem
+from painleve_sym.simulate.contact_numbers import contact_numbers
 from painleve_sym.simulate.simulator import ContactSimulator
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 
@@ -74,7 +74,7 @@ class RigidSimulator(ContactSimulator):
 
     def contact_scale(self, values: Mapping[Any, float], kinetic: float) -> tuple[float, ...]:
         """Return the scales of gap (m), gap rate (m/s) and the energy (J) of the contact."""
-        W_nn = float(numbers([self.mechanism.coefficients.W_nn], values)[0])
+        W_nn = contact_numbers(self.mechanism)(values)["W_nn"]
         energy = kinetic or 1.0
         return 1.0, float(np.sqrt(2 * energy * W_nn)), energy
 
@@ -120,7 +120,7 @@ class RigidSimulator(ContactSimulator):
             )
 
     def _index(self, symbol: Any) -> int:
-        return self.automaton.states.index(symbol)
+        return self.outline.states.index(symbol)
 
     # ---- bounces that accumulate ----
 
@@ -154,11 +154,11 @@ class RigidSimulator(ContactSimulator):
         return bool(near and abs(raw.state[rate]) < 1e3 * CLOSED * scale[rate])
 
     def _settle_event(self, raw: RawRun, vector: Array) -> EventRecord:
-        names = [s.name for s in self.automaton.states]
+        names = [s.name for s in self.outline.states]
         return EventRecord(
             time=raw.time,
             kind="settle",
-            mode_before=self.automaton.modes[raw.mode].name,
+            mode_before=self.outline.modes[raw.mode].name,
             mode_after=DECISION,
             state={n: float(v) for n, v in zip(names, vector, strict=True)},
             normal_force=0.0,

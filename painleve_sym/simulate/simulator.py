@@ -5,18 +5,19 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
-from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.codegen.run import DENSE_ROWS, Array, Engine, RawRun, RunOptions
 from painleve_sym.codegen.select import make_engine
 from painleve_sym.errors import InputError, StopReason, unknown_name
 from painleve_sym.hybrid.automaton import HybridAutomaton
 from painleve_sym.hybrid.contact_states import GAP, GAP_RATE, SLIP, ContactStates
+from painleve_sym.hybrid.outline import AutomatonBuilder, Outline
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import Parameter
+from painleve_sym.simulate.contact_numbers import contact_numbers
 from painleve_sym.simulate.inputs import (
     CONTACT_TOLERANCE,
     resolve_parameters,
@@ -73,7 +74,18 @@ class ContactSimulator(ABC):
     @cached_property
     def integrator(self) -> Engine:
         """The engine, compiled or taken from the cache on first use."""
-        return make_engine(self.automaton, self.engine)
+        return make_engine(self.builder, self.engine)
+
+    @property
+    def builder(self) -> AutomatonBuilder:
+        """What derives the automaton that is run; only asked where the cache lacks the engine."""
+        # `ContactStates` is what all contacts share; each of them derives an automaton.
+        return cast(AutomatonBuilder, self.contact)
+
+    @property
+    def outline(self) -> Outline:
+        """Names and structure of the automaton, known without deriving it."""
+        return self.integrator.automaton
 
     @property
     def where(self) -> str:
@@ -88,22 +100,22 @@ class ContactSimulator(ABC):
     def constants(self, parameters: Mapping[str, float]) -> dict[Any, float]:
         """Return the values of all parameter symbols and definitions."""
         c = self.integrator.constants(self._vector_of(parameters))
-        symbols = (*self.automaton.parameters, *self.automaton.definitions)
+        symbols = (*self.outline.parameters, *self.outline.definitions)
         return dict(zip(symbols, map(float, c), strict=True))
 
     def _vector_of(self, parameters: Mapping[str, float]) -> Array:
-        return np.array([parameters[s.name] for s in self.automaton.parameters])
+        return np.array([parameters[s.name] for s in self.outline.parameters])
 
     def initial_state(self, state: Mapping[str, float], parameters: Mapping[str, float]) -> Array:
         """Return the automaton's state vector for coordinates and velocities by name."""
-        contact = self.mechanism.contact
         values = symbol_values(self.mechanism, state, parameters)
-        derived = [contact.gap, contact.gap_rate, contact.slip_velocity]
-        extra = dict(zip((GAP, GAP_RATE, SLIP), numbers(derived, values), strict=True))
+        found = contact_numbers(self.mechanism)(values)
+        derived = [found[name] for name in ("gap", "gap_rate", "slip_velocity")]
+        extra = dict(zip((GAP, GAP_RATE, SLIP), derived, strict=True))
         for s in (GAP, GAP_RATE):
             # Computed from q these cancel: a touching start must not become a tiny fall.
             extra[s] = 0.0 if abs(extra[s]) <= CONTACT_TOLERANCE else extra[s]
-        return np.array([values.get(s, extra.get(s, 0.0)) for s in self.automaton.states])
+        return np.array([values.get(s, extra.get(s, 0.0)) for s in self.outline.states])
 
     def options(
         self,
@@ -122,8 +134,8 @@ class ContactSimulator(ABC):
             raise InputError(f"{self.where}: t_end: got {t_end!r}, need a finite number > 0.")
         kinds = (until,) if isinstance(until, str) else tuple(until)
         for kind in kinds:
-            if kind not in self.automaton.kinds:
-                message = unknown_name("event", kind, self.automaton.kinds)
+            if kind not in self.outline.kinds:
+                message = unknown_name("event", kind, self.outline.kinds)
                 raise InputError(f"{self.where}: until: {message}")
         scale = self.tolerances(vector, parameters) if atol is None else np.asarray(atol) / rtol
         return RunOptions(t_end, rtol, rtol * scale, kinds, record, **limits)
@@ -149,23 +161,21 @@ class ContactSimulator(ABC):
         (inf).
         """
         system = self.mechanism.system
-        symbols: dict[Any, float] = dict(
-            zip(self.automaton.states, map(float, vector), strict=True)
-        )
+        symbols: dict[Any, float] = dict(zip(self.outline.states, map(float, vector), strict=True))
         symbols |= self.constants(parameters)
-        kinetic, W_tt = numbers([system.kinetic_energy, self.mechanism.coefficients.W_tt], symbols)
-        masses = numbers([system.mass_matrix[i, i] for i in range(len(system.q))], symbols)
-        delta, rate, energy = self.contact_scale(symbols, float(kinetic))
+        found = contact_numbers(self.mechanism)(symbols)
+        masses = [found[f"mass_{i}"] for i in range(len(system.q))]
+        delta, rate, energy = self.contact_scale(symbols, found["kinetic_energy"])
         scale: dict[Any, float] = dict.fromkeys(system.q, 1.0)
         scale |= {s: np.sqrt(2 * energy / m) for s, m in zip(system.q_dot, masses, strict=True)}
-        scale[self.contact.slip] = np.sqrt(2 * energy * W_tt) or 1.0
+        scale[self.contact.slip] = np.sqrt(2 * energy * found["W_tt"]) or 1.0
         scale |= {self.contact.gap: delta, self.contact.gap_rate: rate}
-        scale |= dict.fromkeys(self.automaton.uncontrolled, float("inf"))
-        return np.array([scale[s] for s in self.automaton.states])
+        scale |= dict.fromkeys(self.outline.uncontrolled, float("inf"))
+        return np.array([scale[s] for s in self.outline.states])
 
     def trajectory(self, raw: RawRun, values: dict[str, float], rtol: float) -> Trajectory:
         """Return the raw run as a trajectory."""
-        automaton, nx = self.automaton, len(self.automaton.states)
+        automaton, nx = self.outline, len(self.outline.states)
         nz = len(automaton.memory)
         c = self.integrator.constants(self._vector_of(values))
         return Trajectory(
@@ -197,7 +207,7 @@ class ContactSimulator(ABC):
         )
 
     def _events(self, rows: Array, constants: Array) -> tuple[EventRecord, ...]:
-        automaton = self.automaton
+        automaton = self.outline
         nx, nz = len(automaton.states), len(automaton.memory)
         before, memory = rows[:, 4 : 4 + nx], rows[:, 4 + nx : 4 + nx + nz]
         after = rows[:, 4 + nx + nz : 4 + 2 * nx + nz]
@@ -220,7 +230,7 @@ class ContactSimulator(ABC):
 
     def _detail(self, raw: RawRun) -> str:
         if raw.stop_reason is StopReason.LEFT_DOMAIN:
-            mode = self.automaton.modes[raw.mode]
+            mode = self.outline.modes[raw.mode]
             label = mode.transitions[raw.stop_transition].label
             return self.mechanism.domain[int(label.rpartition("_")[2])].meaning
         ordinary = (StopReason.T_END, StopReason.UNTIL)
