@@ -13,9 +13,8 @@ from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.codegen.run import DENSE_ROWS, Array, RawRun, RunOptions
 from painleve_sym.codegen.source import ENGINE_REASONS, source
 from painleve_sym.codegen.stored import entry_key, read_entry, write_entry
-from painleve_sym.codegen.stored_outline import outline_data, outline_of
 from painleve_sym.hybrid.automaton import HybridAutomaton
-from painleve_sym.hybrid.outline import AutomatonBuilder, Outline
+from painleve_sym.hybrid.outline import AutomatonBuilder, Outline, outline_data, outline_of
 
 _COUNTERS = ("accepted_steps", "rejected_steps", "field_evaluations")
 _MORE_COUNTERS = ("guard_evaluations", "dense_outputs", "events")

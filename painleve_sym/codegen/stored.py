@@ -16,11 +16,10 @@ from pathlib import Path
 from typing import Any
 
 import casadi as ca
-import sympy as sp
 
 import painleve_sym
 from painleve_sym.codegen.compile import cache_folder
-from painleve_sym.mechanics.definition import definition_text
+from painleve_sym.mechanics.definition import SYMPY_VERSION, definition_text
 
 _DERIVING = ("mechanics", "laws", "hybrid", "codegen", "simulate")
 
@@ -50,7 +49,7 @@ def _origin() -> str:
     code = hashlib.sha256()
     for path in files:
         code.update(path.read_bytes())
-    versions = (painleve_sym.__version__, sp.__version__, ca.CasadiMeta.version())
+    versions = (painleve_sym.__version__, SYMPY_VERSION, ca.CasadiMeta.version())
     return "\n".join((*versions, code.hexdigest()))
 
 

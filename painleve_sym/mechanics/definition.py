@@ -9,6 +9,9 @@ from typing import Any
 
 import sympy as sp
 
+SYMPY_VERSION = str(sp.__version__)
+"""Another version may write the same derivation another way."""
+
 
 def definition_text(thing: Any) -> str:
     """Return a text that tells everything the derivations of a thing start from.
