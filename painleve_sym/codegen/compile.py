@@ -42,15 +42,19 @@ class Compiler:
 @functools.lru_cache(maxsize=1)
 def _processor() -> str:
     try:
-        text = Path("/proc/cpuinfo").read_text("utf-8")
+        with open("/proc/cpuinfo", encoding="utf-8") as lines:
+            return next((line for line in lines if line.startswith(("flags", "Features"))), "")
     except OSError:
         return platform.processor()
-    return next((line for line in text.splitlines() if line.startswith(("flags", "Features"))), "")
+
+
+def _candidates(command: str | None) -> tuple[str, ...]:
+    return (command,) if command else ("cc", "gcc", "clang")
 
 
 @functools.lru_cache(maxsize=8)
 def _compiler(command: str | None) -> Compiler:
-    candidates = (command,) if command else ("cc", "gcc", "clang")
+    candidates = _candidates(command)
     for name in candidates:
         path = shutil.which(name)
         if path is None:
@@ -77,6 +81,21 @@ def find_compiler() -> Compiler:
         Nothing found that runs.
     """
     return _compiler(os.environ.get("CC") or None)
+
+
+def compiler_mark() -> str | None:
+    """Return what tells one compiler, flags and processor from another, without running any.
+
+    The files of the compilers that `find_compiler` would try, by place, size and time; None where
+    there is none.
+    """
+    found = [p for p in map(shutil.which, _candidates(os.environ.get("CC") or None)) if p]
+    try:
+        files = [(p, os.path.realpath(p), os.stat(p)) for p in found]
+    except OSError:
+        return None
+    marks = [f"{p} {real} {s.st_size} {s.st_mtime_ns}" for p, real, s in files]
+    return "\n".join((*marks, *FLAGS, platform.machine(), _processor())) if marks else None
 
 
 def cache_folder() -> Path:
@@ -143,6 +162,13 @@ def compiled_library(source: str) -> Path:
             return path
         path.unlink(missing_ok=True)
     return _build(source, compiler, folder, key)
+
+
+def library_named(name: str) -> Path | None:
+    """Return the cached library of that file name, or None where it is absent or damaged."""
+    path = cache_folder() / name
+    whole = path.name == name and path.stem.rpartition("-")[2] == _content_hash(path)
+    return path if whole else None
 
 
 def _content_hash(path: Path) -> str:

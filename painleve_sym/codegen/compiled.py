@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import ctypes
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from painleve_sym.codegen.compile import load
+from painleve_sym.codegen.compile import compiled_library, compiler_mark, library_named
 from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.codegen.run import DENSE_ROWS, Array, RawRun, RunOptions
 from painleve_sym.codegen.source import ENGINE_REASONS, source
+from painleve_sym.codegen.stored import entry_key, read_entry, write_entry
 from painleve_sym.hybrid.automaton import HybridAutomaton
+from painleve_sym.hybrid.outline import AutomatonBuilder, Outline, outline_data, outline_of
 
 _COUNTERS = ("accepted_steps", "rejected_steps", "field_evaluations")
 _MORE_COUNTERS = ("guard_evaluations", "dense_outputs", "events")
@@ -82,12 +85,36 @@ class CompiledEngine:
     name = "compiled"
 
     def __init__(self, automaton: HybridAutomaton) -> None:
+        self._open(automaton, compiled_library(source(AutomatonFunctions(automaton))))
+
+    @classmethod
+    def of_builder(cls, builder: AutomatonBuilder) -> CompiledEngine:
+        """Return the engine of what `builder` derives, from the cache where it was derived before.
+
+        A builder is known again by its definition (`definition_text`); where the cache has what it
+        led to, nothing is derived, and the engine knows the automaton's outline alone.
+        """
+        mark = compiler_mark()
+        key = entry_key(f"engine\n{mark}", builder) if mark else None
+        engine = cls.__new__(cls)
+        entry = read_entry(key) if key else None
+        library = library_named(entry["library"]) if entry else None
+        if entry and library:
+            engine._open(outline_of(entry["outline"]), library)
+            return engine
+        automaton = builder.automaton
+        library = compiled_library(source(AutomatonFunctions(automaton)))
+        engine._open(automaton, library)
+        if key:
+            write_entry(key, {"library": library.name, "outline": outline_data(automaton)})
+        return engine
+
+    def _open(self, automaton: Outline, library: Path) -> None:
         self.automaton = automaton
-        self.functions = AutomatonFunctions(automaton)
         self._nx, self._nz = len(automaton.states), len(automaton.memory)
         self._nc = len(automaton.parameters) + len(automaton.definitions)
         self._options, self._run = _structures(self._nx, self._nz, max(1, len(automaton.kinds)))
-        self._library = load(source(self.functions))
+        self._library = ctypes.CDLL(str(library))
         self._library.ps_integrate.restype = ctypes.POINTER(self._run)
         self._library.ps_integrate.argtypes = (
             _address,
@@ -170,6 +197,15 @@ class CompiledEngine:
     @property
     def _event_width(self) -> int:
         return 4 + 2 * (self._nx + self._nz)
+
+    def field(self, mode: int, state: Array, memory: Array, constants: Array) -> Array:
+        """Return the rates of all states in a mode, shape (nx,)."""
+        count = max(1, *(len(m.transitions) for m in self.automaton.modes))
+        rates, guards = np.empty(self._nx), np.empty((2, count))
+        inputs = [_plain(a) for a in (state, memory, constants)]
+        addresses = [a.ctypes.data for a in (*inputs, rates, guards[0], guards[1])]
+        self._library.ps_evaluate(mode, *addresses)
+        return rates
 
     def outputs(self, modes: Any, states: Array, memory: Array, constants: Array) -> Array:
         """Return the automaton's outputs at n points, shape (n, no)."""

@@ -357,6 +357,11 @@ class ErkEngine:
             counters=dict(r.counters),
         )
 
+    def field(self, mode: int, state: Array, memory: Array, constants: Array) -> Array:
+        """Return the rates of all states in a mode, shape (nx,)."""
+        rates = self.functions.modes[mode].field(state, memory, constants)
+        return np.array(rates).reshape(-1)
+
     def outputs(self, modes: Any, states: Array, memory: Array, constants: Array) -> Array:
         """Return the automaton's outputs at n points, shape (n, no)."""
         index = np.asarray(modes, dtype=np.int64)

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import ctypes
-import tempfile
 import warnings
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from painleve_sym.codegen.bridge import POWER_FLOOR, Translator
+from painleve_sym.codegen.c_functions import c_functions
 from painleve_sym.codegen.compile import load
 from painleve_sym.codegen.run import Array
 from painleve_sym.errors import CompilerMissing, InputError, PainleveWarning, unknown_name
@@ -170,12 +169,7 @@ def _function(
 
 
 def _source(function: ca.Function) -> str:
-    options: Any = {"with_header": False, "with_export": False, "casadi_int": "long long int"}
-    generator = ca.CodeGenerator("generated.c", options)
-    generator.add(function)
-    with tempfile.TemporaryDirectory() as folder:
-        generator.generate(f"{folder}/")
-        code = Path(folder, "generated.c").read_text("utf-8")
+    code = c_functions([function])
     sizes = {
         "IN": function.numel_in(0),
         "OUT": function.numel_out(0),

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from painleve_sym.errors import InputError, StopReason
-from painleve_sym.hybrid.automaton import HybridAutomaton
+from painleve_sym.hybrid.outline import Outline
 
 Array = NDArray[np.float64]
 
@@ -140,7 +140,11 @@ class Engine(Protocol):
     """An integrator of one automaton."""
 
     name: str
-    automaton: HybridAutomaton
+
+    @property
+    def automaton(self) -> Outline:
+        """What is integrated: names and structure at least."""
+        ...
 
     def constants(self, parameters: Array) -> Array:
         """Return the parameters followed by the definitions, shape (nc,)."""
@@ -148,6 +152,10 @@ class Engine(Protocol):
 
     def run(self, state: Array, parameters: Array, options: RunOptions) -> RawRun:
         """Integrate from t = 0."""
+        ...
+
+    def field(self, mode: int, state: Array, memory: Array, constants: Array) -> Array:
+        """Return the rates of all states in a mode, shape (nx,)."""
         ...
 
     def outputs(self, modes: Any, states: Array, memory: Array, constants: Array) -> Array:

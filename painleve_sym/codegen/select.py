@@ -8,14 +8,16 @@ from painleve_sym.codegen.compiled import CompiledEngine
 from painleve_sym.codegen.run import Engine
 from painleve_sym.errors import CompilerMissing, InputError, PainleveWarning, unknown_name
 from painleve_sym.hybrid.automaton import HybridAutomaton
+from painleve_sym.hybrid.outline import AutomatonBuilder
 
 ENGINES = ("auto", "compiled", "erk")
 
 
-def make_engine(automaton: HybridAutomaton, name: str = "auto") -> Engine:
+def make_engine(automaton: HybridAutomaton | AutomatonBuilder, name: str = "auto") -> Engine:
     """Return an engine: ``compiled`` (C), ``erk`` (CasADi's), or ``auto``.
 
-    ``auto`` is ``compiled``, or ``erk`` with a notice where there is no C compiler.
+    ``auto`` is ``compiled``, or ``erk`` with a notice where there is no C compiler. What a builder
+    derives is taken from the cache where it was derived and compiled before.
 
     Raises
     ------
@@ -28,7 +30,9 @@ def make_engine(automaton: HybridAutomaton, name: str = "auto") -> Engine:
         raise InputError(unknown_name("engine", name, ENGINES))
     if name != "erk":
         try:
-            return CompiledEngine(automaton)
+            if isinstance(automaton, HybridAutomaton):
+                return CompiledEngine(automaton)
+            return CompiledEngine.of_builder(automaton)
         except CompilerMissing as error:
             if name == "compiled":
                 raise
@@ -39,4 +43,5 @@ def make_engine(automaton: HybridAutomaton, name: str = "auto") -> Engine:
             )
     from painleve_sym.codegen.erk import ErkEngine
 
-    return ErkEngine(automaton)
+    whole = automaton if isinstance(automaton, HybridAutomaton) else automaton.automaton
+    return ErkEngine(whole)

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import tempfile
 from importlib import resources
-from pathlib import Path
-from typing import Any
-
-import casadi as ca
 
 from painleve_sym.codegen import dop853
+from painleve_sym.codegen.c_functions import c_functions
 from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.errors import StopReason
 from painleve_sym.hybrid.automaton import Transition
@@ -38,18 +34,8 @@ def source(functions: AutomatonFunctions) -> str:
     """Return one self-contained C file: everything the event loop needs for this automaton."""
     folder = resources.files("painleve_sym.codegen").joinpath("engine")
     engine = [folder.joinpath(f"{part}.c").read_text("utf-8") for part in ENGINE_PARTS]
-    parts = (_casadi_source(functions), _sizes(functions), _coefficients(), _tables(functions))
+    parts = (c_functions(functions.all()), _sizes(functions), _coefficients(), _tables(functions))
     return "\n".join((*parts, *engine))
-
-
-def _casadi_source(functions: AutomatonFunctions) -> str:
-    options: Any = {"with_header": False, "with_export": False, "casadi_int": "long long int"}
-    generator = ca.CodeGenerator("generated.c", options)
-    for f in functions.all():
-        generator.add(f)
-    with tempfile.TemporaryDirectory() as folder:
-        generator.generate(f"{folder}/")
-        return Path(folder, "generated.c").read_text("utf-8")
 
 
 def _sizes(functions: AutomatonFunctions) -> str:

@@ -11,6 +11,7 @@ import sympy as sp
 from painleve_sym.errors import InputError, ModelError, unknown_name
 from painleve_sym.mechanics.coefficients import ContactCoefficients
 from painleve_sym.mechanics.contact import Contact
+from painleve_sym.mechanics.definition import definition_text
 from painleve_sym.mechanics.system import LagrangianSystem
 
 
@@ -107,6 +108,11 @@ class Mechanism:
         if len(self.contacts) == 1:
             return (self.coefficients,)
         return tuple(ContactCoefficients(c) for c in self.contacts)
+
+    @cached_property
+    def definition(self) -> str:
+        """Everything its derivations start from, as one text (`definition_text`)."""
+        return definition_text(self)
 
     @property
     def state_names(self) -> tuple[str, ...]:

@@ -164,23 +164,31 @@ def _nest(expanded: sp.Expr, atom: sp.Expr) -> sp.Expr:
     return sp.factor_terms(inner) + sp.factor_terms(rest)
 
 
-def _pythagorean(expr: sp.Expr) -> Iterator[sp.Expr]:
+@lru_cache(maxsize=2048)
+def _pythagorean(expr: sp.Expr) -> tuple[sp.Expr, ...]:
     """Reduce modulo sin² + cos² = 1, eliminating even powers of one or of the other."""
     expanded = sp.expand(expr)
     angles = sorted({a.args[0] for a in expanded.atoms(sp.sin, sp.cos)}, key=str)
     if not angles:
-        return
+        return ()
+    forms = []
     for keep in (sp.cos, sp.sin):
         drop = sp.sin if keep is sp.cos else sp.cos
         form = expanded
         for angle in angles:
-            s = sp.Dummy("s")
-            poly = form.subs(drop(angle), s)
-            if not poly.is_polynomial(s):
-                continue
-            reduced = sp.Integer(0)
-            for (power,), coeff in sp.Poly(poly, s).terms():
-                whole = (1 - keep(angle) ** 2) ** (power // 2)
-                reduced += coeff * whole * drop(angle) ** (power % 2)
-            form = sp.expand(reduced)
-        yield form
+            form = _without_squares(form, drop(angle), 1 - keep(angle) ** 2)
+        forms.append(form)
+    return tuple(forms)
+
+
+def _without_squares(expanded: sp.Expr, atom: sp.Expr, square: sp.Expr) -> sp.Expr:
+    """Put `square` for every atom² of an expanded sum; unchanged where it is no polynomial."""
+    s = sp.Dummy("s")
+    poly = expanded.subs(atom, s)
+    if not poly.is_polynomial(s):
+        return expanded
+    parts = []
+    for term in sp.Add.make_args(poly):
+        coefficient, power = term.as_coeff_exponent(s)
+        parts.append(coefficient * square ** (power // 2) * atom ** (power % 2))
+    return sp.expand(sp.Add(*parts))

@@ -273,19 +273,24 @@ class LagrangianSystem:
                 )
 
     def _mass_faults(self) -> list[str]:
-        if self.mass_matrix.free_symbols & set(self.q_dot):
+        # As it comes, unless a velocity is left that may yet cancel: no search for short forms.
+        mass = sp.Matrix(self._second_derivatives)
+        if mass.free_symbols & set(self.q_dot):
+            mass = self.mass_matrix
+        if mass.free_symbols & set(self.q_dot):
             return ["kinetic energy is not quadratic in the velocities."]
-        verdicts = [self._mass_verdict(seed) for seed in (1, 2)]
+        verdicts = [self._mass_verdict(mass, seed) for seed in (1, 2)]
         if all(v == "singular" for v in verdicts):
             return ["the mass matrix is singular. Fix: give every coordinate kinetic energy."]
         if all(v == "indefinite" for v in verdicts):
             return ["kinetic energy is negative for some velocities. Fix: check its signs."]
         return []
 
-    def _mass_verdict(self, seed: int) -> str:
-        mass = self.mass_matrix.subs(sample_point(self.mass_matrix, seed)).evalf(30)
+    @staticmethod
+    def _mass_verdict(matrix: sp.Matrix, seed: int) -> str:
+        mass = matrix.xreplace(sample_point(matrix, seed)).evalf(30)
         n = mass.rows
-        minors = [mass[:k, :k].det() for k in range(1, n + 1)]
+        minors = [determinant(mass[:k, :k]) for k in range(1, n + 1)]
         if vanishes(minors[-1]):
             return "singular"
         negative = any(m.is_real and m < 0 for m in minors)
@@ -309,7 +314,13 @@ class LagrangianSystem:
     @cached_property
     def mass_matrix(self) -> sp.Matrix:
         """M = ∂²T/∂q̇², shape (n, n), symmetric."""
-        return sp.hessian(self.kinetic_energy, self.q_dot).applyfunc(readable)
+        return sp.Matrix(self._second_derivatives).applyfunc(readable)
+
+    @property
+    def _second_derivatives(self) -> list[list[sp.Expr]]:
+        """∂²T/∂q̇², as it comes."""
+        momenta = [sp.diff(self.kinetic_energy, v) for v in self.q_dot]
+        return [[sp.diff(p, v) for v in self.q_dot] for p in momenta]
 
     @cached_property
     def bias_force(self) -> sp.Matrix:

@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.complementarity.contact import ContactCase, ContactProblem, ContactSolution
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.models import Mechanism
 from painleve_sym.simulate.bilateral import BilateralClassification, classify_bilateral
+from painleve_sym.simulate.contact_numbers import contact_numbers
 from painleve_sym.simulate.inputs import (
     CONTACT_TOLERANCE,
     resolve_parameters,
@@ -79,10 +79,12 @@ def contact_problem(
     mechanism: Mechanism, state: Mapping[str, float], parameters: Mapping[str, float]
 ) -> ContactProblem:
     """Return the numbers of the contact at a complete state; no check of the gap."""
-    c, contact = mechanism.coefficients, mechanism.contact
-    symbols = symbol_values(mechanism, state, parameters)
-    expressions = [c.W_nn, c.W_nt, c.W_tt, c.b_n, c.b_t, c.mu, contact.slip_velocity]
-    return ContactProblem(*map(float, numbers(expressions, symbols)))
+    found = contact_numbers(mechanism)(symbol_values(mechanism, state, parameters))
+    return ContactProblem(
+        **{name: found[name] for name in ("W_nn", "W_nt", "W_tt", "b_n", "b_t")},
+        mu=float(parameters[mechanism.contact.friction.name]),
+        slip_velocity=found["slip_velocity"],
+    )
 
 
 def classify(
@@ -136,8 +138,7 @@ def classify_opening(
         )
     _check_contact(mechanism, start, values)
     problem = contact_problem(mechanism, start, values)
-    c, symbols = mechanism.coefficients, symbol_values(mechanism, start, values)
-    A_stick, B_stick = numbers([c.A_stick, c.B_stick], symbols)
+    found = contact_numbers(mechanism)(symbol_values(mechanism, start, values))
     A = problem.A
     if A is None:
         A = problem.A_slip(1 if problem.b_t > 0 else -1)
@@ -147,8 +148,8 @@ def classify_opening(
         parameters=values,
         A=A,
         B=problem.B,
-        A_stick=float(A_stick),
-        B_stick=float(B_stick),
+        A_stick=found["A_stick"],
+        B_stick=found["B_stick"],
         case=problem.case,
         solutions=problem.solutions(),
         problem=problem,
@@ -158,9 +159,8 @@ def classify_opening(
 def _check_contact(
     mechanism: Mechanism, state: Mapping[str, float], parameters: Mapping[str, float]
 ) -> None:
-    contact = mechanism.contact
-    symbols = symbol_values(mechanism, state, parameters)
-    gap, rate = numbers([contact.gap, contact.gap_rate], symbols)
+    found = contact_numbers(mechanism)(symbol_values(mechanism, state, parameters))
+    gap, rate = found["gap"], found["gap_rate"]
     where = f"classify {mechanism.name!r}"
     if gap < -CONTACT_TOLERANCE:
         raise InputError(

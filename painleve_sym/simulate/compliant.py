@@ -17,6 +17,7 @@ from painleve_sym.hybrid.softened import SoftenedContact
 from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import Parameter
+from painleve_sym.simulate.contact_numbers import contact_numbers
 from painleve_sym.simulate.simulator import DEFAULT_RTOL, ContactSimulator
 from painleve_sym.simulate.trajectory import Trajectory
 
@@ -154,10 +155,9 @@ class SoftenedSimulator(ContactSimulator):
         The gap's is the compression δ_c under the free normal force |b_n|/W_nn, its rate's δ_c/T
         with T the time of a contact under that force.
         """
-        c = self.mechanism.all_coefficients[i]
-        W_nn, b_n, k, n = map(
-            float, numbers([c.W_nn, c.b_n, self.law.stiffness, self.law.exponent], values)
-        )
+        found = contact_numbers(self.mechanism, i)(values)
+        W_nn, b_n = found["W_nn"], found["b_n"]
+        k, n = map(float, numbers([self.law.stiffness, self.law.exponent], values))
         force, depth = abs(b_n) / W_nn, max(0.0, -values[self.contact.gap])
         stored = k * depth ** (n + 1) / (n + 1)
         if force > 0:

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-import casadi as ca
 import numpy as np
 import sympy as sp
 
-from painleve_sym.codegen.bridge import Translator
+from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.codegen.run import Array
 from painleve_sym.complementarity.contact import ContactMode
 from painleve_sym.complementarity.several import SeveralContacts, SeveralSolution
@@ -100,48 +99,35 @@ class Decider:
     policy: str
 
     @cached_property
-    def _translate(self) -> tuple[ca.SX, Translator]:
-        symbols = (
-            *self.contact.states,
-            *(p.symbol for p in self.contact.mechanism.system.parameters),
-        )
-        vector = ca.SX.sym("v", len(symbols))
-        return vector, Translator({s: vector[i] for i, s in enumerate(symbols)}, floor=0.0)
+    def _terms(self) -> Quantities:
+        system = self.contact.mechanism.system
+        symbols = (*self.contact.states, *(p.symbol for p in system.parameters))
+        return quantities("terms", self.contact, symbols, self._formulas)
 
-    @cached_property
-    def _terms(self) -> Any:
-        contact, (vector, translate) = self.contact, self._translate
+    def _formulas(self) -> dict[str, sp.Expr]:
+        contact = self.contact
         contacts = contact.mechanism.contacts
-        matrices = [contact.mobility, contact.free, contact.directions]
-        matrices += [sp.Matrix([c.friction for c in contacts])]
-        matrices += [sp.Matrix([c.surface_speed for c in contacts])]
-        matrices += [sp.Matrix([v for c in contacts for v in (c.gap_rate, c.slip_velocity)])]
-        columns = [ca.densify(translate.vector(list(m.T))) for m in matrices]
-        shaped = [ca.reshape(x, m.rows, m.cols) for x, m in zip(columns, matrices, strict=True)]
-        return ca.Function("terms", [vector], shaped)
+        matrices = {
+            "W": contact.mobility,
+            "b": contact.free,
+            "directions": contact.directions,
+            "mu": sp.Matrix([c.friction for c in contacts]),
+            "surface_speed": sp.Matrix([c.surface_speed for c in contacts]),
+            "velocity": sp.Matrix([v for c in contacts for v in (c.gap_rate, c.slip_velocity)]),
+        }
+        return {f"{k}_{i}": e for k, m in matrices.items() for i, e in enumerate(m)}
 
     def terms(self, state: Array, values: Mapping[str, float]) -> ContactTerms:
         """Return the numbers of the contacts at a state vector."""
-        found = self._terms(np.append(state, self._own(values)))
-        W, b, directions, *rest = (np.array(m) for m in found)
-        flat = (m.reshape(-1) for m in rest)
-        return ContactTerms((W + W.T) / 2, b.reshape(-1), directions, *flat)
+        vector = np.append(state, self._own(values))
+        found = np.array(self._terms.function(vector)).reshape(-1)
+        n = len(self.contact.mechanism.system.q)
+        W, b, directions, *rest = np.split(found, np.cumsum([16, 4, 4 * n, 2, 2]))
+        W = W.reshape(4, 4)
+        return ContactTerms((W + W.T) / 2, b, directions.reshape(n, 4), *rest)
 
     def _own(self, values: Mapping[str, float]) -> list[float]:
         return [values[p.name] for p in self.contact.mechanism.system.parameters]
-
-    def _field(self, mode: str) -> Any:
-        """Return the rates of all states in a mode, as a function."""
-        if mode not in self._fields:
-            vector, translate = self._translate
-            field = self.contact.automaton.mode(mode).field
-            rates = translate.vector([field.get(s, sp.Integer(0)) for s in self.contact.states])
-            self._fields[mode] = ca.Function("rates", [vector], [ca.densify(rates)])
-        return self._fields[mode]
-
-    @cached_property
-    def _fields(self) -> dict[str, Any]:
-        return {}
 
     @cached_property
     def _index(self) -> dict[Any, int]:
@@ -179,7 +165,7 @@ class Decider:
     # ---- forces ----
 
     def decide(
-        self, state: Array, values: Mapping[str, float], ahead: float = 0.0, mode: str = ""
+        self, state: Array, values: Mapping[str, float], ahead: Array | None = None
     ) -> Decision:
         """Return what follows a state without approach: a mode, or an impact without collision.
 
@@ -189,18 +175,15 @@ class Decider:
             As `rested` returns it.
         values : mapping of str to float
             Parameters.
-        ahead : float
+        ahead : ndarray, shape (nx,)
             Where several solutions meet (a force that has come down to zero, sticking at its
-            limit), the time by which to look ahead along the motion of `mode`; s.
-        mode : str
-            The mode left, for `ahead`.
+            limit), the change of the state along the mode left by which to look ahead.
         """
         gaps, rates, slips = self.contact_values(state)
         closed = tuple(i for i in range(len(gaps)) if gaps[i] <= 0 and rates[i] == 0)
         if not closed:
             return Decision(mode_name((FLIGHT,) * len(gaps)), state)
-        at = state if ahead == 0 else self._ahead(state, values, ahead, mode)
-        terms = self.terms(at, values)
+        terms = self.terms(state if ahead is None else state + ahead, values)
         solutions = terms.problem(closed, slips).solutions()
         found = {self._modes(terms, closed, slips, s): s for s in reversed(solutions)}
         names = [mode_name(modes) for modes in found]
@@ -247,15 +230,6 @@ class Decider:
             if mode.startswith("slip") and slips[i] == 0:
                 labels.append(f"slip_stop:{contact.name}")
         return tuple(labels)
-
-    def _ahead(self, state: Array, values: Mapping[str, float], time: float, mode: str) -> Array:
-        """Return coordinates and velocities a moment later, in the motion of a mode."""
-        n = len(self.contact.mechanism.system.q)
-        later = state.copy()
-        rates = np.array(self._field(mode)(np.append(state, self._own(values)))).reshape(-1)
-        later[: 2 * n] += time * rates[: 2 * n]
-        later[:n] += time**2 / 2 * rates[n : 2 * n]
-        return later
 
     # ---- impacts ----
 

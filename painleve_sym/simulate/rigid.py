@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.codegen.run import Array, RawRun, RunOptions
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.hybrid.automaton import HybridAutomaton
@@ -19,6 +18,7 @@ from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import Parameter
 from painleve_sym.simulate.bilateral import bilateral_problem, check_held, solution_name
 from painleve_sym.simulate.classify import contact_problem
+from painleve_sym.simulate.contact_numbers import contact_numbers
 from painleve_sym.simulate.simulator import ContactSimulator
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 from painleve_sym.simulate.two_contacts import TwoContactSimulator
@@ -86,7 +86,7 @@ class RigidSimulator(ContactSimulator):
         self, values: Mapping[Any, float], kinetic: float, i: int = 0
     ) -> tuple[float, ...]:
         """Return the scales of gap (m), gap rate (m/s) and the energy (J) of contact i."""
-        W_nn = float(numbers([self.mechanism.all_coefficients[i].W_nn], values)[0])
+        W_nn = contact_numbers(self.mechanism, i)(values)["W_nn"]
         energy = kinetic or 1.0
         return 1.0, float(np.sqrt(2 * energy * W_nn)), energy
 
@@ -134,7 +134,7 @@ class RigidSimulator(ContactSimulator):
             )
 
     def _index(self, symbol: Any) -> int:
-        return self.automaton.states.index(symbol)
+        return self.outline.states.index(symbol)
 
     # ---- bounces that accumulate ----
 
@@ -169,11 +169,11 @@ class RigidSimulator(ContactSimulator):
         return bool(near and abs(raw.state[rate]) < 1e3 * CLOSED * scale[rate])
 
     def _settle_event(self, raw: RawRun, vector: Array) -> EventRecord:
-        names = [s.name for s in self.automaton.states]
+        names = [s.name for s in self.outline.states]
         return EventRecord(
             time=raw.time,
             kind="settle",
-            mode_before=self.automaton.modes[raw.mode].name,
+            mode_before=self.outline.modes[raw.mode].name,
             mode_after=DECISION,
             state={n: float(v) for n, v in zip(names, vector, strict=True)},
             normal_force=0.0,

@@ -5,18 +5,19 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
 import numpy as np
 
-from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.codegen.run import DENSE_ROWS, Array, Engine, RawRun, RunOptions
 from painleve_sym.codegen.select import make_engine
 from painleve_sym.errors import InputError, StopReason, unknown_name
 from painleve_sym.hybrid.automaton import HybridAutomaton
 from painleve_sym.hybrid.contact_states import ContactRow
+from painleve_sym.hybrid.outline import AutomatonBuilder, Outline
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import Parameter
+from painleve_sym.simulate.contact_numbers import contact_numbers
 from painleve_sym.simulate.inputs import (
     CONTACT_TOLERANCE,
     resolve_parameters,
@@ -84,12 +85,23 @@ class ContactSimulator(ABC):
     @property
     def event_kinds(self) -> tuple[str, ...]:
         """Kinds of events that a run may be asked to end at."""
-        return self.automaton.kinds
+        return self.outline.kinds
 
     @cached_property
     def integrator(self) -> Engine:
         """The engine, compiled or taken from the cache on first use."""
-        return make_engine(self.automaton, self.engine)
+        return make_engine(self.builder, self.engine)
+
+    @property
+    def builder(self) -> AutomatonBuilder:
+        """What derives the automaton that is run; only asked where the cache lacks the engine."""
+        # `ContactStates` is what all contacts share; each of them derives an automaton.
+        return cast(AutomatonBuilder, self.contact)
+
+    @property
+    def outline(self) -> Outline:
+        """Names and structure of the automaton, known without deriving it."""
+        return self.integrator.automaton
 
     @property
     def where(self) -> str:
@@ -104,24 +116,24 @@ class ContactSimulator(ABC):
     def constants(self, parameters: Mapping[str, float]) -> dict[Any, float]:
         """Return the values of all parameter symbols and definitions."""
         c = self.integrator.constants(self._vector_of(parameters))
-        symbols = (*self.automaton.parameters, *self.automaton.definitions)
+        symbols = (*self.outline.parameters, *self.outline.definitions)
         return dict(zip(symbols, map(float, c), strict=True))
 
     def _vector_of(self, parameters: Mapping[str, float]) -> Array:
-        return np.array([parameters[s.name] for s in self.automaton.parameters])
+        return np.array([parameters[s.name] for s in self.outline.parameters])
 
     def initial_state(self, state: Mapping[str, float], parameters: Mapping[str, float]) -> Array:
         """Return the automaton's state vector for coordinates and velocities by name."""
         values = symbol_values(self.mechanism, state, parameters)
         extra: dict[Any, float] = {}
-        for row in self.contact.rows:
-            contact = row.contact
-            derived = [contact.gap, contact.gap_rate, contact.slip_velocity]
-            extra |= dict(zip(row.symbols, map(float, numbers(derived, values)), strict=True))
+        for i, row in enumerate(self.contact.rows):
+            found = contact_numbers(self.mechanism, i)(values)
+            derived = [found[name] for name in ("gap", "gap_rate", "slip_velocity")]
+            extra |= dict(zip(row.symbols, derived, strict=True))
             for s in (row.gap, row.gap_rate):
                 # Computed from q these cancel: a touching start must not become a tiny fall.
                 extra[s] = 0.0 if abs(extra[s]) <= CONTACT_TOLERANCE else extra[s]
-        return np.array([values.get(s, extra.get(s, 0.0)) for s in self.automaton.states])
+        return np.array([values.get(s, extra.get(s, 0.0)) for s in self.outline.states])
 
     def options(
         self,
@@ -167,26 +179,25 @@ class ContactSimulator(ABC):
         (inf).
         """
         system = self.mechanism.system
-        symbols: dict[Any, float] = dict(
-            zip(self.automaton.states, map(float, vector), strict=True)
-        )
+        symbols: dict[Any, float] = dict(zip(self.outline.states, map(float, vector), strict=True))
         symbols |= self.constants(parameters)
-        kinetic = float(numbers([system.kinetic_energy], symbols)[0])
-        masses = numbers([system.mass_matrix[i, i] for i in range(len(system.q))], symbols)
+        found = contact_numbers(self.mechanism)(symbols)
+        kinetic = found["kinetic_energy"]
+        masses = [found[f"mass_{i}"] for i in range(len(system.q))]
         scale: dict[Any, float] = dict.fromkeys(system.q, 1.0)
         energy = self.contact_scale(symbols, kinetic)[2]
         scale |= {s: np.sqrt(2 * energy / m) for s, m in zip(system.q_dot, masses, strict=True)}
-        mobilities = numbers([c.W_tt for c in self.mechanism.all_coefficients], symbols)
-        for i, (row, W_tt) in enumerate(zip(self.contact.rows, mobilities, strict=True)):
+        for i, row in enumerate(self.contact.rows):
+            W_tt = contact_numbers(self.mechanism, i)(symbols)["W_tt"]
             delta, rate, _ = self.contact_scale(symbols, kinetic, i)
             scale[row.slip] = np.sqrt(2 * energy * W_tt) or 1.0
             scale |= {row.gap: delta, row.gap_rate: rate}
-        scale |= dict.fromkeys(self.automaton.uncontrolled, float("inf"))
-        return np.array([scale[s] for s in self.automaton.states])
+        scale |= dict.fromkeys(self.outline.uncontrolled, float("inf"))
+        return np.array([scale[s] for s in self.outline.states])
 
     def trajectory(self, raw: RawRun, values: dict[str, float], rtol: float) -> Trajectory:
         """Return the raw run as a trajectory."""
-        automaton, nx = self.automaton, len(self.automaton.states)
+        automaton, nx = self.outline, len(self.outline.states)
         nz = len(automaton.memory)
         c = self.integrator.constants(self._vector_of(values))
         return Trajectory(
@@ -218,7 +229,7 @@ class ContactSimulator(ABC):
         )
 
     def _events(self, rows: Array, constants: Array) -> tuple[EventRecord, ...]:
-        automaton = self.automaton
+        automaton = self.outline
         nx, nz = len(automaton.states), len(automaton.memory)
         before, memory = rows[:, 4 : 4 + nx], rows[:, 4 + nx : 4 + nx + nz]
         after = rows[:, 4 + nx + nz : 4 + 2 * nx + nz].tolist()
@@ -250,7 +261,7 @@ class ContactSimulator(ABC):
 
     def _detail(self, raw: RawRun) -> str:
         if raw.stop_reason is StopReason.LEFT_DOMAIN:
-            mode = self.automaton.modes[raw.mode]
+            mode = self.outline.modes[raw.mode]
             label = mode.transitions[raw.stop_transition].label
             return self.mechanism.domain[int(label.rpartition("_")[2])].meaning
         ordinary = (StopReason.T_END, StopReason.UNTIL)

@@ -112,7 +112,7 @@ class TwoContactSimulator(ContactSimulator):
     @property
     def event_kinds(self) -> tuple[str, ...]:
         """Kinds of events that a run may be asked to end at."""
-        return (*self.automaton.kinds, "impact", "settle")
+        return (*self.outline.kinds, "impact", "settle")
 
     def contact_scale(
         self, values: Mapping[Any, float], kinetic: float, i: int = 0
@@ -174,12 +174,12 @@ class TwoContactSimulator(ContactSimulator):
         while True:
             decision = self._decide(run, vector, values, scale, (before, label, spent))
             mode = decision.mode or DECISION
-            at = self.automaton.modes.index(self.automaton.mode(mode))
+            at = self._mode_index(mode)
             if decision.mode is None or run.reason is not None or run.hit:
                 reason = run.reason or (StopReason.UNTIL if run.hit else StopReason.NO_MODE)
                 run.pieces.append(_standing(run, decision.state, at, reason))
                 return
-            labels = [t.label for t in self.automaton.modes[at].transitions]
+            labels = [t.label for t in self.outline.modes[at].transitions]
             departs = tuple(labels.index(name) for name in decision.departs)
             options = replace(
                 o,
@@ -196,7 +196,7 @@ class TwoContactSimulator(ContactSimulator):
                 return
             # The last row decides; the one before it says what happened.
             last = raw.events[-2]
-            left = self.automaton.modes[int(last[1])]
+            left = self.outline.modes[int(last[1])]
             before, label = left.name, left.transitions[int(last[2])].label
             vector = raw.state
             if run.time >= o.t_end:
@@ -208,8 +208,11 @@ class TwoContactSimulator(ContactSimulator):
             if len(run.events) >= o.max_events and run.reason is None:
                 run.reason = StopReason.EVENT_LIMIT
 
+    def _mode_index(self, name: str) -> int:
+        return [m.name for m in self.outline.modes].index(name)
+
     def _take_events(self, run: _Run, raw: RawRun, values: dict[str, float]) -> None:
-        decide = self.automaton.modes.index(self.automaton.mode(DECISION))
+        decide = self._mode_index(DECISION)
         rows = raw.events[raw.events[:, 1] != decide]
         constants = self.integrator.constants(self._vector_of(values))
         for event in self._events(rows, constants):
@@ -228,7 +231,7 @@ class TwoContactSimulator(ContactSimulator):
     def _settled(self, run: _Run, vector: Array, scale: Array) -> Array:
         """Return the state with the contacts closed whose bounces have died out."""
         after = vector.copy()
-        states = list(self.automaton.states)
+        states = list(self.outline.states)
         closed = False
         for row in self.contact.rows:
             gap, rate = states.index(row.gap), states.index(row.gap_rate)
@@ -288,8 +291,10 @@ class TwoContactSimulator(ContactSimulator):
         self, first: Decision, state: Array, values: dict[str, float], mode: str, spent: float
     ) -> Decision:
         """Return the decision a moment later, when the mode left is no solution any more."""
+        constants = self.integrator.constants(self._vector_of(values))
+        rates = self.integrator.field(self._mode_index(mode), state, np.zeros(0), constants)
         for part in _LOOK_AHEAD:
-            found = self._decider.decide(state, values, part * spent, mode)
+            found = self._decider.decide(state, values, part * spent * rates)
             if found.mode != mode:
                 return found
         return first
@@ -300,7 +305,7 @@ class TwoContactSimulator(ContactSimulator):
             run.note(replace(event, alternatives=decision.alternatives))
 
     def _record(self, run: _Run, kind: str, before: str, after: str, state: Array) -> EventRecord:
-        names = [s.name for s in self.automaton.states]
+        names = [s.name for s in self.outline.states]
         return EventRecord(
             time=run.time,
             kind=kind,

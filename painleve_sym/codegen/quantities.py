@@ -1,0 +1,80 @@
+"""Named numbers of a state from formulas, taken from the cache where they were derived before."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from painleve_sym.codegen.bridge import Translator
+from painleve_sym.codegen.stored import entry_key, read_entry, write_entry
+
+
+@dataclass(frozen=True)
+class Quantities:
+    """Formulas as one function.
+
+    Attributes
+    ----------
+    names : tuple of str
+    symbols : tuple of sympy.Symbol
+        Arguments of the function, in this order.
+    function : casadi.Function
+        Of one vector, shape (len(symbols),), to one of shape (len(names),).
+    """
+
+    names: tuple[str, ...]
+    symbols: tuple[Any, ...]
+    function: ca.Function
+
+    def __call__(self, values: Mapping[Any, float]) -> dict[str, float]:
+        """Return the numbers by name; `values` holds every symbol and may hold others."""
+        found = np.array(self.function([values[s] for s in self.symbols])).reshape(-1)
+        return dict(zip(self.names, map(float, found), strict=True))
+
+
+def quantities(
+    what: str, of: Any, symbols: Sequence[Any], derive: Callable[[], Mapping[str, Any]]
+) -> Quantities:
+    """Return formulas ready to be evaluated; `derive` is called only where the cache lacks them.
+
+    Parameters
+    ----------
+    what : str
+        Tells these formulas from others of the same thing.
+    of : object
+        What they are derived from (`definition_text`).
+    symbols : sequence of sympy.Symbol
+        Every symbol that occurs in the formulas.
+    derive : callable
+        Returns the formulas by name.
+    """
+    key = entry_key(f"quantities\n{what}", of)
+    names, function = _stored(key) if key else ((), None)
+    if function is None:
+        formulas = derive()
+        names, function = tuple(formulas), _function(tuple(formulas.values()), symbols)
+        if key:
+            write_entry(key, {"names": names, "function": function.serialize()})
+            _stored.cache_clear()
+    return Quantities(names, tuple(symbols), function)
+
+
+# One entry is asked for again and again, at every state that is looked at.
+@functools.lru_cache(maxsize=64)
+def _stored(key: str) -> tuple[tuple[str, ...], ca.Function | None]:
+    entry = read_entry(key)
+    if entry is None:
+        return (), None
+    return tuple(entry["names"]), ca.Function.deserialize(entry["function"])
+
+
+def _function(formulas: Sequence[Any], symbols: Sequence[Any]) -> ca.Function:
+    x = ca.SX.sym("x", len(symbols))
+    translate = Translator({s: x[i] for i, s in enumerate(symbols)}, floor=0.0)
+    column = ca.densify(translate.vector(list(formulas)))
+    return ca.Function("quantities", [x], ca.cse([column]))

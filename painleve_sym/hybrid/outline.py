@@ -1,0 +1,161 @@
+"""An automaton without its formulas: names and structure, which is all that a run is read with."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import sympy as sp
+
+from painleve_sym.errors import StopReason
+from painleve_sym.hybrid.automaton import HybridAutomaton
+
+
+class TransitionOutline(Protocol):
+    """An event by its names."""
+
+    @property
+    def label(self) -> str:
+        """Unique in its mode."""
+
+    @property
+    def kind(self) -> str:
+        """What users see."""
+
+    @property
+    def stop(self) -> StopReason | None:
+        """Why the run ends there, or None."""
+
+
+class ModeOutline(Protocol):
+    """A mode by its names."""
+
+    @property
+    def name(self) -> str:
+        """Unique."""
+
+    @property
+    def transitions(self) -> Sequence[TransitionOutline]:
+        """In the automaton's order."""
+
+
+class Outline(Protocol):
+    """Names and structure of an automaton; a `HybridAutomaton` is one, and so is a `Skeleton`."""
+
+    @property
+    def name(self) -> str:
+        """Name of the automaton."""
+
+    @property
+    def states(self) -> tuple[sp.Symbol, ...]:
+        """Integrated quantities."""
+
+    @property
+    def memory(self) -> tuple[sp.Symbol, ...]:
+        """Constants within a mode."""
+
+    @property
+    def parameters(self) -> tuple[sp.Symbol, ...]:
+        """Given constants."""
+
+    @property
+    def definitions(self) -> Collection[sp.Symbol]:
+        """Constants computed from the parameters."""
+
+    @property
+    def modes(self) -> Sequence[ModeOutline]:
+        """Smooth regimes."""
+
+    @property
+    def uncontrolled(self) -> tuple[sp.Symbol, ...]:
+        """States that do not steer the step size."""
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """Kinds of events, in order of appearance."""
+
+    @property
+    def output_names(self) -> tuple[str, ...]:
+        """Names of the outputs."""
+
+
+class AutomatonBuilder(Protocol):
+    """Anything that derives an automaton: a frozen dataclass that says from what."""
+
+    @property
+    def automaton(self) -> HybridAutomaton:
+        """The automaton, derived when first asked for."""
+
+
+@dataclass(frozen=True)
+class TransitionSkeleton:
+    """A transition without guard, choices and reset."""
+
+    label: str
+    kind: str
+    stop: StopReason | None
+
+
+@dataclass(frozen=True)
+class ModeSkeleton:
+    """A mode without field and outputs."""
+
+    name: str
+    transitions: tuple[TransitionSkeleton, ...]
+
+
+@dataclass(frozen=True)
+class Skeleton:
+    """The outline of an automaton that need not have been derived; see `HybridAutomaton`."""
+
+    name: str
+    states: tuple[sp.Symbol, ...]
+    memory: tuple[sp.Symbol, ...]
+    parameters: tuple[sp.Symbol, ...]
+    definitions: tuple[sp.Symbol, ...]
+    modes: tuple[ModeSkeleton, ...]
+    uncontrolled: tuple[sp.Symbol, ...]
+    kinds: tuple[str, ...]
+    output_names: tuple[str, ...]
+
+
+_SYMBOLS = ("states", "memory", "parameters", "definitions", "uncontrolled")
+
+
+def outline_data(automaton: Outline) -> dict[str, Any]:
+    """Return names and structure as JSON-ready data; a symbol is its name and its assumptions."""
+    data: dict[str, Any] = {
+        field: [(s.name, s.assumptions0) for s in getattr(automaton, field)] for field in _SYMBOLS
+    }
+    modes = [
+        (m.name, [(t.label, t.kind, t.stop.name if t.stop else None) for t in m.transitions])
+        for m in automaton.modes
+    ]
+    names = {"kinds": automaton.kinds, "output_names": automaton.output_names}
+    return data | {"name": automaton.name, "modes": modes} | names
+
+
+def outline_of(data: dict[str, Any]) -> Skeleton:
+    """Return the outline that `outline_data` wrote; its symbols equal those of the automaton."""
+    modes = tuple(
+        ModeSkeleton(
+            name,
+            tuple(
+                TransitionSkeleton(label, kind, StopReason[stop] if stop else None)
+                for label, kind, stop in transitions
+            ),
+        )
+        for name, transitions in data["modes"]
+    )
+    symbols = {
+        field: tuple(sp.Symbol(name, **assumptions) for name, assumptions in data[field])
+        for field in _SYMBOLS
+    }
+    return Skeleton(
+        name=data["name"],
+        modes=modes,
+        kinds=tuple(data["kinds"]),
+        output_names=tuple(data["output_names"]),
+        **symbols,
+    )
