@@ -196,7 +196,7 @@ class RigidContact(ContactStates):
         ):
             enter = (
                 Choice(name, c.A(slip), ("slip_stop",)),
-                # Beyond the limit the force of such a slip would turn it back: only lift-off is left.
+                # The force of such a slip would turn it back: only lift-off is left.
                 Choice(FLIGHT),
             )
             changes.append(Transition(name, "slip_start", margin, enter))
