@@ -10,6 +10,7 @@ together like exp(−∫λ dt).
 from __future__ import annotations
 
 import enum
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -31,6 +32,8 @@ T_END = 1.0
 """By when a run is decided, s: contacts last milliseconds and less."""
 MAX_EVENTS = 2000
 """A contact that neither opens nor stops within so many events keeps sliding."""
+RESTING = 1e-12
+"""Relative width below which a run that is not decided rests on the sliding solution."""
 LEAST, WIDEST = 1e-9, 1e6
 """Forces from and up to so many times F_n* are tried."""
 
@@ -83,13 +86,15 @@ class CriticalForce:
     value : float
         The least force beyond the border; N.
     bracket : tuple of float
-        Neighbouring floating point numbers, below and beyond; N.
+        Below and beyond; N. Neighbouring floating point numbers, or a few times 1e-16 of the force
+        apart where the start between them rests on the sliding solution to round-off.
     outcome_below, outcome_above : Outcome
         At the ends of the bracket.
     runs : int
         How many were needed.
     tolerance_effect : float
-        By how much `value` changes when the tolerance is loosened a hundredfold; N.
+        By how much `value` changes when the tolerance is loosened a hundredfold; N. nan where
+        that was not tried.
     sliding : SlidingSolution
         At the same state; its `force` is the limit F_n* = −B/A of infinite stiffness where the
         state has no approach velocity.
@@ -221,6 +226,7 @@ class CriticalForceFinder:
         border: Border = Border.SLIP_STOP,
         guess: float | None = None,
         width: float = 0.05,
+        check_tolerance: bool = True,
     ) -> CriticalForce:
         """Return the critical initial force by bisection down to neighbouring numbers.
 
@@ -235,6 +241,8 @@ class CriticalForceFinder:
             Near which to look first; N. By default the predicted force.
         width : float
             Relative half width of the first bracket; it grows until it holds the border.
+        check_tolerance : bool
+            Whether to search again with a looser tolerance, for `tolerance_effect`.
 
         Raises
         ------
@@ -246,17 +254,21 @@ class CriticalForceFinder:
         first = sliding.predicted_force if guess is None else guess
         runs = _Bisection(self, border, self._start(state, parameters, self.rtol))
         low, high = runs.solve(first, width, sliding.force)
-        looser = min(LOOSER * self.rtol, 1e-6)
-        check = _Bisection(self, border, self._start(state, parameters, looser))
-        other = check.solve(high, 1e-10, sliding.force)[1]
+        effect = math.nan
+        count = runs.count
+        if check_tolerance:
+            looser = min(LOOSER * self.rtol, 1e-6)
+            check = _Bisection(self, border, self._start(state, parameters, looser))
+            effect = abs(high - check.solve(high, 1e-7, sliding.force)[1])
+            count += check.count
         return CriticalForce(
             border=border,
             value=high,
             bracket=(low, high),
             outcome_below=runs.outcome(low),
             outcome_above=runs.outcome(high),
-            runs=runs.count + check.count,
-            tolerance_effect=abs(high - other),
+            runs=count,
+            tolerance_effect=effect,
             sliding=sliding,
         )
 
@@ -267,6 +279,7 @@ class _Bisection:
     def __init__(self, finder: CriticalForceFinder, border: Border, start: _Start) -> None:
         self.finder, self.border, self.start = finder, border, start
         self.known: dict[float, Outcome] = {}
+        self.reason = StopReason.UNTIL
 
     @property
     def count(self) -> int:
@@ -274,29 +287,32 @@ class _Bisection:
 
     def outcome(self, force: float) -> Outcome:
         if force not in self.known:
-            self.known[force], reason = self.start.run(force)
-            if self.known[force] is Outcome.UNDECIDED:
-                raise InputError(
-                    f"{self.finder.where}: from {force:g} N the contact neither opens nor stops "
-                    f"slipping by t = {self.finder.t_end:g} s: {reason.advice}. "
-                    "Fix: give a later t_end, or a state farther from A = 0 and B = 0."
-                )
+            self.known[force], self.reason = self.start.run(force)
         return self.known[force]
 
     def beyond(self, force: float) -> bool:
-        return self.border.beyond(self.outcome(force))
+        outcome = self.outcome(force)
+        if outcome is Outcome.UNDECIDED:
+            raise InputError(
+                f"{self.finder.where}: from {force:g} N the contact neither opens nor stops "
+                f"slipping by t = {self.finder.t_end:g} s: {self.reason.advice}. "
+                "Fix: give a later t_end, or a state farther from A = 0 and B = 0."
+            )
+        return self.border.beyond(outcome)
 
     def solve(self, guess: float, width: float, scale: float) -> tuple[float, float]:
         """Return neighbouring numbers on both sides of the border; `scale` is F_n*."""
         low, high = self._bracket(max(guess, 1e-3 * scale), width, scale)
         while True:
             middle = (low + high) / 2
-            if middle in (low, high):
+            resting = self.outcome(middle) is Outcome.UNDECIDED and high - low < RESTING * high
+            if middle in (low, high) or resting:
                 return low, high
             low, high = (low, middle) if self.beyond(middle) else (middle, high)
 
     def _bracket(self, guess: float, width: float, scale: float) -> tuple[float, float]:
-        low, high = guess * (1 - min(width, 1.0)), guess * (1 + width)
+        # Not symmetric: a guess of F_n* would be met again, where no run is decided.
+        low, high = guess * (1 - min(width, 1.0)), guess * (1 + 0.9 * width)
         part = width
         while self.beyond(low):
             if low == 0:
