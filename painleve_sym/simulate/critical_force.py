@@ -24,6 +24,8 @@ from painleve_sym.errors import InputError, StopReason
 from painleve_sym.simulate.compliant import SoftenedSimulator
 from painleve_sym.simulate.sliding_solution import SlidingAnalysis, SlidingSolution
 
+ENDS = ("separation", "slip_stop")
+"""Kinds of events that decide a run."""
 RTOL = 1e-13
 """Of the runs: two digits above round-off, where the error no longer falls."""
 LOOSER = 100.0
@@ -146,13 +148,17 @@ class _Start:
         raw = self.simulator.integrator.run(vector, self.parameters, self.options)
         if raw.stop_reason is not StopReason.UNTIL:
             return Outcome.UNDECIDED, raw.stop_reason
-        last = raw.events[-1]
-        mode = automaton.modes[int(last[1])]
-        if mode.transitions[int(last[2])].kind == "separation":
+        # What follows in the same instant, such as the gap's opening, is recorded after it.
+        for row in raw.events:
+            mode = automaton.modes[int(row[1])]
+            kind = mode.transitions[int(row[2])].kind
+            if kind in ENDS:
+                break
+        if kind == "separation":
             return Outcome.LIFTS_OFF, raw.stop_reason
         loading = mode.name.endswith(f"/{self.simulator.law.loading.name}")
-        kind = Outcome.STOPS_IN_COMPRESSION if loading else Outcome.STOPS_IN_RESTITUTION
-        return kind, raw.stop_reason
+        outcome = Outcome.STOPS_IN_COMPRESSION if loading else Outcome.STOPS_IN_RESTITUTION
+        return outcome, raw.stop_reason
 
 
 @dataclass(frozen=True)
@@ -194,7 +200,7 @@ class CriticalForceFinder:
             vector,
             values,
             t_end=self.t_end,
-            until=("separation", "slip_stop"),
+            until=ENDS,
             rtol=rtol,
             record="events",
             max_events=MAX_EVENTS,

@@ -104,14 +104,17 @@ class SlidingSolution:
             (n + 1) w²/(2 B δ*) = n − (n + 1) x + xⁿ⁺¹,    x = δ₀/δ*,
 
         x < 1 for w > 0. For δ̇₀ = 0 this is F_n* + Ḟ_n*/λ₊ up to terms in 1/λ₊². Laws with damping
-        have the tangent δ₀ = δ* − w/|λ₋| instead. 0 where every initial force leads to impact.
+        have the tangent δ₀ = δ* + δ̇*/λ₊ − δ̇₀/|λ₋| instead. 0 where every initial force leads to
+        impact.
         """
         relative = self.approach - self.compression_rate
         # The curve the motion is on; a start at rest follows δ*.
         closes = (self.approach or self.compression_rate) >= 0
         decay = self.decay_rate if closes else self.unloading_decay_rate
         if not self.conservative:
-            return self.force_of(self.compression + relative / decay)
+            growth = self.growth_rate if closes else self.unloading_growth_rate
+            shift = self.compression_rate / growth + self.approach / decay
+            return self.force_of(self.compression + shift)
         # An unloading curve is the loading curve, contracted: its energy is smaller by this part.
         contraction = (self.decay_rate / decay) ** 2
         level = (self.exponent + 1) * relative**2
@@ -127,11 +130,11 @@ class SlidingSolution:
         Laws with damping have the first two terms only; the third is nan.
         """
         rate, n = self.force_rate, self.exponent
-        growth = self.decay_rate if rate >= 0 else self.unloading_decay_rate
+        growth = self.growth_rate if rate >= 0 else self.unloading_growth_rate
         second = self.force_second_rate + rate * (self.rate_per_force / 2 - self.A_rate / self.A / 4)
         second -= 11 * (n - 1) * rate**2 / (12 * n * self.force)
         second = second / growth**2 if self.conservative else math.nan
-        return self.force, -rate / growth, second
+        return self.force, rate / growth, second
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data with the documented keys."""
@@ -245,6 +248,28 @@ class SlidingAnalysis:
             Unknown names, numbers out of range, an open contact, no slip, or a state that is not
             indeterminate.
         """
+        found, gap = self._at(state, parameters)
+        if abs(gap) > CONTACT_TOLERANCE:
+            raise InputError(
+                f"{self._where}: got gap = {gap:g} m, need 0: the initial force sets the "
+                "compression. Fix: start on the surface."
+            )
+        return found
+
+    def along(
+        self, state: Mapping[str, float], parameters: Mapping[str, float] | None = None
+    ) -> SlidingSolution:
+        """Return the sliding solution at a state of a run, whose contact is compressed; see `at`."""
+        return self._at(state, parameters)[0]
+
+    @property
+    def _where(self) -> str:
+        return f"sliding solution of {self.simulator.where}"
+
+    def _at(
+        self, state: Mapping[str, float], parameters: Mapping[str, float] | None
+    ) -> tuple[SlidingSolution, float]:
+        """Return the sliding solution and the gap."""
         simulator = self.simulator
         mechanism = simulator.mechanism
         values = simulator.parameters(parameters)
@@ -254,9 +279,8 @@ class SlidingAnalysis:
         named = {s: start[s.name] for s in (*mechanism.system.q, *mechanism.system.q_dot)}
         point = {**named, **constants}
         gap, gap_rate, *own = map(float, self._mechanical(point).reshape(-1))
-        self._check(gap, problem.A, problem.B)
+        self._check(problem.A, problem.B)
         A, B, slip = float(problem.A or 0.0), problem.B, problem.slip_direction
-        law = simulator.law
         force = -B / A
         depth = simulator.compression_of_force(force, values)
         local = self._linearised(
@@ -267,7 +291,7 @@ class SlidingAnalysis:
         rate, *gradient = map(float, drift(point).reshape(-1))
         second = sum(g * float(v) for g, v in zip(gradient, field(point).reshape(-1), strict=True))
         A_rate, rate_per_force = own[:2] if slip < 0 else own[2:]
-        return SlidingSolution(
+        solution = SlidingSolution(
             slip=slip,
             A=A,
             B=B,
@@ -284,22 +308,17 @@ class SlidingAnalysis:
             decay_rate=rates[1],
             unloading_growth_rate=rates[2],
             unloading_decay_rate=rates[3],
-            conservative=all(s.conservative for s in self._saddles) and bool(law.exponent),
+            conservative=all(s.conservative for s in self._saddles),
         )
+        return solution, gap
 
-    def _check(self, gap: float, A: float | None, B: float) -> None:
-        where = f"sliding solution of {self.simulator.where}"
-        if abs(gap) > CONTACT_TOLERANCE:
-            raise InputError(
-                f"{where}: got gap = {gap:g} m, need 0: the initial force sets the compression. "
-                "Fix: start on the surface."
-            )
+    def _check(self, A: float | None, B: float) -> None:
         if A is None:
             raise InputError(
-                f"{where}: got slip velocity 0, need slip. Fix: give a state that slides."
+                f"{self._where}: got slip velocity 0, need slip. Fix: give a state that slides."
             )
         if not A < 0 < B:
             raise InputError(
-                f"{where}: got A = {A:g} 1/kg and B = {B:g} m/s^2, need A < 0 and B > 0 "
+                f"{self._where}: got A = {A:g} 1/kg and B = {B:g} m/s^2, need A < 0 and B > 0 "
                 "(indeterminate). Fix: choose a state there; `painleve map` shows where."
             )
