@@ -122,7 +122,10 @@ def _show(
     if sliding.approach == 0:
         parts = " + ".join(number(term, 9) for term in first if term == term)
         total = sum(term for term in first if term == term)
-        show(f"expansion F_n* + F_n*'/lambda + c/lambda^2: {parts} = {number(total, 9)} N")
+        show(
+            "expansion F_n* + F_n*'/lambda + c/lambda^2: "
+            f"{parts.replace('+ -', '- ')} = {number(total, 9)} N"
+        )
     else:
         predicted = quantity(sliding.predicted_force, "N")
         show(f"closed form with A and B held, approach included: {predicted}")
@@ -172,9 +175,7 @@ def _map(
     if arguments.points is not None:
         options["points"] = read_count("--points", arguments.points)
     ends = _range(f"--over {over}", text)
-    found = outcome_map(
-        finder, scenario.state or {}, over, ends, progress=_progress, **options
-    )
+    found = outcome_map(finder, scenario.state or {}, over, ends, progress=_progress, **options)
     for path in files:
         _write(found, path)
     if arguments.json:

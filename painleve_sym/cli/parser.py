@@ -212,7 +212,11 @@ def _critical_options(parser: _Parser) -> None:
     _case(parser)
     _law(parser)
     for option, metavar, text in (
-        ("--over", "NAME=FROM:TO", "map the outcomes over the force and this quantity (E, y_A_dot)"),
+        (
+            "--over",
+            "NAME=FROM:TO",
+            "map the outcomes over the force and this (E, y_A_dot)",
+        ),
         ("--forces", "FROM:TO", "initial forces of the map, N; chosen where left out"),
         ("--points", "N", "points along each axis of the map, from 2 to 400, by default 61"),
         ("--gradient", "NAME,...", "also the derivatives of the critical force by these"),

@@ -23,9 +23,7 @@ def sliding_force(coefficients: ContactCoefficients, slip: int = -1) -> sp.Expr:
     return -coefficients.B / coefficients.A(slip)
 
 
-def coefficient_rates(
-    coefficients: ContactCoefficients, slip: int = -1
-) -> tuple[sp.Expr, sp.Expr]:
+def coefficient_rates(coefficients: ContactCoefficients, slip: int = -1) -> tuple[sp.Expr, sp.Expr]:
     """Return dA_s/dt and dB/dt in slip, as functions of the state and of F_n.
 
     Parameters
@@ -50,9 +48,7 @@ def coefficient_rates(
     return along(coefficients.A(slip)), along(coefficients.B)
 
 
-def sliding_field(
-    coefficients: ContactCoefficients, slip: int = -1
-) -> dict[sp.Symbol, sp.Expr]:
+def sliding_field(coefficients: ContactCoefficients, slip: int = -1) -> dict[sp.Symbol, sp.Expr]:
     """Return the rates of coordinates and velocities while the contact slides with F_n*."""
     system = coefficients.contact.system
     normal, tangential = coefficients.force_directions

@@ -58,7 +58,9 @@ def outcome_figure(found: OutcomeMap) -> Figure:
         axes = figure.add_subplot()
         _fill(axes, found)
         for name, (_, look) in LINES.items():
-            axes.plot(found.values, getattr(found, name), zorder=3, **look)
+            forces = getattr(found, name)
+            # 0 stands for no critical force.
+            axes.plot(found.values, np.where(forces > 0, forces, np.nan), zorder=3, **look)
         if found.logarithmic:
             axes.set_xscale("log")
         axes.set_xlim(found.values[0], found.values[-1])

@@ -144,7 +144,9 @@ class _Start:
         if force == 0 and vector[automaton.states.index(contact.gap_rate)] >= 0:
             # B > 0 opens it at once: a flight, which no separation precedes.
             return Outcome.LIFTS_OFF, StopReason.UNTIL
-        vector[automaton.states.index(contact.gap)] = -((force / self.stiffness) ** (1 / self.exponent))
+        vector[automaton.states.index(contact.gap)] = -(
+            (force / self.stiffness) ** (1 / self.exponent)
+        )
         raw = self.simulator.integrator.run(vector, self.parameters, self.options)
         if raw.stop_reason is not StopReason.UNTIL:
             return Outcome.UNDECIDED, raw.stop_reason

@@ -131,7 +131,9 @@ class SlidingSolution:
         """
         rate, n = self.force_rate, self.exponent
         growth = self.growth_rate if rate >= 0 else self.unloading_growth_rate
-        second = self.force_second_rate + rate * (self.rate_per_force / 2 - self.A_rate / self.A / 4)
+        second = self.force_second_rate + rate * (
+            self.rate_per_force / 2 - self.A_rate / self.A / 4
+        )
         second -= 11 * (n - 1) * rate**2 / (12 * n * self.force)
         second = second / growth**2 if self.conservative else math.nan
         return self.force, rate / growth, second
@@ -259,7 +261,7 @@ class SlidingAnalysis:
     def along(
         self, state: Mapping[str, float], parameters: Mapping[str, float] | None = None
     ) -> SlidingSolution:
-        """Return the sliding solution at a state of a run, whose contact is compressed; see `at`."""
+        """Return the sliding solution at a state of a run, compressed or not; see `at`."""
         return self._at(state, parameters)[0]
 
     @property
@@ -283,9 +285,7 @@ class SlidingAnalysis:
         A, B, slip = float(problem.A or 0.0), problem.B, problem.slip_direction
         force = -B / A
         depth = simulator.compression_of_force(force, values)
-        local = self._linearised(
-            {symbols.A: A, symbols.B: B, symbols.DEPTH: depth, **constants}
-        )
+        local = self._linearised({symbols.A: A, symbols.B: B, symbols.DEPTH: depth, **constants})
         exponent, slope, *rates = map(float, local.reshape(-1))
         drift, field = self._drift[slip]
         rate, *gradient = map(float, drift(point).reshape(-1))

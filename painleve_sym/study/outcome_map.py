@@ -247,9 +247,7 @@ def _swapped(
     return at[0], forces, at[1]
 
 
-def _axis(
-    finder: CriticalForceFinder, name: str, ends: tuple[float, float], points: int
-) -> Array:
+def _axis(finder: CriticalForceFinder, name: str, ends: tuple[float, float], points: int) -> Array:
     if not 2 <= points <= MOST:
         raise InputError(f"{finder.where}: points: got {points}, need 2 to {MOST}.")
     low, high = ends
