@@ -206,6 +206,7 @@ class CriticalForceFinder:
             rtol=rtol,
             record="events",
             max_events=MAX_EVENTS,
+            start_events=True,
         )
         law = simulator.law
         constants = simulator.constants(values)

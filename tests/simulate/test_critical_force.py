@@ -81,6 +81,24 @@ def test_scipy_sees_the_border_where_the_compiled_runs_do(finder, border, first)
     assert impacts(found * (1 + 1e-9))
 
 
+@pytest.mark.slow
+def test_the_other_engine_finds_the_same_force(finder):
+    other = SoftenedSimulator(model("rod"), law("bilinear-hertz", reload="virgin"), "erk")
+    found = CriticalForceFinder(other, rtol=1e-10).find(
+        TABLE_4, {"E": STIFF}, check_tolerance=False
+    )
+    assert found.value == pytest.approx(finder.find(TABLE_4, {"E": STIFF}).value, rel=1e-10)
+
+
+@pytest.mark.parametrize("spin", [5.0, -5.0])
+def test_a_plastic_contact_has_a_critical_force_too(finder, spin):
+    # e = 0 opens at once where it does not close: a falling F_n* is met at F_n* itself.
+    state = {**TABLE_4, "theta_dot": spin}
+    found = finder.find(state, {"E": 20.9e18, "e_energetic": 0.0})
+    assert found.outcome_below is Outcome.LIFTS_OFF
+    assert found.value == pytest.approx(found.sliding.predicted_force, rel=2e-5)
+
+
 def test_the_borders_draw_together_as_the_sliding_solution_lasts_longer(finder):
     gaps = []
     for E in (20.9e13, 20.9e14, 20.9e15):

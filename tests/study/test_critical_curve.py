@@ -1,6 +1,11 @@
 """Continuation, derivatives and growth: orders in the stiffness, and two other ways to the same."""
 
+import csv
 import math
+import re
+import runpy
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +20,8 @@ from painleve_sym.study.instability import compare_growth
 
 TABLE_4 = {"x_A_dot": -1.0, "theta": 1.0, "theta_dot": 5.0}
 N = 1.764
+ROOT = Path(__file__).resolve().parents[2]
+PAGE = (ROOT / "docs" / "critical-force.md").read_text(encoding="utf-8")
 
 
 @pytest.fixture(scope="module")
@@ -168,3 +175,32 @@ def test_both_borders_have_the_same_limit(finder):
         critical_curve(finder, TABLE_4, "E", [20.9e16, 20.9e18], border=b).forces for b in Border
     )
     assert one == pytest.approx(two, rel=1e-12)
+
+
+# ---- the page and the study ----
+
+
+def test_page_example_prints_what_it_says(capsys):
+    (code,) = re.findall(r"```python\n(.*?)```", PAGE, flags=re.DOTALL)
+    exec(compile(code, "docs/critical-force.md", "exec"), {})
+    assert capsys.readouterr().out.startswith("346.878472 lifts_off")
+
+
+def test_page_prints_the_forces_that_are_computed(finder):
+    values = [finder.find(TABLE_4, {"E": 20.9e14}, border=b).value for b in Border]
+    values += [finder.find(TABLE_4, {"E": 20.9 * 10.0**k}).value for k in (16, 18, 20, 22)]
+    for value in values:
+        assert f"{value:.9f}" in PAGE
+    assert f"{finder.analysis.at(TABLE_4).force:.9f}" in PAGE
+
+
+@pytest.mark.slow
+def test_study_writes_its_tables_and_figures(tmp_path, monkeypatch, capsys):
+    script = ROOT / "examples" / "studies" / "critical_force" / "study.py"
+    monkeypatch.setattr(sys, "argv", ["study.py", str(tmp_path)])
+    runpy.run_path(str(script), run_name="__main__")
+    assert "expected -0.8503" in capsys.readouterr().out
+    with (tmp_path / "convergence.csv").open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert float(rows[-1]["third"]) < 1e-8
+    assert (tmp_path / "critical-force-convergence.png").stat().st_size > 1e4
