@@ -232,7 +232,8 @@ def _critical_options(parser: _Parser) -> None:
     _json(parser)
     parser.epilog = (
         "The state must be indeterminate: on the surface, slipping, A < 0 and B > 0. The law\n"
-        "is bilinear-hertz unless --law or the scenario file names another.\n\n"
+        "is bilinear-hertz unless --law or the scenario file (see `painleve simulate -h`)\n"
+        "names another.\n\n"
         "  painleve critical rod --state theta=1,theta_dot=5,x_A_dot=-1 --law-set E=20.9e14\n"
         "  painleve critical rod --state theta=1,theta_dot=5,x_A_dot=-1 \\\n"
         "      --over E=20.9e12:20.9e18 --out map.png"
