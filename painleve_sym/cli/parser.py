@@ -24,6 +24,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "jump": ("run", "compute the velocity jump of an impact at a state"),
     "simulate": ("run", "follow the motion with a softened contact, event by event"),
     "map": ("map", "map slip, lift-off and the paradox over two states or parameters"),
+    "critical": ("critical", "find the initial force that separates lift-off from impact"),
     "contrast": ("contrast", "ask every method what follows from one state, side by side"),
     "automaton": ("describe", "show the modes and events of a mechanism with a contact law"),
     "reproduce": ("reproduce", "redo the tables, figures and formulas of the paper"),
@@ -216,6 +217,38 @@ def _map_options(parser: _Parser) -> None:
     )
 
 
+def _critical_options(parser: _Parser) -> None:
+    _case(parser)
+    _law(parser)
+    for option, metavar, text in (
+        (
+            "--over",
+            "NAME=FROM:TO",
+            "map the outcomes over the force and this (E, y_A_dot)",
+        ),
+        ("--forces", "FROM:TO", "initial forces of the map, N; chosen where left out"),
+        ("--points", "N", "points along each axis of the map, from 2 to 400, by default 61"),
+        ("--gradient", "NAME,...", "also the derivatives of the critical force by these"),
+        ("--engine", "NAME", "auto (default), compiled or erk"),
+    ):
+        parser.add_argument(option, metavar=metavar, help=text)
+    parser.add_argument(
+        "--out",
+        action="append",
+        metavar="FILE",
+        help="draw the map (.png, .svg, .pdf) or save it (.npz, .json); may be given several times",
+    )
+    _json(parser)
+    parser.epilog = (
+        "The state must be indeterminate: on the surface, slipping, A < 0 and B > 0. The law\n"
+        "is bilinear-hertz unless --law or the scenario file (see `painleve simulate -h`)\n"
+        "names another.\n\n"
+        "  painleve critical rod --state theta=1,theta_dot=5,x_A_dot=-1 --law-set E=20.9e14\n"
+        "  painleve critical rod --state theta=1,theta_dot=5,x_A_dot=-1 \\\n"
+        "      --over E=20.9e12:20.9e18 --out map.png"
+    )
+
+
 def _contrast_options(parser: _Parser) -> None:
     _case(parser)
     for option, metavar, text in (
@@ -269,6 +302,7 @@ def _parsers() -> tuple[_Parser, dict[str, _Parser]]:
     _describe_options(sub)
     _run_options(sub)
     _map_options(sub["map"])
+    _critical_options(sub["critical"])
     _contrast_options(sub["contrast"])
     _reproduce_options(sub["reproduce"])
     return parser, sub

@@ -103,7 +103,8 @@ class SoftenedSimulator(ContactSimulator):
         parameters : mapping of str to float
             Of mechanism and law; absent ones have their defaults.
         initial_force : float
-            Sets the initial compression so that the contact carries this force; N.
+            Sets the initial compression so that the contact carries this force; N. Where the gap
+            is no coordinate, the coordinates stay and the surface counts as raised by it.
         t_end : float
             s, > 0.
         until : str or tuple of str
@@ -133,11 +134,6 @@ class SoftenedSimulator(ContactSimulator):
         return self.trajectory(raw, values, checked.rtol)
 
     def _with_force(self, vector: Array, force: float, values: Mapping[str, float]) -> Array:
-        if self.contact.gap not in self.mechanism.system.q:
-            raise InputError(
-                f"{self.where}: initial_force: the gap is no coordinate of this mechanism. "
-                "Fix: give a state whose gap is the compression wanted."
-            )
         index = self.contact.states.index(self.contact.gap)
         if vector[index] != 0:
             raise InputError(

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from painleve_sym.study.compare import JumpComparison, compare_jump, separating_force
+from painleve_sym.simulate.critical_force import Border, CriticalForceFinder
+from painleve_sym.study.compare import JumpComparison, compare_jump
 from painleve_sym.study.item import Entry, Outcome, Verdict, features, table
 from painleve_sym.study.paper_cases import MODULI, modulus_text
 from painleve_sym.study.paper_claims import FORMULAS, PRECISE_FROM, STIFF
@@ -205,17 +206,10 @@ def compute_precision(bench: Workbench) -> Outcome:
 
 
 def _thresholds(bench: Workbench) -> list[list[float]]:
-    """Return modulus and both separating forces."""
-    bracket, rows = (1.0, 1000.0), []
-    for E in MODULI:
-        pair = [
-            separating_force(
-                bench.simulator(), bench.state(4), {"E": E}, bracket, compressing=compressing
-            )
-            for compressing in (False, True)
-        ]
-        rows.append([E, *pair])
-    return rows
+    """Return modulus and both critical forces."""
+    finder = CriticalForceFinder(bench.simulator())
+    state = bench.state(4)
+    return [[E, *(finder.find(state, {"E": E}, border=b).value for b in Border)] for E in MODULI]
 
 
 def compute_critical(bench: Workbench) -> Outcome:

@@ -1,4 +1,4 @@
-"""The jump rule against softened impacts, and the force that separates."""
+"""The jump rule against softened impacts."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from painleve_sym.errors import InputError
 from painleve_sym.laws.compliance import law
 from painleve_sym.mechanics.models import rod
 from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.study.compare import compare_jump, separating_force
+from painleve_sym.study.compare import compare_jump
 from painleve_sym.study.paper_jump import extrapolated
 
 TABLE_3 = {"x_A_dot": -1.0, "theta": 1.0, "theta_dot": 1.0}
@@ -71,21 +71,6 @@ def test_compare_jump_needs_an_impact(simulator):
     # A < 0 and B > 0: the rule gives a jump, but without surface energy the rod lifts off.
     with pytest.raises(InputError, match=r"no event 'slip_stop'.*Fix"):
         compare_jump(simulator, TABLE_4, [20.9e14], t_end=0.01)
-
-
-def test_separating_force_lies_above_the_sliding_force(simulator):
-    pair = [
-        separating_force(
-            simulator, TABLE_4, {"E": 20.9e14}, (300.0, 400.0), compressing=flag, rtol=1e-7
-        )
-        for flag in (False, True)
-    ]
-    assert pair == pytest.approx([346.8785, 346.9994], abs=1e-4)
-
-
-def test_separating_force_refuses_a_bracket_that_does_not_separate(simulator):
-    with pytest.raises(InputError, match="widen"):
-        separating_force(simulator, TABLE_4, {"E": 20.9e14}, (1.0, 2.0), compressing=True)
 
 
 def test_extrapolated_finds_the_constant_of_its_series():

@@ -1,0 +1,197 @@
+"""From which initial force does an indeterminate contact impact, and how fast is sliding left?"""
+
+from __future__ import annotations
+
+import sympy as sp
+
+from derivations._page import Derivation, Quantity, Step, run
+from derivations.equations_of_motion import accelerations, mechanism, quantities, symbol
+from painleve_sym.laws.compliance import K_E, bilinear_hertz
+from painleve_sym.laws.saddle import DEPTH, A, B, barrier, loading_saddle, unloading_saddle
+from painleve_sym.mechanics.coefficients import F_N, F_T
+from painleve_sym.mechanics.sliding import sliding_force_rate
+from painleve_sym.simulate.sliding_solution import SlidingSolution
+
+n, e_s = sp.symbols("n e_energetic", positive=True)
+RATE, RATE_UNLOADING, SPEED = sp.symbols("growth_rate unloading_growth_rate v_c", positive=True)
+BARRIER, x, w_squared = sp.symbols("barrier x w_squared", positive=True)
+F_STAR, F_DOT = sp.symbols("F_sliding F_sliding_dot", positive=True)
+F_DDOT, R, A_DOT = sp.symbols("F_sliding_ddot r A_dot", real=True)
+FIRST, SECOND, DRIFT = sp.symbols("first_term second_term sliding_force_dot", real=True)
+TAU = sp.Symbol("tau", positive=True)
+
+
+def own_quantities() -> tuple[Quantity, ...]:
+    """Return the symbols of this page with their meaning."""
+    return (
+        Quantity(A, "A", "1/kg", "normal acceleration per normal force in slip, negative"),
+        Quantity(B, "B", "m/s²", "normal acceleration in slip without normal force, positive"),
+        Quantity(K_E, "K_e", "N/m^n", "stiffness"),
+        Quantity(n, "n", "1", "exponent of the compression law"),
+        Quantity(e_s, "e_s", "1", "energetic coefficient of restitution"),
+        Quantity(DEPTH, r"\delta^*", "m", "compression of the sliding solution"),
+        Quantity(RATE, r"\lambda", "1/s", "growth rate of a deviation from sliding, loading"),
+        Quantity(
+            RATE_UNLOADING,
+            r"\lambda_u",
+            "1/s",
+            "growth rate of a deviation from sliding, unloading",
+        ),
+        Quantity(BARRIER, "U^*", "m²/s²", "work, per mobility, to reach the sliding solution"),
+        Quantity(SPEED, "v_c", "m/s", "approach that just reaches the sliding solution"),
+        Quantity(x, "x", "1", "initial compression relative to that of the sliding solution"),
+        Quantity(w_squared, "w^2", "m²/s²", "square of the approach speed on the separatrix"),
+        Quantity(DRIFT, r"\dot{F}^*_\mathrm{rod}", "N/s", "rate of the sliding force of the rod"),
+        Quantity(F_STAR, "F_n^*", "N", "normal force of the sliding solution"),
+        Quantity(F_DOT, r"\dot{F}_n^*", "N/s", "its rate along the sliding solution"),
+        Quantity(F_DDOT, r"\ddot{F}_n^*", "N/s²", "its second rate along the sliding solution"),
+        Quantity(R, "r", "1/s", "derivative of the rate of F_n* by the normal force"),
+        Quantity(A_DOT, r"\dot{A}", "1/(kg s)", "rate of A"),
+        Quantity(FIRST, "F_1", "N", "first term of the expansion of the critical force"),
+        Quantity(SECOND, "F_2", "N", "second term of the expansion of the critical force"),
+    )
+
+
+def in_law(expr: sp.Expr) -> sp.Expr:
+    """Return an expression of the package in the symbols of this page."""
+    law = bilinear_hertz()
+    own = {"n": n, "e_energetic": e_s}
+    swap = {p.symbol: own[p.name] for p in law.parameters if p.name in own}
+    return expr.subs({s: e_s**2 for s in law.definitions if s != K_E}).subs(swap)
+
+
+def layer_terms() -> tuple[sp.Expr, sp.Expr]:
+    """Return both terms of the expansion, from the boundary layer at the start.
+
+    With τ = λt, F = F* + F_1(τ)/λ + F_2(τ)/λ² the motion δ̈ = −(A F + B) gives F'' − F = g at each
+    order, and the solution that stays near sliding has F(0) + F'(0) = −∫ g exp(−τ) dτ.
+    """
+    decay = sp.exp(-TAU)
+
+    def start(g: sp.Expr) -> sp.Expr:
+        return -sp.integrate(sp.expand(g * decay), (TAU, 0, sp.oo))
+
+    # Order 1/λ: the sliding force moves like Ḟ* τ; the contact starts at rest.
+    first_force = F_DOT * (TAU + decay)
+    assert sp.simplify(first_force.diff(TAU, 2) - (first_force - F_DOT * TAU)) == 0
+    assert first_force.diff(TAU).subs(TAU, 0) == 0
+    assert sp.simplify(first_force.subs(TAU, 0) - start(-F_DOT * TAU)) == 0
+    # Order 1/λ²: F* curves, and is moved by the deviation; the slope of δ(F) and A change.
+    deviation = first_force - F_DOT * TAU
+    moved = F_DDOT * TAU**2 / 2 + sp.integrate(R * deviation.subs(TAU, x), (x, 0, TAU))
+    bend = (1 - n) / (n * F_STAR)
+    curvature = bend * (first_force * first_force.diff(TAU, 2) + first_force.diff(TAU) ** 2)
+    second = start(-moved + A_DOT / A * TAU * deviation - curvature)
+    return start(-F_DOT * TAU) / RATE, sp.expand(second) / RATE**2
+
+
+def packaged_second() -> sp.Expr:
+    """Return the package's second term, its numbers replaced by symbols."""
+    solution = SlidingSolution(
+        slip=-1,
+        A=A,
+        B=B,
+        force=F_STAR,
+        force_rate=F_DOT,
+        force_second_rate=F_DDOT,
+        A_rate=A_DOT,
+        rate_per_force=R,
+        compression=DEPTH,
+        compression_rate=sp.Integer(0),
+        approach=sp.Integer(0),
+        exponent=n,
+        growth_rate=RATE,
+        decay_rate=-RATE,
+        unloading_growth_rate=RATE / e_s,
+        unloading_decay_rate=-RATE / e_s,
+        conservative=True,
+    )
+    return sp.nsimplify(solution.expansion[2])
+
+
+def derive() -> Derivation:
+    """Derive growth rate, separatrix and the expansion of the critical force."""
+    law, delta = bilinear_hertz(), sp.Symbol("delta", positive=True)
+    force = K_E * delta**n
+    depth = (-B / (A * K_E)) ** (1 / n)
+    stiffness = -B / (A * DEPTH**n)
+    slope = force.diff(delta).subs(delta, DEPTH).subs(K_E, stiffness)
+    rate = sp.sqrt(sp.simplify(-A * slope))
+    energy = sp.integrate(B + A * force, (delta, 0, x * DEPTH)).subs(K_E, stiffness)
+    level = sp.simplify(sp.expand(energy.subs(x, 1) - energy))
+    work = sp.simplify(energy.subs(x, 1))
+    first, second = layer_terms()
+    rod = mechanism().coefficients
+
+    def at_depth(expr: sp.Expr) -> sp.Expr:
+        return in_law(expr).subs(K_E, stiffness)
+
+    unloading = sp.simplify(at_depth(unloading_saddle(law).rates[0]))
+    steps = (
+        Step(
+            "Where $A < 0 < B$ the normal motion of the sliding contact, "
+            "$\\ddot\\delta = -(A F_n + B)$, rests at the compression of $F_n^* = -B/A$:",
+            sp.Eq(DEPTH, depth),
+            package=in_law(loading_saddle(law).compression),
+        ),
+        Step(
+            "A small deviation $\\eta$ obeys $\\ddot\\eta = -A F_n'(\\delta^*)\\,\\eta$ with "
+            "$-A F_n' > 0$: the sliding solution is a saddle, and the deviation grows with",
+            sp.Eq(RATE, rate),
+            package=sp.simplify(at_depth(loading_saddle(law).rates[0])),
+        ),
+        Step(
+            "The unloading curve of the bilinear law is $1/e_s^2$ times as steep:",
+            sp.Eq(RATE_UNLOADING, rate / e_s),
+            package=unloading,
+        ),
+        Step(
+            "With $A$ and $B$ held, $\\dot\\delta^2/2 + \\int (B + A F_n)\\,d\\delta$ is "
+            "conserved. Its value at rest on the saddle, counted from $\\delta = 0$, is",
+            sp.Eq(BARRIER, work),
+            package=sp.simplify(at_depth(barrier(law))),
+        ),
+        Step(
+            "A contact that touches without compression impacts if it approaches faster than",
+            sp.Eq(SPEED, sp.sqrt(2 * work)),
+        ),
+        Step(
+            "and one that starts with $\\delta_0 = x\\,\\delta^*$ if it approaches with more than",
+            sp.Eq(w_squared, sp.factor(2 * level)),
+        ),
+        Step(
+            "But $-B/A$ moves while the contact slides. For the rod",
+            sp.Eq(DRIFT, drift_of_rod()),
+            package=sliding_force_rate(rod),
+        ),
+        Step(
+            "A start at rest has to lie ahead of it. Matching the layer at the start, which lasts "
+            "$1/\\lambda$, to the sliding solution gives for the critical force "
+            "$F_n^* + F_1 + F_2 + O(\\lambda^{-3})$ first",
+            sp.Eq(FIRST, first),
+            package=F_DOT / RATE,
+        ),
+        Step("and then", sp.Eq(SECOND, second), package=packaged_second()),
+    )
+    return Derivation(
+        "critical_force",
+        "The critical initial force of the indeterminate state",
+        "The paper states that the sliding solution $F_n^* = -B/A$ separates lift-off from impact "
+        "and is not stable. At finite stiffness both can be said in numbers.",
+        (*quantities(), *own_quantities()),
+        steps,
+    )
+
+
+def drift_of_rod() -> sp.Expr:
+    """Return dF*/dt of the rod by the chain rule, from Lagrange's equations."""
+    motion, angle, spin = accelerations(), symbol("theta"), symbol("theta_dot")
+    friction = {F_T: symbol("mu") * F_N}
+    normal = sp.expand(motion[symbol("y_A_ddot")].subs(friction))
+    force = sp.solve(normal, F_N)[0]
+    spin_rate = motion[symbol("theta_ddot")].subs(friction).subs(F_N, force)
+    return sp.factor(sp.simplify(force.diff(angle) * spin + force.diff(spin) * spin_rate))
+
+
+if __name__ == "__main__":
+    run(derive)

@@ -1,0 +1,157 @@
+"""From which initial force does the paper's Table 4 impact, and how fast is sliding left?
+
+The paper (§3.4) says that F_n* = -B/A separates lift-off from impact. Softened runs say more: the
+border at finite stiffness, its expansion in 1/lambda, and the growth of deviations. Forces in N,
+E in Pa. Writes tables and figures into the folder given as the first argument, by default
+out/critical_force.
+"""
+
+import csv
+import sys
+from pathlib import Path
+
+import numpy as np
+
+import painleve_sym as ps
+from painleve_sym.present.figures import draw
+from painleve_sym.present.outcome_figure import write_outcome_figure
+from painleve_sym.present.style import save
+from painleve_sym.simulate.critical_force import Border, CriticalForceFinder
+from painleve_sym.study.critical_curve import critical_curve, critical_force_gradient
+from painleve_sym.study.instability import compare_growth
+from painleve_sym.study.outcome_map import outcome_map
+from painleve_sym.study.series import MODULUS, Axis, Panel, line
+
+TABLE_4 = {"theta": 1.0, "theta_dot": 5.0, "x_A_dot": -1.0}
+STIFF = 20.9e14
+OTHERS = {
+    "rod-inertia": ({"theta": 1.1, "theta_dot": 5.0, "x_A_dot": -1.0}, {"alpha": 3.5}),
+    "eccentric-disc": ({"phi": 1.0, "phi_dot": -8.0, "x_dot": -3.0}, {"mu": 1.2}),
+    "cart-pendulum": ({"phi": 2.7, "phi_dot": 5.0, "x_dot": -1.0}, {}),
+}
+
+POINTS = 81
+
+
+def finder_of(name):
+    law = ps.law("bilinear-hertz", reload="virgin")
+    return CriticalForceFinder(ps.SoftenedSimulator(ps.model(name), law))
+
+
+def write(folder, name, head, rows):
+    with (folder / f"{name}.csv").open("w", newline="", encoding="utf-8") as file:
+        csv.writer(file, lineterminator="\n").writerows([head, *rows])
+
+
+def convergence(folder, finder):
+    """Critical force over the stiffness, and what the expansion leaves."""
+    moduli = np.geomspace(20.9e10, 20.9e22, 49)
+    curves = {b: critical_curve(finder, TABLE_4, "E", moduli, border=b) for b in Border}
+    stops, squeezes = curves[Border.SLIP_STOP], curves[Border.COMPRESSION]
+    rest = [np.abs(stops.remainders(k)) for k in (1, 2, 3)]
+    rows = np.column_stack([moduli, stops.forces, squeezes.forces, *rest])
+    head = ["E", "slip_stop", "compression", "first", "second", "third"]
+    write(folder, "convergence", head, rows.tolist())
+    print(f"F_n* = -B/A = {stops.limits[0]:.6f} N")
+    for row in rows[16::4]:
+        print("E = {:8.2e}: {:.9f} and {:.9f}; left {:.1e}, {:.1e}, {:.1e}".format(*row))
+    for k in (1, 2, 3):
+        print(f"order after {k} term(s): {stops.orders(k)[-4]:.4f}, expected {-k / 3.528:.4f}")
+    stiff = moduli >= 20.9e13
+    gap = squeezes.forces - stops.forces
+    gap[gap < 1e-11] = np.nan  # round-off
+    force, left = Axis(r"$F_{n0}$", "N", limits=(130.0, 470.0)), Axis("difference", "N", log=True)
+    panels = (
+        Panel(
+            MODULUS,
+            force,
+            (
+                line("(a) slip stops at all", moduli, stops.forces),
+                line("(a) slip stops in compression", moduli, squeezes.forces),
+                line("$F_n^*=-B/A$", moduli, stops.limits, "reference"),
+            ),
+        ),
+        Panel(
+            MODULUS,
+            left,
+            (
+                line("(b) critical force less 1 term", moduli[stiff], rest[0][stiff]),
+                line("(b) less 2 terms", moduli[stiff], rest[1][stiff]),
+                line("(b) less 3 terms", moduli[stiff], rest[2][stiff]),
+                line("(b) between both critical forces", moduli[stiff], gap[stiff]),
+            ),
+        ),
+    )
+    save(draw(panels), folder / "critical-force-convergence")
+
+
+def growth(folder, finder):
+    """A deviation of 1e-10 of the force, in two runs, against the closed form."""
+    rows, curves = [], []
+    for E in (20.9e16, 20.9e18, 20.9e20):
+        found = compare_growth(finder, TABLE_4, {"E": E})
+        rows.append([E, found.growth_rate[0], found.measured, found.predicted, found.error])
+        print("E = {:8.2e}: lambda {:.5e} 1/s, grew by exp({:.5f}), closed form exp({:.5f})".format(
+            *rows[-1][:4]
+        ))  # fmt: skip
+        folds = found.growth_rate[0] * found.times
+        rate = np.gradient(np.log(found.deviation), found.times, edge_order=2)
+        power = round(np.log10(E / 20.9))
+        curves.append(line(rf"$20.9\times 10^{{{power}}}$ Pa", folds, rate / found.growth_rate))
+    curves.append(line("closed form", folds, np.ones_like(folds), "reference"))
+    write(folder, "growth", ["E", "lambda", "measured", "predicted", "error"], rows)
+    ratio = Axis(r"measured rate / $\lambda(t)$", limits=(0.985, 1.002))
+    panel = Panel(Axis(r"$\lambda t$"), ratio, tuple(curves))
+    save(draw([panel]), folder / "critical-force-growth")
+
+
+def maps(folder, finder):
+    """Who lifts off and who impacts, over E and over the approach velocity."""
+    over_E = outcome_map(
+        finder, TABLE_4, "E", (20.9e12, 20.9e18), forces=(280.0, 420.0), points=POINTS
+    )
+    over_v = outcome_map(
+        finder, TABLE_4, "y_A_dot", (-3e-3, 2e-3), points=POINTS, parameters={"E": STIFF}
+    )
+    for name, found in (("E", over_E), ("y_A_dot", over_v)):
+        found.save(folder / f"critical-force-map-{name}.npz")
+        write_outcome_figure(found, folder / f"critical-force-map-{name}.png")
+        print(f"map over {name}: {found.counts}")
+
+
+def derivatives(folder, finder):
+    """What the critical force of Table 4 depends on."""
+    names = ["mu", "theta", "theta_dot", "x_A_dot", "y_A_dot", "m", "E", "e_energetic"]
+    found = critical_force_gradient(finder, TABLE_4, names, parameters={"E": STIFF})
+    for g in found.values():
+        print(f"dF/d{g.name:12s} {g.value:18.9g} +- {g.error:.1e}")
+    write(
+        folder, "gradient", ["name", "value", "error"],
+        [[g.name, g.value, g.error] for g in found.values()],
+    )  # fmt: skip
+
+
+def others(folder):
+    """The same expansion for other mechanisms."""
+    rows = []
+    for name, (state, parameters) in OTHERS.items():
+        found = finder_of(name).find(state, {**parameters, "E": STIFF})
+        terms = found.sliding.expansion
+        rows.append([name, *terms, sum(terms), found.value])
+        print("{}: {:.5f} {:+.5f} {:+.6f} = {:.6f} N; runs: {:.6f} N".format(*rows[-1]))
+    write(folder, "others", ["mechanism", "limit", "first", "second", "sum", "computed"], rows)
+
+
+def main():
+    folder = Path(sys.argv[1] if len(sys.argv) > 1 else "out/critical_force")
+    folder.mkdir(parents=True, exist_ok=True)
+    finder = finder_of("rod")
+    convergence(folder, finder)
+    growth(folder, finder)
+    maps(folder, finder)
+    derivatives(folder, finder)
+    others(folder)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,236 @@
+"""The command critical: from which initial force an indeterminate contact impacts."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from painleve_sym.cli.case import read_case
+from painleve_sym.cli.options import output_file, read_assignments, read_count, read_number
+from painleve_sym.cli.output import assignments, number, print_json, quantity, show, show_table
+from painleve_sym.cli.run import state_units
+from painleve_sym.errors import InputError
+from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.critical_force import Border, CriticalForce, CriticalForceFinder
+from painleve_sym.simulate.trajectory import write_beside
+from painleve_sym.study.critical_curve import ForceDerivative, critical_force_gradient
+from painleve_sym.study.outcome_map import OutcomeMap, outcome_map
+from painleve_sym.study.scenario import Scenario
+
+FIGURES = (".png", ".svg", ".pdf")
+SUFFIXES = (*FIGURES, ".npz", ".json")
+DEFAULT_LAW = "bilinear-hertz"
+SHOWN = 13
+"""Rows of a map that are printed."""
+
+_BORDERS = {
+    Border.SLIP_STOP: "the slip stops at all: impact, not lift-off",
+    Border.COMPRESSION: "it stops before the maximum compression",
+}
+
+
+def critical(arguments: argparse.Namespace) -> int:
+    """Print the critical forces at a state, or map the outcomes over one quantity."""
+    if arguments.law is None and not arguments.case.endswith(".toml"):
+        arguments.law = DEFAULT_LAW
+    scenario = read_case(arguments)
+    files = [output_file("--out", text, SUFFIXES) for text in arguments.out or ()]
+    finder = _finder(scenario)
+    given = {**scenario.parameters, **scenario.law_parameters}
+    if arguments.over is not None:
+        return _map(arguments, scenario, finder, given, files)
+    for option in ("forces", "points", "out"):
+        if getattr(arguments, option) is not None:
+            raise InputError(f"--{option}: needs --over NAME=FROM:TO, which maps the outcomes.")
+    state = scenario.state or {}
+    forces = {border: finder.find(state, given, border=border) for border in Border}
+    names = [n.strip() for n in arguments.gradient.split(",")] if arguments.gradient else []
+    gradient = critical_force_gradient(finder, state, names, parameters=given) if names else {}
+    if arguments.json:
+        print_json(_data(scenario, finder, forces, gradient))
+    else:
+        _show(scenario, finder, forces, gradient)
+    return 0
+
+
+def _finder(scenario: Scenario) -> CriticalForceFinder:
+    law = scenario.contact_law()
+    if isinstance(law, RigidLaw):
+        raise InputError(
+            f"--law {law.name}: a rigid contact has no initial force. Fix: name a softened law."
+        )
+    return CriticalForceFinder(SoftenedSimulator(scenario.mechanism(), law, scenario.engine))
+
+
+def _data(
+    scenario: Scenario,
+    finder: CriticalForceFinder,
+    forces: dict[Border, CriticalForce],
+    gradient: dict[str, ForceDerivative],
+) -> dict[str, Any]:
+    simulator = finder.simulator
+    sliding = forces[Border.SLIP_STOP].sliding
+    terms = dict(zip(("limit", "first", "second"), sliding.expansion, strict=True))
+    data: dict[str, Any] = {
+        "mechanism": simulator.mechanism.name,
+        "law": simulator.law.name,
+        "state": dict(scenario.state or {}),
+        "parameters": simulator.parameters({**scenario.parameters, **scenario.law_parameters}),
+        "sliding": sliding.to_dict(),
+        "expansion": terms,
+        "critical": {border.value: found.to_dict() for border, found in forces.items()},
+    }
+    if gradient:
+        data["gradient"] = {
+            g.name: {"value": g.value, "error": g.error, "method": g.method}
+            for g in gradient.values()
+        }
+    return data
+
+
+def _show(
+    scenario: Scenario,
+    finder: CriticalForceFinder,
+    forces: dict[Border, CriticalForce],
+    gradient: dict[str, ForceDerivative],
+) -> None:
+    _show_case(scenario, finder, {})
+    sliding = forces[Border.SLIP_STOP].sliding
+    show()
+    show(f"A = {quantity(sliding.A, '1/kg')}, B = {quantity(sliding.B, 'm/s^2')}: indeterminate")
+    show(
+        f"sliding solution F_n* = -B/A = {quantity(sliding.force, 'N', 9)}, rising by "
+        f"{quantity(sliding.force_rate, 'N/s')}"
+    )
+    show(
+        f"compression {quantity(sliding.compression, 'm')}; a deviation grows with "
+        f"{quantity(sliding.growth_rate, '1/s', 9)}, decays with "
+        f"{quantity(sliding.decay_rate, '1/s', 9)}"
+    )
+    show()
+    rows = [
+        (number(found.value, 15), number(found.tolerance_effect, 1), _BORDERS[border])
+        for border, found in forces.items()
+    ]
+    show_table(("critical force [N]", "+-", "least initial force from which"), rows, left=(2,))
+    first = sliding.expansion
+    if sliding.approach == 0:
+        parts = " + ".join(number(term, 9) for term in first if term == term)
+        total = sum(term for term in first if term == term)
+        show(
+            "expansion F_n* + F_n*'/lambda + c/lambda^2: "
+            f"{parts.replace('+ -', '- ')} = {number(total, 9)} N"
+        )
+    else:
+        predicted = quantity(sliding.predicted_force, "N")
+        show(f"closed form with A and B held, approach included: {predicted}")
+    if gradient:
+        show()
+        units = {p.name: p.unit for p in finder.simulator.mechanism.system.parameters}
+        units |= {p.name: p.unit for p in finder.simulator.own_parameters}
+        units |= state_units(finder.simulator.mechanism)
+        table = [
+            (g.name, number(g.value, 9), number(g.error, 1), f"N per {units[g.name]}")
+            for g in gradient.values()
+        ]
+        show_table(("derivative by", "value", "+-", "unit"), table, left=(0, 3))
+
+
+def _show_case(scenario: Scenario, finder: CriticalForceFinder, drop: dict[str, float]) -> None:
+    simulator = finder.simulator
+    declared = (*simulator.mechanism.system.parameters, *simulator.own_parameters)
+    units = {p.name: p.unit for p in declared}
+    values = simulator.parameters({**scenario.parameters, **scenario.law_parameters})
+    values = {n: v for n, v in values.items() if n not in drop}
+    show(f"{simulator.mechanism.name} with {assignments(values, units)}")
+    start = {n: v for n, v in (scenario.state or {}).items() if v != 0 and n not in drop}
+    if start:
+        show(f"at {assignments(start, state_units(simulator.mechanism))} (others 0)")
+
+
+# ---- the map ----
+
+
+def _map(
+    arguments: argparse.Namespace,
+    scenario: Scenario,
+    finder: CriticalForceFinder,
+    given: dict[str, float],
+    files: list[Path],
+) -> int:
+    if arguments.gradient is not None:
+        raise InputError("--gradient: goes without --over, at one state.")
+    pairs = read_assignments("--over", [arguments.over])
+    if len(pairs) != 1:
+        raise InputError(f"--over: got {len(pairs)} quantities, need one.")
+    ((over, text),) = pairs.items()
+    options: dict[str, Any] = {"parameters": given}
+    if arguments.forces is not None:
+        options["forces"] = _range("--forces", arguments.forces)
+    if arguments.points is not None:
+        options["points"] = read_count("--points", arguments.points)
+    ends = _range(f"--over {over}", text)
+    found = outcome_map(finder, scenario.state or {}, over, ends, progress=_progress, **options)
+    for path in files:
+        _write(found, path)
+    if arguments.json:
+        written = {"files": [str(path) for path in files]} if files else {}
+        print_json(found.summary() | written)
+    else:
+        _show_case(scenario, finder, {over: 0.0})
+        _show_map(found)
+        for path in files:
+            show(f"written: {path}")
+    return 0
+
+
+def _range(where: str, text: str) -> tuple[float, float]:
+    low, colon, high = text.partition(":")
+    if not (colon and low.strip() and high.strip()):
+        raise InputError(f"{where}: got {text!r}, need FROM:TO, such as 1e14:1e18.")
+    return read_number(where, low), read_number(where, high)
+
+
+def _write(found: OutcomeMap, path: Path) -> None:
+    suffix = path.suffix.lower()
+    if suffix in FIGURES:
+        from painleve_sym.present.outcome_figure import write_outcome_figure
+
+        write_outcome_figure(found, path)
+    elif suffix == ".npz":
+        found.save(path)
+    else:
+        content = json.dumps(found.to_dict(), allow_nan=False) + "\n"
+        write_beside(path, lambda file: file.write(content.encode("ascii")))
+
+
+def _show_map(found: OutcomeMap) -> None:
+    show()
+    total = found.outcome.size
+    rows = [(n, f"{100 * c / total:.2f} %") for n, c in found.counts.items() if c]
+    show_table(("outcome", "points"), rows)
+    show()
+    every = max(1, -(-len(found.values) // SHOWN))
+    columns = (found.values, found.limit, found.predicted, found.slip_stop, found.compression)
+    table = [
+        [number(v, 9) if v == v else "none" for v in row]
+        for row in list(zip(*(c.tolist() for c in columns), strict=True))[::every]
+    ]
+    unit = "" if found.unit == "1" else f" [{found.unit}]"
+    head = (f"{found.over}{unit}", "F_n* [N]", "closed form", *(b.value for b in Border))
+    show_table(head, table, left=())
+    if every > 1:
+        show(f"every {every}th of {len(found.values)}")
+
+
+def _progress(done: int, total: int) -> None:
+    # One line that is overwritten; nothing where nobody watches.
+    if sys.stderr.isatty():
+        with suppress(OSError):
+            end = "\n" if done == total else ""
+            print(f"\r[{done}/{total}] runs", end=end, file=sys.stderr, flush=True)

@@ -1,0 +1,69 @@
+"""Sliding with a constant gap: the force F_n* = −B/A and the rate at which it drifts."""
+
+from __future__ import annotations
+
+import sympy as sp
+
+from painleve_sym.mechanics.coefficients import F_N, F_T, ContactCoefficients
+
+
+def sliding_force(coefficients: ContactCoefficients, slip: int = -1) -> sp.Expr:
+    """Return F_n* = −B/A_s, the force with which the contact slides at constant gap; N.
+
+    Parameters
+    ----------
+    coefficients : ContactCoefficients
+    slip : {-1, +1}
+        Slip direction s.
+
+    References
+    ----------
+    Zhao, Liu & Chen, §3.4.
+    """
+    return -coefficients.B / coefficients.A(slip)
+
+
+def coefficient_rates(coefficients: ContactCoefficients, slip: int = -1) -> tuple[sp.Expr, sp.Expr]:
+    """Return dA_s/dt and dB/dt in slip, as functions of the state and of F_n.
+
+    Parameters
+    ----------
+    coefficients : ContactCoefficients
+    slip : {-1, +1}
+
+    Returns
+    -------
+    tuple of sympy.Expr
+        In 1/(kg s) and m/s³; the normal force is the symbol `F_N`.
+    """
+    system = coefficients.contact.system
+    friction = -slip * coefficients.mu * F_N
+    accelerations = coefficients.accelerations.xreplace({F_T: friction})
+    rates = dict(zip(system.q, system.q_dot, strict=True))
+    rates |= dict(zip(system.q_dot, accelerations, strict=True))
+
+    def along(expr: sp.Expr) -> sp.Expr:
+        return sp.Add(*(expr.diff(s) * rate for s, rate in rates.items()))
+
+    return along(coefficients.A(slip)), along(coefficients.B)
+
+
+def sliding_field(coefficients: ContactCoefficients, slip: int = -1) -> dict[sp.Symbol, sp.Expr]:
+    """Return the rates of coordinates and velocities while the contact slides with F_n*."""
+    system = coefficients.contact.system
+    normal, tangential = coefficients.force_directions
+    force = sliding_force(coefficients, slip)
+    along = (normal - slip * coefficients.mu * tangential) * force
+    rates = dict(zip(system.q, system.q_dot, strict=True))
+    return rates | dict(zip(system.q_dot, system.free_acceleration + along, strict=True))
+
+
+def sliding_force_rate(coefficients: ContactCoefficients, slip: int = -1) -> sp.Expr:
+    """Return dF_n*/dt along the sliding solution, −(Ḃ + F_n* Ȧ)/A; N/s.
+
+    It is what a contact of finite stiffness has to follow: −B/A moves while the contact slides.
+    """
+    force = sliding_force(coefficients, slip)
+    A_dot, B_dot = coefficient_rates(coefficients, slip)
+    drift = (B_dot + F_N * A_dot).xreplace({F_N: force})
+    return -drift / coefficients.A(slip)

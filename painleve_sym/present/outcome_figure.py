@@ -1,0 +1,130 @@
+"""The figure of an outcome map: who lifts off, who impacts, and the critical forces between."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from painleve_sym.codegen.run import Array
+from painleve_sym.errors import InputError
+from painleve_sym.present.map_figure import HEIGHT, SUFFIXES, WIDTH
+from painleve_sym.present.style import DASHES, PALETTE, REFERENCE, STYLE
+from painleve_sym.simulate.trajectory import write_beside
+from painleve_sym.study.outcome_map import LEGEND, OutcomeMap
+
+# Tints of Okabe & Ito's colours, each of another lightness: told apart in grey too.
+FILLS = {
+    "undecided": "#FFFFFF",
+    "lifts_off": "#A9D5F0",
+    "stops_in_restitution": "#F4D58D",
+    "stops_in_compression": "#E08A4A",
+}
+NAMES = {
+    "undecided": "not indeterminate, or undecided",
+    "lifts_off": "lifts off",
+    "stops_in_restitution": "slip stops in restitution",
+    "stops_in_compression": "slip stops in compression",
+}
+LINES: dict[str, tuple[str, dict[str, Any]]] = {
+    "slip_stop": ("critical force", {"color": PALETTE[0], "linewidth": 1.3}),
+    "predicted": (
+        "closed form",
+        {"color": PALETTE[1], "linewidth": 1.3, "linestyle": DASHES[1]},
+    ),
+    "limit": ("$F_n^* = -B/A$", {"color": REFERENCE, "linewidth": 1.0, "linestyle": DASHES[3]}),
+}
+"""The other critical force is the border of the fills."""
+
+_SAVING: dict[str, dict[str, Any]] = {
+    # Neither a date nor a version: the same map gives the same file.
+    ".png": {"metadata": {"Software": None}},
+    ".svg": {"metadata": {"Date": None, "Creator": None}},
+    ".pdf": {"metadata": {"CreationDate": None}},
+}
+
+
+def outcome_figure(found: OutcomeMap) -> Figure:
+    """Return the figure of an outcome map, wider than a column, narrower than a page."""
+    with rc_context(STYLE):
+        figure = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
+        axes = figure.add_subplot()
+        _fill(axes, found)
+        for name, (_, look) in LINES.items():
+            forces = getattr(found, name)
+            # 0 stands for no critical force.
+            axes.plot(found.values, np.where(forces > 0, forces, np.nan), zorder=3, **look)
+        if found.logarithmic:
+            axes.set_xscale("log")
+        axes.set_xlim(found.values[0], found.values[-1])
+        axes.set_ylim(found.forces[0], found.forces[-1])
+        unit = "" if found.unit == "1" else f" ({found.unit})"
+        axes.set_xlabel(f"{_symbol(found.over)}{unit}")
+        axes.set_ylabel("$F_{n0}$ (N)")
+        axes.set_title(f"{found.mechanism}, {found.law}")
+        present = [n for n in FILLS if found.counts[n]]
+        handles: list[Any] = [
+            Patch(facecolor=FILLS[n], edgecolor="black", linewidth=0.4, label=NAMES[n])
+            for n in present
+        ]
+        handles += [Line2D([], [], label=label, **look) for label, look in LINES.values()]
+        figure.legend(handles=handles, loc="outside lower center", ncols=2)
+    return figure
+
+
+def write_outcome_figure(found: OutcomeMap, path: str | Path) -> None:
+    """Write the figure as PNG, SVG or PDF, as the suffix says: whole, or not at all.
+
+    Raises
+    ------
+    InputError
+        Another suffix, or a folder that cannot be written.
+    """
+    path = Path(path)
+    suffix = path.suffix.lower()
+    if suffix not in SUFFIXES:
+        raise InputError(f"figure {path}: got {suffix!r}, need one of {', '.join(SUFFIXES)}.")
+    figure = outcome_figure(found)
+    with rc_context(STYLE):
+        write_beside(path, lambda f: figure.savefig(f, format=suffix[1:], **_SAVING[suffix]))
+
+
+def _fill(axes: Axes, found: OutcomeMap) -> None:
+    codes = sorted(LEGEND.values())
+    colours = [FILLS[name] for name in sorted(LEGEND, key=LEGEND.__getitem__)]
+    axes.pcolormesh(
+        _edges(found.values, found.logarithmic),
+        _edges(found.forces, logarithmic=False),
+        found.outcome,
+        cmap=ListedColormap(colours),
+        norm=BoundaryNorm([c - 0.5 for c in (*codes, codes[-1] + 1)], len(codes)),
+        rasterized=True,
+        zorder=0,
+    )
+
+
+def _edges(values: Array, logarithmic: bool) -> Array:
+    """Return the borders of the cells whose middles are the values."""
+    v = np.log(values) if logarithmic else values
+    inner = (v[1:] + v[:-1]) / 2
+    edges = np.concatenate([[2 * v[0] - inner[0]], inner, [2 * v[-1] - inner[-1]]])
+    return np.exp(edges) if logarithmic else edges
+
+
+def _symbol(name: str) -> str:
+    """Return mathtext of a parameter, coordinate or velocity from its name."""
+    dotted = name.endswith("_dot")
+    base, _, index = name.removesuffix("_dot").partition("_")
+    greek = {"theta", "phi", "mu", "nu", "alpha", "beta", "kappa", "tau"}
+    letter = rf"\{base}" if base in greek else base
+    if len(base) > 1 and base not in greek:
+        letter = rf"\mathrm{{{base}}}"
+    text = (rf"\dot{{{letter}}}" if dotted else letter) + (rf"_{{{index}}}" if index else "")
+    return f"${text}$"
