@@ -123,7 +123,7 @@ class RigidContact(ContactStates):
     @cached_property
     def _wedged(self) -> bool:
         """Whether W has rank one: then sticking carries any force."""
-        return bool(self.mechanism.coefficients.A_stick == 0)
+        return self.mechanism.coefficients.rank_one
 
     def _at_rest(self) -> sp.Expr:
         """Positive exactly where v_t = 0."""
@@ -149,9 +149,7 @@ class RigidContact(ContactStates):
 
     def _flight(self) -> Mode:
         zero = sp.Integer(0)
-        land = Transition(
-            "touchdown", "touchdown", self.gap, (Choice(DECISION),), {self.gap: zero}
-        )
+        land = Transition("touchdown", "touchdown", self.gap, (Choice(DECISION),), {self.gap: zero})
         outputs = self.outputs(None, zero, zero)
         return Mode(FLIGHT, self.field(None, zero), (land, *self.leave_domain()), outputs)
 
