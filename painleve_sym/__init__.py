@@ -12,6 +12,7 @@ __version__ = "0.1.0"
 
 _HOMES = {
     "BilateralProblem": "complementarity.bilateral",
+    "Body": "mechanics.bodies",
     "Classification": "simulate.classify",
     "Contact": "mechanics.contact",
     "ContactCoefficients": "mechanics.coefficients",
@@ -22,6 +23,7 @@ _HOMES = {
     "InputError": "errors",
     "LCP": "complementarity.lcp",
     "LagrangianSystem": "mechanics.system",
+    "Load": "mechanics.bodies",
     "Mechanism": "mechanics.models",
     "ModelError": "errors",
     "PainleveError": "errors",
@@ -32,6 +34,7 @@ _HOMES = {
     "SeveralContacts": "complementarity.several",
     "SoftenedContact": "hybrid.softened",
     "SoftenedSimulator": "simulate.compliant",
+    "Spring": "mechanics.bodies",
     "StopReason": "errors",
     "Trajectory": "simulate.trajectory",
     "classify": "simulate.classify",

@@ -47,7 +47,7 @@ class RigidContact(ContactStates):
 
     References
     ----------
-    Génot & Brogliato, Eur. J. Mech. A 18 (1999) 653–677; Champneys & Várkonyi (2016).
+    Génot & Brogliato, Eur. J. Mech. A 18 (1999); Champneys & Várkonyi (2016).
     """
 
     restitution: str = "energetic"

@@ -163,6 +163,9 @@ def test_plain_bounce_has_newtons_restitution(stepper, e):
         "eccentric-disc",
         pytest.param("block", marks=pytest.mark.slow),
         pytest.param("cart-pendulum", marks=pytest.mark.slow),
+        pytest.param("two-link-arm", marks=pytest.mark.slow),
+        pytest.param("pr-robot", marks=pytest.mark.slow),
+        pytest.param("strut", marks=pytest.mark.slow),
     ],
 )
 def test_other_mechanisms_converge_to_their_rigid_motion(name):
@@ -175,6 +178,39 @@ def test_other_mechanisms_converge_to_their_rigid_motion(name):
         errors.append(max(abs(run.final[n] - reference[n]) for n in names))
     assert errors[1] < 0.15 * errors[0] + 1e-12
     assert errors[1] < 1e-3
+
+
+def test_jam_of_the_strut_is_stepped_through_without_a_jump_and_without_a_stop():
+    """Rank one and mu > 1/tan: the paradox. The belt stops the tip at once, with no solution lost.
+
+    Rigid motion jams here. Velocity level has an answer: v_t^+ = v_n^+ = 0 needs the strut to
+    stand still against the belt, which no impulse does for u != 0, so that the solver must say so.
+    """
+    mechanism = model("strut")
+    state, wedged = dict(mechanism.start), {"mu": 2.0}
+    run = TimeStepper(mechanism).run(state, step=1e-3, t_end=5e-3, parameters=wedged)
+    assert run.stop_reason is StopReason.NO_MODE
+    assert len(run.impulses) == 0 and len(run.states) == 1
+    print(run)
+
+
+def test_stewart_trinkle_keeps_order_one_through_an_impact(rigid):
+    """A fall onto the ground at t = 0.0101 s, with the plastic impact of the rigid motion."""
+    state = {"theta": 1.2, "y_A": 5e-3, "y_A_dot": -0.445, "x_A_dot": -0.3}
+    reference = RigidSimulator(rod(), "newton", engine="compiled").run(
+        state, t_end=0.03, parameters={"e_newton": 0.0, "mu": 0.5}
+    )
+    assert any(e.kind == "impact" for e in reference.events)
+    errors = []
+    steps = (1e-3, 2.5e-4, 6.25e-5)
+    for h in steps:
+        run = TimeStepper(rod(), "stewart-trinkle").run(
+            state, step=h, t_end=0.03, parameters={"mu": 0.5}
+        )
+        errors.append(max(abs(run.final[n] - reference.final[n]) for n in VELOCITIES))
+    # The place of the impact within its step leaves the first order a factor of its own.
+    order = np.log(errors[0] / errors[-1]) / np.log(steps[0] / steps[-1])
+    assert order == pytest.approx(1, abs=0.25)
 
 
 def test_several_and_bilateral_contacts_are_refused():
