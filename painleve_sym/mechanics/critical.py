@@ -11,6 +11,8 @@ from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.mechanics.coefficients import ContactCoefficients
 from painleve_sym.mechanics.readable import readable
 
+# Beyond this many operations in W_nn and W_nt a search for closed forms takes minutes.
+_OPERATIONS = 60
 # Roots with an imaginary part below this are real ones with round-off.
 _ROUND_OFF = 1e-9
 
@@ -117,11 +119,11 @@ class CriticalFriction:
         t = sp.Symbol("t", real=True)
         # W_nn > 0, and the sign of W_nt only tells the slip direction: both are candidates.
         ratio = readable(self.coefficients.W_nn / self.coefficients.W_nt)
-        form, variable = _in_one_variable(ratio, q, t)
+        form, variable = (None, q) if self._long else _in_one_variable(ratio, q, t)
         if form is not None and variable == sp.tan(q) and self._turns(q):
             return self._by_eigenvalues(form, variable, t)
         found = form is not None and self._by_comparison(form, variable, t)
-        if not found and not self.value.free_symbols & set(system.q) - {q}:
+        if not found and not self._long and not self.value.free_symbols & set(system.q) - {q}:
             found = self._by_equation(q)
         if not found:
             raise InputError(
@@ -143,7 +145,7 @@ class CriticalFriction:
         contact = self.coefficients.contact
         q_all = set(contact.system.q)
         inner = self.value.free_symbols & q_all
-        if len(inner) == 1 and contact.gap.free_symbols & q_all == inner:
+        if not self._long and len(inner) == 1 and contact.gap.free_symbols & q_all == inner:
             (q,) = inner
             x = sp.Dummy("x", real=True)
             for square, swap, _ in self._squares(q, x):
@@ -156,6 +158,11 @@ class CriticalFriction:
             f"{self.where}: got gap {contact.gap}, need one that fixes the only coordinate of "
             f"{self.value}. Fix: use `minimum`."
         )
+
+    @property
+    def _long(self) -> bool:
+        c = self.coefficients
+        return bool(sp.count_ops(c.W_nn) + sp.count_ops(c.W_nt) > _OPERATIONS)
 
     def _turns(self, q: sp.Symbol) -> bool:
         """Return whether q turns W without changing its eigenvalues."""
@@ -308,6 +315,8 @@ def _turned_together(coefficients: ContactCoefficients) -> tuple[sp.Symbol, ...]
     contact = coefficients.contact
     system = contact.system
     angles = [c.symbol for c in system.coordinates if c.unit == "rad"]
+    if len(angles) < 2:
+        return ()
 
     def turned(matrix: sp.Matrix) -> sp.Matrix:
         return sum((matrix.diff(q) for q in angles), sp.zeros(*matrix.shape))
