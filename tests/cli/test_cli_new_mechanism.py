@@ -122,6 +122,7 @@ def test_classify_agrees_with_newton_and_euler(capsys, file):
     assert slip["normal_force"] == pytest.approx(-b[0] / A, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_derive_gives_the_same_coefficients_as_formulas(capsys, file):
     code, out, err = run(capsys, "derive", file, "--format", "json")
     assert (code, err) == (0, "")
@@ -157,10 +158,17 @@ def test_jump_agrees_with_the_impulses_by_hand(capsys, file):
     assert found == pytest.approx(velocity, rel=1e-10)
 
 
-def test_map_counts_every_point_and_agrees_with_classify(capsys, file):
-    where = ("--over", "phi_dot,mu", "--range", "phi_dot=-4:4,mu=0.1:2", "--points", "5")
+def test_map_counts_the_inconsistent_points_of_the_coefficients_by_hand(capsys, file):
+    where = ("--over", "tau,mu", "--range", "tau=-6:6,mu=0.1:4", "--points", "5")
     data = run_json(capsys, "map", file, *where, "--state", STATE)
+    W, b, rows, mass = _by_hand()
+    drive = (rows @ np.linalg.solve(mass, np.array([0.0, 1.0])))[0]
+    expected = 0
+    for tau in np.linspace(-6, 6, 5):
+        for mu in np.linspace(0.1, 4, 5):
+            expected += W[0, 0] + mu * W[0, 1] < 0 and b[0] + drive * (tau - P["tau"]) < 0
     assert sum(data["counts"].values()) == 25
+    assert data["counts"].get("inconsistent", 0) == expected
     assert data["mechanism"] == "swing"
 
 
