@@ -10,7 +10,14 @@ import sympy as sp
 
 from painleve_sym.cli.case import chosen_mechanism
 from painleve_sym.cli.describe import checked_format, model_data
-from painleve_sym.cli.formulas import Formula, Impulse, Section, impulse_units, sections
+from painleve_sym.cli.formulas import (
+    Formula,
+    Impulse,
+    Section,
+    impulse_units,
+    plain,
+    sections,
+)
 from painleve_sym.cli.joint_formulas import joint_sections
 from painleve_sym.cli.output import WIDTH, print_json, show, wrap_expression
 from painleve_sym.cli.parser import DERIVE_FORMATS
@@ -45,11 +52,6 @@ def derive(arguments: argparse.Namespace) -> int:
 
 
 # ---- text ----
-
-
-def plain(expr: sp.Basic) -> str:
-    """Return an expression as one line of text, with ^ for powers."""
-    return str(expr).replace("**", "^")
 
 
 def _show_text(mechanism: Mechanism, found: Sequence[Section]) -> None:
@@ -173,6 +175,7 @@ def formula_data(mechanism: Mechanism, found: Sequence[Section]) -> dict[str, An
         "model": model_data(mechanism),
         "formulas": formulas,
         "jump": jump,
+        "notes": {s.title: s.note for s in found if s.note},
     }
 
 

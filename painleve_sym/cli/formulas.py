@@ -3,19 +3,42 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import sympy as sp
 
 from painleve_sym.errors import InputError
 from painleve_sym.laws.impact import RESTITUTIONS, three_phase_jump
 from painleve_sym.mechanics.bilateral import SIDES, BilateralForms
-from painleve_sym.mechanics.critical import critical_friction
+from painleve_sym.mechanics.critical import (
+    CriticalFriction,
+    CriticalMinimum,
+    critical_friction,
+    least_over_directions,
+)
 from painleve_sym.mechanics.impulses import Phase, tangential_phase
 from painleve_sym.mechanics.models import Mechanism
 from painleve_sym.mechanics.readable import readable
+from painleve_sym.mechanics.system import Coordinate
+from painleve_sym.study.least_friction import least_critical_friction
+
+_ANY_FORCE = (
+    "A' = 0: W has rank one, gap and slip velocity are tied, and sticking carries any normal "
+    "force with F_t = F_t_stick(F_n)."
+)
+_NO_FORM = "has no closed form."
+_JAM = (
+    "A' = 0: sticking changes neither velocity, whatever its impulse. An impact whose slip stops "
+    "before the normal velocity is 0 jams: rigid bodies have no exit from it, a softened "
+    "contact has."
+)
 
 LEFT, RIGHT = "slip to the left (v_t < 0)", "slip to the right (v_t > 0)"
+
+
+def plain(expr: sp.Basic) -> str:
+    """Return an expression as one line of text, with ^ for powers."""
+    return str(expr).replace("**", "^")
 
 
 @dataclass(frozen=True)
@@ -29,6 +52,8 @@ class Formula:
     value : sympy.Expr or sympy.Matrix
     unit, meaning, latex : str
         `latex` is the left side.
+    symbols : mapping of sympy.Symbol to str
+        Meaning of symbols that are none of the mechanism's.
     """
 
     name: str
@@ -36,6 +61,7 @@ class Formula:
     unit: str
     meaning: str
     latex: str
+    symbols: Mapping[sp.Symbol, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -85,7 +111,7 @@ def contact_sections(mechanism: Mechanism) -> tuple[Section, ...]:
         _slip(mechanism),
         _stick(mechanism),
         *(_bilateral(mechanism) if mechanism.contact.bilateral else ()),
-        Section("friction and the paradox", tuple(_critical(mechanism))),
+        _critical(mechanism),
     )
 
 
@@ -164,7 +190,7 @@ def _stick(mechanism: Mechanism) -> Section:
             Formula("A_stick", c.A_stick, "1/kg", "A' in sticking", "A'"),
             Formula("B_stick", c.B_stick, "m/s^2", "B' in sticking", "B'"),
         ),
-        note="gap_ddot = A' F_n + B'",
+        note="gap_ddot = A' F_n + B'" + (f". {_ANY_FORCE}" if c.rank_one else ""),
     )
 
 
@@ -227,36 +253,132 @@ def _bilateral(mechanism: Mechanism) -> Iterator[Section]:
     )
 
 
-def _critical(mechanism: Mechanism) -> Iterator[Formula]:
-    """Yield the critical friction and its minimum over each coordinate that has one."""
-    c = mechanism.coefficients
+def _critical(mechanism: Mechanism) -> Section:
+    """Return the critical friction, and what closed forms its minimum has."""
+    title, c = "friction and the paradox", mechanism.coefficients
     try:
         critical = critical_friction(c)
     except InputError:
-        return
+        return Section(title, note="W_nt = 0: A > 0 for every friction, there is no paradox.")
     meaning = "critical friction: A < 0 is possible only above it"
-    yield Formula("mu_critical", critical.value, "1", meaning, r"\mu_P")
-    for coordinate in mechanism.system.coordinates:
-        if coordinate.symbol not in critical.value.free_symbols:
-            continue
+    found = [Formula("mu_critical", critical.value, "1", meaning, r"\mu_P")]
+    directions = least_over_directions(c)
+    if directions.is_finite is not False:
+        found.append(
+            Formula(
+                "mu_critical_any_direction",
+                directions,
+                "1",
+                "least critical friction over all directions of the surface, "
+                "2 sqrt(L1 L2)/(L2 - L1) with the eigenvalues L1 < L2 of W",
+                r"\min_{\psi} \mu_P",
+            )
+        )
+    minima = list(_minima(mechanism, critical))
+    found += [form for _, forms in minima for form in forms]
+    notes = [note for note, _ in minima if note]
+    try:
+        closed = critical.in_contact()
+        what = "critical friction where the contact is closed: the gap fixes the configuration"
+        found.append(Formula("mu_critical_in_contact", closed, "1", what, r"\mu_P(g_N = 0)"))
+    except InputError:
+        if any(note.endswith(_NO_FORM) for note in notes):
+            notes.append(_searched(mechanism))
+    return Section(title, tuple(found), note=" ".join(notes))
+
+
+def _minima(
+    mechanism: Mechanism, critical: CriticalFriction
+) -> Iterator[tuple[str, tuple[Formula, ...]]]:
+    """Yield, per coordinate of the critical friction, a note and the formulas of its minimum."""
+    inner = [c for c in mechanism.system.coordinates if c.symbol in critical.value.free_symbols]
+    if len(inner) > 1:
+        # Over one angle with the others held it would say little, and take minutes.
+        yield f"The minimum over {', '.join(c.name for c in inner)} {_NO_FORM}", ()
+        return
+    for coordinate in inner:
+        name = coordinate.name
         try:
-            lowest = critical.minimum(coordinate.name)
+            lowest = critical.minimum(name)
         except InputError:
+            yield f"The minimum over {name} {_NO_FORM}", ()
             continue
-        where = " or ".join(f"{lowest.variable} = {place}" for place in lowest.at)
-        yield Formula(
-            f"mu_critical_min_{coordinate.name}",
+        if lowest.attained:
+            yield _minimum(mechanism, coordinate, lowest)
+        else:
+            where = " or ".join(dict.fromkeys(_at(coordinate.symbol, lowest)))
+            yield (
+                (
+                    f"There is no minimum over {name}: mu_critical falls to {plain(lowest.value)} "
+                    f"towards {where}."
+                ),
+                (),
+            )
+
+
+def _searched(mechanism: Mechanism) -> str:
+    """Return the smallest critical friction in contact as a number at the default parameters."""
+    try:
+        least = least_critical_friction(mechanism)
+    except InputError:
+        return "No configuration in contact was found at the default parameters."
+    inner = mechanism.coefficients.W_nn.free_symbols | mechanism.coefficients.W_nt.free_symbols
+    places = [f"{s} = {least.configuration[str(s)]:.6g}" for s in mechanism.system.q if s in inner]
+    return (
+        "A search over the configurations in contact at the default parameters finds "
+        f"{least.value:.6g}, at {', '.join(places)}."
+    )
+
+
+def _at(q: sp.Symbol, lowest: CriticalMinimum) -> Iterator[str]:
+    """Yield where a minimum is, in words; an infinite tangent is told as the angle."""
+    for place in lowest.at:
+        if place.is_infinite and lowest.variable == sp.tan(q):
+            yield f"{q} = pi/2"
+        else:
+            yield f"{lowest.variable} = {plain(place)}"
+
+
+def _minimum(
+    mechanism: Mechanism, coordinate: Coordinate, lowest: CriticalMinimum
+) -> tuple[str, tuple[Formula, ...]]:
+    name = coordinate.name
+    left = rf"\min_{{{coordinate.latex or name}}} \mu_P"
+    key, what = f"mu_critical_min_{name}", f"smallest critical friction over {name}"
+    if lowest.equation is None:
+        where = " or ".join(_at(coordinate.symbol, lowest))
+        return "", (Formula(key, lowest.value, "1", f"{what}, at {where}", left),)
+    defaults = {p.symbol: p.default for p in mechanism.system.parameters}
+    value, places = lowest.number(defaults)
+    meaning = {lowest.root: f"{lowest.variable} at the minimum, a root of {key}_equation"}
+    degree = sp.degree(lowest.equation, lowest.root)
+    place = " or ".join(f"{x:.6g}" for x in places)
+    return (
+        f"The minimum over {name} is at a root of a polynomial of degree {degree}; at the default "
+        f"parameters it is {value:.6g}, at {lowest.variable} = {place}."
+    ), (
+        Formula(
+            key,
             lowest.value,
             "1",
-            f"smallest critical friction over {coordinate.name}, at {where}",
-            rf"\min_{{{coordinate.latex or coordinate.name}}} \mu_P",
-        )
+            f"{what}, with {lowest.root} = {lowest.variable} at a root of {key}_equation",
+            left,
+            meaning,
+        ),
+        Formula(
+            f"{key}_equation",
+            lowest.equation,
+            "SI",
+            f"polynomial in {lowest.root}, zero where mu_critical is least",
+            f"p({sp.latex(lowest.root)})",
+            meaning,
+        ),
+    )
 
 
 def _jump(mechanism: Mechanism) -> Iterator[Section]:
     c = mechanism.coefficients
-    left = three_phase_jump(c)
-    right = tangential_phase(c, 1)
+    left, right = (tangential_phase(c, slip) for slip in (-1, 1))
     opening = (
         "v_t and v_n are slip and normal velocity at the start of the phase, "
         "the velocities of the mechanism those at its start."
@@ -264,14 +386,18 @@ def _jump(mechanism: Mechanism) -> Iterator[Section]:
     yield Section(
         "jump, phase 1: tangential impact until the slip stops",
         phases=(
-            _impulse("tangential_neg", LEFT, left.tangential),
+            _impulse("tangential_neg", LEFT, left),
             _impulse("tangential_pos", RIGHT, right),
         ),
         note=opening,
     )
+    if c.rank_one:
+        yield Section("jump, phase 2: jam", note=_JAM)
+        return
+    jump = three_phase_jump(c)
     yield Section(
         "jump, phase 2: sticking compression until the normal velocity is 0",
-        phases=(_impulse("sticking_compression", "", left.compression),),
+        phases=(_impulse("sticking_compression", "", jump.compression),),
     )
     rebounds = []
     for make in RESTITUTIONS.values():
@@ -288,7 +414,7 @@ def _jump(mechanism: Mechanism) -> Iterator[Section]:
     yield Section(
         "jump, phase 3: sticking restitution up to the normal velocity v_n_plus",
         tuple(rebounds),
-        (_impulse("sticking_restitution", "", left.restitution),),
+        (_impulse("sticking_restitution", "", jump.restitution),),
         "E_c and P_c are energy and impulse of phases 1 and 2, v_n_minus is v_n before phase 1.",
     )
 

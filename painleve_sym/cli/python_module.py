@@ -34,17 +34,17 @@ def python_code(expr: sp.Basic) -> str:
 
 def python_module(mechanism: Mechanism, found: Sequence[Section]) -> str:
     """Return the text of the module: one function per formula, and the whole jump."""
-    meanings = _meanings(mechanism)
+    formulas = [f for s in found for f in s.formulas]
+    meanings = _meanings(mechanism) | {s: m for f in formulas for s, m in f.symbols.items()}
     parts = [
         f'"""Closed forms of {mechanism.name}: {mechanism.title}.\n\n'
         f"Written by `painleve derive {mechanism.name} --format python`. SI units, radians.\n"
         '"""\n\nimport math'
     ]
     phases = [p for s in found for p in s.phases]
-    formulas = [f for s in found for f in s.formulas]
     parts += [_formula(f, meanings) for f in formulas]
     parts += [_phase(p, meanings, mechanism) for p in phases]
-    if phases:
+    if any(p.name == "sticking_compression" for p in phases):
         parts.append(_whole_jump(mechanism, formulas, phases, meanings))
     return "\n\n\n".join(parts) + "\n"
 

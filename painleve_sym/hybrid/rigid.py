@@ -47,7 +47,7 @@ class RigidContact(ContactStates):
 
     References
     ----------
-    Génot & Brogliato, Eur. J. Mech. A 18 (1999) 653–677; Champneys & Várkonyi (2016).
+    Génot & Brogliato, Eur. J. Mech. A 18 (1999); Champneys & Várkonyi (2016).
     """
 
     restitution: str = "energetic"
@@ -123,7 +123,7 @@ class RigidContact(ContactStates):
     @cached_property
     def _wedged(self) -> bool:
         """Whether W has rank one: then sticking carries any force."""
-        return bool(self.mechanism.coefficients.A_stick == 0)
+        return self.mechanism.coefficients.rank_one
 
     def _at_rest(self) -> sp.Expr:
         """Positive exactly where v_t = 0."""

@@ -248,6 +248,11 @@ def three_phase_jump(
     -------
     ThreePhaseJump
 
+    Raises
+    ------
+    InputError
+        W has rank one (A′ = 0): there is no exit from sticking.
+
     References
     ----------
     Zhao, Liu & Chen, section 4, (14)–(21).
@@ -346,6 +351,7 @@ def impact_cases(
     Returns
     -------
     dict of ImpactClass to ImpactCase
+        Without the classes that stick where W has rank one: those impacts jam.
 
     References
     ----------
@@ -353,5 +359,7 @@ def impact_cases(
     """
     law = restitution or energetic()
     return {
-        case: ImpactCase(law, impact_course(coefficients, case, slip, write)) for case in CLASSES
+        case: ImpactCase(law, impact_course(coefficients, case, slip, write))
+        for case in CLASSES
+        if not (coefficients.rank_one and "stick" in case.rays)
     }

@@ -35,7 +35,7 @@ class RigidLaw:
 
     name = "rigid"
     title = "rigid contact: contact problem between impacts, Routh's construction at them"
-    source = "Routh (1905); Génot & Brogliato, Eur. J. Mech. A 18 (1999) 653–677"
+    source = "Routh (1905); Génot & Brogliato, Eur. J. Mech. A 18 (1999)"
 
     def __post_init__(self) -> None:
         if self.policy not in POLICIES:

@@ -87,6 +87,11 @@ class ContactCoefficients:
         """A′ = W_nn − W_nt²/W_tt; 1/kg."""
         return readable(self.W_nn - self.W_nt**2 / self.W_tt)
 
+    @property
+    def rank_one(self) -> bool:
+        """Whether A′ = 0: gap and slip velocity are tied, and sticking carries any force."""
+        return bool(self.A_stick == 0)
+
     @cached_property
     def B_stick(self) -> sp.Expr:
         """B′ = b_n − W_nt b_t/W_tt; m/s²."""

@@ -169,7 +169,18 @@ class ImpulseRay:
         """Return the ray that keeps v_t = 0, F_t = −(W_nt/W_tt) F_n.
 
         The cone condition is |W_nt| ≤ μ W_tt; where it fails the contact point slips again.
+
+        Raises
+        ------
+        InputError
+            W has rank one (A′ = 0): sticking carries any impulse and changes no velocity.
         """
+        if coefficients.rank_one:
+            raise InputError(
+                f"sticking of mechanism {coefficients.contact.system.name!r}: got A' = 0, need "
+                "A' > 0: its mobility has rank one, so that sticking carries any impulse, and an "
+                "impact that comes to it jams. Fix: none for rigid bodies; soften the contact."
+            )
         holds = Condition(
             "sticking",
             coefficients.mu * coefficients.W_tt - sp.Abs(coefficients.W_nt),

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.mechanics.models import model, rod
+from painleve_sym.simulate.classify import classify
 from painleve_sym.simulate.jump import evaluate_jump
 from painleve_sym.simulate.rigid import RigidSimulator
 from painleve_sym.simulate.stepping import SCHEMES, TimeStepper, simulate_stepping
@@ -163,6 +164,8 @@ def test_plain_bounce_has_newtons_restitution(stepper, e):
         "eccentric-disc",
         pytest.param("block", marks=pytest.mark.slow),
         pytest.param("cart-pendulum", marks=pytest.mark.slow),
+        pytest.param("two-link-arm", marks=pytest.mark.slow),
+        pytest.param("pr-robot", marks=pytest.mark.slow),
     ],
 )
 def test_other_mechanisms_converge_to_their_rigid_motion(name):
@@ -175,6 +178,45 @@ def test_other_mechanisms_converge_to_their_rigid_motion(name):
         errors.append(max(abs(run.final[n] - reference[n]) for n in names))
     assert errors[1] < 0.15 * errors[0] + 1e-12
     assert errors[1] < 1e-3
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("solver", ["least-impulse", "lemke"])
+def test_jam_of_the_strut_is_told_at_its_first_step(scheme, solver):
+    """Rank one and μ > 1/tanθ: the tip on the belt has no velocity that both rows allow."""
+    mechanism = model("strut")
+    stepper = TimeStepper(mechanism, scheme)
+    options = {"step": 1e-3, "t_end": 5e-3, "solver": solver}
+    run = stepper.run(mechanism.start, **options, parameters={"mu": 2.0})
+    assert run.stop_reason is StopReason.NO_MODE
+    assert len(run.impulses) == 0 and len(run.states) == 1
+
+
+def test_strut_below_its_critical_friction_rests_under_the_belt():
+    """Pressed by spring and weight at rest: F_n = −B/A in every step, and the strut stays."""
+    mechanism = model("strut")
+    run = TimeStepper(mechanism).run(mechanism.start, step=1e-3, t_end=5e-3)
+    found = classify(mechanism, mechanism.start)
+    assert run.stop_reason is StopReason.T_END
+    assert run.states == pytest.approx(np.tile(run.states[0], (6, 1)), abs=1e-12)
+    assert run.impulses[:, 0] == pytest.approx(-found.B / found.A * 1e-3, rel=1e-9)
+
+
+def test_stewart_trinkle_has_order_one_through_a_plastic_impact(rigid):
+    """The largest error of several heights, since the impact may fall anywhere in its step."""
+    stepper, given = TimeStepper(rod(), "stewart-trinkle"), {"mu": 0.3}
+    steps = (1e-3, 2.5e-4)
+    worst = dict.fromkeys(steps, 0.0)
+    for height in np.linspace(4e-3, 5e-3, 6):
+        state = {"theta": 0.9, "y_A": height, "y_A_dot": -0.445, "x_A_dot": -2.0, "theta_dot": 0.3}
+        reference = rigid.run(state, t_end=0.02, parameters={**given, "e_newton": 0.0})
+        assert [e.kind for e in reference.events][1] == "impact"
+        for h in steps:
+            run = stepper.run(state, step=h, t_end=0.02, parameters=given)
+            error = max(abs(run.final[n] - reference.final[n]) for n in VELOCITIES)
+            worst[h] = max(worst[h], error)
+    order = math.log(worst[steps[0]] / worst[steps[1]]) / math.log(steps[0] / steps[1])
+    assert order == pytest.approx(1, abs=0.2)
 
 
 def test_several_and_bilateral_contacts_are_refused():

@@ -59,7 +59,7 @@ def block() -> Mechanism:
     return Mechanism(
         name="block",
         title="rectangular block on one corner on a slope",
-        source="after Lötstedt, ZAMM 61 (1981) 605–615",
+        source="after Lötstedt, ZAMM 61 (1981)",
         system=system,
         contacts=(Contact.of_point("A", system, corner, mu.symbol),),
         domain=(
@@ -111,7 +111,7 @@ def block_two_feet() -> Mechanism:
     return Mechanism(
         name="block-two-feet",
         title="block sliding on two feet on a slope",
-        source="after Várkonyi & Or, Nonlinear Dynamics 88 (2017) 363–393",
+        source="after Várkonyi & Or, Nonlinear Dynamics 88 (2017), arXiv:1603.09672",
         system=system,
         contacts=contacts,
         domain=(

@@ -15,7 +15,8 @@ def eccentric_disc() -> Mechanism:
     """Return a disc with its mass centre off the middle, slipping on level ground.
 
     The point that touches is not one of the disc: v_t = ẋ + r φ̇. The paradox is possible for
-    μ > (J/m + d² cos²φ)/(d |cosφ| (r + d sinφ)).
+    μ > (J/m + d² cos²φ)/(d |cosφ| (r + d sinφ)), least at the root s = sinφ in (0, 1) of
+    ρ s³ + (2κ + 1) s² + ρ (κ − 1) s − (κ + 1) = 0 with ρ = r/d and κ = J/(m d²).
 
     References
     ----------
@@ -45,7 +46,7 @@ def eccentric_disc() -> Mechanism:
     return Mechanism(
         name="eccentric-disc",
         title="disc with its mass centre off the middle, on rough ground",
-        source="after Tokieda, Amer. Math. Monthly 104 (1997) 152–154",
+        source="after Tokieda, Amer. Math. Monthly 104 (1997)",
         system=system,
         contacts=(contact,),
         sketch=(

@@ -51,7 +51,7 @@ def rod_inertia() -> Mechanism:
     return _rod(
         "rod-inertia",
         "rod of any moment of inertia with one end on rough ground",
-        "Génot & Brogliato, Eur. J. Mech. A/Solids 18 (1999) 653–677",
+        "Génot & Brogliato, Eur. J. Mech. A/Solids 18 (1999)",
         alpha.symbol,
         (alpha,),
     )

@@ -49,7 +49,7 @@ def painleve_klein() -> Mechanism:
     return Mechanism(
         name="painleve-klein",
         title="two blocks in parallel guides joined by a rod (Painlevé and Klein)",
-        source="Klein, Z. Math. Phys. 58 (1909) 186–191",
+        source="Klein, Z. Math. Phys. 58 (1909)",
         system=system,
         contacts=(Contact.of_point("guide", system, lower, mu.symbol, bilateral=True),),
         domain=(DomainBound(cos, "the rod is upright: the lower block cannot move in y"),),

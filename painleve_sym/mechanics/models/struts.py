@@ -44,7 +44,7 @@ def strut() -> Mechanism:
     return Mechanism(
         name="strut",
         title="pivoted strut pressed onto a moving surface (chalk, sprag)",
-        source="Spurr, Proc. Inst. Mech. Eng. Auto. Div. 15 (1961) 33–52",
+        source="Spurr, Proc. Inst. Mech. Eng. Auto. Div. 15 (1961)",
         system=system,
         contacts=(Contact.of_point("tip", system, tip, mu.symbol, surface_speed=u.symbol),),
         domain=(
