@@ -21,6 +21,8 @@ from painleve_sym.hybrid.impact_rays import (
     restitution_parameter,
 )
 from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.mechanics.impulses import raw
+from painleve_sym.mechanics.singular_point import SingularPoint
 from painleve_sym.mechanics.system import Parameter
 
 DECISION = "contact"
@@ -67,6 +69,11 @@ class RigidContact(ContactStates):
     def parameters(self) -> tuple[Parameter, ...]:
         """Parameters of the rigid contact itself: its coefficient of restitution."""
         return (restitution_parameter(self.restitution),)
+
+    @cached_property
+    def singular_points(self) -> dict[int, SingularPoint]:
+        """How slip in each direction meets A = B = 0."""
+        return {s: SingularPoint(self.mechanism.coefficients, s, raw) for s in (-1, 1)}
 
     # ---- the contact problem of the accelerations ----
 

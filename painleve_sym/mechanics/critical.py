@@ -72,7 +72,7 @@ class CriticalFriction:
         t = sp.Symbol("t", real=True)
         # W_nn > 0, and the sign of W_nt only tells the slip direction: both are candidates.
         ratio = readable(self.coefficients.W_nn / self.coefficients.W_nt)
-        form, variable = _in_one_variable(ratio, system.q[names.index(coordinate)], t)
+        form, variable = in_one_variable(ratio, system.q[names.index(coordinate)], t)
         if form is None:
             raise InputError(
                 f"{where}: got {ratio}, need it to vary with {coordinate!r} and to be rational in "
@@ -119,7 +119,7 @@ def critical_friction(coefficients: ContactCoefficients, slip: int = 0) -> Criti
     return CriticalFriction(coefficients, slip, value)
 
 
-def _in_one_variable(expr: sp.Expr, q: sp.Symbol, t: sp.Symbol) -> tuple[sp.Expr | None, sp.Expr]:
+def in_one_variable(expr: sp.Expr, q: sp.Symbol, t: sp.Symbol) -> tuple[sp.Expr | None, sp.Expr]:
     """Write `expr` as a rational function of t = tan q, tan(q/2) or q; None where it is not."""
     root = sp.sqrt(1 + t**2)
     forms = (

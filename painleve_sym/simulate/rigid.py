@@ -16,8 +16,11 @@ from painleve_sym.hybrid.automaton import HybridAutomaton
 from painleve_sym.hybrid.rigid import DECISION, RigidContact
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import Parameter
+from painleve_sym.simulate.chatter import REVERSE_CHATTER, Chatter, chatter, growing_bounces
 from painleve_sym.simulate.classify import contact_problem
+from painleve_sym.simulate.findings import LimitKind
 from painleve_sym.simulate.simulator import ContactSimulator
+from painleve_sym.simulate.singular import locate_limit
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 
 CLOSED = 1e-9
@@ -30,8 +33,12 @@ class RigidSimulator(ContactSimulator):
 
     In the inconsistent state the impact without collision happens. In the indeterminate state the
     policy chooses, and the event of that choice lists all solutions as `alternatives`. Bounces
-    that accumulate end in contact at their limit time (event ``settle``). A slip that meets A = 0,
-    where the contact force grows without bound, ends the run with StopReason.SINGULAR.
+    that accumulate end in contact at their limit time (event ``settle``). A slip that runs into
+    A = B = 0, where the contact force grows without bound, ends the run with
+    StopReason.DYNAMIC_JAM, any other that meets A = 0 with SINGULAR; `Trajectory.limit` holds time
+    and state it would arrive at. A contact at rest that can also leave in growing bounces lists
+    ``reverse_chatter`` among its `alternatives`, and `Trajectory.reverse_chatter` tells of bounces
+    that do grow.
 
     Parameters
     ----------
@@ -109,7 +116,26 @@ class RigidSimulator(ContactSimulator):
         trajectory = self.trajectory(raw, values, checked.rtol)
         events = sorted((*trajectory.events, *limits), key=lambda e: e.time)
         events = [self._with_alternatives(e, values) for e in events]
-        return replace(trajectory, events=tuple(events))
+        growth = growing_bounces(
+            events, self.contact.gap_rate.name, lambda state: self.chatter(state, values)
+        )
+        named = replace(trajectory, events=tuple(events), reverse_chatter=growth)
+        return self._with_limit(named, values)
+
+    def _with_limit(self, run: Trajectory, values: Mapping[str, float]) -> Trajectory:
+        limit = locate_limit(self.contact, run, values)
+        if limit is None:
+            return run
+        if limit.kind is LimitKind.DYNAMIC_JAM:
+            reason, detail = StopReason.DYNAMIC_JAM, StopReason.DYNAMIC_JAM.advice
+        else:
+            reason, detail = run.stop_reason, run.stop_detail
+        if limit.kind is LimitKind.BOUNDED:
+            detail = (
+                "the slip runs into A = B = 0 with a bounded force (see limit); beyond it the "
+                "contact can slip on, open or have an impact"
+            )
+        return replace(run, limit=limit, stop_reason=reason, stop_detail=detail)
 
     def _check_gap(self, vector: Array) -> None:
         gap = float(vector[self._index(self.contact.gap)])
@@ -168,11 +194,25 @@ class RigidSimulator(ContactSimulator):
 
     # ---- several solutions ----
 
+    def chatter(self, state: Mapping[str, float], values: Mapping[str, float]) -> Chatter | None:
+        """Return how small bounces near a contact at rest follow each other (see `chatter`).
+
+        Parameters
+        ----------
+        state, values : mapping of str to float
+            Coordinates and velocities, and all parameters.
+        """
+        problem = contact_problem(self.mechanism, state, values)
+        return chatter(problem, self.restitution, values[self.own_parameters[0].name])
+
     def _with_alternatives(self, event: EventRecord, values: dict[str, float]) -> EventRecord:
         if event.kind != "contact":
             return event
         solutions = contact_problem(self.mechanism, event.state, values).solutions()
         modes = tuple(dict.fromkeys(s.mode.value for s in solutions))
+        if modes and event.state[self.contact.slip.name] == 0:
+            bounces = self.chatter(event.state, values)
+            modes += (REVERSE_CHATTER,) if bounces is not None and bounces.reverse else ()
         return replace(event, alternatives=modes) if len(modes) > 1 else event
 
 
