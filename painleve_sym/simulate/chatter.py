@@ -22,6 +22,9 @@ GROWING_BOUNCES = 4
 _BOUNCES = 60
 """Bounces within which v_t/v_n has settled, or runs off: either happens geometrically."""
 
+_SETTLED, _RUN_OFF = 1e-14, 1e6
+"""Relative change of v_t/v_n that is rounding; size at which no later impact can stop the slip."""
+
 _STICKING = (ImpactClass.C_STICKING, ImpactClass.R_STICKING)
 
 
@@ -66,7 +69,9 @@ class Chatter:
         }
 
 
-def chatter(problem: ContactProblem, restitution: str = "energetic", e: float = 0.75) -> Chatter | None:
+def chatter(
+    problem: ContactProblem, restitution: str = "energetic", e: float = 0.75
+) -> Chatter | None:
     """Return how small bounces near a contact follow each other when it does not slip.
 
     Parameters
@@ -105,10 +110,10 @@ def _cycle(problem: ContactProblem, restitution: str, e: float) -> tuple[float, 
         v_t, v_n = impact.velocity
         if impact.end is ImpactEnd.JAM:
             return None
-        # After sticking every flight is the same; without a rebound there is none.
-        last, arriving = arriving, v_t / v_n + fall if v_n > 0 else fall
-        settled = abs(arriving - last) <= 1e-14 * abs(last)
-        if v_n == 0 or impact.case in _STICKING or settled or abs(arriving) > 1 / 1e-6:
+        if v_n == 0 or impact.case in _STICKING:  # after sticking every flight is the same
+            break
+        last, arriving = arriving, v_t / v_n + fall
+        if abs(arriving - last) <= _SETTLED * abs(last) or abs(arriving) > _RUN_OFF:
             break
     return v_n, impact.case
 
