@@ -17,8 +17,8 @@ from painleve_sym.mechanics.coefficients import F_N
 from painleve_sym.simulate.findings import LimitKind, SingularLimit
 from painleve_sym.simulate.trajectory import Trajectory
 
-_ITERATIONS = 4
-"""Of the mean of α over the last step to the limit: each gains a factor F Δt, below 1e-3."""
+_ITERATIONS = 5
+"""Of the last stretch to the limit: each gains the part of α that changes there, below 1e-2."""
 
 _SPACING = 10.0
 """Ratio of the distances t* − t of the three forces from which the exponent is measured."""
@@ -31,7 +31,7 @@ def locate_limit(
 
     With the law F − F* ~ (t* − t)^(r − 1) of the singular point, the mean force from the stop to
     the limit is (F + β₀/α)/r, which stays finite where F* does not (r = 1). All rates are affine
-    in the force, so that this mean force carries the state to t*.
+    in the force, so that this mean force carries the state to t*; there it is corrected to B = 0.
 
     Parameters
     ----------
@@ -71,14 +71,14 @@ class _Approach:
         force, end, left = -B / A, state, -A / alpha
         ratio = -beta_1 / alpha
         reaches = ratio > 0 and left > 0
-        local = self._local
+        mean_force = (force + beta_0 / alpha) / ratio if reaches else math.nan
         for _ in range(_ITERATIONS if reaches else 0):
-            mean_force = (force + beta_0 / alpha) / ratio
             end = state + left * self._at(self._rates, state, mean_force)
-            last = float(self._at(local[2:3], end)[0])
-            # α approaches its limit like (t* − t)^r, as the velocities do.
-            left = -A / (last + (alpha - last) / (1 + ratio))
-        A, B, alpha, beta_0, beta_1 = map(float, self._at(local, end))
+            _, B_end, alpha_end, _, beta_end = map(float, self._at(self._local, end))
+            # α goes to its limit like (t* − t)^r, as the velocities do; B ends at 0.
+            left = -A / (alpha_end + (alpha - alpha_end) / (1 + ratio))
+            mean_force -= B_end / (beta_end * left)
+        A, B, alpha, beta_0, beta_1 = map(float, self._at(self._local, end))
         ratio, bounded = -beta_1 / alpha, -beta_0 / (alpha + beta_1)
         kind = _kind(ratio, force, bounded) if reaches else LimitKind.OTHER
         time = run.final_time + left
