@@ -10,6 +10,8 @@ from derivations import (
     contact_coefficients,
     equations_of_motion,
     paradox_conditions,
+    reverse_chatter,
+    singular_point,
     sticking,
     three_phase_jump,
 )
@@ -20,8 +22,10 @@ DERIVATIONS: tuple[Callable[[], Derivation], ...] = (
     contact_coefficients.derive,
     sticking.derive,
     paradox_conditions.derive,
+    singular_point.derive,
     compliance_energies.derive,
     three_phase_jump.derive,
+    reverse_chatter.derive,
 )
 
 

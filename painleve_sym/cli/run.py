@@ -341,10 +341,7 @@ def _show_findings(trajectory: Trajectory, units: Mapping[str, str]) -> None:
             f"{number(c.expected_ratio)})"
         )
     limit = trajectory.limit
-    if limit is None:
-        return
-    if limit.kind is LimitKind.OTHER:
-        show("A comes down to 0 without B: the force has no limit law here")
+    if limit is None or limit.kind is LimitKind.STOP:
         return
     state = {n: v for n, v in limit.state.items() if n in units}
     measured = limit.measured_exponent

@@ -15,15 +15,18 @@ class LimitKind(enum.Enum):
     DYNAMIC_JAM
         0 < r < 1 and F > F*: A and B reach 0 together, the force diverges, its impulse does not.
     BOUNDED
-        r ≥ 1: A and B reach 0 together with the finite force F*.
-    OTHER
-        r ≤ 0 or F ≤ F*: B does not reach 0 together with A. The impulse would be infinite, so
-        that the slip stops first, or B changes sign first and the contact opens.
+        r ≥ 1 and F* > 0: A and B reach 0 together with the finite force F*.
+    LIFTOFF
+        F falls to 0 before A does, since F < F* with r < 1, or F* < 0 with r ≥ 1: the contact
+        opens, so close to A = B = 0 that the run stopped before.
+    STOP
+        r ≤ 0: the impulse up to A = 0 would be infinite, so that the slip stops before.
     """
 
     DYNAMIC_JAM = "dynamic_jam"
     BOUNDED = "bounded"
-    OTHER = "other"
+    LIFTOFF = "liftoff"
+    STOP = "stop"
 
 
 @dataclass(frozen=True)
@@ -37,9 +40,9 @@ class SingularLimit:
         t*; s.
     state : dict of str to float
         At t*: coordinates, velocities and further states. The velocities have a limit since the
-        impulse is finite; for ``OTHER`` this is the state where the run stopped.
+        impulse is finite; for ``STOP`` this is the state where the run stopped.
     A, B : float
-        At that state; 0 up to the error of the extrapolation, except for ``OTHER``; 1/kg, m/s².
+        At that state; 0 up to the error of the extrapolation, except for ``STOP``; 1/kg, m/s².
     eigenvalues : tuple of float
         α and −β₁ at that state; 1/(kg s).
     eigenvalue_ratio : float

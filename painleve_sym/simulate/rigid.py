@@ -27,6 +27,17 @@ CLOSED = 1e-9
 """Gap and normal speed, in parts of the state's scale, at which bounces have died out."""
 
 
+_MEETINGS = {
+    LimitKind.BOUNDED: "the slip runs into A = B = 0 with a bounded force (see limit); beyond it "
+    "the contact can slip on, open or have an impact",
+    LimitKind.LIFTOFF: "the slip meets A = B = 0 to within rounding, but its force falls to 0 "
+    "before; the contact opens there",
+    LimitKind.STOP: "the slip comes to A = 0 with B < 0, where the contact force presses it to a "
+    "stop; start again with slip velocity 0",
+}
+"""What a slip that meets A = 0 without dynamic jam does there."""
+
+
 @dataclass(frozen=True)
 class RigidSimulator(ContactSimulator):
     """A mechanism with one rigid contact, ready to run.
@@ -126,15 +137,9 @@ class RigidSimulator(ContactSimulator):
         limit = locate_limit(self.contact, run, values)
         if limit is None:
             return run
-        if limit.kind is LimitKind.DYNAMIC_JAM:
-            reason, detail = StopReason.DYNAMIC_JAM, StopReason.DYNAMIC_JAM.advice
-        else:
-            reason, detail = run.stop_reason, run.stop_detail
-        if limit.kind is LimitKind.BOUNDED:
-            detail = (
-                "the slip runs into A = B = 0 with a bounded force (see limit); beyond it the "
-                "contact can slip on, open or have an impact"
-            )
+        jam = limit.kind is LimitKind.DYNAMIC_JAM
+        reason = StopReason.DYNAMIC_JAM if jam else run.stop_reason
+        detail = reason.advice if jam else _MEETINGS[limit.kind]
         return replace(run, limit=limit, stop_reason=reason, stop_detail=detail)
 
     def _check_gap(self, vector: Array) -> None:

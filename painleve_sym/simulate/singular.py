@@ -80,7 +80,7 @@ class _Approach:
             mean_force -= B_end / (beta_end * left)
         A, B, alpha, beta_0, beta_1 = map(float, self._at(self._local, end))
         ratio, bounded = -beta_1 / alpha, -beta_0 / (alpha + beta_1)
-        kind = _kind(ratio, force, bounded) if reaches else LimitKind.OTHER
+        kind = _kind(ratio, force, bounded) if reaches else LimitKind.STOP
         time = run.final_time + left
         return SingularLimit(
             kind=kind,
@@ -98,8 +98,8 @@ class _Approach:
 
 def _kind(ratio: float, force: float, bounded: float) -> LimitKind:
     if ratio >= 1:
-        return LimitKind.BOUNDED
-    return LimitKind.DYNAMIC_JAM if force > bounded else LimitKind.OTHER
+        return LimitKind.BOUNDED if bounded > 0 else LimitKind.LIFTOFF
+    return LimitKind.DYNAMIC_JAM if force > bounded else LimitKind.LIFTOFF
 
 
 def _measured_exponent(run: Trajectory, limit: float) -> float | None:
