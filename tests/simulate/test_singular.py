@@ -59,10 +59,10 @@ def test_glockers_rod_jams_at_forty_five_degrees(jam):
     assert limit.time > jam.final_time
 
 
-def test_limit_is_that_of_the_desingularised_slip(jam):
+def test_limit_is_that_of_the_desingularised_slip(rigid):
     t, theta, theta_dot, x_dot = _desingularised(GLOCKER, PARAMETERS["mu"], PARAMETERS["g"])
-    limit = jam.limit
-    assert limit.time == pytest.approx(t, abs=1e-10)
+    limit = rigid.run(GLOCKER, t_end=3.0, parameters=PARAMETERS, rtol=1e-14).limit
+    assert limit.time == pytest.approx(t, abs=1e-11)
     assert limit.state["theta"] == pytest.approx(theta, abs=1e-12)
     assert limit.state["theta_dot"] == pytest.approx(theta_dot, abs=1e-9)
     assert limit.state["x_A_dot"] == pytest.approx(x_dot, abs=1e-9)
@@ -110,6 +110,7 @@ def test_mirrored_slip_jams_at_the_mirrored_place(rigid, jam):
     assert run.limit.state["theta"] == pytest.approx(math.pi - jam.limit.state["theta"], abs=1e-9)
 
 
+@pytest.mark.slow
 def test_other_mechanisms_jam_too():
     """A block slipping to the right near θ = 1.39 rad, where r = 0.29 at μ = 2."""
     simulator = RigidSimulator(model("block"), engine="compiled")
@@ -145,3 +146,17 @@ def test_second_engine_finds_the_same_limit(jam):
     assert run.stop_reason is other.stop_reason
     if other.limit is not None:
         assert run.limit.time == pytest.approx(other.limit.time, abs=1e-8)
+
+
+def test_slip_that_opens_within_rounding_of_the_point_is_told_apart(rigid):
+    """Below μ_C F* < 0: a large force falls to 0 only just before A does."""
+    mu, force = 1.45, 3000.0
+    tan = (3 * mu - math.sqrt(9 * mu**2 - 16)) / 2
+    theta = math.atan(tan) - 1e-3 / (4 - tan**2) * tan
+    s, c = math.sin(theta), math.cos(theta)
+    A = 1 + 3 * c * (c - mu * s)
+    start = {"theta": theta, "theta_dot": math.sqrt((9.8 - A * force) / s), "x_A_dot": -30.0}
+    run = rigid.run(start, t_end=0.2, parameters={"mu": mu}, until="liftoff")
+    assert run.stop_reason is StopReason.SINGULAR
+    assert run.limit.kind is LimitKind.LIFTOFF
+    assert "falls to 0" in run.stop_detail
