@@ -128,7 +128,7 @@ def draw_fates(axes: Axes, mu: float, found: list[dict[str, Any]], point: dict[s
     if point["bounded_force"] > 0:
         text = f"$F^* = {point['bounded_force']:.3g}$ N"
         axes.axhline(point["bounded_force"], color="black", linestyle=DASHES[1], label=text)
-    axes.set(xscale="log", yscale="log", xlim=(1e-6, 0.4), ylim=(0.1, 1e4))
+    axes.set(xscale="log", yscale="log", xlim=(1e-6, 0.4), ylim=(0.1, 1e6))
     axes.set(xlabel="$A$ [1/kg]", title=rf"$\mu = {mu:.4g}$, $r = {point['eigenvalue_ratio']:.3g}$")
     axes.legend(loc="upper right")
 
