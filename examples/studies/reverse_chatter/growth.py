@@ -44,11 +44,16 @@ def closed_form(law: str, e: float, what: str = "ratio") -> float:
     return float(expr.subs(dict.fromkeys(expr.free_symbols, e)))
 
 
+@cache
+def simulator(law: str) -> ps.RigidSimulator:
+    """Return the rigid cart with a restitution law, made once."""
+    return ps.RigidSimulator(CART, law)
+
+
 def speeds(law: str, e: float, t_end: float) -> tuple[Any, Any, Any]:
     """Return times and approach speeds of the bounces of a rigid run, and the run."""
-    simulator = ps.RigidSimulator(CART, law)
     parameters = PUSH | {f"e_{law}": e}
-    run = simulator.run(STATE | {"y_dot": 1e-8}, t_end=t_end, parameters=parameters)
+    run = simulator(law).run(STATE | {"y_dot": 1e-8}, t_end=t_end, parameters=parameters)
     landings = run.events_of("touchdown")
     return [x.time for x in landings], [-x.state["y_dot"] for x in landings], run
 
