@@ -11,6 +11,8 @@ from derivations import (
     critical_force,
     equations_of_motion,
     paradox_conditions,
+    reverse_chatter,
+    singular_point,
     sticking,
     three_phase_jump,
 )
@@ -21,9 +23,11 @@ DERIVATIONS: tuple[Callable[[], Derivation], ...] = (
     contact_coefficients.derive,
     sticking.derive,
     paradox_conditions.derive,
+    singular_point.derive,
     compliance_energies.derive,
     three_phase_jump.derive,
     critical_force.derive,
+    reverse_chatter.derive,
 )
 
 

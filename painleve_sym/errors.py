@@ -72,8 +72,13 @@ class StopReason(enum.Enum):
     )
     SINGULAR = (
         "singular",
-        "the slip meets A = 0, where the rigid contact force grows without bound; "
+        "the slip meets A = 0, where the rigid contact problem stops being regular; "
         "use a softened contact, or another policy, to go on",
+    )
+    DYNAMIC_JAM = (
+        "dynamic_jam",
+        "the slip runs into A = B = 0, where the rigid contact force grows without bound (see "
+        "limit for when and where); use a softened contact to go on",
     )
     JAM = (
         "jam",

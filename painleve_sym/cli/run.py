@@ -18,6 +18,7 @@ from painleve_sym.mechanics.models import Mechanism
 from painleve_sym.simulate.bilateral import BilateralClassification, TangentialImpact
 from painleve_sym.simulate.classify import Classification
 from painleve_sym.simulate.classify_several import SeveralClassification
+from painleve_sym.simulate.findings import LimitKind
 from painleve_sym.simulate.jump import JumpResult
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 from painleve_sym.study.scenario import Scenario
@@ -106,6 +107,24 @@ def _show_classification(found: Classification) -> None:
                 for s in found.solutions
             ],
         )
+    if found.chatter:
+        _show_chatter(found)
+
+
+def _show_chatter(found: Classification) -> None:
+    show()
+    show("small bounces near this contact: ratio of successive ones, and e where it is 1")
+    rows = [
+        (
+            c.restitution,
+            number(c.e),
+            number(c.ratio),
+            "none below 1" if c.threshold is None else number(c.threshold),
+            "grow: reverse chatter" if c.reverse else "die out",
+        )
+        for c in found.chatter
+    ]
+    show_table(("rule", "e", "ratio", "threshold", "bounces"), rows, left=(0, 4))
 
 
 # ---- jump ----
@@ -310,11 +329,36 @@ def _show_end(trajectory: Trajectory, units: Mapping[str, str]) -> None:
     rows = [(n, number(v, 9), units.get(n, "")) for n, v in trajectory.final.items() if n in units]
     rows += [(n, number(v, 9), "N") for n, v in trajectory.final_forces.items()]
     show_table(("state", "value", "unit"), rows, left=(0, 2))
+    _show_findings(trajectory, units)
     residual = number(trajectory.energy_residual, 2)
     show(
         f"{trajectory.counters['accepted_steps']} steps, {len(trajectory.events)} events, "
         f"rtol {number(trajectory.rtol)}, energy closes to {residual}, engine {trajectory.engine}"
     )
+
+
+def _show_findings(trajectory: Trajectory, units: Mapping[str, str]) -> None:
+    """Print where a slip runs into A = 0, and which bounces grow."""
+    for c in trajectory.reverse_chatter:
+        show(
+            f"reverse chatter: {c.bounces} bounces grow from t = {number(c.start_time, 9)} s to "
+            f"{number(c.end_time, 9)} s by {number(c.ratio)} each (expected "
+            f"{number(c.expected_ratio)})"
+        )
+    limit = trajectory.limit
+    if limit is None or limit.kind is LimitKind.STOP:
+        return
+    state = {n: v for n, v in limit.state.items() if n in units}
+    measured = limit.measured_exponent
+    seen = "" if measured is None else f" (measured {number(measured)})"
+    grows = (
+        f"grows like (t* - t)^-{number(limit.force_exponent)}{seen}"
+        if limit.kind is LimitKind.DYNAMIC_JAM
+        else "stays bounded"
+    )
+    show(f"A = B = 0 is reached at t* = {number(limit.time, 12)} s: F_n {grows}")
+    show(f"  there {assignments(state, units)}")
+    show(f"  bounded force F* = {quantity(limit.bounded_force, 'N')}")
 
 
 def _show_samples(data: Mapping[str, Any]) -> None:

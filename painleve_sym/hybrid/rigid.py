@@ -21,6 +21,8 @@ from painleve_sym.hybrid.impact_rays import (
     restitution_parameter,
 )
 from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.mechanics.impulses import raw
+from painleve_sym.mechanics.singular_point import SingularPoint
 from painleve_sym.mechanics.system import Parameter
 
 DECISION = "contact"
@@ -67,6 +69,11 @@ class RigidContact(ContactStates):
     def parameters(self) -> tuple[Parameter, ...]:
         """Parameters of the rigid contact itself: its coefficient of restitution."""
         return (restitution_parameter(self.restitution),)
+
+    @cached_property
+    def singular_points(self) -> dict[int, SingularPoint]:
+        """How slip in each direction meets A = B = 0."""
+        return {s: SingularPoint(self.mechanism.coefficients, s, raw) for s in (-1, 1)}
 
     # ---- the contact problem of the accelerations ----
 
@@ -174,15 +181,13 @@ class RigidContact(ContactStates):
             {self.slip: sp.Integer(0)},
         )
         # Where F_n comes down to zero: A > 0, B reaches 0 from below; A < 0, B from above.
-        lift = Transition("liftoff", "liftoff", -sign * c.B, (Choice(self._lifted(unstable)),))
+        # Ḃ > 0 there: the gap opens, though rounding may leave B below 0 at first.
+        open_ = Choice(DECISION) if unstable else Choice(FLIGHT, None, ("touchdown",))
+        lift = Transition("liftoff", "liftoff", -sign * c.B, (open_,))
         margin = sign * c.A(s) / c.W_nn - SINGULAR_MARGIN
         meet = Transition("singular", "singular", margin, stop=StopReason.SINGULAR)
         name = f"{contact}_unstable" if unstable else contact
         return self._constrained(name, contact, self.slip_force(s), (stop, lift, meet))
-
-    @staticmethod
-    def _lifted(unstable: bool) -> str:
-        return DECISION if unstable else FLIGHT
 
     def _stick(self) -> Mode:
         c = self.mechanism.coefficients

@@ -119,7 +119,7 @@ class CriticalFriction:
         t = sp.Symbol("t", real=True)
         # W_nn > 0, and the sign of W_nt only tells the slip direction: both are candidates.
         ratio = readable(self.coefficients.W_nn / self.coefficients.W_nt)
-        form, variable = (None, q) if self._long else _in_one_variable(ratio, q, t)
+        form, variable = (None, q) if self._long else in_one_variable(ratio, q, t)
         if form is not None and variable == sp.tan(q) and self._turns(q):
             return self._by_eigenvalues(form, variable, t)
         found = form is not None and self._by_comparison(form, variable, t)
@@ -331,7 +331,7 @@ def _turned_together(coefficients: ContactCoefficients) -> tuple[sp.Symbol, ...]
     return ()
 
 
-def _in_one_variable(expr: sp.Expr, q: sp.Symbol, t: sp.Symbol) -> tuple[sp.Expr | None, sp.Expr]:
+def in_one_variable(expr: sp.Expr, q: sp.Symbol, t: sp.Symbol) -> tuple[sp.Expr | None, sp.Expr]:
     """Write `expr` as a rational function of t = tan q or q; None where it is not."""
     root = sp.sqrt(1 + t**2)
     forms = (

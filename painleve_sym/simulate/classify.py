@@ -8,8 +8,10 @@ from typing import Any
 
 from painleve_sym.complementarity.contact import ContactCase, ContactProblem, ContactSolution
 from painleve_sym.errors import InputError
+from painleve_sym.laws.impact import RESTITUTIONS
 from painleve_sym.mechanics.models import Mechanism
 from painleve_sym.simulate.bilateral import BilateralClassification, classify_bilateral
+from painleve_sym.simulate.chatter import Chatter, chatter
 from painleve_sym.simulate.contact_numbers import contact_numbers
 from painleve_sym.simulate.inputs import (
     CONTACT_TOLERANCE,
@@ -37,6 +39,9 @@ class Classification:
     solutions : tuple of ContactSolution
         Every solution, each with its verified residual; none and several are results.
     problem : ContactProblem
+    chatter : tuple of Chatter
+        At v_t = 0: how small bounces follow each other, for every restitution law with the default
+        of its coefficient. Empty in slip, where they die out, where B ≥ 0, and where impacts jam.
     """
 
     mechanism: str
@@ -49,6 +54,7 @@ class Classification:
     case: ContactCase
     solutions: tuple[ContactSolution, ...]
     problem: ContactProblem
+    chatter: tuple[Chatter, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data with the documented keys."""
@@ -72,6 +78,7 @@ class Classification:
                 }
                 for s in self.solutions
             ],
+            "chatter": [c.to_dict() for c in self.chatter],
         }
 
 
@@ -153,7 +160,16 @@ def classify_opening(
         case=problem.case,
         solutions=problem.solutions(),
         problem=problem,
+        chatter=_bounces(problem),
     )
+
+
+def _bounces(problem: ContactProblem) -> tuple[Chatter, ...]:
+    if problem.slip_direction:
+        return ()
+    laws = [make() for make in RESTITUTIONS.values()]
+    found = [chatter(problem, law.name, law.parameter.default) for law in laws]
+    return tuple(c for c in found if c is not None)
 
 
 def _check_contact(

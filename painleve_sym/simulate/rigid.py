@@ -17,14 +17,28 @@ from painleve_sym.hybrid.rigid import DECISION, RigidContact
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import Parameter
 from painleve_sym.simulate.bilateral import bilateral_problem, check_held, solution_name
+from painleve_sym.simulate.chatter import REVERSE_CHATTER, Chatter, chatter, growing_bounces
 from painleve_sym.simulate.classify import contact_problem
 from painleve_sym.simulate.contact_numbers import contact_numbers
+from painleve_sym.simulate.findings import LimitKind
 from painleve_sym.simulate.simulator import ContactSimulator
+from painleve_sym.simulate.singular import locate_limit
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 from painleve_sym.simulate.two_contacts import TwoContactSimulator
 
 CLOSED = 1e-9
 """Gap and normal speed, in parts of the state's scale, at which bounces have died out."""
+
+
+_MEETINGS = {
+    LimitKind.BOUNDED: "the slip runs into A = B = 0 with a bounded force (see limit); beyond it "
+    "the contact can slip on, open or have an impact",
+    LimitKind.LIFTOFF: "the slip meets A = B = 0 to within rounding, but its force falls to 0 "
+    "before; the contact opens there",
+    LimitKind.STOP: "the slip comes to A = 0 with B < 0, where the contact force presses it to a "
+    "stop; start again with slip velocity 0",
+}
+"""What a slip that meets A = 0 without dynamic jam does there."""
 
 
 @dataclass(frozen=True)
@@ -33,8 +47,12 @@ class RigidSimulator(ContactSimulator):
 
     In the inconsistent state the impact without collision happens. In the indeterminate state the
     policy chooses, and the event of that choice lists all solutions as `alternatives`. Bounces
-    that accumulate end in contact at their limit time (event ``settle``). A slip that meets A = 0,
-    where the contact force grows without bound, ends the run with StopReason.SINGULAR.
+    that accumulate end in contact at their limit time (event ``settle``). A slip that runs into
+    A = B = 0, where the contact force grows without bound, ends the run with
+    StopReason.DYNAMIC_JAM, any other that meets A = 0 with SINGULAR; `Trajectory.limit` holds time
+    and state it would arrive at. A contact at rest that can also leave in growing bounces lists
+    ``reverse_chatter`` among its `alternatives`, and `Trajectory.reverse_chatter` tells of bounces
+    that do grow.
 
     A bilateral contact keeps its gap 0: see `BilateralContact` for its modes, its tangential
     impacts and what the policies mean there. Restitution plays no part.
@@ -121,7 +139,13 @@ class RigidSimulator(ContactSimulator):
         trajectory = self.trajectory(raw, values, checked.rtol)
         events = sorted((*trajectory.events, *limits), key=lambda e: e.time)
         events = [self._with_alternatives(e, values) for e in events]
-        return replace(trajectory, events=tuple(events))
+        if isinstance(self.contact, BilateralContact):
+            return replace(trajectory, events=tuple(events))
+        growth = growing_bounces(
+            events, self.contact.gap_rate.name, lambda state: self.chatter(state, values)
+        )
+        named = replace(trajectory, events=tuple(events), reverse_chatter=growth)
+        return _with_limit(self.contact, named, values)
 
     def _check_gap(self, vector: Array) -> None:
         gap = float(vector[self._index(self.contact.gap)])
@@ -191,16 +215,42 @@ class RigidSimulator(ContactSimulator):
 
     # ---- several solutions ----
 
+    def chatter(self, state: Mapping[str, float], values: Mapping[str, float]) -> Chatter | None:
+        """Return how small bounces near a contact at rest follow each other (see `chatter`).
+
+        Parameters
+        ----------
+        state, values : mapping of str to float
+            Coordinates and velocities, and all parameters.
+        """
+        problem = contact_problem(self.mechanism, state, values)
+        return chatter(problem, self.restitution, values[self.own_parameters[0].name])
+
     def _with_alternatives(self, event: EventRecord, values: dict[str, float]) -> EventRecord:
         if event.kind != "contact":
             return event
         if self.mechanism.contact.bilateral:
             held = bilateral_problem(self.mechanism, event.state, values)
             modes = tuple(dict.fromkeys(solution_name(s, held) for s in held.solutions()))
-        else:
-            solutions = contact_problem(self.mechanism, event.state, values).solutions()
-            modes = tuple(dict.fromkeys(s.mode.value for s in solutions))
+            return replace(event, alternatives=modes) if len(modes) > 1 else event
+        solutions = contact_problem(self.mechanism, event.state, values).solutions()
+        modes = tuple(dict.fromkeys(s.mode.value for s in solutions))
+        if modes and event.state[self.contact.slip.name] == 0:
+            bounces = self.chatter(event.state, values)
+            modes += (REVERSE_CHATTER,) if bounces is not None and bounces.reverse else ()
         return replace(event, alternatives=modes) if len(modes) > 1 else event
+
+
+def _with_limit(
+    contact: RigidContact, run: Trajectory, values: Mapping[str, float]
+) -> Trajectory:
+    limit = locate_limit(contact, run, values)
+    if limit is None:
+        return run
+    jam = limit.kind is LimitKind.DYNAMIC_JAM
+    reason = StopReason.DYNAMIC_JAM if jam else run.stop_reason
+    detail = reason.advice if jam else _MEETINGS[limit.kind]
+    return replace(run, limit=limit, stop_reason=reason, stop_detail=detail)
 
 
 def _joined(runs: list[RawRun]) -> RawRun:

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from painleve_sym.codegen.run import DENSE_ROWS, Array, Engine
 from painleve_sym.errors import InputError, StopReason, unknown_name
+from painleve_sym.simulate.findings import ReverseChatter, SingularLimit
 
 FORMAT = "painleve-sym trajectory 1"
 ENERGIES = ("kinetic_energy", "potential_energy", "stored_energy")
@@ -40,7 +41,8 @@ class EventRecord:
     compression : float
         δ = −g_N; m.
     alternatives : tuple of str
-        Rigid motion, where the contact problem had several solutions: all their modes.
+        Rigid motion, where there were several solutions: the modes of all those of the contact
+        problem, and ``reverse_chatter`` where a contact at rest can also leave in growing bounces.
     contact : str
         Name of the contact; empty where all contacts are meant.
     impulses : tuple of float
@@ -101,6 +103,10 @@ class Trajectory:
         Work done.
     engine : str
     rtol : float
+    limit : SingularLimit or None
+        Rigid motion that stopped where a slip meets A = 0: where it would arrive.
+    reverse_chatter : tuple of ReverseChatter
+        Rigid motion: stretches of bounces that grow out of contact.
     """
 
     mechanism: str
@@ -128,6 +134,8 @@ class Trajectory:
     rtol: float
     constants: Array
     evaluator: Engine | None = field(default=None, repr=False, compare=False)
+    limit: SingularLimit | None = None
+    reverse_chatter: tuple[ReverseChatter, ...] = ()
 
     # ---- evaluation ----
 
@@ -293,10 +301,17 @@ class Trajectory:
             },
             "stop_reason": self.stop_reason.label,
             "stop_detail": self.stop_detail,
+            **self._findings,
             "energy_residual": self.energy_residual,
             "counters": self.counters,
             "engine": self.engine,
         }
+
+    @property
+    def _findings(self) -> dict[str, Any]:
+        chatter = [asdict(c) for c in self.reverse_chatter]
+        limit = self.limit.to_dict() if self.limit else None
+        return {"limit": limit, "reverse_chatter": chatter}
 
     def save(self, path: str | Path) -> None:
         """Write to an NPZ file (arrays and JSON text, no pickle): whole, or not at all.
@@ -318,6 +333,7 @@ class Trajectory:
             "final_mode": self.final_mode,
             "stop_reason": self.stop_reason.label,
             "stop_detail": self.stop_detail,
+            **self._findings,
             "counters": self.counters,
             "engine": self.engine,
             "rtol": self.rtol,
@@ -358,6 +374,8 @@ class Trajectory:
             events=tuple(_event(e) for e in text["events"]),
             stop_reason=StopReason.from_label(text["stop_reason"]),
             evaluator=engine,
+            limit=SingularLimit.from_dict(text["limit"]) if text.get("limit") else None,
+            reverse_chatter=tuple(ReverseChatter(**c) for c in text.get("reverse_chatter", ())),
         )
 
 

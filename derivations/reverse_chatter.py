@@ -1,0 +1,128 @@
+"""By what ratio do small bounces near a sticking contact grow or die out?"""
+
+from __future__ import annotations
+
+import sympy as sp
+
+from derivations._page import Derivation, Quantity, Step, run
+from painleve_sym.laws.chatter import KAPPA, TAU, chatter_ratio, general_contact
+from painleve_sym.laws.impact import energetic, poisson
+from painleve_sym.mechanics.readable import readable
+
+W_TT, A_STICK, MU = general_contact().W_tt, general_contact().A_stick, general_contact().mu
+E_P, E_S = poisson().parameter.symbol, energetic().parameter.symbol
+FALL, B_T, V = sp.symbols("a b_t v", positive=True)
+TIME, P_1, V_1, P_C, E_C = sp.symbols("T P_1 v_1 P_c E_c", real=True)
+RHO_P, RHO_SQUARED = sp.symbols("rho_poisson rho_energetic_squared", positive=True)
+E_P_AT, E_S_AT, MU_AT = sp.symbols("e_poisson_1 e_energetic_1 mu_1", positive=True)
+
+
+def own_quantities() -> tuple[Quantity, ...]:
+    """Return the symbols of this page with their meaning."""
+    return (
+        Quantity(W_TT, "W_{tt}", "1/kg", "tangential mobility"),
+        Quantity(KAPPA, r"\kappa", "1", "$W_{nt}/W_{tt}$"),
+        Quantity(A_STICK, "A'", "1/kg", "normal mobility in sticking, $W_{nn} - W_{nt}^2/W_{tt}$"),
+        Quantity(MU, r"\mu", "1", "friction coefficient"),
+        Quantity(FALL, "a", "m/s²", "fall of the free contact, $-b_n = -B$"),
+        Quantity(B_T, "b_t", "m/s²", "free tangential acceleration"),
+        Quantity(TAU, r"\tau", "1", "$2 b_t/a$"),
+        Quantity(V, "v", "m/s", "speed with which a flight starts and ends"),
+        Quantity(TIME, "T", "s", "duration of a flight"),
+        Quantity(P_1, "P_1", "N s", "normal impulse until the slip stops"),
+        Quantity(V_1, "v_1", "m/s", "approach speed when the slip stops"),
+        Quantity(P_C, "P_c", "N s", "normal impulse of compression"),
+        Quantity(E_C, "E_c", "J", "energy stored by compression"),
+        Quantity(E_P, "e_P", "1", "Poisson's coefficient of restitution"),
+        Quantity(E_S, "e", "1", "energetic coefficient of restitution"),
+        Quantity(RHO_P, r"\rho_P", "1", "ratio of successive bounces, Poisson's restitution"),
+        Quantity(RHO_SQUARED, r"\rho^2", "1", "its square, energetic restitution"),
+        Quantity(E_P_AT, "e_{P,1}", "1", "Poisson's coefficient with ratio 1"),
+        Quantity(E_S_AT, "e_1", "1", "energetic coefficient with ratio 1"),
+        Quantity(MU_AT, r"\mu_1", "1", "friction with ratio 1, energetic restitution"),
+    )
+
+
+def bounce() -> tuple[sp.Expr, sp.Expr, sp.Expr, sp.Expr]:
+    """Return P₁, v₁, P_c and E_c of an impact at (τv, −v) whose slip stops in compression."""
+    W_nt, W_nn = KAPPA * W_TT, A_STICK + KAPPA**2 * W_TT
+    slip_rate, normal_rate = W_nt - MU * W_TT, W_nn - MU * W_nt
+    p_1 = -TAU * V / slip_rate
+    v_1 = V - normal_rate * p_1
+    p_2 = v_1 / A_STICK
+    # The normal velocity is linear in the impulse: means over both parts.
+    stored = p_1 * (V + v_1) / 2 + p_2 * v_1 / 2
+    return p_1, v_1, p_1 + p_2, stored
+
+
+def derive() -> Derivation:
+    """Derive the ratio of bounces with Poisson's and the energetic law, and the thresholds."""
+    p_1, v_1, p_c, stored = bounce()
+    by_poisson = chatter_ratio(restitution=poisson(), slip=1)
+    by_energy = chatter_ratio(restitution=energetic(), slip=1)
+    rho_p = sp.simplify(A_STICK * E_P * p_c / V)
+    squared = sp.cancel(sp.together(sp.expand(E_S**2 * 2 * A_STICK * stored / V**2)))
+    shown = E_S**2 * ((1 + KAPPA * TAU) ** 2 - KAPPA * TAU**2 * A_STICK / (W_TT * (MU - KAPPA)))
+    assert sp.simplify(squared - shown) == 0
+    friction = sp.solve(sp.numer(sp.together(shown - 1)), MU)
+    steps = (
+        Step(
+            "Near contact a bounce is so small that $W$, $b_t$ and $b_n = -a$ do not change. A "
+            "flight that starts with normal speed $v$ lasts",
+            sp.Eq(TIME, 2 * V / FALL),
+        ),
+        Step(
+            "and ends with $-v$. After a sticking impact $v_t = 0$, so that the next impact is at "
+            "$v_t = b_t T = \\tau v$, with",
+            sp.Eq(TAU, 2 * B_T / FALL),
+        ),
+        Step(
+            "Let $b_t > 0$. Slip stops after the impulse $-v_t/(W_{nt} - \\mu W_{tt})$,",
+            sp.Eq(P_1, readable(p_1)),
+        ),
+        Step("when the approach speed is", sp.Eq(V_1, readable(v_1))),
+        Step("Sticking, the compression ends after", sp.Eq(P_C, readable(sp.simplify(p_c)))),
+        Step(
+            "Poisson's restitution gives the rebound $A' e_P P_c = \\rho_P v$. Friction has "
+            "dropped out:",
+            sp.Eq(RHO_P, sp.factor(rho_p)),
+            package=by_poisson.ratio,
+        ),
+        Step(
+            "Bounces grow, reverse chatter, above",
+            sp.Eq(E_P_AT, 1 / (1 + KAPPA * TAU)),
+            package=by_poisson.restitution_threshold,
+        ),
+        Step(
+            "The compression stores $\\int v_n\\,dP$ over both parts,",
+            sp.Eq(E_C, readable(sp.simplify(stored))),
+        ),
+        Step(
+            "of which the energetic restitution gives back $e^2$: the rebound is "
+            "$\\sqrt{2 A' e^2 E_c} = \\rho v$,",
+            sp.Eq(RHO_SQUARED, shown),
+            package=by_energy.ratio**2,
+        ),
+        Step(
+            "less than Poisson's for $\\kappa\\tau > 0$. Bounces grow above",
+            sp.Eq(E_S_AT, 1 / sp.sqrt(shown / E_S**2)),
+            package=by_energy.restitution_threshold,
+        ),
+        Step(
+            "or, at a given restitution with $e(1 + \\kappa\\tau) > 1$, above the friction",
+            sp.Eq(MU_AT, readable(friction[0])),
+            package=by_energy.friction_threshold,
+        ),
+    )
+    return Derivation(
+        "reverse_chatter",
+        "Bounces near a sticking contact",
+        "For any mechanism with one contact whose free normal acceleration is downward, with "
+        "impacts whose slip stops in compression (see the course of an impact).",
+        own_quantities(),
+        steps,
+    )
+
+
+if __name__ == "__main__":
+    run(derive)

@@ -1,0 +1,120 @@
+"""When do bounces of a contact at rest grow instead of dying out?
+
+A cart with a pendulum (phi = 2.9 rad) is pushed by a force of -10 N. Its contact can stick, yet a
+bounce of 1e-8 m/s grows to a visible one. Ratio of successive bounces: closed form and rigid runs.
+
+Run: python examples/studies/reverse_chatter/growth.py [--points N] [--out FOLDER]
+Writes growth.png, growth.svg (figure) and growth.json (the numbers).
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.figure import Figure
+
+import painleve_sym as ps
+from painleve_sym.laws.chatter import chatter_ratio, symbols_of
+from painleve_sym.laws.impact import restitution_law
+from painleve_sym.present.style import COLUMN, DASHES, PAGE, PALETTE, REFERENCE, STYLE, save
+
+LAWS = ("poisson", "energetic", "newton")
+STATE, PUSH = {"phi": 2.9}, {"F": -10.0}
+CART = ps.model("cart-pendulum")
+
+
+@cache
+def in_numbers(law: str, what: str) -> Any:
+    """Return a closed form with the cart's numbers in, but for the restitution."""
+    form = chatter_ratio(restitution=restitution_law(law), slip=-1)
+    values = {p.name: p.default for p in CART.system.parameters} | PUSH | STATE | {"phi_dot": 0.0}
+    expr = getattr(form, what).subs(symbols_of(CART.coefficients))
+    return expr.subs({s: values[s.name] for s in expr.free_symbols if s.name in values})
+
+
+def closed_form(law: str, e: float, what: str = "ratio") -> float:
+    """Return the ratio, or the restitution with ratio 1, from the closed form."""
+    expr = in_numbers(law, what)
+    return float(expr.subs(dict.fromkeys(expr.free_symbols, e)))
+
+
+@cache
+def simulator(law: str) -> ps.RigidSimulator:
+    """Return the rigid cart with a restitution law, made once."""
+    return ps.RigidSimulator(CART, law)
+
+
+def speeds(law: str, e: float, t_end: float) -> tuple[Any, Any, Any]:
+    """Return times and approach speeds of the bounces of a rigid run, and the run."""
+    parameters = PUSH | {f"e_{law}": e}
+    run = simulator(law).run(STATE | {"y_dot": 1e-8}, t_end=t_end, parameters=parameters)
+    landings = run.events_of("touchdown")
+    return [x.time for x in landings], [-x.state["y_dot"] for x in landings], run
+
+
+def study(points: int) -> dict[str, Any]:
+    """Return all numbers of the study."""
+    found: dict[str, Any] = {"mechanism": CART.name, "state": STATE, "push": PUSH, "laws": {}}
+    for law in LAWS:
+        rows = []
+        for e in np.linspace(0.2, 1.0, points):
+            _, v, _ = speeds(law, float(e), 5e-8)
+            rows.append(
+                {"e": float(e), "measured": v[2] / v[1], "expected": closed_form(law, float(e))}
+            )
+        threshold = closed_form(law, 1.0, "restitution_threshold")
+        found["laws"][law] = {"threshold": threshold, "ratios": rows}
+    times, v, run = speeds("energetic", 0.75, 0.2)
+    (chatter,) = run.reverse_chatter
+    found["run"] = {"times": times, "speeds": v, "ratio": chatter.ratio, "bounces": chatter.bounces}
+    return found
+
+
+def figure(data: dict[str, Any]) -> Figure:
+    """Return the figure: one run, and the ratio over the restitution for three laws."""
+    with rc_context(STYLE):
+        drawn = Figure(figsize=(PAGE, COLUMN * 0.8), layout="constrained")
+        left, right = drawn.subplots(1, 2)
+        run = data["run"]
+        left.plot(run["times"], run["speeds"], "o", color=PALETTE[2], markersize=2.5)
+        left.set(xscale="log", yscale="log", title="energetic restitution, $e = 0.75$")
+        left.set(xlabel="time of touchdown [s]", ylabel="approach speed [m/s]")
+        for law, color, dash in zip(LAWS, PALETTE, DASHES, strict=False):
+            rows = data["laws"][law]["ratios"]
+            e = np.linspace(0.2, 1.0, 41)
+            closed = [closed_form(law, float(x)) for x in e]
+            right.plot(e, closed, color=color, linestyle=dash, label=law)
+            measured = [r["measured"] for r in rows]
+            right.plot([r["e"] for r in rows], measured, "o", color=color, markersize=3)
+        right.axhline(1, color=REFERENCE, linewidth=0.6)
+        right.set(xlabel="coefficient of restitution", ylabel="ratio of bounces")
+        right.set_title("lines: closed form, dots: rigid runs")
+        right.legend(loc="upper left")
+    return drawn
+
+
+def main() -> None:
+    """Compute, write the files, print the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--points", type=int, default=9, help="coefficients of restitution")
+    parser.add_argument("--out", type=Path, default=Path(__file__).parent, help="folder")
+    options = parser.parse_args()
+    data = study(options.points)
+    (options.out / "growth.json").write_text(json.dumps(data, indent=1) + "\n", "utf-8")
+    save(figure(data), options.out / "growth")
+    print("law        threshold  largest relative difference of measured and expected ratio")
+    for law, found in data["laws"].items():
+        worst = max(abs(r["measured"] / r["expected"] - 1) for r in found["ratios"])
+        print(f"{law:10s} {found['threshold']:9.6f}  {worst:.1e}")
+    run = data["run"]
+    print(f"energetic, e = 0.75: {run['bounces']} bounces from 1e-8 to {run['speeds'][-1]:.3g} m/s")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,184 @@
+"""Bounces of frozen coefficients: the ratio of successive ones in closed form, its thresholds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import sympy as sp
+
+from painleve_sym.errors import InputError
+from painleve_sym.laws.impact import ImpactCase, RestitutionLaw, energetic
+from painleve_sym.mechanics.coefficients import ContactCoefficients
+from painleve_sym.mechanics.contact import Contact
+from painleve_sym.mechanics.impulses import V_N, V_T, Condition
+from painleve_sym.mechanics.readable import readable
+from painleve_sym.mechanics.routh import ImpactClass, impact_course
+from painleve_sym.mechanics.system import Coordinate, LagrangianSystem, Parameter
+
+CYCLES = (ImpactClass.SLIDING, ImpactClass.C_STICKING, ImpactClass.R_STICKING)
+"""Classes whose bounces repeat themselves up to their size, in closed form."""
+
+_W_TT = Parameter("W_tt", 1.0, "1/kg", "tangential mobility", 0.0, lower_closed=False)
+_A_STICK = Parameter("A_stick", 1.0, "1/kg", "mobility A' in sticking", 0.0, lower_closed=False)
+_KAPPA = Parameter("kappa", 0.0, "1", "W_nt/W_tt")
+_TAU = Parameter("tau", 0.0, "1", "2 b_t/|b_n|")
+_FALL = Parameter("a", 1.0, "m/s^2", "fall -b_n", 0.0, lower_closed=False)
+_MU = Parameter("mu", 1.0, "1", "friction coefficient", 0.0)
+KAPPA, TAU = _KAPPA.symbol, _TAU.symbol
+"""κ = W_nt/W_tt, the normal velocity per tangential one of a tangential impulse, and τ; 1."""
+
+
+@dataclass(frozen=True)
+class ChatterRatio:
+    """The ratio of successive bounces of one impact class, W, b_t and b_n frozen.
+
+    Small bounces near a state of contact take so little time that W, b_t and b_n < 0 do not
+    change. A flight that starts with v_n > 0 lasts T = 2 v_n/|b_n|, returns with −v_n and adds
+    b_t T to v_t. Impacts are homogeneous of degree one in (v_t, v_n), so that a sequence of
+    bounces that all have one ratio v_t/v_n at the impacts grows or dies out by one ratio ρ.
+    After a sticking impact v_t = 0: the next one has v_t/|v_n| = τ = 2 b_t/|b_n| whatever happened
+    before. Slip that outlasts its impact has ρ = e.
+
+    ρ < 1 is chatter, which ends in contact; ρ > 1 is reverse chatter, which leaves contact by
+    infinitely many bounces after t = 0.
+
+    Every expression is in the symbols of `general_contact` and the law's coefficient; `symbols_of`
+    puts a mechanism's in.
+
+    Attributes
+    ----------
+    law : RestitutionLaw
+    case : ImpactClass
+    slip : {-1, +1}
+        s = sign(v_t) at the impacts; sign(b_t) in sticking classes.
+
+    References
+    ----------
+    Nordmark, Dankowicz & Champneys, Friction-induced reverse chatter in rigid-body mechanisms with
+    impacts, IMA J. Appl. Math. 76 (2011) 85–119; Champneys & Várkonyi (2016).
+    """
+
+    law: RestitutionLaw
+    case: ImpactClass
+    slip: int
+
+    @cached_property
+    def _impact(self) -> ImpactCase:
+        return ImpactCase(self.law, impact_course(general_contact(), self.case, self.slip))
+
+    def _in_cycle(self, expr: sp.Expr) -> sp.Expr:
+        arriving = {V_T: TAU, V_N: sp.Integer(-1)}
+        return sp.sympify(expr).subs(arriving, simultaneous=True)
+
+    @cached_property
+    def ratio(self) -> sp.Expr:
+        """ρ; 1."""
+        rho = self._in_cycle(self._impact.separation_velocity)
+        if not rho.is_rational_function():
+            return sp.sqrt(readable(sp.cancel(sp.together(sp.expand(rho**2)))))
+        return readable(rho)
+
+    @cached_property
+    def conditions(self) -> tuple[Condition, ...]:
+        """What must hold for the bounces to have this class.
+
+        Of a slip that outlasts the impact only the class is told, not its slip velocity: that grows
+        from bounce to bounce.
+        """
+        return tuple(
+            Condition(c.name, readable(self._in_cycle(c.margin)), c.meaning, c.strict)
+            for c in self._impact.conditions
+        )
+
+    @cached_property
+    def restitution_threshold(self) -> sp.Expr:
+        """The coefficient of restitution with ρ = 1, above which chatter is reverse; 1.
+
+        Reverse chatter needs a value below 1; slip throughout has ρ = e and the threshold 1.
+        """
+        e = self.law.parameter.symbol
+        if self.ratio.is_polynomial(e):
+            return readable((1 - self.ratio.subs(e, 0)) / sp.diff(self.ratio, e))
+        # With the energetic law ρ² is affine in e².
+        square, x = sp.expand(self.ratio**2), sp.Dummy("x", positive=True)
+        square = square.subs(e, sp.sqrt(x))
+        rest, slope = square.subs(x, 0), sp.diff(square, x)
+        return sp.sqrt(readable(sp.cancel(sp.together((1 - rest) / slope))))
+
+    @cached_property
+    def friction_threshold(self) -> sp.Expr | None:
+        """μ with ρ = 1; None where ρ does not depend on μ, or not as a quotient of linear terms."""
+        mu = general_contact().mu
+        top = sp.numer(sp.cancel(sp.together(sp.expand(self.ratio**2 - 1))))
+        if self.law.name == "poisson":
+            top = sp.numer(sp.cancel(sp.together(self.ratio - 1)))
+        if sp.degree(top, mu) != 1:
+            return None
+        return readable(-top.subs(mu, 0) / sp.diff(top, mu))
+
+
+def chatter_ratio(
+    case: ImpactClass = ImpactClass.C_STICKING,
+    restitution: RestitutionLaw | None = None,
+    slip: int = -1,
+) -> ChatterRatio:
+    """Return the ratio of successive bounces of any contact in closed form.
+
+    Parameters
+    ----------
+    case : ImpactClass
+        ``SLIDING``, ``C_STICKING`` or ``R_STICKING``. Bounces whose slip reverses never grow:
+        ρ ≤ e, since then s W_nt < 0.
+    restitution : RestitutionLaw, optional
+        The energetic one when left out. Newton's has ρ = e in every class.
+    slip : {-1, +1}
+        s = sign(v_t) at the impacts.
+
+    Raises
+    ------
+    InputError
+        Another class.
+    """
+    if case not in CYCLES:
+        raise InputError(
+            f"ratio of bounces: got class {case.value}, need one of "
+            f"{', '.join(c.value for c in CYCLES)}. Fix: none; bounces of other classes die out."
+        )
+    return ChatterRatio(restitution or energetic(), case, slip)
+
+
+@lru_cache(maxsize=1)
+def general_contact() -> ContactCoefficients:
+    """Return one contact in its own coordinates, for closed forms that hold for every mechanism.
+
+    Its parameters are W_tt > 0, κ = W_nt/W_tt and A′ = W_nn − W_nt²/W_tt > 0, by which any positive
+    definite W can be written, the fall a = −b_n > 0, τ = 2 b_t/a, and μ.
+    """
+    t = Coordinate("t", "tangential displacement of the contact point", "m")
+    n = Coordinate("n", "gap", "m")
+    kinetic = t.rate**2 / (2 * _W_TT.symbol)
+    kinetic += (n.rate - KAPPA * t.rate) ** 2 / (2 * _A_STICK.symbol)
+    mass = sp.hessian(kinetic, (t.rate, n.rate))
+    forces = mass * sp.Matrix([TAU * _FALL.symbol / 2, -_FALL.symbol])
+    system = LagrangianSystem(
+        name="general contact",
+        coordinates=(t, n),
+        parameters=(_W_TT, _A_STICK, _KAPPA, _TAU, _FALL, _MU),
+        kinetic_energy=kinetic,
+        potential_energy=sp.Integer(0),
+        generalized_forces={"t": forces[0], "n": forces[1]},
+    )
+    return ContactCoefficients(Contact("contact", system, n.symbol, t.rate, _MU.symbol))
+
+
+def symbols_of(coefficients: ContactCoefficients) -> dict[sp.Symbol, sp.Expr]:
+    """Return what the symbols of `general_contact` stand for in a mechanism."""
+    c = coefficients
+    return {
+        _W_TT.symbol: c.W_tt,
+        _A_STICK.symbol: c.A_stick,
+        KAPPA: readable(c.W_nt / c.W_tt),
+        TAU: readable(-2 * c.b_t / c.b_n),
+        _MU.symbol: c.mu,
+    }

@@ -1,0 +1,142 @@
+"""The ratio of bounces in closed form against the impact solver and by hand."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+import sympy as sp
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from painleve_sym.errors import InputError
+from painleve_sym.laws.chatter import CYCLES, chatter_ratio, general_contact, symbols_of
+from painleve_sym.laws.impact import restitution_law
+from painleve_sym.mechanics.models import rod
+from painleve_sym.mechanics.routh import ImpactClass
+from painleve_sym.simulate.impact import solve_impact
+
+W_tt, A_stick = sp.symbols("W_tt A_stick", positive=True)
+kappa, tau = sp.symbols("kappa tau", real=True)
+mu = sp.Symbol("mu", nonnegative=True)
+
+
+@pytest.fixture(scope="module")
+def contact():
+    return general_contact()
+
+
+def test_poisson_sticking_bounces_grow_by_e_times_one_plus_kappa_tau():
+    found = chatter_ratio(restitution=restitution_law("poisson"), slip=1)
+    e = found.law.parameter.symbol
+    assert sp.simplify(found.ratio - e * (1 + kappa * tau)) == 0
+    assert sp.simplify(found.restitution_threshold - 1 / (1 + kappa * tau)) == 0
+    assert found.friction_threshold is None
+
+
+@pytest.mark.parametrize("slip", [-1, 1])
+def test_energetic_sticking_bounces_have_the_ratio_derived_by_hand(slip):
+    """ρ² = e² [(1 + κτ)² + κ τ² A′/(W_tt (κ − μ s))]."""
+    found = chatter_ratio(slip=slip)
+    e = found.law.parameter.symbol
+    lost = kappa * tau**2 * A_stick / (W_tt * (kappa - slip * mu))
+    assert sp.simplify(found.ratio**2 - e**2 * ((1 + kappa * tau) ** 2 + lost)) == 0
+    assert sp.simplify(found.restitution_threshold**2 * ((1 + kappa * tau) ** 2 + lost) - 1) == 0
+    at = found.friction_threshold
+    assert sp.simplify(sp.cancel(sp.together((found.ratio**2).subs(mu, at)))) == 1
+
+
+@pytest.mark.parametrize("law", ["newton", "poisson", "energetic"])
+def test_slip_throughout_dies_out_like_the_restitution(law):
+    found = chatter_ratio(ImpactClass.SLIDING, restitution_law(law))
+    assert found.ratio == found.law.parameter.symbol
+    assert found.restitution_threshold == 1
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    law=st.sampled_from(["newton", "poisson", "energetic"]),
+    w=st.floats(0.1, 3),
+    a=st.floats(0.05, 3),
+    k=st.floats(-2, 2),
+    t=st.floats(1e-3, 4),
+    friction=st.floats(0, 3),
+    e=st.floats(0.05, 1),
+)
+def test_closed_forms_are_the_impact_solver(law, w, a, k, t, friction, e):
+    W = ((w, k * w), (k * w, a + k * k * w))
+    impact = solve_impact(W, friction, (t, -1.0), law, e)
+    assume(impact.case in CYCLES[1:])
+    forms = _forms(law, impact.case)
+    values = {"W_tt": w, "A_stick": a, "kappa": k, "tau": t, "mu": friction}
+    values["e_" + law] = e
+    ratio, threshold, conditions = forms
+    assert ratio(**values) == pytest.approx(impact.velocity[1], rel=1e-8, abs=1e-9)
+    if impact.case is ImpactClass.C_STICKING:
+        assert all(c(**values) >= -1e-9 for c in conditions)
+    if law != "newton" and impact.velocity[1] > 1:
+        limit = threshold(**values)
+        at = solve_impact(W, friction, (t, -1.0), law, limit)
+        assert limit < e
+        assert at.velocity[1] == pytest.approx(1, rel=1e-7)
+
+
+_made = {}
+
+
+def _forms(law, case):
+    key = (law, case)
+    if key not in _made:
+        found = chatter_ratio(case, restitution_law(law), 1)
+        exprs = (found.ratio, found.restitution_threshold)
+        margins = [c.margin for c in found.conditions]
+        _made[key] = (*map(_function, exprs), [_function(m) for m in margins])
+    return _made[key]
+
+
+def _function(expr):
+    symbols = sorted(sp.sympify(expr).free_symbols, key=str)
+    f = sp.lambdify(symbols, expr, "math")
+    return lambda **values: f(*(values[s.name] for s in symbols))
+
+
+@settings(max_examples=200, deadline=None)
+@given(
+    law=st.sampled_from(["poisson", "energetic"]),
+    w=st.floats(0.1, 3),
+    a=st.floats(0.05, 3),
+    k=st.floats(0.1, 2),
+    u=st.floats(0.01, 4),
+    part=st.floats(0, 0.99),
+    e=st.floats(0, 1),
+)
+def test_impacts_with_reversed_slip_never_rebound_faster_than_e(law, w, a, k, u, part, e):
+    """Friction below |W_nt|/W_tt and slip against W_nt: the slip turns, if it stops."""
+    W = ((w, k * w), (k * w, a + k * k * w))
+    impact = solve_impact(W, part * k, (-u, -1.0), law, e)
+    assert impact.case.value in ("sliding", "c_reversed", "r_reversed")
+    assert impact.velocity[1] <= e * (1 + 1e-9) + 1e-12
+
+
+def test_general_contact_has_the_coefficients_it_is_named_by(contact):
+    assert sp.simplify(contact.W_nt / contact.W_tt) == kappa
+    assert sp.simplify(contact.A_stick) == A_stick
+    assert sp.simplify(-2 * contact.b_t / contact.b_n) == tau
+
+
+def test_rod_without_drive_never_chatters_in_reverse():
+    """κτ = −6 l θ̇² sin θ cos² θ/((1 + 3 sin² θ)|b_n|) ≤ 0."""
+    c = rod().coefficients
+    found = chatter_ratio(restitution=restitution_law("poisson"), slip=1)
+    at = {"theta": 0.8, "theta_dot": 1.5, "l": 1.0, "g": 9.8, "m": 1.0, "e_poisson": 1.0}
+    expected = 1 - 6 * 1.5**2 * math.sin(0.8) * math.cos(0.8) ** 2 / (
+        (1 + 3 * math.sin(0.8) ** 2) * (9.8 - 1.5**2 * math.sin(0.8))
+    )
+    ratio = found.ratio.subs(symbols_of(c))
+    ratio = float(ratio.subs({s: at[s.name] for s in ratio.free_symbols}))
+    assert ratio == pytest.approx(expected, rel=1e-12)
+
+
+def test_other_classes_are_refused():
+    with pytest.raises(InputError, match="c_reversed"):
+        chatter_ratio(ImpactClass.C_REVERSED)
