@@ -8,6 +8,7 @@ from pathlib import Path
 from derivations import (
     compliance_energies,
     contact_coefficients,
+    corrected_jump,
     equations_of_motion,
     paradox_conditions,
     sticking,
@@ -22,6 +23,7 @@ DERIVATIONS: tuple[Callable[[], Derivation], ...] = (
     paradox_conditions.derive,
     compliance_energies.derive,
     three_phase_jump.derive,
+    corrected_jump.derive,
 )
 
 

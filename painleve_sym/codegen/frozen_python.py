@@ -1,4 +1,4 @@
-"""Impacts with frozen coefficients by SciPy alone: slower than the compiled code, independent of it.
+"""Impacts with frozen coefficients by SciPy alone: slower than the compiled code.
 
 The same phases as engine/frozen_impact.c, with SciPy's hypergeometric function, adaptive quadrature
 and bracketed roots.
