@@ -69,10 +69,10 @@ def show_corrected(found: CorrectedJump, rigid: JumpResult, units: Mapping[str, 
     show_table(head, rows, indent=0)
     show()
     names = list(found.velocity)
-    rows = [
+    after = [
         ("classical rule", *(number(rigid.velocity[n]) for n in names)),
         ("at this stiffness", *(number(found.velocity[n]) for n in names)),
     ]
-    show_table(("velocity after", *(f"{n} [{units[n]}]" for n in names)), rows)
+    show_table(("velocity after", *(f"{n} [{units[n]}]" for n in names)), after)
     show()
     show(f"{_ENDS[found.end]} after {quantity(found.duration, 's')}; by {found.method}")

@@ -184,17 +184,7 @@ def _checked(values: Mapping[str, ArrayLike]) -> list[Array]:
     if absent:
         raise InputError(f"frozen impact: no value of {', '.join(absent)}. Fix: give it.")
     arrays = [np.asarray(given[name], dtype=np.float64) for name in INPUTS]
-    faults = [
-        f"{name}: need {need}."
-        for name, array in zip(INPUTS, arrays, strict=True)
-        for need, holds in _NEEDS.get(name, ())
-        if not np.all(holds(array))
-    ]
-    faults += [
-        f"{name}: need finite numbers."
-        for name, array in zip(INPUTS, arrays, strict=True)
-        if not np.all(np.isfinite(array))
-    ]
+    faults = [f for n, a in zip(INPUTS, arrays, strict=True) for f in _faults(n, a)]
     try:
         np.broadcast_shapes(*(a.shape for a in arrays))
     except ValueError as error:
@@ -204,13 +194,18 @@ def _checked(values: Mapping[str, ArrayLike]) -> list[Array]:
     return arrays
 
 
-_POSITIVE = (("numbers > 0", lambda a: a > 0),)
-_NOT_NEGATIVE = (("numbers >= 0", lambda a: a >= 0),)
-_NEEDS = {
-    **dict.fromkeys(("W_nn", "W_tt", "W_nn_after", "W_tt_after", "K", "n"), _POSITIVE),
-    **dict.fromkeys(("mu", "compression"), _NOT_NEGATIVE),
-    "e": (("numbers in [0, 1]", lambda a: (a >= 0) & (a <= 1)),),
-}
+def _faults(name: str, array: Array) -> list[str]:
+    faults = [] if np.all(np.isfinite(array)) else [f"{name}: need finite numbers."]
+    if name in _POSITIVE and not np.all(array > 0):
+        faults.append(f"{name}: need numbers > 0.")
+    if name in ("mu", "compression") and not np.all(array >= 0):
+        faults.append(f"{name}: need numbers >= 0.")
+    if name == "e" and not np.all((array >= 0) & (array <= 1)):
+        faults.append(f"{name}: need numbers in [0, 1].")
+    return faults
+
+
+_POSITIVE = ("W_nn", "W_tt", "W_nn_after", "W_tt_after", "K", "n")
 
 
 def _source() -> str:

@@ -21,6 +21,8 @@ HYPERGEOMETRIC, ELEMENTARY, QUADRATURE = 1, 2, 4
 _RTOL = 4 * 2.3e-16
 """Roots: the least relative tolerance that brentq takes."""
 _TINY = 1e-300
+_ROUNDING = 1e-12
+"""Less than this part of the energy at the largest compression counts as none."""
 
 
 @dataclass
@@ -41,20 +43,20 @@ class Ray:
 
     def force(self, x: float) -> float:
         """Return κ xⁿ; N."""
-        return self.kappa * max(x, 0.0) ** self.n
+        return float(self.kappa * max(x, 0.0) ** self.n)
 
     def energy(self, x: float) -> float:
         """Return G at x ≥ 0; m²/s²."""
         if self.anchor > 0:
             return self.energy_near((x - self.anchor) / self.anchor)
         p = self.n + 1
-        return self.at_anchor - self.a * self.kappa / p * x**p - self.b * x
+        return float(self.at_anchor - self.a * self.kappa / p * x**p - self.b * x)
 
     def energy_near(self, near: float) -> float:
         """Return G at x = (1 + near) · anchor, which keeps its digits next to the anchor."""
         p, x0 = self.n + 1, self.anchor
         power = x0**p * (math.expm1(p * math.log1p(near)) if near > -1 else -1.0)
-        return self.at_anchor - self.a * self.kappa / p * power - self.b * x0 * near
+        return float(self.at_anchor - self.a * self.kappa / p * power - self.b * x0 * near)
 
     def still(self) -> float:
         """Return the compression at which a F + b = 0 (0 if none)."""
@@ -77,9 +79,10 @@ class Ray:
             return math.inf
         return _root(self.energy, self.x0, still)
 
-    def turn_back(self) -> float:
+    def turn_back(self, x_max: float) -> float:
         """Return where an unloading motion turns before x = 0, or −1."""
-        rounding = 1e-13 * abs(self.a) * self.kappa / (self.n + 1) * self.x0 ** (self.n + 1)
+        p = self.n + 1
+        rounding = _ROUNDING * abs(self.a) * self.kappa / p * x_max**p
         low = 0.0
         high = self.x0
         if self.a < 0:
@@ -147,7 +150,10 @@ class Ray:
             return part * self.force(x) if impulse else part
 
         ends = variable(start), variable(end)
-        value, _ = quad(integrand, min(ends), max(ends), epsabs=0, epsrel=1e-13, limit=200)
+        # Asked for all digits: full_output keeps what it gets when round-off comes first.
+        value = quad(
+            integrand, min(ends), max(ends), epsabs=0, epsrel=1e-13, limit=100, full_output=1
+        )[0]
         return float(value)
 
 
@@ -170,6 +176,7 @@ class Impact:
 
     def __post_init__(self) -> None:
         self.stopped, self.mode, self.loading = 0, 0, True
+        self.speed = abs(self.slip_velocity)
         self.kappa, self.permanent, self.largest = self.stiffness, 0.0, self.x
         self.methods, self.rows = 0, list[list[float]]()
         self.sums = [0.0, 0.0, 0.0]
@@ -272,7 +279,7 @@ class Impact:
     def phase(self) -> int | None:
         """Follow one phase; return how the impact ends, or None."""
         ray, ratio, offset, c, d = self.path()
-        turn = ray.turn() if self.loading else ray.turn_back()
+        turn = ray.turn() if self.loading else ray.turn_back(self.e**2 * self.largest)
         end, back = max(turn, 0.0), not self.loading and turn >= 0
         if turn > 0 and math.isfinite(turn):
             ray.turn_ahead = turn
@@ -285,6 +292,11 @@ class Impact:
         if math.isinf(to):
             return NO_END
         t, P = ray.advance(start, to)
+        push = abs(ray.a * ray.force(to) + ray.b)
+        if abs(to - start) <= 1e-15 * start and self.u and push:
+            # So close to the turning point that compressions do not tell: uniform deceleration.
+            t = abs(self.u) / push
+            P = ray.force(to) * t
         stands = x is None and (self.loading or back)
         going = 1 if self.loading else -1
         self.u = 0.0 if stands else going * math.sqrt(2 * max(0.0, ray.energy(to)))
@@ -309,6 +321,13 @@ class Impact:
             _, W_nt, _, _, b_t = self.sets[self.stopped]
             pull = W_nt * force + b_t
             self.mode = (pull > 0) - (pull < 0)
+        elif self.loading and self.mode and self.mode * self.slip_velocity <= 1e-15 * self.speed:
+            # The slip stops at the largest compression, to round-off.
+            self.stopped, self.slip_velocity = 1, 0.0
+            if self.e == 0:
+                return SEPARATION
+            self.unload()
+            self.mode = self.departure(self.kappa * self.x**self.n)
         elif back:
             if self.e < 1 or ray.a > 0:
                 return STAYS
@@ -330,7 +349,7 @@ def solve(case: Sequence[float]) -> tuple[list[float], list[list[float]]]:
     while end is None and len(s.rows) < PHASES:
         try:
             end = s.phase()
-        except (ValueError, ArithmeticError):
+        except (ValueError, ArithmeticError, RuntimeError):
             end = FAILED
     end = STAYS if end is None else end
     head = [float(end), float(s.methods), float(len(s.rows)), s.slip_velocity, 0.0 - s.u]

@@ -99,7 +99,7 @@ def terminal_table(reproduction: Reproduction) -> str:
     for item in reproduction.items:
         if item.group != group:
             group = item.group
-            lines += ["", f"{group}s"]
+            lines += ["", group if " " in group else f"{group}s"]
         verdict = item.verdict.value + _MARK[item.as_expected]
         texts = (item.id, item.paper, item.computed, verdict)
         cells = [_wrapped(t, n) for t, (_, n) in zip(texts, _COLUMNS, strict=True)]

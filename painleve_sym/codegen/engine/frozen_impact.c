@@ -7,6 +7,8 @@
 enum { PS_SEPARATION, PS_STAYS, PS_NO_IMPACT, PS_NO_END, PS_FAILED };
 /* A start with less than this part of the energy is almost at rest: the rest would be rounding. */
 #define PS_SLOW 1e-4
+/* Less than this part of the energy at the largest compression counts as none. */
+#define PS_ROUNDING 1e-12
 #define PS_PHASES 8
 #define PS_PHASE_NUMBERS 9
 #define PS_HEAD 9
@@ -14,6 +16,7 @@ enum { PS_SEPARATION, PS_STAYS, PS_NO_IMPACT, PS_NO_END, PS_FAILED };
 
 typedef struct {
   double set[2][5], mu, K, n, e, vt, x, u, gamma_time;
+  double speed; /* |v_t| at the start */
   int stopped, mode, loading, used, count;
   double delta_p, kap, largest;
   double sum[3]; /* time, normal and tangential impulse */
@@ -79,8 +82,8 @@ static double ps_turn(const ps_ray *r) {
 
 /* Where an unloading motion turns before x = 0, or -1. On one elastic curve from rest the energy at
  * x = 0 is zero but for its rounding: it turns there. */
-static double ps_turn_back(const ps_ray *r) {
-  double a = r->a * r->kap, rounding = 1e-13 * fabs(a) / r->p * r->x0p;
+static double ps_turn_back(const ps_ray *r, double x_max) {
+  double a = r->a * r->kap, rounding = PS_ROUNDING * fabs(a) / r->p * pow(x_max, r->p);
   if (a < 0) {
     double still = r->b > 0 ? pow(r->b / -a, 1 / r->n) : 0;
     if (r->x0 <= still || ps_energy(r, still) >= rounding) return -1;
@@ -205,7 +208,9 @@ static void ps_unload(ps_impact *s) {
 static int ps_phase(ps_impact *s, double *row) {
   ps_path y = ps_start(s);
   double dir = s->loading ? 1 : -1, sum[2] = {0, 0};
-  double turn = s->loading ? ps_turn(&y.ray) : ps_turn_back(&y.ray), x_end = fmax(turn, 0), x = -1;
+  double turn = s->loading ? ps_turn(&y.ray)
+                           : ps_turn_back(&y.ray, s->e * s->e * s->largest);
+  double x_end = fmax(turn, 0), x = -1;
   double before = s->x, u = s->u;
   int next = s->mode, end = -1, back = !s->loading && turn >= 0;
   if (s->mode == 0) {
@@ -226,6 +231,12 @@ static int ps_phase(ps_impact *s, double *row) {
   }
   int event = x > 0;
   double to = event ? x : x_end;
+  if (fabs(to - before) <= 1e-15 * before && s->u != 0) {
+    /* So close to the turning point that compressions do not tell: uniform deceleration. */
+    double F = ps_force(&y.ray, to), push = fabs(y.ray.a * F + y.ray.b);
+    sum[0] = push > 0 ? fabs(s->u) / push : 0;
+    sum[1] = F * sum[0];
+  }
   if (!event && (s->loading || back)) s->u = 0;
   else s->u = dir * sqrt(2 * fmax(0, ps_energy(&y.ray, to)));
   s->vt = s->mode == 0 || (event && s->mode) ? 0 : s->vt + y.c * sum[1] + y.d * sum[0];
@@ -246,6 +257,13 @@ static int ps_phase(ps_impact *s, double *row) {
       next = ps_departure(s, ps_force(&y.ray, to));
     }
     s->mode = next;
+  } else if (s->loading && s->mode && s->mode * s->vt <= 1e-15 * s->speed) {
+    /* The slip stops at the largest compression, to round-off. */
+    s->stopped = 1;
+    s->vt = 0;
+    if (s->e > 0) ps_unload(s);
+    else end = PS_SEPARATION;
+    s->mode = ps_departure(s, s->kap * pow(s->x, s->n));
   } else if (back) {
     /* One elastic curve can be loaded again; a contact that A > 0 holds stays closed. */
     if (s->e == 1 && y.ray.a <= 0) s->loading = 1;
@@ -267,6 +285,7 @@ static int ps_phase(ps_impact *s, double *row) {
 static int ps_begin(ps_impact *s) {
   double F = s->x > 0 ? s->K * pow(s->x, s->n) : 0, rate;
   s->kap = s->K;
+  s->speed = fabs(s->vt);
   s->mode = s->vt ? (s->vt > 0) - (s->vt < 0) : ps_departure(s, F);
   if (!s->vt) s->stopped = 1;
   ps_path y = ps_start(s);
