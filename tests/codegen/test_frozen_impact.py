@@ -119,7 +119,7 @@ def test_impacts_agree_with_integration(compiled, case, e):
 @st.composite
 def cases(draw):
     """Return any impact: a positive definite W, any friction, stiffness, exponent and start."""
-    rows = [draw(st.floats(-1.5, 1.5)) for _ in range(3)]
+    rows = [draw(st.integers(-150, 150)) / 100 for _ in range(3)]
     W_nn, W_nt, W_tt = rows[0] ** 2 + 0.1, rows[0] * rows[1], rows[1] ** 2 + rows[2] ** 2 + 0.1
     K = 10.0 ** draw(st.floats(6, 14))
     n = draw(st.sampled_from([0.8, 1.0, 1.02, 1.5, 1.764, 2.3]))
@@ -129,9 +129,9 @@ def cases(draw):
         "W_nn": W_nn,
         "W_nt": W_nt,
         "W_tt": W_tt,
-        "b_n": draw(st.floats(-20, 20)),
-        "b_t": draw(st.floats(-10, 10)),
-        "mu": draw(st.floats(0, 2)),
+        "b_n": draw(st.integers(-2000, 2000)) / 100,
+        "b_t": draw(st.integers(-1000, 1000)) / 100,
+        "mu": draw(st.integers(0, 200)) / 100,
         "K": K,
         "n": n,
         "e": draw(st.sampled_from([1.0, 0.75, 0.3])),
