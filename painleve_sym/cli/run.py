@@ -108,6 +108,11 @@ def jump(arguments: argparse.Namespace) -> int:
     """Print the phases of the velocity jump, and with a law those at its stiffness."""
     scenario = read_case(arguments)
     found, corrected = scenario.jump(), scenario.corrected_jump(arguments.configuration)
+    if corrected is None and (arguments.initial_force or arguments.configuration != "frozen"):
+        raise InputError(
+            "jump: --initial-force and --configuration need a softened contact. "
+            "Fix: name its law, such as --law bilinear-hertz."
+        )
     if arguments.json:
         data = jump_data(found)
         if corrected is not None:

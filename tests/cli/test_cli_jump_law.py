@@ -72,3 +72,9 @@ def test_initial_force_and_carried_configuration_are_taken(capsys):
 def test_wrong_input_is_named(capsys, extra, text):
     assert main([*HERTZ, *extra]) == 2
     assert text in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("extra", [["--configuration", "carried"], ["--initial-force", "10"]])
+def test_options_of_a_law_without_one_are_named(capsys, extra):
+    assert main([*CASE, *extra]) == 2
+    assert "need a softened contact" in capsys.readouterr().err
