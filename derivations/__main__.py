@@ -8,6 +8,7 @@ from pathlib import Path
 from derivations import (
     compliance_energies,
     contact_coefficients,
+    corrected_jump,
     critical_force,
     equations_of_motion,
     paradox_conditions,
@@ -28,6 +29,7 @@ DERIVATIONS: tuple[Callable[[], Derivation], ...] = (
     three_phase_jump.derive,
     critical_force.derive,
     reverse_chatter.derive,
+    corrected_jump.derive,
 )
 
 

@@ -67,6 +67,12 @@ restitution, rule. One file serves classify, simulate and jump; each takes the
 keys it needs. Options override the file, --state, --set and --law-set entry by
 entry; another --law drops the law parameters of the file."""
 
+_JUMP = """\
+With a contact law the jump is also computed at its stiffness: the free normal
+acceleration B is kept, and the result can be set against a softened motion.
+
+"""
+
 _STOPS = """
 
 exit codes: 0 for a run that ended at t_end, at --until or where the mechanism
@@ -160,6 +166,19 @@ def _run_options(sub: dict[str, _Parser]) -> None:
     jump, simulate = sub["jump"], sub["simulate"]
     jump.add_argument("--restitution", metavar="E", help="coefficient in [0, 1], by default 0.75")
     jump.add_argument("--rule", metavar="RULE", help="energetic (default), poisson or newton")
+    _law(jump)
+    jump.add_argument(
+        "--initial-force",
+        metavar="N",
+        help="with a law: the contact starts compressed so that it carries this force, N",
+    )
+    jump.add_argument(
+        "--configuration",
+        default="frozen",
+        metavar="NAME",
+        help="with a law: frozen (default), or carried along to where the impulse acts",
+    )
+    jump.epilog = _JUMP + _SCENARIO
     _law(simulate)
     for option, metavar, text in (
         ("--t-end", "TIME", "end time, s"),

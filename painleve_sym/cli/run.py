@@ -10,6 +10,7 @@ from typing import Any
 
 from painleve_sym.cli.bilateral import show_bilateral, show_tangential_impact
 from painleve_sym.cli.case import read_case
+from painleve_sym.cli.corrected import corrected_data, show_corrected
 from painleve_sym.cli.joint import event_table, show_several
 from painleve_sym.cli.options import OTHER_FORMATS, output_file
 from painleve_sym.cli.output import assignments, number, print_json, quantity, show, show_table
@@ -131,7 +132,7 @@ def _show_chatter(found: Classification) -> None:
 
 
 def jump(arguments: argparse.Namespace) -> int:
-    """Print the three phases of the velocity jump."""
+    """Print the phases of the velocity jump, and with a law those at its stiffness."""
     scenario = read_case(arguments)
     found = scenario.jump()
     if isinstance(found, TangentialImpact):
@@ -141,11 +142,22 @@ def jump(arguments: argparse.Namespace) -> int:
         _show_case(scenario.mechanism(), scenario)
         show_tangential_impact(found, state_units(scenario.mechanism()))
         return 0
+    corrected = scenario.corrected_jump(arguments.configuration)
+    if corrected is None and (arguments.initial_force or arguments.configuration != "frozen"):
+        raise InputError(
+            "jump: --initial-force and --configuration need a softened contact. "
+            "Fix: name its law, such as --law bilinear-hertz."
+        )
     if arguments.json:
-        print_json(jump_data(found))
+        data = jump_data(found)
+        if corrected is not None:
+            data["corrected"] = corrected_data(corrected)
+        print_json(data)
         return 0
     _show_case(scenario.mechanism(), scenario)
     _show_jump(found, scenario)
+    if corrected is not None:
+        show_corrected(corrected, found, state_units(scenario.mechanism()))
     return 0
 
 
@@ -178,7 +190,7 @@ def _show_jump(found: JumpResult, scenario: Scenario) -> None:
     from painleve_sym.laws.impact import restitution_law
 
     rule = restitution_law(found.restitution)
-    value = scenario.restitution if scenario.restitution is not None else rule.parameter.default
+    value = scenario.coefficient_of(rule)
     show(f"{rule.title}, {rule.parameter.name} = {number(value)}")
     show()
     head = ("phase", "P_n [N s]", "P_t [N s]", "stored [J]")

@@ -19,6 +19,8 @@ FIGURES = "figures"
 """Folder of the figures below the report."""
 WIDTH = 100
 """Columns of the terminal table."""
+_HEADINGS = {"beyond": "beyond the paper"}
+"""Of groups that have another heading than their plural."""
 _COLUMNS = (("item", 20), ("paper", 31), ("computed", 31), ("verdict", 12))
 _MARK = {True: "", False: " !"}
 
@@ -99,7 +101,7 @@ def terminal_table(reproduction: Reproduction) -> str:
     for item in reproduction.items:
         if item.group != group:
             group = item.group
-            lines += ["", f"{group}s"]
+            lines += ["", _HEADINGS.get(group, f"{group}s")]
         verdict = item.verdict.value + _MARK[item.as_expected]
         texts = (item.id, item.paper, item.computed, verdict)
         cells = [_wrapped(t, n) for t, (_, n) in zip(texts, _COLUMNS, strict=True)]

@@ -10,6 +10,7 @@ from typing import Any
 from painleve_sym import __version__
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.study import (
+    beyond_paper,
     paper_diagrams,
     paper_figures,
     paper_formulas,
@@ -35,6 +36,7 @@ ENTRIES: tuple[Entry, ...] = (
     *paper_statements.ENTRIES,
     *paper_jump.ENTRIES,
     *reference_values.ENTRIES,
+    *beyond_paper.ENTRIES,
 )
 """Every item, in the order in which they are reported."""
 

@@ -17,7 +17,7 @@ from painleve_sym.codegen.run import RunOptions
 from painleve_sym.codegen.select import ENGINES
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.laws.compliance import ContactLaw
-from painleve_sym.laws.impact import restitution_law
+from painleve_sym.laws.impact import RestitutionLaw, restitution_law
 from painleve_sym.laws.rigid import RigidLaw, contact_law
 from painleve_sym.mechanics.models import Mechanism, model
 from painleve_sym.mechanics.system import Parameter
@@ -29,6 +29,7 @@ from painleve_sym.simulate.bilateral import (
 from painleve_sym.simulate.classify import Classification, classify
 from painleve_sym.simulate.classify_several import SeveralClassification, classify_several
 from painleve_sym.simulate.compliant import DEFAULT_RTOL, SoftenedSimulator
+from painleve_sym.simulate.corrected_case import CorrectedJump, evaluate_corrected_jump
 from painleve_sym.simulate.inputs import (
     CONTACT_TOLERANCE,
     resolve_parameters,
@@ -283,9 +284,8 @@ class Scenario:
                     " a bilateral contact does not separate. Fix: leave it out."
                 )
             return tangential_impact(mechanism, self._state(mechanism, given), given)
-        if self.restitution is not None:
-            name = rule.parameter.name
-            given |= resolve_parameters(f"{rule.title}", [rule.parameter], {name: self.restitution})
+        coefficient = {rule.parameter.name: self.coefficient_of(rule)}
+        given |= resolve_parameters(f"{rule.title}", [rule.parameter], coefficient)
         state = self._state(mechanism, given)
         gap = float(numbers([mechanism.contact.gap], symbol_values(mechanism, state, given))[0])
         if abs(gap) > CONTACT_TOLERANCE:
@@ -303,6 +303,32 @@ class Scenario:
                 f"jump of {mechanism.name!r}: the numbers leave the range of floating point "
                 f"({error}). Fix: give smaller ones."
             ) from error
+
+    def coefficient_of(self, rule: RestitutionLaw) -> float:
+        """Return the coefficient of restitution: the one given, else the law's, else default."""
+        if self.restitution is not None:
+            return self.restitution
+        return self.law_parameters.get(rule.parameter.name, rule.parameter.default)
+
+    def corrected_jump(self, configuration: str = "frozen") -> CorrectedJump | None:
+        """Return the jump at finite stiffness; None where no softened law is named."""
+        chosen = self.contact_law() if self.law is not None else None
+        if not isinstance(chosen, ContactLaw):
+            return None
+        mechanism, of_law = self.mechanism(), dict(self.law_parameters)
+        own = {p.name for p in chosen.parameters}
+        if self.restitution is not None and f"e_{self.rule}" in own:
+            of_law.setdefault(f"e_{self.rule}", self.restitution)
+        of_law = resolve_parameters(f"law {chosen.name!r}", chosen.parameters, of_law)
+        given = self._given(mechanism)
+        return evaluate_corrected_jump(
+            mechanism,
+            chosen,
+            self._state(mechanism, given),
+            {**given, **of_law},
+            initial_force=self.initial_force or 0.0,
+            configuration=configuration,
+        )
 
 
 # ---- reading plain data: each reader returns the fields one key sets ----

@@ -45,7 +45,7 @@ def test_classify_scenario_equals_options(capsys, file):
 
 
 def test_jump_scenario_equals_options(capsys, file):
-    more = ("--restitution", "0.75")
+    more = ("--restitution", "0.75", *STIFF)
     assert run_json(capsys, "jump", file) == run_json(capsys, "jump", *OPTIONS, *more)
 
 
