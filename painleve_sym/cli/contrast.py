@@ -172,9 +172,10 @@ def _show(found: Contrast, units: dict[str, str]) -> None:
     names = list(found.rigid[0].velocity)
     listed = ", ".join(f"{n} in {units[n]}" for n in names)
     show(f"velocities at t = {number(found.t_end)} s: {listed}; impulse P_n in N s")
+    show("rigid motion first, by its restitution and policy")
     answers = [*_distinct(found.rigid), *found.stepping, *found.softened]
     rows = [_row(a, names) for a in answers]
-    show_table(("method", "setting", *names, "P_n", "error"), rows, left=(0, 1))
+    show_table(("method", "setting", *names, "P_n", "error"), rows, left=(0, 1), indent=0)
     early = dict.fromkeys(_ending(a) for a in answers if not a.complete)
     if early:
         show("*) ended early: " + "; ".join(early))
@@ -187,7 +188,7 @@ def _show(found: Contrast, units: dict[str, str]) -> None:
 def _row(answer: Answer, names: list[str]) -> list[str]:
     letter = {"rigid": "", "stepping": "h", "softened": "E"}[answer.method]
     setting = f"{letter} {number(answer.setting, 4)}" if letter else ""
-    way = {"softened": "softened", "rigid": f"rigid {answer.way}"}.get(answer.method, answer.way)
+    way = {"softened": "softened", "rigid": answer.way}.get(answer.method, answer.way)
     return [
         way.replace(",", ""),
         setting + ("" if answer.complete else " *"),
