@@ -31,6 +31,8 @@ CASES: dict[str, tuple[str, str, dict[str, float]]] = {
     "pr-robot": ("theta_dot,mu", "theta_dot=-4:4,mu=0.2:3", {"theta_dot": 1.0}),
     "strut": ("theta_dot,mu", "theta_dot=-4:4,mu=0.2:3", {"theta_dot": 1.0}),
     "two-link-arm": ("theta_1_dot,mu", "theta_1_dot=-4:4,mu=0.2:3", {"theta_1_dot": -1.0}),
+    "block-two-feet": ("theta,theta_dot", "theta=-1:1,theta_dot=-8:8", {"y_A_dot": -1.0}),
+    "painleve-klein": ("phi,mu", "phi=0.1:1.4,mu=0.1:3", {}),
     "mechanisms/wheel-on-slope.toml": ("phi,phi_dot", "phi=-3:3,phi_dot=-8:8", {"n_dot": -1.0}),
     "mechanisms/belt-oscillator.toml": ("x_dot,mu", "x_dot=-1:1,mu=0.2:3", {"y_dot": -1.0}),
 }
@@ -45,13 +47,22 @@ def commands(name: str) -> dict[str, list[str]]:
     state = _state(start)
     held = _state({k: v for k, v in start.items() if k not in over.split(",")})
     falling = [*state, "--t-end", "0.004"]
-    return {
+    contacts = model(case).contacts
+    # Of several contacts these commands take one.
+    alone = ["--contact", contacts[0].name] if len(contacts) > 1 else []
+    hit = [*_state({**start, **approach}), *alone]
+    found = {
         "derive": ["derive", case, "--format", "json"],
         "classify": ["classify", case, *state, "--json"],
         "simulate-rigid": ["simulate", case, *falling, "--law", "rigid", "--json"],
-        "simulate-softened": ["simulate", case, *falling, "--law", "hertz", "--json"],
-        "jump": ["jump", case, *_state({**start, **approach}), "--restitution", "0.5", "--json"],
-        "map": ["map", case, *axes, *held, "--json"],
+        "map": ["map", case, *axes, *held, *alone, "--json"],
+    }
+    if contacts[0].bilateral:
+        return {**found, "jump": ["jump", case, *hit, "--json"]}
+    return {
+        **found,
+        "jump": ["jump", case, *hit, "--restitution", "0.5", "--json"],
+        "simulate-softened": ["simulate", case, *falling, *alone, "--law", "hertz", "--json"],
     }
 
 
