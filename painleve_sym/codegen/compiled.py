@@ -71,6 +71,8 @@ class CompiledEngine:
     Parameters
     ----------
     automaton : HybridAutomaton
+    functions : AutomatonFunctions, optional
+        Its functions, where they are not the plain ones.
 
     Raises
     ------
@@ -79,11 +81,13 @@ class CompiledEngine:
 
     name = "compiled"
 
-    def __init__(self, automaton: HybridAutomaton) -> None:
+    def __init__(
+        self, automaton: HybridAutomaton, functions: AutomatonFunctions | None = None
+    ) -> None:
         self.automaton = automaton
-        self.functions = AutomatonFunctions(automaton)
-        self._nx, self._nz = len(automaton.states), len(automaton.memory)
-        self._nc = len(automaton.parameters) + len(automaton.definitions)
+        self.functions = functions or AutomatonFunctions(automaton)
+        self._nx, self._nz = self.functions.x.numel(), self.functions.z.numel()
+        self._nc = self.functions.c.numel()
         self._options, self._run = _structures(self._nx, self._nz, max(1, len(automaton.kinds)))
         self._library = load(source(self.functions))
         self._library.ps_integrate.restype = ctypes.POINTER(self._run)
@@ -125,16 +129,24 @@ class CompiledEngine:
             o.start_events,
         )
 
-    def run(self, state: Array, parameters: Array, options: RunOptions) -> RawRun:
-        """Integrate from t = 0; the mode is chosen from the state."""
-        memory = np.zeros(self._nz + 1)
+    def run(
+        self,
+        state: Array,
+        parameters: Array,
+        options: RunOptions,
+        memory: Array | None = None,
+    ) -> RawRun:
+        """Integrate from t = 0; the mode is chosen from the state, the memory is 0 or given."""
+        z = np.zeros(self._nz + 1)
+        if memory is not None:
+            z[: self._nz] = memory
         # The same options object is used in loops of runs: its C form is kept.
         if self._last_options is None or self._last_options[0] is not options:
             self._last_options = (options, self._options_of(options))
         o = self._last_options[1]
         x, p = _plain(state), _plain(parameters)
         result = self._library.ps_integrate(
-            x.ctypes.data, memory.ctypes.data, p.ctypes.data, 0.0, -1, ctypes.byref(o)
+            x.ctypes.data, z.ctypes.data, p.ctypes.data, 0.0, -1, ctypes.byref(o)
         )
         if not result:
             raise MemoryError("compiled engine: no memory for a run.")
@@ -171,7 +183,7 @@ class CompiledEngine:
     def outputs(self, modes: Any, states: Array, memory: Array, constants: Array) -> Array:
         """Return the automaton's outputs at n points, shape (n, no)."""
         n = len(states)
-        out = np.empty((n, len(self.automaton.output_names)))
+        out = np.empty((n, self.functions.output_size))
         index = np.ascontiguousarray(modes, dtype=np.int64)
         x, z, c = _plain(states), _plain(memory), _plain(constants)
         addresses = (a.ctypes.data for a in (index, x, z, c, out))
@@ -182,4 +194,3 @@ class CompiledEngine:
 def _plain(values: Array) -> Array:
     """Return a contiguous array; the caller keeps it while C reads its address."""
     return np.ascontiguousarray(values, dtype=np.float64)
-

@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 
 from painleve_sym.codegen.compiled import CompiledEngine
+from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.codegen.run import Engine
 from painleve_sym.errors import CompilerMissing, InputError, PainleveWarning, unknown_name
 from painleve_sym.hybrid.automaton import HybridAutomaton
@@ -12,10 +13,13 @@ from painleve_sym.hybrid.automaton import HybridAutomaton
 ENGINES = ("auto", "compiled", "erk")
 
 
-def make_engine(automaton: HybridAutomaton, name: str = "auto") -> Engine:
+def make_engine(
+    automaton: HybridAutomaton, name: str = "auto", functions: AutomatonFunctions | None = None
+) -> Engine:
     """Return an engine: ``compiled`` (C), ``erk`` (CasADi's), or ``auto``.
 
-    ``auto`` is ``compiled``, or ``erk`` with a notice where there is no C compiler.
+    ``auto`` is ``compiled``, or ``erk`` with a notice where there is no C compiler. `functions` are
+    those of the automaton where they are not the plain ones.
 
     Raises
     ------
@@ -28,7 +32,7 @@ def make_engine(automaton: HybridAutomaton, name: str = "auto") -> Engine:
         raise InputError(unknown_name("engine", name, ENGINES))
     if name != "erk":
         try:
-            return CompiledEngine(automaton)
+            return CompiledEngine(automaton, functions)
         except CompilerMissing as error:
             if name == "compiled":
                 raise
@@ -39,4 +43,4 @@ def make_engine(automaton: HybridAutomaton, name: str = "auto") -> Engine:
             )
     from painleve_sym.codegen.erk import ErkEngine
 
-    return ErkEngine(automaton)
+    return ErkEngine(automaton, functions)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.codegen.evaluate import numbers
-from painleve_sym.codegen.run import Array, RawRun, RunOptions
+from painleve_sym.codegen.run import Array, Engine, RawRun, RunOptions
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.hybrid.automaton import HybridAutomaton
 from painleve_sym.hybrid.rigid import DECISION, RigidContact
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import Parameter
 from painleve_sym.simulate.classify import contact_problem
-from painleve_sym.simulate.simulator import ContactSimulator
+from painleve_sym.simulate.simulator import ContactSimulator, Limit, Restart
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 
 CLOSED = 1e-9
@@ -103,52 +103,75 @@ class RigidSimulator(ContactSimulator):
             Unknown names, numbers out of range, a start outside the domain or inside the ground.
         """
         vector, values = self.start(state, parameters)
-        self._check_gap(vector)
+        vector = self.checked_start(vector, values, None)
         checked = self.options(vector, values, **options)
-        raw, limits = self._run_through_bounces(vector, values, checked)
+        raw, limits = self.execute(self.integrator, vector, self._vector_of(values), checked)
         trajectory = self.trajectory(raw, values, checked.rtol)
-        events = sorted((*trajectory.events, *limits), key=lambda e: e.time)
-        events = [self._with_alternatives(e, values) for e in events]
-        return replace(trajectory, events=tuple(events))
+        return self.with_limits(trajectory, limits, values)
 
-    def _check_gap(self, vector: Array) -> None:
+    def with_limits(
+        self, trajectory: Trajectory, limits: Sequence[Limit], values: dict[str, float]
+    ) -> Trajectory:
+        """Return the trajectory with the limits of its bounces among its events."""
+        events = sorted((*trajectory.events, *(x.event for x in limits)), key=lambda e: e.time)
+        completed = [self._with_alternatives(e, values) for e in events]
+        return replace(trajectory, events=tuple(completed))
+
+    def checked_start(self, vector: Array, values: Mapping[str, float], force: Any) -> Array:
+        """Return the start vector; InputError where it is inside the ground."""
+        vector = super().checked_start(vector, values, force)
         gap = float(vector[self._index(self.contact.gap)])
         if gap < 0:
             raise InputError(
                 f"{self.where}: the start is inside the ground, gap = {gap:g} m, and a rigid "
                 "contact has no compression. Fix: start with gap >= 0, or give a contact law."
             )
+        return vector
 
     def _index(self, symbol: Any) -> int:
         return self.automaton.states.index(symbol)
 
     # ---- bounces that accumulate ----
 
-    def _run_through_bounces(
-        self, vector: Array, values: dict[str, float], o: RunOptions
-    ) -> tuple[RawRun, list[EventRecord]]:
+    def execute(
+        self,
+        engine: Engine,
+        vector: Array,
+        parameters: Array,
+        options: RunOptions,
+        restart: Restart | None = None,
+    ) -> tuple[RawRun, list[Limit]]:
         """Run; where bounces die out, close the contact and go on. Returns the joined run."""
-        parameters = self._vector_of(values)
         runs: list[RawRun] = []
-        limits: list[EventRecord] = []
-        options, start = replace(o, start_events=True), 0.0
+        limits: list[Limit] = []
+        current, start = replace(options, start_events=True), 0.0
+        memory: Array | None = None
         while True:
-            raw = _shifted(self.integrator.run(vector, parameters, options), start)
+            raw = _shifted(engine.run(vector, parameters, current, memory), start)
             runs.append(raw)
             stuck = raw.time == start and len(runs) > 1
-            if raw.stop_reason is not StopReason.ACCUMULATION or stuck or not self._closed(raw, o):
+            over = raw.stop_reason is not StopReason.ACCUMULATION or stuck
+            if over or not self._closed(raw, options):
                 return _joined(runs), limits
-            vector = raw.state.copy()
-            vector[self._index(self.contact.gap)] = 0.0
-            vector[self._index(self.contact.gap_rate)] = 0.0
-            limits.append(self._settle_event(raw, vector))
+            vector, memory = (restart or self._restart)(raw)
+            limits.append(Limit(self._settle_event(raw, vector), vector, memory))
             start = raw.time
-            options = replace(options, t_end=o.t_end - start)
-            if not options.t_end > 0:
+            current = replace(current, t_end=options.t_end - start)
+            if not current.t_end > 0:
                 return _joined(runs), limits
 
+    @property
+    def closing(self) -> tuple[int, ...]:
+        """Indices of the states that a limit of bounces sets to zero: gap and its rate."""
+        return self._index(self.contact.gap), self._index(self.contact.gap_rate)
+
+    def _restart(self, raw: RawRun) -> tuple[Array, Array]:
+        vector = raw.state.copy()
+        vector[list(self.closing)] = 0.0
+        return vector, np.zeros_like(raw.memory)
+
     def _closed(self, raw: RawRun, o: RunOptions) -> bool:
-        gap, rate = (self._index(s) for s in (self.contact.gap, self.contact.gap_rate))
+        gap, rate = self.closing
         scale = o.atol / o.rtol
         near = abs(raw.state[gap]) < CLOSED * scale[gap]
         return bool(near and abs(raw.state[rate]) < 1e3 * CLOSED * scale[rate])
@@ -160,7 +183,7 @@ class RigidSimulator(ContactSimulator):
             kind="settle",
             mode_before=self.automaton.modes[raw.mode].name,
             mode_after=DECISION,
-            state={n: float(v) for n, v in zip(names, vector, strict=True)},
+            state={n: float(v) for n, v in zip(names, vector[: len(names)], strict=True)},
             normal_force=0.0,
             tangential_force=0.0,
             compression=0.0,

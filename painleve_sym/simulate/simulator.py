@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,8 +26,22 @@ from painleve_sym.simulate.inputs import (
 )
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 
+if TYPE_CHECKING:
+    from painleve_sym.simulate.sensitivity import SensitiveTrajectory
+
 DEFAULT_RTOL = 1e-11
 """The reference impacts then hold eight digits through all events, energy closes to 1e-9."""
+
+Restart = Callable[[RawRun], tuple[Array, Array]]
+
+
+@dataclass(frozen=True)
+class Limit:
+    """Where events accumulated; state and memory are those that the motion went on with."""
+
+    event: EventRecord
+    state: Array
+    memory: Array
 
 
 class ContactSimulator(ABC):
@@ -70,6 +85,10 @@ class ContactSimulator(ABC):
     def contact_scale(self, values: Mapping[Any, float], kinetic: float) -> tuple[float, ...]:
         """Return the scales of gap (m), gap rate (m/s) and the energy (J) of the contact."""
 
+    @abstractmethod
+    def run(self, state: Mapping[str, float], **options: Any) -> Trajectory:
+        """Integrate from t = 0."""
+
     @cached_property
     def integrator(self) -> Engine:
         """The engine, compiled or taken from the cache on first use."""
@@ -104,6 +123,83 @@ class ContactSimulator(ABC):
             # Computed from q these cancel: a touching start must not become a tiny fall.
             extra[s] = 0.0 if abs(extra[s]) <= CONTACT_TOLERANCE else extra[s]
         return np.array([values.get(s, extra.get(s, 0.0)) for s in self.automaton.states])
+
+    def checked_start(self, vector: Array, values: Mapping[str, float], force: Any) -> Array:
+        """Return the start vector under an initial force, or as it is where `force` is None."""
+        if force is not None:
+            raise InputError(
+                f"{self.where}: initial_force: a rigid contact has no compression. "
+                "Fix: leave it out, or give a contact law."
+            )
+        return vector
+
+    def start_expressions(self, forced: bool) -> dict[Any, Any]:
+        """Return the start values that follow from other ones: states to SymPy expressions.
+
+        Where `forced`, the compression is the one that carries the symbol ``initial_force``.
+        """
+        contact = self.mechanism.contact
+        derived = {GAP: contact.gap, GAP_RATE: contact.gap_rate, SLIP: contact.slip_velocity}
+        return {s: e for s, e in derived.items() if s in self.automaton.states}
+
+    def execute(
+        self,
+        engine: Engine,
+        vector: Array,
+        parameters: Array,
+        options: RunOptions,
+        restart: Restart | None = None,
+    ) -> tuple[RawRun, list[Limit]]:
+        """Run on an engine; `Limit` is where events accumulated and the motion went on after it.
+
+        An engine whose states are followed by more (derivatives) gives `restart`, which returns
+        state and memory of the motion after a limit from the run before it.
+        """
+        return engine.run(vector, parameters, options), []
+
+    @property
+    def closing(self) -> tuple[int, ...]:
+        """Indices of the states that a limit of accumulating events sets to zero."""
+        return ()
+
+    def with_limits(
+        self, trajectory: Trajectory, limits: Sequence[Limit], values: dict[str, float]
+    ) -> Trajectory:
+        """Return the trajectory with the limits among its events."""
+        return trajectory
+
+    def sensitivities(
+        self, state: Mapping[str, float], wrt: Sequence[str], **options: Any
+    ) -> SensitiveTrajectory:
+        """Integrate the motion together with its first derivatives, through every event.
+
+        Parameters
+        ----------
+        state : mapping of str to float
+        wrt : sequence of str
+            Directions: names of coordinates and velocities (their start values), of parameters of
+            mechanism and law, and ``initial_force`` where that is given.
+        **options
+            Those of `run`.
+
+        Returns
+        -------
+        SensitiveTrajectory
+            A start on the surface is differentiated within the mode that it starts in.
+
+        Raises
+        ------
+        InputError
+            As for `run`; unknown names of directions.
+        """
+        from painleve_sym.simulate.variational import differentiated
+
+        return differentiated(self, state, tuple(wrt), **options)
+
+    @cached_property
+    def variational_engines(self) -> dict[Any, Any]:
+        """Engines of state and derivatives, by direction; filled when used."""
+        return {}
 
     def options(
         self,
