@@ -76,7 +76,7 @@ class VariationalFunctions(AutomatonFunctions):
         self._D, derived = _unknowns("D", definitions)
         self._C = self._D + _sparse(self._unit_pattern())
         self._T, self._timed = ca.SX.sym("T", 1, self.directions), ca.SX.sym("timed")
-        last = ca.SX.sym("last", self.directions + 3)
+        last = ca.SX.sym("last", self.directions + 4)
         self.x = ca.vertcat(self._x, states)
         self.z = ca.vertcat(self._z, remembered, self._T.T, last)
         self.c = ca.vertcat(self._c, derived)
@@ -86,10 +86,10 @@ class VariationalFunctions(AutomatonFunctions):
         """Where the memory holds what the last event was.
 
         ``time``: T. ``shift``: dσ by the formula, also where the event took no time. ``guard``,
-        ``rate``: g and g_x f just before. ``timed``: 1 or 0.
+        ``rate``, ``bend``: g and its first two derivatives in time just before. ``timed``: 1 or 0.
         """
-        n, at = self.directions, self.z.numel() - 2 * self.directions - 3
-        sizes = {"time": n, "shift": n, "guard": 1, "rate": 1, "timed": 1}
+        n, at = self.directions, self.z.numel() - 2 * self.directions - 4
+        sizes = {"time": n, "shift": n, "guard": 1, "rate": 1, "bend": 1, "timed": 1}
         places = {}
         for name, size in sizes.items():
             places[name] = slice(at, at + size)
@@ -214,6 +214,7 @@ class VariationalFunctions(AutomatonFunctions):
             (-slope / rate).T,
             e.guard,
             rate,
+            ca.jtimes(rate, self._x, self._rates[i]),
             self._timed,
         )
         results = [states, memory, self._conditions(transition.choices)]

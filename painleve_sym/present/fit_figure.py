@@ -10,10 +10,12 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from sympy import Symbol, latex
 
 from painleve_sym.present.style import COLUMN, PALETTE, REFERENCE, STYLE
 from painleve_sym.simulate.trajectory import write_beside
-from painleve_sym.study.fit import FitResult
+from painleve_sym.study.fit_data import OUTPUT_UNITS
+from painleve_sym.study.fit_result import FitResult
 
 SUFFIXES = (".png", ".svg", ".pdf")
 # No date and no version: equal results give equal files.
@@ -40,7 +42,7 @@ def fit_figure(found: FitResult, units: Mapping[str, str]) -> Figure:
         share = found.times is not None
         panels = figure.subplots(len(names), 1, sharex=share, squeeze=False)[:, 0]
         for axes, name in zip(panels, names, strict=True):
-            label = f"{name.replace('_', ' ')} [{units[name]}]"
+            label = f"{_symbol(name)} [{units[name]}]"
             if found.times is None:
                 _draw_rows(axes, found, name, label)
             else:
@@ -49,6 +51,16 @@ def fit_figure(found: FitResult, units: Mapping[str, str]) -> Figure:
             panels[-1].set_xlabel("time [ms]")
         panels[0].legend(loc="best")
     return figure
+
+
+def _symbol(name: str) -> str:
+    """Return an output in words, a coordinate or velocity as a formula."""
+    if name in OUTPUT_UNITS:
+        return name.replace("_", " ")
+    stem, _, index = name.removesuffix("_dot").partition("_")
+    letter = latex(Symbol(stem))
+    dotted = rf"\dot{{{letter}}}" if name.endswith("_dot") else letter
+    return f"${dotted}_{{{index}}}$" if index else f"${dotted}$"
 
 
 def _draw_history(axes: Axes, found: FitResult, name: str, label: str) -> None:

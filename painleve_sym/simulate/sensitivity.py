@@ -25,8 +25,8 @@ class EventSensitivity:
     state_jacobian : ndarray, shape (nx, k)
         Of the state just after the event, where its time moves along: of `event.state`.
     condition : float
-        Largest relative change of the event's time per relative change of a direction; 0 for an
-        event that fires at once.
+        Largest relative change of the speed at which the guard is met, per relative change of a
+        direction: large near a tangential event; 0 for one that fires at once.
     rank : int
         Of the state Jacobian: a slip that stops forgets a direction. -1 where it is nan.
     note : str

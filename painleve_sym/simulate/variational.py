@@ -30,9 +30,9 @@ LOOSER = 1e3
 """Absolute tolerance of derivatives over that of states, each in parts of its size: then steps are
 about a fifth more, and the derivatives of the reference impacts hold nine digits."""
 
-GRAZING = 1e6
-"""Relative change of an event's time per relative change of a direction, from which on the event
-counts as met tangentially: about five digits of the derivative are then left."""
+GRAZING = 1e-3
+"""Relative change of a guard's rate, under a change of a direction by the tolerance, from which on
+the event counts as met tangentially: about that is the error of its derivatives then."""
 
 COINCIDENT = 1e-9
 """Part of the time so far within which two events count as simultaneous."""
@@ -121,6 +121,7 @@ class _Marked:
     shift: Array
     guard: float = 0.0
     rate: float = 0.0
+    bend: float = 0.0
     timed: bool = False
 
 
@@ -246,7 +247,7 @@ class _Differentiated:
         marked = _marked(raw, trajectory, limits, functions, nx)
         trajectory = sim.with_limits(trajectory, limits, self.values)
         marked = [replace(m, record=e) for m, e in zip(marked, trajectory.events, strict=True)]
-        events = _judged(marked, directions, scale)
+        events = _judged(marked, directions, scale, rtol)
         c = engine.constants(np.array([self.values[s.name] for s in sim.automaton.parameters]))
         singular = next((e for e in events if e.note in ("grazing", "singular")), None)
         valid = math.inf if singular is None else singular.event.time
@@ -345,6 +346,7 @@ def _marked(
                 m["shift"],
                 float(m["guard"][0]),
                 float(m["rate"][0]),
+                float(m["bend"][0]),
                 bool(m["timed"][0]),
             )
         )
@@ -355,12 +357,14 @@ def _marked(
     return sorted(marked, key=lambda m: m.record.time)
 
 
-def _judged(marked: list[_Marked], directions: Array, scale: Array) -> tuple[EventSensitivity, ...]:
+def _judged(
+    marked: list[_Marked], directions: Array, scale: Array, rtol: float
+) -> tuple[EventSensitivity, ...]:
     """Return the events with what is singular about them named."""
     found: list[EventSensitivity] = []
     lost = False
     for m in marked:
-        condition, note = _verdict(m, directions)
+        condition, note = _verdict(m, directions, rtol)
         lost |= note in ("grazing", "singular")
         sized = m.jacobian * directions / scale[:, None]
         found.append(
@@ -376,17 +380,19 @@ def _judged(marked: list[_Marked], directions: Array, scale: Array) -> tuple[Eve
     return tuple(found)
 
 
-def _verdict(m: _Marked, directions: Array) -> tuple[float, str]:
+def _verdict(m: _Marked, directions: Array, rtol: float) -> tuple[float, str]:
     """Return condition and note of an event."""
-    span = m.record.time or 1.0
-    relative = np.abs(m.shift) * directions / span
+    moved = np.abs(m.shift) * directions
     if m.timed:
-        worst = float(np.max(relative)) if np.isfinite(relative).all() else math.inf
-        if not worst <= GRAZING:
-            return worst, "grazing"
-        return worst, "" if np.isfinite(m.jacobian).all() else "singular"
+        with np.errstate(divide="ignore", invalid="ignore"):
+            changes = np.abs(np.float64(m.bend) / m.rate) * moved
+        condition = float(np.max(changes)) if np.isfinite(moved).all() else math.inf
+        if not condition * rtol <= GRAZING:
+            return condition, "grazing"
+        return condition, "" if np.isfinite(m.jacobian).all() else "singular"
     if not np.isfinite(m.jacobian).all():
         return 0.0, "singular"
+    span = m.record.time or 1.0
     beside = abs(m.guard) <= COINCIDENT * span * abs(m.rate)
-    by_chance = beside and bool((relative[np.isfinite(relative)] > COINCIDENT).any())
+    by_chance = beside and bool((moved[np.isfinite(moved)] > COINCIDENT * span).any())
     return 0.0, "one-sided" if by_chance else ""

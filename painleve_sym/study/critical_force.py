@@ -73,9 +73,7 @@ def critical_force_gradient(
         The bracket does not separate, or something else than the slip decides there.
     """
     given = dict(parameters or {})
-    force = separating_force(
-        simulator, state, given, bracket, compressing=compressing, rtol=WIDTH
-    )
+    force = separating_force(simulator, state, given, bracket, compressing=compressing, rtol=WIDTH)
     end = "max_compression" if compressing else "separation"
     found = simulator.sensitivities(
         state,

@@ -18,6 +18,7 @@ from painleve_sym.mechanics.system import Parameter
 from painleve_sym.simulate.sensitivity import SensitiveTrajectory
 from painleve_sym.simulate.simulator import ContactSimulator
 from painleve_sym.study.fit_data import FitData
+from painleve_sym.study.fit_result import FitResult
 
 RTOL = 1e-10
 """Of the motions: far below any measurement, and the derivatives then hold eight digits."""
@@ -32,76 +33,13 @@ BLIND = 1e-7
 the parameters open: its error would be a million times that of the others."""
 
 
-@dataclass(frozen=True)
-class FitResult:
-    """Estimates with their confidence intervals.
-
-    Attributes
-    ----------
-    names, units : tuple of str
-        Of the estimated quantities.
-    start, estimate, standard_error : ndarray, shape (k,)
-    interval : ndarray, shape (k, 2)
-        estimate ± t·standard_error, with Student's t for `level` and `freedom`.
-    level : float
-    freedom : int
-        Measured values minus estimated quantities.
-    correlation : ndarray, shape (k, k)
-    noise : mapping of str to float
-        Standard deviation of each measured quantity: as given, or estimated from its residuals.
-    noise_given : bool
-    measured, model : mapping of str to ndarray, shape (n,)
-        Data (nan where none) and the fitted model at the same rows.
-    times : ndarray, shape (n,) or None
-    evaluations : int
-        Runs of the whole data set with derivatives.
-    condition : float
-        Of the scaled Jacobian.
-    message : str
-        Why the least squares ended.
-    """
-
-    names: tuple[str, ...]
-    units: tuple[str, ...]
-    start: Array
-    estimate: Array
-    standard_error: Array
-    interval: Array
-    level: float
-    freedom: int
-    correlation: Array
-    noise: Mapping[str, float]
-    noise_given: bool
-    measured: Mapping[str, Array]
-    model: Mapping[str, Array]
-    times: Array | None
-    evaluations: int
-    condition: float
-    message: str
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the result as plain data."""
-        return {
-            "estimates": [
-                {
-                    "name": name,
-                    "unit": unit,
-                    "start": float(self.start[i]),
-                    "estimate": float(self.estimate[i]),
-                    "standard_error": float(self.standard_error[i]),
-                    "interval": self.interval[i].tolist(),
-                }
-                for i, (name, unit) in enumerate(zip(self.names, self.units, strict=True))
-            ],
-            "level": self.level,
-            "freedom": self.freedom,
-            "correlation": self.correlation.tolist(),
-            "noise": dict(self.noise),
-            "noise_given": self.noise_given,
-            "evaluations": self.evaluations,
-            "condition": self.condition,
-            "message": self.message,
-        }
+_ENDINGS = {
+    0: "not converged: the evaluations allowed were used up",
+    1: "converged (gradient)",
+    2: "converged (cost)",
+    3: "converged (step)",
+    4: "converged (cost and step)",
+}
 
 
 @dataclass(frozen=True)
@@ -169,8 +107,8 @@ class FitProblem:
             raise InputError(f"{where}: level: got {self.level!r}, need a number in (0, 1).")
         if data.count <= len(self.estimate):
             raise InputError(
-                f"{data.where}: too few rows: {data.count} measured values for "
-                f"{len(self.estimate)} unknowns, need more. Fix: measure more, or estimate less."
+                f"{data.where}: too few rows: got {data.count} measured values, need more than "
+                f"the number of unknowns, {len(self.estimate)}. Fix: measure more."
             )
 
     @cached_property
@@ -341,7 +279,7 @@ class FitProblem:
         plain = jacobian(x) / np.where(logarithmic, values_of(x), 1.0)
         return self._result(
             start, values_of(x), plain, residuals(x), noise, predicted(x)[0], len(memory),
-            str(found.message),
+            _ENDINGS.get(int(found.status), str(found.message)),
         )  # fmt: skip
 
     def _result(
