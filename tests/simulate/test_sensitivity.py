@@ -209,7 +209,9 @@ def test_bounces_that_die_out_and_the_slip_after_them():
         t_end=0.3,
     )
     kinds = [e.event.kind for e in found.events]
-    assert "settle" in kinds and kinds[-1] != "settle"
+    assert "settle" in kinds
+    assert found.events[-1].event.time < 0.2
+    assert found.trajectory.mode_names[found.trajectory.final_mode].startswith("slip")
 
 
 # ---- what cannot be differentiated ----
@@ -230,12 +232,12 @@ def grazing_start(overshoot):
 
 
 def test_a_grazing_event_is_reported_and_nothing_after_it_is_given():
-    state, t = grazing_start(2e-11)
+    state, t = grazing_start(2e-12)
     with pytest.warns(PainleveWarning, match="touchdown.*tangentially"):
         found = softened().sensitivities(state, WRT, parameters=HARD, t_end=0.05)
     assert found.singular is not None
     assert (found.singular.event.kind, found.singular.note) == ("touchdown", "grazing")
-    assert found.valid_until == pytest.approx(t, rel=1e-6)
+    assert found.valid_until == pytest.approx(t, rel=1e-3)
     assert np.isnan(found.final_jacobian).all()
     assert np.isnan(found.at(t * 1.1)).all()
     assert np.isfinite(found.at(t * 0.9)).all()
@@ -310,3 +312,18 @@ def test_unknown_quantities_are_named():
     data = found.to_dict()
     assert data["wrt"] == list(WRT)
     assert set(data["final_jacobian"]) == set(found.trajectory.state_names)
+
+
+@pytest.mark.slow
+def test_a_reset_without_a_derivative_is_reported():
+    """At e = 0 the speed after an impact is a square root at zero."""
+    sim, state = RigidSimulator(model("rod")), TABLE_3 | {"y_A": 0.01, "y_A_dot": -0.5}
+    with pytest.warns(PainleveWarning, match="impact_end.*no finite derivative"):
+        found = sim.sensitivities(
+            state, ("y_A", "theta", "mu", "e_energetic"), parameters={"e_energetic": 0.0},
+            t_end=0.05,
+        )  # fmt: skip
+    assert found.singular is not None and found.singular.note == "singular"
+    assert found.trajectory.stop_reason is StopReason.T_END
+    assert len(found.events) == len(found.trajectory.events)
+    assert np.isfinite(found.at(0.01)).all() and np.isnan(found.at(0.04)).all()
