@@ -13,8 +13,6 @@ from pathlib import Path
 import numpy as np
 
 import painleve_sym as ps
-from painleve_sym.study.fit import FitProblem
-from painleve_sym.study.fit_data import read_fit_data
 
 TRUTH = {"e_energetic": 0.75, "mu": 1.4, "E": 20.9e10}
 GUESS = {"e_energetic": 0.5, "mu": 1.35, "E": 5e10}
@@ -45,8 +43,8 @@ def write(folder):
 
 
 def estimate(name, folder, state):
-    data = read_fit_data(folder / name, simulator.mechanism)
-    found = FitProblem(simulator, data, tuple(TRUTH), state, GUESS).solve()
+    data = ps.read_fit_data(folder / name, simulator.mechanism)
+    found = ps.FitProblem(simulator, data, tuple(TRUTH), state, GUESS).solve()
     print(f"{name}: {data.count} values, {found.evaluations} evaluations")
     for i, parameter in enumerate(found.names):
         low, high = found.interval[i]
