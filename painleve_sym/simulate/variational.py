@@ -26,9 +26,9 @@ from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 
 INITIAL_FORCE = "initial_force"
 
-LOOSER = 1e3
+LOOSER = 100.0
 """Absolute tolerance of derivatives over that of states, each in parts of its size: then steps are
-about a fifth more, and the derivatives of the reference impacts hold nine digits."""
+about a quarter more, and the derivatives of the reference impacts hold nine digits."""
 
 GRAZING = 1e-3
 """Relative change of a guard's rate, under a change of a direction by the tolerance, from which on

@@ -188,6 +188,28 @@ def test_eight_parameters_of_a_tangential_impact():
     )  # fmt: skip
 
 
+def test_engines_agree():
+    other = SoftenedSimulator(model("rod"), law("bilinear-hertz", reload="virgin"), "erk")
+    options = {"parameters": HARD, "t_end": 0.01, "until": "separation", "rtol": 1e-12}
+    start = TABLE_3 | {"y_A_dot": -0.01}
+    a, b = (s.sensitivities(start, WRT, **options) for s in (softened(), other))
+    assert b.trajectory.engine == "erk"
+    scale = np.max(np.abs(a.final_jacobian), axis=0)
+    np.testing.assert_allclose(b.final_jacobian / scale, a.final_jacobian / scale, atol=1e-8)
+    for e, f in zip(a.events, b.events, strict=True):
+        np.testing.assert_allclose(f.time_gradient, e.time_gradient, rtol=1e-7, atol=1e-20)
+
+
+def test_the_gap_of_a_touching_start_is_differentiated_towards_compression():
+    """There the law is not smooth: (K δⁿ)'' is infinite at δ = 0."""
+    options = {"parameters": HARD, "t_end": 0.01, "until": "separation", "rtol": 1e-13}
+    column = softened().sensitivities(TABLE_3, WRT, **options).final_jacobian[:, WRT.index("y_A")]
+    plain, pressed = (
+        softened().run(TABLE_3 | {"y_A": -d}, **options).final_state for d in (0.0, 1e-12)
+    )
+    np.testing.assert_allclose(column, (plain - pressed) / 1e-12, rtol=2e-5)
+
+
 # ---- rigid ----
 
 
