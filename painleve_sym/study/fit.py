@@ -88,13 +88,12 @@ class FitProblem:
                 raise InputError(f"{where}: start {name} is given by the data. Fix: drop one.")
             if self.estimate.count(name) > 1:
                 raise InputError(f"{where}: got {name!r} twice. Fix: name it once.")
-        for name, values in data.starts.items():
+        for name in data.starts:
             if name not in self.simulator.mechanism.state_names:
                 names = self.simulator.mechanism.state_names
                 raise InputError(f"{data.where}: start: {unknown_name('state', name, names)}")
             if name in self.state:
                 raise InputError(f"{data.where}: start {name} is given twice. Fix: drop one.")
-            del values
         for name, value in (self.sigma or {}).items():
             if name not in data.measured:
                 raise InputError(f"{where}: sigma: {unknown_name('column', name, data.measured)}")
