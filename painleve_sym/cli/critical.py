@@ -18,7 +18,7 @@ from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.simulate.compliant import SoftenedSimulator
 from painleve_sym.simulate.critical_force import Border, CriticalForce, CriticalForceFinder
 from painleve_sym.simulate.trajectory import write_beside
-from painleve_sym.study.critical_curve import ForceDerivative, critical_force_gradient
+from painleve_sym.study.critical_force import ForceDerivative, critical_force_gradient
 from painleve_sym.study.outcome_map import OutcomeMap, outcome_map
 from painleve_sym.study.scenario import Scenario
 

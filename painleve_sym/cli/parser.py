@@ -26,6 +26,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "map": ("map", "map slip, lift-off and the paradox over two states or parameters"),
     "critical": ("critical", "find the initial force that separates lift-off from impact"),
     "contrast": ("contrast", "ask every method what follows from one state, side by side"),
+    "fit": ("fit", "estimate parameters from measured velocities or force histories"),
     "automaton": ("describe", "show the modes and events of a mechanism with a contact law"),
     "reproduce": ("reproduce", "redo the tables, figures and formulas of the paper"),
 }
@@ -288,6 +289,29 @@ def _contrast_options(parser: _Parser) -> None:
     )
 
 
+def _fit_options(parser: _Parser) -> None:
+    parser.add_argument("data", metavar="DATA", help="CSV file; its header names NAME [unit]")
+    _case(parser)
+    _law(parser)
+    for option, metavar, text in (
+        ("--estimate", "NAME,...", "what to estimate: parameters, or start values of a history"),
+        ("--until", "EVENT,...", "event that ends each motion, by default separation"),
+        ("--t-end", "TIME", "by when each motion has ended, s, by default 1"),
+        ("--sigma", "NAME=VALUE,...", "known standard deviations; by default from the residuals"),
+        ("--level", "P", "of the confidence intervals, in (0, 1), by default 0.95"),
+        ("--out", "FILE", "draw data and model, as PNG, SVG or PDF by the suffix"),
+    ):
+        parser.add_argument(option, metavar=metavar, help=text)
+    _json(parser)
+    parser.epilog = (
+        "DATA is a history of one motion, with a column t [s], or one motion per row:\n\n"
+        "  t [s], y_A_dot [m/s], normal_force [N]\n"
+        "  start theta [rad], start x_A_dot [m/s], end y_A_dot [m/s]\n\n"
+        "SI units and rad. An empty cell is no measurement; lines that open with # are\n"
+        "comments. --set and --law-set give known values, and where the estimates start."
+    )
+
+
 def _reproduce_options(parser: _Parser) -> None:
     parser.add_argument("--out", metavar="DIR", help="also write a report with figures here")
     parser.add_argument(
@@ -323,6 +347,7 @@ def _parsers() -> tuple[_Parser, dict[str, _Parser]]:
     _map_options(sub["map"])
     _critical_options(sub["critical"])
     _contrast_options(sub["contrast"])
+    _fit_options(sub["fit"])
     _reproduce_options(sub["reproduce"])
     return parser, sub
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tempfile
 from collections.abc import Iterable
 from pathlib import Path
@@ -22,4 +23,7 @@ def c_functions(functions: Iterable[ca.Function]) -> str:
         generator.add(f)
     with tempfile.TemporaryDirectory() as folder:
         generator.generate(f"{folder}/")
-        return _EXPORT + Path(folder, "generated.c").read_text("utf-8")
+        text = Path(folder, "generated.c").read_text("utf-8")
+    # No caller passes null pointers; the tests for them cost half of the compilation.
+    text = re.sub(r"if \(res\[(\d+)\]!=0\) res", "res", text)
+    return _EXPORT + re.sub(r"arg\[(\d+)\]\? (arg\[\1\]\[\d+\]) : 0", r"\2", text)

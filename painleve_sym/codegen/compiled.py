@@ -76,6 +76,8 @@ class CompiledEngine:
     Parameters
     ----------
     automaton : HybridAutomaton
+    functions : AutomatonFunctions, optional
+        Its functions, where they are not the plain ones.
 
     Raises
     ------
@@ -84,8 +86,13 @@ class CompiledEngine:
 
     name = "compiled"
 
-    def __init__(self, automaton: HybridAutomaton) -> None:
-        self._open(automaton, compiled_library(source(AutomatonFunctions(automaton))))
+    def __init__(
+        self, automaton: HybridAutomaton, functions: AutomatonFunctions | None = None
+    ) -> None:
+        functions = functions or AutomatonFunctions(automaton)
+        sizes = functions.x.numel(), functions.z.numel(), functions.c.numel()
+        library = compiled_library(source(functions))
+        self._open(automaton, library, (*sizes, functions.output_size))
 
     @classmethod
     def of_builder(cls, builder: AutomatonBuilder) -> CompiledEngine:
@@ -100,19 +107,19 @@ class CompiledEngine:
         entry = read_entry(key) if key else None
         library = library_named(entry["library"]) if entry else None
         if entry and library:
-            engine._open(outline_of(entry["outline"]), library)
+            outline = outline_of(entry["outline"])
+            engine._open(outline, library, _plain_sizes(outline))
             return engine
         automaton = builder.automaton
         library = compiled_library(source(AutomatonFunctions(automaton)))
-        engine._open(automaton, library)
+        engine._open(automaton, library, _plain_sizes(automaton))
         if key:
             write_entry(key, {"library": library.name, "outline": outline_data(automaton)})
         return engine
 
-    def _open(self, automaton: Outline, library: Path) -> None:
+    def _open(self, automaton: Outline, library: Path, sizes: tuple[int, int, int, int]) -> None:
         self.automaton = automaton
-        self._nx, self._nz = len(automaton.states), len(automaton.memory)
-        self._nc = len(automaton.parameters) + len(automaton.definitions)
+        self._nx, self._nz, self._nc, self._no = sizes
         self._options, self._run = _structures(self._nx, self._nz, max(1, len(automaton.kinds)))
         self._library = ctypes.CDLL(str(library))
         self._library.ps_integrate.restype = ctypes.POINTER(self._run)
@@ -155,16 +162,24 @@ class CompiledEngine:
             sum(1 << j for j in o.start_departs),
         )
 
-    def run(self, state: Array, parameters: Array, options: RunOptions) -> RawRun:
-        """Integrate from t = 0."""
-        memory = np.zeros(self._nz + 1)
+    def run(
+        self,
+        state: Array,
+        parameters: Array,
+        options: RunOptions,
+        memory: Array | None = None,
+    ) -> RawRun:
+        """Integrate from t = 0; the memory is 0 or given."""
+        z = np.zeros(self._nz + 1)
+        if memory is not None:
+            z[: self._nz] = memory
         # The same options object is used in loops of runs: its C form is kept.
         if self._last_options is None or self._last_options[0] is not options:
             self._last_options = (options, self._options_of(options))
         o = self._last_options[1]
         x, p = _plain(state), _plain(parameters)
         result = self._library.ps_integrate(
-            x.ctypes.data, memory.ctypes.data, p.ctypes.data, 0.0, ctypes.byref(o)
+            x.ctypes.data, z.ctypes.data, p.ctypes.data, 0.0, ctypes.byref(o)
         )
         if not result:
             raise MemoryError("compiled engine: no memory for a run.")
@@ -210,12 +225,17 @@ class CompiledEngine:
     def outputs(self, modes: Any, states: Array, memory: Array, constants: Array) -> Array:
         """Return the automaton's outputs at n points, shape (n, no)."""
         n = len(states)
-        out = np.empty((n, len(self.automaton.output_names)))
+        out = np.empty((n, self._no))
         index = np.ascontiguousarray(modes, dtype=np.int64)
         x, z, c = _plain(states), _plain(memory), _plain(constants)
         addresses = (a.ctypes.data for a in (index, x, z, c, out))
         self._library.ps_outputs(n, *addresses)
         return out
+
+
+def _plain_sizes(automaton: Outline) -> tuple[int, int, int, int]:
+    constants = len(automaton.parameters) + len(automaton.definitions)
+    return len(automaton.states), len(automaton.memory), constants, len(automaton.output_names)
 
 
 def _plain(values: Array) -> Array:

@@ -39,12 +39,13 @@ class _Run:
     hit = False
     t, t_event, at_once, h_ref = 0.0, -np.inf, 0, 0.0
 
-    def __init__(self, engine: ErkEngine, x: Array, c: Array, options: RunOptions) -> None:
+    def __init__(
+        self, engine: ErkEngine, x: Array, z: Array, c: Array, options: RunOptions
+    ) -> None:
         self.engine, self.c, self.options = engine, c, options
-        self.modes, self.x = engine.automaton.modes, x
-        self.z = np.zeros(len(engine.automaton.memory))
+        self.modes, self.x, self.z = engine.automaton.modes, x, z
         chosen = options.start_mode < 0
-        self.mode = engine.start(x, self.z, c) if chosen else options.start_mode
+        self.mode = engine.start(x, z, c) if chosen else options.start_mode
         self.counters = Counter(dict.fromkeys(_COUNTERS + _MORE_COUNTERS, 0))
         self.steps: list[Array] = []
         self.events: list[Array] = []
@@ -102,14 +103,18 @@ class _Run:
             self.armed = np.array(sides) > 0
             if -1 not in sides:
                 return
-            departs = self.apply(sides.index(-1), visible)
+            departs = self.apply(sides.index(-1), visible, timed=False)
         if self.reason is None:
             self.reason = StopReason.ACCUMULATION
 
-    def apply(self, j: int, visible: bool) -> tuple[int, ...]:
-        """Apply transition j; return the guards of the new mode that are known to leave zero."""
+    def apply(self, j: int, visible: bool, timed: bool) -> tuple[int, ...]:
+        """Apply transition j, whose guard came down to zero (`timed`) or fired at once.
+
+        Returns the guards of the new mode that are known to leave zero.
+        """
         transition, before = self.modes[self.mode].transitions[j], self.mode
-        x, z, conditions = self.runner.events[j](self.x, self.z, self.c)
+        at = (self.x, self.z, self.c, np.array([float(timed)]))
+        x, z, conditions = self.runner.events[j](*at)
         departs: tuple[int, ...] = ()
         if transition.stop is None:
             choice = _chosen(conditions, transition.choices)
@@ -228,7 +233,7 @@ class _Run:
                 break
             length, (j, tau), replaced = float(window.times[-1]), earlier, replaced + 1
         self.accept(window)
-        self.settle(self.apply(j, visible=True), visible=True)
+        self.settle(self.apply(j, visible=True, timed=True), visible=True)
         self.length = min(self.length, 10 * self.h_ref)
         if self.hit and self.reason is None:
             self.reason = StopReason.UNTIL
@@ -297,13 +302,17 @@ class ErkEngine:
     Parameters
     ----------
     automaton : HybridAutomaton
+    functions : AutomatonFunctions, optional
+        Its functions, where they are not the plain ones.
     """
 
     name = "erk"
 
-    def __init__(self, automaton: HybridAutomaton) -> None:
+    def __init__(
+        self, automaton: HybridAutomaton, functions: AutomatonFunctions | None = None
+    ) -> None:
         self.automaton = automaton
-        self.functions = AutomatonFunctions(automaton)
+        self.functions = functions or AutomatonFunctions(automaton)
         self._runners: dict[tuple[int, float], ModeRunner] = {}
         self._many: dict[int, Call] = {}
         # The functions work on arrays of their own: one run at a time.
@@ -334,15 +343,22 @@ class ErkEngine:
         with self._lock:
             return self._constants(parameters)[0]
 
-    def run(self, state: Array, parameters: Array, options: RunOptions) -> RawRun:
-        """Integrate from t = 0; the mode is chosen from the state.
+    def run(
+        self,
+        state: Array,
+        parameters: Array,
+        options: RunOptions,
+        memory: Array | None = None,
+    ) -> RawRun:
+        """Integrate from t = 0; the mode is chosen from the state, the memory is 0 or given.
 
         A window, not a step, is what `first_step` and `max_step` bound, and `max_steps` is looked
         at before each window.
         """
         x = np.array(state, dtype=np.float64)
+        z = np.zeros(self.functions.z.numel()) if memory is None else np.array(memory)
         with self._lock, np.errstate(all="ignore"):
-            r = _Run(self, x, self.constants(parameters), options)
+            r = _Run(self, x, z, self.constants(parameters), options)
             r.loop()
         nx, nz = len(x), len(r.z)
         return RawRun(
@@ -365,7 +381,7 @@ class ErkEngine:
     def outputs(self, modes: Any, states: Array, memory: Array, constants: Array) -> Array:
         """Return the automaton's outputs at n points, shape (n, no)."""
         index = np.asarray(modes, dtype=np.int64)
-        out = np.empty((len(index), len(self.automaton.output_names)))
+        out = np.empty((len(index), self.functions.output_size))
         for mode in np.unique(index):
             where = np.flatnonzero(index == mode)
             for i in range(0, len(where), _CHUNK):

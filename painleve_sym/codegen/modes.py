@@ -24,7 +24,8 @@ class ModeFunctions:
     jets : casadi.Function
         Guards with first and second Lie derivatives, three vectors of shape (ng,).
     events : tuple of casadi.Function
-        Per transition: x⁺, z⁺ and the conditions of its choices.
+        Per transition: x⁺, z⁺ and the conditions of its choices. The engine passes a fourth
+        argument, 1 where a guard came down to zero in time and 0 where it fired at once.
     outputs : casadi.Function
     """
 
@@ -51,7 +52,7 @@ class AutomatonFunctions:
 
     def __init__(self, automaton: HybridAutomaton) -> None:
         self.automaton = automaton
-        self.x = ca.SX.sym("x", len(automaton.states))
+        self.x = self._x = ca.SX.sym("x", len(automaton.states))
         self.z = ca.SX.sym("z", len(automaton.memory))
         constants = (*automaton.parameters, *automaton.definitions)
         self.c = ca.SX.sym("c", len(constants))
@@ -67,12 +68,15 @@ class AutomatonFunctions:
     def constants(self) -> ca.Function:
         """Parameters to constants: p, shape (np,), to c, shape (nc,)."""
         p = ca.SX.sym("p", len(self.automaton.parameters))
+        return ca.Function("constants", [p], [self._constants_of(p)])
+
+    def _constants_of(self, p: ca.SX) -> ca.SX:
         table = {s: p[i] for i, s in enumerate(self.automaton.parameters)}
         values = [p[i] for i in range(p.numel())]
         for symbol, expr in self.automaton.definitions.items():
             table[symbol] = Translator(table)(expr)
             values.append(table[symbol])
-        return ca.Function("constants", [p], [ca.vertcat(*values)])
+        return ca.vertcat(*values)
 
     @cached_property
     def starts(self) -> ca.Function:
@@ -83,6 +87,11 @@ class AutomatonFunctions:
     def modes(self) -> tuple[ModeFunctions, ...]:
         """Functions of every mode, in the automaton's order."""
         return tuple(self._mode(i, m) for i, m in enumerate(self.automaton.modes))
+
+    @property
+    def output_size(self) -> int:
+        """Number of values that `outputs` returns."""
+        return int(self.modes[0].outputs.numel_out(0))
 
     def all(self) -> tuple[ca.Function, ...]:
         """Every function, for code generation."""
@@ -105,8 +114,8 @@ class AutomatonFunctions:
     def _mode(self, i: int, mode: Mode) -> ModeFunctions:
         field = self._field(mode)
         guards = self._translate.vector([t.guard for t in mode.transitions])
-        first = ca.jtimes(guards, self.x, field)
-        second = ca.jtimes(first, self.x, field)
+        first = ca.jtimes(guards, self._x, field)
+        second = ca.jtimes(first, self._x, field)
         outputs = self._translate_value.vector(list(mode.outputs.values()))
         return ModeFunctions(
             field=self._function(f"field_{i}", [field]),

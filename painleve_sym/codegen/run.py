@@ -150,8 +150,14 @@ class Engine(Protocol):
         """Return the parameters followed by the definitions, shape (nc,)."""
         ...
 
-    def run(self, state: Array, parameters: Array, options: RunOptions) -> RawRun:
-        """Integrate from t = 0."""
+    def run(
+        self,
+        state: Array,
+        parameters: Array,
+        options: RunOptions,
+        memory: Array | None = None,
+    ) -> RawRun:
+        """Integrate from t = 0; the memory is 0 or given."""
         ...
 
     def field(self, mode: int, state: Array, memory: Array, constants: Array) -> Array:

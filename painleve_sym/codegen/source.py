@@ -42,12 +42,12 @@ def _sizes(functions: AutomatonFunctions) -> str:
     automaton = functions.automaton
     transitions = [t for m in automaton.modes for t in m.transitions]
     sizes = {
-        "NX": len(automaton.states),
-        "NZ": len(automaton.memory),
+        "NX": functions.x.numel(),
+        "NZ": functions.z.numel(),
         "NP": len(automaton.parameters),
-        "NC": len(automaton.parameters) + len(automaton.definitions),
+        "NC": functions.c.numel(),
         "NM": len(automaton.modes),
-        "NO": len(automaton.output_names),
+        "NO": functions.output_size,
         "NG": max(1, max(len(m.transitions) for m in automaton.modes)),
         "NCHOICE": max((len(t.choices) for t in transitions), default=0) or 1,
         "NSTART": len(automaton.starts),

@@ -50,6 +50,11 @@ class ContactRow:
         """Gap, its rate, slip velocity."""
         return self.gap, self.gap_rate, self.slip
 
+    @property
+    def expressions(self) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
+        """What the states are in coordinates and velocities."""
+        return self.contact.gap, self.contact.gap_rate, self.contact.slip_velocity
+
 
 def domain_transitions(mechanism: Mechanism) -> list[Transition]:
     """Return the transitions that end a run outside the mechanism's domain."""

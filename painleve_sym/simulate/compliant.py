@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from sympy import Symbol
 
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.codegen.run import Array
@@ -20,6 +21,8 @@ from painleve_sym.mechanics.system import Parameter
 from painleve_sym.simulate.contact_numbers import contact_numbers
 from painleve_sym.simulate.simulator import DEFAULT_RTOL, ContactSimulator
 from painleve_sym.simulate.trajectory import Trajectory
+
+INITIAL_FORCE = Symbol("initial_force", positive=True)
 
 
 @dataclass(frozen=True)
@@ -75,6 +78,14 @@ class SoftenedSimulator(ContactSimulator):
         k, n = numbers([self.law.stiffness, self.law.exponent], values)
         return float((force / k) ** (1 / n))
 
+    def start_expressions(self, forced: bool) -> dict[Any, Any]:
+        """Return the start values that follow from other ones; see `ContactSimulator`."""
+        known = super().start_expressions(forced)
+        if not forced:
+            return known
+        depth = (INITIAL_FORCE / self.law.stiffness) ** (1 / self.law.exponent)
+        return known | {self.contact.gap: -depth}
+
     def surface_energy(self, depth: float, parameters: Mapping[str, float]) -> float:
         """Return the initial surface energy (10) of a compression δ₀ ≥ 0, K δ₀^(n+1)/(n+1); J.
 
@@ -127,13 +138,15 @@ class SoftenedSimulator(ContactSimulator):
             Unknown names, numbers out of range, a start outside the domain.
         """
         vector, values = self.start(state, parameters)
-        if initial_force is not None:
-            vector = self._with_force(vector, initial_force, values)
+        vector = self.checked_start(vector, values, initial_force)
         checked = self.options(vector, values, **options)
         raw = self.integrator.run(vector, self._vector_of(values), checked)
         return self.trajectory(raw, values, checked.rtol)
 
-    def _with_force(self, vector: Array, force: float, values: Mapping[str, float]) -> Array:
+    def checked_start(self, vector: Array, values: Mapping[str, float], force: Any) -> Array:
+        """Return the start vector, compressed so that it carries `force` where that is given."""
+        if force is None:
+            return vector
         index = self.contact.states.index(self.contact.gap)
         if vector[index] != 0:
             raise InputError(

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from painleve_sym.codegen.run import Array, RawRun, RunOptions
+from painleve_sym.codegen.run import Array, Engine, RawRun, RunOptions
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.hybrid.automaton import HybridAutomaton
 from painleve_sym.hybrid.bilateral import BilateralContact
@@ -21,7 +21,7 @@ from painleve_sym.simulate.chatter import REVERSE_CHATTER, Chatter, chatter, gro
 from painleve_sym.simulate.classify import contact_problem
 from painleve_sym.simulate.contact_numbers import contact_numbers
 from painleve_sym.simulate.findings import LimitKind
-from painleve_sym.simulate.simulator import ContactSimulator
+from painleve_sym.simulate.simulator import ContactSimulator, Limit, Restart
 from painleve_sym.simulate.singular import locate_limit
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 from painleve_sym.simulate.two_contacts import TwoContactSimulator
@@ -133,21 +133,31 @@ class RigidSimulator(ContactSimulator):
             Unknown names, numbers out of range, a start outside the domain or inside the ground.
         """
         vector, values = self.start(state, parameters)
-        self._check_gap(vector)
+        vector = self.checked_start(vector, values, None)
         checked = self.options(vector, values, **options)
-        raw, limits = self._run_through_bounces(vector, values, checked)
+        raw, limits = self.execute(self.integrator, vector, self._vector_of(values), checked)
         trajectory = self.trajectory(raw, values, checked.rtol)
-        events = sorted((*trajectory.events, *limits), key=lambda e: e.time)
-        events = [self._with_alternatives(e, values) for e in events]
+        trajectory = self.with_limits(trajectory, limits, values)
         if isinstance(self.contact, BilateralContact):
-            return replace(trajectory, events=tuple(events))
+            return trajectory
         growth = growing_bounces(
-            events, self.contact.gap_rate.name, lambda state: self.chatter(state, values)
+            trajectory.events,
+            self.contact.gap_rate.name,
+            lambda state: self.chatter(state, values),
         )
-        named = replace(trajectory, events=tuple(events), reverse_chatter=growth)
-        return _with_limit(self.contact, named, values)
+        return _with_limit(self.contact, replace(trajectory, reverse_chatter=growth), values)
 
-    def _check_gap(self, vector: Array) -> None:
+    def with_limits(
+        self, trajectory: Trajectory, limits: Sequence[Limit], values: dict[str, float]
+    ) -> Trajectory:
+        """Return the trajectory with the limits of its bounces among its events."""
+        events = sorted((*trajectory.events, *(x.event for x in limits)), key=lambda e: e.time)
+        completed = [self._with_alternatives(e, values) for e in events]
+        return replace(trajectory, events=tuple(completed))
+
+    def checked_start(self, vector: Array, values: Mapping[str, float], force: Any) -> Array:
+        """Return the start vector; InputError where it is inside the ground."""
+        vector = super().checked_start(vector, values, force)
         gap = float(vector[self._index(self.contact.gap)])
         if self.mechanism.contact.bilateral:
             check_held(self.where, gap, float(vector[self._index(self.contact.gap_rate)]))
@@ -156,38 +166,53 @@ class RigidSimulator(ContactSimulator):
                 f"{self.where}: the start is inside the ground, gap = {gap:g} m, and a rigid "
                 "contact has no compression. Fix: start with gap >= 0, or give a contact law."
             )
+        return vector
 
     def _index(self, symbol: Any) -> int:
         return self.outline.states.index(symbol)
 
     # ---- bounces that accumulate ----
 
-    def _run_through_bounces(
-        self, vector: Array, values: dict[str, float], o: RunOptions
-    ) -> tuple[RawRun, list[EventRecord]]:
+    def execute(
+        self,
+        engine: Engine,
+        vector: Array,
+        parameters: Array,
+        options: RunOptions,
+        restart: Restart | None = None,
+    ) -> tuple[RawRun, list[Limit]]:
         """Run; where bounces die out, close the contact and go on. Returns the joined run."""
-        parameters = self._vector_of(values)
         runs: list[RawRun] = []
-        limits: list[EventRecord] = []
-        options, start = replace(o, start_events=True), 0.0
+        limits: list[Limit] = []
+        current, start = replace(options, start_events=True), 0.0
+        memory: Array | None = None
         while True:
-            raw = self.integrator.run(vector, parameters, options).shifted(start)
+            raw = engine.run(vector, parameters, current, memory).shifted(start)
             runs.append(raw)
             # A bilateral contact has no bounces.
             stuck = self.mechanism.contact.bilateral or (raw.time == start and len(runs) > 1)
-            if raw.stop_reason is not StopReason.ACCUMULATION or stuck or not self._closed(raw, o):
+            over = raw.stop_reason is not StopReason.ACCUMULATION or stuck
+            if over or not self._closed(raw, options):
                 return _joined(runs), limits
-            vector = raw.state.copy()
-            vector[self._index(self.contact.gap)] = 0.0
-            vector[self._index(self.contact.gap_rate)] = 0.0
-            limits.append(self._settle_event(raw, vector))
+            vector, memory = (restart or self._restart)(raw)
+            limits.append(Limit(self._settle_event(raw, vector), vector, memory))
             start = raw.time
-            options = replace(options, t_end=o.t_end - start)
-            if not options.t_end > 0:
+            current = replace(current, t_end=options.t_end - start)
+            if not current.t_end > 0:
                 return _joined(runs), limits
 
+    @property
+    def closing(self) -> tuple[int, ...]:
+        """Indices of the states that a limit of bounces sets to zero: gap and its rate."""
+        return self._index(self.contact.gap), self._index(self.contact.gap_rate)
+
+    def _restart(self, raw: RawRun) -> tuple[Array, Array]:
+        vector = raw.state.copy()
+        vector[list(self.closing)] = 0.0
+        return vector, np.zeros_like(raw.memory)
+
     def _closed(self, raw: RawRun, o: RunOptions) -> bool:
-        gap, rate = (self._index(s) for s in (self.contact.gap, self.contact.gap_rate))
+        gap, rate = self.closing
         scale = o.atol / o.rtol
         near = abs(raw.state[gap]) < CLOSED * scale[gap]
         return bool(near and abs(raw.state[rate]) < 1e3 * CLOSED * scale[rate])
@@ -199,7 +224,7 @@ class RigidSimulator(ContactSimulator):
             kind="settle",
             mode_before=self.outline.modes[raw.mode].name,
             mode_after=DECISION,
-            state={n: float(v) for n, v in zip(names, vector, strict=True)},
+            state={n: float(v) for n, v in zip(names, vector[: len(names)], strict=True)},
             normal_force=0.0,
             tangential_force=0.0,
             compression=0.0,

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Protocol, cast
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
 import numpy as np
 
@@ -26,8 +27,22 @@ from painleve_sym.simulate.inputs import (
 )
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 
+if TYPE_CHECKING:
+    from painleve_sym.simulate.sensitivity import SensitiveTrajectory
+
 DEFAULT_RTOL = 1e-11
 """The reference impacts then hold eight digits through all events, energy closes to 1e-9."""
+
+Restart = Callable[[RawRun], tuple[Array, Array]]
+
+
+@dataclass(frozen=True)
+class Limit:
+    """Where events accumulated; state and memory are those that the motion went on with."""
+
+    event: EventRecord
+    state: Array
+    memory: Array
 
 
 class HasRows(Protocol):
@@ -87,6 +102,10 @@ class ContactSimulator(ABC):
         """Kinds of events that a run may be asked to end at."""
         return self.outline.kinds
 
+    @abstractmethod
+    def run(self, state: Mapping[str, float], **options: Any) -> Trajectory:
+        """Integrate from t = 0."""
+
     @cached_property
     def integrator(self) -> Engine:
         """The engine, compiled or taken from the cache on first use."""
@@ -134,6 +153,87 @@ class ContactSimulator(ABC):
                 # Computed from q these cancel: a touching start must not become a tiny fall.
                 extra[s] = 0.0 if abs(extra[s]) <= CONTACT_TOLERANCE else extra[s]
         return np.array([values.get(s, extra.get(s, 0.0)) for s in self.outline.states])
+
+    def checked_start(self, vector: Array, values: Mapping[str, float], force: Any) -> Array:
+        """Return the start vector under an initial force, or as it is where `force` is None."""
+        if force is not None:
+            raise InputError(
+                f"{self.where}: initial_force: a rigid contact has no compression. "
+                "Fix: leave it out, or give a contact law."
+            )
+        return vector
+
+    def start_expressions(self, forced: bool) -> dict[Any, Any]:
+        """Return the start values that follow from other ones: states to SymPy expressions.
+
+        Where `forced`, the compression is the one that carries the symbol ``initial_force``.
+        """
+        own = {*self.mechanism.system.q, *self.mechanism.system.q_dot}
+        return {
+            symbol: expr
+            for row in self.contact.rows
+            for symbol, expr in zip(row.symbols, row.expressions, strict=True)
+            if symbol not in own
+        }
+
+    def execute(
+        self,
+        engine: Engine,
+        vector: Array,
+        parameters: Array,
+        options: RunOptions,
+        restart: Restart | None = None,
+    ) -> tuple[RawRun, list[Limit]]:
+        """Run on an engine; `Limit` is where events accumulated and the motion went on after it.
+
+        An engine whose states are followed by more (derivatives) gives `restart`, which returns
+        state and memory of the motion after a limit from the run before it.
+        """
+        return engine.run(vector, parameters, options), []
+
+    @property
+    def closing(self) -> tuple[int, ...]:
+        """Indices of the states that a limit of accumulating events sets to zero."""
+        return ()
+
+    def with_limits(
+        self, trajectory: Trajectory, limits: Sequence[Limit], values: dict[str, float]
+    ) -> Trajectory:
+        """Return the trajectory with the limits among its events."""
+        return trajectory
+
+    def sensitivities(
+        self, state: Mapping[str, float], wrt: Sequence[str], **options: Any
+    ) -> SensitiveTrajectory:
+        """Integrate the motion together with its first derivatives, through every event.
+
+        Parameters
+        ----------
+        state : mapping of str to float
+        wrt : sequence of str
+            Directions: names of coordinates and velocities (their start values), of parameters of
+            mechanism and law, and ``initial_force`` where that is given.
+        **options
+            Those of `run`.
+
+        Returns
+        -------
+        SensitiveTrajectory
+            A start on the surface is differentiated within the mode that it starts in.
+
+        Raises
+        ------
+        InputError
+            As for `run`; unknown names of directions.
+        """
+        from painleve_sym.simulate.variational import differentiated
+
+        return differentiated(self, state, tuple(wrt), **options)
+
+    @cached_property
+    def variational_engines(self) -> dict[Any, Any]:
+        """Engines of state and derivatives, by direction; filled when used."""
+        return {}
 
     def options(
         self,

@@ -17,9 +17,6 @@ FIRST_WIDTH = 1e-4
 """Relative half width of the first bracket of a continued point; it grows where it must."""
 MARGIN = 0.1
 """Of a predicted change, the part by which the prediction may be off before the bracket grows."""
-STEP = 2e-4
-"""Relative step of the differences: near A = 0 the force varies on a scale of a hundredth, and the
-sixth order then meets the round-off of the forces, 1e-13/STEP."""
 
 
 @dataclass(frozen=True)
@@ -211,75 +208,3 @@ class Setting:
         """Return the present value of a quantity."""
         self.with_value(name, 0.0)
         return float({**self._names, **self.state}.get(name, 0.0))
-
-
-@dataclass(frozen=True)
-class ForceDerivative:
-    """Derivative of a critical force by one quantity.
-
-    Attributes
-    ----------
-    name : str
-    value : float
-        N per unit of the quantity.
-    error : float
-        Estimated, from the difference of the sixth and the fourth order.
-    method : str
-        How it was computed.
-    """
-
-    name: str
-    value: float
-    error: float
-    method: str = "differences"
-
-
-def critical_force_gradient(
-    finder: CriticalForceFinder,
-    state: Mapping[str, float],
-    names: Sequence[str],
-    *,
-    parameters: Mapping[str, float] | None = None,
-    border: Border = Border.SLIP_STOP,
-) -> dict[str, ForceDerivative]:
-    """Return the derivatives of a critical force by parameters or parts of the state.
-
-    Central differences of sixth order over the bisected forces, whose relative error is near
-    1e-13. Where the motion takes another branch of the law beside the state, as at ġ_N = 0, only
-    the first derivative is continuous and the estimated error tells so.
-
-    Parameters
-    ----------
-    finder : CriticalForceFinder
-    state : mapping of str to float
-    names : sequence of str
-        Parameters of mechanism or law, coordinates, velocities.
-    parameters : mapping of str to float, optional
-    border : Border
-
-    Raises
-    ------
-    InputError
-        As for `CriticalForceFinder.find`, also a little beside the state.
-    """
-    setting = Setting(finder, state, parameters or {})
-    centre = finder.find(state, parameters, border=border, check_tolerance=False)
-    speeds = {s.name for s in finder.simulator.mechanism.system.q_dot}
-
-    def force(name: str, value: float) -> float:
-        at = setting.with_value(name, value)
-        return finder.find(
-            *at, border=border, guess=centre.value, width=0.02, check_tolerance=False
-        ).value
-
-    found = {}
-    for name in names:
-        value = setting.value(name)
-        # A speed of 0 is varied on the scale on which it decides.
-        scale = abs(value) or (centre.sliding.barrier_speed if name in speeds else 1.0)
-        h = STEP * scale
-        odd = [force(name, value + k * h) - force(name, value - k * h) for k in (1, 2, 3)]
-        fourth = (8 * odd[0] - odd[1]) / (12 * h)
-        sixth = (45 * odd[0] - 9 * odd[1] + odd[2]) / (60 * h)
-        found[name] = ForceDerivative(name, sixth, abs(sixth - fourth))
-    return found

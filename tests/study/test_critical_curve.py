@@ -15,7 +15,8 @@ from painleve_sym.laws.compliance import law
 from painleve_sym.mechanics.models import model
 from painleve_sym.simulate.compliant import SoftenedSimulator
 from painleve_sym.simulate.critical_force import Border, CriticalForceFinder
-from painleve_sym.study.critical_curve import Setting, critical_curve, critical_force_gradient
+from painleve_sym.study.critical_curve import Setting, critical_curve
+from painleve_sym.study.critical_force import critical_force_gradient
 from painleve_sym.study.instability import compare_growth
 
 TABLE_4 = {"x_A_dot": -1.0, "theta": 1.0, "theta_dot": 5.0}

@@ -17,7 +17,8 @@ from painleve_sym.present.figures import draw
 from painleve_sym.present.outcome_figure import write_outcome_figure
 from painleve_sym.present.style import save
 from painleve_sym.simulate.critical_force import Border, CriticalForceFinder
-from painleve_sym.study.critical_curve import critical_curve, critical_force_gradient
+from painleve_sym.study.critical_curve import critical_curve
+from painleve_sym.study.critical_force import critical_force_gradient
 from painleve_sym.study.instability import compare_growth
 from painleve_sym.study.outcome_map import outcome_map
 from painleve_sym.study.series import MODULUS, Axis, Panel, line

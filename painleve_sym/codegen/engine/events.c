@@ -16,13 +16,16 @@ static int geometric_accumulation(ps_run *s, int mode, int j, double t) {
   return interval * ratio / (1 - ratio) < PS_REMAINDER * (t - s->t_start);
 }
 
-/* Applies transition j of the current mode; `departs` returns the guards known to leave zero. */
-static void apply(ps_run *s, const ps_options *o, int j, int visible, unsigned *departs) {
+/* Applies transition j of the current mode, whose guard came down to zero (`timed`) or fired at once;
+ * `departs` returns the guards known to leave zero. */
+static void apply(ps_run *s, const ps_options *o, int j, int visible, double timed,
+                  unsigned *departs) {
   const ps_transition *tr = &PS_MODES[s->mode].transitions[j];
   double xn[PS_NX], zn[PS_NZ + 1] = {0}, condition[PS_NCHOICE];
   double *res[3] = {xn, zn, condition};
+  const double *arg[4] = {s->x, s->z, s->c, &timed};
   int choice = 0, from = (int)s->mode;
-  call(s, tr->event, s->x, res);
+  tr->event(arg, res, s->iw, s->w, 0);
   *departs = 0;
   if (tr->stop < 0) {
     while (choice < tr->n - 1 && !(condition[choice] > 0)) choice++;
@@ -89,7 +92,7 @@ static void settle(ps_run *s, const ps_options *o, unsigned departs, int visible
       if (side < 0) fire = j;
     }
     if (fire < 0) return;
-    apply(s, o, fire, visible, &departs);
+    apply(s, o, fire, visible, 0, &departs);
   }
 }
 

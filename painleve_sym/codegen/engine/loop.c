@@ -70,7 +70,7 @@ static void take_event(ps_run *s, const ps_options *o, int j, double where, doub
   }
   s->t += h;
   memcpy(s->x, y, sizeof s->x);
-  apply(s, o, j, 1, &departs);
+  apply(s, o, j, 1, 1, &departs);
   settle(s, o, departs, 1);
   /* The old step size is kept where the new mode is as smooth, else the estimate is used. */
   s->h = fmin(s->h, 10 * s->h_ref);

@@ -1,0 +1,104 @@
+"""The command fit: parameters from measured motions, with confidence intervals."""
+
+from __future__ import annotations
+
+import argparse
+import warnings
+
+from painleve_sym.cli.case import read_case
+from painleve_sym.cli.options import output_file, read_number, read_numbers
+from painleve_sym.cli.output import number, print_json, quantity, show, show_table
+from painleve_sym.errors import InputError, PainleveWarning
+from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.rigid import RigidSimulator
+from painleve_sym.simulate.simulator import ContactSimulator
+from painleve_sym.study.fit import FitProblem
+from painleve_sym.study.fit_data import FitData, read_fit_data, state_units
+from painleve_sym.study.fit_result import FitResult
+from painleve_sym.study.scenario import Scenario
+
+FIGURES = (".png", ".svg", ".pdf")
+
+
+def fit(arguments: argparse.Namespace) -> int:
+    """Estimate, write the figure asked for and print the result."""
+    out = output_file("--out", arguments.out, FIGURES) if arguments.out else None
+    if arguments.estimate is None:
+        raise InputError("--estimate: missing. Fix: name parameters, such as e_energetic,mu,E.")
+    level = 0.95 if arguments.level is None else read_number("--level", arguments.level)
+    sigma = read_numbers("--sigma", arguments.sigma.split(",")) if arguments.sigma else None
+    scenario = read_case(arguments)
+    data = read_fit_data(arguments.data, scenario.mechanism())
+    problem = FitProblem(
+        simulator=_simulator(scenario),
+        data=data,
+        estimate=tuple(name.strip() for name in arguments.estimate.split(",")),
+        state=dict(scenario.state or {}),
+        parameters={**scenario.parameters, **scenario.law_parameters},
+        until=scenario.until or ("separation",),
+        t_end=1.0 if scenario.t_end is None else scenario.t_end,
+        sigma=sigma,
+        level=level,
+    )
+    found = problem.solve()
+    units = {**state_units(scenario.mechanism()), **data.units}
+    if out is not None:
+        from painleve_sym.present.fit_figure import write_fit_figure
+
+        write_fit_figure(found, units, out)
+    if arguments.json:
+        written = {"files": [str(out)]} if out else {}
+        print_json({"mechanism": scenario.model, "law": scenario.law, **found.to_dict()} | written)
+        return 0
+    _show(found, data, units)
+    if out is not None:
+        show(f"drawn: {out}")
+    return 0
+
+
+def _simulator(scenario: Scenario) -> ContactSimulator:
+    mechanism, chosen = scenario.mechanism(), scenario.contact_law()
+    if isinstance(chosen, RigidLaw):
+        return RigidSimulator(mechanism, chosen.restitution, chosen.policy, scenario.engine)
+    return SoftenedSimulator(mechanism, chosen, scenario.engine)
+
+
+def _show(found: FitResult, data: FitData, units: dict[str, str]) -> None:
+    kind = "history" if data.times is not None else "motion row by row"
+    values = found.freedom + len(found.names)
+    show(f"{kind}, {values} measured values, {len(found.names)} unknowns")
+    show()
+    percent = f"{100 * found.level:g} %"
+    rows = []
+    for i, (name, unit) in enumerate(zip(found.names, found.units, strict=True)):
+        low, high = found.interval[i]
+        rows.append(
+            (
+                name,
+                number(float(found.start[i])),
+                number(float(found.estimate[i]), 7),
+                number(float(found.standard_error[i]), 3),
+                f"{number(float(low), 7)} to {number(float(high), 7)}",
+                "" if unit == "1" else unit,
+            )
+        )
+    head = ("", "start", "estimate", "std. error", f"{percent} interval", "unit")
+    show_table(head, rows, left=(0, 5), indent=0)
+    show()
+    origin = "given" if found.noise_given else "from the residuals"
+    noise = ", ".join(f"{n} {quantity(s, units[n], 3)}" for n, s in found.noise.items())
+    show(f"standard deviations, {origin}: {noise}")
+    if len(found.names) > 1:
+        size = len(found.names)
+        pairs = [(i, j) for i in range(size) for j in range(i)]
+        i, j = max(pairs, key=lambda p: abs(found.correlation[p]))
+        value = number(float(found.correlation[i, j]), 3)
+        show(f"largest correlation: {found.names[j]} with {found.names[i]}, {value}")
+    show(f"{found.evaluations} evaluations; {found.message}")
+    if found.condition > 1e4:
+        warnings.warn(
+            f"the data hardly tell the unknowns apart (condition {found.condition:.1e}).",
+            PainleveWarning,
+            stacklevel=2,
+        )

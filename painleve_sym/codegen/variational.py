@@ -1,0 +1,246 @@
+"""The variational automaton: a state and its first derivatives, through every event.
+
+Derivatives are taken at a fixed time since the last event: with τ the time of that event,
+S = d x(τ + σ)/dw at fixed σ, the variational equation S' = f_x S + f_z Z + f_c C holds in every
+mode. Where a guard g(x, z, c) comes down to zero, that time shifts by
+dσ = −(g_x S + g_z Z + g_c C)/(g_x f), and
+
+    S⁺ = R_x (S + f dσ) + R_z Z + R_c C,   T⁺ = T + dσ,
+
+with the reset R, the derivatives Z of the memory and C of the constants, and T = dτ/dw. A guard
+that fires at once takes no time: dσ = 0. At a fixed time t the derivative is S − f T; put together,
+that is the saltation matrix R_x + (f⁺ − R_x f⁻) g_x/(g_x f⁻).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from painleve_sym.codegen.modes import AutomatonFunctions, ModeFunctions
+from painleve_sym.codegen.run import Array
+from painleve_sym.hybrid.automaton import HybridAutomaton, Mode, Transition
+
+Pattern = Any
+"""An array of bool: which derivatives can be different from zero."""
+Rows = tuple[ca.SX, ca.SX, ca.SX]
+"""Derivatives with respect to states, memory and constants."""
+
+
+@dataclass(frozen=True)
+class _EventSlopes:
+    """Guard and reset (x⁺, then z⁺) of a transition with their derivatives."""
+
+    guard: ca.SX
+    guard_by: Rows
+    after: ca.SX
+    after_by: Rows
+
+
+class VariationalFunctions(AutomatonFunctions):
+    """Functions of an automaton extended by derivatives in some directions.
+
+    The state is followed by the derivatives S, the memory by Z, then by `event_entries`, the
+    constants by the derivatives of the definitions. Derivatives that are zero in every mode are
+    left out. An output is followed by the derivatives of all states, then of all outputs, at a
+    fixed time, each column by column.
+
+    Parameters
+    ----------
+    automaton : HybridAutomaton
+    parameters : sequence of int or None
+        Per direction: the index of the parameter that it moves, None for none.
+    start : ndarray of bool, shape (nx, directions)
+        Which states the direction moves at the start.
+    """
+
+    def __init__(
+        self, automaton: HybridAutomaton, parameters: Sequence[int | None], start: Pattern
+    ) -> None:
+        super().__init__(automaton)
+        self.directions = len(parameters)
+        self._moved = tuple(parameters)
+        self._z, self._c = self.z, self.c
+        self._rates = [self._field(mode) for mode in automaton.modes]
+        self._rates_by = [self._by(f) for f in self._rates]
+        self._events = [[self._slopes(t) for t in mode.transitions] for mode in automaton.modes]
+        definitions = self._definitions_pattern()
+        self.state_pattern, memory = self._patterns(np.array(start, dtype=bool), definitions)
+        self._S, states = _unknowns("S", self.state_pattern)
+        self._Z, remembered = _unknowns("Z", memory)
+        self._D, derived = _unknowns("D", definitions)
+        self._C = self._D + _sparse(self._unit_pattern())
+        self._T, self._timed = ca.SX.sym("T", 1, self.directions), ca.SX.sym("timed")
+        last = ca.SX.sym("last", self.directions + 4)
+        self.x = ca.vertcat(self._x, states)
+        self.z = ca.vertcat(self._z, remembered, self._T.T, last)
+        self.c = ca.vertcat(self._c, derived)
+
+    @property
+    def event_entries(self) -> dict[str, slice]:
+        """Where the memory holds what the last event was.
+
+        ``time``: T. ``shift``: dσ by the formula, also where the event took no time. ``guard``,
+        ``rate``, ``bend``: g and its first two derivatives in time just before. ``timed``: 1 or 0.
+        """
+        n, at = self.directions, self.z.numel() - 2 * self.directions - 4
+        sizes = {"time": n, "shift": n, "guard": 1, "rate": 1, "bend": 1, "timed": 1}
+        places = {}
+        for name, size in sizes.items():
+            places[name] = slice(at, at + size)
+            at += size
+        return places
+
+    @cached_property
+    def entries(self) -> tuple[Any, Any]:
+        """Rows and directions of the derivatives that follow the state, in their order."""
+        directions, rows = np.nonzero(self.state_pattern.T)
+        return rows, directions
+
+    def packed(self, state: Array, jacobian: Array) -> Array:
+        """Return the state followed by its derivatives, those of shape (nx, directions)."""
+        return np.concatenate([state, jacobian[self.entries]])
+
+    def unpacked(self, extended: Array) -> tuple[Array, Array]:
+        """Return the state and its derivatives, shapes (nx,) and (nx, directions)."""
+        nx = self._x.numel()
+        jacobian = np.zeros((nx, self.directions))
+        jacobian[self.entries] = extended[nx:]
+        return extended[:nx], jacobian
+
+    # ---- derivatives and which of them are zero ----
+
+    def _by(self, expr: ca.SX) -> Rows:
+        return (
+            ca.jacobian(expr, self._x),
+            ca.jacobian(expr, self._z),
+            ca.jacobian(expr, self._c),
+        )
+
+    def _slopes(self, transition: Transition) -> _EventSlopes:
+        guard = self._translate(transition.guard)
+        symbols = (*self.automaton.states, *self.automaton.memory)
+        after = ca.vertcat(*[self._after(transition, s) for s in symbols])
+        return _EventSlopes(guard, self._by(guard), after, self._by(after))
+
+    @cached_property
+    def _definition_slopes(self) -> ca.Function:
+        """Derivatives of the constants with respect to the parameters, shape (nc, np)."""
+        p = ca.SX.sym("p", len(self.automaton.parameters))
+        return ca.Function("slopes", [p], [ca.jacobian(self._constants_of(p), p)])
+
+    def _unit_pattern(self) -> Pattern:
+        """Return where a direction moves its own parameter."""
+        pattern = np.zeros((self._c.numel(), self.directions), dtype=bool)
+        for k, index in enumerate(self._moved):
+            if index is not None:
+                pattern[index, k] = True
+        return pattern
+
+    def _definitions_pattern(self) -> Pattern:
+        full = _pattern(self._definition_slopes.sparsity_out(0))
+        full[: len(self.automaton.parameters)] = False
+        columns = [np.zeros(len(full), bool) if i is None else full[:, i] for i in self._moved]
+        return np.column_stack(columns)
+
+    def _patterns(self, states: Pattern, definitions: Pattern) -> tuple[Pattern, Pattern]:
+        """Return which derivatives of states and memory can ever be different from zero."""
+        nx, nz = self._x.numel(), self._z.numel()
+        memory = np.zeros((nz, self.directions), dtype=bool)
+        whole = np.vstack([states, memory, definitions | self._unit_pattern()])
+        before = np.zeros_like(whole)
+        while (whole != before).any():
+            before = whole.copy()
+            for rates, by, events in zip(self._rates, self._rates_by, self._events, strict=True):
+                whole[:nx] |= _patterns_of(by) @ whole
+                moving = _pattern(ca.sparsify(rates).sparsity())
+                for e in events:
+                    moved = whole.copy()
+                    moved[:nx] |= moving & (_patterns_of(e.guard_by) @ whole)
+                    whole[: nx + nz] |= _patterns_of(e.after_by) @ moved
+        return whole[:nx], whole[nx : nx + nz]
+
+    # ---- functions ----
+
+    @cached_property
+    def constants(self) -> ca.Function:
+        """Parameters to constants and to the derivatives of the definitions."""
+        p = ca.SX.sym("p", len(self.automaton.parameters))
+        full, none = self._definition_slopes(p), ca.SX(self._c.numel(), 1)
+        slopes = ca.horzcat(*[none if i is None else full[:, i] for i in self._moved])
+        values = ca.vertcat(self._constants_of(p), _listed(slopes, self._D.sparsity()))
+        return ca.Function("constants", [p], [ca.cse(ca.densify(values))])
+
+    def _along(self, by: Rows, states: ca.SX) -> ca.SX:
+        """Return the derivatives in all directions, those of the states given."""
+        return by[0] @ states + by[1] @ self._Z + by[2] @ self._C
+
+    def _mode(self, i: int, mode: Mode) -> ModeFunctions:
+        plain = super()._mode(i, mode)
+        rates = ca.vertcat(
+            self._rates[i],
+            _listed(self._along(self._rates_by[i], self._S), self._S.sparsity()),
+        )
+        return replace(
+            plain,
+            field=self._function(f"field_{i}", [rates]),
+            outputs=self._function(f"outputs_{i}", [self._all_outputs(i, mode)]),
+        )
+
+    def _all_outputs(self, i: int, mode: Mode) -> ca.SX:
+        expressions = list(mode.outputs.values())
+        fixed_time = self._S - self._rates[i] @ self._T
+        slopes = self._along(self._by(self._translate.vector(expressions)), fixed_time)
+        values = self._translate_value.vector(expressions)
+        return ca.vertcat(values, *(ca.vec(ca.densify(m)) for m in (fixed_time, slopes)))
+
+    def _event(self, i: int, j: int, transition: Transition) -> ca.Function:
+        e, nx = self._events[i][j], self._x.numel()
+        rate = e.guard_by[0] @ self._rates[i]
+        slope = ca.densify(self._along(e.guard_by, self._S))
+        # A guard that is zero but not coming down has no time: the quotient is then not finite.
+        shift = ca.if_else(self._timed > 0.5, -slope / ca.fmin(rate, 0), 0)
+        after = self._along(e.after_by, self._S + self._rates[i] @ shift)
+        states = ca.vertcat(e.after[:nx], _listed(after[:nx, :], self._S.sparsity()))
+        memory = ca.vertcat(
+            e.after[nx:],
+            _listed(after[nx:, :], self._Z.sparsity()),
+            (self._T + shift).T,
+            (-slope / rate).T,
+            e.guard,
+            rate,
+            ca.jtimes(rate, self._x, self._rates[i]),
+            self._timed,
+        )
+        results = [states, memory, self._conditions(transition.choices)]
+        dense = ca.cse([ca.densify(r) for r in results])
+        return ca.Function(f"event_{i}_{j}", [self.x, self.z, self.c, self._timed], dense)
+
+
+def _pattern(sparsity: ca.Sparsity) -> Pattern:
+    return np.array(ca.DM(sparsity, 1.0).full(), dtype=bool)
+
+
+def _patterns_of(rows: Rows) -> Pattern:
+    return np.hstack([_pattern(r.sparsity()) for r in rows])
+
+
+def _sparse(pattern: Pattern) -> ca.DM:
+    return ca.sparsify(ca.DM(pattern.astype(float)))
+
+
+def _unknowns(name: str, pattern: Pattern) -> tuple[ca.SX, ca.SX]:
+    """Return a matrix of symbols where `pattern` is true, and the column of these symbols."""
+    matrix = ca.SX.sym(name, _sparse(pattern).sparsity())
+    return matrix, _listed(matrix, matrix.sparsity())
+
+
+def _listed(matrix: ca.SX, sparsity: ca.Sparsity) -> ca.SX:
+    """Return the column of the entries at `sparsity`, which holds all that are not zero."""
+    entries: list[Any] = ca.project(matrix, sparsity).nonzeros()
+    return ca.vertcat(*entries) if entries else ca.SX(0, 1)

@@ -1,0 +1,108 @@
+"""Measured data and the fitted model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from sympy import Symbol, latex
+
+from painleve_sym.present.style import COLUMN, PALETTE, REFERENCE, STYLE
+from painleve_sym.simulate.trajectory import write_beside
+from painleve_sym.study.fit_data import OUTPUT_UNITS
+from painleve_sym.study.fit_result import FitResult
+
+SUFFIXES = (".png", ".svg", ".pdf")
+# No date and no version: equal results give equal files.
+_METADATA: dict[str, dict[str, Any]] = {
+    ".png": {"Software": None},
+    ".svg": {"Date": None, "Creator": None},
+    ".pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+}
+_HEIGHT, _MARGIN = 1.75, 0.5
+
+
+def fit_figure(found: FitResult, units: Mapping[str, str]) -> Figure:
+    """Return one panel per measured quantity.
+
+    A history shows data and model over time; motions row by row show the model against the data,
+    where a perfect fit lies on the diagonal.
+    """
+    names = list(found.measured)
+    with rc_context(STYLE):
+        height = _HEIGHT * len(names) + _MARGIN
+        if found.times is None:
+            height = COLUMN * len(names)
+        figure = Figure(figsize=(COLUMN, height), layout="constrained")
+        share = found.times is not None
+        panels = figure.subplots(len(names), 1, sharex=share, squeeze=False)[:, 0]
+        for axes, name in zip(panels, names, strict=True):
+            label = f"{_symbol(name)} [{units[name]}]"
+            if found.times is None:
+                _draw_rows(axes, found, name, label)
+            else:
+                _draw_history(axes, found, name, label)
+        if found.times is not None:
+            panels[-1].set_xlabel("time [ms]")
+        panels[0].legend(loc="best")
+    return figure
+
+
+def _symbol(name: str) -> str:
+    """Return an output in words, a coordinate or velocity as a formula."""
+    if name in OUTPUT_UNITS:
+        return name.replace("_", " ")
+    stem, _, index = name.removesuffix("_dot").partition("_")
+    letter = latex(Symbol(stem))
+    dotted = rf"\dot{{{letter}}}" if name.endswith("_dot") else letter
+    return f"${dotted}_{{{index}}}$" if index else f"${dotted}$"
+
+
+def _draw_history(axes: Axes, found: FitResult, name: str, label: str) -> None:
+    assert found.times is not None
+    times, data = found.times * 1e3, found.measured[name]
+    axes.plot(times, data, ".", color=REFERENCE, markersize=3.0, label="measured")
+    axes.plot(times, found.model[name], color=PALETTE[2], label="fitted model")
+    axes.set_ylabel(label)
+
+
+def _draw_rows(axes: Axes, found: FitResult, name: str, label: str) -> None:
+    data, model = found.measured[name], found.model[name]
+    kept = np.isfinite(data)
+    ends = [float(f(np.concatenate([data[kept], model[kept]]))) for f in (np.min, np.max)]
+    axes.plot(ends, ends, color=REFERENCE, linewidth=0.8, label="equal")
+    axes.errorbar(
+        data[kept],
+        model[kept],
+        xerr=found.noise[name],
+        fmt="o",
+        color=PALETTE[1],
+        markersize=3.0,
+        elinewidth=0.7,
+        label="motions, one standard deviation",
+    )
+    axes.set_xlabel(f"measured {label}")
+    axes.set_ylabel(f"model {label}")
+
+
+def write_fit_figure(found: FitResult, units: Mapping[str, str], path: Path) -> None:
+    """Write the figure as PNG, SVG or PDF by the suffix: whole, or not at all.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written.
+    """
+    suffix = path.suffix.lower()
+    assert suffix in SUFFIXES  # checked with the options
+    figure = fit_figure(found, units)
+    with rc_context(STYLE):
+        write_beside(
+            path,
+            lambda f: figure.savefig(f, format=suffix[1:], metadata=_METADATA[suffix]),
+        )

@@ -1,0 +1,71 @@
+"""A state and its derivatives over time, through every event."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.figure import Figure
+from sympy import Symbol, latex
+
+from painleve_sym.present.style import COLUMN, DASHES, PALETTE, REFERENCE, STYLE, save
+from painleve_sym.simulate.sensitivity import SensitiveTrajectory
+
+_MARGIN = 1.02
+"""The motion is followed so far past its last event, in parts of that event's time."""
+
+
+def sensitivity_figure(
+    found: SensitiveTrajectory,
+    quantity: str,
+    label: str,
+    symbols: Mapping[str, str] | None = None,
+    start: float = 0.0,
+) -> Figure:
+    """Return a figure of a quantity, and of its derivatives per relative change of a parameter.
+
+    Parameters
+    ----------
+    found : SensitiveTrajectory
+        With dense steps; its directions are parameters.
+    quantity : str
+        State or output.
+    label : str
+        Of its axis, with the unit.
+    symbols : mapping of str to str, optional
+        LaTeX of directions; by default from their names.
+    start : float
+        From when on it is drawn; s.
+    """
+    run = found.trajectory
+    times = run.fine_times(24)
+    times = times[times >= start]
+    if found.events:
+        times = times[times <= _MARGIN * found.events[-1].event.time]
+    values, slopes = run.values(quantity, times), found.gradient(quantity, times)
+    sizes = np.array([run.parameters.get(name, 1.0) for name in found.wrt])
+    with rc_context(STYLE):
+        figure = Figure(figsize=(COLUMN, 3.6), layout="constrained")
+        panels: Any = figure.subplots(2, 1, sharex=True)
+        panels[0].plot(times * 1e3, values, color=PALETTE[0])
+        panels[0].set_ylabel(label)
+        for k, name in enumerate(found.wrt):
+            symbol = (symbols or {}).get(name) or latex(Symbol(name))
+            text = rf"${symbol}\,\partial/\partial {symbol}$"
+            look: Any = {"color": PALETTE[1 + k % 4], "linestyle": DASHES[k % len(DASHES)]}
+            panels[1].plot(times * 1e3, slopes[:, k] * sizes[k], label=text, **look)
+        for axes in panels:
+            for e in found.events:
+                axes.axvline(e.event.time * 1e3, color=REFERENCE, linewidth=0.6, zorder=0)
+        panels[1].set_ylabel(f"change of {label}")
+        panels[1].set_xlabel("time [ms]")
+        panels[1].legend(loc="best")
+    return figure
+
+
+def save_sensitivity_figure(figure: Figure, stem: Path) -> tuple[Path, Path]:
+    """Write the figure as PNG and SVG beside `stem`; return both paths."""
+    return save(figure, stem)

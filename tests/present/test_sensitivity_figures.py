@@ -1,0 +1,76 @@
+"""Figures of derivatives and of fits."""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+import pytest
+
+from painleve_sym.laws.compliance import law
+from painleve_sym.mechanics.models import model
+from painleve_sym.present.fit_figure import fit_figure, write_fit_figure
+from painleve_sym.present.sensitivity_figure import save_sensitivity_figure, sensitivity_figure
+from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.study.fit_result import FitResult
+
+STATE = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
+
+
+@functools.cache
+def motion():
+    simulator = SoftenedSimulator(model("rod"), law("bilinear-hertz", reload="virgin"))
+    return simulator.sensitivities(STATE, ("mu", "E"), parameters={"E": 20.9e14}, t_end=4.5e-4)
+
+
+def test_derivatives_are_drawn_per_relative_change_with_every_event(tmp_path):
+    found = motion()
+
+    def draw():
+        return sensitivity_figure(found, "y_A_dot", "velocity [m/s]", {"mu": r"\mu"}, 3.95e-4)
+
+    figure = draw()
+    above, below = figure.axes
+    events = len(found.events)
+    assert len(above.lines) == 1 + events and len(below.lines) == 2 + events
+    times, drawn = below.lines[0].get_data()
+    expected = 1.4 * found.gradient("y_A_dot", np.asarray(times) / 1e3)[:, 0]
+    np.testing.assert_allclose(drawn, expected, rtol=1e-6, atol=1e-9)
+    first, second = (save_sensitivity_figure(draw(), tmp_path / n) for n in "ab")
+    for one, other in zip(first, second, strict=True):
+        assert one.read_bytes() == other.read_bytes()
+
+
+def result(times):
+    values = np.array([1.0, 2.0, np.nan])
+    return FitResult(
+        names=("mu",), units=("1",), start=np.ones(1), estimate=np.ones(1),
+        standard_error=np.ones(1), interval=np.array([[0.0, 2.0]]), level=0.95, freedom=1,
+        correlation=np.eye(1), noise={"theta_dot": 0.1, "normal_force": 1.0}, noise_given=True,
+        measured={"theta_dot": values, "normal_force": values},
+        model={"theta_dot": values + 0.1, "normal_force": values}, times=times,
+        evaluations=1, condition=1.0, message="",
+    )  # fmt: skip
+
+
+UNITS = {"theta_dot": "rad/s", "normal_force": "N"}
+
+
+def test_a_history_is_drawn_over_time():
+    figure = fit_figure(result(np.array([0.0, 1e-3, 2e-3])), UNITS)
+    assert [a.get_ylabel() for a in figure.axes] == [
+        r"$\dot{\theta}$ [rad/s]",
+        "normal force [N]",
+    ]
+    np.testing.assert_allclose(figure.axes[0].lines[0].get_xdata(), [0.0, 1.0, 2.0])
+
+
+@pytest.mark.parametrize("suffix", ["png", "svg", "pdf"])
+def test_motions_row_by_row_are_drawn_against_the_data(tmp_path, suffix):
+    path = tmp_path / f"fit.{suffix}"
+    write_fit_figure(result(None), UNITS, path)
+    first = path.read_bytes()
+    write_fit_figure(result(None), UNITS, path)
+    assert path.read_bytes() == first
+    figure = fit_figure(result(None), UNITS)
+    assert figure.axes[0].get_xlabel() == r"measured $\dot{\theta}$ [rad/s]"

@@ -1,0 +1,179 @@
+"""Parameters from synthetic data whose answer is known."""
+
+from __future__ import annotations
+
+import functools
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from painleve_sym.errors import InputError
+from painleve_sym.laws.compliance import law
+from painleve_sym.mechanics.models import model
+from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.study.fit import FitProblem
+from painleve_sym.study.fit_data import FitData, read_fit_data
+
+FOLDER = Path(__file__).parents[2] / "examples" / "studies" / "fit"
+TRUTH = {"e_energetic": 0.75, "mu": 1.4, "E": 20.9e10}
+GUESS = {"e_energetic": 0.5, "mu": 1.35, "E": 5e10}
+FALL = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0, "y_A_dot": -0.02}
+TIMES = np.arange(0, 101) * 4e-5
+
+
+@functools.cache
+def simulator():
+    return SoftenedSimulator(model("rod"), law("bilinear-hertz"))
+
+
+@functools.cache
+def clean_force():
+    run = simulator().run(FALL, parameters=TRUTH, t_end=1.001 * TIMES[-1])
+    return run.values("normal_force", TIMES)
+
+
+def history(force):
+    return FitData("made up", TIMES, {}, {"normal_force": force})
+
+
+def problem(data, estimate=tuple(TRUTH), state=FALL, parameters=GUESS, **more):
+    return FitProblem(simulator(), data, tuple(estimate), state, parameters, **more)
+
+
+def test_clean_data_give_the_parameters_back():
+    found = problem(history(clean_force()), sigma={"normal_force": 1.0}).solve()
+    np.testing.assert_allclose(found.estimate, list(TRUTH.values()), rtol=1e-7)
+
+
+@pytest.mark.parametrize(("name", "state"), [("impacts.csv", {}), ("force.csv", FALL)])
+def test_intervals_of_the_committed_data_hold_the_truth(name, state):
+    data = read_fit_data(FOLDER / name, model("rod"))
+    found = problem(data, state=state).solve()
+    for i, parameter in enumerate(found.names):
+        low, high = found.interval[i]
+        assert low < TRUTH[parameter] < high
+    assert found.freedom == data.count - 3
+    noise = {"y_A_dot": 2e-3, "theta_dot": 4e-3, "normal_force": 5.0}
+    for column, value in found.noise.items():
+        assert value == pytest.approx(noise[column], rel=0.25)
+
+
+def test_derivatives_of_the_model_are_its_differences():
+    p = problem(history(clean_force()))
+    at = np.array(list(GUESS.values()))
+    slopes = p.predict(at)[1]["normal_force"]
+    for k in range(3):
+        h = np.zeros(3)
+        h[k] = 1e-5 * at[k]
+        moved = [p.predict(at + s * h)[0]["normal_force"] for s in (1, -1)]
+        difference = (moved[0] - moved[1]) / (2 * h[k])
+        scale = float(np.max(np.abs(difference)))
+        np.testing.assert_allclose(slopes[:, k], difference, atol=2e-6 * scale)
+
+
+@pytest.mark.slow
+def test_ninety_percent_intervals_hold_the_truth_nine_times_of_ten():
+    rng, held = np.random.default_rng(5), np.zeros(3)
+    runs = 60
+    for _ in range(runs):
+        force = clean_force() + 5.0 * rng.standard_normal(len(TIMES))
+        found = problem(history(force), parameters=TRUTH, level=0.9).solve()
+        truth = np.array(list(TRUTH.values()))
+        held += (found.interval[:, 0] < truth) & (truth < found.interval[:, 1])
+    # Four standard deviations of a binomial count.
+    assert np.all(np.abs(held - 0.9 * runs) < 4 * np.sqrt(0.09 * runs))
+
+
+def test_a_combination_that_the_data_leave_open_is_named():
+    with pytest.raises(InputError, match="combination of E, R"):
+        problem(history(clean_force()), ("E", "R"), parameters={}).solve()
+
+
+def test_a_parameter_without_influence_is_named():
+    flight = FitData("flight", TIMES, {}, {"theta": 1.0 + TIMES})
+    with pytest.raises(InputError, match="do not depend on e_energetic"):
+        problem(flight, state={"theta": 1.0, "y_A": 1.0}).solve()
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"estimate": ("mue",)}, "Did you mean 'mu'"),
+        ({"estimate": ()}, "nothing to estimate"),
+        ({"estimate": ("mu", "mu")}, "twice"),
+        ({"level": 1.0}, "level"),
+        ({"sigma": {"theta": 1.0}}, "unknown column"),
+        ({"sigma": {"normal_force": 0.0}}, "need a number > 0"),
+    ],
+)
+def test_what_is_asked_is_checked(change, said):
+    with pytest.raises(InputError, match=said):
+        problem(history(np.ones(101)), **change)
+
+
+def test_too_few_rows_are_refused():
+    data = FitData("short", TIMES[:3], {}, {"normal_force": np.ones(3)})
+    with pytest.raises(InputError, match="too few rows: got 3"):
+        problem(data)
+
+
+def test_a_motion_that_stops_before_the_data_is_refused():
+    late = FitData("late", np.array([0.0, 1.0, 5.0, 9.0]), {}, {"theta": np.ones(4)})
+    with pytest.raises(InputError, match=r"stops at t = .*left_domain"):
+        problem(late).solve()
+
+
+def test_a_row_without_its_event_is_named():
+    data = FitData("rows", None, {"theta": np.ones(4)}, {"theta_dot": np.ones(4)})
+    with pytest.raises(InputError, match="row 1: the motion ends by"):
+        problem(data, state={"y_A": 10.0}, t_end=0.01).solve()
+
+
+GOOD = "t [s],normal_force [N]\n0,1\n1e-3,2\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "no rows"),
+        ("normal_force [N]\n1\n", "t .s. is missing"),
+        ("t [s]\n1\n", "no measured column"),
+        ("t [ms],normal_force [N]\n1,2\n", r"got the unit \[ms\], need \[s\]"),
+        ("t [s],theta [deg]\n1,2\n", r"got the unit \[deg\], need \[rad\]"),
+        ("t [s],normal_force\n1,2\n", r"need NAME \[unit\]"),
+        ("t [s],normal_forse [N]\n1,2\n", "Did you mean 'normal_force'"),
+        ("t [s],t [s]\n1,2\n", "there twice"),
+        ("t [s],normal_force [N]\n1\n", "line 2: got 1 cells, need 2"),
+        ("t [s],normal_force [N]\n1,x\n", "line 2, column normal_force .N.: got 'x'"),
+        ("t [s],normal_force [N]\n1,nan\n", "need a finite number"),
+        ("t [s],normal_force [N]\n,2\n", "column t: got an empty cell"),
+        ("t [s],normal_force [N]\n2,2\n1,2\n", "do not decrease"),
+        ("t [s],normal_force [N]\n1,\n", "no measured values"),
+        ("t [s],end theta [rad]\n1,2\n", "with and without start or end"),
+        ("start theta [rad]\n1\n", "no measured column"),
+    ],
+)
+def test_data_files_are_checked(tmp_path, text, said):
+    path = tmp_path / "data.csv"
+    path.write_text(text, "utf-8")
+    with pytest.raises(InputError, match=said):
+        read_fit_data(path, model("rod"))
+
+
+def test_comments_empty_cells_and_spaces_are_read(tmp_path):
+    path = tmp_path / "data.csv"
+    path.write_text("# a comment\n\n t [s] , theta [rad], normal_force [N]\n0, 1.5,\n1,,3\n")
+    data = read_fit_data(path, model("rod"))
+    assert data.count == 2
+    np.testing.assert_array_equal(data.times, [0, 1])
+    np.testing.assert_array_equal(data.measured["theta"], [1.5, np.nan])
+
+
+def test_files_that_cannot_be_read_are_named(tmp_path):
+    with pytest.raises(InputError, match="No such file"):
+        read_fit_data(tmp_path / "none.csv", model("rod"))
+    path = tmp_path / "binary.csv"
+    path.write_bytes(b"\xff\xfe\x00t")
+    with pytest.raises(InputError, match="not a CSV file"):
+        read_fit_data(path, model("rod"))
