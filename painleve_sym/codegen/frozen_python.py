@@ -184,6 +184,8 @@ class Impact:
     def departure(self, force: float) -> int:
         """Return the direction in which a point at rest slips under this force, 0 if it sticks."""
         _, W_nt, W_tt, _, b_t = self.sets[self.stopped]
+        if force == 0 and b_t == 0:
+            force = 1.0  # all scales with the force then, also when it is still zero
         pull = W_nt * force + b_t
         if abs(pull) <= self.mu * W_tt * force:
             return 0

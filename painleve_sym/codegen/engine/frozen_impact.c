@@ -30,6 +30,8 @@ typedef struct {
 /* Direction of slip that a contact at rest tangentially takes under the force F; 0: it sticks. */
 static int ps_departure(const ps_impact *s, double F) {
   const double *w = s->set[s->stopped];
+  /* Without a free acceleration all scales with the force, also when it is still zero. */
+  if (F == 0 && w[4] == 0) F = 1;
   double pull = w[1] * F + w[4];
   if (fabs(pull) <= s->mu * w[2] * F) return 0;
   return (pull > 0) - (pull < 0);
