@@ -119,7 +119,9 @@ class RigidSimulator(ContactSimulator):
         checked = self.options(vector, values, **options)
         raw, limits = self._run_through_bounces(vector, values, checked)
         trajectory = self.trajectory(raw, values, checked.rtol)
-        events = sorted((*trajectory.events, *limits), key=lambda e: e.time)
+        events = list(trajectory.events)
+        for place, settled in reversed(limits):
+            events.insert(place, settled)
         events = [self._with_alternatives(e, values) for e in events]
         return replace(trajectory, events=tuple(events))
 
@@ -140,11 +142,14 @@ class RigidSimulator(ContactSimulator):
 
     def _run_through_bounces(
         self, vector: Array, values: dict[str, float], o: RunOptions
-    ) -> tuple[RawRun, list[EventRecord]]:
-        """Run; where bounces die out, close the contact and go on. Returns the joined run."""
+    ) -> tuple[RawRun, list[tuple[int, EventRecord]]]:
+        """Run; where bounces die out, close the contact and go on.
+
+        Returns the joined run, and the ends of bounces with their places among its events.
+        """
         parameters = self._vector_of(values)
         runs: list[RawRun] = []
-        limits: list[EventRecord] = []
+        limits: list[tuple[int, EventRecord]] = []
         options, start = replace(o, start_events=True), 0.0
         while True:
             raw = self.integrator.run(vector, parameters, options).shifted(start)
@@ -156,7 +161,8 @@ class RigidSimulator(ContactSimulator):
             vector = raw.state.copy()
             vector[self._index(self.contact.gap)] = 0.0
             vector[self._index(self.contact.gap_rate)] = 0.0
-            limits.append(self._settle_event(raw, vector))
+            place = sum(len(r.events) for r in runs)
+            limits.append((place, self._settle_event(raw, vector)))
             start = raw.time
             options = replace(options, t_end=o.t_end - start)
             if not options.t_end > 0:
