@@ -1,6 +1,6 @@
 /* Stiffness and exponent of the loading curve. */
 static void loading_curve(const double *p, double *k, double *n) {
-  double c[${NAME}_CONSTANTS], law[2], w[$law_work];
+  double c[${NAME}_CONSTANTS], law[2], w[$work];
   const double *arg[1] = {c};
   double *res[1] = {law};
   casadi_int iw[8];
