@@ -35,5 +35,5 @@ def export(arguments: argparse.Namespace) -> int:
     show(f"The example has {events} events and ends at t = {end} s ({reason.advice}).")
     show()
     show("build and compare, in that folder:")
-    show("  cmake -B build && cmake --build build && ctest --test-dir build")
+    show("  cmake -B build && cmake --build build && (cd build && ctest)")
     return 0

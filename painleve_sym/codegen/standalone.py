@@ -27,7 +27,7 @@ def filled(template: str, values: Mapping[str, Any]) -> str:
     """Return the named template (a file in ``templates``) with `values` put in."""
     folder = resources.files("painleve_sym.codegen").joinpath("templates")
     text = Template(folder.joinpath(template).read_text("utf-8")).substitute(values)
-    return "\n".join(line.rstrip() for line in text.splitlines()) + "\n"
+    return "\n".join(line.rstrip() for line in text.split("\n")).rstrip() + "\n"
 
 
 def engine_text(automaton: HybridAutomaton) -> str:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence, Sized
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import painleve_sym
 from painleve_sym.codegen.compile import Compiler
-from painleve_sym.codegen.run import Array
+from painleve_sym.codegen.run import Array, RunOptions
 from painleve_sym.codegen.source import ENGINE_REASONS
 from painleve_sym.codegen.standalone import (
     NUMERIC_FLAGS,
@@ -166,7 +166,7 @@ def _header(case: Case) -> str:
     outline, mechanism = case.outline, case.simulator.mechanism
     memory, extra = [s.name for s in outline.memory], list(case.states)[len(case.motion) :]
     loads = isinstance(case.simulator, SoftenedSimulator)
-    counts = {
+    counts: dict[str, Sized] = {
         "states": outline.states,
         "parameters": outline.parameters,
         "memory": memory,
@@ -189,17 +189,14 @@ def _header(case: Case) -> str:
             "constants_count": len(outline.parameters) + len(outline.definitions),
             "enums": _enums(case),
             "memory_room": max(1, len(memory)),
-            "completed": "; ".join(_completed(s, case.states[s][1]) for s in extra) or "there is none",
-            "press": _filled_text(_PRESS, case) if loads else "",
+            "completed": ", ".join(s + " = 0" * s.endswith("dissipation") for s in extra),
+            "press": _PRESS.format(name=case.name) if loads else "",
             "rtol": repr(DEFAULT_RTOL),
             "constants": defined,
-            **_limits(),
+            "max_steps": RunOptions.max_steps,
+            "max_events": RunOptions.max_events,
         },
     )
-
-
-def _completed(state: str, meaning: str) -> str:
-    return f"{state}" + (" as 0" if state.endswith("dissipation") else "")
 
 
 _PRESS = """\
@@ -208,10 +205,6 @@ _PRESS = """\
 void {name}_press(const double *p, double *x, double force);
 
 """
-
-
-def _filled_text(text: str, case: Case) -> str:
-    return text.format(name=case.name)
 
 
 def _enums(case: Case) -> str:
@@ -248,7 +241,8 @@ def _enums(case: Case) -> str:
         ("stop", "stop", [(r.label, r.advice) for r in ENGINE_REASONS], "Why a run ended"),
     ]
     return "\n\n".join(
-        enum(f"{name}_{tag}", f"{name}_{prefix}", rows, about) for tag, prefix, rows, about in tables
+        enum(f"{name}_{tag}", f"{name}_{prefix}", rows, about)
+        for tag, prefix, rows, about in tables
     )
 
 
@@ -304,30 +298,32 @@ def _start(case: Case) -> str:
         "coordinates": len(system.q),
         "own_parameters": len(system.parameters),
         "found": ", ".join([*(f"FOUND_{n}" for n in found.names), "FOUND"]),
-        "contact_tolerance": repr(CONTACT_TOLERANCE),
-        "complete": "\n".join(_complete(case)),
-        "scales": filled(scales, values),
-        **_limits(),
+        "complete": _complete(case),
+        "scales": filled(scales, values).rstrip(),
+        "max_steps": RunOptions.max_steps,
+        "max_events": RunOptions.max_events,
     }
     return filled("start.c", values)
 
 
-def _limits() -> dict[str, int]:
-    from dataclasses import fields
-
-    from painleve_sym.codegen.run import RunOptions
-
-    return {f.name: f.default for f in fields(RunOptions) if f.name in ("max_steps", "max_events")}
+_CLEANED = f"""\
+/* Computed from the coordinates these cancel: a touching start must not become a tiny fall. */
+static double cleaned(double value) {{ return fabs(value) <= {CONTACT_TOLERANCE!r} ? 0.0 : value; }}
+"""
 
 
-def _complete(case: Case) -> Iterable[str]:
-    derived = {
-        case.place["gap"]: "cleaned(found[FOUND_gap])",
-        case.place["gap_rate"]: "cleaned(found[FOUND_gap_rate])",
-        case.place["slip"]: "found[FOUND_slip_velocity]",
-    }
-    for i in range(len(case.motion), len(case.states)):
-        yield f"  x[{i}] = {derived.get(i, '0')};"
+def _complete(case: Case) -> str:
+    """Return the function that completes a state; where all follow as 0, it asks for nothing."""
+    own, derived = range(len(case.motion), len(case.states)), dict.fromkeys(case.place.values(), "")
+    derived[case.place["slip"]] = "found[FOUND_slip_velocity]"
+    for name in ("gap", "gap_rate"):
+        derived[case.place[name]] = f"cleaned(found[FOUND_{name}])"
+    lines = [f"  x[{i}] = {derived.get(i, '0')};" for i in own]
+    if any(i in own for i in derived):
+        lines = ["  double found[FOUND];", "  contact_numbers(p, x, found);", *lines]
+    cleans = [_CLEANED] if case.place["gap"] in own else []
+    head = f"void {case.name}_complete_state(const double *p, double *x) {{"
+    return "\n".join([*cleans, head, *lines, "}"])
 
 
 def _main(case: Case) -> str:
@@ -353,7 +349,7 @@ def _main(case: Case) -> str:
             "press": "" if force is None else f"  {case.name}_press(p, x, {force!r});\n",
             "t_end": repr(case.t_end),
             "rtol": repr(case.rtol),
-            "options": "\n".join(options),
+            "options": "".join(f"{line}\n" for line in options),
         },
     )
 

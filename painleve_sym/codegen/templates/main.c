@@ -27,8 +27,7 @@ $state
 
   ${name}_complete_state(p, x);
 $press  ${name}_default_options(p, x, $t_end, $rtol, &options);
-$options
-  run = ${name}_simulate(p, x, &options);
+$options  run = ${name}_simulate(p, x, &options);
   if (!run) {
     fprintf(stderr, "no memory\n");
     return 1;

@@ -1,7 +1,10 @@
 /* $title
  *
  * Generated: the rates, guards, resets and outputs of every mode. Then the event loop, the same for
- * every mechanism, and the functions that ${name}_model.h describes. */
+ * every mechanism, and the functions that ${name}_model.h describes.
+ *
+ * SPDX-License-Identifier: BSD-3-Clause
+ * Copyright (c) painleve-sym developers: the event loop and the interface. */
 
 #include "${name}_model.h"
 

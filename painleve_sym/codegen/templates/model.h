@@ -50,40 +50,39 @@ extern const double ${name}_default_parameters[${NAME}_PARAMETERS];
 
 /* How to integrate; start from ${name}_default_options. */
 typedef struct {
-  double t_end;               /* end time, > 0; s */
-  double rtol;                /* relative tolerance, 1e-15 <= rtol < 1 */
-  double atol[${NAME}_STATES]; /* absolute tolerances, each in the unit of its state; HUGE_VAL leaves
-                                 a state out of the step control */
-  double first_step;          /* s; 0: chosen */
-  double max_step;            /* s; 0: none */
-  long max_steps;             /* >= 1 */
-  long max_events;            /* >= 1 */
-  unsigned char until[${NAME}_UNTIL]; /* 1: the run ends at the first event of that kind */
-  int keep_steps;             /* 1: keep what ${name}_at needs */
+  double t_end; /* end time, > 0; s */
+  double rtol;  /* relative tolerance, 1e-15 <= rtol < 1 */
+  /* Absolute tolerances, each in the unit of its state; HUGE_VAL: not part of the step control. */
+  double atol[${NAME}_STATES];
+  double first_step; /* s; 0: chosen */
+  double max_step;   /* s; 0: no bound */
+  long max_steps;    /* >= 1 */
+  long max_events;   /* >= 1 */
+  /* 1: the run ends at the first event of that kind. */
+  unsigned char until[${NAME}_UNTIL];
+  int keep_steps; /* 1: keep what ${name}_at needs */
 } ${name}_options;
 
 typedef struct {
-  double time;                       /* s */
-  int kind;                          /* enum ${name}_event_kind */
-  int mode_before, mode_after;       /* enum ${name}_mode */
-  double before[${NAME}_STATES];     /* state just before */
-  double after[${NAME}_STATES];      /* state just after */
-  double outputs[${NAME}_OUTPUTS];   /* enum ${name}_output, just before */
+  double time;                 /* s */
+  int kind;                    /* enum ${name}_event_kind */
+  int mode_before, mode_after; /* enum ${name}_mode */
+  /* States just before and just after; outputs (enum ${name}_output) just before. */
+  double before[${NAME}_STATES], after[${NAME}_STATES], outputs[${NAME}_OUTPUTS];
 } ${name}_event;
 
 /* A run. It owns what it points to; only read it, and give it to ${name}_free when done. */
 typedef struct {
-  double time;                       /* where it ended; s */
-  int mode;                          /* enum ${name}_mode, at the end */
-  int stop;                          /* enum ${name}_stop */
-  double state[${NAME}_STATES];      /* at the end */
-  double memory[$memory_room];       /* at the end */
-  double outputs[${NAME}_OUTPUTS];   /* at the end */
+  double time; /* where it ended; s */
+  int mode;    /* enum ${name}_mode, at the end */
+  int stop;    /* enum ${name}_stop */
+  /* At the end. */
+  double state[${NAME}_STATES], memory[$memory_room], outputs[${NAME}_OUTPUTS];
   long accepted_steps, rejected_steps, field_evaluations;
   long event_count;
-  ${name}_event *events;             /* in the order in which they happened */
-  long step_count;                   /* 0 unless options.keep_steps */
-  double *steps;                     /* for ${name}_at */
+  ${name}_event *events; /* in the order in which they happened */
+  long step_count;       /* 0 unless options.keep_steps */
+  double *steps;         /* for ${name}_at */
 } ${name}_run;
 
 /* Completes a state: coordinates and velocities (the first $motion_count entries of x) are read, every

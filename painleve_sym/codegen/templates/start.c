@@ -1,7 +1,10 @@
 /* $title
  *
  * From coordinates and velocities to a start state and its tolerances. Generated: the numbers of
- * the contact at a state. The rest is described in ${name}_model.h. */
+ * the contact at a state. The rest is described in ${name}_model.h.
+ *
+ * SPDX-License-Identifier: BSD-3-Clause
+ * Copyright (c) painleve-sym developers: the event loop and the interface. */
 
 #include "${name}_model.h"
 
@@ -32,17 +35,10 @@ static void contact_numbers(const double *p, const double *x, double *found) {
   quantities(arg, res, iw, w, 0);
 }
 
-/* Computed from the coordinates these cancel: a touching start must not become a tiny fall. */
-static double cleaned(double value) { return fabs(value) <= $contact_tolerance ? 0.0 : value; }
-
-void ${name}_complete_state(const double *p, double *x) {
-  double found[FOUND];
-  contact_numbers(p, x, found);
-  (void)cleaned;
 $complete
-}
 
 $scales
+
 void ${name}_tolerances(const double *p, const double *x, double rtol, double *atol) {
   double found[FOUND], gap, rate, energy, slip;
   contact_numbers(p, x, found);
