@@ -27,6 +27,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "critical": ("critical", "find the initial force that separates lift-off from impact"),
     "contrast": ("contrast", "ask every method what follows from one state, side by side"),
     "fit": ("fit", "estimate parameters from measured velocities or force histories"),
+    "export": ("export", "write the motion as C code that needs the package no more"),
     "automaton": ("describe", "show the modes and events of a mechanism with a contact law"),
     "reproduce": ("reproduce", "redo the tables, figures and formulas of the paper"),
 }
@@ -180,14 +181,8 @@ def _run_options(sub: dict[str, _Parser]) -> None:
         help="with a law: frozen (default), or carried along to where the impulse acts",
     )
     jump.epilog = _JUMP + _SCENARIO
-    _law(simulate)
+    _motion(simulate)
     for option, metavar, text in (
-        ("--t-end", "TIME", "end time, s"),
-        ("--until", "EVENT,...", "end at the first event of these kinds, such as separation"),
-        ("--initial-force", "N", "start compressed so that the contact carries this force, N"),
-        ("--rtol", "X", "relative tolerance, from 1e-15 up to 1"),
-        ("--max-steps", "N", "stop after so many steps, by default 1e6"),
-        ("--max-events", "N", "stop after so many events, by default 1e5"),
         ("--engine", "NAME", "auto (default), compiled or erk"),
         ("--samples", "N", "also give state and forces at N evenly spaced times"),
         ("--save", "FILE", "write the whole trajectory, an NPZ file"),
@@ -196,6 +191,38 @@ def _run_options(sub: dict[str, _Parser]) -> None:
         simulate.add_argument(option, metavar=metavar, help=text)
     for name in ("classify", "jump", "simulate"):
         _json(sub[name])
+
+
+def _motion(parser: _Parser) -> None:
+    _law(parser)
+    for option, metavar, text in (
+        ("--t-end", "TIME", "end time, s"),
+        ("--until", "EVENT,...", "end at the first event of these kinds, such as separation"),
+        ("--initial-force", "N", "start compressed so that the contact carries this force, N"),
+        ("--rtol", "X", "relative tolerance, from 1e-15 up to 1"),
+        ("--max-steps", "N", "stop after so many steps, by default 1e6"),
+        ("--max-events", "N", "stop after so many events, by default 1e5"),
+    ):
+        parser.add_argument(option, metavar=metavar, help=text)
+
+
+def _export_options(parser: _Parser) -> None:
+    _case(parser)
+    _motion(parser)
+    parser.add_argument(
+        "--out", required=True, metavar="DIR", help="folder to write, absent or empty"
+    )
+    parser.add_argument(
+        "--name", metavar="NAME", help="prefix of the C names, by default the mechanism's name"
+    )
+    _json(parser)
+    parser.epilog = (
+        "CASE, state, parameters and law are those of `painleve simulate`; they are what\n"
+        "the example main.c runs. Without --state it runs the mechanism's own start,\n"
+        "without --t-end 0.01 s, of a rigid motion 1 s.\n\n"
+        "  painleve export rod --law bilinear-hertz --law-set E=20.9e14 --out rod-c\n"
+        "  cd rod-c && cmake -B build && cmake --build build"
+    )
 
 
 def _map_options(parser: _Parser) -> None:
@@ -344,6 +371,7 @@ def _parsers() -> tuple[_Parser, dict[str, _Parser]]:
         sub[name] = group.add_parser(name, description=f"{text[0].upper()}{text[1:]}.")
     _describe_options(sub)
     _run_options(sub)
+    _export_options(sub["export"])
     _map_options(sub["map"])
     _critical_options(sub["critical"])
     _contrast_options(sub["contrast"])

@@ -55,7 +55,9 @@ def _sizes(functions: AutomatonFunctions) -> str:
         "WORK": max(f.sz_w() for f in functions.all()),
     }
     lines = [f"#define PS_{name} {value}" for name, value in sizes.items()]
-    return "\n".join([*lines, '#define PS_EXPORT __attribute__((visibility("default")))', ""])
+    # A file around this one may have said already how its functions are seen.
+    seen = '#define PS_EXPORT __attribute__((visibility("default")))'
+    return "\n".join([*lines, "#ifndef PS_EXPORT", seen, "#endif", ""])
 
 
 def _weighted(row: dict[int, float]) -> str:

@@ -21,7 +21,7 @@ from painleve_sym.simulate.chatter import REVERSE_CHATTER, Chatter, chatter, gro
 from painleve_sym.simulate.classify import contact_problem
 from painleve_sym.simulate.contact_numbers import contact_numbers
 from painleve_sym.simulate.findings import LimitKind
-from painleve_sym.simulate.simulator import ContactSimulator, Limit, Restart
+from painleve_sym.simulate.simulator import AT_REST, ContactSimulator, Limit, Restart
 from painleve_sym.simulate.singular import locate_limit
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 from painleve_sym.simulate.two_contacts import TwoContactSimulator
@@ -105,7 +105,7 @@ class RigidSimulator(ContactSimulator):
     ) -> tuple[float, ...]:
         """Return the scales of gap (m), gap rate (m/s) and the energy (J) of contact i."""
         W_nn = contact_numbers(self.mechanism, i)(values)["W_nn"]
-        energy = kinetic or 1.0
+        energy = kinetic if kinetic > AT_REST else 1.0
         return 1.0, float(np.sqrt(2 * energy * W_nn)), energy
 
     def run(
@@ -151,7 +151,9 @@ class RigidSimulator(ContactSimulator):
         self, trajectory: Trajectory, limits: Sequence[Limit], values: dict[str, float]
     ) -> Trajectory:
         """Return the trajectory with the limits of its bounces among its events."""
-        events = sorted((*trajectory.events, *(x.event for x in limits)), key=lambda e: e.time)
+        events = list(trajectory.events)
+        for limit in reversed(limits):
+            events.insert(limit.place, limit.event)
         completed = [self._with_alternatives(e, values) for e in events]
         return replace(trajectory, events=tuple(completed))
 
@@ -195,7 +197,8 @@ class RigidSimulator(ContactSimulator):
             if over or not self._closed(raw, options):
                 return _joined(runs), limits
             vector, memory = (restart or self._restart)(raw)
-            limits.append(Limit(self._settle_event(raw, vector), vector, memory))
+            place = sum(len(r.events) for r in runs)
+            limits.append(Limit(self._settle_event(raw, vector), vector, memory, place))
             start = raw.time
             current = replace(current, t_end=options.t_end - start)
             if not current.t_end > 0:

@@ -33,16 +33,23 @@ if TYPE_CHECKING:
 DEFAULT_RTOL = 1e-11
 """The reference impacts then hold eight digits through all events, energy closes to 1e-9."""
 
+AT_REST = 1e-20
+"""Kinetic energy below which a motion starts from rest, for the scale of its velocities; J."""
+
 Restart = Callable[[RawRun], tuple[Array, Array]]
 
 
 @dataclass(frozen=True)
 class Limit:
-    """Where events accumulated; state and memory are those that the motion went on with."""
+    """Where events accumulated; state and memory are those that the motion went on with.
+
+    `place` is how many events of the run came before it.
+    """
 
     event: EventRecord
     state: Array
     memory: Array
+    place: int
 
 
 class HasRows(Protocol):

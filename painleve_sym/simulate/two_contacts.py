@@ -20,7 +20,7 @@ from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import Parameter
 from painleve_sym.simulate.decision import Decider, Decision
-from painleve_sym.simulate.simulator import ContactSimulator
+from painleve_sym.simulate.simulator import AT_REST, ContactSimulator
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 
 _CHAIN = 64
@@ -119,7 +119,7 @@ class TwoContactSimulator(ContactSimulator):
     ) -> tuple[float, ...]:
         """Return the scales of gap (m), gap rate (m/s) and the energy (J) of contact i."""
         W_nn = float(numbers([self.mechanism.all_coefficients[i].W_nn], values)[0])
-        energy = kinetic or 1.0
+        energy = kinetic if kinetic > AT_REST else 1.0
         return 1.0, float(np.sqrt(2 * energy * W_nn)), energy
 
     # ---- the run ----

@@ -350,11 +350,11 @@ def _marked(
                 bool(m["timed"][0]),
             )
         )
-    for limit in limits:
+    for limit in reversed(limits):
         time = limit.memory[places["time"]]
         slopes = functions.unpacked(limit.state)[1]
-        marked.append(_Marked(limit.event, slopes, time, np.zeros_like(time)))
-    return sorted(marked, key=lambda m: m.record.time)
+        marked.insert(limit.place, _Marked(limit.event, slopes, time, np.zeros_like(time)))
+    return marked
 
 
 def _judged(

@@ -1,0 +1,39 @@
+"""The command export: a mechanism with a contact law as C code that stands alone."""
+
+from __future__ import annotations
+
+import argparse
+
+from painleve_sym.cli.case import read_case
+from painleve_sym.cli.options import output_folder
+from painleve_sym.cli.output import number, print_json, show
+from painleve_sym.codegen.standalone import NUMERIC_FLAGS
+from painleve_sym.study.export import export_c
+
+
+def export(arguments: argparse.Namespace) -> int:
+    """Write the C code and print how to build it."""
+    folder = output_folder("--out", arguments.out)
+    done = export_c(read_case(arguments), folder, arguments.name)
+    if arguments.json:
+        print_json(
+            {
+                "name": done.name,
+                "folder": str(done.folder),
+                "files": list(done.files),
+                "compiler": done.compiler.version,
+                "flags": list(NUMERIC_FLAGS),
+                "events": len(done.trajectory.events),
+                "final_time": done.trajectory.final_time,
+                "stop_reason": done.trajectory.stop_reason.label,
+            }
+        )
+        return 0
+    show(f"{done.folder}: {', '.join(done.files)}")
+    reason, events = done.trajectory.stop_reason, len(done.trajectory.events)
+    end = number(done.trajectory.final_time)
+    show(f"The example has {events} events and ends at t = {end} s ({reason.advice}).")
+    show()
+    show("build and compare, in that folder:")
+    show("  cmake -B build && cmake --build build && (cd build && ctest)")
+    return 0

@@ -1,0 +1,66 @@
+/* $title
+ *
+ * From coordinates and velocities to a start state and its tolerances. Generated: the numbers of
+ * the contact at a state. The rest is described in ${name}_model.h.
+ *
+ * SPDX-License-Identifier: BSD-3-Clause
+ * Copyright (c) painleve-sym developers: the event loop and the interface. */
+
+#include "${name}_model.h"
+
+#include <math.h>
+#include <string.h>
+
+#define CASADI_CODEGEN_PREFIX
+#define CODEGEN_PREFIX ${name}_start_
+#if defined(__GNUC__)
+/* The generated functions all take the same arguments, and some do not need all of them. */
+#pragma GCC diagnostic ignored "-Wunused-parameter"
+#endif
+
+$functions
+
+/* Coordinates and as many velocities; the mechanism's own parameters, which come first. */
+enum { COORDINATES = $coordinates, OWN_PARAMETERS = $own_parameters };
+/* Results of the generated function; mass_i is the diagonal of the mass matrix. */
+enum { $found };
+
+static void contact_numbers(const double *p, const double *x, double *found) {
+  double v[2 * COORDINATES + OWN_PARAMETERS], w[$work];
+  const double *arg[1] = {v};
+  double *res[1] = {found};
+  casadi_int iw[8];
+  memcpy(v, x, 2 * COORDINATES * sizeof(double));
+  memcpy(v + 2 * COORDINATES, p, OWN_PARAMETERS * sizeof(double));
+  quantities(arg, res, iw, w, 0);
+}
+
+$complete
+
+$scales
+
+void ${name}_tolerances(const double *p, const double *x, double rtol, double *atol) {
+  double found[FOUND], gap, rate, energy, slip;
+  contact_numbers(p, x, found);
+  scales(p, x, found, &gap, &rate, &energy);
+  for (int i = 0; i < ${NAME}_STATES; i++) atol[i] = HUGE_VAL;
+  for (int i = 0; i < COORDINATES; i++) {
+    atol[i] = 1.0;
+    atol[COORDINATES + i] = sqrt(2 * energy / found[FOUND_mass_0 + i]);
+  }
+  slip = sqrt(2 * energy * found[FOUND_W_tt]);
+  atol[$slip] = slip != 0 ? slip : 1.0;
+  atol[$gap] = gap;
+  atol[$gap_rate] = rate;
+  for (int i = 0; i < ${NAME}_STATES; i++) atol[i] *= rtol;
+}
+
+void ${name}_default_options(const double *p, const double *x, double t_end, double rtol,
+                     ${name}_options *o) {
+  memset(o, 0, sizeof *o);
+  o->t_end = t_end;
+  o->rtol = rtol;
+  ${name}_tolerances(p, x, rtol, o->atol);
+  o->max_steps = $max_steps;
+  o->max_events = $max_events;
+}
