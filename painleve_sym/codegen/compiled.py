@@ -78,6 +78,7 @@ class CompiledEngine:
     """
 
     name = "compiled"
+    dense_rows = DENSE_ROWS
 
     def __init__(self, automaton: HybridAutomaton) -> None:
         self.automaton = automaton
@@ -85,7 +86,7 @@ class CompiledEngine:
         self._nx, self._nz = len(automaton.states), len(automaton.memory)
         self._nc = len(automaton.parameters) + len(automaton.definitions)
         self._options, self._run = _structures(self._nx, self._nz, max(1, len(automaton.kinds)))
-        self._library = load(source(self.functions))
+        self._library = load(self._source())
         self._library.ps_integrate.restype = ctypes.POINTER(self._run)
         self._library.ps_integrate.argtypes = (
             _address,
@@ -101,6 +102,9 @@ class CompiledEngine:
         self._library.ps_outputs.argtypes = (ctypes.c_long, *[_address] * 5)
         self._library.ps_evaluate.argtypes = (ctypes.c_int, *[_address] * 6)
         self._last_options: tuple[RunOptions, Any] | None = None
+
+    def _source(self) -> str:
+        return source(self.functions)
 
     def constants(self, parameters: Array) -> Array:
         """Return the parameters followed by the definitions, shape (nc,)."""
@@ -162,7 +166,7 @@ class CompiledEngine:
 
     @property
     def _step_width(self) -> int:
-        return 3 + self._nz + DENSE_ROWS * self._nx
+        return 3 + self._nz + self.dense_rows * self._nx
 
     @property
     def _event_width(self) -> int:

@@ -14,7 +14,7 @@ from painleve_sym.hybrid.automaton import HybridAutomaton
 Array = NDArray[np.float64]
 
 DENSE_ROWS = 8
-"""Rows of a step's dense polynomial, the start value first (see `Trajectory`)."""
+"""Rows of a Runge–Kutta step's dense polynomial, the start value first (see `Trajectory`)."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class RawRun:
     stop_reason : StopReason
     stop_transition : int
         Index of the transition that ended the run, -1 where none did.
-    steps : ndarray, shape (steps, 3 + nz + 8 nx)
+    steps : ndarray, shape (steps, 3 + nz + rows nx)
         t, h, mode, memory, then the rows of the dense polynomial.
     events : ndarray, shape (events, 4 + 2 (nx + nz))
         t, mode before, transition, mode after, state and memory before, and after.

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.codegen.evaluate import numbers
-from painleve_sym.codegen.run import DENSE_ROWS, Array, Engine, RawRun, RunOptions
+from painleve_sym.codegen.run import Array, Engine, RawRun, RunOptions
 from painleve_sym.codegen.select import make_engine
 from painleve_sym.errors import InputError, StopReason, unknown_name
 from painleve_sym.hybrid.automaton import HybridAutomaton
@@ -167,6 +167,7 @@ class ContactSimulator(ABC):
         """Return the raw run as a trajectory."""
         automaton, nx = self.automaton, len(self.automaton.states)
         nz = len(automaton.memory)
+        rows = (raw.steps.shape[1] - 3 - nz) // nx
         c = self.integrator.constants(self._vector_of(values))
         return Trajectory(
             mechanism=self.mechanism.name,
@@ -181,7 +182,7 @@ class ContactSimulator(ABC):
             step_length=raw.steps[:, 1],
             step_mode=raw.steps[:, 2].astype(np.int64),
             step_memory=raw.steps[:, 3 : 3 + nz],
-            step_rows=raw.steps[:, 3 + nz :].reshape(len(raw.steps), DENSE_ROWS, nx),
+            step_rows=raw.steps[:, 3 + nz :].reshape(len(raw.steps), rows, nx),
             events=self._events(raw.events, c),
             final_time=raw.time,
             final_state=raw.state,

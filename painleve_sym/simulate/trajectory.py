@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from painleve_sym.codegen.run import DENSE_ROWS, Array, Engine
+from painleve_sym.codegen.run import Array, Engine
 from painleve_sym.errors import InputError, StopReason, unknown_name
 
 FORMAT = "painleve-sym trajectory 1"
@@ -70,7 +70,8 @@ class Trajectory:
     """A motion, piecewise polynomial in time.
 
     In a step from t to t + h, with u = (τ − t)/h and v = 1 − u, the state is
-    r₀ + u(r₁ + v(r₂ + u(r₃ + v(r₄ + u(r₅ + v(r₆ + u r₇)))))), the rows r as DOP853 gives them.
+    r₀ + u(r₁ + v(r₂ + u(r₃ + v(r₄ + …)))): eight rows r as DOP853 gives them, or one per order of
+    a Taylor series.
 
     Attributes
     ----------
@@ -82,7 +83,7 @@ class Trajectory:
     step_time, step_length : ndarray, shape (steps,)
     step_mode : ndarray of int, shape (steps,)
     step_memory : ndarray, shape (steps, nz)
-    step_rows : ndarray, shape (steps, 8, nx)
+    step_rows : ndarray, shape (steps, rows, nx)
     events : tuple of EventRecord
     final_time : float
     final_state : ndarray, shape (nx,)
@@ -147,7 +148,7 @@ class Trajectory:
     def _states(self, times: Array, index: Any) -> Array:
         u = np.clip((times - self.step_time[index]) / self.step_length[index], 0.0, 1.0)[:, None]
         rows, value = self.step_rows[index], np.zeros((len(times), len(self.state_names)))
-        for k in range(DENSE_ROWS - 1, 0, -1):
+        for k in range(rows.shape[1] - 1, 0, -1):
             value = (value + rows[:, k]) * (u if k % 2 else 1 - u)
         total: Array = rows[:, 0] + value
         return total

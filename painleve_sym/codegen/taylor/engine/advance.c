@@ -1,0 +1,291 @@
+/* One Taylor step, or the event it runs into: the series is the dense output and holds the events. */
+
+/* A series that starts at a vanishing base of a real power leaves the power out: what that does to
+ * the rates at the end of the step decides how long it may be. */
+static const double PS_SMALL_BASE = 1e-2;
+
+static void prepare(ps_run *s, const ps_options *o) {
+  /* Jorba & Zou, Experiment. Math. 14 (2005) 99-117: the order that is cheapest for a tolerance. */
+  int order = (int)ceil(-0.5 * log(o->rtol)) + 1;
+  s->order = order < 4 ? 4 : order > PS_ORDER ? PS_ORDER : order;
+  s->steps.width = 3 + PS_NZ + (s->order + 1) * PS_NX;
+}
+
+static void fill_series(ps_run *s) {
+  PS_SERIES[s->mode].series(s->x, s->scalars, s->live, s->order, s->unit, s->v);
+  s->count.dense++;
+}
+
+/* Step, in units, for which the last two terms of each state are within its tolerance. The last
+ * but one may be e^2 times larger: that is what a step of 1/e^2 of the radius makes of it. */
+static double step_by_terms(ps_run *s, const ps_options *o) {
+  const int p = s->order;
+  double last = 0, before = 0;
+  for (int i = 0; i < PS_NX; i++) {
+    double weight = 1 / (o->atol[i] + o->rtol * fabs(s->x[i]));
+    double a = fabs(s->v[i][p]) * weight, b = fabs(s->v[i][p - 1]) * weight;
+    if (!(a <= last)) last = a;
+    if (!(b <= before)) before = b;
+  }
+  if (!isfinite(last) || !isfinite(before)) return NAN;
+  double h = fmin(pow(last, -1.0 / p), pow(before / 7.389, -1.0 / (p - 1)));
+  return fmin(h, 1e6);
+}
+
+/* State at u units. */
+static void state_at(ps_run *s, double u, double *y) {
+  for (int i = 0; i < PS_NX; i++) y[i] = horner(s->v[i], s->order, u);
+}
+
+/* Step, in units and at most h, after which what a vanished power would have done is within the
+ * tolerance; the power grows like t^(e - 1), and e is found on the way. */
+static double step_by_defect(ps_run *s, const ps_options *o, double h) {
+  double e = 4, last_h = 0, last = 0, least = 0;
+  for (int it = 0; it < 20; it++) {
+    double y[PS_NX], rate[PS_NX], error = 0;
+    state_at(s, h, y);
+    field(s, y, rate);
+    for (int i = 0; i < PS_NX; i++) {
+      double slope = horner_slope(s->v[i], s->order, h) / s->unit;
+      double weight = 1 / (o->atol[i] + o->rtol * fabs(s->x[i]));
+      double d = fabs(rate[i] - slope) * h * s->unit * weight / e;
+      if (!(d <= error)) error = d;
+    }
+    if (error <= 1 && (it == 0 || error > 0.1 || h <= least)) return h;
+    if (!isfinite(error)) {
+      h *= 0.1;
+      continue;
+    }
+    if (last_h > 0 && last > 0 && last_h != h)
+      e = fmin(fmax(log(error / last) / log(h / last_h), 1.5), 20);
+    last_h = h;
+    last = error;
+    if (error <= 1) least = h;
+    h *= fmin(pow(0.5 / fmax(error, 1e-30), 1 / e), error > 1 ? 1 : 4);
+  }
+  return fmin(h, least > 0 ? least : h);
+}
+
+/* Coefficients of the series at the current state, and how far it is good, in units. */
+static double open_step(ps_run *s, const ps_options *o) {
+  const ps_series *m = &PS_SERIES[s->mode];
+  int dead = 0, small = 0;
+  if (!s->ready) {
+    double *res[1] = {s->scalars};
+    call(s, m->scalars, s->x, res);
+  }
+  for (int r = 0; r < m->ramps; r++) s->live[r] = 1;
+  fill_series(s);
+  for (int r = 0; r < m->ramps; r++) {
+    const double *a = s->v[m->ramp[r]];
+    double u = s->h_ref / s->unit, scale = fabs(a[1]) * u + fabs(a[2]) * u * u;
+    if (!(a[0] > m->floor[r])) {
+      s->live[r] = 0;
+      dead = 1;
+    } else if (!s->ready && a[1] > 0 && a[0] < PS_SMALL_BASE * scale) {
+      small = 1;
+    }
+  }
+  s->ready = 1;
+  double alive = NAN;
+  if (small && !dead) {
+    /* Next to the branch point the series hardly reaches; leaving the power out may go further. */
+    alive = step_by_terms(s, o);
+    for (int r = 0; r < m->ramps; r++) s->live[r] = 0;
+    dead = 1;
+  }
+  if (!dead) return step_by_terms(s, o);
+  fill_series(s);
+  double h = step_by_terms(s, o);
+  if (isfinite(h)) h = step_by_defect(s, o, fmin(h, (o->t_end - s->t) / s->unit));
+  if (alive > h) {
+    for (int r = 0; r < m->ramps; r++) s->live[r] = 1;
+    fill_series(s);
+    return alive;
+  }
+  return h;
+}
+
+/* The series of a combination of rows, its argument scaled so that the step is [0, 1]. */
+static void scaled_rows(ps_run *s, double h, double g[][PS_LENGTH], int rows) {
+  double power = 1;
+  for (int k = 1; k <= s->order; k++) {
+    power *= h;
+    for (int j = 0; j < rows; j++) g[j][k] *= power;
+  }
+}
+
+/* Place of the first zero of a guard that starts at zero and leaves upwards; -1 where none. */
+static double next_root(double *p, int n, double least, int crossed) {
+  p[0] = 0;
+  int m = 1;
+  while (m < n && fabs(p[m]) <= fabs(p[m + 1]) * least) m++;
+  if (p[m] > 0) return first_root(p + m, n - m, 0);
+  double u = 1.0 / PS_SAMPLES;
+  while (!(horner(p, n, u) > 0) && 0.5 * u > least) u *= 0.5;
+  if (horner(p, n, u) > 0) return first_root(p, n, u);
+  /* A guard that left zero is back at once: where the rates that turned it have their new sign. */
+  return crossed ? PS_AT_ONCE : -1;
+}
+
+/* Earliest event inside the step of h units: its guard and its place in [0, 1]; -1 for none, and
+ * then `rising` has the guards that are positive at the end. */
+static int find_event(ps_run *s, double h, double *where, unsigned *rising) {
+  const ps_series *m = &PS_SERIES[s->mode];
+  double g[PS_NG][PS_LENGTH];
+  int n = PS_MODES[s->mode].n, first = -1, order = s->order;
+  *where = 2;
+  *rising = 0;
+  m->guards(s->scalars, order, (const double(*)[PS_LENGTH])s->v, g);
+  scaled_rows(s, h, g, n);
+  s->count.guards++;
+  for (int j = 0; j < n; j++) {
+    if (s->armed[j] && stays_positive(g[j], order)) continue;
+    double end = horner(g[j], order, 1), slope = horner_slope(g[j], order, 1), u;
+    int crossed = end <= 0 && (s->armed[j] || end < 0 || slope < 0);
+    if (end > 0) *rising |= 1u << j;
+    if (s->armed[j]) {
+      u = g[j][0] > 0 ? first_root(g[j], order, 0) : PS_AT_ONCE;
+      if (u < 0 && crossed) u = 1;
+    } else {
+      u = next_root(g[j], order, PS_ZERO_TIME * s->h_ref / (h * s->unit), crossed);
+    }
+    if (u >= 0 && u < *where) {
+      *where = u;
+      first = j;
+    }
+  }
+  return first;
+}
+
+/* Place in [0, 1] where the base of a live power comes to zero without an event, else 1. */
+static double until_kink(ps_run *s, double h) {
+  const ps_series *m = &PS_SERIES[s->mode];
+  double a[1][PS_LENGTH], u = 1;
+  for (int r = 0; r < m->ramps; r++) {
+    if (!(s->live[r] > 0)) continue;
+    memcpy(a[0], s->v[m->ramp[r]], sizeof a[0]);
+    a[0][s->order] = 0;
+    scaled_rows(s, h, a, 1);
+    if (stays_positive(a[0], s->order)) continue;
+    double root = first_root(a[0], s->order, 0);
+    /* Just beyond: the next series must see that the power has gone. */
+    if (root >= 0) u = fmin(u, fmax(root * (1 + 1e-9), 1e-9));
+  }
+  return u;
+}
+
+/* Rows of the dense output (see Trajectory) of the step of h units: the same polynomial. */
+static void dense_rows(ps_run *s, double h, double *row) {
+  const int p = s->order;
+  for (int i = 0; i < PS_NX; i++) {
+    double b[PS_LENGTH], power = 1;
+    for (int k = 0; k <= p; k++, power *= h) b[k] = s->v[i][k] * power;
+    /* Divided by u and by 1 - u in turn; what remains each time is a row. */
+    int lowest = 0;
+    for (int r = 0; r <= p; r++) {
+      if (r % 2 == 0) {
+        row[r * PS_NX + i] = b[lowest++];
+      } else {
+        double sum = 0;
+        for (int k = p; k >= lowest; k--) {
+          double next = sum + b[k];
+          b[k] = -sum;
+          sum = next;
+        }
+        row[r * PS_NX + i] = sum;
+      }
+    }
+  }
+}
+
+static int keep_step(ps_run *s, const ps_options *o, double h) {
+  if (o->record < 2) return 1;
+  double row[PS_LENGTH * PS_NX];
+  dense_rows(s, h, row);
+  return record_step(s, o, h * s->unit, row, s->order + 1);
+}
+
+/* Brings the end of the step, y after h units, to the zero of guard j itself; 0 where it has none. */
+static int polish(ps_run *s, int j, double *h, double *y) {
+  double g[PS_NG], dg[PS_NG];
+  for (int it = 0; it < 4; it++) {
+    state_at(s, *h, y);
+    guards(s, y, g, dg);
+    if (g[j] == 0) return 1;
+    if (!(dg[j] < 0)) return g[j] < 0;
+    double change = -g[j] / (dg[j] * s->unit);
+    if (!(fabs(change) < 0.01 * *h)) return g[j] <= 0;
+    if (fabs(change) <= 1e-15 * *h) return 1;
+    *h += change;
+  }
+  return 1;
+}
+
+/* Ends the step at the event of guard j, at the part `where` of h units, and takes it. */
+static void take_event(ps_run *s, const ps_options *o, int j, double where, double h) {
+  double y[PS_NX];
+  unsigned departs;
+  int found = 1;
+  h *= where;
+  if (where > PS_AT_ONCE) found = polish(s, j, &h, y);
+  state_at(s, h, y);
+  if (!keep_step(s, o, h)) return;
+  s->t += h * s->unit;
+  memcpy(s->x, y, sizeof s->x);
+  if (!found) return;
+  apply(s, o, j, 1, &departs);
+  settle(s, o, departs, 1);
+  s->ready = 0;
+  s->unit = s->h_ref;
+  if (s->hit && s->reason == PS_RUNNING) s->reason = PS_UNTIL;
+}
+
+/* One step, or the event it ran into. */
+static void advance(ps_run *s, const ps_options *o) {
+  int last = 0, event;
+  unsigned rising;
+  double y[PS_NX], where;
+  if (s->count.accepted + s->count.rejected >= o->max_steps) {
+    s->reason = PS_STEP_LIMIT;
+    return;
+  }
+  if (!(s->unit > 0)) s->unit = s->h_ref;
+  double h = open_step(s, o), left = (o->t_end - s->t) / s->unit;
+  if (!isfinite(h)) {
+    s->reason = PS_NON_FINITE;
+    return;
+  }
+  h = fmin(h, o->h_max / s->unit);
+  if (s->count.accepted == 0 && o->h0 > 0) h = fmin(h, o->h0 / s->unit);
+  if (h * 1.0000001 >= left) {
+    h = left;
+    last = 1;
+  }
+  if (!(h * s->unit > 16e-16 * fabs(s->t))) {
+    s->reason = last ? PS_T_END : PS_STEP_UNDERFLOW;
+    return;
+  }
+  event = find_event(s, h, &where, &rising);
+  double kink = until_kink(s, h);
+  s->count.accepted++;
+  if (event >= 0 && where <= kink) {
+    take_event(s, o, event, where, h);
+    return;
+  }
+  if (kink < 1) {
+    h *= kink;
+    last = 0;
+  } else {
+    for (int j = 0; j < PS_MODES[s->mode].n; j++) s->armed[j] |= (rising >> j) & 1u;
+  }
+  state_at(s, h, y);
+  if (!keep_step(s, o, h)) return;
+  s->t += h * s->unit;
+  memcpy(s->x, y, sizeof s->x);
+  s->unit *= h;
+  if (last) {
+    s->t = o->t_end;
+    s->reason = PS_T_END;
+  }
+}
