@@ -1,9 +1,19 @@
-"""A tape as C: one function per mode that fills the rows of Taylor coefficients."""
+"""A tape as C: one function per mode that fills the rows of Taylor coefficients.
+
+Order k of a product is Σ aⱼ b₍ₖ₋ⱼ₎. Of all products of a tape, the part 0 < j < k needs lower orders
+only: it is summed first, four products side by side in one vector. The terms with the coefficients
+of order k follow in scalars, operation by operation.
+"""
 
 from __future__ import annotations
 
 from painleve_sym.codegen.taylor.scalars import ZERO, Scalar
 from painleve_sym.codegen.taylor.tape import PAIRS, Combination, Node, Tape
+
+WIDTH = 4
+"""Products side by side: doubles in a vector."""
+_CHUNK = 6
+"""Vectors summed in one loop: more would not stay in registers."""
 
 _START = {
     "mul": "{0} * {1}",
@@ -17,7 +27,7 @@ _START = {
 _FACTOR = {
     "div": "1 / {1}",
     "inv": "1 / {0}",
-    "sqrt": "0.5 / {c}",
+    "sqrt": "0.5 / {o}",
     "pow": "1 / {0}",
     "log": "1 / {0}",
     "atan2": "1 / {2}",
@@ -25,42 +35,52 @@ _FACTOR = {
 """What a recurrence divides by, inverted once."""
 
 _EACH = {
-    "mul": "ps_mul({0}, {1}, k)",
-    "sq": "ps_square({0}, k)",
-    "div": "r{i} * ({0}[k] - ps_rest({1}, {c}, k))",
-    "inv": "-r{i} * ps_rest({0}, {c}, k)",
-    "sqrt": "r{i} * ({0}[k] - ps_square_inner({c}, k))",
-    "pow": "r{i} * (e{i} * r * ps_rest({d0}, {c}, k) - ps_rest({0}, {c}, k))",
-    "exp": "r * ps_rest({d0}, {c}, k)",
-    "log": "r{i} * ({0}[k] - r * ps_inner({d}, {0}, k))",
-    "sin": "r * ps_rest({d0}, {pair}, k)",
-    "cos": "-r * ps_rest({d0}, {pair}, k)",
-    "sinh": "r * ps_rest({d0}, {pair}, k)",
-    "cosh": "r * ps_rest({d0}, {pair}, k)",
-    "atan2": "r{i} * r * (ps_rest({d0}, {1}, k) - ps_rest({d1}, {0}, k) - ps_inner({d}, {2}, k))",
+    "mul": "PS_FMA({o0}, {c1}, PS_FMA({c0}, {o1}, {s0}))",
+    "sq": "PS_FMA(2 * {o0}, {c0}, {s0})",
+    "div": "r{i} * ({c0} - PS_FMA({c1}, {o}, {s0}))",
+    "inv": "-r{i} * PS_FMA({c0}, {o}, {s0})",
+    "sqrt": "r{i} * ({c0} - {s0})",
+    "pow": "r{i} * (e{i} * r * PS_FMA({d0}, {o}, {s0}) - PS_FMA({c0}, {o}, {s1}))",
+    "exp": "r * PS_FMA({d0}, {o}, {s0})",
+    "log": "r{i} * ({c0} - r * {s0})",
+    "sin": "r * PS_FMA({d0}, {pair}, {s0})",
+    "cos": "-r * PS_FMA({d0}, {pair}, {s0})",
+    "sinh": "r * PS_FMA({d0}, {pair}, {s0})",
+    "cosh": "r * PS_FMA({d0}, {pair}, {s0})",
+    "atan2": "r{i} * r * (PS_FMA({d0}, {o1}, {s0}) - PS_FMA({d1}, {o0}, {s1}) - {s2})",
 }
-"""Order k of a node; {0}, {1}, {2} are its arguments, {d0}, {d1}, {d} slopes, {c} itself."""
+"""Order k of node i: {c0} … of its arguments, {d0} … their slopes k·cₖ, {o0} … their order 0, {o}
+its own, {pair} that of its partner, {s0} … its sums over lower orders."""
 
-COST = {
-    "mul": lambda k: 2 * k + 1,
-    "sq": lambda k: k + 3,
-    "div": lambda k: 2 * k + 2,
-    "inv": lambda k: 2 * k + 1,
-    "sqrt": lambda k: k + 3,
-    "pow": lambda k: 4 * k + 4,
-    "exp": lambda k: 2 * k + 1,
-    "log": lambda k: 2 * k + 2,
-    "atan2": lambda k: 6 * k + 4,
-}
-"""Additions and multiplications at order k; the pairs cost what ``exp`` does."""
+
+def _products(i: int, node: Node, pair: int) -> tuple[tuple[str, str], ...]:
+    """Left and right factors of the sums over lower orders of node i; d marks a slope."""
+    a = [f"c{n}" for n in node.args]
+    d = [f"d{n}" for n in node.args]
+    own = f"c{i}"
+    table: dict[str, tuple[tuple[str, str], ...]] = {
+        "mul": ((a[0], a[-1]),) if a else (),
+        "sq": ((a[0], a[0]),) if a else (),
+        "div": ((a[-1], own),) if a else (),
+        "inv": ((a[0], own),) if a else (),
+        "sqrt": ((own, own),),
+        "pow": ((d[0], own), (a[0], own)) if a else (),
+        "exp": ((d[0], own),) if a else (),
+        "log": ((f"d{i}", a[0]),) if a else (),
+    }
+    if node.op in PAIRS:
+        return ((d[0], f"c{pair}"),)
+    if node.op == "atan2":
+        return ((d[0], a[1]), (d[1], a[0]), (f"d{i}", a[2]))
+    return table.get(node.op, ())
 
 
 class SeriesCode:
     """Writes the C of one tape.
 
     The generated function takes the state, the scalars of the mode, which ramps are alive, the
-    order and the unit of time; row n of `v` receives the coefficients of node n. Rows after those
-    of the nodes hold slopes, k·aₖ of a node.
+    order and the unit of time. Of the rows `v` it fills those that are read: states, ramps, and
+    what guards are made of; see `row`.
 
     Parameters
     ----------
@@ -71,22 +91,30 @@ class SeriesCode:
 
     def __init__(self, tape: Tape, name: str) -> None:
         self.tape, self.name = tape, name
-        # A constant rate is a row of its own: then all orders of a state follow one rule.
-        plain = [rate.constant.is_zero for rate in tape.rates]
-        self._rates = [
-            rate if ok else Combination(ZERO, ((tape.row(rate), Scalar(1.0)),))
-            for rate, ok in zip(tape.rates, plain, strict=True)
-        ]
+        self.states = len(tape.rates)
         self._slots: dict[Scalar, int] = {}
         self._live = self._reachable()
-        sloped = {n: None for i in self._live for n in self._sloped(tape.nodes[i], i)}
-        self._slopes = {n: len(tape.nodes) + i for i, n in enumerate(sloped)}
+        kept = {n for g in tape.guards for n, _ in g.terms if n >= self.states} | set(self.ramps)
+        self._rows = {n: n for n in range(self.states)}
+        self._rows |= {n: self.states + i for i, n in enumerate(sorted(kept))}
+        self._pairs = {i: self._pair(i) for i in self._live}
+        products = {i: _products(i, tape.nodes[i], self._pairs[i]) for i in self._live}
+        # Equal left factors side by side are one number spread over a vector.
+        order = sorted((p[0], i, k) for i, ps in products.items() for k, p in enumerate(ps))
+        self._products = [products[i][k] for _, i, k in order]
+        self._lanes = {(i, k): lane for lane, (_, i, k) in enumerate(order)}
+        factors = {f for p in self._products for f in p}
+        self._slopes = {int(f[1:]) for f in factors if f[0] == "d"}
         self.text, self.guards_text = self._function(), self._guards()
 
     @property
     def rows(self) -> int:
         """How many rows it fills."""
-        return len(self.tape.nodes) + len(self._slopes)
+        return len(self._rows)
+
+    def row(self, node: int) -> int:
+        """Return the row of a node that is kept."""
+        return self._rows[node]
 
     @property
     def scalars(self) -> list[Scalar]:
@@ -103,42 +131,37 @@ class SeriesCode:
         scalar = self.tape.nodes[ramp].scalar
         return scalar.number if scalar is not None else 0.0
 
+    @property
+    def products(self) -> int:
+        """How many Cauchy products one order takes."""
+        return len(self._products)
+
     def operations(self, order: int) -> int:
         """Return how many additions and multiplications a series of that order takes."""
-        total = 0
-        for k in range(1, order):
-            total += len(self._slopes) + sum(2 * len(r.terms) + 1 for r in self._rates)
-            for i in self._live:
-                node = self.tape.nodes[i]
-                if node.inner is not None:
-                    total += 2 * len(node.inner.terms)
-                elif node.op != "state":
-                    total += COST.get(node.op, COST["exp"])(k)
-        return total
+        sums = sum(2 * (k - 1) * self.products for k in range(1, order))
+        each = len(self._slopes) + sum(2 * len(r.terms) + 1 for r in self.tape.rates)
+        for i in self._live:
+            node = self.tape.nodes[i]
+            if node.inner is not None:
+                each += 2 * len(node.inner.terms)
+            elif node.op != "state":
+                rule = _EACH[node.op]
+                each += rule.count("*") + rule.count("- ") + 2 * rule.count("PS_FMA")
+        return sums + each * (order - 1)
 
     def _reachable(self) -> list[int]:
-        found = set(range(len(self._rates)))
-        front = [n for c in (*self._rates, *self.tape.guards) for n, _ in c.terms]
+        found = set(range(self.states))
+        front = [n for c in (*self.tape.rates, *self.tape.guards) for n, _ in c.terms]
         while front:
             n = front.pop()
-            node = self.tape.nodes[n]
             if n not in found:
                 found.add(n)
-                front += node.operands
-                if node.op in PAIRS:
-                    front.append(self._pair(node))
+                front += [*self.tape.nodes[n].operands, self._pair(n)]
         return sorted(found)
 
-    def _pair(self, node: Node) -> int:
-        return self.tape.node(Node(PAIRS[node.op], node.args))
-
-    def _sloped(self, node: Node, i: int) -> tuple[int, ...]:
-        """Nodes whose slopes a recurrence needs."""
-        if node.op == "log":
-            return (i,)
-        if node.op == "atan2":
-            return (*node.args[:2], i)
-        return node.args if node.op in ("pow", "exp", *PAIRS) else ()
+    def _pair(self, i: int) -> int:
+        node = self.tape.nodes[i]
+        return self.tape.node(Node(PAIRS[node.op], node.args)) if node.op in PAIRS else i
 
     # ---- pieces of C ----
 
@@ -148,88 +171,125 @@ class SeriesCode:
             return repr(s.number)
         return f"w[{self._slots.setdefault(s, len(self._slots))}]"
 
-    def sum(self, a: Combination, order: str, *, constant: bool = False) -> str:
-        """Return one order of a combination in C, its constant included where asked."""
+    def sum(self, a: Combination, value: str, *, constant: bool = False) -> str:
+        """Return a combination in C, its constant included where asked; `value` names a node."""
         text = f" + {self.scalar(a.constant)}" if constant and not a.constant.is_zero else ""
         for n, c in a.terms:
-            value = f"v[{n}][{order}]"
             if c.factors or abs(c.number) != 1:
-                text += f" + {self.scalar(c)} * {value}"
+                text += f" + {self.scalar(c)} * {value.format(n)}"
             else:
-                text += f" {'+' if c.number > 0 else '-'} {value}"
+                text += f" {'+' if c.number > 0 else '-'} {value.format(n)}"
         return text.removeprefix(" + ") or "0.0"
 
     def _function(self) -> str:
-        start = [f"v[{i}][0] = x[{i}];" for i in range(len(self._rates))]
-        states = [
-            f"v[{i}][k] = dt * r * ({self.sum(rate, 'k - 1')});"
-            for i, rate in enumerate(self._rates)
-        ]
-        each = [self._slope(i) for i in range(len(self._rates)) if i in self._slopes]
-        for i in self._live[len(self._rates) :]:
-            start += self._start(i, self.tape.nodes[i])
-            each.append(f"v[{i}][k] = {self._order(i, self.tape.nodes[i])};")
-            if i in self._slopes:
-                each.append(self._slope(i))
+        packs = range(-(-len(self._products) // WIDTH))
+        rates = list(enumerate(self.tape.rates))
+        start = [line for i in self._live for line in self._start(i)]
+        start += [f"double f{i} = {self.sum(r, 'o{}', constant=True)};" for i, r in rates]
+        each = [line for i in self._live for line in self._each(i)]
+        end = [f"f{i} = {self.sum(r, 'c{}')};" for i, r in rates]
+        for g in packs:
+            lanes = self._products[g * WIDTH : (g + 1) * WIDTH]
+            lanes += [("0", "0")] * (WIDTH - len(lanes))
+            for side, name in enumerate("LR"):
+                end.append(f"{name}[k][{g}] = (ps_vector){{{', '.join(p[side] for p in lanes)}}};")
         lines = [
             f"static void {self.name}(const double *x, const double *w, const double *live,",
-            "                     int p, double dt, double (*restrict v)[PS_LENGTH]) {",
+            "    int p, double dt, double (*restrict v)[PS_LENGTH]) {",
+            f"  ps_vector L[PS_ORDER + 1][{max(1, len(packs))}], R[PS_ORDER + 1]"
+            f"[{max(1, len(packs))}];",
             *(f"  {line}" for line in start),
-            "  for (int k = 1; k <= p; k++) {",
-            "    const double r = PS_INVERSE[k];",
-            *(f"    {line}" for line in states),
+            "  for (int k = 1;; k++) {",
+            "    const double r = PS_INVERSE[k], q = dt * r;",
+            *(f"    v[{i}][k] = q * f{i};" for i, _ in rates),
             "    if (k == p) break;",
+            *(f"    {line}" for line in self._sums(packs)),
             *(f"    {line}" for line in each),
+            *(f"    {line}" for line in end),
             "  }",
+            "  (void)w; (void)live; (void)L; (void)R;",
             "}",
         ]
         return "\n".join(lines) + "\n"
 
-    def _guards(self) -> str:
-        """Rows of the guards; the last order is known of states only."""
-        states = len(self._rates)
-        lines = [
-            f"static void {self.name}_guards(const double *w, int p,",
-            "    const double (*v)[PS_LENGTH], double (*restrict g)[PS_LENGTH]) {",
-        ]
-        for j, guard in enumerate(self.tape.guards):
-            last = Combination(ZERO, tuple((n, c) for n, c in guard.terms if n < states))
-            lines += [
-                f"  for (int k = 0; k < p; k++) g[{j}][k] = {self.sum(guard, 'k')};",
-                f"  g[{j}][p] = {self.sum(last, 'p')};",
-            ]
-            if not guard.constant.is_zero:
-                lines.append(f"  g[{j}][0] += {self.scalar(guard.constant)};")
-        return "\n".join([*lines, "  (void)w; (void)v; (void)g; (void)p;", "}", ""])
+    def _sums(self, packs: range) -> list[str]:
+        lines = [f"ps_vector s{g} = {{0}};" for g in packs]
+        for first in range(0, len(packs), _CHUNK):
+            some = packs[first : first + _CHUNK]
+            add = "s{0} = PS_VECTOR_FMA(L[{1}][{0}], R[{2}][{0}], s{0});"
+            lines.append("for (int j = 2; j < k - 1; j++) {")
+            lines += [f"  {add.format(g, 'j', 'k - j')}" for g in some]
+            # The newest coefficients, on which the sums wait, come last.
+            lines.append("}")
+            lines.append("if (k > 1) {")
+            lines += [f"  {add.format(g, '1', 'k - 1')}" for g in some]
+            lines.append("}")
+            lines.append("if (k > 2) {")
+            lines += [f"  {add.format(g, 'k - 1', '1')}" for g in some]
+            lines.append("}")
+        return lines
 
-    def _slope(self, i: int) -> str:
-        return f"v[{self._slopes[i]}][k] = k * v[{i}][k];"
-
-    def _start(self, i: int, node: Node) -> list[str]:
-        args = [f"v[{n}][0]" for n in node.args]
-        if node.inner is not None:
-            value = self.sum(node.inner, "0", constant=True)
-            if node.op == "ramp" and node.scalar is not None:
-                floor = repr(node.scalar.number)
+    def _start(self, i: int) -> list[str]:
+        node = self.tape.nodes[i]
+        args = [f"o{n}" for n in node.args]
+        if node.op == "state":
+            value = f"x[{node.index}]"
+        elif node.inner is not None:
+            value = self.sum(node.inner, "o{}", constant=True)
+            if node.op == "ramp":
+                floor = repr(self.floor(i))
                 value = f"live[{self.ramps.index(i)}] > 0 ? fmax({value}, {floor}) : {floor}"
         elif node.op == "pow" and node.scalar is not None:
             value = f"pow({args[0]}, {self.scalar(node.scalar)})"
         else:
             value = _START.get(node.op, f"{node.op}({{0}})").format(*args)
-        lines = [f"v[{i}][0] = {value};"]
+        lines = [f"const double o{i} = {value};"]
+        if i in self._rows:
+            lines.append(f"v[{self._rows[i]}][0] = o{i};")
         if node.op in _FACTOR:
-            factor = _FACTOR[node.op].format(*args, c=f"v[{i}][0]")
-            lines.append(f"const double r{i} = {factor};")
+            lines.append(f"const double r{i} = {_FACTOR[node.op].format(*args, o=f'o{i}')};")
         if node.op == "pow" and node.scalar is not None:
             lines.append(f"const double e{i} = {self.scalar(node.scalar)} + 1;")
         return lines
 
-    def _order(self, i: int, node: Node) -> str:
-        if node.inner is not None:
-            text = self.sum(node.inner, "k")
-            return f"live[{self.ramps.index(i)}] * ({text})" if node.op == "ramp" else text
-        slopes = {f"d{j}": f"v[{self._slopes.get(n)}]" for j, n in enumerate(node.args)}
-        pair = f"v[{self._pair(node)}]" if node.op in PAIRS else ""
-        d = f"v[{self._slopes.get(i)}]"
-        args = [f"v[{n}]" for n in node.args]
-        return _EACH[node.op].format(*args, i=i, c=f"v[{i}]", d=d, pair=pair, **slopes)
+    def _each(self, i: int) -> list[str]:
+        node = self.tape.nodes[i]
+        if node.op == "state":
+            value = f"v[{i}][k]"
+        elif node.inner is not None:
+            value = self.sum(node.inner, "c{}")
+            if node.op == "ramp":
+                value = f"live[{self.ramps.index(i)}] * ({value})"
+        else:
+            names = {f"{kind}{j}": f"{kind}{n}" for kind in "cdo" for j, n in enumerate(node.args)}
+            for j in range(3):
+                lane = self._lanes.get((i, j))
+                if lane is not None:
+                    names[f"s{j}"] = f"s{lane // WIDTH}[{lane % WIDTH}]"
+            value = _EACH[node.op].format(i=i, o=f"o{i}", pair=f"o{self._pairs[i]}", **names)
+        lines = [f"const double c{i} = {value};"]
+        if i in self._rows and node.op != "state":
+            lines.append(f"v[{self._rows[i]}][k] = c{i};")
+        if i in self._slopes:
+            lines.append(f"const double d{i} = k * c{i};")
+        return lines
+
+    def _guards(self) -> str:
+        """Rows of the guards; the last order is known of states only."""
+        lines = [
+            f"static void {self.name}_guards(const double *w, int p,",
+            "    const double (*v)[PS_LENGTH], double (*restrict g)[PS_LENGTH]) {",
+        ]
+        for j, guard in enumerate(self.tape.guards):
+            terms = tuple((self._rows[n], c) for n, c in guard.terms)
+            states = Combination(ZERO, tuple(t for t in terms if t[0] < self.states))
+            each = self.sum(Combination(ZERO, terms), "v[{}][k]")
+            lines += [
+                f"  for (int k = 0; k < p; k++) g[{j}][k] = {each};",
+                f"  g[{j}][p] = {self.sum(states, 'v[{}][p]')};",
+            ]
+            if not guard.constant.is_zero:
+                lines.append(f"  g[{j}][0] += {self.scalar(guard.constant)};")
+        return "\n".join([*lines, "  (void)w; (void)v; (void)g; (void)p;", "}", ""])
+
+

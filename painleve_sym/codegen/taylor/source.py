@@ -90,7 +90,7 @@ def _functions(codes: list[SeriesCode]) -> str:
         "static const ps_series PS_SERIES[PS_NM] = {",
     ]
     for i, code in enumerate(codes):
-        ramps = ", ".join(map(str, code.ramps)) or "0"
+        ramps = ", ".join(str(code.row(r)) for r in code.ramps) or "0"
         floors = ", ".join(repr(code.floor(r)) for r in code.ramps) or "0"
         names = f"series_{i}, series_{i}_guards, scalars_{i}"
         lines.append(f"  {{{names}, {len(code.ramps)}, {{{ramps}}}, {{{floors}}}}},")
