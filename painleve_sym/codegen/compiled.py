@@ -13,8 +13,16 @@ from painleve_sym.codegen.run import DENSE_ROWS, Array, RawRun, RunOptions
 from painleve_sym.codegen.source import ENGINE_REASONS, source
 from painleve_sym.hybrid.automaton import HybridAutomaton
 
-_COUNTERS = ("accepted_steps", "rejected_steps", "field_evaluations")
-_MORE_COUNTERS = ("guard_evaluations", "dense_outputs", "events")
+_COUNTERS = (
+    "accepted_steps",
+    "rejected_steps",
+    "field_evaluations",
+    "guard_evaluations",
+    "dense_outputs",
+    "events",
+)
+_HEAD = 12
+"""Numbers before the state in what a run returns."""
 _RECORD = {"end": 0, "events": 1, "dense": 2}
 _pointer = ctypes.POINTER(ctypes.c_double)
 _address = ctypes.c_void_p
@@ -87,15 +95,11 @@ class CompiledEngine:
         self._nc = len(automaton.parameters) + len(automaton.definitions)
         self._options, self._run = _structures(self._nx, self._nz, max(1, len(automaton.kinds)))
         self._library = load(self._source())
-        self._library.ps_integrate.restype = ctypes.POINTER(self._run)
-        self._library.ps_integrate.argtypes = (
-            _address,
-            _address,
-            _address,
-            ctypes.c_double,
-            ctypes.c_int,
-            ctypes.POINTER(self._options),
-        )
+        self._end = ctypes.c_double * (_HEAD + self._nx + self._nz)
+        self._no_steps = np.empty((0, 3 + self._nz + self.dense_rows * self._nx))
+        self._no_events = np.empty((0, 4 + 2 * (self._nx + self._nz)))
+        self._library.ps_complete.restype = ctypes.POINTER(self._run)
+        self._library.ps_complete.argtypes = (_address, _address, _address, _address)
         self._library.ps_free.argtypes = (ctypes.POINTER(self._run),)
         self._library.ps_free.restype = None
         self._library.ps_constants.argtypes = (_address, _address)
@@ -131,46 +135,36 @@ class CompiledEngine:
 
     def run(self, state: Array, parameters: Array, options: RunOptions) -> RawRun:
         """Integrate from t = 0; the mode is chosen from the state."""
-        memory = np.zeros(self._nz + 1)
         # The same options object is used in loops of runs: its C form is kept.
         if self._last_options is None or self._last_options[0] is not options:
             self._last_options = (options, self._options_of(options))
-        o = self._last_options[1]
-        x, p = _plain(state), _plain(parameters)
-        result = self._library.ps_integrate(
-            x.ctypes.data, memory.ctypes.data, p.ctypes.data, 0.0, -1, ctypes.byref(o)
-        )
-        if not result:
-            raise MemoryError("compiled engine: no memory for a run.")
+        out = self._end()
+        # Bytes are passed by address at a fraction of the price of `ndarray.ctypes`.
+        x, p = _plain(state).tobytes(), _plain(parameters).tobytes()
+        kept = self._library.ps_complete(x, p, ctypes.byref(self._last_options[1]), out)
         try:
-            r = result.contents
-            if r.reason >= len(ENGINE_REASONS):
+            time, mode, reason, stop, *counters = out[:10]
+            if reason >= len(ENGINE_REASONS):
                 raise MemoryError(
-                    f"compiled engine: no memory for the record after t = {r.t:g} s. "
+                    f"{self.name} engine: no memory for the record after t = {time:g} s. "
                     "Fix: record='events' keeps less."
                 )
-            counters = dict(zip(_COUNTERS + _MORE_COUNTERS, r.counters, strict=True))
+            steps, events = (kept.contents.steps, kept.contents.events) if kept else (None, None)
+            values = np.frombuffer(out)[_HEAD:]
             return RawRun(
-                time=r.t,
-                state=np.array(r.x),
-                memory=np.array(r.z)[: self._nz],
-                mode=r.mode,
-                stop_reason=ENGINE_REASONS[r.reason],
-                stop_transition=r.stop_transition,
-                steps=r.steps.array() if r.steps.used else np.empty((0, self._step_width)),
-                events=r.events.array() if r.events.used else np.empty((0, self._event_width)),
-                counters=counters,
+                time=time,
+                state=values[: self._nx],
+                memory=values[self._nx : self._nx + self._nz],
+                mode=int(mode),
+                stop_reason=ENGINE_REASONS[int(reason)],
+                stop_transition=int(stop),
+                steps=steps.array() if steps and steps.used else self._no_steps,
+                events=events.array() if events and events.used else self._no_events,
+                counters=dict(zip(_COUNTERS, map(int, counters), strict=True)),
             )
         finally:
-            self._library.ps_free(result)
-
-    @property
-    def _step_width(self) -> int:
-        return 3 + self._nz + self.dense_rows * self._nx
-
-    @property
-    def _event_width(self) -> int:
-        return 4 + 2 * (self._nx + self._nz)
+            if kept:
+                self._library.ps_free(kept)
 
     def outputs(self, modes: Any, states: Array, memory: Array, constants: Array) -> Array:
         """Return the automaton's outputs at n points, shape (n, no)."""

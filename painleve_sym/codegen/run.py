@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Any, Protocol
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,8 +65,7 @@ class RunOptions:
             raise InputError("integration: max_steps and max_events: need at least 1.")
 
 
-@dataclass(frozen=True)
-class RawRun:
+class RawRun(NamedTuple):
     """What an engine returns.
 
     Attributes
@@ -94,7 +93,7 @@ class RawRun:
     stop_transition: int
     steps: Array
     events: Array
-    counters: dict[str, int] = field(default_factory=dict)
+    counters: dict[str, int]
 
 
 class Engine(Protocol):

@@ -181,13 +181,12 @@ def _shifted(raw: RawRun, start: float) -> RawRun:
         return raw
     for rows in (raw.steps, raw.events):
         rows[:, 0] += start
-    return replace(raw, time=raw.time + start)
+    return raw._replace(time=raw.time + start)
 
 
 def _joined(runs: list[RawRun]) -> RawRun:
     counters = {k: sum(r.counters[k] for r in runs) for k in runs[-1].counters}
-    return replace(
-        runs[-1],
+    return runs[-1]._replace(
         steps=np.vstack([r.steps for r in runs]),
         events=np.vstack([r.events for r in runs]),
         counters=counters,

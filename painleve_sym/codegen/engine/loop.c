@@ -52,6 +52,26 @@ PS_EXPORT void ps_free(ps_run *s) {
   free(s);
 }
 
+/* A whole run from t = 0, its end in `out`: time, mode, reason, stop transition, the counters, steps
+ * and events kept, state, memory. Returns the run where it kept any, to be read and freed. */
+PS_EXPORT ps_run *ps_complete(const double *x, const double *p, const ps_options *o, double *out) {
+  double z[PS_NZ + 1] = {0};
+  ps_run *s = ps_integrate(x, z, p, 0, -1, o);
+  out[2] = PS_NO_MEMORY;
+  if (!s) return NULL;
+  const double head[12] = {s->t, (double)s->mode, (double)s->reason, (double)s->stop_transition,
+                           (double)s->count.accepted, (double)s->count.rejected,
+                           (double)s->count.fields, (double)s->count.guards,
+                           (double)s->count.dense, (double)s->count.events,
+                           (double)s->steps.used, (double)s->events.used};
+  memcpy(out, head, sizeof head);
+  memcpy(out + 12, s->x, sizeof s->x);
+  memcpy(out + 12 + PS_NX, s->z, sizeof(double) * PS_NZ);
+  if (s->steps.used || s->events.used) return s;
+  ps_free(s);
+  return NULL;
+}
+
 /* Outputs at n points, each with its mode, state and memory; c are constants. */
 PS_EXPORT void ps_outputs(long n, const long *mode, const double *x, const double *z,
                           const double *c, double *out) {

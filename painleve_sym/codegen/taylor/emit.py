@@ -7,7 +7,7 @@ of order k follow in scalars, operation by operation.
 
 from __future__ import annotations
 
-from painleve_sym.codegen.taylor.scalars import ZERO, Scalar
+from painleve_sym.codegen.taylor.scalars import ONE, ZERO, Scalar
 from painleve_sym.codegen.taylor.tape import PAIRS, Combination, Node, Tape
 
 WIDTH = 4
@@ -75,12 +75,23 @@ def _products(i: int, node: Node, pair: int) -> tuple[tuple[str, str], ...]:
     return table.get(node.op, ())
 
 
+def _proportional(a: Combination, b: Combination) -> bool:
+    """Whether two combinations differ by a factor that is positive where parameters are."""
+    if [n for n, _ in a.terms] != [n for n, _ in b.terms] or a.is_scalar:
+        return False
+    ratios = {c * d.inverse() for (_, c), (_, d) in zip(a.terms, b.terms, strict=True)}
+    if not (a.constant.is_zero and b.constant.is_zero):
+        ratios.add(a.constant * b.constant.inverse())
+    return len(ratios) == 1 and ratios.pop().number > 0
+
+
 class SeriesCode:
     """Writes the C of one tape.
 
     The generated function takes the state, the scalars of the mode, which ramps are alive, the
-    order and the unit of time. Of the rows `v` it fills those that are read: states, ramps, and
-    what guards are made of; see `row`.
+    order and the unit of time. It fills the columns of `v`, order by order: states, then ramps and
+    whatever else guards are made of. A second function takes them and the powers of a step and
+    returns, order by order, the guards and then the ramps, whose step is [0, 1].
 
     Parameters
     ----------
@@ -95,8 +106,8 @@ class SeriesCode:
         self._slots: dict[Scalar, int] = {}
         self._live = self._reachable()
         kept = {n for g in tape.guards for n, _ in g.terms if n >= self.states} | set(self.ramps)
-        self._rows = {n: n for n in range(self.states)}
-        self._rows |= {n: self.states + i for i, n in enumerate(sorted(kept))}
+        self._columns = {n: n for n in range(self.states)}
+        self._columns |= {n: self.states + i for i, n in enumerate(sorted(kept))}
         self._pairs = {i: self._pair(i) for i in self._live}
         products = {i: _products(i, tape.nodes[i], self._pairs[i]) for i in self._live}
         # Equal left factors side by side are one number spread over a vector.
@@ -104,17 +115,20 @@ class SeriesCode:
         self._products = [products[i][k] for _, i, k in order]
         self._lanes = {(i, k): lane for lane, (_, i, k) in enumerate(order)}
         factors = {f for p in self._products for f in p}
+        sums = [*tape.rates, *(n.inner for n in tape.nodes if n.inner is not None)]
+        self._read = factors | {f"c{n}" for c in sums for n, _ in c.terms}
+        self._read |= {f"c{n}" for i in self._live for n in tape.nodes[i].args}
         self._slopes = {int(f[1:]) for f in factors if f[0] == "d"}
         self.text, self.guards_text = self._function(), self._guards()
 
     @property
-    def rows(self) -> int:
-        """How many rows it fills."""
-        return len(self._rows)
+    def columns(self) -> int:
+        """How many columns it fills."""
+        return len(self._columns)
 
-    def row(self, node: int) -> int:
-        """Return the row of a node that is kept."""
-        return self._rows[node]
+    def column(self, node: int) -> int:
+        """Return the column of a node that is kept."""
+        return self._columns[node]
 
     @property
     def scalars(self) -> list[Scalar]:
@@ -130,6 +144,11 @@ class SeriesCode:
         """Return the least value of a ramp."""
         scalar = self.tape.nodes[ramp].scalar
         return scalar.number if scalar is not None else 0.0
+
+    def guarded(self, ramp: int) -> bool:
+        """Whether some guard is a positive multiple of the ramp's argument."""
+        inner = self.tape.nodes[ramp].inner
+        return inner is not None and any(_proportional(g, inner) for g in self.tape.guards)
 
     @property
     def products(self) -> int:
@@ -195,13 +214,13 @@ class SeriesCode:
                 end.append(f"{name}[k][{g}] = (ps_vector){{{', '.join(p[side] for p in lanes)}}};")
         lines = [
             f"static void {self.name}(const double *x, const double *w, const double *live,",
-            "    int p, double dt, double (*restrict v)[PS_LENGTH]) {",
+            "    int p, double dt, double (*restrict v)[PS_COLUMNS]) {",
             f"  ps_vector L[PS_ORDER + 1][{max(1, len(packs))}], R[PS_ORDER + 1]"
             f"[{max(1, len(packs))}];",
             *(f"  {line}" for line in start),
             "  for (int k = 1;; k++) {",
             "    const double r = PS_INVERSE[k], q = dt * r;",
-            *(f"    v[{i}][k] = q * f{i};" for i, _ in rates),
+            *(f"    v[k][{i}] = q * f{i};" for i, _ in rates),
             "    if (k == p) break;",
             *(f"    {line}" for line in self._sums(packs)),
             *(f"    {line}" for line in each),
@@ -244,8 +263,8 @@ class SeriesCode:
         else:
             value = _START.get(node.op, f"{node.op}({{0}})").format(*args)
         lines = [f"const double o{i} = {value};"]
-        if i in self._rows:
-            lines.append(f"v[{self._rows[i]}][0] = o{i};")
+        if i in self._columns:
+            lines.append(f"v[0][{self._columns[i]}] = o{i};")
         if node.op in _FACTOR:
             lines.append(f"const double r{i} = {_FACTOR[node.op].format(*args, o=f'o{i}')};")
         if node.op == "pow" and node.scalar is not None:
@@ -255,7 +274,9 @@ class SeriesCode:
     def _each(self, i: int) -> list[str]:
         node = self.tape.nodes[i]
         if node.op == "state":
-            value = f"v[{i}][k]"
+            if not {f"c{i}", f"d{i}"} & self._read:
+                return []
+            value = f"v[k][{i}]"
         elif node.inner is not None:
             value = self.sum(node.inner, "c{}")
             if node.op == "ramp":
@@ -268,28 +289,31 @@ class SeriesCode:
                     names[f"s{j}"] = f"s{lane // WIDTH}[{lane % WIDTH}]"
             value = _EACH[node.op].format(i=i, o=f"o{i}", pair=f"o{self._pairs[i]}", **names)
         lines = [f"const double c{i} = {value};"]
-        if i in self._rows and node.op != "state":
-            lines.append(f"v[{self._rows[i]}][k] = c{i};")
+        if i in self._columns and node.op != "state":
+            lines.append(f"v[k][{self._columns[i]}] = c{i};")
         if i in self._slopes:
             lines.append(f"const double d{i} = k * c{i};")
         return lines
 
     def _guards(self) -> str:
-        """Rows of the guards; the last order is known of states only."""
+        """Series of guards and ramps; the last order is known of states only."""
+        watched = [*self.tape.guards, *(Combination(ZERO, ((r, ONE),)) for r in self.ramps)]
+        each, last, zero = [], [], []
+        for j, a in enumerate(watched):
+            terms = tuple((self._columns[n], c) for n, c in a.terms)
+            states = tuple(t for t in terms if t[0] < self.states)
+            each.append(f"g[k][{j}] = h[k] * ({self.sum(Combination(ZERO, terms), 'v[k][{}]')});")
+            last.append(f"g[p][{j}] = h[p] * ({self.sum(Combination(ZERO, states), 'v[p][{}]')});")
+            if not a.constant.is_zero:
+                zero.append(f"g[0][{j}] += {self.scalar(a.constant)};")
         lines = [
-            f"static void {self.name}_guards(const double *w, int p,",
-            "    const double (*v)[PS_LENGTH], double (*restrict g)[PS_LENGTH]) {",
+            f"static void {self.name}_guards(const double *w, int p, const double *h,",
+            "    const double (*v)[PS_COLUMNS], double (*restrict g)[PS_WATCHED]) {",
+            "  for (int k = 0; k < p; k++) {",
+            *(f"    {line}" for line in each),
+            "  }",
+            *(f"  {line}" for line in (*last, *zero)),
+            "  (void)w; (void)h; (void)v; (void)g; (void)p;",
+            "}",
         ]
-        for j, guard in enumerate(self.tape.guards):
-            terms = tuple((self._rows[n], c) for n, c in guard.terms)
-            states = Combination(ZERO, tuple(t for t in terms if t[0] < self.states))
-            each = self.sum(Combination(ZERO, terms), "v[{}][k]")
-            lines += [
-                f"  for (int k = 0; k < p; k++) g[{j}][k] = {each};",
-                f"  g[{j}][p] = {self.sum(states, 'v[{}][p]')};",
-            ]
-            if not guard.constant.is_zero:
-                lines.append(f"  g[{j}][0] += {self.scalar(guard.constant)};")
-        return "\n".join([*lines, "  (void)w; (void)v; (void)g; (void)p;", "}", ""])
-
-
+        return "\n".join(lines) + "\n"

@@ -6,13 +6,14 @@ import casadi as ca
 
 from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.codegen.source import assemble, engine_texts
-from painleve_sym.codegen.taylor.emit import SeriesCode
-from painleve_sym.codegen.taylor.tape import NoRecurrence, Tape, build
+from painleve_sym.codegen.taylor.emit import WIDTH, SeriesCode
+from painleve_sym.codegen.taylor.tape import Tape, build
+from painleve_sym.errors import NoRecurrence
 
 ORDER = 20
 """Highest order; that for the tightest tolerance, 1e-15, is 19."""
 _LENGTH = 24
-"""Numbers in a row: the order, the constant, and room to a whole cache line."""
+"""Orders, the constant among them, and room to a whole cache line."""
 
 
 def tapes(functions: AutomatonFunctions) -> list[Tape]:
@@ -30,7 +31,9 @@ def tapes(functions: AutomatonFunctions) -> list[Tape]:
         try:
             found.append(build(expressions, x, z, c, x.numel()))
         except NoRecurrence as error:
-            raise NoRecurrence(f"mode {mode.name!r}: {error} of a state") from error
+            raise NoRecurrence(
+                f"mode {mode.name!r} uses {error} of a state, which has no Taylor series"
+            ) from error
     return found
 
 
@@ -52,11 +55,17 @@ def _scalars(functions: AutomatonFunctions, code: SeriesCode, i: int) -> ca.Func
     return ca.Function(f"scalars_{i}", arguments, [ca.cse(ca.densify(ca.vertcat(*values)))])
 
 
+def _padded(n: int) -> int:
+    """Round up to whole vectors."""
+    return max(1, -(-n // WIDTH)) * WIDTH
+
+
 def _header(codes: list[SeriesCode]) -> str:
     sizes = {
         "ORDER": ORDER,
         "LENGTH": _LENGTH,
-        "ROWS": max(code.rows for code in codes),
+        "COLUMNS": _padded(max(code.columns for code in codes)),
+        "WATCHED": _padded(max(len(code.tape.guards) + len(code.ramps) for code in codes)),
         "SCALARS": max(1, *(len(code.scalars) for code in codes)),
         "RAMPS": max(1, *(len(code.ramps) for code in codes)),
         "STAGES": 2,
@@ -64,7 +73,7 @@ def _header(codes: list[SeriesCode]) -> str:
     lines = [f"#define PS_{name} {value}" for name, value in sizes.items()]
     fields = (
         "int order, ready; double unit, scalars[PS_SCALARS], live[PS_RAMPS], "
-        "v[PS_ROWS][PS_LENGTH];"
+        "power[PS_LENGTH], binomial[PS_LENGTH], v[PS_LENGTH][PS_COLUMNS];"
     )
     inverse = ", ".join(["0.0", *(repr(1 / k) for k in range(1, ORDER + 1))])
     lines += [
@@ -80,18 +89,22 @@ def _functions(codes: list[SeriesCode]) -> str:
     lines = [
         "typedef struct {",
         "  void (*series)(const double *, const double *, const double *, int, double,",
-        "                 double (*restrict)[PS_LENGTH]);",
-        "  void (*guards)(const double *, int, const double (*)[PS_LENGTH],",
-        "                 double (*restrict)[PS_LENGTH]);",
+        "                 double (*restrict)[PS_COLUMNS]);",
+        "  void (*guards)(const double *, int, const double *, const double (*)[PS_COLUMNS],",
+        "                 double (*restrict)[PS_WATCHED]);",
         "  ps_function scalars;",
-        "  int ramps, ramp[PS_RAMPS];",
+        "  int ramps, ramp[PS_RAMPS], guarded[PS_RAMPS];  /* columns; a guard is zero with it */",
         "  double floor[PS_RAMPS];",
         "} ps_series;",
         "static const ps_series PS_SERIES[PS_NM] = {",
     ]
     for i, code in enumerate(codes):
-        ramps = ", ".join(str(code.row(r)) for r in code.ramps) or "0"
+        ramps = ", ".join(str(code.column(r)) for r in code.ramps) or "0"
+        guarded = ", ".join(str(int(code.guarded(r))) for r in code.ramps) or "0"
         floors = ", ".join(repr(code.floor(r)) for r in code.ramps) or "0"
         names = f"series_{i}, series_{i}_guards, scalars_{i}"
-        lines.append(f"  {{{names}, {len(code.ramps)}, {{{ramps}}}, {{{floors}}}}},")
+        lines.append(
+            f"  {{{names}, {len(code.ramps)}, {{{ramps}}}, {{{guarded}}}, "
+            f"{{{floors}}}}},"
+        )
     return "\n".join([*texts, *lines, "};", ""])

@@ -9,16 +9,12 @@ from typing import Any
 import casadi as ca
 
 from painleve_sym.codegen.taylor.scalars import ONE, ZERO, Scalar, Scalars, common_factor
-from painleve_sym.errors import PainleveError
+from painleve_sym.errors import NoRecurrence
 
 MOST_FACTORS = 16
 """A whole power up to this one is made of products."""
 LARGEST_FLOOR = 1e-30
 """max(a, floor) with a floor up to this one is a ramp: the base of a real power."""
-
-
-class NoRecurrence(PainleveError):
-    """An operation of the field has no Taylor recurrence here."""
 
 
 @dataclass(frozen=True)

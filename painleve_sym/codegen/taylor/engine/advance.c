@@ -4,10 +4,14 @@
  * the rates at the end of the step decides how long it may be. */
 static const double PS_SMALL_BASE = 1e-2;
 
+#define PS_MIN(a, b) ((a) < (b) ? (a) : (b))
+#define PS_MAX(a, b) ((a) > (b) ? (a) : (b))
+
 static void prepare(ps_run *s, const ps_options *o) {
   /* Jorba & Zou, Experiment. Math. 14 (2005) 99-117: the order that is cheapest for a tolerance. */
   int order = (int)ceil(-0.5 * log(o->rtol)) + 1;
   s->order = order < 4 ? 4 : order > PS_ORDER ? PS_ORDER : order;
+  inverse_binomials(s->order, s->binomial);
   s->steps.width = 3 + PS_NZ + (s->order + 1) * PS_NX;
 }
 
@@ -16,25 +20,50 @@ static void fill_series(ps_run *s) {
   s->count.dense++;
 }
 
+/* x to the power e, to three digits: a step size needs no more. */
+static double rough_power(double x, double e) {
+  union { double d; unsigned long long u; } bits = {x};
+  double whole = (double)((long long)(bits.u >> 52) - 1023);
+  bits.u = (bits.u & 0xfffffffffffffULL) | 0x3ff0000000000000ULL;
+  double m = bits.d - 1, log2 = whole + m * (1.4249 + m * (-0.5871 + m * 0.1622));
+  double y = PS_MAX(PS_MIN(e * log2, 1000), -1000), n = floor(y), f = y - n;
+  bits.u = (unsigned long long)((long long)n + 1023) << 52;
+  return bits.d * (1 + f * (0.6957 + f * (0.2251 + f * 0.0792)));
+}
+
 /* Step, in units, for which the last two terms of each state are within its tolerance. The last
  * but one may be e^2 times larger: that is what a step of 1/e^2 of the radius makes of it. */
 static double step_by_terms(ps_run *s, const ps_options *o) {
   const int p = s->order;
-  double last = 0, before = 0;
+  double last = 0, before = 0, a[PS_NX], b[PS_NX];
   for (int i = 0; i < PS_NX; i++) {
     double weight = 1 / (o->atol[i] + o->rtol * fabs(s->x[i]));
-    double a = fabs(s->v[i][p]) * weight, b = fabs(s->v[i][p - 1]) * weight;
-    if (!(a <= last)) last = a;
-    if (!(b <= before)) before = b;
+    a[i] = fabs(s->v[p][i]) * weight;
+    b[i] = fabs(s->v[p - 1][i]) * weight;
+  }
+  for (int i = 0; i < PS_NX; i++) {
+    if (!(a[i] <= last)) last = a[i];
+    if (!(b[i] <= before)) before = b[i];
   }
   if (!isfinite(last) || !isfinite(before)) return NAN;
-  double h = fmin(pow(last, -1.0 / p), pow(before / 7.389, -1.0 / (p - 1)));
-  return fmin(h, 1e6);
+  double h = rough_power(PS_MAX(last, 1e-100), -PS_INVERSE[p]);
+  return fmin(h, rough_power(PS_MAX(before / 7.389, 1e-100), -PS_INVERSE[p - 1]));
 }
 
-/* State at u units. */
-static void state_at(ps_run *s, double u, double *y) {
-  for (int i = 0; i < PS_NX; i++) y[i] = horner(s->v[i], s->order, u);
+/* State at u units, and its rate. */
+static void state_at(ps_run *s, double u, double *restrict y) {
+  double sum[PS_NX];
+  for (int i = 0; i < PS_NX; i++) sum[i] = s->v[s->order][i];
+  for (int k = s->order - 1; k >= 0; k--)
+    for (int i = 0; i < PS_NX; i++) sum[i] = PS_FMA(sum[i], u, s->v[k][i]);
+  memcpy(y, sum, sizeof sum);
+}
+
+static void rate_at(ps_run *s, double u, double *restrict rate) {
+  for (int i = 0; i < PS_NX; i++) rate[i] = s->order * s->v[s->order][i];
+  for (int k = s->order - 1; k > 0; k--)
+    for (int i = 0; i < PS_NX; i++) rate[i] = PS_FMA(rate[i], u, k * s->v[k][i]);
+  for (int i = 0; i < PS_NX; i++) rate[i] /= s->unit;
 }
 
 /* Step, in units and at most h, after which what a vanished power would have done is within the
@@ -42,13 +71,13 @@ static void state_at(ps_run *s, double u, double *y) {
 static double step_by_defect(ps_run *s, const ps_options *o, double h) {
   double e = 4, last_h = 0, last = 0, least = 0;
   for (int it = 0; it < 20; it++) {
-    double y[PS_NX], rate[PS_NX], error = 0;
+    double y[PS_NX], rate[PS_NX], slope[PS_NX], error = 0;
     state_at(s, h, y);
+    rate_at(s, h, slope);
     field(s, y, rate);
     for (int i = 0; i < PS_NX; i++) {
-      double slope = horner_slope(s->v[i], s->order, h) / s->unit;
       double weight = 1 / (o->atol[i] + o->rtol * fabs(s->x[i]));
-      double d = fabs(rate[i] - slope) * h * s->unit * weight / e;
+      double d = fabs(rate[i] - slope[i]) * h * s->unit * weight / e;
       if (!(d <= error)) error = d;
     }
     if (error <= 1 && (it == 0 || error > 0.1 || h <= least)) return h;
@@ -77,12 +106,13 @@ static double open_step(ps_run *s, const ps_options *o) {
   for (int r = 0; r < m->ramps; r++) s->live[r] = 1;
   fill_series(s);
   for (int r = 0; r < m->ramps; r++) {
-    const double *a = s->v[m->ramp[r]];
-    double u = s->h_ref / s->unit, scale = fabs(a[1]) * u + fabs(a[2]) * u * u;
-    if (!(a[0] > m->floor[r])) {
+    const int c = m->ramp[r];
+    double base = s->v[0][c], u = s->h_ref / s->unit;
+    double scale = fabs(s->v[1][c]) * u + fabs(s->v[2][c]) * u * u;
+    if (!(base > m->floor[r])) {
       s->live[r] = 0;
       dead = 1;
-    } else if (!s->ready && a[1] > 0 && a[0] < PS_SMALL_BASE * scale) {
+    } else if (!s->ready && s->v[1][c] > 0 && base < PS_SMALL_BASE * scale) {
       small = 1;
     }
   }
@@ -106,49 +136,59 @@ static double open_step(ps_run *s, const ps_options *o) {
   return h;
 }
 
-/* The series of a combination of rows, its argument scaled so that the step is [0, 1]. */
-static void scaled_rows(ps_run *s, double h, double g[][PS_LENGTH], int rows) {
-  double power = 1;
-  for (int k = 1; k <= s->order; k++) {
-    power *= h;
-    for (int j = 0; j < rows; j++) g[j][k] *= power;
-  }
-}
-
 /* Place of the first zero of a guard that starts at zero and leaves upwards; -1 where none. */
-static double next_root(double *p, int n, double least, int crossed) {
+static double next_root(double *p, int n, double least, int crossed, const double *inverse) {
   p[0] = 0;
   int m = 1;
   while (m < n && fabs(p[m]) <= fabs(p[m + 1]) * least) m++;
-  if (p[m] > 0) return first_root(p + m, n - m, 0);
+  if (p[m] > 0) {
+    /* What is left after division by the zero at the start. */
+    double own[PS_LENGTH];
+    inverse_binomials(n - m, own);
+    return first_root(p + m, n - m, 0, own);
+  }
   double u = 1.0 / PS_SAMPLES;
   while (!(horner(p, n, u) > 0) && 0.5 * u > least) u *= 0.5;
-  if (horner(p, n, u) > 0) return first_root(p, n, u);
+  if (horner(p, n, u) > 0) return first_root(p, n, u, inverse);
   /* A guard that left zero is back at once: where the rates that turned it have their new sign. */
   return crossed ? PS_AT_ONCE : -1;
 }
 
-/* Earliest event inside the step of h units: its guard and its place in [0, 1]; -1 for none, and
- * then `rising` has the guards that are positive at the end. */
-static int find_event(ps_run *s, double h, double *where, unsigned *rising) {
-  const ps_series *m = &PS_SERIES[s->mode];
-  double g[PS_NG][PS_LENGTH];
+/* Powers of the step, series of guards and ramps over it, and for each a bound from below. */
+static void watch(ps_run *s, double h, double g[][PS_WATCHED], double *least) {
+  s->power[0] = 1;
+  s->power[1] = h;
+  for (int k = 2; k <= s->order; k++) s->power[k] = s->power[k / 2] * s->power[k - k / 2];
+  PS_SERIES[s->mode].guards(s->scalars, s->order, s->power, (const double(*)[PS_COLUMNS])s->v, g);
+  for (int j = 0; j < PS_WATCHED; j++) least[j] = g[0][j];
+  for (int k = 1; k <= s->order; k++)
+    for (int j = 0; j < PS_WATCHED; j++) least[j] += g[k][j] < 0 ? g[k][j] : 0;
+  s->count.guards++;
+}
+
+static void column(double g[][PS_WATCHED], int j, int order, double *p) {
+  for (int k = 0; k <= order; k++) p[k] = g[k][j];
+}
+
+/* Earliest event inside a step: its guard and its place in [0, 1]; -1 for none, and then `rising`
+ * has the guards that are positive at the end. */
+static int find_event(ps_run *s, double g[][PS_WATCHED], const double *least, double at_once,
+                      double *where, unsigned *rising) {
   int n = PS_MODES[s->mode].n, first = -1, order = s->order;
   *where = 2;
   *rising = 0;
-  m->guards(s->scalars, order, (const double(*)[PS_LENGTH])s->v, g);
-  scaled_rows(s, h, g, n);
-  s->count.guards++;
   for (int j = 0; j < n; j++) {
-    if (s->armed[j] && stays_positive(g[j], order)) continue;
-    double end = horner(g[j], order, 1), slope = horner_slope(g[j], order, 1), u;
-    int crossed = end <= 0 && (s->armed[j] || end < 0 || slope < 0);
+    double p[PS_LENGTH], u;
+    if (s->armed[j] && least[j] > 0) continue;
+    column(g, j, order, p);
+    double end = horner(p, order, 1);
+    int crossed = end <= 0 && (s->armed[j] || end < 0 || horner_slope(p, order, 1) < 0);
     if (end > 0) *rising |= 1u << j;
     if (s->armed[j]) {
-      u = g[j][0] > 0 ? first_root(g[j], order, 0) : PS_AT_ONCE;
+      u = p[0] > 0 ? first_root(p, order, 0, s->binomial) : PS_AT_ONCE;
       if (u < 0 && crossed) u = 1;
     } else {
-      u = next_root(g[j], order, PS_ZERO_TIME * s->h_ref / (h * s->unit), crossed);
+      u = next_root(p, order, at_once, crossed, s->binomial);
     }
     if (u >= 0 && u < *where) {
       *where = u;
@@ -158,18 +198,15 @@ static int find_event(ps_run *s, double h, double *where, unsigned *rising) {
   return first;
 }
 
-/* Place in [0, 1] where the base of a live power comes to zero without an event, else 1. */
-static double until_kink(ps_run *s, double h) {
-  const ps_series *m = &PS_SERIES[s->mode];
-  double a[1][PS_LENGTH], u = 1;
-  for (int r = 0; r < m->ramps; r++) {
-    if (!(s->live[r] > 0)) continue;
-    memcpy(a[0], s->v[m->ramp[r]], sizeof a[0]);
-    a[0][s->order] = 0;
-    scaled_rows(s, h, a, 1);
-    if (stays_positive(a[0], s->order)) continue;
-    double root = first_root(a[0], s->order, 0);
-    /* Just beyond: the next series must see that the power has gone. */
+/* Place in [0, 1] just beyond which the base of a live power has gone to zero, else 1. */
+static double until_kink(ps_run *s, double g[][PS_WATCHED], const double *least) {
+  int n = PS_MODES[s->mode].n;
+  double u = 1;
+  for (int r = 0; r < PS_SERIES[s->mode].ramps; r++) {
+    double p[PS_LENGTH];
+    if (!(s->live[r] > 0) || least[n + r] > 0 || PS_SERIES[s->mode].guarded[r]) continue;
+    column(g, n + r, s->order, p);
+    double root = first_root(p, s->order, 0, s->binomial);
     if (root >= 0) u = fmin(u, fmax(root * (1 + 1e-9), 1e-9));
   }
   return u;
@@ -180,7 +217,7 @@ static void dense_rows(ps_run *s, double h, double *row) {
   const int p = s->order;
   for (int i = 0; i < PS_NX; i++) {
     double b[PS_LENGTH], power = 1;
-    for (int k = 0; k <= p; k++, power *= h) b[k] = s->v[i][k] * power;
+    for (int k = 0; k <= p; k++, power *= h) b[k] = s->v[k][i] * power;
     /* Divided by u and by 1 - u in turn; what remains each time is a row. */
     int lowest = 0;
     for (int r = 0; r <= p; r++) {
@@ -245,7 +282,7 @@ static void take_event(ps_run *s, const ps_options *o, int j, double where, doub
 static void advance(ps_run *s, const ps_options *o) {
   int last = 0, event;
   unsigned rising;
-  double y[PS_NX], where;
+  double y[PS_NX], g[PS_LENGTH][PS_WATCHED], least[PS_WATCHED], where;
   if (s->count.accepted + s->count.rejected >= o->max_steps) {
     s->reason = PS_STEP_LIMIT;
     return;
@@ -266,8 +303,9 @@ static void advance(ps_run *s, const ps_options *o) {
     s->reason = last ? PS_T_END : PS_STEP_UNDERFLOW;
     return;
   }
-  event = find_event(s, h, &where, &rising);
-  double kink = until_kink(s, h);
+  watch(s, h, g, least);
+  event = find_event(s, g, least, PS_ZERO_TIME * s->h_ref / (h * s->unit), &where, &rising);
+  double kink = until_kink(s, g, least);
   s->count.accepted++;
   if (event >= 0 && where <= kink) {
     take_event(s, o, event, where, h);

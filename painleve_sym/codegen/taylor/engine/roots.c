@@ -3,13 +3,18 @@
 
 #define PS_DEPTH 52
 
-/* 1/C(n, k), then sums: the Bernstein coefficients of the polynomial with coefficients p. */
-static void bernstein(const double *p, int n, double *b) {
+/* 1/C(n, k), for `bernstein`. */
+static void inverse_binomials(int n, double *inverse) {
   double binomial = 1;
   for (int k = 0; k <= n; k++) {
-    b[k] = p[k] / binomial;
+    inverse[k] = 1 / binomial;
     binomial = binomial * (n - k) / (k + 1);
   }
+}
+
+/* Bernstein coefficients of the polynomial with coefficients p. */
+static void bernstein(const double *p, int n, const double *inverse, double *b) {
+  for (int k = 0; k <= n; k++) b[k] = p[k] * inverse[k];
   for (int j = 1; j <= n; j++)
     for (int i = n; i >= j; i--) b[i] += b[i - 1];
 }
@@ -45,10 +50,14 @@ static double horner_slope(const double *p, int n, double u) {
 static double refine(const double *p, int n, double a, double b) {
   double u = b;
   for (int it = 0; it < 100 && b - a > 4e-16; it++) {
-    double value = horner(p, n, u);
+    double value = p[n], slope = 0;
+    for (int k = n - 1; k >= 0; k--) {
+      slope = PS_FMA(slope, u, value);
+      value = PS_FMA(value, u, p[k]);
+    }
     if (value == 0) return u;
     if (value > 0) a = u; else b = u;
-    double next = u - value / horner_slope(p, n, u);
+    double next = u - value / slope;
     /* As near as numbers get: the side on which the polynomial is not positive. */
     if (fabs(next - u) <= 2e-16 * u) return value > 0 ? fmin(next + 2e-16 * u, b) : u;
     u = next > a && next < b ? next : 0.5 * (a + b);
@@ -56,11 +65,19 @@ static double refine(const double *p, int n, double a, double b) {
   return b;
 }
 
-/* Smallest zero of p in (from, 1] where p comes down from positive values; p(from) > 0. -1: none. */
-static double first_root(const double *p, int n, double from) {
+/* Smallest zero of p in (from, 1] where p comes down from positive values; p(from) > 0. -1: none.
+ * `inverse` are the inverse binomials of n. */
+static double first_root(const double *p, int n, double from, const double *inverse) {
   double b[PS_DEPTH + 2][PS_LENGTH], lo[PS_DEPTH + 2], hi[PS_DEPTH + 2];
   int depth[PS_DEPTH + 2], top = 0;
-  bernstein(p, n, b[0]);
+  double steepest = p[1], end = p[0] + p[1];
+  for (int k = 2; k <= n; k++) {
+    steepest += p[k] > 0 ? k * p[k] : 0;
+    end += p[k];
+  }
+  /* Falling all the way: no zero or one. */
+  if (steepest < 0) return end > 0 ? -1 : refine(p, n, from, 1);
+  bernstein(p, n, inverse, b[0]);
   if (from > 0) {
     subdivide(b[0], b[1], n, from);
     memcpy(b[0], b[1], sizeof b[0]);
@@ -92,11 +109,4 @@ static double first_root(const double *p, int n, double from) {
     }
   }
   return -1;
-}
-
-/* Whether p, positive at 0, stays so on [0, 1] for all that its coefficients' sizes tell. */
-static int stays_positive(const double *p, int n) {
-  double least = p[0] + fmin(p[1], 0);
-  for (int k = 2; k <= n; k++) least -= fabs(p[k]);
-  return least > 0;
 }
