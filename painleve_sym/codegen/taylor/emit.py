@@ -104,11 +104,11 @@ class SeriesCode:
         self.tape, self.name = tape, name
         self.states = len(tape.rates)
         self._slots: dict[Scalar, int] = {}
-        self._live = self._reachable()
+        self._live = tape.reachable()
         kept = {n for g in tape.guards for n, _ in g.terms if n >= self.states} | set(self.ramps)
         self._columns = {n: n for n in range(self.states)}
         self._columns |= {n: self.states + i for i, n in enumerate(sorted(kept))}
-        self._pairs = {i: self._pair(i) for i in self._live}
+        self._pairs = {i: tape.pair(i) for i in self._live}
         products = {i: _products(i, tape.nodes[i], self._pairs[i]) for i in self._live}
         # Equal left factors side by side are one number spread over a vector.
         order = sorted((p[0], i, k) for i, ps in products.items() for k, p in enumerate(ps))
@@ -150,14 +150,9 @@ class SeriesCode:
         inner = self.tape.nodes[ramp].inner
         return inner is not None and any(_proportional(g, inner) for g in self.tape.guards)
 
-    @property
-    def products(self) -> int:
-        """How many Cauchy products one order takes."""
-        return len(self._products)
-
     def operations(self, order: int) -> int:
         """Return how many additions and multiplications a series of that order takes."""
-        sums = sum(2 * (k - 1) * self.products for k in range(1, order))
+        sums = sum(2 * (k - 1) * len(self._products) for k in range(1, order))
         each = len(self._slopes) + sum(2 * len(r.terms) + 1 for r in self.tape.rates)
         for i in self._live:
             node = self.tape.nodes[i]
@@ -167,20 +162,6 @@ class SeriesCode:
                 rule = _EACH[node.op]
                 each += rule.count("*") + rule.count("- ") + 2 * rule.count("PS_FMA")
         return sums + each * (order - 1)
-
-    def _reachable(self) -> list[int]:
-        found = set(range(self.states))
-        front = [n for c in (*self.tape.rates, *self.tape.guards) for n, _ in c.terms]
-        while front:
-            n = front.pop()
-            if n not in found:
-                found.add(n)
-                front += [*self.tape.nodes[n].operands, self._pair(n)]
-        return sorted(found)
-
-    def _pair(self, i: int) -> int:
-        node = self.tape.nodes[i]
-        return self.tape.node(Node(PAIRS[node.op], node.args)) if node.op in PAIRS else i
 
     # ---- pieces of C ----
 

@@ -1,4 +1,4 @@
-"""What does not change along a motion: numbers and monomials in parameters and memory."""
+"""What does not change in a mode: numbers and monomials in parameters, memory, resting states."""
 
 from __future__ import annotations
 

@@ -7,6 +7,7 @@ import casadi as ca
 from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.codegen.source import assemble, engine_texts
 from painleve_sym.codegen.taylor.emit import WIDTH, SeriesCode
+from painleve_sym.codegen.taylor.simplify import simplify
 from painleve_sym.codegen.taylor.tape import Tape, build
 from painleve_sym.errors import NoRecurrence
 
@@ -29,7 +30,7 @@ def tapes(functions: AutomatonFunctions) -> list[Tape]:
     for mode, f in zip(functions.automaton.modes, functions.modes, strict=True):
         expressions = ca.vertcat(f.field(x, z, c), f.guards(x, z, c)[0])
         try:
-            found.append(build(expressions, x, z, c, x.numel()))
+            found.append(simplify(build(expressions, x, z, c, x.numel())))
         except NoRecurrence as error:
             raise NoRecurrence(
                 f"mode {mode.name!r} uses {error} of a state, which has no Taylor series"

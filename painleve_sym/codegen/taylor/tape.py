@@ -77,6 +77,10 @@ class Node:
 PAIRS = {"sin": "cos", "cos": "sin", "sinh": "cosh", "cosh": "sinh"}
 """Functions whose recurrences need each other."""
 
+PRODUCTS = dict.fromkeys(("mul", "sq", "div", "inv", "sqrt", "exp", "log", *PAIRS), 1)
+PRODUCTS |= {"pow": 2, "atan2": 3}
+"""Cauchy products that an operation takes at each order."""
+
 
 @dataclass
 class Tape:
@@ -98,6 +102,27 @@ class Tape:
 
     def __post_init__(self) -> None:
         self._known = {node: i for i, node in enumerate(self.nodes)}
+
+    def reachable(self) -> list[int]:
+        """Return the states and every node that rates and guards need, in order."""
+        found = set(range(len(self.rates)))
+        front = [n for c in (*self.rates, *self.guards) for n, _ in c.terms]
+        while front:
+            n = front.pop()
+            if n not in found:
+                found.add(n)
+                front += [*self.nodes[n].operands, self.pair(n)]
+        return sorted(found)
+
+    def pair(self, i: int) -> int:
+        """Return the partner of a node, itself where it has none."""
+        node = self.nodes[i]
+        return self.node(Node(PAIRS[node.op], node.args)) if node.op in PAIRS else i
+
+    @property
+    def products(self) -> int:
+        """How many Cauchy products one order takes."""
+        return sum(PRODUCTS.get(self.nodes[i].op, 0) for i in self.reachable())
 
     # ---- building ----
 
@@ -212,8 +237,13 @@ def build(expressions: ca.SX, x: ca.SX, z: ca.SX, c: ca.SX, rates: int) -> Tape:
     """
     function = ca.Function("f", [x, z, c], [ca.cse(ca.densify(expressions))])
     tape = Tape()
+    states = [tape.single(Node("state", index=i)) for i in range(x.numel())]
+    # A state that rests in this mode is as good as a parameter.
+    resting = [i for i in range(rates) if expressions[i].is_zero()]
+    for i in resting:
+        states[i] = Combination(tape.scalars.of(x[i]))
     inputs = [
-        [tape.single(Node("state", index=i)) for i in range(x.numel())],
+        states,
         [Combination(tape.scalars.of(z[i])) for i in range(z.numel())],
         [Combination(tape.scalars.of(c[i])) for i in range(c.numel())],
     ]

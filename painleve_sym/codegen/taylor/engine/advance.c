@@ -1,5 +1,9 @@
 /* One Taylor step, or the event it runs into: the series is the dense output and holds the events. */
 
+/* Part of the tolerance that the last term of a series may use: the terms left out add up to a few
+ * times as much where a power ends, and so do the steps. */
+static const double PS_SHARE = 0.05;
+
 /* A series that starts at a vanishing base of a real power leaves the power out: what that does to
  * the rates at the end of the step decides how long it may be. */
 static const double PS_SMALL_BASE = 1e-2;
@@ -9,7 +13,7 @@ static const double PS_SMALL_BASE = 1e-2;
 
 static void prepare(ps_run *s, const ps_options *o) {
   /* Jorba & Zou, Experiment. Math. 14 (2005) 99-117: the order that is cheapest for a tolerance. */
-  int order = (int)ceil(-0.5 * log(o->rtol)) + 1;
+  int order = (int)ceil(-0.5 * log(PS_SHARE * o->rtol)) + 1;
   s->order = order < 4 ? 4 : order > PS_ORDER ? PS_ORDER : order;
   inverse_binomials(s->order, s->binomial);
   s->steps.width = 3 + PS_NZ + (s->order + 1) * PS_NX;
@@ -37,7 +41,7 @@ static double step_by_terms(ps_run *s, const ps_options *o) {
   const int p = s->order;
   double last = 0, before = 0, a[PS_NX], b[PS_NX];
   for (int i = 0; i < PS_NX; i++) {
-    double weight = 1 / (o->atol[i] + o->rtol * fabs(s->x[i]));
+    double weight = 1 / (PS_SHARE * (o->atol[i] + o->rtol * fabs(s->x[i])));
     a[i] = fabs(s->v[p][i]) * weight;
     b[i] = fabs(s->v[p - 1][i]) * weight;
   }
