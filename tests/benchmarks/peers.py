@@ -451,7 +451,7 @@ def time_all(tuned: Sequence[tuple[Any, float]], repeats: int) -> list[float]:
     tuned : sequence of (Peer, float)
         Prepared peers and their tolerances; a first run, which may compile, is not counted.
     repeats : int
-        Rounds; a quick peer runs several times in each.
+        Rounds; a quick peer runs up to a hundred times in each, with warm caches.
     """
     bunches = []
     for peer, tol in tuned:
@@ -459,7 +459,7 @@ def time_all(tuned: Sequence[tuple[Any, float]], repeats: int) -> list[float]:
         start = time.process_time_ns()
         peer.run(tol)
         took = max(time.process_time_ns() - start, 1)
-        bunches.append(int(min(max(200_000 // took, 1), 20)))
+        bunches.append(int(min(max(10_000_000 // took, 1), 100)))
     best = [math.inf] * len(tuned)
     for _ in range(repeats):
         for i, ((peer, tol), bunch) in enumerate(zip(tuned, bunches, strict=True)):

@@ -143,8 +143,8 @@ def test_motion_starts_at_and_crosses_a_branch_point(spring, n, start):
     x, v = run.steps[:, 3], run.steps[:, 4]
     energy = 0.5 * v**2 - x + 100 * np.maximum(x, 0) ** (n + 1) / (n + 1)
     assert np.max(np.abs(energy - energy[0])) < 2e-11
-    assert np.max(x) > 0.001
-    assert len(run.steps) < 600
+    assert np.max(x) > 1e-4
+    assert len(run.steps) < 1200
 
 
 # ---- events ----
