@@ -96,7 +96,7 @@ class CompiledEngine:
         self._options, self._run = _structures(self._nx, self._nz, max(1, len(automaton.kinds)))
         self._library = load(self._source())
         self._end = ctypes.c_double * (_HEAD + self._nx + self._nz)
-        self._no_steps = np.empty((0, 3 + self._nz + self.dense_rows * self._nx))
+        self._no_steps = np.empty((0, 4 + self._nz + self.dense_rows * self._nx))
         self._no_events = np.empty((0, 4 + 2 * (self._nx + self._nz)))
         self._library.ps_complete.restype = ctypes.POINTER(self._run)
         self._library.ps_complete.argtypes = (_address, _address, _address, _address)
@@ -138,7 +138,7 @@ class CompiledEngine:
         # The same options object is used in loops of runs: its C form is kept.
         if self._last_options is None or self._last_options[0] is not options:
             self._last_options = (options, self._options_of(options))
-        out = self._end()
+        out: Any = self._end()
         # Bytes are passed by address at a fraction of the price of `ndarray.ctypes`.
         x, p = _plain(state).tobytes(), _plain(parameters).tobytes()
         kept = self._library.ps_complete(x, p, ctypes.byref(self._last_options[1]), out)
@@ -150,7 +150,7 @@ class CompiledEngine:
                     "Fix: record='events' keeps less."
                 )
             steps, events = (kept.contents.steps, kept.contents.events) if kept else (None, None)
-            values = np.frombuffer(out)[_HEAD:]
+            values: Array = np.frombuffer(out)[_HEAD:]
             return RawRun(
                 time=time,
                 state=values[: self._nx],
@@ -180,4 +180,3 @@ class CompiledEngine:
 def _plain(values: Array) -> Array:
     """Return a contiguous array; the caller keeps it while C reads its address."""
     return np.ascontiguousarray(values, dtype=np.float64)
-

@@ -78,8 +78,8 @@ class RawRun(NamedTuple):
     stop_reason : StopReason
     stop_transition : int
         Index of the transition that ended the run, -1 where none did.
-    steps : ndarray, shape (steps, 3 + nz + rows nx)
-        t, h, mode, memory, then the rows of the dense polynomial.
+    steps : ndarray, shape (steps, 4 + nz + rows nx)
+        t, h, mode, memory, the rows of the dense polynomial, the bend of time (see `Trajectory`).
     events : ndarray, shape (events, 4 + 2 (nx + nz))
         t, mode before, transition, mode after, state and memory before, and after.
     counters : dict

@@ -167,7 +167,7 @@ class ContactSimulator(ABC):
         """Return the raw run as a trajectory."""
         automaton, nx = self.automaton, len(self.automaton.states)
         nz = len(automaton.memory)
-        rows = (raw.steps.shape[1] - 3 - nz) // nx
+        rows = (raw.steps.shape[1] - 4 - nz) // nx
         c = self.integrator.constants(self._vector_of(values))
         return Trajectory(
             mechanism=self.mechanism.name,
@@ -182,7 +182,8 @@ class ContactSimulator(ABC):
             step_length=raw.steps[:, 1],
             step_mode=raw.steps[:, 2].astype(np.int64),
             step_memory=raw.steps[:, 3 : 3 + nz],
-            step_rows=raw.steps[:, 3 + nz :].reshape(len(raw.steps), rows, nx),
+            step_rows=raw.steps[:, 3 + nz : -1].reshape(len(raw.steps), rows, nx),
+            step_bend=raw.steps[:, -1],
             events=self._events(raw.events, c),
             final_time=raw.time,
             final_state=raw.state,

@@ -69,9 +69,10 @@ class Segment:
 class Trajectory:
     """A motion, piecewise polynomial in time.
 
-    In a step from t to t + h, with u = (τ − t)/h and v = 1 − u, the state is
+    In a step from t to t + h, with τ = t + h u (1 + β (u − 1)) and v = 1 − u, the state is
     r₀ + u(r₁ + v(r₂ + u(r₃ + v(r₄ + …)))): eight rows r as DOP853 gives them, or one per order of
-    a Taylor series.
+    a Taylor series. The bend β is 0 but for series that run along √τ from or to a point where
+    a contact force sets in or ends.
 
     Attributes
     ----------
@@ -84,6 +85,8 @@ class Trajectory:
     step_mode : ndarray of int, shape (steps,)
     step_memory : ndarray, shape (steps, nz)
     step_rows : ndarray, shape (steps, rows, nx)
+    step_bend : ndarray, shape (steps,), or None
+        β; None where it is 0 everywhere.
     events : tuple of EventRecord
     final_time : float
     final_state : ndarray, shape (nx,)
@@ -123,6 +126,7 @@ class Trajectory:
     rtol: float
     constants: Array
     evaluator: Engine | None = field(default=None, repr=False, compare=False)
+    step_bend: Array | None = None
 
     # ---- evaluation ----
 
@@ -146,7 +150,9 @@ class Trajectory:
         return self._states(times, self._locate(times))
 
     def _states(self, times: Array, index: Any) -> Array:
-        u = np.clip((times - self.step_time[index]) / self.step_length[index], 0.0, 1.0)[:, None]
+        w = np.clip((times - self.step_time[index]) / self.step_length[index], 0.0, 1.0)
+        bend = self.step_bend[index] if self.step_bend is not None else np.zeros(len(w))
+        u = (2 * w / (1 - bend + np.sqrt((1 - bend) ** 2 + 4 * bend * w)))[:, None]
         rows, value = self.step_rows[index], np.zeros((len(times), len(self.state_names)))
         for k in range(rows.shape[1] - 1, 0, -1):
             value = (value + rows[:, k]) * (u if k % 2 else 1 - u)
@@ -314,6 +320,8 @@ class Trajectory:
             "rtol": self.rtol,
         }
         arrays = {name: getattr(self, name) for name in _ARRAYS}
+        if self.step_bend is not None:
+            arrays["step_bend"] = self.step_bend
         write_beside(Path(path), lambda f: np.savez_compressed(f, text=json.dumps(text), **arrays))
 
     @classmethod
@@ -329,6 +337,8 @@ class Trajectory:
             with np.load(Path(path), allow_pickle=False) as data:
                 text = json.loads(str(data["text"]))
                 arrays = {name: data[name] for name in _ARRAYS}
+                if "step_bend" in data:
+                    arrays["step_bend"] = data["step_bend"]
         except (OSError, ValueError, KeyError) as error:
             raise InputError(
                 f"trajectory file {path}: not readable ({error}). Fix: give a file written by save."

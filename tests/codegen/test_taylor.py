@@ -99,7 +99,7 @@ def test_coefficients_are_those_of_mpmath(integrals, x0, n):
     nx = len(FUNCTIONS) + 1
     start = np.array([x0, *np.zeros(nx - 1)])
     run = integrals.run(start, np.array([n]), options(10.0, nx, max_steps=1))
-    h, found = run.steps[0, 1], coefficients(run.steps[0, 3:].reshape(-1, nx))
+    h, found = run.steps[0, 1], coefficients(run.steps[0, 3:-1].reshape(-1, nx))
     with mpmath.workdps(60):
         for i, (name, (_, g)) in enumerate(FUNCTIONS.items()):
             expected = mpmath.taylor(lambda x, g=g: g(x, mpmath.mpf(n)), mpmath.mpf(x0), 12)
@@ -118,7 +118,7 @@ def test_dense_output_is_as_exact_as_the_steps():
     run = engine.run(np.array([1.0, 0.0]), np.empty(0), options(20.0, 2, rtol=1e-13))
     worst = 0.0
     for row in run.steps:
-        c = coefficients(row[3:].reshape(-1, 2))
+        c = coefficients(row[3:-1].reshape(-1, 2))
         for u in (0.1, 0.35, 0.5, 0.8, 1.0):
             worst = max(worst, abs(np.polyval(c[::-1, 0], u) - math.cos(row[0] + u * row[1])))
     assert worst < 1e-12

@@ -2,7 +2,7 @@
 
 static void prepare(ps_run *s, const ps_options *o) {
   (void)o;
-  s->steps.width = 3 + PS_NZ + 8 * PS_NX;
+  s->steps.width = 3 + PS_NZ + 8 * PS_NX + 1;
 }
 
 /* Repeats the step so that it ends where guard j is zero, to round-off; returns its length.
@@ -55,7 +55,7 @@ static void take_event(ps_run *s, const ps_options *o, int j, double where, doub
     field(s, y, s->k[12]);
   }
   if (o->record == 2) dense_rows(s, s->x, y, h, row);
-  if (!record_step(s, o, h, &row[0][0], 8)) return;
+  if (!record_step(s, o, h, &row[0][0], 8, 0)) return;
   if (!found) {
     double g[PS_NG], dg[PS_NG];
     guards(s, y, g, dg);
@@ -120,7 +120,7 @@ static void advance(ps_run *s, const ps_options *o) {
       take_event(s, o, event, where, h, y, row);
       return;
     }
-    if (!record_step(s, o, h, &row[0][0], 8)) return;
+    if (!record_step(s, o, h, &row[0][0], 8, 0)) return;
     enter_end_of_step(s, h, y, g1, d1);
     if (last) {
       s->t = o->t_end;

@@ -99,13 +99,14 @@ static void guards(ps_run *s, const double *x, double *g, double *dg) {
   s->count.guards++;
 }
 
-/* Keeps a step with its dense output, rows of PS_NX numbers. */
-static int record_step(ps_run *s, const ps_options *o, double h, const double *dense, int rows) {
+/* Keeps a step with its dense output, rows of PS_NX numbers, and its bend (see Trajectory). */
+static int record_step(ps_run *s, const ps_options *o, double h, const double *dense, int rows,
+                       double bend) {
   if (o->record < 2) return 1;
   double head[3] = {s->t, h, (double)s->mode};
-  const double *parts[3] = {head, s->z, dense};
-  const int sizes[3] = {3, PS_NZ, rows * PS_NX};
-  if (rows_push(&s->steps, parts, sizes, 3)) return 1;
+  const double *parts[4] = {head, s->z, dense, &bend};
+  const int sizes[4] = {3, PS_NZ, rows * PS_NX, 1};
+  if (rows_push(&s->steps, parts, sizes, 4)) return 1;
   s->reason = PS_NO_MEMORY;
   return 0;
 }

@@ -1,8 +1,8 @@
 """A tape as C: one function per mode that fills the rows of Taylor coefficients.
 
-Order k of a product is Σ aⱼ b₍ₖ₋ⱼ₎. Of all products of a tape, the part 0 < j < k needs lower orders
-only: it is summed first, four products side by side in one vector. The terms with the coefficients
-of order k follow in scalars, operation by operation.
+Order k of a product is Σ aⱼ b₍ₖ₋ⱼ₎. Of all products of a tape, the part 0 < j < k needs lower
+orders only: it is summed first, four products side by side in one vector. The terms with the
+coefficients of order k follow in scalars, operation by operation.
 """
 
 from __future__ import annotations
@@ -89,9 +89,10 @@ class SeriesCode:
     """Writes the C of one tape.
 
     The generated function takes the state, the scalars of the mode, which ramps are alive, the
-    order and the unit of time. It fills the columns of `v`, order by order: states, then ramps and
-    whatever else guards are made of. A second function takes them and the powers of a step and
-    returns, order by order, the guards and then the ramps, whose step is [0, 1].
+    order, and dt, bend of the time t = dt u + bend u²/2 that the series in u run along. It fills
+    the columns of `v`, order by order: states, then ramps and whatever else guards are made of. A
+    second function takes them and the powers of a step and returns, order by order, the guards and
+    then the ramps, whose step is [0, 1].
 
     Parameters
     ----------
@@ -185,9 +186,9 @@ class SeriesCode:
         packs = range(-(-len(self._products) // WIDTH))
         rates = list(enumerate(self.tape.rates))
         start = [line for i in self._live for line in self._start(i)]
-        start += [f"double f{i} = {self.sum(r, 'o{}', constant=True)};" for i, r in rates]
+        start += [f"double f{i} = {self.sum(r, 'o{}', constant=True)}, b{i} = 0;" for i, r in rates]
         each = [line for i in self._live for line in self._each(i)]
-        end = [f"f{i} = {self.sum(r, 'c{}')};" for i, r in rates]
+        end = [f"b{i} = f{i}; f{i} = {self.sum(r, 'c{}')};" for i, r in rates]
         for g in packs:
             lanes = self._products[g * WIDTH : (g + 1) * WIDTH]
             lanes += [("0", "0")] * (WIDTH - len(lanes))
@@ -195,13 +196,13 @@ class SeriesCode:
                 end.append(f"{name}[k][{g}] = (ps_vector){{{', '.join(p[side] for p in lanes)}}};")
         lines = [
             f"static void {self.name}(const double *x, const double *w, const double *live,",
-            "    int p, double dt, double (*restrict v)[PS_COLUMNS]) {",
+            "    int p, double dt, double bend, double (*restrict v)[PS_COLUMNS]) {",
             f"  ps_vector L[PS_ORDER + 1][{max(1, len(packs))}], R[PS_ORDER + 1]"
             f"[{max(1, len(packs))}];",
             *(f"  {line}" for line in start),
             "  for (int k = 1;; k++) {",
-            "    const double r = PS_INVERSE[k], q = dt * r;",
-            *(f"    v[k][{i}] = q * f{i};" for i, _ in rates),
+            "    const double r = PS_INVERSE[k], q = dt * r, qb = bend * r;",
+            *(f"    v[k][{i}] = q * f{i} + qb * b{i};" for i, _ in rates),
             "    if (k == p) break;",
             *(f"    {line}" for line in self._sums(packs)),
             *(f"    {line}" for line in each),

@@ -128,9 +128,7 @@ class _Rebuild:
         self, terms: list[tuple[int, Scalar]], op: str, place: int | None
     ) -> tuple[int, list[tuple[int, Scalar]]] | None:
         """Return the node that most products of a sum share, and those terms."""
-        alone = [
-            t for t in terms if self._old.nodes[t[0]].op == op and self._uses[t[0]] == 1
-        ]
+        alone = [t for t in terms if self._old.nodes[t[0]].op == op and self._uses[t[0]] == 1]
         by: dict[int, list[tuple[int, Scalar]]] = {}
         for t in alone:
             args = self._old.nodes[t[0]].args
@@ -142,5 +140,3 @@ class _Rebuild:
     def _other(self, product: int, shared: int) -> int:
         m, n = self._old.nodes[product].args
         return m if n == shared else n
-
-

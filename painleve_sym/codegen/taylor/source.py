@@ -73,7 +73,8 @@ def _header(codes: list[SeriesCode]) -> str:
     }
     lines = [f"#define PS_{name} {value}" for name, value in sizes.items()]
     fields = (
-        "int order, ready; double unit, scalars[PS_SCALARS], live[PS_RAMPS], "
+        "int order, ready, left_out; double unit, bend, zero, "
+        "scalars[PS_SCALARS], live[PS_RAMPS], "
         "power[PS_LENGTH], binomial[PS_LENGTH], v[PS_LENGTH][PS_COLUMNS];"
     )
     inverse = ", ".join(["0.0", *(repr(1 / k) for k in range(1, ORDER + 1))])
@@ -89,7 +90,7 @@ def _functions(codes: list[SeriesCode]) -> str:
     texts = [text for code in codes for text in (code.text, code.guards_text)]
     lines = [
         "typedef struct {",
-        "  void (*series)(const double *, const double *, const double *, int, double,",
+        "  void (*series)(const double *, const double *, const double *, int, double, double,",
         "                 double (*restrict)[PS_COLUMNS]);",
         "  void (*guards)(const double *, int, const double *, const double (*)[PS_COLUMNS],",
         "                 double (*restrict)[PS_WATCHED]);",
@@ -104,8 +105,5 @@ def _functions(codes: list[SeriesCode]) -> str:
         guarded = ", ".join(str(int(code.guarded(r))) for r in code.ramps) or "0"
         floors = ", ".join(repr(code.floor(r)) for r in code.ramps) or "0"
         names = f"series_{i}, series_{i}_guards, scalars_{i}"
-        lines.append(
-            f"  {{{names}, {len(code.ramps)}, {{{ramps}}}, {{{guarded}}}, "
-            f"{{{floors}}}}},"
-        )
+        lines.append(f"  {{{names}, {len(code.ramps)}, {{{ramps}}}, {{{guarded}}}, {{{floors}}}}},")
     return "\n".join([*texts, *lines, "};", ""])

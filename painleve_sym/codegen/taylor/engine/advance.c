@@ -8,6 +8,14 @@ static const double PS_SHARE = 0.05;
  * the rates at the end of the step decides how long it may be. */
 static const double PS_SMALL_BASE = 1e-2;
 
+/* The zero of a base is near when it is so many of the last steps away. */
+static const double PS_NEAR = 2;
+/* ... and taken to be a little farther: a series cannot go on beyond it. */
+static const double PS_MARGIN = 1.02;
+/* A step along the root of the time since a zero should be this part of that time; else the zero is
+ * no longer what limits it. */
+static const double PS_WORTH = 0.8;
+
 #define PS_MIN(a, b) ((a) < (b) ? (a) : (b))
 #define PS_MAX(a, b) ((a) > (b) ? (a) : (b))
 
@@ -16,11 +24,26 @@ static void prepare(ps_run *s, const ps_options *o) {
   int order = (int)ceil(-0.5 * log(PS_SHARE * o->rtol)) + 1;
   s->order = order < 4 ? 4 : order > PS_ORDER ? PS_ORDER : order;
   inverse_binomials(s->order, s->binomial);
-  s->steps.width = 3 + PS_NZ + (s->order + 1) * PS_NX;
+  s->steps.width = 3 + PS_NZ + (s->order + 1) * PS_NX + 1;
+}
+
+/* Time after u units, how fast it runs there, and the units that a time takes. */
+static double time_at(const ps_run *s, double u) {
+  return u * (s->unit + 0.5 * s->bend * u);
+}
+
+static double pace_at(const ps_run *s, double u) {
+  return s->unit + s->bend * u;
+}
+
+static double units_of(const ps_run *s, double t) {
+  double root = s->unit * s->unit + 2 * s->bend * t;
+  return root > 0 ? 2 * t / (s->unit + sqrt(root)) : HUGE_VAL;
 }
 
 static void fill_series(ps_run *s) {
-  PS_SERIES[s->mode].series(s->x, s->scalars, s->live, s->order, s->unit, s->v);
+  PS_SERIES[s->mode].series(s->x, s->scalars, s->live, s->order, s->unit, s->bend,
+                            s->v);
   s->count.dense++;
 }
 
@@ -99,6 +122,29 @@ static double step_by_defect(ps_run *s, const ps_options *o, double h) {
   return fmin(h, least > 0 ? least : h);
 }
 
+/* Time from the end of a step of h units to where the base of a live power comes to zero, if that is
+ * near; 0 where it is not. */
+static double zero_ahead(const ps_run *s, double h) {
+  const ps_series *m = &PS_SERIES[s->mode];
+  double nearest = 0;
+  for (int r = 0; r < m->ramps; r++) {
+    double a = 0, b = 0, d = 0, pace = pace_at(s, h);
+    if (!(s->live[r] > 0)) continue;
+    for (int k = s->order - 1; k >= 0; k--) {
+      d = PS_FMA(d, h, b);
+      b = PS_FMA(b, h, a);
+      a = PS_FMA(a, h, s->v[k][m->ramp[r]]);
+    }
+    b /= pace;
+    d = (d - 0.5 * b * s->bend) / (pace * pace);
+    double root = b * b - 4 * a * d;
+    if (!(a > m->floor[r]) || !(b < 0) || !(root > 0)) continue;
+    double t = 2 * a / (-b + sqrt(root));
+    if (t < PS_NEAR * time_at(s, h) && (nearest == 0 || t < nearest)) nearest = t;
+  }
+  return PS_MARGIN * nearest;
+}
+
 /* Coefficients of the series at the current state, and how far it is good, in units. */
 static double open_step(ps_run *s, const ps_options *o) {
   const ps_series *m = &PS_SERIES[s->mode];
@@ -108,6 +154,9 @@ static double open_step(ps_run *s, const ps_options *o) {
     call(s, m->scalars, s->x, res);
   }
   for (int r = 0; r < m->ramps; r++) s->live[r] = 1;
+  /* The variable of the series: time, or the root of the time from or to a zero of a base. A series
+   * in time ends at that zero, in the root it does not. */
+  s->bend = s->zero != 0 ? -0.5 * s->unit * s->unit / s->zero : 0;
   fill_series(s);
   for (int r = 0; r < m->ramps; r++) {
     const int c = m->ramp[r];
@@ -123,12 +172,19 @@ static double open_step(ps_run *s, const ps_options *o) {
   s->ready = 1;
   double alive = NAN;
   if (small && !dead) {
+    s->bend = 0;
+    fill_series(s);
     /* Next to the branch point the series hardly reaches; leaving the power out may go further. */
     alive = step_by_terms(s, o);
     for (int r = 0; r < m->ramps; r++) s->live[r] = 0;
     dead = 1;
   }
-  if (!dead) return step_by_terms(s, o);
+  if (!dead) {
+    double h = step_by_terms(s, o);
+    /* Up to the zero of the base as it was estimated; beyond it time would run back. */
+    return s->bend < 0 ? fmin(h, -0.999 * s->unit / s->bend) : h;
+  }
+  s->bend = 0;
   fill_series(s);
   double h = step_by_terms(s, o);
   if (isfinite(h)) h = step_by_defect(s, o, fmin(h, (o->t_end - s->t) / s->unit));
@@ -137,6 +193,7 @@ static double open_step(ps_run *s, const ps_options *o) {
     fill_series(s);
     return alive;
   }
+  s->left_out = 1;
   return h;
 }
 
@@ -244,7 +301,8 @@ static int keep_step(ps_run *s, const ps_options *o, double h) {
   if (o->record < 2) return 1;
   double row[PS_LENGTH * PS_NX];
   dense_rows(s, h, row);
-  return record_step(s, o, h * s->unit, row, s->order + 1);
+  double t = time_at(s, h);
+  return record_step(s, o, t, row, s->order + 1, 0.5 * s->bend * h * h / t);
 }
 
 /* Brings the end of the step, y after h units, to the zero of guard j itself; 0 where it has none. */
@@ -255,7 +313,7 @@ static int polish(ps_run *s, int j, double *h, double *y) {
     guards(s, y, g, dg);
     if (g[j] == 0) return 1;
     if (!(dg[j] < 0)) return g[j] < 0;
-    double change = -g[j] / (dg[j] * s->unit);
+    double change = -g[j] / (dg[j] * pace_at(s, *h));
     if (!(fabs(change) < 0.01 * *h)) return g[j] <= 0;
     if (fabs(change) <= 1e-15 * *h) return 1;
     *h += change;
@@ -272,12 +330,13 @@ static void take_event(ps_run *s, const ps_options *o, int j, double where, doub
   if (where > PS_AT_ONCE) found = polish(s, j, &h, y);
   state_at(s, h, y);
   if (!keep_step(s, o, h)) return;
-  s->t += h * s->unit;
+  s->t += time_at(s, h);
   memcpy(s->x, y, sizeof s->x);
   if (!found) return;
   apply(s, o, j, 1, &departs);
   settle(s, o, departs, 1);
-  s->ready = 0;
+  s->ready = s->left_out = 0;
+  s->zero = 0;
   s->unit = s->h_ref;
   if (s->hit && s->reason == PS_RUNNING) s->reason = PS_UNTIL;
 }
@@ -292,23 +351,23 @@ static void advance(ps_run *s, const ps_options *o) {
     return;
   }
   if (!(s->unit > 0)) s->unit = s->h_ref;
-  double h = open_step(s, o), left = (o->t_end - s->t) / s->unit;
+  double h = open_step(s, o), left = units_of(s, o->t_end - s->t);
   if (!isfinite(h)) {
     s->reason = PS_NON_FINITE;
     return;
   }
-  h = fmin(h, o->h_max / s->unit);
-  if (s->count.accepted == 0 && o->h0 > 0) h = fmin(h, o->h0 / s->unit);
+  h = fmin(h, units_of(s, o->h_max));
+  if (s->count.accepted == 0 && o->h0 > 0) h = fmin(h, units_of(s, o->h0));
   if (h * 1.0000001 >= left) {
     h = left;
     last = 1;
   }
-  if (!(h * s->unit > 16e-16 * fabs(s->t))) {
+  if (!(time_at(s, h) > 16e-16 * fabs(s->t))) {
     s->reason = last ? PS_T_END : PS_STEP_UNDERFLOW;
     return;
   }
   watch(s, h, g, least);
-  event = find_event(s, g, least, PS_ZERO_TIME * s->h_ref / (h * s->unit), &where, &rising);
+  event = find_event(s, g, least, PS_ZERO_TIME * s->h_ref / time_at(s, h), &where, &rising);
   double kink = until_kink(s, g, least);
   s->count.accepted++;
   if (event >= 0 && where <= kink) {
@@ -323,9 +382,18 @@ static void advance(ps_run *s, const ps_options *o) {
   }
   state_at(s, h, y);
   if (!keep_step(s, o, h)) return;
-  s->t += h * s->unit;
+  double took = time_at(s, h);
+  s->t += took;
   memcpy(s->x, y, sizeof s->x);
-  s->unit *= h;
+  if (s->left_out) {
+    s->zero = -took;
+  } else if (s->zero < 0 && took > -PS_WORTH * s->zero && kink == 1) {
+    s->zero -= took;
+  } else {
+    s->zero = zero_ahead(s, h);
+  }
+  s->left_out = 0;
+  s->unit = took;
   if (last) {
     s->t = o->t_end;
     s->reason = PS_T_END;
