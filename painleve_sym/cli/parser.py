@@ -159,7 +159,7 @@ def _run_options(sub: dict[str, _Parser]) -> None:
         ("--rtol", "X", "relative tolerance, from 1e-15 up to 1"),
         ("--max-steps", "N", "stop after so many steps, by default 1e6"),
         ("--max-events", "N", "stop after so many events, by default 1e5"),
-        ("--engine", "NAME", "auto (default), compiled or erk"),
+        ("--engine", "NAME", "auto (default), compiled, taylor or erk"),
         ("--samples", "N", "also give state and forces at N evenly spaced times"),
         ("--save", "FILE", "write the whole trajectory, an NPZ file"),
         ("--plot", "FILE", "draw it, as PNG, SVG or PDF by the suffix"),

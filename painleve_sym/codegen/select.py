@@ -20,7 +20,7 @@ ENGINES = ("auto", "compiled", "taylor", "erk")
 
 
 def make_engine(automaton: HybridAutomaton, name: str = "auto") -> Engine:
-    """Return the engine ``compiled`` (Runge–Kutta in C), ``taylor``, ``erk`` (CasADi's) or ``auto``.
+    """Return an engine: ``compiled`` (Runge–Kutta), ``taylor``, ``erk`` (CasADi's) or ``auto``.
 
     ``auto`` is ``compiled``, or ``erk`` with a notice where there is no C compiler. Where a mode
     has no Taylor series, ``compiled`` takes the place of ``taylor``, with a notice.

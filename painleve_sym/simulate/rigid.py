@@ -39,7 +39,7 @@ class RigidSimulator(ContactSimulator):
         With exactly one contact.
     restitution : {"energetic", "poisson", "newton"}
     policy : {"liftoff", "slip", "impact"}
-    engine : {"auto", "compiled", "erk"}
+    engine : {"auto", "compiled", "taylor", "erk"}
     """
 
     mechanism: Mechanism

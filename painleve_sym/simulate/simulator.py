@@ -35,7 +35,7 @@ class ContactSimulator(ABC):
     Attributes
     ----------
     mechanism : Mechanism
-    engine : {"auto", "compiled", "erk"}
+    engine : {"auto", "compiled", "taylor", "erk"}
     """
 
     mechanism: Mechanism
