@@ -34,6 +34,10 @@ class TranslationError(PainleveError):
     """A symbolic expression has no counterpart in generated code."""
 
 
+class NoRecurrence(PainleveError):
+    """An operation on the states has no recurrence of Taylor coefficients."""
+
+
 class CompileError(PainleveError):
     """The C compiler refused the generated source; the message carries its own words."""
 

@@ -183,7 +183,7 @@ def _run_options(sub: dict[str, _Parser]) -> None:
     jump.epilog = _JUMP + _SCENARIO
     _motion(simulate)
     for option, metavar, text in (
-        ("--engine", "NAME", "auto (default), compiled or erk"),
+        ("--engine", "NAME", "auto (default), compiled, taylor or erk"),
         ("--samples", "N", "also give state and forces at N evenly spaced times"),
         ("--save", "FILE", "write the whole trajectory, an NPZ file"),
         ("--plot", "FILE", "draw it, as PNG, SVG or PDF by the suffix"),

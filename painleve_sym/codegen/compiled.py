@@ -16,8 +16,16 @@ from painleve_sym.codegen.stored import entry_key, read_entry, write_entry
 from painleve_sym.hybrid.automaton import HybridAutomaton
 from painleve_sym.hybrid.outline import AutomatonBuilder, Outline, outline_data, outline_of
 
-_COUNTERS = ("accepted_steps", "rejected_steps", "field_evaluations")
-_MORE_COUNTERS = ("guard_evaluations", "dense_outputs", "events")
+_COUNTERS = (
+    "accepted_steps",
+    "rejected_steps",
+    "field_evaluations",
+    "guard_evaluations",
+    "dense_outputs",
+    "events",
+)
+_HEAD = 12
+"""Numbers before the state in what a run returns."""
 _RECORD = {"end": 0, "events": 1, "dense": 2}
 _pointer = ctypes.POINTER(ctypes.c_double)
 _address = ctypes.c_void_p
@@ -85,13 +93,14 @@ class CompiledEngine:
     """
 
     name = "compiled"
+    dense_rows = DENSE_ROWS
 
     def __init__(
         self, automaton: HybridAutomaton, functions: AutomatonFunctions | None = None
     ) -> None:
         functions = functions or AutomatonFunctions(automaton)
         sizes = functions.x.numel(), functions.z.numel(), functions.c.numel()
-        library = compiled_library(source(functions))
+        library = compiled_library(self._source(functions))
         self._open(automaton, library, (*sizes, functions.output_size))
 
     @classmethod
@@ -102,7 +111,7 @@ class CompiledEngine:
         led to, nothing is derived, and the engine knows the automaton's outline alone.
         """
         mark = compiler_mark()
-        key = entry_key(f"engine\n{mark}", builder) if mark else None
+        key = entry_key(f"engine {cls.name}\n{mark}", builder) if mark else None
         engine = cls.__new__(cls)
         entry = read_entry(key) if key else None
         library = library_named(entry["library"]) if entry else None
@@ -111,7 +120,7 @@ class CompiledEngine:
             engine._open(outline, library, _plain_sizes(outline))
             return engine
         automaton = builder.automaton
-        library = compiled_library(source(AutomatonFunctions(automaton)))
+        library = compiled_library(cls._source(AutomatonFunctions(automaton)))
         engine._open(automaton, library, _plain_sizes(automaton))
         if key:
             write_entry(key, {"library": library.name, "outline": outline_data(automaton)})
@@ -122,20 +131,22 @@ class CompiledEngine:
         self._nx, self._nz, self._nc, self._no = sizes
         self._options, self._run = _structures(self._nx, self._nz, max(1, len(automaton.kinds)))
         self._library = ctypes.CDLL(str(library))
-        self._library.ps_integrate.restype = ctypes.POINTER(self._run)
-        self._library.ps_integrate.argtypes = (
-            _address,
-            _address,
-            _address,
-            ctypes.c_double,
-            ctypes.POINTER(self._options),
-        )
+        self._end = ctypes.c_double * (_HEAD + self._nx + self._nz)
+        self._no_steps = np.empty((0, 4 + self._nz + self.dense_rows * self._nx))
+        self._no_events = np.empty((0, 4 + 2 * (self._nx + self._nz)))
+        self._no_memory = bytes(8 * (self._nz + 1))
+        self._library.ps_complete.restype = ctypes.POINTER(self._run)
+        self._library.ps_complete.argtypes = (_address,) * 5
         self._library.ps_free.argtypes = (ctypes.POINTER(self._run),)
         self._library.ps_free.restype = None
         self._library.ps_constants.argtypes = (_address, _address)
         self._library.ps_outputs.argtypes = (ctypes.c_long, *[_address] * 5)
         self._library.ps_evaluate.argtypes = (ctypes.c_int, *[_address] * 6)
         self._last_options: tuple[RunOptions, Any] | None = None
+
+    @staticmethod
+    def _source(functions: AutomatonFunctions) -> str:
+        return source(functions)
 
     def constants(self, parameters: Array) -> Array:
         """Return the parameters followed by the definitions, shape (nc,)."""
@@ -170,48 +181,37 @@ class CompiledEngine:
         memory: Array | None = None,
     ) -> RawRun:
         """Integrate from t = 0; the memory is 0 or given."""
-        z = np.zeros(self._nz + 1)
-        if memory is not None:
-            z[: self._nz] = memory
         # The same options object is used in loops of runs: its C form is kept.
         if self._last_options is None or self._last_options[0] is not options:
             self._last_options = (options, self._options_of(options))
-        o = self._last_options[1]
-        x, p = _plain(state), _plain(parameters)
-        result = self._library.ps_integrate(
-            x.ctypes.data, z.ctypes.data, p.ctypes.data, 0.0, ctypes.byref(o)
-        )
-        if not result:
-            raise MemoryError("compiled engine: no memory for a run.")
+        out: Any = self._end()
+        # Bytes are passed by address at a fraction of the price of `ndarray.ctypes`.
+        x, p = _plain(state).tobytes(), _plain(parameters).tobytes()
+        z = self._no_memory if memory is None else _plain(memory).tobytes()
+        kept = self._library.ps_complete(x, z, p, ctypes.byref(self._last_options[1]), out)
         try:
-            r = result.contents
-            if r.reason >= len(ENGINE_REASONS):
+            time, mode, reason, stop, *counters = out[:10]
+            if reason >= len(ENGINE_REASONS):
                 raise MemoryError(
-                    f"compiled engine: no memory for the record after t = {r.t:g} s. "
+                    f"{self.name} engine: no memory for the record after t = {time:g} s. "
                     "Fix: record='events' keeps less."
                 )
-            counters = dict(zip(_COUNTERS + _MORE_COUNTERS, r.counters, strict=True))
+            steps, events = (kept.contents.steps, kept.contents.events) if kept else (None, None)
+            values: Array = np.frombuffer(out)[_HEAD:]
             return RawRun(
-                time=r.t,
-                state=np.array(r.x),
-                memory=np.array(r.z)[: self._nz],
-                mode=r.mode,
-                stop_reason=ENGINE_REASONS[r.reason],
-                stop_transition=r.stop_transition,
-                steps=r.steps.array() if r.steps.used else np.empty((0, self._step_width)),
-                events=r.events.array() if r.events.used else np.empty((0, self._event_width)),
-                counters=counters,
+                time=time,
+                state=values[: self._nx],
+                memory=values[self._nx : self._nx + self._nz],
+                mode=int(mode),
+                stop_reason=ENGINE_REASONS[int(reason)],
+                stop_transition=int(stop),
+                steps=steps.array() if steps and steps.used else self._no_steps,
+                events=events.array() if events and events.used else self._no_events,
+                counters=dict(zip(_COUNTERS, map(int, counters), strict=True)),
             )
         finally:
-            self._library.ps_free(result)
-
-    @property
-    def _step_width(self) -> int:
-        return 3 + self._nz + DENSE_ROWS * self._nx
-
-    @property
-    def _event_width(self) -> int:
-        return 4 + 2 * (self._nx + self._nz)
+            if kept:
+                self._library.ps_free(kept)
 
     def field(self, mode: int, state: Array, memory: Array, constants: Array) -> Array:
         """Return the rates of all states in a mode, shape (nx,)."""

@@ -203,7 +203,8 @@ class _Run:
             head = np.empty((GRID, 3 + len(self.z)))
             head[:, 0], head[:, 1] = self.t + window.times[:-1], np.diff(window.times)
             head[:, 2], head[:, 3:] = self.mode, self.z
-            self.steps.append(np.hstack([head, window.rows.reshape(GRID, -1)]))
+            even = np.zeros((GRID, 1))
+            self.steps.append(np.hstack([head, window.rows.reshape(GRID, -1), even]))
         self.t += float(window.times[-1])
         self.x = window.at.x[-1]
         self.armed |= window.at.g[-1] > 0
@@ -368,7 +369,7 @@ class ErkEngine:
             mode=r.mode,
             stop_reason=r.reason or StopReason.NO_MODE,
             stop_transition=r.stop_transition,
-            steps=np.vstack([np.empty((0, 3 + nz + DENSE_ROWS * nx)), *r.steps]),
+            steps=np.vstack([np.empty((0, 4 + nz + DENSE_ROWS * nx)), *r.steps]),
             events=np.vstack([np.empty((0, 4 + 2 * (nx + nz))), *r.events]),
             counters=dict(r.counters),
         )

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from typing import Any, Protocol
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ SHRINKING, REMAINDER = 6, 1e-11
 """Accumulation: so many intervals shrink, and what is left is this part of the time so far."""
 
 DENSE_ROWS = 8
-"""Rows of a step's dense polynomial, the start value first (see `Trajectory`)."""
+"""Rows of a Runge–Kutta step's dense polynomial, the start value first (see `Trajectory`)."""
 
 
 @dataclass(frozen=True)
@@ -74,8 +74,7 @@ class RunOptions:
             raise InputError("integration: max_steps and max_events: need at least 1.")
 
 
-@dataclass(frozen=True)
-class RawRun:
+class RawRun(NamedTuple):
     """What an engine returns.
 
     Attributes
@@ -88,8 +87,8 @@ class RawRun:
     stop_reason : StopReason
     stop_transition : int
         Index of the transition that ended the run, -1 where none did.
-    steps : ndarray, shape (steps, 3 + nz + 8 nx)
-        t, h, mode, memory, then the rows of the dense polynomial.
+    steps : ndarray, shape (steps, 4 + nz + rows nx)
+        t, h, mode, memory, the rows of the dense polynomial, the bend of time (see `Trajectory`).
     events : ndarray, shape (events, 4 + 2 (nx + nz))
         t, mode before, transition, mode after, state and memory before, and after.
     counters : dict
@@ -103,7 +102,7 @@ class RawRun:
     stop_transition: int
     steps: Array
     events: Array
-    counters: dict[str, int] = field(default_factory=dict)
+    counters: dict[str, int]
 
     def shifted(self, start: float) -> RawRun:
         """Return the run as one that began at the time `start`; its arrays are reused."""
@@ -111,7 +110,7 @@ class RawRun:
             return self
         for rows in (self.steps, self.events):
             rows[:, 0] += start
-        return replace(self, time=self.time + start)
+        return self._replace(time=self.time + start)
 
 
 @dataclass

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from importlib import resources
+
+import casadi as ca
 
 from painleve_sym.codegen import dop853
 from painleve_sym.codegen.c_functions import c_functions
@@ -10,7 +13,7 @@ from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.errors import StopReason
 from painleve_sym.hybrid.automaton import Transition
 
-ENGINE_PARTS = ("state", "step", "events", "loop")
+ENGINE_PARTS = ("state", "events", "step", "search", "advance", "loop")
 """The event loop's files, in the order in which they must be read."""
 
 ENGINE_REASONS = (
@@ -32,13 +35,39 @@ ENGINE_REASONS = (
 
 def source(functions: AutomatonFunctions) -> str:
     """Return one self-contained C file: everything the event loop needs for this automaton."""
-    folder = resources.files("painleve_sym.codegen").joinpath("engine")
-    engine = [folder.joinpath(f"{part}.c").read_text("utf-8") for part in ENGINE_PARTS]
-    parts = (c_functions(functions.all()), _sizes(functions), _coefficients(), _tables(functions))
+    return assemble(functions, (), _coefficients(), engine_texts(__package__, ENGINE_PARTS))
+
+
+def engine_texts(package: str, parts: Sequence[str]) -> list[str]:
+    """Return the hand-written C of a package's folder `engine`."""
+    folder = resources.files(package).joinpath("engine")
+    return [folder.joinpath(f"{part}.c").read_text("utf-8") for part in parts]
+
+
+def assemble(
+    functions: AutomatonFunctions,
+    more: Sequence[ca.Function],
+    stepper: str,
+    engine: Sequence[str],
+) -> str:
+    """Return the C file of an automaton.
+
+    Parameters
+    ----------
+    functions : AutomatonFunctions
+    more : sequence of casadi.Function
+        What the stepper needs besides.
+    stepper : str
+        C that the stepper's files expect above them.
+    engine : sequence of str
+        Hand-written C, in the order in which it must be read.
+    """
+    every = (*functions.all(), *more)
+    parts = (c_functions(every), _sizes(functions, every), _tables(functions), stepper)
     return "\n".join((*parts, *engine))
 
 
-def _sizes(functions: AutomatonFunctions) -> str:
+def _sizes(functions: AutomatonFunctions, every: Sequence[ca.Function]) -> str:
     automaton = functions.automaton
     transitions = [t for m in automaton.modes for t in m.transitions]
     sizes = {
@@ -52,7 +81,7 @@ def _sizes(functions: AutomatonFunctions) -> str:
         "NCHOICE": max((len(t.choices) for t in transitions), default=0) or 1,
         "NSTART": len(automaton.starts),
         "NKIND": max(1, len(automaton.kinds)),
-        "WORK": max(f.sz_w() for f in functions.all()),
+        "WORK": max(f.sz_w() for f in every),
     }
     lines = [f"#define PS_{name} {value}" for name, value in sizes.items()]
     # A file around this one may have said already how its functions are seen.
@@ -68,7 +97,8 @@ def _coefficients() -> str:
     rows = {f"ROW_{s}": row for s, row in enumerate(dop853.STAGE_WEIGHTS) if row}
     rows |= {"E5": dop853.ERROR_5, "E3": dop853.ERROR_3}
     rows |= {f"D_{i}": row for i, row in enumerate(dop853.DENSE_WEIGHTS)}
-    return "\n".join(f"#define PS_{name} ({_weighted(row)})" for name, row in rows.items()) + "\n"
+    weights = [f"#define PS_{name} ({_weighted(row)})" for name, row in rows.items()]
+    return "\n".join([*weights, "#define PS_STAGES 16", "#define PS_STEPPER", ""])
 
 
 def _transition(functions: AutomatonFunctions, i: int, j: int, t: Transition) -> str:

@@ -34,7 +34,7 @@ class SoftenedSimulator(ContactSimulator):
     mechanism : Mechanism
         With exactly one contact.
     law : ContactLaw
-    engine : {"auto", "compiled", "erk"}
+    engine : {"auto", "compiled", "taylor", "erk"}
         ``auto``: compiled code, or CasADi's ``erk`` with a notice where there is no compiler.
     """
 

@@ -63,7 +63,7 @@ class RigidSimulator(ContactSimulator):
         With exactly one contact.
     restitution : {"energetic", "poisson", "newton"}
     policy : {"liftoff", "slip", "impact"}
-    engine : {"auto", "compiled", "erk"}
+    engine : {"auto", "compiled", "taylor", "erk"}
     """
 
     mechanism: Mechanism
@@ -283,8 +283,7 @@ def _with_limit(
 
 def _joined(runs: list[RawRun]) -> RawRun:
     counters = {k: sum(r.counters[k] for r in runs) for k in runs[-1].counters}
-    return replace(
-        runs[-1],
+    return runs[-1]._replace(
         steps=np.vstack([r.steps for r in runs]),
         events=np.vstack([r.events for r in runs]),
         counters=counters,

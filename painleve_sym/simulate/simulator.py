@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol, cast
 
 import numpy as np
 
-from painleve_sym.codegen.run import DENSE_ROWS, Array, Engine, RawRun, RunOptions
+from painleve_sym.codegen.run import Array, Engine, RawRun, RunOptions
 from painleve_sym.codegen.select import make_engine
 from painleve_sym.errors import InputError, StopReason, unknown_name
 from painleve_sym.hybrid.automaton import HybridAutomaton
@@ -67,7 +67,7 @@ class ContactSimulator(ABC):
     Attributes
     ----------
     mechanism : Mechanism
-    engine : {"auto", "compiled", "erk"}
+    engine : {"auto", "compiled", "taylor", "erk"}
     """
 
     mechanism: Mechanism
@@ -306,6 +306,7 @@ class ContactSimulator(ABC):
         """Return the raw run as a trajectory."""
         automaton, nx = self.outline, len(self.outline.states)
         nz = len(automaton.memory)
+        rows = (raw.steps.shape[1] - 4 - nz) // nx
         c = self.integrator.constants(self._vector_of(values))
         return Trajectory(
             mechanism=self.mechanism.name,
@@ -320,7 +321,8 @@ class ContactSimulator(ABC):
             step_length=raw.steps[:, 1],
             step_mode=raw.steps[:, 2].astype(np.int64),
             step_memory=raw.steps[:, 3 : 3 + nz],
-            step_rows=raw.steps[:, 3 + nz :].reshape(len(raw.steps), DENSE_ROWS, nx),
+            step_rows=raw.steps[:, 3 + nz : -1].reshape(len(raw.steps), rows, nx),
+            step_bend=raw.steps[:, -1],
             events=self._events(raw.events, c),
             final_time=raw.time,
             final_state=raw.state,

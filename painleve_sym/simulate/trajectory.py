@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from painleve_sym.codegen.run import DENSE_ROWS, Array, Engine
+from painleve_sym.codegen.run import Array, Engine
 from painleve_sym.errors import InputError, StopReason, unknown_name
 from painleve_sym.simulate.findings import ReverseChatter, SingularLimit
 
@@ -77,8 +77,10 @@ class Segment:
 class Trajectory:
     """A motion, piecewise polynomial in time.
 
-    In a step from t to t + h, with u = (τ − t)/h and v = 1 − u, the state is
-    r₀ + u(r₁ + v(r₂ + u(r₃ + v(r₄ + u(r₅ + v(r₆ + u r₇)))))), the rows r as DOP853 gives them.
+    In a step from t to t + h, with τ = t + h u (1 + β (u − 1)) and v = 1 − u, the state is
+    r₀ + u(r₁ + v(r₂ + u(r₃ + v(r₄ + …)))): eight rows r as DOP853 gives them, or one per order of
+    a Taylor series. The bend β is 0 but for series that run along √τ from or to a point where
+    a contact force sets in or ends.
 
     Attributes
     ----------
@@ -90,7 +92,9 @@ class Trajectory:
     step_time, step_length : ndarray, shape (steps,)
     step_mode : ndarray of int, shape (steps,)
     step_memory : ndarray, shape (steps, nz)
-    step_rows : ndarray, shape (steps, 8, nx)
+    step_rows : ndarray, shape (steps, rows, nx)
+    step_bend : ndarray, shape (steps,), or None
+        β; None where it is 0 everywhere.
     events : tuple of EventRecord
     final_time : float
     final_state : ndarray, shape (nx,)
@@ -136,6 +140,7 @@ class Trajectory:
     evaluator: Engine | None = field(default=None, repr=False, compare=False)
     limit: SingularLimit | None = None
     reverse_chatter: tuple[ReverseChatter, ...] = ()
+    step_bend: Array | None = None
 
     # ---- evaluation ----
 
@@ -159,9 +164,11 @@ class Trajectory:
         return self._states(times, self._locate(times))
 
     def _states(self, times: Array, index: Any) -> Array:
-        u = np.clip((times - self.step_time[index]) / self.step_length[index], 0.0, 1.0)[:, None]
+        w = np.clip((times - self.step_time[index]) / self.step_length[index], 0.0, 1.0)
+        bend = self.step_bend[index] if self.step_bend is not None else np.zeros(len(w))
+        u = (2 * w / (1 - bend + np.sqrt((1 - bend) ** 2 + 4 * bend * w)))[:, None]
         rows, value = self.step_rows[index], np.zeros((len(times), len(self.state_names)))
-        for k in range(DENSE_ROWS - 1, 0, -1):
+        for k in range(rows.shape[1] - 1, 0, -1):
             value = (value + rows[:, k]) * (u if k % 2 else 1 - u)
         total: Array = rows[:, 0] + value
         return total
@@ -339,6 +346,8 @@ class Trajectory:
             "rtol": self.rtol,
         }
         arrays = {name: getattr(self, name) for name in _ARRAYS}
+        if self.step_bend is not None:
+            arrays["step_bend"] = self.step_bend
         write_beside(Path(path), lambda f: np.savez_compressed(f, text=json.dumps(text), **arrays))
 
     @classmethod
@@ -354,6 +363,8 @@ class Trajectory:
             with np.load(Path(path), allow_pickle=False) as data:
                 text = json.loads(str(data["text"]))
                 arrays = {name: data[name] for name in _ARRAYS}
+                if "step_bend" in data:
+                    arrays["step_bend"] = data["step_bend"]
         except (OSError, ValueError, KeyError) as error:
             raise InputError(
                 f"trajectory file {path}: not readable ({error}). Fix: give a file written by save."

@@ -200,7 +200,7 @@ class TwoContactSimulator(ContactSimulator):
             before, label = left.name, left.transitions[int(last[2])].label
             vector = raw.state
             if run.time >= o.t_end:
-                raw = replace(raw, stop_reason=StopReason.T_END)
+                raw = raw._replace(stop_reason=StopReason.T_END)
                 run.pieces[-1] = raw
                 return
             if self._accumulates(run, label):
@@ -322,8 +322,8 @@ def _standing(run: _Run, state: Array, mode: int, reason: StopReason) -> RawRun:
     """Return a piece of no length: the end of a run at an event."""
     nx = len(state)
     empty = np.empty((0, 4 + 2 * nx))
-    steps = run.pieces[-1].steps[:0] if run.pieces else np.empty((0, 3 + 8 * nx))
-    return RawRun(run.time, state, np.zeros(0), mode, reason, -1, steps, empty)
+    steps = run.pieces[-1].steps[:0] if run.pieces else np.empty((0, 4 + 8 * nx))
+    return RawRun(run.time, state, np.zeros(0), mode, reason, -1, steps, empty, {})
 
 
 def _joined(run: _Run) -> RawRun:
@@ -332,8 +332,7 @@ def _joined(run: _Run) -> RawRun:
         counters.update(piece.counters)
     counters["events"] = len(run.events)
     last = run.pieces[-1]
-    return replace(
-        last,
+    return last._replace(
         steps=np.vstack([p.steps for p in run.pieces]),
         events=last.events[:0],
         counters=dict(counters),

@@ -186,7 +186,9 @@ class _Differentiated:
             names = [s.name for s in sim.automaton.parameters]
             moved = [names.index(w) if w in names else None for w in self.wrt]
             functions = VariationalFunctions(sim.automaton, moved, pattern)
-            engine = make_engine(sim.automaton, sim.engine, functions)
+            # Series of as many states are long to generate: derivatives take Runge–Kutta steps.
+            name = "compiled" if sim.engine == "taylor" else sim.engine
+            engine = make_engine(sim.automaton, name, functions)
             known[key] = (engine, functions)
         return known[key]
 
@@ -297,7 +299,7 @@ class _Differentiated:
             memory_names=tuple(f"memory {i}" for i in range(nze)),
             output_names=(*trajectory.output_names, *outputs),
             step_memory=raw.steps[:, 3 : 3 + nze],
-            step_rows=raw.steps[:, 3 + nze :].reshape(len(raw.steps), DENSE_ROWS, nxe),
+            step_rows=raw.steps[:, 3 + nze : -1].reshape(len(raw.steps), DENSE_ROWS, nxe),
             final_state=raw.state,
             final_memory=raw.memory,
             constants=constants,
@@ -311,13 +313,13 @@ class _Differentiated:
 def _plain(raw: RawRun, functions: VariationalFunctions, nx: int, nz: int) -> RawRun:
     """Return the run of the state alone."""
     nxe, nze = functions.x.numel(), functions.z.numel()
-    rows = raw.steps[:, 3 + nze :].reshape(len(raw.steps), DENSE_ROWS, nxe)[:, :, :nx]
-    steps = np.hstack([raw.steps[:, : 3 + nz], rows.reshape(len(raw.steps), DENSE_ROWS * nx)])
+    rows = raw.steps[:, 3 + nze : -1].reshape(len(raw.steps), DENSE_ROWS, nxe)[:, :, :nx]
+    flat = rows.reshape(len(raw.steps), DENSE_ROWS * nx)
+    steps = np.hstack([raw.steps[:, : 3 + nz], flat, raw.steps[:, -1:]])
     starts = np.cumsum([4, nxe, nze, nxe])
     sizes = (nx, nz, nx, nz)
     parts = [raw.events[:, a : a + n] for a, n in zip(starts, sizes, strict=True)]
-    return replace(
-        raw,
+    return raw._replace(
         state=raw.state[:nx],
         memory=raw.memory[:nz],
         steps=steps,

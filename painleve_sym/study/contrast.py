@@ -152,7 +152,7 @@ def contrast(
         When the velocities are compared; s.
     solvers : sequence of str
         Of the time steps; names in `SOLVERS`.
-    engine : {"auto", "compiled", "erk"}
+    engine : {"auto", "compiled", "taylor", "erk"}
 
     Raises
     ------

@@ -71,7 +71,7 @@ class Scenario:
         Kinds of events that end the motion.
     initial_force : float
         Sets the initial compression so that the contact carries this force; N.
-    engine : {"auto", "compiled", "erk"}
+    engine : {"auto", "compiled", "taylor", "erk"}
     rtol : float
         Relative tolerance.
     max_steps, max_events : int

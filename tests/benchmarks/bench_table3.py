@@ -19,15 +19,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.benchmarks.peers import REFERENCE, HeyokaPeer, end_error, peers, time_it, tune
+from tests.benchmarks.cases import CASES, ROD, Case
+from tests.benchmarks.peers import HeyokaPeer, peers, time_all, tune
 from tests.oracles.rod_scipy import simulate
 
 TARGETS = (1e-9, 1e-11)
 
 
 # ==============================================================================================
-# The package's own engine, in the one module here that imports the package. It comes first in the
-# table, so ratios are relative to it. It always resolves the reverse slip, and so does every peer.
+# The package's own engines, in the one module here that imports the package. Taylor comes first in
+# the table, so ratios are relative to it. They resolve the reverse slip, and so does every peer.
 PACKAGE_PEER = "tests.benchmarks.package_peer"
 # ==============================================================================================
 
@@ -38,21 +39,22 @@ class Line:
 
     Attributes
     ----------
-    peer : str
+    case, peer : str
     target : float
         Error to reach.
     tolerance : float or None
         Loosest tolerance that reaches it; None if none does, and then the rest is None too.
     error : float or None
-        `peers.end_error` at that tolerance.
+        `Case.end_error` at that tolerance.
     seconds : float or None
-        Median time of one run.
+        Least processor time of one run.
     prepare_seconds : float or None
-        Time of `prepare` and of what the first run took longer than the median.
+        Time of `prepare` and of what the first run took longer than that.
     ratio : float or None
         Time relative to the first peer of the table.
     """
 
+    case: str
     peer: str
     target: float
     tolerance: float | None = None
@@ -62,19 +64,19 @@ class Line:
     ratio: float | None = None
 
 
-def package_peer() -> tuple[list[Any], list[str]]:
-    """Return the package's own peer, or a line that says why there is none."""
+def package_peers(case: Case) -> tuple[list[Any], list[str]]:
+    """Return the package's own peers, or a line that says why there are none."""
     try:
         module = importlib.import_module(PACKAGE_PEER)
     except ModuleNotFoundError as missing:
-        return [], [f"skipped: the package's engine ({missing})"]
-    return [module.PackagePeer()], []
+        return [], [f"skipped: the package's engines ({missing})"]
+    return [module.PackagePeer(case, engine) for engine in ("taylor", "compiled")], []
 
 
-def contestants() -> tuple[list[Any], list[str]]:
+def contestants(case: Case = ROD) -> tuple[list[Any], list[str]]:
     """Return all peers that can run, the package's first, and why others cannot."""
-    own, unregistered = package_peer()
-    others, skipped = peers(reverse_slip=True)
+    own, unregistered = package_peers(case)
+    others, skipped = peers(case, reverse_slip=True)
     return [*own, *others], [*unregistered, *skipped]
 
 
@@ -90,7 +92,7 @@ def measure(
     targets : sequence of float
         End-state errors to reach.
     repeats : int
-        Timed runs of each peer at each target.
+        Rounds of timed runs at each target.
 
     Returns
     -------
@@ -100,22 +102,26 @@ def measure(
     lines: list[Line] = []
     errors: dict[str, dict[float, float]] = {}
     for target in targets:
-        unit: float | None = None
+        tuned: list[tuple[Any, float]] = []
+        first: list[tuple[float, float]] = []
         for peer in contenders:
             peer.prepare()
             tol = tune(peer, target, errors.setdefault(peer.name, {}))
             if tol is None:
-                lines.append(Line(peer.name, target))
+                lines.append(Line(peer.case.name, peer.name, target))
                 continue
             # Imports are done by now; what the chosen tolerance costs to compile is timed afresh.
             start = time.perf_counter()
             peer.prepare()
-            error = end_error(peer.run(tol), peer.reverse_slip)
-            first = time.perf_counter() - start
-            seconds = time_it(peer, tol, repeats)
-            unit = unit or seconds
-            compile_time = max(first - seconds, 0.0)
-            lines.append(Line(peer.name, target, tol, error, seconds, compile_time, seconds / unit))
+            error = peer.case.end_error(peer.run(tol), peer.reverse_slip)
+            first.append((error, time.perf_counter() - start))
+            tuned.append((peer, tol))
+        times = time_all(tuned, repeats)
+        for (peer, tol), (error, took), seconds in zip(tuned, first, times, strict=True):
+            compiling, ratio = max(took - seconds, 0.0), seconds / times[0]
+            lines.append(
+                Line(peer.case.name, peer.name, target, tol, error, seconds, compiling, ratio)
+            )
     return lines
 
 
@@ -123,9 +129,9 @@ def table(lines: Sequence[Line]) -> str:
     """Return the table as text."""
     head = f"{'peer':30s} {'tolerance':>10s} {'error':>9s} {'time':>12s} {'compile':>10s}    ratio"
     text: list[str] = []
-    for target in dict.fromkeys(line.target for line in lines):
-        text += [f"end-state error at most {target:g}", head]
-        for line in (line for line in lines if line.target == target):
+    for case, target in dict.fromkeys((line.case, line.target) for line in lines):
+        text += [f"{case}: end-state error at most {target:g}", head]
+        for line in (line for line in lines if (line.case, line.target) == (case, target)):
             if line.seconds is None:
                 text.append(f"{line.peer:30s} does not reach it")
                 continue
@@ -137,18 +143,23 @@ def table(lines: Sequence[Line]) -> str:
     return "\n".join(text)
 
 
-def test_table3_reference_is_what_80_bit_taylor_and_the_oracle_find():
+@pytest.mark.parametrize("case", CASES, ids=lambda c: c.name)
+def test_reference_is_what_80_bit_taylor_finds(case):
     pytest.importorskip("heyoka")
-    for reverse_slip, reference in REFERENCE.items():
-        peer = HeyokaPeer(reverse_slip, number=np.longdouble, begin=1e-9)
+    for reverse_slip, reference in case.reference.items():
+        peer = HeyokaPeer(case, reverse_slip, number=np.longdouble, begin=1e-9)
         peer.prepare()
         assert peer.run(1e-19) == pytest.approx(reference, rel=4e-16, abs=1e-24)
+
+
+def test_table3_reference_is_what_the_oracle_finds():
     final = simulate(1.0, 1.0, -1.0, t_end=1.0, until="separation", rtol=1e-13).final
-    assert end_error(final, reverse_slip=True) < 1e-12
+    assert ROD.end_error(final, reverse_slip=True) < 1e-12
 
 
-def test_table3_every_peer_reaches_the_first_target():
-    contenders, skipped = contestants()
+@pytest.mark.parametrize("case", CASES, ids=lambda c: c.name)
+def test_every_peer_reaches_the_first_target(case):
+    contenders, skipped = contestants(case)
     lines = measure(contenders, targets=TARGETS[:1], repeats=21)
     print("", *skipped, table(lines), sep="\n")
     for line in lines:
@@ -160,13 +171,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Print the table; write it as JSON where asked."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--json", type=Path, metavar="FILE", help="also write the lines there")
-    parser.add_argument("--repeats", type=int, default=101, help="timed runs of each peer")
+    parser.add_argument("--repeats", type=int, default=101, help="rounds of timed runs")
     options = parser.parse_args(arguments)
-    contenders, skipped = contestants()
-    for line in skipped:
-        print(line)
-    lines = measure(contenders, repeats=options.repeats)
-    print(table(lines))
+    lines = []
+    for case in CASES:
+        contenders, skipped = contestants(case)
+        print(*skipped, sep="\n")
+        found = measure(contenders, repeats=options.repeats)
+        print(table(found), flush=True)
+        lines += found
     if options.json is not None:
         options.json.write_text(json.dumps([asdict(line) for line in lines], indent=2) + "\n")
 

@@ -1,45 +1,66 @@
-"""The package's compiled engine as a contestant of the Table 3 benchmark."""
+"""The package's engines in C as contestants of the benchmark."""
 
 from __future__ import annotations
+
+import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from painleve_sym.codegen.run import RunOptions
 from painleve_sym.laws.compliance import law
-from painleve_sym.mechanics.models import rod
+from painleve_sym.mechanics.models import model
 from painleve_sym.simulate.compliant import SoftenedSimulator
+from tests.benchmarks.cases import ARM, ROD, Case
 
-START = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
-PARAMETERS = {"E": 20.9e14}
+STIFF = {"E": 20.9e14}
+SETUPS = {
+    ROD.name: ("rod", STIFF),
+    ARM.name: (
+        "two-link-arm",
+        STIFF | {"mu": ARM.mu, "h": -0.5 * sum(math.sin(a) for a in ARM.start[:2])},
+    ),
+}
 
 
+@dataclass
 class PackagePeer:
     """The event loop in C over generated modes, called once per impact from Python."""
 
-    name = "painleve-sym"
-    loosest = 1e-4
-    tightest = 1e-14
-    reverse_slip = True
+    case: Case = ROD
+    engine: str = "taylor"
+    loosest: float = 1e-4
+    tightest: float = 1e-14
+    reverse_slip: bool = True
+
+    @property
+    def name(self) -> str:
+        """Return the line of the table."""
+        return f"painleve-sym, {'Taylor' if self.engine == 'taylor' else 'Runge-Kutta'}"
 
     def prepare(self) -> None:
         """Derive, generate, compile or take from the cache."""
-        simulator = SoftenedSimulator(rod(), law("bilinear-hertz", reload="virgin"), "compiled")
-        values = simulator.parameters(PARAMETERS)
-        start = dict.fromkeys(simulator.mechanism.state_names, 0.0) | START
+        name, parameters = SETUPS[self.case.name]
+        law_ = law("bilinear-hertz", reload="virgin")
+        simulator = SoftenedSimulator(model(name), law_, self.engine)
+        values = simulator.parameters(parameters)
+        mechanism = simulator.mechanism
+        given = dict(zip(self.case.states, self.case.start, strict=True))
+        start = {n: given.get(n, 0.0) for n in mechanism.state_names}
         self._engine = simulator.integrator
         self._state = simulator.initial_state(start, values)
         self._scale = simulator.tolerances(self._state, values)
         self._options: RunOptions | None = None
         automaton = simulator.contact.automaton
-        self._index = {s.name: i for i, s in enumerate(automaton.states)}
+        index = {s.name: i for i, s in enumerate(automaton.states)}
+        self._index = {n: index[n] for n in self.case.states if n in index}
         self._parameters = np.array([values[s.name] for s in automaton.parameters])
 
     def run(self, tol: float) -> dict[str, float]:
         """Integrate one impact until separation."""
         if self._options is None or self._options.rtol != tol:
-            self._options = RunOptions(
-                0.01, tol, tol * self._scale, ("separation",), record="end"
-            )
+            atol = tol * self._scale
+            self._options = RunOptions(0.01, tol, atol, ("separation",), record="end")
         raw = self._engine.run(self._state, self._parameters, self._options)
-        names = ("x_A_dot", "y_A_dot", "theta", "theta_dot", "y_A")
-        return {n: float(raw.state[self._index[n]]) for n in names} | {"t": raw.time}
+        end = raw.state.tolist()
+        return {n: end[i] for n, i in self._index.items()} | {"t": raw.time}

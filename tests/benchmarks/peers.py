@@ -1,15 +1,14 @@
-"""Solve one tangential impact with other libraries, for comparison with the package's engine.
+"""Solve one tangential impact with other libraries, for comparison with the package's engines.
 
-The case is the inconsistent state of the paper's Table 3 at E = 20.9e14: theta = 1, theta_dot = 1,
-x_A_dot = -1, from touching at t = 0 to separation. Every peer integrates the same phases of the
-same six equations, watches the one guard that ends the phase, and returns the state at separation.
+The cases are those of `cases`. Every peer integrates the same phases of the same equations, watches
+the one guard that ends the phase, and returns the state at separation.
 
 All peers solve the case in scaled variables, time included. This is in their favour: SciPy places
 events to 9e-16 in the unit of time, heyoka controls one norm over all states and CasADi's ``erk``
 takes one absolute tolerance.
 
-Nothing here imports the package. Its own engine takes part as one more class with `prepare` and
-`run`, see `bench_table3`.
+Nothing here imports the package. Its own engines take part as one more class with `prepare`
+and `run`, see `bench_table3`.
 """
 
 from __future__ import annotations
@@ -19,7 +18,6 @@ import importlib.util
 import io
 import math
 import shutil
-import statistics
 import subprocess
 import tempfile
 import time
@@ -30,178 +28,7 @@ from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
-M, L, G, MU, N = 1.0, 1.0, 9.8, 1.4, 1.764
-E_ENERGETIC = 0.75
-#: K_e = 4/3 E* sqrt(R*), with E = 20.9e14, nu = 0.3, R* = R = 0.00645.
-K = 4.0 / 3.0 * 20.9e14 / (2.0 * (1.0 - 0.3**2)) * math.sqrt(0.00645)
-#: x_A, x_A_dot, y_A, y_A_dot, theta, theta_dot.
-START = (0.0, -1.0, 0.0, 0.0, 1.0, 1.0)
-NAMES = ("x_A", "x_A_dot", "y_A", "y_A_dot", "theta", "theta_dot")
-
-#: Units of the scaled states: the slip travelled, the slip speed, the largest compression and the
-#: rebound speed, rounded; angles as they are. And the unit of time, s.
-SCALE = (1e-3, 1.0, 1e-6, 1e-2, 1.0, 1.0)
-TIME = 1e-4
-#: Later than the separation, in units of TIME.
-HORIZON = 6.0
-
-#: State at separation by heyoka's Taylor method in 80-bit floating point at tolerance 1e-19, for
-#: `reverse_slip` true and false. The hand-written oracle with DOP853 agrees to 1e-12.
-REFERENCE: dict[bool, dict[str, float]] = {
-    True: {
-        "x_A": -0.0003513203907596878996,
-        "x_A_dot": 3.493651282849119475e-08,
-        "y_A": -6.1692008543773274275e-07,
-        "y_A_dot": 0.06561146794473226641,
-        "theta": 1.0004765555831951191,
-        "theta_dot": 1.6029856063339738937,
-        "t": 0.0004281634640972055375,
-    },
-    False: {
-        "x_A": -0.00035132039076019405435,
-        "x_A_dot": 0.0,
-        "y_A": -6.1692008543773274275e-07,
-        "y_A_dot": 0.065611483184048066065,
-        "theta": 1.0004765555831893158,
-        "theta_dot": 1.6029855781079026812,
-        "t": 0.00042816346409384050922,
-    },
-}
-
-
-@dataclass(frozen=True)
-class Phase:
-    """Name the equations between two events and the guard that ends them.
-
-    Attributes
-    ----------
-    normal : str
-        ``"virgin"`` or ``"unloading"``.
-    tangent : str
-        ``"left"``, ``"stick"`` or ``"right"``.
-    guard : str
-        ``"slip"``, ``"turn"``, ``"friction"`` or ``"separation"``: what reaches zero at the end.
-    """
-
-    normal: str
-    tangent: str
-    guard: str
-
-
-def phases(reverse_slip: bool) -> list[Phase]:
-    """List the phases of the impact.
-
-    Parameters
-    ----------
-    reverse_slip : bool
-        Whether the last 4e-8 s, in which the vanishing normal force no longer holds the end, are
-        slip to the right; otherwise the end sticks up to separation.
-    """
-    first = [Phase("virgin", "left", "slip"), Phase("virgin", "stick", "turn")]
-    if not reverse_slip:
-        return [*first, Phase("unloading", "stick", "separation")]
-    return [
-        *first,
-        Phase("unloading", "stick", "friction"),
-        Phase("unloading", "right", "separation"),
-    ]
-
-
-class Operators(Protocol):
-    """Name what an expression system must offer for the equations."""
-
-    sin: Callable[[Any], Any]
-    cos: Callable[[Any], Any]
-    #: Raise a base to the constant power N; floors it at zero where the system can.
-    power: Callable[[Any], Any]
-
-
-class _FloatOperators:
-    """Evaluate the equations in Python floats."""
-
-    sin = staticmethod(math.sin)
-    cos = staticmethod(math.cos)
-
-    @staticmethod
-    def power(base: float) -> float:
-        """Return base**N; a trial step past the contact would have a complex one."""
-        return max(base, 0.0) ** N
-
-
-def forces(phase: Phase, ops: Operators, gap: Any, angle: Any, rate: Any, delta_max: Any) -> Any:
-    """Return F_n, F_t and the sine and cosine of the angle."""
-    s, c = ops.sin(angle), ops.cos(angle)
-    if phase.normal == "virgin":
-        F_n = K * ops.power(-gap)
-    else:
-        recovered = E_ENERGETIC**2 * delta_max
-        F_n = K * ops.power(delta_max) * ops.power((delta_max - recovered + gap) * (-1 / recovered))
-    if phase.tangent == "stick":
-        F_t = (3.0 * s * c * F_n - M * L * rate * rate * c) / (1.0 + 3.0 * s * s)
-    else:
-        F_t = (MU if phase.tangent == "left" else -MU) * F_n
-    return F_n, F_t, s, c
-
-
-def equations(phase: Phase, ops: Operators, z: Sequence[Any], delta_max: Any) -> list[Any]:
-    """Return the scaled derivatives of the scaled states `z`.
-
-    Parameters
-    ----------
-    phase : Phase
-    ops : Operators
-    z : sequence of 6
-        States over SCALE.
-    delta_max : expression or float
-        Largest compression, m; used while unloading.
-    """
-    gap, rate = z[2] * SCALE[2], z[5]
-    F_n, F_t, s, c = forces(phase, ops, gap, z[4], rate, delta_max)
-    alpha = (3.0 / (M * L)) * (s * F_t - c * F_n)
-    slip = F_t * (1.0 / M) + L * (alpha * s + rate * rate * c)
-    normal = F_n * (1.0 / M) - G - L * (alpha * c - rate * rate * s)
-    if phase.tangent == "stick":
-        slip = 0.0 * rate
-    return [
-        z[1] * (SCALE[1] * TIME / SCALE[0]),
-        slip * (TIME / SCALE[1]),
-        z[3] * (SCALE[3] * TIME / SCALE[2]),
-        normal * (TIME / SCALE[3]),
-        rate * TIME,
-        alpha * TIME,
-    ]
-
-
-def guard(phase: Phase, ops: Operators, z: Sequence[Any], delta_max: Any) -> Any:
-    """Return the guard of the phase, positive until it ends."""
-    if phase.guard == "slip":
-        return -1.0 * z[1]
-    if phase.guard == "turn":
-        return -1.0 * z[3]
-    if phase.guard == "separation":
-        return -1.0 * z[2] - delta_max * ((1.0 - E_ENERGETIC**2) / SCALE[2])
-    F_n, F_t, _, _ = forces(phase, ops, z[2] * SCALE[2], z[4], z[5], delta_max)
-    return MU * F_n + F_t
-
-
-def settle(phase: Phase, z: Any) -> Any:
-    """Put at exact zero what the guard of the phase has brought there."""
-    if phase.guard == "slip":
-        z[1] = 0.0
-    elif phase.guard == "turn":
-        z[3] = 0.0
-    return z
-
-
-def unscale(z: Sequence[float], t: float) -> dict[str, float]:
-    """Return the named end state in SI units."""
-    end = {name: float(v) * s for name, v, s in zip(NAMES, z, SCALE, strict=True)}
-    return end | {"t": float(t) * TIME}
-
-
-def scaled_start() -> np.ndarray:
-    """Return the scaled initial state, shape (6,)."""
-    return np.array(START) / np.array(SCALE)
+from tests.benchmarks.cases import ROD, Case, FloatOperators, N, Phase, phases
 
 
 class Peer(Protocol):
@@ -209,12 +36,14 @@ class Peer(Protocol):
 
     Attributes
     ----------
+    case : Case
     name : str
         Line of the table.
     loosest, tightest : float
         Range of tolerances that make sense for this peer.
     """
 
+    case: Case
     name: str
     loosest: float
     tightest: float
@@ -230,6 +59,7 @@ class Peer(Protocol):
 class SciPyPeer:
     """SciPy's ``solve_ivp`` with DOP853 and one terminal event per phase."""
 
+    case: Case = ROD
     reverse_slip: bool = False
     name: str = "SciPy DOP853"
     loosest: float = 1e-4
@@ -241,15 +71,14 @@ class SciPyPeer:
         """Build the callables of each phase."""
         self._phases = [(p, *self._callables(p)) for p in phases(self.reverse_slip)]
 
-    @staticmethod
-    def _callables(phase: Phase) -> tuple[Any, Any]:
-        ops = _FloatOperators()
+    def _callables(self, phase: Phase) -> tuple[Any, Any]:
+        ops, case = FloatOperators(), self.case
 
         def fun(_t: float, z: Any, delta_max: float) -> list[float]:
-            return equations(phase, ops, z.tolist(), delta_max)
+            return case.equations(phase, ops, z.tolist(), delta_max)
 
         def event(_t: float, z: Any, delta_max: float) -> float:
-            return guard(phase, ops, z.tolist(), delta_max)
+            return case.guard(phase, ops, z.tolist(), delta_max)
 
         event.terminal = True  # type: ignore[attr-defined]
         event.direction = -1.0  # type: ignore[attr-defined]
@@ -259,11 +88,11 @@ class SciPyPeer:
         """Integrate phase after phase."""
         from scipy.integrate import solve_ivp
 
-        t, z, delta_max = 0.0, scaled_start(), 1.0
+        case, t, z, delta_max = self.case, 0.0, self.case.scaled_start, 1.0
         for phase, fun, event in self._phases:
             result = solve_ivp(
                 fun,
-                (t, HORIZON),
+                (t, case.horizon),
                 z,
                 method="DOP853",
                 events=event,
@@ -273,16 +102,17 @@ class SciPyPeer:
             )
             if result.status != 1:
                 raise RuntimeError(f"SciPy, tol={tol}, {phase}: {result.message}")
-            t, z = float(result.t_events[0][0]), settle(phase, result.y_events[0][0])
+            t, z = float(result.t_events[0][0]), case.settle(phase, result.y_events[0][0])
             if phase.guard == "turn":
-                delta_max = -float(z[2]) * SCALE[2]
-        return unscale(z, t)
+                delta_max = -float(z[case.gap]) * case.scale[case.gap]
+        return case.unscale(z, t)
 
 
 @dataclass
 class SundaePeer:
     """SUNDIALS CVODE (Adams) through scikit-sundae, with one event function per phase."""
 
+    case: Case = ROD
     reverse_slip: bool = False
     method: str = "Adams"
     name: str = "scikit-sundae CVODE"
@@ -295,15 +125,14 @@ class SundaePeer:
         """Build the callables of each phase."""
         self._phases = [(p, *self._callables(p)) for p in phases(self.reverse_slip)]
 
-    @staticmethod
-    def _callables(phase: Phase) -> tuple[Any, Any]:
-        ops = _FloatOperators()
+    def _callables(self, phase: Phase) -> tuple[Any, Any]:
+        ops, case = FloatOperators(), self.case
 
         def fun(_t: float, z: Any, dz: Any, data: dict[str, float]) -> None:
-            dz[:] = equations(phase, ops, z.tolist(), data["delta_max"])
+            dz[:] = case.equations(phase, ops, z.tolist(), data["delta_max"])
 
         def event(_t: float, z: Any, out: Any, data: dict[str, float]) -> None:
-            out[0] = guard(phase, ops, z.tolist(), data["delta_max"])
+            out[0] = case.guard(phase, ops, z.tolist(), data["delta_max"])
 
         event.terminal = [True]  # type: ignore[attr-defined]
         event.direction = [-1]  # type: ignore[attr-defined]
@@ -313,7 +142,8 @@ class SundaePeer:
         """Integrate phase after phase."""
         from sksundae.cvode import CVODE
 
-        t, z, data = 0.0, scaled_start(), {"delta_max": 1.0}
+        case, t, z = self.case, 0.0, self.case.scaled_start
+        data = {"delta_max": 1.0}
         for phase, fun, event in self._phases:
             solver = CVODE(
                 fun,
@@ -325,13 +155,13 @@ class SundaePeer:
                 num_events=1,
                 userdata=data,
             )
-            result = solver.solve(np.array([t, HORIZON]), z)
+            result = solver.solve(np.array([t, case.horizon]), z)
             if result.t_events is None or not len(result.t_events):
                 raise RuntimeError(f"CVODE, tol={tol}, {phase}: {result.message}")
-            t, z = float(result.t_events[0]), settle(phase, np.array(result.y_events[0]))
+            t, z = float(result.t_events[0]), case.settle(phase, np.array(result.y_events[0]))
             if phase.guard == "turn":
-                data["delta_max"] = -float(z[2]) * SCALE[2]
-        return unscale(z, t)
+                data["delta_max"] = -float(z[case.gap]) * case.scale[case.gap]
+        return case.unscale(z, t)
 
 
 class _HeyokaOperators:
@@ -348,34 +178,6 @@ class _HeyokaOperators:
         return base ** self._number(N)
 
 
-def free_start(h: float, number: Callable[[float], Any] = float) -> tuple[list[Any], Any]:
-    """Return the scaled state a time `h` (s) after touching, as if still in free flight.
-
-    The contact force is 1e-13 N at 1e-8 s, so what it would have changed is lost in rounding.
-    The formulas subtract nothing that cancels.
-    """
-    x, v, _, _, theta, omega = (number(value) for value in START)
-    h = number(h)
-    sin, cos = (math.sin, math.cos) if number is float else (np.sin, np.cos)
-    half, turn = sin(omega * h / 2), omega * h
-    # 1 - cos(turn), sin(theta + turn) - sin(theta), cos(theta + turn) - cos(theta).
-    lag = 2 * half * half
-    rise = sin(turn) * cos(theta) - lag * sin(theta)
-    fall = -sin(turn) * sin(theta) - lag * cos(theta)
-    # turn - sin(turn) to the order that rounding keeps for turn < 1e-7.
-    bend = turn**3 / 6
-    state = [
-        x + (v - L * omega * sin(theta)) * h - L * fall,
-        v + L * omega * rise,
-        -number(G) * h * h / 2 + L * (sin(theta) * lag + cos(theta) * bend),
-        -number(G) * h + L * omega * (sin(theta) * sin(turn) + cos(theta) * lag),
-        theta + turn,
-        omega,
-    ]
-    scaled = [value / number(unit) for value, unit in zip(state, SCALE, strict=True)]
-    return scaled, h / number(TIME)
-
-
 @dataclass
 class HeyokaPeer:
     """heyoka's adaptive Taylor method with one terminal event per phase.
@@ -384,6 +186,7 @@ class HeyokaPeer:
     1e-8 s after touching, from the closed form of free flight, see `free_start`.
     """
 
+    case: Case = ROD
     reverse_slip: bool = False
     name: str = "heyoka Taylor"
     loosest: float = 1e-3
@@ -399,18 +202,18 @@ class HeyokaPeer:
 
         heyoka.llvm_state.clear_memcache()
         self._compiled: dict[float, list[tuple[Phase, Any]]] = {}
-        self._start, self._time = free_start(self.begin, self.number)
+        self._start, self._time = self.case.free_start(self.begin, self.number)
 
     def _compile(self, tol: float) -> list[tuple[Phase, Any]]:
         import heyoka as hy
 
-        ops, built = _HeyokaOperators(self.number), []
-        z = hy.make_vars(*NAMES)
+        ops, built, case = _HeyokaOperators(self.number), [], self.case
+        z = hy.make_vars(*case.states)
         kind = {} if self.number is float else {"fp_type": self.number}
         for phase in phases(self.reverse_slip):
-            rates = equations(phase, ops, z, hy.par[0])
+            rates = case.equations(phase, ops, z, hy.par[0])
             event = hy.t_event(
-                guard(phase, ops, z, hy.par[0]), direction=hy.event_direction.negative, **kind
+                case.guard(phase, ops, z, hy.par[0]), direction=hy.event_direction.negative, **kind
             )
             built.append(
                 (
@@ -431,23 +234,23 @@ class HeyokaPeer:
         """Return the scaled state and time at separation in the peer's own number type."""
         if tol not in self._compiled:
             self._compiled[tol] = self._compile(tol)
-        t, z, delta_max = self._time, self._start, 1.0
+        case, t, z, delta_max = self.case, self._time, self._start, 1.0
         for phase, integrator in self._compiled[tol]:
             integrator.time = t
             integrator.state[:] = z
             integrator.pars[:] = delta_max
             integrator.reset_cooldowns()
-            outcome = integrator.propagate_until(self.number(HORIZON))[0]
+            outcome = integrator.propagate_until(self.number(case.horizon))[0]
             if int(outcome) != -1:
                 raise RuntimeError(f"heyoka, tol={tol}, {phase}: ended with {outcome}")
-            t, z = integrator.time, settle(phase, integrator.state)
+            t, z = integrator.time, case.settle(phase, integrator.state)
             if phase.guard == "turn":
-                delta_max = -z[2] * self.number(SCALE[2])
+                delta_max = -z[case.gap] * self.number(case.scale[case.gap])
         return z, t
 
     def run(self, tol: float) -> dict[str, float]:
         """Integrate phase after phase."""
-        return unscale(*self.solve(tol))
+        return self.case.unscale(*self.solve(tol))
 
 
 class _CasadiOperators:
@@ -470,6 +273,7 @@ class ErkPeer:
     the state at the end of the horizon is the state at separation.
     """
 
+    case: Case = ROD
     reverse_slip: bool = False
     #: Whether to generate C and compile it, instead of CasADi's virtual machine.
     compiled: bool = False
@@ -486,29 +290,31 @@ class ErkPeer:
     @property
     def scout(self) -> ErkPeer:
         """Return a peer with the same steps that needs no compiler for each tolerance."""
-        return ErkPeer(self.reverse_slip)
+        return ErkPeer(self.case, self.reverse_slip)
 
     def prepare(self) -> None:
         """Build the equations of all phases and the transitions between them."""
         import casadi as ca
 
-        ops, steps = _CasadiOperators(), phases(self.reverse_slip)
-        z = ca.SX.sym("z", 9)
-        states, delta_max = [z[k] for k in range(6)], z[6] * SCALE[2]
+        ops, steps, case = _CasadiOperators(), phases(self.reverse_slip), self.case
+        n = len(case.states)
+        z = ca.SX.sym("z", n + 3)
+        states, delta_max = [z[k] for k in range(n)], z[n] * case.scale[case.gap]
         rates, guards, jumps = [], [], []
         for index, phase in enumerate(steps):
-            rates.append(ca.vertcat(*equations(phase, ops, states, delta_max), 0, 0, 1))
-            guards.append(guard(phase, ops, states, delta_max))
-            largest = -z[2] if phase.guard == "turn" else z[6]
-            jumps.append(ca.vertcat(*settle(phase, list(states)), largest, index + 1, z[8]))
-        rates.append(ca.SX.zeros(9))
+            rates.append(ca.vertcat(*case.equations(phase, ops, states, delta_max), 0, 0, 1))
+            guards.append(case.guard(phase, ops, states, delta_max))
+            largest = -z[case.gap] if phase.guard == "turn" else z[n]
+            settled = case.settle(phase, list(states))
+            jumps.append(ca.vertcat(*settled, largest, index + 1, z[n + 2]))
+        rates.append(ca.SX.zeros(n + 3))
         guards.append(ca.SX(1))
         jumps.append(z)
-        x = ca.MX.sym("x", 9)
+        x = ca.MX.sym("x", n + 3)
 
         def by_phase(name: str, cases: list[Any]) -> Any:
             made = [ca.Function(f"{name}{i}", [z], [ca.cse(e)]) for i, e in enumerate(cases)]
-            return ca.Function.conditional(name, made[:-1], made[-1])(x[7], x)
+            return ca.Function.conditional(name, made[:-1], made[-1])(x[n + 1], x)
 
         none = [ca.MX.sym(name, 0) for name in ("z", "p", "u")]
         self._transition = ca.Function(
@@ -532,7 +338,7 @@ class ErkPeer:
             "event_tol": 1e-16,
             "max_num_steps": 1_000_000,
         }
-        integrator = ca.integrator("impact", "erk", self._dae, 0.0, HORIZON, options)
+        integrator = ca.integrator("impact", "erk", self._dae, 0.0, self.case.horizon, options)
         if not self.compiled:
             return integrator
         with tempfile.TemporaryDirectory() as folder:
@@ -552,31 +358,33 @@ class ErkPeer:
             with contextlib.redirect_stderr(io.StringIO()):
                 function = self._build(tol)
             buffer, call = function.buffer()
-            start, end = np.array([*scaled_start(), 1.0, 0.0, 0.0]), np.zeros(9)
+            start = np.array([*self.case.scaled_start, 1.0, 0.0, 0.0])
+            end = np.zeros(len(start))
             buffer.set_arg(0, memoryview(start))
             buffer.set_res(0, memoryview(end))
             self._ready[tol] = (function, buffer, call, start, end)
         _, buffer, call, _, end = self._ready[tol]
         call()
-        if buffer.ret() or round(end[7]) != len(phases(self.reverse_slip)):
-            raise RuntimeError(f"CasADi erk, tol={tol}: stopped in phase {end[7]:g}")
-        return unscale(end[:6], end[8])
+        if buffer.ret() or round(end[-2]) != len(phases(self.reverse_slip)):
+            raise RuntimeError(f"CasADi erk, tol={tol}: stopped in phase {end[-2]:g}")
+        return self.case.unscale(end[:-3], end[-1])
 
 
-def peers(reverse_slip: bool = False) -> tuple[list[Peer], list[str]]:
+def peers(case: Case = ROD, reverse_slip: bool = False) -> tuple[list[Peer], list[str]]:
     """Return the peers that are installed, and one line for each that is not.
 
     Parameters
     ----------
+    case : Case
     reverse_slip : bool
-        Passed to every peer, see `phases`.
+        Both passed to every peer, see `phases`.
     """
     every = [
-        SciPyPeer(reverse_slip),
-        SundaePeer(reverse_slip),
-        HeyokaPeer(reverse_slip),
-        ErkPeer(reverse_slip),
-        ErkPeer(reverse_slip, compiled=True),
+        SciPyPeer(case, reverse_slip),
+        SundaePeer(case, reverse_slip),
+        HeyokaPeer(case, reverse_slip),
+        ErkPeer(case, reverse_slip),
+        ErkPeer(case, reverse_slip, compiled=True),
     ]
     found: list[Peer] = []
     skipped: list[str] = []
@@ -590,20 +398,6 @@ def peers(reverse_slip: bool = False) -> tuple[list[Peer], list[str]]:
     return found, skipped
 
 
-def end_error(end: dict[str, float], reverse_slip: bool) -> float:
-    """Return the largest relative error of the three velocities at separation.
-
-    The slip velocity is zero there, or 3e-8 m/s of reverse slip: its error is relative to the
-    slip velocity before the impact, 1 m/s.
-    """
-    reference = REFERENCE[reverse_slip]
-    size = {"x_A_dot": abs(START[1])}
-    return max(
-        abs(end[name] - reference[name]) / size.get(name, abs(reference[name]))
-        for name in ("x_A_dot", "y_A_dot", "theta_dot")
-    )
-
-
 def tune(peer: Any, target: float, known: dict[float, float] | None = None) -> float | None:
     """Return the loosest tolerance at which the end-state error is at most `target`.
 
@@ -615,7 +409,7 @@ def tune(peer: Any, target: float, known: dict[float, float] | None = None) -> f
     peer : Peer
         Prepared. Where it has a `scout`, that peer is asked in its place.
     target : float
-        Largest `end_error`.
+        Largest `Case.end_error`.
     known : dict of float to float, optional
         Errors by tolerance, read and added to, so that several targets share the runs.
 
@@ -636,7 +430,7 @@ def tune(peer: Any, target: float, known: dict[float, float] | None = None) -> f
             # At a loose tolerance a peer may miss an event; CasADi then says so on stderr too.
             try:
                 with contextlib.redirect_stderr(io.StringIO()):
-                    known[tol] = end_error(scout.run(tol), peer.reverse_slip)
+                    known[tol] = peer.case.end_error(scout.run(tol), peer.reverse_slip)
             except RuntimeError:
                 known[tol] = math.inf
         reached = [*reached, tol] if known[tol] <= target else []
@@ -646,21 +440,31 @@ def tune(peer: Any, target: float, known: dict[float, float] | None = None) -> f
     return reached[0] if reached else None
 
 
-def time_it(peer: Any, tol: float, repeats: int) -> float:
-    """Return the median time of one run, s.
+def time_all(tuned: Sequence[tuple[Any, float]], repeats: int) -> list[float]:
+    """Return the least processor time of one run of each peer, s.
+
+    Processor time, in turns and its minimum: on a machine that does other work as well, all peers
+    then meet the same conditions, and the least disturbed run of each counts.
 
     Parameters
     ----------
-    peer : Peer
-        Prepared; a first run, which may compile for this tolerance, is not counted.
-    tol : float
+    tuned : sequence of (Peer, float)
+        Prepared peers and their tolerances; a first run, which may compile, is not counted.
     repeats : int
-        At least one.
+        Rounds; a quick peer runs up to a hundred times in each, with warm caches.
     """
-    peer.run(tol)
-    times = []
-    for _ in range(repeats):
-        start = time.perf_counter()
+    bunches = []
+    for peer, tol in tuned:
         peer.run(tol)
-        times.append(time.perf_counter() - start)
-    return statistics.median(times)
+        start = time.process_time_ns()
+        peer.run(tol)
+        took = max(time.process_time_ns() - start, 1)
+        bunches.append(int(min(max(10_000_000 // took, 1), 100)))
+    best = [math.inf] * len(tuned)
+    for _ in range(repeats):
+        for i, ((peer, tol), bunch) in enumerate(zip(tuned, bunches, strict=True)):
+            for _ in range(bunch):
+                start = time.process_time_ns()
+                peer.run(tol)
+                best[i] = min(best[i], time.process_time_ns() - start)
+    return [b * 1e-9 for b in best]

@@ -291,7 +291,7 @@ def test_dense_steps_follow_the_motion():
     u, worst = np.linspace(0, 1, 11)[:, None], 0.0
     np.testing.assert_allclose(run.steps[:-1, 0] + run.steps[:-1, 1], run.steps[1:, 0], rtol=1e-14)
     for row in run.steps:
-        r = row[3:].reshape(8, 2)
+        r = row[3:-1].reshape(8, 2)
         value = np.zeros((11, 2))
         for k in range(7, 0, -1):
             value = (value + r[k]) * (u if k % 2 else 1 - u)

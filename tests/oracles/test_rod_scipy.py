@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from tests.benchmarks.peers import REFERENCE
+from tests.benchmarks.cases import ROD
 from tests.oracles.rod_scipy import (
     KINDS,
     RodEvent,
@@ -94,7 +94,7 @@ def test_table3_events_at_exact_stiffness_do_not_depend_on_the_tolerance():
 
 def test_table3_separation_matches_80_bit_taylor_reference():
     final = table3(STIFF, rtol=1e-13).final
-    for name, value in REFERENCE[True].items():
+    for name, value in ROD.reference[True].items():
         # The reverse slip is a small rest of large velocities: 1e-13 of the 1 m/s before impact.
         assert final[name] == pytest.approx(value, rel=1e-12, abs=1e-13), name
 

@@ -1,140 +1,5 @@
 /* The loop over steps and events, and the functions a caller sees. */
 
-static int record_step(ps_run *s, const ps_options *o, double h, double row[8][PS_NX]) {
-  if (o->record < 2) return 1;
-  double head[3] = {s->t, h, (double)s->mode};
-  const double *parts[3] = {head, s->z, &row[0][0]};
-  const int sizes[3] = {3, PS_NZ, 8 * PS_NX};
-  if (rows_push(&s->steps, parts, sizes, 3)) return 1;
-  s->reason = PS_NO_MEMORY;
-  return 0;
-}
-
-/* Repeats the step so that it ends where guard j is zero, to round-off; returns its length.
- * s->k is left as a whole step needs it (k[0] at the start, k[12] at the end in y). The dense
- * output has the error of the whole step: where the repeated, shorter step shows the guard positive
- * and not coming down, there is no zero and `found` is 0. */
-static double step_to_zero(ps_run *s, int j, double h, double *y, int *found) {
-  double g[PS_NG], dg[PS_NG];
-  *found = 1;
-  for (int it = 0; it < 60; it++) {
-    step(s, s->x, h, y);
-    field(s, y, s->k[12]);
-    guards(s, y, g, dg);
-    double dh = dg[j] < 0 ? -g[j] / dg[j] : 0;
-    if (g[j] > 0 && (!(dg[j] < 0) || dh > 0.5 * h)) {
-      *found = 0;
-      return h;
-    }
-    if (!(dh > -0.5 * h)) dh = -0.5 * h;
-    if (fabs(dh) <= 1e-7 * h) {
-      /* So close that the rest is linear: its square is below round-off. */
-      for (int i = 0; i < PS_NX; i++) y[i] += dh * s->k[12][i];
-      return h + dh;
-    }
-    h += dh;
-  }
-  return h;
-}
-
-static void enter_end_of_step(ps_run *s, double h, const double *y, const double *g,
-                              const double *dg) {
-  s->t += h;
-  memcpy(s->x, y, sizeof s->x);
-  memcpy(s->k[0], s->k[12], sizeof s->k[0]);
-  for (int j = 0; j < PS_MODES[s->mode].n; j++) s->armed[j] |= g[j] > 0;
-  memcpy(s->g, g, sizeof s->g);
-  memcpy(s->dg, dg, sizeof s->dg);
-}
-
-/* Ends the step just made at the event of guard j, near the part `where` of it, and takes it. */
-static void take_event(ps_run *s, const ps_options *o, int j, double where, double h, double *y,
-                       double row[8][PS_NX]) {
-  int found = 1;
-  unsigned departs;
-  h *= where;
-  if (where > PS_AT_ONCE) {
-    h = step_to_zero(s, j, h, y, &found);
-  } else {
-    step(s, s->x, h, y);
-    field(s, y, s->k[12]);
-  }
-  if (o->record == 2) dense_rows(s, s->x, y, h, row);
-  if (!record_step(s, o, h, row)) return;
-  if (!found) {
-    double g[PS_NG], dg[PS_NG];
-    guards(s, y, g, dg);
-    enter_end_of_step(s, h, y, g, dg);
-    s->h = 6 * h;
-    return;
-  }
-  s->t += h;
-  memcpy(s->x, y, sizeof s->x);
-  apply(s, o, j, 1, 1, &departs);
-  settle(s, o, departs, 1);
-  /* The old step size is kept where the new mode is as smooth, else the estimate is used. */
-  s->h = fmin(s->h, 10 * s->h_ref);
-  if (s->hit && s->reason == PS_RUNNING) s->reason = PS_UNTIL;
-}
-
-/* One accepted step, or the event it ran into. */
-static void advance(ps_run *s, const ps_options *o) {
-  double y[PS_NX], row[8][PS_NX], g1[PS_NG], d1[PS_NG], err;
-  int rejected = 0, finite = 1;
-  for (;;) {
-    int last = 0;
-    double h = fmin(s->h, o->h_max);
-    if (s->t + h * 1.0000001 >= o->t_end) {
-      h = o->t_end - s->t;
-      last = 1;
-    }
-    if (!(h > 16e-16 * fabs(s->t)) || s->count.accepted + s->count.rejected >= o->max_steps) {
-      s->reason = s->count.accepted + s->count.rejected >= o->max_steps ? PS_STEP_LIMIT
-                  : finite                                              ? PS_STEP_UNDERFLOW
-                                                                        : PS_NON_FINITE;
-      if (last && s->reason == PS_STEP_UNDERFLOW) s->reason = PS_T_END;
-      return;
-    }
-    step(s, s->x, h, y);
-    err = error_norm(s, o, s->x, y, h);
-    if (!(err < 1)) {
-      s->count.rejected++;
-      finite = isfinite(err);
-      if (!finite && h < 1e-200) {
-        s->reason = PS_NON_FINITE;
-        return;
-      }
-      s->h = h * (isfinite(err) ? fmax(0.1, 0.9 * pow(err, -0.125)) : 0.1);
-      rejected = 1;
-      continue;
-    }
-    s->count.accepted++;
-    field(s, y, s->k[12]);
-    guards(s, y, g1, d1);
-    if (o->record == 2) dense_rows(s, s->x, y, h, row);
-    double where, grow = err > 0 ? fmin(6.0, 0.9 * pow(err, -0.125)) : 6.0;
-    int event = find_event(s, y, h, g1, d1, row, o->record == 2, &where);
-    if (event == PS_RETAKE) {
-      s->count.accepted--;
-      s->count.rejected++;
-      s->h = 0.02 * h;
-      continue;
-    }
-    s->h = h * (rejected ? fmin(grow, 1) : grow);
-    if (event >= 0) {
-      take_event(s, o, event, where, h, y, row);
-      return;
-    }
-    if (!record_step(s, o, h, row)) return;
-    enter_end_of_step(s, h, y, g1, d1);
-    if (last) {
-      s->t = o->t_end;
-      s->reason = PS_T_END;
-    }
-    return;
-  }
-}
-
 static void choose_start(ps_run *s) {
   double condition[PS_NSTART];
   double *res[1] = {condition};
@@ -163,7 +28,7 @@ PS_EXPORT ps_run *ps_integrate(const double *x, const double *z, const double *p
   memcpy(s->z, z, sizeof(double) * PS_NZ);
   s->t = s->t_start = t;
   s->t_event = -HUGE_VAL;
-  s->steps.width = 3 + PS_NZ + 8 * PS_NX;
+  prepare(s, o);
   s->events.width = 4 + 2 * (PS_NX + PS_NZ);
   s->reason = PS_RUNNING;
   s->stop_transition = -1;
@@ -185,6 +50,26 @@ PS_EXPORT void ps_free(ps_run *s) {
   free(s->steps.data);
   free(s->events.data);
   free(s);
+}
+
+/* A whole run from t = 0, its end in `out`: time, mode, reason, stop transition, the counters, steps
+ * and events kept, state, memory. Returns the run where it kept any, to be read and freed. */
+PS_EXPORT ps_run *ps_complete(const double *x, const double *z, const double *p,
+                              const ps_options *o, double *out) {
+  ps_run *s = ps_integrate(x, z, p, 0, o);
+  out[2] = PS_NO_MEMORY;
+  if (!s) return NULL;
+  const double head[12] = {s->t, (double)s->mode, (double)s->reason, (double)s->stop_transition,
+                           (double)s->count.accepted, (double)s->count.rejected,
+                           (double)s->count.fields, (double)s->count.guards,
+                           (double)s->count.dense, (double)s->count.events,
+                           (double)s->steps.used, (double)s->events.used};
+  memcpy(out, head, sizeof head);
+  memcpy(out + 12, s->x, sizeof s->x);
+  memcpy(out + 12 + PS_NX, s->z, sizeof(double) * PS_NZ);
+  if (s->steps.used || s->events.used) return s;
+  ps_free(s);
+  return NULL;
 }
 
 /* Outputs at n points, each with its mode, state and memory; c are constants. */

@@ -1,8 +1,8 @@
-/* The event-driven integrator: model-free, in four files read one after the other (state, step,
- * events, loop); here, what it remembers. The generated part above it defines PS_NX, PS_NZ,
- * PS_NC, PS_NP, PS_NG, PS_NO, PS_NM, PS_NSTART, PS_WORK, the coefficient macros PS_ROW_*, PS_E5,
- * PS_E3, PS_D*, and the tables PS_MODES, PS_STARTS. A mode's functions are smooth; what switches
- * is here. Guards fire when they cross from + to -. */
+/* The event-driven integrator: model-free, in files read one after the other: state, events, those
+ * of a stepper (Runge-Kutta: step, search, advance; Taylor: series, roots, advance), loop. Here,
+ * what it remembers. The generated part above it defines PS_NX, PS_NZ, PS_NC, PS_NP, PS_NG, PS_NO,
+ * PS_NM, PS_NSTART, PS_WORK, the tables PS_MODES, PS_STARTS, and what the stepper needs. A mode's
+ * functions are smooth; what switches is here. Guards fire when they cross from + to -. */
 
 #include <math.h>
 #include <stdlib.h>
@@ -19,9 +19,7 @@ static const double PS_ZERO_TIME = 1e-10;
 static const double PS_AT_ONCE = 1e-14;
 /* Events at one instant before it is called an accumulation: far above any real chain. */
 static const int PS_CHAIN = 64;
-/* Answer of find_event; any number that is no guard and not -1. */
-#define PS_RETAKE -2
-/* Samples of the dense output in a step that may hold an event. */
+/* Places from which a guard that starts at zero is looked at, going back to the start. */
 #define PS_SAMPLES 8
 /* Accumulation: so many intervals in a row shrink geometrically ... */
 static const int PS_SHRINKING = 6;
@@ -60,7 +58,8 @@ typedef struct {
   ps_counters count;
   ps_rows steps, events;
   /* Working state. */
-  double t_start, t_event, h, h_ref, c[PS_NC], k[16][PS_NX];
+  double t_start, t_event, h, h_ref, c[PS_NC], k[PS_STAGES][PS_NX];
+  PS_STEPPER
   double g[PS_NG], dg[PS_NG];
   unsigned char armed[PS_NG];
   int hit, at_once;
@@ -101,4 +100,16 @@ static void guards(ps_run *s, const double *x, double *g, double *dg) {
   double *res[2] = {g, dg};
   call(s, PS_MODES[s->mode].guards, x, res);
   s->count.guards++;
+}
+
+/* Keeps a step with its dense output, rows of PS_NX numbers, and its bend (see Trajectory). */
+static int record_step(ps_run *s, const ps_options *o, double h, const double *dense, int rows,
+                       double bend) {
+  if (o->record < 2) return 1;
+  double head[3] = {s->t, h, (double)s->mode};
+  const double *parts[4] = {head, s->z, dense, &bend};
+  const int sizes[4] = {3, PS_NZ, rows * PS_NX, 1};
+  if (rows_push(&s->steps, parts, sizes, 4)) return 1;
+  s->reason = PS_NO_MEMORY;
+  return 0;
 }

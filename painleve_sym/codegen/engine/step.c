@@ -1,4 +1,4 @@
-/* One Runge-Kutta step, its error, its dense output, and the first step of a mode. */
+/* One Runge-Kutta step, its error and its dense output. */
 
 #define STAGE(row, n)                                            \
   for (int i = 0; i < PS_NX; i++) y[i] = x[i] + h * (row);       \
@@ -68,30 +68,4 @@ static void dense_eval(double row[8][PS_NX], double u, double *x) {
                          + u * (row[3][i]
                                 + v * (row[4][i]
                                        + u * (row[5][i] + v * (row[6][i] + u * row[7][i]))))));
-}
-
-/* First step of a mode (Hairer, Norsett & Wanner, II.4); k[0] = f(x) is set here. */
-static double first_step(ps_run *s, const ps_options *o) {
-  double y[PS_NX], d0 = 0, d1 = 0, d2 = 0;
-  field(s, s->x, s->k[0]);
-  for (int i = 0; i < PS_NX; i++) {
-    if (!isfinite(s->k[0][i]) || !isfinite(s->x[i])) return NAN;
-    double scale = o->atol[i] + o->rtol * fabs(s->x[i]);
-    double a = s->x[i] / scale, b = s->k[0][i] / scale;
-    d0 += a * a;
-    d1 += b * b;
-  }
-  double h = d0 > 1e-10 && d1 > 1e-10 ? 0.01 * sqrt(d0 / d1) : 1e-6;
-  if (h > o->h_max) h = o->h_max;
-  for (int i = 0; i < PS_NX; i++) y[i] = s->x[i] + h * s->k[0][i];
-  field(s, y, s->k[1]);
-  for (int i = 0; i < PS_NX; i++) {
-    double scale = o->atol[i] + o->rtol * fabs(s->x[i]);
-    double a = (s->k[1][i] - s->k[0][i]) / scale;
-    d2 += a * a;
-  }
-  double slope = fmax(sqrt(d1), sqrt(d2) / h);
-  double h1 = slope > 1e-15 ? pow(0.01 / slope, 0.125) : fmax(1e-6, h * 1e-3);
-  h = fmin(100 * h, h1);
-  return h > 0 && h < o->h_max ? h : o->h_max;
 }

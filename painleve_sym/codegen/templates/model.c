@@ -166,7 +166,7 @@ void ${name}_free(${name}_run *r) {
 }
 
 int ${name}_at(const ${name}_run *r, double t, double *x) {
-  const long width = 3 + PS_NZ + 8 * PS_NX;
+  const long width = 4 + PS_NZ + 8 * PS_NX;
   long low = 0, high = r->step_count;
   double rows[8][PS_NX];
   if (!high || !(t >= r->steps[0]) || !(t <= r->time)) return 0;

@@ -1,0 +1,131 @@
+/* One accepted Runge-Kutta step, or the event it runs into. */
+
+static void prepare(ps_run *s, const ps_options *o) {
+  (void)o;
+  s->steps.width = 3 + PS_NZ + 8 * PS_NX + 1;
+}
+
+/* Repeats the step so that it ends where guard j is zero, to round-off; returns its length.
+ * s->k is left as a whole step needs it (k[0] at the start, k[12] at the end in y). The dense
+ * output has the error of the whole step: where the repeated, shorter step shows the guard positive
+ * and not coming down, there is no zero and `found` is 0. */
+static double step_to_zero(ps_run *s, int j, double h, double *y, int *found) {
+  double g[PS_NG], dg[PS_NG];
+  *found = 1;
+  for (int it = 0; it < 60; it++) {
+    step(s, s->x, h, y);
+    field(s, y, s->k[12]);
+    guards(s, y, g, dg);
+    double dh = dg[j] < 0 ? -g[j] / dg[j] : 0;
+    if (g[j] > 0 && (!(dg[j] < 0) || dh > 0.5 * h)) {
+      *found = 0;
+      return h;
+    }
+    if (!(dh > -0.5 * h)) dh = -0.5 * h;
+    if (fabs(dh) <= 1e-7 * h) {
+      /* So close that the rest is linear: its square is below round-off. */
+      for (int i = 0; i < PS_NX; i++) y[i] += dh * s->k[12][i];
+      return h + dh;
+    }
+    h += dh;
+  }
+  return h;
+}
+
+static void enter_end_of_step(ps_run *s, double h, const double *y, const double *g,
+                              const double *dg) {
+  s->t += h;
+  memcpy(s->x, y, sizeof s->x);
+  memcpy(s->k[0], s->k[12], sizeof s->k[0]);
+  for (int j = 0; j < PS_MODES[s->mode].n; j++) s->armed[j] |= g[j] > 0;
+  memcpy(s->g, g, sizeof s->g);
+  memcpy(s->dg, dg, sizeof s->dg);
+}
+
+/* Ends the step just made at the event of guard j, near the part `where` of it, and takes it. */
+static void take_event(ps_run *s, const ps_options *o, int j, double where, double h, double *y,
+                       double row[8][PS_NX]) {
+  int found = 1;
+  unsigned departs;
+  h *= where;
+  if (where > PS_AT_ONCE) {
+    h = step_to_zero(s, j, h, y, &found);
+  } else {
+    step(s, s->x, h, y);
+    field(s, y, s->k[12]);
+  }
+  if (o->record == 2) dense_rows(s, s->x, y, h, row);
+  if (!record_step(s, o, h, &row[0][0], 8, 0)) return;
+  if (!found) {
+    double g[PS_NG], dg[PS_NG];
+    guards(s, y, g, dg);
+    enter_end_of_step(s, h, y, g, dg);
+    s->h = 6 * h;
+    return;
+  }
+  s->t += h;
+  memcpy(s->x, y, sizeof s->x);
+  apply(s, o, j, 1, 1, &departs);
+  settle(s, o, departs, 1);
+  /* The old step size is kept where the new mode is as smooth, else the estimate is used. */
+  s->h = fmin(s->h, 10 * s->h_ref);
+  if (s->hit && s->reason == PS_RUNNING) s->reason = PS_UNTIL;
+}
+
+/* One accepted step, or the event it ran into. */
+static void advance(ps_run *s, const ps_options *o) {
+  double y[PS_NX], row[8][PS_NX], g1[PS_NG], d1[PS_NG], err;
+  int rejected = 0, finite = 1;
+  for (;;) {
+    int last = 0;
+    double h = fmin(s->h, o->h_max);
+    if (s->t + h * 1.0000001 >= o->t_end) {
+      h = o->t_end - s->t;
+      last = 1;
+    }
+    if (!(h > 16e-16 * fabs(s->t)) || s->count.accepted + s->count.rejected >= o->max_steps) {
+      s->reason = s->count.accepted + s->count.rejected >= o->max_steps ? PS_STEP_LIMIT
+                  : finite                                              ? PS_STEP_UNDERFLOW
+                                                                        : PS_NON_FINITE;
+      if (last && s->reason == PS_STEP_UNDERFLOW) s->reason = PS_T_END;
+      return;
+    }
+    step(s, s->x, h, y);
+    err = error_norm(s, o, s->x, y, h);
+    if (!(err < 1)) {
+      s->count.rejected++;
+      finite = isfinite(err);
+      if (!finite && h < 1e-200) {
+        s->reason = PS_NON_FINITE;
+        return;
+      }
+      s->h = h * (isfinite(err) ? fmax(0.1, 0.9 * pow(err, -0.125)) : 0.1);
+      rejected = 1;
+      continue;
+    }
+    s->count.accepted++;
+    field(s, y, s->k[12]);
+    guards(s, y, g1, d1);
+    if (o->record == 2) dense_rows(s, s->x, y, h, row);
+    double where, grow = err > 0 ? fmin(6.0, 0.9 * pow(err, -0.125)) : 6.0;
+    int event = find_event(s, y, h, g1, d1, row, o->record == 2, &where);
+    if (event == PS_RETAKE) {
+      s->count.accepted--;
+      s->count.rejected++;
+      s->h = 0.02 * h;
+      continue;
+    }
+    s->h = h * (rejected ? fmin(grow, 1) : grow);
+    if (event >= 0) {
+      take_event(s, o, event, where, h, y, row);
+      return;
+    }
+    if (!record_step(s, o, h, &row[0][0], 8, 0)) return;
+    enter_end_of_step(s, h, y, g1, d1);
+    if (last) {
+      s->t = o->t_end;
+      s->reason = PS_T_END;
+    }
+    return;
+  }
+}

@@ -1,0 +1,1 @@
+"""The Taylor-series engine: recurrences from the expression graph, events on the series."""

@@ -1,0 +1,112 @@
+/* The first zero of a polynomial of degree n on [0, 1], by Descartes' rule on Bernstein
+ * coefficients: no sign change, no zero; one, exactly one; more, the interval is halved. */
+
+#define PS_DEPTH 52
+
+/* 1/C(n, k), for `bernstein`. */
+static void inverse_binomials(int n, double *inverse) {
+  double binomial = 1;
+  for (int k = 0; k <= n; k++) {
+    inverse[k] = 1 / binomial;
+    binomial = binomial * (n - k) / (k + 1);
+  }
+}
+
+/* Bernstein coefficients of the polynomial with coefficients p. */
+static void bernstein(const double *p, int n, const double *inverse, double *b) {
+  for (int k = 0; k <= n; k++) b[k] = p[k] * inverse[k];
+  for (int j = 1; j <= n; j++)
+    for (int i = n; i >= j; i--) b[i] += b[i - 1];
+}
+
+/* Splits at u: b keeps the part before u, c gets the part after it. */
+static void subdivide(double *b, double *c, int n, double u) {
+  for (int j = 0; j <= n; j++) {
+    c[n - j] = b[n];
+    for (int i = n; i > j; i--) b[i] = PS_FMA(u, b[i] - b[i - 1], b[i - 1]);
+  }
+}
+
+/* Sign changes, at most 2; a zero counts as negative. */
+static int variations(const double *b, int n) {
+  int count = 0;
+  for (int i = 1; i <= n && count < 2; i++) count += (b[i] > 0) != (b[i - 1] > 0);
+  return count;
+}
+
+static double horner(const double *p, int n, double u) {
+  double value = p[n];
+  for (int k = n - 1; k >= 0; k--) value = PS_FMA(value, u, p[k]);
+  return value;
+}
+
+static double horner_slope(const double *p, int n, double u) {
+  double value = n * p[n];
+  for (int k = n - 1; k > 0; k--) value = PS_FMA(value, u, k * p[k]);
+  return value;
+}
+
+/* The zero between a, where p is positive, and b, where it is not: Newton, else bisection. */
+static double refine(const double *p, int n, double a, double b) {
+  double u = b;
+  for (int it = 0; it < 100 && b - a > 4e-16; it++) {
+    double value = p[n], slope = 0;
+    for (int k = n - 1; k >= 0; k--) {
+      slope = PS_FMA(slope, u, value);
+      value = PS_FMA(value, u, p[k]);
+    }
+    if (value == 0) return u;
+    if (value > 0) a = u; else b = u;
+    double next = u - value / slope;
+    /* As near as numbers get: the side on which the polynomial is not positive. */
+    if (fabs(next - u) <= 2e-16 * u) return value > 0 ? fmin(next + 2e-16 * u, b) : u;
+    u = next > a && next < b ? next : 0.5 * (a + b);
+  }
+  return b;
+}
+
+/* Smallest zero of p in (from, 1] where p comes down from positive values; p(from) > 0. -1: none.
+ * `inverse` are the inverse binomials of n. */
+static double first_root(const double *p, int n, double from, const double *inverse) {
+  double b[PS_DEPTH + 2][PS_LENGTH], lo[PS_DEPTH + 2], hi[PS_DEPTH + 2];
+  int depth[PS_DEPTH + 2], top = 0;
+  double steepest = p[1], end = p[0] + p[1];
+  for (int k = 2; k <= n; k++) {
+    steepest += p[k] > 0 ? k * p[k] : 0;
+    end += p[k];
+  }
+  /* Falling all the way: no zero or one. */
+  if (steepest < 0) return end > 0 ? -1 : refine(p, n, from, 1);
+  bernstein(p, n, inverse, b[0]);
+  if (from > 0) {
+    subdivide(b[0], b[1], n, from);
+    memcpy(b[0], b[1], sizeof b[0]);
+  }
+  lo[0] = from;
+  hi[0] = 1;
+  depth[0] = 0;
+  while (top >= 0) {
+    int count = variations(b[top], n);
+    if (count == 0) {
+      top--;
+    } else if (count == 1) {
+      return refine(p, n, lo[top], hi[top]);
+    } else if (depth[top] == PS_DEPTH) {
+      /* Two zeros that no arithmetic tells apart: a touch, not a crossing. */
+      top--;
+    } else {
+      double middle = 0.5 * (lo[top] + hi[top]);
+      subdivide(b[top], b[top + 1], n, 0.5);
+      /* The part before the middle goes on top: it is looked at first. */
+      double swap[PS_LENGTH];
+      memcpy(swap, b[top], sizeof swap);
+      memcpy(b[top], b[top + 1], sizeof swap);
+      memcpy(b[top + 1], swap, sizeof swap);
+      lo[top + 1] = lo[top];
+      hi[top + 1] = lo[top] = middle;
+      depth[top + 1] = ++depth[top];
+      top++;
+    }
+  }
+  return -1;
+}

@@ -1,0 +1,142 @@
+"""Fewer Cauchy products for the same sums: common factors, common denominators, shared products."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from painleve_sym.codegen.taylor.scalars import ONE, Scalar
+from painleve_sym.codegen.taylor.tape import PAIRS, Combination, Node, Tape
+
+_PASSES = 12
+"""More have never found anything."""
+
+
+def simplify(tape: Tape) -> Tape:
+    """Return an equal tape with as few products as the rules below find."""
+    best, current = tape, tape
+    for i in range(_PASSES):
+        current = _Rebuild(current, distribute=i % 2 == 1).result
+        if current.products < best.products:
+            best = current
+    return best
+
+
+class _Rebuild:
+    """One pass over a tape.
+
+    a/d · b becomes (a·b)/d; a₁/d + a₂/d becomes (a₁ + a₂)/d; f·a + f·b becomes f·(a + b); and where
+    f·x exists, f·(c + x·y) becomes c·f + (f·x)·y. Only what nothing else uses is taken apart.
+
+    Parameters
+    ----------
+    tape : Tape
+    distribute : bool
+        Whether the last rule applies, or the others.
+    """
+
+    def __init__(self, tape: Tape, *, distribute: bool) -> None:
+        self._old, self._distribute = tape, distribute
+        self._live = tape.reachable()
+        roots = [*tape.rates, *tape.guards]
+        self._uses = Counter(n for i in self._live for n in tape.nodes[i].operands)
+        self._uses.update(n for c in roots for n, _ in c.terms)
+        self._products = {
+            frozenset(tape.nodes[i].args) for i in self._live if tape.nodes[i].op == "mul"
+        }
+        new = self._new = Tape(scalars=tape.scalars)
+        self._map: dict[int, Combination] = {}
+        for i in range(len(tape.rates)):
+            self._map[i] = new.single(tape.nodes[i])
+        for i in self._live:
+            if i not in self._map:
+                self._map[i] = self._node(i, tape.nodes[i])
+        new.rates = [self._sum(c) for c in tape.rates]
+        new.guards = [self._sum(c) for c in tape.guards]
+        self.result = new
+
+    def _node(self, i: int, node: Node) -> Combination:
+        new = self._new
+        args = [self._map[n] for n in node.args]
+        if node.op == "linear" and node.inner is not None:
+            return self._sum(node.inner)
+        if node.op == "ramp" and node.inner is not None:
+            return new.single(Node("ramp", inner=self._sum(node.inner), scalar=node.scalar))
+        if node.op == "mul":
+            return self._product(*node.args)
+        if node.op == "sq":
+            return new.times(args[0], args[0])
+        if node.op == "div":
+            return new.over(args[0], args[1])
+        if node.op == "inv":
+            return new.over(Combination(ONE), args[0])
+        if node.op in PAIRS:
+            # The partner comes with it, in the order of the old tape.
+            return new.single(Node(node.op, tuple(new.row(a) for a in args)))
+        return new.single(Node(node.op, tuple(new.row(a) for a in args), scalar=node.scalar))
+
+    def _product(self, m: int, n: int) -> Combination:
+        new = self._new
+        for a, b in ((m, n), (n, m)):
+            node = self._old.nodes[a]
+            if self._distribute:
+                spread = self._spread(b, node) if self._uses[a] == 1 else None
+                if spread is not None:
+                    return spread
+            elif node.op == "div" and self._uses[a] == 1:
+                top = new.times(self._map[node.args[0]], self._map[b])
+                return new.over(top, self._map[node.args[1]])
+        return new.times(self._map[m], self._map[n])
+
+    def _spread(self, f: int, row: Node) -> Combination | None:
+        """Return f · row with the products of f that exist, or None."""
+        if row.op != "linear" or row.inner is None:
+            return None
+        new = self._new
+        total = self._map[f].scaled(row.inner.constant)
+        for n, c in row.inner.terms:
+            node = self._old.nodes[n]
+            if node.op != "mul" or self._uses[n] != 1:
+                return None
+            x, y = node.args
+            if frozenset((f, x)) not in self._products:
+                x, y = y, x
+            if frozenset((f, x)) not in self._products:
+                return None
+            shared = new.times(self._map[f], self._map[x])
+            total = new.plus(total, new.times(shared, self._map[y]).scaled(c))
+        return total
+
+    def _sum(self, a: Combination) -> Combination:
+        new = self._new
+        total, rest = Combination(a.constant), list(a.terms)
+        if not self._distribute:
+            for op, place in (("div", 1), ("mul", None)):
+                while (group := self._group(rest, op, place)) is not None:
+                    shared, members = group
+                    rest = [t for t in rest if t not in members]
+                    inner = Combination()
+                    for n, c in members:
+                        inner = new.plus(inner, self._map[self._other(n, shared)].scaled(c))
+                    common = self._map[shared]
+                    join = new.over(inner, common) if op == "div" else new.times(common, inner)
+                    total = new.plus(total, join)
+        for n, c in rest:
+            total = new.plus(total, self._map[n].scaled(c))
+        return total
+
+    def _group(
+        self, terms: list[tuple[int, Scalar]], op: str, place: int | None
+    ) -> tuple[int, list[tuple[int, Scalar]]] | None:
+        """Return the node that most products of a sum share, and those terms."""
+        alone = [t for t in terms if self._old.nodes[t[0]].op == op and self._uses[t[0]] == 1]
+        by: dict[int, list[tuple[int, Scalar]]] = {}
+        for t in alone:
+            args = self._old.nodes[t[0]].args
+            for n in (args[place],) if place is not None else args:
+                by.setdefault(n, []).append(t)
+        best = max(by.items(), key=lambda item: (len(item[1]), -item[0]), default=None)
+        return best if best is not None and len(best[1]) > 1 else None
+
+    def _other(self, product: int, shared: int) -> int:
+        m, n = self._old.nodes[product].args
+        return m if n == shared else n

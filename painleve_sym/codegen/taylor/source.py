@@ -1,0 +1,109 @@
+"""The C source of an automaton with the Taylor stepper."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from painleve_sym.codegen.modes import AutomatonFunctions
+from painleve_sym.codegen.source import assemble, engine_texts
+from painleve_sym.codegen.taylor.emit import WIDTH, SeriesCode
+from painleve_sym.codegen.taylor.simplify import simplify
+from painleve_sym.codegen.taylor.tape import Tape, build
+from painleve_sym.errors import NoRecurrence
+
+ORDER = 20
+"""Highest order; that for the tightest tolerance, 1e-15, is 19."""
+_LENGTH = 24
+"""Orders, the constant among them, and room to a whole cache line."""
+
+
+def tapes(functions: AutomatonFunctions) -> list[Tape]:
+    """Return the tape of every mode.
+
+    Raises
+    ------
+    NoRecurrence
+        Names the mode and the operation.
+    """
+    x, z, c = functions.x, functions.z, functions.c
+    found = []
+    for mode, f in zip(functions.automaton.modes, functions.modes, strict=True):
+        expressions = ca.vertcat(f.field(x, z, c), f.guards(x, z, c)[0])
+        try:
+            found.append(simplify(build(expressions, x, z, c, x.numel())))
+        except NoRecurrence as error:
+            raise NoRecurrence(
+                f"mode {mode.name!r} uses {error} of a state, which has no Taylor series"
+            ) from error
+    return found
+
+
+def source(functions: AutomatonFunctions) -> str:
+    """Return one self-contained C file: event loop, series and guards of every mode."""
+    codes = [SeriesCode(t, f"series_{i}") for i, t in enumerate(tapes(functions))]
+    more = [_scalars(functions, code, i) for i, code in enumerate(codes)]
+    own = engine_texts(__package__, ("series", "roots"))
+    shared = engine_texts("painleve_sym.codegen", ("state", "events"))
+    last = engine_texts("painleve_sym.codegen", ("loop",))
+    advance = engine_texts(__package__, ("advance",))
+    middle = [_header(codes), *shared, *own, _functions(codes), *advance, *last]
+    return assemble(functions, more, "", middle)
+
+
+def _scalars(functions: AutomatonFunctions, code: SeriesCode, i: int) -> ca.Function:
+    values = [code.tape.scalars.expression(s) for s in code.scalars] or [ca.SX(0.0)]
+    arguments = [functions.x, functions.z, functions.c]
+    return ca.Function(f"scalars_{i}", arguments, [ca.cse(ca.densify(ca.vertcat(*values)))])
+
+
+def _padded(n: int) -> int:
+    """Round up to whole vectors."""
+    return max(1, -(-n // WIDTH)) * WIDTH
+
+
+def _header(codes: list[SeriesCode]) -> str:
+    sizes = {
+        "ORDER": ORDER,
+        "LENGTH": _LENGTH,
+        "COLUMNS": _padded(max(code.columns for code in codes)),
+        "WATCHED": _padded(max(len(code.tape.guards) + len(code.ramps) for code in codes)),
+        "SCALARS": max(1, *(len(code.scalars) for code in codes)),
+        "RAMPS": max(1, *(len(code.ramps) for code in codes)),
+        "STAGES": 2,
+    }
+    lines = [f"#define PS_{name} {value}" for name, value in sizes.items()]
+    fields = (
+        "int order, ready, left_out; double unit, bend, zero, "
+        "scalars[PS_SCALARS], live[PS_RAMPS], "
+        "power[PS_LENGTH], binomial[PS_LENGTH], v[PS_LENGTH][PS_COLUMNS];"
+    )
+    inverse = ", ".join(["0.0", *(repr(1 / k) for k in range(1, ORDER + 1))])
+    lines += [
+        f"#define PS_STEPPER {fields}",
+        f"static const double PS_INVERSE[PS_ORDER + 1] = {{{inverse}}};",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _functions(codes: list[SeriesCode]) -> str:
+    texts = [text for code in codes for text in (code.text, code.guards_text)]
+    lines = [
+        "typedef struct {",
+        "  void (*series)(const double *, const double *, const double *, int, double, double,",
+        "                 double (*restrict)[PS_COLUMNS]);",
+        "  void (*guards)(const double *, int, const double *, const double (*)[PS_COLUMNS],",
+        "                 double (*restrict)[PS_WATCHED]);",
+        "  ps_function scalars;",
+        "  int ramps, ramp[PS_RAMPS], guarded[PS_RAMPS];  /* columns; a guard is zero with it */",
+        "  double floor[PS_RAMPS];",
+        "} ps_series;",
+        "static const ps_series PS_SERIES[PS_NM] = {",
+    ]
+    for i, code in enumerate(codes):
+        ramps = ", ".join(str(code.column(r)) for r in code.ramps) or "0"
+        guarded = ", ".join(str(int(code.guarded(r))) for r in code.ramps) or "0"
+        floors = ", ".join(repr(code.floor(r)) for r in code.ramps) or "0"
+        names = f"series_{i}, series_{i}_guards, scalars_{i}"
+        lines.append(f"  {{{names}, {len(code.ramps)}, {{{ramps}}}, {{{guarded}}}, {{{floors}}}}},")
+    return "\n".join([*texts, *lines, "};", ""])
