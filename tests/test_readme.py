@@ -34,7 +34,13 @@ def test_readme_links_exist():
             assert (page.parent / target).exists(), f"{page.name}: {target}"
 
 
-@pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
+@pytest.mark.parametrize(
+    "path",
+    [
+        pytest.param(p, marks=pytest.mark.slow if p.parent.name == "studies" else (), id=p.stem)
+        for p in EXAMPLES
+    ],
+)
 def test_example_runs(path):
     answer = run([str(path)])
     assert answer.returncode == 0, answer.stderr

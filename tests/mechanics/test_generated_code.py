@@ -16,6 +16,8 @@ from painleve_sym.simulate.compliant import SoftenedSimulator
 from tests.mechanics.catalogue import NAMES, SOFTENED, derived, random_numbers
 from tests.mechanics.forced import accelerations, directions, forced_automaton, forces
 
+LONG = ("two-link-arm", "pr-robot", "block")
+"""Whose softened automata take many seconds to derive and compile."""
 BELTS = [n for n in SOFTENED if derived(n).contact.surface_speed != 0]
 
 
@@ -69,7 +71,8 @@ def _by_compiled_code(mechanism, at):
     found = rows.copy(), slopes.copy()
     rows, slopes = np.empty(1), np.empty(1)
     evaluate(0)
-    assert np.array_equal(rate[n:], found[0])
+    # The compiler contracts products and sums of two functions differently.
+    np.testing.assert_allclose(rate[n:], found[0], rtol=1e-13, atol=1e-13)
     return found
 
 
@@ -85,7 +88,9 @@ def test_mechanism_values_and_slopes_are_the_same_in_every_form(name):
             assert np.max(np.abs(ours - exact)) < 1e-12 * size
 
 
-@pytest.mark.parametrize("name", SOFTENED)
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.slow if n in LONG else ()) for n in SOFTENED]
+)
 def test_mechanism_moves_softened_from_its_start_and_keeps_its_energy(name):
     mechanism = derived(name)
     simulator = SoftenedSimulator(mechanism, law("hertz"))

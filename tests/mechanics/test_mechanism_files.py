@@ -66,7 +66,10 @@ def test_example_has_what_named_mechanisms_have(examples, file):
     assert set(mechanism.start) <= set(mechanism.state_names)
 
 
-@pytest.mark.parametrize("file", FILES)
+@pytest.mark.parametrize(
+    "file",
+    [pytest.param(f, marks=pytest.mark.slow if f.startswith("three") else ()) for f in FILES],
+)
 def test_example_starts_in_contact_and_has_positive_mobility(examples, file):
     mechanism = examples[file]
     values = {p.name: p.default for p in mechanism.system.parameters}

@@ -234,7 +234,15 @@ def test_wedged_strut_jams_and_says_so():
     assert len(run.events) < 50
 
 
-@pytest.mark.parametrize("name", ["eccentric-disc", "cart-pendulum", "two-link-arm", "pr-robot"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "eccentric-disc",
+        "cart-pendulum",
+        pytest.param("two-link-arm", marks=pytest.mark.slow),
+        pytest.param("pr-robot", marks=pytest.mark.slow),
+    ],
+)
 def test_named_mechanisms_move_and_keep_their_energy_balance(name):
     mechanism = model(name)
     run = RigidSimulator(mechanism).run(mechanism.start, t_end=0.05)
