@@ -3,11 +3,21 @@
 from __future__ import annotations
 
 import ctypes
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from painleve_sym.codegen.batch import (
+    COUNTERS,
+    MORE_COUNTERS,
+    BatchRows,
+    BatchWish,
+    Ends,
+    Wish,
+    pointers,
+)
 from painleve_sym.codegen.compile import compiled_library, compiler_mark, library_named
 from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.codegen.run import DENSE_ROWS, Array, RawRun, RunOptions
@@ -16,8 +26,6 @@ from painleve_sym.codegen.stored import entry_key, read_entry, write_entry
 from painleve_sym.hybrid.automaton import HybridAutomaton
 from painleve_sym.hybrid.outline import AutomatonBuilder, Outline, outline_data, outline_of
 
-_COUNTERS = ("accepted_steps", "rejected_steps", "field_evaluations")
-_MORE_COUNTERS = ("guard_evaluations", "dense_outputs", "events")
 _RECORD = {"end": 0, "events": 1, "dense": 2}
 _pointer = ctypes.POINTER(ctypes.c_double)
 _address = ctypes.c_void_p
@@ -123,8 +131,18 @@ class CompiledEngine:
             ctypes.c_double,
             ctypes.POINTER(self._options),
         )
+        self._library.ps_batch.restype = ctypes.c_long
+        self._library.ps_batch.argtypes = (
+            ctypes.c_long,
+            *[_address] * 4,
+            ctypes.POINTER(self._options),
+            ctypes.POINTER(Wish),
+            ctypes.POINTER(Ends),
+        )
         self._library.ps_free.argtypes = (ctypes.POINTER(self._run),)
         self._library.ps_free.restype = None
+        self._library.ps_many_constants.argtypes = (ctypes.c_long, _address, _address)
+        self._library.ps_many_constants.restype = None
         self._library.ps_constants.argtypes = (_address, _address)
         self._library.ps_outputs.argtypes = (ctypes.c_long, *[_address] * 5)
         self._library.ps_evaluate.argtypes = (ctypes.c_int, *[_address] * 6)
@@ -175,7 +193,7 @@ class CompiledEngine:
                     f"compiled engine: no memory for the record after t = {r.t:g} s. "
                     "Fix: record='events' keeps less."
                 )
-            counters = dict(zip(_COUNTERS + _MORE_COUNTERS, r.counters, strict=True))
+            counters = dict(zip(COUNTERS + MORE_COUNTERS, r.counters, strict=True))
             return RawRun(
                 time=r.t,
                 state=np.array(r.x),
@@ -189,6 +207,55 @@ class CompiledEngine:
             )
         finally:
             self._library.ps_free(result)
+
+    def many_constants(self, parameters: Array) -> Array:
+        """Return `constants` of n rows of parameters, shape (n, nc)."""
+        p, c = _plain(parameters), np.empty((len(parameters), self._nc))
+        self._library.ps_many_constants(len(p), p.ctypes.data, c.ctypes.data)
+        return c
+
+    def batch_rows(self, rows: int, wish: BatchWish) -> BatchRows:
+        """Return room for the ends of so many runs."""
+        return BatchRows.empty(rows, self.automaton, wish)
+
+    def run_batch(
+        self,
+        states: Array,
+        parameters: Array,
+        t_end: Array,
+        atol: Array,
+        options: RunOptions,
+        wish: BatchWish,
+        rows: BatchRows,
+    ) -> None:
+        """Integrate every row from t = 0 as `run` would, in one call that holds no Python lock.
+
+        Parameters
+        ----------
+        states : ndarray, shape (n, nx)
+        parameters : ndarray, shape (n, np)
+        t_end : ndarray, shape (n,)
+        atol : ndarray, shape (n, nx)
+        options : RunOptions
+            What all rows share; its t_end, atol and record are not used.
+        wish : BatchWish
+        rows : BatchRows
+            Filled; of n rows.
+        """
+        n = len(states)
+        x, p, t = _plain(states), _plain(parameters), _plain(t_end)
+        scales = np.minimum(_plain(atol), 1e300)
+        shared = self._options_of(replace(options, atol=scales[0], record="end"))
+        chosen = np.array(wish.indices(self.automaton.output_names), dtype=np.int32)
+        counts = (len(wish.maxima), len(wish.minima), len(wish.integrals))
+        asked = Wish(wish.events, *counts, chosen.ctypes.data)
+        ends = Ends(*pointers(rows))
+        given = (a.ctypes.data for a in (x, p, t, scales))
+        done = self._library.ps_batch(
+            n, *given, ctypes.byref(shared), ctypes.byref(asked), ctypes.byref(ends)
+        )
+        if done < n:
+            raise MemoryError("compiled engine: no memory for a run.")
 
     @property
     def _step_width(self) -> int:

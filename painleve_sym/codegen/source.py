@@ -10,7 +10,7 @@ from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.errors import StopReason
 from painleve_sym.hybrid.automaton import Transition
 
-ENGINE_PARTS = ("state", "step", "events", "loop")
+ENGINE_PARTS = ("state", "step", "watch", "events", "loop", "batch")
 """The event loop's files, in the order in which they must be read."""
 
 ENGINE_REASONS = (

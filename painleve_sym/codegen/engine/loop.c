@@ -1,6 +1,11 @@
 /* The loop over steps and events, and the functions a caller sees. */
 
+static int wants_dense(const ps_run *s, const ps_options *o) {
+  return o->record == 2 || (s->watch && s->watch->dense);
+}
+
 static int record_step(ps_run *s, const ps_options *o, double h, double row[8][PS_NX]) {
+  watch_step(s, h, row);
   if (o->record < 2) return 1;
   double head[3] = {s->t, h, (double)s->mode};
   const double *parts[3] = {head, s->z, &row[0][0]};
@@ -59,7 +64,7 @@ static void take_event(ps_run *s, const ps_options *o, int j, double where, doub
     step(s, s->x, h, y);
     field(s, y, s->k[12]);
   }
-  if (o->record == 2) dense_rows(s, s->x, y, h, row);
+  if (wants_dense(s, o)) dense_rows(s, s->x, y, h, row);
   if (!record_step(s, o, h, row)) return;
   if (!found) {
     double g[PS_NG], dg[PS_NG];
@@ -111,9 +116,9 @@ static void advance(ps_run *s, const ps_options *o) {
     s->count.accepted++;
     field(s, y, s->k[12]);
     guards(s, y, g1, d1);
-    if (o->record == 2) dense_rows(s, s->x, y, h, row);
+    if (wants_dense(s, o)) dense_rows(s, s->x, y, h, row);
     double where, grow = err > 0 ? fmin(6.0, 0.9 * pow(err, -0.125)) : 6.0;
-    int event = find_event(s, y, h, g1, d1, row, o->record == 2, &where);
+    int event = find_event(s, y, h, g1, d1, row, wants_dense(s, o), &where);
     if (event == PS_RETAKE) {
       s->count.accepted--;
       s->count.rejected++;
@@ -154,11 +159,9 @@ PS_EXPORT void ps_constants(const double *p, double *c) {
   PS_CONSTANTS(arg, res, iw, w, 0);
 }
 
-/* Returns a run to be read and freed, NULL without memory. */
-PS_EXPORT ps_run *ps_integrate(const double *x, const double *z, const double *p, double t,
-                               const ps_options *o) {
-  ps_run *s = (ps_run *)calloc(1, sizeof(ps_run));
-  if (!s) return NULL;
+/* Integrates from t in a run of which all is zero but what watches it. */
+static void integrate(ps_run *s, const double *x, const double *z, const double *p, double t,
+                      const ps_options *o) {
   memcpy(s->x, x, sizeof s->x);
   memcpy(s->z, z, sizeof(double) * PS_NZ);
   s->t = s->t_start = t;
@@ -177,6 +180,13 @@ PS_EXPORT ps_run *ps_integrate(const double *x, const double *z, const double *p
   if (s->hit && s->reason == PS_RUNNING) s->reason = PS_UNTIL;
   s->h = o->h0 > 0 ? o->h0 : s->h_ref;
   while (s->reason == PS_RUNNING) advance(s, o);
+}
+
+/* Returns a run to be read and freed, NULL without memory. */
+PS_EXPORT ps_run *ps_integrate(const double *x, const double *z, const double *p, double t,
+                               const ps_options *o) {
+  ps_run *s = (ps_run *)calloc(1, sizeof(ps_run));
+  if (s) integrate(s, x, z, p, t, o);
   return s;
 }
 

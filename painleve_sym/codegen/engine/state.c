@@ -1,5 +1,5 @@
-/* The event-driven integrator: model-free, in four files read one after the other (state, step,
- * events, loop); here, what it remembers. The generated part above it defines PS_NX, PS_NZ,
+/* The event-driven integrator: model-free, in six files read one after the other (state, step,
+ * watch, events, loop, batch); here, what it remembers. The generated part above it defines PS_NX, PS_NZ,
  * PS_NC, PS_NP, PS_NG, PS_NO, PS_NM, PS_NSTART, PS_WORK, the coefficient macros PS_ROW_*, PS_E5,
  * PS_E3, PS_D*, and the tables PS_MODES, PS_STARTS. A mode's functions are smooth; what switches
  * is here. Guards fire when they cross from + to -. */
@@ -53,6 +53,21 @@ typedef struct {
   int shrinking;
 } ps_history;
 
+#define PS_NCOUNT (sizeof(ps_counters) / sizeof(long))
+
+typedef struct {
+  double value, time;
+} ps_extreme;
+
+/* What a batch keeps of the row that runs; see watch.c. */
+typedef struct {
+  int events, maxima, minima, integrals, dense;
+  const int *of;
+  long *count;
+  double *times, *integral;
+  ps_extreme *extreme;
+} ps_watch;
+
 typedef struct {
   /* Results, read by the caller. */
   double t, x[PS_NX], z[PS_NZ + 1];
@@ -64,6 +79,7 @@ typedef struct {
   double g[PS_NG], dg[PS_NG];
   unsigned char armed[PS_NG];
   int hit, at_once;
+  ps_watch *watch; /* NULL: nothing is watched */
   ps_history history[PS_NM][PS_NG];
   casadi_int iw[8];
   double w[PS_WORK + 1];
