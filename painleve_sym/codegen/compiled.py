@@ -118,6 +118,7 @@ class CompiledEngine:
         return engine
 
     def _open(self, automaton: Outline, library: Path) -> None:
+        self.library = library
         self.automaton = automaton
         self._nx, self._nz = len(automaton.states), len(automaton.memory)
         self._nc = len(automaton.parameters) + len(automaton.definitions)

@@ -35,7 +35,7 @@ class ManyResult:
 
     - ``time``, ``stop_reason`` (text), ``mode`` (text);
     - ``time_of_KIND``, ``count_of_KIND``: first time of an event and how often it happened;
-    - ``max_OUTPUT``, ``time_of_max_OUTPUT``, ``min_…``, ``integral_OUTPUT``: where asked for;
+    - ``max_OUTPUT``, ``max_OUTPUT_time``, ``min_…``, ``integral_OUTPUT``: where asked for;
     - the counters of the work, such as ``accepted_steps``.
 
     Attributes
@@ -79,7 +79,7 @@ class ManyResult:
             found[f"count_of_{kind}"] = rows.event_counts[:, k]
         extremes = [*(f"max_{n}" for n in wish.maxima), *(f"min_{n}" for n in wish.minima)]
         for k, name in enumerate(extremes):
-            found |= {name: rows.extremes[:, k, 0], f"time_of_{name}": rows.extremes[:, k, 1]}
+            found |= {name: rows.extremes[:, k, 0], f"{name}_time": rows.extremes[:, k, 1]}
         found |= {f"integral_{n}": rows.integrals[:, k] for k, n in enumerate(wish.integrals)}
         counters = (*COUNTERS, *MORE_COUNTERS)
         return found | {name: rows.counters[:, k] for k, name in enumerate(counters)}
@@ -193,7 +193,7 @@ def run_row(
 
 def unit_of(mechanism: Mechanism, name: str) -> str:
     """Return the SI unit of a state, an output, or what is kept of one."""
-    if name.startswith(("time", "settle")):
+    if name.startswith("time") or name.endswith("_time"):
         return "s"
     if name.startswith("integral_"):
         unit = unit_of(mechanism, name.removeprefix("integral_"))
