@@ -155,6 +155,14 @@ class Sweep:
                 raise InputError(
                     f"{where}: {name} is both given and varied. Fix: leave it out of one."
                 )
+        declared = {p.name: p for p in parameters}
+        for name in self.space.names:
+            for value in self.space.ends(name):
+                fault = declared[name].fault(value) if name in declared else None
+                if name == "initial_force" and value < 0:
+                    fault = f"initial_force: got {value!r}, need >= 0."
+                if fault:
+                    raise InputError(f"{where}: {fault}")
         if scenario.t_end is None:
             raise InputError(f"{where}: no end time. Fix: add t_end, in s.")
         if scenario.engine == "erk" and any(map(_is_watched, self.keep)):

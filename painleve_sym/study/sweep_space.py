@@ -6,7 +6,7 @@ import math
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from scipy.stats import qmc
@@ -19,26 +19,8 @@ SCALES = ("linear", "log")
 METHODS = ("sobol", "uniform")
 SOBOL_BITS = 30
 """Of SciPy's sequence: it has 2**30 points."""
-MAX_AXIS = 100_000_000
+MAX_AXIS = 10_000_000
 """Points of one axis: its values are laid out."""
-
-
-class Space(Protocol):
-    """Points, in an order that never changes."""
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """What is varied."""
-        ...
-
-    @property
-    def points(self) -> int:
-        """How many points."""
-        ...
-
-    def values(self, start: int, stop: int) -> dict[str, Array]:
-        """Return points start..stop − 1 by name, each of shape (stop − start,)."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -57,6 +39,10 @@ class Grid:
     def names(self) -> tuple[str, ...]:
         """What is varied."""
         return tuple(self.axes)
+
+    def ends(self, name: str) -> tuple[float, float]:
+        """Return the smallest and the largest value of an axis."""
+        return float(self.axes[name].min()), float(self.axes[name].max())
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -110,6 +96,11 @@ class Sample:
     def names(self) -> tuple[str, ...]:
         """What is varied."""
         return tuple(self.ranges)
+
+    def ends(self, name: str) -> tuple[float, float]:
+        """Return the ends of a range, the smaller one first."""
+        found = self.ranges[name]
+        return min(found.low, found.high), max(found.low, found.high)
 
     def values(self, start: int, stop: int) -> dict[str, Array]:
         """Return points start..stop − 1 by name; a point does not depend on where parts begin."""
