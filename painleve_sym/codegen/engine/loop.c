@@ -60,6 +60,15 @@ static void take_event(ps_run *s, const ps_options *o, int j, double where, doub
   h *= where;
   if (where > PS_AT_ONCE) {
     h = step_to_zero(s, j, h, y, &found);
+    /* A step beyond the event can pass by chance, where its two error estimates cancel or where
+     * it left the domain of the law: the part that is taken must pass as well. */
+    double err = error_norm(s, o, s->x, y, h);
+    if (!(err < 1)) {
+      s->count.accepted--;
+      s->count.rejected++;
+      s->h = h * (isfinite(err) ? fmax(0.1, 0.9 * pow(err, -0.125)) : 0.1);
+      return;
+    }
   } else {
     step(s, s->x, h, y);
     field(s, y, s->k[12]);
