@@ -1,10 +1,11 @@
 """What does one impact of many cost: the package's batch against heyoka's batch mode?
 
 ``python -m tests.benchmarks.bench_many`` runs impacts around Table 3 over a grid of angle, angular
-velocity, friction and restitution, at the loosest tolerance with which each peer's error at Table 3
-is at most 1e-9. heyoka runs twice: with four different impacts in its lanes, which then wait for
-each other at every event, and with the same impact in all four, the best case for lanes. All on
-one thread, in processor time; ratios are what to read. Then the package's threads.
+velocity, friction and restitution, each peer at the loosest tolerance with which its error in the
+final speeds is at most 1e-9 at every sampled point. heyoka runs twice: with four different impacts
+in its lanes, which then wait for each other at every event, and with the same impact in all four,
+the best case for lanes. All on one thread, in processor time; ratios are what to read. Then the
+package's threads.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import itertools
 import json
 import os
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 from unittest import mock
@@ -28,8 +29,7 @@ from painleve_sym.simulate.compliant import SoftenedSimulator
 from painleve_sym.simulate.many import simulate_many
 from painleve_sym.simulate.many_result import ManyResult
 from tests.benchmarks import peers
-from tests.benchmarks.package_peer import PackagePeer
-from tests.benchmarks.peers import HORIZON, NAMES, SCALE, HeyokaPeer, tune
+from tests.benchmarks.peers import HORIZON, NAMES, SCALE, HeyokaPeer
 
 TARGET = 1e-9
 RANGES = {
@@ -93,13 +93,17 @@ class HeyokaBatch:
                 )
                 self._built.append((phase, integrator))
 
-    def run(self, theta: Any, omega: Any, mu: Any, e: Any) -> np.ndarray:
-        """Return y_A_dot and theta_dot at separation, shape (2, lanes)."""
+    def start(self, theta: Any, omega: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Return the scaled states (6, lanes) and times (lanes,) shortly after touching."""
         z, t = np.empty((len(NAMES), self.lanes)), np.empty(self.lanes)
         for i in range(self.lanes):
             start = (0.0, -1.0, 0.0, 0.0, float(theta[i]), float(omega[i]))
             with mock.patch.object(peers, "START", start):
                 z[:, i], t[i] = peers.free_start(self._peer.begin)
+        return z, t
+
+    def run(self, z: np.ndarray, t: np.ndarray, mu: Any, e: Any) -> np.ndarray:
+        """Return y_A_dot and theta_dot at separation, shape (2, lanes)."""
         delta_max = np.ones(self.lanes)
         for phase, integrator in self._built:
             integrator.set_time(t)
@@ -137,54 +141,62 @@ def heyoka_batch(
     else:
         groups = [np.arange(i, i + lanes) for i in range(0, n - lanes + 1, lanes)]
     found = np.full((2, n), np.nan)
-    batch.run(*columns[:, groups[0]])
-    # The start in Python floats is not what is measured.
-    spent = 0.0
-    for group in groups:
-        begun = time.process_time()
-        found[:, group] = batch.run(*columns[:, group])
-        spent += time.process_time() - begun
-    return found, spent / (len(groups) * lanes)
+    # The starts in Python floats are not what is measured.
+    starts = [batch.start(*columns[:2, group]) for group in groups]
+    batch.run(*starts[0], *columns[2:, groups[0]])
+    begun = time.process_time()
+    for group, start in zip(groups, starts, strict=True):
+        found[:, group] = batch.run(*start, *columns[2:, group])
+    return found, (time.process_time() - begun) / (len(groups) * lanes)
+
+
+def _error(values: np.ndarray, exact: np.ndarray) -> dict[str, float]:
+    error = np.abs(values / exact - 1).max(axis=0)
+    error = error[np.isfinite(error)]
+    return {"median": float(np.median(error)), "largest": float(error.max())}
+
+
+def _tuned(errors: Callable[[float], dict[str, float]], loosest: float) -> float:
+    """Return the loosest tolerance, four to a decade, that holds at this and the next one."""
+    tolerances = [loosest * 10 ** (-k / 4) for k in range(24)]
+    for loose, tight in itertools.pairwise(tolerances):
+        if max(errors(loose)["largest"], errors(tight)["largest"]) <= TARGET:
+            return loose
+    raise RuntimeError(f"no tolerance reaches {TARGET:g}.")
 
 
 def measure(per_axis: int, lanes: int, some: int) -> dict[str, Any]:
     """Return tolerances, errors, and processor time per impact."""
     given = impacts(per_axis)
     n = len(given["theta"])
-    tolerances = {}
-    for peer in (PackagePeer(), HeyokaPeer(reverse_slip=True)):
-        peer.prepare()
-        tolerances[peer.name] = tune(peer, TARGET)
-    own, taylor = tolerances.values()
-    assert own is not None and taylor is not None
-    reference, _, _ = package_batch(given, 1e-13, len(os.sched_getaffinity(0)))
-    found, cpu, _ = package_batch(given, own, 1)
-    assert set(found.counts()) == {"until"}
-    exact = np.array([reference[name] for name in COMPARED])
-
-    def errors(values: np.ndarray) -> dict[str, float]:
-        error = np.abs(values / exact - 1).max(axis=0)
-        error = error[np.isfinite(error)]
-        return {"median": float(np.median(error)), "largest": float(error.max())}
-
     chosen = np.random.default_rng(0).permutation(n)[: some - some % lanes]
     chosen.sort()
     part = {name: v[chosen] for name, v in given.items()}
-    exact_part = exact[:, chosen]
-    lines: dict[str, Any] = {
-        "impacts": n,
-        "tolerances": tolerances,
-        "package": {
-            "microseconds": 1e6 * cpu / n,
-            "error": errors(np.array([found[name] for name in COMPARED])),
-        },
-    }
-    exact = exact_part
-    for name, same in (("heyoka, four impacts", False), ("heyoka, one impact four times", True)):
-        values, seconds = heyoka_batch(part, taylor, same, lanes)
-        lines[name] = {"microseconds": 1e6 * seconds, "error": errors(values)}
-    _, again, _ = package_batch(given, own, 1)
-    lines["package"]["microseconds again"] = 1e6 * again / n
+    reference, _, _ = package_batch(part, 1e-13, 1)
+    exact = np.array([reference[name] for name in COMPARED])
+
+    def own(tol: float) -> dict[str, float]:
+        found, _, _ = package_batch(part, tol, 1)
+        return _error(np.array([found[name] for name in COMPARED]), exact)
+
+    def taylor(tol: float) -> dict[str, float]:
+        return _error(heyoka_batch(part, tol, False, lanes)[0], exact)
+
+    tol, tol_taylor = _tuned(own, 1e-8), _tuned(taylor, 1e-7)
+    lines: dict[str, Any] = {"impacts": n, "heyoka_impacts": len(chosen)}
+    # Each is timed three times, in turn: another program on the machine shows as a difference.
+    for _ in range(3):
+        _, cpu, _ = package_batch(given, tol, 1)
+        line = lines.setdefault("package", {"tolerance": tol, "error": own(tol), "us": []})
+        line["us"].append(1e6 * cpu / n)
+        for name, same in (("heyoka", False), ("heyoka_same_in_all_lanes", True)):
+            values, seconds = heyoka_batch(part, tol_taylor, same, lanes)
+            line = lines.setdefault(name, {"tolerance": tol_taylor, "us": []})
+            line |= {"error": _error(values, exact)}
+            line["us"].append(1e6 * seconds)
+    for line in lines.values():
+        if isinstance(line, dict):
+            line["ratio"] = min(line["us"]) / min(lines["package"]["us"])
     return lines
 
 
@@ -207,8 +219,8 @@ def test_batches_agree_and_their_costs_are_shown():
     pytest.importorskip("heyoka")
     lines = measure(6, 4, 64)
     print(json.dumps(lines, indent=2))
-    for name in ("package", "heyoka, four impacts", "heyoka, one impact four times"):
-        assert lines[name]["error"]["largest"] < 1e-6
+    for name in ("package", "heyoka", "heyoka_same_in_all_lanes"):
+        assert lines[name]["error"]["largest"] <= TARGET
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
