@@ -26,9 +26,16 @@ def sweep(arguments: argparse.Namespace) -> int:
     threads = read_count("--threads", arguments.threads) if arguments.threads else None
     found = Sweep.read(source)
     begun = time.monotonic()
-    parts = run_sweep(
-        found, out, threads=threads, cluster=arguments.cluster, progress=Reporter(sys.stderr)
-    )
+    try:
+        parts = run_sweep(
+            found, out, threads=threads, cluster=arguments.cluster, progress=Reporter(sys.stderr)
+        )
+    except KeyboardInterrupt:
+        sys.stderr.write(
+            f"\npainleve: note: finished chunks stay in {out}.parts; the same command goes on "
+            "from there.\n"
+        )
+        raise
     summary = _summary(parts) | {"seconds": time.monotonic() - begun, "file": str(out)}
     write_result(parts, out)
     parts.remove()
