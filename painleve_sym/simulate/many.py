@@ -14,14 +14,13 @@ from numpy.typing import ArrayLike
 
 from painleve_sym.codegen.batch import BatchRows, BatchWish
 from painleve_sym.codegen.compiled import CompiledEngine
-from painleve_sym.codegen.quantities import quantities
 from painleve_sym.codegen.run import Array, RunOptions
 from painleve_sym.codegen.source import ENGINE_REASONS
-from painleve_sym.errors import InputError, StopReason, unknown_name
-from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.errors import InputError, StopReason
 from painleve_sym.simulate.bilateral import check_held
 from painleve_sym.simulate.bounces import follow_bounces
 from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.many_inputs import ManyInputs
 from painleve_sym.simulate.many_result import ManyResult, run_row
 from painleve_sym.simulate.one_by_one import run_one_by_one
 from painleve_sym.simulate.rigid import RigidSimulator
@@ -95,7 +94,7 @@ def simulate_many(
         anything runs.
     """
     wish = BatchWish(events, tuple(maxima), tuple(minima), tuple(integrals))
-    rows = _Rows.of(simulator, states, parameters or {}, initial_force)
+    rows = ManyInputs.of(simulator, states, parameters or {}, initial_force)
     shared = _shared_options(simulator, t_end, until, rtol, limits)
     _check_outputs(simulator, wish)
     if _is_batched(simulator):
@@ -114,7 +113,7 @@ def simulate_many(
 
 
 def _one_by_one(
-    simulator: ContactSimulator, rows: _Rows, o: RunOptions, wish: BatchWish
+    simulator: ContactSimulator, rows: ManyInputs, o: RunOptions, wish: BatchWish
 ) -> BatchRows:
     def run(i: int) -> Trajectory:
         more: dict[str, Any] = {}
@@ -164,116 +163,6 @@ def _shared_options(
     return simulator.options(nothing, {}, atol=nothing, **options)
 
 
-# ---- what is given ----
-
-
-@dataclass(frozen=True)
-class _Rows:
-    """The given arrays, checked; rows are read from them where they are needed."""
-
-    simulator: ContactSimulator
-    shape: tuple[int, ...]
-    inputs: dict[str, Array]
-    force: Array | None
-
-    @classmethod
-    def of(
-        cls,
-        simulator: ContactSimulator,
-        states: Mapping[str, ArrayLike],
-        parameters: Mapping[str, ArrayLike],
-        force: ArrayLike | None,
-    ) -> _Rows:
-        mechanism, where = simulator.mechanism, f"batch of {simulator.where}"
-        declared = {p.name: p for p in (*mechanism.system.parameters, *simulator.own_parameters)}
-        values: dict[str, Array] = {n: np.array(0.0) for n in mechanism.state_names}
-        values |= {n: np.array(p.default) for n, p in declared.items()}
-        faults = []
-        for kind, given, known in (
-            ("state", states, mechanism.state_names),
-            ("parameter", parameters, tuple(declared)),
-        ):
-            for name, entries in given.items():
-                if name not in known:
-                    faults.append(unknown_name(kind, name, known))
-                    continue
-                values[name], fault = _numbers(f"{kind} {name}", entries)
-                if kind == "parameter" and fault is None:
-                    ends = (float(values[name].min()), float(values[name].max()))
-                    fault = next(filter(None, map(declared[name].fault, ends)), None)
-                faults += [fault] if fault else []
-        if force is not None:
-            force, fault = _numbers("initial_force", force)
-            faults += [fault] if fault else []
-            if not fault and float(force.min()) < 0:
-                faults.append(f"initial_force: got {float(force.min())!r}, need >= 0.")
-            if not isinstance(simulator, SoftenedSimulator):
-                faults.append("initial_force: a rigid contact stores no force. Fix: leave it out.")
-        if faults:
-            raise InputError(f"{where}: " + " ".join(faults))
-        every = (*values.values(), *(() if force is None else (force,)))
-        try:
-            shape = np.broadcast_shapes(*(a.shape for a in every))
-        except ValueError:
-            shapes = ", ".join(f"{n} {a.shape}" for n, a in values.items() if a.ndim)
-            raise InputError(
-                f"{where}: the arrays' shapes do not fit each other: {shapes}. Fix: give arrays "
-                "that broadcast, as numpy does."
-            ) from None
-        return cls(simulator, shape, values, force)
-
-    @property
-    def count(self) -> int:
-        return int(np.prod(self.shape, dtype=np.int64))
-
-    def part(self, array: Array, start: int, stop: int) -> Array:
-        """Return some rows of an input, without laying out the others."""
-        return np.broadcast_to(array, self.shape).flat[start:stop]
-
-    def row(self, i: int) -> dict[str, float]:
-        return {n: float(self.part(a, i, i + 1)[0]) for n, a in self.inputs.items()}
-
-    def symbols(self, start: int, stop: int) -> dict[Any, Array]:
-        """Return rows of coordinates, velocities and parameters by symbol."""
-        system = self.simulator.mechanism.system
-        names = {s: s.name for s in (*system.q, *system.q_dot)}
-        names |= {s: s.name for s in self.simulator.outline.parameters}
-        return {s: self.part(self.inputs[n], start, stop) for s, n in names.items()}
-
-    def outside(self, start: int, stop: int) -> Any:
-        """Return which rows are outside the mechanism's domain, shape (stop − start,)."""
-        return _outside(self.simulator.mechanism, self.symbols(start, stop))
-
-
-def _numbers(what: str, given: ArrayLike) -> tuple[Array, str | None]:
-    try:
-        values = np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError):
-        return np.zeros(()), f"{what}: got {given!r}, need numbers."
-    if not values.size:
-        return np.zeros(()), f"{what}: got no numbers, need at least one."
-    if not np.isfinite(values).all():
-        place = np.unravel_index(np.argmin(np.isfinite(values)), values.shape)
-        at = f" at {list(map(int, place))}" if place else ""
-        return np.zeros(()), f"{what}: got {float(values[place])!r}{at}, need finite numbers."
-    return values, None
-
-
-def _outside(mechanism: Mechanism, values: Mapping[Any, Array]) -> Any:
-    n = len(next(iter(values.values())))
-    if not mechanism.domain:
-        return np.zeros(n, bool)
-    system = mechanism.system
-    symbols = (*system.q, *system.q_dot, *(p.symbol for p in system.parameters))
-    margins = quantities(
-        "domain",
-        mechanism.definition,
-        symbols,
-        lambda: {f"margin_{i}": b.margin for i, b in enumerate(mechanism.domain)},
-    ).at(values)
-    return ~np.all([m > 0 for m in margins.values()], axis=0)
-
-
 # ---- the work ----
 
 
@@ -298,7 +187,7 @@ class _Block:
 
 
 def _in_threads(
-    simulator: ContactSimulator, rows: _Rows, o: RunOptions, wish: BatchWish, threads: int
+    simulator: ContactSimulator, rows: ManyInputs, o: RunOptions, wish: BatchWish, threads: int
 ) -> BatchRows:
     engine = simulator.integrator
     assert isinstance(engine, CompiledEngine)
@@ -331,7 +220,7 @@ def _in_threads(
 
 
 def _blocks(
-    simulator: ContactSimulator, engine: CompiledEngine, rows: _Rows, o: RunOptions
+    simulator: ContactSimulator, engine: CompiledEngine, rows: ManyInputs, o: RunOptions
 ) -> Iterator[_Block]:
     for start in range(0, rows.count, BLOCK):
         yield _prepared(simulator, engine, rows, start, min(start + BLOCK, rows.count), o)
@@ -340,7 +229,7 @@ def _blocks(
 def _prepared(
     simulator: ContactSimulator,
     engine: CompiledEngine,
-    rows: _Rows,
+    rows: ManyInputs,
     start: int,
     stop: int,
     o: RunOptions,
