@@ -55,6 +55,11 @@ def provenance(sweep: Sweep) -> dict[str, str]:
     return found
 
 
+def parts_folder(out: Path) -> Path:
+    """Return the folder of the finished chunks of a result file."""
+    return out.with_name(out.name + ".parts")
+
+
 @dataclass(frozen=True)
 class Parts:
     """The folder of a sweep's finished chunks, beside the file it will become.
@@ -77,7 +82,7 @@ class Parts:
         InputError
             It holds chunks of another sweep or of another build, or cannot be written.
         """
-        folder = out.with_name(out.name + ".parts")
+        folder = parts_folder(out)
         parts = cls(folder, sweep)
         mark = {"format": FORMAT, "sweep": sweep.fingerprint, "provenance": provenance(sweep)}
         try:
@@ -157,6 +162,7 @@ def check_room(sweep: Sweep, out: Path) -> None:
     points = sweep.space.points
     memory = 3 * 8 * points
     disk = 2 * 8 * points * (len(sweep.kept) + len(sweep.space.names))
+    disk -= sum(p.stat().st_size for p in parts_folder(out).glob("chunk-*.npz"))
     available = os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     free = shutil.disk_usage(out.parent).free
     for what, need, have in (("memory", memory, available), (f"disk {out.parent}", disk, free)):
