@@ -298,6 +298,21 @@ def test_two_contacts_run_row_after_row():
         simulate_many(simulator, start, {}, t_end=0.01, maxima=(simulator.outline.output_names[0],))
 
 
+def test_the_second_engine_gives_the_same_rows(softened):
+    other = SoftenedSimulator(softened.mechanism, softened.law, "erk")
+    states = {"theta": [1.0, -1.0, 1.05], "theta_dot": 1.0, "x_A_dot": -1.0}
+    found = [
+        simulate_many(simulator, states, {"E": 20.9e14}, **OPTIONS)
+        for simulator in (softened, other)
+    ]
+    assert found[1]["stop_reason"].tolist() == ["until", "left_domain", "until"]
+    for name in ("theta_dot", "y_A_dot", "time_of_separation"):
+        assert found[0][name] == pytest.approx(found[1][name], rel=1e-8, nan_ok=True)
+    assert (found[0]["count_of_slip_stop"] == found[1]["count_of_slip_stop"]).all()
+    with pytest.raises(InputError, match="need the compiled engine"):
+        simulate_many(other, states, t_end=0.01, maxima=("normal_force",))
+
+
 @pytest.mark.parametrize(
     ("states", "parameters", "options", "message"),
     [
