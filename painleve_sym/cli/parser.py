@@ -77,7 +77,7 @@ has was printed; 2 bad input."""
 
 
 _SWEEP = """\
-SWEEP is a scenario file (see `painleve simulate -h`) with the points to run it at:
+SWEEP is a scenario file (see `painleve simulate -h`) with the points to run:
 
   model = "rod"
   t_end = 0.01
@@ -91,7 +91,7 @@ SWEEP is a scenario file (see `painleve simulate -h`) with the points to run it 
   theta_dot = [0.5, 1.0, 2.0]
   mu = { from = 1.35, to = 2.0, points = 10, scale = "log" }
 
-Axes are coordinates, velocities, parameters of mechanism and law, initial_force.
+Axes: coordinates, velocities, parameters of mechanism and law, initial_force.
 keep: final states, time, mode, case (of the rigid contact at the start),
 time_of_EVENT, count_of_EVENT, max_OUTPUT, min_OUTPUT (and ..._time),
 integral_OUTPUT (of normal_force: the impulse). stop_reason is always kept.
