@@ -25,6 +25,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "simulate": ("run", "follow the motion with a softened contact, event by event"),
     "map": ("map", "map slip, lift-off and the paradox over two states or parameters"),
     "critical": ("critical", "find the initial force that separates lift-off from impact"),
+    "sweep": ("sweep", "run one motion for every point of a grid or a sampled set"),
     "contrast": ("contrast", "ask every method what follows from one state, side by side"),
     "fit": ("fit", "estimate parameters from measured velocities or force histories"),
     "export": ("export", "write the motion as C code that needs the package no more"),
@@ -81,6 +82,30 @@ exit codes: 0 for a run that ended at t_end, at --until or where the mechanism
 left its domain; 3 for one that stopped early (step_limit, event_limit,
 accumulation, non_finite, step_underflow or another such reason), after what it
 has was printed; 2 bad input."""
+
+
+_SWEEP = """\
+SWEEP is a scenario file (see `painleve simulate -h`) with the points to run:
+
+  model = "rod"
+  t_end = 0.01
+  until = ["separation"]
+  state = { x_A_dot = -1.0 }
+  law = { name = "bilinear-hertz", parameters = { E = 20.9e14 } }
+  keep = ["theta_dot", "time_of_separation", "max_normal_force", "case"]
+
+  [axes]                            # every combination; or [sample], see docs
+  theta = { from = 0.9, to = 1.1, points = 21 }
+  theta_dot = [0.5, 1.0, 2.0]
+  mu = { from = 1.35, to = 2.0, points = 10, scale = "log" }
+
+Axes: coordinates, velocities, parameters of mechanism and law, initial_force.
+keep: final states, time, mode, case (of the rigid contact at the start),
+time_of_EVENT, count_of_EVENT, max_OUTPUT, min_OUTPUT (and ..._time),
+integral_OUTPUT (of normal_force: the impulse). stop_reason is always kept.
+
+Chunks are written to FILE.parts as they finish. After any interruption the same
+command goes on from there."""
 
 
 class _Parser(argparse.ArgumentParser):
@@ -339,6 +364,18 @@ def _fit_options(parser: _Parser) -> None:
     )
 
 
+def _sweep_options(parser: _Parser) -> None:
+    parser.add_argument("file", metavar="SWEEP", help="the sweep, a TOML file (see below)")
+    for option, metavar, text in (
+        ("--out", "FILE", "the result, .nc (NetCDF) or .npz; by default SWEEP.nc in this folder"),
+        ("--threads", "N", "threads of this process; by default one per processor"),
+        ("--cluster", "ADDRESS", "run on the Dask scheduler there, or on `local` processes"),
+    ):
+        parser.add_argument(option, metavar=metavar, help=text)
+    _json(parser)
+    parser.epilog = _SWEEP
+
+
 def _reproduce_options(parser: _Parser) -> None:
     parser.add_argument("--out", metavar="DIR", help="also write a report with figures here")
     parser.add_argument(
@@ -374,6 +411,7 @@ def _parsers() -> tuple[_Parser, dict[str, _Parser]]:
     _export_options(sub["export"])
     _map_options(sub["map"])
     _critical_options(sub["critical"])
+    _sweep_options(sub["sweep"])
     _contrast_options(sub["contrast"])
     _fit_options(sub["fit"])
     _reproduce_options(sub["reproduce"])

@@ -3,27 +3,29 @@
 from __future__ import annotations
 
 import ctypes
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from painleve_sym.codegen.batch import (
+    COUNTERS,
+    BatchRows,
+    BatchWish,
+    Ends,
+    Wish,
+    pointers,
+)
 from painleve_sym.codegen.compile import compiled_library, compiler_mark, library_named
 from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.codegen.run import DENSE_ROWS, Array, RawRun, RunOptions
 from painleve_sym.codegen.source import ENGINE_REASONS, source
 from painleve_sym.codegen.stored import entry_key, read_entry, write_entry
+from painleve_sym.errors import InputError
 from painleve_sym.hybrid.automaton import HybridAutomaton
 from painleve_sym.hybrid.outline import AutomatonBuilder, Outline, outline_data, outline_of
 
-_COUNTERS = (
-    "accepted_steps",
-    "rejected_steps",
-    "field_evaluations",
-    "guard_evaluations",
-    "dense_outputs",
-    "events",
-)
 _HEAD = 12
 """Numbers before the state in what a run returns."""
 _RECORD = {"end": 0, "events": 1, "dense": 2}
@@ -94,6 +96,7 @@ class CompiledEngine:
 
     name = "compiled"
     dense_rows = DENSE_ROWS
+    watches = True  # extremes and integrals of outputs, in batches
 
     def __init__(
         self, automaton: HybridAutomaton, functions: AutomatonFunctions | None = None
@@ -127,6 +130,7 @@ class CompiledEngine:
         return engine
 
     def _open(self, automaton: Outline, library: Path, sizes: tuple[int, int, int, int]) -> None:
+        self.library = library
         self.automaton = automaton
         self._nx, self._nz, self._nc, self._no = sizes
         self._options, self._run = _structures(self._nx, self._nz, max(1, len(automaton.kinds)))
@@ -137,8 +141,18 @@ class CompiledEngine:
         self._no_memory = bytes(8 * (self._nz + 1))
         self._library.ps_complete.restype = ctypes.POINTER(self._run)
         self._library.ps_complete.argtypes = (_address,) * 5
+        self._library.ps_batch.restype = ctypes.c_long
+        self._library.ps_batch.argtypes = (
+            ctypes.c_long,
+            *[_address] * 4,
+            ctypes.POINTER(self._options),
+            ctypes.POINTER(Wish),
+            ctypes.POINTER(Ends),
+        )
         self._library.ps_free.argtypes = (ctypes.POINTER(self._run),)
         self._library.ps_free.restype = None
+        self._library.ps_many_constants.argtypes = (ctypes.c_long, _address, _address)
+        self._library.ps_many_constants.restype = None
         self._library.ps_constants.argtypes = (_address, _address)
         self._library.ps_outputs.argtypes = (ctypes.c_long, *[_address] * 5)
         self._library.ps_evaluate.argtypes = (ctypes.c_int, *[_address] * 6)
@@ -207,11 +221,65 @@ class CompiledEngine:
                 stop_transition=int(stop),
                 steps=steps.array() if steps and steps.used else self._no_steps,
                 events=events.array() if events and events.used else self._no_events,
-                counters=dict(zip(_COUNTERS, map(int, counters), strict=True)),
+                counters=dict(zip(COUNTERS, map(int, counters), strict=True)),
             )
         finally:
             if kept:
                 self._library.ps_free(kept)
+
+    def many_constants(self, parameters: Array) -> Array:
+        """Return `constants` of n rows of parameters, shape (n, nc)."""
+        p, c = _plain(parameters), np.empty((len(parameters), self._nc))
+        self._library.ps_many_constants(len(p), p.ctypes.data, c.ctypes.data)
+        return c
+
+    def batch_rows(self, rows: int, wish: BatchWish) -> BatchRows:
+        """Return room for the ends of so many runs."""
+        return BatchRows.empty(rows, self.automaton, wish)
+
+    def run_batch(
+        self,
+        states: Array,
+        parameters: Array,
+        t_end: Array,
+        atol: Array,
+        options: RunOptions,
+        wish: BatchWish,
+        rows: BatchRows,
+    ) -> None:
+        """Integrate every row from t = 0 as `run` would, in one call that holds no Python lock.
+
+        Parameters
+        ----------
+        states : ndarray, shape (n, nx)
+        parameters : ndarray, shape (n, np)
+        t_end : ndarray, shape (n,)
+        atol : ndarray, shape (n, nx)
+        options : RunOptions
+            What all rows share; its t_end, atol and record are not used.
+        wish : BatchWish
+        rows : BatchRows
+            Filled; of n rows.
+        """
+        if wish.watched and not self.watches:
+            raise InputError(
+                f"batch: extremes and integrals are not taken by engine {self.name!r}. "
+                "Fix: use engine='compiled'."
+            )
+        n = len(states)
+        x, p, t = _plain(states), _plain(parameters), _plain(t_end)
+        scales = np.minimum(_plain(atol), 1e300)
+        shared = self._options_of(replace(options, atol=scales[0], record="end"))
+        chosen = np.array(wish.indices(self.automaton.output_names), dtype=np.int32)
+        counts = (len(wish.maxima), len(wish.minima), len(wish.integrals))
+        asked = Wish(wish.events, *counts, chosen.ctypes.data)
+        ends = Ends(*pointers(rows))
+        given = (a.ctypes.data for a in (x, p, t, scales))
+        done = self._library.ps_batch(
+            n, *given, ctypes.byref(shared), ctypes.byref(asked), ctypes.byref(ends)
+        )
+        if done < n:
+            raise MemoryError("compiled engine: no memory for a run.")
 
     def field(self, mode: int, state: Array, memory: Array, constants: Array) -> Array:
         """Return the rates of all states in a mode, shape (nx,)."""

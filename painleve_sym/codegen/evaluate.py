@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -24,3 +25,19 @@ def numbers(expressions: Sequence[Any], values: Mapping[Any, float]) -> Array:
     translate = Translator({s: ca.SX(v) for s, v in values.items()}, floor=0.0)
     column = translate.vector(list(expressions))
     return np.array(ca.evalf(ca.densify(column))).reshape(-1)
+
+
+def power(base: Array, exponent: Array) -> Array:
+    """Return base**exponent entry by entry, the same bits in an array of any length.
+
+    numpy's own power takes another path through the processor where arrays are long.
+    """
+    pairs = zip(base.tolist(), exponent.tolist(), strict=True)
+    return np.array([_power(x, y) for x, y in pairs])
+
+
+def _power(x: float, y: float) -> float:
+    try:
+        return math.pow(x, y)
+    except (ValueError, OverflowError):
+        return math.nan if x < 0 else math.inf

@@ -13,7 +13,17 @@ from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.errors import StopReason
 from painleve_sym.hybrid.automaton import Transition
 
-ENGINE_PARTS = ("state", "events", "step", "search", "advance", "loop")
+ENGINE_PARTS = (
+    "state",
+    "watch",
+    "events",
+    "step",
+    "extremes",
+    "search",
+    "advance",
+    "loop",
+    "batch",
+)
 """The event loop's files, in the order in which they must be read."""
 
 ENGINE_REASONS = (

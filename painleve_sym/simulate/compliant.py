@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from sympy import Symbol
 
-from painleve_sym.codegen.evaluate import numbers
+from painleve_sym.codegen.evaluate import power
+from painleve_sym.codegen.quantities import quantities
 from painleve_sym.codegen.run import Array
 from painleve_sym.errors import InputError
 from painleve_sym.hybrid.automaton import HybridAutomaton
@@ -18,7 +19,6 @@ from painleve_sym.hybrid.softened import SoftenedContact
 from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import Parameter
-from painleve_sym.simulate.contact_numbers import contact_numbers
 from painleve_sym.simulate.simulator import DEFAULT_RTOL, ContactSimulator
 from painleve_sym.simulate.trajectory import Trajectory
 
@@ -74,8 +74,7 @@ class SoftenedSimulator(ContactSimulator):
         """
         if not (np.isfinite(force) and force >= 0):
             raise InputError(f"{self.where}: initial force: got {force!r}, need >= 0 and finite.")
-        values = self.constants(parameters)
-        k, n = numbers([self.law.stiffness, self.law.exponent], values)
+        k, n = self._curve(parameters)
         return float((force / k) ** (1 / n))
 
     def start_expressions(self, forced: bool) -> dict[Any, Any]:
@@ -93,9 +92,13 @@ class SoftenedSimulator(ContactSimulator):
         """
         if not (np.isfinite(depth) and depth >= 0):
             raise InputError(f"{self.where}: compression: got {depth!r}, need >= 0 and finite.")
-        values = self.constants(parameters)
-        k, n = map(float, numbers([self.law.stiffness, self.law.exponent], values))
+        k, n = self._curve(parameters)
         return float(k * depth ** (n + 1) / (n + 1))
+
+    def _curve(self, parameters: Mapping[str, float]) -> tuple[float, float]:
+        values = {s: np.array([v]) for s, v in self.constants(parameters).items()}
+        k, n = self.loading_curve(values)
+        return float(k[0]), float(n[0])
 
     def run(
         self,
@@ -147,38 +150,61 @@ class SoftenedSimulator(ContactSimulator):
         """Return the start vector, compressed so that it carries `force` where that is given."""
         if force is None:
             return vector
-        index = self.contact.states.index(self.contact.gap)
-        if vector[index] != 0:
-            raise InputError(
-                f"{self.where}: initial_force: got a start with gap {float(vector[index])!r}, "
-                "need 0. Fix: give the force or the compression, not both."
-            )
-        vector[index] = -self.compression_of_force(force, values)
-        return vector
+        self.compression_of_force(force, values)  # checks the force
+        constants = self.integrator.constants(self._vector_of(values))
+        compressed: Array = self.with_forces(vector[None], np.array([force]), constants[None])[0]
+        return compressed
 
-    def contact_scale(
-        self, values: Mapping[Any, float], kinetic: float, i: int = 0
-    ) -> tuple[float, ...]:
-        """Return the scales of gap (m), gap rate (m/s) and the energy (J) of contact i.
+    def with_forces(self, vectors: Array, forces: Array, constants: Array) -> Array:
+        """Return states (n, nx) compressed so that the contact carries the forces (n,); N."""
+        index = self.contact.states.index(self.contact.gap)
+        gaps = vectors[:, index]
+        if gaps.any():
+            raise InputError(
+                f"{self.where}: initial_force: got a start with gap "
+                f"{float(gaps[gaps != 0][0])!r}, need 0. Fix: give the force or the compression, "
+                "not both."
+            )
+        given = (*self.outline.parameters, *self.outline.definitions)
+        k, n = self.loading_curve(dict(zip(given, constants.T, strict=True)))
+        compressed = vectors.copy()
+        compressed[:, index] = -power(forces / k, 1 / n)
+        return compressed
+
+    def contact_scales(
+        self, values: Mapping[Any, Array], found: Mapping[str, Array]
+    ) -> tuple[Array, ...]:
+        """Return the scales of gap (m), gap rate (m/s) and the energy (J) of a contact.
 
         The gap's is the compression δ_c under the free normal force |b_n|/W_nn, its rate's δ_c/T
         with T the time of a contact under that force.
         """
-        found = contact_numbers(self.mechanism, i)(values)
-        W_nn, b_n = found["W_nn"], found["b_n"]
-        k, n = map(float, numbers([self.law.stiffness, self.law.exponent], values))
-        force, depth = abs(b_n) / W_nn, max(0.0, -values[self.contact.gap])
-        stored = k * depth ** (n + 1) / (n + 1)
-        if force > 0:
-            delta = (force / k) ** (1 / n)
-        else:
-            # Nothing presses: a hundredth of what the energy at hand can compress.
-            delta = 0.01 * ((n + 1) * (kinetic + stored) / k) ** (1 / (n + 1))
+        W_nn, b_n = found["W_nn"], np.abs(found["b_n"])
+        k, n = self.loading_curve(values)
+        force, depth = b_n / W_nn, np.maximum(0.0, -values[self.contact.gap])
+        kinetic = found["kinetic_energy"]
+        stored = k * power(depth, n + 1) / (n + 1)
+        pressed = force > 0
+        # Where nothing presses: a hundredth of what the energy at hand can compress.
+        free = 0.01 * power((n + 1) * (kinetic + stored) / k, 1 / (n + 1))
+        delta = np.where(pressed, power(force / k, 1 / n), free)
         energy = kinetic + stored + force * delta
-        if energy == 0:
-            delta = energy = 1.0  # nothing moves and nothing pushes: any scale will do
-        rate = np.sqrt(delta * abs(b_n)) if force > 0 else 0.01 * np.sqrt(2 * energy * W_nn)
-        return delta, float(rate), energy
+        # Where nothing moves and nothing pushes any scale will do.
+        still = energy == 0
+        delta, energy = np.where(still, 1.0, delta), np.where(still, 1.0, energy)
+        rate = np.where(pressed, np.sqrt(delta * b_n), 0.01 * np.sqrt(2 * energy * W_nn))
+        return delta, rate, energy
+
+    def loading_curve(self, values: Mapping[Any, Array]) -> tuple[Array, Array]:
+        """Return K and n of the law's loading curve K δⁿ, each of shape (n,)."""
+        law, symbols = self.law, (*self.outline.parameters, *self.outline.definitions)
+        found = quantities(
+            "loading curve",
+            self.contact,
+            symbols,
+            lambda: {"stiffness": law.stiffness, "exponent": law.exponent},
+        ).at(values)
+        return found["stiffness"], found["exponent"]
 
 
 def simulate_softened(

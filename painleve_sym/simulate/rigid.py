@@ -19,7 +19,6 @@ from painleve_sym.mechanics.system import Parameter
 from painleve_sym.simulate.bilateral import bilateral_problem, check_held, solution_name
 from painleve_sym.simulate.chatter import REVERSE_CHATTER, Chatter, chatter, growing_bounces
 from painleve_sym.simulate.classify import contact_problem
-from painleve_sym.simulate.contact_numbers import contact_numbers
 from painleve_sym.simulate.findings import LimitKind
 from painleve_sym.simulate.simulator import AT_REST, ContactSimulator, Limit, Restart
 from painleve_sym.simulate.singular import locate_limit
@@ -100,13 +99,13 @@ class RigidSimulator(ContactSimulator):
             return {"policy": self.policy}
         return {"restitution": self.restitution, "policy": self.policy}
 
-    def contact_scale(
-        self, values: Mapping[Any, float], kinetic: float, i: int = 0
-    ) -> tuple[float, ...]:
-        """Return the scales of gap (m), gap rate (m/s) and the energy (J) of contact i."""
-        W_nn = contact_numbers(self.mechanism, i)(values)["W_nn"]
-        energy = kinetic if kinetic > AT_REST else 1.0
-        return 1.0, float(np.sqrt(2 * energy * W_nn)), energy
+    def contact_scales(
+        self, values: Mapping[Any, Array], found: Mapping[str, Array]
+    ) -> tuple[Array, ...]:
+        """Return the scales of gap (m), gap rate (m/s) and the energy (J) of a contact."""
+        kinetic = found["kinetic_energy"]
+        energy = np.where(kinetic > AT_REST, kinetic, 1.0)
+        return np.ones(len(energy)), np.sqrt(2 * energy * found["W_nn"]), energy
 
     def run(
         self,

@@ -99,10 +99,18 @@ class ContactSimulator(ABC):
         """Named choices of the contact law."""
 
     @abstractmethod
-    def contact_scale(
-        self, values: Mapping[Any, float], kinetic: float, i: int = 0
-    ) -> tuple[float, ...]:
-        """Return the scales of gap (m), gap rate (m/s) and the energy (J) of contact i."""
+    def contact_scales(
+        self, values: Mapping[Any, Array], found: Mapping[str, Array]
+    ) -> tuple[Array, ...]:
+        """Return the scales of gap (m), gap rate (m/s) and the energy (J) of a contact.
+
+        Parameters
+        ----------
+        values : mapping of sympy.Symbol to ndarray, shape (n,)
+            States, parameters and definitions.
+        found : mapping of str to ndarray, shape (n,)
+            What `contact_numbers` of the contact gives at them.
+        """
 
     @property
     def event_kinds(self) -> tuple[str, ...]:
@@ -151,15 +159,28 @@ class ContactSimulator(ABC):
     def initial_state(self, state: Mapping[str, float], parameters: Mapping[str, float]) -> Array:
         """Return the automaton's state vector for coordinates and velocities by name."""
         values = symbol_values(self.mechanism, state, parameters)
-        extra: dict[Any, float] = {}
+        vector: Array = self.initial_states({s: np.array([v]) for s, v in values.items()})[0]
+        return vector
+
+    def initial_states(self, values: Mapping[Any, Array]) -> Array:
+        """Return state vectors, shape (n, nx), for coordinates, velocities and parameters.
+
+        Parameters
+        ----------
+        values : mapping of sympy.Symbol to ndarray, shape (n,)
+        """
+        extra: dict[Any, Array] = {}
         for i, row in enumerate(self.contact.rows):
-            found = contact_numbers(self.mechanism, i)(values)
+            found = contact_numbers(self.mechanism, i).at(values)
             derived = [found[name] for name in ("gap", "gap_rate", "slip_velocity")]
             extra |= dict(zip(row.symbols, derived, strict=True))
             for s in (row.gap, row.gap_rate):
                 # Computed from q these cancel: a touching start must not become a tiny fall.
-                extra[s] = 0.0 if abs(extra[s]) <= CONTACT_TOLERANCE else extra[s]
-        return np.array([values.get(s, extra.get(s, 0.0)) for s in self.outline.states])
+                extra[s] = np.where(np.abs(extra[s]) <= CONTACT_TOLERANCE, 0.0, extra[s])
+        zero = np.zeros(len(next(iter(values.values()))))
+        columns = [values.get(s, extra.get(s, zero)) for s in self.outline.states]
+        vectors: Array = np.array(columns).T.copy()
+        return vectors
 
     def checked_start(self, vector: Array, values: Mapping[str, float], force: Any) -> Array:
         """Return the start vector under an initial force, or as it is where `force` is None."""
@@ -285,22 +306,30 @@ class ContactSimulator(ABC):
         energy plus the energy of the contact; coordinates 1. Dissipated energies are left out
         (inf).
         """
+        constants = self.integrator.constants(self._vector_of(parameters))
+        scale: Array = self.all_tolerances(np.asarray(vector)[None], constants[None])[0]
+        return scale
+
+    def all_tolerances(self, vectors: Array, constants: Array) -> Array:
+        """Return what `tolerances` returns for n states (n, nx) and constants (n, nc)."""
         system = self.mechanism.system
-        symbols: dict[Any, float] = dict(zip(self.outline.states, map(float, vector), strict=True))
-        symbols |= self.constants(parameters)
-        found = contact_numbers(self.mechanism)(symbols)
-        kinetic = found["kinetic_energy"]
-        masses = [found[f"mass_{i}"] for i in range(len(system.q))]
-        scale: dict[Any, float] = dict.fromkeys(system.q, 1.0)
-        energy = self.contact_scale(symbols, kinetic)[2]
+        given = (*self.outline.parameters, *self.outline.definitions)
+        symbols: dict[Any, Array] = dict(zip(self.outline.states, vectors.T, strict=True))
+        symbols |= dict(zip(given, constants.T, strict=True))
+        rows = self.contact.rows
+        found = [contact_numbers(self.mechanism, i).at(symbols) for i in range(len(rows))]
+        scales = [self.contact_scales(symbols, numbers) for numbers in found]
+        energy, ones = scales[0][2], np.ones(len(vectors))
+        masses = [found[0][f"mass_{k}"] for k in range(len(system.q))]
+        scale: dict[Any, Array] = dict.fromkeys(system.q, ones)
         scale |= {s: np.sqrt(2 * energy / m) for s, m in zip(system.q_dot, masses, strict=True)}
-        for i, row in enumerate(self.contact.rows):
-            W_tt = contact_numbers(self.mechanism, i)(symbols)["W_tt"]
-            delta, rate, _ = self.contact_scale(symbols, kinetic, i)
-            scale[row.slip] = np.sqrt(2 * energy * W_tt) or 1.0
+        for row, numbers, (delta, rate, _) in zip(rows, found, scales, strict=True):
+            slip = np.sqrt(2 * energy * numbers["W_tt"])
+            scale[row.slip] = np.where(slip == 0, 1.0, slip)
             scale |= {row.gap: delta, row.gap_rate: rate}
-        scale |= dict.fromkeys(self.outline.uncontrolled, float("inf"))
-        return np.array([scale[s] for s in self.outline.states])
+        scale |= dict.fromkeys(self.outline.uncontrolled, np.full(len(vectors), np.inf))
+        tolerances: Array = np.array([scale[s] for s in self.outline.states]).T.copy()
+        return tolerances
 
     def trajectory(self, raw: RawRun, values: dict[str, float], rtol: float) -> Trajectory:
         """Return the raw run as a trajectory."""

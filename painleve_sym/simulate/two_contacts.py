@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.codegen.run import Array, IntervalHistory, RawRun, RunOptions
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.hybrid.automaton import HybridAutomaton
@@ -114,13 +113,13 @@ class TwoContactSimulator(ContactSimulator):
         """Kinds of events that a run may be asked to end at."""
         return (*self.outline.kinds, "impact", "settle")
 
-    def contact_scale(
-        self, values: Mapping[Any, float], kinetic: float, i: int = 0
-    ) -> tuple[float, ...]:
-        """Return the scales of gap (m), gap rate (m/s) and the energy (J) of contact i."""
-        W_nn = float(numbers([self.mechanism.all_coefficients[i].W_nn], values)[0])
-        energy = kinetic if kinetic > AT_REST else 1.0
-        return 1.0, float(np.sqrt(2 * energy * W_nn)), energy
+    def contact_scales(
+        self, values: Mapping[Any, Array], found: Mapping[str, Array]
+    ) -> tuple[Array, ...]:
+        """Return the scales of gap (m), gap rate (m/s) and the energy (J) of a contact."""
+        kinetic = found["kinetic_energy"]
+        energy = np.where(kinetic > AT_REST, kinetic, 1.0)
+        return np.ones(len(energy)), np.sqrt(2 * energy * found["W_nn"]), energy
 
     # ---- the run ----
 

@@ -53,9 +53,7 @@ CASES = [
 @pytest.mark.parametrize(("state", "E", "reload", "t_end", "force"), CASES)
 def test_events_equal_the_oracle(virgin, elastic, state, E, reload, t_end, force):
     simulator = virgin if reload == "virgin" else elastic
-    run = simulator.run(
-        state, t_end=t_end, parameters={"E": E}, initial_force=force, rtol=1e-12
-    )
+    run = simulator.run(state, t_end=t_end, parameters={"E": E}, initial_force=force, rtol=1e-12)
     start = {k: v for k, v in state.items()}
     depth = rod_scipy.compression_for_force(force, E, 0.3, 0.00645, 1.764) if force else 0.0
     other = rod_scipy.simulate(**start, y_A=-depth, E=E, reload=reload, t_end=t_end, rtol=1e-12)
@@ -103,9 +101,7 @@ def test_table_3_reference_values_at_the_soft_modulus(virgin):
 
 
 def test_table_3_converges_to_the_80_bit_taylor_solution(virgin):
-    run = virgin.run(
-        TABLE_3, t_end=1e-3, parameters={"E": 20.9e14}, rtol=1e-13, until="separation"
-    )
+    run = virgin.run(TABLE_3, t_end=1e-3, parameters={"E": 20.9e14}, rtol=1e-13, until="separation")
     assert run.final_time == pytest.approx(0.0004281634640972055, rel=1e-11)
     assert run.final["y_A_dot"] == pytest.approx(0.06561146794473227, rel=1e-11)
     assert run.final["theta_dot"] == pytest.approx(1.6029856063339739, rel=1e-12)

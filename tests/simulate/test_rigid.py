@@ -132,9 +132,7 @@ def test_bounces_that_accumulate_end_in_contact(rigid):
     mu=st.floats(0, 2),
     e=st.floats(0, 1),
 )
-def test_energy_balance_closes_and_nothing_is_gained(
-    rigid, theta, theta_dot, speed, fall, mu, e
-):
+def test_energy_balance_closes_and_nothing_is_gained(rigid, theta, theta_dot, speed, fall, mu, e):
     state = {"theta": theta, "theta_dot": theta_dot, "x_A_dot": speed, "y_A_dot": -fall}
     run = rigid.run(state, t_end=0.3, parameters={"mu": mu, "e_energetic": e}, max_events=2000)
     ends = (StopReason.T_END, StopReason.LEFT_DOMAIN, StopReason.SINGULAR, StopReason.EVENT_LIMIT)
@@ -147,9 +145,7 @@ def test_energy_balance_closes_and_nothing_is_gained(
 
 
 @settings(max_examples=20, deadline=None)
-@given(
-    theta=st.floats(0.4, 1.4), theta_dot=st.floats(-3, 3), speed=st.floats(-3, 3)
-)
+@given(theta=st.floats(0.4, 1.4), theta_dot=st.floats(-3, 3), speed=st.floats(-3, 3))
 def test_mirrored_start_gives_the_mirrored_motion(rigid, theta, theta_dot, speed):
     a = rigid.run({"theta": theta, "theta_dot": theta_dot, "x_A_dot": speed}, t_end=0.05)
     mirrored = {"theta": math.pi - theta, "theta_dot": -theta_dot, "x_A_dot": -speed}

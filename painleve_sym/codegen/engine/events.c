@@ -37,6 +37,7 @@ static void apply(ps_run *s, const ps_options *o, int j, int visible, double tim
   }
   if (visible) {
     s->count.events++;
+    watch_event(s, tr->kind);
     if (o->record) {
       double head[4] = {s->t, (double)from, (double)j, (double)s->mode};
       const double *parts[5] = {head, s->x, s->z, xn, zn};

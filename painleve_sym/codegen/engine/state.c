@@ -1,8 +1,9 @@
-/* The event-driven integrator: model-free, in files read one after the other: state, events, those
- * of a stepper (Runge-Kutta: step, search, advance; Taylor: series, roots, advance), loop. Here,
- * what it remembers. The generated part above it defines PS_NX, PS_NZ, PS_NC, PS_NP, PS_NG, PS_NO,
- * PS_NM, PS_NSTART, PS_WORK, the tables PS_MODES, PS_STARTS, and what the stepper needs. A mode's
- * functions are smooth; what switches is here. Guards fire when they cross from + to -. */
+/* The event-driven integrator: model-free, in files read one after the other: state, watch, events,
+ * those of a stepper (Runge-Kutta: step, extremes, search, advance; Taylor: series, roots, advance),
+ * loop, batch. Here, what it remembers. The generated part above it defines PS_NX, PS_NZ, PS_NC,
+ * PS_NP, PS_NG, PS_NO, PS_NM, PS_NSTART, PS_WORK, the tables PS_MODES, PS_STARTS, and what the
+ * stepper needs. A mode's functions are smooth; what switches is here. Guards fire when they cross
+ * from + to -. */
 
 #include <math.h>
 #include <stdlib.h>
@@ -51,6 +52,21 @@ typedef struct {
   int shrinking;
 } ps_history;
 
+#define PS_NCOUNT (sizeof(ps_counters) / sizeof(long))
+
+typedef struct {
+  double value, time;
+} ps_extreme;
+
+/* What a batch keeps of the row that runs; see watch.c. */
+typedef struct {
+  int events, maxima, minima, integrals, dense;
+  const int *of;
+  long *count;
+  double *times, *integral;
+  ps_extreme *extreme;
+} ps_watch;
+
 typedef struct {
   /* Results, read by the caller. */
   double t, x[PS_NX], z[PS_NZ + 1];
@@ -63,6 +79,7 @@ typedef struct {
   double g[PS_NG], dg[PS_NG];
   unsigned char armed[PS_NG];
   int hit, at_once;
+  ps_watch *watch; /* NULL: nothing is watched */
   ps_history history[PS_NM][PS_NG];
   casadi_int iw[8];
   double w[PS_WORK + 1];

@@ -1,0 +1,82 @@
+"""The command sweep: result, summary, faults, resumption."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from painleve_sym.study.sweep_run import Parts
+from tests.cli.cli_helpers import run
+from tests.study.sweep_cases import SMALL
+
+
+@pytest.fixture
+def file(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "small.toml"
+    path.write_text(SMALL)
+    return path
+
+
+def test_sweep_writes_the_result_and_prints_what_it_holds(capsys, file, tmp_path):
+    code, out, err = run(capsys, "sweep", file, "--out", "small.npz", "--threads", "1")
+    assert code == 0
+    assert "36 points over theta [rad], theta_dot [rad/s], mu [1]" in out
+    assert "ended by 36 until" in out
+    assert "painleve: 36 of 36 points" in err
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["small.npz", "small.toml"]
+    with np.load("small.npz") as data:
+        assert data["final_theta_dot"].shape == (4, 3, 3)
+
+
+def test_sweep_names_its_result_after_the_file(capsys, file, tmp_path):
+    xarray = pytest.importorskip("xarray")
+    code, _, _ = run(capsys, "sweep", file)
+    assert code == 0
+    with xarray.open_dataset(tmp_path / "small.nc", engine="h5netcdf") as data:
+        assert data.attrs["title"] == "a small sweep"
+
+
+def test_sweep_json_has_counts_and_ranges(capsys, file):
+    import json
+
+    code, out, _ = run(capsys, "sweep", file, "--out", "small.npz", "--json")
+    found = json.loads(out)
+    assert code == 0
+    assert found["points"] == 36 and found["stop_reasons"] == {"until": 36}
+    force = found["quantities"]["max_normal_force"]
+    assert force["unit"] == "N" and 0 < force["from"] < force["to"] and force["missing"] == 0
+
+
+def test_an_interrupted_sweep_says_that_the_same_command_resumes(capsys, file, monkeypatch):
+    write = Parts.write
+
+    def stopped(self, start, chunk):
+        if start == 20:
+            raise KeyboardInterrupt
+        write(self, start, chunk)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Parts, "write", stopped)
+        code, _, err = run(capsys, "sweep", file, "--out", "small.npz")
+    assert code == 130
+    assert "small.npz.parts; the same command goes on from there" in err
+    code, _, err = run(capsys, "sweep", file, "--out", "small.npz")
+    assert code == 0
+    assert "painleve: 20 of 36 points" in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        (("absent.toml",), 2, "No such file"),
+        (("small.toml", "--out", "x.csv"), 2, "suffix '.csv'"),
+        (("small.toml", "--threads", "0"), 2, "--threads"),
+        (("small.toml", "--out", "nowhere/x.npz"), 2, "no such folder"),
+        ((), 2, "SWEEP"),
+    ],
+)
+def test_faults_are_one_line(capsys, file, arguments, code, message):
+    got, out, err = run(capsys, "sweep", *arguments)
+    assert got == code and out == ""
+    assert message in err and len(err.splitlines()) == 1

@@ -1,0 +1,376 @@
+"""Sweeps: points, checks before anything runs, chunks that resume, labelled results."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from painleve_sym.errors import InputError, PainleveError
+from painleve_sym.laws.compliance import law
+from painleve_sym.mechanics.models import model
+from painleve_sym.simulate.classify import classify
+from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.study import sweep_run
+from painleve_sym.study.sweep import CASES, Sweep
+from painleve_sym.study.sweep_file import write_result
+from painleve_sym.study.sweep_run import Parts, Reporter, run_sweep
+from painleve_sym.study.sweep_space import Grid, Range, Sample, read_space
+from tests.study.sweep_cases import SAMPLED, SMALL
+
+
+def sweep_of(text: str) -> Sweep:
+    return Sweep.from_text(text, "small.toml")
+
+
+def finished(sweep: Sweep, out: Path) -> bytes:
+    parts = run_sweep(sweep, out, threads=2)
+    write_result(parts, out)
+    parts.remove()
+    return out.read_bytes()
+
+
+def arrays(path: Path) -> dict[str, np.ndarray]:
+    with np.load(path, allow_pickle=False) as data:
+        return {n: data[n] for n in data.files if n != "text"}
+
+
+# ---- points ----
+
+
+@given(
+    st.sampled_from(["sobol", "uniform"]),
+    st.integers(1, 60),
+    st.integers(0, 5),
+    st.lists(st.integers(1, 59), max_size=4),
+)
+def test_points_of_a_sample_do_not_depend_on_the_chunks(method, points, seed, cuts):
+    sample = Sample({"a": Range(1.0, 2.0), "b": Range(1e-3, 1e3, "log")}, points, method, seed)
+    whole = sample.values(0, points)
+    ends = sorted({0, points, *(c for c in cuts if c < points)})
+    for start, stop in itertools.pairwise(ends):
+        part = sample.values(start, stop)
+        for name in sample.names:
+            assert part[name].tobytes() == whole[name][start:stop].tobytes()
+    assert ((whole["a"] >= 1) & (whole["a"] <= 2)).all()
+    assert ((whole["b"] >= 1e-3) & (whole["b"] <= 1e3 * (1 + 1e-12))).all()
+
+
+def test_a_sobol_sample_fills_the_box_more_evenly_than_chance():
+    n = 1024
+    for method, worst in (("sobol", 2), ("uniform", 60)):
+        values = Sample({"a": Range(0.0, 1.0)}, n, method, 1).values(0, n)["a"]
+        counts = np.histogram(values, bins=64, range=(0, 1))[0]
+        assert np.abs(counts - n / 64).max() <= worst
+        assert (method == "uniform") == (np.abs(counts - n / 64).max() > 0)
+
+
+@given(st.lists(st.integers(1, 5), min_size=1, max_size=4))
+def test_a_grid_holds_every_combination_once_in_order(shape):
+    grid = Grid({f"a{i}": np.arange(k) + 10.0 * i for i, k in enumerate(shape)})
+    values = grid.values(0, grid.points)
+    expected = np.meshgrid(*grid.axes.values(), indexing="ij")
+    for name, array in zip(grid.names, expected, strict=True):
+        assert values[name].tolist() == array.ravel().tolist()
+
+
+def test_log_axis_ends_where_it_says_and_has_even_ratios():
+    axes = {"E": {"from": 1e10, "to": 1e14, "points": 9, "scale": "log"}}
+    values = read_space("x", axes, None).axes["E"]
+    assert values[0] == 1e10 and values[-1] == 1e14
+    assert np.diff(np.log10(values)) == pytest.approx(0.5)
+
+
+# ---- one clear error before anything runs ----
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("theta_dot = [", "thta_dot = [", "unknown axis 'thta_dot'. Did you mean 'theta_dot'"),
+        ("theta_dot = [0.5, 1.0, 2.0]", "theta_dot = []", "got no values"),
+        ("theta_dot = [0.5, 1.0, 2.0]", "theta_dot = [0.5, nan]", r"theta_dot\[1\]: got nan"),
+        ("theta_dot = [0.5, 1.0, 2.0]", "theta_dot = [0.5, 0.5]", "a value twice"),
+        ("theta_dot = [0.5, 1.0, 2.0]", 'theta_dot = ["a"]', "need a number"),
+        ("theta_dot = [0.5, 1.0, 2.0]", "theta_dot = 3", "need a table"),
+        ("points = 4", "points = 1", "from 2 to"),
+        ("points = 4", "point = 4", "Did you mean 'points'"),
+        ("from = 1.42", "from = -1.42", "> 0 on a log scale"),
+        ("from = 0.95, to = 1.15", "from = 1.15, to = 1.15", "two different numbers"),
+        ('scale = "log"', 'scale = "lg"', "Did you mean 'log'"),
+        ("[axes]", "[axis]", "unknown key 'axis'"),
+        ("x_A_dot = -1.0", "x_A_dot = -1.0, theta = 1.0", "both given and varied"),
+        ('"case"', '"cse"', "unknown quantity 'cse'"),
+        ('"max_normal_force"', '"max_normal_forc"', "Did you mean 'normal_force'"),
+        ("chunk = 10", "chunk = 0", "chunk: got 0"),
+        ("t_end = 0.01\n", "", "no end time"),
+        ("t_end = 0.01\n", "t_end = 0.01\nrule = 'newton'\n", "rule plays no part"),
+        ('"separation"', '"separaton"', "Did you mean 'separation'"),
+        ("E = 20.9e14", "EE = 20.9e14", "unknown parameter of the law 'EE'"),
+        ("[axes]", "[sample]\npoints = 3\n[axes]", "got both of"),
+        ("from = 1.42, to = 1.8", "from = 1.42, to = inf", "need a finite number"),
+    ],
+)
+def test_a_faulty_file_is_one_clear_error_before_anything_runs(tmp_path, old, new, message):
+    assert old in SMALL
+    out = tmp_path / "out.npz"
+    with pytest.raises(InputError, match=message):
+        run_sweep(sweep_of(SMALL.replace(old, new)), out)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_parameter_out_of_range_anywhere_on_an_axis_is_an_error_at_once(tmp_path):
+    text = SMALL.replace("theta_dot = [0.5, 1.0, 2.0]", "e_energetic = [0.5, 1.5, 0.6]")
+    with pytest.raises(InputError, match="e_energetic"):
+        run_sweep(sweep_of(text), tmp_path / "out.npz")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_sampled_parameter_out_of_range_is_an_error_at_once(tmp_path):
+    with pytest.raises(InputError, match="e_energetic"):
+        run_sweep(sweep_of(SAMPLED.replace("to = 0.9", "to = 1.9")), tmp_path / "out.npz")
+    assert not list(tmp_path.iterdir())
+
+
+def test_more_points_than_memory_allows_is_an_error(tmp_path):
+    text = SAMPLED.replace("points = 32", 'points = 100_000_000_000\nmethod = "uniform"')
+    with pytest.raises(InputError, match=r"points need .* GB of memory"):
+        run_sweep(sweep_of(text), tmp_path / "out.npz")
+
+
+# ---- the numbers ----
+
+
+def test_a_sweep_is_the_single_runs_bit_for_bit(tmp_path):
+    sweep, out = sweep_of(SMALL), tmp_path / "out.npz"
+    finished(sweep, out)
+    found = arrays(out)
+    simulator = SoftenedSimulator(model("rod"), law("bilinear-hertz", reload="virgin"), "compiled")
+    for i, j, k in ((0, 0, 0), (3, 1, 2), (2, 2, 1)):
+        start = {
+            "theta": float(found["theta"][i]),
+            "theta_dot": float(found["theta_dot"][j]),
+            "x_A_dot": -1.0,
+        }
+        single = simulator.run(
+            start,
+            parameters={"E": 20.9e14, "mu": float(found["mu"][k])},
+            t_end=0.01,
+            until="separation",
+            rtol=1e-8,
+        )
+        assert found["final_theta_dot"][i, j, k] == single.final["theta_dot"]
+        assert found["time_of_separation"][i, j, k] == single.final_time
+        case = classify(model("rod"), start, {"mu": float(found["mu"][k])}).case.value
+        assert found["case"][i, j, k] == CASES[case]
+
+
+@pytest.mark.parametrize("text", [SMALL, SAMPLED])
+def test_the_result_does_not_depend_on_chunks_or_threads(tmp_path, text):
+    numbers = []
+    for chunk, threads in ((10, 1), (7, 2), (1000, 3)):
+        sweep = sweep_of(text.replace("chunk = 10", f"chunk = {chunk}"))
+        out = tmp_path / f"{chunk}.npz"
+        parts = run_sweep(sweep, out, threads=threads)
+        write_result(parts, out)
+        numbers.append({n: a.tobytes() for n, a in arrays(out).items()})
+    assert numbers[0] == numbers[1] == numbers[2]
+
+
+def test_a_swept_initial_force_separates_lift_off_from_impact():
+    text = """
+    model = "rod"
+    t_end = 2e-3
+    until = ["separation"]
+    keep = ["count_of_slip_stop", "case"]
+    state = { theta = 1.0, theta_dot = 5.0, x_A_dot = -1.0 }
+    law = { name = "bilinear-hertz", parameters = { E = 20.9e14 } }
+    axes = { initial_force = [300.0, 400.0] }
+    """
+    found = sweep_of(text).compute(0, 2)
+    assert found["case"].tolist() == [CASES["indeterminate"]] * 2
+    # The impact stops the slip, lift-off does not.
+    assert found["count_of_slip_stop"].tolist() == [0, 1]
+
+
+# ---- interruption ----
+
+
+def test_an_interrupted_sweep_resumes_without_repeating(tmp_path, monkeypatch):
+    sweep, out = sweep_of(SMALL), tmp_path / "out.npz"
+    whole = finished(sweep, tmp_path / "whole.npz")
+    computed = []
+    compute = Sweep.compute
+
+    def counted(self, start, stop, threads=None):
+        if stop - start > 1:
+            computed.append(start)
+            if len(computed) == 3:
+                raise KeyboardInterrupt
+        return compute(self, start, stop, threads)
+
+    monkeypatch.setattr(Sweep, "compute", counted)
+    with pytest.raises(KeyboardInterrupt):
+        run_sweep(sweep, out)
+    assert finished(sweep, out) == whole
+    assert computed == [0, 10, 20, 20, 30]
+    assert not (tmp_path / "out.npz.parts").exists()
+
+
+def test_a_damaged_chunk_is_computed_again(tmp_path):
+    sweep, out = sweep_of(SMALL), tmp_path / "out.npz"
+    whole = finished(sweep, tmp_path / "whole.npz")
+    parts = run_sweep(sweep, out)
+    path = parts.path(10)
+    path.write_bytes(path.read_bytes()[:100])
+    assert parts.missing() == [10]
+    assert finished(sweep, out) == whole
+
+
+def test_a_full_disk_loses_nothing_and_says_how_to_resume(tmp_path, monkeypatch):
+    sweep, out = sweep_of(SMALL), tmp_path / "out.npz"
+    whole = finished(sweep, tmp_path / "whole.npz")
+    write, calls = sweep_run.write_beside, []
+
+    def full(path, content):
+        calls.append(path)
+        if len(calls) == 4:
+            raise OSError(28, os.strerror(28))
+        write(path, content)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(sweep_run, "write_beside", full)
+        with pytest.raises(PainleveError, match=r"No space left.*20 of 36.*same command again"):
+            run_sweep(sweep, out)
+    assert finished(sweep, out) == whole
+
+
+def test_chunks_of_another_sweep_or_build_are_not_mixed(tmp_path):
+    sweep, out = sweep_of(SMALL), tmp_path / "out.npz"
+    parts = run_sweep(sweep, out)
+    with pytest.raises(InputError, match="another sweep"):
+        run_sweep(sweep_of(SMALL.replace("0.95", "0.96")), out)
+    manifest = parts.folder / sweep_run.MANIFEST
+    mark = json.loads(manifest.read_text())
+    mark["provenance"]["cache_key"] = "other"
+    manifest.write_text(json.dumps(mark))
+    with pytest.raises(InputError, match="another cache_key"):
+        run_sweep(sweep, out)
+
+
+@pytest.mark.slow
+def test_a_sweep_killed_outright_resumes_from_what_is_written(tmp_path):
+    text = SMALL.replace("points = 4", "points = 400").replace("chunk = 10", "chunk = 200")
+    (tmp_path / "s.toml").write_text(text)
+    command = [sys.executable, "-m", "painleve_sym", "sweep", "s.toml", "--threads", "1"]
+    where = {"cwd": tmp_path, "env": os.environ | {"PYTHONPATH": str(Path.cwd())}}
+    run = subprocess.Popen([*command, "--out", "out.npz"], **where, stderr=subprocess.PIPE)
+    parts = tmp_path / "out.npz.parts"
+    limit = time.monotonic() + 120
+    while len(list(parts.glob("chunk-*.npz"))) < 3 and time.monotonic() < limit:
+        time.sleep(0.01)
+    run.send_signal(signal.SIGKILL)
+    run.communicate()
+    kept = {p: p.stat().st_mtime_ns for p in parts.glob("chunk-*.npz")}
+    assert 3 <= len(kept) < 18
+    again = subprocess.run([*command, "--out", "out.npz"], **where, capture_output=True, text=True)
+    assert again.returncode == 0, again.stderr
+    assert "painleve: 0 of" not in again.stderr
+    subprocess.run([*command, "--out", "whole.npz"], **where, check=True, capture_output=True)
+    assert (tmp_path / "out.npz").read_bytes() == (tmp_path / "whole.npz").read_bytes()
+
+
+# ---- results ----
+
+
+def test_a_netcdf_result_is_labelled_and_says_where_it_comes_from(tmp_path):
+    xarray = pytest.importorskip("xarray")
+    sweep, out = sweep_of(SMALL), tmp_path / "out.nc"
+    finished(sweep, out)
+    finished(sweep, tmp_path / "out.npz")
+    plain = arrays(tmp_path / "out.npz")
+    with xarray.open_dataset(out, engine="h5netcdf") as data:
+        assert dict(data.sizes) == {"theta": 4, "theta_dot": 3, "mu": 3}
+        for name in sweep.kept:
+            name = "final_theta_dot" if name == "theta_dot" else name
+            assert data[name].values.tobytes() == plain[name].tobytes()
+        assert data["theta"].values.tobytes() == plain["theta"].tobytes()
+        units = {n: data[n].attrs["units"] for n in ("theta", "mu", "integral_normal_force")}
+        assert units == {"theta": "rad", "mu": "1", "integral_normal_force": "N s"}
+        assert data["case"].attrs["flag_meanings"].split()[3] == "inconsistent"
+        assert data.attrs["sweep"] == SMALL
+        for key in ("painleve_sym", "compiler", "flags", "cache_key", "numpy"):
+            assert data.attrs[f"provenance_{key}"]
+
+
+def test_a_sampled_result_holds_its_points(tmp_path):
+    xarray = pytest.importorskip("xarray")
+    out = tmp_path / "out.nc"
+    sweep = sweep_of(SAMPLED)
+    finished(sweep, out)
+    with xarray.open_dataset(out, engine="h5netcdf") as data:
+        assert dict(data.sizes) == {"point": 32}
+        expected = sweep.space.values(0, 32)
+        for name in sweep.space.names:
+            assert data[name].values.tobytes() == expected[name].tobytes()
+
+
+def test_a_mechanism_file_travels_with_the_sweep(tmp_path):
+    file = tmp_path / "own.toml"
+    file.write_text(Path("examples/mechanisms/rod.toml").read_text())
+    text = SMALL.replace('model = "rod"', f'model = "{file}"')
+    sweep = sweep_of(text)
+    assert sweep.mechanism_text == file.read_text()
+    file.unlink()
+    # A worker elsewhere has the texts alone.
+    there = Sweep.from_text(text, "x", sweep.mechanism_text)
+    assert there.mechanism.name == "rod-from-file"
+    assert there.fingerprint == sweep.fingerprint != sweep_of(SMALL).fingerprint
+    changed = Sweep.from_text(text, "x", sweep.mechanism_text + "\n")
+    assert changed.fingerprint != sweep.fingerprint
+
+
+def test_progress_shows_rate_and_time_left():
+    class Stream:
+        def __init__(self):
+            self.text = ""
+
+        def write(self, text):
+            self.text += text
+
+        def flush(self):
+            pass
+
+    now = [0.0]
+    stream = Stream()
+    report = Reporter(stream, clock=lambda: now[0])
+    report(100, 1000)
+    now[0] = 20.0
+    report(300, 1000)
+    now[0] = 21.0
+    report(310, 1000)
+    now[0] = 40.0
+    report(1000, 1000)
+    lines = stream.text.splitlines()
+    assert lines[0] == "painleve: 100 of 1,000 points"
+    assert lines[1] == "painleve: 300 of 1,000 points, 10 per second, 70 s left"
+    assert lines[2].startswith("painleve: 1,000 of 1,000 points")
+    assert len(lines) == 3
+
+
+def test_parts_take_up_a_folder_only_if_it_is_one(tmp_path):
+    folder = tmp_path / "out.npz.parts"
+    folder.mkdir()
+    (folder / sweep_run.MANIFEST).write_text("[]")
+    with pytest.raises(InputError, match="not one of a sweep"):
+        Parts.beside(tmp_path / "out.npz", sweep_of(SMALL))

@@ -1,0 +1,76 @@
+"""Sweeps on a Dask cluster: the same numbers, lost workers, schedulers that do not answer."""
+
+from __future__ import annotations
+
+import os
+import signal
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from painleve_sym.errors import PainleveError
+from painleve_sym.study import sweep_dask
+from painleve_sym.study.sweep import Sweep
+from painleve_sym.study.sweep_file import write_result
+from painleve_sym.study.sweep_run import run_sweep
+from tests.study.sweep_cases import SAMPLED, SMALL
+
+distributed = pytest.importorskip("distributed")
+
+# Sockets and loops that the cluster's own threads close late are not what is tested.
+pytestmark = [
+    pytest.mark.filterwarnings("ignore::ResourceWarning"),
+    pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning"),
+    pytest.mark.filterwarnings("ignore::DeprecationWarning"),
+]
+
+
+def result(sweep: Sweep, out: Path, **options) -> bytes:
+    parts = run_sweep(sweep, out, **options)
+    write_result(parts, out)
+    parts.remove()
+    return out.read_bytes()
+
+
+@pytest.mark.parametrize("text", [SMALL, SAMPLED])
+def test_a_cluster_gives_the_same_file_bit_for_bit(tmp_path, text):
+    sweep = Sweep.from_text(text, "small.toml")
+    alone = result(sweep, tmp_path / "alone.npz", threads=1)
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=2, processes=False, dashboard_address=None
+    ) as cluster:
+        found = result(sweep, tmp_path / "found.npz", cluster=cluster.scheduler_address)
+    assert found == alone
+
+
+def test_a_scheduler_that_does_not_answer_is_one_clear_error(tmp_path, monkeypatch):
+    monkeypatch.setattr(sweep_dask, "CONNECT_SECONDS", 0.5)
+    sweep = Sweep.from_text(SMALL, "small.toml")
+    with pytest.raises(PainleveError, match=r"cannot be reached.*0 of 36.*same command again"):
+        run_sweep(sweep, tmp_path / "out.npz", cluster="tcp://127.0.0.1:9")
+    assert result(sweep, tmp_path / "out.npz", threads=1)
+
+
+@pytest.mark.slow
+def test_a_killed_worker_process_loses_nothing(tmp_path):
+    text = SMALL.replace("points = 4", "points = 200").replace("chunk = 10", "chunk = 50")
+    sweep = Sweep.from_text(text, "small.toml")
+    alone = result(sweep, tmp_path / "alone.npz", threads=1)
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, dashboard_address=None
+    ) as cluster:
+        victims = [w.pid for w in cluster.workers.values()]
+        killed = []
+
+        def kill_one(done, points):
+            if done >= 200 and not killed:
+                killed.append(victims[0])
+                os.kill(victims[0], signal.SIGKILL)
+
+        found = result(
+            sweep, tmp_path / "found.npz", cluster=cluster.scheduler_address, progress=kill_one
+        )
+    assert killed
+    assert found == alone
+    assert np.load(tmp_path / "found.npz")["stop_reason"].shape == (200, 3, 3)

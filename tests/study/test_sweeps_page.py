@@ -1,0 +1,32 @@
+"""The examples of docs/sweeps.md are right: code prints what it says, files are sweeps."""
+
+import doctest
+import re
+from pathlib import Path
+
+import pytest
+
+from painleve_sym.study.sweep import Sweep
+
+ROOT = Path(__file__).parents[2]
+PAGE = ROOT / "docs" / "sweeps.md"
+
+
+def test_examples_of_the_page_print_what_they_say():
+    result = doctest.testfile(str(PAGE), module_relative=False)
+    assert result.attempted >= 6 and result.failed == 0
+
+
+def test_sweep_files_of_the_page_are_sweeps():
+    grid, sample = re.findall(r"```toml\n(.*?)```", PAGE.read_text("utf-8"), re.DOTALL)
+    assert Sweep.from_text(grid, "grid").space.points == 200
+    text = grid[: grid.index("[axes]")].replace("parameters = { E = 20.9e14 }", "") + sample
+    assert Sweep.from_text(text, "sample").space.points == 1_000_000
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "examples" / "sweeps").glob("*.toml")), ids=str)
+def test_example_files_are_sweeps_that_run(path):
+    sweep = Sweep.read(path)
+    found = sweep.compute(0, 8)
+    assert {len(v) for v in found.values()} == {8}
+    assert tuple(found) == sweep.kept
