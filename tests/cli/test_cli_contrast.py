@@ -27,6 +27,7 @@ def test_table_3_as_json(capsys):
     assert data["orders"]["stiffness"] == []
 
 
+@pytest.mark.slow
 def test_table_4_as_text(capsys):
     code, out, err = run(capsys, "contrast", "rod", "--state", TABLE_4, *QUICK)
     assert (code, err) == (0, "")

@@ -45,6 +45,7 @@ def _close(a, b):
     return a == pytest.approx(b, rel=1e-9, abs=1e-12) if isinstance(a, float) else a == b
 
 
+@pytest.mark.slow
 def test_derive_prints_a_mechanism_file(capsys):
     assert main(["derive", str(FILES / "wheel-on-slope.toml")]) == 0
     assert "A" in capsys.readouterr().out

@@ -31,6 +31,7 @@ def growing(cart):
     return cart.run(START | {"y_dot": 1e-7}, t_end=0.15, parameters=PUSHED)
 
 
+@pytest.mark.slow
 def test_pushed_cart_at_rest_can_leave_in_reverse_chatter(cart):
     run = cart.run(START, t_end=1e-3, parameters=PUSHED)
     assert run.events[0].alternatives == ("stick", "reverse_chatter")

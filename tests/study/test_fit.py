@@ -85,6 +85,7 @@ def test_ninety_percent_intervals_hold_the_truth_nine_times_of_ten():
     assert np.all(np.abs(held - 0.9 * runs) < 4 * np.sqrt(0.09 * runs))
 
 
+@pytest.mark.slow
 def test_a_combination_that_the_data_leave_open_is_named():
     with pytest.raises(InputError, match="combination of E, R"):
         problem(history(clean_force()), ("E", "R"), parameters={}).solve()
