@@ -16,6 +16,7 @@ import json
 import os
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from unittest import mock
@@ -28,8 +29,8 @@ from painleve_sym.mechanics.models import rod
 from painleve_sym.simulate.compliant import SoftenedSimulator
 from painleve_sym.simulate.many import simulate_many
 from painleve_sym.simulate.many_result import ManyResult
-from tests.benchmarks import peers
-from tests.benchmarks.peers import HORIZON, NAMES, SCALE, HeyokaPeer
+from tests.benchmarks import cases, peers
+from tests.benchmarks.cases import ROD, Rod
 
 TARGET = 1e-9
 RANGES = {
@@ -74,20 +75,22 @@ class HeyokaBatch:
         import heyoka as hy
 
         self.lanes = lanes
-        self._peer = HeyokaPeer(reverse_slip=True)
         self._built = []
-        operators = peers._HeyokaOperators()
-        z = hy.make_vars(*NAMES)
-        with mock.patch.multiple(peers, MU=hy.par[1], E_ENERGETIC=hy.par[2]):
-            for phase in peers.phases(True):
-                rates = peers.equations(phase, operators, z, hy.par[0])
+        operators = peers._HeyokaOperators(float)
+        z = hy.make_vars(*ROD.states)
+        with (
+            mock.patch.object(Rod, "mu", hy.par[1]),
+            mock.patch.object(cases, "E_ENERGETIC", hy.par[2]),
+        ):
+            for phase in cases.phases(True):
+                rates = ROD.equations(phase, operators, z, hy.par[0])
                 event = hy.t_event_batch(
-                    peers.guard(phase, operators, z, hy.par[0]),
+                    ROD.guard(phase, operators, z, hy.par[0]),
                     direction=hy.event_direction.negative,
                 )
                 integrator = hy.taylor_adaptive_batch(
                     list(zip(z, rates, strict=True)),
-                    np.zeros((len(NAMES), lanes)),
+                    np.zeros((len(ROD.states), lanes)),
                     t_events=[event],
                     tol=tol,
                 )
@@ -95,11 +98,10 @@ class HeyokaBatch:
 
     def start(self, theta: Any, omega: Any) -> tuple[np.ndarray, np.ndarray]:
         """Return the scaled states (6, lanes) and times (lanes,) shortly after touching."""
-        z, t = np.empty((len(NAMES), self.lanes)), np.empty(self.lanes)
+        z, t = np.empty((len(ROD.states), self.lanes)), np.empty(self.lanes)
         for i in range(self.lanes):
             start = (0.0, -1.0, 0.0, 0.0, float(theta[i]), float(omega[i]))
-            with mock.patch.object(peers, "START", start):
-                z[:, i], t[i] = peers.free_start(self._peer.begin)
+            z[:, i], t[i] = replace(ROD, start=start).free_start(peers.HeyokaPeer.begin)
         return z, t
 
     def run(self, z: np.ndarray, t: np.ndarray, mu: Any, e: Any) -> np.ndarray:
@@ -110,13 +112,13 @@ class HeyokaBatch:
             integrator.state[:] = z
             integrator.pars[:] = np.array((delta_max, mu, e))[: len(integrator.pars)]
             integrator.reset_cooldowns()
-            ends = np.full(self.lanes, HORIZON)
+            ends = np.full(self.lanes, ROD.horizon)
             while True:
                 integrator.propagate_until(ends)
                 done = np.array([int(r[0]) == -1 for r in integrator.propagate_res])
                 now = np.array(integrator.time)
                 ends = np.where(done, now, ends)
-                if (ends < HORIZON).all():
+                if (ends < ROD.horizon).all():
                     break
                 if not done.any():
                     raise RuntimeError(f"heyoka batch, {phase}: {integrator.propagate_res}")
@@ -125,8 +127,8 @@ class HeyokaBatch:
                 z[1] = 0.0
             if phase.guard == "turn":
                 z[3] = 0.0
-                delta_max = -z[2] * SCALE[2]
-        return np.array([z[3] * SCALE[3], z[5] * SCALE[5]])
+                delta_max = -z[2] * ROD.scale[2]
+        return np.array([z[3] * ROD.scale[3], z[5] * ROD.scale[5]])
 
 
 def heyoka_batch(
