@@ -20,7 +20,7 @@ from painleve_sym.simulate.bilateral import bilateral_problem, check_held, solut
 from painleve_sym.simulate.chatter import REVERSE_CHATTER, Chatter, chatter, growing_bounces
 from painleve_sym.simulate.classify import contact_problem
 from painleve_sym.simulate.findings import LimitKind
-from painleve_sym.simulate.simulator import AT_REST, ContactSimulator, Limit, Restart
+from painleve_sym.simulate.simulator import ContactSimulator, Limit, Restart, rigid_scales
 from painleve_sym.simulate.singular import locate_limit
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 from painleve_sym.simulate.two_contacts import TwoContactSimulator
@@ -103,9 +103,7 @@ class RigidSimulator(ContactSimulator):
         self, values: Mapping[Any, Array], found: Mapping[str, Array]
     ) -> tuple[Array, ...]:
         """Return the scales of gap (m), gap rate (m/s) and the energy (J) of a contact."""
-        kinetic = found["kinetic_energy"]
-        energy = np.where(kinetic > AT_REST, kinetic, 1.0)
-        return np.ones(len(energy)), np.sqrt(2 * energy * found["W_nn"]), energy
+        return rigid_scales(found)
 
     def run(
         self,

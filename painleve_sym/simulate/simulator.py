@@ -52,6 +52,13 @@ class Limit:
     place: int
 
 
+def rigid_scales(found: Mapping[str, Array]) -> tuple[Array, ...]:
+    """Return the scales of gap (m), gap rate (m/s) and the energy (J) of a rigid contact."""
+    kinetic = found["kinetic_energy"]
+    energy = np.where(kinetic > AT_REST, kinetic, 1.0)
+    return np.ones(len(energy)), np.sqrt(2 * energy * found["W_nn"]), energy
+
+
 class HasRows(Protocol):
     """What a simulator asks of its contacts."""
 

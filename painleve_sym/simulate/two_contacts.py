@@ -19,7 +19,7 @@ from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import Parameter
 from painleve_sym.simulate.decision import Decider, Decision
-from painleve_sym.simulate.simulator import AT_REST, ContactSimulator
+from painleve_sym.simulate.simulator import ContactSimulator, rigid_scales
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 
 _CHAIN = 64
@@ -117,9 +117,7 @@ class TwoContactSimulator(ContactSimulator):
         self, values: Mapping[Any, Array], found: Mapping[str, Array]
     ) -> tuple[Array, ...]:
         """Return the scales of gap (m), gap rate (m/s) and the energy (J) of a contact."""
-        kinetic = found["kinetic_energy"]
-        energy = np.where(kinetic > AT_REST, kinetic, 1.0)
-        return np.ones(len(energy)), np.sqrt(2 * energy * found["W_nn"]), energy
+        return rigid_scales(found)
 
     # ---- the run ----
 
