@@ -34,7 +34,7 @@ class CriticalMinimum:
         False where μ_P only tends to `value`, since W_nn tends to 0.
     equation : sympy.Expr, optional
         Polynomial in `root` of degree three or more. The minimum is at its root with the smallest
-        positive value.
+        positive value, among those in [-1, 1] where `variable` is a sine or cosine.
     root : sympy.Symbol, optional
         Stands for `variable` in `value` and `equation`.
     """
@@ -62,6 +62,9 @@ class CriticalMinimum:
             return float(self.value.subs(values)), tuple(float(p.subs(values)) for p in self.at)
         roots = sp.Poly(self.equation.subs(values), self.root).nroots(n=30)
         real = [sp.re(r) for r in roots if abs(sp.im(r)) < _ROUND_OFF]
+        if isinstance(self.variable, sp.sin | sp.cos):
+            # The polynomial knows nothing of |sin q| <= 1.
+            real = [r for r in real if abs(r) <= 1]
         pairs = [(self.value.subs({**values, self.root: r}), r) for r in real]
         allowed = [(float(v), float(r)) for v, r in pairs if v.is_real and v > 0]
         least = min(v for v, _ in allowed)

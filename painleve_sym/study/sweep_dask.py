@@ -12,6 +12,8 @@ from painleve_sym.study.sweep import Sweep, sweep_of_texts
 
 LOCAL = "local"
 CONNECT_SECONDS = 20
+# Of the status page; None would mean port 8787, which another cluster of this machine may have.
+ANY_PORT = "127.0.0.1:0"
 
 
 def compute_part(
@@ -55,7 +57,7 @@ def chunks_on_dask(
     if address == LOCAL:
         count = len(os.sched_getaffinity(0))
         cluster = distributed.LocalCluster(
-            n_workers=count, threads_per_worker=1, dashboard_address=None
+            n_workers=count, threads_per_worker=1, dashboard_address=ANY_PORT
         )
     try:
         try:

@@ -149,9 +149,9 @@ HOSTILE = [
 
 @pytest.mark.parametrize("text", HOSTILE, ids=lambda t: t[:24])
 def test_formula_meant_to_harm_is_refused_at_once(text):
-    start = time.perf_counter()
+    start = time.process_time()
     assert faults_of(text)
-    assert time.perf_counter() - start < 0.5
+    assert time.process_time() - start < 0.5
 
 
 @pytest.mark.parametrize(
@@ -160,9 +160,9 @@ def test_formula_meant_to_harm_is_refused_at_once(text):
     ids=["sum", "sines", "product"],
 )
 def test_formula_that_is_long_but_flat_is_read_quickly(text):
-    start = time.perf_counter()
+    start = time.process_time()
     value(text)
-    assert time.perf_counter() - start < 2.0
+    assert time.process_time() - start < 2.0
 
 
 def test_definitions_stand_for_their_formulas():

@@ -305,8 +305,8 @@ def test_impact_knows_the_laws_of_the_package():
 
 
 def test_impact_takes_microseconds():
-    start = time.perf_counter()
+    start = time.process_time()
     for _ in range(1000):
         solve_impact(W, 0.3, (-0.9, -1.0), "energetic", 0.7)
     # It takes 35 µs each; the bound only catches a solution that iterates or derives.
-    assert time.perf_counter() - start < 0.5
+    assert time.process_time() - start < 0.5

@@ -38,7 +38,7 @@ def test_a_cluster_gives_the_same_file_bit_for_bit(tmp_path, text):
     sweep = Sweep.from_text(text, "small.toml")
     alone = result(sweep, tmp_path / "alone.npz", threads=1)
     with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=2, processes=False, dashboard_address=None
+        n_workers=2, threads_per_worker=2, processes=False, dashboard_address=sweep_dask.ANY_PORT
     ) as cluster:
         found = result(sweep, tmp_path / "found.npz", cluster=cluster.scheduler_address)
     assert found == alone
@@ -58,7 +58,7 @@ def test_a_killed_worker_process_loses_nothing(tmp_path):
     sweep = Sweep.from_text(text, "small.toml")
     alone = result(sweep, tmp_path / "alone.npz", threads=1)
     with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, dashboard_address=None
+        n_workers=2, threads_per_worker=1, dashboard_address=sweep_dask.ANY_PORT
     ) as cluster:
         victims = [w.pid for w in cluster.workers.values()]
         killed = []
