@@ -108,7 +108,8 @@ def _coefficients() -> str:
     rows |= {"E5": dop853.ERROR_5, "E3": dop853.ERROR_3}
     rows |= {f"D_{i}": row for i, row in enumerate(dop853.DENSE_WEIGHTS)}
     weights = [f"#define PS_{name} ({_weighted(row)})" for name, row in rows.items()]
-    return "\n".join([*weights, "#define PS_STAGES 16", "#define PS_STEPPER", ""])
+    ends = ["#define PS_STAGES 16", "#define PS_STEPPER double h_last, err_last;", ""]
+    return "\n".join([*weights, *ends])
 
 
 def _transition(functions: AutomatonFunctions, i: int, j: int, t: Transition) -> str:

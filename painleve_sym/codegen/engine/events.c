@@ -97,7 +97,6 @@ static double first_step(ps_run *s, const ps_options *o) {
 
 /* Enters the mode in s->mode: transitions that must happen at once do, then guards are armed. */
 static void settle(ps_run *s, const ps_options *o, unsigned departs, int visible) {
-  double d2[PS_NG];
   for (int chain = 0; s->reason == PS_RUNNING; chain++) {
     const ps_mode *m = &PS_MODES[s->mode];
     if (chain == PS_CHAIN) {
@@ -109,11 +108,11 @@ static void settle(ps_run *s, const ps_options *o, unsigned departs, int visible
       s->reason = PS_NON_FINITE;
       return;
     }
-    double *res[3] = {s->g, s->dg, d2};
+    double *res[3] = {s->g, s->dg, s->d2};
     call(s, m->jets, s->x, res);
     int fire = -1;
     for (int j = 0; j < m->n && fire < 0; j++) {
-      int side = guard_side(s->g[j], s->dg[j], d2[j], PS_ZERO_TIME * s->h_ref,
+      int side = guard_side(s->g[j], s->dg[j], s->d2[j], PS_ZERO_TIME * s->h_ref,
                             (departs >> j) & 1u);
       s->armed[j] = side > 0;
       if (side < 0) fire = j;

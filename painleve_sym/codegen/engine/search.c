@@ -105,7 +105,7 @@ static int find_event(ps_run *s, const double *y, double h, const double *g1, co
       if (h > 10 * PS_ZERO_TIME * s->h_ref) return PS_RETAKE;
       u = PS_AT_ONCE;
     }
-    if (u >= 0 && u < *where) {
+    if (u >= 0 && u < *where - PS_TIE) {
       *where = u;
       first = j;
     }

@@ -16,6 +16,8 @@ enum { PS_T_END, PS_UNTIL, PS_LEFT_DOMAIN, PS_STEP_LIMIT, PS_EVENT_LIMIT, PS_ACC
 
 /* Zero of a guard: reached within this part of a step, far above the round-off of a located root. */
 static const double PS_ZERO_TIME = 1e-10;
+/* Events closer than this part of a step are simultaneous: the first in the mode's list goes first. */
+static const double PS_TIE = 1e-12;
 /* Part of a step that stands for no time at all. */
 static const double PS_AT_ONCE = 1e-14;
 /* Events at one instant before it is called an accumulation: far above any real chain. */
@@ -76,7 +78,7 @@ typedef struct {
   /* Working state. */
   double t_start, t_event, h, h_ref, c[PS_NC], k[PS_STAGES][PS_NX];
   PS_STEPPER
-  double g[PS_NG], dg[PS_NG];
+  double g[PS_NG], dg[PS_NG], d2[PS_NG];
   unsigned char armed[PS_NG];
   int hit, at_once;
   ps_watch *watch; /* NULL: nothing is watched */

@@ -251,7 +251,7 @@ static int find_event(ps_run *s, double g[][PS_WATCHED], const double *least, do
     } else {
       u = next_root(p, order, at_once, crossed, s->binomial);
     }
-    if (u >= 0 && u < *where) {
+    if (u >= 0 && u < *where - PS_TIE) {
       *where = u;
       first = j;
     }
