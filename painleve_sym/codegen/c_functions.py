@@ -4,19 +4,88 @@ from __future__ import annotations
 
 import re
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 import casadi as ca
 
-# Each function comes with a dozen that describe it (names, sparsity, work space). Static ones that
-# are not called cost the compiler nothing; exported ones cost half of its time.
 _EXPORT = "#define CASADI_SYMBOL_EXPORT static __attribute__((unused))\n"
+# Each function comes with a dozen that describe it (names, sparsity, work space): half of the text.
+_ABOUT = (
+    "alloc_mem|checkout|decref|default_in|free_mem|incref|init_mem|n_in|n_out|name_in|name_out|"
+    "release|sparsity_in|sparsity_out|work|work_bytes|casadi_version|casadi_int_size|"
+    "casadi_real_size"
+)
+_DESCRIPTION = re.compile(
+    rf"^CASADI_SYMBOL_EXPORT [^\n]*_(?:{_ABOUT})\([^\n]*\{{"
+    r"(?:[^\n]*\}\n|\n(?:[^\n]*\n)*?\}\n)\n?",
+    re.M,
+)
+_SPARSITY = re.compile(
+    r"^(?:static const casadi_int casadi_s\d+\[|#define casadi_s\d+ )[^\n]*\n", re.M
+)
+_BLOCK = re.compile(r"^(?=/\* \w+:\()", re.M)
+_END = "#ifdef __cplusplus\n}"
+
+_PARTS = """\
+/* All of this file is one library. With -DPS_PART=i only part i of it is compiled: 0 is the event
+ * loop, the others are generated functions. */
+#ifdef PS_PART
+#define PS_HAS(part) (PS_PART == part)
+#define PS_SHARED __attribute__((visibility("hidden")))
+#else
+#define PS_HAS(part) 1
+#define PS_SHARED static __attribute__((unused))
+#endif
+#define CASADI_SYMBOL_EXPORT PS_SHARED
+"""
+_PART_LENGTH = 100_000
+"""Characters of generated functions that take a compiler about as long as the event loop."""
 
 
 def c_functions(functions: Iterable[ca.Function]) -> str:
     """Return the C text of functions, to be used within the same file."""
+    return _EXPORT + _generated(functions)
+
+
+def c_file(functions: Sequence[ca.Function], callers: str) -> str:
+    """Return a C file of functions and of the code that calls them.
+
+    Its parts may be compiled side by side (`compile.compiled_library`).
+
+    Parameters
+    ----------
+    functions : sequence of casadi.Function
+    callers : str
+        C text; it may name every function.
+    """
+    text = _generated(functions)
+    text, end, rest = text.rpartition(_END)
+    head, *blocks = _BLOCK.split(text)
+    arguments = "(const casadi_real **, casadi_real **, casadi_int *, casadi_real *, int);"
+    declared = [f"PS_SHARED int {f.name()}{arguments}" for f in functions]
+    count = max(1, round(sum(map(len, blocks)) / _PART_LENGTH))
+    parts = [_part(i, p) for i, p in enumerate(_shared_out(blocks, count), 1)]
+    # The callers come last, where the functions are known.
+    return "\n".join((_PARTS + head, *declared, "", *parts, end + rest, _part(0, callers)))
+
+
+def _part(number: int, text: str) -> str:
+    return f"#if PS_HAS({number})\n{text}\n#endif\n"
+
+
+def _shared_out(blocks: Sequence[str], count: int) -> list[str]:
+    """Return the blocks joined to `count` texts of about the same length, in their order."""
+    whole = sum(map(len, blocks))
+    texts, before = [""] * count, 0
+    for block in blocks:
+        texts[min(count - 1, before * count // whole)] += block
+        before += len(block)
+    return texts
+
+
+def _generated(functions: Iterable[ca.Function]) -> str:
     options: Any = {"with_header": False, "with_export": True, "casadi_int": "long long int"}
     generator = ca.CodeGenerator("generated.c", options)
     for f in functions:
@@ -24,6 +93,11 @@ def c_functions(functions: Iterable[ca.Function]) -> str:
     with tempfile.TemporaryDirectory() as folder:
         generator.generate(f"{folder}/")
         text = Path(folder, "generated.c").read_text("utf-8")
+    text = _DESCRIPTION.sub("", text)
+    without = _SPARSITY.sub("", text)
+    text = text if re.search(r"\bcasadi_s\d", without) else without
+    # More than one part may need them.
+    text = re.sub(r"^casadi_real casadi_", "static inline casadi_real casadi_", text, flags=re.M)
     # No caller passes null pointers; the tests for them cost half of the compilation.
     text = re.sub(r"if \(res\[(\d+)\]!=0\) res", "res", text)
-    return _EXPORT + re.sub(r"arg\[(\d+)\]\? (arg\[\1\]\[\d+\]) : 0", r"\2", text)
+    return re.sub(r"arg\[(\d+)\]\? (arg\[\1\]\[\d+\]) : 0", r"\2", text)

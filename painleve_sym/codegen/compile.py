@@ -7,11 +7,13 @@ import functools
 import hashlib
 import os
 import platform
+import re
 import shutil
 import stat
 import subprocess
 import tempfile
 import warnings
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,6 +21,9 @@ from painleve_sym.errors import CompileError, CompilerMissing, PainleveWarning
 
 FLAGS = ("-O3", "-march=native", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=hidden")
 """No fast-math and no contraction: a·d − b·c that is exactly zero must stay zero."""
+
+
+_PART = re.compile(r"^#if PS_HAS\((\d+)\)$", re.M)
 
 
 @dataclass(frozen=True)
@@ -147,6 +152,8 @@ def library_key(source: str, compiler: Compiler) -> str:
 def compiled_library(source: str) -> Path:
     """Return the path of the shared library of `source`, compiling it when it is not cached.
 
+    A source in parts (`c_functions.c_file`) keeps several processors busy.
+
     A cached file is used only if its content has the hash that is part of its name; a damaged or
     foreign one is removed and rebuilt. Two processes may build at once: each writes a file of its
     own and renames it.
@@ -182,17 +189,38 @@ def _build(source: str, compiler: Compiler, folder: Path, key: str) -> Path:
     with tempfile.TemporaryDirectory(dir=folder) as work:
         c_file, library = Path(work, "model.c"), Path(work, "model.so")
         c_file.write_text(source, "utf-8")
-        command = [compiler.path, *FLAGS, "-o", str(library), str(c_file), "-lm"]
-        answer = subprocess.run(command, capture_output=True, text=True, check=False)
-        if answer.returncode != 0:
-            raise CompileError(
-                f"compiler {compiler.path} ({compiler.version}) failed with exit code "
-                f"{answer.returncode}:\n{answer.stderr.strip()[-2000:]}"
-            )
+        inputs = _compiled_parts(source, compiler, c_file) or [c_file]
+        _run(compiler, "-o", library, *inputs, "-lm")
         library.chmod(0o700)
         target = folder / f"{key}-{_content_hash(library)}.so"
         os.replace(library, target)
         return target
+
+
+def _compiled_parts(source: str, compiler: Compiler, c_file: Path) -> list[Path]:
+    """Compile the parts of a file side by side; none where it has one part, or one processor."""
+    parts = sorted(set(map(int, _PART.findall(source))))
+    workers = min(len(parts), os.cpu_count() or 1)
+    if workers < 2:
+        return []
+
+    def compiled(part: int) -> Path:
+        target = c_file.with_name(f"part_{part}.o")
+        _run(compiler, "-c", f"-DPS_PART={part}", "-o", target, c_file)
+        return target
+
+    with ThreadPoolExecutor(workers) as pool:
+        return list(pool.map(compiled, parts))
+
+
+def _run(compiler: Compiler, *arguments: str | Path) -> None:
+    command = [compiler.path, *FLAGS, *map(str, arguments)]
+    answer = subprocess.run(command, capture_output=True, text=True, check=False)
+    if answer.returncode != 0:
+        raise CompileError(
+            f"compiler {compiler.path} ({compiler.version}) failed with exit code "
+            f"{answer.returncode}:\n{answer.stderr.strip()[-2000:]}"
+        )
 
 
 def load(source: str) -> ctypes.CDLL:

@@ -8,7 +8,7 @@ from importlib import resources
 import casadi as ca
 
 from painleve_sym.codegen import dop853
-from painleve_sym.codegen.c_functions import c_functions
+from painleve_sym.codegen.c_functions import c_file
 from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.errors import StopReason
 from painleve_sym.hybrid.automaton import Transition
@@ -73,8 +73,8 @@ def assemble(
         Hand-written C, in the order in which it must be read.
     """
     every = (*functions.all(), *more)
-    parts = (c_functions(every), _sizes(functions, every), _tables(functions), stepper)
-    return "\n".join((*parts, *engine))
+    parts = (_sizes(functions, every), _tables(functions), stepper, *engine)
+    return c_file(every, "\n".join(parts))
 
 
 def _sizes(functions: AutomatonFunctions, every: Sequence[ca.Function]) -> str:

@@ -21,6 +21,7 @@ from painleve_sym.hybrid.contact_states import (
     ContactStates,
     domain_transitions,
 )
+from painleve_sym.hybrid.margins import least
 from painleve_sym.hybrid.rigid import DECISION, SINGULAR_MARGIN
 from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.bilateral import SIDES, BilateralForms
@@ -106,12 +107,12 @@ class BilateralContact(ContactStates):
                 "slip": slip_mode(slip, -side, unstable=True),
                 "impact": TANGENTIAL_IMPACT,
             }[self.policy]
-            yield Choice(taken, _all(moving, A, -other, -side * B))
-            yield Choice(slip_mode(slip, side), _all(moving, A, -side * B))
+            yield Choice(taken, least(moving, A, -other, -side * B))
+            yield Choice(slip_mode(slip, side), least(moving, A, -side * B))
         for side in _SIDES:
             # B = 0: the guard of the force tells where it goes from here.
             yield Choice(
-                slip_mode(slip, side), _all(moving, self.forms.A[slip * side], _is_zero(B))
+                slip_mode(slip, side), least(moving, self.forms.A[slip * side], _is_zero(B))
             )
         yield Choice(TANGENTIAL_IMPACT, moving)
 
@@ -119,17 +120,17 @@ class BilateralContact(ContactStates):
         """At v_t = 0 (to be tried after both slips): stick, then the onset of a slip."""
         c, stop = self.mechanism.coefficients, ("slip_stop",)
         for side in _SIDES:
-            yield Choice(stick_mode(side), _all(*self._stick_margins(side).values()))
+            yield Choice(stick_mode(side), least(*self._stick_margins(side).values()))
         for sign in (1, -1):
             for slip in _SLIPS:
                 for side in _SIDES:
                     A, force = self.forms.A[slip * side], self.forms.slip_force(slip, side)
                     rate = slip * (self.forms.slip_rate_coefficient[slip * side] * force + c.b_t)
-                    possible = _all(sign * A, -sign * side * c.B, rate)
+                    possible = least(sign * A, -sign * side * c.B, rate)
                     yield Choice(slip_mode(slip, side, sign < 0), possible, stop)
         for slip in _SLIPS:
             for side in _SIDES:
-                possible = _all(_is_zero(c.B), slip * c.b_t, self.forms.A[slip * side])
+                possible = least(_is_zero(c.B), slip * c.b_t, self.forms.A[slip * side])
                 yield Choice(slip_mode(slip, side), possible, stop)
         yield Choice(stick_mode(1))
 
@@ -220,11 +221,6 @@ class BilateralContact(ContactStates):
             starts=(Choice(DECISION),),
             uncontrolled=self.dissipations,
         )
-
-
-def _all(*margins: sp.Expr) -> sp.Expr:
-    """Positive where every margin is; SymPy would take seconds to compare them."""
-    return sp.Min(*margins, evaluate=False)
 
 
 def _is_zero(expr: sp.Expr) -> sp.Expr:

@@ -9,6 +9,7 @@ from functools import cached_property
 import sympy as sp
 
 from painleve_sym.hybrid.contact_states import CONTACTS, FLIGHT
+from painleve_sym.hybrid.margins import greatest, least
 from painleve_sym.mechanics.system import determinant, sample_point, vanishes
 
 
@@ -141,11 +142,11 @@ class ContactForces:
         # Unevaluated: comparing such formulas takes SymPy minutes.
         size = [sp.Abs(x, evaluate=False) for x in slope]
         pairs = [
-            sp.Max(at[i] * size[j] + at[j] * size[i], slope[i] * slope[j], evaluate=False)
+            greatest(at[i] * size[j] + at[j] * size[i], slope[i] * slope[j])
             for i in range(len(at))
             for j in range(i)
         ]
-        return sp.Min(*pairs, evaluate=False)
+        return least(*pairs)
 
 
 def _independent(jacobian: sp.Matrix, left_out: int | None = None) -> bool:

@@ -16,6 +16,7 @@ from painleve_sym.hybrid.contact_states import (
     FRICTION_WORK,
     ContactStates,
 )
+from painleve_sym.hybrid.margins import greatest
 from painleve_sym.laws.impact import restitution_law
 from painleve_sym.mechanics.system import Parameter
 
@@ -133,7 +134,7 @@ class ImpactRays:
         if self.restitution == "poisson":
             return BUDGET
         if self.restitution == "newton":
-            return sp.Max(0, (BUDGET - v_n) / ray.a_n)
+            return greatest(sp.Integer(0), (BUDGET - v_n) / ray.a_n)
         # Rounding may leave a budget just below zero: then nothing is left to give back.
         speed = sp.sqrt(v_n**2 + 2 * ray.a_n * sp.Max(BUDGET, 0))
         return (speed - v_n) / ray.a_n
@@ -147,7 +148,7 @@ class ImpactRays:
         else:
             sooner = until_stop - self._end_impulse(ray, phase)
         reset = self._after(ray, until_stop, phase) | {v_t: sp.Integer(0)}
-        guard = sp.Max(s * ray.a_t, sooner)
+        guard = greatest(s * ray.a_t, sooner)
         return Transition("slip_stop", "impact_slip_stop", guard, self._at_rest(phase), reset)
 
     def _mode(self, ray: Ray, phase: str, decision: str) -> Mode:
@@ -162,7 +163,7 @@ class ImpactRays:
         if ray.contact != "stick":
             s = CONTACTS[ray.contact]
             if phase == "compression":
-                jam = sp.Max(ray.a_n, -s * ray.a_t)
+                jam = greatest(ray.a_n, -s * ray.a_t)
                 transitions.append(Transition("jam", "jam", jam, stop=StopReason.JAM))
             transitions.append(self._slip_stop(ray, phase))
         reset = self._after(ray, self._end_impulse(ray, phase), phase)

@@ -20,6 +20,7 @@ from painleve_sym.hybrid.impact_rays import (
     ImpactRays,
     restitution_parameter,
 )
+from painleve_sym.hybrid.margins import least
 from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.impulses import raw
 from painleve_sym.mechanics.singular_point import SingularPoint
@@ -98,9 +99,9 @@ class RigidContact(ContactStates):
         moving, A, B = slip * self.slip, c.A(slip), c.B
         several = {"liftoff": FLIGHT, "slip": f"{name}_unstable", "impact": self.rays.first(name)}
         return (
-            Choice(name, sp.Min(moving, A, -B)),
-            Choice(self.rays.first(name), sp.Min(moving, -A, -B)),
-            Choice(several[self.policy], sp.Min(moving, -A, B)),
+            Choice(name, least(moving, A, -B)),
+            Choice(self.rays.first(name), least(moving, -A, -B)),
+            Choice(several[self.policy], least(moving, -A, B)),
         )
 
     def _resting_choices(self) -> tuple[Choice, ...]:
@@ -111,21 +112,21 @@ class RigidContact(ContactStates):
         for slip, name in ((-1, "slip_neg"), (1, "slip_pos")):
             rate = slip * (c.slip_rate_coefficient(slip) * self.slip_force(slip) + c.b_t)
             for sign, target in ((1, name), (-1, f"{name}_unstable")):
-                condition = sp.Min(sign * c.A(slip), -sign * c.B, rate)
+                condition = least(sign * c.A(slip), -sign * c.B, rate)
                 onsets.append(Choice(target, condition, ("slip_stop",)))
-        lift = Choice(FLIGHT, sp.Min(c.B, self._at_rest()))
+        lift = Choice(FLIGHT, least(c.B, self._at_rest()))
         order = (lift, stick, *onsets) if self.policy == "liftoff" else (stick, *onsets, lift)
         rest = self._at_rest()
-        return tuple(Choice(x.target, sp.Min(rest, x.condition), x.departs) for x in order)
+        return tuple(Choice(x.target, least(rest, x.condition), x.departs) for x in order)
 
     def _stick_condition(self) -> sp.Expr:
         """Positive where sticking is a solution; for a rank-one W, where its line of forces is."""
         c = self.mechanism.coefficients
         if not self._wedged:
-            return sp.Min(self.stick_force, *self._stick_margins())
+            return least(self.stick_force, *self._stick_margins())
         # Every F_n with F_t = −(W_nt F_n + b_t)/W_tt holds v̇_t = 0; g̈_N = B′ must be 0 too.
         margin = c.mu * c.W_tt - sp.Abs(c.W_nt)
-        return sp.Min(margin, sp.Float("1e-12") - sp.Abs(c.B_stick))
+        return least(margin, sp.Float("1e-12") - sp.Abs(c.B_stick))
 
     @cached_property
     def _wedged(self) -> bool:

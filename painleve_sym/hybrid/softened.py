@@ -16,6 +16,7 @@ from painleve_sym.hybrid.contact_states import (
     ContactStates,
     domain_transitions,
 )
+from painleve_sym.hybrid.margins import least
 from painleve_sym.laws.compliance import (
     DELTA,
     DELTA_DOT,
@@ -164,6 +165,6 @@ class SoftenedContact(ContactStates):
         # Inside the surface: loading, whose guards then sort out unloading. On it: flight, whose
         # touchdown guard (gap, its rate, its acceleration) decides between flight and contact.
         inside = self._contact_choices(self.law.loading.name)
-        within = [sp.Min(-self.gap, c.condition or -self.gap) for c in inside]
+        within = [least(-self.gap, c.condition or -self.gap) for c in inside]
         pairs = zip(inside, within, strict=True)
         return (*(Choice(c.target, w) for c, w in pairs), Choice(FLIGHT))

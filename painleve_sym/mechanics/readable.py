@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import lru_cache
 
 import sympy as sp
@@ -51,13 +51,13 @@ def _readable(expr: sp.Expr) -> sp.Expr:
     if operations > _LONG:
         return expr
     if operations > _OPERATIONS or _too_many_terms(expr, _TERMS):
-        return min((expr, sp.factor_terms(expr)), key=_cost)
+        return _cheapest((expr, _factor_terms(expr)))
     whole = sp.cancel(sp.together(expr))
     if len(sp.Add.make_args(sp.fraction(whole)[0])) > _SEARCHED:
-        return min((expr, sp.factor_terms(expr), sp.factor_terms(whole)), key=_cost)
+        return _cheapest((expr, _factor_terms(expr), _factor_terms(whole)))
     candidates = [expr, _quotient(*sp.fraction(whole)), _termwise(*sp.fraction(whole))]
     candidates.append(_quotient(*sp.fraction(sp.cancel(candidates[-1]))))
-    return min(candidates, key=_cost)
+    return _cheapest(candidates)
 
 
 def reduced(expr: sp.Expr) -> sp.Expr:
@@ -104,7 +104,7 @@ def _power_terms(terms: float, power: int) -> float:
 def _quotient(numerator: sp.Expr, denominator: sp.Expr) -> sp.Expr:
     plus = _shortest(denominator)
     minus = _shortest(-denominator)
-    if _cost(minus) < _cost(plus):
+    if _cheapest((plus, minus)) != plus:
         return _shortest(-numerator) / minus
     return _shortest(numerator) / plus
 
@@ -122,24 +122,45 @@ def _termwise(numerator: sp.Expr, denominator: sp.Expr) -> sp.Expr:
         forms = [_quotient(angles, denominator)]
         for n, d in zip(_pythagorean(angles), _pythagorean(denominator), strict=False):
             forms.append(_quotient(*sp.fraction(sp.cancel(n / d))))
-        parts.append(factor * min(forms, key=_cost))
+        parts.append(factor * _cheapest(forms))
     return sp.Add(*parts)
 
 
-# A search asks for the cost and the shortest writing of the same parts over and over.
+def _cheapest(forms: Iterable[sp.Expr]) -> sp.Expr:
+    """Return the form of least cost, of equals the shortest as text, of equals the first."""
+    costs = {form: _cost(form) for form in forms}
+    least = min(costs.values())
+    ties = [form for form, cost in costs.items() if cost == least]
+    return ties[0] if len(ties) == 1 else min(ties, key=_length)
+
+
+# A search asks for the same of the same parts over and over.
 @lru_cache(maxsize=8192)
-def _cost(expr: sp.Expr) -> tuple[int, int, int, int]:
-    """Operations and minus signs, then symbols written, then integers, then length as text."""
-    nodes = list(sp.preorder_traversal(expr))
-    minus = sum(1 for a in nodes if a.is_Mul and a.could_extract_minus_sign())
-    symbols = sum(1 for a in nodes if a.is_Symbol)
-    integers = sum(abs(int(a)) for a in nodes if a.is_Integer)
-    return int(sp.count_ops(expr)) + minus, symbols, integers, len(str(expr))
+def _cost(expr: sp.Expr) -> tuple[int, int, int]:
+    """Operations and minus signs, then symbols written, then integers."""
+    minus = symbols = integers = 0
+    for a in sp.preorder_traversal(expr):
+        if a.is_Symbol:
+            symbols += 1
+        elif a.is_Integer:
+            integers += abs(int(a))
+        elif a.is_Mul and a.could_extract_minus_sign():
+            minus += 1
+    return int(sp.count_ops(expr)) + minus, symbols, integers
+
+
+@lru_cache(maxsize=2048)
+def _length(expr: sp.Expr) -> int:
+    return len(str(expr))
+
+
+_factor = lru_cache(maxsize=2048)(sp.factor)
+_factor_terms = lru_cache(maxsize=2048)(sp.factor_terms)
 
 
 @lru_cache(maxsize=2048)
 def _shortest(expr: sp.Expr) -> sp.Expr:
-    return min(dict.fromkeys(_writings(expr)), key=_cost)
+    return _cheapest(_writings(expr))
 
 
 def _writings(expr: sp.Expr) -> Iterator[sp.Expr]:
@@ -150,18 +171,18 @@ def _writings(expr: sp.Expr) -> Iterator[sp.Expr]:
             forms.append(TR10i(whole))
     for form in dict.fromkeys(forms):
         yield form
-        yield sp.factor_terms(form)
-        yield sp.factor(form)
+        yield _factor_terms(form)
+        yield _factor(form)
         whole = sp.expand(form)
         for atom in sorted(form.atoms(sp.sin, sp.cos), key=str):
-            yield sp.collect(whole, atom)
-            yield _nest(whole, atom)
+            yield from _gathered(whole, atom)
 
 
-def _nest(expanded: sp.Expr, atom: sp.Expr) -> sp.Expr:
-    """Write a sum as atom·(…) + rest, with the common factor taken out of the bracket."""
+@lru_cache(maxsize=2048)
+def _gathered(expanded: sp.Expr, atom: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
+    """Gather powers of an atom; then atom·(…) + rest, with the bracket's common factor outside."""
     rest, inner = expanded.as_independent(atom, as_Add=True)
-    return sp.factor_terms(inner) + sp.factor_terms(rest)
+    return sp.collect(expanded, atom), _factor_terms(inner) + _factor_terms(rest)
 
 
 @lru_cache(maxsize=2048)
@@ -183,8 +204,11 @@ def _pythagorean(expr: sp.Expr) -> tuple[sp.Expr, ...]:
 
 def _without_squares(expanded: sp.Expr, atom: sp.Expr, square: sp.Expr) -> sp.Expr:
     """Put `square` for every atom² of an expanded sum; unchanged where it is no polynomial."""
+    powers = (p for p in expanded.atoms(sp.Pow) if p.base == atom and p.exp.is_Integer)
+    if not any(p.exp > 1 for p in powers):
+        return expanded
     s = sp.Dummy("s")
-    poly = expanded.subs(atom, s)
+    poly = expanded.xreplace({atom: s})
     if not poly.is_polynomial(s):
         return expanded
     parts = []

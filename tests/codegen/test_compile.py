@@ -237,3 +237,33 @@ def test_compiler_is_the_one_named_by_cc(tmp_path, monkeypatch, cache):
     calls = (tmp_path / "calls").read_text()
     assert "-ffp-contract=off" in calls
     assert "fast-math" not in calls
+
+
+PARTS = """
+#ifdef PS_PART
+#define PS_HAS(part) (PS_PART == part)
+#else
+#define PS_HAS(part) 1
+#endif
+int square(int);
+#if PS_HAS(1)
+__attribute__((visibility("hidden"))) int square(int x) { return x * x; }
+#endif
+#if PS_HAS(0)
+__attribute__((visibility("default"))) int answer(void) { return square(%s); }
+#endif
+"""
+
+
+@pytest.mark.parametrize("processors", [1, 2])
+def test_parts_of_a_source_make_one_library(cache, monkeypatch, processors):
+    monkeypatch.setattr(os, "cpu_count", lambda: processors)
+    assert load(PARTS % "6").answer() == 36
+    assert len(list(cache.iterdir())) == 1
+
+
+def test_fault_in_a_part_is_shown_in_the_compilers_own_words(cache, monkeypatch):
+    monkeypatch.setattr(os, "cpu_count", lambda: 2)
+    with pytest.raises(CompileError, match="undeclared_thing"):
+        compiled_library(PARTS % "undeclared_thing")
+    assert list(cache.iterdir()) == []
