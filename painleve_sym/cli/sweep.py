@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from painleve_sym.cli.options import output_file, read_count
+from painleve_sym.cli.options import output_file, output_store, read_count
 from painleve_sym.cli.output import number, print_json, quantity, show, show_table
 from painleve_sym.study.sweep import Sweep
 from painleve_sym.study.sweep_file import SUFFIXES, check_format, result_name, write_result
@@ -20,11 +20,10 @@ from painleve_sym.study.sweep_run import Parts, Reporter, run_sweep
 def sweep(arguments: argparse.Namespace) -> int:
     """Run or resume the sweep, write its result and print what it holds."""
     source = Path(arguments.file)
-    text = arguments.out or f"{source.with_suffix('').name}.nc"
-    out = output_file("--out", text, SUFFIXES)
-    check_format(out)
     threads = read_count("--threads", arguments.threads) if arguments.threads else None
+    out = _result(arguments.out) if arguments.out else None
     found = Sweep.read(source)
+    out = out or _result(f"{source.stem}.{found.format}")
     begun = time.monotonic()
     try:
         parts = run_sweep(
@@ -44,6 +43,14 @@ def sweep(arguments: argparse.Namespace) -> int:
     else:
         _show(found, summary)
     return 0
+
+
+def _result(text: str) -> Path:
+    """Return where the result goes, checked before anything runs."""
+    store = Path(text).suffix.lower() == ".zarr"
+    out = output_store("--out", text) if store else output_file("--out", text, SUFFIXES)
+    check_format(out)
+    return out
 
 
 def _summary(parts: Parts) -> dict[str, Any]:
@@ -72,9 +79,11 @@ def _summary(parts: Parts) -> dict[str, Any]:
 
 
 def _widen(ranges: dict[str, dict[str, Any]], name: str, values: Any, unit: str) -> None:
-    some = values[np.isfinite(values)] if values.dtype.kind == "f" else values
+    each = values.reshape(len(values), -1)
+    there = np.isfinite(each) if each.dtype.kind == "f" else np.ones(each.shape, bool)
+    some = each[there]
     old = ranges.setdefault(name, {"unit": unit, "from": None, "to": None, "missing": 0})
-    old["missing"] += int(len(values) - len(some))
+    old["missing"] += int((~there.any(axis=1)).sum())
     if len(some):
         ends = [v for v in (old["from"], old["to"]) if v is not None]
         old["from"] = min([float(some.min()), *ends])

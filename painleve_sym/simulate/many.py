@@ -95,8 +95,9 @@ def simulate_many(
     rows = ManyInputs.of(simulator, states, parameters or {}, initial_force)
     shared = _shared_options(simulator, t_end, until, rtol, limits)
     _check_outputs(simulator, wish)
+    need = rows.count * row_bytes(simulator, wish)
     fix = "fewer rows at a time, or fewer event times"
-    check_memory(f"batch of {simulator.where}", rows.count, row_bytes(simulator, wish), fix)
+    check_memory(f"batch of {simulator.where}", f"{rows.count:,} rows", need, fix)
     if _is_batched(simulator):
         found = _in_threads(simulator, rows, shared, wish, _thread_count(threads))
     else:

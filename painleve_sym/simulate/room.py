@@ -29,11 +29,11 @@ def row_bytes(simulator: ContactSimulator, wish: BatchWish) -> int:
     return sum(int(getattr(row, f.name).nbytes) for f in fields(row))
 
 
-def check_memory(where: str, count: int, each: int, fix: str) -> None:
-    """Raise InputError where there is no memory for `count` motions of `each` bytes."""
-    need, have = count * each, available_memory()
+def check_memory(where: str, what: str, need: int, fix: str) -> None:
+    """Raise InputError where there is no memory for `what`, which needs so many bytes."""
+    have = available_memory()
     if need > have:
         raise InputError(
-            f"{where}: {count:,} motions need {need / 1e9:.3g} GB of memory, there are "
+            f"{where}: {what} need {need / 1e9:.3g} GB of memory, there are "
             f"{have / 1e9:.3g} GB. Fix: {fix}."
         )

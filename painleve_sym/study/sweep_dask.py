@@ -23,6 +23,16 @@ def compute_part(
     return dict(sweep_of_texts(text, where, mechanism_text).compute(start, stop, threads=1))
 
 
+def check_dask() -> Any:
+    """Return the module dask.distributed; InputError where it is not installed."""
+    try:
+        return importlib.import_module("dask.distributed")
+    except ImportError as error:
+        raise InputError(
+            "--cluster: it needs dask.distributed. Fix: pip install 'painleve-sym[sweep]'."
+        ) from error
+
+
 def chunks_on_dask(
     sweep: Sweep, starts: Sequence[int], address: str
 ) -> Iterator[tuple[int, dict[str, Any]]]:
@@ -47,12 +57,7 @@ def chunks_on_dask(
     PainleveError
         The scheduler cannot be reached, or was lost.
     """
-    try:
-        distributed: Any = importlib.import_module("dask.distributed")
-    except ImportError as error:
-        raise InputError(
-            "--cluster: it needs dask.distributed. Fix: pip install 'painleve-sym[sweep]'."
-        ) from error
+    distributed = check_dask()
     cluster = None
     if address == LOCAL:
         count = len(os.sched_getaffinity(0))
