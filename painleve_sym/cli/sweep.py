@@ -12,6 +12,7 @@ import numpy as np
 
 from painleve_sym.cli.options import output_file, output_store, read_count
 from painleve_sym.cli.output import number, print_json, quantity, show, show_table
+from painleve_sym.errors import InputError, StopReason
 from painleve_sym.study.sweep import Sweep
 from painleve_sym.study.sweep_file import SUFFIXES, check_format, result_name, write_result
 from painleve_sym.study.sweep_run import Parts, Reporter, run_sweep
@@ -21,6 +22,11 @@ def sweep(arguments: argparse.Namespace) -> int:
     """Run or resume the sweep, write its result and print what it holds."""
     source = Path(arguments.file)
     threads = read_count("--threads", arguments.threads) if arguments.threads else None
+    if threads and arguments.cluster is not None:
+        raise InputError(
+            "--threads: the workers of a cluster have one thread each. Fix: leave out --threads "
+            "or --cluster."
+        )
     out = _result(arguments.out) if arguments.out else None
     found = Sweep.read(source)
     out = out or _result(f"{source.stem}.{found.format}")
@@ -96,6 +102,10 @@ def _show(found: Sweep, summary: dict[str, Any]) -> None:
     show(f"{summary['points']:,} points over {axes}")
     reasons = (f"{n:,} {name}" for name, n in summary["stop_reasons"].items())
     show(f"ended by {', '.join(reasons)}")
+    for name in summary["stop_reasons"]:
+        reason = StopReason.from_label(name)
+        if reason not in (StopReason.T_END, StopReason.UNTIL):
+            show(f"  {name}: {reason.advice}")
     show()
     rows = [
         (

@@ -222,9 +222,9 @@ def run_sweep(
         same call resumes.
     """
     if cluster is not None:
-        from painleve_sym.study.sweep_dask import check_dask
+        from painleve_sym.study.sweep_dask import check_cluster
 
-        check_dask()
+        check_cluster(cluster)
     check_room(sweep, out)
     sweep.check_run()
     parts = Parts.beside(out, sweep)
@@ -288,8 +288,8 @@ class Reporter:
         rate = (done - before) / (now - begun) if now > begun else 0.0
         text = f"painleve: {done:,} of {points:,} points"
         if rate > 0:
-            left = (points - done) / rate
-            text += f", {rate:,.0f} per second, {_duration(left)} left"
+            text += f", {rate:,.0f} per second"
+            text += f", {_duration((points - done) / rate)} left" if done < points else ""
         end = "\r" if self._live and done < points else "\n"
         self._stream.write(text.ljust(78 if self._live else 0) + end)
         self._stream.flush()
