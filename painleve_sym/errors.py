@@ -93,6 +93,11 @@ class StopReason(enum.Enum):
         "decision",
         "the contact problem of several contacts decides what follows",
     )
+    INVALID_START = (
+        "invalid_start",
+        "the contact law does not admit the start: inside the ground of a rigid contact, off its "
+        "guide, or compressed as well as under an initial force; start elsewhere",
+    )
     NO_MODE = (
         "no_mode",
         "no mode of the automaton admits the state; check the start state against the law",

@@ -34,6 +34,7 @@ def write(folder):
         run = simulator.run(start, parameters=TRUTH, t_end=1.0, until="separation")
         after = [run.final[n] + NOISE[n] * rng.standard_normal() for n in ("y_A_dot", "theta_dot")]
         rows.append(",".join([*map(str, start.values()), *(f"{v:.5f}" for v in after)]))
+    folder.mkdir(parents=True, exist_ok=True)
     (folder / "impacts.csv").write_text("\n".join(rows) + "\n", "utf-8")
     times = np.arange(0, 101) * 4e-5
     run = simulator.run(FALL, parameters=TRUTH, t_end=1.0001 * times[-1])

@@ -93,6 +93,24 @@ def output_folder(where: str, text: str) -> Path:
     return path
 
 
+def output_store(where: str, text: str) -> Path:
+    """Return the path of a Zarr store (a folder) that can be written, or can replace an older one.
+
+    Raises
+    ------
+    InputError
+        A file, or a folder that is no Zarr store; a folder around it that cannot be written.
+    """
+    path = Path(os.path.realpath(text))
+    if os.path.exists(path) and not any((path / n).is_file() for n in (".zgroup", "zarr.json")):
+        raise InputError(
+            f"{where}: {text} exists and is no Zarr store. Fix: name another one, or remove it."
+        )
+    _check_name(where, text, path)
+    _check_folder(where, text, path.parent)
+    return path
+
+
 def _check_name(where: str, text: str, path: Path) -> None:
     try:
         os.lstat(path)

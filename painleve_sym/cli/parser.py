@@ -94,18 +94,30 @@ SWEEP is a scenario file (see `painleve simulate -h`) with the points to run:
   law = { name = "bilinear-hertz", parameters = { E = 20.9e14 } }
   keep = ["theta_dot", "time_of_separation", "max_normal_force", "case"]
 
-  [axes]                            # every combination; or [sample], see docs
+  [axes]                            # every combination
   theta = { from = 0.9, to = 1.1, points = 21 }
   theta_dot = [0.5, 1.0, 2.0]
   mu = { from = 1.35, to = 2.0, points = 10, scale = "log" }
 
+or, instead of [axes], a sampled set:
+
+  [sample]
+  points = 1000
+  seed = 1
+  [sample.ranges]
+  theta = [0.95, 1.2]
+  mu = { from = 1.35, to = 2.0, scale = "log" }
+
 Axes: coordinates, velocities, parameters of mechanism and law, initial_force.
 keep: final states, time, mode, case (of the rigid contact at the start),
 time_of_EVENT, count_of_EVENT, max_OUTPUT, min_OUTPUT (and ..._time),
-integral_OUTPUT (of normal_force: the impulse). stop_reason is always kept.
+integral_OUTPUT (of normal_force: the impulse); with events = N the first N
+times, times_of_EVENT or event_times (all kinds). stop_reason is always kept.
+`painleve automaton MODEL --law LAW` lists the events.
 
+A failed motion is a point with its stop_reason, never left out.
 Chunks are written to FILE.parts as they finish. After any interruption the same
-command goes on from there."""
+command goes on from there. How to read the result: docs/sweeps.md."""
 
 
 class _Parser(argparse.ArgumentParser):
@@ -367,9 +379,18 @@ def _fit_options(parser: _Parser) -> None:
 def _sweep_options(parser: _Parser) -> None:
     parser.add_argument("file", metavar="SWEEP", help="the sweep, a TOML file (see below)")
     for option, metavar, text in (
-        ("--out", "FILE", "the result, .nc (NetCDF) or .npz; by default SWEEP.nc in this folder"),
+        (
+            "--out",
+            "FILE",
+            "the result: .nc (NetCDF), .zarr (a folder) or .npz; by default SWEEP.nc in this "
+            "folder, or what the key format of SWEEP says",
+        ),
         ("--threads", "N", "threads of this process; by default one per processor"),
-        ("--cluster", "ADDRESS", "run on the Dask scheduler there, or on `local` processes"),
+        (
+            "--cluster",
+            "ADDRESS",
+            "run on the Dask scheduler there, such as tcp://10.0.0.1:8786, or on `local` processes",
+        ),
     ):
         parser.add_argument(option, metavar=metavar, help=text)
     _json(parser)

@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from painleve_sym.cli.options import output_file, read_count
+from painleve_sym.cli.options import output_file, output_store, read_count
 from painleve_sym.cli.output import number, print_json, quantity, show, show_table
+from painleve_sym.errors import InputError, StopReason
 from painleve_sym.study.sweep import Sweep
 from painleve_sym.study.sweep_file import SUFFIXES, check_format, result_name, write_result
 from painleve_sym.study.sweep_run import Parts, Reporter, run_sweep
@@ -20,11 +21,15 @@ from painleve_sym.study.sweep_run import Parts, Reporter, run_sweep
 def sweep(arguments: argparse.Namespace) -> int:
     """Run or resume the sweep, write its result and print what it holds."""
     source = Path(arguments.file)
-    text = arguments.out or f"{source.with_suffix('').name}.nc"
-    out = output_file("--out", text, SUFFIXES)
-    check_format(out)
     threads = read_count("--threads", arguments.threads) if arguments.threads else None
+    if threads and arguments.cluster is not None:
+        raise InputError(
+            "--threads: the workers of a cluster have one thread each. Fix: leave out --threads "
+            "or --cluster."
+        )
+    out = _result(arguments.out) if arguments.out else None
     found = Sweep.read(source)
+    out = out or _result(f"{source.stem}.{found.format}")
     begun = time.monotonic()
     try:
         parts = run_sweep(
@@ -44,6 +49,14 @@ def sweep(arguments: argparse.Namespace) -> int:
     else:
         _show(found, summary)
     return 0
+
+
+def _result(text: str) -> Path:
+    """Return where the result goes, checked before anything runs."""
+    store = Path(text).suffix.lower() == ".zarr"
+    out = output_store("--out", text) if store else output_file("--out", text, SUFFIXES)
+    check_format(out)
+    return out
 
 
 def _summary(parts: Parts) -> dict[str, Any]:
@@ -72,9 +85,11 @@ def _summary(parts: Parts) -> dict[str, Any]:
 
 
 def _widen(ranges: dict[str, dict[str, Any]], name: str, values: Any, unit: str) -> None:
-    some = values[np.isfinite(values)] if values.dtype.kind == "f" else values
+    each = values.reshape(len(values), -1)
+    there = np.isfinite(each) if each.dtype.kind == "f" else np.ones(each.shape, bool)
+    some = each[there]
     old = ranges.setdefault(name, {"unit": unit, "from": None, "to": None, "missing": 0})
-    old["missing"] += int(len(values) - len(some))
+    old["missing"] += int((~there.any(axis=1)).sum())
     if len(some):
         ends = [v for v in (old["from"], old["to"]) if v is not None]
         old["from"] = min([float(some.min()), *ends])
@@ -87,6 +102,10 @@ def _show(found: Sweep, summary: dict[str, Any]) -> None:
     show(f"{summary['points']:,} points over {axes}")
     reasons = (f"{n:,} {name}" for name, n in summary["stop_reasons"].items())
     show(f"ended by {', '.join(reasons)}")
+    for name in summary["stop_reasons"]:
+        reason = StopReason.from_label(name)
+        if reason not in (StopReason.T_END, StopReason.UNTIL):
+            show(f"  {name}: {reason.advice}")
     show()
     rows = [
         (

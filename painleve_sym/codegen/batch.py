@@ -75,8 +75,8 @@ class BatchRows:
     state : ndarray, shape (n, nx)
     memory : ndarray, shape (n, nz)
     mode, reason, transition : ndarray of int, shape (n,)
-        Index of the mode, number of the stop reason (`ENGINE_REASONS`), index of the transition
-        that ended the run or -1.
+        Index of the mode, number of the stop reason (the engine's are `ENGINE_REASONS`), index of
+        the transition that ended the run or -1.
     counters : ndarray of int, shape (n, 6)
     event_counts : ndarray of int, shape (n, kinds)
     event_times : ndarray, shape (n, kinds, events)
@@ -131,15 +131,16 @@ class BatchRows:
         for f in fields(self):
             getattr(self, f.name)[rows] = getattr(other, f.name)
 
-    def fill_unmoved(self, rows: Any, states: Array, reason: int) -> None:
-        """Overwrite some rows by motions that ended where they began, for one reason.
+    def fill_unmoved(self, rows: Any, states: Array, reason: Any) -> None:
+        """Overwrite some rows by motions that ended where they began.
 
         Parameters
         ----------
         rows : ndarray of bool, shape (n,)
         states : ndarray, shape (n, nx)
             Where each row began.
-        reason : int
+        reason : int, or ndarray of int
+            Of all of them, or of each.
         """
         for f in fields(self):
             array = getattr(self, f.name)

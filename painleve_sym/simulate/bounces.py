@@ -1,4 +1,4 @@
-"""Rows of rigid motion whose bounces die out: closed, and followed on from there."""
+"""Rows of rigid motion: bounces that die out are closed and followed on; jams are told apart."""
 
 from __future__ import annotations
 
@@ -10,14 +10,48 @@ import numpy as np
 from painleve_sym.codegen.batch import BatchRows, BatchWish
 from painleve_sym.codegen.compiled import CompiledEngine
 from painleve_sym.codegen.run import Array, RunOptions
-from painleve_sym.codegen.source import ENGINE_REASONS
-from painleve_sym.errors import StopReason
-from painleve_sym.simulate.rigid import CLOSED, RigidSimulator
+from painleve_sym.hybrid.rigid import RigidContact
+from painleve_sym.simulate.rigid import CLOSED, SETTLE, RigidSimulator
+from painleve_sym.simulate.row_reasons import ACCUMULATION, DYNAMIC_JAM, SINGULAR, UNTIL
+from painleve_sym.simulate.singular import jams
 
-ACCUMULATION = ENGINE_REASONS.index(StopReason.ACCUMULATION)
+
+def run_rigid(
+    simulator: RigidSimulator,
+    engine: CompiledEngine,
+    states: Array,
+    parameters: Array,
+    atol: Array,
+    o: RunOptions,
+    wish: BatchWish,
+) -> BatchRows:
+    """Return the ends of n rigid motions, each what `RigidSimulator.run` returns of it.
+
+    Parameters
+    ----------
+    states, atol : ndarray, shape (n, nx)
+    parameters : ndarray, shape (n, np)
+    o : RunOptions
+        With start events.
+    """
+    rows = engine.batch_rows(len(states), wish)
+    engine.run_batch(states, parameters, np.full(len(states), o.t_end), atol, o, wish, rows)
+    if isinstance(simulator.contact, RigidContact):
+        rows = _with_settle(rows)
+        _follow(simulator, engine, parameters, atol, o, wish, rows)
+        _name_jams(simulator, simulator.contact, parameters, rows)
+    return rows
 
 
-def follow_bounces(
+def _with_settle(rows: BatchRows) -> BatchRows:
+    """Return the rows with one more kind of event, which has not happened."""
+    n, _, events = rows.event_times.shape
+    times = np.concatenate([rows.event_times, np.full((n, 1, events), np.nan)], axis=1)
+    counts = np.hstack([rows.event_counts, np.zeros((n, 1), np.int64)])
+    return replace(rows, event_times=times, event_counts=counts)
+
+
+def _follow(
     simulator: RigidSimulator,
     engine: CompiledEngine,
     parameters: Array,
@@ -26,17 +60,8 @@ def follow_bounces(
     wish: BatchWish,
     rows: BatchRows,
 ) -> None:
-    """Go on with the rows that ended where bounces accumulate, as `RigidSimulator.run` does.
-
-    Parameters
-    ----------
-    parameters : ndarray, shape (n, np)
-    atol : ndarray, shape (n, nx)
-    rows : BatchRows
-        First runs of n rows; what follows is joined to them.
-    """
-    names, contact = simulator.outline.states, simulator.contact
-    gap, rate = names.index(contact.gap), names.index(contact.gap_rate)
+    """Go on with the rows that ended where bounces accumulate; what follows is joined to them."""
+    gap, rate = simulator.closing
     scale = atol / o.rtol
     index = np.flatnonzero(rows.reason == ACCUMULATION)
     started = np.full(len(rows.time), -1.0)
@@ -44,19 +69,43 @@ def follow_bounces(
         state, time = rows.state[index], rows.time[index]
         near = np.abs(state[:, gap]) < CLOSED * scale[index, gap]
         slow = np.abs(state[:, rate]) < 1e3 * CLOSED * scale[index, rate]
-        left = o.t_end - time
-        index = index[near & slow & (time != started[index]) & (left > 0)]
+        index = index[near & slow & (time != started[index])]
+        _note_settle(rows, index, wish)
+        if SETTLE in o.until:
+            rows.reason[index], rows.memory[index] = UNTIL, 0.0
+            rows.state[index[:, None], [gap, rate]] = 0.0
+            return
+        index = index[o.t_end - rows.time[index] > 0]
         if not len(index):
             return
         start = rows.time[index]
         states = rows.state[index].copy()
         states[:, [gap, rate]] = 0.0
         part = engine.batch_rows(len(index), wish)
-        given = (states, parameters[index], o.t_end - start, atol[index])
-        engine.run_batch(*given, replace(o), wish, part)
-        rows.put(index, joined(rows.taken(index), shifted(part, start), wish))
+        engine.run_batch(states, parameters[index], o.t_end - start, atol[index], o, wish, part)
+        later = shifted(_with_settle(part), start)
+        rows.put(index, joined(rows.taken(index), later, wish))
         started[index] = start
         index = index[part.reason == ACCUMULATION]
+
+
+def _note_settle(rows: BatchRows, index: Any, wish: BatchWish) -> None:
+    count = rows.event_counts[index, -1]
+    room = count < wish.events
+    rows.event_times[index[room], -1, count[room]] = rows.time[index[room]]
+    rows.event_counts[index, -1] += 1
+
+
+def _name_jams(
+    simulator: RigidSimulator, contact: RigidContact, parameters: Array, rows: BatchRows
+) -> None:
+    """Tell the slips that jam dynamically from others that meet A = 0."""
+    met = np.flatnonzero(rows.reason == SINGULAR)
+    for mode in np.unique(rows.mode[met]):
+        index = met[rows.mode[met] == mode]
+        values = dict(zip(simulator.outline.parameters, parameters[index].T, strict=True))
+        name = simulator.outline.modes[int(mode)].name
+        rows.reason[index[jams(contact, name, rows.state[index], values)]] = DYNAMIC_JAM
 
 
 def shifted(rows: BatchRows, start: Array) -> BatchRows:
@@ -73,18 +122,19 @@ def shifted(rows: BatchRows, start: Array) -> BatchRows:
 
 def joined(first: BatchRows, then: BatchRows, wish: BatchWish) -> BatchRows:
     """Return rows of motions that went on: ends of `then`, and what both hold."""
-    count = np.minimum(first.event_counts, wish.events)
-    # Times of the later part follow those of the earlier one, as far as there is room.
-    place = np.arange(wish.events)[None, None, :]
-    later = np.take_along_axis(then.event_times, np.maximum(place - count[:, :, None], 0), axis=2)
-    times = np.where(place < count[:, :, None], first.event_times, later)
-    sign = np.where(np.arange(first.extremes.shape[1]) < len(wish.maxima), 1.0, -1.0)
-    better = sign * then.extremes[:, :, 0] > sign * first.extremes[:, :, 0]
     changes: dict[str, Any] = {
         "counters": first.counters + then.counters,
         "event_counts": first.event_counts + then.event_counts,
-        "event_times": times,
-        "extremes": np.where(better[:, :, None], then.extremes, first.extremes),
         "integrals": first.integrals + then.integrals,
     }
+    if wish.events:
+        count = np.minimum(first.event_counts, wish.events)
+        # Times of the later part follow those of the earlier one, as far as there is room.
+        place = np.arange(wish.events)[None, None, :]
+        ahead = np.maximum(place - count[:, :, None], 0)
+        later = np.take_along_axis(then.event_times, ahead, axis=2)
+        changes["event_times"] = np.where(place < count[:, :, None], first.event_times, later)
+    sign = np.where(np.arange(first.extremes.shape[1]) < len(wish.maxima), 1.0, -1.0)
+    better = sign * then.extremes[:, :, 0] > sign * first.extremes[:, :, 0]
+    changes["extremes"] = np.where(better[:, :, None], then.extremes, first.extremes)
     return replace(then, **changes)

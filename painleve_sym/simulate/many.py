@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 from collections import deque
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,26 +14,21 @@ from numpy.typing import ArrayLike
 
 from painleve_sym.codegen.batch import BatchRows, BatchWish
 from painleve_sym.codegen.compiled import CompiledEngine
-from painleve_sym.codegen.run import Array, RunOptions
-from painleve_sym.codegen.source import ENGINE_REASONS
-from painleve_sym.errors import InputError, StopReason
-from painleve_sym.simulate.bilateral import check_held
-from painleve_sym.simulate.bounces import follow_bounces
-from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.codegen.run import RunOptions
+from painleve_sym.errors import InputError
+from painleve_sym.simulate.bounces import run_rigid
 from painleve_sym.simulate.many_inputs import ManyInputs
 from painleve_sym.simulate.many_result import ManyResult, run_row
+from painleve_sym.simulate.many_starts import BLOCK, RUNS, Starts, blocks
 from painleve_sym.simulate.one_by_one import run_one_by_one
 from painleve_sym.simulate.rigid import RigidSimulator
+from painleve_sym.simulate.room import check_memory, row_bytes
 from painleve_sym.simulate.simulator import DEFAULT_RTOL, ContactSimulator
 from painleve_sym.simulate.trajectory import Trajectory
 from painleve_sym.simulate.two_contacts import TwoContactSimulator
 
-BLOCK = 4096
-"""Rows prepared at a time."""
 PART = 256
 """Rows a thread takes at a time: some ten milliseconds, so that all threads end together."""
-
-LEFT_DOMAIN = ENGINE_REASONS.index(StopReason.LEFT_DOMAIN)
 
 
 def simulate_many(
@@ -55,8 +50,11 @@ def simulate_many(
     """Integrate one motion for every entry of the arrays, in threads over compiled code.
 
     Each row is the same, bit for bit, as `simulator.run` on its own numbers: it depends neither on
-    the other rows nor on the number of threads. A row that fails is a row with its stop reason;
-    one that starts outside the mechanism's domain has ``left_domain`` at t = 0.
+    the other rows nor on the number of threads. A row that fails is a row with its stop reason.
+    One that cannot start has its reason at t = 0: ``left_domain`` outside the mechanism's domain,
+    ``invalid_start`` where the contact law does not admit it (inside the ground of a rigid contact,
+    off a guide, compressed as well as under an initial force), ``non_finite`` where a constant of
+    the law is not finite.
 
     Parameters
     ----------
@@ -73,7 +71,7 @@ def simulate_many(
     threads : int
         By default the processors this process may use.
     events : int
-        How many event times of each kind are kept, the first ones.
+        How many event times of each kind are kept, the first ones; all are counted.
     maxima, minima : tuple of str
         Outputs (``normal_force``, ``compression``, …) of which the extreme over the run and its
         time are kept: located on the dense output of each step.
@@ -90,13 +88,16 @@ def simulate_many(
     Raises
     ------
     InputError
-        Unknown names, shapes that do not fit, numbers that are not finite or out of range: before
-        anything runs.
+        Unknown names, shapes that do not fit, numbers that are not finite or out of range, more
+        rows than memory holds: before anything runs.
     """
     wish = BatchWish(events, tuple(maxima), tuple(minima), tuple(integrals))
     rows = ManyInputs.of(simulator, states, parameters or {}, initial_force)
     shared = _shared_options(simulator, t_end, until, rtol, limits)
     _check_outputs(simulator, wish)
+    need = rows.count * row_bytes(simulator, wish)
+    fix = "fewer rows at a time, or fewer event times"
+    check_memory(f"batch of {simulator.where}", f"{rows.count:,} rows", need, fix)
     if _is_batched(simulator):
         found = _in_threads(simulator, rows, shared, wish, _thread_count(threads))
     else:
@@ -121,12 +122,7 @@ def _one_by_one(
             more["initial_force"] = float(rows.part(rows.force, i, i + 1)[0])
         return run_row(simulator, simulator.mechanism, rows.row(i), o, "events", **more)
 
-    def start(i: int) -> Any:
-        return simulator.initial_states(rows.symbols(i, i + 1))[0]
-
-    with np.errstate(all="ignore"):
-        outside = rows.outside(0, rows.count)
-    return run_one_by_one(simulator, run, start, outside, o, wish)
+    return run_one_by_one(simulator, run, blocks(simulator, rows), rows.count, wish)
 
 
 def _thread_count(threads: int | None) -> int:
@@ -166,45 +162,26 @@ def _shared_options(
 # ---- the work ----
 
 
-@dataclass(frozen=True)
-class _Block:
-    """Rows ready for the engine."""
-
-    start: int
-    states: Array
-    parameters: Array
-    atol: Array
-    outside: Any
-
-    def part(self, start: int, stop: int) -> _Block:
-        """Return some rows."""
-        return self.chosen(slice(start, stop))
-
-    def chosen(self, rows: Any) -> _Block:
-        """Return the rows of a slice or a mask."""
-        arrays = (self.states, self.parameters, self.atol, self.outside)
-        return _Block(self.start, *(a[rows] for a in arrays))
-
-
 def _in_threads(
     simulator: ContactSimulator, rows: ManyInputs, o: RunOptions, wish: BatchWish, threads: int
 ) -> BatchRows:
     engine = simulator.integrator
     assert isinstance(engine, CompiledEngine)
-    found = engine.batch_rows(rows.count, wish)
+    kinds = max(1, len(simulator.event_kinds))
+    found = BatchRows.empty(rows.count, simulator.outline, wish, kinds)
 
-    def integrate(block: _Block, start: int, stop: int) -> None:
-        part = found.part(slice(block.start + start, block.start + stop))
+    def integrate(block: Starts, start: int, stop: int) -> None:
+        part = found.part(slice(block.first + start, block.first + stop))
         _integrate(simulator, engine, block.part(start, stop), o, wish, part)
 
     if threads == 1:
-        for block in _blocks(simulator, engine, rows, o):
+        for block in blocks(simulator, rows):
             integrate(block, 0, len(block.states))
         return found
     waiting: deque[Future[None]] = deque()
     with ThreadPoolExecutor(threads) as pool:
         try:
-            for block in _blocks(simulator, engine, rows, o):
+            for block in blocks(simulator, rows):
                 n = len(block.states)
                 for start in range(0, n, PART):
                     waiting.append(pool.submit(integrate, block, start, min(start + PART, n)))
@@ -219,88 +196,28 @@ def _in_threads(
     return found
 
 
-def _blocks(
-    simulator: ContactSimulator, engine: CompiledEngine, rows: ManyInputs, o: RunOptions
-) -> Iterator[_Block]:
-    for start in range(0, rows.count, BLOCK):
-        yield _prepared(simulator, engine, rows, start, min(start + BLOCK, rows.count), o)
-
-
-def _prepared(
-    simulator: ContactSimulator,
-    engine: CompiledEngine,
-    rows: ManyInputs,
-    start: int,
-    stop: int,
-    o: RunOptions,
-) -> _Block:
-    # Outside the domain formulas may well divide by zero; those rows are not integrated.
-    with np.errstate(all="ignore"):
-        values = rows.symbols(start, stop)
-        outside = rows.outside(start, stop)
-        parameters = np.array([values[s] for s in simulator.outline.parameters]).T.copy()
-        constants = engine.many_constants(parameters)
-        _check_constants(simulator, constants, start)
-        states = simulator.initial_states(values)
-        if rows.force is not None:
-            assert isinstance(simulator, SoftenedSimulator)
-            force = rows.part(rows.force, start, stop)
-            states = simulator.with_forces(states, force, constants)
-        if isinstance(simulator, RigidSimulator):
-            _check_gaps(simulator, states[~outside])
-        atol = o.rtol * simulator.all_tolerances(states, constants)
-    return _Block(start, states, parameters, atol, outside)
-
-
-def _check_constants(simulator: ContactSimulator, constants: Array, start: int) -> None:
-    good = np.isfinite(constants)
-    if good.all():
-        return
-    row, column = np.argwhere(~good)[0]
-    names = (*simulator.outline.parameters, *simulator.outline.definitions)
-    raise InputError(
-        f"batch of {simulator.where}: row {start + int(row)}: {names[column]} comes out as "
-        f"{float(constants[row, column])!r}, need a finite number. Fix: check the parameters it "
-        "is made of (stiffness, curvatures)."
-    )
-
-
-def _check_gaps(simulator: RigidSimulator, states: Array) -> None:
-    if not len(states):
-        return
-    contact, names = simulator.contact, simulator.outline.states
-    gaps, rates = (states[:, names.index(s)] for s in (contact.gap, contact.gap_rate))
-    if simulator.mechanism.contact.bilateral:
-        for i in {int(np.argmax(np.abs(gaps))), int(np.argmax(np.abs(rates)))}:
-            check_held(simulator.where, float(gaps[i]), float(rates[i]))
-    elif gaps.min() < 0:
-        raise InputError(
-            f"batch of {simulator.where}: a row starts inside the ground, gap = "
-            f"{float(gaps.min()):g} m, and a rigid contact has no compression. Fix: start with "
-            "gap >= 0, or give a contact law."
-        )
-
-
 def _integrate(
     simulator: ContactSimulator,
     engine: CompiledEngine,
-    block: _Block,
+    block: Starts,
     o: RunOptions,
     wish: BatchWish,
     rows: BatchRows,
 ) -> None:
-    """Fill the rows: those outside the domain at once, the others by the engine."""
-    if block.outside.any():
-        rows.fill_unmoved(block.outside, block.states, LEFT_DOMAIN)
-        inside = ~block.outside
-        if inside.any():
-            part = engine.batch_rows(int(inside.sum()), wish)
-            _integrate(simulator, engine, block.chosen(inside), o, wish, part)
-            rows.put(inside, part)
+    """Fill the rows: those that cannot run at once, the others by the engine."""
+    runs = block.refusal == RUNS
+    if not runs.all():
+        rows.fill_unmoved(~runs, block.states, block.refusal[~runs])
+        if runs.any():
+            kinds = rows.event_counts.shape[1]
+            part = BatchRows.empty(int(runs.sum()), simulator.outline, wish, kinds)
+            _integrate(simulator, engine, block.chosen(runs), o, wish, part)
+            rows.put(runs, part)
+        return
+    atol = o.rtol * block.scales
+    if isinstance(simulator, RigidSimulator):
+        given = (block.states, block.parameters, atol, replace(o, start_events=True))
+        rows.put(slice(None), run_rigid(simulator, engine, *given, wish))
         return
     t_end = np.full(len(block.states), o.t_end)
-    if isinstance(simulator, RigidSimulator):
-        o = replace(o, start_events=True)
-    engine.run_batch(block.states, block.parameters, t_end, block.atol, o, wish, rows)
-    if isinstance(simulator, RigidSimulator) and not simulator.mechanism.contact.bilateral:
-        follow_bounces(simulator, engine, block.parameters, block.atol, o, wish, rows)
+    engine.run_batch(block.states, block.parameters, t_end, atol, o, wish, rows)

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from painleve_sym.codegen.batch import COUNTERS, BatchRows, BatchWish
 from painleve_sym.codegen.run import Array, RunOptions
-from painleve_sym.codegen.source import ENGINE_REASONS
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.simulate.row_reasons import ROW_REASONS
 from painleve_sym.simulate.simulator import ContactSimulator
 from painleve_sym.simulate.trajectory import Trajectory
 
@@ -35,6 +35,9 @@ class ManyResult:
 
     - ``time``, ``stop_reason`` (text), ``mode`` (text);
     - ``time_of_KIND``, ``count_of_KIND``: first time of an event and how often it happened;
+    - ``times_of_KIND``, shape (*shape, events): its first times, nan where there were fewer;
+    - ``event_times``, shape (*shape, kinds, events), and ``event_counts``, shape (*shape, kinds):
+      the same of all kinds;
     - ``max_OUTPUT``, ``max_OUTPUT_time``, ``min_…``, ``integral_OUTPUT``: where asked for;
     - the counters of the work, such as ``accepted_steps``.
 
@@ -76,7 +79,11 @@ class ManyResult:
         for k, kind in enumerate(self.kinds):
             if wish.events:
                 found[f"time_of_{kind}"] = rows.event_times[:, k, 0]
+                found[f"times_of_{kind}"] = rows.event_times[:, k]
             found[f"count_of_{kind}"] = rows.event_counts[:, k]
+        if wish.events:
+            found["event_times"] = rows.event_times
+        found["event_counts"] = rows.event_counts
         extremes = [*(f"max_{n}" for n in wish.maxima), *(f"min_{n}" for n in wish.minima)]
         for k, name in enumerate(extremes):
             found |= {name: rows.extremes[:, k, 0], f"{name}_time": rows.extremes[:, k, 1]}
@@ -90,28 +97,29 @@ class ManyResult:
         return ("stop_reason", "mode", *self._names)
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        """Return one quantity of every motion, in the shape of the inputs."""
+        """Return one quantity of every motion, shape (*shape, *its own dimensions)."""
         if name == "stop_reason":
-            labels = np.array([r.label for r in ENGINE_REASONS])
+            labels = np.array([r.label for r in ROW_REASONS])
             return np.asarray(labels[self.rows.reason].reshape(self.shape))
         if name == "mode":
             modes = np.array([m.name for m in self.simulator.outline.modes])
             return np.asarray(modes[self.rows.mode].reshape(self.shape))
         if name not in self._names:
             raise InputError("batch result: " + unknown_name("quantity", name, self.names))
-        return np.asarray(self._names[name].reshape(self.shape))
+        found = self._names[name]
+        return np.asarray(found.reshape(self.shape + found.shape[1:]))
 
     def event_times(self, kind: str) -> Array:
         """Return the kept times of one kind of event, shape (*shape, events), nan where none; s."""
         if kind not in self.kinds:
             raise InputError("batch result: " + unknown_name("event", kind, self.kinds))
         times = self.rows.event_times[:, self.kinds.index(kind)]
-        return times.reshape(*self.shape, self.wish.events)
+        return np.asarray(times.reshape(*self.shape, self.wish.events))
 
     def counts(self) -> dict[str, int]:
         """Return how many motions ended for each stop reason that occurred."""
-        found = np.bincount(self.rows.reason, minlength=len(ENGINE_REASONS))
-        return {r.label: int(n) for r, n in zip(ENGINE_REASONS, found, strict=True) if n}
+        found = np.bincount(self.rows.reason, minlength=len(ROW_REASONS))
+        return {r.label: int(n) for r, n in zip(ROW_REASONS, found, strict=True) if n}
 
     def trajectory(self, *index: int) -> Trajectory:
         """Return the whole motion of one row, run again: the same bits, with every step.
@@ -136,7 +144,10 @@ class ManyResult:
     def to_xarray(
         self, names: Sequence[str] | None = None, dims: Sequence[str] | None = None
     ) -> Any:
-        """Return an `xarray.Dataset` of the quantities `names`, by default all.
+        """Return an `xarray.Dataset` of the quantities `names`, by default all but ``times_of_…``.
+
+        ``event_times`` has the further dimensions ``event``, the kinds by name, and ``occurrence``
+        from 1.
 
         Parameters
         ----------
@@ -157,12 +168,29 @@ class ManyResult:
             ) from error
         count = len(self.shape)
         dims = dims or (("row",) if count == 1 else tuple(f"axis_{i}" for i in range(count)))
+        names = names or [n for n in self.names if not n.startswith("times_of_")]
         variables = {
-            name: (tuple(dims), self[name], {"units": self.units(name)})
-            for name in names or self.names
+            name: ((*dims, *event_dims(name)), self[name], {"units": self.units(name)})
+            for name in names
+        }
+        used = {d for name in names for d in event_dims(name)}
+        labels = {
+            "event": ("event", np.array(self.kinds)),
+            "occurrence": ("occurrence", np.arange(1, self.wish.events + 1)),
         }
         where = {"mechanism": self.simulator.mechanism.name, "law": self.simulator.label}
-        return xarray.Dataset(variables, attrs=where | self.simulator.choices)
+        return xarray.Dataset(
+            variables,
+            coords={d: label for d, label in labels.items() if d in used},
+            attrs=where | self.simulator.choices,
+        )
+
+
+def event_dims(name: str) -> tuple[str, ...]:
+    """Return the dimensions of a quantity besides those of the points."""
+    if name.startswith("times_of_"):
+        return ("occurrence",)
+    return {"event_times": ("event", "occurrence"), "event_counts": ("event",)}.get(name, ())
 
 
 def run_row(
@@ -193,7 +221,7 @@ def run_row(
 
 def unit_of(mechanism: Mechanism, name: str) -> str:
     """Return the SI unit of a state, an output, or what is kept of one."""
-    if name.startswith("time") or name.endswith("_time"):
+    if name.startswith("time") or name.endswith(("_time", "_times")):
         return "s"
     if name.startswith("integral_"):
         unit = unit_of(mechanism, name.removeprefix("integral_"))

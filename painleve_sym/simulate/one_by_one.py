@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping
 
 import numpy as np
 
 from painleve_sym.codegen.batch import COUNTERS, BatchRows, BatchWish
-from painleve_sym.codegen.run import RunOptions
-from painleve_sym.codegen.source import ENGINE_REASONS
-from painleve_sym.errors import StopReason
+from painleve_sym.simulate.many_starts import RUNS, Starts
+from painleve_sym.simulate.row_reasons import ROW_REASONS
 from painleve_sym.simulate.simulator import ContactSimulator
 from painleve_sym.simulate.trajectory import Trajectory
 
@@ -18,9 +16,8 @@ from painleve_sym.simulate.trajectory import Trajectory
 def run_one_by_one(
     simulator: ContactSimulator,
     run: Callable[[int], Trajectory],
-    start: Callable[[int], Any],
-    outside: Any,
-    o: RunOptions,
+    blocks: Iterable[Starts],
+    count: int,
     wish: BatchWish,
 ) -> BatchRows:
     """Return the ends of the runs.
@@ -29,20 +26,21 @@ def run_one_by_one(
     ----------
     run : callable
         Row number → its trajectory.
-    start : callable
-        Row number → its state vector, shape (nx,).
-    outside : ndarray of bool, shape (n,)
-        Rows outside the mechanism's domain, which are not run.
+    blocks : iterable of Starts
+        Of them only the rows that cannot run are taken.
+    count : int
+        Of rows.
     """
     kinds = simulator.event_kinds
-    rows = BatchRows.empty(len(outside), simulator.outline, wish, len(kinds))
-    for i, beyond in enumerate(outside):
-        part = rows.part(slice(i, i + 1))
-        if beyond:
-            reason = ENGINE_REASONS.index(StopReason.LEFT_DOMAIN)
-            part.fill_unmoved(np.array([True]), np.array([start(i)]), reason)
-        else:
-            _fill(part, run(i), kinds, wish.events)
+    rows = BatchRows.empty(count, simulator.outline, wish, len(kinds))
+    for block in blocks:
+        for i, refusal in enumerate(block.refusal.tolist(), block.first):
+            part = rows.part(slice(i, i + 1))
+            if refusal == RUNS:
+                _fill(part, run(i), kinds, wish.events)
+            else:
+                state = block.states[i - block.first][None]
+                part.fill_unmoved(np.array([True]), state, refusal)
     return rows
 
 
@@ -53,7 +51,7 @@ def _fill(row: BatchRows, found: Trajectory, kinds: tuple[str, ...], events: int
         found.final_memory,
     )
     row.mode[:], row.transition[:] = found.final_mode, -1
-    row.reason[:] = ENGINE_REASONS.index(found.stop_reason)
+    row.reason[:] = ROW_REASONS.index(found.stop_reason)
     counters: Mapping[str, int] = found.counters
     row.counters[0] = [counters.get(name, 0) for name in COUNTERS]
     row.event_times[:] = np.nan

@@ -28,6 +28,8 @@ from painleve_sym.simulate.two_contacts import TwoContactSimulator
 CLOSED = 1e-9
 """Gap and normal speed, in parts of the state's scale, at which bounces have died out."""
 
+SETTLE = "settle"
+"""Kind of the event that closes a contact whose bounces have died out."""
 
 _MEETINGS = {
     LimitKind.BOUNDED: "the slip runs into A = B = 0 with a bounded force (see limit); beyond it "
@@ -98,6 +100,12 @@ class RigidSimulator(ContactSimulator):
         if self.mechanism.contact.bilateral:
             return {"policy": self.policy}
         return {"restitution": self.restitution, "policy": self.policy}
+
+    @property
+    def event_kinds(self) -> tuple[str, ...]:
+        """Kinds of events, the limits of bounces last; a guide has no bounces."""
+        kinds = self.outline.kinds
+        return kinds if self.mechanism.contact.bilateral else (*kinds, SETTLE)
 
     def contact_scales(
         self, values: Mapping[Any, Array], found: Mapping[str, Array]
@@ -196,6 +204,9 @@ class RigidSimulator(ContactSimulator):
             vector, memory = (restart or self._restart)(raw)
             place = sum(len(r.events) for r in runs)
             limits.append(Limit(self._settle_event(raw, vector), vector, memory, place))
+            if SETTLE in options.until:
+                at_rest = raw._replace(state=vector, memory=memory, stop_reason=StopReason.UNTIL)
+                return _joined([*runs[:-1], at_rest]), limits
             start = raw.time
             current = replace(current, t_end=options.t_end - start)
             if not current.t_end > 0:
@@ -221,7 +232,7 @@ class RigidSimulator(ContactSimulator):
         names = [s.name for s in self.outline.states]
         return EventRecord(
             time=raw.time,
-            kind="settle",
+            kind=SETTLE,
             mode_before=self.outline.modes[raw.mode].name,
             mode_after=DECISION,
             state={n: float(v) for n, v in zip(names, vector[: len(names)], strict=True)},
@@ -266,9 +277,7 @@ class RigidSimulator(ContactSimulator):
         return replace(event, alternatives=modes) if len(modes) > 1 else event
 
 
-def _with_limit(
-    contact: RigidContact, run: Trajectory, values: Mapping[str, float]
-) -> Trajectory:
+def _with_limit(contact: RigidContact, run: Trajectory, values: Mapping[str, float]) -> Trajectory:
     limit = locate_limit(contact, run, values)
     if limit is None:
         return run

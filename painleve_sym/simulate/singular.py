@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import sympy as sp
 
-from painleve_sym.codegen.evaluate import numbers
+from painleve_sym.codegen.quantities import quantities
 from painleve_sym.codegen.run import Array
 from painleve_sym.errors import StopReason
 from painleve_sym.hybrid.contact_states import CONTACTS
@@ -40,66 +42,135 @@ def locate_limit(
     values : mapping of str to float
         All parameters by name.
     """
-    mode = run.mode_names[run.final_mode]
-    name = mode.removesuffix("_unstable")
-    if run.stop_reason is not StopReason.SINGULAR or not CONTACTS.get(name):
+    mode = _slip(run.mode_names[run.final_mode])
+    if run.stop_reason is not StopReason.SINGULAR or mode is None:
         return None
-    return _Approach(contact, name, values).limit(run)
+    constants = {p.symbol: np.array([values[p.name]]) for p in contact.mechanism.system.parameters}
+    found = _Approach(contact, mode, constants).limits(np.asarray(run.final_state)[None])
+    time = run.final_time + float(found.left[0])
+    ratio = float(found.ratio[0])
+    return SingularLimit(
+        kind=found.kind(0),
+        time=time,
+        state={s.name: float(v) for s, v in zip(contact.states, found.states[0], strict=True)},
+        A=float(found.A[0]),
+        B=float(found.B[0]),
+        eigenvalues=(float(found.alpha[0]), -float(found.beta_1[0])),
+        eigenvalue_ratio=ratio,
+        force_exponent=1 - ratio,
+        measured_exponent=_measured_exponent(run, time),
+        bounded_force=float(found.bounded[0]),
+    )
+
+
+def jams(contact: RigidContact, mode: str, states: Array, values: Mapping[Any, Array]) -> Any:
+    """Return which runs that stopped where their slip meets A = 0 jam dynamically, shape (n,).
+
+    Parameters
+    ----------
+    contact : RigidContact
+    mode : str
+        In which all of them stopped.
+    states : ndarray, shape (n, nx)
+    values : mapping of sympy.Symbol to ndarray, shape (n,)
+        All parameters.
+    """
+    slip = _slip(mode)
+    if slip is None:
+        return np.zeros(len(states), bool)
+    found = _Approach(contact, slip, values).limits(states)
+    return np.array([found.kind(i) is LimitKind.DYNAMIC_JAM for i in range(len(states))])
+
+
+def _slip(mode: str) -> str | None:
+    """Return the slip of a mode, None where it does not slip."""
+    name = mode.removesuffix("_unstable")
+    return name if CONTACTS.get(name) else None
+
+
+@dataclass(frozen=True)
+class _Limits:
+    """Where n slips arrive; arrays of shape (n,), states (n, nx)."""
+
+    states: Array
+    left: Array
+    force: Array
+    A: Array
+    B: Array
+    alpha: Array
+    beta_1: Array
+    ratio: Array
+    bounded: Array
+    reaches: Any
+
+    def kind(self, i: int) -> LimitKind:
+        """Return how one of them meets A = 0."""
+        if not self.reaches[i]:
+            return LimitKind.STOP
+        force, bounded = self.force[i], self.bounded[i]
+        if self.ratio[i] >= 1:
+            return LimitKind.BOUNDED if bounded > 0 else LimitKind.LIFTOFF
+        return LimitKind.DYNAMIC_JAM if force > bounded else LimitKind.LIFTOFF
 
 
 class _Approach:
-    """A, B, their rates and the rates of all states in one slip mode."""
+    """A, B, their rates and the rates of all states in one slip mode, at n points."""
 
-    def __init__(self, contact: RigidContact, mode: str, values: Mapping[str, float]) -> None:
-        slip, c = CONTACTS[mode], contact.mechanism.coefficients
-        point = contact.singular_points[slip]
-        self.states = contact.states
-        self._local = (c.A(slip), c.B, point.A_rate, point.B_rate, point.B_rate_per_force)
-        rates = contact.field(mode, F_N) | {contact.gap: 0, contact.gap_rate: 0}
-        self._rates = [rates.get(s, 0) for s in self.states]
-        parameters = contact.mechanism.system.parameters
-        self._constants: dict[Any, float] = {p.symbol: values[p.name] for p in parameters}
+    def __init__(self, contact: RigidContact, mode: str, constants: Mapping[Any, Array]) -> None:
+        def derive() -> dict[str, Any]:
+            slip, c = CONTACTS[mode], contact.mechanism.coefficients
+            point = contact.singular_points[slip]
+            local = (c.A(slip), c.B, point.A_rate, point.B_rate, point.B_rate_per_force)
+            rates = contact.field(mode, F_N) | {contact.gap: 0, contact.gap_rate: 0}
+            of_states = (sp.sympify(rates.get(s, 0)) for s in contact.states)
+            return dict(zip(self._names, (*local, *of_states), strict=True))
 
-    def _at(self, expressions: Any, state: Array, force: float = 0.0) -> Array:
-        symbols = dict(zip(self.states, map(float, state), strict=True))
-        return numbers(expressions, self._constants | symbols | {F_N: force})
+        self._states, self._constants = contact.states, constants
+        of_states = (f"rate_{i}" for i in range(len(contact.states)))
+        self._names = ("A", "B", "alpha", "beta_0", "beta_1", *of_states)
+        parameters = (p.symbol for p in contact.mechanism.system.parameters)
+        symbols = (*contact.states, *parameters, F_N)
+        self._numbers = quantities(f"approach of A = 0 in {mode}", contact, symbols, derive)
 
-    def limit(self, run: Trajectory) -> SingularLimit:
-        """Return where the run arrives."""
-        state = np.asarray(run.final_state)
-        A, B, alpha, beta_0, beta_1 = map(float, self._at(self._local, state))
-        force, end, left = -B / A, state, -A / alpha
-        ratio = -beta_1 / alpha
-        reaches = ratio > 0 and left > 0
-        mean_force = (force + beta_0 / alpha) / ratio if reaches else math.nan
-        for _ in range(_ITERATIONS if reaches else 0):
-            end = state + left * self._at(self._rates, state, mean_force)
-            _, B_end, alpha_end, _, beta_end = map(float, self._at(self._local, end))
+    def _at(self, states: Array, force: Array) -> tuple[dict[str, Array], Array]:
+        symbols = dict(zip(self._states, states.T, strict=True))
+        found = list(self._numbers.at({**self._constants, **symbols, F_N: force}).values())
+        return dict(zip(self._names[:5], found[:5], strict=True)), np.array(found[5:]).T
+
+    def limits(self, states: Array) -> _Limits:
+        """Return where the runs that stopped at the states (n, nx) arrive."""
+        with np.errstate(all="ignore"):
+            return self._limits(states)
+
+    def _limits(self, states: Array) -> _Limits:
+        at, _ = self._at(states, np.zeros(len(states)))
+        A, alpha = at["A"], at["alpha"]
+        force, end, left = -at["B"] / A, states, -A / alpha
+        ratio = -at["beta_1"] / alpha
+        reaches = (ratio > 0) & (left > 0)
+        mean_force = np.where(reaches, (force + at["beta_0"] / alpha) / ratio, 0.0)
+        for _ in range(_ITERATIONS):
+            _, rates = self._at(states, mean_force)
+            end = np.where(reaches[:, None], states + left[:, None] * rates, states)
+            there, _ = self._at(end, mean_force)
             # α goes to its limit like (t* − t)^r, as the velocities do; B ends at 0.
-            left = -A / (alpha_end + (alpha - alpha_end) / (1 + ratio))
-            mean_force -= B_end / (beta_end * left)
-        A, B, alpha, beta_0, beta_1 = map(float, self._at(self._local, end))
-        ratio, bounded = -beta_1 / alpha, -beta_0 / (alpha + beta_1)
-        kind = _kind(ratio, force, bounded) if reaches else LimitKind.STOP
-        time = run.final_time + left
-        return SingularLimit(
-            kind=kind,
-            time=time,
-            state={s.name: float(v) for s, v in zip(self.states, end, strict=True)},
-            A=A,
-            B=B,
-            eigenvalues=(alpha, -beta_1),
-            eigenvalue_ratio=ratio,
-            force_exponent=1 - ratio,
-            measured_exponent=_measured_exponent(run, time),
-            bounded_force=bounded,
+            mean_alpha = there["alpha"] + (alpha - there["alpha"]) / (1 + ratio)
+            left = np.where(reaches, -A / mean_alpha, left)
+            mean_force = mean_force - there["B"] / (there["beta_1"] * left)
+        there, _ = self._at(end, mean_force)
+        alpha, beta_1 = there["alpha"], there["beta_1"]
+        return _Limits(
+            states=end,
+            left=left,
+            force=force,
+            A=there["A"],
+            B=there["B"],
+            alpha=alpha,
+            beta_1=beta_1,
+            ratio=-beta_1 / alpha,
+            bounded=-there["beta_0"] / (alpha + beta_1),
+            reaches=reaches,
         )
-
-
-def _kind(ratio: float, force: float, bounded: float) -> LimitKind:
-    if ratio >= 1:
-        return LimitKind.BOUNDED if bounded > 0 else LimitKind.LIFTOFF
-    return LimitKind.DYNAMIC_JAM if force > bounded else LimitKind.LIFTOFF
 
 
 def _measured_exponent(run: Trajectory, limit: float) -> float | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import hashlib
+import math
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from painleve_sym.codegen.batch import MAX_EVENTS_KEPT, BatchWish
 from painleve_sym.codegen.quantities import quantities
-from painleve_sym.codegen.source import ENGINE_REASONS
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.files import mechanism_from_text
@@ -23,17 +24,21 @@ from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.simulate.compliant import SoftenedSimulator
 from painleve_sym.simulate.inputs import CONTACT_TOLERANCE
 from painleve_sym.simulate.many import simulate_many
-from painleve_sym.simulate.many_result import unit_of
+from painleve_sym.simulate.many_result import event_dims, unit_of
 from painleve_sym.simulate.rigid import rigid_simulator
+from painleve_sym.simulate.room import check_memory, row_bytes
+from painleve_sym.simulate.row_reasons import ROW_REASONS
 from painleve_sym.simulate.simulator import ContactSimulator
 from painleve_sym.study.map_cases import LEGEND, opening_case
 from painleve_sym.study.scenario import MAX_FILE, Scenario
 from painleve_sym.study.sweep_space import Grid, Sample, read_space
 
-OWN_KEYS = ("axes", "sample", "keep", "chunk")
+OWN_KEYS = ("axes", "sample", "keep", "events", "chunk", "format")
 UNUSED_KEYS = ("samples", "restitution", "rule")
 DEFAULT_CHUNK = 20_000
 MAX_CHUNK = 10_000_000
+FORMATS = ("nc", "npz", "zarr")
+"""Of the result, by the ending of its name."""
 CASES: dict[str, int] = {**LEGEND, "apart": -2, "no_slip": -3}
 """Codes of ``case``: the rigid contact problem at the start; apart: the contact is not closed."""
 
@@ -49,8 +54,12 @@ class Sweep:
     space : Grid or Sample
     keep : tuple of str
         Names of `ManyResult`, and ``case``.
+    events : int
+        How many times of each kind of event are kept where all are asked for.
     chunk : int
         Points computed and written at a time.
+    format : str
+        Of the result where its name is not given (`FORMATS`).
     text : str
         The sweep's own file.
     mechanism_text : str or None
@@ -60,7 +69,9 @@ class Sweep:
     scenario: Scenario
     space: Grid | Sample
     keep: tuple[str, ...]
+    events: int
     chunk: int
+    format: str
     text: str
     mechanism_text: str | None = None
 
@@ -93,15 +104,22 @@ class Sweep:
         if mechanism_text is None and scenario.model.endswith(".toml"):
             mechanism_text = _content(f"{where}: model {scenario.model}", scenario.model)
         space = read_space(where, own.get("axes"), own.get("sample"))
-        chunk = own.get("chunk", DEFAULT_CHUNK)
-        if isinstance(chunk, bool) or not isinstance(chunk, int) or not 1 <= chunk <= MAX_CHUNK:
-            raise InputError(
-                f"{where}: chunk: got {chunk!r}, need a whole number from 1 to {MAX_CHUNK}."
-            )
+        chunk = _whole(where, "chunk", own.get("chunk", DEFAULT_CHUNK), MAX_CHUNK)
         keep = own.get("keep", [])
         if not isinstance(keep, list) or not all(isinstance(k, str) for k in keep):
             raise InputError(f"{where}: keep: got {keep!r}, need a list of names in quotes.")
-        sweep = cls(scenario, space, tuple(dict.fromkeys(keep)), chunk, text, mechanism_text)
+        listed = any(map(_lists_events, keep))
+        if listed != ("events" in own):
+            raise InputError(
+                f"{where}: keep has event_times or times_of_EVENT, and events says how many of "
+                "each kind: give both or neither. Fix: such as events = 10."
+            )
+        events = _whole(where, "events", own.get("events", 1), MAX_EVENTS_KEPT)
+        form = own.get("format", FORMATS[0])
+        if form not in FORMATS:
+            raise InputError(f"{where}: " + unknown_name("format", str(form), FORMATS))
+        kept = tuple(dict.fromkeys(keep))
+        sweep = cls(scenario, space, kept, events, chunk, form, text, mechanism_text)
         return sweep._checked()
 
     @property
@@ -136,8 +154,25 @@ class Sweep:
         """Everything that is written of a point, besides the point itself."""
         system = self.mechanism.system
         final = tuple(s.name for s in (*system.q, *system.q_dot))
-        named = self.keep or ("time", *final)
-        return tuple(dict.fromkeys(("stop_reason", *named)))
+        named = ["stop_reason"]
+        for name in self.keep or ("time", *final):
+            named.append(name)
+            if _lists_events(name):  # the numbers found come with the times
+                named.append(name.replace("times_of_", "count_of_").replace("_times", "_counts"))
+        return tuple(dict.fromkeys(named))
+
+    def labels(self, name: str) -> dict[str, NDArray[Any]]:
+        """Return the dimensions of a quantity besides those of the points, with their labels."""
+        return {
+            dim: np.array(self.simulator.event_kinds)
+            if dim == "event"
+            else np.arange(1, self.events + 1)
+            for dim in event_dims(name)
+        }
+
+    def width(self, name: str) -> int:
+        """Return how many numbers a quantity has at each point."""
+        return math.prod(len(labels) for labels in self.labels(name).values())
 
     # ---- checks, before anything runs ----
 
@@ -183,8 +218,12 @@ class Sweep:
         Raises
         ------
         InputError
-            What `simulate_many` refuses, unknown names to keep.
+            What `simulate_many` refuses, unknown names to keep, no memory for a chunk.
         """
+        chunk = min(self.chunk, self.space.points)
+        need = 2 * chunk * row_bytes(self.simulator, self._wish())
+        what, fix = f"chunks of {chunk:,} points", "a smaller chunk, or fewer events"
+        check_memory(self.scenario.where, what, need, fix)
         self.compute(0, 1, threads=1)
         last = self.space.points - 1
         self.compute(last, last + 1, threads=1)
@@ -214,7 +253,7 @@ class Sweep:
             initial_force=force,
             rtol=scenario.rtol,
             threads=threads,
-            **self._wish(),
+            **vars(self._wish()),
             **{n: v for n, v in limits.items() if v is not None},
         )
         kept: dict[str, NDArray[Any]] = {}
@@ -229,14 +268,15 @@ class Sweep:
                 kept[name] = np.ascontiguousarray(found[name])
         return kept
 
-    def _wish(self) -> dict[str, Any]:
-        wish: dict[str, Any] = {"events": 1, "maxima": (), "minima": (), "integrals": ()}
+    def _wish(self) -> BatchWish:
+        wish: dict[str, tuple[str, ...]] = {}
         for name in self.keep:
             name = name.removesuffix("_time")
             for prefix, kind in _WATCHED.items():
                 if name.startswith(prefix):
-                    wish[kind] = tuple(dict.fromkeys((*wish[kind], name.removeprefix(prefix))))
-        return wish
+                    wish[kind] = (*wish.get(kind, ()), name.removeprefix(prefix))
+        watched = {kind: tuple(dict.fromkeys(names)) for kind, names in wish.items()}
+        return BatchWish(self.events, **watched)
 
     def _case(self, inputs: Mapping[str, Any], n: int) -> NDArray[np.int8]:
         mechanism = self.mechanism
@@ -273,7 +313,7 @@ class Sweep:
     def codes(self, name: str) -> dict[str, int] | None:
         """Return text → code of a quantity that is written as codes, None for others."""
         if name == "stop_reason":
-            return {r.label: i for i, r in enumerate(ENGINE_REASONS)}
+            return {r.label: i for i, r in enumerate(ROW_REASONS)}
         if name == "mode":
             return {m.name: i for i, m in enumerate(self.simulator.outline.modes)}
         return dict(CASES) if name == "case" else None
@@ -291,6 +331,16 @@ _WATCHED = {"max_": "maxima", "min_": "minima", "integral_": "integrals"}
 
 def _is_watched(name: str) -> bool:
     return name.startswith(tuple(_WATCHED))
+
+
+def _lists_events(name: str) -> bool:
+    return name == "event_times" or name.startswith("times_of_")
+
+
+def _whole(where: str, place: str, value: Any, most: int) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= most:
+        raise InputError(f"{where}: {place}: got {value!r}, need a whole number from 1 to {most}.")
+    return value
 
 
 def _content(where: str, path: str | Path) -> str:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import importlib
+import logging
 import os
+import warnings
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from painleve_sym.errors import InputError, PainleveError
+from painleve_sym.errors import InputError, PainleveError, PainleveWarning
 from painleve_sym.study.sweep import Sweep, sweep_of_texts
 
 LOCAL = "local"
@@ -21,6 +23,34 @@ def compute_part(
 ) -> dict[str, Any]:
     """Return the points start..stop − 1 of the sweep of a text; what a worker runs."""
     return dict(sweep_of_texts(text, where, mechanism_text).compute(start, stop, threads=1))
+
+
+def check_cluster(address: str) -> Any:
+    """Return the module dask.distributed.
+
+    Raises
+    ------
+    InputError
+        It is not installed, or this is no address; whether something answers is not tried.
+    """
+    try:
+        distributed: Any = importlib.import_module("dask.distributed")
+        comm: Any = importlib.import_module("distributed.comm")
+    except ImportError as error:
+        raise InputError(
+            "--cluster: it needs dask.distributed. Fix: pip install 'painleve-sym[sweep]'."
+        ) from error
+    try:
+        scheme, _ = comm.parse_address(address)
+        comm.registry.get_backend(scheme)
+        if address != LOCAL and scheme != "inproc":  # a scheduler in this process has no port
+            comm.get_address_host_port(address)
+    except (ValueError, TypeError) as error:
+        raise InputError(
+            f"--cluster: got {address!r}, need the address of a Dask scheduler, such as "
+            f"tcp://10.0.0.1:8786, or {LOCAL}."
+        ) from error
+    return distributed
 
 
 def chunks_on_dask(
@@ -43,16 +73,13 @@ def chunks_on_dask(
     Raises
     ------
     InputError
-        dask.distributed is not installed.
+        As for `check_cluster`.
     PainleveError
         The scheduler cannot be reached, or was lost.
     """
-    try:
-        distributed: Any = importlib.import_module("dask.distributed")
-    except ImportError as error:
-        raise InputError(
-            "--cluster: it needs dask.distributed. Fix: pip install 'painleve-sym[sweep]'."
-        ) from error
+    distributed = check_cluster(address)
+    # What is wrong is said once, by the error below, and not in tracebacks of its own threads.
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
     cluster = None
     if address == LOCAL:
         count = len(os.sched_getaffinity(0))
@@ -90,17 +117,28 @@ def _finished(
         started[future.key] = start
         return future
 
-    # Some chunks wait at the cluster, not all: the results held there stay few.
-    ahead = 2 * sum(client.nthreads().values()) + 2
-    running = as_completed([f for f in (submit() for _ in range(ahead)) if f is not None])
+    def more() -> Iterator[Any]:
+        # Some chunks wait at the cluster, not all: the results held there stay few. Workers may
+        # join later.
+        ahead = 2 * sum(client.nthreads().values()) + 2
+        while len(started) < ahead and (future := submit()) is not None:
+            yield future
+
+    if not client.nthreads():
+        warnings.warn(
+            PainleveWarning(f"--cluster {address}: no workers there yet; waiting for them."),
+            stacklevel=2,
+        )
+    running = as_completed(list(more()))
     for future in running:
         try:
             chunk = future.result()
         except (InputError, MemoryError):
             raise
         except Exception as error:  # whatever a worker or the connection raised
-            raise PainleveError(f"--cluster {address}: {type(error).__name__}: {error}") from error
+            reason = f"{type(error).__name__}: {error}"
+            if "scheduler-connection-lost" in reason:
+                reason = "the connection to the scheduler was lost"
+            raise PainleveError(f"--cluster {address}: {reason}") from error
         yield started.pop(future.key), chunk
-        following = submit()
-        if following is not None:
-            running.add(following)
+        running.update(list(more()))

@@ -1,10 +1,10 @@
-"""From the chunks of a sweep to one labelled file: NetCDF, or NPZ without further packages."""
+"""From the chunks of a sweep to one result: NetCDF, Zarr, or NPZ without further packages."""
 
 from __future__ import annotations
 
+import importlib
 import json
 import os
-import tempfile
 import warnings
 import zipfile
 from collections.abc import Callable, Iterator
@@ -16,23 +16,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from painleve_sym.errors import InputError, PainleveError
-from painleve_sym.study.sweep import Sweep
+from painleve_sym.study.sweep import FORMATS, Sweep
 from painleve_sym.study.sweep_run import FORMAT, Parts, provenance
 from painleve_sym.study.sweep_space import Grid
 
-SUFFIXES = (".nc", ".npz")
+SUFFIXES = tuple(f".{form}" for form in FORMATS)
+_NEEDS = {".nc": ("NetCDF", "h5netcdf"), ".zarr": ("Zarr", "zarr")}
 
 
 def check_format(out: Path) -> None:
     """Raise InputError where the packages that write the file are missing."""
-    if out.suffix.lower() != ".nc":
+    if out.suffix.lower() not in _NEEDS:
         return
+    name, package = _NEEDS[out.suffix.lower()]
     try:
-        import h5netcdf  # noqa: F401
-        import xarray  # noqa: F401
+        importlib.import_module(package)
+        importlib.import_module("xarray")
     except ImportError as error:
         raise InputError(
-            f"--out {out}: NetCDF needs xarray and h5netcdf. "
+            f"--out {out}: {name} needs xarray and {package}. "
             "Fix: pip install 'painleve-sym[sweep]', or name a file that ends in .npz."
         ) from error
 
@@ -52,29 +54,31 @@ def attributes(sweep: Sweep) -> dict[str, str]:
 
 
 def write_result(parts: Parts, out: Path) -> None:
-    """Write the chunks into one file: whole, or not at all; one quantity in memory at a time.
+    """Write the chunks into one result: whole, or not at all; one quantity in memory at a time.
+
+    It is written among the chunks and moved to its place when it is finished.
 
     Raises
     ------
     PainleveError
         A full disk or another fault of writing; the chunks stay.
     """
-    write = _write_netcdf if out.suffix.lower() == ".nc" else _write_npz
-    handle, name = -1, ""
+    write = {".nc": _write_netcdf, ".zarr": _write_zarr}.get(out.suffix.lower(), _write_npz)
+    parts.clear()
+    new = parts.unfinished / out.name
     try:
-        handle, name = tempfile.mkstemp(dir=out.parent, prefix=f".{out.name}.")
-        os.close(handle)
-        write(parts, Path(name))
-        Path(name).chmod(0o644)
-        os.replace(name, out)
+        parts.unfinished.mkdir()
+        write(parts, new)
+        if out.is_dir():  # an older Zarr store: folders do not replace each other
+            os.replace(out, parts.unfinished / "replaced")
+        os.replace(new, out)
     except OSError as error:
         raise PainleveError(
             f"output file {out}: {error.strerror or error}. All points are written to "
             f"{parts.folder}. Fix: make room and give the same command again."
         ) from error
     finally:
-        if name:
-            Path(name).unlink(missing_ok=True)
+        parts.clear()
 
 
 def _quantities(parts: Parts) -> Iterator[tuple[str, Callable[[], NDArray[Any]]]]:
@@ -101,11 +105,16 @@ def result_name(sweep: Sweep, name: str) -> str:
     return f"final_{name}" if name in sweep.space.names else name
 
 
+def _kept_name(name: str) -> str:
+    return name.removeprefix("final_")
+
+
 def _write_npz(parts: Parts, path: Path) -> None:
     sweep = parts.sweep
     text = attributes(sweep) | {
         "codes": json.dumps({n: c for n in sweep.kept if (c := sweep.codes(n))}),
         "dimensions": json.dumps(_dims(sweep)),
+        "event_dimensions": json.dumps({n: list(sweep.labels(n)) for n in sweep.kept}),
     }
     with zipfile.ZipFile(path, "w") as file:
 
@@ -117,31 +126,46 @@ def _write_npz(parts: Parts, path: Path) -> None:
         if isinstance(sweep.space, Grid):
             for name, values in sweep.space.axes.items():
                 put(name, values)
+        for dim, labels in _event_labels(sweep).items():
+            put(dim, labels)
         for name, read in _quantities(parts):
-            put(name, read().reshape(_shape(sweep)))
+            put(name, _shaped(sweep, read()))
 
 
 def _write_netcdf(parts: Parts, path: Path) -> None:
-    import xarray
-
-    sweep = parts.sweep
-    coordinates: dict[str, Any] = {}
-    if isinstance(sweep.space, Grid):
-        coordinates = {n: (n, v, {"units": sweep.unit(n)}) for n, v in sweep.space.axes.items()}
-    start = xarray.Dataset(coords=coordinates, attrs=attributes(sweep))
+    # What the libraries below say of each other's versions is not about the result.
     with warnings.catch_warnings():
-        # What the libraries below say of each other's versions is not about the result.
         warnings.simplefilter("ignore", DeprecationWarning)
         warnings.simplefilter("ignore", FutureWarning)
-        start.to_netcdf(path, mode="w", engine="h5netcdf")
-        for name, read in _quantities(parts):
-            values = read().reshape(_shape(sweep))
-            variable = (_dims(sweep), values, _variable_attributes(sweep, name))
-            xarray.Dataset({name: variable}).to_netcdf(path, mode="a", engine="h5netcdf")
+        for i, dataset in enumerate(_datasets(parts)):
+            dataset.to_netcdf(path, mode="a" if i else "w", engine="h5netcdf")
+
+
+def _write_zarr(parts: Parts, path: Path) -> None:
+    # Version 2 of the format: every reader knows it, and texts and consolidated metadata are part
+    # of it.
+    for i, dataset in enumerate(_datasets(parts)):
+        dataset.to_zarr(path, mode="a" if i else "w", zarr_format=2, consolidated=True)
+
+
+def _datasets(parts: Parts) -> Iterator[Any]:
+    """Yield what a labelled file is made of: coordinates, then one quantity after another."""
+    import xarray
+
+    sweep, own = parts.sweep, attributes(parts.sweep)
+    coordinates: dict[str, Any] = {d: (d, labels) for d, labels in _event_labels(sweep).items()}
+    if isinstance(sweep.space, Grid):
+        for name, values in sweep.space.axes.items():
+            coordinates[name] = (name, values, {"units": sweep.unit(name)})
+    yield xarray.Dataset(coords=coordinates, attrs=own)
+    for name, read in _quantities(parts):
+        dims = (*_dims(sweep), *sweep.labels(_kept_name(name)))
+        variable = (dims, _shaped(sweep, read()), _variable_attributes(sweep, name))
+        yield xarray.Dataset({name: variable}, attrs=own)
 
 
 def _variable_attributes(sweep: Sweep, name: str) -> dict[str, Any]:
-    name = name.removeprefix("final_")
+    name = _kept_name(name)
     codes = sweep.codes(name)
     if codes is None:
         return {"units": sweep.unit(name)}
@@ -153,5 +177,12 @@ def _dims(sweep: Sweep) -> list[str]:
     return list(sweep.space.names) if isinstance(sweep.space, Grid) else ["point"]
 
 
-def _shape(sweep: Sweep) -> tuple[int, ...]:
-    return sweep.space.shape if isinstance(sweep.space, Grid) else (sweep.space.points,)
+def _shaped(sweep: Sweep, values: NDArray[Any]) -> NDArray[Any]:
+    """Return values of all points in the shape of the points, own dimensions last."""
+    points = sweep.space.shape if isinstance(sweep.space, Grid) else (sweep.space.points,)
+    return values.reshape(points + values.shape[1:])
+
+
+def _event_labels(sweep: Sweep) -> dict[str, NDArray[Any]]:
+    """Return the labels of all dimensions besides those of the points."""
+    return {d: labels for name in sweep.kept for d, labels in sweep.labels(name).items()}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import shutil
 import sys
 import time
@@ -22,6 +21,7 @@ import painleve_sym
 from painleve_sym.codegen.compile import FLAGS, find_compiler
 from painleve_sym.errors import CompilerMissing, InputError, PainleveError
 from painleve_sym.mechanics.definition import SYMPY_VERSION
+from painleve_sym.simulate.room import check_memory
 from painleve_sym.simulate.trajectory import write_beside
 from painleve_sym.study.sweep import Sweep
 
@@ -97,9 +97,19 @@ class Parts:
                 f"sweep folder {folder}: {reason}. Fix: give another --out, or remove the folder."
             ) from error
         parts._check(found, mark)
-        for left in folder.glob(".chunk-*"):
-            left.unlink(missing_ok=True)
+        parts.clear()
         return parts
+
+    def clear(self) -> None:
+        """Remove what an interrupted writing left; finished chunks stay."""
+        for left in self.folder.glob(".chunk-*"):
+            left.unlink(missing_ok=True)
+        shutil.rmtree(self.unfinished, ignore_errors=True)
+
+    @property
+    def unfinished(self) -> Path:
+        """Folder in which the result is written, before it takes its place."""
+        return self.folder / "result"
 
     def _check(self, found: Any, mark: dict[str, Any]) -> None:
         if not isinstance(found, dict) or found.get("format") != FORMAT:
@@ -159,18 +169,18 @@ def check_room(sweep: Sweep, out: Path) -> None:
 
     One quantity of all points is in memory at a time; chunks and result are on disk together.
     """
-    points = sweep.space.points
-    memory = 3 * 8 * points
-    disk = 2 * 8 * points * (len(sweep.kept) + len(sweep.space.names))
-    disk -= sum(p.stat().st_size for p in parts_folder(out).glob("chunk-*.npz"))
-    available = os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    points, where = sweep.space.points, sweep.scenario.where
+    widths = [sweep.width(name) for name in sweep.kept]
+    fix = "fewer points, fewer events, or fewer names in keep"
+    check_memory(where, f"{points:,} points", 3 * 8 * points * max(widths), fix)
+    need = 2 * 8 * points * (sum(widths) + len(sweep.space.names))
+    need -= sum(p.stat().st_size for p in parts_folder(out).glob("chunk-*.npz"))
     free = shutil.disk_usage(out.parent).free
-    for what, need, have in (("memory", memory, available), (f"disk {out.parent}", disk, free)):
-        if need > have:
-            raise InputError(
-                f"{sweep.scenario.where}: {points:,} points need {need / 1e9:.3g} GB of {what}, "
-                f"there are {have / 1e9:.3g} GB. Fix: fewer points, or fewer names in keep."
-            )
+    if need > free:
+        raise InputError(
+            f"{where}: {points:,} points need {need / 1e9:.3g} GB of disk {out.parent}, "
+            f"there are {free / 1e9:.3g} GB. Fix: {fix}."
+        )
 
 
 def finished_chunks(
@@ -211,6 +221,10 @@ def run_sweep(
         A full disk, a cluster that cannot be reached or was lost: what is written stays, and the
         same call resumes.
     """
+    if cluster is not None:
+        from painleve_sym.study.sweep_dask import check_cluster
+
+        check_cluster(cluster)
     check_room(sweep, out)
     sweep.check_run()
     parts = Parts.beside(out, sweep)
@@ -237,10 +251,8 @@ def _write_all(
             parts.write(start, chunk)
             done += len(chunk["stop_reason"])
             progress(done, points)
-    except InputError:
-        raise
-    except (OSError, PainleveError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
+    except (OSError, MemoryError, PainleveError) as error:
+        reason = getattr(error, "strerror", None) or str(error) or "no memory"
         raise PainleveError(
             f"sweep {parts.sweep.scenario.where}: {reason.rstrip('.')}. {done:,} of {points:,} "
             f"points are written to {parts.folder}. Fix: remove the cause and give the same "
@@ -276,8 +288,8 @@ class Reporter:
         rate = (done - before) / (now - begun) if now > begun else 0.0
         text = f"painleve: {done:,} of {points:,} points"
         if rate > 0:
-            left = (points - done) / rate
-            text += f", {rate:,.0f} per second, {_duration(left)} left"
+            text += f", {rate:,.0f} per second"
+            text += f", {_duration((points - done) / rate)} left" if done < points else ""
         end = "\r" if self._live and done < points else "\n"
         self._stream.write(text.ljust(78 if self._live else 0) + end)
         self._stream.flush()

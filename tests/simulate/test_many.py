@@ -326,7 +326,6 @@ def test_the_second_engine_gives_the_same_rows(softened):
         ({"theta": 1.0}, {}, {"threads": 0}, "need at least 1"),
         ({"theta": 1.0}, {}, {"events": -1}, "from 0"),
         ({"theta": 1.0}, {}, {"initial_force": [-1.0]}, "need >= 0"),
-        ({"theta": 1.0, "y_A": -1e-6}, {}, {"initial_force": [1.0]}, "not both"),
         ({"theta": 1.0}, {}, {"t_end": 0.0}, "need a finite number > 0"),
         ({"theta": 1.0}, {}, {"until": "separaton"}, "Did you mean 'separation'"),
     ],
@@ -336,9 +335,50 @@ def test_bad_input_is_one_clear_error(softened, states, parameters, options, mes
         simulate_many(softened, states, parameters, **({"t_end": 0.01} | options))
 
 
-def test_rigid_rows_inside_the_ground_are_an_error(rigid):
+def test_rigid_rows_inside_the_ground_are_rows_that_say_so(rigid):
+    found = simulate_many(rigid, {"theta": 1.0, "y_A": [0.0, -0.1, 0.1]}, t_end=0.01)
+    assert found["stop_reason"].tolist() == ["t_end", "invalid_start", "t_end"]
+    assert found["time"][1] == 0 and found["y_A"][1] == -0.1
     with pytest.raises(InputError, match="inside the ground"):
-        simulate_many(rigid, {"theta": 1.0, "y_A": [0.0, -0.1]}, t_end=0.01)
+        found.trajectory(1)
+
+
+def test_rows_compressed_and_under_a_force_say_so(softened):
+    start = {"theta": 1.0, "y_A": [0.0, -1e-6, 1e-6]}
+    found = simulate_many(softened, start, {}, initial_force=1.0, t_end=1e-4)
+    assert found["stop_reason"].tolist() == ["t_end", "invalid_start", "invalid_start"]
+    with pytest.raises(InputError, match="not both"):
+        found.trajectory(1)
+
+
+@pytest.mark.slow
+def test_rows_off_their_guide_say_so():
+    simulator = RigidSimulator(model("painleve-klein"), engine="compiled")
+    start = dict(simulator.mechanism.start)
+    whole = simulate_many(simulator, start, t_end=0.01)
+    assert whole["stop_reason"] != "invalid_start"
+    coordinate = next(n for n in start if not n.endswith("_dot"))
+    moved = start | {coordinate: start[coordinate] + np.array([0.0, 0.3])}
+    found = simulate_many(simulator, moved, t_end=0.01)
+    for i, reason in enumerate(found["stop_reason"]):
+        if reason == "invalid_start":
+            with pytest.raises(InputError, match="holds its point"):
+                found.trajectory(i)
+        else:
+            assert found.trajectory(i).final_state.tobytes() == found.rows.state[i].tobytes()
+
+
+def test_a_constant_that_is_not_finite_is_a_row(softened):
+    found = simulate_many(softened, {"theta": 1.0}, {"E": [1e14, 1e308], "R": 1e10}, t_end=1e-9)
+    assert found["stop_reason"].tolist() == ["t_end", "non_finite"]
+    with pytest.raises(InputError, match="need a finite number"):
+        found.trajectory(1)
+
+
+def test_more_rows_than_memory_holds_is_an_error(softened):
+    many = np.broadcast_to(1.0, (1000, 1000))
+    with pytest.raises(InputError, match="GB of memory"):
+        simulate_many(softened, {"theta": many}, t_end=0.01, events=10_000)
 
 
 def test_labelled_arrays_have_units(softened):
@@ -349,7 +389,7 @@ def test_labelled_arrays_have_units(softened):
     assert data["max_normal_force"].attrs["units"] == "N"
     assert data["theta_dot"].attrs["units"] == "rad/s"
     assert data["time_of_separation"].attrs["units"] == "s"
-    assert data.sizes == {"row": 20}
+    assert dict(data.sizes) == {"row": 20, "event": len(found.kinds), "occurrence": 1}
     assert data["theta_dot"].values.tobytes() == found["theta_dot"].tobytes()
     with pytest.raises(InputError, match="unknown quantity"):
         found["no_such_thing"]

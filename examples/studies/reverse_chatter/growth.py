@@ -106,6 +106,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path(__file__).parent, help="folder")
     options = parser.parse_args()
     data = study(options.points)
+    options.out.mkdir(parents=True, exist_ok=True)
     (options.out / "growth.json").write_text(json.dumps(data, indent=1) + "\n", "utf-8")
     save(figure(data), options.out / "growth")
     print("law        threshold  largest relative difference of measured and expected ratio")

@@ -193,6 +193,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path(__file__).parent, help="folder")
     options = parser.parse_args()
     data = study(options.points)
+    options.out.mkdir(parents=True, exist_ok=True)
     (options.out / "fates.json").write_text(json.dumps(data, indent=1) + "\n", "utf-8")
     save(figure(data), options.out / "fates")
     print(f"threshold {data['threshold_closed_form']} = {data['threshold']:.6f}")

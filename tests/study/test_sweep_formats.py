@@ -1,0 +1,192 @@
+"""Results of sweeps: NetCDF, Zarr and NPZ hold the same numbers; lists of event times."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from painleve_sym.cli import main
+from painleve_sym.errors import InputError, PainleveError
+from painleve_sym.mechanics.models import model
+from painleve_sym.simulate.rigid import RigidSimulator
+from painleve_sym.study import sweep_file
+from painleve_sym.study.sweep import Sweep
+from painleve_sym.study.sweep_file import check_format, write_result
+from painleve_sym.study.sweep_run import run_sweep
+from tests.study.sweep_cases import SAMPLED, SMALL
+
+BOUNCES = """
+model = "rod"
+t_end = 0.5
+keep = ["y_A", "mode", "event_times", "times_of_touchdown", "time_of_settle"]
+events = 4
+chunk = 3
+state = { theta = 1.5707963267948966 }
+law = { name = "rigid" }
+
+[axes]
+y_A = [0.01, 0.02, -0.01]
+e_energetic = [0.2, 0.5]
+"""
+
+
+def written(text: str, out: Path) -> Path:
+    parts = run_sweep(Sweep.from_text(text, "small.toml"), out, threads=1)
+    write_result(parts, out)
+    parts.remove()
+    return out
+
+
+def opened(xarray, path: Path):
+    if path.suffix == ".zarr":
+        return xarray.open_zarr(path)
+    return xarray.open_dataset(path, engine="h5netcdf")
+
+
+@pytest.mark.parametrize("text", [SMALL, SAMPLED, BOUNCES], ids=["grid", "sample", "events"])
+def test_all_formats_hold_the_same(tmp_path, text):
+    xarray = pytest.importorskip("xarray")
+    pytest.importorskip("zarr")
+    with np.load(written(text, tmp_path / "a.npz"), allow_pickle=False) as data:
+        plain = {n: data[n] for n in data.files}
+    about = json.loads(str(plain.pop("text")))
+    seen = []
+    for form in ("nc", "zarr"):
+        with opened(xarray, written(text, tmp_path / f"a.{form}")) as data:
+            assert set(data.variables) == set(plain)
+            for name, values in plain.items():
+                assert data[name].dtype.kind == values.dtype.kind or name == "event"
+                assert np.asarray(data[name].values, values.dtype).tobytes() == values.tobytes()
+            assert data.attrs["sweep"] == text
+            assert {k: data.attrs[k] for k in data.attrs} == {k: about[k] for k in data.attrs}
+            attributes = {
+                n: {k: np.asarray(v).tolist() for k, v in data[n].attrs.items()}
+                for n in data.variables
+            }
+            seen.append((attributes, {n: data[n].dims for n in data.variables}))
+    assert seen[0] == seen[1]
+    assert all(
+        "units" in a or "flag_meanings" in a or n in ("event", "occurrence")
+        for n, a in seen[0][0].items()
+    )
+
+
+def test_lists_of_event_times_are_those_of_single_runs(tmp_path):
+    xarray = pytest.importorskip("xarray")
+    data = opened(xarray, written(BOUNCES, tmp_path / "a.nc"))
+    assert dict(data.sizes) == {"y_A": 3, "e_energetic": 2, "event": 13, "occurrence": 4}
+    simulator = RigidSimulator(model("rod"), engine="compiled")
+    for i in range(2):
+        for j in range(2):
+            point = data.isel(y_A=i, e_energetic=j)
+            single = simulator.run(
+                {"theta": 1.5707963267948966, "y_A": float(point["y_A"])},
+                parameters={"e_energetic": float(point["e_energetic"])},
+                t_end=0.5,
+            )
+            for kind in data["event"].values:
+                times = [e.time for e in single.events_of(kind)]
+                kept = times[:4] + [np.nan] * (4 - len(times))
+                found = point["event_times"].sel(event=kind).values
+                assert np.array_equal(found, kept, equal_nan=True)
+                assert point["event_counts"].sel(event=kind) == len(times)
+            settled = single.events_of("settle")[0].time
+            assert point["time_of_settle"] == settled
+            assert point["times_of_touchdown"][0] == single.events_of("touchdown")[0].time
+            assert point["count_of_touchdown"] == len(single.events_of("touchdown"))
+    below = data.isel(y_A=2)
+    meanings = below["stop_reason"].attrs["flag_meanings"].split()
+    assert {meanings[k] for k in below["stop_reason"].values} == {"invalid_start"}
+    assert np.isnan(below["event_times"].values).all()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("events = 4\n", "", "events says how many"),
+        ('"event_times", "times_of_touchdown", ', "", "give both or neither"),
+        ("events = 4", "events = 0", "events: got 0, need a whole number from 1"),
+        ("events = 4", "events = 1_000_000", "need a whole number from 1 to 10000"),
+        ("times_of_touchdown", "times_of_tuchdown", "Did you mean 'times_of_touchdown'"),
+        ("chunk = 3", 'chunk = 3\nformat = "zar"', "Did you mean 'zarr'"),
+        ("chunk = 3", "chunk = 3\nformat = 3", "unknown format '3'"),
+    ],
+)
+def test_faults_in_events_and_format_are_found_at_once(tmp_path, old, new, message):
+    assert old in BOUNCES
+    with pytest.raises(InputError, match=message):
+        run_sweep(Sweep.from_text(BOUNCES.replace(old, new), "x"), tmp_path / "a.npz")
+    assert not list(tmp_path.iterdir())
+
+
+def test_lists_of_events_count_for_the_memory(tmp_path):
+    points = "y_A = { from = 0, to = 1, points = 2000 }"
+    text = (
+        BOUNCES.replace("y_A = [0.01, 0.02, -0.01]", points)
+        .replace("[0.2, 0.5]", str([k / 1000 for k in range(1000)]))
+        .replace("events = 4", "events = 1000")
+    )
+    with pytest.raises(InputError, match=r"2,000,000 points need 624 GB of memory"):
+        run_sweep(Sweep.from_text(text, "x"), tmp_path / "a.npz")
+    chunky = BOUNCES.replace("events = 4", "events = 10_000").replace(
+        "chunk = 3", "chunk = 10_000_000"
+    )
+    chunky = chunky.replace("y_A = [0.01, 0.02, -0.01]", points).replace("[0.2, 0.5]", "[0.2]")
+    assert Sweep.from_text(chunky, "x").width("event_times") == 130_000
+
+
+def test_a_store_takes_the_place_of_an_older_one_only(tmp_path, monkeypatch):
+    xarray = pytest.importorskip("xarray")
+    pytest.importorskip("zarr")
+    out = written(SMALL, tmp_path / "a.zarr")
+    written(SAMPLED, out)
+    with xarray.open_zarr(out) as data:
+        assert dict(data.sizes) == {"point": 32}
+    assert [p.name for p in tmp_path.iterdir()] == ["a.zarr"]
+    # A fault at the very end leaves the older one and the chunks.
+    parts = run_sweep(Sweep.from_text(SMALL, "x"), out)
+
+    def full(parts, path):
+        path.mkdir()
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(sweep_file, "_write_zarr", full)
+        with pytest.raises(PainleveError, match="No space left"):
+            write_result(parts, out)
+    with xarray.open_zarr(out) as data:
+        assert dict(data.sizes) == {"point": 32}
+    assert parts.missing() == [] and not parts.unfinished.exists()
+
+
+def test_formats_without_their_package_are_one_clear_error(tmp_path, monkeypatch):
+    for form, package in (("zarr", "zarr"), ("nc", "h5netcdf"), ("zarr", "xarray")):
+        with monkeypatch.context() as patch:
+            patch.setitem(sys.modules, package, None)
+            with pytest.raises(InputError, match=r"needs xarray and .*npz"):
+                check_format(tmp_path / f"a.{form}")
+    check_format(tmp_path / "a.npz")
+
+
+def test_the_file_names_the_format(tmp_path, monkeypatch, capsys):
+    pytest.importorskip("zarr")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "my.bounces.toml").write_text(BOUNCES.replace("chunk = 3", 'format = "zarr"'))
+    assert main(["sweep", "my.bounces.toml", "--threads", "1"]) == 0
+    shown = capsys.readouterr().out
+    assert shown.rstrip().endswith("my.bounces.zarr")
+    assert (tmp_path / "my.bounces.zarr" / ".zgroup").is_file()
+
+
+@pytest.mark.parametrize("made", ["file", "folder"])
+def test_what_is_no_store_is_not_replaced(tmp_path, capsys, made):
+    out = tmp_path / "a.zarr"
+    out.write_text("mine") if made == "file" else out.mkdir()
+    (tmp_path / "s.toml").write_text(BOUNCES)
+    assert main(["sweep", str(tmp_path / "s.toml"), "--out", str(out)]) == 2
+    assert "exists and is no Zarr store" in capsys.readouterr().err
+    assert out.exists() and not (tmp_path / "a.zarr.parts").exists()

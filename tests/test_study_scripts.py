@@ -1,0 +1,72 @@
+"""Every script in examples/studies does what its docstring says, into a folder of its own."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+STUDIES = ROOT / "examples" / "studies"
+FIGURES = (".png", ".svg")
+
+# Script: arguments ({} is the folder), files it writes there, a line it prints.
+RUNS: dict[str, tuple[tuple[str, ...], tuple[str, ...], str]] = {
+    "corrected_jump/corrected_jump.py": (
+        ("{}/new",),
+        ("new/corrected-jump.png", "new/corrected-jump.svg"),
+        r"written: .*corrected-jump",
+    ),
+    "critical_force/study.py": (
+        ("{}/new",),
+        ("new/convergence.csv", "new/critical-force-convergence.png"),
+        r"expected -0\.8503",
+    ),
+    "fit_noisy_impacts.py": (("{}/new",), ("new/impacts.csv", "new/force.csv"), ""),
+    "reverse_chatter/growth.py": (
+        ("--points", "3", "--out", "{}/new"),
+        ("new/growth.json", "new/growth.png", "new/growth.svg"),
+        r"(?m)^energetic +0\.\d+ ",
+    ),
+    "sensitive_impact.py": (("{}/rate",), ("rate.png", "rate.svg"), r"mu"),
+    "singular_point/fates.py": (
+        ("--points", "3", "--out", "{}/new"),
+        ("new/fates.json", "new/fates.png", "new/fates.svg"),
+        r"exponents measured in [1-9]\d* jams agree to \de-0[3-9]",
+    ),
+}
+
+
+def numbers(text: str) -> list[float]:
+    return [float(n) for n in re.findall(r"(?<![\w.])-?\d+\.?\d*(?:e[+-]?\d+)?", text)]
+
+
+def test_every_study_script_is_run_here():
+    assert {str(p.relative_to(STUDIES)) for p in STUDIES.glob("**/*.py")} == set(RUNS)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", RUNS)
+def test_a_study_script_writes_what_it_says(name, tmp_path):
+    arguments, files, printed = RUNS[name]
+    command = [sys.executable, str(STUDIES / name), *(a.format(tmp_path) for a in arguments)]
+    options = {"capture_output": True, "text": True, "cwd": tmp_path, "timeout": 900}
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "MPLBACKEND": "Agg"}
+    answer = subprocess.run(command, env=environment, **options)
+    assert answer.returncode == 0, answer.stderr
+    assert re.search(printed, answer.stdout), answer.stdout
+    for file in files:
+        path = tmp_path / file
+        assert path.stat().st_size > (5000 if path.suffix in FIGURES else 100), file
+        if path.suffix == ".json":
+            json.loads(path.read_text("utf-8"))
+        kept = STUDIES / "fit" / path.name
+        if name.startswith("fit") and kept.exists():
+            assert numbers(path.read_text("utf-8")) == pytest.approx(
+                numbers(kept.read_text("utf-8")), rel=1e-4, abs=2e-5
+            )
