@@ -86,16 +86,26 @@ def _header(codes: list[SeriesCode]) -> str:
     return "\n".join(lines)
 
 
+_GUARDS = (
+    "typedef void (*ps_guards{0})(const {1} *, int, const {1} *, const {1} (*)[PS_COLUMNS], "
+    "{1} (*restrict)[PS_WATCHED]);"
+)
+
+
 def _functions(codes: list[SeriesCode]) -> str:
-    texts = [text for code in codes for text in (code.text, code.guards_text)]
+    texts = [t for code in codes for t in (code.text, code.guards_text, code.lanes_text)]
     lines = [
+        _GUARDS.format("", "double"),
+        _GUARDS.format("_lanes", "ps_lanes"),
         "typedef struct {",
         "  void (*series)(const double *, const double *, const double *, int, double, double,",
         "                 double (*restrict)[PS_COLUMNS]);",
-        "  void (*guards)(const double *, int, const double *, const double (*)[PS_COLUMNS],",
-        "                 double (*restrict)[PS_WATCHED]);",
+        "  ps_guards guards;",
+        "  void (*series_lanes)(const ps_lanes *, const ps_lanes *, const ps_lanes *, int,",
+        "                       const ps_lanes *, ps_lanes (*restrict)[PS_COLUMNS]);",
+        "  ps_guards_lanes guards_lanes;",
         "  ps_function scalars;",
-        "  int ramps, ramp[PS_RAMPS], guarded[PS_RAMPS];  /* columns; a guard is zero with it */",
+        "  int scalar_count, columns, ramps, ramp[PS_RAMPS], guarded[PS_RAMPS];  /* columns; a guard is zero with it */",
         "  double floor[PS_RAMPS];",
         "} ps_series;",
         "static const ps_series PS_SERIES[PS_NM] = {",
@@ -104,6 +114,7 @@ def _functions(codes: list[SeriesCode]) -> str:
         ramps = ", ".join(str(code.column(r)) for r in code.ramps) or "0"
         guarded = ", ".join(str(int(code.guarded(r))) for r in code.ramps) or "0"
         floors = ", ".join(repr(code.floor(r)) for r in code.ramps) or "0"
-        names = f"series_{i}, series_{i}_guards, scalars_{i}"
+        names = ", ".join(f"series_{i}{e}" for e in ("", "_guards", "_lanes", "_guards_lanes"))
+        names += f", scalars_{i}, {len(code.scalars)}, {code.columns}"
         lines.append(f"  {{{names}, {len(code.ramps)}, {{{ramps}}}, {{{guarded}}}, {{{floors}}}}},")
     return "\n".join([*texts, *lines, "};", ""])
