@@ -13,6 +13,22 @@ from painleve_sym.errors import NoRecurrence
 
 ORDER = 20
 """Highest order; that for the tightest tolerance, 1e-15, is 19."""
+_ONE_MOTION = """
+#define PS_REAL double
+#define PS_OF(name) name
+#define PS_REAL_OF(a) (a)
+#define PS_REAL_FMA PS_FMA
+#define PS_REAL_ABS fabs
+#define PS_CHOOSE(test, a, b) ((test) ? (a) : (b))
+"""
+_LANES_OF_MOTIONS = """
+#define PS_REAL ps_lanes
+#define PS_OF(name) name##_lanes
+#define PS_REAL_OF PS_SPREAD
+#define PS_REAL_FMA PS_LANES_FMA
+#define PS_REAL_ABS PS_LANES_ABS
+#define PS_CHOOSE PS_LANES_CHOOSE
+"""
 _LENGTH = 24
 """Orders, the constant among them, and room to a whole cache line."""
 
@@ -45,8 +61,10 @@ def source(functions: AutomatonFunctions) -> str:
     own = engine_texts(__package__, ("series", "roots"))
     shared = engine_texts("painleve_sym.codegen", ("state", "watch", "events"))
     last = engine_texts("painleve_sym.codegen", ("loop", "batch"))
-    advance = engine_texts(__package__, ("advance",))
-    middle = [_header(codes), *shared, *own, _functions(codes), *advance, *last]
+    (along,) = engine_texts(__package__, ("along",))
+    twice = [_ONE_MOTION, along, _LANES_OF_MOTIONS, along]
+    advance = engine_texts(__package__, ("size", "advance", "lanes"))
+    middle = [_header(codes), *shared, *own, _functions(codes), *twice, *advance, *last]
     return assemble(functions, more, "", middle)
 
 
@@ -75,7 +93,7 @@ def _header(codes: list[SeriesCode]) -> str:
     fields = (
         "int order, ready, left_out; double unit, bend, zero, "
         "scalars[PS_SCALARS], live[PS_RAMPS], "
-        "power[PS_LENGTH], binomial[PS_LENGTH], v[PS_LENGTH][PS_COLUMNS];"
+        "binomial[PS_LENGTH], v[PS_LENGTH][PS_COLUMNS];"
     )
     inverse = ", ".join(["0.0", *(repr(1 / k) for k in range(1, ORDER + 1))])
     lines += [

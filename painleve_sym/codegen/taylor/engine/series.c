@@ -17,6 +17,13 @@ typedef long long ps_mask __attribute__((vector_size(8 * PS_LANES)));
 
 #define PS_EACH_LANE(what) for (int l = 0; l < PS_LANES; l++) what;
 #define PS_SPREAD(a) ((a) - (ps_lanes){0})
+#define PS_LANES_ABS(a) ((ps_lanes)((ps_mask)(a) & 0x7fffffffffffffffLL))
+#define PS_LANES_CHOOSE(test, a, b) \
+  ((ps_lanes)(((ps_mask)(a) & (test)) | ((ps_mask)(b) & ~(test))))
+
+/* Part of the tolerance that the last term of a series may use: the terms left out add up to a few
+ * times as much where a power ends, and so do the steps. */
+static const double PS_SHARE = 0.05;
 
 #if defined(__FMA__)
 #define PS_FMA(a, b, c) __builtin_fma(a, b, c)
@@ -58,5 +65,5 @@ __attribute__((noinline, unused)) static ps_pair ps_sin_cos(double x) {
 
 /* The base of a real power, or its floor where the power is left out. */
 static inline double ps_ramp(double live, double x, double floor) {
-  return live > 0 ? fmax(x, floor) : floor;
+  return live > 0 && x > floor ? x : floor;
 }
