@@ -222,6 +222,10 @@ class SeriesCode:
                 text += f" {'+' if c.number > 0 else '-'} {value.format(n)}"
         return text.removeprefix(" + ") or "0.0"
 
+    def _row(self, a: Combination, value: str, kind: _Kind, *, constant: bool = False) -> str:
+        text = self.sum(a, value, constant=constant)
+        return text if a.terms else kind.number.format(text)
+
     def _function(self) -> str:
         packs = range(-(-len(self._products) // WIDTH))
         end = []
@@ -274,15 +278,10 @@ class SeriesCode:
         rates = list(enumerate(self.tape.rates))
         start = [line for i in self._live for line in self._start(i, kind)]
         for i, r in rates:
-            value = self.sum(r, "o{}", constant=True)
-            value = value if r.terms else kind.number.format(value)
-            zero = kind.number.format("0.0")
+            value, zero = self._row(r, "o{}", kind, constant=True), kind.number.format("0.0")
             start.append(f"{kind.real} f{i} = {value}, b{i} = {zero};")
         each = [line for i in self._live for line in self._each(i, kind, sums)]
-        turn = []
-        for i, r in rates:
-            value = self.sum(r, "c{}")
-            turn.append(f"b{i} = f{i}; f{i} = {value if r.terms else kind.number.format(value)};")
+        turn = [f"b{i} = f{i}; f{i} = {self._row(r, 'c{}', kind)};" for i, r in rates]
         lines = [
             *head,
             *(f"  {line}" for line in start),
@@ -312,7 +311,8 @@ class SeriesCode:
         if node.op == "state":
             lines = [f"const {real} o{i} = x[{node.index}];"]
         elif node.op == "linear" and node.inner is not None:
-            lines = [f"const {real} o{i} = {self.sum(node.inner, 'o{}', constant=True)};"]
+            value = self._row(node.inner, "o{}", kind, constant=True)
+            lines = [f"const {real} o{i} = {value};"]
         elif node.op in _START:
             lines = [f"const {real} o{i} = {_START[node.op].format(*args)};"]
         else:
@@ -332,7 +332,8 @@ class SeriesCode:
         node, at = self.tape.nodes[i], kind.at
         args, lines = [f"o{n}{at}" for n in node.args], []
         if node.op == "ramp" and node.inner is not None:
-            lines.append(f"const {kind.real} a{i} = {self.sum(node.inner, 'o{}', constant=True)};")
+            value = self._row(node.inner, "o{}", kind, constant=True)
+            lines.append(f"const {kind.real} a{i} = {value};")
             live = f"live[{self.ramps.index(i)}]{at}"
             value = f"ps_ramp({live}, a{i}{at}, {self.floor(i)!r})"
         elif node.op == "pow" and node.scalar is not None:
@@ -355,7 +356,7 @@ class SeriesCode:
                 return []
             value = f"v[k][{i}]"
         elif node.inner is not None:
-            value = self.sum(node.inner, "c{}")
+            value = self._row(node.inner, "c{}", kind)
             if node.op == "ramp":
                 value = f"live[{self.ramps.index(i)}] * ({value})"
         else:

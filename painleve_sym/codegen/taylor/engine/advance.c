@@ -90,6 +90,10 @@ static void dense_rows(ps_run *s, double h, double *row) {
   }
 }
 
+static int wants_dense(const ps_run *s, const ps_options *o) {
+  return o->record == 2 || (s->watch && s->watch->dense);
+}
+
 static int keep_step(ps_run *s, const ps_options *o, double h) {
   if (o->record < 2) return 1;
   double row[PS_LENGTH * PS_NX];
@@ -102,7 +106,7 @@ static int keep_step(ps_run *s, const ps_options *o, double h) {
 static int polish(ps_run *s, int j, double *h, double *y) {
   double g[PS_NG], dg[PS_NG];
   for (int it = 0; it < 4; it++) {
-    state_at(series_of(s), s->order, h, y);
+    state_at(s, *h, y);
     guards(s, y, g, dg);
     if (g[j] == 0) return 1;
     if (!(dg[j] < 0)) return g[j] < 0;
@@ -121,7 +125,7 @@ static void take_event(ps_run *s, const ps_options *o, int j, double where, doub
   int found = 1;
   h *= where;
   if (where > PS_AT_ONCE) found = polish(s, j, &h, y);
-  state_at(series_of(s), s->order, &h, y);
+  state_at(s, h, y);
   if (!keep_step(s, o, h)) return;
   s->t += time_at(s, h);
   memcpy(s->x, y, sizeof s->x);
@@ -144,7 +148,7 @@ static void take_step(ps_run *s, const ps_options *o, double h, int last, const 
   int event = find_event(s, g, PS_ZERO_TIME * s->h_ref / time_at(s, h), &where, &rising);
   double kink = until_kink(s, g);
   s->count.accepted++;
-  if (event >= 0 || kink < 1 || o->record == 2) own_series(s, g);
+  if (event >= 0 || kink < 1 || wants_dense(s, o)) own_series(s, g);
   if (event >= 0 && where <= kink) {
     take_event(s, o, event, where, h);
     return;

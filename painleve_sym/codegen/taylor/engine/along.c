@@ -2,8 +2,8 @@
  * lanes of motions (ps_lanes). The same operations in the same order, so that bits agree. */
 
 /* State at u units. */
-static void PS_OF(state_at)(const PS_REAL (*v)[PS_COLUMNS], int p, const PS_REAL *u,
-                            PS_REAL *restrict y) {
+static void PS_OF(state_along)(const PS_REAL (*v)[PS_COLUMNS], int p, const PS_REAL *u,
+                              PS_REAL *restrict y) {
   PS_REAL sum[PS_NX];
   const PS_REAL h = *u;
   for (int i = 0; i < PS_NX; i++) sum[i] = v[p][i];
@@ -13,8 +13,8 @@ static void PS_OF(state_at)(const PS_REAL (*v)[PS_COLUMNS], int p, const PS_REAL
 }
 
 /* A ramp's base and its first two derivatives, the second halved, at u units; order p is not known. */
-static void PS_OF(ramp_at)(const PS_REAL (*v)[PS_COLUMNS], int column, int p, const PS_REAL *u,
-                           PS_REAL *restrict jet) {
+static void PS_OF(ramp_along)(const PS_REAL (*v)[PS_COLUMNS], int column, int p, const PS_REAL *u,
+                             PS_REAL *restrict jet) {
   PS_REAL a = PS_REAL_OF(0.0), b = PS_REAL_OF(0.0), d = PS_REAL_OF(0.0);
   const PS_REAL h = *u;
   for (int k = p - 1; k >= 0; k--) {

@@ -43,8 +43,8 @@ __attribute__((noinline)) static void look_along(ps_group *b, const double *h) {
   const ps_lanes(*v)[PS_COLUMNS] = (const ps_lanes(*)[PS_COLUMNS])b->v;
   PS_GATHER(b->h, h[l]);
   bounds_lanes(m->guards_lanes, watched, b->scalars, p, &b->h, v, b->g, b->least);
-  state_at_lanes(v, p, &b->h, b->end);
-  for (int r = 0; r < m->ramps; r++) ramp_at_lanes(v, m->ramp[r], p, &b->h, b->ramp[r]);
+  state_along_lanes(v, p, &b->h, b->end);
+  for (int r = 0; r < m->ramps; r++) ramp_along_lanes(v, m->ramp[r], p, &b->h, b->ramp[r]);
 }
 
 /* The step of lane l; 0 where its motion stops. */

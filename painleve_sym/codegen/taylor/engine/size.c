@@ -73,6 +73,11 @@ static double step_by_own_terms(const ps_run *s, const ps_options *o) {
   return step_by_terms(s, last[0], last[1]);
 }
 
+/* State at u units, and its rate. */
+static void state_at(const ps_run *s, double u, double *restrict y) {
+  state_along(series_of(s), s->order, &u, y);
+}
+
 static void rate_at(ps_run *s, double u, double *restrict rate) {
   for (int i = 0; i < PS_NX; i++) rate[i] = s->order * s->v[s->order][i];
   for (int k = s->order - 1; k > 0; k--)
@@ -86,7 +91,7 @@ static double step_by_defect(ps_run *s, const ps_options *o, double h) {
   double e = 4, last_h = 0, last = 0, least = 0;
   for (int it = 0; it < 20; it++) {
     double y[PS_NX], rate[PS_NX], slope[PS_NX], error = 0;
-    state_at(series_of(s), s->order, &h, y);
+    state_at(s, h, y);
     rate_at(s, h, slope);
     field(s, y, rate);
     for (int i = 0; i < PS_NX; i++) {
@@ -109,16 +114,16 @@ static double step_by_defect(ps_run *s, const ps_options *o, double h) {
   return fmin(h, least > 0 ? least : h);
 }
 
-/* What the series say of the end of the step: the state, and the ramps as in `ramp_at`. */
+/* What the series say of the end of the step: the state, and the ramps as in `ramp_along`. */
 typedef struct {
   double x[PS_NX], ramp[PS_RAMPS][3];
 } ps_end;
 
 static void end_at(const ps_run *s, double h, ps_end *end) {
   const ps_series *m = &PS_SERIES[s->mode];
-  state_at(series_of(s), s->order, &h, end->x);
+  state_at(s, h, end->x);
   for (int r = 0; r < m->ramps; r++)
-    ramp_at(series_of(s), m->ramp[r], s->order, &h, end->ramp[r]);
+    ramp_along(series_of(s), m->ramp[r], s->order, &h, end->ramp[r]);
 }
 
 /* Time from the end of a step of h units to where the base of a live power comes to zero, if that is
