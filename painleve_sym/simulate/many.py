@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections import deque
-from collections.abc import Iterator, Mapping
-from concurrent.futures import Future, ThreadPoolExecutor
+import threading
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -28,10 +28,10 @@ from painleve_sym.simulate.simulator import DEFAULT_RTOL, ContactSimulator
 from painleve_sym.simulate.trajectory import Trajectory
 from painleve_sym.simulate.two_contacts import TwoContactSimulator
 
-BLOCK = 4096
-"""Rows prepared at a time."""
-PART = 256
+BLOCK = 1024
 """Rows a thread takes at a time: some ten milliseconds, so that all threads end together."""
+LEAST_BLOCK = 64
+"""... where there are few rows."""
 
 LEFT_DOMAIN = ENGINE_REASONS.index(StopReason.LEFT_DOMAIN)
 
@@ -170,20 +170,15 @@ def _shared_options(
 class _Block:
     """Rows ready for the engine."""
 
-    start: int
     states: Array
     parameters: Array
     atol: Array
     outside: Any
 
-    def part(self, start: int, stop: int) -> _Block:
-        """Return some rows."""
-        return self.chosen(slice(start, stop))
-
     def chosen(self, rows: Any) -> _Block:
         """Return the rows of a slice or a mask."""
         arrays = (self.states, self.parameters, self.atol, self.outside)
-        return _Block(self.start, *(a[rows] for a in arrays))
+        return _Block(*(a[rows] for a in arrays))
 
 
 def _in_threads(
@@ -192,38 +187,27 @@ def _in_threads(
     engine = simulator.integrator
     assert isinstance(engine, CompiledEngine)
     found = engine.batch_rows(rows.count, wish)
+    preparing = threading.Lock()
 
-    def integrate(block: _Block, start: int, stop: int) -> None:
-        part = found.part(slice(block.start + start, block.start + stop))
-        _integrate(simulator, engine, block.part(start, stop), o, wish, part)
+    def work(start: int) -> None:
+        stop = min(start + size, rows.count)
+        # Python's share: threads in turn, so that they do not fight over its one lock.
+        with preparing:
+            block = _prepared(simulator, engine, rows, start, stop, o)
+        _integrate(simulator, engine, block, o, wish, found.part(slice(start, stop)))
 
-    if threads == 1:
-        for block in _blocks(simulator, engine, rows, o):
-            integrate(block, 0, len(block.states))
+    # A few blocks for each thread, but not so small that preparing them costs more than running.
+    size = min(BLOCK, max(LEAST_BLOCK, -(-rows.count // (4 * threads))))
+    starts = range(0, rows.count, size)
+    if min(threads, len(starts)) == 1:
+        for start in starts:
+            work(start)
         return found
-    waiting: deque[Future[None]] = deque()
     with ThreadPoolExecutor(threads) as pool:
-        try:
-            for block in _blocks(simulator, engine, rows, o):
-                n = len(block.states)
-                for start in range(0, n, PART):
-                    waiting.append(pool.submit(integrate, block, start, min(start + PART, n)))
-                # What is prepared ahead stays bounded, whatever the number of rows.
-                while len(waiting) > 4 * threads + BLOCK // PART:
-                    waiting.popleft().result()
-            for future in waiting:
-                future.result()
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+        # The first block that fails is the one that is heard of; no others begin after it.
+        for _ in pool.map(work, starts):
+            pass
     return found
-
-
-def _blocks(
-    simulator: ContactSimulator, engine: CompiledEngine, rows: ManyInputs, o: RunOptions
-) -> Iterator[_Block]:
-    for start in range(0, rows.count, BLOCK):
-        yield _prepared(simulator, engine, rows, start, min(start + BLOCK, rows.count), o)
 
 
 def _prepared(
@@ -249,7 +233,7 @@ def _prepared(
         if isinstance(simulator, RigidSimulator):
             _check_gaps(simulator, states[~outside])
         atol = o.rtol * simulator.all_tolerances(states, constants)
-    return _Block(start, states, parameters, atol, outside)
+    return _Block(states, parameters, atol, outside)
 
 
 def _check_constants(simulator: ContactSimulator, constants: Array, start: int) -> None:
