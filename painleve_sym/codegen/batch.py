@@ -157,6 +157,15 @@ class Ends(ctypes.Structure):
     _fields_ = tuple((f.name, ctypes.c_void_p) for f in fields(BatchRows))
 
 
+class Given(ctypes.Structure):
+    """Number of rows and addresses of states, parameters, end times and tolerances."""
+
+    _fields_ = (
+        ("rows", ctypes.c_long),
+        *((name, ctypes.c_void_p) for name in ("states", "parameters", "t_end", "atol")),
+    )
+
+
 class Wish(ctypes.Structure):
     """`BatchWish` as C reads it."""
 

@@ -14,6 +14,7 @@ from painleve_sym.codegen.batch import (
     BatchRows,
     BatchWish,
     Ends,
+    Given,
     Wish,
     pointers,
 )
@@ -97,6 +98,7 @@ class CompiledEngine:
     name = "compiled"
     dense_rows = DENSE_ROWS
     watches = True  # extremes and integrals of outputs, in batches
+    lanes = 1  # motions of a batch side by side
 
     def __init__(
         self, automaton: HybridAutomaton, functions: AutomatonFunctions | None = None
@@ -143,10 +145,10 @@ class CompiledEngine:
         self._library.ps_complete.argtypes = (_address,) * 5
         self._library.ps_batch.restype = ctypes.c_long
         self._library.ps_batch.argtypes = (
-            ctypes.c_long,
-            *[_address] * 4,
+            ctypes.POINTER(Given),
             ctypes.POINTER(self._options),
             ctypes.POINTER(Wish),
+            ctypes.c_int,
             ctypes.POINTER(Ends),
         )
         self._library.ps_free.argtypes = (ctypes.POINTER(self._run),)
@@ -274,10 +276,8 @@ class CompiledEngine:
         counts = (len(wish.maxima), len(wish.minima), len(wish.integrals))
         asked = Wish(wish.events, *counts, chosen.ctypes.data)
         ends = Ends(*pointers(rows))
-        given = (a.ctypes.data for a in (x, p, t, scales))
-        done = self._library.ps_batch(
-            n, *given, ctypes.byref(shared), ctypes.byref(asked), ctypes.byref(ends)
-        )
+        given = Given(n, *(a.ctypes.data for a in (x, p, t, scales)))
+        done = self._library.ps_batch(given, shared, asked, self.lanes, ends)
         if done < n:
             raise MemoryError("compiled engine: no memory for a run.")
 

@@ -32,6 +32,8 @@ def power(base: Array, exponent: Array) -> Array:
 
     numpy's own power takes another path through the processor where arrays are long.
     """
+    if len(base) > 1 and (base == base[0]).all() and (exponent == exponent[0]).all():
+        return np.full(len(base), _power(float(base[0]), float(exponent[0])))
     pairs = zip(base.tolist(), exponent.tolist(), strict=True)
     return np.array([_power(x, y) for x, y in pairs])
 

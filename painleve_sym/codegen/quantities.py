@@ -52,7 +52,7 @@ class Quantities:
         found = np.empty((len(points), len(self.names)))
         for start in range(0, len(points), BLOCK):
             part, rows = points[start : start + BLOCK], found[start : start + BLOCK]
-            function = self.function.map(len(part)) if len(part) > 1 else self.function
+            function = _mapped(self.function, len(part))
             # CasADi reads and writes these arrays in place: a column of its matrix is a row here.
             buffer: Any
             buffer, evaluate = function.buffer()
@@ -87,6 +87,12 @@ def quantities(
             write_entry(key, {"names": names, "function": function.serialize()})
             _stored.cache_clear()
     return Quantities(names, tuple(symbols), function)
+
+
+# Batches ask for the same number of points again and again.
+@functools.lru_cache(maxsize=64)
+def _mapped(function: ca.Function, points: int) -> ca.Function:
+    return function.map(points) if points > 1 else function
 
 
 # One entry is asked for again and again, at every state that is looked at.

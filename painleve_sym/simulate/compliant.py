@@ -11,7 +11,7 @@ import numpy as np
 from sympy import Symbol
 
 from painleve_sym.codegen.evaluate import power
-from painleve_sym.codegen.quantities import quantities
+from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.codegen.run import Array
 from painleve_sym.errors import InputError
 from painleve_sym.hybrid.automaton import HybridAutomaton
@@ -186,8 +186,10 @@ class SoftenedSimulator(ContactSimulator):
         stored = k * power(depth, n + 1) / (n + 1)
         pressed = force > 0
         # Where nothing presses: a hundredth of what the energy at hand can compress.
-        free = 0.01 * power((n + 1) * (kinetic + stored) / k, 1 / (n + 1))
-        delta = np.where(pressed, power(force / k, 1 / n), free)
+        delta, exponent = force / k, 1 / n
+        delta[~pressed] = ((n + 1) * (kinetic + stored) / k)[~pressed]
+        exponent[~pressed] = 1 / (n + 1)[~pressed]
+        delta = np.where(pressed, 1.0, 0.01) * power(delta, exponent)
         energy = kinetic + stored + force * delta
         # Where nothing moves and nothing pushes any scale will do.
         still = energy == 0
@@ -197,14 +199,18 @@ class SoftenedSimulator(ContactSimulator):
 
     def loading_curve(self, values: Mapping[Any, Array]) -> tuple[Array, Array]:
         """Return K and n of the law's loading curve K δⁿ, each of shape (n,)."""
+        found = self._loading.at(values)
+        return found["stiffness"], found["exponent"]
+
+    @cached_property
+    def _loading(self) -> Quantities:
         law, symbols = self.law, (*self.outline.parameters, *self.outline.definitions)
-        found = quantities(
+        return quantities(
             "loading curve",
             self.contact,
             symbols,
             lambda: {"stiffness": law.stiffness, "exponent": law.exponent},
-        ).at(values)
-        return found["stiffness"], found["exponent"]
+        )
 
 
 def simulate_softened(

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections import deque
+import threading
 from collections.abc import Mapping
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import Any
 
@@ -19,7 +19,7 @@ from painleve_sym.errors import InputError
 from painleve_sym.simulate.bounces import run_rigid
 from painleve_sym.simulate.many_inputs import ManyInputs
 from painleve_sym.simulate.many_result import ManyResult, run_row
-from painleve_sym.simulate.many_starts import BLOCK, RUNS, Starts, blocks
+from painleve_sym.simulate.many_starts import RUNS, Starts, blocks, starts_of
 from painleve_sym.simulate.one_by_one import run_one_by_one
 from painleve_sym.simulate.rigid import RigidSimulator
 from painleve_sym.simulate.room import check_memory, row_bytes
@@ -27,8 +27,10 @@ from painleve_sym.simulate.simulator import DEFAULT_RTOL, ContactSimulator
 from painleve_sym.simulate.trajectory import Trajectory
 from painleve_sym.simulate.two_contacts import TwoContactSimulator
 
-PART = 256
+BLOCK = 1024
 """Rows a thread takes at a time: some ten milliseconds, so that all threads end together."""
+LEAST_BLOCK = 64
+"""... where there are few rows."""
 
 
 def simulate_many(
@@ -169,30 +171,26 @@ def _in_threads(
     assert isinstance(engine, CompiledEngine)
     kinds = max(1, len(simulator.event_kinds))
     found = BatchRows.empty(rows.count, simulator.outline, wish, kinds)
+    preparing = threading.Lock()
 
-    def integrate(block: Starts, start: int, stop: int) -> None:
-        part = found.part(slice(block.first + start, block.first + stop))
-        _integrate(simulator, engine, block.part(start, stop), o, wish, part)
+    def work(start: int) -> None:
+        stop = min(start + size, rows.count)
+        # Python's share: threads in turn, so that they do not fight over its one lock.
+        with preparing:
+            block = starts_of(simulator, rows, start, stop)
+        _integrate(simulator, engine, block, o, wish, found.part(slice(start, stop)))
 
-    if threads == 1:
-        for block in blocks(simulator, rows):
-            integrate(block, 0, len(block.states))
+    # A few blocks for each thread, but not so small that preparing them costs more than running.
+    size = min(BLOCK, max(LEAST_BLOCK, -(-rows.count // (4 * threads))))
+    starts = range(0, rows.count, size)
+    if min(threads, len(starts)) == 1:
+        for start in starts:
+            work(start)
         return found
-    waiting: deque[Future[None]] = deque()
     with ThreadPoolExecutor(threads) as pool:
-        try:
-            for block in blocks(simulator, rows):
-                n = len(block.states)
-                for start in range(0, n, PART):
-                    waiting.append(pool.submit(integrate, block, start, min(start + PART, n)))
-                # What is prepared ahead stays bounded, whatever the number of rows.
-                while len(waiting) > 4 * threads + BLOCK // PART:
-                    waiting.popleft().result()
-            for future in waiting:
-                future.result()
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+        # The first block that fails is the one that is heard of; no others begin after it.
+        for _ in pool.map(work, starts):
+            pass
     return found
 
 

@@ -58,12 +58,17 @@ class Starts:
 def blocks(simulator: ContactSimulator, rows: ManyInputs) -> Iterator[Starts]:
     """Yield all rows, block by block."""
     for first in range(0, rows.count, BLOCK):
-        # Outside the domain formulas may well divide by zero; those rows are not integrated.
-        with np.errstate(all="ignore"):
-            yield _block(simulator, rows, first, min(first + BLOCK, rows.count))
+        yield starts_of(simulator, rows, first, min(first + BLOCK, rows.count))
 
 
-def _block(simulator: ContactSimulator, rows: ManyInputs, first: int, stop: int) -> Starts:
+def starts_of(simulator: ContactSimulator, rows: ManyInputs, first: int, stop: int) -> Starts:
+    """Return the rows first..stop − 1."""
+    # Outside the domain formulas may well divide by zero; those rows are not integrated.
+    with np.errstate(all="ignore"):
+        return _starts_of(simulator, rows, first, stop)
+
+
+def _starts_of(simulator: ContactSimulator, rows: ManyInputs, first: int, stop: int) -> Starts:
     values = rows.symbols(first, stop)
     parameters = np.array([values[s] for s in simulator.outline.parameters]).T.copy()
     constants = _constants(simulator, parameters)

@@ -1,4 +1,11 @@
-/* Many runs after one another through one run object. A row never sees the row before it. */
+/* Many runs: one after the other, or, where the stepper can take a step of several at once
+ * (`advance_lanes`), those side by side that are in the same mode. A row never sees another. */
+
+#ifndef PS_LANES
+#define PS_LANES 1
+#endif
+/* With so many runs open, some mode has as many as there are lanes. */
+#define PS_OPEN (PS_NM * (PS_LANES - 1) + 1)
 
 /* One row of each array per run; `times` (rows, kinds, events), `extremes` (rows, maxima + minima,
  * value and time), `integrals` (rows, integrals). */
@@ -43,34 +50,105 @@ static void watch_end(ps_run *s) {
     watch_value(&w->extreme[i], i < w->maxima ? 1 : -1, out[w->of[i]], s->t);
 }
 
-/* Integrates n rows: states x (n, nx), parameters p (n, np), end times (n), absolute tolerances
- * (n, nx). Returns the rows done, fewer than n where there is no memory for a run. */
-PS_EXPORT long ps_batch(long n, const double *x, const double *p, const double *t_end,
-                        const double *atol, const ps_options *given, const ps_wish *wish,
-                        const ps_ends *e) {
-  const double z[PS_NZ + 1] = {0};
-  ps_run *s = (ps_run *)malloc(sizeof(ps_run));
-  if (!s) return 0;
-  ps_options o = *given;
+/* n rows: states x (n, nx), parameters p (n, np), end times (n), absolute tolerances (n, nx). */
+typedef struct {
+  long n;
+  const double *x, *p, *t_end, *atol;
+} ps_given;
+
+/* The run of a row. */
+typedef struct {
+  ps_run run;
+  ps_options options;
   ps_watch watch;
-  for (long i = 0; i < n; i++) {
-    memset(s, 0, sizeof *s);
-    s->watch = &watch;
-    watch_start(&watch, wish, e, i);
-    o.t_end = t_end[i];
-    memcpy(o.atol, atol + i * PS_NX, sizeof o.atol);
-    integrate(s, x + i * PS_NX, z, p + i * PS_NP, 0, &o);
-    watch_end(s);
-    e->t[i] = s->t;
-    memcpy(e->x + i * PS_NX, s->x, sizeof s->x);
-    memcpy(e->z + i * PS_NZ, s->z, sizeof(double) * PS_NZ);
-    e->mode[i] = (int)s->mode;
-    e->reason[i] = (int)s->reason;
-    e->transition[i] = (int)s->stop_transition;
-    memcpy(e->counters + i * PS_NCOUNT, &s->count, sizeof s->count);
+  long row;
+} ps_open;
+
+static void open_row(ps_open *a, long i, const ps_given *given, const ps_wish *wish,
+                     const ps_ends *e) {
+  const double z[PS_NZ + 1] = {0};
+  memset(&a->run, 0, sizeof a->run);
+  a->row = i;
+  a->run.watch = &a->watch;
+  watch_start(&a->watch, wish, e, i);
+  a->options.t_end = given->t_end[i];
+  memcpy(a->options.atol, given->atol + i * PS_NX, sizeof a->options.atol);
+  begin(&a->run, given->x + i * PS_NX, z, given->p + i * PS_NP, 0, &a->options);
+}
+
+static void close_row(ps_open *a, const ps_ends *e) {
+  ps_run *s = &a->run;
+  long i = a->row;
+  watch_end(s);
+  e->t[i] = s->t;
+  memcpy(e->x + i * PS_NX, s->x, sizeof s->x);
+  memcpy(e->z + i * PS_NZ, s->z, sizeof(double) * PS_NZ);
+  e->mode[i] = (int)s->mode;
+  e->reason[i] = (int)s->reason;
+  e->transition[i] = (int)s->stop_transition;
+  memcpy(e->counters + i * PS_NCOUNT, &s->count, sizeof s->count);
+}
+
+#if PS_LANES > 1
+static void advance_open(ps_open **open, int n) {
+  ps_run *runs[PS_LANES];
+  const ps_options *options[PS_LANES];
+  for (int i = 0; i < n; i++) {
+    runs[i] = &open[i]->run;
+    options[i] = &open[i]->options;
   }
-  free(s);
-  return n;
+  if (n > 1)
+    advance_lanes(runs, options, n);
+  else
+    advance(runs[0], options[0]);
+}
+#else
+static void advance_open(ps_open **open, int n) {
+  (void)n;
+  advance(&open[0]->run, &open[0]->options);
+}
+#endif
+
+/* Integrates the rows, at most so many lanes side by side. Returns the rows done, fewer than n where
+ * there is no memory for the runs. */
+PS_EXPORT long ps_batch(const ps_given *given, const ps_options *o, const ps_wish *wish, int lanes,
+                        const ps_ends *e) {
+  ps_open *all = (ps_open *)malloc(PS_OPEN * sizeof(ps_open));
+  ps_open *idle[PS_OPEN], *open[PS_NM][PS_OPEN];
+  int free_count = PS_OPEN, count[PS_NM] = {0}, mode = 0;
+  long next = 0;
+  if (!all) return 0;
+  if (lanes > PS_LANES) lanes = PS_LANES;
+  for (int i = 0; i < PS_OPEN; i++) {
+    all[i].options = *o;
+    idle[i] = &all[i];
+  }
+  for (;;) {
+    /* The mode of the last step if it can fill the lanes, else the one that most runs are in. */
+    for (int i = 0; i < PS_NM && count[mode] < lanes; i++)
+      if (count[i] > count[mode]) mode = i;
+    ps_open *now[PS_LANES];
+    int n = 0;
+    if (count[mode] < lanes && next < given->n) {
+      now[n++] = idle[--free_count];
+      open_row(now[0], next++, given, wish, e);
+    } else {
+      if (count[mode] == 0) break;
+      while (n < lanes && count[mode] > 0) now[n++] = open[mode][--count[mode]];
+      advance_open(now, n);
+    }
+    for (int i = n - 1; i >= 0; i--) {
+      ps_run *s = &now[i]->run;
+      if (s->reason == PS_RUNNING) {
+        open[s->mode][count[s->mode]++] = now[i];
+      } else {
+        close_row(now[i], e);
+        idle[free_count++] = now[i];
+      }
+    }
+  }
+  free(all);
+  return given->n;
 }
 
 /* Constants c (n, nc) of n rows of parameters (n, np). */

@@ -19,9 +19,9 @@ PS_EXPORT void ps_constants(const double *p, double *c) {
   PS_CONSTANTS(arg, res, iw, w, 0);
 }
 
-/* Integrates from t in a run of which all is zero but what watches it. */
-static void integrate(ps_run *s, const double *x, const double *z, const double *p, double t,
-                      const ps_options *o) {
+/* Begins at t a run of which all is zero but what watches it. */
+static void begin(ps_run *s, const double *x, const double *z, const double *p, double t,
+                  const ps_options *o) {
   memcpy(s->x, x, sizeof s->x);
   memcpy(s->z, z, sizeof(double) * PS_NZ);
   s->t = s->t_start = t;
@@ -39,14 +39,15 @@ static void integrate(ps_run *s, const double *x, const double *z, const double 
   settle(s, o, o->start_departs, o->start_events);
   if (s->hit && s->reason == PS_RUNNING) s->reason = PS_UNTIL;
   s->h = o->h0 > 0 ? o->h0 : s->h_ref;
-  while (s->reason == PS_RUNNING) advance(s, o);
 }
 
 /* Returns a run to be read and freed, NULL without memory. */
 PS_EXPORT ps_run *ps_integrate(const double *x, const double *z, const double *p, double t,
                                const ps_options *o) {
   ps_run *s = (ps_run *)calloc(1, sizeof(ps_run));
-  if (s) integrate(s, x, z, p, t, o);
+  if (!s) return NULL;
+  begin(s, x, z, p, t, o);
+  while (s->reason == PS_RUNNING) advance(s, o);
   return s;
 }
 

@@ -1,11 +1,16 @@
-"""A tape as C: one function per mode that fills the rows of Taylor coefficients.
+"""A tape as C: functions per mode that fill the rows of Taylor coefficients.
 
 Order k of a product is Σ aⱼ b₍ₖ₋ⱼ₎. Of all products of a tape, the part 0 < j < k needs lower
-orders only: it is summed first, four products side by side in one vector. The terms with the
-coefficients of order k follow in scalars, operation by operation.
+orders only: it is summed first, then the terms with the coefficients of order k follow, operation
+by operation. For one motion the sums stand four products side by side in one vector and the rest is
+scalar; for several motions at once each number is a vector of theirs, a lane a motion. Both do the
+same operations in the same order: a motion's bits do not depend on which of them ran.
 """
 
 from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from painleve_sym.codegen.taylor.scalars import ONE, ZERO, Scalar
 from painleve_sym.codegen.taylor.tape import PAIRS, Combination, Node, Tape
@@ -15,13 +20,10 @@ WIDTH = 4
 _CHUNK = 6
 """Vectors summed in one loop: more would not stay in registers."""
 
-_START = {
-    "mul": "{0} * {1}",
-    "sq": "{0} * {0}",
-    "div": "{0} / {1}",
-    "inv": "1 / {0}",
-    "atan2": "atan2({0}, {1})",
-}
+_LOADS = 12
+"""Products of lanes summed in one loop, for the same reason."""
+
+_START = {"mul": "{0} * {1}", "sq": "{0} * {0}", "div": "{0} / {1}", "inv": "1 / {0}"}
 """Order 0 of a node; other operations are functions of C."""
 
 _FACTOR = {
@@ -51,6 +53,43 @@ _EACH = {
 }
 """Order k of node i: {c0} … of its arguments, {d0} … their slopes k·cₖ, {o0} … their order 0, {o}
 its own, {pair} that of its partner, {s0} … its sums over lower orders."""
+
+
+@dataclass(frozen=True)
+class _Kind:
+    """How numbers are written: of one motion, or of several, a lane each.
+
+    Attributes
+    ----------
+    real, ending, fma : str
+        Type, ending of a function's name, fused multiplication and addition.
+    number : str
+        A constant as such a number.
+    each, both : str
+        A variable made by a call per lane, and one for pairs of numbers.
+    at : str
+        A lane of a variable, inside those calls.
+    """
+
+    real: str
+    ending: str
+    fma: str
+    number: str
+    each: str
+    both: str
+    at: str
+
+
+_ONE = _Kind("double", "", "PS_FMA", "{}", "const double {} = {};", "const ps_pair {} = {};", "")
+_LANES = _Kind(
+    "ps_lanes",
+    "_lanes",
+    "PS_LANES_FMA",
+    "PS_SPREAD({})",
+    "ps_lanes {0}; PS_EACH_LANE({0}[l] = {1})",
+    "ps_pair {0}[PS_LANES]; PS_EACH_LANE({0}[l] = {1})",
+    "[l]",
+)
 
 
 def _products(i: int, node: Node, pair: int) -> tuple[tuple[str, str], ...]:
@@ -92,7 +131,7 @@ class SeriesCode:
     order, and dt, bend of the time t = dt u + bend u²/2 that the series in u run along. It fills
     the columns of `v`, order by order: states, then ramps and whatever else guards are made of. A
     second function takes them and the powers of a step and returns, order by order, the guards and
-    then the ramps, whose step is [0, 1].
+    then the ramps, whose step is [0, 1]. Each comes a second time, for lanes of motions.
 
     Parameters
     ----------
@@ -114,13 +153,14 @@ class SeriesCode:
         # Equal left factors side by side are one number spread over a vector.
         order = sorted((p[0], i, k) for i, ps in products.items() for k, p in enumerate(ps))
         self._products = [products[i][k] for _, i, k in order]
-        self._lanes = {(i, k): lane for lane, (_, i, k) in enumerate(order)}
+        self._places = {(i, k): place for place, (_, i, k) in enumerate(order)}
         factors = {f for p in self._products for f in p}
         sums = [*tape.rates, *(n.inner for n in tape.nodes if n.inner is not None)]
         self._read = factors | {f"c{n}" for c in sums for n, _ in c.terms}
         self._read |= {f"c{n}" for i in self._live for n in tape.nodes[i].args}
         self._slopes = {int(f[1:]) for f in factors if f[0] == "d"}
-        self.text, self.guards_text = self._function(), self._guards()
+        self.text, self.guards_text = self._function(), self._guards(_ONE)
+        self.lanes_text = self._lanes_function() + self._guards(_LANES)
 
     @property
     def columns(self) -> int:
@@ -182,33 +222,77 @@ class SeriesCode:
                 text += f" {'+' if c.number > 0 else '-'} {value.format(n)}"
         return text.removeprefix(" + ") or "0.0"
 
+    def _row(self, a: Combination, value: str, kind: _Kind, *, constant: bool = False) -> str:
+        text = self.sum(a, value, constant=constant)
+        return text if a.terms else kind.number.format(text)
+
     def _function(self) -> str:
         packs = range(-(-len(self._products) // WIDTH))
-        rates = list(enumerate(self.tape.rates))
-        start = [line for i in self._live for line in self._start(i)]
-        start += [f"double f{i} = {self.sum(r, 'o{}', constant=True)}, b{i} = 0;" for i, r in rates]
-        each = [line for i in self._live for line in self._each(i)]
-        end = [f"b{i} = f{i}; f{i} = {self.sum(r, 'c{}')};" for i, r in rates]
+        end = []
         for g in packs:
-            lanes = self._products[g * WIDTH : (g + 1) * WIDTH]
-            lanes += [("0", "0")] * (WIDTH - len(lanes))
+            some = self._products[g * WIDTH : (g + 1) * WIDTH]
+            some += [("0", "0")] * (WIDTH - len(some))
             for side, name in enumerate("LR"):
-                end.append(f"{name}[k][{g}] = (ps_vector){{{', '.join(p[side] for p in lanes)}}};")
-        lines = [
+                end.append(f"{name}[k][{g}] = (ps_vector){{{', '.join(p[side] for p in some)}}};")
+        sums = {p: f"s{p // WIDTH}[{p % WIDTH}]" for p in self._places.values()}
+        rows = max(1, len(packs))
+        head = [
             f"static void {self.name}(const double *x, const double *w, const double *live,",
             "    int p, double dt, double bend, double (*restrict v)[PS_COLUMNS]) {",
-            f"  ps_vector L[PS_ORDER + 1][{max(1, len(packs))}], R[PS_ORDER + 1]"
-            f"[{max(1, len(packs))}];",
+            f"  ps_vector L[PS_ORDER + 1][{rows}], R[PS_ORDER + 1][{rows}];",
+        ]
+        return self._recurrences(_ONE, head, self._sums(packs), sums, end)
+
+    def _lanes_function(self) -> str:
+        factors = sorted({f for p in self._products for f in p})
+        row = {f: i for i, f in enumerate(factors)}
+        sums = {p: f"s{p}" for p in self._places.values()}
+        products = range(len(self._products))
+        lines = [f"ps_lanes s{i} = {{0}};" for i in products]
+        for first in range(0, len(products), _LOADS):
+            each = [
+                f"s{i} = PS_LANES_FMA(F[{{0}}][{row[a]}], F[{{1}}][{row[b]}], s{i});"
+                for i, (a, b) in enumerate(self._products)
+                if i in products[first : first + _LOADS]
+            ]
+            lines += _in_order(each)
+        head = [
+            f"static void {self.name}_lanes(const ps_lanes *x, const ps_lanes *w,",
+            "    const ps_lanes *live, int p, const ps_lanes *time,",
+            "    ps_lanes (*restrict v)[PS_COLUMNS]) {",
+            f"  ps_lanes F[PS_ORDER + 1][{max(1, len(factors))}];",
+            "  const ps_lanes dt = time[0], bend = time[1];",
+        ]
+        end = [f"F[k][{i}] = {f};" for f, i in row.items()]
+        return self._recurrences(_LANES, head, lines, sums, end)
+
+    def _recurrences(
+        self,
+        kind: _Kind,
+        head: list[str],
+        sum_lines: list[str],
+        sums: Mapping[int, str],
+        end: list[str],
+    ) -> str:
+        """The function itself: `sums` says in which variable each product is summed."""
+        rates = list(enumerate(self.tape.rates))
+        start = [line for i in self._live for line in self._start(i, kind)]
+        for i, r in rates:
+            value, zero = self._row(r, "o{}", kind, constant=True), kind.number.format("0.0")
+            start.append(f"{kind.real} f{i} = {value}, b{i} = {zero};")
+        each = [line for i in self._live for line in self._each(i, kind, sums)]
+        turn = [f"b{i} = f{i}; f{i} = {self._row(r, 'c{}', kind)};" for i, r in rates]
+        lines = [
+            *head,
             *(f"  {line}" for line in start),
             "  for (int k = 1;; k++) {",
-            "    const double r = PS_INVERSE[k], q = dt * r, qb = bend * r;",
+            "    const double r = PS_INVERSE[k];",
+            f"    const {kind.real} q = dt * r, qb = bend * r;",
             *(f"    v[k][{i}] = q * f{i} + qb * b{i};" for i, _ in rates),
             "    if (k == p) break;",
-            *(f"    {line}" for line in self._sums(packs)),
-            *(f"    {line}" for line in each),
-            *(f"    {line}" for line in end),
+            *(f"    {line}" for line in (*sum_lines, *each, *turn, *end)),
             "  }",
-            "  (void)w; (void)live; (void)L; (void)R;",
+            "  (void)w; (void)live;",
             "}",
         ]
         return "\n".join(lines) + "\n"
@@ -217,67 +301,80 @@ class SeriesCode:
         lines = [f"ps_vector s{g} = {{0}};" for g in packs]
         for first in range(0, len(packs), _CHUNK):
             some = packs[first : first + _CHUNK]
-            add = "s{0} = PS_VECTOR_FMA(L[{1}][{0}], R[{2}][{0}], s{0});"
-            lines.append("for (int j = 2; j < k - 1; j++) {")
-            lines += [f"  {add.format(g, 'j', 'k - j')}" for g in some]
-            # The newest coefficients, on which the sums wait, come last.
-            lines.append("}")
-            lines.append("if (k > 1) {")
-            lines += [f"  {add.format(g, '1', 'k - 1')}" for g in some]
-            lines.append("}")
-            lines.append("if (k > 2) {")
-            lines += [f"  {add.format(g, 'k - 1', '1')}" for g in some]
-            lines.append("}")
+            add = "s{0} = PS_VECTOR_FMA(L[{{0}}][{0}], R[{{1}}][{0}], s{0});"
+            lines += _in_order([add.format(g) for g in some])
         return lines
 
-    def _start(self, i: int) -> list[str]:
-        node = self.tape.nodes[i]
+    def _start(self, i: int, kind: _Kind) -> list[str]:
+        node, real = self.tape.nodes[i], kind.real
         args = [f"o{n}" for n in node.args]
         if node.op == "state":
-            value = f"x[{node.index}]"
-        elif node.inner is not None:
-            value = self.sum(node.inner, "o{}", constant=True)
-            if node.op == "ramp":
-                floor = repr(self.floor(i))
-                value = f"live[{self.ramps.index(i)}] > 0 ? fmax({value}, {floor}) : {floor}"
-        elif node.op == "pow" and node.scalar is not None:
-            value = f"pow({args[0]}, {self.scalar(node.scalar)})"
+            lines = [f"const {real} o{i} = x[{node.index}];"]
+        elif node.op == "linear" and node.inner is not None:
+            value = self._row(node.inner, "o{}", kind, constant=True)
+            lines = [f"const {real} o{i} = {value};"]
+        elif node.op in _START:
+            lines = [f"const {real} o{i} = {_START[node.op].format(*args)};"]
         else:
-            value = _START.get(node.op, f"{node.op}({{0}})").format(*args)
-        lines = [f"const double o{i} = {value};"]
+            lines = self._call(i, kind)
         if i in self._columns:
             lines.append(f"v[0][{self._columns[i]}] = o{i};")
         if node.op in _FACTOR:
-            lines.append(f"const double r{i} = {_FACTOR[node.op].format(*args, o=f'o{i}')};")
+            lines.append(f"const {real} r{i} = {_FACTOR[node.op].format(*args, o=f'o{i}')};")
         if node.op == "pow" and node.scalar is not None:
-            lines.append(f"const double e{i} = {self.scalar(node.scalar)} + 1;")
+            value = f"{self.scalar(node.scalar)} + 1"
+            value = value if node.scalar.factors else kind.number.format(value)
+            lines.append(f"const {real} e{i} = {value};")
         return lines
 
-    def _each(self, i: int) -> list[str]:
+    def _call(self, i: int, kind: _Kind) -> list[str]:
+        """Order 0 of a node that is a function of C, called for one lane after the other."""
+        node, at = self.tape.nodes[i], kind.at
+        args, lines = [f"o{n}{at}" for n in node.args], []
+        if node.op == "ramp" and node.inner is not None:
+            value = self._row(node.inner, "o{}", kind, constant=True)
+            lines.append(f"const {kind.real} a{i} = {value};")
+            live = f"live[{self.ramps.index(i)}]{at}"
+            value = f"ps_ramp({live}, a{i}{at}, {self.floor(i)!r})"
+        elif node.op == "pow" and node.scalar is not None:
+            exponent = self.scalar(node.scalar)
+            value = f"pow({args[0]}, {exponent}{at if node.scalar.factors else ''})"
+        elif node.op in ("sin", "cos"):
+            both = f"t{min(i, self._pairs[i])}"
+            if i < self._pairs[i]:
+                lines.append(kind.both.format(both, f"ps_sin_cos({args[0]})"))
+            value = f"{both}{at}.{node.op}"
+        else:
+            # The third of atan2, the square, is for its recurrence.
+            value = f"{node.op}({', '.join(args[:2])})"
+        return [*lines, kind.each.format(f"o{i}", value)]
+
+    def _each(self, i: int, kind: _Kind, sums: Mapping[int, str]) -> list[str]:
         node = self.tape.nodes[i]
         if node.op == "state":
             if not {f"c{i}", f"d{i}"} & self._read:
                 return []
             value = f"v[k][{i}]"
         elif node.inner is not None:
-            value = self.sum(node.inner, "c{}")
+            value = self._row(node.inner, "c{}", kind)
             if node.op == "ramp":
                 value = f"live[{self.ramps.index(i)}] * ({value})"
         else:
-            names = {f"{kind}{j}": f"{kind}{n}" for kind in "cdo" for j, n in enumerate(node.args)}
+            names = {f"{c}{j}": f"{c}{n}" for c in "cdo" for j, n in enumerate(node.args)}
             for j in range(3):
-                lane = self._lanes.get((i, j))
-                if lane is not None:
-                    names[f"s{j}"] = f"s{lane // WIDTH}[{lane % WIDTH}]"
-            value = _EACH[node.op].format(i=i, o=f"o{i}", pair=f"o{self._pairs[i]}", **names)
-        lines = [f"const double c{i} = {value};"]
+                place = self._places.get((i, j))
+                if place is not None:
+                    names[f"s{j}"] = sums[place]
+            rule = _EACH[node.op].replace("PS_FMA", kind.fma)
+            value = rule.format(i=i, o=f"o{i}", pair=f"o{self._pairs[i]}", **names)
+        lines = [f"const {kind.real} c{i} = {value};"]
         if i in self._columns and node.op != "state":
             lines.append(f"v[k][{self._columns[i]}] = c{i};")
         if i in self._slopes:
-            lines.append(f"const double d{i} = k * c{i};")
+            lines.append(f"const {kind.real} d{i} = (double)k * c{i};")
         return lines
 
-    def _guards(self) -> str:
+    def _guards(self, kind: _Kind) -> str:
         """Series of guards and ramps; the last order is known of states only."""
         watched = [*self.tape.guards, *(Combination(ZERO, ((r, ONE),)) for r in self.ramps)]
         each, last, zero = [], [], []
@@ -289,8 +386,9 @@ class SeriesCode:
             if not a.constant.is_zero:
                 zero.append(f"g[0][{j}] += {self.scalar(a.constant)};")
         lines = [
-            f"static void {self.name}_guards(const double *w, int p, const double *h,",
-            "    const double (*v)[PS_COLUMNS], double (*restrict g)[PS_WATCHED]) {",
+            f"static void {self.name}_guards{kind.ending}(const {kind.real} *w, int p,",
+            f"    const {kind.real} *h, const {kind.real} (*v)[PS_COLUMNS],",
+            f"    {kind.real} (*restrict g)[PS_WATCHED]) {{",
             "  for (int k = 0; k < p; k++) {",
             *(f"    {line}" for line in each),
             "  }",
@@ -299,3 +397,23 @@ class SeriesCode:
             "}",
         ]
         return "\n".join(lines) + "\n"
+
+
+def _in_order(add: Sequence[str]) -> list[str]:
+    """Sum products of orders {0} and {1} = k - {0}, in one loop for all of them."""
+
+    def lines(first: str, second: str) -> list[str]:
+        return [f"  {line.format(first, second)}" for line in add]
+
+    return [
+        "for (int j = 2; j < k - 1; j++) {",
+        *lines("j", "k - j"),
+        # The newest coefficients, on which the sums wait, come last.
+        "}",
+        "if (k > 1) {",
+        *lines("1", "k - 1"),
+        "}",
+        "if (k > 2) {",
+        *lines("k - 1", "1"),
+        "}",
+    ]

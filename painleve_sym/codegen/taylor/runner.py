@@ -7,6 +7,10 @@ from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.codegen.taylor.source import ORDER, source
 
 
+MOST_LANES = 8
+"""Motions of a batch side by side, or as many as a vector register of the processor holds."""
+
+
 class TaylorEngine(CompiledEngine):
     """Taylor series of adaptive order and step, events at the zeros of the guards' own series.
 
@@ -24,6 +28,7 @@ class TaylorEngine(CompiledEngine):
     name = "taylor"
     dense_rows = ORDER + 1
     watches = False
+    lanes = MOST_LANES
 
     @staticmethod
     def _source(functions: AutomatonFunctions) -> str:

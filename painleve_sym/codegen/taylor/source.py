@@ -13,6 +13,22 @@ from painleve_sym.errors import NoRecurrence
 
 ORDER = 20
 """Highest order; that for the tightest tolerance, 1e-15, is 19."""
+_ONE_MOTION = """
+#define PS_REAL double
+#define PS_OF(name) name
+#define PS_REAL_OF(a) (a)
+#define PS_REAL_FMA PS_FMA
+#define PS_REAL_ABS fabs
+#define PS_CHOOSE(test, a, b) ((test) ? (a) : (b))
+"""
+_LANES_OF_MOTIONS = """
+#define PS_REAL ps_lanes
+#define PS_OF(name) name##_lanes
+#define PS_REAL_OF PS_SPREAD
+#define PS_REAL_FMA PS_LANES_FMA
+#define PS_REAL_ABS PS_LANES_ABS
+#define PS_CHOOSE PS_LANES_CHOOSE
+"""
 _LENGTH = 24
 """Orders, the constant among them, and room to a whole cache line."""
 
@@ -45,8 +61,10 @@ def source(functions: AutomatonFunctions) -> str:
     own = engine_texts(__package__, ("series", "roots"))
     shared = engine_texts("painleve_sym.codegen", ("state", "watch", "events"))
     last = engine_texts("painleve_sym.codegen", ("loop", "batch"))
-    advance = engine_texts(__package__, ("advance",))
-    middle = [_header(codes), *shared, *own, _functions(codes), *advance, *last]
+    (along,) = engine_texts(__package__, ("along",))
+    twice = [_ONE_MOTION, along, _LANES_OF_MOTIONS, along]
+    advance = engine_texts(__package__, ("size", "advance", "lanes"))
+    middle = [_header(codes), *shared, *own, _functions(codes), *twice, *advance, *last]
     return assemble(functions, more, "", middle)
 
 
@@ -75,7 +93,7 @@ def _header(codes: list[SeriesCode]) -> str:
     fields = (
         "int order, ready, left_out; double unit, bend, zero, "
         "scalars[PS_SCALARS], live[PS_RAMPS], "
-        "power[PS_LENGTH], binomial[PS_LENGTH], v[PS_LENGTH][PS_COLUMNS];"
+        "binomial[PS_LENGTH], v[PS_LENGTH][PS_COLUMNS];"
     )
     inverse = ", ".join(["0.0", *(repr(1 / k) for k in range(1, ORDER + 1))])
     lines += [
@@ -86,16 +104,26 @@ def _header(codes: list[SeriesCode]) -> str:
     return "\n".join(lines)
 
 
+_GUARDS = (
+    "typedef void (*ps_guards{0})(const {1} *, int, const {1} *, const {1} (*)[PS_COLUMNS], "
+    "{1} (*restrict)[PS_WATCHED]);"
+)
+
+
 def _functions(codes: list[SeriesCode]) -> str:
-    texts = [text for code in codes for text in (code.text, code.guards_text)]
+    texts = [t for code in codes for t in (code.text, code.guards_text, code.lanes_text)]
     lines = [
+        _GUARDS.format("", "double"),
+        _GUARDS.format("_lanes", "ps_lanes"),
         "typedef struct {",
         "  void (*series)(const double *, const double *, const double *, int, double, double,",
         "                 double (*restrict)[PS_COLUMNS]);",
-        "  void (*guards)(const double *, int, const double *, const double (*)[PS_COLUMNS],",
-        "                 double (*restrict)[PS_WATCHED]);",
+        "  ps_guards guards;",
+        "  void (*series_lanes)(const ps_lanes *, const ps_lanes *, const ps_lanes *, int,",
+        "                       const ps_lanes *, ps_lanes (*restrict)[PS_COLUMNS]);",
+        "  ps_guards_lanes guards_lanes;",
         "  ps_function scalars;",
-        "  int ramps, ramp[PS_RAMPS], guarded[PS_RAMPS];  /* columns; a guard is zero with it */",
+        "  int scalar_count, columns, ramps, ramp[PS_RAMPS], guarded[PS_RAMPS];  /* columns; a guard is zero with it */",
         "  double floor[PS_RAMPS];",
         "} ps_series;",
         "static const ps_series PS_SERIES[PS_NM] = {",
@@ -104,6 +132,7 @@ def _functions(codes: list[SeriesCode]) -> str:
         ramps = ", ".join(str(code.column(r)) for r in code.ramps) or "0"
         guarded = ", ".join(str(int(code.guarded(r))) for r in code.ramps) or "0"
         floors = ", ".join(repr(code.floor(r)) for r in code.ramps) or "0"
-        names = f"series_{i}, series_{i}_guards, scalars_{i}"
+        names = ", ".join(f"series_{i}{e}" for e in ("", "_guards", "_lanes", "_guards_lanes"))
+        names += f", scalars_{i}, {len(code.scalars)}, {code.columns}"
         lines.append(f"  {{{names}, {len(code.ramps)}, {{{ramps}}}, {{{guarded}}}, {{{floors}}}}},")
     return "\n".join([*texts, *lines, "};", ""])

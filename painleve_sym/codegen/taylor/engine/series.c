@@ -2,6 +2,29 @@
 
 typedef double ps_vector __attribute__((vector_size(32)));
 
+/* Motions side by side: as many as a vector register holds. */
+#ifndef PS_LANES
+#if defined(__AVX512F__)
+#define PS_LANES 8
+#elif defined(__AVX__)
+#define PS_LANES 4
+#else
+#define PS_LANES 2
+#endif
+#endif
+typedef double ps_lanes __attribute__((vector_size(8 * PS_LANES)));
+typedef long long ps_mask __attribute__((vector_size(8 * PS_LANES)));
+
+#define PS_EACH_LANE(what) for (int l = 0; l < PS_LANES; l++) what;
+#define PS_SPREAD(a) ((a) - (ps_lanes){0})
+#define PS_LANES_ABS(a) ((ps_lanes)((ps_mask)(a) & 0x7fffffffffffffffLL))
+#define PS_LANES_CHOOSE(test, a, b) \
+  ((ps_lanes)(((ps_mask)(a) & (test)) | ((ps_mask)(b) & ~(test))))
+
+/* Part of the tolerance that the last term of a series may use: the terms left out add up to a few
+ * times as much where a power ends, and so do the steps. */
+static const double PS_SHARE = 0.05;
+
 #if defined(__FMA__)
 #define PS_FMA(a, b, c) __builtin_fma(a, b, c)
 #else
@@ -9,6 +32,38 @@ typedef double ps_vector __attribute__((vector_size(32)));
 #endif
 #if defined(__FMA__) && defined(__AVX__) && !defined(__clang__)
 #define PS_VECTOR_FMA(a, b, c) __builtin_ia32_vfmaddpd256(a, b, c)
+#elif defined(__FMA__)
+#define PS_VECTOR_FMA(a, b, c) PS_FMA_OF(ps_vector, 4, a, b, c)
 #else
 #define PS_VECTOR_FMA(a, b, c) ((a) * (b) + (c))
 #endif
+#if defined(__FMA__) && PS_LANES == 4
+#define PS_LANES_FMA(a, b, c) PS_VECTOR_FMA(a, b, c)
+#elif defined(__FMA__)
+#define PS_LANES_FMA(a, b, c) PS_FMA_OF(ps_lanes, PS_LANES, a, b, c)
+#else
+#define PS_LANES_FMA(a, b, c) ((a) * (b) + (c))
+#endif
+/* Compilers make one instruction of it. */
+#define PS_FMA_OF(type, n, a, b, c)                                          \
+  __extension__({                                                            \
+    const type a_ = (a), b_ = (b);                                           \
+    type c_ = (c);                                                           \
+    for (int l_ = 0; l_ < n; l_++) c_[l_] = __builtin_fma(a_[l_], b_[l_], c_[l_]); \
+    c_;                                                                      \
+  })
+
+typedef struct {
+  double sin, cos;
+} ps_pair;
+
+/* Compiled once: a compiler may compute both together, with other last bits than one by one. */
+__attribute__((noinline, unused)) static ps_pair ps_sin_cos(double x) {
+  ps_pair both = {sin(x), cos(x)};
+  return both;
+}
+
+/* The base of a real power, or its floor where the power is left out. */
+static inline double ps_ramp(double live, double x, double floor) {
+  return live > 0 && x > floor ? x : floor;
+}

@@ -1,0 +1,244 @@
+/* How a Taylor step is begun, and how long it may be. */
+
+/* A series that starts at a vanishing base of a real power leaves the power out: what that does to
+ * the rates at the end of the step decides how long it may be. */
+static const double PS_SMALL_BASE = 1e-2;
+
+/* The zero of a base is near when it is so many of the last steps away. */
+static const double PS_NEAR = 2;
+/* ... and taken to be a little farther: a series cannot go on beyond it. */
+static const double PS_MARGIN = 1.02;
+/* A step along the root of the time since a zero should be this part of that time; else the zero is
+ * no longer what limits it. */
+static const double PS_WORTH = 0.8;
+
+#define PS_MIN(a, b) ((a) < (b) ? (a) : (b))
+#define PS_MAX(a, b) ((a) > (b) ? (a) : (b))
+
+static void prepare(ps_run *s, const ps_options *o) {
+  /* Jorba & Zou, Experiment. Math. 14 (2005) 99-117: the order that is cheapest for a tolerance. */
+  int order = (int)ceil(-0.5 * log(PS_SHARE * o->rtol)) + 1;
+  s->order = order < 4 ? 4 : order > PS_ORDER ? PS_ORDER : order;
+  inverse_binomials(s->order, s->binomial);
+  s->steps.width = 3 + PS_NZ + (s->order + 1) * PS_NX + 1;
+}
+
+/* Time after u units, how fast it runs there, and the units that a time takes. */
+static double time_at(const ps_run *s, double u) {
+  return u * (s->unit + 0.5 * s->bend * u);
+}
+
+static double pace_at(const ps_run *s, double u) {
+  return s->unit + s->bend * u;
+}
+
+static double units_of(const ps_run *s, double t) {
+  double root = s->unit * s->unit + 2 * s->bend * t;
+  return root > 0 ? 2 * t / (s->unit + sqrt(root)) : HUGE_VAL;
+}
+
+static const double (*series_of(const ps_run *s))[PS_COLUMNS] {
+  return (const double(*)[PS_COLUMNS])s->v;
+}
+
+static void fill_series(ps_run *s) {
+  PS_SERIES[s->mode].series(s->x, s->scalars, s->live, s->order, s->unit, s->bend,
+                            s->v);
+  s->count.dense++;
+}
+
+/* x to the power e, to three digits: a step size needs no more. */
+static double rough_power(double x, double e) {
+  union { double d; unsigned long long u; } bits = {x};
+  double whole = (double)((long long)(bits.u >> 52) - 1023);
+  bits.u = (bits.u & 0xfffffffffffffULL) | 0x3ff0000000000000ULL;
+  double m = bits.d - 1, log2 = whole + m * (1.4249 + m * (-0.5871 + m * 0.1622));
+  double y = PS_MAX(PS_MIN(e * log2, 1000), -1000), n = floor(y), f = y - n;
+  bits.u = (unsigned long long)((long long)n + 1023) << 52;
+  return bits.d * (1 + f * (0.6957 + f * (0.2251 + f * 0.0792)));
+}
+
+/* Step, in units, for which the last two terms of each state are within its tolerance. The last
+ * but one may be e^2 times larger: that is what a step of 1/e^2 of the radius makes of it. */
+static double step_by_terms(const ps_run *s, double last, double before) {
+  const int p = s->order;
+  if (!isfinite(last) || !isfinite(before)) return NAN;
+  double h = rough_power(PS_MAX(last, 1e-100), -PS_INVERSE[p]);
+  return fmin(h, rough_power(PS_MAX(before / 7.389, 1e-100), -PS_INVERSE[p - 1]));
+}
+
+static double step_by_own_terms(const ps_run *s, const ps_options *o) {
+  double last[2];
+  last_terms(series_of(s), s->order, s->x, o->atol, o->rtol, last);
+  return step_by_terms(s, last[0], last[1]);
+}
+
+/* State at u units, and its rate. */
+static void state_at(const ps_run *s, double u, double *restrict y) {
+  state_along(series_of(s), s->order, &u, y);
+}
+
+static void rate_at(ps_run *s, double u, double *restrict rate) {
+  for (int i = 0; i < PS_NX; i++) rate[i] = s->order * s->v[s->order][i];
+  for (int k = s->order - 1; k > 0; k--)
+    for (int i = 0; i < PS_NX; i++) rate[i] = PS_FMA(rate[i], u, k * s->v[k][i]);
+  for (int i = 0; i < PS_NX; i++) rate[i] /= s->unit;
+}
+
+/* Step, in units and at most h, after which what a vanished power would have done is within the
+ * tolerance; the power grows like t^(e - 1), and e is found on the way. */
+static double step_by_defect(ps_run *s, const ps_options *o, double h) {
+  double e = 4, last_h = 0, last = 0, least = 0;
+  for (int it = 0; it < 20; it++) {
+    double y[PS_NX], rate[PS_NX], slope[PS_NX], error = 0;
+    state_at(s, h, y);
+    rate_at(s, h, slope);
+    field(s, y, rate);
+    for (int i = 0; i < PS_NX; i++) {
+      double weight = 1 / (o->atol[i] + o->rtol * fabs(s->x[i]));
+      double d = fabs(rate[i] - slope[i]) * h * s->unit * weight / e;
+      if (!(d <= error)) error = d;
+    }
+    if (error <= 1 && (it == 0 || error > 0.1 || h <= least)) return h;
+    if (!isfinite(error)) {
+      h *= 0.1;
+      continue;
+    }
+    if (last_h > 0 && last > 0 && last_h != h)
+      e = fmin(fmax(log(error / last) / log(h / last_h), 1.5), 20);
+    last_h = h;
+    last = error;
+    if (error <= 1) least = h;
+    h *= fmin(pow(0.5 / fmax(error, 1e-30), 1 / e), error > 1 ? 1 : 4);
+  }
+  return fmin(h, least > 0 ? least : h);
+}
+
+/* What the series say of the end of the step: the state, and the ramps as in `ramp_along`. */
+typedef struct {
+  double x[PS_NX], ramp[PS_RAMPS][3];
+} ps_end;
+
+static void end_at(const ps_run *s, double h, ps_end *end) {
+  const ps_series *m = &PS_SERIES[s->mode];
+  state_at(s, h, end->x);
+  for (int r = 0; r < m->ramps; r++)
+    ramp_along(series_of(s), m->ramp[r], s->order, &h, end->ramp[r]);
+}
+
+/* Time from the end of a step of h units to where the base of a live power comes to zero, if that is
+ * near; 0 where it is not. */
+static double zero_ahead(const ps_run *s, double h, const ps_end *end) {
+  const ps_series *m = &PS_SERIES[s->mode];
+  double nearest = 0;
+  for (int r = 0; r < m->ramps; r++) {
+    double pace = pace_at(s, h), a = end->ramp[r][0];
+    if (!(s->live[r] > 0)) continue;
+    double b = end->ramp[r][1] / pace;
+    double d = (end->ramp[r][2] - 0.5 * b * s->bend) / (pace * pace);
+    double root = b * b - 4 * a * d;
+    if (!(a > m->floor[r]) || !(b < 0) || !(root > 0)) continue;
+    double t = 2 * a / (-b + sqrt(root));
+    if (t < PS_NEAR * time_at(s, h) && (nearest == 0 || t < nearest)) nearest = t;
+  }
+  return PS_MARGIN * nearest;
+}
+
+/* What the series of a step are made with; 0 where the run stops. */
+static int begin_step(ps_run *s, const ps_options *o) {
+  const ps_series *m = &PS_SERIES[s->mode];
+  if (s->count.accepted + s->count.rejected >= o->max_steps) {
+    s->reason = PS_STEP_LIMIT;
+    return 0;
+  }
+  if (!(s->unit > 0)) s->unit = s->h_ref;
+  if (!s->ready) {
+    double *res[1] = {s->scalars};
+    call(s, m->scalars, s->x, res);
+  }
+  for (int r = 0; r < m->ramps; r++) s->live[r] = 1;
+  /* The variable of the series: time, or the root of the time from or to a zero of a base. A series
+   * in time ends at that zero, in the root it does not. */
+  s->bend = s->zero != 0 ? -0.5 * s->unit * s->unit / s->zero : 0;
+  return 1;
+}
+
+/* How far the series are good, in units; `h` is what their last terms say. Where a base vanishes
+ * they are made anew. */
+static double good_for(ps_run *s, const ps_options *o, double h) {
+  const ps_series *m = &PS_SERIES[s->mode];
+  int dead = 0, small = 0;
+  for (int r = 0; r < m->ramps; r++) {
+    const int c = m->ramp[r];
+    double base = s->v[0][c], u = s->h_ref / s->unit;
+    double scale = fabs(s->v[1][c]) * u + fabs(s->v[2][c]) * u * u;
+    if (!(base > m->floor[r])) {
+      s->live[r] = 0;
+      dead = 1;
+    } else if (!s->ready && s->v[1][c] > 0 && base < PS_SMALL_BASE * scale) {
+      small = 1;
+    }
+  }
+  s->ready = 1;
+  double alive = NAN;
+  if (small && !dead) {
+    s->bend = 0;
+    fill_series(s);
+    /* Next to the branch point the series hardly reaches; leaving the power out may go further. */
+    alive = step_by_own_terms(s, o);
+    for (int r = 0; r < m->ramps; r++) s->live[r] = 0;
+    dead = 1;
+  }
+  /* Up to the zero of the base as it was estimated; beyond it time would run back. */
+  if (!dead) return s->bend < 0 ? fmin(h, -0.999 * s->unit / s->bend) : h;
+  s->bend = 0;
+  fill_series(s);
+  h = step_by_own_terms(s, o);
+  if (isfinite(h)) h = step_by_defect(s, o, fmin(h, (o->t_end - s->t) / s->unit));
+  if (alive > h) {
+    for (int r = 0; r < m->ramps; r++) s->live[r] = 1;
+    fill_series(s);
+    return alive;
+  }
+  s->left_out = 1;
+  return h;
+}
+
+/* The step, in units, that is tried; 0 where the run stops. `last`: it would end at the end time. */
+static double measure_step(ps_run *s, const ps_options *o, double h, int *last) {
+  h = good_for(s, o, h);
+  double left = units_of(s, o->t_end - s->t);
+  *last = 0;
+  if (!isfinite(h)) {
+    s->reason = PS_NON_FINITE;
+    return 0;
+  }
+  h = fmin(h, units_of(s, o->h_max));
+  if (s->count.accepted == 0 && o->h0 > 0) h = fmin(h, units_of(s, o->h0));
+  if (h * 1.0000001 >= left) {
+    h = left;
+    *last = 1;
+  }
+  if (time_at(s, h) > 16e-16 * fabs(s->t)) return h;
+  s->reason = *last ? PS_T_END : PS_STEP_UNDERFLOW;
+  return 0;
+}
+
+/* Place of the first zero of a guard that starts at zero and leaves upwards; -1 where none. */
+static double next_root(double *p, int n, double least, int crossed, const double *inverse) {
+  p[0] = 0;
+  int m = 1;
+  while (m < n && fabs(p[m]) <= fabs(p[m + 1]) * least) m++;
+  if (p[m] > 0) {
+    /* What is left after division by the zero at the start. */
+    double own[PS_LENGTH];
+    inverse_binomials(n - m, own);
+    return first_root(p + m, n - m, 0, own);
+  }
+  double u = 1.0 / PS_SAMPLES;
+  while (!(horner(p, n, u) > 0) && 0.5 * u > least) u *= 0.5;
+  if (horner(p, n, u) > 0) return first_root(p, n, u, inverse);
+  /* A guard that left zero is back at once: where the rates that turned it have their new sign. */
+  return crossed ? PS_AT_ONCE : -1;
+}
+
