@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from painleve_sym.codegen.run import Array, Engine, RawRun, RunOptions
+from painleve_sym.codegen.run import Array, Engine, RawRun, RunOptions, joined_steps
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.hybrid.automaton import HybridAutomaton
 from painleve_sym.hybrid.bilateral import BilateralContact
@@ -266,9 +266,7 @@ class RigidSimulator(ContactSimulator):
         return replace(event, alternatives=modes) if len(modes) > 1 else event
 
 
-def _with_limit(
-    contact: RigidContact, run: Trajectory, values: Mapping[str, float]
-) -> Trajectory:
+def _with_limit(contact: RigidContact, run: Trajectory, values: Mapping[str, float]) -> Trajectory:
     limit = locate_limit(contact, run, values)
     if limit is None:
         return run
@@ -281,7 +279,7 @@ def _with_limit(
 def _joined(runs: list[RawRun]) -> RawRun:
     counters = {k: sum(r.counters[k] for r in runs) for k in runs[-1].counters}
     return runs[-1]._replace(
-        steps=np.vstack([r.steps for r in runs]),
+        steps=joined_steps(runs),
         events=np.vstack([r.events for r in runs]),
         counters=counters,
     )

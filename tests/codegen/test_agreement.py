@@ -1,6 +1,6 @@
 """Two engines, one motion: Taylor series against Runge–Kutta on every named mechanism.
 
-How far apart they may be follows from the tolerance: by no more than the tolerance itself, relative to
+How far apart they may be follows from the tolerance: by no more than the tolerance itself, in
 the scales that it is measured in, and what a hundred times looser one changes in both, which tells
 how errors grow in that motion. Both must run through the same events and modes.
 """

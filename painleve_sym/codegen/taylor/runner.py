@@ -23,7 +23,6 @@ class TaylorEngine(CompiledEngine):
 
     name = "taylor"
     dense_rows = ORDER + 1
-    watches = False
 
     @staticmethod
     def _source(functions: AutomatonFunctions) -> str:

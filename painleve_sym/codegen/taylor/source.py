@@ -43,7 +43,7 @@ def source(functions: AutomatonFunctions) -> str:
     codes = [SeriesCode(t, f"series_{i}") for i, t in enumerate(tapes(functions))]
     more = [_scalars(functions, code, i) for i, code in enumerate(codes)]
     own = engine_texts(__package__, ("series", "roots"))
-    shared = engine_texts("painleve_sym.codegen", ("state", "watch", "events"))
+    shared = engine_texts("painleve_sym.codegen", ("state", "watch", "events", "extremes"))
     last = engine_texts("painleve_sym.codegen", ("loop", "batch"))
     advance = engine_texts(__package__, ("advance",))
     middle = [_header(codes), *shared, *own, _functions(codes), *advance, *last]
