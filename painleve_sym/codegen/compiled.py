@@ -23,7 +23,7 @@ from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.codegen.run import DENSE_ROWS, Array, RawRun, RunOptions
 from painleve_sym.codegen.source import ENGINE_REASONS, source
 from painleve_sym.codegen.stored import entry_key, read_entry, write_entry
-from painleve_sym.errors import InputError
+from painleve_sym.errors import NoRecurrence
 from painleve_sym.hybrid.automaton import HybridAutomaton
 from painleve_sym.hybrid.outline import AutomatonBuilder, Outline, outline_data, outline_of
 
@@ -97,7 +97,6 @@ class CompiledEngine:
 
     name = "compiled"
     dense_rows = DENSE_ROWS
-    watches = True  # extremes and integrals of outputs, in batches
     lanes = 1  # motions of a batch side by side
 
     def __init__(
@@ -113,19 +112,28 @@ class CompiledEngine:
         """Return the engine of what `builder` derives, from the cache where it was derived before.
 
         A builder is known again by its definition (`definition_text`); where the cache has what it
-        led to, nothing is derived, and the engine knows the automaton's outline alone.
+        led to, nothing is derived, and the engine knows the automaton's outline alone. That an
+        automaton has no Taylor series is remembered as well.
         """
         mark = compiler_mark()
         key = entry_key(f"engine {cls.name}\n{mark}", builder) if mark else None
         engine = cls.__new__(cls)
         entry = read_entry(key) if key else None
+        if entry and "no_recurrence" in entry:
+            raise NoRecurrence(entry["no_recurrence"])
         library = library_named(entry["library"]) if entry else None
         if entry and library:
             outline = outline_of(entry["outline"])
             engine._open(outline, library, _plain_sizes(outline))
             return engine
         automaton = builder.automaton
-        library = compiled_library(cls._source(AutomatonFunctions(automaton)))
+        try:
+            text = cls._source(AutomatonFunctions(automaton))
+        except NoRecurrence as error:
+            if key:
+                write_entry(key, {"no_recurrence": str(error)})
+            raise
+        library = compiled_library(text)
         engine._open(automaton, library, _plain_sizes(automaton))
         if key:
             write_entry(key, {"library": library.name, "outline": outline_data(automaton)})
@@ -263,11 +271,6 @@ class CompiledEngine:
         rows : BatchRows
             Filled; of n rows.
         """
-        if wish.watched and not self.watches:
-            raise InputError(
-                f"batch: extremes and integrals are not taken by engine {self.name!r}. "
-                "Fix: use engine='compiled'."
-            )
         n = len(states)
         x, p, t = _plain(states), _plain(parameters), _plain(t_end)
         scales = np.minimum(_plain(atol), 1e300)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
@@ -111,6 +112,12 @@ class RawRun(NamedTuple):
         for rows in (self.steps, self.events):
             rows[:, 0] += start
         return self._replace(time=self.time + start)
+
+
+def joined_steps(runs: Sequence[RawRun]) -> Array:
+    """Return the steps of runs that follow each other, shape (steps, …)."""
+    # A run without steps does not know how many rows each would have.
+    return np.vstack([r.steps for r in runs if len(r.steps)] or [runs[-1].steps])
 
 
 @dataclass

@@ -26,12 +26,14 @@ def make_engine(
     name: str = "auto",
     functions: AutomatonFunctions | None = None,
 ) -> Engine:
-    """Return an engine: ``compiled`` (Runge–Kutta), ``taylor``, ``erk`` (CasADi's) or ``auto``.
+    """Return an engine: ``taylor``, ``compiled`` (Runge–Kutta), ``erk`` (CasADi's) or ``auto``.
 
-    ``auto`` is ``compiled``, or ``erk`` with a notice where there is no C compiler. Where a mode
-    has no Taylor series, ``compiled`` takes the place of ``taylor``, with a notice. What a builder
-    derives is taken from the cache where it was derived and compiled before. `functions` are those
-    of the automaton where they are not the plain ones; they have no series.
+    ``auto`` is ``taylor`` where every mode has a Taylor series, else ``compiled``; without a C
+    compiler it is ``erk``, with a notice. Where a mode has no Taylor series, ``compiled`` takes the
+    place of ``taylor``, with a notice where that was asked for. What a builder derives is taken
+    from the cache where it was derived and compiled before. `functions` are those of the automaton
+    where they are not the plain ones; their series would be long to generate, so they are
+    integrated by Runge–Kutta steps.
 
     Raises
     ------
@@ -42,37 +44,33 @@ def make_engine(
     """
     if name not in ENGINES:
         raise InputError(unknown_name("engine", name, ENGINES))
-    if name == "taylor":
-        try:
-            return _compiled(TaylorEngine, automaton, functions)
-        except NoRecurrence as error:
-            warnings.warn(
-                f"engine 'taylor': {error}. Engine 'compiled' (Runge–Kutta) is used instead.",
-                PainleveWarning,
-                stacklevel=2,
-            )
-            name = "compiled"
-    if name != "erk":
-        try:
+    try:
+        if functions is None and name in ("auto", "taylor"):
+            try:
+                return _compiled(TaylorEngine, automaton)
+            except NoRecurrence as error:
+                if name == "taylor":
+                    _notice(f"engine 'taylor': {error}. Engine 'compiled' (Runge–Kutta) is used.")
+        if name != "erk":
             return _compiled(CompiledEngine, automaton, functions)
-        except CompilerMissing as error:
-            if name == "compiled":
-                raise
-            warnings.warn(
-                f"{error} Until then the slower engine 'erk' is used.",
-                PainleveWarning,
-                stacklevel=2,
-            )
+    except CompilerMissing as error:
+        if name != "auto":
+            raise
+        _notice(f"{error} Until then the slower engine 'erk' is used.")
     from painleve_sym.codegen.erk import ErkEngine
 
     whole = automaton if isinstance(automaton, HybridAutomaton) else automaton.automaton
     return ErkEngine(whole, functions)
 
 
+def _notice(message: str) -> None:
+    warnings.warn(message, PainleveWarning, stacklevel=3)
+
+
 def _compiled(
     kind: type[CompiledEngine],
     automaton: HybridAutomaton | AutomatonBuilder,
-    functions: AutomatonFunctions | None,
+    functions: AutomatonFunctions | None = None,
 ) -> CompiledEngine:
     if isinstance(automaton, HybridAutomaton):
         return kind(automaton, functions)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from painleve_sym.codegen.run import Array, Engine, RawRun, RunOptions
+from painleve_sym.codegen.run import Array, Engine, RawRun, RunOptions, joined_steps
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.hybrid.automaton import HybridAutomaton
 from painleve_sym.hybrid.bilateral import BilateralContact
@@ -290,7 +290,7 @@ def _with_limit(contact: RigidContact, run: Trajectory, values: Mapping[str, flo
 def _joined(runs: list[RawRun]) -> RawRun:
     counters = {k: sum(r.counters[k] for r in runs) for k in runs[-1].counters}
     return runs[-1]._replace(
-        steps=np.vstack([r.steps for r in runs]),
+        steps=joined_steps(runs),
         events=np.vstack([r.events for r in runs]),
         counters=counters,
     )

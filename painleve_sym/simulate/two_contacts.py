@@ -10,7 +10,14 @@ from typing import Any
 
 import numpy as np
 
-from painleve_sym.codegen.run import Array, IntervalHistory, RawRun, RunOptions
+from painleve_sym.codegen.run import (
+    DENSE_ROWS,
+    Array,
+    IntervalHistory,
+    RawRun,
+    RunOptions,
+    joined_steps,
+)
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.hybrid.automaton import HybridAutomaton
 from painleve_sym.hybrid.rigid import DECISION
@@ -319,7 +326,7 @@ def _standing(run: _Run, state: Array, mode: int, reason: StopReason) -> RawRun:
     """Return a piece of no length: the end of a run at an event."""
     nx = len(state)
     empty = np.empty((0, 4 + 2 * nx))
-    steps = run.pieces[-1].steps[:0] if run.pieces else np.empty((0, 4 + 8 * nx))
+    steps = np.empty((0, 4 + DENSE_ROWS * nx))
     return RawRun(run.time, state, np.zeros(0), mode, reason, -1, steps, empty, {})
 
 
@@ -330,7 +337,7 @@ def _joined(run: _Run) -> RawRun:
     counters["events"] = len(run.events)
     last = run.pieces[-1]
     return last._replace(
-        steps=np.vstack([p.steps for p in run.pieces]),
+        steps=joined_steps(run.pieces),
         events=last.events[:0],
         counters=dict(counters),
     )

@@ -200,7 +200,7 @@ class Sweep:
                     raise InputError(f"{where}: {fault}")
         if scenario.t_end is None:
             raise InputError(f"{where}: no end time. Fix: add t_end, in s.")
-        if scenario.engine in ("erk", "taylor") and any(map(_is_watched, self.keep)):
+        if scenario.engine == "erk" and any(map(_is_watched, self.keep)):
             raise InputError(f"{where}: keep: extremes and integrals need the compiled engine.")
         self._check_law_parameters()
         return self

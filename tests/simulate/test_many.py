@@ -20,19 +20,19 @@ ROWS = 300
 OPTIONS = {"t_end": 0.01, "until": ("separation",), "rtol": 1e-9}
 
 
-@pytest.fixture(scope="module")
-def softened() -> SoftenedSimulator:
-    return SoftenedSimulator(model("rod"), law("bilinear-hertz", reload="virgin"), "compiled")
+@pytest.fixture(scope="module", params=["taylor", "compiled"])
+def softened(request) -> SoftenedSimulator:
+    return SoftenedSimulator(model("rod"), law("bilinear-hertz", reload="virgin"), request.param)
 
 
 @pytest.fixture(scope="module")
 def rigid() -> RigidSimulator:
-    return RigidSimulator(model("rod"), engine="compiled")
+    return RigidSimulator(model("rod"))
 
 
 @pytest.fixture(scope="module")
 def damped() -> SoftenedSimulator:
-    return SoftenedSimulator(model("rod"), law("hunt-crossley"), "compiled")
+    return SoftenedSimulator(model("rod"), law("hunt-crossley"))
 
 
 def impacts(rows: int = ROWS) -> tuple[dict, dict]:
@@ -138,6 +138,32 @@ def test_peak_force_of_a_damped_law_is_the_top_of_the_dense_output(damped):
         assert 0 < np.argmax(around) < 200
         assert around.max() == pytest.approx(peak[i], rel=1e-9)
         assert around.max() <= peak[i] * (1 + 1e-12)
+
+
+WATCHED = {
+    "maxima": ("normal_force", "compression", "slip_velocity"),
+    "minima": ("normal_force", "tangential_force", "gap_rate"),
+    "integrals": ("normal_force", "tangential_force", "kinetic_energy"),
+}
+
+
+@pytest.mark.parametrize("law_name", ["bilinear-hertz", "hunt-crossley"])
+def test_extremes_and_integrals_of_both_engines_are_the_same(law_name):
+    states, parameters = impacts(40)
+    states |= {"y_A_dot": np.linspace(-0.5, 0.0, 40)}
+    parameters = {"mu": parameters["mu"]}
+    ends = {}
+    for name in ("compiled", "taylor"):
+        simulator = SoftenedSimulator(model("rod"), law(law_name), name)
+        ends[name] = simulate_many(
+            simulator, states, parameters, t_end=0.01, rtol=1e-12, **WATCHED
+        ).rows
+    a, b = ends.values()
+    size = np.maximum(1e-9, np.abs(a.extremes[:, :, 0]).max(axis=0))
+    np.testing.assert_allclose(b.extremes[:, :, 0] / size, a.extremes[:, :, 0] / size, atol=1e-10)
+    times = np.abs(b.extremes[:, :, 1] - a.extremes[:, :, 1])
+    assert times.max() < 1e-10  # of tops; s
+    np.testing.assert_allclose(b.integrals, a.integrals, rtol=2e-10)
 
 
 def test_normal_impulse_is_the_change_of_momentum(softened):
@@ -249,7 +275,7 @@ def test_initial_force_is_that_of_the_single_run(softened):
 
 @pytest.mark.parametrize("policy", ["liftoff", "impact"])
 def test_rigid_rows_are_the_single_runs(policy):
-    simulator = RigidSimulator(model("rod"), policy=policy, engine="compiled")
+    simulator = RigidSimulator(model("rod"), policy=policy)
     draw = np.random.default_rng(3)
     states = {
         "y_A": draw.choice([0.0, 0.0, 0.02], 30),
@@ -289,7 +315,7 @@ def test_rigid_bounces_are_followed_beyond_their_limit(rigid):
 def test_two_contacts_run_row_after_row():
     from painleve_sym.simulate.rigid import rigid_simulator
 
-    simulator = rigid_simulator(model("block-two-feet"), engine="compiled")
+    simulator = rigid_simulator(model("block-two-feet"))
     start = simulator.mechanism.start
     found = simulate_many(simulator, start, {"mu_A": [0.2, 0.4]}, t_end=0.01)
     for i in range(2):

@@ -27,7 +27,6 @@ class TaylorEngine(CompiledEngine):
 
     name = "taylor"
     dense_rows = ORDER + 1
-    watches = False
     lanes = MOST_LANES
 
     @staticmethod

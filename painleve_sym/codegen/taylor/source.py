@@ -59,7 +59,7 @@ def source(functions: AutomatonFunctions) -> str:
     codes = [SeriesCode(t, f"series_{i}") for i, t in enumerate(tapes(functions))]
     more = [_scalars(functions, code, i) for i, code in enumerate(codes)]
     own = engine_texts(__package__, ("series", "roots"))
-    shared = engine_texts("painleve_sym.codegen", ("state", "watch", "events"))
+    shared = engine_texts("painleve_sym.codegen", ("state", "watch", "events", "extremes"))
     last = engine_texts("painleve_sym.codegen", ("loop", "batch"))
     (along,) = engine_texts(__package__, ("along",))
     twice = [_ONE_MOTION, along, _LANES_OF_MOTIONS, along]

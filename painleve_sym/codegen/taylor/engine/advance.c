@@ -94,7 +94,15 @@ static int wants_dense(const ps_run *s, const ps_options *o) {
   return o->record == 2 || (s->watch && s->watch->dense);
 }
 
+static ps_moment inside(ps_run *s, double h, double row[][PS_NX], double u, double *x) {
+  ps_moment now = {time_at(s, u * h), h * pace_at(s, u * h)};
+  (void)row;
+  state_at(s, u * h, x);
+  return now;
+}
+
 static int keep_step(ps_run *s, const ps_options *o, double h) {
+  watch_step(s, h, NULL);
   if (o->record < 2) return 1;
   double row[PS_LENGTH * PS_NX];
   dense_rows(s, h, row);
