@@ -15,7 +15,7 @@ from painleve_sym.cli.output import number, print_json, quantity, show, show_tab
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.study.sweep import Sweep
 from painleve_sym.study.sweep_file import SUFFIXES, check_format, result_name, write_result
-from painleve_sym.study.sweep_run import Parts, Reporter, run_sweep
+from painleve_sym.study.sweep_run import Parts, Reporter, parts_folder, run_sweep
 
 
 def sweep(arguments: argparse.Namespace) -> int:
@@ -35,14 +35,16 @@ def sweep(arguments: argparse.Namespace) -> int:
         parts = run_sweep(
             found, out, threads=threads, cluster=arguments.cluster, progress=Reporter(sys.stderr)
         )
+        summary = _summary(parts) | {"seconds": time.monotonic() - begun, "file": str(out)}
+        write_result(parts, out)
     except KeyboardInterrupt:
-        sys.stderr.write(
-            f"\npainleve: note: finished chunks stay in {out}.parts; the same command goes on "
-            "from there.\n"
-        )
+        folder = parts_folder(out)
+        if folder.exists():
+            sys.stderr.write(
+                f"\npainleve: note: finished chunks stay in {folder}; the same command goes on "
+                "from there.\n"
+            )
         raise
-    summary = _summary(parts) | {"seconds": time.monotonic() - begun, "file": str(out)}
-    write_result(parts, out)
     parts.remove()
     if arguments.json:
         print_json(summary)

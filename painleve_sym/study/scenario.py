@@ -139,11 +139,16 @@ class Scenario:
         return cls.from_data(data, str(path))
 
     @classmethod
-    def from_data(cls, data: Mapping[str, Any], where: str = "scenario") -> Scenario:
-        """Return the scenario that plain data describes (see `read`)."""
+    def from_data(
+        cls, data: Mapping[str, Any], where: str = "scenario", others: tuple[str, ...] = ()
+    ) -> Scenario:
+        """Return the scenario that plain data describes (see `read`).
+
+        `others` are keys that the file may have besides; messages name them.
+        """
         for key in data:
             if key not in _READERS:
-                raise InputError(f"{where}: " + unknown_name("key", key, _READERS))
+                raise InputError(f"{where}: " + unknown_name("key", key, (*_READERS, *others)))
         if "model" not in data:
             raise InputError(f'{where}: no model. Fix: add a line such as model = "rod".')
         values: dict[str, Any] = {}

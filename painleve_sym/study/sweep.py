@@ -6,7 +6,8 @@ import functools
 import hashlib
 import math
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -24,7 +25,7 @@ from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.simulate.compliant import SoftenedSimulator
 from painleve_sym.simulate.inputs import CONTACT_TOLERANCE
 from painleve_sym.simulate.many import simulate_many
-from painleve_sym.simulate.many_result import event_dims, unit_of
+from painleve_sym.simulate.many_result import ManyResult, event_dims, unit_of
 from painleve_sym.simulate.rigid import rigid_simulator
 from painleve_sym.simulate.room import check_memory, row_bytes
 from painleve_sym.simulate.row_reasons import ROW_REASONS
@@ -100,7 +101,8 @@ class Sweep:
         for key in UNUSED_KEYS:
             if key in data:
                 raise InputError(f"{where}: {key} plays no part in a sweep. Fix: leave it out.")
-        scenario = Scenario.from_data(data, where)
+        with _placed(where):
+            scenario = Scenario.from_data(data, where, OWN_KEYS)
         if mechanism_text is None and scenario.model.endswith(".toml"):
             mechanism_text = _content(f"{where}: model {scenario.model}", scenario.model)
         space = read_space(where, own.get("axes"), own.get("sample"))
@@ -120,7 +122,8 @@ class Sweep:
             raise InputError(f"{where}: " + unknown_name("format", str(form), FORMATS))
         kept = tuple(dict.fromkeys(keep))
         sweep = cls(scenario, space, kept, events, chunk, form, text, mechanism_text)
-        return sweep._checked()
+        with _placed(where):
+            return sweep._checked()
 
     @property
     def fingerprint(self) -> str:
@@ -224,9 +227,10 @@ class Sweep:
         need = 2 * chunk * row_bytes(self.simulator, self._wish())
         what, fix = f"chunks of {chunk:,} points", "a smaller chunk, or fewer events"
         check_memory(self.scenario.where, what, need, fix)
-        self.compute(0, 1, threads=1)
-        last = self.space.points - 1
-        self.compute(last, last + 1, threads=1)
+        with _placed(self.scenario.where):
+            self.compute(0, 1, threads=1)
+            last = self.space.points - 1
+            self.compute(last, last + 1, threads=1)
 
     # ---- the work ----
 
@@ -264,6 +268,8 @@ class Sweep:
                 kept[name] = found.rows.mode.astype(np.int16)
             elif name == "case":
                 kept[name] = self._case({**found.inputs}, stop - start)
+            elif name not in found.names:
+                raise InputError(f"{scenario.where}: keep: {_unknown(name, found)}")
             else:
                 kept[name] = np.ascontiguousarray(found[name])
         return kept
@@ -331,6 +337,26 @@ _WATCHED = {"max_": "maxima", "min_": "minima", "integral_": "integrals"}
 
 def _is_watched(name: str) -> bool:
     return name.startswith(tuple(_WATCHED))
+
+
+@contextmanager
+def _placed(where: str) -> Iterator[None]:
+    """Name the file in what is wrong inside."""
+    try:
+        yield
+    except InputError as error:
+        text = str(error)
+        raise InputError(text if text.startswith(where) else f"{where}: {text}") from error
+
+
+def _unknown(name: str, found: ManyResult) -> str:
+    """Return a sentence on an unknown quantity; kinds of events are named once."""
+    sentence = unknown_name("quantity", name, (*found.names, "case")).partition(" Known:")[0]
+    plain = sorted(n for n in (*found.names, "case") if "_of_" not in n)
+    return (
+        f"{sentence} Known: {', '.join(plain)}; time_of_, times_of_ and count_of_ with "
+        f"{', '.join(found.kinds)}; max_, min_ and integral_ with an output."
+    )
 
 
 def _lists_events(name: str) -> bool:

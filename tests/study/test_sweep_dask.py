@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import os
 import signal
+import threading
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from painleve_sym.errors import PainleveError
+from painleve_sym.errors import InputError, PainleveError, PainleveWarning
 from painleve_sym.study import sweep_dask
 from painleve_sym.study.sweep import Sweep
 from painleve_sym.study.sweep_file import write_result
@@ -50,6 +51,28 @@ def test_a_scheduler_that_does_not_answer_is_one_clear_error(tmp_path, monkeypat
     with pytest.raises(PainleveError, match=r"cannot be reached.*0 of 36.*same command again"):
         run_sweep(sweep, tmp_path / "out.npz", cluster="tcp://127.0.0.1:9")
     assert result(sweep, tmp_path / "out.npz", threads=1)
+
+
+@pytest.mark.parametrize("address", ["scheduler", "", "http://10.0.0.1:8786", "Local"])
+def test_what_is_no_address_is_an_error_before_anything_runs(tmp_path, address):
+    sweep = Sweep.from_text(SMALL, "small.toml")
+    with pytest.raises(InputError, match=r"need the address of a Dask scheduler.* or local"):
+        run_sweep(sweep, tmp_path / "out.npz", cluster=address)
+    assert not list(tmp_path.iterdir())
+
+
+def test_workers_may_join_later(tmp_path):
+    sweep = Sweep.from_text(SMALL, "small.toml")
+    alone = result(sweep, tmp_path / "alone.npz", threads=1)
+    with distributed.LocalCluster(
+        n_workers=0, threads_per_worker=1, processes=False, dashboard_address=sweep_dask.ANY_PORT
+    ) as cluster:
+        joining = threading.Timer(1.0, cluster.scale, [1])
+        joining.start()
+        with pytest.warns(PainleveWarning, match="no workers there yet"):
+            found = result(sweep, tmp_path / "found.npz", cluster=cluster.scheduler_address)
+        joining.join()
+    assert found == alone
 
 
 @pytest.mark.slow

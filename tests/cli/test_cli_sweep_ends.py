@@ -1,0 +1,95 @@
+"""The command sweep: failed points, refusals before anything runs, interrupts."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from painleve_sym.cli import main
+from painleve_sym.study import sweep_run
+from painleve_sym.study.sweep import Sweep
+
+BELOW = """
+title = "drops of the rod"
+model = "rod"
+t_end = 0.3
+keep = ["y_A", "times_of_touchdown"]
+events = 2
+state = { theta = 1.5707963267948966 }
+law = { name = "rigid" }
+axes = { y_A = [-0.01, 0.01, 0.02], e_energetic = [0.2, 0.5] }
+"""
+
+
+@pytest.fixture
+def file(tmp_path, monkeypatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "drops.toml"
+    path.write_text(BELOW)
+    return path
+
+
+def test_failed_points_are_counted_and_explained(file, capsys):
+    assert main(["sweep", "drops.toml", "--out", "a.npz", "--threads", "1"]) == 0
+    shown = capsys.readouterr()
+    words = " ".join(shown.out.split())
+    assert "ended by 4 t_end, 2 invalid_start" in words
+    assert "invalid_start: the contact law does not admit the start" in words
+    assert "painleve: 6 of 6 points" in shown.err
+    with np.load("a.npz") as data:
+        assert data["times_of_touchdown"].shape == (3, 2, 2)
+
+
+def test_json_has_the_documented_keys(file, capsys):
+    assert main(["sweep", "drops.toml", "--out", "a.npz", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["stop_reasons"] == {"t_end": 4, "invalid_start": 2}
+    assert found["quantities"]["times_of_touchdown"]["missing"] == 2
+    assert found["quantities"]["count_of_touchdown"]["from"] == 0
+    assert found["axes"] == {"y_A": "m", "e_energetic": "1"}
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--out", "a.csv"), "need one of .nc, .npz, .zarr"),
+        (("--out", "none/a.zarr"), "there is no such folder"),
+        (("--threads", "0"), "--threads: got '0'"),
+        (("--threads", "2", "--cluster", "local"), "leave out --threads or --cluster"),
+        (("--cluster", "nowhere"), "need the address of a Dask scheduler"),
+    ],
+)
+def test_bad_options_are_one_clear_error(file, capsys, options, message):
+    assert main(["sweep", "drops.toml", *options]) == 2
+    error = capsys.readouterr().err
+    assert message in error and error.count("\n") == 1
+    assert [p.name for p in file.parent.iterdir()] == ["drops.toml"]
+
+
+@pytest.mark.parametrize("where", ["chunks", "result"])
+def test_an_interrupt_says_how_to_go_on(file, capsys, monkeypatch, where):
+    def stop(*given):
+        raise KeyboardInterrupt
+
+    whole = ["sweep", "drops.toml", "--out", "a.npz", "--threads", "1"]
+    with monkeypatch.context() as patch:
+        if where == "chunks":
+            patch.setattr(sweep_run, "finished_chunks", stop)
+        else:
+            patch.setattr("painleve_sym.cli.sweep.write_result", stop)
+        assert main(whole) == 130
+    assert "a.npz.parts; the same command goes on" in capsys.readouterr().err
+    assert main(whole) == 0
+    assert sorted(p.name for p in file.parent.iterdir()) == ["a.npz", "drops.toml"]
+
+
+def test_an_interrupt_before_anything_is_written_promises_nothing(file, capsys, monkeypatch):
+    def stop(sweep):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Sweep, "check_run", stop)
+    assert main(["sweep", "drops.toml", "--out", "a.npz"]) == 130
+    assert capsys.readouterr().err == "painleve: interrupted.\n"
