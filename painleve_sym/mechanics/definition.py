@@ -36,7 +36,7 @@ def definition_text(thing: Any) -> str:
 
 # A symbol occurs in every definition of a process; its text takes SymPy 0.1 ms.
 @functools.lru_cache(maxsize=4096)
-def _leaf(_: type, expr: sp.Basic) -> str:
+def _leaf(_: str, expr: sp.Basic) -> str:
     return str(sp.srepr(expr))
 
 
@@ -85,6 +85,6 @@ class _Writer:
                 inner = ",".join(map(self._formula, expr.args))
                 known = f"{expr.func.__name__}({inner})"
             else:
-                known = _leaf(type(expr), expr)
+                known = _leaf(expr.func.__name__, expr)
             self._formulas[expr] = known
         return known
