@@ -221,9 +221,11 @@ def bilinear_hertz(reload: str = "elastic", bodies: int = 1) -> ContactLaw:
     N = n.symbol
     delta_p = DELTA_MAX * (1 - e.symbol**2)
     virgin = K_E * ramp(DELTA) ** N
-    unloading = K_E * ramp((DELTA - delta_p) / _E2) ** N
+    # Its sign is not known, and SymPy would search for it long.
+    recovered = ramp((DELTA - delta_p) / _E2, evaluate=False)
+    unloading = K_E * recovered**N
     work = K_E * ramp(DELTA) ** (N + 1) / (N + 1)
-    elastic_energy = _E2 * K_E * ramp((DELTA - delta_p) / _E2) ** (N + 1) / (N + 1)
+    elastic_energy = _E2 * K_E * recovered ** (N + 1) / (N + 1)
     turn = {"elastic": "reload", "virgin": "compression"}[reload]
     compression = Branch(
         "compression",
@@ -265,7 +267,7 @@ def bilinear_hertz(reload: str = "elastic", bodies: int = 1) -> ContactLaw:
         unloading="restitution",
         memory=(DELTA_MAX,),
         # The floor keeps e = 0 from dividing by zero: unloading then ends where it begins.
-        definitions={K_E: stiffness, _E2: sp.Max(e.symbol**2, sp.Float("1e-200"))},
+        definitions={K_E: stiffness, _E2: sp.Max(e.symbol**2, sp.Float("1e-200"), evaluate=False)},
         recontacts=(recontact,),
         choices={"reload": reload},
         stiffness=K_E,

@@ -26,6 +26,7 @@ def now():
     t = os.times()
     return time.perf_counter(), t.user + t.system + t.children_user + t.children_system
 stages = [now()]
+import sympy.tensor.tensor  # SymPy loads it at the first sum of expressions
 from painleve_sym import RigidSimulator, SoftenedSimulator, law, model
 stages.append(now())
 mechanism = model(sys.argv[1])
