@@ -138,9 +138,7 @@ def test_vectors_of_any_width_give_the_same_bits(name, width, monkeypatch):
         def _source(functions):
             return f"#define PS_LANES {width}\n" + TaylorEngine._source(functions)
 
-    simulator = SoftenedSimulator(
-        model(name), law("bilinear-hertz", reload="virgin"), "taylor"
-    )
+    simulator = SoftenedSimulator(model(name), law("bilinear-hertz", reload="virgin"), "taylor")
     draw = np.random.default_rng(13)
     if name == "rod":
         states, parameters = touching()
