@@ -125,7 +125,7 @@ def _one_by_one(
         return simulator.initial_states(rows.symbols(i, i + 1))[0]
 
     with np.errstate(all="ignore"):
-        outside = rows.outside(0, rows.count)
+        outside = rows.outside(rows.symbols(0, rows.count))
     return run_one_by_one(simulator, run, start, outside, o, wish)
 
 
@@ -221,7 +221,7 @@ def _prepared(
     # Outside the domain formulas may well divide by zero; those rows are not integrated.
     with np.errstate(all="ignore"):
         values = rows.symbols(start, stop)
-        outside = rows.outside(start, stop)
+        outside = rows.outside(values)
         parameters = np.array([values[s] for s in simulator.outline.parameters]).T.copy()
         constants = engine.many_constants(parameters)
         _check_constants(simulator, constants, start)
