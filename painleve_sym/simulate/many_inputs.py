@@ -91,6 +91,10 @@ class ManyInputs:
 
     def part(self, array: Array, start: int, stop: int) -> Array:
         """Return some rows of an input, without laying out the others."""
+        if not array.ndim:
+            return np.full(stop - start, array)
+        if array.shape == self.shape and array.flags.c_contiguous:
+            return array.reshape(-1)[start:stop]
         return np.broadcast_to(array, self.shape).flat[start:stop]
 
     def row(self, i: int) -> dict[str, float]:
@@ -104,9 +108,9 @@ class ManyInputs:
         names |= {s: s.name for s in self.simulator.outline.parameters}
         return {s: self.part(self.inputs[n], start, stop) for s, n in names.items()}
 
-    def outside(self, start: int, stop: int) -> Any:
-        """Return which rows are outside the mechanism's domain, shape (stop − start,)."""
-        return _outside(self.simulator.mechanism, self.symbols(start, stop))
+    def outside(self, values: Mapping[Any, Array]) -> Any:
+        """Return which of n rows, given as by `symbols`, are outside the domain, shape (n,)."""
+        return _outside(self.simulator.mechanism, values)
 
 
 def _numbers(what: str, given: ArrayLike) -> tuple[Array, str | None]:

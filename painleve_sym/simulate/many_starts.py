@@ -77,7 +77,7 @@ def _starts_of(simulator: ContactSimulator, rows: ManyInputs, first: int, stop: 
     refusal = np.full(len(states), RUNS, np.int32)
     refusal[_invalid(simulator, states, force)] = INVALID_START
     refusal[~np.isfinite(constants).all(axis=1)] = NON_FINITE
-    refusal[rows.outside(first, stop)] = LEFT_DOMAIN
+    refusal[rows.outside(values)] = LEFT_DOMAIN
     if force is not None:
         assert isinstance(simulator, SoftenedSimulator)
         run = refusal == RUNS

@@ -4,8 +4,9 @@
 velocity, friction and restitution, each peer at the loosest tolerance with which its error in the
 final speeds is at most 1e-9 at every sampled point. heyoka runs twice: with four different impacts
 in its lanes, which then wait for each other at every event, and with the same impact in all four,
-the best case for lanes. All on one thread, in processor time; ratios are what to read. Then the
-package's threads.
+the best case for lanes. All on one thread, in processor time; ratios are what to read. Then what
+the package's own lanes and threads are worth, of rod and two-link arm: the blocks of rows also say
+how long threads waited for each other, so that other work on the machine does not count.
 """
 
 from __future__ import annotations
@@ -14,8 +15,10 @@ import argparse
 import itertools
 import json
 import os
+import threading
 import time
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -24,8 +27,10 @@ from unittest import mock
 import numpy as np
 import pytest
 
+from painleve_sym.codegen.taylor.runner import TaylorEngine
 from painleve_sym.laws.compliance import law
-from painleve_sym.mechanics.models import rod
+from painleve_sym.mechanics.models import model, rod
+from painleve_sym.simulate import many
 from painleve_sym.simulate.compliant import SoftenedSimulator
 from painleve_sym.simulate.many import simulate_many
 from painleve_sym.simulate.many_result import ManyResult
@@ -54,12 +59,35 @@ def package_batch(
 ) -> tuple[ManyResult, float, float]:
     """Return result, processor time and wall time."""
     simulator = SoftenedSimulator(rod(), law("bilinear-hertz", reload="virgin"), engine)
+    return timed(simulator, *rod_rows(given), tol, threads)
+
+
+def rod_rows(given: dict[str, np.ndarray]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return states and parameters of the grid of impacts."""
     states = {"theta": given["theta"], "theta_dot": given["theta_dot"], "x_A_dot": -1.0}
-    parameters = {"mu": given["mu"], "e_energetic": given["e_energetic"], "E": 20.9e14}
+    return states, {"mu": given["mu"], "e_energetic": given["e_energetic"], "E": 20.9e14}
+
+
+def arm_rows(count: int) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return states and parameters of arms at rest around the one of `bench_table3`."""
+    draw = np.random.default_rng(0)
+    one, two = draw.uniform(-1.35, -1.25, count), draw.uniform(-1.85, -1.75, count)
+    parameters = {"mu": draw.uniform(0.95, 1.1, count), "E": 20.9e14}
+    parameters["h"] = -0.5 * (np.sin(one) + np.sin(two))
+    return {"theta_1": one, "theta_2": two}, parameters
+
+
+def timed(
+    simulator: SoftenedSimulator,
+    states: dict[str, Any],
+    parameters: dict[str, Any],
+    tol: float,
+    threads: int,
+) -> tuple[ManyResult, float, float]:
+    """Return result, processor time and wall time of impacts until separation."""
     options: dict[str, Any] = {"t_end": 0.01, "until": "separation", "threads": threads}
-    few = {n: v[:1] for n, v in given.items()}
-    warm = {"theta": few["theta"], "theta_dot": few["theta_dot"], "x_A_dot": -1.0}
-    simulate_many(simulator, warm, {"E": 20.9e14}, **options)
+    first = [{n: np.ravel(v)[:1] for n, v in a.items()} for a in (states, parameters)]
+    simulate_many(simulator, *first, **options)
     cpu, wall = time.process_time(), time.perf_counter()
     found = simulate_many(simulator, states, parameters, rtol=tol, **options)
     return found, time.process_time() - cpu, time.perf_counter() - wall
@@ -209,18 +237,78 @@ def measure(per_axis: int, lanes: int, some: int) -> dict[str, Any]:
 
 
 def threads(per_axis: int, counts: Sequence[int], repeats: int = 3) -> dict[int, dict[str, float]]:
-    """Return wall and processor time per impact by the number of threads, the best of some."""
+    """Return wall and processor time per impact by the number of threads, the best of some.
+
+    `idle` is the part of their time that threads spent waiting for each other, not for a processor.
+    """
     given = impacts(per_axis)
     n = len(given["theta"])
     best: dict[int, dict[str, float]] = {}
     for _, count in itertools.product(range(repeats), counts):
-        _, cpu, wall = package_batch(given, 1e-9, count, "taylor")
-        old = best.get(count, {"wall": np.inf, "processor": np.inf})
-        best[count] = {
-            "wall": min(old["wall"], 1e6 * wall / n),
-            "processor": min(old["processor"], 1e6 * cpu / n),
-        }
+        with Waits() as waits:
+            _, cpu, wall = package_batch(given, 1e-9, count, "taylor")
+        now = {"wall": 1e6 * wall / n, "processor": 1e6 * cpu / n, "idle": waits.idle}
+        old = best.get(count, now)
+        best[count] = {k: min(old[k], v) for k, v in now.items()}
     return best
+
+
+class Waits:
+    """Says how long the threads of batches begun inside were neither running nor ready to run."""
+
+    def __enter__(self) -> Waits:
+        """Watch the pools of threads that batches make."""
+        self._seen: dict[int, tuple[Any, Any]] = {}
+        record = self._seen
+
+        class Watched(ThreadPoolExecutor):
+            def map(self, work: Any, starts: Any, **more: Any) -> Any:
+                def watched(start: Any) -> None:
+                    first = record.get(threading.get_ident(), (_scheduled(), None))[0]
+                    work(start)
+                    record[threading.get_ident()] = (first, _scheduled())
+
+                return super().map(watched, starts, **more)
+
+        self._patch = mock.patch.object(many, "ThreadPoolExecutor", Watched)
+        self._patch.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Leave the pools as they were."""
+        self._patch.stop()
+
+    @property
+    def idle(self) -> float:
+        """Part of the threads' time, from their first block to the end of the last of all."""
+        if not self._seen:
+            return 0.0
+        end = max(last[0] for _, last in self._seen.values())
+        spans = [(end - a[0], (b - a)[1]) for a, b in self._seen.values()]
+        return 1 - sum(busy for _, busy in spans) / sum(whole for whole, _ in spans)
+
+
+def _scheduled() -> np.ndarray:
+    """Return the clock, and the time in which this thread ran or was ready to run; s."""
+    running, ready = Path("/proc/thread-self/schedstat").read_text("ascii").split()[:2]
+    return np.array([time.perf_counter(), 1e-9 * (int(running) + int(ready))])
+
+
+def lanes(count: int, repeats: int = 3) -> dict[str, dict[str, float]]:
+    """Return processor time per impact of rod and arm with one lane and with all, best of some."""
+    found = {}
+    given = impacts(round(count**0.25))
+    for name, rows in (("rod", rod_rows(given)), ("two-link-arm", arm_rows(count))):
+        simulator = SoftenedSimulator(model(name), law("bilinear-hertz", reload="virgin"), "taylor")
+        engine = simulator.integrator
+        assert isinstance(engine, TaylorEngine)
+        best = {"one": np.inf, "all": np.inf}
+        for _, (which, number) in itertools.product(range(repeats), (("one", 1), ("all", 8))):
+            with mock.patch.object(engine, "lanes", number):
+                result, cpu, _ = timed(simulator, *rows, 1e-9, 1)
+            best[which] = min(best[which], 1e6 * cpu / result["time"].size)
+        found[name] = best | {"ratio": best["one"] / best["all"]}
+    return found
 
 
 def test_batches_agree_and_their_costs_are_shown():
@@ -236,10 +324,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--per-axis", type=int, default=18, help="the grid has this to the fourth")
     parser.add_argument("--heyoka-impacts", type=int, default=2000)
-    parser.add_argument("--lanes", type=int, default=4)
+    parser.add_argument("--lanes", type=int, default=4, help="heyoka's")
     parser.add_argument("--json", type=Path, metavar="FILE")
     o = parser.parse_args(arguments)
     lines = measure(o.per_axis, o.lanes, o.heyoka_impacts)
+    lines["lanes"] = lanes(o.per_axis**4)
     lines["threads"] = threads(o.per_axis, range(1, len(os.sched_getaffinity(0)) + 1))
     text = json.dumps(lines, indent=2)
     print(text)

@@ -89,25 +89,23 @@ static void close_row(ps_open *a, const ps_ends *e) {
   memcpy(e->counters + i * PS_NCOUNT, &s->count, sizeof s->count);
 }
 
+/* One step of n runs in the same mode. */
+static void advance_open(ps_open **open, int n) {
 #if PS_LANES > 1
-static void advance_open(ps_open **open, int n) {
-  ps_run *runs[PS_LANES];
-  const ps_options *options[PS_LANES];
-  for (int i = 0; i < n; i++) {
-    runs[i] = &open[i]->run;
-    options[i] = &open[i]->options;
-  }
-  if (n > 1)
+  if (n > 1) {
+    ps_run *runs[PS_LANES];
+    const ps_options *options[PS_LANES];
+    for (int i = 0; i < n; i++) {
+      runs[i] = &open[i]->run;
+      options[i] = &open[i]->options;
+    }
     advance_lanes(runs, options, n);
-  else
-    advance(runs[0], options[0]);
-}
-#else
-static void advance_open(ps_open **open, int n) {
+    return;
+  }
+#endif
   (void)n;
   advance(&open[0]->run, &open[0]->options);
 }
-#endif
 
 /* Integrates the rows, at most so many lanes side by side. Returns the rows done, fewer than n where
  * there is no memory for the runs. */

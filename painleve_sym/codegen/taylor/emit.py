@@ -274,7 +274,7 @@ class SeriesCode:
         sums: Mapping[int, str],
         end: list[str],
     ) -> str:
-        """The function itself: `sums` says in which variable each product is summed."""
+        """Return the function; `sums` says in which variable each product is summed."""
         rates = list(enumerate(self.tape.rates))
         start = [line for i in self._live for line in self._start(i, kind)]
         for i, r in rates:

@@ -6,7 +6,6 @@ from painleve_sym.codegen.compiled import CompiledEngine
 from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.codegen.taylor.source import ORDER, source
 
-
 MOST_LANES = 8
 """Motions of a batch side by side, or as many as a vector register of the processor holds."""
 
