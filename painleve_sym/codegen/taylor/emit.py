@@ -246,7 +246,11 @@ class SeriesCode:
             value = _START.get(node.op, f"{node.op}({{0}})").format(*args)
         lines = [f"const double o{i} = {value};"]
         if i in self._columns:
-            lines.append(f"v[0][{self._columns[i]}] = o{i};")
+            # Of a ramp what is kept is its argument, which goes on where the ramp is dead.
+            kept = f"o{i}"
+            if node.op == "ramp" and node.inner is not None:
+                kept = self.sum(node.inner, "o{}", constant=True)
+            lines.append(f"v[0][{self._columns[i]}] = {kept};")
         if node.op in _FACTOR:
             lines.append(f"const double r{i} = {_FACTOR[node.op].format(*args, o=f'o{i}')};")
         if node.op == "pow" and node.scalar is not None:
@@ -262,7 +266,11 @@ class SeriesCode:
         elif node.inner is not None:
             value = self.sum(node.inner, "c{}")
             if node.op == "ramp":
-                value = f"live[{self.ramps.index(i)}] * ({value})"
+                column = f"v[k][{self._columns[i]}]"
+                live = f"live[{self.ramps.index(i)}]"
+                return [f"{column} = {value};", f"const double c{i} = {live} * {column};"] + (
+                    [f"const double d{i} = k * c{i};"] if i in self._slopes else []
+                )
         else:
             names = {f"{kind}{j}": f"{kind}{n}" for kind in "cdo" for j, n in enumerate(node.args)}
             for j in range(3):
