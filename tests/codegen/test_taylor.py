@@ -210,6 +210,11 @@ def test_operation_without_recurrence_is_named_and_runge_kutta_used():
     assert engine.name == "compiled"
 
 
+def test_auto_is_runge_kutta_where_there_is_no_series():
+    mode = Mode("bent", {X: sp.Abs(V), V: sp.Integer(-1)}, (), {"x": X})
+    assert make_engine(automaton((X, V), (mode,)), "auto").name == "compiled"
+
+
 def test_any_operation_of_a_resting_state_is_a_parameter():
     mode = Mode("rest", {X: sp.Abs(V), V: sp.Integer(0)}, (), {"x": X})
     engine = TaylorEngine(automaton((X, V), (mode,)))
