@@ -118,7 +118,7 @@ def test_second_time_nothing_is_derived_where_there_is_no_series(cache, monkeypa
         simulator = SoftenedSimulator(bent, law("hertz"))
         return simulator, simulator.run(START, t_end=0.05)
 
-    simulator, first = run()
+    _, first = run()
     assert first.engine == "compiled"
     without_derivation(monkeypatch)
     assert np.array_equal(run()[1].final_state, first.final_state)
