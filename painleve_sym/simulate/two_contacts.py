@@ -76,6 +76,7 @@ class TwoContactSimulator(ContactSimulator):
     policy : {"liftoff", "slip", "impact"}
         Where several solutions exist: most contacts open, most stay closed, or the impact.
     engine : {"auto", "compiled", "erk"}
+        Its modes have no Taylor series: ``auto`` is ``compiled``.
     """
 
     mechanism: Mechanism

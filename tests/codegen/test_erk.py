@@ -378,8 +378,8 @@ def test_erk_needs_no_compiler(no_compiler):
     assert make_engine(ball(), "erk").name == "erk"
 
 
-def test_auto_with_a_compiler_is_compiled():
-    assert make_engine(ball()).name == "compiled"
+def test_auto_with_a_compiler_is_taylor():
+    assert make_engine(ball()).name == "taylor"
 
 
 def test_unknown_engine_is_refused():

@@ -111,6 +111,19 @@ def test_second_time_a_state_is_classified_without_derivation(cache, monkeypatch
     assert classify(sledge(), state).to_dict() == first.to_dict()
 
 
+def test_second_time_nothing_is_derived_where_there_is_no_series(cache, monkeypatch):
+    bent = sledge(forces={"x": -sp.Abs(X.rate) * X.rate})
+
+    def run():
+        simulator = SoftenedSimulator(bent, law("hertz"))
+        return simulator, simulator.run(START, t_end=0.05)
+
+    _, first = run()
+    assert first.engine == "compiled"
+    without_derivation(monkeypatch)
+    assert np.array_equal(run()[1].final_state, first.final_state)
+
+
 def test_coefficients_stay_at_hand_beside_a_cached_engine(cache):
     for simulator in (simulators()[0], simulators()[0]):
         simulator.run(START, t_end=0.01)

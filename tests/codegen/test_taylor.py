@@ -147,6 +147,19 @@ def test_motion_starts_at_and_crosses_a_branch_point(spring, n, start):
     assert len(run.steps) < 1200
 
 
+@pytest.mark.parametrize("n", [0.5, 1.0, 1.764, 3.0])
+@pytest.mark.parametrize("start", [(0.0, 0.05), (0.0, 1e-4), (-0.1, 0.451), (-1e-3, 0.05)])
+def test_force_of_a_dip_shorter_than_a_step_is_not_left_out(n, start):
+    # Without the force the motion is a parabola: one step, at whose end the spring is free again.
+    mode = Mode("hop", {X: V, V: -1 - 1e4 * ramp(X) ** N}, (), {"x": X})
+    engine = TaylorEngine(automaton((X, V), (mode,), (N,)))
+    run = engine.run(np.array(start), np.array([n]), options(2.0, 2, rtol=1e-12))
+    x, v = (np.append(run.steps[:, i], run.state[i - 3]) for i in (3, 4))
+    energy = 0.5 * v**2 + x + 1e4 * np.maximum(x, 0) ** (n + 1) / (n + 1)
+    assert np.max(np.abs(energy - energy[0])) < 1e-11
+    assert np.max(x) > 0
+
+
 # ---- events ----
 
 
@@ -195,6 +208,11 @@ def test_operation_without_recurrence_is_named_and_runge_kutta_used():
         engine = make_engine(bent, "taylor")
     assert isinstance(engine, CompiledEngine)
     assert engine.name == "compiled"
+
+
+def test_auto_is_runge_kutta_where_there_is_no_series():
+    mode = Mode("bent", {X: sp.Abs(V), V: sp.Integer(-1)}, (), {"x": X})
+    assert make_engine(automaton((X, V), (mode,)), "auto").name == "compiled"
 
 
 def test_any_operation_of_a_resting_state_is_a_parameter():

@@ -318,7 +318,9 @@ class SeriesCode:
         else:
             lines = self._call(i, kind)
         if i in self._columns:
-            lines.append(f"v[0][{self._columns[i]}] = o{i};")
+            # Of a ramp what is kept is its argument, which goes on where the ramp is dead.
+            kept = f"{'a' if node.op == 'ramp' else 'o'}{i}"
+            lines.append(f"v[0][{self._columns[i]}] = {kept};")
         if node.op in _FACTOR:
             lines.append(f"const {real} r{i} = {_FACTOR[node.op].format(*args, o=f'o{i}')};")
         if node.op == "pow" and node.scalar is not None:
@@ -357,8 +359,6 @@ class SeriesCode:
             value = f"v[k][{i}]"
         elif node.inner is not None:
             value = self._row(node.inner, "c{}", kind)
-            if node.op == "ramp":
-                value = f"live[{self.ramps.index(i)}] * ({value})"
         else:
             names = {f"{c}{j}": f"{c}{n}" for c in "cdo" for j, n in enumerate(node.args)}
             for j in range(3):
@@ -367,9 +367,14 @@ class SeriesCode:
                     names[f"s{j}"] = sums[place]
             rule = _EACH[node.op].replace("PS_FMA", kind.fma)
             value = rule.format(i=i, o=f"o{i}", pair=f"o{self._pairs[i]}", **names)
-        lines = [f"const {kind.real} c{i} = {value};"]
-        if i in self._columns and node.op != "state":
-            lines.append(f"v[k][{self._columns[i]}] = c{i};")
+        if node.op == "ramp":
+            column = f"v[k][{self._columns[i]}]"
+            live = f"live[{self.ramps.index(i)}]"
+            lines = [f"{column} = {value};", f"const {kind.real} c{i} = {live} * {column};"]
+        else:
+            lines = [f"const {kind.real} c{i} = {value};"]
+            if i in self._columns and node.op != "state":
+                lines.append(f"v[k][{self._columns[i]}] = c{i};")
         if i in self._slopes:
             lines.append(f"const {kind.real} d{i} = (double)k * c{i};")
         return lines

@@ -85,10 +85,37 @@ static void rate_at(ps_run *s, double u, double *restrict rate) {
   for (int i = 0; i < PS_NX; i++) rate[i] /= s->unit;
 }
 
-/* Step, in units and at most h, after which what a vanished power would have done is within the
+/* The part of h units at the end of which a vanished base is largest, the first time: it may rise
+ * from zero and be back before h, and then the rates at h tell nothing of what was left out. */
+static double until_return(const ps_run *s, double h) {
+  const ps_series *m = &PS_SERIES[s->mode];
+  double part = 1;
+  for (int r = 0; r < m->ramps; r++) {
+    double q[PS_LENGTH], fall[PS_LENGTH], own[PS_LENGTH], power = 1, from = 0;
+    int lowest = 0, n;
+    if (s->live[r] > 0) continue;
+    for (int k = 0; k < s->order - 1; k++, power *= h)
+      q[k] = (k + 1) * s->v[k + 1][m->ramp[r]] * power;
+    while (lowest < s->order - 2 && q[lowest] == 0) lowest++;
+    n = s->order - 2 - lowest;
+    inverse_binomials(n, own);
+    if (q[lowest] < 0) {
+      for (int k = 0; k <= n; k++) fall[k] = -q[lowest + k];
+      from = first_root(fall, n, 0, own);
+      if (from < 0) continue;
+      from = fmin(from * (1 + 1e-6), 1);
+      if (!(horner(q + lowest, n, from) > 0)) continue;
+    }
+    double u = first_root(q + lowest, n, from, own);
+    if (u > 0) part = fmin(part, u);
+  }
+  return part;
+}
+
+/* Step, in units and at most h, over which what a vanished power would have done is within the
  * tolerance; the power grows like t^(e - 1), and e is found on the way. */
 static double step_by_defect(ps_run *s, const ps_options *o, double h) {
-  double e = 4, last_h = 0, last = 0, least = 0;
+  double e = 4, last_h = 0, last = 0, least = 0, most = h *= until_return(s, h);
   for (int it = 0; it < 20; it++) {
     double y[PS_NX], rate[PS_NX], slope[PS_NX], error = 0;
     state_at(s, h, y);
@@ -109,7 +136,7 @@ static double step_by_defect(ps_run *s, const ps_options *o, double h) {
     last_h = h;
     last = error;
     if (error <= 1) least = h;
-    h *= fmin(pow(0.5 / fmax(error, 1e-30), 1 / e), error > 1 ? 1 : 4);
+    h = fmin(h * fmin(pow(0.5 / fmax(error, 1e-30), 1 / e), error > 1 ? 1 : 4), most);
   }
   return fmin(h, least > 0 ? least : h);
 }
