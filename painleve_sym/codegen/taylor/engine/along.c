@@ -27,10 +27,12 @@ static void PS_OF(ramp_along)(const PS_REAL (*v)[PS_COLUMNS], int column, int p,
   jet[2] = d;
 }
 
-/* The largest of the last and the last but one terms of the states, each over its tolerance. */
+/* The largest of the last and the last but one terms of the states, each over its tolerance; nan
+ * where one is not finite. */
 static void PS_OF(last_terms)(const PS_REAL (*v)[PS_COLUMNS], int p, const PS_REAL *x,
                               const PS_REAL *atol, double rtol, PS_REAL *restrict last) {
   PS_REAL a[PS_NX], b[PS_NX], most = PS_REAL_OF(0.0), before = PS_REAL_OF(0.0);
+  PS_REAL nothing = PS_REAL_OF(0.0);
   for (int i = 0; i < PS_NX; i++) {
     const PS_REAL weight = 1.0 / (PS_SHARE * (atol[i] + rtol * PS_REAL_ABS(x[i])));
     a[i] = PS_REAL_ABS(v[p][i]) * weight;
@@ -39,9 +41,10 @@ static void PS_OF(last_terms)(const PS_REAL (*v)[PS_COLUMNS], int p, const PS_RE
   for (int i = 0; i < PS_NX; i++) {
     most = PS_CHOOSE(a[i] <= most, most, a[i]);
     before = PS_CHOOSE(b[i] <= before, before, b[i]);
+    nothing += 0.0 * a[i] + 0.0 * b[i];
   }
-  last[0] = most;
-  last[1] = before;
+  last[0] = most + nothing;
+  last[1] = before + nothing;
 }
 
 /* Series of n guards and ramps over a step of h units, and for each a bound from below. */
