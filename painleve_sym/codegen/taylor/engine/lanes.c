@@ -11,7 +11,7 @@ typedef struct {
   ps_lanes terms[2], end[PS_NX], ramp[PS_RAMPS][3];
 } ps_group;
 
-/* One number of every motion; a lane without a motion repeats the last. */
+/* One number of every motion; a lane without a motion repeats the first. */
 #define PS_GATHER(to, value)         \
   do {                               \
     ps_lanes t_;                     \
