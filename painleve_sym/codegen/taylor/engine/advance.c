@@ -278,7 +278,8 @@ static int find_event(ps_run *s, double g[][PS_WATCHED], const double *least, do
     } else {
       u = next_root(p, order, at_once, crossed, s->binomial);
     }
-    if (u >= 0 && u < *where) {
+    /* Of guards that are zero together the first one fires: round-off does not decide. */
+    if (u >= 0 && u < *where - PS_AT_ONCE) {
       *where = u;
       first = j;
     }
