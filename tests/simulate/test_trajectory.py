@@ -19,7 +19,7 @@ START = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
 
 @pytest.fixture(scope="module")
 def simulator():
-    return SoftenedSimulator(rod(), law("bilinear-hertz"), "compiled")
+    return SoftenedSimulator(rod(), law("bilinear-hertz"))
 
 
 @pytest.fixture(scope="module")
