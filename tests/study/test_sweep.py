@@ -155,7 +155,7 @@ def test_a_sweep_is_the_single_runs_bit_for_bit(tmp_path):
     sweep, out = sweep_of(SMALL), tmp_path / "out.npz"
     finished(sweep, out)
     found = arrays(out)
-    simulator = SoftenedSimulator(model("rod"), law("bilinear-hertz", reload="virgin"), "compiled")
+    simulator = SoftenedSimulator(model("rod"), law("bilinear-hertz", reload="virgin"))
     for i, j, k in ((0, 0, 0), (3, 1, 2), (2, 2, 1)):
         start = {
             "theta": float(found["theta"][i]),
