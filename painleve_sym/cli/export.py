@@ -23,6 +23,7 @@ def export(arguments: argparse.Namespace) -> int:
                 "files": list(done.files),
                 "compiler": done.compiler.version,
                 "flags": list(NUMERIC_FLAGS),
+                "engine": done.trajectory.engine,
                 "events": len(done.trajectory.events),
                 "final_time": done.trajectory.final_time,
                 "stop_reason": done.trajectory.stop_reason.label,

@@ -252,6 +252,7 @@ def _export_options(parser: _Parser) -> None:
     parser.add_argument(
         "--name", metavar="NAME", help="prefix of the C names, by default the mechanism's name"
     )
+    parser.add_argument("--engine", metavar="NAME", help="auto (default), taylor or compiled")
     _json(parser)
     parser.epilog = (
         "CASE, state, parameters and law are those of `painleve simulate`; they are what\n"

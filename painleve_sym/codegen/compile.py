@@ -19,8 +19,20 @@ from pathlib import Path
 
 from painleve_sym.errors import CompileError, CompilerMissing, PainleveWarning
 
-FLAGS = ("-O3", "-march=native", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=hidden")
-"""No fast-math and no contraction: a·d − b·c that is exactly zero must stay zero."""
+FLAGS = (
+    "-O3",
+    "-march=native",
+    "-ffp-contract=off",
+    "-fno-tree-slp-vectorize",
+    "-fPIC",
+    "-shared",
+    "-fvisibility=hidden",
+)
+"""No fast-math and no contraction: a·d − b·c that is exactly zero must stay zero.
+
+Vectors made of statements side by side are off: gcc 12 contracts there against the flag before
+(products with sums and differences in turn become vfmaddsub).
+"""
 
 
 _PART = re.compile(r"^#if PS_HAS\((\d+)\)$", re.M)

@@ -15,6 +15,8 @@ from painleve_sym.codegen.compile import FLAGS
 from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.codegen.quantities import Quantities
 from painleve_sym.codegen.source import source
+from painleve_sym.codegen.taylor.runner import TaylorEngine
+from painleve_sym.codegen.taylor.source import source as taylor_source
 from painleve_sym.hybrid.automaton import HybridAutomaton
 
 _LIBRARY_ONLY = ("-fPIC", "-shared", "-fvisibility=hidden")
@@ -30,9 +32,16 @@ def filled(template: str, values: Mapping[str, Any]) -> str:
     return "\n".join(line.rstrip() for line in text.split("\n")).rstrip() + "\n"
 
 
-def engine_text(automaton: HybridAutomaton) -> str:
-    """Return what the package compiles for the automaton, to be put into another C file."""
-    return source(AutomatonFunctions(automaton))
+def engine_text(automaton: HybridAutomaton, engine: str) -> str:
+    """Return what the package compiles for the automaton, to be put into another C file.
+
+    Parameters
+    ----------
+    automaton : HybridAutomaton
+    engine : {"taylor", "compiled"}
+    """
+    write = taylor_source if engine == TaylorEngine.name else source
+    return write(AutomatonFunctions(automaton))
 
 
 def start_functions(

@@ -89,7 +89,9 @@ def export_c(scenario: Scenario, folder: str | Path, name: str | None = None) ->
         )
     prefix = _checked_name(identifier(mechanism.name) if name is None else name, name is None)
     rigid = isinstance(law, RigidLaw)
-    given: dict[str, Any] = {"engine": "compiled"}
+    if scenario.engine == "erk":
+        raise InputError("export: engine: got 'erk', which is no C. Fix: auto, taylor or compiled.")
+    given: dict[str, Any] = {}
     if scenario.state is None:
         given["state"] = dict(mechanism.start)
     if scenario.t_end is None:
@@ -105,9 +107,9 @@ def _case(scenario: Scenario, name: str) -> Case:
     mechanism, law = scenario.mechanism(), scenario.contact_law()
     simulator: SoftenedSimulator | RigidSimulator
     if isinstance(law, RigidLaw):
-        simulator = RigidSimulator(mechanism, law.restitution, law.policy, "compiled")
+        simulator = RigidSimulator(mechanism, law.restitution, law.policy, scenario.engine)
     else:
-        simulator = SoftenedSimulator(mechanism, law, "compiled")
+        simulator = SoftenedSimulator(mechanism, law, scenario.engine)
     vector, _ = simulator.start(scenario.start(), trajectory.parameters)
     limits = {"max_steps": scenario.max_steps, "max_events": scenario.max_events}
     return Case(

@@ -253,7 +253,7 @@ def _model(case: Case) -> str:
     outline, modes = case.outline, [m.name for m in case.outline.modes]
     rigid = isinstance(case.simulator, RigidSimulator)
     values = {
-        "engine": engine_text(case.simulator.automaton),
+        "engine": engine_text(case.simulator.automaton, case.trajectory.engine),
         "start_events": int(rigid),
         "bounces": int(case.bounces),
         "gap": case.place["gap"],

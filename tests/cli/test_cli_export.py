@@ -36,7 +36,7 @@ def test_export_writes_the_folder_and_says_how_to_build(capsys, tmp_path):
 def test_export_takes_a_scenario_file(capsys, tmp_path):
     path = tmp_path / "case.toml"
     path.write_text(
-        'model = "rod"\nt_end = 1e-4\nrtol = 1e-8\nmax_events = 7\nengine = "erk"\n'
+        'model = "rod"\nt_end = 1e-4\nrtol = 1e-8\nmax_events = 7\nengine = "compiled"\n'
         'state = { theta = 1.0, x_A_dot = -1.0 }\n[law]\nname = "bilinear-hertz"\n'
         "parameters = { E = 1e12 }\n",
         "utf-8",
@@ -64,6 +64,7 @@ def test_export_takes_a_scenario_file(capsys, tmp_path):
         ((*ROD, *LAW, "--out", "new", "--law-set", "E=-1"), "need"),
         (("export", "block-two-feet", "--law", "rigid", "--out", "new"), "(--contact)"),
         (("export", "painleve-klein", *LAW, "--out", "new"), "use the law rigid"),
+        (("export", "rod", *LAW, "--engine", "erk", "--out", "new"), "no C. Fix: auto"),
     ],
 )
 def test_export_refuses_in_one_sentence_and_writes_nothing(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import dataclasses
 import os
 import shutil
@@ -10,6 +11,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from painleve_sym.codegen import compile as compiling
@@ -201,6 +203,24 @@ def test_cache_follows_the_environment(tmp_path, monkeypatch):
     monkeypatch.delenv("XDG_CACHE_HOME")
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
     assert cache_folder() == tmp_path / "home" / ".cache" / "painleve-sym"
+
+
+def test_products_are_rounded_before_they_are_added(cache):
+    """Sums and differences in turn: what a compiler may turn into vfmaddsub."""
+    lines = [
+        f"y[{i}] = x[{3 * i}] * x[{3 * i + 1}] {'-+'[i % 2]} x[{3 * i + 2}];" for i in range(8)
+    ]
+    lines += [f"y[{8 + i}] = x[{i}] / x[10] * x[11] {'+-'[i % 2]} x[11];" for i in range(4)]
+    shown = '__attribute__((visibility("default")))'
+    head = f"{shown} void f(const double *restrict x, double *restrict y)"
+    call = load(f"{head} {{ {' '.join(lines)} }}").f
+    x, y = np.random.default_rng(5).normal(size=(200, 24)), np.empty((200, 12))
+    for row, out in zip(x, y, strict=True):
+        call(ctypes.c_void_p(row.ctypes.data), ctypes.c_void_p(out.ctypes.data))
+    signs = np.array([-1.0, 1.0] * 4)
+    np.testing.assert_array_equal(y[:, :8], x[:, ::3] * x[:, 1::3] + signs * x[:, 2::3])
+    b, c = x[:, 10:11], x[:, 11:12]
+    np.testing.assert_array_equal(y[:, 8:], x[:, :4] / b * c - signs[:4] * c)
 
 
 def test_compile_error_carries_the_words_of_the_compiler(cache):

@@ -79,7 +79,7 @@ def test_lists_of_event_times_are_those_of_single_runs(tmp_path):
     xarray = pytest.importorskip("xarray")
     data = opened(xarray, written(BOUNCES, tmp_path / "a.nc"))
     assert dict(data.sizes) == {"y_A": 3, "e_energetic": 2, "event": 13, "occurrence": 4}
-    simulator = RigidSimulator(model("rod"), engine="compiled")
+    simulator = RigidSimulator(model("rod"))
     for i in range(2):
         for j in range(2):
             point = data.isel(y_A=i, e_energetic=j)

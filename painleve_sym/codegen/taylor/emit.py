@@ -235,12 +235,14 @@ class SeriesCode:
             for side, name in enumerate("LR"):
                 end.append(f"{name}[k][{g}] = (ps_vector){{{', '.join(p[side] for p in some)}}};")
         sums = {p: f"s{p // WIDTH}[{p % WIDTH}]" for p in self._places.values()}
-        rows = max(1, len(packs))
         head = [
             f"static void {self.name}(const double *x, const double *w, const double *live,",
             "    int p, double dt, double bend, double (*restrict v)[PS_COLUMNS]) {",
-            f"  ps_vector L[PS_ORDER + 1][{rows}], R[PS_ORDER + 1][{rows}];",
         ]
+        if packs:
+            head.append(
+                f"  ps_vector L[PS_ORDER + 1][{len(packs)}], R[PS_ORDER + 1][{len(packs)}];"
+            )
         return self._recurrences(_ONE, head, self._sums(packs), sums, end)
 
     def _lanes_function(self) -> str:
@@ -260,9 +262,10 @@ class SeriesCode:
             f"static void {self.name}_lanes(const ps_lanes *x, const ps_lanes *w,",
             "    const ps_lanes *live, int p, const ps_lanes *time,",
             "    ps_lanes (*restrict v)[PS_COLUMNS]) {",
-            f"  ps_lanes F[PS_ORDER + 1][{max(1, len(factors))}];",
             "  const ps_lanes dt = time[0], bend = time[1];",
         ]
+        if factors:
+            head.append(f"  ps_lanes F[PS_ORDER + 1][{len(factors)}];")
         end = [f"F[k][{i}] = {f};" for f, i in row.items()]
         return self._recurrences(_LANES, head, lines, sums, end)
 

@@ -71,6 +71,7 @@ static int make_room(${name}_run *r, const ps_run *s) {
   room = realloc(r->steps, steps);
   if (!room) return 0;
   r->steps = (double *)room;
+  r->step_width = s->steps.width;
   return 1;
 }
 
@@ -166,17 +167,24 @@ void ${name}_free(${name}_run *r) {
 }
 
 int ${name}_at(const ${name}_run *r, double t, double *x) {
-  const long width = 4 + PS_NZ + 8 * PS_NX;
+  const long width = r->step_width;
   long low = 0, high = r->step_count;
-  double rows[8][PS_NX];
   if (!high || !(t >= r->steps[0]) || !(t <= r->time)) return 0;
   while (high - low > 1) {
     long middle = low + (high - low) / 2;
     if (r->steps[middle * width] <= t) low = middle;
     else high = middle;
   }
-  const double *step_row = r->steps + low * width;
-  memcpy(rows, step_row + 3 + PS_NZ, sizeof rows);
-  dense_eval(rows, fmax(0.0, fmin(1.0, (t - step_row[0]) / step_row[1])), x);
+  const double *step_row = r->steps + low * width, *rows = step_row + 3 + PS_NZ;
+  /* The part of the step that has passed, and the variable u of its polynomial, in which time runs as
+   * (1 - bend) u + bend u^2. */
+  double part = fmax(0.0, fmin(1.0, (t - step_row[0]) / step_row[1])), bend = step_row[width - 1];
+  double u = 2 * part / (1 - bend + sqrt((1 - bend) * (1 - bend) + 4 * bend * part));
+  for (int i = 0; i < PS_NX; i++) {
+    double value = 0;
+    for (long k = (width - 4 - PS_NZ) / PS_NX - 1; k > 0; k--)
+      value = (value + rows[k * PS_NX + i]) * (k % 2 ? u : 1 - u);
+    x[i] = rows[i] + value;
+  }
   return 1;
 }

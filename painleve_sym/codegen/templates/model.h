@@ -82,7 +82,8 @@ typedef struct {
   long event_count;
   ${name}_event *events; /* in the order in which they happened */
   long step_count;       /* 0 unless options.keep_steps */
-  double *steps;         /* for ${name}_at */
+  double *steps;         /* for ${name}_at, */
+  long step_width;       /* so many numbers for each */
 } ${name}_run;
 
 /* Completes a state: coordinates and velocities (the first $motion_count entries of x) are read, every

@@ -91,7 +91,7 @@ static double until_return(const ps_run *s, double h) {
   const ps_series *m = &PS_SERIES[s->mode];
   double part = 1;
   for (int r = 0; r < m->ramps; r++) {
-    double q[PS_LENGTH], fall[PS_LENGTH], own[PS_LENGTH], power = 1, from = 0;
+    double q[PS_LENGTH] = {0}, fall[PS_LENGTH], own[PS_LENGTH], power = 1, from = 0;
     int lowest = 0, n;
     if (s->live[r] > 0) continue;
     for (int k = 0; k < s->order - 1; k++, power *= h)
