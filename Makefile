@@ -44,6 +44,7 @@ derivations: $(VENV)/.installed ## run every derivation; each asserts that it ag
 
 bench: $(VENV)/.installed-bench ## run the benchmarks against the other integrators
 	$(PYTEST) -q -s tests/benchmarks -o python_files="bench_*.py test_*.py"
+	$(BIN)/python -m tests.benchmarks --out out/bench.json
 
 clean: ## remove results, build products and caches
 	rm -rf out build dist *.egg-info .pytest_cache .hypothesis .mypy_cache .ruff_cache .import_linter_cache

@@ -1,0 +1,153 @@
+"""All measurements of the package's speed in one run, as text and as JSON: ``make bench``.
+
+Every ratio is of processor times taken in turn in this process, after the answers were checked.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from painleve_sym.codegen.compile import FLAGS, find_compiler
+from tests.benchmarks import bench_corrected_jump, bench_many, bench_sensitivity, bench_start
+from tests.benchmarks import bench_table3 as single
+from tests.benchmarks.cases import CASES
+
+PACKAGES = ("painleve-sym", "casadi", "heyoka", "numpy", "scikit-sundae", "scipy", "sympy")
+SINGLE = {"heyoka": 1.3, "SciPy": 150.0, "CVODE": 100.0, "generated C": 5.0}
+"""Wanted ratios of a single impact, by a part of the peer's name."""
+
+
+def machine() -> dict[str, Any]:
+    """Return versions, compiler, flags, processor and how busy it is."""
+    compiler = find_compiler()
+    return {
+        "versions": {p: _version(p) for p in PACKAGES} | {"python": platform.python_version()},
+        "compiler": compiler.version,
+        "flags": list(FLAGS),
+        "processor": _processor(),
+        "processors": len(os.sched_getaffinity(0)),
+        "load": os.getloadavg()[0],
+    }
+
+
+def _version(package: str) -> str | None:
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return None
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text("utf-8").splitlines()
+    except OSError:
+        return platform.processor()
+    return next((x.split(":")[1].strip() for x in lines if x.startswith("model name")), "")
+
+
+def impacts(repeats: int) -> dict[str, Any]:
+    """Return the lines of `bench_table3` and its wanted ratios."""
+    lines, wanted = [], {}
+    for case in CASES:
+        contenders, skipped = single.contestants(case)
+        print(*skipped, sep="\n")
+        found = single.measure(contenders, repeats=repeats)
+        print(single.table(found), flush=True)
+        lines += found
+    for line in lines:
+        for part, least in SINGLE.items():
+            if part in line.peer and line.ratio is not None:
+                name = f"{line.case}, {line.target:g}: {line.peer}"
+                wanted[name] = {"found": line.ratio, "at_least": least}
+    return {"lines": [asdict(line) for line in lines], "wanted": wanted}
+
+
+def batches(per_axis: int) -> dict[str, Any]:
+    """Return what `bench_many` measures, with its wanted ratios."""
+    found = bench_many.measure(per_axis, 4, 2000)
+    found["lanes"] = bench_many.lanes(per_axis**4)
+    count = len(os.sched_getaffinity(0))
+    found["threads"] = bench_many.threads(per_axis, range(1, count + 1))
+    found["wanted"] = {"heyoka's batch mode": {"found": found["heyoka"]["ratio"], "at_least": 2.0}}
+    if count > 1:
+        one, two = (found["threads"][n]["wall"] for n in (1, 2))
+        found["wanted"]["two threads, by the clock"] = {"found": one / two, "at_least": 1.9}
+    return found
+
+
+def starts() -> dict[str, Any]:
+    """Return seconds of `bench_start`, with what is wanted of them."""
+    found = {f"{m}, {law}": bench_start.measure(m, law) for m, law in bench_start.CASES}
+    rod = found["rod, bilinear-hertz"]
+    wanted = {
+        f"{case} from nothing, s": {
+            "found": stages["from nothing"]["total"],
+            "at_most": 3.0 if case.startswith("rod") else 15.0,
+        }
+        for case, stages in found.items()
+    }
+    cached = {"found": rod["from the cache"]["total"], "at_most": 0.02}
+    return {"cases": found, "wanted": wanted | {"rod from the cache, s": cached}}
+
+
+def derivatives() -> dict[str, Any]:
+    """Return the cost of an 8 × 8 Jacobian of Table 3 in plain runs."""
+    found = bench_sensitivity.measure(1e-11)
+    print(f"8 x 8 Jacobian in plain runs: {found}")
+    return found | {"wanted": {"8 x 8 Jacobian": {"found": found["loop"], "at_most": 4.0}}}
+
+
+def jumps() -> dict[str, Any]:
+    """Return the cost of one jump at finite stiffness, s."""
+    found = bench_corrected_jump.measure()
+    limit = {"found": found["from rest"], "at_most": bench_corrected_jump.LIMIT}
+    return {"seconds": found, "wanted": {"corrected jump from rest, s": limit}}
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Measure, print, and write the file anew after every part."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--out", type=Path, required=True, metavar="FILE")
+    parser.add_argument("--repeats", type=int, default=101, help="of single impacts")
+    parser.add_argument("--per-axis", type=int, default=18, help="batches have this to the fourth")
+    o = parser.parse_args(arguments)
+    parts: dict[str, Callable[[], dict[str, Any]]] = {
+        "start": starts,
+        "impacts": lambda: impacts(o.repeats),
+        "batches": lambda: batches(o.per_axis),
+        "derivatives": derivatives,
+        "corrected_jump": jumps,
+    }
+    result: dict[str, Any] = {"machine": machine()}
+    print(json.dumps(result["machine"], indent=2), flush=True)
+    o.out.parent.mkdir(parents=True, exist_ok=True)
+    for name, measure in parts.items():
+        try:
+            result[name] = measure()
+        except ImportError as error:
+            result[name] = {"skipped": str(error)}
+            print(f"{name}: skipped ({error})")
+        beside = o.out.with_name(f".{o.out.name}.new")
+        beside.write_text(json.dumps(result, indent=2) + "\n", "utf-8")
+        beside.replace(o.out)
+    print(f"{'':62} {'found':>10} {'wanted':>12}")
+    for part in parts:
+        for name, w in result[part].get("wanted", {}).items():
+            sign, limit = (">=", w["at_least"]) if "at_least" in w else ("<=", w["at_most"])
+            met = w["found"] >= limit if sign == ">=" else w["found"] <= limit
+            mark = "" if met else "  missed"
+            print(f"{name:62} {w['found']:10.4g} {sign:>4} {limit:7.4g}{mark}")
+    print(f"{o.out}: everything measured, as JSON")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
