@@ -74,8 +74,8 @@ def resolve_state(
             faults.append(fault)
     _raise(where, faults)
     symbols = symbol_values(mechanism, values, parameters)
-    margins = _margins(mechanism)(symbols)
-    for bound, margin in zip(mechanism.domain, margins.values(), strict=True):
+    margins = _margins(mechanism)(symbols).values() if mechanism.domain else ()
+    for bound, margin in zip(mechanism.domain, margins, strict=True):
         if not margin > 0:
             names = sorted(str(s) for s in bound.margin.free_symbols)
             got = ", ".join(f"{n} = {values.get(n, parameters.get(n))!r}" for n in names)

@@ -177,8 +177,18 @@ def test_momentum_and_energy_balance(case):
 def test_a_touching_contact_at_rest_slips_where_friction_cannot_hold_it(engine):
     """Without friction, and without a tangential acceleration of its own."""
     found = FrozenImpactSolver(engine)(
-        W_nn=1.0, W_nt=0.3, W_tt=1.0, b_n=-1.0, b_t=0.0, mu=0.0, K=1e6, n=1.5, e=1.0,
-        slip_velocity=0.0, compression=0.0, compression_rate=0.0,
+        W_nn=1.0,
+        W_nt=0.3,
+        W_tt=1.0,
+        b_n=-1.0,
+        b_t=0.0,
+        mu=0.0,
+        K=1e6,
+        n=1.5,
+        e=1.0,
+        slip_velocity=0.0,
+        compression=0.0,
+        compression_rate=0.0,
     )
     assert float(found.head["tangential_impulse"]) == 0.0
     assert float(found.head["slip_velocity"]) == pytest.approx(
