@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import tempfile
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -26,6 +27,12 @@ _SPARSITY = re.compile(
     r"^(?:static const casadi_int casadi_s\d+\[|#define casadi_s\d+ )[^\n]*\n", re.M
 )
 _BLOCK = re.compile(r"^(?=/\* \w+:\()", re.M)
+_WHOLE = re.compile(
+    r"/\* (?P<name>\w+):\([^\n]*\n"
+    r"static int (?P<own>casadi_f\d+)(?P<body>\([^\n]*\{\n.*?\n\}\n)\s*"
+    r"CASADI_SYMBOL_EXPORT int (?P=name)\([^\n]*\{\n  return (?P=own)\([^\n]*\n\}\s*",
+    re.S,
+)
 _END = "#ifdef __cplusplus\n}"
 
 _PARTS = """\
@@ -40,8 +47,10 @@ _PARTS = """\
 #endif
 #define CASADI_SYMBOL_EXPORT PS_SHARED
 """
-_PART_LENGTH = 100_000
-"""Characters of generated functions that take a compiler about as long as the event loop."""
+_PART_LENGTH = 50_000
+"""Characters of CasADi's functions in one part: a compiler takes half a second for them."""
+_DENSE_LENGTH = 30_000
+"""Characters of other functions that take it as long: their loops are what it works on."""
 
 
 def c_functions(functions: Iterable[ca.Function]) -> str:
@@ -49,7 +58,9 @@ def c_functions(functions: Iterable[ca.Function]) -> str:
     return _EXPORT + _generated(functions)
 
 
-def c_file(functions: Sequence[ca.Function], callers: str) -> str:
+def c_file(
+    functions: Sequence[ca.Function], callers: str, shared: str = "", more: Sequence[str] = ()
+) -> str:
     """Return a C file of functions and of the code that calls them.
 
     Its parts may be compiled side by side (`compile.compiled_library`).
@@ -59,25 +70,52 @@ def c_file(functions: Sequence[ca.Function], callers: str) -> str:
     functions : sequence of casadi.Function
     callers : str
         C text; it may name every function.
+    shared : str
+        C text that every part sees first.
+    more : sequence of str
+        Further functions, each beginning with `PS_SHARED`.
     """
     text = _generated(functions)
     text, end, rest = text.rpartition(_END)
     head, *blocks = _BLOCK.split(text)
+    blocks, declared = _without_copies(blocks)
     arguments = "(const casadi_real **, casadi_real **, casadi_int *, casadi_real *, int);"
-    declared = [f"PS_SHARED int {f.name()}{arguments}" for f in functions]
-    count = max(1, round(sum(map(len, blocks)) / _PART_LENGTH))
-    parts = [_part(i, p) for i, p in enumerate(_shared_out(blocks, count), 1)]
+    declared += [f"PS_SHARED int {f.name()}{arguments}" for f in functions]
+    declared += [f"{text.partition(' {')[0]};" for text in more]
+    groups = [*_shared_out(blocks, _PART_LENGTH), *_shared_out(more, _DENSE_LENGTH)]
+    parts = [_part(i, p) for i, p in enumerate(groups, 1)]
     # The callers come last, where the functions are known.
-    return "\n".join((_PARTS + head, *declared, "", *parts, end + rest, _part(0, callers)))
+    pieces = (_PARTS + head, shared, *declared, "", *parts, end + rest, _part(0, callers))
+    return "\n".join(pieces)
 
 
 def _part(number: int, text: str) -> str:
     return f"#if PS_HAS({number})\n{text}\n#endif\n"
 
 
-def _shared_out(blocks: Sequence[str], count: int) -> list[str]:
-    """Return the blocks joined to `count` texts of about the same length, in their order."""
+def _without_copies(blocks: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Return the blocks without those that compute what an earlier one does, and their names.
+
+    Modes have much in common: of the functions of a rod every third is another one's copy.
+    """
+    calls = Counter(n for block in blocks for n in set(re.findall(r"\bcasadi_f\d+\b", block)))
+    first: dict[str, str] = {}
+    kept, names = [], []
+    for block in blocks:
+        whole = _WHOLE.fullmatch(block)
+        if whole and calls[whole["own"]] == 1:
+            name = first.setdefault(whole["body"], whole["name"])
+            if name != whole["name"]:
+                names.append(f"#define {whole['name']} {name}")
+                continue
+        kept.append(block)
+    return kept, names
+
+
+def _shared_out(blocks: Sequence[str], length: int) -> list[str]:
+    """Return the blocks joined to texts of about that length, in their order."""
     whole = sum(map(len, blocks))
+    count = max(1, round(whole / length)) if blocks else 0
     texts, before = [""] * count, 0
     for block in blocks:
         texts[min(count - 1, before * count // whole)] += block

@@ -59,6 +59,8 @@ def assemble(
     more: Sequence[ca.Function],
     stepper: str,
     engine: Sequence[str],
+    shared: str = "",
+    written: Sequence[str] = (),
 ) -> str:
     """Return the C file of an automaton.
 
@@ -71,10 +73,12 @@ def assemble(
         C that the stepper's files expect above them.
     engine : sequence of str
         Hand-written C, in the order in which it must be read.
+    shared, written
+        C that is read before all of it, and functions that need no more than that; see `c_file`.
     """
     every = (*functions.all(), *more)
-    parts = (_sizes(functions, every), _tables(functions), stepper, *engine)
-    return c_file(every, "\n".join(parts))
+    parts = (_tables(functions), stepper, *engine)
+    return c_file(every, "\n".join(parts), _sizes(functions, every) + shared, written)
 
 
 def _sizes(functions: AutomatonFunctions, every: Sequence[ca.Function]) -> str:

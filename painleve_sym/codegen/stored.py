@@ -22,6 +22,7 @@ from painleve_sym.codegen.compile import cache_folder
 from painleve_sym.mechanics.definition import SYMPY_VERSION, definition_text
 
 _DERIVING = ("mechanics", "laws", "hybrid", "codegen", "simulate")
+_AT_ONCE = 1 << 20
 
 
 def entry_key(what: str, *things: Any) -> str | None:
@@ -46,18 +47,27 @@ def _origin() -> str:
     """Return what derives: versions, and the content of the package's own deriving modules."""
     code = hashlib.sha256()
     for path in _code_files():
-        # Every start reads them all: unbuffered, without the price of `Path`.
-        with open(path, "rb", buffering=0) as file:
-            code.update(file.read())
+        # Every start reads them all: by the system's own calls, without the price of file objects.
+        file = os.open(path, os.O_RDONLY)
+        try:
+            while content := os.read(file, _AT_ONCE):
+                code.update(content)
+        finally:
+            os.close(file)
     versions = (painleve_sym.__version__, SYMPY_VERSION, ca.CasadiMeta.version())
     return "\n".join((*versions, code.hexdigest()))
 
 
 def _code_files() -> list[str]:
-    root, files = os.path.dirname(painleve_sym.__file__), []
-    for part in _DERIVING:
-        for folder, _, names in os.walk(os.path.join(root, part)):
-            files += [os.path.join(folder, n) for n in names if n.endswith((".py", ".c"))]
+    root = os.path.dirname(painleve_sym.__file__)
+    folders, files = [os.path.join(root, part) for part in _DERIVING], []
+    while folders:
+        with os.scandir(folders.pop()) as entries:
+            for entry in entries:
+                if entry.name.endswith((".py", ".c")):
+                    files.append(entry.path)
+                elif entry.is_dir() and entry.name != "__pycache__":
+                    folders.append(entry.path)
     return sorted(files)
 
 

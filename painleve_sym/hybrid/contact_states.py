@@ -40,7 +40,8 @@ class ContactRow:
         """Return the row, with coordinates and velocities in place of symbols of its own."""
         system = contact.system
         if contact.gap in system.q:
-            gap, gap_rate = contact.gap, contact.gap_rate
+            gap = contact.gap
+            gap_rate = system.q_dot[system.q.index(gap)]
         if contact.slip_velocity in system.q_dot:
             slip = contact.slip_velocity
         return cls(contact, gap, gap_rate, slip)

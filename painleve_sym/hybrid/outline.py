@@ -126,7 +126,7 @@ _SYMBOLS = ("states", "memory", "parameters", "definitions", "uncontrolled")
 def outline_data(automaton: Outline) -> dict[str, Any]:
     """Return names and structure as JSON-ready data; a symbol is its name and its assumptions."""
     data: dict[str, Any] = {
-        field: [(s.name, s.assumptions0) for s in getattr(automaton, field)] for field in _SYMBOLS
+        field: [(s.name, _assumed(s)) for s in getattr(automaton, field)] for field in _SYMBOLS
     }
     modes = [
         (m.name, [(t.label, t.kind, t.stop.name if t.stop else None) for t in m.transitions])
@@ -134,6 +134,15 @@ def outline_data(automaton: Outline) -> dict[str, Any]:
     ]
     names = {"kinds": automaton.kinds, "output_names": automaton.output_names}
     return data | {"name": automaton.name, "modes": modes} | names
+
+
+def _assumed(symbol: sp.Symbol) -> dict[str, bool | None]:
+    """Return what a symbol is declared with: one word, where the others follow from it."""
+    for word in ("real", "positive", "nonnegative"):
+        if sp.Symbol(symbol.name, **{word: True}) == symbol:
+            return {word: True}
+    everything: dict[str, bool | None] = symbol.assumptions0
+    return everything
 
 
 def outline_of(data: dict[str, Any]) -> Skeleton:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any
 
 import sympy as sp
 
 from painleve_sym.errors import InputError, ModelError, unknown_name
+from painleve_sym.mechanics.definition import definition_text
 from painleve_sym.mechanics.system import Parameter
 
 DELTA = sp.Symbol("delta", real=True)
@@ -125,9 +127,9 @@ class ContactLaw:
     unloading: str
     stiffness: sp.Expr
     exponent: sp.Expr
-    memory: tuple[sp.Symbol, ...] = ()
+    memory: tuple[sp.Symbol, ...] = field(default_factory=tuple)
     definitions: Mapping[sp.Symbol, sp.Expr] = field(default_factory=dict)
-    recontacts: tuple[Exit, ...] = ()
+    recontacts: tuple[Exit, ...] = field(default_factory=tuple)
     choices: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -146,6 +148,37 @@ class ContactLaw:
         if faults:
             raise ModelError(f"contact law {self.name!r}", faults)
 
+    @classmethod
+    def deferred(cls, make: Callable[[], ContactLaw], **known: Any) -> ContactLaw:
+        """Return the law that `make` returns; its formulas are made when first asked for.
+
+        Parameters
+        ----------
+        make : callable
+        **known
+            Fields of the law that are known before, and its `definition`: a run from the cache
+            needs no more.
+        """
+        law = object.__new__(cls)
+        law.__dict__.update(known, _make=make)
+        return law
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            # Asked for what is not there: a field of a deferred law.
+            if name not in self.__dataclass_fields__ or "_make" not in self.__dict__:
+                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+            made = vars(self._make())
+            for other in made:
+                self.__dict__.setdefault(other, made[other])
+            return made[name]
+
+    @cached_property
+    def definition(self) -> str:
+        """Everything its derivations start from, as one text (`definition_text`)."""
+        return definition_text(self)
+
     @property
     def loading(self) -> Branch:
         """Branch in which a fresh surface is compressed."""
@@ -160,30 +193,41 @@ def _exponent(default: float) -> Parameter:
     return Parameter("n", default, "1", "exponent of the compression law", 0.0, lower_closed=False)
 
 
-def _body_parameters(bodies: int) -> tuple[tuple[Parameter, ...], sp.Expr]:
-    """Parameters and stiffness K_e = (4/3) E* √R*.
-
-    One body: both of the same material, the second one flat. 1/E* = Σ (1 − ν_i²)/E_i and
-    1/R* = Σ 1/R_i (the paper sums four principal curvatures, which would halve R*).
-    """
+def _body_parameters(bodies: int) -> tuple[Parameter, ...]:
+    """Modulus, Poisson's ratio and radius or curvature, of one body or of two."""
     if bodies == 1:
         E = Parameter("E", 20.9e10, "Pa", "elastic modulus, both bodies", 0.0, lower_closed=False)
         nu = Parameter("nu", 0.3, "1", "Poisson's ratio, both bodies", -1.0, 0.5)
         R = Parameter("R", 0.00645, "m", "radius of the contact end", 0.0, lower_closed=False)
-        e_star = E.symbol / (2 * (1 - nu.symbol**2))
-        return (E, nu, R), sp.Rational(4, 3) * e_star * sp.sqrt(R.symbol)
+        return E, nu, R
     if bodies != 2:
         raise InputError(f"contact law: bodies: got {bodies!r}, need 1 or 2.")
-    parameters, compliance, curvature = [], sp.Integer(0), sp.Integer(0)
+    parameters: tuple[Parameter, ...] = ()
     for i, default_curvature in ((1, 1 / 0.00645), (2, 0.0)):
         body = f"of body {i}"
         E = Parameter(f"E_{i}", 20.9e10, "Pa", f"elastic modulus {body}", 0.0, lower_closed=False)
         nu = Parameter(f"nu_{i}", 0.3, "1", f"Poisson's ratio {body}", -1.0, 0.5)
         k = Parameter(f"kappa_{i}", default_curvature, "1/m", f"curvature 1/R {body}")
-        parameters += [E, nu, k]
-        compliance += (1 - nu.symbol**2) / E.symbol
-        curvature += k.symbol
-    return tuple(parameters), sp.Rational(4, 3) / compliance / sp.sqrt(curvature)
+        parameters += (E, nu, k)
+    return parameters
+
+
+def _stiffness(parameters: Sequence[Parameter]) -> sp.Expr:
+    """K_e = (4/3) E* √R* of the parameters of one body, or of two.
+
+    One body: both of the same material, the second one flat. 1/E* = Σ (1 − ν_i²)/E_i and
+    1/R* = Σ 1/R_i (the paper sums four principal curvatures, which would halve R*).
+    """
+    symbols = [p.symbol for p in parameters]
+    if len(symbols) == 3:
+        E, nu, R = symbols
+        e_star = E / (2 * (1 - nu**2))
+        return sp.Rational(4, 3) * e_star * sp.sqrt(R)
+    compliance, curvature = sp.Integer(0), sp.Integer(0)
+    for E, nu, k in (symbols[:3], symbols[3:]):
+        compliance += (1 - nu**2) / E
+        curvature += k
+    return sp.Rational(4, 3) / compliance / sp.sqrt(curvature)
 
 
 K_E = sp.Symbol("K_e", positive=True)
@@ -215,10 +259,22 @@ def bilinear_hertz(reload: str = "elastic", bodies: int = 1) -> ContactLaw:
         raise InputError(
             "law bilinear-hertz: " + unknown_name("reload rule", reload, ["elastic", "virgin"])
         )
-    body, stiffness = _body_parameters(bodies)
-    n = _exponent(1.764)
     e = Parameter("e_energetic", 0.75, "1", "energetic coefficient of restitution", 0.0, 1.0)
-    N = n.symbol
+    known: dict[str, Any] = {
+        "name": "bilinear-hertz" if bodies == 1 else "bilinear-hertz-two-bodies",
+        "title": "elasto-plastic Hertz law, loading K δⁿ, unloading from the energetic restitution",
+        "source": "Zhao, Liu & Chen, (4)–(10)",
+        "parameters": (*_body_parameters(bodies), _exponent(1.764), e),
+        "choices": {"reload": reload},
+    }
+    # What the formulas are is written below, and the cache knows this text from any other.
+    definition = f"bilinear-hertz {bodies} {reload}"
+    return ContactLaw.deferred(partial(_bilinear_hertz, known), definition=definition, **known)
+
+
+def _bilinear_hertz(known: Mapping[str, Any]) -> ContactLaw:
+    *body, n, e = known["parameters"]
+    reload, N = known["choices"]["reload"], n.symbol
     delta_p = DELTA_MAX * (1 - e.symbol**2)
     virgin = K_E * ramp(DELTA) ** N
     # Its sign is not known, and SymPy would search for it long.
@@ -259,17 +315,16 @@ def bilinear_hertz(reload: str = "elastic", bodies: int = 1) -> ContactLaw:
     else:
         recontact = Exit("reload", -DELTA_DOT, "compression")
     return ContactLaw(
-        name="bilinear-hertz" if bodies == 1 else "bilinear-hertz-two-bodies",
-        title="elasto-plastic Hertz law, loading K δⁿ, unloading from the energetic restitution",
-        source="Zhao, Liu & Chen, (4)–(10)",
-        parameters=(*body, n, e),
+        **known,
         branches=branches,
         unloading="restitution",
         memory=(DELTA_MAX,),
         # The floor keeps e = 0 from dividing by zero: unloading then ends where it begins.
-        definitions={K_E: stiffness, _E2: sp.Max(e.symbol**2, sp.Float("1e-200"), evaluate=False)},
+        definitions={
+            K_E: _stiffness(body),
+            _E2: sp.Max(e.symbol**2, sp.Float("1e-200"), evaluate=False),
+        },
         recontacts=(recontact,),
-        choices={"reload": reload},
         stiffness=K_E,
         exponent=N,
     )
@@ -313,14 +368,13 @@ def _viscoelastic(
 
 def hertz(bodies: int = 1) -> ContactLaw:
     """Return the elastic law F_n = K_e δⁿ (n = 3/2 by default), nothing dissipated."""
-    body, stiffness = _body_parameters(bodies)
-    n = _exponent(1.5)
+    body, n = _body_parameters(bodies), _exponent(1.5)
     return _viscoelastic(
         "hertz",
         "elastic Hertz law K δⁿ",
         "Johnson, Contact Mechanics (1985), ch. 4",
         (*body, n),
-        {K_E: stiffness},
+        {K_E: _stiffness(body)},
         n.symbol,
         sp.Integer(0),
         (),
@@ -348,8 +402,7 @@ def linear() -> ContactLaw:
 
 def hunt_crossley(bodies: int = 1) -> ContactLaw:
     """Return F_n = K_e δⁿ (1 + c δ̇), whose dashpot vanishes with the compression."""
-    body, stiffness = _body_parameters(bodies)
-    n = _exponent(1.5)
+    body, n = _body_parameters(bodies), _exponent(1.5)
     c = Parameter("c", 0.1, "s/m", "damping factor", 0.0)
     damping = K_E * ramp(DELTA) ** n.symbol * c.symbol * DELTA_DOT
     return _viscoelastic(
@@ -357,7 +410,7 @@ def hunt_crossley(bodies: int = 1) -> ContactLaw:
         "Hertz law with a dashpot proportional to the elastic force",
         "Hunt & Crossley, J. Appl. Mech. 42 (1975) 440–445",
         (*body, n, c),
-        {K_E: stiffness},
+        {K_E: _stiffness(body)},
         n.symbol,
         damping,
         (1 + c.symbol * DELTA_DOT,),

@@ -19,8 +19,9 @@ def expr(value: Scalar) -> sp.Expr:
 
 def rate(value: Scalar, q: Sequence[sp.Symbol], q_dot: Sequence[sp.Symbol]) -> sp.Expr:
     """Return d/dt of a function of the coordinates: Σ ∂/∂q_i q̇_i."""
-    pairs = zip(q, q_dot, strict=True)
-    return sum((sp.diff(expr(value), s) * v for s, v in pairs), sp.Integer(0))
+    value = expr(value)
+    pairs = [(s, v) for s, v in zip(q, q_dot, strict=True) if s in value.free_symbols]
+    return sum((sp.diff(value, s) * v for s, v in pairs), sp.Integer(0))
 
 
 @dataclass(frozen=True)

@@ -82,8 +82,10 @@ class Contact:
 
     def _is_still(self, seed: int) -> bool:
         """Return whether no coordinate changes the gap at a point."""
-        row = self._raw_J_N.xreplace(sample_point(self._raw_J_N, seed)).evalf(30)
-        return all(vanishes(entry) for entry in row)
+        row = self._raw_J_N
+        if any(entry.is_Number and entry != 0 for entry in row):
+            return False
+        return all(vanishes(entry) for entry in row.xreplace(sample_point(row, seed)).evalf(30))
 
     @classmethod
     def of_point(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import sympy as sp
 
@@ -11,6 +11,8 @@ Terms = dict[tuple[int, ...], float]
 """Coefficients by the indices of their velocities, in order: () for what has none."""
 
 _DEGREE = 2
+_QUICK: dict[type[sp.Basic], Callable[..., float]] = {sp.sin: math.sin, sp.cos: math.cos}
+"""What SymPy would take long for."""
 _CLEARLY = 1e-6
 """A pivot above this part of the diagonal is no sum of rounding errors."""
 
@@ -65,16 +67,23 @@ def _made(expr: sp.Expr, parts: list[Terms]) -> Terms:
         return _product([parts[0]] * int(expr.exp))
     if any(key for part in parts for key in part):
         raise _NotSeen
-    value = expr.func(*(sp.Float(part.get((), 0.0)) for part in parts)) if parts else expr
-    if not value.is_number:
-        raise _NotSeen
-    try:
-        number = float(value)
-    except TypeError as error:  # a number that is not real
-        raise _NotSeen from error
+    number = _value(expr, [part.get((), 0.0) for part in parts])
     if not math.isfinite(number):
         raise _NotSeen
     return {(): number}
+
+
+def _value(expr: sp.Expr, arguments: list[float]) -> float:
+    quick = _QUICK.get(expr.func)
+    if quick and all(map(math.isfinite, arguments)):
+        return quick(*arguments)
+    value = expr.func(*map(sp.Float, arguments)) if arguments else expr
+    if not value.is_number:
+        raise _NotSeen
+    try:
+        return float(value)
+    except TypeError as error:  # a number that is not real
+        raise _NotSeen from error
 
 
 def _product(parts: list[Terms]) -> Terms:

@@ -219,3 +219,24 @@ def test_law_faults_are_reported_together():
     assert "branch 'compression' is declared twice" in text
     assert "unknown branch 'no'" in text
     assert "unknown symbol 'stray'" in text
+
+
+def test_formulas_of_a_named_law_are_made_when_first_asked_for():
+    lazy, whole = law("bilinear-hertz"), law("bilinear-hertz")
+    assert "branches" not in vars(lazy)
+    assert lazy.parameters and lazy.choices == {"reload": "elastic"}
+    assert "branches" not in vars(lazy)
+    assert lazy.loading.name == "compression"
+    assert lazy == whole == dataclasses.replace(whole)
+    with pytest.raises(AttributeError, match="curvature"):
+        _ = lazy.curvature
+
+
+def test_definitions_tell_named_laws_from_changed_ones():
+    named = [law("bilinear-hertz"), law("bilinear-hertz", reload="virgin")]
+    named += [law("bilinear-hertz-two-bodies"), law("hertz"), law("linear")]
+    softer = dataclasses.replace(named[0].parameters[0], default=1e9)
+    changed = dataclasses.replace(named[0], parameters=(softer, *named[0].parameters[1:]))
+    texts = [one.definition for one in (*named, changed)]
+    assert len(set(texts)) == len(texts)
+    assert texts == [law("bilinear-hertz").definition, *texts[1:]]

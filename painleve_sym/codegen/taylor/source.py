@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping
+
 import casadi as ca
 
 from painleve_sym.codegen.modes import AutomatonFunctions
@@ -13,6 +16,7 @@ from painleve_sym.errors import NoRecurrence
 
 ORDER = 20
 """Highest order; that for the tightest tolerance, 1e-15, is 19."""
+_FUNCTION = re.compile(r"^static void (\w+)\(.*?^\}\n", re.M | re.S)
 _ONE_MOTION = """
 #define PS_REAL double
 #define PS_OF(name) name
@@ -58,14 +62,30 @@ def source(functions: AutomatonFunctions) -> str:
     """Return one self-contained C file: event loop, series and guards of every mode."""
     codes = [SeriesCode(t, f"series_{i}") for i, t in enumerate(tapes(functions))]
     more = [_scalars(functions, code, i) for i, code in enumerate(codes)]
-    own = engine_texts(__package__, ("series", "roots"))
-    shared = engine_texts("painleve_sym.codegen", ("state", "watch", "events", "extremes"))
+    series, roots = engine_texts(__package__, ("series", "roots"))
+    first = engine_texts("painleve_sym.codegen", ("state", "watch", "events", "extremes"))
     last = engine_texts("painleve_sym.codegen", ("loop", "batch"))
     (along,) = engine_texts(__package__, ("along",))
     twice = [_ONE_MOTION, along, _LANES_OF_MOTIONS, along]
     advance = engine_texts(__package__, ("size", "advance", "lanes"))
-    middle = [_header(codes), *shared, *own, _functions(codes), *twice, *advance, *last]
-    return assemble(functions, more, "", middle)
+    texts = _series(codes)
+    names = _first_of_equals(texts)
+    engine = [*first, roots, _table(codes, names), *twice, *advance, *last]
+    written = [texts[name] for name in dict.fromkeys(names.values())]
+    return assemble(functions, more, "", engine, _header(codes) + series, written)
+
+
+def _series(codes: list[SeriesCode]) -> dict[str, str]:
+    """Return the functions of every mode by name; modes of the same motion share theirs."""
+    texts = [t for c in codes for t in (c.text, c.guards_text, c.lanes_text)]
+    found = {m[1]: m[0] for text in texts for m in _FUNCTION.finditer(text)}
+    return {name: text.replace("static", "PS_SHARED", 1) for name, text in found.items()}
+
+
+def _first_of_equals(texts: Mapping[str, str]) -> dict[str, str]:
+    """Return for every function the name of the first one that computes the same."""
+    first: dict[str, str] = {}
+    return {name: first.setdefault(text.replace(name, "", 1), name) for name, text in texts.items()}
 
 
 def _scalars(functions: AutomatonFunctions, code: SeriesCode, i: int) -> ca.Function:
@@ -110,8 +130,7 @@ _GUARDS = (
 )
 
 
-def _functions(codes: list[SeriesCode]) -> str:
-    texts = [t for code in codes for t in (code.text, code.guards_text, code.lanes_text)]
+def _table(codes: list[SeriesCode], names: Mapping[str, str]) -> str:
     lines = [
         _GUARDS.format("", "double"),
         _GUARDS.format("_lanes", "ps_lanes"),
@@ -133,7 +152,7 @@ def _functions(codes: list[SeriesCode]) -> str:
         ramps = ", ".join(str(code.column(r)) for r in code.ramps) or "0"
         guarded = ", ".join(str(int(code.guarded(r))) for r in code.ramps) or "0"
         floors = ", ".join(repr(code.floor(r)) for r in code.ramps) or "0"
-        names = ", ".join(f"series_{i}{e}" for e in ("", "_guards", "_lanes", "_guards_lanes"))
-        names += f", scalars_{i}, {len(code.scalars)}, {code.columns}"
-        lines.append(f"  {{{names}, {len(code.ramps)}, {{{ramps}}}, {{{guarded}}}, {{{floors}}}}},")
-    return "\n".join([*texts, *lines, "};", ""])
+        own = [names[f"series_{i}{e}"] for e in ("", "_guards", "_lanes", "_guards_lanes")]
+        row = f"{', '.join(own)}, scalars_{i}, {len(code.scalars)}, {code.columns}"
+        lines.append(f"  {{{row}, {len(code.ramps)}, {{{ramps}}}, {{{guarded}}}, {{{floors}}}}},")
+    return "\n".join([*lines, "};", ""])
