@@ -50,9 +50,17 @@ class _Rebuild:
         for i in self._live:
             if i not in self._map:
                 self._map[i] = self._node(i, tape.nodes[i])
-        new.rates = [self._sum(c) for c in tape.rates]
+        new.rates = [self._row(self._sum(c)) for c in tape.rates]
         new.guards = [self._sum(c) for c in tape.guards]
         self.result = new
+
+    def _row(self, a: Combination) -> Combination:
+        """Return a rate as a multiple of the row that holds it, where there is one."""
+        if len(a.terms) < 2:
+            return a
+        factor, inner = self._new.unscaled(a)
+        node = Node("linear", inner=inner)
+        return self._new.single(node).scaled(factor) if self._new.has(node) else a
 
     def _node(self, i: int, node: Node) -> Combination:
         new = self._new

@@ -161,11 +161,16 @@ class Tape:
         """Return a scalar and a node whose product is `a`; equal nodes for proportional sums."""
         if a.constant.is_zero and len(a.terms) == 1:
             return a.terms[0][1], a.terms[0][0]
+        factor, inner = self.unscaled(a)
+        return factor, self.row(inner)
+
+    def unscaled(self, a: Combination) -> tuple[Scalar, Combination]:
+        """Return a scalar and a sum whose product is `a`; equal sums for proportional ones."""
         coefficients = [c for _, c in a.terms]
         if not a.constant.is_zero:
             coefficients.append(a.constant)
         factor = common_factor(coefficients)
-        return factor, self.row(a.scaled(factor.inverse()))
+        return factor, a.scaled(factor.inverse())
 
     def times(self, a: Combination, b: Combination) -> Combination:
         """Return a · b."""
