@@ -170,7 +170,8 @@ class Tape:
         if not a.constant.is_zero:
             coefficients.append(a.constant)
         factor = common_factor(coefficients)
-        return factor, a.scaled(factor.inverse())
+        terms = tuple((n, c / factor) for n, c in a.terms)
+        return factor, Combination(a.constant / factor, terms)
 
     def times(self, a: Combination, b: Combination) -> Combination:
         """Return a · b."""
