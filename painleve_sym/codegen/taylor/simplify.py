@@ -19,7 +19,7 @@ def simplify(tape: Tape) -> Tape:
         current = best
         for i in range(_PASSES):
             current = _Rebuild(current, distribute=i % 2 == 1, ratios=ratios).result
-            if current.products < best.products:
+            if current.cost < best.cost:
                 best = current
     return best
 

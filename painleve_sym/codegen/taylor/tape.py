@@ -124,6 +124,12 @@ class Tape:
         """How many Cauchy products one order takes."""
         return sum(PRODUCTS.get(self.nodes[i].op, 0) for i in self.reachable())
 
+    @property
+    def cost(self) -> tuple[int, int]:
+        """How many Cauchy products one order takes, and how many terms of sums."""
+        sums = [*self.rates, *(self.nodes[i].inner for i in self.reachable())]
+        return self.products, sum(len(c.terms) for c in sums if c is not None)
+
     # ---- building ----
 
     def node(self, node: Node) -> int:
