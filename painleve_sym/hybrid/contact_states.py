@@ -146,10 +146,12 @@ class ContactStates:
         accelerations = c.accelerations.xreplace({F_N: force, F_T: friction})
         rates |= dict(zip(system.q_dot, accelerations, strict=True))
         rates[self.gap] = self.gap_rate
-        rates[self.slip] = self._slip_rate(contact, force, accelerations)
-        rates[self.gap_rate] = self._normal(contact, force, accelerations)
-        if normal is not None:
-            rates[self.gap_rate] = normal
+        # Both rows along q̈ share what it is made of; one alone is shorter as C F_n + b_t.
+        along = accelerations if normal is None else None
+        rates[self.slip] = self._slip_rate(contact, force, along)
+        rates[self.gap_rate] = (
+            self._normal(contact, force, accelerations) if normal is None else normal
+        )
         rates[FRICTION_WORK] = -friction * self.slip if contact != "stick" else sp.Integer(0)
         rates[CONTACT_WORK] = sp.Integer(0)
         if FORCE_WORK in self.dissipations:
@@ -165,12 +167,14 @@ class ContactStates:
             return c.A_stick * force + c.B_stick
         return c.A(CONTACTS[contact]) * force + c.B if contact else c.B
 
-    def _slip_rate(self, contact: str | None, force: sp.Expr, accelerations: sp.Matrix) -> sp.Expr:
+    def _slip_rate(
+        self, contact: str | None, force: sp.Expr, accelerations: sp.Matrix | None
+    ) -> sp.Expr:
         """Return v̇_t: exactly 0 in sticking."""
         c = self.mechanism.coefficients
         if contact == "stick":
             return sp.Integer(0)
-        if self.slip == SLIP:
+        if self.slip == SLIP and accelerations is not None:
             return _along(c.contact.J_T, accelerations, c.contact.tangential_bias)
         if contact:
             return c.slip_rate_coefficient(CONTACTS[contact]) * force + c.b_t

@@ -385,8 +385,12 @@ class SeriesCode:
         for j, a in enumerate(watched):
             terms = tuple((self._columns[n], c) for n, c in a.terms)
             states = tuple(t for t in terms if t[0] < self.states)
-            each.append(f"g[k][{j}] = h[k] * ({self.sum(Combination(ZERO, terms), 'v[k][{}]', kind)});")
-            last.append(f"g[p][{j}] = h[p] * ({self.sum(Combination(ZERO, states), 'v[p][{}]', kind)});")
+            each.append(
+                f"g[k][{j}] = h[k] * ({self.sum(Combination(ZERO, terms), 'v[k][{}]', kind)});"
+            )
+            last.append(
+                f"g[p][{j}] = h[p] * ({self.sum(Combination(ZERO, states), 'v[p][{}]', kind)});"
+            )
             if not a.constant.is_zero:
                 zero.append(f"g[0][{j}] += {self.scalar(a.constant, kind)};")
         lines = [
