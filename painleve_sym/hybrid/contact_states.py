@@ -121,7 +121,10 @@ class ContactStates:
         """Return F_t of a contact mode for the normal force `force`."""
         c = self.mechanism.coefficients
         if contact == "stick":
-            return c.sticking_force.xreplace({F_N: force})
+            if self.slip != SLIP:
+                return c.sticking_force.xreplace({F_N: force})
+            smooth = c.accelerations.xreplace({F_N: force, F_T: sp.Integer(0)})
+            return -_along(c.contact.J_T, smooth, c.contact.tangential_bias) / c.W_tt
         return -CONTACTS[contact] * c.mu * force
 
     def field(
@@ -143,21 +146,40 @@ class ContactStates:
         rates = dict(zip(system.q, system.q_dot, strict=True))
         accelerations = c.accelerations.xreplace({F_N: force, F_T: friction})
         rates |= dict(zip(system.q_dot, accelerations, strict=True))
-        # The contact rows in the form A F_n + B: no cancellation, and exactly 0 in sticking.
-        slip = CONTACTS[contact] if contact else 0
-        if contact == "stick":
-            rows = (c.A_stick * force + c.B_stick, sp.Integer(0))
-        elif contact:
-            rows = (c.A(slip) * force + c.B, c.slip_rate_coefficient(slip) * force + c.b_t)
-        else:
-            rows = (c.B, c.b_t)
-        rates |= {self.gap: self.gap_rate, self.slip: rows[1]}
-        rates[self.gap_rate] = rows[0] if normal is None else normal
+        rates[self.gap] = self.gap_rate
+        # Both rows along q̈ share what it is made of; one alone is shorter as C F_n + b_t.
+        along = accelerations if normal is None else None
+        rates[self.slip] = self._slip_rate(contact, force, along)
+        rates[self.gap_rate] = (
+            self._normal(contact, force, accelerations) if normal is None else normal
+        )
         rates[FRICTION_WORK] = -friction * self.slip if contact != "stick" else sp.Integer(0)
         rates[CONTACT_WORK] = sp.Integer(0)
         if FORCE_WORK in self.dissipations:
             rates[FORCE_WORK] = system.dissipated_power - friction * self._surface_speed
         return rates
+
+    def _normal(self, contact: str | None, force: sp.Expr, accelerations: sp.Matrix) -> sp.Expr:
+        """Return g̈_N: exactly the same for any force where A′ = 0."""
+        c = self.mechanism.coefficients
+        if self.gap_rate == GAP_RATE and not (contact == "stick" and c.rank_one):
+            return _along(c.contact.J_N, accelerations, c.contact.normal_bias)
+        if contact == "stick":
+            return c.A_stick * force + c.B_stick
+        return c.A(CONTACTS[contact]) * force + c.B if contact else c.B
+
+    def _slip_rate(
+        self, contact: str | None, force: sp.Expr, accelerations: sp.Matrix | None
+    ) -> sp.Expr:
+        """Return v̇_t: exactly 0 in sticking."""
+        c = self.mechanism.coefficients
+        if contact == "stick":
+            return sp.Integer(0)
+        if self.slip == SLIP and accelerations is not None:
+            return _along(c.contact.J_T, accelerations, c.contact.tangential_bias)
+        if contact:
+            return c.slip_rate_coefficient(CONTACTS[contact]) * force + c.b_t
+        return c.b_t
 
     def outputs(self, contact: str | None, force: sp.Expr, stored: sp.Expr) -> dict[str, sp.Expr]:
         """Return forces, gap and energies of a mode."""
@@ -174,3 +196,13 @@ class ContactStates:
             "potential_energy": system.potential_energy,
             "stored_energy": stored,
         }
+
+
+def _along(jacobian: sp.Matrix, accelerations: sp.Matrix, bias: sp.Expr) -> sp.Expr:
+    """Return J q̈ + J̇ q̇ with the accelerations as they stand: they are computed once."""
+    parts = [
+        a if j == 1 else sp.Mul(j, a, evaluate=False)
+        for j, a in zip(jacobian, accelerations, strict=True)
+        if j != 0 and a != 0
+    ]
+    return sp.Add(*parts, bias, evaluate=False) if parts else bias

@@ -398,11 +398,17 @@ def peers(case: Case = ROD, reverse_slip: bool = False) -> tuple[list[Peer], lis
     return found, skipped
 
 
-def tune(peer: Any, target: float, known: dict[float, float] | None = None) -> float | None:
-    """Return the loosest tolerance at which the end-state error is at most `target`.
+PER_DECADE, CONFIRMED = 8, 4
+"""Tolerances that `tune` tries, and how many tighter ones must reach the target as well."""
 
-    Tolerances are tried four to a decade. The error is no monotone function of the tolerance, so
-    the next two tighter tolerances must reach the target too: a lucky hit does not count.
+
+def tune(
+    peer: Any, target: float, known: dict[float, float] | None = None
+) -> tuple[float, float | None] | None:
+    """Return the loosest tolerance with an end-state error of at most `target`, and the one before.
+
+    The error is no monotone function of the tolerance, so the tolerances of the next half decade
+    must reach the target too: a lucky hit does not count.
 
     Parameters
     ----------
@@ -415,16 +421,19 @@ def tune(peer: Any, target: float, known: dict[float, float] | None = None) -> f
 
     Returns
     -------
-    float or None
-        None if no tolerance of the peer's range reaches the target.
+    tuple of float or None
+        The tolerance and the next looser one, whose error is above the target; None for the latter
+        where the peer failed there, or where it is beyond the peer's range. None alone if no
+        tolerance of the range reaches the target.
     """
     known = {} if known is None else known
     scout = getattr(peer, "scout", peer)
     if scout is not peer:
         scout.prepare()
-    steps = math.floor(4.0 * math.log10(peer.loosest / peer.tightest) + 1e-9)
-    tolerances = [peer.loosest * 10.0 ** (-k / 4.0) for k in range(steps + 1)]
+    steps = math.floor(PER_DECADE * math.log10(peer.loosest / peer.tightest) + 1e-9)
+    tolerances = [peer.loosest * 10.0 ** (-k / PER_DECADE) for k in range(steps + 1)]
     reached: list[float] = []
+    before: float | None = None
     for tol in tolerances:
         if tol not in known:
             # At a loose tolerance a peer may miss an event; CasADi then says so on stderr too.
@@ -433,11 +442,35 @@ def tune(peer: Any, target: float, known: dict[float, float] | None = None) -> f
                     known[tol] = peer.case.end_error(scout.run(tol), peer.reverse_slip)
             except RuntimeError:
                 known[tol] = math.inf
-        reached = [*reached, tol] if known[tol] <= target else []
-        if len(reached) == 3:
-            return reached[0]
-    # At the tight end of the range there may be fewer than two tolerances left to confirm with.
-    return reached[0] if reached else None
+        if known[tol] <= target:
+            reached.append(tol)
+        else:
+            reached, before = [], tol if math.isfinite(known[tol]) else None
+        if len(reached) == 1 + CONFIRMED:
+            break
+    # At the tight end of the range there may be fewer tolerances left to confirm with.
+    return (reached[0], before) if reached else None
+
+
+def at_error(target: float, loose: tuple[float, float] | None, tight: tuple[float, float]) -> float:
+    """Return the time that a peer takes for an error.
+
+    Orders come in whole numbers and steps in whole steps, so the error jumps from one tolerance to
+    the next, by ten with some peers. Between the two that enclose the target the time is
+    interpolated, both in logarithms.
+
+    Parameters
+    ----------
+    target : float
+    loose, tight : tuple of float
+        Error, above the target and at most the target, and time; None where nothing is above.
+    """
+    if loose is None:
+        return tight[1]
+    # An error of 0 is round-off as well.
+    (above, quick), (below, slow) = loose, (max(tight[0], 1e-16), tight[1])
+    part = math.log(above / target) / math.log(above / below)
+    return float(quick * (slow / quick) ** part)
 
 
 def time_all(tuned: Sequence[tuple[Any, float]], repeats: int) -> list[float]:

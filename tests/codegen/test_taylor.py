@@ -276,6 +276,22 @@ def test_simplified_tape_equals_field_and_guards(name):
         np.testing.assert_allclose(got, want, rtol=1e-11, atol=1e-11 * np.max(np.abs(want)))
 
 
+@pytest.mark.parametrize(
+    ("rates", "products"),
+    [
+        # b/d, then three products with it, and a·c.
+        (lambda a, b, c, d: [a * b / d, b * c / d, a * c * b / d], 5),
+        # (a + c)/d is a part of the second sum and, doubled, the last.
+        (lambda a, b, c, d: [b * (a / d + c / d), d * (a / d + c / d + b), 2 * (a / d + c / d)], 3),
+    ],
+)
+def test_sums_and_ratios_are_shared(rates, products):
+    x, none = ca.SX.sym("x", 4), ca.SX(0, 1)
+    field = ca.vertcat(*rates(*ca.vertsplit(x)), x[0])
+    tape = build(field, x, none, none, 4)
+    assert simplify(tape).products == products < tape.products
+
+
 BASELINE = Path(__file__).with_name("taylor_operations.json")
 ORDER = 15
 

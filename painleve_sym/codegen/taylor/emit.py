@@ -206,25 +206,25 @@ class SeriesCode:
 
     # ---- pieces of C ----
 
-    def scalar(self, s: Scalar) -> str:
+    def scalar(self, s: Scalar, kind: _Kind) -> str:
         """Return a scalar in C: a number, or an entry of `w`."""
         if not s.factors:
-            return repr(s.number)
+            return kind.number.format(repr(s.number))
         return f"w[{self._slots.setdefault(s, len(self._slots))}]"
 
-    def sum(self, a: Combination, value: str, *, constant: bool = False) -> str:
+    def sum(self, a: Combination, value: str, kind: _Kind, *, constant: bool = False) -> str:
         """Return a combination in C, its constant included where asked; `value` names a node."""
-        text = f" + {self.scalar(a.constant)}" if constant and not a.constant.is_zero else ""
+        constant &= not a.constant.is_zero
+        text = self.scalar(a.constant, kind) if constant else ""
         for n, c in a.terms:
-            if c.factors or abs(c.number) != 1:
-                text += f" + {self.scalar(c)} * {value.format(n)}"
+            term = value.format(n)
+            if not c.factors and abs(c.number) == 1:
+                text += f" {'+' if c.number > 0 else '-'} {term}"
+            elif text:
+                text = f"{kind.fma}({self.scalar(c, kind)}, {term}, {text})"
             else:
-                text += f" {'+' if c.number > 0 else '-'} {value.format(n)}"
-        return text.removeprefix(" + ") or "0.0"
-
-    def _row(self, a: Combination, value: str, kind: _Kind, *, constant: bool = False) -> str:
-        text = self.sum(a, value, constant=constant)
-        return text if a.terms else kind.number.format(text)
+                text = f"{self.scalar(c, kind)} * {term}"
+        return text.removeprefix(" + ") or kind.number.format("0.0")
 
     def _function(self) -> str:
         packs = range(-(-len(self._products) // WIDTH))
@@ -281,10 +281,10 @@ class SeriesCode:
         rates = list(enumerate(self.tape.rates))
         start = [line for i in self._live for line in self._start(i, kind)]
         for i, r in rates:
-            value, zero = self._row(r, "o{}", kind, constant=True), kind.number.format("0.0")
+            value, zero = self.sum(r, "o{}", kind, constant=True), kind.number.format("0.0")
             start.append(f"{kind.real} f{i} = {value}, b{i} = {zero};")
         each = [line for i in self._live for line in self._each(i, kind, sums)]
-        turn = [f"b{i} = f{i}; f{i} = {self._row(r, 'c{}', kind)};" for i, r in rates]
+        turn = [f"b{i} = f{i}; f{i} = {self.sum(r, 'c{}', kind)};" for i, r in rates]
         lines = [
             *head,
             *(f"  {line}" for line in start),
@@ -314,7 +314,7 @@ class SeriesCode:
         if node.op == "state":
             lines = [f"const {real} o{i} = x[{node.index}];"]
         elif node.op == "linear" and node.inner is not None:
-            value = self._row(node.inner, "o{}", kind, constant=True)
+            value = self.sum(node.inner, "o{}", kind, constant=True)
             lines = [f"const {real} o{i} = {value};"]
         elif node.op in _START:
             lines = [f"const {real} o{i} = {_START[node.op].format(*args)};"]
@@ -327,9 +327,8 @@ class SeriesCode:
         if node.op in _FACTOR:
             lines.append(f"const {real} r{i} = {_FACTOR[node.op].format(*args, o=f'o{i}')};")
         if node.op == "pow" and node.scalar is not None:
-            value = f"{self.scalar(node.scalar)} + 1"
-            value = value if node.scalar.factors else kind.number.format(value)
-            lines.append(f"const {real} e{i} = {value};")
+            value = f"{self.scalar(node.scalar, kind)} + 1"
+            lines.append(f"const {kind.real} e{i} = {value};")
         return lines
 
     def _call(self, i: int, kind: _Kind) -> list[str]:
@@ -337,12 +336,12 @@ class SeriesCode:
         node, at = self.tape.nodes[i], kind.at
         args, lines = [f"o{n}{at}" for n in node.args], []
         if node.op == "ramp" and node.inner is not None:
-            value = self._row(node.inner, "o{}", kind, constant=True)
+            value = self.sum(node.inner, "o{}", kind, constant=True)
             lines.append(f"const {kind.real} a{i} = {value};")
             live = f"live[{self.ramps.index(i)}]{at}"
             value = f"ps_ramp({live}, a{i}{at}, {self.floor(i)!r})"
         elif node.op == "pow" and node.scalar is not None:
-            exponent = self.scalar(node.scalar)
+            exponent = self.scalar(node.scalar, _ONE)
             value = f"pow({args[0]}, {exponent}{at if node.scalar.factors else ''})"
         elif node.op in ("sin", "cos"):
             both = f"t{min(i, self._pairs[i])}"
@@ -361,7 +360,7 @@ class SeriesCode:
                 return []
             value = f"v[k][{i}]"
         elif node.inner is not None:
-            value = self._row(node.inner, "c{}", kind)
+            value = self.sum(node.inner, "c{}", kind)
         else:
             names = {f"{c}{j}": f"{c}{n}" for c in "cdo" for j, n in enumerate(node.args)}
             for j in range(3):
@@ -389,10 +388,14 @@ class SeriesCode:
         for j, a in enumerate(watched):
             terms = tuple((self._columns[n], c) for n, c in a.terms)
             states = tuple(t for t in terms if t[0] < self.states)
-            each.append(f"g[k][{j}] = h[k] * ({self.sum(Combination(ZERO, terms), 'v[k][{}]')});")
-            last.append(f"g[p][{j}] = h[p] * ({self.sum(Combination(ZERO, states), 'v[p][{}]')});")
+            each.append(
+                f"g[k][{j}] = h[k] * ({self.sum(Combination(ZERO, terms), 'v[k][{}]', kind)});"
+            )
+            last.append(
+                f"g[p][{j}] = h[p] * ({self.sum(Combination(ZERO, states), 'v[p][{}]', kind)});"
+            )
             if not a.constant.is_zero:
-                zero.append(f"g[0][{j}] += {self.scalar(a.constant)};")
+                zero.append(f"g[0][{j}] += {self.scalar(a.constant, kind)};")
         lines = [
             f"static void {self.name}_guards{kind.ending}(const {kind.real} *w, int p,",
             f"    const {kind.real} *h, const {kind.real} (*v)[PS_COLUMNS],",

@@ -41,6 +41,11 @@ class Scalar:
         number = 1 / self.number if self.number else math.inf
         return Scalar(number, tuple((k, -p) for k, p in self.factors))
 
+    def __truediv__(self, other: Scalar) -> Scalar:
+        """Return the quotient; its number is rounded once."""
+        rest = self * Scalar(1.0, other.inverse().factors)
+        return Scalar(rest.number / other.number, rest.factors)
+
     def __neg__(self) -> Scalar:
         """Return the negative."""
         return Scalar(-self.number, self.factors)

@@ -124,6 +124,12 @@ class Tape:
         """How many Cauchy products one order takes."""
         return sum(PRODUCTS.get(self.nodes[i].op, 0) for i in self.reachable())
 
+    @property
+    def cost(self) -> tuple[int, int]:
+        """How many Cauchy products one order takes, and how many terms of sums."""
+        sums = [*self.rates, *(self.nodes[i].inner for i in self.reachable())]
+        return self.products, sum(len(c.terms) for c in sums if c is not None)
+
     # ---- building ----
 
     def node(self, node: Node) -> int:
@@ -161,11 +167,17 @@ class Tape:
         """Return a scalar and a node whose product is `a`; equal nodes for proportional sums."""
         if a.constant.is_zero and len(a.terms) == 1:
             return a.terms[0][1], a.terms[0][0]
+        factor, inner = self.unscaled(a)
+        return factor, self.row(inner)
+
+    def unscaled(self, a: Combination) -> tuple[Scalar, Combination]:
+        """Return a scalar and a sum whose product is `a`; equal sums for proportional ones."""
         coefficients = [c for _, c in a.terms]
         if not a.constant.is_zero:
             coefficients.append(a.constant)
         factor = common_factor(coefficients)
-        return factor, self.row(a.scaled(factor.inverse()))
+        terms = tuple((n, c / factor) for n, c in a.terms)
+        return factor, Combination(a.constant / factor, terms)
 
     def times(self, a: Combination, b: Combination) -> Combination:
         """Return a · b."""
