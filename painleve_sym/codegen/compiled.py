@@ -179,8 +179,8 @@ class CompiledEngine:
         return c
 
     def _options_of(self, o: RunOptions) -> Any:
-        # 1e300 stands for inf: a state left out must not turn 0·inf into nan in the norm.
-        atol = np.minimum(o.atol, 1e300)
+        # 1e100 stands for inf: a state left out must not turn 0·inf into nan in the norm.
+        atol = np.minimum(o.atol, 1e100)
         until = [kind in o.until for kind in self.automaton.kinds] or [False]
         return self._options(
             o.rtol,
@@ -273,7 +273,7 @@ class CompiledEngine:
         """
         n = len(states)
         x, p, t = _plain(states), _plain(parameters), _plain(t_end)
-        scales = np.minimum(_plain(atol), 1e300)
+        scales = np.minimum(_plain(atol), 1e100)
         shared = self._options_of(replace(options, atol=scales[0], record="end"))
         chosen = np.array(wish.indices(self.automaton.output_names), dtype=np.int32)
         counts = (len(wish.maxima), len(wish.minima), len(wish.integrals))

@@ -34,8 +34,11 @@ def power(base: Array, exponent: Array) -> Array:
     """
     if len(base) > 1 and (base == base[0]).all() and (exponent == exponent[0]).all():
         return np.full(len(base), _power(float(base[0]), float(exponent[0])))
-    pairs = zip(base.tolist(), exponent.tolist(), strict=True)
-    return np.array([_power(x, y) for x, y in pairs])
+    pairs = base.tolist(), exponent.tolist()
+    try:
+        return np.fromiter(map(math.pow, *pairs), np.float64, len(base))
+    except (ValueError, OverflowError):
+        return np.array([_power(x, y) for x, y in zip(*pairs, strict=True)])
 
 
 def _power(x: float, y: float) -> float:

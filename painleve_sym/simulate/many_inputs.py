@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from painleve_sym.codegen.quantities import quantities
+from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.codegen.run import Array
 from painleve_sym.errors import InputError, unknown_name
-from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.simulate.compliant import SoftenedSimulator
 from painleve_sym.simulate.simulator import ContactSimulator
 
@@ -110,7 +110,23 @@ class ManyInputs:
 
     def outside(self, values: Mapping[Any, Array]) -> Any:
         """Return which of n rows, given as by `symbols`, are outside the domain, shape (n,)."""
-        return _outside(self.simulator.mechanism, values)
+        if self._margins is None:
+            return np.zeros(len(next(iter(values.values()))), bool)
+        return ~np.all([m > 0 for m in self._margins.at(values).values()], axis=0)
+
+    @cached_property
+    def _margins(self) -> Quantities | None:
+        mechanism = self.simulator.mechanism
+        if not mechanism.domain:
+            return None
+        system = mechanism.system
+        symbols = (*system.q, *system.q_dot, *(p.symbol for p in system.parameters))
+        return quantities(
+            "domain",
+            mechanism.definition,
+            symbols,
+            lambda: {f"margin_{i}": b.margin for i, b in enumerate(mechanism.domain)},
+        )
 
 
 def _numbers(what: str, given: ArrayLike) -> tuple[Array, str | None]:
@@ -126,17 +142,3 @@ def _numbers(what: str, given: ArrayLike) -> tuple[Array, str | None]:
         return np.zeros(()), f"{what}: got {float(values[place])!r}{at}, need finite numbers."
     return values, None
 
-
-def _outside(mechanism: Mechanism, values: Mapping[Any, Array]) -> Any:
-    n = len(next(iter(values.values())))
-    if not mechanism.domain:
-        return np.zeros(n, bool)
-    system = mechanism.system
-    symbols = (*system.q, *system.q_dot, *(p.symbol for p in system.parameters))
-    margins = quantities(
-        "domain",
-        mechanism.definition,
-        symbols,
-        lambda: {f"margin_{i}": b.margin for i, b in enumerate(mechanism.domain)},
-    ).at(values)
-    return ~np.all([m > 0 for m in margins.values()], axis=0)

@@ -45,10 +45,6 @@ class Starts:
     scales: Array
     refusal: NDArray[np.int32]
 
-    def part(self, start: int, stop: int) -> Starts:
-        """Return some rows."""
-        return self.chosen(slice(start, stop))
-
     def chosen(self, rows: Any) -> Starts:
         """Return the rows of a slice or a mask."""
         arrays = (self.states, self.parameters, self.scales, self.refusal)
@@ -72,7 +68,8 @@ def _starts_of(simulator: ContactSimulator, rows: ManyInputs, first: int, stop: 
     values = rows.symbols(first, stop)
     parameters = np.array([values[s] for s in simulator.outline.parameters]).T.copy()
     constants = _constants(simulator, parameters)
-    states = simulator.initial_states(values)
+    numbers = simulator.contact_values(values)
+    states = simulator.initial_states(values, numbers)
     force = None if rows.force is None else rows.part(rows.force, first, stop)
     refusal = np.full(len(states), RUNS, np.int32)
     refusal[_invalid(simulator, states, force)] = INVALID_START
@@ -82,7 +79,9 @@ def _starts_of(simulator: ContactSimulator, rows: ManyInputs, first: int, stop: 
         assert isinstance(simulator, SoftenedSimulator)
         run = refusal == RUNS
         states[run] = simulator.with_forces(states[run], force[run], constants[run])
-    return Starts(first, states, parameters, simulator.all_tolerances(states, constants), refusal)
+        numbers = simulator.contact_values(simulator.at_states(states, constants))
+    scales = simulator.all_tolerances(states, constants, numbers)
+    return Starts(first, states, parameters, scales, refusal)
 
 
 def _constants(simulator: ContactSimulator, parameters: Array) -> Array:

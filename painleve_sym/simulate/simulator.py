@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol, cast
 
 import numpy as np
 
+from painleve_sym.codegen.quantities import Quantities
 from painleve_sym.codegen.run import Array, Engine, RawRun, RunOptions
 from painleve_sym.codegen.select import make_engine
 from painleve_sym.errors import InputError, StopReason, unknown_name
@@ -166,19 +167,37 @@ class ContactSimulator(ABC):
     def initial_state(self, state: Mapping[str, float], parameters: Mapping[str, float]) -> Array:
         """Return the automaton's state vector for coordinates and velocities by name."""
         values = symbol_values(self.mechanism, state, parameters)
-        vector: Array = self.initial_states({s: np.array([v]) for s, v in values.items()})[0]
+        arrays = {s: np.array([v]) for s, v in values.items()}
+        vector: Array = self.initial_states(arrays, self.contact_values(arrays))[0]
         return vector
 
-    def initial_states(self, values: Mapping[Any, Array]) -> Array:
+    @cached_property
+    def _contact_numbers(self) -> tuple[Quantities, ...]:
+        return tuple(contact_numbers(self.mechanism, i) for i in range(len(self.contact.rows)))
+
+    def contact_values(self, values: Mapping[Any, Array]) -> list[dict[str, Array]]:
+        """Return `contact_numbers` of each contact at n points, arrays of shape (n,).
+
+        Parameters
+        ----------
+        values : mapping of sympy.Symbol to ndarray, shape (n,)
+            Of coordinates, velocities and parameters.
+        """
+        return [numbers.at(values) for numbers in self._contact_numbers]
+
+    def initial_states(
+        self, values: Mapping[Any, Array], numbers: Sequence[Mapping[str, Array]]
+    ) -> Array:
         """Return state vectors, shape (n, nx), for coordinates, velocities and parameters.
 
         Parameters
         ----------
         values : mapping of sympy.Symbol to ndarray, shape (n,)
+        numbers : sequence of dict
+            `contact_values` there.
         """
         extra: dict[Any, Array] = {}
-        for i, row in enumerate(self.contact.rows):
-            found = contact_numbers(self.mechanism, i).at(values)
+        for row, found in zip(self.contact.rows, numbers, strict=True):
             derived = [found[name] for name in ("gap", "gap_rate", "slip_velocity")]
             extra |= dict(zip(row.symbols, derived, strict=True))
             for s in (row.gap, row.gap_rate):
@@ -314,17 +333,23 @@ class ContactSimulator(ABC):
         (inf).
         """
         constants = self.integrator.constants(self._vector_of(parameters))
-        scale: Array = self.all_tolerances(np.asarray(vector)[None], constants[None])[0]
+        vectors, constants = np.asarray(vector)[None], constants[None]
+        found = self.contact_values(self.at_states(vectors, constants))
+        scale: Array = self.all_tolerances(vectors, constants, found)[0]
         return scale
 
-    def all_tolerances(self, vectors: Array, constants: Array) -> Array:
-        """Return what `tolerances` returns for n states (n, nx) and constants (n, nc)."""
-        system = self.mechanism.system
+    def at_states(self, vectors: Array, constants: Array) -> dict[Any, Array]:
+        """Return the values of all symbols, shape (n,), for n states and constants (n, nc)."""
         given = (*self.outline.parameters, *self.outline.definitions)
-        symbols: dict[Any, Array] = dict(zip(self.outline.states, vectors.T, strict=True))
-        symbols |= dict(zip(given, constants.T, strict=True))
-        rows = self.contact.rows
-        found = [contact_numbers(self.mechanism, i).at(symbols) for i in range(len(rows))]
+        states = dict(zip(self.outline.states, vectors.T, strict=True))
+        return states | dict(zip(given, constants.T, strict=True))
+
+    def all_tolerances(
+        self, vectors: Array, constants: Array, found: Sequence[Mapping[str, Array]]
+    ) -> Array:
+        """Return what `tolerances` returns for n states, constants (n, nc) and `contact_values`."""
+        system = self.mechanism.system
+        symbols, rows = self.at_states(vectors, constants), self.contact.rows
         scales = [self.contact_scales(symbols, numbers) for numbers in found]
         energy, ones = scales[0][2], np.ones(len(vectors))
         masses = [found[0][f"mass_{k}"] for k in range(len(system.q))]

@@ -176,6 +176,18 @@ def test_crossings_of_an_oscillation_are_all_found(crossings, phase, width):
     np.testing.assert_allclose(crossings(phase, level), times, atol=1e-12 / math.sin(width))
 
 
+def test_crossing_located_to_round_off_is_not_met_again(crossings):
+    # Slow crossings: one last place of x is a time in which the guard's sign is undecided.
+    draw = np.random.default_rng(1)
+    for phase, width in zip(
+        draw.uniform(0, 6.28, 4000), 10 ** draw.uniform(-4, -3, 4000), strict=True
+    ):
+        level = -math.cos(width)
+        if abs(math.cos(phase) - level) > 1e-9:
+            found = crossings(phase, level)
+            assert np.all(np.diff(found) > 1), (phase, width, found)
+
+
 @pytest.fixture(scope="module")
 def crossings():
     """Return a function from phase and level to the times at which cos falls through the level."""

@@ -71,12 +71,12 @@ static int guard_side(double g, double d, double d2, double zero, int departs) {
 
 /* First step of a mode (Hairer, Norsett & Wanner, II.4); k[0] = f(x) is set here. */
 static double first_step(ps_run *s, const ps_options *o) {
-  double y[PS_NX], d0 = 0, d1 = 0, d2 = 0;
+  double y[PS_NX], weight[PS_NX], d0 = 0, d1 = 0, d2 = 0;
   field(s, s->x, s->k[0]);
   for (int i = 0; i < PS_NX; i++) {
     if (!isfinite(s->k[0][i]) || !isfinite(s->x[i])) return NAN;
-    double scale = o->atol[i] + o->rtol * fabs(s->x[i]);
-    double a = s->x[i] / scale, b = s->k[0][i] / scale;
+    weight[i] = 1 / (o->atol[i] + o->rtol * fabs(s->x[i]));
+    double a = s->x[i] * weight[i], b = s->k[0][i] * weight[i];
     d0 += a * a;
     d1 += b * b;
   }
@@ -85,13 +85,12 @@ static double first_step(ps_run *s, const ps_options *o) {
   for (int i = 0; i < PS_NX; i++) y[i] = s->x[i] + h * s->k[0][i];
   field(s, y, s->k[1]);
   for (int i = 0; i < PS_NX; i++) {
-    double scale = o->atol[i] + o->rtol * fabs(s->x[i]);
-    double a = (s->k[1][i] - s->k[0][i]) / scale;
+    double a = (s->k[1][i] - s->k[0][i]) * weight[i];
     d2 += a * a;
   }
-  double slope = fmax(sqrt(d1), sqrt(d2) / h);
-  double h1 = slope > 1e-15 ? pow(0.01 / slope, 0.125) : fmax(1e-6, h * 1e-3);
-  h = fmin(100 * h, h1);
+  double slope = sqrt(PS_MAX(d2 / (h * h), d1)); /* a nan of d2 says nothing */
+  double h1 = slope > 1e-15 ? sqrt(sqrt(sqrt(0.01 / slope))) : PS_MAX(1e-6, h * 1e-3);
+  h = PS_MIN(100 * h, h1);
   return h > 0 && h < o->h_max ? h : o->h_max;
 }
 

@@ -14,6 +14,10 @@ enum { PS_T_END, PS_UNTIL, PS_LEFT_DOMAIN, PS_STEP_LIMIT, PS_EVENT_LIMIT, PS_ACC
        PS_NON_FINITE, PS_STEP_UNDERFLOW, PS_NO_MODE, PS_SINGULAR, PS_JAM, PS_DECISION,
        PS_NO_MEMORY, PS_RUNNING = -1 };
 
+/* Not fmin and fmax, which are calls; b where a is nan. */
+#define PS_MIN(a, b) ((a) < (b) ? (a) : (b))
+#define PS_MAX(a, b) ((a) > (b) ? (a) : (b))
+
 /* Zero of a guard: reached within this part of a step, far above the round-off of a located root. */
 static const double PS_ZERO_TIME = 1e-10;
 /* Events closer than this part of a step are simultaneous: the first in the mode's list goes first. */

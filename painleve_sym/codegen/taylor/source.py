@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping
 
@@ -24,6 +25,7 @@ _ONE_MOTION = """
 #define PS_REAL_FMA PS_FMA
 #define PS_REAL_ABS fabs
 #define PS_CHOOSE(test, a, b) ((test) ? (a) : (b))
+#define PS_BITS long long
 """
 _LANES_OF_MOTIONS = """
 #define PS_REAL ps_lanes
@@ -32,6 +34,7 @@ _LANES_OF_MOTIONS = """
 #define PS_REAL_FMA PS_LANES_FMA
 #define PS_REAL_ABS PS_LANES_ABS
 #define PS_CHOOSE PS_LANES_CHOOSE
+#define PS_BITS ps_mask
 """
 _LENGTH = 24
 """Orders, the constant among them, and room to a whole cache line."""
@@ -113,12 +116,17 @@ def _header(codes: list[SeriesCode]) -> str:
     fields = (
         "int order, ready, left_out; double unit, bend, zero, "
         "scalars[PS_SCALARS], live[PS_RAMPS], "
-        "binomial[PS_LENGTH], v[PS_LENGTH][PS_COLUMNS];"
+        "v[PS_LENGTH][PS_COLUMNS];"
     )
     inverse = ", ".join(["0.0", *(repr(1 / k) for k in range(1, ORDER + 1))])
+    binomials = [[repr(1 / math.comb(n, k)) for k in range(n + 1)] for n in range(ORDER + 1)]
+    rows = ",\n".join(f"  {{{', '.join(row)}}}" for row in binomials)
     lines += [
         f"#define PS_STEPPER {fields}",
         f"static const double PS_INVERSE[PS_ORDER + 1] = {{{inverse}}};",
+        "static const double PS_INVERSE_BINOMIAL[PS_ORDER + 1][PS_ORDER + 1] = {",
+        rows,
+        "};",
         "",
     ]
     return "\n".join(lines)

@@ -39,10 +39,10 @@ static int find_event(ps_run *s, const ps_look *g, double at_once, double *where
     int crossed = end <= 0 && (s->armed[j] || end < 0 || horner_slope(p, order, 1) < 0);
     if (end > 0) *rising |= 1u << j;
     if (s->armed[j]) {
-      u = p[0] > 0 ? first_root(p, order, 0, s->binomial) : PS_AT_ONCE;
+      u = p[0] > 0 ? first_root(p, order, 0) : PS_AT_ONCE;
       if (u < 0 && crossed) u = 1;
     } else {
-      u = next_root(p, order, at_once, crossed, s->binomial);
+      u = next_root(p, order, at_once, crossed);
     }
     if (u >= 0 && u < *where - PS_TIE) {
       *where = u;
@@ -60,8 +60,10 @@ static double until_kink(ps_run *s, const ps_look *g) {
     double p[PS_LENGTH];
     if (!(s->live[r] > 0) || !may_vanish(g, n + r) || PS_SERIES[s->mode].guarded[r]) continue;
     column(g, n + r, s->order, p);
-    double root = first_root(p, s->order, 0, s->binomial);
-    if (root >= 0) u = fmin(u, fmax(root * (1 + 1e-9), 1e-9));
+    double root = first_root(p, s->order, 0);
+    if (root < 0) continue;
+    root = PS_MAX(root * (1 + 1e-9), 1e-9);
+    u = PS_MIN(u, root);
   }
   return u;
 }
@@ -112,7 +114,7 @@ static int keep_step(ps_run *s, const ps_options *o, double h) {
 
 /* Brings the end of the step, y after h units, to the zero of guard j itself; 0 where it has none. */
 static int polish(ps_run *s, int j, double *h, double *y) {
-  double g[PS_NG], dg[PS_NG];
+  double g[PS_NG], dg[PS_NG], before = HUGE_VAL;
   for (int it = 0; it < 4; it++) {
     state_at(s, *h, y);
     guards(s, y, g, dg);
@@ -121,7 +123,13 @@ static int polish(ps_run *s, int j, double *h, double *y) {
     double change = -g[j] / (dg[j] * pace_at(s, *h));
     if (!(fabs(change) < 0.01 * *h)) return g[j] <= 0;
     if (fabs(change) <= 1e-15 * *h) return 1;
+    if (fabs(change) > 0.5 * before) {
+      /* Round-off of a guard that hardly moves: beyond its zero, so that it is not met again. */
+      if (g[j] > 0) *h += 2 * change;
+      return 1;
+    }
     *h += change;
+    before = fabs(change);
   }
   return 1;
 }
@@ -197,7 +205,7 @@ static void advance(ps_run *s, const ps_options *o) {
   int last;
   if (!begin_step(s, o)) return;
   fill_series(s);
-  double h = measure_step(s, o, step_by_own_terms(s, o), &last);
+  double h = measure_step(s, o, step_by_terms(s, o), &last);
   if (h == 0) return;
   bounds(PS_SERIES[s->mode].guards, PS_WATCHED, s->scalars, s->order, &h, series_of(s), g, least);
   const ps_look look = {g[0], least, NULL, PS_WATCHED, 1};

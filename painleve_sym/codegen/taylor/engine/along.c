@@ -27,10 +27,28 @@ static void PS_OF(ramp_along)(const PS_REAL (*v)[PS_COLUMNS], int column, int p,
   jet[2] = d;
 }
 
-/* The largest of the last and the last but one terms of the states, each over its tolerance; nan
- * where one is not finite. */
-static void PS_OF(last_terms)(const PS_REAL (*v)[PS_COLUMNS], int p, const PS_REAL *x,
-                              const PS_REAL *atol, double rtol, PS_REAL *restrict last) {
+/* x to the power e, to three digits: a step size needs no more. x > 0 and normal. */
+static PS_REAL PS_OF(rough_power)(PS_REAL x, PS_REAL e) {
+  const double shift = 0x1p52, round = 0x1.8p52;
+  const PS_BITS bits = (PS_OF(bits_of)(x));
+  const PS_REAL m = PS_OF(of_bits)((bits & 0xfffffffffffffLL) | 0x3ff0000000000000LL) - 1.0;
+  const PS_REAL whole = PS_OF(of_bits)((bits >> 52) | 0x4330000000000000LL) - (shift + 1023);
+  const PS_REAL log2 = whole + m * (1.4249 + m * (-0.5871 + m * 0.1622));
+  PS_REAL y = e * log2;
+  y = PS_CHOOSE(y < 1000, y, PS_REAL_OF(1000.0));
+  y = PS_CHOOSE(y > -1000, y, PS_REAL_OF(-1000.0));
+  PS_REAL n = (y + round) - round;
+  n = PS_CHOOSE(n > y, n - 1.0, n);
+  const PS_REAL f = y - n;
+  const PS_BITS power = PS_OF(bits_of)(n + (shift + 1023)) << 52;
+  return PS_OF(of_bits)(power) * (1 + f * (0.6957 + f * (0.2251 + f * 0.0792)));
+}
+
+/* Step, in units, for which the last two terms of each state are within its tolerance; nan where one
+ * is not finite. The last but one may be e^2 times larger: that is what a step of 1/e^2 of the
+ * radius makes of it. */
+PS_APART static void PS_OF(step_along)(const PS_REAL (*v)[PS_COLUMNS], int p, const PS_REAL *x,
+                                       const PS_REAL *atol, double rtol, PS_REAL *restrict step) {
   PS_REAL a[PS_NX], b[PS_NX], most = PS_REAL_OF(0.0), before = PS_REAL_OF(0.0);
   PS_REAL nothing = PS_REAL_OF(0.0);
   for (int i = 0; i < PS_NX; i++) {
@@ -43,12 +61,17 @@ static void PS_OF(last_terms)(const PS_REAL (*v)[PS_COLUMNS], int p, const PS_RE
     before = PS_CHOOSE(b[i] <= before, before, b[i]);
     nothing += 0.0 * a[i] + 0.0 * b[i];
   }
-  last[0] = most + nothing;
-  last[1] = before + nothing;
+  const PS_REAL least = PS_REAL_OF(1e-100);
+  before *= 1 / 7.389;
+  most = PS_CHOOSE(most > least, most, least);
+  before = PS_CHOOSE(before > least, before, least);
+  const PS_REAL h = PS_OF(rough_power)(most, PS_REAL_OF(-PS_INVERSE[p]));
+  const PS_REAL other = PS_OF(rough_power)(before, PS_REAL_OF(-PS_INVERSE[p - 1]));
+  *step = PS_CHOOSE(h < other, h, other) + nothing;
 }
 
 /* Series of n guards and ramps over a step of h units, and for each a bound from below. */
-static void PS_OF(bounds)(PS_OF(ps_guards) guards, int n, const PS_REAL *w, int p, const PS_REAL *h,
+PS_APART static void PS_OF(bounds)(PS_OF(ps_guards) guards, int n, const PS_REAL *w, int p, const PS_REAL *h,
                           const PS_REAL (*v)[PS_COLUMNS], PS_REAL (*restrict g)[PS_WATCHED],
                           PS_REAL *restrict least) {
   PS_REAL power[PS_LENGTH];
@@ -68,3 +91,4 @@ static void PS_OF(bounds)(PS_OF(ps_guards) guards, int n, const PS_REAL *w, int 
 #undef PS_REAL_FMA
 #undef PS_REAL_ABS
 #undef PS_CHOOSE
+#undef PS_BITS

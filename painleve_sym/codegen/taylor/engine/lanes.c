@@ -8,7 +8,7 @@ typedef struct {
   const ps_options *own[PS_LANES];
   ps_lanes x[PS_NX], atol[PS_NX], scalars[PS_SCALARS], live[PS_RAMPS], time[2], h;
   ps_lanes v[PS_LENGTH][PS_COLUMNS], g[PS_LENGTH][PS_WATCHED], least[PS_WATCHED];
-  ps_lanes terms[2], end[PS_NX], ramp[PS_RAMPS][3];
+  ps_lanes step, end[PS_NX], ramp[PS_RAMPS][3];
 } ps_group;
 
 /* One number of every motion; a lane without a motion repeats the first. */
@@ -33,7 +33,7 @@ __attribute__((noinline)) static void fill_lanes(ps_group *b) {
   PS_GATHER(b->time[0], b->run[l]->unit);
   PS_GATHER(b->time[1], b->run[l]->bend);
   m->series_lanes(b->x, b->scalars, b->live, p, b->time, b->v);
-  last_terms_lanes((const ps_lanes(*)[PS_COLUMNS])b->v, p, b->x, b->atol, b->own[0]->rtol, b->terms);
+  step_along_lanes((const ps_lanes(*)[PS_COLUMNS])b->v, p, b->x, b->atol, b->own[0]->rtol, &b->step);
 }
 
 /* What the series of all motions say of their steps. */
@@ -54,8 +54,7 @@ static double measure_lane(ps_group *b, int l) {
   for (int r = 0; r < m->ramps; r++)
     for (int k = 0; k < 3; k++) s->v[k][m->ramp[r]] = b->v[k][m->ramp[r]][l];
   const long filled = ++s->count.dense;
-  double h = step_by_terms(s, b->terms[0][l], b->terms[1][l]);
-  h = measure_step(s, b->own[l], h, &b->last[l]);
+  double h = measure_step(s, b->own[l], b->step[l], &b->last[l]);
   if (s->count.dense > filled)
     for (int k = 0; k <= s->order; k++)
       for (int c = 0; c < m->columns; c++) b->v[k][c][l] = s->v[k][c];

@@ -3,20 +3,19 @@
 
 #define PS_DEPTH 52
 
-/* 1/C(n, k), for `bernstein`. */
-static void inverse_binomials(int n, double *inverse) {
-  double binomial = 1;
-  for (int k = 0; k <= n; k++) {
-    inverse[k] = 1 / binomial;
-    binomial = binomial * (n - k) / (k + 1);
+/* Bernstein coefficients of the polynomial with coefficients p: b_i is the sum over k of
+ * p_k C(i, k)/C(n, k), row by row of Pascal's triangle. */
+static void bernstein(const double *p, int n, double *b) {
+  double before[PS_LENGTH];
+  for (int i = 0; i <= n; i++) {
+    double now = p[i] * PS_INVERSE_BINOMIAL[n][i];
+    for (int j = 0; j < i; j++) {
+      double next = now + before[j];
+      before[j] = now;
+      now = next;
+    }
+    before[i] = b[i] = now;
   }
-}
-
-/* Bernstein coefficients of the polynomial with coefficients p. */
-static void bernstein(const double *p, int n, const double *inverse, double *b) {
-  for (int k = 0; k <= n; k++) b[k] = p[k] * inverse[k];
-  for (int j = 1; j <= n; j++)
-    for (int i = n; i >= j; i--) b[i] += b[i - 1];
 }
 
 /* Splits at u: b keeps the part before u, c gets the part after it. */
@@ -46,9 +45,11 @@ static double horner_slope(const double *p, int n, double u) {
   return value;
 }
 
-/* The zero between a, where p is positive, and b, where it is not: Newton, else bisection. */
-static double refine(const double *p, int n, double a, double b) {
-  double u = b;
+/* The zero between a, where p is positive, and b, where it is not: Newton, else bisection. `at_a` and
+ * `at_b` are what p is there. */
+static double refine(const double *p, int n, double a, double b, double at_a, double at_b) {
+  double u = a + (b - a) * at_a / (at_a - at_b);
+  if (!(u > a && u < b)) u = b;
   for (int it = 0; it < 100 && b - a > 4e-16; it++) {
     double value = p[n], slope = 0;
     for (int k = n - 1; k >= 0; k--) {
@@ -59,15 +60,14 @@ static double refine(const double *p, int n, double a, double b) {
     if (value > 0) a = u; else b = u;
     double next = u - value / slope;
     /* As near as numbers get: the side on which the polynomial is not positive. */
-    if (fabs(next - u) <= 2e-16 * u) return value > 0 ? fmin(next + 2e-16 * u, b) : u;
+    if (fabs(next - u) <= 2e-16 * u) return value > 0 ? PS_MIN(next + 2e-16 * u, b) : u;
     u = next > a && next < b ? next : 0.5 * (a + b);
   }
   return b;
 }
 
-/* Smallest zero of p in (from, 1] where p comes down from positive values; p(from) > 0. -1: none.
- * `inverse` are the inverse binomials of n. */
-static double first_root(const double *p, int n, double from, const double *inverse) {
+/* Smallest zero of p in (from, 1] where p comes down from positive values; p(from) > 0. -1: none. */
+static double first_root(const double *p, int n, double from) {
   double b[PS_DEPTH + 2][PS_LENGTH], lo[PS_DEPTH + 2], hi[PS_DEPTH + 2];
   int depth[PS_DEPTH + 2], top = 0;
   double steepest = p[1], end = p[0] + p[1];
@@ -76,8 +76,8 @@ static double first_root(const double *p, int n, double from, const double *inve
     end += p[k];
   }
   /* Falling all the way: no zero or one. */
-  if (steepest < 0) return end > 0 ? -1 : refine(p, n, from, 1);
-  bernstein(p, n, inverse, b[0]);
+  if (steepest < 0) return end > 0 ? -1 : refine(p, n, from, 1, horner(p, n, from), end);
+  bernstein(p, n, b[0]);
   if (from > 0) {
     subdivide(b[0], b[1], n, from);
     memcpy(b[0], b[1], sizeof b[0]);
@@ -90,7 +90,7 @@ static double first_root(const double *p, int n, double from, const double *inve
     if (count == 0) {
       top--;
     } else if (count == 1) {
-      return refine(p, n, lo[top], hi[top]);
+      return refine(p, n, lo[top], hi[top], b[top][0], b[top][n]);
     } else if (depth[top] == PS_DEPTH) {
       /* Two zeros that no arithmetic tells apart: a touch, not a crossing. */
       top--;

@@ -39,6 +39,9 @@ static const double PS_SHARE = 0.05;
 #endif
 #if defined(__FMA__) && PS_LANES == 4
 #define PS_LANES_FMA(a, b, c) PS_VECTOR_FMA(a, b, c)
+#elif defined(__AVX512F__) && PS_LANES == 8 && !defined(__clang__)
+/* On all lanes, rounded as everything else. */
+#define PS_LANES_FMA(a, b, c) __builtin_ia32_vfmaddpd512_mask(a, b, c, -1, 4)
 #elif defined(__FMA__)
 #define PS_LANES_FMA(a, b, c) PS_FMA_OF(ps_lanes, PS_LANES, a, b, c)
 #else
@@ -52,6 +55,26 @@ static const double PS_SHARE = 0.05;
     for (int l_ = 0; l_ < n; l_++) c_[l_] = __builtin_fma(a_[l_], b_[l_], c_[l_]); \
     c_;                                                                      \
   })
+
+/* Vectors stay in functions of their own, which clear the registers' upper halves at their end:
+ * gcc 12 forgets that before some calls, and then the first old instruction of libm pays for it. */
+#define PS_APART __attribute__((noinline))
+
+typedef union {
+  double number;
+  long long bits;
+} ps_word;
+
+static inline long long bits_of(double number) {
+  return ((ps_word){.number = number}).bits;
+}
+
+static inline double of_bits(long long bits) {
+  return ((ps_word){.bits = bits}).number;
+}
+
+#define bits_of_lanes(a) ((ps_mask)(a))
+#define of_bits_lanes(bits) ((ps_lanes)(bits))
 
 typedef struct {
   double sin, cos;

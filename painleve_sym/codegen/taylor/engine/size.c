@@ -11,15 +11,13 @@ static const double PS_MARGIN = 1.02;
 /* A step along the root of the time since a zero should be this part of that time; else the zero is
  * no longer what limits it. */
 static const double PS_WORTH = 0.8;
-
-#define PS_MIN(a, b) ((a) < (b) ? (a) : (b))
-#define PS_MAX(a, b) ((a) > (b) ? (a) : (b))
+/* No step is shorter than this part of the time it begins at. */
+static const double PS_MOMENT = 16e-16;
 
 static void prepare(ps_run *s, const ps_options *o) {
   /* Jorba & Zou, Experiment. Math. 14 (2005) 99-117: the order that is cheapest for a tolerance. */
   int order = (int)ceil(-0.5 * log(PS_SHARE * o->rtol)) + 1;
   s->order = order < 4 ? 4 : order > PS_ORDER ? PS_ORDER : order;
-  inverse_binomials(s->order, s->binomial);
   s->steps.width = 3 + PS_NZ + (s->order + 1) * PS_NX + 1;
 }
 
@@ -47,30 +45,10 @@ static void fill_series(ps_run *s) {
   s->count.dense++;
 }
 
-/* x to the power e, to three digits: a step size needs no more. */
-static double rough_power(double x, double e) {
-  union { double d; unsigned long long u; } bits = {x};
-  double whole = (double)((long long)(bits.u >> 52) - 1023);
-  bits.u = (bits.u & 0xfffffffffffffULL) | 0x3ff0000000000000ULL;
-  double m = bits.d - 1, log2 = whole + m * (1.4249 + m * (-0.5871 + m * 0.1622));
-  double y = PS_MAX(PS_MIN(e * log2, 1000), -1000), n = floor(y), f = y - n;
-  bits.u = (unsigned long long)((long long)n + 1023) << 52;
-  return bits.d * (1 + f * (0.6957 + f * (0.2251 + f * 0.0792)));
-}
-
-/* Step, in units, for which the last two terms of each state are within its tolerance. The last
- * but one may be e^2 times larger: that is what a step of 1/e^2 of the radius makes of it. */
-static double step_by_terms(const ps_run *s, double last, double before) {
-  const int p = s->order;
-  if (!isfinite(last) || !isfinite(before)) return NAN;
-  double h = rough_power(PS_MAX(last, 1e-100), -PS_INVERSE[p]);
-  return fmin(h, rough_power(PS_MAX(before / 7.389, 1e-100), -PS_INVERSE[p - 1]));
-}
-
-static double step_by_own_terms(const ps_run *s, const ps_options *o) {
-  double last[2];
-  last_terms(series_of(s), s->order, s->x, o->atol, o->rtol, last);
-  return step_by_terms(s, last[0], last[1]);
+static double step_by_terms(const ps_run *s, const ps_options *o) {
+  double h;
+  step_along(series_of(s), s->order, s->x, o->atol, o->rtol, &h);
+  return h;
 }
 
 /* State at u units, and its rate. */
@@ -82,7 +60,8 @@ static void rate_at(ps_run *s, double u, double *restrict rate) {
   for (int i = 0; i < PS_NX; i++) rate[i] = s->order * s->v[s->order][i];
   for (int k = s->order - 1; k > 0; k--)
     for (int i = 0; i < PS_NX; i++) rate[i] = PS_FMA(rate[i], u, k * s->v[k][i]);
-  for (int i = 0; i < PS_NX; i++) rate[i] /= s->unit;
+  const double inverse = 1 / s->unit;
+  for (int i = 0; i < PS_NX; i++) rate[i] *= inverse;
 }
 
 /* The part of h units at the end of which a vanished base is largest, the first time: it may rise
@@ -91,23 +70,22 @@ static double until_return(const ps_run *s, double h) {
   const ps_series *m = &PS_SERIES[s->mode];
   double part = 1;
   for (int r = 0; r < m->ramps; r++) {
-    double q[PS_LENGTH] = {0}, fall[PS_LENGTH], own[PS_LENGTH], power = 1, from = 0;
+    double q[PS_LENGTH] = {0}, fall[PS_LENGTH], power = 1, from = 0;
     int lowest = 0, n;
     if (s->live[r] > 0) continue;
     for (int k = 0; k < s->order - 1; k++, power *= h)
       q[k] = (k + 1) * s->v[k + 1][m->ramp[r]] * power;
     while (lowest < s->order - 2 && q[lowest] == 0) lowest++;
     n = s->order - 2 - lowest;
-    inverse_binomials(n, own);
     if (q[lowest] < 0) {
       for (int k = 0; k <= n; k++) fall[k] = -q[lowest + k];
-      from = first_root(fall, n, 0, own);
+      from = first_root(fall, n, 0);
       if (from < 0) continue;
-      from = fmin(from * (1 + 1e-6), 1);
+      from = PS_MIN(from * (1 + 1e-6), 1);
       if (!(horner(q + lowest, n, from) > 0)) continue;
     }
-    double u = first_root(q + lowest, n, from, own);
-    if (u > 0) part = fmin(part, u);
+    double u = first_root(q + lowest, n, from);
+    if (u > 0) part = PS_MIN(part, u);
   }
   return part;
 }
@@ -122,23 +100,27 @@ static double step_by_defect(ps_run *s, const ps_options *o, double h) {
     rate_at(s, h, slope);
     field(s, y, rate);
     for (int i = 0; i < PS_NX; i++) {
-      double weight = 1 / (o->atol[i] + o->rtol * fabs(s->x[i]));
-      double d = fabs(rate[i] - slope[i]) * h * s->unit * weight / e;
+      double d = fabs(rate[i] - slope[i]) / (o->atol[i] + o->rtol * fabs(s->x[i]));
       if (!(d <= error)) error = d;
     }
+    error *= h * s->unit / e;
     if (error <= 1 && (it == 0 || error > 0.1 || h <= least)) return h;
     if (!isfinite(error)) {
       h *= 0.1;
       continue;
     }
-    if (last_h > 0 && last > 0 && last_h != h)
-      e = fmin(fmax(log(error / last) / log(h / last_h), 1.5), 20);
+    if (last_h > 0 && last > 0 && last_h != h) {
+      e = log(error / last) / log(h / last_h);
+      e = PS_MAX(PS_MIN(e, 20), 1.5);
+    }
     last_h = h;
     last = error;
     if (error <= 1) least = h;
-    h = fmin(h * fmin(pow(0.5 / fmax(error, 1e-30), 1 / e), error > 1 ? 1 : 4), most);
+    double factor = rough_power(0.5 / PS_MAX(error, 1e-30), 1 / e), top = error > 1 ? 1 : 4;
+    h *= PS_MIN(factor, top);
+    h = PS_MIN(h, most);
   }
-  return fmin(h, least > 0 ? least : h);
+  return least > 0 ? PS_MIN(h, least) : h;
 }
 
 /* What the series say of the end of the step: the state, and the ramps as in `ramp_along`. */
@@ -194,12 +176,14 @@ static int begin_step(ps_run *s, const ps_options *o) {
  * they are made anew. */
 static double good_for(ps_run *s, const ps_options *o, double h) {
   const ps_series *m = &PS_SERIES[s->mode];
+  const double moment = PS_MOMENT * fabs(s->t) / s->unit;
   int dead = 0, small = 0;
   for (int r = 0; r < m->ramps; r++) {
     const int c = m->ramp[r];
     double base = s->v[0][c], u = s->h_ref / s->unit;
     double scale = fabs(s->v[1][c]) * u + fabs(s->v[2][c]) * u * u;
-    if (!(base > m->floor[r])) {
+    /* A base that vanishes before the time can tell has vanished. */
+    if (!(base > m->floor[r] - PS_MIN(s->v[1][c], 0) * moment)) {
       s->live[r] = 0;
       dead = 1;
     } else if (!s->ready && s->v[1][c] > 0 && base < PS_SMALL_BASE * scale) {
@@ -212,16 +196,20 @@ static double good_for(ps_run *s, const ps_options *o, double h) {
     s->bend = 0;
     fill_series(s);
     /* Next to the branch point the series hardly reaches; leaving the power out may go further. */
-    alive = step_by_own_terms(s, o);
+    alive = step_by_terms(s, o);
     for (int r = 0; r < m->ramps; r++) s->live[r] = 0;
     dead = 1;
   }
   /* Up to the zero of the base as it was estimated; beyond it time would run back. */
-  if (!dead) return s->bend < 0 ? fmin(h, -0.999 * s->unit / s->bend) : h;
+  if (!dead) {
+    double most = -0.999 * s->unit / s->bend;
+    return s->bend < 0 && most < h ? most : h;
+  }
   s->bend = 0;
   fill_series(s);
-  h = step_by_own_terms(s, o);
-  if (isfinite(h)) h = step_by_defect(s, o, fmin(h, (o->t_end - s->t) / s->unit));
+  h = step_by_terms(s, o);
+  double left = (o->t_end - s->t) / s->unit;
+  if (isfinite(h)) h = step_by_defect(s, o, PS_MIN(h, left));
   if (alive > h) {
     for (int r = 0; r < m->ramps; r++) s->live[r] = 1;
     fill_series(s);
@@ -240,31 +228,28 @@ static double measure_step(ps_run *s, const ps_options *o, double h, int *last) 
     s->reason = PS_NON_FINITE;
     return 0;
   }
-  h = fmin(h, units_of(s, o->h_max));
-  if (s->count.accepted == 0 && o->h0 > 0) h = fmin(h, units_of(s, o->h0));
+  double most = units_of(s, o->h_max);
+  if (s->count.accepted == 0 && o->h0 > 0) most = units_of(s, PS_MIN(o->h0, o->h_max));
+  h = PS_MIN(h, most);
   if (h * 1.0000001 >= left) {
     h = left;
     *last = 1;
   }
-  if (time_at(s, h) > 16e-16 * fabs(s->t)) return h;
+  if (time_at(s, h) > PS_MOMENT * fabs(s->t)) return h;
   s->reason = *last ? PS_T_END : PS_STEP_UNDERFLOW;
   return 0;
 }
 
 /* Place of the first zero of a guard that starts at zero and leaves upwards; -1 where none. */
-static double next_root(double *p, int n, double least, int crossed, const double *inverse) {
+static double next_root(double *p, int n, double least, int crossed) {
   p[0] = 0;
   int m = 1;
   while (m < n && fabs(p[m]) <= fabs(p[m + 1]) * least) m++;
-  if (p[m] > 0) {
-    /* What is left after division by the zero at the start. */
-    double own[PS_LENGTH];
-    inverse_binomials(n - m, own);
-    return first_root(p + m, n - m, 0, own);
-  }
+  /* What is left after division by the zero at the start. */
+  if (p[m] > 0) return first_root(p + m, n - m, 0);
   double u = 1.0 / PS_SAMPLES;
   while (!(horner(p, n, u) > 0) && 0.5 * u > least) u *= 0.5;
-  if (horner(p, n, u) > 0) return first_root(p, n, u, inverse);
+  if (horner(p, n, u) > 0) return first_root(p, n, u);
   /* A guard that left zero is back at once: where the rates that turned it have their new sign. */
   return crossed ? PS_AT_ONCE : -1;
 }
