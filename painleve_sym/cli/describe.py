@@ -9,7 +9,7 @@ from typing import Any
 
 from painleve_sym.cli.case import chosen_law, chosen_mechanism
 from painleve_sym.cli.output import number, print_json, show, show_table
-from painleve_sym.cli.parser import AUTOMATON_FORMATS
+from painleve_sym.cli.texts import AUTOMATON_FORMATS
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.hybrid.automaton import HybridAutomaton, Transition
 from painleve_sym.hybrid.softened import SoftenedContact

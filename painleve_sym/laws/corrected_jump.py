@@ -65,11 +65,6 @@ def slip_impulse(delta: sp.Expr = DELTA) -> sp.Expr:
     return K * delta**N * sp.sqrt(2 * delta / -B) / (2 * N + 1) * function
 
 
-def slip_stop_equation(delta: sp.Expr = DELTA) -> sp.Eq:
-    """Return v_t + C P(δ) + b_t t(δ) = 0: the one scalar equation of the rule."""
-    return sp.Eq(V_T + C * slip_impulse(delta) + B_T * slip_time(delta), 0)
-
-
 def slip_stop_velocity(time: sp.Expr = TIME) -> sp.Expr:
     """Return v_n(t1) = −(A/C) v_t + (B − A b_t/C) t1, exact for frozen coefficients; m/s."""
     return -A / C * V_T + (B - A * B_T / C) * time

@@ -120,10 +120,6 @@ class Formulas:
         part, faults = self._translate(text)
         return (part.expr if part else None), faults
 
-    def with_names(self, more: Mapping[str, sp.Expr]) -> Formulas:
-        """Return formulas that may also use other names."""
-        return Formulas({**self.names, **more}, dict(self._sizes), set(self._broken))
-
     def _translate(self, text: object) -> tuple[_Part | None, list[TextFault]]:
         if isinstance(text, bool) or not isinstance(text, str | int | float):
             return None, [TextFault(f"got {text!r}, need a formula in quotes or a number.")]

@@ -36,7 +36,6 @@ JUMP_UP = Case(2, SOFT, 0.1)
 """Fig. 6."""
 IMPACT = Case(3, STIFF, 5e-4)
 """Fig. 8."""
-SOFT_IMPACT = Case(3, SOFT, LONG, until="separation")
 
 STIFFNESSES = tuple(float(f"20.9e{p}") for p in (13, 14, 15, 16))
 HARDER_IMPACTS = {E: Case(3, E, LONG, until="separation") for E in STIFFNESSES}

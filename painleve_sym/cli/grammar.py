@@ -1,0 +1,343 @@
+"""The options of every command."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any, NoReturn
+
+import painleve_sym
+from painleve_sym.cli.texts import (
+    AUTOMATON_FORMATS,
+    COMMANDS,
+    DERIVE_FORMATS,
+    EXAMPLES,
+    JUMP,
+    OPENING,
+    PROGRAM,
+    SCENARIO,
+    STOPS,
+    SWEEP,
+)
+from painleve_sym.errors import InputError
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser whose errors are exceptions, so that all are shown in one way."""
+
+    def __init__(self, **options: Any) -> None:
+        options.setdefault("formatter_class", argparse.RawDescriptionHelpFormatter)
+        super().__init__(allow_abbrev=False, **options)
+
+    def error(self, message: str) -> NoReturn:
+        """Raise `InputError` with the command, what is wrong, and where its options are shown."""
+        command = self.prog.removeprefix(PROGRAM).strip()
+        what = message.removeprefix("argument ")
+        raise InputError(f"{f'{command}: ' if command else ''}{what}. Fix: see `{self.prog} -h`.")
+
+    def options(self) -> list[str]:
+        """Return the long options."""
+        return [o for a in self._actions for o in a.option_strings if o.startswith("--")]
+
+
+def _contact(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--contact", metavar="NAME", help="of several contacts, consider this one alone"
+    )
+
+
+def _case(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("case", metavar="CASE", help="mechanism, or a scenario file (see below)")
+    parser.add_argument(
+        "--state",
+        action="append",
+        metavar="NAME=VALUE,...",
+        help="coordinates and velocities (theta, theta_dot, ...); what is left out is 0",
+    )
+    _set(parser)
+    _contact(parser)
+
+
+def _set(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--set", action="append", metavar="NAME=VALUE,...", help="parameters of the mechanism"
+    )
+
+
+def _law(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--law", metavar="NAME", help="contact law (`painleve laws` lists them)")
+    parser.add_argument(
+        "--law-set",
+        action="append",
+        metavar="NAME=VALUE,...",
+        help="parameters and choices of the law, such as E=20.9e14,reload=virgin",
+    )
+
+
+def _json(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--json", action="store_true", help="print JSON with full precision")
+
+
+def _describe_options(sub: dict[str, Parser]) -> None:
+    _json(sub["models"])
+    _json(sub["laws"])
+    derive, automaton = sub["derive"], sub["automaton"]
+    for parser, formats in ((derive, DERIVE_FORMATS), (automaton, AUTOMATON_FORMATS)):
+        parser.add_argument("model", metavar="MODEL", help="mechanism (`painleve models`)")
+        parser.add_argument("--format", default="text", metavar="FORMAT", help=", ".join(formats))
+        _contact(parser)
+        parser.add_argument(
+            "--json",
+            action="store_const",
+            const="json",
+            dest="format",
+            help="the same as --format json",
+        )
+    derive.description = (
+        f"{derive.description}\n\nT, V, mass matrix, A and B for both slip directions, sticking, "
+        "critical\nfriction and the three phases of the jump. --format python prints a module "
+        "of\nplain functions."
+    )
+    _law(automaton)
+
+
+def _run_options(sub: dict[str, Parser]) -> None:
+    for name in ("classify", "jump", "simulate"):
+        _case(sub[name])
+        sub[name].epilog = SCENARIO + (STOPS if name == "simulate" else "")
+    jump, simulate = sub["jump"], sub["simulate"]
+    jump.add_argument("--restitution", metavar="E", help="coefficient in [0, 1], by default 0.75")
+    jump.add_argument("--rule", metavar="RULE", help="energetic (default), poisson or newton")
+    _law(jump)
+    jump.add_argument(
+        "--initial-force",
+        metavar="N",
+        help="with a law: the contact starts compressed so that it carries this force, N",
+    )
+    jump.add_argument(
+        "--configuration",
+        default="frozen",
+        metavar="NAME",
+        help="with a law: frozen (default), or carried along to where the impulse acts",
+    )
+    jump.epilog = JUMP + SCENARIO
+    _motion(simulate)
+    for option, metavar, text in (
+        ("--engine", "NAME", "auto (default), compiled, taylor or erk"),
+        ("--samples", "N", "also give state and forces at N evenly spaced times"),
+        ("--save", "FILE", "write the whole trajectory, an NPZ file"),
+        ("--plot", "FILE", "draw it, as PNG, SVG or PDF by the suffix"),
+    ):
+        simulate.add_argument(option, metavar=metavar, help=text)
+    for name in ("classify", "jump", "simulate"):
+        _json(sub[name])
+
+
+def _motion(parser: Parser) -> None:
+    _law(parser)
+    for option, metavar, text in (
+        ("--t-end", "TIME", "end time, s"),
+        ("--until", "EVENT,...", "end at the first event of these kinds, such as separation"),
+        ("--initial-force", "N", "start compressed so that the contact carries this force, N"),
+        ("--rtol", "X", "relative tolerance, from 1e-15 up to 1"),
+        ("--max-steps", "N", "stop after so many steps, by default 1e6"),
+        ("--max-events", "N", "stop after so many events, by default 1e5"),
+    ):
+        parser.add_argument(option, metavar=metavar, help=text)
+
+
+def _export_options(parser: Parser) -> None:
+    _case(parser)
+    _motion(parser)
+    parser.add_argument(
+        "--out", required=True, metavar="DIR", help="folder to write, absent or empty"
+    )
+    parser.add_argument(
+        "--name", metavar="NAME", help="prefix of the C names, by default the mechanism's name"
+    )
+    parser.add_argument("--engine", metavar="NAME", help="auto (default), taylor or compiled")
+    _json(parser)
+    parser.epilog = (
+        "CASE, state, parameters and law are those of `painleve simulate`; they are what\n"
+        "the example main.c runs. Without --state it runs the mechanism's own start,\n"
+        "without --t-end 0.01 s, of a rigid motion 1 s.\n\n"
+        "  painleve export rod --law bilinear-hertz --law-set E=20.9e14 --out rod-c\n"
+        "  cd rod-c && cmake -B build && cmake --build build"
+    )
+
+
+def _map_options(parser: Parser) -> None:
+    parser.add_argument("model", metavar="MODEL", help="mechanism (`painleve models`)")
+    parser.add_argument(
+        "--over",
+        required=True,
+        metavar="NAME,NAME",
+        help="the axes: two coordinates, velocities (theta_dot) or parameters",
+    )
+    parser.add_argument(
+        "--range",
+        action="append",
+        metavar="NAME=FROM:TO,...",
+        help="ends of the axes, such as theta=0.1:1.5,theta_dot=-5:5; chosen where left out",
+    )
+    parser.add_argument(
+        "--state",
+        action="append",
+        metavar="NAME=VALUE,...",
+        help="coordinates and velocities that are held; what is left out is 0",
+    )
+    _set(parser)
+    _contact(parser)
+    for option, default, metavar, text in (
+        ("--points", "400", "N", "points along each axis, from 5 to 2000, by default 400"),
+        ("--slip", "-1", "SIGN", "sign of the slip velocity, -1 (default) or 1"),
+    ):
+        parser.add_argument(option, default=default, metavar=metavar, help=text)
+    parser.add_argument(
+        "--out",
+        action="append",
+        metavar="FILE",
+        help="draw it (.png, .svg, .pdf) or save it (.npz, .json); may be given several times",
+    )
+    _json(parser)
+    parser.epilog = (
+        "--json prints what the map holds without its grids; --out FILE.json has them too."
+    )
+
+
+def _critical_options(parser: Parser) -> None:
+    _case(parser)
+    _law(parser)
+    for option, metavar, text in (
+        (
+            "--over",
+            "NAME=FROM:TO",
+            "map the outcomes over the force and this (E, y_A_dot)",
+        ),
+        ("--forces", "FROM:TO", "initial forces of the map, N; chosen where left out"),
+        ("--points", "N", "points along each axis of the map, from 2 to 400, by default 61"),
+        ("--gradient", "NAME,...", "also the derivatives of the critical force by these"),
+        ("--engine", "NAME", "auto (default), compiled or erk"),
+    ):
+        parser.add_argument(option, metavar=metavar, help=text)
+    parser.add_argument(
+        "--out",
+        action="append",
+        metavar="FILE",
+        help="draw the map (.png, .svg, .pdf) or save it (.npz, .json); may be given several times",
+    )
+    _json(parser)
+    parser.epilog = (
+        "The state must be indeterminate: on the surface, slipping, A < 0 and B > 0. The law\n"
+        "is bilinear-hertz unless --law or the scenario file (see `painleve simulate -h`)\n"
+        "names another.\n\n"
+        "  painleve critical rod --state theta=1,theta_dot=5,x_A_dot=-1 --law-set E=20.9e14\n"
+        "  painleve critical rod --state theta=1,theta_dot=5,x_A_dot=-1 \\\n"
+        "      --over E=20.9e12:20.9e18 --out map.png"
+    )
+
+
+def _contrast_options(parser: Parser) -> None:
+    _case(parser)
+    for option, metavar, text in (
+        ("--restitution", "E", "coefficient in [0, 1], by default 0.75"),
+        ("--steps", "H,...", "steps of time stepping, s, by default 1/10, 1/100, 1/1000 of t-end"),
+        ("--stiffness", "E,...", "Young's moduli, Pa, by default 20.9e12,20.9e14,20.9e16"),
+        ("--solvers", "NAME,...", "of time stepping: least-impulse, largest-impulse, lemke, mpcc"),
+        ("--t-end", "TIME", "when the velocities are compared, s, by default 1e-2"),
+        ("--out", "FILE", "draw it, as PNG, SVG or PDF by the suffix"),
+    ):
+        parser.add_argument(option, metavar=metavar, help=text)
+    _json(parser)
+    parser.epilog = (
+        "The least-impulse, largest-impulse and first solvers enumerate every solution of a\n"
+        "step; lemke and mpcc end at one.\n\n"
+        "CASE is a mechanism or a scenario file, of which model, state, parameters, t_end\n"
+        "and restitution are used."
+    )
+
+
+def _fit_options(parser: Parser) -> None:
+    parser.add_argument("data", metavar="DATA", help="CSV file; its header names NAME [unit]")
+    _case(parser)
+    _law(parser)
+    for option, metavar, text in (
+        ("--estimate", "NAME,...", "what to estimate: parameters, or start values of a history"),
+        ("--until", "EVENT,...", "event that ends each motion, by default separation"),
+        ("--t-end", "TIME", "by when each motion has ended, s, by default 1"),
+        ("--sigma", "NAME=VALUE,...", "known standard deviations; by default from the residuals"),
+        ("--level", "P", "of the confidence intervals, in (0, 1), by default 0.95"),
+        ("--out", "FILE", "draw data and model, as PNG, SVG or PDF by the suffix"),
+    ):
+        parser.add_argument(option, metavar=metavar, help=text)
+    _json(parser)
+    parser.epilog = (
+        "DATA is a history of one motion, with a column t [s], or one motion per row:\n\n"
+        "  t [s], y_A_dot [m/s], normal_force [N]\n"
+        "  start theta [rad], start x_A_dot [m/s], end y_A_dot [m/s]\n\n"
+        "SI units and rad. An empty cell is no measurement; lines that open with # are\n"
+        "comments. --set and --law-set give known values, and where the estimates start."
+    )
+
+
+def _sweep_options(parser: Parser) -> None:
+    parser.add_argument("file", metavar="SWEEP", help="the sweep, a TOML file (see below)")
+    for option, metavar, text in (
+        (
+            "--out",
+            "FILE",
+            "the result: .nc (NetCDF), .zarr (a folder) or .npz; by default SWEEP.nc in this "
+            "folder, or what the key format of SWEEP says",
+        ),
+        ("--threads", "N", "threads of this process; by default one per processor"),
+        (
+            "--cluster",
+            "ADDRESS",
+            "run on the Dask scheduler there, such as tcp://10.0.0.1:8786, or on `local` processes",
+        ),
+    ):
+        parser.add_argument(option, metavar=metavar, help=text)
+    _json(parser)
+    parser.epilog = SWEEP
+
+
+def _reproduce_options(parser: Parser) -> None:
+    parser.add_argument("--out", metavar="DIR", help="also write a report with figures here")
+    parser.add_argument(
+        "--only",
+        action="append",
+        metavar="ID,...",
+        help="only these items or groups (--list shows them)",
+    )
+    parser.add_argument("--list", action="store_true", help="list the items and end")
+    _json(parser)
+    parser.epilog = (
+        "Progress goes to standard error, the table to standard output.\n\n"
+        "exit codes: 0 when every verdict is the expected one, else 1; 2 bad input."
+    )
+
+
+def parsers() -> tuple[Parser, dict[str, Parser]]:
+    """Return the parser of the command line and those of its commands by name."""
+    parser = Parser(
+        prog=PROGRAM,
+        usage=f"{PROGRAM} [-h] [--version] COMMAND ...",
+        description=OPENING + "\n".join(f"  {n:10s} {t}" for n, (_, t) in COMMANDS.items()),
+        epilog=EXAMPLES,
+    )
+    parser.add_argument("--version", action="version", version=painleve_sym.__version__)
+    group = parser.add_subparsers(
+        dest="command", metavar="COMMAND", prog=PROGRAM, help=argparse.SUPPRESS
+    )
+    sub: dict[str, Parser] = {}
+    for name, (_, text) in COMMANDS.items():
+        sub[name] = group.add_parser(name, description=f"{text[0].upper()}{text[1:]}.")
+    _describe_options(sub)
+    _run_options(sub)
+    _export_options(sub["export"])
+    _map_options(sub["map"])
+    _critical_options(sub["critical"])
+    _sweep_options(sub["sweep"])
+    _contrast_options(sub["contrast"])
+    _fit_options(sub["fit"])
+    _reproduce_options(sub["reproduce"])
+    return parser, sub
