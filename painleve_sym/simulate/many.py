@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import Any
@@ -27,10 +27,10 @@ from painleve_sym.simulate.simulator import DEFAULT_RTOL, ContactSimulator
 from painleve_sym.simulate.trajectory import Trajectory
 from painleve_sym.simulate.two_contacts import TwoContactSimulator
 
-BLOCK = 1024
-"""Rows a thread takes at a time: some ten milliseconds, so that all threads end together."""
+BLOCK = 4096
+"""Rows a thread takes at a time: lanes are empty, and Python has its share, at their ends."""
 LEAST_BLOCK = 64
-"""... where there are few rows."""
+"""... where few rows are left, so that all threads end together."""
 
 
 def simulate_many(
@@ -173,25 +173,33 @@ def _in_threads(
     found = BatchRows.empty(rows.count, simulator.outline, wish, kinds)
     preparing = threading.Lock()
 
-    def work(start: int) -> None:
-        stop = min(start + size, rows.count)
+    def work(span: tuple[int, int]) -> None:
+        start, stop = span
         # Python's share: threads in turn, so that they do not fight over its one lock.
         with preparing:
             block = starts_of(simulator, rows, start, stop)
         _integrate(simulator, engine, block, o, wish, found.part(slice(start, stop)))
 
-    # A few blocks for each thread, but not so small that preparing them costs more than running.
-    size = min(BLOCK, max(LEAST_BLOCK, -(-rows.count // (4 * threads))))
-    starts = range(0, rows.count, size)
-    if min(threads, len(starts)) == 1:
-        for start in starts:
-            work(start)
+    spans = list(_spans(rows.count, threads))
+    if min(threads, len(spans)) == 1:
+        for span in spans:
+            work(span)
         return found
     with ThreadPoolExecutor(threads) as pool:
         # The first block that fails is the one that is heard of; no others begin after it.
-        for _ in pool.map(work, starts):
+        for _ in pool.map(work, spans):
             pass
     return found
+
+
+def _spans(count: int, threads: int) -> Iterator[tuple[int, int]]:
+    """Yield first and end of the blocks: smaller ones, powers of two, where few rows are left."""
+    start, size = 0, BLOCK
+    while start < count:
+        while threads > 1 and size > LEAST_BLOCK and size * 4 * threads > count - start:
+            size //= 2
+        yield start, min(start + size, count)
+        start += size
 
 
 def _integrate(

@@ -72,7 +72,7 @@ def impacts(repeats: int) -> dict[str, Any]:
 
 def batches(per_axis: int) -> dict[str, Any]:
     """Return what `bench_many` measures, with its wanted ratios."""
-    found = bench_many.measure(per_axis, 4, 2000)
+    found = bench_many.measure(per_axis, 2000)
     found["lanes"] = bench_many.lanes(per_axis**4)
     count = len(os.sched_getaffinity(0))
     found["threads"] = bench_many.threads(per_axis, range(1, count + 1))

@@ -25,29 +25,35 @@ typedef long long ps_mask __attribute__((vector_size(8 * PS_LANES)));
  * times as much where a power ends, and so do the steps. */
 static const double PS_SHARE = 0.05;
 
+#ifdef __has_builtin
+#define PS_BUILTIN(name) __has_builtin(name)
+#else
+#define PS_BUILTIN(name) 0
+#endif
+
+/* Fused where the processor fuses, in one instruction for all numbers of a vector. */
 #if defined(__FMA__)
 #define PS_FMA(a, b, c) __builtin_fma(a, b, c)
 #else
 #define PS_FMA(a, b, c) ((a) * (b) + (c))
 #endif
-#if defined(__FMA__) && defined(__AVX__) && !defined(__clang__)
-#define PS_VECTOR_FMA(a, b, c) __builtin_ia32_vfmaddpd256(a, b, c)
-#elif defined(__FMA__)
-#define PS_VECTOR_FMA(a, b, c) PS_FMA_OF(ps_vector, 4, a, b, c)
-#else
+#if !defined(__FMA__)
 #define PS_VECTOR_FMA(a, b, c) ((a) * (b) + (c))
-#endif
-#if defined(__FMA__) && PS_LANES == 4
-#define PS_LANES_FMA(a, b, c) PS_VECTOR_FMA(a, b, c)
-#elif defined(__AVX512F__) && PS_LANES == 8 && !defined(__clang__)
-/* On all lanes, rounded as everything else. */
-#define PS_LANES_FMA(a, b, c) __builtin_ia32_vfmaddpd512_mask(a, b, c, -1, 4)
-#elif defined(__FMA__)
-#define PS_LANES_FMA(a, b, c) PS_FMA_OF(ps_lanes, PS_LANES, a, b, c)
+#elif PS_BUILTIN(__builtin_elementwise_fma)
+#define PS_VECTOR_FMA(a, b, c) __builtin_elementwise_fma(a, b, c)
+#elif PS_BUILTIN(__builtin_ia32_vfmaddpd256)
+#define PS_VECTOR_FMA(a, b, c) __builtin_ia32_vfmaddpd256(a, b, c)
 #else
-#define PS_LANES_FMA(a, b, c) ((a) * (b) + (c))
+#define PS_VECTOR_FMA(a, b, c) PS_FMA_OF(ps_vector, 4, a, b, c)
 #endif
-/* Compilers make one instruction of it. */
+#if !defined(__FMA__) || PS_LANES == 4 || PS_BUILTIN(__builtin_elementwise_fma)
+#define PS_LANES_FMA(a, b, c) PS_VECTOR_FMA(a, b, c)
+#elif PS_LANES == 8 && PS_BUILTIN(__builtin_ia32_vfmaddpd512_mask)
+/* All lanes (-1), rounded as everything else is (4). */
+#define PS_LANES_FMA(a, b, c) __builtin_ia32_vfmaddpd512_mask(a, b, c, -1, 4)
+#else
+#define PS_LANES_FMA(a, b, c) PS_FMA_OF(ps_lanes, PS_LANES, a, b, c)
+#endif
 #define PS_FMA_OF(type, n, a, b, c)                                          \
   __extension__({                                                            \
     const type a_ = (a), b_ = (b);                                           \
