@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+import shutil
 
 import numpy as np
 import pytest
 
+from painleve_sym.codegen.compile import find_compiler
 from painleve_sym.codegen.taylor.runner import TaylorEngine
 from painleve_sym.laws.compliance import law
 from painleve_sym.mechanics.models import model
@@ -127,6 +129,18 @@ def test_rigid_motions_and_accumulations_in_lanes(rigid, monkeypatch):
         with_lanes(rigid, 8, states, parameters, monkeypatch, threads=2, **options), one
     )
     assert one.event_counts.sum() > 60
+
+
+def test_rows_in_lanes_are_the_single_runs_of_another_compiler(monkeypatch, tmp_path):
+    other = "gcc" if "clang" in find_compiler().version else "clang"
+    if shutil.which(other) is None:
+        pytest.skip(f"{other} is not installed")
+    monkeypatch.setenv("CC", other)
+    monkeypatch.setenv("PAINLEVE_CACHE", str(tmp_path))
+    made = SoftenedSimulator(model("rod"), law("bilinear-hertz", reload="virgin"), "taylor")
+    states, parameters = touching()
+    one = with_lanes(made, 1, states, parameters, monkeypatch, **OPTIONS["until"])
+    assert_same_bits(with_lanes(made, 8, states, parameters, monkeypatch, **OPTIONS["until"]), one)
 
 
 @pytest.mark.slow

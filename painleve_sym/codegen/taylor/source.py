@@ -18,23 +18,29 @@ from painleve_sym.errors import NoRecurrence
 ORDER = 20
 """Highest order; that for the tightest tolerance, 1e-15, is 19."""
 _FUNCTION = re.compile(r"^static void (\w+)\(.*?^\}\n", re.M | re.S)
+# Compilers make vectors of loops over the states. Those of one motion stay in functions of their
+# own, which clear the registers' upper halves at their end: gcc 12 forgets that before some calls,
+# and then the first old instruction in libm pays for it. Those of lanes are part of `fill_lanes` or
+# `look_along`; to functions of their own clang 14 hands vectors in registers they do not expect.
 _ONE_MOTION = """
+#define PS_SEEN __attribute__((noinline)) static
 #define PS_REAL double
 #define PS_OF(name) name
 #define PS_REAL_OF(a) (a)
 #define PS_REAL_FMA PS_FMA
 #define PS_REAL_ABS fabs
 #define PS_CHOOSE(test, a, b) ((test) ? (a) : (b))
-#define PS_BITS long long
+#define PS_BITS unsigned long long
 """
 _LANES_OF_MOTIONS = """
+#define PS_SEEN static inline
 #define PS_REAL ps_lanes
 #define PS_OF(name) name##_lanes
 #define PS_REAL_OF PS_SPREAD
 #define PS_REAL_FMA PS_LANES_FMA
 #define PS_REAL_ABS PS_LANES_ABS
 #define PS_CHOOSE PS_LANES_CHOOSE
-#define PS_BITS ps_mask
+#define PS_BITS ps_bits
 """
 _LENGTH = 24
 """Orders, the constant among them, and room to a whole cache line."""

@@ -30,9 +30,9 @@ static void PS_OF(ramp_along)(const PS_REAL (*v)[PS_COLUMNS], int column, int p,
 /* x to the power e, to three digits: a step size needs no more. x > 0 and normal. */
 static PS_REAL PS_OF(rough_power)(PS_REAL x, PS_REAL e) {
   const double shift = 0x1p52, round = 0x1.8p52;
-  const PS_BITS bits = (PS_OF(bits_of)(x));
-  const PS_REAL m = PS_OF(of_bits)((bits & 0xfffffffffffffLL) | 0x3ff0000000000000LL) - 1.0;
-  const PS_REAL whole = PS_OF(of_bits)((bits >> 52) | 0x4330000000000000LL) - (shift + 1023);
+  const PS_BITS bits = PS_OF(bits_of)(x);
+  const PS_REAL m = PS_OF(of_bits)((bits & 0xfffffffffffffULL) | 0x3ff0000000000000ULL) - 1.0;
+  const PS_REAL whole = PS_OF(of_bits)((bits >> 52) | 0x4330000000000000ULL) - (shift + 1023);
   const PS_REAL log2 = whole + m * (1.4249 + m * (-0.5871 + m * 0.1622));
   PS_REAL y = e * log2;
   y = PS_CHOOSE(y < 1000, y, PS_REAL_OF(1000.0));
@@ -47,7 +47,7 @@ static PS_REAL PS_OF(rough_power)(PS_REAL x, PS_REAL e) {
 /* Step, in units, for which the last two terms of each state are within its tolerance; nan where one
  * is not finite. The last but one may be e^2 times larger: that is what a step of 1/e^2 of the
  * radius makes of it. */
-PS_APART static void PS_OF(step_along)(const PS_REAL (*v)[PS_COLUMNS], int p, const PS_REAL *x,
+PS_SEEN void PS_OF(step_along)(const PS_REAL (*v)[PS_COLUMNS], int p, const PS_REAL *x,
                                        const PS_REAL *atol, double rtol, PS_REAL *restrict step) {
   PS_REAL a[PS_NX], b[PS_NX], most = PS_REAL_OF(0.0), before = PS_REAL_OF(0.0);
   PS_REAL nothing = PS_REAL_OF(0.0);
@@ -71,7 +71,7 @@ PS_APART static void PS_OF(step_along)(const PS_REAL (*v)[PS_COLUMNS], int p, co
 }
 
 /* Series of n guards and ramps over a step of h units, and for each a bound from below. */
-PS_APART static void PS_OF(bounds)(PS_OF(ps_guards) guards, int n, const PS_REAL *w, int p, const PS_REAL *h,
+PS_SEEN void PS_OF(bounds)(PS_OF(ps_guards) guards, int n, const PS_REAL *w, int p, const PS_REAL *h,
                           const PS_REAL (*v)[PS_COLUMNS], PS_REAL (*restrict g)[PS_WATCHED],
                           PS_REAL *restrict least) {
   PS_REAL power[PS_LENGTH];
@@ -92,3 +92,4 @@ PS_APART static void PS_OF(bounds)(PS_OF(ps_guards) guards, int n, const PS_REAL
 #undef PS_REAL_ABS
 #undef PS_CHOOSE
 #undef PS_BITS
+#undef PS_SEEN

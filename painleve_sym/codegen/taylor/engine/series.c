@@ -14,6 +14,7 @@ typedef double ps_vector __attribute__((vector_size(32)));
 #endif
 typedef double ps_lanes __attribute__((vector_size(8 * PS_LANES)));
 typedef long long ps_mask __attribute__((vector_size(8 * PS_LANES)));
+typedef unsigned long long ps_bits __attribute__((vector_size(8 * PS_LANES)));
 
 #define PS_EACH_LANE(what) for (int l = 0; l < PS_LANES; l++) what;
 #define PS_SPREAD(a) ((a) - (ps_lanes){0})
@@ -62,24 +63,20 @@ static const double PS_SHARE = 0.05;
     c_;                                                                      \
   })
 
-/* Vectors stay in functions of their own, which clear the registers' upper halves at their end:
- * gcc 12 forgets that before some calls, and then the first old instruction of libm pays for it. */
-#define PS_APART __attribute__((noinline))
-
 typedef union {
   double number;
-  long long bits;
+  unsigned long long bits;
 } ps_word;
 
-static inline long long bits_of(double number) {
+static inline unsigned long long bits_of(double number) {
   return ((ps_word){.number = number}).bits;
 }
 
-static inline double of_bits(long long bits) {
+static inline double of_bits(unsigned long long bits) {
   return ((ps_word){.bits = bits}).number;
 }
 
-#define bits_of_lanes(a) ((ps_mask)(a))
+#define bits_of_lanes(a) ((ps_bits)(a))
 #define of_bits_lanes(bits) ((ps_lanes)(bits))
 
 typedef struct {
@@ -93,6 +90,6 @@ __attribute__((noinline, unused)) static ps_pair ps_sin_cos(double x) {
 }
 
 /* The base of a real power, or its floor where the power is left out. */
-static inline double ps_ramp(double live, double x, double floor) {
+__attribute__((unused)) static inline double ps_ramp(double live, double x, double floor) {
   return live > 0 && x > floor ? x : floor;
 }
