@@ -207,7 +207,8 @@ static void advance(ps_run *s, const ps_options *o) {
   fill_series(s);
   double h = measure_step(s, o, step_by_terms(s, o), &last);
   if (h == 0) return;
-  bounds(PS_SERIES[s->mode].guards, PS_WATCHED, s->scalars, s->order, &h, series_of(s), g, least);
+  const int watched = PS_MODES[s->mode].n + PS_SERIES[s->mode].ramps;
+  bounds(PS_SERIES[s->mode].guards, watched, s->scalars, s->order, &h, series_of(s), g, least);
   const ps_look look = {g[0], least, NULL, PS_WATCHED, 1};
   take_step(s, o, h, last, &look, NULL);
 }
