@@ -23,6 +23,7 @@ from painleve_sym.errors import CompilerMissing, InputError, PainleveError
 from painleve_sym.mechanics.definition import SYMPY_VERSION
 from painleve_sym.simulate.room import check_memory
 from painleve_sym.simulate.trajectory import write_beside
+from painleve_sym.study.folder_lock import FolderLock
 from painleve_sym.study.sweep import Sweep
 
 FORMAT = "painleve-sym sweep 1"
@@ -68,10 +69,13 @@ class Parts:
     ----------
     folder : Path
     sweep : Sweep
+    lock : FolderLock
+        Keeps other processes out.
     """
 
     folder: Path
     sweep: Sweep
+    lock: FolderLock
 
     @classmethod
     def beside(cls, out: Path, sweep: Sweep) -> Parts:
@@ -80,17 +84,20 @@ class Parts:
         Raises
         ------
         InputError
-            It holds chunks of another sweep or of another build, or cannot be written.
+            It holds chunks of another sweep or of another build, another process is at it, or it
+            cannot be written.
         """
         folder = parts_folder(out)
-        parts = cls(folder, sweep)
         mark = {"format": FORMAT, "sweep": sweep.fingerprint, "provenance": provenance(sweep)}
         try:
             folder.mkdir(exist_ok=True)
+            parts = cls(folder, sweep, FolderLock(folder))
             if not (folder / MANIFEST).exists():
                 content = json.dumps(mark, indent=2) + "\n"
                 write_beside(folder / MANIFEST, lambda f: f.write(content.encode()))
             found = json.loads((folder / MANIFEST).read_bytes())
+        except InputError:
+            raise
         except (OSError, ValueError) as error:
             reason = getattr(error, "strerror", None) or error
             raise InputError(
@@ -162,6 +169,7 @@ class Parts:
     def remove(self) -> None:
         """Remove the folder: the result is written."""
         shutil.rmtree(self.folder)
+        self.lock.release()
 
 
 def check_room(sweep: Sweep, out: Path) -> None:

@@ -268,6 +268,27 @@ def test_chunks_of_another_sweep_or_build_are_not_mixed(tmp_path):
         run_sweep(sweep, out)
 
 
+def test_a_folder_is_written_by_one_process_at_a_time(tmp_path):
+    out = tmp_path / "out.npz"
+    parts = run_sweep(sweep_of(SMALL), out)
+    code = (
+        "import sys, pathlib; from painleve_sym.study.folder_lock import FolderLock\n"
+        "from painleve_sym.errors import InputError\n"
+        "try: FolderLock(pathlib.Path(sys.argv[1]))\n"
+        "except InputError as error: print(error)\n"
+        "else: print('free')"
+    )
+
+    def other():
+        command = [sys.executable, "-c", code, str(parts.folder)]
+        where = {"env": os.environ | {"PYTHONPATH": str(Path.cwd())}}
+        return subprocess.run(command, **where, capture_output=True, text=True, check=True).stdout
+
+    assert f"process {os.getpid()} on " in other() and "Fix: wait until it ends" in other()
+    parts.lock.release()
+    assert other() == "free\n"
+
+
 @pytest.mark.slow
 def test_a_sweep_killed_outright_resumes_from_what_is_written(tmp_path):
     text = SMALL.replace("points = 4", "points = 400").replace("chunk = 10", "chunk = 200")
