@@ -28,9 +28,9 @@ from painleve_sym.simulate.trajectory import Trajectory
 from painleve_sym.simulate.two_contacts import TwoContactSimulator
 
 BLOCK = 4096
-"""Rows a thread takes at a time: lanes are empty, and Python has its share, at their ends."""
+"""Rows a thread takes at a time: at the ends of a block lanes are empty."""
 LEAST_BLOCK = 64
-"""... where few rows are left, so that all threads end together."""
+"""... at first and last, so that all threads begin and end together."""
 
 
 def simulate_many(
@@ -193,13 +193,19 @@ def _in_threads(
 
 
 def _spans(count: int, threads: int) -> Iterator[tuple[int, int]]:
-    """Yield first and end of the blocks: smaller ones, powers of two, where few rows are left."""
-    start, size = 0, BLOCK
+    """Yield first and end of the blocks: smaller ones first and last, where threads would wait.
+
+    They double and halve, so that there are few sizes.
+    """
+    start, size = 0, BLOCK if threads == 1 else LEAST_BLOCK
     while start < count:
-        while threads > 1 and size > LEAST_BLOCK and size * 4 * threads > count - start:
-            size //= 2
         yield start, min(start + size, count)
         start += size
+        if threads > 1:
+            room = max(LEAST_BLOCK, (count - start) // (2 * threads))
+            size = min(2 * size, BLOCK)
+            while size > room:
+                size //= 2
 
 
 def _integrate(
