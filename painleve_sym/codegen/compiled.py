@@ -179,7 +179,8 @@ class CompiledEngine:
         return c
 
     def _options_of(self, o: RunOptions) -> Any:
-        # 1e100 stands for inf: a state left out must not turn 0·inf into nan in the norm.
+        # 1e100 stands for inf: a state left out must not turn 0·inf into nan in the norm, nor into
+        # a number too small to be normal, which processors are slow with.
         atol = np.minimum(o.atol, 1e100)
         until = [kind in o.until for kind in self.automaton.kinds] or [False]
         return self._options(

@@ -58,7 +58,8 @@ static double time_to_event(const ps_run *s) {
   for (int j = 0; j < PS_MODES[s->mode].n; j++) {
     double root = s->dg[j] * s->dg[j] - 2 * s->g[j] * s->d2[j];
     if (!s->armed[j] || !(s->dg[j] < 0) || !(root >= 0)) continue;
-    first = fmin(first, 2 * s->g[j] / (sqrt(root) - s->dg[j]));
+    double t = 2 * s->g[j] / (sqrt(root) - s->dg[j]);
+    first = PS_MIN(first, t);
   }
   return first;
 }
@@ -67,11 +68,20 @@ static double time_to_event(const ps_run *s) {
  * 496-517): the error per size to the eighth goes on changing as it did. */
 static double next_size(ps_run *s, double h, double err) {
   double grow = err > 0 ? 0.9 * pow(err, -0.125) : 6;
-  if (s->h_last > 0 && err > 0)
-    grow = fmin(grow, grow * h / s->h_last * pow(s->err_last / err, 0.125));
+  if (s->h_last > 0 && err > 0) {
+    double trend = h / s->h_last * pow(s->err_last / err, 0.125);
+    if (trend < 1) grow *= trend;
+  }
   s->h_last = h;
-  s->err_last = fmax(err, 1e-2);
-  return h * fmax(0.2, fmin(grow, 6));
+  s->err_last = PS_MAX(err, 1e-2);
+  grow = PS_MIN(grow, 6);
+  return h * PS_MAX(grow, 0.2);
+}
+
+/* Step size after one of size h that failed. */
+static double shorter_size(double h, double err) {
+  double shrink = isfinite(err) ? 0.9 * pow(err, -0.125) : 0.1;
+  return h * PS_MAX(shrink, 0.1);
 }
 
 static void enter_end_of_step(ps_run *s, double h, const double *y, const double *g,
@@ -99,7 +109,7 @@ static void take_event(ps_run *s, const ps_options *o, int j, double where, doub
     if (!(err < 1)) {
       s->count.accepted--;
       s->count.rejected++;
-      s->h = h * (isfinite(err) ? fmax(0.1, 0.9 * pow(err, -0.125)) : 0.1);
+      s->h = shorter_size(h, err);
       s->h_last = 0;
       return;
     }
@@ -122,18 +132,19 @@ static void take_event(ps_run *s, const ps_options *o, int j, double where, doub
   settle(s, o, departs, 1);
   s->h_last = 0;
   /* The old step size is kept where the new mode is as smooth, else the estimate is used. */
-  s->h = fmin(s->h, 10 * s->h_ref);
+  s->h = PS_MIN(s->h, 10 * s->h_ref);
   if (s->hit && s->reason == PS_RUNNING) s->reason = PS_UNTIL;
 }
 
 /* One accepted step, or the event it ran into. */
 static void advance(ps_run *s, const ps_options *o) {
   double y[PS_NX], row[8][PS_NX], g1[PS_NG], d1[PS_NG], err;
-  double reach = fmax(PS_BEYOND * time_to_event(s), 1e-3 * s->h);
+  double ahead = PS_BEYOND * time_to_event(s), reach = PS_MAX(ahead, 1e-3 * s->h);
   int finite = 1;
   for (;;) {
     int last = 0;
-    double h = fmin(fmin(s->h, reach), o->h_max);
+    double h = PS_MIN(s->h, reach);
+    h = PS_MIN(h, o->h_max);
     if (s->t + h * 1.0000001 >= o->t_end) {
       h = o->t_end - s->t;
       last = 1;
@@ -154,7 +165,7 @@ static void advance(ps_run *s, const ps_options *o) {
         s->reason = PS_NON_FINITE;
         return;
       }
-      s->h = h * (isfinite(err) ? fmax(0.1, 0.9 * pow(err, -0.125)) : 0.1);
+      s->h = shorter_size(h, err);
       continue;
     }
     s->count.accepted++;

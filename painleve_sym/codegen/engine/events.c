@@ -10,8 +10,8 @@ static int geometric_accumulation(ps_run *s, int mode, int j, double t) {
     return 0;
   }
   /* The slower of the last two ratios: one short interval alone is no accumulation. */
-  double ratio = fmax(interval / before, y->ratio);
-  y->ratio = interval / before;
+  double now = interval / before, ratio = PS_MAX(now, y->ratio);
+  y->ratio = now;
   if (++y->shrinking < PS_SHRINKING) return 0;
   return interval * ratio / (1 - ratio) < PS_REMAINDER * (t - s->t_start);
 }

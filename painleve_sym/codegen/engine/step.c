@@ -27,8 +27,9 @@ static double error_norm(ps_run *s, const ps_options *o, const double *x, const 
   double(*k)[PS_NX] = s->k;
   double e5 = 0, e3 = 0;
   for (int i = 0; i < PS_NX; i++) {
-    double scale = o->atol[i] + o->rtol * fmax(fabs(x[i]), fabs(y[i]));
-    double a = (PS_E5) / scale, b = (PS_E3) / scale;
+    double before = fabs(x[i]), after = fabs(y[i]);
+    double weight = 1 / (o->atol[i] + o->rtol * PS_MAX(before, after));
+    double a = (PS_E5) * weight, b = (PS_E3) * weight;
     e5 += a * a;
     e3 += b * b;
   }
