@@ -8,10 +8,10 @@ One file per mechanism and command: examples/output/MECHANISM/COMMAND.json. The 
 
 from __future__ import annotations
 
+import argparse
 import contextlib
 import io
 import json
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -96,6 +96,12 @@ def write(name: str, only: tuple[str, ...] = ()) -> None:
 
 
 if __name__ == "__main__":
-    for mechanism in sys.argv[1:] or CASES:
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("mechanism", nargs="*", help=f"of {', '.join(CASES)}; by default all")
+    names = parser.parse_args().mechanism or CASES
+    for mechanism in names:
+        if mechanism not in CASES:
+            parser.error(f"unknown mechanism {mechanism!r}, need one of {', '.join(CASES)}")
+    for mechanism in names:
         print(mechanism, flush=True)
         write(mechanism)
