@@ -78,7 +78,7 @@ def quantities(
     derive : callable
         Returns the formulas by name.
     """
-    key = entry_key(f"quantities\n{what}", of)
+    key = _text_key(what, of) if isinstance(of, str) else entry_key(_title(what), of)
     names, function = _stored(key) if key else ((), None)
     if function is None:
         formulas = derive()
@@ -87,6 +87,16 @@ def quantities(
             write_entry(key, {"names": names, "function": function.serialize()})
             _stored.cache_clear()
     return Quantities(names, tuple(symbols), function)
+
+
+def _title(what: str) -> str:
+    return f"quantities\n{what}"
+
+
+# Every run asks for the same few.
+@functools.lru_cache(maxsize=256)
+def _text_key(what: str, of: str) -> str | None:
+    return entry_key(_title(what), of)
 
 
 # Batches ask for the same number of points again and again.

@@ -1,4 +1,4 @@
-"""The numbers of a contact at a state: motion, Delassus matrix, free motion."""
+"""The numbers of a mechanism at a state: contact motion, Delassus matrix, free motion, domain."""
 
 from __future__ import annotations
 
@@ -21,11 +21,27 @@ def contact_numbers(mechanism: Mechanism, i: int = 0) -> Quantities:
     i : int
         Which of its contacts.
     """
-    system = mechanism.system
-    symbols = (*system.q, *system.q_dot, *(p.symbol for p in system.parameters))
     return quantities(
-        f"contact {i}", mechanism.definition, symbols, lambda: _formulas(mechanism, i)
+        f"contact {i}", mechanism.definition, _symbols(mechanism), lambda: _formulas(mechanism, i)
     )
+
+
+def domain_margins(mechanism: Mechanism) -> Quantities:
+    """Return margin_0, margin_1, … of the bounds of the domain, all positive inside.
+
+    Functions of coordinates, velocities and parameters.
+    """
+    return quantities(
+        "domain",
+        mechanism.definition,
+        _symbols(mechanism),
+        lambda: {f"margin_{i}": bound.margin for i, bound in enumerate(mechanism.domain)},
+    )
+
+
+def _symbols(mechanism: Mechanism) -> tuple[Any, ...]:
+    system = mechanism.system
+    return (*system.q, *system.q_dot, *(p.symbol for p in system.parameters))
 
 
 def _formulas(mechanism: Mechanism, i: int) -> Mapping[str, Any]:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.mechanics.models import Mechanism
 from painleve_sym.mechanics.system import Parameter
+from painleve_sym.simulate.contact_numbers import domain_margins
 
 CONTACT_TOLERANCE = 1e-12
 """Gap or normal speed, in SI units, below which a state counts as in contact: round-off."""
@@ -74,7 +74,7 @@ def resolve_state(
             faults.append(fault)
     _raise(where, faults)
     symbols = symbol_values(mechanism, values, parameters)
-    margins = _margins(mechanism)(symbols).values() if mechanism.domain else ()
+    margins = domain_margins(mechanism)(symbols).values() if mechanism.domain else ()
     for bound, margin in zip(mechanism.domain, margins, strict=True):
         if not margin > 0:
             names = sorted(str(s) for s in bound.margin.free_symbols)
@@ -82,13 +82,6 @@ def resolve_state(
             faults.append(f"got {got}, need {bound.margin} > 0 ({bound.meaning}).")
     _raise(where, faults)
     return values
-
-
-def _margins(mechanism: Mechanism) -> Quantities:
-    symbols = (*mechanism.system.q, *mechanism.system.q_dot)
-    symbols += tuple(p.symbol for p in mechanism.system.parameters)
-    margins = {f"domain_{i}": bound.margin for i, bound in enumerate(mechanism.domain)}
-    return quantities("domain", mechanism.definition, symbols, lambda: margins)
 
 
 def symbol_values(

@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from painleve_sym.codegen.quantities import Quantities, quantities
+from painleve_sym.codegen.quantities import Quantities
 from painleve_sym.codegen.run import Array
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.contact_numbers import domain_margins
 from painleve_sym.simulate.simulator import ContactSimulator
 
 
@@ -117,16 +118,7 @@ class ManyInputs:
     @cached_property
     def _margins(self) -> Quantities | None:
         mechanism = self.simulator.mechanism
-        if not mechanism.domain:
-            return None
-        system = mechanism.system
-        symbols = (*system.q, *system.q_dot, *(p.symbol for p in system.parameters))
-        return quantities(
-            "domain",
-            mechanism.definition,
-            symbols,
-            lambda: {f"margin_{i}": b.margin for i, b in enumerate(mechanism.domain)},
-        )
+        return domain_margins(mechanism) if mechanism.domain else None
 
 
 def _numbers(what: str, given: ArrayLike) -> tuple[Array, str | None]:

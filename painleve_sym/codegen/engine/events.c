@@ -88,7 +88,8 @@ static double first_step(ps_run *s, const ps_options *o) {
     double a = (s->k[1][i] - s->k[0][i]) * weight[i];
     d2 += a * a;
   }
-  double slope = sqrt(PS_MAX(d2 / (h * h), d1)); /* a nan of d2 says nothing */
+  /* A nan of d2 says nothing. */
+  double bent = sqrt(d2) / h, straight = sqrt(d1), slope = PS_MAX(bent, straight);
   double h1 = slope > 1e-15 ? sqrt(sqrt(sqrt(0.01 / slope))) : PS_MAX(1e-6, h * 1e-3);
   h = PS_MIN(100 * h, h1);
   return h > 0 && h < o->h_max ? h : o->h_max;

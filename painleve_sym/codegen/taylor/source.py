@@ -23,7 +23,7 @@ _FUNCTION = re.compile(r"^static void (\w+)\(.*?^\}\n", re.M | re.S)
 # and then the first old instruction in libm pays for it. Those of lanes are part of `fill_lanes` or
 # `look_along`; to functions of their own clang 14 hands vectors in registers they do not expect.
 _ONE_MOTION = """
-#define PS_SEEN __attribute__((noinline)) static
+#define PS_FUNCTION __attribute__((noinline)) static
 #define PS_REAL double
 #define PS_OF(name) name
 #define PS_REAL_OF(a) (a)
@@ -33,7 +33,7 @@ _ONE_MOTION = """
 #define PS_BITS unsigned long long
 """
 _LANES_OF_MOTIONS = """
-#define PS_SEEN static inline
+#define PS_FUNCTION static inline
 #define PS_REAL ps_lanes
 #define PS_OF(name) name##_lanes
 #define PS_REAL_OF PS_SPREAD

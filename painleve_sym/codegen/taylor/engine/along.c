@@ -47,8 +47,8 @@ static PS_REAL PS_OF(rough_power)(PS_REAL x, PS_REAL e) {
 /* Step, in units, for which the last two terms of each state are within its tolerance; nan where one
  * is not finite. The last but one may be e^2 times larger: that is what a step of 1/e^2 of the
  * radius makes of it. */
-PS_SEEN void PS_OF(step_along)(const PS_REAL (*v)[PS_COLUMNS], int p, const PS_REAL *x,
-                                       const PS_REAL *atol, double rtol, PS_REAL *restrict step) {
+PS_FUNCTION void PS_OF(step_along)(const PS_REAL (*v)[PS_COLUMNS], int p, const PS_REAL *x,
+                                   const PS_REAL *atol, double rtol, PS_REAL *restrict step) {
   PS_REAL a[PS_NX], b[PS_NX], most = PS_REAL_OF(0.0), before = PS_REAL_OF(0.0);
   PS_REAL nothing = PS_REAL_OF(0.0);
   for (int i = 0; i < PS_NX; i++) {
@@ -71,9 +71,9 @@ PS_SEEN void PS_OF(step_along)(const PS_REAL (*v)[PS_COLUMNS], int p, const PS_R
 }
 
 /* Series of n guards and ramps over a step of h units, and for each a bound from below. */
-PS_SEEN void PS_OF(bounds)(PS_OF(ps_guards) guards, int n, const PS_REAL *w, int p, const PS_REAL *h,
-                          const PS_REAL (*v)[PS_COLUMNS], PS_REAL (*restrict g)[PS_WATCHED],
-                          PS_REAL *restrict least) {
+PS_FUNCTION void PS_OF(bounds)(PS_OF(ps_guards) guards, int n, const PS_REAL *w, int p,
+                               const PS_REAL *h, const PS_REAL (*v)[PS_COLUMNS],
+                               PS_REAL (*restrict g)[PS_WATCHED], PS_REAL *restrict least) {
   PS_REAL power[PS_LENGTH];
   power[0] = PS_REAL_OF(1.0);
   power[1] = *h;
@@ -92,4 +92,4 @@ PS_SEEN void PS_OF(bounds)(PS_OF(ps_guards) guards, int n, const PS_REAL *w, int
 #undef PS_REAL_ABS
 #undef PS_CHOOSE
 #undef PS_BITS
-#undef PS_SEEN
+#undef PS_FUNCTION
