@@ -244,7 +244,7 @@ def measure(per_axis: int, some: int) -> dict[str, Any]:
     return lines
 
 
-def threads(per_axis: int, counts: Sequence[int], repeats: int = 3) -> dict[int, dict[str, float]]:
+def threads(per_axis: int, counts: Sequence[int], repeats: int = 6) -> dict[int, dict[str, float]]:
     """Return wall and processor time per impact by the number of threads, the best of some.
 
     `idle` is the part of their time that threads spent waiting for each other, not for a processor.
