@@ -112,26 +112,33 @@ static int keep_step(ps_run *s, const ps_options *o, double h) {
   return record_step(s, o, t, row, s->order + 1, 0.5 * s->bend * h * h / t);
 }
 
-/* Brings the end of the step, y after h units, to the zero of guard j itself; 0 where it has none. */
-static int polish(ps_run *s, int j, double *h, double *y) {
+/* Brings the end of the step, y after h of `whole` units, to the zero of guard j itself; 0, and h as
+ * it was, where that has none: near a zero of a force its series is not as exact as the states. */
+static int polish(ps_run *s, int j, double whole, double *h, double *y) {
   double g[PS_NG], dg[PS_NG], before = HUGE_VAL;
-  for (int it = 0; it < 4; it++) {
+  const double start = *h;
+  int beyond = 0;
+  for (int it = 0; it < 6; it++) {
     state_at(s, *h, y);
     guards(s, y, g, dg);
-    if (g[j] == 0) return 1;
-    if (!(dg[j] < 0)) return g[j] < 0;
+    if (g[j] == 0 || (beyond && g[j] < 0)) return 1;
     double change = -g[j] / (dg[j] * pace_at(s, *h));
-    if (!(fabs(change) < 0.01 * *h)) return g[j] <= 0;
-    if (fabs(change) <= 1e-15 * *h) return 1;
+    if (!(dg[j] < 0) || !(fabs(change) < 0.01 * whole)) break;
+    /* As near as h, or the time, can tell. */
+    if (fabs(change) <= 1e-15 * whole) return 1;
+    if (fabs(g[j]) <= -dg[j] * PS_MOMENT * fabs(s->t)) return 1;
     if (fabs(change) > 0.5 * before) {
       /* Round-off of a guard that hardly moves: beyond its zero, so that it is not met again. */
-      if (g[j] > 0) *h += 2 * change;
-      return 1;
+      if (g[j] < 0) return 1;
+      beyond = 1;
+      change *= 2;
     }
-    *h += change;
+    *h = PS_MAX(*h + change, 0);
     before = fabs(change);
   }
-  return 1;
+  if (g[j] < 0) return 1;
+  *h = start;
+  return 0;
 }
 
 /* Ends the step at the event of guard j, at the part `where` of h units, and takes it. */
@@ -139,8 +146,9 @@ static void take_event(ps_run *s, const ps_options *o, int j, double where, doub
   double y[PS_NX];
   unsigned departs;
   int found = 1;
+  const double whole = h;
   h *= where;
-  if (where > PS_AT_ONCE) found = polish(s, j, &h, y);
+  if (where > PS_AT_ONCE) found = polish(s, j, whole, &h, y);
   state_at(s, h, y);
   if (!keep_step(s, o, h)) return;
   s->t += time_at(s, h);
@@ -162,6 +170,12 @@ static void take_step(ps_run *s, const ps_options *o, double h, int last, const 
   double where;
   s->count.guards++;
   int event = find_event(s, g, PS_ZERO_TIME * s->h_ref / time_at(s, h), &where, &rising);
+  if (event >= 0 && s->left_out == PS_BY_CHOICE) {
+    /* A guard may be made of the very force that is left out: again, with it. */
+    s->left_out = 0;
+    s->count.rejected++;
+    return;
+  }
   double kink = until_kink(s, g);
   s->count.accepted++;
   if (event >= 0 || kink < 1 || wants_dense(s, o)) own_series(s, g);

@@ -14,6 +14,9 @@ static const double PS_WORTH = 0.8;
 /* No step is shorter than this part of the time it begins at. */
 static const double PS_MOMENT = 16e-16;
 
+/* Why a step leaves a power out: its series does not exist, or reaches less far. */
+enum { PS_BY_NEED = 1, PS_BY_CHOICE };
+
 static void prepare(ps_run *s, const ps_options *o) {
   /* Jorba & Zou, Experiment. Math. 14 (2005) 99-117: the order that is cheapest for a tolerance. */
   int order = (int)ceil(-0.5 * log(PS_SHARE * o->rtol)) + 1;
@@ -215,7 +218,7 @@ static double good_for(ps_run *s, const ps_options *o, double h) {
     fill_series(s);
     return alive;
   }
-  s->left_out = 1;
+  s->left_out = isfinite(alive) ? PS_BY_CHOICE : PS_BY_NEED;
   return h;
 }
 
