@@ -43,3 +43,16 @@ def test_engines_agree_on_landings_at_rest(name, law_name):
     other = (taylor["event_counts"] != runge_kutta["event_counts"]).any(axis=-1)
     # The cart with its pendulum may stick for 1e-10 s at first: shorter than the tolerance tells.
     assert other.sum() <= (0.1 * ROWS if name == "cart-pendulum" else 2)
+
+
+def test_cone_within_its_round_off_does_not_stop_the_time():
+    # Deep in the ground; the damper all but cancels a force a million times larger.
+    draw, arm = np.random.default_rng(100), model("two-link-arm")
+    states = {
+        name: arm.start.get(name, 0.0) + draw.normal(0, 1.0 if "dot" in name else 0.2, 20_000)
+        for name in arm.state_names
+    }
+    made = SoftenedSimulator(arm, law("hunt-crossley"), "taylor")
+    parameters = {"mu": draw.uniform(0, 2, 20_000)}
+    found = simulate_many(made, states, parameters, t_end=2e-5, rtol=1e-10, max_steps=2000)
+    assert found.counts() == {"t_end": 20_000}

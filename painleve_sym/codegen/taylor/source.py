@@ -120,7 +120,7 @@ def _header(codes: list[SeriesCode]) -> str:
     }
     lines = [f"#define PS_{name} {value}" for name, value in sizes.items()]
     fields = (
-        "int order, ready, left_out; double unit, bend, zero, "
+        "int order, ready, left_out, missed; double unit, bend, zero, "
         "scalars[PS_SCALARS], live[PS_RAMPS], "
         "v[PS_LENGTH][PS_COLUMNS];"
     )

@@ -112,6 +112,10 @@ static int keep_step(ps_run *s, const ps_options *o, double h) {
   return record_step(s, o, t, row, s->order + 1, 0.5 * s->bend * h * h / t);
 }
 
+/* So often in a row a guard may have no zero where its series has one; then its round-off is larger
+ * than what a step makes of it, and the zero is where the series says. */
+static const int PS_MISSES = 8;
+
 /* Brings the end of the step, y after h of `whole` units, to the zero of guard j itself; 0, and h as
  * it was, where that has none: near a zero of a force its series is not as exact as the states. */
 static int polish(ps_run *s, int j, double whole, double *h, double *y) {
@@ -148,7 +152,8 @@ static void take_event(ps_run *s, const ps_options *o, int j, double where, doub
   int found = 1;
   const double whole = h;
   h *= where;
-  if (where > PS_AT_ONCE) found = polish(s, j, whole, &h, y);
+  if (where > PS_AT_ONCE) found = polish(s, j, whole, &h, y) || s->missed == PS_MISSES;
+  s->missed = found ? 0 : s->missed + 1;
   state_at(s, h, y);
   if (!keep_step(s, o, h)) return;
   s->t += time_at(s, h);
@@ -205,7 +210,7 @@ static void take_step(ps_run *s, const ps_options *o, double h, int last, const 
   } else {
     s->zero = zero_ahead(s, h, end);
   }
-  s->left_out = 0;
+  s->left_out = s->missed = 0;
   s->unit = took;
   if (last) {
     s->t = o->t_end;
