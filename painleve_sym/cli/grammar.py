@@ -77,6 +77,12 @@ def _json(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print JSON with full precision")
 
 
+def _texts(parser: argparse.ArgumentParser, *options: tuple[str, str, str]) -> None:
+    """Add options that take a text: name, metavar and help of each."""
+    for option, metavar, text in options:
+        parser.add_argument(option, metavar=metavar, help=text)
+
+
 def _describe_options(sub: dict[str, Parser]) -> None:
     _json(sub["models"])
     _json(sub["laws"])
@@ -121,28 +127,28 @@ def _run_options(sub: dict[str, Parser]) -> None:
     )
     jump.epilog = JUMP + SCENARIO
     _motion(simulate)
-    for option, metavar, text in (
+    _texts(
+        simulate,
         ("--engine", "NAME", "auto (default), compiled, taylor or erk"),
         ("--samples", "N", "also give state and forces at N evenly spaced times"),
         ("--save", "FILE", "write the whole trajectory, an NPZ file"),
         ("--plot", "FILE", "draw it, as PNG, SVG or PDF by the suffix"),
-    ):
-        simulate.add_argument(option, metavar=metavar, help=text)
+    )
     for name in ("classify", "jump", "simulate"):
         _json(sub[name])
 
 
 def _motion(parser: Parser) -> None:
     _law(parser)
-    for option, metavar, text in (
+    _texts(
+        parser,
         ("--t-end", "TIME", "end time, s"),
         ("--until", "EVENT,...", "end at the first event of these kinds, such as separation"),
         ("--initial-force", "N", "start compressed so that the contact carries this force, N"),
         ("--rtol", "X", "relative tolerance, from 1e-15 up to 1"),
         ("--max-steps", "N", "stop after so many steps, by default 1e6"),
         ("--max-events", "N", "stop after so many events, by default 1e5"),
-    ):
-        parser.add_argument(option, metavar=metavar, help=text)
+    )
 
 
 def _export_options(parser: Parser) -> None:
@@ -207,7 +213,8 @@ def _map_options(parser: Parser) -> None:
 def _critical_options(parser: Parser) -> None:
     _case(parser)
     _law(parser)
-    for option, metavar, text in (
+    _texts(
+        parser,
         (
             "--over",
             "NAME=FROM:TO",
@@ -217,8 +224,7 @@ def _critical_options(parser: Parser) -> None:
         ("--points", "N", "points along each axis of the map, from 2 to 400, by default 61"),
         ("--gradient", "NAME,...", "also the derivatives of the critical force by these"),
         ("--engine", "NAME", "auto (default), compiled or erk"),
-    ):
-        parser.add_argument(option, metavar=metavar, help=text)
+    )
     parser.add_argument(
         "--out",
         action="append",
@@ -238,15 +244,15 @@ def _critical_options(parser: Parser) -> None:
 
 def _contrast_options(parser: Parser) -> None:
     _case(parser)
-    for option, metavar, text in (
+    _texts(
+        parser,
         ("--restitution", "E", "coefficient in [0, 1], by default 0.75"),
         ("--steps", "H,...", "steps of time stepping, s, by default 1/10, 1/100, 1/1000 of t-end"),
         ("--stiffness", "E,...", "Young's moduli, Pa, by default 20.9e12,20.9e14,20.9e16"),
         ("--solvers", "NAME,...", "of time stepping: least-impulse, largest-impulse, lemke, mpcc"),
         ("--t-end", "TIME", "when the velocities are compared, s, by default 1e-2"),
         ("--out", "FILE", "draw it, as PNG, SVG or PDF by the suffix"),
-    ):
-        parser.add_argument(option, metavar=metavar, help=text)
+    )
     _json(parser)
     parser.epilog = (
         "The least-impulse, largest-impulse and first solvers enumerate every solution of a\n"
@@ -260,15 +266,15 @@ def _fit_options(parser: Parser) -> None:
     parser.add_argument("data", metavar="DATA", help="CSV file; its header names NAME [unit]")
     _case(parser)
     _law(parser)
-    for option, metavar, text in (
+    _texts(
+        parser,
         ("--estimate", "NAME,...", "what to estimate: parameters, or start values of a history"),
         ("--until", "EVENT,...", "event that ends each motion, by default separation"),
         ("--t-end", "TIME", "by when each motion has ended, s, by default 1"),
         ("--sigma", "NAME=VALUE,...", "known standard deviations; by default from the residuals"),
         ("--level", "P", "of the confidence intervals, in (0, 1), by default 0.95"),
         ("--out", "FILE", "draw data and model, as PNG, SVG or PDF by the suffix"),
-    ):
-        parser.add_argument(option, metavar=metavar, help=text)
+    )
     _json(parser)
     parser.epilog = (
         "DATA is a history of one motion, with a column t [s], or one motion per row:\n\n"
@@ -281,7 +287,8 @@ def _fit_options(parser: Parser) -> None:
 
 def _sweep_options(parser: Parser) -> None:
     parser.add_argument("file", metavar="SWEEP", help="the sweep, a TOML file (see below)")
-    for option, metavar, text in (
+    _texts(
+        parser,
         (
             "--out",
             "FILE",
@@ -294,8 +301,7 @@ def _sweep_options(parser: Parser) -> None:
             "ADDRESS",
             "run on the Dask scheduler there, such as tcp://10.0.0.1:8786, or on `local` processes",
         ),
-    ):
-        parser.add_argument(option, metavar=metavar, help=text)
+    )
     _json(parser)
     parser.epilog = SWEEP
 

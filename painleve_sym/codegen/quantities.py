@@ -78,7 +78,8 @@ def quantities(
     derive : callable
         Returns the formulas by name.
     """
-    key = _text_key(what, of) if isinstance(of, str) else entry_key(_title(what), of)
+    title = f"quantities\n{what}"
+    key = _text_key(title, of) if isinstance(of, str) else entry_key(title, of)
     names, function = _stored(key) if key else ((), None)
     if function is None:
         formulas = derive()
@@ -89,14 +90,8 @@ def quantities(
     return Quantities(names, tuple(symbols), function)
 
 
-def _title(what: str) -> str:
-    return f"quantities\n{what}"
-
-
 # Every run asks for the same few.
-@functools.lru_cache(maxsize=256)
-def _text_key(what: str, of: str) -> str | None:
-    return entry_key(_title(what), of)
+_text_key = functools.lru_cache(maxsize=256)(entry_key)
 
 
 # Batches ask for the same number of points again and again.

@@ -96,6 +96,10 @@ class ManyResult:
         """Everything that can be asked for by name."""
         return ("stop_reason", "mode", *self._names)
 
+    def __contains__(self, name: object) -> bool:
+        """Whether there is a quantity of that name."""
+        return name in self.names
+
     def __getitem__(self, name: str) -> NDArray[Any]:
         """Return one quantity of every motion, shape (*shape, *its own dimensions)."""
         if name == "stop_reason":

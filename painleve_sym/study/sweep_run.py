@@ -96,9 +96,7 @@ class Parts:
                 content = json.dumps(mark, indent=2) + "\n"
                 write_beside(folder / MANIFEST, lambda f: f.write(content.encode()))
             found = json.loads((folder / MANIFEST).read_bytes())
-        except InputError:
-            raise
-        except (OSError, ValueError) as error:
+        except (OSError, json.JSONDecodeError, UnicodeDecodeError) as error:
             reason = getattr(error, "strerror", None) or error
             raise InputError(
                 f"sweep folder {folder}: {reason}. Fix: give another --out, or remove the folder."

@@ -45,6 +45,7 @@ RANGES = {
     "mu": (1.45, 1.6),
     "e_energetic": (0.6, 0.9),
 }
+HEYOKA_LANES = (2, 4, 8)
 COMPARED = ("y_A_dot", "theta_dot")
 
 
@@ -198,7 +199,7 @@ def _tuned(errors: Callable[[float], dict[str, float]], loosest: float) -> float
 
 def best_lanes(part: dict[str, np.ndarray], tol: float) -> int:
     """Return the number of lanes with which heyoka is fastest here."""
-    seconds = {n: min(heyoka_batch(part, tol, False, n)[1] for _ in range(3)) for n in (2, 4, 8)}
+    seconds = {n: min(heyoka_batch(part, tol, False, n)[1] for _ in range(3)) for n in HEYOKA_LANES}
     return min(seconds, key=lambda n: seconds[n])
 
 
@@ -206,7 +207,7 @@ def measure(per_axis: int, some: int) -> dict[str, Any]:
     """Return tolerances, errors, and processor time per impact."""
     given = impacts(per_axis)
     n = len(given["theta"])
-    chosen = np.random.default_rng(0).permutation(n)[: some - some % 8]
+    chosen = np.random.default_rng(0).permutation(n)[: some - some % max(HEYOKA_LANES)]
     chosen.sort()
     part = {name: v[chosen] for name, v in given.items()}
     lanes = best_lanes(part, 1e-7)

@@ -247,6 +247,7 @@ def test_grids_keep_their_shape_and_broadcast(softened):
     assert found.event_times("separation").shape == (3, 4, 1)
     assert found.trajectory(2, 1).final["theta_dot"] == found["theta_dot"][2, 1]
     assert found.counts() == {"until": 12}
+    assert "theta_dot" in found and "stop_reason" in found and "theta_dotty" not in found
 
 
 def test_failures_are_rows_with_their_reason(softened):

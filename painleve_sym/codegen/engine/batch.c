@@ -89,10 +89,10 @@ static void close_row(ps_open *a, const ps_ends *e) {
   memcpy(e->counters + i * PS_NCOUNT, &s->count, sizeof s->count);
 }
 
-/* One step of n runs in the same mode. */
+/* One step of n runs in the same mode: in lanes where at least half of them are full. */
 static void advance_open(ps_open **open, int n) {
 #if PS_LANES > 1
-  if (n > 1) {
+  if (n > 1 && 2 * n >= PS_LANES) {
     ps_run *runs[PS_LANES];
     const ps_options *options[PS_LANES];
     for (int i = 0; i < n; i++) {
@@ -103,8 +103,7 @@ static void advance_open(ps_open **open, int n) {
     return;
   }
 #endif
-  (void)n;
-  advance(&open[0]->run, &open[0]->options);
+  for (int i = 0; i < n; i++) advance(&open[i]->run, &open[i]->options);
 }
 
 /* Integrates the rows, at most so many lanes side by side. Returns the rows done, fewer than n where
