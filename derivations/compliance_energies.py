@@ -13,7 +13,7 @@ from painleve_sym.laws.compliance import (
     bilinear_hertz,
     without_ramps,
 )
-from painleve_sym.mechanics.readable import readable
+from painleve_sym.mechanics.simplify import readable
 
 delta, delta_max, delta_p, delta_0 = sp.symbols("delta delta_max delta_p delta_0", positive=True)
 n, nu, E_s = sp.symbols("n nu e_energetic", positive=True)

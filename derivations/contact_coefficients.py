@@ -7,7 +7,7 @@ import sympy as sp
 from derivations._page import Derivation, Quantity, Step, run
 from derivations.equations_of_motion import accelerations, mechanism, quantities, symbol
 from painleve_sym.mechanics.coefficients import F_N, F_T
-from painleve_sym.mechanics.readable import readable
+from painleve_sym.mechanics.simplify import readable
 
 W_NN, W_NT, W_TT = sp.symbols("W_nn W_nt W_tt", real=True)
 A, A_RIGHT, B, C, C_RIGHT, B_T = sp.symbols("A A_right B C C_right b_t", real=True)

@@ -6,8 +6,8 @@ import sympy as sp
 
 from derivations._page import Derivation, Quantity, Step, agree, run
 from derivations.equations_of_motion import mechanism
-from painleve_sym.laws import corrected_jump as package
-from painleve_sym.laws.corrected_jump import (
+from painleve_sym.laws import finite_stiffness as package
+from painleve_sym.laws.finite_stiffness import (
     A_STICK,
     B_STICK,
     B_T,
@@ -23,9 +23,9 @@ from painleve_sym.laws.corrected_jump import (
     K,
     N,
 )
-from painleve_sym.laws.impact import three_phase_jump
-from painleve_sym.mechanics.impulses import V_N
-from painleve_sym.mechanics.impulses import V_T as SLIP
+from painleve_sym.laws.restitution import three_phase_jump
+from painleve_sym.mechanics.impact.impulse_rays import V_N
+from painleve_sym.mechanics.impact.impulse_rays import V_T as SLIP
 
 T_INF, V_3, DV_3 = sp.symbols("t_infinity v_n_3 dv_n_3", real=True)
 Z = sp.Symbol("z", positive=True)

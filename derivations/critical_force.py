@@ -9,8 +9,8 @@ from derivations.equations_of_motion import accelerations, mechanism, quantities
 from painleve_sym.laws.compliance import K_E, bilinear_hertz
 from painleve_sym.laws.saddle import DEPTH, A, B, barrier, loading_saddle, unloading_saddle
 from painleve_sym.mechanics.coefficients import F_N, F_T
-from painleve_sym.mechanics.sliding import sliding_force_rate
-from painleve_sym.simulate.sliding_solution import SlidingSolution
+from painleve_sym.mechanics.paradox.sliding import sliding_force_rate
+from painleve_sym.study.critical.sliding_solution import SlidingSolution
 
 n, e_s = sp.symbols("n e_energetic", positive=True)
 RATE, RATE_UNLOADING, SPEED = sp.symbols("growth_rate unloading_growth_rate v_c", positive=True)

@@ -8,8 +8,8 @@ from derivations._page import Derivation, Quantity, Step, run
 from derivations.contact_coefficients import A, coefficient_quantities
 from derivations.equations_of_motion import accelerations, mechanism, quantities, symbol
 from painleve_sym.mechanics.coefficients import F_N, F_T
-from painleve_sym.mechanics.critical import critical_friction
-from painleve_sym.mechanics.readable import readable
+from painleve_sym.mechanics.paradox.critical_friction import critical_friction
+from painleve_sym.mechanics.simplify import readable
 
 TAU = sp.Symbol("tau", positive=True)
 MU_P, MU_MIN, TAU_MIN = sp.symbols("mu_P mu_P_min tau_min", positive=True)

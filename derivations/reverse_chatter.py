@@ -6,8 +6,8 @@ import sympy as sp
 
 from derivations._page import Derivation, Quantity, Step, run
 from painleve_sym.laws.chatter import KAPPA, TAU, chatter_ratio, general_contact
-from painleve_sym.laws.impact import energetic, poisson
-from painleve_sym.mechanics.readable import readable
+from painleve_sym.laws.restitution import energetic, poisson
+from painleve_sym.mechanics.simplify import readable
 
 W_TT, A_STICK, MU = general_contact().W_tt, general_contact().A_stick, general_contact().mu
 E_P, E_S = poisson().parameter.symbol, energetic().parameter.symbol

@@ -10,8 +10,8 @@ from derivations.equations_of_motion import accelerations, mechanism, quantities
 from derivations.paradox_conditions import TAU, in_tangent
 from painleve_sym.mechanics.coefficients import F_N, F_T
 from painleve_sym.mechanics.models.rods import rod_inertia
-from painleve_sym.mechanics.readable import readable
-from painleve_sym.mechanics.singular_point import SingularPoint
+from painleve_sym.mechanics.paradox.singular_point import SingularPoint
+from painleve_sym.mechanics.simplify import readable
 
 ALPHA, BETA_0, BETA_1 = sp.symbols("A_dot beta_0 beta_1", real=True)
 RATIO, GAMMA = sp.symbols("r gamma", real=True)

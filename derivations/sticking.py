@@ -7,7 +7,7 @@ import sympy as sp
 from derivations._page import Derivation, Quantity, Step, run
 from derivations.equations_of_motion import accelerations, mechanism, quantities, symbol
 from painleve_sym.mechanics.coefficients import F_N, F_T
-from painleve_sym.mechanics.readable import readable
+from painleve_sym.mechanics.simplify import readable
 
 A_STICK, B_STICK = sp.symbols("A_stick B_stick", real=True)
 MU_STICK = sp.Symbol("mu_stick", real=True)

@@ -10,10 +10,10 @@ from derivations._page import Derivation, Quantity, Step, run
 from derivations.contact_coefficients import A, coefficient_quantities
 from derivations.equations_of_motion import accelerations, mechanism, quantities, symbol
 from derivations.sticking import A_STICK
-from painleve_sym.laws.impact import E_C, ThreePhaseJump, three_phase_jump
+from painleve_sym.laws.restitution import E_C, ThreePhaseJump, three_phase_jump
 from painleve_sym.mechanics.coefficients import F_N, F_T
-from painleve_sym.mechanics.impulses import V_N, V_N_PLUS, V_T, Phase
-from painleve_sym.mechanics.readable import readable
+from painleve_sym.mechanics.impact.impulse_rays import V_N, V_N_PLUS, V_T, Phase
+from painleve_sym.mechanics.simplify import readable
 
 X_0 = sp.Symbol("x_A_dot_0", real=True)
 Y_0, Y_1, Y_3 = sp.symbols("y_A_dot_0 y_A_dot_1 y_A_dot_3", real=True)

@@ -11,8 +11,8 @@ import sympy as sp
 
 from derivations.__main__ import DERIVATIONS, write_index
 from derivations._page import ROOT, Derivation, Quantity, Step, agree, dotted
+from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.mechanics.models import rod
-from painleve_sym.simulate.jump import evaluate_jump
 
 MISPRINTS = {"(4), 1/R*", "(14), θ̇(t1)", "(18), P_n2"}
 COMPARED = {

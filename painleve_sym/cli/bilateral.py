@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from painleve_sym.cli.output import number, quantity, show, show_table
-from painleve_sym.simulate.bilateral import (
+from painleve_sym.contacts.classify_bilateral import (
     BilateralClassification,
     TangentialImpact,
     solution_name,

@@ -12,9 +12,9 @@ from painleve_sym.cli.output import number, print_json, quantity, show, show_tab
 from painleve_sym.cli.run import PLOT_SUFFIXES, state_units
 from painleve_sym.complementarity.contact import ContactCase
 from painleve_sym.errors import InputError
-from painleve_sym.study import contrast as study
-from painleve_sym.study.contrast import Contrast
-from painleve_sym.study.contrast_case import Answer
+from painleve_sym.study.compare import comparison as study
+from painleve_sym.study.compare.comparison import Contrast
+from painleve_sym.study.compare.methods import Answer
 
 _OPEN = "open or closing, so there is no contact problem of accelerations"
 

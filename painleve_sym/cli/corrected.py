@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from painleve_sym.cli.output import number, quantity, show, show_table
-from painleve_sym.codegen.frozen_impact import FrozenEnd
-from painleve_sym.simulate.corrected_case import CorrectedJump
-from painleve_sym.simulate.jump import JumpResult
+from painleve_sym.contacts.impact.jump import JumpResult
+from painleve_sym.simulate.finite_stiffness.corrected_case import CorrectedJump
+from painleve_sym.simulate.finite_stiffness.frozen_impact import FrozenEnd
 
 _ENDS = {
     FrozenEnd.SEPARATION: "the contact opens",

@@ -14,12 +14,12 @@ from painleve_sym.cli.options import output_file, read_assignments, read_count, 
 from painleve_sym.cli.output import assignments, number, print_json, quantity, show, show_table
 from painleve_sym.cli.run import state_units
 from painleve_sym.errors import InputError
+from painleve_sym.files import write_beside
 from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.simulate.critical_force import Border, CriticalForce, CriticalForceFinder
-from painleve_sym.simulate.trajectory import write_beside
-from painleve_sym.study.critical_force import ForceDerivative, critical_force_gradient
-from painleve_sym.study.outcome_map import OutcomeMap, outcome_map
+from painleve_sym.study.critical.bisection import Border, CriticalForce, CriticalForceFinder
+from painleve_sym.study.critical.gradient import ForceDerivative, critical_force_gradient
+from painleve_sym.study.critical.outcome_map import OutcomeMap, outcome_map
 from painleve_sym.study.scenario import Scenario
 
 FIGURES = (".png", ".svg", ".pdf")

@@ -22,8 +22,8 @@ from painleve_sym.cli.joint_formulas import joint_sections
 from painleve_sym.cli.output import WIDTH, print_json, show, wrap_expression
 from painleve_sym.cli.python_module import python_code, python_module
 from painleve_sym.cli.texts import DERIVE_FORMATS
-from painleve_sym.laws.impact import V_N_MINUS
-from painleve_sym.mechanics.impulses import V_N_PLUS
+from painleve_sym.laws.restitution import V_N_MINUS
+from painleve_sym.mechanics.impact.impulse_rays import V_N_PLUS
 from painleve_sym.mechanics.models import Mechanism
 
 _IMPULSE_LATEX = {

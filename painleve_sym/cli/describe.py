@@ -10,11 +10,11 @@ from typing import Any
 from painleve_sym.cli.case import chosen_law, chosen_mechanism
 from painleve_sym.cli.output import number, print_json, show, show_table
 from painleve_sym.cli.texts import AUTOMATON_FORMATS
+from painleve_sym.contacts.compliant import SoftenedContact
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.hybrid.automaton import HybridAutomaton, Transition
-from painleve_sym.hybrid.softened import SoftenedContact
 from painleve_sym.laws.compliance import ContactLaw
-from painleve_sym.laws.impact import RESTITUTIONS, RestitutionLaw
+from painleve_sym.laws.restitution import RESTITUTIONS, RestitutionLaw
 from painleve_sym.laws.rigid import CHOICES, CONTACT_LAWS, RigidLaw, contact_law
 from painleve_sym.mechanics.models import MODELS, Mechanism, model
 from painleve_sym.mechanics.system import Parameter

@@ -7,8 +7,8 @@ import argparse
 from painleve_sym.cli.case import read_case
 from painleve_sym.cli.options import output_folder
 from painleve_sym.cli.output import number, print_json, show
-from painleve_sym.codegen.standalone import NUMERIC_FLAGS
-from painleve_sym.study.export import export_c
+from painleve_sym.export_c.export import export_c
+from painleve_sym.export_c.standalone import NUMERIC_FLAGS
 
 
 def export(arguments: argparse.Namespace) -> int:

@@ -13,9 +13,9 @@ from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.simulate.compliant import SoftenedSimulator
 from painleve_sym.simulate.rigid import RigidSimulator
 from painleve_sym.simulate.simulator import ContactSimulator
-from painleve_sym.study.fit import FitProblem
-from painleve_sym.study.fit_data import FitData, read_fit_data, state_units
-from painleve_sym.study.fit_result import FitResult
+from painleve_sym.study.fitting.data import FitData, read_fit_data, state_units
+from painleve_sym.study.fitting.problem import FitProblem
+from painleve_sym.study.fitting.result import FitResult
 from painleve_sym.study.scenario import Scenario
 
 FIGURES = (".png", ".svg", ".pdf")

@@ -8,19 +8,19 @@ from dataclasses import dataclass, field
 import sympy as sp
 
 from painleve_sym.errors import InputError
-from painleve_sym.laws.impact import RESTITUTIONS, three_phase_jump
-from painleve_sym.mechanics.bilateral import SIDES, BilateralForms
-from painleve_sym.mechanics.critical import (
+from painleve_sym.laws.restitution import RESTITUTIONS, three_phase_jump
+from painleve_sym.mechanics.impact.impulse_rays import Phase, tangential_phase
+from painleve_sym.mechanics.models import Mechanism
+from painleve_sym.mechanics.paradox.bilateral import SIDES, BilateralForms
+from painleve_sym.mechanics.paradox.critical_friction import (
     CriticalFriction,
     CriticalMinimum,
     critical_friction,
     least_over_directions,
 )
-from painleve_sym.mechanics.impulses import Phase, tangential_phase
-from painleve_sym.mechanics.models import Mechanism
-from painleve_sym.mechanics.readable import readable
+from painleve_sym.mechanics.simplify import readable
 from painleve_sym.mechanics.system import Coordinate
-from painleve_sym.study.least_friction import least_critical_friction
+from painleve_sym.study.maps.least_friction import least_critical_friction
 
 _ANY_FORCE = (
     "A' = 0: W has rank one, gap and slip velocity are tied, and sticking carries any normal "

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from painleve_sym.cli.output import number, show, show_table
-from painleve_sym.simulate.classify_several import SeveralClassification
+from painleve_sym.contacts.classify_several import SeveralClassification
 from painleve_sym.simulate.trajectory import EventRecord
 
 _CASES = {

@@ -9,10 +9,10 @@ from itertools import product
 import sympy as sp
 
 from painleve_sym.cli.formulas import Formula, Section, contact_sections, energies
-from painleve_sym.hybrid.contact_states import CONTACTS
-from painleve_sym.hybrid.two_contacts import TwoContacts
+from painleve_sym.contacts.contact_states import CONTACTS
+from painleve_sym.contacts.two_contacts import TwoContacts
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.readable import readable, reduced
+from painleve_sym.mechanics.simplify import readable, reduced
 from painleve_sym.mechanics.system import determinant
 
 _SLIPS = {"slip_neg": "left", "slip_pos": "right"}

@@ -19,9 +19,9 @@ from painleve_sym.cli.options import (
 from painleve_sym.cli.output import assignments, number, print_json, quantity, show, show_table
 from painleve_sym.cli.run import state_units
 from painleve_sym.errors import InputError
+from painleve_sym.files import write_beside
 from painleve_sym.mechanics.models import Mechanism
-from painleve_sym.simulate.trajectory import write_beside
-from painleve_sym.study.map import RegionMap, region_map
+from painleve_sym.study.maps.region_map import RegionMap, region_map
 
 FIGURES = (".png", ".svg", ".pdf")
 SUFFIXES = (*FIGURES, ".npz", ".json")

@@ -9,9 +9,9 @@ import sympy as sp
 
 from painleve_sym.cli.formulas import Formula, Impulse, Section, impulse_units
 from painleve_sym.cli.output import wrap_expression
-from painleve_sym.laws.impact import E_C, P_C, V_N_MINUS, restitution_law
+from painleve_sym.laws.restitution import E_C, P_C, V_N_MINUS, restitution_law
 from painleve_sym.mechanics.coefficients import F_N
-from painleve_sym.mechanics.impulses import V_N, V_N_PLUS, V_T
+from painleve_sym.mechanics.impact.impulse_rays import V_N, V_N_PLUS, V_T
 from painleve_sym.mechanics.models import Mechanism
 
 _CONTACT = {

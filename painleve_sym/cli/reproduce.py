@@ -8,7 +8,7 @@ from contextlib import suppress
 
 from painleve_sym.cli.options import output_folder
 from painleve_sym.cli.output import print_json, show_table
-from painleve_sym.study import reproduce as study
+from painleve_sym.papers import registry as study
 
 
 def reproduce(arguments: argparse.Namespace) -> int:

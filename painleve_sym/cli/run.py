@@ -14,13 +14,13 @@ from painleve_sym.cli.corrected import corrected_data, show_corrected
 from painleve_sym.cli.joint import event_table, show_several
 from painleve_sym.cli.options import OTHER_FORMATS, output_file
 from painleve_sym.cli.output import assignments, number, print_json, quantity, show, show_table
+from painleve_sym.contacts.classify import Classification
+from painleve_sym.contacts.classify_bilateral import BilateralClassification, TangentialImpact
+from painleve_sym.contacts.classify_several import SeveralClassification
+from painleve_sym.contacts.impact.jump import JumpResult
 from painleve_sym.errors import InputError, PainleveWarning, StopReason
 from painleve_sym.mechanics.models import Mechanism
-from painleve_sym.simulate.bilateral import BilateralClassification, TangentialImpact
-from painleve_sym.simulate.classify import Classification
-from painleve_sym.simulate.classify_several import SeveralClassification
-from painleve_sym.simulate.findings import LimitKind
-from painleve_sym.simulate.jump import JumpResult
+from painleve_sym.simulate.singular_limit import LimitKind
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 from painleve_sym.study.scenario import Scenario
 
@@ -187,7 +187,7 @@ def jump_data(found: JumpResult) -> dict[str, Any]:
 
 
 def _show_jump(found: JumpResult, scenario: Scenario) -> None:
-    from painleve_sym.laws.impact import restitution_law
+    from painleve_sym.laws.restitution import restitution_law
 
     rule = restitution_law(found.restitution)
     value = scenario.coefficient_of(rule)

@@ -13,9 +13,9 @@ import numpy as np
 from painleve_sym.cli.options import output_file, output_store, read_count
 from painleve_sym.cli.output import number, print_json, quantity, show, show_table
 from painleve_sym.errors import InputError, StopReason
-from painleve_sym.study.sweep import Sweep
-from painleve_sym.study.sweep_file import SUFFIXES, check_format, result_name, write_result
-from painleve_sym.study.sweep_run import Parts, Reporter, parts_folder, run_sweep
+from painleve_sym.study.sweeps.runner import Parts, Reporter, parts_folder, run_sweep
+from painleve_sym.study.sweeps.sweep import Sweep
+from painleve_sym.study.sweeps.writers import SUFFIXES, check_format, result_name, write_result
 
 
 def sweep(arguments: argparse.Namespace) -> int:

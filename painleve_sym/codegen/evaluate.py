@@ -9,8 +9,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from painleve_sym.arrays import Array
 from painleve_sym.codegen.bridge import Translator
-from painleve_sym.codegen.run import Array
 
 
 def numbers(expressions: Sequence[Any], values: Mapping[Any, float]) -> Array:

@@ -10,10 +10,10 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from painleve_sym.arrays import Array
 from painleve_sym.codegen.bridge import POWER_FLOOR, Translator
 from painleve_sym.codegen.c_functions import c_functions
 from painleve_sym.codegen.compile import load
-from painleve_sym.codegen.run import Array
 from painleve_sym.errors import CompilerMissing, InputError, PainleveWarning, unknown_name
 
 ENGINES = ("auto", "compiled", "casadi")

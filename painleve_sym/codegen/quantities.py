@@ -10,9 +10,9 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from painleve_sym.arrays import Array
 from painleve_sym.codegen.bridge import Translator
-from painleve_sym.codegen.run import Array
-from painleve_sym.codegen.stored import entry_key, read_entry, write_entry
+from painleve_sym.codegen.derivation_cache import entry_key, read_entry, write_entry
 
 BLOCK = 4096
 """Points CasADi's map takes at once: its work space stays small."""

@@ -22,8 +22,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from painleve_sym.arrays import Array
 from painleve_sym.codegen.modes import AutomatonFunctions, ModeFunctions
-from painleve_sym.codegen.run import Array
 from painleve_sym.hybrid.automaton import HybridAutomaton, Mode, Transition
 
 Pattern = Any

@@ -8,12 +8,12 @@ from functools import cached_property, lru_cache
 import sympy as sp
 
 from painleve_sym.errors import InputError
-from painleve_sym.laws.impact import ImpactCase, RestitutionLaw, energetic
+from painleve_sym.laws.restitution import ImpactCase, RestitutionLaw, energetic
 from painleve_sym.mechanics.coefficients import ContactCoefficients
 from painleve_sym.mechanics.contact import Contact
-from painleve_sym.mechanics.impulses import V_N, V_T, Condition
-from painleve_sym.mechanics.readable import readable
-from painleve_sym.mechanics.routh import ImpactClass, impact_course
+from painleve_sym.mechanics.impact.classes import ImpactClass, impact_course
+from painleve_sym.mechanics.impact.impulse_rays import V_N, V_T, Condition
+from painleve_sym.mechanics.simplify import readable
 from painleve_sym.mechanics.system import Coordinate, LagrangianSystem, Parameter
 
 CYCLES = (ImpactClass.SLIDING, ImpactClass.C_STICKING, ImpactClass.R_STICKING)

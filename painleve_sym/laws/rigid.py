@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.laws.compliance import LAWS, ContactLaw, law
-from painleve_sym.laws.impact import RESTITUTIONS, restitution_law
+from painleve_sym.laws.restitution import RESTITUTIONS, restitution_law
 from painleve_sym.mechanics.system import Parameter
 
 POLICIES = ("liftoff", "slip", "impact")

@@ -8,7 +8,7 @@ from functools import cached_property
 import sympy as sp
 
 from painleve_sym.mechanics.contact import Contact
-from painleve_sym.mechanics.readable import readable
+from painleve_sym.mechanics.simplify import readable
 
 F_N = sp.Symbol("F_n", nonnegative=True)
 F_T = sp.Symbol("F_t", real=True)

@@ -10,7 +10,7 @@ import sympy as sp
 
 from painleve_sym.errors import ModelError, unknown_name
 from painleve_sym.mechanics.bodies import Scalar, expr, rate
-from painleve_sym.mechanics.readable import readable
+from painleve_sym.mechanics.simplify import readable
 from painleve_sym.mechanics.system import LagrangianSystem, sample_point, vanishes
 
 Curve = Callable[[sp.Symbol, sp.Symbol], sp.Expr]

@@ -13,7 +13,7 @@ import sympy as sp
 
 from painleve_sym.errors import ModelError, unknown_name
 from painleve_sym.mechanics.bodies import Body, Load, Scalar, Spring, expr, weight
-from painleve_sym.mechanics.readable import readable, reduced
+from painleve_sym.mechanics.simplify import readable, reduced
 from painleve_sym.mechanics.velocity_terms import clearly_positive, velocity_terms
 
 _CONTACT_NAMES = (

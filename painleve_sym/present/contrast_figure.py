@@ -12,11 +12,11 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullFormatter
 
+from painleve_sym.files import write_beside
 from painleve_sym.present.style import DASHES, PAGE, PALETTE, REFERENCE, STYLE
 from painleve_sym.present.trajectory_plot import SUFFIXES
-from painleve_sym.simulate.trajectory import write_beside
-from painleve_sym.study.contrast import ROUND_OFF, Contrast
-from painleve_sym.study.contrast_case import Answer
+from painleve_sym.study.compare.comparison import ROUND_OFF, Contrast
+from painleve_sym.study.compare.methods import Answer
 
 # Colour, symbol and size of a solver: open symbols that fit into each other where answers agree.
 _SOLVERS: dict[str, tuple[str, str, float]] = {

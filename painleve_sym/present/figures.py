@@ -13,6 +13,7 @@ from matplotlib.textpath import TextPath
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
 from painleve_sym.errors import InputError
+from painleve_sym.papers.panels import Axis, Curve, Panel
 from painleve_sym.present.style import (
     ADMISSIBLE,
     COLUMN,
@@ -23,7 +24,6 @@ from painleve_sym.present.style import (
     REFERENCE,
     STYLE,
 )
-from painleve_sym.study.series import Axis, Curve, Panel
 
 # Rows, columns, width and height of one row in inches, by the number of panels.
 _LAYOUT = {

@@ -12,10 +12,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from sympy import Symbol, latex
 
+from painleve_sym.files import write_beside
 from painleve_sym.present.style import COLUMN, PALETTE, REFERENCE, STYLE
-from painleve_sym.simulate.trajectory import write_beside
-from painleve_sym.study.fit_data import OUTPUT_UNITS
-from painleve_sym.study.fit_result import FitResult
+from painleve_sym.study.fitting.data import OUTPUT_UNITS
+from painleve_sym.study.fitting.result import FitResult
 
 SUFFIXES = (".png", ".svg", ".pdf")
 # No date and no version: equal results give equal files.

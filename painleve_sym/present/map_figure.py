@@ -16,12 +16,12 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 
-from painleve_sym.codegen.run import Array
+from painleve_sym.arrays import Array
 from painleve_sym.errors import InputError
+from painleve_sym.files import write_beside
 from painleve_sym.present.style import DASHES, PALETTE, REFERENCE, STYLE
-from painleve_sym.simulate.trajectory import write_beside
-from painleve_sym.study.map import RegionMap
-from painleve_sym.study.map_cases import LEGEND
+from painleve_sym.study.maps.case_codes import LEGEND
+from painleve_sym.study.maps.region_map import RegionMap
 
 SUFFIXES = (".png", ".svg", ".pdf")
 # Tints of Okabe & Ito's colours, each of another lightness: told apart in grey too.

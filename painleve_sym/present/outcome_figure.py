@@ -13,12 +13,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from painleve_sym.codegen.run import Array
+from painleve_sym.arrays import Array
 from painleve_sym.errors import InputError
+from painleve_sym.files import write_beside
 from painleve_sym.present.map_figure import HEIGHT, SUFFIXES, WIDTH
 from painleve_sym.present.style import DASHES, PALETTE, REFERENCE, STYLE
-from painleve_sym.simulate.trajectory import write_beside
-from painleve_sym.study.outcome_map import LEGEND, OutcomeMap
+from painleve_sym.study.critical.outcome_map import LEGEND, OutcomeMap
 
 # Tints of Okabe & Ito's colours, each of another lightness: told apart in grey too.
 FILLS = {

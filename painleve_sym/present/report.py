@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from painleve_sym.errors import InputError
+from painleve_sym.files import write_beside
+from painleve_sym.papers.registry import SOURCE, Item, Reproduction
 from painleve_sym.present.figures import draw
 from painleve_sym.present.style import save
-from painleve_sym.simulate.trajectory import write_beside
-from painleve_sym.study.reproduce import SOURCE, Item, Reproduction
 
 FIGURES = "figures"
 """Folder of the figures below the report."""

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from sympy import Symbol, latex
 
 from painleve_sym.present.style import COLUMN, DASHES, PALETTE, REFERENCE, STYLE, save
-from painleve_sym.simulate.sensitivity import SensitiveTrajectory
+from painleve_sym.simulate.sensitivity.result import SensitiveTrajectory
 
 _MARGIN = 1.02
 """The motion is followed so far past its last event, in parts of that event's time."""

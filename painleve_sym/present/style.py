@@ -13,7 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
-from painleve_sym.simulate.trajectory import write_beside
+from painleve_sym.files import write_beside
 
 COLUMN, PAGE = 3.4, 7.0
 """Widths of one column and of the page; inch."""

@@ -10,11 +10,12 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from painleve_sym.codegen.run import Array
+from painleve_sym.arrays import Array
 from painleve_sym.errors import InputError
+from painleve_sym.files import write_beside
 from painleve_sym.mechanics.models import Mechanism
 from painleve_sym.present.style import MARKERS, PAGE, PALETTE, REFERENCE, STYLE, Marker
-from painleve_sym.simulate.trajectory import EventRecord, Trajectory, write_beside
+from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 
 SUFFIXES = (".png", ".svg", ".pdf")
 MAX_POINTS = 20_000

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from sympy import Symbol
 
+from painleve_sym.arrays import Array
 from painleve_sym.codegen.evaluate import power
 from painleve_sym.codegen.quantities import Quantities, quantities
-from painleve_sym.codegen.run import Array
+from painleve_sym.contacts.compliant import SoftenedContact
 from painleve_sym.errors import InputError
 from painleve_sym.hybrid.automaton import HybridAutomaton
-from painleve_sym.hybrid.softened import SoftenedContact
 from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import Parameter

@@ -2,26 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from painleve_sym.codegen.run import Array, Engine, RawRun, RunOptions, joined_steps
+from painleve_sym.arrays import Array
+from painleve_sym.contacts.chatter import REVERSE_CHATTER, Chatter, chatter
+from painleve_sym.contacts.classify import contact_problem
+from painleve_sym.contacts.classify_bilateral import bilateral_problem, check_held, solution_name
+from painleve_sym.contacts.guide import BilateralContact
+from painleve_sym.contacts.rigid import DECISION, RigidContact
+from painleve_sym.engines.protocol import Engine, RawRun, RunOptions, joined_steps
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.hybrid.automaton import HybridAutomaton
-from painleve_sym.hybrid.bilateral import BilateralContact
-from painleve_sym.hybrid.rigid import DECISION, RigidContact
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import Parameter
-from painleve_sym.simulate.bilateral import bilateral_problem, check_held, solution_name
-from painleve_sym.simulate.chatter import REVERSE_CHATTER, Chatter, chatter, growing_bounces
-from painleve_sym.simulate.classify import contact_problem
-from painleve_sym.simulate.findings import LimitKind
+from painleve_sym.simulate.locate_limit import locate_limit
 from painleve_sym.simulate.simulator import ContactSimulator, Limit, Restart, rigid_scales
-from painleve_sym.simulate.singular import locate_limit
+from painleve_sym.simulate.singular_limit import LimitKind, ReverseChatter
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 from painleve_sym.simulate.two_contacts import TwoContactSimulator
 
@@ -30,6 +31,9 @@ CLOSED = 1e-9
 
 SETTLE = "settle"
 """Kind of the event that closes a contact whose bounces have died out."""
+
+GROWING_BOUNCES = 4
+"""Touchdowns in a row, each faster than the one before, that count as growth."""
 
 _MEETINGS = {
     LimitKind.BOUNDED: "the slip runs into A = B = 0 with a bounded force (see limit); beyond it "
@@ -318,3 +322,35 @@ def simulate_rigid(
 ) -> Trajectory:
     """Integrate a rigid motion; see `RigidSimulator.run` for the options."""
     return rigid_simulator(mechanism, restitution, policy, engine).run(state, **options)
+
+
+def growing_bounces(
+    events: Sequence[EventRecord],
+    gap_rate: str,
+    at_contact: Callable[[Mapping[str, float]], Chatter | None],
+) -> tuple[ReverseChatter, ...]:
+    """Return the stretches of bounces that grow out of contact.
+
+    Parameters
+    ----------
+    events : sequence of EventRecord
+    gap_rate : str
+        Name of the state that holds ġ_N.
+    at_contact : callable
+        Tells of a state how small bounces near it follow each other. Growth where it expects none
+        is not reverse chatter but a motion that falls harder (a rod that tumbles).
+    """
+    touchdowns = [e for e in events if e.kind == "touchdown"]
+    speeds = [-e.state[gap_rate] for e in touchdowns]
+    found, first = [], 0
+    for i in range(1, len(touchdowns) + 1):
+        if i < len(touchdowns) and speeds[i] > speeds[i - 1] > 0:
+            continue
+        if i - first >= GROWING_BOUNCES:
+            expected = at_contact(touchdowns[first].state)
+            if expected is not None and expected.reverse:
+                ratio = (speeds[i - 1] / speeds[first]) ** (1 / (i - 1 - first))
+                times = touchdowns[first].time, touchdowns[i - 1].time
+                found.append(ReverseChatter(*times, i - first, ratio, expected.ratio))
+        first = i
+    return tuple(found)

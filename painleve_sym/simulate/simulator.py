@@ -10,26 +10,27 @@ from typing import TYPE_CHECKING, Any, Protocol, cast
 
 import numpy as np
 
+from painleve_sym.arrays import Array
 from painleve_sym.codegen.quantities import Quantities
-from painleve_sym.codegen.run import Array, Engine, RawRun, RunOptions
-from painleve_sym.codegen.select import make_engine
-from painleve_sym.errors import InputError, StopReason, unknown_name
-from painleve_sym.hybrid.automaton import HybridAutomaton
-from painleve_sym.hybrid.contact_states import ContactRow
-from painleve_sym.hybrid.outline import AutomatonBuilder, Outline
-from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.system import Parameter
-from painleve_sym.simulate.contact_numbers import contact_numbers
-from painleve_sym.simulate.inputs import (
+from painleve_sym.contacts.contact_numbers import contact_numbers
+from painleve_sym.contacts.contact_states import ContactRow
+from painleve_sym.contacts.inputs import (
     CONTACT_TOLERANCE,
     resolve_parameters,
     resolve_state,
     symbol_values,
 )
+from painleve_sym.engines.factory import make_engine
+from painleve_sym.engines.protocol import Engine, RawRun, RunOptions
+from painleve_sym.errors import InputError, StopReason, unknown_name
+from painleve_sym.hybrid.automaton import HybridAutomaton
+from painleve_sym.hybrid.signature import AutomatonBuilder, Outline
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.system import Parameter
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 
 if TYPE_CHECKING:
-    from painleve_sym.simulate.sensitivity import SensitiveTrajectory
+    from painleve_sym.simulate.sensitivity.result import SensitiveTrajectory
 
 DEFAULT_RTOL = 1e-11
 """The reference impacts then hold eight digits through all events, energy closes to 1e-9."""
@@ -280,7 +281,7 @@ class ContactSimulator(ABC):
         InputError
             As for `run`; unknown names of directions.
         """
-        from painleve_sym.simulate.variational import differentiated
+        from painleve_sym.simulate.sensitivity.variational import differentiated
 
         return differentiated(self, state, tuple(wrt), **options)
 

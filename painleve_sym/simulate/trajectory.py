@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import tempfile
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
@@ -14,9 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from painleve_sym.codegen.run import Array, Engine
+from painleve_sym.arrays import Array
+from painleve_sym.engines.protocol import Engine
 from painleve_sym.errors import InputError, StopReason, unknown_name
-from painleve_sym.simulate.findings import ReverseChatter, SingularLimit
+from painleve_sym.files import write_beside
+from painleve_sym.simulate.singular_limit import ReverseChatter, SingularLimit
 
 FORMAT = "painleve-sym trajectory 1"
 ENERGIES = ("kinetic_energy", "potential_energy", "stored_energy")
@@ -405,21 +405,3 @@ _ARRAYS = (
     "final_memory",
     "constants",
 )
-
-
-def write_beside(path: Path, write: Any) -> None:
-    """Write through a temporary file in the same folder, then rename; InputError if not."""
-    try:
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    except OSError as error:
-        raise InputError(
-            f"output file {path}: {error.strerror}. Fix: name a folder that exists and is writable."
-        ) from error
-    try:
-        with os.fdopen(handle, "wb") as f:
-            write(f)
-        Path(name).chmod(0o644)
-        os.replace(name, path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise

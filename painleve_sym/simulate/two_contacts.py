@@ -10,9 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from painleve_sym.codegen.run import (
+from painleve_sym.arrays import Array
+from painleve_sym.contacts.decision import Decider, Decision
+from painleve_sym.contacts.rigid import DECISION
+from painleve_sym.contacts.two_contacts import TwoContacts
+from painleve_sym.engines.protocol import (
     DENSE_ROWS,
-    Array,
     IntervalHistory,
     RawRun,
     RunOptions,
@@ -20,12 +23,9 @@ from painleve_sym.codegen.run import (
 )
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.hybrid.automaton import HybridAutomaton
-from painleve_sym.hybrid.rigid import DECISION
-from painleve_sym.hybrid.two_contacts import TwoContacts
 from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import Parameter
-from painleve_sym.simulate.decision import Decider, Decision
 from painleve_sym.simulate.simulator import ContactSimulator, rigid_scales
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 

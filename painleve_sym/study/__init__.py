@@ -1,1 +1,1 @@
-"""Questions asked of the simulators: the paper again, and rigid against softened."""
+"""Studies: scenarios, maps, sweeps, fits and comparisons."""

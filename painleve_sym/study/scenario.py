@@ -13,30 +13,33 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.codegen.evaluate import numbers
-from painleve_sym.codegen.run import RunOptions
-from painleve_sym.codegen.select import ENGINES
-from painleve_sym.errors import InputError, unknown_name
-from painleve_sym.laws.compliance import ContactLaw
-from painleve_sym.laws.impact import RestitutionLaw, restitution_law
-from painleve_sym.laws.rigid import RigidLaw, contact_law
-from painleve_sym.mechanics.models import Mechanism, model
-from painleve_sym.mechanics.system import Parameter
-from painleve_sym.simulate.bilateral import (
+from painleve_sym.contacts.classify import Classification, classify
+from painleve_sym.contacts.classify_bilateral import (
     BilateralClassification,
     TangentialImpact,
     tangential_impact,
 )
-from painleve_sym.simulate.classify import Classification, classify
-from painleve_sym.simulate.classify_several import SeveralClassification, classify_several
-from painleve_sym.simulate.compliant import DEFAULT_RTOL, SoftenedSimulator
-from painleve_sym.simulate.corrected_case import CorrectedJump, evaluate_corrected_jump
-from painleve_sym.simulate.inputs import (
+from painleve_sym.contacts.classify_several import SeveralClassification, classify_several
+from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
+from painleve_sym.contacts.inputs import (
     CONTACT_TOLERANCE,
     resolve_parameters,
     resolve_state,
     symbol_values,
 )
-from painleve_sym.simulate.jump import JumpResult, evaluate_jump
+from painleve_sym.engines.factory import ENGINES
+from painleve_sym.engines.protocol import RunOptions
+from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.laws.compliance import ContactLaw
+from painleve_sym.laws.restitution import RestitutionLaw, restitution_law
+from painleve_sym.laws.rigid import RigidLaw, contact_law
+from painleve_sym.mechanics.models import Mechanism, model
+from painleve_sym.mechanics.system import Parameter
+from painleve_sym.simulate.compliant import DEFAULT_RTOL, SoftenedSimulator
+from painleve_sym.simulate.finite_stiffness.corrected_case import (
+    CorrectedJump,
+    evaluate_corrected_jump,
+)
 from painleve_sym.simulate.rigid import rigid_simulator
 from painleve_sym.simulate.trajectory import Trajectory
 

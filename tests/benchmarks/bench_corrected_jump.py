@@ -8,8 +8,8 @@ import time
 
 import numpy as np
 
-from painleve_sym.codegen.frozen_impact import FrozenImpactSolver, Method
-from tests.codegen.test_frozen_impact import LOADED, OBLIQUE, ROD
+from painleve_sym.simulate.finite_stiffness.frozen_impact import FrozenImpactSolver, Method
+from tests.simulate.test_frozen_impact import LOADED, OBLIQUE, ROD
 
 CASES = 1000
 LIMIT = 5e-6

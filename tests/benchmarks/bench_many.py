@@ -28,13 +28,13 @@ from unittest import mock
 import numpy as np
 import pytest
 
-from painleve_sym.codegen.taylor.runner import TaylorEngine
+from painleve_sym.engines.taylor.runner import TaylorEngine
 from painleve_sym.laws.compliance import law
 from painleve_sym.mechanics.models import model, rod
-from painleve_sym.simulate import many
+from painleve_sym.simulate.batch import run as many
+from painleve_sym.simulate.batch.result import ManyResult
+from painleve_sym.simulate.batch.run import simulate_many
 from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.simulate.many import simulate_many
-from painleve_sym.simulate.many_result import ManyResult
 from tests.benchmarks import cases, peers
 from tests.benchmarks.cases import ROD, Rod
 

@@ -166,7 +166,7 @@ def test_report_folder_that_cannot_be_made(capsys, tmp_path, monkeypatch, name):
     def fail(*_, **__):
         raise AssertionError("computed before the folder was checked")
 
-    monkeypatch.setattr("painleve_sym.study.reproduce.reproduce", fail)
+    monkeypatch.setattr("painleve_sym.papers.registry.reproduce", fail)
     (tmp_path / "file").write_text("", "utf-8")
     code, out, err = run(capsys, "reproduce", "--out", tmp_path / name)
     assert (code, out) == (2, "")

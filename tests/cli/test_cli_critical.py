@@ -13,8 +13,8 @@ from painleve_sym.laws.compliance import law
 from painleve_sym.mechanics.models import model
 from painleve_sym.present.outcome_figure import outcome_figure, write_outcome_figure
 from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.simulate.critical_force import CriticalForceFinder
-from painleve_sym.study.outcome_map import LEGEND, OutcomeMap, outcome_map
+from painleve_sym.study.critical.bisection import CriticalForceFinder
+from painleve_sym.study.critical.outcome_map import LEGEND, OutcomeMap, outcome_map
 from tests.cli.cli_helpers import STIFF, TABLE_3, TABLE_4, run, run_json
 
 ROD = ("critical", "rod", "--state", TABLE_4)

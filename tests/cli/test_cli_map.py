@@ -11,7 +11,7 @@ import pytest
 
 from painleve_sym.mechanics.models import model
 from painleve_sym.present.map_figure import map_figure, write_map_figure
-from painleve_sym.study.map import RegionMap, region_map
+from painleve_sym.study.maps.region_map import RegionMap, region_map
 from tests.cli.cli_helpers import run, run_json
 
 ROD = ("map", "rod", "--over", "theta,theta_dot", "--range", "theta=0.1:1.5,theta_dot=-5:5")

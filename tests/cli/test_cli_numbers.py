@@ -7,11 +7,11 @@ import math
 
 import pytest
 
+from painleve_sym.contacts.classify import classify
+from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.laws.compliance import law
 from painleve_sym.mechanics.models import model
-from painleve_sym.simulate.classify import classify
 from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.simulate.jump import evaluate_jump
 from painleve_sym.simulate.trajectory import Trajectory
 from tests.cli.cli_helpers import (
     LAW,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from painleve_sym.study.sweep_run import Parts
+from painleve_sym.study.sweeps.runner import Parts
 from tests.cli.cli_helpers import run
 from tests.study.sweep_cases import SMALL
 

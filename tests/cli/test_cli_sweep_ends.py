@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from painleve_sym.cli import main
-from painleve_sym.study import sweep_run
-from painleve_sym.study.sweep import Sweep
+from painleve_sym.study.sweeps import runner as sweep_run
+from painleve_sym.study.sweeps.sweep import Sweep
 
 BELOW = """
 title = "drops of the rod"

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from painleve_sym.codegen.compiled import CompiledEngine
-from painleve_sym.codegen.erk import ErkEngine
-from painleve_sym.codegen.run import RunOptions
 from painleve_sym.codegen.variational import VariationalFunctions
+from painleve_sym.engines.compiled import CompiledEngine
+from painleve_sym.engines.erk import ErkEngine
+from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
 
 X, V, TOP = (sp.Symbol(n, real=True) for n in ("x", "v", "top"))

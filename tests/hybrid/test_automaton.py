@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 import sympy as sp
 
+from painleve_sym.contacts.compliant import SoftenedContact
 from painleve_sym.errors import ModelError
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
-from painleve_sym.hybrid.softened import SoftenedContact
 from painleve_sym.laws.compliance import LAWS, law
 from painleve_sym.mechanics.models import rod
 

@@ -9,12 +9,12 @@ import sympy as sp
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from painleve_sym.contacts.impact.one_contact import solve_impact
 from painleve_sym.errors import InputError
 from painleve_sym.laws.chatter import CYCLES, chatter_ratio, general_contact, symbols_of
-from painleve_sym.laws.impact import restitution_law
+from painleve_sym.laws.restitution import restitution_law
+from painleve_sym.mechanics.impact.classes import ImpactClass
 from painleve_sym.mechanics.models import rod
-from painleve_sym.mechanics.routh import ImpactClass
-from painleve_sym.simulate.impact import solve_impact
 
 W_tt, A_stick = sp.symbols("W_tt A_stick", positive=True)
 kappa, tau = sp.symbols("kappa tau", real=True)

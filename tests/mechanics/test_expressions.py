@@ -10,7 +10,7 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from painleve_sym.mechanics.expressions import MAX_LENGTH, Formulas
+from painleve_sym.mechanics.toml.expressions import MAX_LENGTH, Formulas
 
 X, Y, THETA = (sp.Symbol(n, real=True) for n in ("x", "y", "theta"))
 NAMES = {"x": X, "y": Y, "theta": THETA}

@@ -8,9 +8,9 @@ import pytest
 import sympy as sp
 
 from painleve_sym.codegen.bridge import Translator
-from painleve_sym.codegen.compiled import CompiledEngine
+from painleve_sym.contacts.compliant import SoftenedContact
+from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.errors import InputError, StopReason
-from painleve_sym.hybrid.softened import SoftenedContact
 from painleve_sym.laws.compliance import law
 from painleve_sym.simulate.compliant import SoftenedSimulator
 from tests.mechanics.catalogue import NAMES, SOFTENED, derived, random_numbers

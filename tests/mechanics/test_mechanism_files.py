@@ -10,11 +10,15 @@ import pytest
 import sympy as sp
 
 from painleve_sym.codegen.evaluate import numbers
+from painleve_sym.contacts.classify import classify
 from painleve_sym.errors import InputError, ModelError
 from painleve_sym.laws.compliance import law
-from painleve_sym.mechanics.files import MAX_BYTES, load_mechanism, mechanism_from_text
 from painleve_sym.mechanics.models import model
-from painleve_sym.simulate.classify import classify
+from painleve_sym.mechanics.toml.mechanism_file import (
+    MAX_BYTES,
+    load_mechanism,
+    mechanism_from_text,
+)
 from painleve_sym.simulate.compliant import SoftenedSimulator
 from tests.mechanics.catalogue import by_symbol, derived, random_numbers
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from painleve_sym.mechanics.files import mechanism_from_text
 from painleve_sym.mechanics.models import MODELS
+from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
 
 PAGE = (Path(__file__).parents[2] / "docs" / "mechanisms.md").read_text("utf-8")
 

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.errors import InputError
-from painleve_sym.mechanics.impulses import raw
+from painleve_sym.mechanics.impact.impulse_rays import raw
 from painleve_sym.mechanics.models import model, rod
-from painleve_sym.mechanics.singular_point import SingularPoint
+from painleve_sym.mechanics.paradox.singular_point import SingularPoint
 
 theta, theta_dot = sp.Symbol("theta", real=True), sp.Symbol("theta_dot", real=True)
 

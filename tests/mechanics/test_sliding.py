@@ -9,7 +9,7 @@ import pytest
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.mechanics.coefficients import F_N
 from painleve_sym.mechanics.models import model
-from painleve_sym.mechanics.sliding import (
+from painleve_sym.mechanics.paradox.sliding import (
     coefficient_rates,
     sliding_field,
     sliding_force,

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from painleve_sym.mechanics.toml_lines import toml_lines
+from painleve_sym.mechanics.toml.lines import toml_lines
 
 TEXT = '''# a comment with [brackets] and "quotes"
 name = "a" # = [

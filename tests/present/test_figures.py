@@ -8,10 +8,10 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from painleve_sym.errors import InputError
+from painleve_sym.papers.panels import FORCE, TIME_MS, Mark, Panel, line
+from painleve_sym.papers.registry import reproduce
 from painleve_sym.present.figures import draw
 from painleve_sym.present.style import COLUMN, MARKERS, PAGE, STYLE
-from painleve_sym.study.reproduce import reproduce
-from painleve_sym.study.series import FORCE, TIME_MS, Mark, Panel, line
 
 SHOWN = ("fig-2", "fig-4", "fig-8", "fig-10", "fig-12")
 

@@ -7,9 +7,9 @@ from dataclasses import replace
 import pytest
 
 from painleve_sym.errors import InputError
+from painleve_sym.papers.claim import Verdict
+from painleve_sym.papers.registry import Reproduction, item_ids, reproduce
 from painleve_sym.present.report import WIDTH, display_width, markdown, terminal_table, write_report
-from painleve_sym.study.item import Verdict
-from painleve_sym.study.reproduce import Reproduction, item_ids, reproduce
 
 FEW = ("eq-18-impulse", "table-3", "fig-7", "fig-8", "rotation")
 

@@ -12,7 +12,7 @@ from painleve_sym.mechanics.models import model
 from painleve_sym.present.fit_figure import fit_figure, write_fit_figure
 from painleve_sym.present.sensitivity_figure import save_sensitivity_figure, sensitivity_figure
 from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.study.fit_result import FitResult
+from painleve_sym.study.fitting.result import FitResult
 
 STATE = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
 

@@ -12,17 +12,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from painleve_sym.complementarity import BilateralProblem
-from painleve_sym.errors import InputError, StopReason
-from painleve_sym.hybrid.bilateral import TANGENTIAL_IMPACT, BilateralContact
-from painleve_sym.mechanics.files import load_mechanism
-from painleve_sym.mechanics.models import model
-from painleve_sym.simulate.bilateral import (
+from painleve_sym.contacts.classify import classify, classify_opening
+from painleve_sym.contacts.classify_bilateral import (
     BilateralCase,
     classify_bilateral,
     solution_name,
     tangential_impact,
 )
-from painleve_sym.simulate.classify import classify, classify_opening
+from painleve_sym.contacts.guide import TANGENTIAL_IMPACT, BilateralContact
+from painleve_sym.errors import InputError, StopReason
+from painleve_sym.mechanics.models import model
+from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
 from painleve_sym.simulate.rigid import RigidSimulator
 from tests.oracles.bead_scipy import accelerations, motion, slip_forces, yielding
 

@@ -8,12 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from painleve_sym.complementarity.contact import ContactProblem
+from painleve_sym.contacts.chatter import chatter
+from painleve_sym.contacts.classify import classify
+from painleve_sym.contacts.impact.one_contact import solve_impact
 from painleve_sym.laws.chatter import chatter_ratio, symbols_of
-from painleve_sym.laws.impact import restitution_law
+from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.mechanics.models import model, rod
-from painleve_sym.simulate.chatter import chatter
-from painleve_sym.simulate.classify import classify
-from painleve_sym.simulate.impact import solve_impact
 from painleve_sym.simulate.rigid import RigidSimulator
 from painleve_sym.simulate.trajectory import Trajectory
 

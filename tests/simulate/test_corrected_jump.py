@@ -5,16 +5,16 @@ import math
 import numpy as np
 import pytest
 
-from painleve_sym.codegen.frozen_impact import FrozenEnd
+from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.errors import InputError
-from painleve_sym.laws import corrected_jump as forms
+from painleve_sym.laws import finite_stiffness as forms
 from painleve_sym.laws.compliance import law
 from painleve_sym.mechanics.models import model
 from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.simulate.corrected_case import evaluate_corrected_jump
-from painleve_sym.simulate.corrected_jump import CorrectedJumpRule
-from painleve_sym.simulate.damped_impact import damped_impact, separating_rate
-from painleve_sym.simulate.jump import evaluate_jump
+from painleve_sym.simulate.finite_stiffness.corrected_case import evaluate_corrected_jump
+from painleve_sym.simulate.finite_stiffness.corrected_jump import CorrectedJumpRule
+from painleve_sym.simulate.finite_stiffness.damped_impact import damped_impact, separating_rate
+from painleve_sym.simulate.finite_stiffness.frozen_impact import FrozenEnd
 
 TABLE_3 = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
 SIN, COS = math.sin(1.0), math.cos(1.0)

@@ -7,8 +7,8 @@ import pytest
 
 from painleve_sym.laws.compliance import law
 from painleve_sym.mechanics.models import model
+from painleve_sym.simulate.batch.run import simulate_many
 from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.simulate.many import simulate_many
 
 CASES = {
     "rod": {"theta": (0.1, 3.0), "y_A_dot": (-1.0, 0.0)},

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from painleve_sym.codegen.compile import find_compiler
-from painleve_sym.codegen.taylor.runner import TaylorEngine
+from painleve_sym.engines.taylor.runner import TaylorEngine
 from painleve_sym.laws.compliance import law
 from painleve_sym.mechanics.models import model
+from painleve_sym.simulate.batch.run import simulate_many
 from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.simulate.many import simulate_many
 from painleve_sym.simulate.rigid import RigidSimulator
 
 ROWS = 250

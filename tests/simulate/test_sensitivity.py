@@ -16,7 +16,7 @@ from painleve_sym.laws.compliance import law
 from painleve_sym.mechanics.models import model
 from painleve_sym.simulate.compliant import SoftenedSimulator
 from painleve_sym.simulate.rigid import RigidSimulator
-from painleve_sym.simulate.variational import _Marked, _verdict
+from painleve_sym.simulate.sensitivity.variational import _Marked, _verdict
 
 TABLE_3 = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
 TABLE_4 = {"theta": 1.0, "theta_dot": 5.0, "x_A_dot": -1.0}

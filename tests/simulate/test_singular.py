@@ -11,8 +11,8 @@ from scipy.integrate import solve_ivp
 
 from painleve_sym.errors import StopReason
 from painleve_sym.mechanics.models import model, rod
-from painleve_sym.simulate.findings import LimitKind
 from painleve_sym.simulate.rigid import RigidSimulator
+from painleve_sym.simulate.singular_limit import LimitKind
 from painleve_sym.simulate.trajectory import Trajectory
 
 GLOCKER = {"theta": math.radians(31), "x_A_dot": -30.0}

@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from painleve_sym.contacts.classify import classify
+from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.mechanics.models import model, rod
-from painleve_sym.simulate.classify import classify
-from painleve_sym.simulate.jump import evaluate_jump
 from painleve_sym.simulate.rigid import RigidSimulator
-from painleve_sym.simulate.stepping import SCHEMES, TimeStepper, simulate_stepping
+from painleve_sym.simulate.time_stepping.stepping import SCHEMES, TimeStepper, simulate_stepping
 
 SLIDING = {"theta": 0.5, "theta_dot": 1.0, "x_A_dot": -1.0}
 INCONSISTENT = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}

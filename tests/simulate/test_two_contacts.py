@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
+from painleve_sym.contacts.classify_several import classify_several
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.mechanics.models import model
-from painleve_sym.simulate.classify_several import classify_several
 from painleve_sym.simulate.rigid import RigidSimulator, rigid_simulator
 from painleve_sym.simulate.two_contacts import TwoContactSimulator
 

@@ -6,9 +6,9 @@ import pytest
 from painleve_sym.errors import InputError
 from painleve_sym.laws.compliance import law
 from painleve_sym.mechanics.models import rod
+from painleve_sym.papers.impact_resolution.jump import extrapolated
 from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.study.compare import compare_jump
-from painleve_sym.study.paper_jump import extrapolated
+from painleve_sym.study.compare.jump_convergence import compare_jump
 
 TABLE_3 = {"x_A_dot": -1.0, "theta": 1.0, "theta_dot": 1.0}
 TABLE_4 = {"x_A_dot": -1.0, "theta": 1.0, "theta_dot": 5.0}

@@ -7,7 +7,7 @@ import pytest
 
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.models import rod
-from painleve_sym.study.contrast import contrast
+from painleve_sym.study.compare.comparison import contrast
 
 STEPS = (1e-3, 5e-4)
 SOLVERS = ("least-impulse", "largest-impulse", "lemke")

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from painleve_sym.study.beyond_paper import compute_corrected
-from painleve_sym.study.corrected_comparison import RULES, compare_corrected, drift_of_the_rule
-from painleve_sym.study.item import Verdict
-from painleve_sym.study.paper_claims import TABLES
-from painleve_sym.study.workbench import Workbench
+from painleve_sym.papers.claim import Verdict
+from painleve_sym.papers.impact_resolution.beyond import compute_corrected
+from painleve_sym.papers.impact_resolution.claims import TABLES
+from painleve_sym.papers.run_cache import Workbench
+from painleve_sym.study.compare.finite_stiffness import RULES, compare_corrected, drift_of_the_rule
 
 STIFF = tuple(20.9 * 10.0**p for p in (19, 20, 21))
 

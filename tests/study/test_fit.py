@@ -12,8 +12,8 @@ from painleve_sym.errors import InputError
 from painleve_sym.laws.compliance import law
 from painleve_sym.mechanics.models import model
 from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.study.fit import FitProblem
-from painleve_sym.study.fit_data import FitData, read_fit_data
+from painleve_sym.study.fitting.data import FitData, read_fit_data
+from painleve_sym.study.fitting.problem import FitProblem
 
 FOLDER = Path(__file__).parents[2] / "examples" / "studies" / "fit"
 TRUTH = {"e_energetic": 0.75, "mu": 1.4, "E": 20.9e10}

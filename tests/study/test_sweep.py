@@ -16,16 +16,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from painleve_sym.contacts.classify import classify
 from painleve_sym.errors import InputError, PainleveError
 from painleve_sym.laws.compliance import law
 from painleve_sym.mechanics.models import model
-from painleve_sym.simulate.classify import classify
 from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.study import sweep_run
-from painleve_sym.study.sweep import CASES, Sweep
-from painleve_sym.study.sweep_file import write_result
-from painleve_sym.study.sweep_run import Parts, Reporter, run_sweep
-from painleve_sym.study.sweep_space import Grid, Range, Sample, read_space
+from painleve_sym.study.sweeps import runner as sweep_run
+from painleve_sym.study.sweeps.runner import Parts, Reporter, run_sweep
+from painleve_sym.study.sweeps.space import Grid, Range, Sample, read_space
+from painleve_sym.study.sweeps.sweep import CASES, Sweep
+from painleve_sym.study.sweeps.writers import write_result
 from tests.study.sweep_cases import SAMPLED, SMALL
 
 
@@ -272,7 +272,7 @@ def test_a_folder_is_written_by_one_process_at_a_time(tmp_path):
     out = tmp_path / "out.npz"
     parts = run_sweep(sweep_of(SMALL), out)
     code = (
-        "import sys, pathlib; from painleve_sym.study.folder_lock import FolderLock\n"
+        "import sys, pathlib; from painleve_sym.study.sweeps.lock import FolderLock\n"
         "from painleve_sym.errors import InputError\n"
         "try: FolderLock(pathlib.Path(sys.argv[1]))\n"
         "except InputError as error: print(error)\n"

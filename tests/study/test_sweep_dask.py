@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from painleve_sym.errors import InputError, PainleveError, PainleveWarning
-from painleve_sym.study import sweep_dask
-from painleve_sym.study.sweep import Sweep
-from painleve_sym.study.sweep_file import write_result
-from painleve_sym.study.sweep_run import run_sweep
+from painleve_sym.study.sweeps import dask_backend as sweep_dask
+from painleve_sym.study.sweeps.runner import run_sweep
+from painleve_sym.study.sweeps.sweep import Sweep
+from painleve_sym.study.sweeps.writers import write_result
 from tests.study.sweep_cases import SAMPLED, SMALL
 
 distributed = pytest.importorskip("distributed")

@@ -13,10 +13,10 @@ from painleve_sym.cli import main
 from painleve_sym.errors import InputError, PainleveError
 from painleve_sym.mechanics.models import model
 from painleve_sym.simulate.rigid import RigidSimulator
-from painleve_sym.study import sweep_file
-from painleve_sym.study.sweep import Sweep
-from painleve_sym.study.sweep_file import check_format, write_result
-from painleve_sym.study.sweep_run import run_sweep
+from painleve_sym.study.sweeps import writers as sweep_file
+from painleve_sym.study.sweeps.runner import run_sweep
+from painleve_sym.study.sweeps.sweep import Sweep
+from painleve_sym.study.sweeps.writers import check_format, write_result
 from tests.study.sweep_cases import SAMPLED, SMALL
 
 BOUNCES = """

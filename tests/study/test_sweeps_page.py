@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from painleve_sym.study.sweep import Sweep
+from painleve_sym.study.sweeps.sweep import Sweep
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "sweeps.md"

@@ -11,12 +11,12 @@ import sys
 from pathlib import Path
 
 import painleve_sym as ps
+from painleve_sym.papers.impact_resolution.beyond import compute_corrected
+from painleve_sym.papers.impact_resolution.claims import TABLES
+from painleve_sym.papers.run_cache import Workbench
 from painleve_sym.present.figures import draw
 from painleve_sym.present.report import save
-from painleve_sym.simulate.damped_impact import damped_impact
-from painleve_sym.study.beyond_paper import compute_corrected
-from painleve_sym.study.paper_claims import TABLES
-from painleve_sym.study.workbench import Workbench
+from painleve_sym.simulate.finite_stiffness.damped_impact import damped_impact
 
 bench = Workbench({number: table.state for number, table in TABLES.items()})
 outcome = compute_corrected(bench)

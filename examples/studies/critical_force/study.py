@@ -13,15 +13,15 @@ from pathlib import Path
 import numpy as np
 
 import painleve_sym as ps
+from painleve_sym.papers.panels import MODULUS, Axis, Panel, line
 from painleve_sym.present.figures import draw
 from painleve_sym.present.outcome_figure import write_outcome_figure
 from painleve_sym.present.style import save
-from painleve_sym.simulate.critical_force import Border, CriticalForceFinder
-from painleve_sym.study.critical_curve import critical_curve
-from painleve_sym.study.critical_force import critical_force_gradient
-from painleve_sym.study.instability import compare_growth
-from painleve_sym.study.outcome_map import outcome_map
-from painleve_sym.study.series import MODULUS, Axis, Panel, line
+from painleve_sym.study.critical.bisection import Border, CriticalForceFinder
+from painleve_sym.study.critical.continuation import critical_curve
+from painleve_sym.study.critical.gradient import critical_force_gradient
+from painleve_sym.study.critical.growth_rate import compare_growth
+from painleve_sym.study.critical.outcome_map import outcome_map
 
 TABLE_4 = {"theta": 1.0, "theta_dot": 5.0, "x_A_dot": -1.0}
 STIFF = 20.9e14

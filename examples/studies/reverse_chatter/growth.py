@@ -21,7 +21,7 @@ from matplotlib.figure import Figure
 
 import painleve_sym as ps
 from painleve_sym.laws.chatter import chatter_ratio, symbols_of
-from painleve_sym.laws.impact import restitution_law
+from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.present.style import COLUMN, DASHES, PAGE, PALETTE, REFERENCE, STYLE, save
 
 LAWS = ("poisson", "energetic", "newton")

@@ -23,9 +23,9 @@ from matplotlib.figure import Figure
 
 import painleve_sym as ps
 from painleve_sym.codegen.evaluate import numbers
-from painleve_sym.mechanics.singular_point import SingularPoint
+from painleve_sym.contacts.inputs import symbol_values
+from painleve_sym.mechanics.paradox.singular_point import SingularPoint
 from painleve_sym.present.style import COLUMN, DASHES, PAGE, PALETTE, REFERENCE, STYLE, save
-from painleve_sym.simulate.inputs import symbol_values
 
 SLIP = -30.0  # m/s: fast enough that the slip does not stop first
 A_RANGE, F_RANGE = (1e-3, 0.3), (0.3, 3e3)  # of the starts: A m, and F in N

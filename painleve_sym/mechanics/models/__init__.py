@@ -39,7 +39,7 @@ def model(name: str) -> Mechanism:
         Suggests the nearest name; for a file, what is wrong and in which line.
     """
     if name.endswith(".toml"):
-        from painleve_sym.mechanics.files import load_mechanism
+        from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
 
         return load_mechanism(name)
     if name not in MODELS:

@@ -1,0 +1,112 @@
+"""What was derived before, as plain data beside the compiled libraries.
+
+An entry is a text file: the hash of its content, then the content as JSON. Nothing in it is ever
+executed. Its name is the hash of what the derivation starts from and of what derives it; an entry
+whose content does not have its hash is removed and made anew.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import json
+import os
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import casadi as ca
+
+import painleve_sym
+from painleve_sym.codegen.compile import cache_folder
+from painleve_sym.mechanics.definition import SYMPY_VERSION, definition_text
+
+_DERIVING = ("mechanics", "laws", "hybrid", "contacts", "codegen", "engines", "simulate")
+_AT_ONCE = 1 << 20
+
+
+def entry_key(what: str, *things: Any) -> str | None:
+    """Return the name of an entry, or None where a thing has no definition to go by.
+
+    Parameters
+    ----------
+    what : str
+        What the entry holds, and all else that it depends on.
+    *things : object
+        What it is derived from; see `definition_text`.
+    """
+    try:
+        texts = [definition_text(thing) for thing in things]
+    except TypeError:
+        return None
+    return _hash("\n".join((_origin(), what, *texts)))[:40]
+
+
+@functools.lru_cache(maxsize=1)
+def _origin() -> str:
+    """Return what derives: versions, and the content of the package's own deriving modules."""
+    code = hashlib.sha256()
+    for path in _code_files():
+        # Every start reads them all: by the system's own calls, without the price of file objects.
+        file = os.open(path, os.O_RDONLY)
+        try:
+            while content := os.read(file, _AT_ONCE):
+                code.update(content)
+        finally:
+            os.close(file)
+    versions = (painleve_sym.__version__, SYMPY_VERSION, ca.CasadiMeta.version())
+    return "\n".join((*versions, code.hexdigest()))
+
+
+def _code_files() -> list[str]:
+    root = os.path.dirname(painleve_sym.__file__)
+    folders, files = [os.path.join(root, part) for part in _DERIVING], []
+    while folders:
+        with os.scandir(folders.pop()) as entries:
+            for entry in entries:
+                if entry.name.endswith((".py", ".c")):
+                    files.append(entry.path)
+                elif entry.is_dir() and entry.name != "__pycache__":
+                    folders.append(entry.path)
+    return sorted(files)
+
+
+def read_entry(key: str) -> dict[str, Any] | None:
+    """Return the content of an entry; None where there is none, or a damaged one was removed."""
+    path = _path(key)
+    try:
+        text = path.read_bytes().decode("utf-8")
+    except OSError:
+        return None
+    except UnicodeDecodeError:
+        text = ""
+    mark, _, content = text.partition("\n")
+    if mark != _hash(content):
+        path.unlink(missing_ok=True)
+        return None
+    entry: dict[str, Any] = json.loads(content)
+    return entry
+
+
+def write_entry(key: str, entry: dict[str, Any]) -> None:
+    """Store an entry in one step: a process that reads at the same time sees all or nothing.
+
+    A cache that cannot be written (a full disk) only costs time, and is no failure.
+    """
+    content = json.dumps(entry)
+    path = _path(key)
+    try:
+        with tempfile.TemporaryDirectory(dir=path.parent) as work:
+            made = Path(work, path.name)
+            made.write_text(f"{_hash(content)}\n{content}", "utf-8")
+            os.replace(made, path)
+    except OSError:
+        return
+
+
+def _path(key: str) -> Path:
+    return cache_folder() / f"{key}.json"
+
+
+def _hash(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()

@@ -1,0 +1,1 @@
+"""Contacts: what one contact may do, and several together."""

@@ -1,0 +1,170 @@
+"""The automaton of a mechanism with one softened frictional contact."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import sympy as sp
+
+from painleve_sym.contacts.contact_states import (
+    CONTACT_WORK,
+    CONTACTS,
+    FLIGHT,
+    ContactStates,
+    domain_transitions,
+)
+from painleve_sym.errors import InputError
+from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
+from painleve_sym.hybrid.conditions import least
+from painleve_sym.laws.compliance import (
+    DELTA,
+    DELTA_DOT,
+    SEPARATED,
+    Branch,
+    ContactLaw,
+    Exit,
+)
+from painleve_sym.mechanics.simplify import readable
+
+INDENTED = "flight_indented"
+
+
+@dataclass(frozen=True)
+class SoftenedContact(ContactStates):
+    """Builds the automaton: flight, slip ±, stick, each with the branches of the law.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        With exactly one contact.
+    law : ContactLaw
+    """
+
+    law: ContactLaw
+
+    def __post_init__(self) -> None:
+        if any(c.bilateral for c in self.mechanism.contacts):
+            raise InputError(
+                f"mechanism {self.mechanism.name!r} with law {self.law.name!r}: its contact holds "
+                "from both sides, and a law only pushes. Fix: use the law rigid, or describe the "
+                "guide as two contacts."
+            )
+        taken = {p.name for p in self.mechanism.system.parameters}
+        clash = sorted(taken & {p.name for p in self.law.parameters})
+        if clash:
+            raise InputError(
+                f"mechanism {self.mechanism.name!r} with law {self.law.name!r}: both have a "
+                f"parameter {clash[0]!r}. Fix: rename it in the mechanism."
+            )
+
+    def _of_state(self, expr: sp.Expr) -> sp.Expr:
+        """Write a law's expression in the states of the automaton."""
+        return sp.sympify(expr).xreplace({DELTA: -self.gap, DELTA_DOT: -self.gap_rate})
+
+    def _law_field(self, contact: str, branch: Branch) -> dict[sp.Symbol, sp.Expr]:
+        rates = self.field(contact, self._of_state(branch.force))
+        return rates | {CONTACT_WORK: self._of_state(branch.dissipated_power)}
+
+    def _contact_choices(self, branch: str) -> tuple[Choice, ...]:
+        return (
+            Choice(f"slip_neg/{branch}", -self.slip),
+            Choice(f"slip_pos/{branch}", self.slip),
+            Choice(f"stick/{branch}"),
+        )
+
+    def _exit(self, number: int, contact: str, branch: Branch, e: Exit) -> Transition:
+        if e.target == SEPARATED:
+            target = INDENTED if self.law.recontacts else FLIGHT
+            reset: dict[sp.Symbol, sp.Expr] = {}
+            after = sp.Integer(0)
+        else:
+            target = f"{contact}/{e.target}"
+            reset = {s: self._of_state(v) for s, v in e.memory.items()}
+            after = self.law.branch(e.target).stored_energy.xreplace(dict(e.memory))
+        # What the stored energy jumps by goes to the law: nothing where the force is continuous,
+        # a loss where a stretched dashpot lets go, a gain under the virgin reload rule.
+        released = self._of_state(branch.stored_energy - after)
+        if released != 0:
+            reset[CONTACT_WORK] = CONTACT_WORK + released
+        label = f"{e.kind}_{number}"
+        return Transition(label, e.kind, self._of_state(e.guard), (Choice(target),), reset)
+
+    def _contact_mode(self, contact: str, branch: Branch) -> Mode:
+        mu, name = self.mechanism.coefficients.mu, f"{contact}/{branch.name}"
+        force = self._of_state(branch.force)
+        needed = self.tangential_force("stick", force)
+        changes = []
+        if contact == "stick":
+            for direction, margin in (("neg", mu * force - needed), ("pos", mu * force + needed)):
+                enter = Choice(f"slip_{direction}/{branch.name}", departs=("slip_stop",))
+                changes.append(Transition(f"slip_{direction}", "slip_start", margin, (enter,)))
+        else:
+            s = CONTACTS[contact]
+            other = "slip_pos" if s < 0 else "slip_neg"
+            reverse = Choice(f"{other}/{branch.name}", s * needed - mu * force, ("slip_stop",))
+            stop = (reverse, Choice(f"stick/{branch.name}"))
+            reset = {self.slip: sp.Integer(0)}
+            changes.append(Transition("slip_stop", "slip_stop", s * self.slip, stop, reset))
+        exits = [self._exit(i, contact, branch, e) for i, e in enumerate(branch.exits)]
+        return Mode(
+            name,
+            self._law_field(contact, branch),
+            # Friction first: at a start at rest it decides which normal motion follows.
+            (*changes, *exits, *domain_transitions(self.mechanism)),
+            self.outputs(contact, force, self._of_state(branch.stored_energy)),
+        )
+
+    def _flight_modes(self) -> list[Mode]:
+        loading = self._contact_choices(self.law.loading.name)
+        land = Transition("touchdown", "touchdown", self.gap, loading)
+        zero = sp.Integer(0)
+        free, outputs = self.field(None, zero), self.outputs(None, zero, zero)
+        modes = [Mode(FLIGHT, free, (land, *domain_transitions(self.mechanism)), outputs)]
+        if self.law.recontacts:
+            clean = {s: sp.Integer(0) for s in self.law.memory}
+            leave = Transition("liftoff", "liftoff", -self.gap, (Choice(FLIGHT),), clean)
+            back = [
+                Transition(
+                    f"recontact_{i}",
+                    e.kind,
+                    self._of_state(e.guard),
+                    self._contact_choices(e.target),
+                    self._recontact_reset(e),
+                )
+                for i, e in enumerate(self.law.recontacts)
+            ]
+            modes.append(
+                Mode(INDENTED, free, (leave, *back, *domain_transitions(self.mechanism)), outputs)
+            )
+        return modes
+
+    def _recontact_reset(self, e: Exit) -> dict[sp.Symbol, sp.Expr]:
+        reset = {s: self._of_state(v) for s, v in e.memory.items()}
+        gained = self._of_state(self.law.branch(e.target).stored_energy.xreplace(dict(e.memory)))
+        reset[CONTACT_WORK] = CONTACT_WORK - gained
+        return reset
+
+    @cached_property
+    def automaton(self) -> HybridAutomaton:
+        """The automaton, validated."""
+        mechanism, law = self.mechanism, self.law
+        contact_modes = [self._contact_mode(c, b) for c in CONTACTS for b in law.branches]
+        return HybridAutomaton(
+            name=f"{mechanism.name} with {law.name}",
+            states=self.states,
+            memory=law.memory,
+            parameters=tuple(p.symbol for p in (*mechanism.system.parameters, *law.parameters)),
+            definitions={s: readable(v) for s, v in law.definitions.items()},
+            modes=(*self._flight_modes(), *contact_modes),
+            starts=self._start_choices(),
+            uncontrolled=self.dissipations,
+        )
+
+    def _start_choices(self) -> tuple[Choice, ...]:
+        # Inside the surface: loading, whose guards then sort out unloading. On it: flight, whose
+        # touchdown guard (gap, its rate, its acceleration) decides between flight and contact.
+        inside = self._contact_choices(self.law.loading.name)
+        within = [least(-self.gap, c.condition or -self.gap) for c in inside]
+        pairs = zip(inside, within, strict=True)
+        return (*(Choice(c.target, w) for c, w in pairs), Choice(FLIGHT))

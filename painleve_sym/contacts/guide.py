@@ -1,0 +1,228 @@
+"""The automaton of a mechanism with one rigid bilateral contact with friction.
+
+The contact never opens. What can happen is slip either way and sticking, each with a normal force
+of either sign, and the tangential impact that stops a slip where no finite force can be.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import sympy as sp
+
+from painleve_sym.contacts.contact_states import (
+    CONTACTS,
+    FORCE_WORK,
+    FRICTION_WORK,
+    ContactStates,
+    domain_transitions,
+)
+from painleve_sym.contacts.rigid import DECISION, SINGULAR_MARGIN
+from painleve_sym.errors import InputError, StopReason
+from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
+from painleve_sym.hybrid.conditions import least
+from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.mechanics.impact.impulse_rays import V_T
+from painleve_sym.mechanics.paradox.bilateral import SIDES, BilateralForms
+from painleve_sym.mechanics.system import Parameter
+
+TANGENTIAL_IMPACT = "tangential_impact"
+"""The instantaneous mode in which a slip without a solution stops."""
+
+_NOW, _ZERO = sp.Integer(-1), sp.Integer(0)
+_SLIPS = {s: name for name, s in CONTACTS.items() if s}
+_SIDES = {side: name for name, side in SIDES.items()}
+
+
+def slip_mode(slip: int, side: int, unstable: bool = False) -> str:
+    """Return the name of a mode of slip, such as ``slip_neg/push`` or ``slip_pos/pull_unstable``.
+
+    Unstable: A_{sσ} < 0, a force from which the smallest yielding of the guide runs away.
+    """
+    return f"{_SLIPS[slip]}/{_SIDES[side]}" + "_unstable" * unstable
+
+
+def stick_mode(side: int) -> str:
+    """Return the name of a mode of sticking, ``stick/push`` or ``stick/pull``."""
+    return f"stick/{_SIDES[side]}"
+
+
+@dataclass(frozen=True)
+class BilateralContact(ContactStates):
+    """Builds the automaton: slip ± and stick, each with either sign of F_n, and a decision.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        With exactly one contact, bilateral.
+    policy : {"liftoff", "slip", "impact"}
+        Followed where a slip has two solutions: the one with A > 0 (there is no lift-off here),
+        the one with A < 0, or the tangential impact. At v_t = 0 it sticks where that is possible.
+
+    Raises
+    ------
+    InputError
+        A contact that can open, an unknown policy, or a W of rank one, where the constraint
+        leaves no slip to be found.
+
+    References
+    ----------
+    Klein (1909); Génot & Brogliato, Eur. J. Mech. A 18 (1999) 653–677, on tangential impacts.
+    """
+
+    policy: str = "liftoff"
+
+    def __post_init__(self) -> None:
+        RigidLaw(policy=self.policy)  # refuses unknown names
+        where = f"mechanism {self.mechanism.name!r}"
+        if not self.mechanism.contact.bilateral:
+            raise InputError(f"{where}: its contact can open. Fix: use RigidContact.")
+        if self.mechanism.coefficients.A_stick == 0:
+            raise InputError(
+                f"{where}: the mobility of its bilateral contact has rank one: what holds the gap "
+                "holds the slip, too. Fix: leave the contact out, or let it open."
+            )
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Parameters of the contact itself: none, since it never separates."""
+        return ()
+
+    @cached_property
+    def forms(self) -> BilateralForms:
+        """Closed forms of both sides and of the tangential impact."""
+        return BilateralForms(self.mechanism.coefficients)
+
+    # ---- the decision ----
+
+    def _sliding_choices(self, slip: int) -> Iterator[Choice]:
+        c = self.mechanism.coefficients
+        moving, B = slip * self.slip, c.B
+        for side in _SIDES:
+            A, other = self.forms.A[slip * side], self.forms.A[-slip * side]
+            taken = {
+                "liftoff": slip_mode(slip, side),
+                "slip": slip_mode(slip, -side, unstable=True),
+                "impact": TANGENTIAL_IMPACT,
+            }[self.policy]
+            yield Choice(taken, least(moving, A, -other, -side * B))
+            yield Choice(slip_mode(slip, side), least(moving, A, -side * B))
+        for side in _SIDES:
+            # B = 0: the guard of the force tells where it goes from here.
+            yield Choice(
+                slip_mode(slip, side), least(moving, self.forms.A[slip * side], _is_zero(B))
+            )
+        yield Choice(TANGENTIAL_IMPACT, moving)
+
+    def _resting_choices(self) -> Iterator[Choice]:
+        """At v_t = 0 (to be tried after both slips): stick, then the onset of a slip."""
+        c, stop = self.mechanism.coefficients, ("slip_stop",)
+        for side in _SIDES:
+            yield Choice(stick_mode(side), least(*self._stick_margins(side).values()))
+        for sign in (1, -1):
+            for slip in _SLIPS:
+                for side in _SIDES:
+                    A, force = self.forms.A[slip * side], self.forms.slip_force(slip, side)
+                    rate = slip * (self.forms.slip_rate_coefficient[slip * side] * force + c.b_t)
+                    possible = least(sign * A, -sign * side * c.B, rate)
+                    yield Choice(slip_mode(slip, side, sign < 0), possible, stop)
+        for slip in _SLIPS:
+            for side in _SIDES:
+                possible = least(_is_zero(c.B), slip * c.b_t, self.forms.A[slip * side])
+                yield Choice(slip_mode(slip, side), possible, stop)
+        yield Choice(stick_mode(1))
+
+    def _decision(self) -> Mode:
+        choices = (*self._sliding_choices(-1), *self._sliding_choices(1), *self._resting_choices())
+        decide = Transition("decide", "contact", _NOW, choices)
+        return Mode(DECISION, {}, (decide,), self.outputs(None, _ZERO, _ZERO))
+
+    def _impact(self) -> Mode:
+        """Stop the slip by the only impulse that keeps v_n = 0 within the friction cone."""
+        forms, system = self.forms, self.mechanism.system
+        now = {V_T: self.slip}
+        reset = dict(zip(system.q_dot, forms.velocity_after.xreplace(now), strict=True))
+        reset |= {self.slip: _ZERO, self.gap_rate: _ZERO}
+        reset[FRICTION_WORK] = FRICTION_WORK + forms.friction_loss.xreplace(now)
+        if FORCE_WORK in self.dissipations:
+            speed = sp.sympify(self.mechanism.contact.surface_speed)
+            reset[FORCE_WORK] = FORCE_WORK - forms.tangential_impulse.xreplace(now) * speed
+        stop = Transition("stop", TANGENTIAL_IMPACT, _NOW, (Choice(DECISION),), reset)
+        return Mode(TANGENTIAL_IMPACT, {}, (stop,), self.outputs(None, _ZERO, _ZERO))
+
+    # ---- modes ----
+
+    def _held(
+        self, name: str, contact: str, force: sp.Expr, transitions: tuple[Transition, ...]
+    ) -> Mode:
+        rates = self.field(contact, force, normal=_ZERO) | {self.gap: _ZERO}
+        outputs = self.outputs(contact, force, _ZERO)
+        return Mode(name, rates, (*transitions, *domain_transitions(self.mechanism)), outputs)
+
+    def _slip(self, slip: int, side: int, unstable: bool) -> Mode:
+        c, sign = self.mechanism.coefficients, -1 if unstable else 1
+        still = {self.slip: _ZERO}
+        stop = Transition("slip_stop", "slip_stop", slip * self.slip, (Choice(DECISION),), still)
+        # Beyond F_n = 0 the other side answers where its A is positive; else nothing does.
+        over: tuple[Choice, ...] = (Choice(TANGENTIAL_IMPACT),)
+        if not unstable:
+            over = (
+                Choice(slip_mode(slip, -side), self.forms.A[-slip * side], ("force_reversal",)),
+                *over,
+            )
+        turn = Transition("force_reversal", "force_reversal", -sign * side * c.B, over)
+        margin = sign * self.forms.A[slip * side] / c.W_nn - SINGULAR_MARGIN
+        meet = Transition("singular", "singular", margin, stop=StopReason.SINGULAR)
+        # A force that pulls rubs as one that pushes in slip the other way: F_t = −μ s σ F_n.
+        rubbing, force = _SLIPS[slip * side], self.forms.slip_force(slip, side)
+        return self._held(slip_mode(slip, side, unstable), rubbing, force, (stop, turn, meet))
+
+    def _stick_margins(self, side: int) -> dict[int, sp.Expr]:
+        """Return μ |F_n| ∓ F_t by the direction of the slip that begins where it ends."""
+        force = self.forms.stick_force
+        needed = self.tangential_force("stick", force)
+        limit = self.mechanism.coefficients.mu * side * force
+        return {-1: limit - needed, 1: limit + needed}
+
+    def _stick(self, side: int) -> Mode:
+        stop, changes = ("slip_stop",), []
+        for slip, margin in self._stick_margins(side).items():
+            # With A < 0 the slip on this side would run backwards: only the other side slips on.
+            enter = (
+                Choice(slip_mode(slip, side), self.forms.A[slip * side], stop),
+                Choice(slip_mode(slip, -side), None, stop),
+            )
+            changes.append(Transition(_SLIPS[slip], "slip_start", margin, enter))
+        every = ("force_reversal", *_SLIPS.values())
+        other = (Choice(stick_mode(-side), None, every),)
+        # Reached only where F_t vanishes with F_n; any other F_t begins a slip before.
+        turn = Transition("force_reversal", "force_reversal", side * self.forms.stick_force, other)
+        return self._held(stick_mode(side), "stick", self.forms.stick_force, (turn, *changes))
+
+    @cached_property
+    def automaton(self) -> HybridAutomaton:
+        """The automaton, validated."""
+        slips = [
+            self._slip(slip, side, unstable)
+            for slip in _SLIPS
+            for side in _SIDES
+            for unstable in (False, True)
+        ]
+        sticks = [self._stick(side) for side in _SIDES]
+        return HybridAutomaton(
+            name=f"{self.mechanism.name}, rigid, bilateral",
+            states=self.states,
+            memory=(),
+            parameters=tuple(p.symbol for p in self.mechanism.system.parameters),
+            definitions={},
+            modes=(self._decision(), self._impact(), *sticks, *slips),
+            starts=(Choice(DECISION),),
+            uncontrolled=self.dissipations,
+        )
+
+
+def _is_zero(expr: sp.Expr) -> sp.Expr:
+    """Positive exactly where the expression is 0."""
+    return sp.Float("1e-300") - sp.Abs(expr)

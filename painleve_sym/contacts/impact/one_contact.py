@@ -1,0 +1,291 @@
+"""The complete planar impact of one contact in numbers: Routh's path, ray by ray."""
+
+from __future__ import annotations
+
+import enum
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from painleve_sym.complementarity.contact import ContactMode
+from painleve_sym.contacts.impact.path import (
+    COINCIDENT,
+    EnergeticEnd,
+    ImpactPath,
+    NewtonEnd,
+    PathPiece,
+    PoissonEnd,
+)
+from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.mechanics.impact.classes import ImpactClass
+
+
+class ImpactEnd(enum.Enum):
+    """Name how an impact ends.
+
+    SEPARATION
+        v_n⁺ > 0: the bodies leave each other.
+    PERSISTENT
+        v_n⁺ = 0: the contact stays closed, finite forces decide what it does next. So it is with
+        restitution 0, with Newton's law without collision, and where there is no impact at all.
+    JAM
+        The impulse has no end: on the last ray dv_n/dP_n = 0, and the velocity or energy that
+        ends the impact is never reached. It needs a W of rank one (a pivoted strut) or W_nn = 0;
+        friction then carries any force. No rigid impact answers, a softened one does.
+    """
+
+    SEPARATION = "separation"
+    PERSISTENT = "persistent"
+    JAM = "jam"
+
+
+@dataclass(frozen=True)
+class ImpactPhase:
+    """A part of an impact along one ray of the impulse.
+
+    Attributes
+    ----------
+    name : str
+        ``tangential`` (slip that stops in compression), or slip, sticking or reverse slip
+        with compression or restitution, such as ``sticking compression``.
+    mode : ContactMode
+        ``SLIP_POS``, ``SLIP_NEG`` or ``STICK``.
+    normal_impulse, tangential_impulse : float
+        P_n ≥ 0 and P_t of this phase; N s.
+    velocity : tuple of float
+        (v_t, v_n) at its end; m/s.
+    normal_work, tangential_work : float
+        ∫v_n dP_n (negative: stored in compression) and ∫v_t dP_t ≤ 0 (friction); J.
+    """
+
+    name: str
+    mode: ContactMode
+    normal_impulse: float
+    tangential_impulse: float
+    velocity: tuple[float, float]
+    normal_work: float
+    tangential_work: float
+
+
+@dataclass(frozen=True)
+class Impact:
+    """The complete solution of a planar impact.
+
+    Attributes
+    ----------
+    case : ImpactClass
+        Wang and Mason's class; ``NO_IMPACT`` where there is none.
+    end : ImpactEnd
+    restitution : str
+        Name of the law.
+    velocity_before, velocity : tuple of float
+        (v_t, v_n) before and after; after what the impulse does up to the jam where it jams; m/s.
+    phases : tuple of ImpactPhase
+        In order, of no length where two events coincide or with restitution 0. Empty without
+        impact; where it jams, those before the jam.
+    """
+
+    case: ImpactClass
+    end: ImpactEnd
+    restitution: str
+    velocity_before: tuple[float, float]
+    velocity: tuple[float, float]
+    phases: tuple[ImpactPhase, ...]
+
+    @property
+    def without_collision(self) -> bool:
+        """Whether it is an impact though v_n⁻ = 0: a tangential impact."""
+        return self.velocity_before[1] == 0.0 and self.case is not ImpactClass.NO_IMPACT
+
+    @property
+    def normal_impulse(self) -> float:
+        """P_n of the impact, up to the jam where it jams; N s."""
+        return math.fsum(phase.normal_impulse for phase in self.phases)
+
+    @property
+    def tangential_impulse(self) -> float:
+        """P_t of the impact; N s. |P_t| ≤ μ P_n."""
+        return math.fsum(phase.tangential_impulse for phase in self.phases)
+
+    @property
+    def energy_change(self) -> float:
+        """Work of the contact; J. The change of kinetic energy over a surface at rest."""
+        works = [w for p in self.phases for w in (p.normal_work, p.tangential_work)]
+        return math.fsum(works)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data with the documented keys."""
+        return {
+            "case": self.case.value,
+            "end": self.end.value,
+            "restitution": self.restitution,
+            "velocity_before": list(self.velocity_before),
+            "velocity": list(self.velocity),
+            "normal_impulse": self.normal_impulse,
+            "tangential_impulse": self.tangential_impulse,
+            "energy_change": self.energy_change,
+            "phases": [
+                {
+                    "name": p.name,
+                    "mode": p.mode.value,
+                    "normal_impulse": p.normal_impulse,
+                    "tangential_impulse": p.tangential_impulse,
+                    "velocity": list(p.velocity),
+                    "normal_work": p.normal_work,
+                    "tangential_work": p.tangential_work,
+                }
+                for p in self.phases
+            ],
+        }
+
+
+def solve_impact(
+    W: Sequence[Sequence[float]],
+    mu: float,
+    velocity: tuple[float, float],
+    restitution: str = "energetic",
+    e: float = 0.75,
+) -> Impact:
+    """Return the complete solution of a planar impact of one contact with Coulomb friction.
+
+    d(v_t, v_n)/dP_n = W (r, 1), with r = P_t′/P_n′ = −μ sign(v_t) in slip and r = −W_nt/W_tt in
+    sticking: a path of straight pieces with exact break points where v_t = 0 (the contact then
+    sticks iff |W_nt| ≤ μ W_tt, else slips in direction sign(W_nt)), where v_n = 0 (compression
+    ends), and where the law ends restitution. At most three pieces; nothing is iterated.
+    Signs: v_n < 0 on approach, P_n ≥ 0 pushes the bodies apart, P_t counts along v_t.
+
+    Parameters
+    ----------
+    W : array_like, shape (2, 2)
+        Rows and columns in the order (t, n), like the velocity: [[W_tt, W_nt], [W_nt, W_nn]];
+        symmetric, positive definite or of rank one; 1/kg.
+    mu : float
+        Friction coefficient, ≥ 0.
+    velocity : tuple of float
+        (v_t, v_n) before the impact, v_n ≤ 0; exactly 0 means at rest; m/s.
+    restitution : {"energetic", "poisson", "newton"}
+        Agree where the impact follows one ray, where W_nt = 0, and for e = 0. Newton's gives
+        nothing back without collision, and can add energy; the others never do.
+    e : float
+        Coefficient of restitution of that law, in [0, 1].
+
+    Returns
+    -------
+    Impact
+        ``NO_IMPACT`` where v_n = 0 and A ≥ 0 (A within rounding of 0 counts as 0); end ``JAM``
+        where the impulse would never end.
+
+    Raises
+    ------
+    InputError
+        All faults at once: entries that are not finite, v_n > 0, mu < 0, e outside [0, 1], W not
+        symmetric positive semidefinite, an unknown law; or results beyond the floating range.
+
+    References
+    ----------
+    Routh, Rigid Dynamics (1905); Keller, J. Appl. Mech. 53 (1986) 1–4; Stronge, Proc.
+    R. Soc. A 431 (1990) 169–181; Wang & Mason, J. Appl. Mech. 59 (1992) 635–642.
+    """
+    W_tt, W_nt, W_nn, mu, v_t, v_n, e = _checked(W, mu, velocity, restitution, e)
+    # Powers of two leave every digit, and keep squares of the velocities in range.
+    mass, speed = _exponent(W_tt, W_nn), _exponent(v_t, v_n)
+    W_tt, W_nt, W_nn = (math.ldexp(w, -mass) for w in (W_tt, W_nt, W_nn))
+    path = ImpactPath(W_tt, W_nt, W_nn, mu, math.ldexp(v_t, -speed), math.ldexp(v_n, -speed))
+    if path.v_n == 0.0 and path.ray.normal_rate >= 0.0:
+        still = (v_t, v_n)
+        return Impact(ImpactClass.NO_IMPACT, ImpactEnd.PERSISTENT, restitution, still, still, ())
+    ended = path.compress() and path.restitute(_LAWS[restitution](e, path))
+    end = ImpactEnd.SEPARATION if path.v_n > 0.0 else ImpactEnd.PERSISTENT
+    phases, after = _scaled(path, speed, mass)
+    final = end if ended else ImpactEnd.JAM
+    return Impact(path.case, final, restitution, (v_t, v_n), after, phases)
+
+
+_LAWS: dict[str, type[NewtonEnd] | type[PoissonEnd] | type[EnergeticEnd]] = {
+    "newton": NewtonEnd,
+    "poisson": PoissonEnd,
+    "energetic": EnergeticEnd,
+}
+
+
+def _exponent(*numbers: float) -> int:
+    return math.frexp(max(abs(number) for number in numbers))[1]
+
+
+def _scaled(
+    path: ImpactPath, speed: int, mass: int
+) -> tuple[tuple[ImpactPhase, ...], tuple[float, float]]:
+    """Return the phases and the velocity reached in the caller's units."""
+    try:
+        velocity = math.ldexp(path.v_t, speed), math.ldexp(path.v_n, speed)
+        return tuple(_phase(piece, speed, mass) for piece in path.pieces), velocity
+    except OverflowError as error:
+        raise InputError(
+            "solve impact: impulses or energies leave the range of floating point. "
+            "Fix: give smaller velocities, or W in other units."
+        ) from error
+
+
+def _phase(piece: PathPiece, speed: int, mass: int) -> ImpactPhase:
+    # Adding 0.0 turns -0.0 into 0.0.
+    return ImpactPhase(
+        piece.name,
+        piece.mode,
+        math.ldexp(piece.P_n, speed - mass) + 0.0,
+        math.ldexp(piece.P_t, speed - mass) + 0.0,
+        (math.ldexp(piece.v_t, speed) + 0.0, math.ldexp(piece.v_n, speed) + 0.0),
+        math.ldexp(piece.work_n, 2 * speed - mass) + 0.0,
+        math.ldexp(piece.work_t, 2 * speed - mass) + 0.0,
+    )
+
+
+def _checked(
+    W: Sequence[Sequence[float]],
+    mu: float,
+    velocity: tuple[float, float],
+    restitution: str,
+    e: float,
+) -> tuple[float, ...]:
+    """Return W_tt, W_nt, W_nn, mu, v_t, v_n, e as floats; raise with every fault found."""
+    try:
+        (W_tt, W_tn), (W_nt, W_nn) = ((float(w) for w in row) for row in W)
+        v_t, v_n = (float(v) for v in velocity)
+        mu, e = float(mu), float(e)
+    except (TypeError, ValueError) as error:
+        raise InputError(
+            f"solve impact: got W = {W!r}, mu = {mu!r}, velocity = {velocity!r}, e = {e!r}, need "
+            f"numbers, W of shape (2, 2) and velocity (v_t, v_n). Fix: check the shapes."
+        ) from error
+    found = {"W_tt": W_tt, "W_tn": W_tn, "W_nt": W_nt, "W_nn": W_nn, "mu": mu, "e": e}
+    found |= {"v_t": v_t, "v_n": v_n}
+    faults = [
+        f"{name}: got {value!r}, need a finite number."
+        for name, value in found.items()
+        if not math.isfinite(value)
+    ]
+    faults = faults or _mobility_faults(W_tt, W_tn, W_nt, W_nn)
+    if mu < 0:
+        faults.append(f"mu: got {mu!r}, need mu >= 0.")
+    if v_n > 0:
+        faults.append(f"v_n: got {v_n!r} m/s, need v_n <= 0: the contact is opening.")
+    if e < 0 or e > 1:
+        faults.append(f"e: got {e!r}, need 0 <= e <= 1.")
+    if restitution not in _LAWS:
+        faults.append(unknown_name("restitution law", restitution, _LAWS))
+    if faults:
+        raise InputError("solve impact: " + " ".join(faults))
+    return W_tt, W_nt, W_nn, mu, v_t, v_n, e
+
+
+def _mobility_faults(W_tt: float, W_tn: float, W_nt: float, W_nn: float) -> list[str]:
+    # Roots, since products of entries could leave the floating range.
+    bound = math.sqrt(max(W_tt, 0.0)) * math.sqrt(max(W_nn, 0.0))
+    if abs(W_tn - W_nt) > COINCIDENT * bound:
+        return [f"W: got W_tn = {W_tn!r} and W_nt = {W_nt!r}, need a symmetric matrix."]
+    if min(W_tt, W_nn) < 0 or abs(W_nt) > bound * (1 + COINCIDENT):
+        return [
+            f"W: got W_tt, W_nt, W_nn = {W_tt!r}, {W_nt!r}, {W_nn!r}, need W positive "
+            f"semidefinite. Fix: compute it as J M^-1 J' with a positive definite M."
+        ]
+    return []

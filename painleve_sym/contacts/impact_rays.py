@@ -1,0 +1,186 @@
+"""An impact as a chain of instantaneous modes: the straight rays of Routh's construction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import sympy as sp
+
+from painleve_sym.contacts.contact_states import (
+    CONTACT_WORK,
+    CONTACTS,
+    FORCE_WORK,
+    FRICTION_WORK,
+    ContactStates,
+)
+from painleve_sym.errors import StopReason
+from painleve_sym.hybrid.automaton import Choice, Mode, Transition
+from painleve_sym.hybrid.conditions import greatest
+from painleve_sym.laws.restitution import restitution_law
+from painleve_sym.mechanics.system import Parameter
+
+BUDGET = sp.Symbol("impact_budget", real=True)
+"""Compression: work or impulse so far. Restitution: what is left of it (energetic, Poisson)."""
+APPROACH = sp.Symbol("approach_velocity", real=True)
+"""v_n at the start of the impact; m/s."""
+NORMAL_IMPULSE = sp.Symbol("normal_impulse", real=True)
+"""P_n of the impact so far; N s."""
+TANGENTIAL_IMPULSE = sp.Symbol("tangential_impulse", real=True)
+"""P_t of the impact so far; N s."""
+MEMORY = (BUDGET, APPROACH, NORMAL_IMPULSE, TANGENTIAL_IMPULSE)
+
+_NOW = sp.Integer(-1)
+
+
+def restitution_parameter(name: str) -> Parameter:
+    """Return the coefficient of the named restitution law."""
+    return restitution_law(name).parameter
+
+
+@dataclass(frozen=True)
+class Ray:
+    """A ray: per unit of P_n the contact velocity changes by (a_t, a_n), P_t by `ratio`."""
+
+    contact: str
+    ratio: sp.Expr
+    a_n: sp.Expr
+    a_t: sp.Expr
+
+
+@dataclass(frozen=True)
+class ImpactRays:
+    """Builds the instantaneous modes ``impact/<contact>/<compression or restitution>``.
+
+    Each has guards that fire at once, in this order: no end (jam), slip stops, the phase ends.
+
+    Parameters
+    ----------
+    states : ContactStates
+    restitution : {"energetic", "poisson", "newton"}
+    """
+
+    states: ContactStates
+    restitution: str
+
+    @staticmethod
+    def first(contact: str) -> str:
+        """Name of the mode in which an impact begins."""
+        return f"impact/{contact}/compression"
+
+    @cached_property
+    def rays(self) -> dict[str, Ray]:
+        """The three rays."""
+        c = self.states.mechanism.coefficients
+        rays = {}
+        for contact, s in CONTACTS.items():
+            if contact == "stick":
+                ratio, a_n, a_t = -c.W_nt / c.W_tt, c.A_stick, sp.Integer(0)
+            else:
+                ratio, a_n, a_t = -s * c.mu, c.A(s), c.slip_rate_coefficient(s)
+            rays[contact] = Ray(contact, ratio, a_n, a_t)
+        return rays
+
+    def _at_rest(self, phase: str) -> tuple[Choice, ...]:
+        """Return what follows at v_t = 0: slip to the side friction cannot hold, or stick."""
+        c = self.states.mechanism.coefficients
+        return (
+            Choice(f"impact/slip_neg/{phase}", -c.W_nt - c.mu * c.W_tt),
+            Choice(f"impact/slip_pos/{phase}", c.W_nt - c.mu * c.W_tt),
+            Choice(f"impact/stick/{phase}"),
+        )
+
+    def starts(self) -> tuple[Choice, ...]:
+        """Choices of the first ray from the slip velocity."""
+        slip = self.states.slip
+        moving = (
+            Choice(self.first("slip_neg"), -slip),
+            Choice(self.first("slip_pos"), slip),
+        )
+        return (*moving, *self._at_rest("compression"))
+
+    # ---- one ray ----
+
+    def _after(self, ray: Ray, impulse: sp.Expr, phase: str) -> dict[sp.Symbol, sp.Expr]:
+        """Reset of states and memory after the normal impulse `impulse` along a ray."""
+        st, c = self.states, self.states.mechanism.coefficients
+        normal, tangential = c.force_directions
+        per_impulse = normal + tangential * ray.ratio
+        reset = {
+            v: v + d * impulse for v, d in zip(st.mechanism.system.q_dot, per_impulse, strict=True)
+        }
+        v_n, v_t = st.gap_rate, st.slip
+        reset |= {v_n: v_n + ray.a_n * impulse, v_t: v_t + ray.a_t * impulse}
+        work = v_n * impulse + ray.a_n * impulse**2 / 2
+        friction = ray.ratio * (v_t * impulse + ray.a_t * impulse**2 / 2)
+        reset |= {CONTACT_WORK: CONTACT_WORK - work, FRICTION_WORK: FRICTION_WORK - friction}
+        if FORCE_WORK in st.dissipations:
+            drive = ray.ratio * impulse * sp.sympify(st.mechanism.contact.surface_speed)
+            reset[FORCE_WORK] = FORCE_WORK - drive
+        spent = {"energetic": work, "poisson": -impulse if phase == "compression" else impulse}
+        amount = spent.get(self.restitution, sp.Integer(0))
+        reset |= {
+            BUDGET: BUDGET - amount,
+            NORMAL_IMPULSE: NORMAL_IMPULSE + impulse,
+            TANGENTIAL_IMPULSE: TANGENTIAL_IMPULSE + ray.ratio * impulse,
+        }
+        return reset
+
+    def _end_impulse(self, ray: Ray, phase: str) -> sp.Expr:
+        """P_n along the ray until v_n = 0, or until the law ends restitution."""
+        v_n = self.states.gap_rate
+        if phase == "compression":
+            return -v_n / ray.a_n
+        if self.restitution == "poisson":
+            return BUDGET
+        if self.restitution == "newton":
+            return greatest(sp.Integer(0), (BUDGET - v_n) / ray.a_n)
+        # Rounding may leave a budget just below zero: then nothing is left to give back.
+        speed = sp.sqrt(v_n**2 + 2 * ray.a_n * sp.Max(BUDGET, 0))
+        return (speed - v_n) / ray.a_n
+
+    def _slip_stop(self, ray: Ray, phase: str) -> Transition:
+        v_t, s = self.states.slip, CONTACTS[ray.contact]
+        until_stop = -v_t / ray.a_t
+        if phase == "compression":
+            # s v_t/(−s a_t) < −v_n/a_n, cross-multiplied: true for a_n ≤ 0 as well.
+            sooner = s * v_t * ray.a_n - self.states.gap_rate * s * ray.a_t
+        else:
+            sooner = until_stop - self._end_impulse(ray, phase)
+        reset = self._after(ray, until_stop, phase) | {v_t: sp.Integer(0)}
+        guard = greatest(s * ray.a_t, sooner)
+        return Transition("slip_stop", "impact_slip_stop", guard, self._at_rest(phase), reset)
+
+    def _mode(self, ray: Ray, phase: str, decision: str) -> Mode:
+        zero = sp.Integer(0)
+        outputs = self.states.outputs(None, zero, zero)
+        name = f"impact/{ray.contact}/{phase}"
+        if ray.a_n == 0:
+            # Rank one: sticking carries any impulse and the normal velocity never changes.
+            jam = Transition("jam", "jam", _NOW, stop=StopReason.JAM)
+            return Mode(name, {}, (jam,), outputs)
+        transitions = []
+        if ray.contact != "stick":
+            s = CONTACTS[ray.contact]
+            if phase == "compression":
+                jam = greatest(ray.a_n, -s * ray.a_t)
+                transitions.append(Transition("jam", "jam", jam, stop=StopReason.JAM))
+            transitions.append(self._slip_stop(ray, phase))
+        reset = self._after(ray, self._end_impulse(ray, phase), phase)
+        if phase == "compression":
+            e = restitution_parameter(self.restitution).symbol
+            left = {"energetic": e**2, "poisson": e}
+            reset[self.states.gap_rate] = sp.Integer(0)
+            reset[BUDGET] = reset[BUDGET] * left.get(self.restitution, 1)
+            if self.restitution == "newton":
+                reset[BUDGET] = -e * APPROACH
+            target, kind = f"impact/{ray.contact}/restitution", "impact_max_compression"
+        else:
+            target, kind = decision, "impact_end"
+        transitions.append(Transition("end", kind, _NOW, (Choice(target),), reset))
+        return Mode(name, {}, tuple(transitions), outputs)
+
+    def modes(self, decision: str) -> list[Mode]:
+        """Return the six modes; the last ray of an impact leads to the mode `decision`."""
+        phases = ("compression", "restitution")
+        return [self._mode(r, phase, decision) for r in self.rays.values() for phase in phases]

@@ -1,0 +1,96 @@
+"""From what a user gives (names and numbers) to checked parameters and states."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from painleve_sym.contacts.contact_numbers import domain_margins
+from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.mechanics.models import Mechanism
+from painleve_sym.mechanics.system import Parameter
+
+CONTACT_TOLERANCE = 1e-12
+"""Gap or normal speed, in SI units, below which a state counts as in contact: round-off."""
+
+
+def _raise(where: str, faults: Sequence[str]) -> None:
+    if faults:
+        raise InputError(f"{where}: " + " ".join(faults))
+
+
+def _number(name: str, value: float) -> tuple[float, str | None]:
+    try:
+        number = float(value)
+    except (TypeError, ValueError, OverflowError):
+        return 0.0, f"{name}: got {value!r}, need a number."
+    if not math.isfinite(number):
+        return number, f"{name}: got {number!r}, need a finite number."
+    return number, None
+
+
+def resolve_parameters(
+    where: str, declared: Sequence[Parameter], given: Mapping[str, float]
+) -> dict[str, float]:
+    """Return every declared parameter's value: the given one, else its default.
+
+    Raises
+    ------
+    InputError
+        Unknown names, values that are not finite or out of range; all faults at once.
+    """
+    known, faults = {p.name: p for p in declared}, []
+    values = {p.name: p.default for p in declared}
+    for name, value in given.items():
+        if name not in known:
+            faults.append(unknown_name("parameter", name, known))
+            continue
+        values[name], fault = _number(f"parameter {name}", value)
+        fault = fault or known[name].fault(values[name])
+        if fault:
+            faults.append(fault)
+    _raise(where, faults)
+    return values
+
+
+def resolve_state(
+    mechanism: Mechanism, given: Mapping[str, float], parameters: Mapping[str, float]
+) -> dict[str, float]:
+    """Return coordinates and velocities; what is not given is 0.
+
+    Raises
+    ------
+    InputError
+        Unknown names, values that are not finite, a state outside the mechanism's domain.
+    """
+    where, faults = f"state of {mechanism.name!r}", []
+    values = dict.fromkeys(mechanism.state_names, 0.0)
+    for name, value in given.items():
+        if name not in values:
+            faults.append(unknown_name("state", name, values))
+            continue
+        values[name], fault = _number(f"state {name}", value)
+        if fault:
+            faults.append(fault)
+    _raise(where, faults)
+    symbols = symbol_values(mechanism, values, parameters)
+    margins = domain_margins(mechanism)(symbols).values() if mechanism.domain else ()
+    for bound, margin in zip(mechanism.domain, margins, strict=True):
+        if not margin > 0:
+            names = sorted(str(s) for s in bound.margin.free_symbols)
+            got = ", ".join(f"{n} = {values.get(n, parameters.get(n))!r}" for n in names)
+            faults.append(f"got {got}, need {bound.margin} > 0 ({bound.meaning}).")
+    _raise(where, faults)
+    return values
+
+
+def symbol_values(
+    mechanism: Mechanism, state: Mapping[str, float], parameters: Mapping[str, float]
+) -> dict[object, float]:
+    """Return the values keyed by the mechanism's symbols."""
+    system = mechanism.system
+    values: dict[object, float] = {
+        s: state[s.name] for s in (*system.q, *system.q_dot) if s.name in state
+    }
+    values |= {p.symbol: parameters[p.name] for p in system.parameters if p.name in parameters}
+    return values

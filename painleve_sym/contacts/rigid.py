@@ -1,0 +1,229 @@
+"""The automaton of a mechanism with one rigid frictional contact.
+
+Between impacts the contact problem of the accelerations holds. An impact is a chain of
+instantaneous modes, one per straight ray in the space of impulses (Routh's construction).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import sympy as sp
+
+from painleve_sym.contacts.contact_states import CONTACTS, FLIGHT, ContactStates, domain_transitions
+from painleve_sym.contacts.impact_rays import (
+    APPROACH,
+    MEMORY,
+    ImpactRays,
+    restitution_parameter,
+)
+from painleve_sym.errors import InputError, StopReason
+from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
+from painleve_sym.hybrid.conditions import least
+from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.mechanics.impact.impulse_rays import raw
+from painleve_sym.mechanics.paradox.singular_point import SingularPoint
+from painleve_sym.mechanics.system import Parameter
+
+DECISION = "contact"
+"""The instantaneous mode in which a closed contact finds its solution."""
+
+SINGULAR_MARGIN = sp.Rational(1, 10**8)
+"""|A_s|/W_nn at which a slip counts as having met A = 0: the limit is then linear in time."""
+
+_NOW = sp.Integer(-1)
+"""A guard that fires at once."""
+
+
+@dataclass(frozen=True)
+class RigidContact(ContactStates):
+    """Builds the automaton: flight, slip ±, stick, a decision, and the rays of an impact.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        With exactly one contact.
+    restitution : {"energetic", "poisson", "newton"}
+    policy : {"liftoff", "slip", "impact"}
+        Followed where the contact problem has several solutions.
+
+    References
+    ----------
+    Génot & Brogliato, Eur. J. Mech. A 18 (1999); Champneys & Várkonyi (2016).
+    """
+
+    restitution: str = "energetic"
+    policy: str = "liftoff"
+    rays: ImpactRays = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        RigidLaw(self.restitution, self.policy)  # refuses unknown names
+        if self.mechanism.contact.bilateral:
+            raise InputError(
+                f"mechanism {self.mechanism.name!r}: its contact is bilateral, and rigid motion "
+                "needs one that can open. Fix: use BilateralProblem with its coefficients."
+            )
+        object.__setattr__(self, "rays", ImpactRays(self, self.restitution))
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Parameters of the rigid contact itself: its coefficient of restitution."""
+        return (restitution_parameter(self.restitution),)
+
+    @cached_property
+    def singular_points(self) -> dict[int, SingularPoint]:
+        """How slip in each direction meets A = B = 0."""
+        return {s: SingularPoint(self.mechanism.coefficients, s, raw) for s in (-1, 1)}
+
+    # ---- the contact problem of the accelerations ----
+
+    def slip_force(self, slip: int) -> sp.Expr:
+        """F_n = −B/A_s that keeps the contact closed in slip."""
+        c = self.mechanism.coefficients
+        return -c.B / c.A(slip)
+
+    @cached_property
+    def stick_force(self) -> sp.Expr:
+        """F_n = −B′/A′ that keeps the contact closed in sticking."""
+        c = self.mechanism.coefficients
+        return -c.B_stick / c.A_stick
+
+    def _stick_margins(self) -> tuple[sp.Expr, sp.Expr]:
+        needed = self.tangential_force("stick", self.stick_force)
+        limit = self.mechanism.coefficients.mu * self.stick_force
+        return limit - needed, limit + needed
+
+    def _sliding_choices(self, slip: int) -> tuple[Choice, ...]:
+        c, name = self.mechanism.coefficients, "slip_neg" if slip < 0 else "slip_pos"
+        moving, A, B = slip * self.slip, c.A(slip), c.B
+        several = {"liftoff": FLIGHT, "slip": f"{name}_unstable", "impact": self.rays.first(name)}
+        return (
+            Choice(name, least(moving, A, -B)),
+            Choice(self.rays.first(name), least(moving, -A, -B)),
+            Choice(several[self.policy], least(moving, -A, B)),
+        )
+
+    def _resting_choices(self) -> tuple[Choice, ...]:
+        """At v_t = 0 (to be tried after both slips): lift-off, stick, or the onset of a slip."""
+        c = self.mechanism.coefficients
+        stick = Choice("stick", self._stick_condition())
+        onsets = []
+        for slip, name in ((-1, "slip_neg"), (1, "slip_pos")):
+            rate = slip * (c.slip_rate_coefficient(slip) * self.slip_force(slip) + c.b_t)
+            for sign, target in ((1, name), (-1, f"{name}_unstable")):
+                condition = least(sign * c.A(slip), -sign * c.B, rate)
+                onsets.append(Choice(target, condition, ("slip_stop",)))
+        lift = Choice(FLIGHT, least(c.B, self._at_rest()))
+        order = (lift, stick, *onsets) if self.policy == "liftoff" else (stick, *onsets, lift)
+        rest = self._at_rest()
+        return tuple(Choice(x.target, least(rest, x.condition), x.departs) for x in order)
+
+    def _stick_condition(self) -> sp.Expr:
+        """Positive where sticking is a solution; for a rank-one W, where its line of forces is."""
+        c = self.mechanism.coefficients
+        if not self._wedged:
+            return least(self.stick_force, *self._stick_margins())
+        # Every F_n with F_t = −(W_nt F_n + b_t)/W_tt holds v̇_t = 0; g̈_N = B′ must be 0 too.
+        margin = c.mu * c.W_tt - sp.Abs(c.W_nt)
+        return least(margin, sp.Float("1e-12") - sp.Abs(c.B_stick))
+
+    @cached_property
+    def _wedged(self) -> bool:
+        """Whether W has rank one: then sticking carries any force."""
+        return self.mechanism.coefficients.rank_one
+
+    def _at_rest(self) -> sp.Expr:
+        """Positive exactly where v_t = 0."""
+        return sp.Float("1e-300") - sp.Abs(self.slip)
+
+    def _decision(self) -> Mode:
+        clean = {s: sp.Integer(0) for s in MEMORY}
+        start = clean | {APPROACH: self.gap_rate}
+        arriving = Transition("impact", "impact", self.gap_rate, self.rays.starts(), start)
+        leaving = Transition("leave", "liftoff", -self.gap_rate, (Choice(FLIGHT),), clean)
+        solutions = (
+            *self._sliding_choices(-1),
+            *self._sliding_choices(1),
+            *self._resting_choices(),
+            Choice(FLIGHT),
+        )
+        reset = clean | {self.gap_rate: sp.Integer(0)}
+        decide = Transition("decide", "contact", _NOW, solutions, reset)
+        zero = sp.Integer(0)
+        return Mode(DECISION, {}, (arriving, leaving, decide), self.outputs(None, zero, zero))
+
+    # ---- modes ----
+
+    def _flight(self) -> Mode:
+        zero = sp.Integer(0)
+        land = Transition("touchdown", "touchdown", self.gap, (Choice(DECISION),), {self.gap: zero})
+        outputs = self.outputs(None, zero, zero)
+        return Mode(
+            FLIGHT, self.field(None, zero), (land, *domain_transitions(self.mechanism)), outputs
+        )
+
+    def _constrained(
+        self, name: str, contact: str, force: sp.Expr, transitions: tuple[Transition, ...]
+    ) -> Mode:
+        zero = sp.Integer(0)
+        rates = self.field(contact, force, normal=zero) | {self.gap: zero}
+        outputs = self.outputs(contact, force, zero)
+        return Mode(name, rates, (*transitions, *domain_transitions(self.mechanism)), outputs)
+
+    def _slip(self, contact: str, unstable: bool) -> Mode:
+        c, s = self.mechanism.coefficients, CONTACTS[contact]
+        sign = -1 if unstable else 1
+        stop = Transition(
+            "slip_stop",
+            "slip_stop",
+            s * self.slip,
+            (Choice(DECISION),),
+            {self.slip: sp.Integer(0)},
+        )
+        # Where F_n comes down to zero: A > 0, B reaches 0 from below; A < 0, B from above.
+        # Ḃ > 0 there: the gap opens, though rounding may leave B below 0 at first.
+        open_ = Choice(DECISION) if unstable else Choice(FLIGHT, None, ("touchdown",))
+        lift = Transition("liftoff", "liftoff", -sign * c.B, (open_,))
+        margin = sign * c.A(s) / c.W_nn - SINGULAR_MARGIN
+        meet = Transition("singular", "singular", margin, stop=StopReason.SINGULAR)
+        name = f"{contact}_unstable" if unstable else contact
+        return self._constrained(name, contact, self.slip_force(s), (stop, lift, meet))
+
+    def _stick(self) -> Mode:
+        c = self.mechanism.coefficients
+        if self._wedged:
+            zero = sp.Integer(0)
+            jam = Transition("jam", "jam", _NOW, stop=StopReason.JAM)
+            return Mode("stick", {}, (jam,), self.outputs(None, zero, zero))
+        changes = []
+        for (name, slip), margin in zip(
+            (("slip_neg", -1), ("slip_pos", 1)), self._stick_margins(), strict=True
+        ):
+            enter = (
+                Choice(name, c.A(slip), ("slip_stop",)),
+                # The force of such a slip would turn it back: only lift-off is left.
+                Choice(FLIGHT),
+            )
+            changes.append(Transition(name, "slip_start", margin, enter))
+        lift = Transition("liftoff", "liftoff", self.stick_force, (Choice(DECISION),))
+        return self._constrained("stick", "stick", self.stick_force, (*changes, lift))
+
+    @cached_property
+    def automaton(self) -> HybridAutomaton:
+        """The automaton, validated; modes that cannot be reached under the policy are left out."""
+        system = self.mechanism.system
+        modes = [self._flight(), self._decision(), self._stick()]
+        modes += [self._slip(n, u) for n in ("slip_neg", "slip_pos") for u in (False, True)]
+        modes += self.rays.modes(DECISION)
+        parameters = (*system.parameters, *self.parameters)
+        return HybridAutomaton(
+            name=f"{self.mechanism.name}, rigid, {self.restitution} restitution",
+            states=self.states,
+            memory=MEMORY,
+            parameters=tuple(p.symbol for p in parameters),
+            definitions={},
+            modes=tuple(modes),
+            starts=(Choice(FLIGHT, self.gap), Choice(DECISION)),
+            uncontrolled=self.dissipations,
+        )

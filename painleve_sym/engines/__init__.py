@@ -1,0 +1,1 @@
+"""Integrators of automata: the event loop in C and its steppers."""

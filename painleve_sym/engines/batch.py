@@ -1,0 +1,180 @@
+"""What a batch of runs is asked for, and the arrays it fills: one row per run."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from painleve_sym.arrays import Array
+from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.hybrid.signature import Outline
+
+COUNTERS = (
+    "accepted_steps",
+    "rejected_steps",
+    "field_evaluations",
+    "guard_evaluations",
+    "dense_outputs",
+    "events",
+)
+MAX_EVENTS_KEPT = 10_000
+"""Event times of one kind and row: beyond it a single run with its record serves better."""
+
+
+@dataclass(frozen=True)
+class BatchWish:
+    """What is kept of each run besides its end.
+
+    Attributes
+    ----------
+    events : int
+        How many event times of each kind, the first ones.
+    maxima, minima : tuple of str
+        Outputs of which the largest and smallest value over the run is kept, with its time.
+    integrals : tuple of str
+        Outputs that are integrated over time.
+    """
+
+    events: int = 1
+    maxima: tuple[str, ...] = ()
+    minima: tuple[str, ...] = ()
+    integrals: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.events <= MAX_EVENTS_KEPT:
+            raise InputError(
+                f"batch: events: got {self.events!r}, need a whole number from 0 to "
+                f"{MAX_EVENTS_KEPT}."
+            )
+
+    @property
+    def watched(self) -> tuple[str, ...]:
+        """Outputs by what is asked of them: maxima, minima, integrals."""
+        return (*self.maxima, *self.minima, *self.integrals)
+
+    def indices(self, outputs: Sequence[str]) -> list[int]:
+        """Return where the watched outputs are among all; InputError for an unknown one."""
+        for name in self.watched:
+            if name not in outputs:
+                raise InputError("batch: " + unknown_name("output", name, outputs))
+        return [outputs.index(name) for name in self.watched]
+
+
+@dataclass(frozen=True)
+class BatchRows:
+    """Ends of n runs; every array has n rows.
+
+    Attributes
+    ----------
+    time : ndarray, shape (n,)
+    state : ndarray, shape (n, nx)
+    memory : ndarray, shape (n, nz)
+    mode, reason, transition : ndarray of int, shape (n,)
+        Index of the mode, number of the stop reason (the engine's are `ENGINE_REASONS`), index of
+        the transition that ended the run or -1.
+    counters : ndarray of int, shape (n, 6)
+    event_counts : ndarray of int, shape (n, kinds)
+    event_times : ndarray, shape (n, kinds, events)
+        nan where there was no such event.
+    extremes : ndarray, shape (n, maxima + minima, 2)
+        Value and time.
+    integrals : ndarray, shape (n, integrals)
+    """
+
+    time: Array
+    state: Array
+    memory: Array
+    mode: NDArray[np.int32]
+    reason: NDArray[np.int32]
+    transition: NDArray[np.int32]
+    counters: NDArray[np.int64]
+    event_counts: NDArray[np.int64]
+    event_times: Array
+    extremes: Array
+    integrals: Array
+
+    @classmethod
+    def empty(
+        cls, n: int, automaton: Outline, wish: BatchWish, kinds: int | None = None
+    ) -> BatchRows:
+        """Return uninitialised rows for so many kinds of events, by default the automaton's."""
+        kinds = max(1, len(automaton.kinds)) if kinds is None else kinds
+        return cls(
+            np.empty(n),
+            np.empty((n, len(automaton.states))),
+            np.empty((n, len(automaton.memory))),
+            mode=np.empty(n, np.int32),
+            reason=np.empty(n, np.int32),
+            transition=np.empty(n, np.int32),
+            counters=np.empty((n, len(COUNTERS)), np.int64),
+            event_counts=np.empty((n, kinds), np.int64),
+            event_times=np.empty((n, kinds, wish.events)),
+            extremes=np.empty((n, len(wish.maxima + wish.minima), 2)),
+            integrals=np.empty((n, len(wish.integrals))),
+        )
+
+    def part(self, rows: slice) -> BatchRows:
+        """Return a view of some rows."""
+        return BatchRows(*(getattr(self, f.name)[rows] for f in fields(self)))
+
+    def taken(self, rows: Any) -> BatchRows:
+        """Return a copy of some rows, chosen by a mask or by numbers."""
+        return BatchRows(*(getattr(self, f.name)[rows] for f in fields(self)))
+
+    def put(self, rows: Any, other: BatchRows) -> None:
+        """Overwrite some rows, chosen by a mask or by numbers."""
+        for f in fields(self):
+            getattr(self, f.name)[rows] = getattr(other, f.name)
+
+    def fill_unmoved(self, rows: Any, states: Array, reason: Any) -> None:
+        """Overwrite some rows by motions that ended where they began.
+
+        Parameters
+        ----------
+        rows : ndarray of bool, shape (n,)
+        states : ndarray, shape (n, nx)
+            Where each row began.
+        reason : int, or ndarray of int
+            Of all of them, or of each.
+        """
+        for f in fields(self):
+            array = getattr(self, f.name)
+            array[rows] = np.nan if array.dtype.kind == "f" else 0
+        for zero in (self.time, self.memory, self.integrals):
+            zero[rows] = 0.0
+        self.state[rows] = states[rows]
+        self.reason[rows], self.transition[rows] = reason, -1
+
+
+class Ends(ctypes.Structure):
+    """Addresses of the arrays of `BatchRows`, in its order."""
+
+    _fields_ = tuple((f.name, ctypes.c_void_p) for f in fields(BatchRows))
+
+
+class Given(ctypes.Structure):
+    """Number of rows and addresses of states, parameters, end times and tolerances."""
+
+    _fields_ = (
+        ("rows", ctypes.c_long),
+        *((name, ctypes.c_void_p) for name in ("states", "parameters", "t_end", "atol")),
+    )
+
+
+class Wish(ctypes.Structure):
+    """`BatchWish` as C reads it."""
+
+    _fields_ = (
+        *((name, ctypes.c_int) for name in ("events", "maxima", "minima", "integrals")),
+        ("of", ctypes.c_void_p),
+    )
+
+
+def pointers(rows: BatchRows) -> list[Any]:
+    """Return the addresses of the arrays; the caller keeps the arrays."""
+    return [getattr(rows, f.name).ctypes.data for f in fields(rows)]

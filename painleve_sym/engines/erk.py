@@ -1,0 +1,401 @@
+"""The second engine: the same automaton on CasADi's event-capable `erk` integrator, no compiler."""
+
+from __future__ import annotations
+
+import threading
+from collections import Counter
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from painleve_sym.arrays import Array
+from painleve_sym.codegen.modes import AutomatonFunctions
+from painleve_sym.engines.erk_mode import GRID, Call, ModeRunner, Window
+from painleve_sym.engines.protocol import DENSE_ROWS, IntervalHistory, RawRun, RunOptions
+from painleve_sym.errors import StopReason
+from painleve_sym.hybrid.automaton import Choice, HybridAutomaton
+
+_HUGE = 1e300
+"""Stands for inf, so that 0·inf is no nan."""
+_CHUNK = 256
+"""Points per call of the outputs: many enough to hide the cost of a call."""
+_ROUGH, _ROUGHEST = 10.0, 1e-12
+"""Error between the points of a grid: so many tolerances, and not less than this."""
+_REPLACEMENTS = 8
+"""Times that an earlier event may replace one; each is earlier still, so one or two are usual."""
+
+# The compiled engine's constants: its decisions are repeated here.
+_ZERO_TIME, _CHAIN = 1e-10, 64
+
+_COUNTERS = ("accepted_steps", "rejected_steps", "field_evaluations", "guard_evaluations")
+_MORE_COUNTERS = ("dense_outputs", "events")
+
+
+class _Run:
+    """One run: its state, and the event loop of the compiled engine on windows instead of steps."""
+
+    reason: StopReason | None = None
+    stop_transition = -1
+    hit = False
+    t, t_event, at_once, h_ref = 0.0, -np.inf, 0, 0.0
+
+    def __init__(
+        self, engine: ErkEngine, x: Array, z: Array, c: Array, options: RunOptions
+    ) -> None:
+        self.engine, self.c, self.options = engine, c, options
+        self.modes, self.x, self.z = engine.automaton.modes, x, z
+        chosen = options.start_mode < 0
+        self.mode = engine.start(x, z, c) if chosen else options.start_mode
+        self.counters = Counter(dict.fromkeys(_COUNTERS + _MORE_COUNTERS, 0))
+        self.steps: list[Array] = []
+        self.events: list[Array] = []
+        self.armed = np.zeros(0, dtype=bool)
+        self.history: dict[tuple[int, int], IntervalHistory] = {}
+        self.atol = np.minimum(options.atol, _HUGE)
+        # Powers of two: scaling then rounds nothing. 2^500 leaves a state out of the error norm.
+        exponent = np.round(np.log2(options.atol / options.rtol))
+        self.scale = np.exp2(np.clip(exponent, -500, 500))
+
+    def loop(self) -> None:
+        """Integrate until there is a reason to stop."""
+        # What the start state makes happen at once is its choice of mode, or events where asked.
+        self.settle(self.options.start_departs, visible=self.options.start_events)
+        if self.hit and self.reason is None:
+            self.reason = StopReason.UNTIL
+        self.length = self.options.first_step or self.h_ref
+        while self.reason is None:
+            self.advance()
+
+    @property
+    def runner(self) -> ModeRunner:
+        """Integrator of the current mode."""
+        return self.engine.runner(self.mode, self.options.rtol)
+
+    # ---- entering a mode ----
+
+    def first_step(self) -> float:
+        """Return a first step (Hairer, Nørsett & Wanner, II.4), as the compiled engine does."""
+        o, field = self.options, self.runner.field
+        scale = self.atol + o.rtol * np.abs(self.x)
+        f0 = field(self.x, self.z, self.c)[0]
+        d0, d1 = np.sum((self.x / scale) ** 2), np.sum((f0 / scale) ** 2)
+        h = 0.01 * np.sqrt(d0 / d1) if d0 > 1e-10 and d1 > 1e-10 else 1e-6
+        h = min(h, o.max_step)
+        f1 = field(self.x + h * f0, self.z, self.c)[0]
+        self.counters["field_evaluations"] += 2
+        d2 = np.sum(((f1 - f0) / scale) ** 2)
+        slope = np.fmax(np.sqrt(d1), np.sqrt(d2) / h)
+        h1 = (0.01 / slope) ** 0.125 if slope > 1e-15 else np.fmax(1e-6, h * 1e-3)
+        h = float(np.fmin(100 * h, h1))
+        return h if 0 < h < o.max_step else o.max_step
+
+    def settle(self, departs: tuple[int, ...], visible: bool) -> None:
+        """Make the transitions happen that must happen at once, then arm the guards."""
+        for _ in range(_CHAIN):
+            if self.reason is not None:
+                return
+            self.h_ref = self.first_step()
+            if not np.isfinite(self.h_ref):
+                self.reason = StopReason.NON_FINITE
+                return
+            g, d, d2 = self.runner.jets(self.x, self.z, self.c)
+            sides = [_side(g[j], d[j], d2[j], self.h_ref, j in departs) for j in range(len(g))]
+            self.armed = np.array(sides) > 0
+            if -1 not in sides:
+                return
+            departs = self.apply(sides.index(-1), visible, timed=False)
+        if self.reason is None:
+            self.reason = StopReason.ACCUMULATION
+
+    def apply(self, j: int, visible: bool, timed: bool) -> tuple[int, ...]:
+        """Apply transition j, whose guard came down to zero (`timed`) or fired at once.
+
+        Returns the guards of the new mode that are known to leave zero.
+        """
+        transition, before = self.modes[self.mode].transitions[j], self.mode
+        at = (self.x, self.z, self.c, np.array([float(timed)]))
+        x, z, conditions = self.runner.events[j](*at)
+        departs: tuple[int, ...] = ()
+        if transition.stop is None:
+            choice = _chosen(conditions, transition.choices)
+            self.mode = self.engine.functions.mode_index[choice.target]
+            departs = self.engine.functions.departures(choice)
+        else:
+            self.reason, self.stop_transition = transition.stop, j
+        if visible:
+            self.note(transition.kind, before, j, x, z)
+        self.x, self.z = x, z
+        return departs
+
+    def note(self, kind: str, before: int, j: int, x: Array, z: Array) -> None:
+        """Count and record an event; x and z are those after it."""
+        self.counters["events"] += 1
+        if self.options.record != "end":
+            head = [self.t, before, j, self.mode]
+            self.events.append(np.concatenate([head, self.x, self.z, x, z]))
+        self.hit |= kind in self.options.until
+        self.at_once = self.at_once + 1 if self.t == self.t_event else 0
+        self.t_event = self.t
+        history = self.history.setdefault((before, j), IntervalHistory())
+        if self.reason is None and (self.at_once >= _CHAIN or history.accumulates(self.t)):
+            self.reason = StopReason.ACCUMULATION
+        if self.reason is None and self.counters["events"] >= self.options.max_events:
+            self.reason = StopReason.EVENT_LIMIT
+
+    # ---- smooth motion ----
+
+    def window(self, length: float, watch: bool) -> tuple[Window | None, int]:
+        """Integrate the current mode from here; return the window and the steps it took."""
+        window, work = self.runner.window(self.x, self.z, self.c, self.scale, length, watch)
+        done = work["n_steps"], work["n_reject"], work["n_rhs"], work.get("n_call_zeroF", 0) + GRID
+        self.counters.update(dict(zip(_COUNTERS, done, strict=True)), dense_outputs=GRID)
+        return window, done[0] + done[1]
+
+    def advance(self) -> None:
+        """One window, or the event it ran into."""
+        o, length = self.options, min(self.length, self.options.max_step)
+        last = self.t + length * 1.0000001 >= o.t_end
+        if last:
+            length = o.t_end - self.t
+        if self.counters["accepted_steps"] + self.counters["rejected_steps"] >= o.max_steps:
+            self.reason = StopReason.STEP_LIMIT
+            return
+        if not length > 16e-16 * abs(self.t) + 1e-200:
+            self.reason = StopReason.T_END if last else self.failure()
+            return
+        window, taken = self.window(length, watch=True)
+        if window is None:
+            self.length = length / GRID
+            return
+        if window.fired >= 0:
+            self.run_into(window.fired, window.place * length, length)
+            return
+        if self.too_rough(window):
+            return
+        event = self.missed(window)
+        if event is not None:
+            self.run_into(*event, length)
+            return
+        self.accept(window)
+        if last:
+            self.t, self.reason = o.t_end, StopReason.T_END
+        self.length = length * float(np.clip(GRID / max(taken, 1), 0.25, 4.0))
+
+    def too_rough(self, window: Window) -> bool:
+        """Whether the grid of a window is too coarse for its motion; then shorten the next one."""
+        length, limit = float(window.times[-1]), max(_ROUGH * self.options.rtol, _ROUGHEST)
+        excess = window.roughness(self.scale) / limit
+        # Where a force sets in with a kink no grid is fine enough: there is an end to it.
+        if not excess > 1 or length < _ZERO_TIME * self.h_ref:
+            return False
+        self.length = length * max(0.8 * excess ** (-1 / 6), 1 / GRID)
+        return True
+
+    def failure(self) -> StopReason:
+        """Return why no window can be integrated from here."""
+        rate = self.runner.field(self.x, self.z, self.c)[0]
+        finite = self.t > 0 and bool(np.isfinite(rate).all())
+        return StopReason.STEP_UNDERFLOW if finite else StopReason.NON_FINITE
+
+    def accept(self, window: Window) -> None:
+        """Record a window and move to its end."""
+        if self.options.record == "dense":
+            head = np.empty((GRID, 3 + len(self.z)))
+            head[:, 0], head[:, 1] = self.t + window.times[:-1], np.diff(window.times)
+            head[:, 2], head[:, 3:] = self.mode, self.z
+            even = np.zeros((GRID, 1))
+            self.steps.append(np.hstack([head, window.rows.reshape(GRID, -1), even]))
+        self.t += float(window.times[-1])
+        self.x = window.at.x[-1]
+        self.armed |= window.at.g[-1] > 0
+
+    # ---- events ----
+
+    def run_into(self, j: int, tau: float, length: float) -> None:
+        """Let guard j fire, which is zero at `tau` of a window, or an earlier one found on the way.
+
+        Where the window is too long to resolve the event, a shorter one is tried first: a guard
+        that does not leave zero as it should (`tau` is 0) may have left it and come back.
+        """
+        nearest = max(_ZERO_TIME * self.h_ref, 1e-13 * self.t)
+        replaced = 0
+        while True:
+            window = self.end_at_zero(j, tau) if tau >= 1e-14 * length else None
+            if window is None and length <= nearest:
+                # It fires as soon as time has moved on: at once it might do so for ever.
+                window = self.window(length, watch=False)[0]
+            if window is None:
+                self.length = length / GRID
+                return
+            if self.too_rough(window):
+                return
+            earlier = self.missed(window, ended=j)
+            if earlier is None or length <= nearest or replaced == _REPLACEMENTS:
+                break
+            length, (j, tau), replaced = float(window.times[-1]), earlier, replaced + 1
+        self.accept(window)
+        self.settle(self.apply(j, visible=True, timed=True), visible=True)
+        self.length = min(self.length, 10 * self.h_ref)
+        if self.hit and self.reason is None:
+            self.reason = StopReason.UNTIL
+
+    def end_at_zero(self, j: int, tau: float) -> Window | None:
+        """Integrate to where guard j is zero, to round-off; None if it is not zero near `tau`."""
+        for _ in range(4):
+            window = self.window(tau, watch=False)[0]
+            if window is None:
+                return None
+            g, dg = float(window.at.g[-1, j]), float(window.at.dg[-1, j])
+            # Newton on the length.
+            more = -g / dg if dg < 0 else 0.0
+            if abs(more) >= 1e-3 * tau or (g > 0 and dg >= 0):
+                return window if g <= 0 else None
+            if abs(more) <= 1e-12 * tau:
+                # So close that the rest is linear, and the grid is as even as it was.
+                return window.moved(more)
+            tau += more
+        return window
+
+    def missed(self, window: Window, ended: int = -1) -> tuple[int, float] | None:
+        """Return the first guard that reaches zero on the grid of a window, and when.
+
+        It finds what `erk` leaves out: two crossings in one step, a guard that starts on its
+        surface, the second of two guards. `ended` is the guard that is zero at the window's end.
+        """
+        if window.fired >= 0:
+            return None
+        end = float(window.times[-1])
+        found, limit = None, end
+        for j, armed in enumerate(self.armed):
+            tau = self.runner.first_zero(window, j, bool(armed), GRID - (j == ended))
+            if tau is None:
+                continue
+            # Of guards at one instant the first in the list fires, as in the compiled engine.
+            if tau < limit * (1 - 1e-12) or (found is None and ended < 0):
+                found, limit = (j, tau), tau
+        return found
+
+
+def _side(g: float, d: float, d2: float, h: float, departs: bool) -> int:
+    """1: on the positive side, armed; 0: at zero and leaving upwards; -1: fires now."""
+    d = float(np.nan_to_num(d, nan=0.0, posinf=_HUGE, neginf=-_HUGE))
+    d2 = d2 if np.isfinite(d2) else 0.0
+    first, second = d * _ZERO_TIME * h, 0.5 * d2 * (_ZERO_TIME * h) ** 2
+    if abs(g) > abs(first) + abs(second):
+        return 1 if g > 0 else -1
+    if departs:
+        return 0
+    return -1 if (first if abs(first) > abs(second) else second) < 0 else 0
+
+
+def _chosen(conditions: Array, choices: tuple[Choice, ...]) -> Choice:
+    admitted = (c for c, v in zip(choices[:-1], conditions, strict=False) if v > 0)
+    return next(admitted, choices[-1])
+
+
+class ErkEngine:
+    """Runge–Kutta 5(4) of CasADi in its virtual machine: slower, and needs no compiler.
+
+    The motion is integrated window by window. An event ends a window; the stretch up to it is then
+    integrated again, so that the event lies at the end of a step and Newton places it to round-off.
+    All else repeats the decisions of the compiled engine, which this one serves to check.
+
+    Parameters
+    ----------
+    automaton : HybridAutomaton
+    functions : AutomatonFunctions, optional
+        Its functions, where they are not the plain ones.
+    """
+
+    name = "erk"
+
+    def __init__(
+        self, automaton: HybridAutomaton, functions: AutomatonFunctions | None = None
+    ) -> None:
+        self.automaton = automaton
+        self.functions = functions or AutomatonFunctions(automaton)
+        self._runners: dict[tuple[int, float], ModeRunner] = {}
+        self._many: dict[int, Call] = {}
+        # The functions work on arrays of their own: one run at a time.
+        self._lock = threading.RLock()
+
+    @cached_property
+    def _constants(self) -> Call:
+        return Call(self.functions.constants)
+
+    @cached_property
+    def _starts(self) -> Call:
+        return Call(self.functions.starts)
+
+    def runner(self, mode: int, rtol: float) -> ModeRunner:
+        """Return a mode's integrator, built on first use: the tolerance is part of it."""
+        runner = self._runners.get((mode, rtol))
+        if runner is None:
+            runner = self._runners[mode, rtol] = ModeRunner(self.functions, mode, rtol)
+        return runner
+
+    def start(self, x: Array, z: Array, c: Array) -> int:
+        """Return the mode that a run from this state starts in."""
+        choice = _chosen(self._starts(x, z, c)[0], self.automaton.starts)
+        return self.functions.mode_index[choice.target]
+
+    def constants(self, parameters: Array) -> Array:
+        """Return the parameters followed by the definitions, shape (nc,)."""
+        with self._lock:
+            return self._constants(parameters)[0]
+
+    def run(
+        self,
+        state: Array,
+        parameters: Array,
+        options: RunOptions,
+        memory: Array | None = None,
+    ) -> RawRun:
+        """Integrate from t = 0; the mode is chosen from the state, the memory is 0 or given.
+
+        A window, not a step, is what `first_step` and `max_step` bound, and `max_steps` is looked
+        at before each window.
+        """
+        x = np.array(state, dtype=np.float64)
+        z = np.zeros(self.functions.z.numel()) if memory is None else np.array(memory)
+        with self._lock, np.errstate(all="ignore"):
+            r = _Run(self, x, z, self.constants(parameters), options)
+            r.loop()
+        nx, nz = len(x), len(r.z)
+        return RawRun(
+            time=r.t,
+            state=r.x,
+            memory=r.z,
+            mode=r.mode,
+            stop_reason=r.reason or StopReason.NO_MODE,
+            stop_transition=r.stop_transition,
+            steps=np.vstack([np.empty((0, 4 + nz + DENSE_ROWS * nx)), *r.steps]),
+            events=np.vstack([np.empty((0, 4 + 2 * (nx + nz))), *r.events]),
+            counters=dict(r.counters),
+        )
+
+    def field(self, mode: int, state: Array, memory: Array, constants: Array) -> Array:
+        """Return the rates of all states in a mode, shape (nx,)."""
+        rates = self.functions.modes[mode].field(state, memory, constants)
+        return np.array(rates).reshape(-1)
+
+    def outputs(self, modes: Any, states: Array, memory: Array, constants: Array) -> Array:
+        """Return the automaton's outputs at n points, shape (n, no)."""
+        index = np.asarray(modes, dtype=np.int64)
+        out = np.empty((len(index), self.functions.output_size))
+        for mode in np.unique(index):
+            where = np.flatnonzero(index == mode)
+            for i in range(0, len(where), _CHUNK):
+                part = where[i : i + _CHUNK]
+                full = np.resize(part, _CHUNK)
+                with self._lock:
+                    values = self._outputs(int(mode))(states[full], memory[full], constants)
+                out[part] = values[0].reshape(_CHUNK, -1)[: len(part)]
+        return out
+
+    def _outputs(self, mode: int) -> Call:
+        if mode not in self._many:
+            function = self.functions.modes[mode].outputs
+            self._many[mode] = Call(function.map("many", "serial", _CHUNK, [2], []))
+        return self._many[mode]

@@ -1,0 +1,77 @@
+"""Which engine runs an automaton."""
+
+from __future__ import annotations
+
+import warnings
+
+from painleve_sym.codegen.modes import AutomatonFunctions
+from painleve_sym.engines.compiled import CompiledEngine
+from painleve_sym.engines.protocol import Engine
+from painleve_sym.engines.taylor.runner import TaylorEngine
+from painleve_sym.errors import (
+    CompilerMissing,
+    InputError,
+    NoRecurrence,
+    PainleveWarning,
+    unknown_name,
+)
+from painleve_sym.hybrid.automaton import HybridAutomaton
+from painleve_sym.hybrid.signature import AutomatonBuilder
+
+ENGINES = ("auto", "compiled", "taylor", "erk")
+
+
+def make_engine(
+    automaton: HybridAutomaton | AutomatonBuilder,
+    name: str = "auto",
+    functions: AutomatonFunctions | None = None,
+) -> Engine:
+    """Return an engine: ``taylor``, ``compiled`` (Runge–Kutta), ``erk`` (CasADi's) or ``auto``.
+
+    ``auto`` is ``taylor`` where every mode has a Taylor series, else ``compiled``; without a C
+    compiler it is ``erk``, with a notice. Where a mode has no Taylor series, ``compiled`` takes the
+    place of ``taylor``, with a notice where that was asked for. What a builder derives is taken
+    from the cache where it was derived and compiled before. `functions` are those of the automaton
+    where they are not the plain ones; their series would be long to generate, so they are
+    integrated by Runge–Kutta steps.
+
+    Raises
+    ------
+    InputError
+        Unknown name.
+    CompilerMissing
+        ``compiled`` or ``taylor`` was asked for and there is none.
+    """
+    if name not in ENGINES:
+        raise InputError(unknown_name("engine", name, ENGINES))
+    try:
+        if functions is None and name in ("auto", "taylor"):
+            try:
+                return _compiled(TaylorEngine, automaton)
+            except NoRecurrence as error:
+                if name == "taylor":
+                    _notice(f"engine 'taylor': {error}. Engine 'compiled' (Runge–Kutta) is used.")
+        if name != "erk":
+            return _compiled(CompiledEngine, automaton, functions)
+    except CompilerMissing as error:
+        if name != "auto":
+            raise
+        _notice(f"{error} Until then the slower engine 'erk' is used.")
+    from painleve_sym.engines.erk import ErkEngine
+
+    whole = automaton if isinstance(automaton, HybridAutomaton) else automaton.automaton
+    return ErkEngine(whole, functions)
+
+
+def _notice(message: str) -> None:
+    warnings.warn(message, PainleveWarning, stacklevel=3)
+
+
+def _compiled(
+    kind: type[CompiledEngine],
+    automaton: HybridAutomaton | AutomatonBuilder,
+    functions: AutomatonFunctions | None = None,
+) -> CompiledEngine:
+    if isinstance(automaton, HybridAutomaton):
+        return kind(automaton, functions)
+    return kind.of_builder(automaton)

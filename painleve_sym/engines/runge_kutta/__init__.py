@@ -1,0 +1,1 @@
+"""Runge–Kutta 8(5,3): coefficients and stepper."""

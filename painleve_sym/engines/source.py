@@ -1,0 +1,150 @@
+"""The C source of an automaton: generated functions, tables, coefficients and the event loop."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib import resources
+
+import casadi as ca
+
+from painleve_sym.codegen.c_functions import c_file
+from painleve_sym.codegen.modes import AutomatonFunctions
+from painleve_sym.engines.runge_kutta import coefficients as dop853
+from painleve_sym.errors import StopReason
+from painleve_sym.hybrid.automaton import Transition
+
+ENGINE_PARTS = (
+    "loop/state",
+    "loop/watch",
+    "loop/events",
+    "runge_kutta/step",
+    "runge_kutta/extremes",
+    "runge_kutta/search",
+    "runge_kutta/advance",
+    "loop/loop",
+    "loop/batch",
+)
+"""Files of the event loop with the Runge–Kutta stepper, in the order in which they are read."""
+
+ENGINE_REASONS = (
+    StopReason.T_END,
+    StopReason.UNTIL,
+    StopReason.LEFT_DOMAIN,
+    StopReason.STEP_LIMIT,
+    StopReason.EVENT_LIMIT,
+    StopReason.ACCUMULATION,
+    StopReason.NON_FINITE,
+    StopReason.STEP_UNDERFLOW,
+    StopReason.NO_MODE,
+    StopReason.SINGULAR,
+    StopReason.JAM,
+    StopReason.DECISION,
+)
+"""Stop reasons in the order of the engine's own numbers."""
+
+
+def source(functions: AutomatonFunctions) -> str:
+    """Return one self-contained C file: everything the event loop needs for this automaton."""
+    return assemble(functions, (), _coefficients(), engine_texts(*ENGINE_PARTS))
+
+
+def engine_texts(*parts: str) -> list[str]:
+    """Return the hand-written C files of the engines, each named by folder and base name."""
+    folder = resources.files("painleve_sym.engines")
+    return [folder.joinpath(f"{part}.c").read_text("utf-8") for part in parts]
+
+
+def assemble(
+    functions: AutomatonFunctions,
+    more: Sequence[ca.Function],
+    stepper: str,
+    engine: Sequence[str],
+    shared: str = "",
+    written: Sequence[str] = (),
+) -> str:
+    """Return the C file of an automaton.
+
+    Parameters
+    ----------
+    functions : AutomatonFunctions
+    more : sequence of casadi.Function
+        What the stepper needs besides.
+    stepper : str
+        C that the stepper's files expect above them.
+    engine : sequence of str
+        Hand-written C, in the order in which it must be read.
+    shared, written
+        C that is read before all of it, and functions that need no more than that; see `c_file`.
+    """
+    every = (*functions.all(), *more)
+    parts = (_tables(functions), stepper, *engine)
+    return c_file(every, "\n".join(parts), _sizes(functions, every) + shared, written)
+
+
+def _sizes(functions: AutomatonFunctions, every: Sequence[ca.Function]) -> str:
+    automaton = functions.automaton
+    transitions = [t for m in automaton.modes for t in m.transitions]
+    sizes = {
+        "NX": functions.x.numel(),
+        "NZ": functions.z.numel(),
+        "NP": len(automaton.parameters),
+        "NC": functions.c.numel(),
+        "NM": len(automaton.modes),
+        "NO": functions.output_size,
+        "NG": max(1, max(len(m.transitions) for m in automaton.modes)),
+        "NCHOICE": max((len(t.choices) for t in transitions), default=0) or 1,
+        "NSTART": len(automaton.starts),
+        "NKIND": max(1, len(automaton.kinds)),
+        "WORK": max(f.sz_w() for f in every),
+    }
+    lines = [f"#define PS_{name} {value}" for name, value in sizes.items()]
+    # A file around this one may have said already how its functions are seen.
+    seen = '#define PS_EXPORT __attribute__((visibility("default")))'
+    return "\n".join([*lines, "#ifndef PS_EXPORT", seen, "#endif", ""])
+
+
+def _weighted(row: dict[int, float]) -> str:
+    return " + ".join(f"{w!r} * k[{j}][i]" for j, w in row.items())
+
+
+def _coefficients() -> str:
+    rows = {f"ROW_{s}": row for s, row in enumerate(dop853.STAGE_WEIGHTS) if row}
+    rows |= {"E5": dop853.ERROR_5, "E3": dop853.ERROR_3}
+    rows |= {f"D_{i}": row for i, row in enumerate(dop853.DENSE_WEIGHTS)}
+    weights = [f"#define PS_{name} ({_weighted(row)})" for name, row in rows.items()]
+    ends = ["#define PS_STAGES 16", "#define PS_STEPPER double h_last, err_last;", ""]
+    return "\n".join([*weights, *ends])
+
+
+def _transition(functions: AutomatonFunctions, i: int, j: int, t: Transition) -> str:
+    kind = functions.automaton.kinds.index(t.kind)
+    stop = ENGINE_REASONS.index(t.stop) if t.stop is not None else -1
+    targets = ", ".join(str(functions.mode_index[c.target]) for c in t.choices) or "0"
+    masks = [sum(1 << k for k in functions.departures(c)) for c in t.choices] or [0]
+    departs = ", ".join(f"{m}u" for m in masks)
+    return f"{{event_{i}_{j}, {kind}, {stop}, {len(t.choices)}, {{{targets}}}, {{{departs}}}}}"
+
+
+def _tables(functions: AutomatonFunctions) -> str:
+    automaton = functions.automaton
+    lines = [
+        "typedef int (*ps_function)(const double **, double **, casadi_int *, double *, int);",
+        "typedef struct { ps_function event; int kind, stop, n, target[PS_NCHOICE]; "
+        "unsigned departs[PS_NCHOICE]; } ps_transition;",
+        "typedef struct { ps_function field, guards, jets, outputs; int n; "
+        "ps_transition transitions[PS_NG]; } ps_mode;",
+        "static const ps_mode PS_MODES[PS_NM] = {",
+    ]
+    for i, mode in enumerate(automaton.modes):
+        rows = [_transition(functions, i, j, t) for j, t in enumerate(mode.transitions)]
+        names = f"field_{i}, guards_{i}, jets_{i}, outputs_{i}"
+        lines.append(f"  {{{names}, {len(rows)}, {{{', '.join(rows)}}}}},  /* {mode.name} */")
+    starts = ", ".join(str(functions.mode_index[c.target]) for c in automaton.starts)
+    lines += [
+        "};",
+        f"static const int PS_STARTS[PS_NSTART] = {{{starts}}};",
+        "#define PS_START_CONDITIONS starts",
+        "#define PS_CONSTANTS constants",
+        "",
+    ]
+    return "\n".join(lines)

@@ -1,0 +1,33 @@
+"""The Taylor engine: the compiled event loop over series instead of Runge–Kutta steps."""
+
+from __future__ import annotations
+
+from painleve_sym.codegen.modes import AutomatonFunctions
+from painleve_sym.engines.compiled import CompiledEngine
+from painleve_sym.engines.taylor.source import ORDER, source
+
+MOST_LANES = 8
+"""Motions of a batch side by side, or as many as a vector register of the processor holds."""
+
+
+class TaylorEngine(CompiledEngine):
+    """Taylor series of adaptive order and step, events at the zeros of the guards' own series.
+
+    Parameters
+    ----------
+    automaton : HybridAutomaton
+
+    Raises
+    ------
+    NoRecurrence
+        A mode uses an operation that has no recurrence, such as `max` of two states.
+    CompilerMissing, CompileError
+    """
+
+    name = "taylor"
+    dense_rows = ORDER + 1
+    lanes = MOST_LANES
+
+    @staticmethod
+    def _source(functions: AutomatonFunctions) -> str:
+        return source(functions)

@@ -1,0 +1,172 @@
+"""The C source of an automaton with the Taylor stepper."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+
+import casadi as ca
+
+from painleve_sym.codegen.modes import AutomatonFunctions
+from painleve_sym.engines.source import assemble, engine_texts
+from painleve_sym.engines.taylor.emit import WIDTH, SeriesCode
+from painleve_sym.engines.taylor.simplify import simplify
+from painleve_sym.engines.taylor.tape import Tape, build
+from painleve_sym.errors import NoRecurrence
+
+ORDER = 20
+"""Highest order; that for the tightest tolerance, 1e-15, is 19."""
+_FUNCTION = re.compile(r"^static void (\w+)\(.*?^\}\n", re.M | re.S)
+# Compilers make vectors of loops over the states. Those of one motion stay in functions of their
+# own, which clear the registers' upper halves at their end: gcc 12 forgets that before some calls,
+# and then the first old instruction in libm pays for it. Those of lanes are part of `fill_lanes` or
+# `look_along`; to functions of their own clang 14 hands vectors in registers they do not expect.
+_ONE_MOTION = """
+#define PS_FUNCTION __attribute__((noinline)) static
+#define PS_REAL double
+#define PS_OF(name) name
+#define PS_REAL_OF(a) (a)
+#define PS_REAL_FMA PS_FMA
+#define PS_REAL_ABS fabs
+#define PS_CHOOSE(test, a, b) ((test) ? (a) : (b))
+#define PS_BITS unsigned long long
+"""
+_LANES_OF_MOTIONS = """
+#define PS_FUNCTION static inline
+#define PS_REAL ps_lanes
+#define PS_OF(name) name##_lanes
+#define PS_REAL_OF PS_SPREAD
+#define PS_REAL_FMA PS_LANES_FMA
+#define PS_REAL_ABS PS_LANES_ABS
+#define PS_CHOOSE PS_LANES_CHOOSE
+#define PS_BITS ps_bits
+"""
+_LENGTH = 24
+"""Orders, the constant among them, and room to a whole cache line."""
+
+
+def tapes(functions: AutomatonFunctions) -> list[Tape]:
+    """Return the tape of every mode.
+
+    Raises
+    ------
+    NoRecurrence
+        Names the mode and the operation.
+    """
+    x, z, c = functions.x, functions.z, functions.c
+    found = []
+    for mode, f in zip(functions.automaton.modes, functions.modes, strict=True):
+        expressions = ca.vertcat(f.field(x, z, c), f.guards(x, z, c)[0])
+        try:
+            found.append(simplify(build(expressions, x, z, c, x.numel())))
+        except NoRecurrence as error:
+            raise NoRecurrence(
+                f"mode {mode.name!r} uses {error} of a state, which has no Taylor series"
+            ) from error
+    return found
+
+
+def source(functions: AutomatonFunctions) -> str:
+    """Return one self-contained C file: event loop, series and guards of every mode."""
+    codes = [SeriesCode(t, f"series_{i}") for i, t in enumerate(tapes(functions))]
+    more = [_scalars(functions, code, i) for i, code in enumerate(codes)]
+    series, roots = engine_texts("taylor/series", "taylor/roots")
+    first = engine_texts("loop/state", "loop/watch", "loop/events", "runge_kutta/extremes")
+    last = engine_texts("loop/loop", "loop/batch")
+    (along,) = engine_texts("taylor/along")
+    twice = [_ONE_MOTION, along, _LANES_OF_MOTIONS, along]
+    advance = engine_texts("taylor/size", "taylor/advance", "taylor/lanes")
+    texts = _series(codes)
+    names = _first_of_equals(texts)
+    engine = [*first, roots, _table(codes, names), *twice, *advance, *last]
+    written = [texts[name] for name in dict.fromkeys(names.values())]
+    return assemble(functions, more, "", engine, _header(codes) + series, written)
+
+
+def _series(codes: list[SeriesCode]) -> dict[str, str]:
+    """Return the functions of every mode by name; modes of the same motion share theirs."""
+    texts = [t for c in codes for t in (c.text, c.guards_text, c.lanes_text)]
+    found = {m[1]: m[0] for text in texts for m in _FUNCTION.finditer(text)}
+    return {name: text.replace("static", "PS_SHARED", 1) for name, text in found.items()}
+
+
+def _first_of_equals(texts: Mapping[str, str]) -> dict[str, str]:
+    """Return for every function the name of the first one that computes the same."""
+    first: dict[str, str] = {}
+    return {name: first.setdefault(text.replace(name, "", 1), name) for name, text in texts.items()}
+
+
+def _scalars(functions: AutomatonFunctions, code: SeriesCode, i: int) -> ca.Function:
+    values = [code.tape.scalars.expression(s) for s in code.scalars] or [ca.SX(0.0)]
+    arguments = [functions.x, functions.z, functions.c]
+    return ca.Function(f"scalars_{i}", arguments, [ca.cse(ca.densify(ca.vertcat(*values)))])
+
+
+def _padded(n: int) -> int:
+    """Round up to whole vectors."""
+    return max(1, -(-n // WIDTH)) * WIDTH
+
+
+def _header(codes: list[SeriesCode]) -> str:
+    sizes = {
+        "ORDER": ORDER,
+        "LENGTH": _LENGTH,
+        "COLUMNS": _padded(max(code.columns for code in codes)),
+        "WATCHED": _padded(max(len(code.tape.guards) + len(code.ramps) for code in codes)),
+        "SCALARS": max(1, *(len(code.scalars) for code in codes)),
+        "RAMPS": max(1, *(len(code.ramps) for code in codes)),
+        "STAGES": 2,
+    }
+    lines = [f"#define PS_{name} {value}" for name, value in sizes.items()]
+    fields = (
+        "int order, ready, left_out, missed; double unit, bend, zero, "
+        "scalars[PS_SCALARS], live[PS_RAMPS], "
+        "v[PS_LENGTH][PS_COLUMNS];"
+    )
+    inverse = ", ".join(["0.0", *(repr(1 / k) for k in range(1, ORDER + 1))])
+    binomials = [[repr(1 / math.comb(n, k)) for k in range(n + 1)] for n in range(ORDER + 1)]
+    rows = ",\n".join(f"  {{{', '.join(row)}}}" for row in binomials)
+    lines += [
+        f"#define PS_STEPPER {fields}",
+        f"static const double PS_INVERSE[PS_ORDER + 1] = {{{inverse}}};",
+        "static const double PS_INVERSE_BINOMIAL[PS_ORDER + 1][PS_ORDER + 1] = {",
+        rows,
+        "};",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+_GUARDS = (
+    "typedef void (*ps_guards{0})(const {1} *, int, const {1} *, const {1} (*)[PS_COLUMNS], "
+    "{1} (*restrict)[PS_WATCHED]);"
+)
+
+
+def _table(codes: list[SeriesCode], names: Mapping[str, str]) -> str:
+    lines = [
+        _GUARDS.format("", "double"),
+        _GUARDS.format("_lanes", "ps_lanes"),
+        "typedef struct {",
+        "  void (*series)(const double *, const double *, const double *, int, double, double,",
+        "                 double (*restrict)[PS_COLUMNS]);",
+        "  ps_guards guards;",
+        "  void (*series_lanes)(const ps_lanes *, const ps_lanes *, const ps_lanes *, int,",
+        "                       const ps_lanes *, ps_lanes (*restrict)[PS_COLUMNS]);",
+        "  ps_guards_lanes guards_lanes;",
+        "  ps_function scalars;",
+        "  int scalar_count, columns;",
+        "  int ramps, ramp[PS_RAMPS], guarded[PS_RAMPS];  /* columns; a guard is zero with it */",
+        "  double floor[PS_RAMPS];",
+        "} ps_series;",
+        "static const ps_series PS_SERIES[PS_NM] = {",
+    ]
+    for i, code in enumerate(codes):
+        ramps = ", ".join(str(code.column(r)) for r in code.ramps) or "0"
+        guarded = ", ".join(str(int(code.guarded(r))) for r in code.ramps) or "0"
+        floors = ", ".join(repr(code.floor(r)) for r in code.ramps) or "0"
+        own = [names[f"series_{i}{e}"] for e in ("", "_guards", "_lanes", "_guards_lanes")]
+        row = f"{', '.join(own)}, scalars_{i}, {len(code.scalars)}, {code.columns}"
+        lines.append(f"  {{{row}, {len(code.ramps)}, {{{ramps}}}, {{{guarded}}}, {{{floors}}}}},")
+    return "\n".join([*lines, "};", ""])

@@ -1,0 +1,349 @@
+"""A mode's field and guards as a tape of operations that have a Taylor recurrence."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import casadi as ca
+
+from painleve_sym.engines.taylor.scalars import ONE, ZERO, Scalar, Scalars, common_factor
+from painleve_sym.errors import NoRecurrence
+
+MOST_FACTORS = 16
+"""A whole power up to this one is made of products."""
+LARGEST_FLOOR = 1e-30
+"""max(a, floor) with a floor up to this one is a ramp: the base of a real power."""
+
+
+@dataclass(frozen=True)
+class Combination:
+    """constant + Σ coefficient · node.
+
+    Attributes
+    ----------
+    constant : Scalar
+    terms : tuple of (int, Scalar)
+        Nodes, in ascending order, with their coefficients, none of them 0.
+    """
+
+    constant: Scalar = ZERO
+    terms: tuple[tuple[int, Scalar], ...] = ()
+
+    @property
+    def is_scalar(self) -> bool:
+        """Whether it has no series in it."""
+        return not self.terms
+
+    def scaled(self, by: Scalar) -> Combination:
+        """Return it times a scalar."""
+        if by.is_zero:
+            return Combination()
+        return Combination(self.constant * by, tuple((n, c * by) for n, c in self.terms))
+
+
+@dataclass(frozen=True)
+class Node:
+    """One row of Taylor coefficients.
+
+    Attributes
+    ----------
+    op : str
+        ``state``, ``linear``, ``ramp``, ``mul``, ``sq``, ``div``, ``inv``, ``sqrt``, ``pow``,
+        ``exp``, ``log``, ``sin``, ``cos``, ``sinh``, ``cosh``, ``atan2``.
+    args : tuple of int
+        Nodes, all of them earlier; of ``atan2`` y, x and x² + y².
+    inner : Combination or None
+        Of ``linear`` and ``ramp``.
+    scalar : Scalar or None
+        Exponent of ``pow``, floor of ``ramp``.
+    index : int
+        Of ``state``.
+    """
+
+    op: str
+    args: tuple[int, ...] = ()
+    inner: Combination | None = None
+    scalar: Scalar | None = None
+    index: int = -1
+
+    @property
+    def operands(self) -> tuple[int, ...]:
+        """Every node it is computed from."""
+        return (*self.args, *(n for n, _ in self.inner.terms)) if self.inner else self.args
+
+
+PAIRS = {"sin": "cos", "cos": "sin", "sinh": "cosh", "cosh": "sinh"}
+"""Functions whose recurrences need each other."""
+
+PRODUCTS = dict.fromkeys(("mul", "sq", "div", "inv", "sqrt", "exp", "log", *PAIRS), 1)
+PRODUCTS |= {"pow": 2, "atan2": 3}
+"""Cauchy products that an operation takes at each order."""
+
+
+@dataclass
+class Tape:
+    """Rows of Taylor coefficients and what is made of them.
+
+    Attributes
+    ----------
+    nodes : list of Node
+    rates : list of Combination
+        ẋ, one per state.
+    guards : list of Combination
+    scalars : Scalars
+    """
+
+    nodes: list[Node] = field(default_factory=list)
+    rates: list[Combination] = field(default_factory=list)
+    guards: list[Combination] = field(default_factory=list)
+    scalars: Scalars = field(default_factory=Scalars)
+
+    def __post_init__(self) -> None:
+        self._known = {node: i for i, node in enumerate(self.nodes)}
+
+    def reachable(self) -> list[int]:
+        """Return the states and every node that rates and guards need, in order."""
+        found = set(range(len(self.rates)))
+        front = [n for c in (*self.rates, *self.guards) for n, _ in c.terms]
+        while front:
+            n = front.pop()
+            if n not in found:
+                found.add(n)
+                front += [*self.nodes[n].operands, self.pair(n)]
+        return sorted(found)
+
+    def pair(self, i: int) -> int:
+        """Return the partner of a node, itself where it has none."""
+        node = self.nodes[i]
+        return self.node(Node(PAIRS[node.op], node.args)) if node.op in PAIRS else i
+
+    @property
+    def products(self) -> int:
+        """How many Cauchy products one order takes."""
+        return sum(PRODUCTS.get(self.nodes[i].op, 0) for i in self.reachable())
+
+    @property
+    def cost(self) -> tuple[int, int]:
+        """How many Cauchy products one order takes, and how many terms of sums."""
+        sums = [*self.rates, *(self.nodes[i].inner for i in self.reachable())]
+        return self.products, sum(len(c.terms) for c in sums if c is not None)
+
+    # ---- building ----
+
+    def node(self, node: Node) -> int:
+        """Return the index of a node, the same for equal ones."""
+        if node not in self._known:
+            self._known[node] = len(self.nodes)
+            self.nodes.append(node)
+            if node.op in PAIRS:
+                self.node(Node(PAIRS[node.op], node.args))
+        return self._known[node]
+
+    def has(self, node: Node) -> bool:
+        """Whether the tape holds an equal node."""
+        return node in self._known
+
+    def single(self, node: Node) -> Combination:
+        """Return a node as a combination."""
+        return Combination(ZERO, ((self.node(node), ONE),))
+
+    def plus(self, a: Combination, b: Combination) -> Combination:
+        """Return a + b."""
+        terms = dict(a.terms)
+        for n, c in b.terms:
+            terms[n] = self.scalars.add(terms.get(n, ZERO), c)
+        kept = tuple(sorted((n, c) for n, c in terms.items() if not c.is_zero))
+        return Combination(self.scalars.add(a.constant, b.constant), kept)
+
+    def row(self, a: Combination) -> int:
+        """Return a node that holds `a` itself."""
+        if a.constant.is_zero and len(a.terms) == 1 and a.terms[0][1] == ONE:
+            return a.terms[0][0]
+        return self.node(Node("linear", inner=a))
+
+    def scaled_row(self, a: Combination) -> tuple[Scalar, int]:
+        """Return a scalar and a node whose product is `a`; equal nodes for proportional sums."""
+        if a.constant.is_zero and len(a.terms) == 1:
+            return a.terms[0][1], a.terms[0][0]
+        factor, inner = self.unscaled(a)
+        return factor, self.row(inner)
+
+    def unscaled(self, a: Combination) -> tuple[Scalar, Combination]:
+        """Return a scalar and a sum whose product is `a`; equal sums for proportional ones."""
+        coefficients = [c for _, c in a.terms]
+        if not a.constant.is_zero:
+            coefficients.append(a.constant)
+        factor = common_factor(coefficients)
+        terms = tuple((n, c / factor) for n, c in a.terms)
+        return factor, Combination(a.constant / factor, terms)
+
+    def times(self, a: Combination, b: Combination) -> Combination:
+        """Return a · b."""
+        if a.is_scalar or b.is_scalar:
+            a, b = (b, a) if a.is_scalar else (a, b)
+            return a.scaled(b.constant)
+        (c, m), (d, n) = self.scaled_row(a), self.scaled_row(b)
+        product = Node("sq", (m,)) if m == n else Node("mul", (min(m, n), max(m, n)))
+        return self.single(product).scaled(c * d)
+
+    def over(self, a: Combination, b: Combination) -> Combination:
+        """Return a / b."""
+        if b.is_scalar:
+            return a.scaled(b.constant.inverse())
+        d, n = self.scaled_row(b)
+        if a.is_scalar:
+            return self.single(Node("inv", (n,))).scaled(a.constant * d.inverse())
+        c, m = self.scaled_row(a)
+        return self.single(Node("div", (m, n))).scaled(c * d.inverse())
+
+    def power(self, a: Combination, exponent: Combination) -> Combination:
+        """Return a to a power."""
+        if not exponent.is_scalar:
+            return self.function("exp", self.times(exponent, self.function("log", a)))
+        e = exponent.constant
+        if e.factors or abs(e.number) > MOST_FACTORS or 2 * e.number % 1:
+            return self.single(Node("pow", (self.row(a),), scalar=e))
+        whole = Combination(ONE)
+        for _ in range(int(abs(e.number))):
+            whole = self.times(a, whole) if whole.is_scalar else self.times(whole, a)
+        if e.number % 1:
+            whole = self.times(self.function("sqrt", a), whole)
+        return whole if e.number > 0 else self.over(Combination(ONE), whole)
+
+    def function(self, name: str, a: Combination) -> Combination:
+        """Return a function of one argument."""
+        return self.single(Node(name, (self.row(a),)))
+
+    def angle(self, y: Combination, x: Combination) -> Combination:
+        """Return atan2(y, x)."""
+        square = self.plus(self.times(x, x), self.times(y, y))
+        return self.single(Node("atan2", (self.row(y), self.row(x), self.row(square))))
+
+    def ramp(self, a: Combination, b: Combination) -> Combination:
+        """Return max(a, b) where one of them is a floor next to zero."""
+        a, b = (b, a) if a.is_scalar else (a, b)
+        floor = b.constant
+        if not b.is_scalar or floor.factors or not 0 < floor.number <= LARGEST_FLOOR:
+            raise NoRecurrence("max")
+        return self.single(Node("ramp", inner=a, scalar=floor))
+
+
+def build(expressions: ca.SX, x: ca.SX, z: ca.SX, c: ca.SX, rates: int) -> Tape:
+    """Return the tape of a vector of expressions.
+
+    Parameters
+    ----------
+    expressions : casadi.SX
+        The rates of the states, then the guards.
+    x, z, c : casadi.SX
+        States, memory, constants.
+    rates : int
+        How many of the expressions are rates.
+
+    Raises
+    ------
+    NoRecurrence
+        Names the operation.
+    """
+    function = ca.Function("f", [x, z, c], [ca.cse(ca.densify(expressions))])
+    tape = Tape()
+    states = [tape.single(Node("state", index=i)) for i in range(x.numel())]
+    # A state that rests in this mode is as good as a parameter.
+    resting = [i for i in range(rates) if expressions[i].is_zero()]
+    for i in resting:
+        states[i] = Combination(tape.scalars.of(x[i]))
+    inputs = [
+        states,
+        [Combination(tape.scalars.of(z[i])) for i in range(z.numel())],
+        [Combination(tape.scalars.of(c[i])) for i in range(c.numel())],
+    ]
+    work: dict[int, Combination] = {}
+    results = [Combination()] * function.nnz_out(0)
+    for k in range(function.n_instructions()):
+        op = function.instruction_id(k)
+        source, target = function.instruction_input(k), function.instruction_output(k)
+        if op == ca.OP_INPUT:
+            work[target[0]] = inputs[source[0]][source[1]]
+        elif op == ca.OP_CONST:
+            work[target[0]] = Combination(Scalar(float(function.instruction_constant(k))))
+        elif op == ca.OP_OUTPUT:
+            results[target[1]] = work[source[0]]
+        else:
+            work[target[0]] = _operate(tape, op, [work[i] for i in source])
+    tape.rates, tape.guards = results[:rates], results[rates:]
+    return tape
+
+
+_Rule = Callable[..., Combination]
+_MINUS, _TWO = Scalar(-1.0), Scalar(2.0)
+
+
+def _asin(t: Tape, a: Combination) -> Combination:
+    return t.angle(a, _beside(t, a))
+
+
+def _beside(t: Tape, a: Combination) -> Combination:
+    square = t.times(a, a).scaled(_MINUS)
+    return t.function("sqrt", t.plus(Combination(ONE), square))
+
+
+_RULES: dict[int, _Rule] = {
+    ca.OP_ASSIGN: lambda t, a: a,
+    ca.OP_ADD: lambda t, a, b: t.plus(a, b),
+    ca.OP_SUB: lambda t, a, b: t.plus(a, b.scaled(_MINUS)),
+    ca.OP_NEG: lambda t, a: a.scaled(_MINUS),
+    ca.OP_TWICE: lambda t, a: a.scaled(_TWO),
+    ca.OP_MUL: lambda t, a, b: t.times(a, b),
+    ca.OP_SQ: lambda t, a: t.times(a, a),
+    ca.OP_DIV: lambda t, a, b: t.over(a, b),
+    ca.OP_INV: lambda t, a: t.over(Combination(ONE), a),
+    ca.OP_SQRT: lambda t, a: t.function("sqrt", a),
+    ca.OP_POW: lambda t, a, b: t.power(a, b),
+    ca.OP_CONSTPOW: lambda t, a, b: t.power(a, b),
+    ca.OP_EXP: lambda t, a: t.function("exp", a),
+    ca.OP_LOG: lambda t, a: t.function("log", a),
+    ca.OP_SIN: lambda t, a: t.function("sin", a),
+    ca.OP_COS: lambda t, a: t.function("cos", a),
+    ca.OP_TAN: lambda t, a: t.over(t.function("sin", a), t.function("cos", a)),
+    ca.OP_SINH: lambda t, a: t.function("sinh", a),
+    ca.OP_COSH: lambda t, a: t.function("cosh", a),
+    ca.OP_TANH: lambda t, a: t.over(t.function("sinh", a), t.function("cosh", a)),
+    ca.OP_ATAN: lambda t, a: t.angle(a, Combination(ONE)),
+    ca.OP_ASIN: _asin,
+    ca.OP_ACOS: lambda t, a: t.angle(_beside(t, a), a),
+    ca.OP_ATAN2: lambda t, a, b: t.angle(a, b),
+    ca.OP_FMAX: lambda t, a, b: t.ramp(a, b),
+}
+_NAMES: dict[int, str] = {
+    getattr(ca, name): name[3:].lower() for name in dir(ca) if name.startswith("OP_")
+}
+
+
+def _operate(tape: Tape, op: int, args: list[Combination]) -> Combination:
+    rule = _RULES.get(op)
+    if all(a.is_scalar for a in args):
+        if op in _MONOMIAL and rule is not None and _defined(op, args):
+            return rule(tape, *args)
+        return Combination(tape.scalars.of(_evaluate(tape, op, args)))
+    if rule is None:
+        raise NoRecurrence(_NAMES.get(op, str(op)))
+    return rule(tape, *args)
+
+
+_MONOMIAL = {
+    ca.OP_ASSIGN, ca.OP_ADD, ca.OP_SUB, ca.OP_NEG, ca.OP_TWICE, ca.OP_MUL, ca.OP_SQ, ca.OP_DIV,
+    ca.OP_INV,
+}  # fmt: skip
+
+
+def _defined(op: int, args: list[Combination]) -> bool:
+    return op not in (ca.OP_DIV, ca.OP_INV) or not args[-1].constant.is_zero
+
+
+def _evaluate(tape: Tape, op: int, args: list[Combination]) -> ca.SX:
+    values: list[Any] = [tape.scalars.expression(a.constant) for a in args]
+    kind: Any = ca.SX.unary if len(values) == 1 else ca.SX.binary
+    result: ca.SX = kind(op, *values)
+    return result

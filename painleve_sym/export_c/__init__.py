@@ -1,0 +1,1 @@
+"""The motion as C code that stands alone."""

@@ -1,0 +1,375 @@
+"""The texts of an export: header, mode functions, start states, example, expected output, CMake."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence, Sized
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import painleve_sym
+from painleve_sym.arrays import Array
+from painleve_sym.codegen.compile import Compiler
+from painleve_sym.contacts.contact_numbers import contact_numbers
+from painleve_sym.contacts.inputs import CONTACT_TOLERANCE
+from painleve_sym.contacts.rigid import DECISION
+from painleve_sym.engines.protocol import RunOptions
+from painleve_sym.engines.source import ENGINE_REASONS
+from painleve_sym.export_c.standalone import (
+    NUMERIC_FLAGS,
+    engine_text,
+    filled,
+    start_functions,
+)
+from painleve_sym.export_c.text import (
+    EVENTS,
+    MEMORY,
+    OUTPUTS,
+    STATES,
+    comment,
+    described,
+    enum,
+    identifier,
+    prose,
+    quoted,
+)
+from painleve_sym.hybrid.signature import Outline
+from painleve_sym.mechanics.system import Parameter
+from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.rigid import CLOSED, RigidSimulator
+from painleve_sym.simulate.simulator import DEFAULT_RTOL
+from painleve_sym.simulate.trajectory import Trajectory
+
+SETTLE = "settle"
+"""Kind of the event that no guard makes: bounces that accumulated have ended in contact."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One mechanism with one contact law, and the example to run.
+
+    Attributes
+    ----------
+    name : str
+        Prefix of all C names.
+    simulator : SoftenedSimulator or RigidSimulator
+    trajectory : Trajectory
+        What the package computed for the example.
+    motion : ndarray, shape (2 n,)
+        Coordinates and velocities at the start.
+    t_end, rtol : float
+    until : tuple of str
+    limits : mapping of str to int
+        Those of max_steps, max_events that were given.
+    initial_force : float or None
+    compiler : Compiler
+    """
+
+    name: str
+    simulator: SoftenedSimulator | RigidSimulator
+    trajectory: Trajectory
+    motion: Array
+    t_end: float
+    rtol: float
+    until: tuple[str, ...]
+    limits: Mapping[str, int]
+    initial_force: float | None
+    compiler: Compiler
+
+    @property
+    def outline(self) -> Outline:
+        """Names and structure of the automaton."""
+        return self.simulator.outline
+
+    @property
+    def bounces(self) -> bool:
+        """Whether bounces that accumulate end in contact."""
+        rigid = isinstance(self.simulator, RigidSimulator)
+        return rigid and not self.simulator.mechanism.contact.bilateral
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """Kinds of events, those of guards first."""
+        return (*self.outline.kinds, *((SETTLE,) if self.bounces else ()))
+
+    @cached_property
+    def declared(self) -> dict[str, Parameter]:
+        """Parameters of mechanism and law by name."""
+        system = self.simulator.mechanism.system
+        return {p.name: p for p in (*system.parameters, *self.simulator.own_parameters)}
+
+    @cached_property
+    def states(self) -> dict[str, tuple[str, str]]:
+        """Unit and meaning of every state by name, in order."""
+        known = dict(STATES)
+        for c in self.simulator.mechanism.system.coordinates:
+            known[c.name] = (c.unit, c.meaning)
+            known[f"{c.name}_dot"] = (f"{c.unit}/s", f"rate of {c.name}")
+        return {s.name: known[s.name] for s in self.outline.states}
+
+    @cached_property
+    def place(self) -> dict[str, int]:
+        """Indices of the contact's states."""
+        row = self.simulator.contact.rows[0]
+        found = zip(("gap", "gap_rate", "slip"), row.symbols, strict=True)
+        return {name: self.outline.states.index(symbol) for name, symbol in found}
+
+    @property
+    def title(self) -> str:
+        """One line: mechanism and law."""
+        law, choices = self.simulator.label, self.simulator.choices
+        chosen = "".join(f", {k} {v}" for k, v in choices.items())
+        return comment(f"{self.simulator.mechanism.name} with contact law {law}{chosen}")
+
+    @property
+    def shared(self) -> dict[str, Any]:
+        """What every file says."""
+        name, flags = self.name, " ".join(NUMERIC_FLAGS)
+        sources = f"main.c {name}_model.c {name}_start.c"
+        return {
+            "name": name,
+            "NAME": name.upper(),
+            "title": self.title,
+            "version": painleve_sym.__version__,
+            "compiler": comment(self.compiler.version),
+            "flags": flags,
+            "cc": f"cc {flags} -o {name}_example {sources} -lm",
+        }
+
+
+def files(case: Case) -> dict[str, str]:
+    """Return the content of every file by name."""
+    name = case.name
+    return {
+        f"{name}_model.h": _header(case),
+        f"{name}_model.c": _model(case),
+        f"{name}_start.c": _start(case),
+        "main.c": _main(case),
+        "expected.txt": expected(case.trajectory),
+        "CMakeLists.txt": filled("CMakeLists.txt", case.shared),
+        "README.md": filled("README.md", case.shared | {"example": _example(case)}),
+    }
+
+
+def _example(case: Case) -> str:
+    mechanism = case.simulator.mechanism
+    start = zip(mechanism.state_names, case.motion.tolist(), strict=True)
+    given = ", ".join(f"{n} = {v!r}" for n, v in start if v != 0) or "all at 0"
+    pressed = "" if case.initial_force is None else f", pressed with {case.initial_force!r} N"
+    until = f" or the first {' or '.join(case.until)}" if case.until else ""
+    return f"{mechanism.name} from {given}{pressed}, until t = {case.t_end!r} s{until}"
+
+
+# ---- header ----
+
+
+def _header(case: Case) -> str:
+    outline, mechanism = case.outline, case.simulator.mechanism
+    memory, extra = [s.name for s in outline.memory], list(case.states)[len(case.motion) :]
+    loads = isinstance(case.simulator, SoftenedSimulator)
+    counts: dict[str, Sized] = {
+        "states": outline.states,
+        "parameters": outline.parameters,
+        "memory": memory,
+        "modes": outline.modes,
+        "outputs": outline.output_names,
+        "events": case.kinds,
+        "stops": ENGINE_REASONS,
+        "until": outline.kinds,
+        "motion": case.motion,
+    }
+    defined = ", ".join(s.name for s in outline.definitions) or "here nothing more"
+    about = [mechanism.title, *([f"Source: {mechanism.source}"] if mechanism.source else [])]
+    about += [f"Domain: {b.margin} > 0 ({b.meaning})." for b in mechanism.domain]
+    values = case.shared | {f"{k}_count": len(v) for k, v in counts.items()}
+    return filled(
+        "model.h",
+        values
+        | {
+            "about": prose([line for line in about if line]),
+            "constants_count": len(outline.parameters) + len(outline.definitions),
+            "enums": _enums(case),
+            "memory_room": max(1, len(memory)),
+            "completed": ", ".join(s + " = 0" * s.endswith("dissipation") for s in extra),
+            "press": _PRESS.format(name=case.name) if loads else "",
+            "rtol": repr(DEFAULT_RTOL),
+            "constants": defined,
+            "max_steps": RunOptions.max_steps,
+            "max_events": RunOptions.max_events,
+        },
+    )
+
+
+_PRESS = """\
+/* Writes the gap of the state x so that the contact carries the normal force `force` >= 0 (N), on
+ * the loading curve at rest. The gap must be 0 before; call it after {name}_complete_state. */
+void {name}_press(const double *p, double *x, double force);
+
+"""
+
+
+def _enums(case: Case) -> str:
+    outline, name = case.outline, case.name
+    parameters = [(s.name, case.declared[s.name]) for s in outline.parameters]
+    memory = [(s.name, described(*MEMORY.get(s.name, ("", "")))) for s in outline.memory]
+    outputs = [(n, described(*OUTPUTS.get(n, ("", "")))) for n in outline.output_names]
+    ranges = [
+        (n, f"{described(p.unit, p.meaning)}; {p.range_text}; by default {p.default!r}")
+        for n, p in parameters
+    ]
+    tables: list[tuple[str, str, Iterable[tuple[str, str]], str]] = [
+        (
+            "state",
+            "state",
+            [(n, described(*words)) for n, words in case.states.items()],
+            "States, with their units",
+        ),
+        ("parameter", "parameter", ranges, "Parameters, with their units"),
+        ("memory", "memory", memory, "Memory: constant within a mode, 0 at the start"),
+        (
+            "mode",
+            "mode",
+            [(m.name, "") for m in outline.modes],
+            "Modes; slip_neg and slip_pos are slips to the left and to the right",
+        ),
+        ("output", "output", outputs, "Outputs"),
+        (
+            "event_kind",
+            "event",
+            [(k, EVENTS.get(k, "")) for k in case.kinds],
+            "Kinds of events",
+        ),
+        ("stop", "stop", [(r.label, r.advice) for r in ENGINE_REASONS], "Why a run ended"),
+    ]
+    return "\n\n".join(
+        enum(f"{name}_{tag}", f"{name}_{prefix}", rows, about)
+        for tag, prefix, rows, about in tables
+    )
+
+
+# ---- code ----
+
+
+def _model(case: Case) -> str:
+    outline, modes = case.outline, [m.name for m in case.outline.modes]
+    rigid = isinstance(case.simulator, RigidSimulator)
+    values = {
+        "engine": engine_text(case.simulator.automaton, case.trajectory.engine),
+        "start_events": int(rigid),
+        "bounces": int(case.bounces),
+        "gap": case.place["gap"],
+        "gap_rate": case.place["gap_rate"],
+        "decision": modes.index(DECISION) if case.bounces else 0,
+        "closed": repr(CLOSED),
+        "settle": f"{case.name}_event_{SETTLE}" if case.bounces else 0,
+        "names": _names(case, outline, modes),
+    }
+    return filled("model.c", case.shared | values)
+
+
+def _names(case: Case, outline: Outline, modes: Sequence[str]) -> str:
+    tables = {
+        "state_names[%s_STATES]": list(case.states),
+        "parameter_names[%s_PARAMETERS]": [s.name for s in outline.parameters],
+        "mode_names[%s_MODES]": modes,
+        "output_names[%s_OUTPUTS]": outline.output_names,
+        "event_names[%s_EVENTS]": case.kinds,
+        "stop_names[%s_STOPS]": [r.label for r in ENGINE_REASONS],
+    }
+    lines = []
+    for table, names in tables.items():
+        entries = ",\n  ".join(map(quoted, names))
+        head = f"const char *const {case.name}_{table % case.name.upper()}"
+        lines.append(f"{head} = {{\n  {entries}\n}};")
+    defaults = ", ".join(repr(case.declared[s.name].default) for s in outline.parameters)
+    head = f"const double {case.name}_default_parameters[{case.name.upper()}_PARAMETERS]"
+    return "\n".join([*lines, f"{head} = {{{defaults}}};"])
+
+
+def _start(case: Case) -> str:
+    simulator, system = case.simulator, case.simulator.mechanism.system
+    found, loading = contact_numbers(simulator.mechanism), []
+    if isinstance(simulator, SoftenedSimulator):
+        loading = [simulator.law.stiffness, simulator.law.exponent]
+    functions, work = start_functions(found, simulator.automaton, loading)
+    values = case.shared | case.place | {"work": work}
+    scales = "scales_softened.c" if loading else "scales_rigid.c"
+    values |= {
+        "functions": functions,
+        "coordinates": len(system.q),
+        "own_parameters": len(system.parameters),
+        "found": ", ".join([*(f"FOUND_{n}" for n in found.names), "FOUND"]),
+        "complete": _complete(case),
+        "scales": filled(scales, values).rstrip(),
+        "max_steps": RunOptions.max_steps,
+        "max_events": RunOptions.max_events,
+    }
+    return filled("start.c", values)
+
+
+_CLEANED = f"""\
+/* Computed from the coordinates these cancel: a touching start must not become a tiny fall. */
+static double cleaned(double value) {{ return fabs(value) <= {CONTACT_TOLERANCE!r} ? 0.0 : value; }}
+"""
+
+
+def _complete(case: Case) -> str:
+    """Return the function that completes a state; where all follow as 0, it asks for nothing."""
+    own, derived = range(len(case.motion), len(case.states)), dict.fromkeys(case.place.values(), "")
+    derived[case.place["slip"]] = "found[FOUND_slip_velocity]"
+    for name in ("gap", "gap_rate"):
+        derived[case.place[name]] = f"cleaned(found[FOUND_{name}])"
+    lines = [f"  x[{i}] = {derived.get(i, '0')};" for i in own]
+    if any(i in own for i in derived):
+        lines = ["  double found[FOUND];", "  contact_numbers(p, x, found);", *lines]
+    cleans = [_CLEANED] if case.place["gap"] in own else []
+    head = f"void {case.name}_complete_state(const double *p, double *x) {{"
+    return "\n".join([*cleans, head, *lines, "}"])
+
+
+def _main(case: Case) -> str:
+    values = case.trajectory.parameters
+    rows = [
+        f"    {values[s.name]!r},  /* {s.name}: {comment(case.declared[s.name].unit)} */"
+        for s in case.outline.parameters
+    ]
+    start = [
+        f"    {value!r},  /* {n}: {comment(case.states[n][0])} */"
+        for n, value in zip(case.states, case.motion.tolist(), strict=False)
+    ]
+    options = [f"  options.{name} = {value};" for name, value in case.limits.items()]
+    options += [f"  options.until[{case.name}_event_{identifier(k)}] = 1;" for k in case.until]
+    force = case.initial_force
+    return filled(
+        "main.c",
+        case.shared
+        | {
+            "case": prose([_example(case)]),
+            "parameters": "\n".join(rows),
+            "state": "\n".join(start),
+            "press": "" if force is None else f"  {case.name}_press(p, x, {force!r});\n",
+            "t_end": repr(case.t_end),
+            "rtol": repr(case.rtol),
+            "options": "".join(f"{line}\n" for line in options),
+        },
+    )
+
+
+def expected(trajectory: Trajectory) -> str:
+    """Return what the example prints, from the package's own numbers."""
+    lines: list[str] = []
+
+    def values(found: Mapping[str, float]) -> None:
+        lines.extend(f"  {name} {value:.17g}" for name, value in found.items())
+
+    for e in trajectory.events:
+        lines.append(f"event {e.time:.17g} {e.kind}: {e.mode_before} to {e.mode_after}")
+        values({"normal_force": e.normal_force, "tangential_force": e.tangential_force})
+        values(e.state)
+    mode = trajectory.mode_names[trajectory.final_mode]
+    lines.append(f"end {trajectory.final_time:.17g} {trajectory.stop_reason.label}: {mode}")
+    values(trajectory.final)
+    values(trajectory.final_outputs)
+    done = trajectory.counters
+    lines.append(f"steps {done['accepted_steps']} accepted, {done['rejected_steps']} rejected")
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,68 @@
+"""C files that stand alone: generated functions, the event loop and an interface around them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from importlib import resources
+from string import Template
+from typing import Any
+
+import casadi as ca
+
+from painleve_sym.codegen.bridge import Translator
+from painleve_sym.codegen.c_functions import c_functions
+from painleve_sym.codegen.compile import FLAGS
+from painleve_sym.codegen.modes import AutomatonFunctions
+from painleve_sym.codegen.quantities import Quantities
+from painleve_sym.engines.source import source
+from painleve_sym.engines.taylor.runner import TaylorEngine
+from painleve_sym.engines.taylor.source import source as taylor_source
+from painleve_sym.hybrid.automaton import HybridAutomaton
+
+_LIBRARY_ONLY = ("-fPIC", "-shared", "-fvisibility=hidden")
+
+NUMERIC_FLAGS = tuple(flag for flag in FLAGS if flag not in _LIBRARY_ONLY)
+"""The package's flags that decide the numbers; the others only make a library of the code."""
+
+
+def filled(template: str, values: Mapping[str, Any]) -> str:
+    """Return the named template (a file in ``templates``) with `values` put in."""
+    folder = resources.files(__package__).joinpath("templates")
+    text = Template(folder.joinpath(template).read_text("utf-8")).substitute(values)
+    return "\n".join(line.rstrip() for line in text.split("\n")).rstrip() + "\n"
+
+
+def engine_text(automaton: HybridAutomaton, engine: str) -> str:
+    """Return what the package compiles for the automaton, to be put into another C file.
+
+    Parameters
+    ----------
+    automaton : HybridAutomaton
+    engine : {"taylor", "compiled"}
+    """
+    write = taylor_source if engine == TaylorEngine.name else source
+    return write(AutomatonFunctions(automaton))
+
+
+def start_functions(
+    found: Quantities, automaton: HybridAutomaton, loading: Sequence[Any]
+) -> tuple[str, int]:
+    """Return the C functions ``quantities`` and ``loading``, and the size of their work space.
+
+    Parameters
+    ----------
+    found : Quantities
+        The numbers of the contact, see `contact_numbers`.
+    automaton : HybridAutomaton
+    loading : sequence of sympy.Expr
+        Stiffness and exponent in parameters and definitions, which the function ``loading`` takes
+        in this order; empty: there is no such function.
+    """
+    functions = [found.function]
+    if loading:
+        constants = (*automaton.parameters, *automaton.definitions)
+        c = ca.SX.sym("c", len(constants))
+        translate = Translator({s: c[i] for i, s in enumerate(constants)}, floor=0.0)
+        column = ca.densify(translate.vector(list(loading)))
+        functions.append(ca.Function("loading", [c], [column]))
+    return c_functions(functions), 1 + max(f.sz_w() for f in functions)

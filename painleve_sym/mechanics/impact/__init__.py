@@ -1,0 +1,1 @@
+"""Impulse rays and classes of planar impact in closed form."""

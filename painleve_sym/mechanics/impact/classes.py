@@ -1,0 +1,251 @@
+"""The five courses of a planar impact with friction, each as a chain of impulse rays."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import sympy as sp
+
+from painleve_sym.errors import InputError
+from painleve_sym.mechanics.coefficients import ContactCoefficients
+from painleve_sym.mechanics.impact.impulse_rays import (
+    V_N,
+    V_N_PLUS,
+    V_T,
+    Condition,
+    ImpulseRay,
+    Phase,
+    Writer,
+    sticking_compression,
+    sticking_restitution,
+    tangential_phase,
+)
+from painleve_sym.mechanics.simplify import readable
+
+
+class ImpactClass(enum.Enum):
+    """Name the course of an impact by when the slip stops (P_t) and what comes then.
+
+    With s = sign(v_t), the slip stops at P_t = −v_t/C_s if s C_s < 0, and compression along the
+    slip ends at P_c = −v_n/A_s if A_s > 0. At v_t = 0 the contact sticks iff |W_nt| ≤ μ W_tt;
+    otherwise it slips in direction sign(W_nt), where A > 0 and the slip grows.
+
+    NO_IMPACT
+        v_n = 0 and A_s ≥ 0: finite forces decide, there is no impulse.
+    SLIDING
+        s C_s ≥ 0, or P_t is not reached before restitution ends. Also the start from v_t = 0
+        with |W_nt| > μ W_tt.
+    C_STICKING
+        P_t ≤ P_c or A_s ≤ 0, and |W_nt| ≤ μ W_tt: sticks in compression, to the end. With A_s < 0
+        and v_n = 0 it is the impact without collision. Also the start from v_t = 0.
+    C_REVERSED
+        P_t ≤ P_c and |W_nt| > μ W_tt: slips back from compression on.
+    R_STICKING
+        P_t > P_c within restitution, and |W_nt| ≤ μ W_tt.
+    R_REVERSED
+        P_t > P_c within restitution, and |W_nt| > μ W_tt.
+
+    References
+    ----------
+    Wang & Mason, J. Appl. Mech. 59 (1992) 635–642; Routh, Rigid Dynamics (1905).
+    """
+
+    NO_IMPACT = "no_impact"
+    SLIDING = "sliding"
+    C_STICKING = "c_sticking"
+    C_REVERSED = "c_reversed"
+    R_STICKING = "r_sticking"
+    R_REVERSED = "r_reversed"
+
+    @property
+    def rays(self) -> tuple[str, ...]:
+        """The rays in order: of ``slip``, ``stick`` and ``reverse``."""
+        return _RAYS[self]
+
+    @classmethod
+    def of_rays(cls, rays: Sequence[str], *, in_compression: bool = True) -> ImpactClass:
+        """Return the class with these rays, the first one left during compression or restitution.
+
+        Raises
+        ------
+        InputError
+            No impact of one contact has these rays.
+        """
+        found = [c for c in CLASSES if c.rays == tuple(rays)]
+        if not found:
+            raise InputError(
+                f"course of an impact: got rays {tuple(rays)!r}, need one of "
+                f"{sorted(set(_RAYS.values()) - {()})}. Fix: name slip first; at most one follows."
+            )
+        return found[0] if in_compression else found[-1]
+
+
+_RAYS: dict[ImpactClass, tuple[str, ...]] = {
+    ImpactClass.NO_IMPACT: (),
+    ImpactClass.SLIDING: ("slip",),
+    ImpactClass.C_STICKING: ("slip", "stick"),
+    ImpactClass.C_REVERSED: ("slip", "reverse"),
+    ImpactClass.R_STICKING: ("slip", "stick"),
+    ImpactClass.R_REVERSED: ("slip", "reverse"),
+}
+CLASSES = tuple(_RAYS)[1:]
+"""The classes of an impact that takes place."""
+
+
+@dataclass(frozen=True)
+class ImpactCourse:
+    """One class of impact as phases; the last one ends at `V_N_PLUS`, which a law gives.
+
+    Attributes
+    ----------
+    case : ImpactClass
+    slip : {-1, +1}
+        s = sign(v_t) before the impact; of the slip that begins where v_t = 0.
+    compression, restitution : tuple of Phase
+        Each phase in terms of the velocities at its own start.
+    final_rate : sympy.Expr
+        dv_n/dP_n on the last ray; 1/kg.
+    """
+
+    case: ImpactClass
+    slip: int
+    compression: tuple[Phase, ...]
+    restitution: tuple[Phase, ...]
+    final_rate: sp.Expr
+
+    @property
+    def phases(self) -> tuple[Phase, ...]:
+        """All phases in order."""
+        return (*self.compression, *self.restitution)
+
+    @cached_property
+    def from_start(self) -> tuple[Phase, ...]:
+        """The phases in the velocities before the impact and in `V_N_PLUS`.
+
+        `V_T` and `V_N` then mean v_t and v_n before the impact, and the mechanism's velocity
+        symbols its velocities before the impact.
+        """
+        first, *others = self.phases
+        chain = [first]
+        for phase in others:
+            last = chain[-1]
+            start = {V_T: last.slip_velocity, V_N: last.normal_velocity, **last.velocity}
+            chain.append(phase.started_from(start))
+        return tuple(chain)
+
+    @cached_property
+    def friction_work(self) -> sp.Expr:
+        """∫F_t v_t dt over the impact, from the start and `V_N_PLUS`; J. Never positive."""
+        work, before = sp.Integer(0), V_T
+        for phase in self.from_start:
+            # v_t is linear in P_n: the integral takes its mean.
+            work += phase.tangential_impulse * (before + phase.slip_velocity) / 2
+            before = phase.slip_velocity
+        return work
+
+
+def impact_course(
+    coefficients: ContactCoefficients,
+    case: ImpactClass,
+    slip: int = -1,
+    write: Writer = readable,
+) -> ImpactCourse:
+    """Return the phases of one class of impact, with the conditions under which it happens.
+
+    dv_n/dP_n and dv_t/dP_n are A_s, C_s in slip, A′, 0 in sticking, A_{−s}, C_{−s} in reverse
+    slip. After a stop the slip goes to sign(W_nt), so that a reversal needs s W_nt < −μ W_tt.
+
+    Parameters
+    ----------
+    coefficients : ContactCoefficients
+    case : ImpactClass
+    slip : {-1, +1}
+        s = sign(v_t). Where v_t = 0, sign(W_nt) for ``SLIDING``, either for ``C_STICKING``.
+    write : callable
+        See `Writer`.
+
+    Raises
+    ------
+    InputError
+        `slip` is no sign, or `case` is ``NO_IMPACT``.
+
+    References
+    ----------
+    Wang & Mason (1992); Keller, J. Appl. Mech. 53 (1986) 1–4.
+    """
+    if case is ImpactClass.NO_IMPACT:
+        raise InputError("course of an impact: got no_impact, which has no phases. Fix: none.")
+    sliding = ImpulseRay.slipping(coefficients, slip, write)
+    if case is ImpactClass.C_STICKING:
+        first = tangential_phase(coefficients, slip, write)
+        then = sticking_compression(coefficients, write)
+        last = sticking_restitution(coefficients, write)
+        rate = ImpulseRay.sticking(coefficients, write).normal_rate
+        return ImpactCourse(case, slip, (first, then), (last,), rate)
+    if case is ImpactClass.C_REVERSED:
+        first = tangential_phase(coefficients, slip, write)
+        ray = _reversed_ray(coefficients, slip, write)
+        then = ray.until_normal_velocity("reverse slip compression", sp.Integer(0))
+        # The reverse slip starts at 0 with the ray, but has some speed when restitution begins.
+        moving = replace(ray, slip_start=V_T, conditions=())
+        last = moving.until_normal_velocity("reverse slip restitution", V_N_PLUS, sp.Integer(0))
+        return ImpactCourse(case, slip, (first, then), (last,), ray.normal_rate)
+    first = _slip_compression(sliding, slip)
+    if case is ImpactClass.SLIDING:
+        last = _slip_to_the_end(sliding, slip)
+        return ImpactCourse(case, slip, (first,), (last,), sliding.normal_rate)
+    then = _slip_restitution(sliding, slip)
+    if case is ImpactClass.R_STICKING:
+        ray, name = ImpulseRay.sticking(coefficients, write), "sticking restitution"
+    else:
+        ray, name = _reversed_ray(coefficients, slip, write), "reverse slip restitution"
+    last = ray.until_normal_velocity(name, V_N_PLUS, V_N)
+    goes_on = Condition(
+        "restitution goes on", last.normal_impulse, "the restitution ends before the slip does"
+    )
+    return ImpactCourse(case, slip, (first,), (then, _adding(last, goes_on)), ray.normal_rate)
+
+
+def _reversed_ray(coefficients: ContactCoefficients, slip: int, write: Writer) -> ImpulseRay:
+    """Return the ray of slip −s that starts at v_t = 0."""
+    ray = ImpulseRay.slipping(coefficients, -slip, write)
+    begins = Condition(
+        "slip reverses",
+        -slip * ray.slip_rate,
+        "friction holds the contact point, or lets it slip on in the old direction",
+        strict=True,
+    )
+    return replace(ray, slip_start=sp.Integer(0), conditions=(begins,))
+
+
+def _slip_compression(ray: ImpulseRay, slip: int) -> Phase:
+    phase = ray.until_normal_velocity("slip compression", sp.Integer(0))
+    return _adding(
+        phase,
+        Condition("approach", -V_N, "the bodies do not approach", strict=True),
+        Condition("compression ends", ray.normal_rate, "friction presses the bodies on", True),
+        Condition(
+            "slip goes on", slip * phase.slip_velocity, "the slip stops before the compression ends"
+        ),
+    )
+
+
+def _slip_to_the_end(ray: ImpulseRay, slip: int) -> Phase:
+    phase = ray.until_normal_velocity("slip restitution", V_N_PLUS, sp.Integer(0))
+    end = Condition(
+        "slip lasts", slip * phase.slip_velocity, "the slip stops before the restitution ends"
+    )
+    return _adding(replace(phase, conditions=()), end)
+
+
+def _slip_restitution(ray: ImpulseRay, slip: int) -> Phase:
+    phase = ray.until_slip_stops("slip restitution").started_from({V_N: sp.Integer(0)})
+    stops = Condition("slip stops", -slip * ray.slip_rate, "friction does not stop the slip", True)
+    return _adding(replace(phase, conditions=()), stops)
+
+
+def _adding(phase: Phase, *conditions: Condition) -> Phase:
+    return replace(phase, conditions=(*phase.conditions, *conditions))

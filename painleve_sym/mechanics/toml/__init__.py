@@ -1,0 +1,1 @@
+"""Mechanism files in TOML."""

@@ -1,0 +1,1 @@
+"""Reproduction of published work: claims as data, items and verdicts."""

@@ -1,0 +1,1 @@
+"""The paper: Impact model resolution on Painlevé's paradox."""

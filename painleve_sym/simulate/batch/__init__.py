@@ -1,0 +1,1 @@
+"""Batches: many motions of one simulator."""

@@ -1,0 +1,235 @@
+"""Many motions at once: arrays of states and parameters in, arrays of ends out."""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from painleve_sym.engines.batch import BatchRows, BatchWish
+from painleve_sym.engines.compiled import CompiledEngine
+from painleve_sym.engines.protocol import RunOptions
+from painleve_sym.errors import InputError
+from painleve_sym.simulate.batch.inputs import ManyInputs
+from painleve_sym.simulate.batch.memory import check_memory, row_bytes
+from painleve_sym.simulate.batch.result import ManyResult, run_row
+from painleve_sym.simulate.batch.serial import run_one_by_one
+from painleve_sym.simulate.batch.settle import run_rigid
+from painleve_sym.simulate.batch.starts import RUNS, Starts, blocks, starts_of
+from painleve_sym.simulate.rigid import RigidSimulator
+from painleve_sym.simulate.simulator import DEFAULT_RTOL, ContactSimulator
+from painleve_sym.simulate.trajectory import Trajectory
+from painleve_sym.simulate.two_contacts import TwoContactSimulator
+
+BLOCK = 4096
+"""Rows a thread takes at a time: at the ends of a block lanes are empty."""
+LEAST_BLOCK = 64
+"""... at first and last, so that all threads begin and end together."""
+
+
+def simulate_many(
+    simulator: ContactSimulator,
+    states: Mapping[str, ArrayLike],
+    parameters: Mapping[str, ArrayLike] | None = None,
+    *,
+    t_end: float,
+    until: str | tuple[str, ...] = (),
+    initial_force: ArrayLike | None = None,
+    rtol: float = DEFAULT_RTOL,
+    threads: int | None = None,
+    events: int = 1,
+    maxima: tuple[str, ...] = (),
+    minima: tuple[str, ...] = (),
+    integrals: tuple[str, ...] = (),
+    **limits: Any,
+) -> ManyResult:
+    """Integrate one motion for every entry of the arrays, in threads over compiled code.
+
+    Each row is the same, bit for bit, as `simulator.run` on its own numbers: it depends neither on
+    the other rows nor on the number of threads. A row that fails is a row with its stop reason.
+    One that cannot start has its reason at t = 0: ``left_domain`` outside the mechanism's domain,
+    ``invalid_start`` where the contact law does not admit it (inside the ground of a rigid contact,
+    off a guide, compressed as well as under an initial force), ``non_finite`` where a constant of
+    the law is not finite.
+
+    Parameters
+    ----------
+    simulator : ContactSimulator
+        Softened or rigid. Two rigid contacts, and the engine ``erk``, run row after row in Python.
+    states : mapping of str to array_like
+        Coordinates and velocities by name; absent ones are 0. SI units, rad.
+    parameters : mapping of str to array_like
+        Of mechanism and law; absent ones have their defaults.
+    t_end, until, rtol
+        As for `SoftenedSimulator.run`.
+    initial_force : array_like
+        Of a softened contact that starts with gap 0: the compression that carries it; N.
+    threads : int
+        By default the processors this process may use.
+    events : int
+        How many event times of each kind are kept, the first ones; all are counted.
+    maxima, minima : tuple of str
+        Outputs (``normal_force``, ``compression``, …) of which the extreme over the run and its
+        time are kept: located on the dense output of each step.
+    integrals : tuple of str
+        Outputs integrated over the run: of ``normal_force`` this is the normal impulse.
+    **limits
+        max_step, max_steps, max_events, first_step (`RunOptions`).
+
+    Returns
+    -------
+    ManyResult
+        Arrays of the shape that all the given ones broadcast to.
+
+    Raises
+    ------
+    InputError
+        Unknown names, shapes that do not fit, numbers that are not finite or out of range, more
+        rows than memory holds: before anything runs.
+    """
+    wish = BatchWish(events, tuple(maxima), tuple(minima), tuple(integrals))
+    rows = ManyInputs.of(simulator, states, parameters or {}, initial_force)
+    shared = _shared_options(simulator, t_end, until, rtol, limits)
+    _check_outputs(simulator, wish)
+    need = rows.count * row_bytes(simulator, wish)
+    fix = "fewer rows at a time, or fewer event times"
+    check_memory(f"batch of {simulator.where}", f"{rows.count:,} rows", need, fix)
+    if _is_batched(simulator):
+        found = _in_threads(simulator, rows, shared, wish, _thread_count(threads))
+    else:
+        found = _one_by_one(simulator, rows, shared, wish)
+    return ManyResult(
+        simulator=simulator,
+        shape=rows.shape,
+        inputs=rows.inputs,
+        initial_force=rows.force,
+        options=shared,
+        wish=wish,
+        rows=found,
+    )
+
+
+def _one_by_one(
+    simulator: ContactSimulator, rows: ManyInputs, o: RunOptions, wish: BatchWish
+) -> BatchRows:
+    def run(i: int) -> Trajectory:
+        more: dict[str, Any] = {}
+        if rows.force is not None:
+            more["initial_force"] = float(rows.part(rows.force, i, i + 1)[0])
+        return run_row(simulator, simulator.mechanism, rows.row(i), o, "events", **more)
+
+    return run_one_by_one(simulator, run, blocks(simulator, rows), rows.count, wish)
+
+
+def _thread_count(threads: int | None) -> int:
+    if threads is None:
+        return len(os.sched_getaffinity(0))
+    if threads < 1:
+        raise InputError(f"batch: threads: got {threads!r}, need at least 1.")
+    return threads
+
+
+def _is_batched(simulator: ContactSimulator) -> bool:
+    compiled = isinstance(simulator.integrator, CompiledEngine)
+    return compiled and not isinstance(simulator, TwoContactSimulator)
+
+
+def _check_outputs(simulator: ContactSimulator, wish: BatchWish) -> None:
+    wish.indices(simulator.outline.output_names)
+    if wish.watched and not _is_batched(simulator):
+        raise InputError(
+            f"{simulator.where}: {wish.watched[0]}: extremes and integrals need the compiled "
+            "engine and one contact. Fix: leave them out, or take them from single runs."
+        )
+
+
+def _shared_options(
+    simulator: ContactSimulator,
+    t_end: float,
+    until: str | tuple[str, ...],
+    rtol: float,
+    limits: Mapping[str, Any],
+) -> RunOptions:
+    nothing = np.zeros(len(simulator.outline.states))
+    options = {"t_end": t_end, "until": until, "rtol": rtol, "record": "events", **limits}
+    return simulator.options(nothing, {}, atol=nothing, **options)
+
+
+# ---- the work ----
+
+
+def _in_threads(
+    simulator: ContactSimulator, rows: ManyInputs, o: RunOptions, wish: BatchWish, threads: int
+) -> BatchRows:
+    engine = simulator.integrator
+    assert isinstance(engine, CompiledEngine)
+    kinds = max(1, len(simulator.event_kinds))
+    found = BatchRows.empty(rows.count, simulator.outline, wish, kinds)
+    preparing = threading.Lock()
+
+    def work(span: tuple[int, int]) -> None:
+        start, stop = span
+        # Python's share: threads in turn, so that they do not fight over its one lock.
+        with preparing:
+            block = starts_of(simulator, rows, start, stop)
+        _integrate(simulator, engine, block, o, wish, found.part(slice(start, stop)))
+
+    spans = list(_spans(rows.count, threads))
+    if min(threads, len(spans)) == 1:
+        for span in spans:
+            work(span)
+        return found
+    with ThreadPoolExecutor(threads) as pool:
+        # The first block that fails is the one that is heard of; no others begin after it.
+        for _ in pool.map(work, spans):
+            pass
+    return found
+
+
+def _spans(count: int, threads: int) -> Iterator[tuple[int, int]]:
+    """Yield first and end of the blocks: smaller ones first and last, where threads would wait.
+
+    They double and halve, so that there are few sizes.
+    """
+    start, size = 0, BLOCK if threads == 1 else LEAST_BLOCK
+    while start < count:
+        yield start, min(start + size, count)
+        start += size
+        if threads > 1:
+            room = max(LEAST_BLOCK, (count - start) // (2 * threads))
+            size = min(2 * size, BLOCK)
+            while size > room:
+                size //= 2
+
+
+def _integrate(
+    simulator: ContactSimulator,
+    engine: CompiledEngine,
+    block: Starts,
+    o: RunOptions,
+    wish: BatchWish,
+    rows: BatchRows,
+) -> None:
+    """Fill the rows: those that cannot run at once, the others by the engine."""
+    runs = block.refusal == RUNS
+    if not runs.all():
+        rows.fill_unmoved(~runs, block.states, block.refusal[~runs])
+        if runs.any():
+            kinds = rows.event_counts.shape[1]
+            part = BatchRows.empty(int(runs.sum()), simulator.outline, wish, kinds)
+            _integrate(simulator, engine, block.chosen(runs), o, wish, part)
+            rows.put(runs, part)
+        return
+    atol = o.rtol * block.scales
+    if isinstance(simulator, RigidSimulator):
+        given = (block.states, block.parameters, atol, replace(o, start_events=True))
+        rows.put(slice(None), run_rigid(simulator, engine, *given, wish))
+        return
+    t_end = np.full(len(block.states), o.t_end)
+    engine.run_batch(block.states, block.parameters, t_end, atol, o, wish, rows)

@@ -1,0 +1,107 @@
+"""Starts of many motions, ready for the engine; those that cannot run, with the reason."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from painleve_sym.arrays import Array
+from painleve_sym.contacts.inputs import CONTACT_TOLERANCE
+from painleve_sym.engines.compiled import CompiledEngine
+from painleve_sym.simulate.batch.inputs import ManyInputs
+from painleve_sym.simulate.batch.reason_codes import INVALID_START, LEFT_DOMAIN, NON_FINITE
+from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.simulator import ContactSimulator
+
+BLOCK = 4096
+"""Rows prepared at a time."""
+RUNS = -1
+"""Refusal of a row that can run."""
+
+
+@dataclass(frozen=True)
+class Starts:
+    """Some rows of a batch.
+
+    Attributes
+    ----------
+    first : int
+        Number of the first of them.
+    states : ndarray, shape (n, nx)
+    parameters : ndarray, shape (n, np)
+    scales : ndarray, shape (n, nx)
+        Of the states, for their tolerances.
+    refusal : ndarray of int, shape (n,)
+        Number of the reason (`ROW_REASONS`) for which a row cannot run, or `RUNS`.
+    """
+
+    first: int
+    states: Array
+    parameters: Array
+    scales: Array
+    refusal: NDArray[np.int32]
+
+    def chosen(self, rows: Any) -> Starts:
+        """Return the rows of a slice or a mask."""
+        arrays = (self.states, self.parameters, self.scales, self.refusal)
+        return Starts(self.first, *(a[rows] for a in arrays))
+
+
+def blocks(simulator: ContactSimulator, rows: ManyInputs) -> Iterator[Starts]:
+    """Yield all rows, block by block."""
+    for first in range(0, rows.count, BLOCK):
+        yield starts_of(simulator, rows, first, min(first + BLOCK, rows.count))
+
+
+def starts_of(simulator: ContactSimulator, rows: ManyInputs, first: int, stop: int) -> Starts:
+    """Return the rows first..stop − 1."""
+    # Outside the domain formulas may well divide by zero; those rows are not integrated.
+    with np.errstate(all="ignore"):
+        return _starts_of(simulator, rows, first, stop)
+
+
+def _starts_of(simulator: ContactSimulator, rows: ManyInputs, first: int, stop: int) -> Starts:
+    values = rows.symbols(first, stop)
+    parameters = np.array([values[s] for s in simulator.outline.parameters]).T.copy()
+    constants = _constants(simulator, parameters)
+    numbers = simulator.contact_values(values)
+    states = simulator.initial_states(values, numbers)
+    force = None if rows.force is None else rows.part(rows.force, first, stop)
+    refusal = np.full(len(states), RUNS, np.int32)
+    refusal[_invalid(simulator, states, force)] = INVALID_START
+    refusal[~np.isfinite(constants).all(axis=1)] = NON_FINITE
+    refusal[rows.outside(values)] = LEFT_DOMAIN
+    if force is not None:
+        assert isinstance(simulator, SoftenedSimulator)
+        run = refusal == RUNS
+        states[run] = simulator.with_forces(states[run], force[run], constants[run])
+        numbers = simulator.contact_values(simulator.at_states(states, constants))
+    scales = simulator.all_tolerances(states, constants, numbers)
+    return Starts(first, states, parameters, scales, refusal)
+
+
+def _constants(simulator: ContactSimulator, parameters: Array) -> Array:
+    engine = simulator.integrator
+    if isinstance(engine, CompiledEngine):
+        return engine.many_constants(parameters)
+    return np.array([engine.constants(row) for row in parameters])
+
+
+def _invalid(simulator: ContactSimulator, states: Array, force: Array | None) -> Any:
+    """Return which states the contact law does not admit, shape (n,)."""
+    found = np.zeros(len(states), bool)
+    names, mechanism = simulator.outline.states, simulator.mechanism
+    for row in simulator.contact.rows:
+        gap, rate = (states[:, names.index(s)] for s in (row.gap, row.gap_rate))
+        if isinstance(simulator, SoftenedSimulator):
+            found |= False if force is None else gap != 0
+        elif len(mechanism.contacts) == 1 and mechanism.contact.bilateral:
+            held = (np.abs(gap) <= CONTACT_TOLERANCE) & (np.abs(rate) <= CONTACT_TOLERANCE)
+            found |= ~held
+        else:
+            found |= gap < 0
+    return found

@@ -1,0 +1,1 @@
+"""Velocity jumps at finite contact stiffness."""

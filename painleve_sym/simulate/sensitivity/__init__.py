@@ -1,0 +1,1 @@
+"""Motions with their first derivatives."""

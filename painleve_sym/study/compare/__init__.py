@@ -1,0 +1,1 @@
+"""Methods compared from one state: rigid, compliant, time stepping, jump rules."""

@@ -1,0 +1,225 @@
+"""One state, every method: accelerations, rigid motion, time stepping, relaxation, softened motion.
+
+The methods are asked the same question, the velocities at one time shortly after the start, and
+are measured by one ruler: the distance to a rigid motion in the metric of the kinetic energy.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import groupby, pairwise
+
+import numpy as np
+
+from painleve_sym.complementarity.contact import ContactCase, ContactSolution
+from painleve_sym.contacts.impact.jump import JumpResult
+from painleve_sym.contacts.inputs import resolve_parameters, resolve_state
+from painleve_sym.errors import InputError
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.simulate.time_stepping.stepping import TimeStepper
+from painleve_sym.study.compare.methods import AccelerationLevel, Answer, Case
+
+STEPS_TO_END = (10, 100, 1000)
+"""How many steps time stepping takes where no steps are given."""
+STIFFNESS = (20.9e12, 20.9e14, 20.9e16)
+"""Young's moduli; Pa. The middle one is the paper's."""
+T_END = 1e-2
+"""s. The default stiffest and softest impacts of the paper's rod end well before."""
+CONTRAST_SOLVERS = ("least-impulse", "largest-impulse", "lemke", "mpcc")
+ROUND_OFF = 1e-9
+"""Relative errors below this are those of the reference, integrated at 1e-11: no order in them."""
+
+
+@dataclass(frozen=True)
+class FirstStep:
+    """The velocity-level problem of the first step.
+
+    Attributes
+    ----------
+    step : float
+        s.
+    solutions : tuple of ContactSolution
+        All of them: forces are impulses, N s, and accelerations velocities after the step, m/s.
+    """
+
+    step: float
+    solutions: tuple[ContactSolution, ...]
+
+
+@dataclass(frozen=True)
+class Contrast:
+    """Every method's answer for one state.
+
+    Attributes
+    ----------
+    mechanism : str
+    state, parameters : dict of str to float
+        Complete.
+    restitution, t_end : float
+        e of the softened and of both rigid rules; s.
+    acceleration_level : AccelerationLevel or None
+        None where the contact is open or closing: there is nothing to solve.
+    jumps : dict of str to JumpResult
+        ``e`` and ``plastic`` (e = 0), by the energetic rule; empty where no jump is possible.
+    first_steps : tuple of FirstStep
+        Those where the contact is closed.
+    rigid, stepping, softened : tuple of Answer
+    exponent : float
+        n of the contact law.
+    """
+
+    mechanism: str
+    state: dict[str, float]
+    parameters: dict[str, float]
+    restitution: float
+    t_end: float
+    acceleration_level: AccelerationLevel | None
+    jumps: dict[str, JumpResult]
+    first_steps: tuple[FirstStep, ...]
+    rigid: tuple[Answer, ...]
+    stepping: tuple[Answer, ...]
+    softened: tuple[Answer, ...]
+    exponent: float
+
+    @cached_property
+    def step_orders(self) -> dict[str, tuple[float, ...]]:
+        """p of error ∝ stepᵖ between neighbouring steps, by solver; nan where errors vanish."""
+        return {way: _orders(list(group)) for way, group in groupby(self.stepping, lambda a: a.way)}
+
+    @cached_property
+    def stiffness_orders(self) -> tuple[float, ...]:
+        """p of error ∝ Eᵖ between neighbouring moduli; nan where errors vanish."""
+        return _orders(list(self.softened))
+
+    @property
+    def expected_stiffness_order(self) -> float:
+        """−1/(2n), of an impact without collision; nan elsewhere."""
+        found = self.acceleration_level
+        impact = found and found.classification.case is ContactCase.INCONSISTENT
+        return -1 / (2 * self.exponent) if impact else float("nan")
+
+    @cached_property
+    def solver_dependent(self) -> bool:
+        """Whether solvers took different impulses in the first step, at any step length."""
+        for step in {a.setting for a in self.stepping}:
+            taken = [a.first_impulse for a in self.stepping if a.setting == step]
+            taken = [x for x in taken if np.isfinite(x)]
+            if taken and max(taken) - min(taken) > 1e-6 * max(map(abs, taken)):
+                return True
+        return False
+
+    @cached_property
+    def plastic_jump_unnoticed(self) -> bool:
+        """Whether accelerations have no solution, and every first step one: to rest in contact."""
+        found = self.acceleration_level
+        if found is None or found.classification.solutions or not self.first_steps:
+            return False
+        return all(
+            len(first.solutions) == 1 and first.solutions[0].mode.value == "stick"
+            for first in self.first_steps
+        )
+
+
+def contrast(
+    mechanism: Mechanism,
+    state: Mapping[str, float],
+    *,
+    parameters: Mapping[str, float] | None = None,
+    restitution: float = 0.75,
+    steps: Sequence[float] | None = None,
+    stiffness: Sequence[float] = STIFFNESS,
+    t_end: float = T_END,
+    solvers: Sequence[str] = CONTRAST_SOLVERS,
+    engine: str = "auto",
+) -> Contrast:
+    """Ask every method what follows from one state.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        With one contact that can open.
+    state, parameters : mapping of str to float
+        Absent coordinates and velocities are 0, absent parameters have their defaults.
+    restitution : float
+        In [0, 1]: energetic for rigid and softened motion, Newton's for rigid motion and stepping.
+    steps : sequence of float, optional
+        s, in (0, t_end]; a tenth, hundredth and thousandth of t_end when not given.
+    stiffness : sequence of float
+        Young's moduli E > 0 of the paper's contact law; Pa.
+    t_end : float
+        When the velocities are compared; s.
+    solvers : sequence of str
+        Of the time steps; names in `SOLVERS`.
+    engine : {"auto", "compiled", "taylor", "erk"}
+
+    Raises
+    ------
+    InputError
+        Unknown names, numbers out of range, a start inside the ground.
+    """
+    case = _case(mechanism, state, parameters, restitution, t_end, engine)
+    stepper = TimeStepper(mechanism)
+    steps = [t_end / n for n in STEPS_TO_END] if steps is None else sorted(set(steps))[::-1]
+    stiffness, solvers = sorted(set(stiffness)), list(dict.fromkeys(solvers))
+    case.check(steps, stiffness, solvers, stepper)
+    level = case.acceleration_level()
+    rigid = case.rigid_answers(level)
+    stepped = groupby(case.stepping(stepper, steps, solvers), lambda a: a.way)
+    softened, exponent = case.softened_answers(stiffness)
+    return Contrast(
+        mechanism=mechanism.name,
+        state=case.state,
+        parameters=case.parameters,
+        restitution=restitution,
+        t_end=t_end,
+        acceleration_level=level,
+        jumps=case.jumps(),
+        first_steps=_first_steps(stepper, case, steps),
+        rigid=tuple(rigid),
+        stepping=tuple(a for _, way in stepped for a in case.measured(list(way), rigid)),
+        softened=tuple(case.measured(softened, rigid)),
+        exponent=exponent,
+    )
+
+
+def _case(
+    mechanism: Mechanism,
+    state: Mapping[str, float],
+    parameters: Mapping[str, float] | None,
+    restitution: float,
+    t_end: float,
+    engine: str,
+) -> Case:
+    declared = mechanism.system.parameters
+    if mechanism.contact.bilateral:
+        raise InputError(
+            f"contrast of {mechanism.name!r}: its contact is bilateral, and stepping, relaxation "
+            "and softened motion need one that can open. Fix: use classify, jump and "
+            "simulate --law rigid."
+        )
+    values = resolve_parameters(f"{mechanism.name!r}", declared, parameters or {})
+    start = resolve_state(mechanism, state, values)
+    return Case(mechanism, start, values, restitution, t_end, engine)
+
+
+def _first_steps(stepper: TimeStepper, case: Case, steps: Sequence[float]) -> tuple[FirstStep, ...]:
+    found = []
+    for h in steps:
+        problem = stepper.first_problem(
+            case.state, h, e_newton=case.restitution, parameters=case.parameters
+        )
+        if problem is not None:
+            found.append(FirstStep(h, problem.solutions()))
+    return tuple(found)
+
+
+def _orders(answers: list[Answer]) -> tuple[float, ...]:
+    found = []
+    for a, b in pairwise(answers):
+        # False with nan, too. Where the first steps took different solutions there is no order.
+        usable = min(a.error, b.error) > ROUND_OFF and a.first_mode == b.first_mode
+        ratios = b.error / a.error if usable else np.nan, b.setting / a.setting
+        found.append(float(np.log(ratios[0]) / np.log(ratios[1])))
+    return tuple(found)

@@ -1,0 +1,119 @@
+"""The classical and the corrected jump rule against softened impacts over the stiffness."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from painleve_sym.arrays import Array
+from painleve_sym.codegen.evaluate import numbers
+from painleve_sym.contacts.impact.jump import evaluate_jump
+from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.finite_stiffness.corrected_jump import CorrectedJumpRule
+from painleve_sym.study.compare.jump_convergence import compare_jump
+
+RULES = ("classical", "frozen", "carried")
+"""K → ∞; A and B of the start kept; A and B moved to where the impulse acts."""
+
+
+@dataclass(frozen=True)
+class CorrectedComparison:
+    """Velocities after the impact by the three rules and by softened runs.
+
+    Attributes
+    ----------
+    velocities : tuple of str
+    stiffness : ndarray, shape (k,)
+        Values of the parameter that was varied.
+    rules : mapping of str to ndarray, shape (k, v)
+        By the names of `RULES`.
+    softened : ndarray, shape (k, v)
+    slip_times : ndarray, shape (k,)
+        Time at which the slip stops, by the frozen rule; s.
+    exponent : float
+        n of the force K δⁿ.
+    """
+
+    velocities: tuple[str, ...]
+    stiffness: Array
+    rules: Mapping[str, Array]
+    softened: Array
+    slip_times: Array
+    exponent: float
+
+    def error(self, rule: str, velocity: str) -> Array:
+        """Return rule minus softened of one velocity, shape (k,)."""
+        error: Array = (self.rules[rule] - self.softened)[:, self.velocities.index(velocity)]
+        return error
+
+    def orders(self, rule: str, velocity: str) -> Array:
+        """Return the exponents p of error ∝ stiffnessᵖ between neighbours, shape (k − 1,)."""
+        errors = np.abs(self.error(rule, velocity))
+        orders: Array = np.diff(np.log(errors)) / np.diff(np.log(self.stiffness))
+        return orders
+
+    @property
+    def classical_order(self) -> float:
+        """−1/(2n), where the order of the classical rule tends to."""
+        return -1 / (2 * self.exponent)
+
+
+def compare_corrected(
+    simulator: SoftenedSimulator,
+    state: Mapping[str, float],
+    stiffness: Sequence[float],
+    *,
+    parameter: str = "E",
+    parameters: Mapping[str, float] | None = None,
+) -> CorrectedComparison:
+    """Return the three rules and softened impacts from a state.
+
+    Parameters are those of `compare_jump`, whose errors apply.
+    """
+    classical = compare_jump(
+        simulator, state, stiffness, parameter=parameter, parameters=parameters
+    )
+    values: dict[str, ArrayLike] = {**simulator.parameters(parameters)}
+    values[parameter] = np.array(stiffness, dtype=float)
+    rule = CorrectedJumpRule(simulator.mechanism, simulator.law)
+    found = {name: rule(state, values, configuration=name) for name in ("frozen", "carried")}
+    names = classical.velocities
+    shape = (len(stiffness), len(names))
+    rules = {"classical": np.broadcast_to(classical.rule[-1], shape)}
+    for name, jumps in found.items():
+        rules[name] = np.stack([jumps.velocity[v] for v in names], axis=-1)
+    symbols = simulator.constants(simulator.parameters(parameters))
+    return CorrectedComparison(
+        names,
+        classical.stiffness,
+        rules,
+        classical.softened[:, -1],
+        found["frozen"].impacts.phase["duration"][:, 0],
+        float(numbers([simulator.law.exponent], symbols)[0]),
+    )
+
+
+def drift_of_the_rule(
+    simulator: SoftenedSimulator, state: Mapping[str, float], velocity: str, step: float = 1e-5
+) -> float:
+    """Return d/dτ of a velocity after the classical jump, had it happened τ later; m/s² or 1/s².
+
+    The configuration moves on freely until the impulse acts, at τ ≈ t1: times t1 this is the
+    leading error of the rule with a frozen configuration. By central differences.
+    """
+    mechanism = simulator.mechanism
+    values = simulator.parameters(None)
+    own = {p.name for p in mechanism.system.parameters} | {"e_energetic"}
+    given = {k: v for k, v in values.items() if k in own}
+    full = dict.fromkeys(mechanism.state_names, 0.0) | dict(state)
+    after = []
+    for tau in (-step, step):
+        # Only the configuration: what finite forces do to the velocities the rule keeps.
+        moved = {
+            c.name: full[c.name] + tau * full[f"{c.name}_dot"] for c in mechanism.system.coordinates
+        }
+        after.append(evaluate_jump(mechanism, "energetic", full | moved, given).velocity[velocity])
+    return (after[1] - after[0]) / (2 * step)

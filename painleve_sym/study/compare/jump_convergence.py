@@ -1,0 +1,149 @@
+"""Rigid against softened: the three-phase jump and the impacts that should converge to it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from painleve_sym.arrays import Array
+from painleve_sym.codegen.evaluate import numbers
+from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
+from painleve_sym.errors import InputError
+from painleve_sym.mechanics.impact.classes import ImpactClass
+from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.trajectory import Trajectory
+
+PHASE_ENDS = ("slip_stop", "max_compression", "separation")
+"""Events of a softened impact at which the three phases of the jump end."""
+RTOL = 1e-12
+"""Of the softened runs: their error then stays far below the difference that is studied."""
+
+
+@dataclass(frozen=True)
+class JumpComparison:
+    """A jump and the softened impacts from the same state, for growing stiffness.
+
+    Attributes
+    ----------
+    velocities : tuple of str
+        Names of the mechanism's velocities.
+    stiffness : ndarray, shape (k,)
+        Values of the parameter that was varied, in its unit.
+    jump : JumpResult
+    rule : ndarray, shape (3, v)
+        Velocities the jump gives at the end of each phase.
+    softened : ndarray, shape (k, 3, v)
+        Velocities at the events that end the phases.
+    times : ndarray, shape (k, 3)
+        When they end; s.
+    expected_order : float
+        −1/(2n): the rule drops the impulse of finite forces over the first phase, whose length is
+        proportional to it, up to a factor that tends to 1 slowly.
+    """
+
+    velocities: tuple[str, ...]
+    stiffness: Array
+    jump: JumpResult
+    rule: Array
+    softened: Array
+    times: Array
+    expected_order: float
+
+    @cached_property
+    def errors(self) -> Array:
+        """Softened minus rule, shape (k, 3, v)."""
+        return self.softened - self.rule
+
+    def column(self, phase: int, velocity: str) -> tuple[float, Array, Array]:
+        """Return rule, softened values (k,) and errors (k,) of one velocity after one phase."""
+        index = self.velocities.index(velocity)
+        values = self.softened[:, phase - 1, index]
+        return float(self.rule[phase - 1, index]), values, self.errors[:, phase - 1, index]
+
+    def orders(self, phase: int, velocity: str) -> Array:
+        """Return the exponents p of error ∝ stiffnessᵖ between neighbours, shape (k − 1,)."""
+        errors = np.abs(self.column(phase, velocity)[2])
+        return np.diff(np.log(errors)) / np.diff(np.log(self.stiffness))
+
+
+def compare_jump(
+    simulator: SoftenedSimulator,
+    state: Mapping[str, float],
+    stiffness: Sequence[float],
+    *,
+    parameter: str = "E",
+    parameters: Mapping[str, float] | None = None,
+    t_end: float = 1.0,
+) -> JumpComparison:
+    """Return the energetic jump at a state and softened impacts from it.
+
+    Parameters
+    ----------
+    simulator : SoftenedSimulator
+    state : mapping of str to float
+        Coordinates and velocities; absent ones are 0.
+    stiffness : sequence of float
+        Values of the parameter that is varied.
+    parameter : str
+        Name of that parameter of the law.
+    parameters : mapping of str to float, optional
+        Further parameters of mechanism and law.
+    t_end : float
+        By when every impact has ended; s.
+
+    Raises
+    ------
+    InputError
+        As for `evaluate_jump`, and where a softened impact lacks one of the three events.
+    """
+    mechanism = simulator.mechanism
+    complete = dict.fromkeys(mechanism.state_names, 0.0) | dict(state)
+    values = simulator.parameters(parameters)
+    own = {p.name for p in mechanism.system.parameters} | {"e_energetic"}
+    jump = evaluate_jump(
+        mechanism, "energetic", complete, {k: v for k, v in values.items() if k in own}
+    )
+    if jump.case is not ImpactClass.C_STICKING or jump.slip == 0:
+        raise InputError(
+            f"comparison of {mechanism.name!r}: the impact is {jump.case.value}, need one that "
+            "slips, then sticks in compression. Fix: start it in the inconsistent state."
+        )
+    names = tuple(s.name for s in mechanism.system.q_dot)
+    runs = []
+    for value in stiffness:
+        given = {**(parameters or {}), parameter: value}
+        run = simulator.run(
+            complete, t_end=t_end, parameters=given, until="separation", record="events", rtol=RTOL
+        )
+        runs.append(_at_ends(run, names, f"{parameter} = {value:g}"))
+    symbols = simulator.constants(values)
+    exponent = float(numbers([simulator.law.exponent], symbols)[0])
+    return JumpComparison(
+        velocities=names,
+        stiffness=np.array(stiffness, dtype=float),
+        jump=jump,
+        rule=np.array([[phase.velocity[n] for n in names] for phase in jump.phases]),
+        softened=np.array([ends for ends, _ in runs]),
+        times=np.array([times for _, times in runs]),
+        expected_order=-1 / (2 * exponent),
+    )
+
+
+def _at_ends(
+    run: Trajectory, names: tuple[str, ...], where: str
+) -> tuple[list[list[float]], list[float]]:
+    ends, times = [], []
+    for kind in PHASE_ENDS:
+        found = run.events_of(kind)
+        if not found:
+            kinds = ", ".join(e.kind for e in run.events) or "none"
+            raise InputError(
+                f"compare jump of {run.mechanism!r}, {where}: no event {kind!r} (events: {kinds}; "
+                f"{run.stop_reason.advice}). Fix: start from an impact, or give a later t_end."
+            )
+        ends.append([found[0].state[name] for name in names])
+        times.append(found[0].time)
+    return ends, times

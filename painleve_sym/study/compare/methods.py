@@ -1,0 +1,350 @@
+"""The answers that each method gives for one state; `contrast` puts them side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+
+from painleve_sym.arrays import Array
+from painleve_sym.codegen.evaluate import numbers
+from painleve_sym.complementarity.contact import ContactCase
+from painleve_sym.complementarity.lemke import LemkeResult, solve_lemke
+from painleve_sym.complementarity.mpcc import MPCCSurvey, solve_mpcc_all
+from painleve_sym.contacts.classify import Classification, classify_opening
+from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
+from painleve_sym.contacts.inputs import CONTACT_TOLERANCE, resolve_parameters, symbol_values
+from painleve_sym.errors import InputError, StopReason, unknown_name
+from painleve_sym.laws.compliance import law
+from painleve_sym.laws.restitution import restitution_law
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.rigid import RigidSimulator
+from painleve_sym.simulate.time_stepping.step_solvers import SOLVERS
+from painleve_sym.simulate.time_stepping.stepping import SteppingRun, TimeStepper
+from painleve_sym.simulate.trajectory import Trajectory
+
+POLICIES = ("liftoff", "slip", "impact")
+RULES = ("energetic", "newton")
+SINGLE = ("lemke", "mpcc")
+"""Solvers that end at one solution; the others enumerate all and choose."""
+MPCC_SOLVES = 12
+"""IPOPT takes some 0.1 s per problem: enough for ten steps in contact."""
+
+
+@dataclass(frozen=True)
+class AccelerationLevel:
+    """The contact problem of the state itself, solved three ways."""
+
+    classification: Classification
+    lemke: LemkeResult
+    mpcc: MPCCSurvey
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What one method says.
+
+    Attributes
+    ----------
+    method : {"rigid", "stepping", "softened"}
+    way : str
+        Restitution rule and policy, solver, or contact law.
+    setting : float
+        Step in s, or Young's modulus in Pa; nan for a rigid motion.
+    stop_reason : StopReason
+    final_time : float
+        s.
+    velocity : dict of str to float
+        At the final time, by state name.
+    normal_impulse : float
+        ∫F_n dt and the impulses of impacts; N s.
+    peak_force : float
+        N; nan where forces are not told from impulses.
+    events : tuple of (float, str)
+        Time and kind; empty for time stepping, which has none.
+    times : ndarray, shape (k,)
+    contact_velocities : ndarray, shape (k, 2)
+        ġ_N and v_t; m/s.
+    solutions_first_step : int
+        Found by the solver of a time step; −1 elsewhere.
+    first_impulse : float
+        Normal impulse of the first step; nan elsewhere.
+    first_mode : str
+        What the contact does in the first step: open, liftoff, slip or stick; empty elsewhere.
+    reference : str
+        The rigid motion nearest to the finest answer of this way: of the energetic rule for
+        softened motion, of Newton's for time stepping. Empty for a rigid motion and for a motion
+        that ended early.
+    error : float
+        Distance to it in the metric of the kinetic energy, relative to the speed; else nan.
+    """
+
+    method: str
+    way: str
+    setting: float
+    stop_reason: StopReason
+    final_time: float
+    velocity: dict[str, float]
+    normal_impulse: float
+    peak_force: float
+    events: tuple[tuple[float, str], ...]
+    times: Array = field(repr=False)
+    contact_velocities: Array = field(repr=False)
+    solutions_first_step: int = -1
+    first_impulse: float = float("nan")
+    first_mode: str = ""
+    reference: str = ""
+    error: float = float("nan")
+
+    @property
+    def complete(self) -> bool:
+        """Whether it reached the end time."""
+        return self.stop_reason is StopReason.T_END
+
+
+@dataclass(frozen=True)
+class Case:
+    """One state with its parameters, complete and checked."""
+
+    mechanism: Mechanism
+    state: dict[str, float]
+    parameters: dict[str, float]
+    restitution: float
+    t_end: float
+    engine: str
+
+    @cached_property
+    def gap_and_rate(self) -> tuple[float, float]:
+        """Gap and normal velocity of the start; m, m/s."""
+        contact = self.mechanism.contact
+        symbols = symbol_values(self.mechanism, self.state, self.parameters)
+        gap, rate = numbers([contact.gap, contact.gap_rate], symbols)
+        return float(gap), float(rate)
+
+    @cached_property
+    def contact_velocities(self) -> Array:
+        """Normal and slip velocity of the start; m/s."""
+        contact = self.mechanism.contact
+        symbols = symbol_values(self.mechanism, self.state, self.parameters)
+        return numbers([contact.gap_rate, contact.slip_velocity], symbols)
+
+    @cached_property
+    def velocities(self) -> tuple[str, ...]:
+        """Names of the velocities."""
+        return tuple(s.name for s in self.mechanism.system.q_dot)
+
+    def check(
+        self,
+        steps: Sequence[float],
+        stiffness: Sequence[float],
+        solvers: Sequence[str],
+        stepper: TimeStepper,
+    ) -> None:
+        """Raise InputError for whatever cannot be used, before anything is computed."""
+        where = f"contrast of {self.mechanism.name!r}"
+        resolve_parameters(
+            where, [restitution_law(RULES[0]).parameter], {"e_energetic": self.restitution}
+        )
+        for name, values in (("steps", steps), ("stiffness", stiffness), ("solvers", solvers)):
+            if not values:
+                raise InputError(f"{where}: {name}: got none, need at least one.")
+        for solver in solvers:
+            if solver not in SOLVERS:
+                raise InputError(f"{where}: {unknown_name('solver', solver, SOLVERS)}")
+        for step in steps:
+            stepper.check(step, self.t_end)
+        young = next(p for p in law("bilinear-hertz").parameters if p.name == "E")
+        for value in stiffness:
+            resolve_parameters(f"{where}: stiffness", [young], {"E": value})
+
+    # ---- accelerations and jumps ----
+
+    def acceleration_level(self) -> AccelerationLevel | None:
+        """Return the contact problem of the state, solved; None where there is none."""
+        if max(map(abs, self.gap_and_rate)) > CONTACT_TOLERANCE:
+            return None
+        found = classify_opening(self.mechanism, self.state, self.parameters)
+        lemke = solve_lemke(found.problem.lcp())
+        return AccelerationLevel(found, lemke, solve_mpcc_all(found.problem))
+
+    def jumps(self) -> dict[str, JumpResult]:
+        """Return the energetic jump with e and with 0; nothing where the state is no impact."""
+        if abs(self.gap_and_rate[0]) > CONTACT_TOLERANCE:
+            return {}
+        found = {}
+        for name, e in (("e", self.restitution), ("plastic", 0.0)):
+            try:
+                given = {**self.parameters, "e_energetic": e}
+                found[name] = evaluate_jump(self.mechanism, "energetic", self.state, given)
+            except InputError:  # the state is not an impact: the contact problem says what it is
+                return {}
+        return found
+
+    # ---- motions ----
+
+    def rigid_answers(self, level: AccelerationLevel | None) -> list[Answer]:
+        """Return the event-driven motions: both rules, and each policy where it matters."""
+        several = level and level.classification.case is ContactCase.INDETERMINATE
+        answers: list[Answer] = []
+        for rule in RULES:
+            for policy in POLICIES if several else POLICIES[:1]:
+                simulator = RigidSimulator(self.mechanism, rule, policy, self.engine)
+                given = {**self.parameters, f"e_{rule}": self.restitution}
+                run = simulator.run(self.state, parameters=given, t_end=self.t_end)
+                name = f"{rule}, {policy}" if several else rule
+                answer = self._answer("rigid", name, float("nan"), run)
+                answers.append(replace(answer, normal_impulse=self._rigid_impulse(run)))
+        return answers
+
+    def softened_answers(self, stiffness: Sequence[float]) -> tuple[list[Answer], float]:
+        """Return the answers, and the exponent of the law."""
+        chosen = law("bilinear-hertz", reload="virgin")
+        simulator = SoftenedSimulator(self.mechanism, chosen, self.engine)
+        answers = []
+        for value in stiffness:
+            given = {**self.parameters, "E": value, "e_energetic": self.restitution}
+            run = simulator.run(self.state, parameters=given, t_end=self.t_end)
+            answers.append(self._answer("softened", chosen.name, value, run))
+        constants = simulator.constants(simulator.parameters(given))
+        return answers, float(numbers([chosen.exponent], constants)[0])
+
+    def _answer(self, method: str, way: str, setting: float, run: Trajectory) -> Answer:
+        # Each event has its instant and the one before, so that a jump is drawn as one.
+        events = np.array([e.time for e in run.events])
+        times = np.concatenate([run.fine_times(8), events, np.nextafter(events, -np.inf)])
+        times = np.unique(times[times >= 0])
+        found = run.outputs(times)
+        force = found["normal_force"]
+        rigid = method == "rigid"
+        contact_velocities = np.column_stack([found["gap_rate"], found["slip_velocity"]])
+        # A rigid jump at t = 0 is drawn from the start.
+        integral = float(np.trapezoid(force, times))
+        times = np.append(0.0, times)
+        contact_velocities = np.vstack([self.contact_velocities, contact_velocities])
+        return Answer(
+            method=method,
+            way=way,
+            setting=setting,
+            stop_reason=run.stop_reason,
+            final_time=run.final_time,
+            velocity={n: run.final[n] for n in self.velocities},
+            normal_impulse=integral,
+            peak_force=float("nan") if rigid else float(np.max(force)),
+            events=tuple((e.time, e.kind) for e in run.events),
+            times=times,
+            contact_velocities=contact_velocities,
+        )
+
+    def _rigid_impulse(self, run: Trajectory) -> float:
+        """Return ∫F_n dt between impacts and the normal impulses of the impacts; N s."""
+        total = 0.0
+        times = run.fine_times(8)
+        total += float(np.trapezoid(run.outputs(times)["normal_force"], times))
+        c, contact = self.mechanism.coefficients, self.mechanism.contact
+        for time, group in groupby(run.events, lambda e: e.time):
+            after = list(group)[-1].state
+            before = self.state if time == 0 else run.state(float(np.nextafter(time, -np.inf)))
+            W_nn, W_nt, W_tt, *rates = numbers(
+                [c.W_nn, c.W_nt, c.W_tt, contact.gap_rate, contact.slip_velocity],
+                symbol_values(self.mechanism, after, self.parameters),
+            )
+            same = {n: before[n] if n in self.velocities else v for n, v in after.items()}
+            old = numbers(
+                [contact.gap_rate, contact.slip_velocity],
+                symbol_values(self.mechanism, same, self.parameters),
+            )
+            jump = np.array(rates) - old
+            total += float(np.linalg.solve([[W_nn, W_nt], [W_nt, W_tt]], jump)[0])
+        return total
+
+    def stepping(
+        self, stepper: TimeStepper, steps: Sequence[float], solvers: Sequence[str]
+    ) -> list[Answer]:
+        """Return the answers of each solver, from the longest step to the shortest."""
+        enumerated: dict[float, SteppingRun] = {}
+        found = []
+        for solver in solvers:
+            for h in steps:
+                run = enumerated.get(h)
+                if run is None or solver in ("lemke", "mpcc"):
+                    options: dict[str, Any] = (
+                        {"max_solves": MPCC_SOLVES} if solver == "mpcc" else {}
+                    )
+                    run = stepper.run(
+                        self.state,
+                        step=h,
+                        t_end=self.t_end,
+                        solver=solver,
+                        e_newton=self.restitution,
+                        parameters=self.parameters,
+                        **options,
+                    )
+                    if solver not in SINGLE and np.all(run.solutions_found <= 1):
+                        enumerated[h] = run  # no choice anywhere: every rule gives this run
+                found.append(self._stepped(run, solver))
+        return found
+
+    def _stepped(self, run: SteppingRun, solver: str) -> Answer:
+        none = not len(run.impulses)
+        return Answer(
+            method="stepping",
+            way=solver,
+            setting=run.step,
+            stop_reason=run.stop_reason,
+            final_time=float(run.times[-1]),
+            velocity={n: run.final[n] for n in self.velocities},
+            normal_impulse=run.normal_impulse,
+            peak_force=float("nan"),
+            events=(),
+            times=run.times,
+            contact_velocities=run.contact_velocities,
+            solutions_first_step=0 if none else int(run.solutions_found[0]),
+            first_impulse=float("nan") if none else float(run.impulses[0, 0]),
+            first_mode="" if none else self._mode(run),
+        )
+
+    def _mode(self, run: SteppingRun) -> str:
+        normal, tangential = run.impulses[0]
+        if run.solutions_found[0] < 0:
+            return "open"
+        if normal == 0:
+            return "liftoff"
+        mu = self.parameters[str(self.mechanism.contact.friction)]
+        # Round-off of the solvers; sticking on the edge of the cone counts as slip.
+        return "stick" if abs(tangential) < mu * normal * (1 - 1e-9) else "slip"
+
+    # ---- the ruler ----
+
+    def measured(self, answers: Sequence[Answer], rigid: Sequence[Answer]) -> list[Answer]:
+        """Return the answers of one way with their distance to the rigid motion they tend to."""
+        complete = [a for a in answers if a.complete]
+        rule = "energetic" if complete and complete[0].method == "softened" else "newton"
+        known = [r for r in rigid if r.complete and r.way.startswith(rule)]
+        if not (complete and known):
+            return list(answers)
+        # The last answer is the finest.
+        nearest = min(known, key=lambda r: self._distance(complete[-1], r))
+        done = [
+            replace(a, reference=nearest.way, error=self._distance(a, nearest)) for a in answers
+        ]
+        return [b if a.complete else a for a, b in zip(answers, done, strict=True)]
+
+    @cached_property
+    def mass(self) -> Array:
+        """M at the start, shape (n, n)."""
+        M = self.mechanism.system.mass_matrix
+        symbols = symbol_values(self.mechanism, self.state, self.parameters)
+        return numbers(list(M), symbols).reshape(M.shape)
+
+    def _distance(self, a: Answer, b: Answer) -> float:
+        ends = [np.array([x.velocity[n] for n in self.velocities]) for x in (a, b)]
+        begin = np.array([self.state[n] for n in self.velocities])
+        difference, *sizes = (
+            float(np.sqrt(u @ self.mass @ u)) for u in (ends[0] - ends[1], ends[1], begin)
+        )
+        return difference / max(sizes) if max(sizes) > 0 else difference

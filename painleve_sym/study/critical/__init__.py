@@ -1,0 +1,1 @@
+"""The critical force that separates lift-off from impact, and studies of it."""

@@ -1,0 +1,270 @@
+"""Who lifts off and who impacts, over the initial force and one more quantity."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from painleve_sym.arrays import Array
+from painleve_sym.errors import InputError
+from painleve_sym.files import write_beside
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.study.critical.bisection import Border, CriticalForceFinder, Outcome
+from painleve_sym.study.critical.continuation import Setting
+
+FORMAT = "painleve-sym outcome map 1"
+LEGEND: Mapping[str, int] = {
+    Outcome.UNDECIDED.value: -1,
+    Outcome.LIFTS_OFF.value: 0,
+    Outcome.STOPS_IN_RESTITUTION.value: 1,
+    Outcome.STOPS_IN_COMPRESSION.value: 2,
+}
+"""Codes of the outcomes; undecided also where the state is not indeterminate."""
+MOST = 400
+"""Points along an axis: every point is a run."""
+DECADES = 30.0
+"""Ratio of the ends from which a positive axis is spaced, and drawn, logarithmically."""
+
+_ARRAYS = ("forces", "values", "outcome", "limit", "predicted", "slip_stop", "compression")
+_TEXTS = ("mechanism", "law", "over", "unit", "state", "parameters")
+
+
+@dataclass(frozen=True)
+class OutcomeMap:
+    """Outcomes of softened runs over initial force and one quantity.
+
+    Attributes
+    ----------
+    mechanism, law : str
+    over, unit : str
+        The second axis: a parameter, a coordinate or a velocity.
+    forces : ndarray, shape (n,)
+        Initial forces F_n0; N.
+    values : ndarray, shape (k,)
+        Of `over`.
+    outcome : ndarray of int8, shape (n, k)
+        Codes of `LEGEND`.
+    limit : ndarray, shape (k,)
+        F_n* = −B/A; nan where the state is not indeterminate. N.
+    predicted : ndarray, shape (k,)
+        The closed form of the saddle with A and B held; 0 where every force leads to impact. N.
+    slip_stop, compression : ndarray, shape (k,)
+        Both critical forces, to round-off; nan where there is none. N.
+    state, parameters : dict of str to float
+        What is held.
+    """
+
+    mechanism: str
+    law: str
+    over: str
+    unit: str
+    forces: Array
+    values: Array
+    outcome: NDArray[np.int8]
+    limit: Array
+    predicted: Array
+    slip_stop: Array
+    compression: Array
+    state: dict[str, float]
+    parameters: dict[str, float]
+
+    @property
+    def logarithmic(self) -> bool:
+        """Whether the second axis is spaced logarithmically."""
+        return _logarithmic(float(self.values[0]), float(self.values[-1]))
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Number of points of each outcome, every entry of `LEGEND` in its order."""
+        return {name: int(np.sum(self.outcome == code)) for name, code in LEGEND.items()}
+
+    def summary(self) -> dict[str, Any]:
+        """Return plain data without the grid."""
+        rows = zip(
+            self.values, self.limit, self.predicted, self.slip_stop, self.compression, strict=True
+        )
+        names = (self.over, "limit", "predicted", *(b.value for b in Border))
+        return {
+            "mechanism": self.mechanism,
+            "law": self.law,
+            "over": self.over,
+            "unit": self.unit,
+            "counts": self.counts,
+            "critical_forces": [
+                dict(zip(names, (_plain(v) for v in row), strict=True)) for row in rows
+            ],
+            "state": self.state,
+            "parameters": self.parameters,
+        }
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as plain data for JSON: lists for arrays, None for nan."""
+        return {
+            **self.summary(),
+            "legend": dict(LEGEND),
+            "forces": self.forces.tolist(),
+            "outcome": self.outcome.tolist(),
+        }
+
+    def save(self, path: str | Path) -> None:
+        """Write to an NPZ file (arrays and JSON text, no pickle): whole, or not at all."""
+        text = {"format": FORMAT, **{name: getattr(self, name) for name in _TEXTS}}
+        arrays: dict[str, Any] = {name: getattr(self, name) for name in _ARRAYS}
+        write_beside(Path(path), lambda f: np.savez_compressed(f, text=json.dumps(text), **arrays))
+
+    @classmethod
+    def load(cls, path: str | Path) -> OutcomeMap:
+        """Read what `save` wrote.
+
+        Raises
+        ------
+        InputError
+            Not readable, or not a map of outcomes.
+        """
+        try:
+            with Path(path).open("rb") as file, np.load(file, allow_pickle=False) as data:
+                text = json.loads(str(data["text"]))
+                if text.get("format") != FORMAT:
+                    raise ValueError(f"got format {text.get('format')!r}, need {FORMAT!r}")
+                fields = {name: text[name] for name in _TEXTS}
+                fields |= {name: data[name] for name in _ARRAYS}
+        except (OSError, EOFError, ValueError, KeyError, TypeError, zipfile.BadZipFile) as error:
+            raise InputError(
+                f"outcome map file {path}: not readable ({error}). "
+                "Fix: give a file written by save."
+            ) from error
+        return cls(**fields)
+
+
+def _plain(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def _logarithmic(low: float, high: float) -> bool:
+    return low > 0 and high / low > DECADES
+
+
+def outcome_map(
+    finder: CriticalForceFinder,
+    state: Mapping[str, float],
+    over: str,
+    ends: tuple[float, float],
+    *,
+    forces: tuple[float, float] | None = None,
+    points: int = 61,
+    parameters: Mapping[str, float] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> OutcomeMap:
+    """Run from a grid of initial forces and values of one quantity; add both critical forces.
+
+    Parameters
+    ----------
+    finder : CriticalForceFinder
+    state : mapping of str to float
+    over : str
+        Parameter of mechanism or law, coordinate or velocity.
+    ends : tuple of float
+        From where to where; spaced logarithmically over more than a decade and a half.
+    forces : tuple of float, optional
+        Ends of the forces, N; by default 0 to 1.25 times the largest of F_n* and the critical
+        forces.
+    points : int
+        Along each axis, 2 to 400.
+    parameters : mapping of str to float, optional
+    progress : callable, optional
+        Called with the number of values done and of all.
+
+    Raises
+    ------
+    InputError
+        Unknown names, ends that are none, no indeterminate state on the whole axis.
+    """
+    setting = Setting(finder, state, parameters or {})
+    values = _axis(finder, over, ends, points)
+    unit = _unit(finder.simulator.mechanism, setting, over)
+    if forces is not None:
+        _axis(finder, "initial force", forces, points)
+        if forces[0] < 0:
+            raise InputError(f"{finder.where}: initial force: got {forces[0]:g} N, need >= 0.")
+    lines = np.full((4, points), np.nan)
+    reasons: list[str] = []
+    for i, value in enumerate(values):
+        at = setting.with_value(over, float(value))
+        try:
+            sliding = finder.analysis.at(*at)
+        except InputError as error:
+            reasons.append(str(error))
+            continue
+        lines[:2, i] = sliding.force, sliding.predicted_force
+        for row, border in enumerate(Border, start=2):
+            # Where every force leads to impact there is no critical one.
+            try:
+                found = finder.find(*at, border=border, check_tolerance=False)
+                lines[row, i] = found.value
+            except InputError as error:
+                reasons.append(str(error))
+        if progress:
+            progress(i + 1, 2 * points)
+    if np.isnan(lines[0]).all():
+        raise InputError(reasons[0])
+    top = 1.25 * float(np.nanmax(lines[[0, 2, 3]]))
+    grid = np.linspace(*(forces or (0.0, top)), points)
+    outcome = np.full((points, points), LEGEND[Outcome.UNDECIDED.value], dtype=np.int8)
+    for i, value in enumerate(values):
+        if not np.isnan(lines[0, i]):
+            found_here = finder.outcomes(*_swapped(setting.with_value(over, float(value)), grid))
+            outcome[:, i] = [LEGEND[o.value] for o in found_here]
+        if progress:
+            progress(points + i + 1, 2 * points)
+    simulator = finder.simulator
+    return OutcomeMap(
+        mechanism=simulator.mechanism.name,
+        law=simulator.law.name,
+        over=over,
+        unit=unit,
+        forces=grid,
+        values=values,
+        outcome=outcome,
+        limit=lines[0],
+        predicted=lines[1],
+        slip_stop=lines[2],
+        compression=lines[3],
+        state={n: float(v) for n, v in state.items() if n != over},
+        parameters={n: v for n, v in simulator.parameters(parameters).items() if n != over},
+    )
+
+
+def _swapped(
+    at: tuple[Mapping[str, float], Mapping[str, float]], forces: Array
+) -> tuple[Mapping[str, float], Array, Mapping[str, float]]:
+    return at[0], forces, at[1]
+
+
+def _axis(finder: CriticalForceFinder, name: str, ends: tuple[float, float], points: int) -> Array:
+    if not 2 <= points <= MOST:
+        raise InputError(f"{finder.where}: points: got {points}, need 2 to {MOST}.")
+    low, high = ends
+    if not (np.isfinite(low) and np.isfinite(high) and low < high):
+        raise InputError(
+            f"{finder.where}: range of {name}: got {low:g}:{high:g}, need from < to. "
+            "Fix: swap them, or give two numbers."
+        )
+    if _logarithmic(low, high):
+        return np.geomspace(low, high, points)
+    return np.linspace(low, high, points)
+
+
+def _unit(mechanism: Mechanism, setting: Setting, name: str) -> str:
+    setting.value(name)  # an unknown name is told here
+    own = (*mechanism.system.parameters, *setting.finder.simulator.own_parameters)
+    units = {p.name: p.unit for p in own}
+    for c in mechanism.system.coordinates:
+        units |= {c.name: c.unit, f"{c.name}_dot": f"{c.unit}/s"}
+    return units[name]

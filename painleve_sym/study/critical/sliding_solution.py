@@ -1,0 +1,324 @@
+"""The sliding solution of the indeterminate state: its force, its rates, and its stable manifold.
+
+Where A < 0 < B a contact of finite stiffness can slide with F_n* = −B/A. Of the normal motion
+δ̈ = −(A F_n + B) that is a saddle, and the starts that lead to it separate lift-off from impact.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import Any
+
+from painleve_sym.codegen.pointwise import Pointwise
+from painleve_sym.contacts.classify import contact_problem
+from painleve_sym.contacts.inputs import CONTACT_TOLERANCE, resolve_state
+from painleve_sym.errors import InputError
+from painleve_sym.laws import saddle as symbols
+from painleve_sym.laws.saddle import LawSaddle, loading_saddle, unloading_saddle
+from painleve_sym.mechanics.coefficients import F_N
+from painleve_sym.mechanics.paradox.sliding import (
+    coefficient_rates,
+    sliding_field,
+    sliding_force,
+    sliding_force_rate,
+)
+from painleve_sym.simulate.compliant import SoftenedSimulator
+
+SERIES_WITHIN = 0.1
+"""Where the energy of the saddle is a difference of nearly equal numbers, a series replaces it."""
+
+
+@dataclass(frozen=True)
+class SlidingSolution:
+    """The sliding solution at one state, with the contact law linearised about it.
+
+    Attributes
+    ----------
+    slip : {-1, +1}
+        Slip direction s.
+    A, B : float
+        g̈_N = A F_n + B, A < 0 < B; 1/kg and m/s².
+    force : float
+        F_n* = −B/A; N.
+    force_rate, force_second_rate : float
+        dF_n*/dt and d²F_n*/dt² along the sliding solution; N/s, N/s².
+    A_rate : float
+        dA/dt; 1/(kg s).
+    rate_per_force : float
+        ∂(dF_n*/dt)/∂F_n: what a force that differs from F_n* adds; 1/s.
+    compression, compression_rate : float
+        δ* with F_n(δ*) = F_n*, and how fast it moves; m, m/s.
+    approach : float
+        δ̇ = −ġ_N of the state, positive while it compresses; m/s.
+    exponent : float
+        n of the law; 1.
+    growth_rate, decay_rate : float
+        λ₊ > 0 and λ₋ < 0 of a small deviation on the loading curve; 1/s. Without damping
+        λ± = ±√(n B/δ*).
+    unloading_growth_rate, unloading_decay_rate : float
+        The same on the curve that is followed when the contact opens from δ*; 1/s.
+    conservative : bool
+        Whether the law's force depends on δ alone.
+    """
+
+    slip: int
+    A: float
+    B: float
+    force: float
+    force_rate: float
+    force_second_rate: float
+    A_rate: float
+    rate_per_force: float
+    compression: float
+    compression_rate: float
+    approach: float
+    exponent: float
+    growth_rate: float
+    decay_rate: float
+    unloading_growth_rate: float
+    unloading_decay_rate: float
+    conservative: bool
+
+    def force_of(self, compression: float) -> float:
+        """Return F_n on the loading curve at rest; N."""
+        ratio = max(0.0, compression) / self.compression
+        return float(self.force * ratio**self.exponent)
+
+    @property
+    def barrier_speed(self) -> float:
+        """√(2 n B δ*/(n + 1)): the approach that just reaches δ* from δ = 0, A and B held; m/s.
+
+        Only without damping.
+        """
+        return math.sqrt(2 * self.exponent * self.B * self.compression / (self.exponent + 1))
+
+    @property
+    def predicted_force(self) -> float:
+        """Critical initial force from the saddle of constant A and B, carried along with δ*; N.
+
+        With w = δ̇₀ − δ̇* the stable manifold is the energy level of the saddle,
+
+            (n + 1) w²/(2 B δ*) = n − (n + 1) x + xⁿ⁺¹,    x = δ₀/δ*,
+
+        x < 1 for w > 0. For δ̇₀ = 0 this is F_n* + Ḟ_n*/λ₊ up to terms in 1/λ₊². Laws with damping
+        have the tangent δ₀ = δ* + δ̇*/λ₊ − δ̇₀/|λ₋| instead. 0 where every initial force leads to
+        impact.
+        """
+        relative = self.approach - self.compression_rate
+        # The curve the motion is on; a start at rest follows δ*.
+        closes = (self.approach or self.compression_rate) >= 0
+        decay = self.decay_rate if closes else self.unloading_decay_rate
+        if not self.conservative:
+            growth = self.growth_rate if closes else self.unloading_growth_rate
+            shift = self.compression_rate / growth + self.approach / decay
+            return self.force_of(self.compression + shift)
+        # An unloading curve is the loading curve, contracted: its energy is smaller by this part.
+        contraction = (self.decay_rate / decay) ** 2
+        level = (self.exponent + 1) * relative**2
+        level /= 2 * self.B * self.compression * contraction
+        return self.force_of(self.compression * _separatrix(level, relative, self.exponent))
+
+    @property
+    def expansion(self) -> tuple[float, float, float]:
+        """Terms of the critical force F_n* + Ḟ_n*/λ + c/λ² + O(λ⁻³) of a start without ġ_N; N.
+
+        c = F̈_n* + Ḟ_n* (r/2 − Ȧ/(4A)) − 11 (n − 1) Ḟ_n*²/(12 n F_n*) with r = `rate_per_force`.
+        Where F_n* falls the contact opens along the stable manifold, with λ of its unloading.
+        Laws with damping have the first two terms only; the third is nan.
+        """
+        rate, n = self.force_rate, self.exponent
+        growth = self.growth_rate if rate >= 0 else self.unloading_growth_rate
+        second = self.force_second_rate + rate * (
+            self.rate_per_force / 2 - self.A_rate / self.A / 4
+        )
+        second -= 11 * (n - 1) * rate**2 / (12 * n * self.force)
+        second = second / growth**2 if self.conservative else math.nan
+        return self.force, rate / growth, second
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data with the documented keys."""
+        return asdict(self) | {"barrier_speed": self.barrier_speed if self.conservative else None}
+
+
+def _energy(x: float, n: float) -> float:
+    """n − (n + 1) x + xⁿ⁺¹ without loss of digits near its double zero x = 1."""
+    xi = x - 1
+    if abs(xi) >= SERIES_WITHIN:
+        return float(n - (n + 1) * x + x ** (n + 1))
+    total, factor = 0.0, (n + 1) * xi
+    for k in range(2, 24):
+        factor *= (n + 2 - k) * xi / k
+        total += factor
+    return total
+
+
+def _separatrix(level: float, relative: float, n: float) -> float:
+    """Return x with `_energy` = `level`, below 1 for an approach and above for a withdrawal."""
+    if relative > 0:
+        if level >= n:
+            return 0.0
+        low, high = 1.0, 0.0
+    else:
+        low, high = 1.0, 2.0
+        while _energy(high, n) < level:
+            high *= 2
+    while True:
+        middle = (low + high) / 2
+        if middle in (low, high):
+            return middle
+        low, high = (middle, high) if _energy(middle, n) < level else (low, middle)
+
+
+@dataclass(frozen=True)
+class SlidingAnalysis:
+    """Finds the sliding solution of a mechanism on a contact law; build once, use often.
+
+    Parameters
+    ----------
+    simulator : SoftenedSimulator
+    """
+
+    simulator: SoftenedSimulator
+
+    @cached_property
+    def _saddles(self) -> tuple[LawSaddle, LawSaddle]:
+        law = self.simulator.law
+        return loading_saddle(law), unloading_saddle(law)
+
+    @cached_property
+    def _mechanical(self) -> Pointwise:
+        mechanism = self.simulator.mechanism
+        c, contact = mechanism.coefficients, mechanism.contact
+        parts = [contact.gap, contact.gap_rate]
+        for slip in (-1, 1):
+            A_dot, B_dot = coefficient_rates(c, slip)
+            at = {F_N: sliding_force(c, slip)}
+            parts += [A_dot.xreplace(at), -B_dot.diff(F_N).xreplace(at) / c.A(slip)]
+        return Pointwise(parts, self._symbols, engine="casadi")
+
+    @property
+    def _symbols(self) -> tuple[Any, ...]:
+        system, automaton = self.simulator.mechanism.system, self.simulator.automaton
+        return (*system.q, *system.q_dot, *automaton.parameters, *automaton.definitions)
+
+    @cached_property
+    def _drift(self) -> dict[int, tuple[Pointwise, Pointwise]]:
+        """By slip direction: dF_n*/dt with its gradient, and the rates of the state."""
+        mechanism = self.simulator.mechanism
+        c, moving = mechanism.coefficients, (*mechanism.system.q, *mechanism.system.q_dot)
+        found = {}
+        for slip in (-1, 1):
+            rates = sliding_field(c, slip)
+            found[slip] = (
+                Pointwise(
+                    [sliding_force_rate(c, slip)],
+                    self._symbols,
+                    derivatives=moving,
+                    engine="casadi",
+                ),
+                Pointwise([rates[s] for s in moving], self._symbols, engine="casadi"),
+            )
+        return found
+
+    @cached_property
+    def _linearised(self) -> Pointwise:
+        automaton, law = self.simulator.automaton, self.simulator.law
+        own = (*automaton.parameters, *automaton.definitions)
+        parts = [law.exponent, self._saddles[0].slope]
+        for saddle in self._saddles:
+            parts += saddle.rates
+        return Pointwise(parts, (symbols.A, symbols.B, symbols.DEPTH, *own), engine="casadi")
+
+    def at(
+        self, state: Mapping[str, float], parameters: Mapping[str, float] | None = None
+    ) -> SlidingSolution:
+        """Return the sliding solution at a state on the surface that slips.
+
+        Parameters
+        ----------
+        state : mapping of str to float
+            Coordinates and velocities; absent ones are 0. The gap must be 0, its rate may not be.
+        parameters : mapping of str to float
+            Of mechanism and law; absent ones have their defaults.
+
+        Raises
+        ------
+        InputError
+            Unknown names, numbers out of range, an open contact, no slip, or a state that is not
+            indeterminate.
+        """
+        found, gap = self._at(state, parameters)
+        if abs(gap) > CONTACT_TOLERANCE:
+            raise InputError(
+                f"{self._where}: got gap = {gap:g} m, need 0: the initial force sets the "
+                "compression. Fix: start on the surface."
+            )
+        return found
+
+    def along(
+        self, state: Mapping[str, float], parameters: Mapping[str, float] | None = None
+    ) -> SlidingSolution:
+        """Return the sliding solution at a state of a run, compressed or not; see `at`."""
+        return self._at(state, parameters)[0]
+
+    @property
+    def _where(self) -> str:
+        return f"sliding solution of {self.simulator.where}"
+
+    def _at(
+        self, state: Mapping[str, float], parameters: Mapping[str, float] | None
+    ) -> tuple[SlidingSolution, float]:
+        """Return the sliding solution and the gap."""
+        simulator = self.simulator
+        mechanism = simulator.mechanism
+        values = simulator.parameters(parameters)
+        start = resolve_state(mechanism, state, values)
+        constants = simulator.constants(values)
+        problem = contact_problem(mechanism, start, values)
+        named = {s: start[s.name] for s in (*mechanism.system.q, *mechanism.system.q_dot)}
+        point = {**named, **constants}
+        gap, gap_rate, *own = map(float, self._mechanical(point).reshape(-1))
+        self._check(problem.A, problem.B)
+        A, B, slip = float(problem.A or 0.0), problem.B, problem.slip_direction
+        force = -B / A
+        depth = simulator.compression_of_force(force, values)
+        local = self._linearised({symbols.A: A, symbols.B: B, symbols.DEPTH: depth, **constants})
+        exponent, slope, *rates = map(float, local.reshape(-1))
+        drift, field = self._drift[slip]
+        rate, *gradient = map(float, drift(point).reshape(-1))
+        second = sum(g * float(v) for g, v in zip(gradient, field(point).reshape(-1), strict=True))
+        A_rate, rate_per_force = own[:2] if slip < 0 else own[2:]
+        solution = SlidingSolution(
+            slip=slip,
+            A=A,
+            B=B,
+            force=force,
+            force_rate=rate,
+            force_second_rate=second,
+            A_rate=A_rate,
+            rate_per_force=rate_per_force,
+            compression=depth,
+            compression_rate=rate / slope,
+            approach=0.0 if abs(gap_rate) <= CONTACT_TOLERANCE else -gap_rate,
+            exponent=exponent,
+            growth_rate=rates[0],
+            decay_rate=rates[1],
+            unloading_growth_rate=rates[2],
+            unloading_decay_rate=rates[3],
+            conservative=all(s.conservative for s in self._saddles),
+        )
+        return solution, gap
+
+    def _check(self, A: float | None, B: float) -> None:
+        if A is None:
+            raise InputError(
+                f"{self._where}: got slip velocity 0, need slip. Fix: give a state that slides."
+            )
+        if not A < 0 < B:
+            raise InputError(
+                f"{self._where}: got A = {A:g} 1/kg and B = {B:g} m/s^2, need A < 0 and B > 0 "
+                "(indeterminate). Fix: choose a state there; `painleve map` shows where."
+            )

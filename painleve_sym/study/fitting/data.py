@@ -1,0 +1,187 @@
+"""Measured data for a fit: a CSV file whose header names every quantity with its unit."""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from painleve_sym.arrays import Array
+from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.mechanics.mechanism import Mechanism
+
+MAX_FILE = 50_000_000
+"""Bytes of a data file: one that never ends must not be read for ever."""
+OUTPUT_UNITS = {
+    "normal_force": "N",
+    "tangential_force": "N",
+    "compression": "m",
+    "gap": "m",
+    "gap_rate": "m/s",
+    "slip_velocity": "m/s",
+    "kinetic_energy": "J",
+    "potential_energy": "J",
+    "stored_energy": "J",
+    "friction_dissipation": "J",
+    "contact_dissipation": "J",
+}
+"""What a column may hold besides coordinates and velocities."""
+_HEADER = re.compile(r"^(?:(start|end)\s+)?(\w+)\s*\[([^\]]*)\]$")
+_EXAMPLE = "such as 't [s], y_A_dot [m/s], normal_force [N]'"
+
+
+@dataclass(frozen=True)
+class FitData:
+    """Rows of measurements.
+
+    Attributes
+    ----------
+    where : str
+        What messages call the file.
+    times : ndarray, shape (n,) or None
+        A history of one motion, in the order of time; None: every row is a motion of its own,
+        measured when it ended. s.
+    starts : mapping of str to ndarray, shape (n,)
+        Start values of each motion, by state; empty for a history.
+    measured : mapping of str to ndarray, shape (n,)
+        By state or output; nan where a cell is empty.
+    """
+
+    where: str
+    times: Array | None
+    starts: Mapping[str, Array]
+    measured: Mapping[str, Array]
+
+    @property
+    def count(self) -> int:
+        """Number of measured values."""
+        return sum(int(np.isfinite(v).sum()) for v in self.measured.values())
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Unit of outputs among the measured quantities."""
+        return {n: OUTPUT_UNITS[n] for n in self.measured if n in OUTPUT_UNITS}
+
+
+def state_units(mechanism: Mechanism) -> dict[str, str]:
+    """Return the unit of every coordinate and velocity."""
+    units = {c.name: c.unit for c in mechanism.system.coordinates}
+    return units | {f"{n}_dot": f"{u}/s" for n, u in units.items()}
+
+
+def read_fit_data(path: str | Path, mechanism: Mechanism) -> FitData:
+    """Read a CSV file; lines that open with # are comments.
+
+    The header names each column and its unit. With a column ``t [s]`` the rows are the history of
+    one motion. With columns ``start NAME [unit]`` and ``end NAME [unit]`` each row is a motion,
+    given by its start and what was measured at its end.
+
+    Raises
+    ------
+    InputError
+        Not readable, a header without units, unknown quantities, another unit than SI, cells that
+        are no numbers, missing columns, times out of order.
+    """
+    where = f"data file {path}"
+    rows = _rows(where, Path(path))
+    if not rows:
+        raise InputError(f"{where}: got no rows. Fix: give a header, {_EXAMPLE}, and data below.")
+    (_, header), body = rows[0], rows[1:]
+    known = {**state_units(mechanism), **OUTPUT_UNITS, "t": "s"}
+    columns = [_column(where, text, known) for text in header]
+    for name in columns:
+        if columns.count(name) > 1:
+            raise InputError(f"{where}: column {' '.join(name).strip()!r} is there twice.")
+    values = _numbers(where, header, body)
+    table = {name: values[:, i] for i, name in enumerate(columns)}
+    return _arranged(where, table)
+
+
+def _rows(where: str, path: Path) -> list[tuple[int, list[str]]]:
+    try:
+        with path.open("rb") as file:
+            content = file.read(MAX_FILE + 1)
+    except OSError as error:
+        raise InputError(f"{where}: {error.strerror}. Fix: name a readable CSV file.") from error
+    if len(content) > MAX_FILE:
+        raise InputError(f"{where}: got more than {MAX_FILE} bytes.")
+    try:
+        lines = content.decode("utf-8-sig").splitlines()
+        kept = [
+            (i, line) for i, line in enumerate(lines, 1) if line.strip() and line.strip()[0] != "#"
+        ]
+        read = list(csv.reader([line for _, line in kept], skipinitialspace=True))
+    except (ValueError, csv.Error) as error:
+        raise InputError(f"{where}: not a CSV file in UTF-8 ({error}).") from error
+    return [(i, [c.strip() for c in row]) for (i, _), row in zip(kept, read, strict=True)]
+
+
+def _column(where: str, text: str, known: Mapping[str, str]) -> tuple[str, str]:
+    match = _HEADER.match(text)
+    if match is None:
+        raise InputError(f"{where}: header: got {text!r}, need NAME [unit], {_EXAMPLE}.")
+    role, name, unit = match.group(1) or "", match.group(2), match.group(3).strip()
+    if name not in known:
+        raise InputError(f"{where}: header: {unknown_name('quantity', name, known)}")
+    if unit != known[name]:
+        raise InputError(
+            f"{where}: column {name}: got the unit [{unit}], need [{known[name]}]. "
+            "Fix: convert the column to SI units and rad."
+        )
+    return role, name
+
+
+def _numbers(where: str, header: list[str], body: list[tuple[int, list[str]]]) -> Array:
+    values = np.full((len(body), len(header)), np.nan)
+    for i, (line, row) in enumerate(body):
+        if len(row) != len(header):
+            raise InputError(f"{where}: line {line}: got {len(row)} cells, need {len(header)}.")
+        for j, cell in enumerate(row):
+            if not cell:
+                continue
+            try:
+                values[i, j] = float(cell)
+            except ValueError:
+                values[i, j] = math.inf
+            if not math.isfinite(values[i, j]):
+                raise InputError(
+                    f"{where}: line {line}, column {header[j]}: got {cell!r}, need a finite "
+                    "number, or nothing where there is none."
+                )
+    return values
+
+
+def _arranged(where: str, table: dict[tuple[str, str], Array]) -> FitData:
+    history = {name: v for (role, name), v in table.items() if not role}
+    starts = {name: v for (role, name), v in table.items() if role == "start"}
+    ends = {name: v for (role, name), v in table.items() if role == "end"}
+    if history and (starts or ends):
+        raise InputError(
+            f"{where}: got columns with and without start or end. Fix: give a history (t and what "
+            "was measured), or motions row by row (start ... and end ...)."
+        )
+    times = history.pop("t", None)
+    measured = history or ends
+    if not (starts or ends) and times is None:
+        raise InputError(
+            f"{where}: column t [s] is missing. Fix: add it, or name the columns "
+            "start NAME [unit] and end NAME [unit] for motions row by row."
+        )
+    for fixed, values in (("t", times), *starts.items()):
+        if values is not None and np.isnan(values).any():
+            raise InputError(f"{where}: column {fixed}: got an empty cell, need a number.")
+    if times is not None and ((times < 0).any() or (np.diff(times) < 0).any()):
+        raise InputError(f"{where}: column t: need times >= 0 that do not decrease.")
+    if (starts or ends) and "t" in (*starts, *ends):
+        raise InputError(f"{where}: column t has no start or end. Fix: leave it out.")
+    if not measured:
+        raise InputError(f"{where}: no measured column. Fix: add one, {_EXAMPLE}.")
+    data = FitData(where, times, starts, measured)
+    if not data.count:
+        raise InputError(f"{where}: got no measured values. Fix: add rows below the header.")
+    return data

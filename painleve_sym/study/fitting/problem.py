@@ -1,0 +1,361 @@
+"""Parameters from measured motions: least squares with derivatives through every event."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from scipy.optimize import least_squares
+from scipy.stats import t as student
+
+from painleve_sym.arrays import Array
+from painleve_sym.errors import InputError, StopReason, unknown_name
+from painleve_sym.mechanics.system import Parameter
+from painleve_sym.simulate.sensitivity.result import SensitiveTrajectory
+from painleve_sym.simulate.simulator import ContactSimulator
+from painleve_sym.study.fitting.data import FitData
+from painleve_sym.study.fitting.result import FitResult
+
+RTOL = 1e-10
+"""Of the motions: far below any measurement, and the derivatives then hold eight digits."""
+TOLERANCE = 1e-10
+"""Relative change of cost, step and gradient at which the least squares end."""
+REWEIGHTINGS = 12
+"""Rounds in which unknown noise levels are estimated; they settle in three to five."""
+SETTLED = 1e-4
+"""Relative change of the noise levels at which no further round is needed."""
+BLIND = 1e-7
+"""Ratio of the singular values of the scaled Jacobian below which the data leave a combination of
+the parameters open: its error would be a million times that of the others."""
+
+
+_ENDINGS = {
+    0: "not converged: the evaluations allowed were used up",
+    1: "converged (gradient)",
+    2: "converged (cost)",
+    3: "converged (step)",
+    4: "converged (cost and step)",
+}
+
+
+@dataclass(frozen=True)
+class FitProblem:
+    """What is estimated, from which data, with which model.
+
+    Parameters
+    ----------
+    simulator : ContactSimulator
+    data : FitData
+    estimate : tuple of str
+        Parameters of mechanism and law, or start values of a history.
+    state : mapping of str to float
+        Start values that the data do not give.
+    parameters : mapping of str to float
+        Known parameters, and from where the estimated ones start.
+    until : tuple of str
+        Events that end each motion, where every row is a motion.
+    t_end : float
+        By when it has ended; s.
+    sigma : mapping of str to float
+        Known standard deviations of all measured quantities; empty: they are estimated.
+    level : float
+        Of the confidence intervals, in (0, 1).
+    """
+
+    simulator: ContactSimulator
+    data: FitData
+    estimate: tuple[str, ...]
+    state: Mapping[str, float]
+    parameters: Mapping[str, float]
+    until: tuple[str, ...] = ("separation",)
+    t_end: float = 1.0
+    sigma: Mapping[str, float] | None = None
+    level: float = 0.95
+
+    def __post_init__(self) -> None:
+        where, data = f"fit of {self.simulator.where}", self.data
+        known = [*self._declared, *self.simulator.mechanism.state_names]
+        if not self.estimate:
+            raise InputError(f"{where}: nothing to estimate. Fix: name parameters.")
+        for name in self.estimate:
+            if name not in known:
+                raise InputError(f"{where}: {unknown_name('parameter', name, known)}")
+            if name in data.starts:
+                raise InputError(f"{where}: start {name} is given by the data. Fix: drop one.")
+            if self.estimate.count(name) > 1:
+                raise InputError(f"{where}: got {name!r} twice. Fix: name it once.")
+        for name in data.starts:
+            if name not in self.simulator.mechanism.state_names:
+                names = self.simulator.mechanism.state_names
+                raise InputError(f"{data.where}: start: {unknown_name('state', name, names)}")
+            if name in self.state:
+                raise InputError(f"{data.where}: start {name} is given twice. Fix: drop one.")
+        for name, value in (self.sigma or {}).items():
+            if name not in data.measured:
+                raise InputError(f"{where}: sigma: {unknown_name('column', name, data.measured)}")
+            if not (math.isfinite(value) and value > 0):
+                raise InputError(f"{where}: sigma of {name}: got {value!r}, need a number > 0.")
+        missing = set(data.measured) - set(self.sigma or {})
+        if self.sigma and missing:
+            raise InputError(f"{where}: sigma of {sorted(missing)[0]} is missing. Fix: give all.")
+        if not 0 < self.level < 1:
+            raise InputError(f"{where}: level: got {self.level!r}, need a number in (0, 1).")
+        if data.count <= len(self.estimate):
+            raise InputError(
+                f"{data.where}: too few rows: got {data.count} measured values, need more than "
+                f"the number of unknowns, {len(self.estimate)}. Fix: measure more."
+            )
+
+    @cached_property
+    def _declared(self) -> dict[str, Parameter]:
+        sim = self.simulator
+        return {p.name: p for p in (*sim.mechanism.system.parameters, *sim.own_parameters)}
+
+    # ---- the model ----
+
+    def predict(self, values: Array) -> tuple[dict[str, Array], dict[str, Array]]:
+        """Return the model at all rows (n,) and its derivatives (n, k), by measured quantity."""
+        given = dict(zip(self.estimate, map(float, values), strict=True))
+        parameters = {**self.parameters, **{n: v for n, v in given.items() if n in self._declared}}
+        state = {**self.state, **{n: v for n, v in given.items() if n not in self._declared}}
+        if self.data.times is not None:
+            return self._history(state, parameters)
+        return self._ends(state, parameters)
+
+    def _run(
+        self, state: Mapping[str, float], parameters: Mapping[str, float], row: str, **options: Any
+    ) -> SensitiveTrajectory:
+        found = self.simulator.sensitivities(
+            state, self.estimate, parameters=parameters, rtol=RTOL, **options
+        )
+        if found.singular is not None or found.valid_until < math.inf:
+            kind = found.singular.event.kind if found.singular else "the start"
+            raise InputError(
+                f"fit, {row}: derivatives are singular at {kind}, t = {found.valid_until:g} s. "
+                "Fix: leave this row out, or start from other values."
+            )
+        return found
+
+    def _history(
+        self, state: Mapping[str, float], parameters: Mapping[str, float]
+    ) -> tuple[dict[str, Array], dict[str, Array]]:
+        times = self.data.times
+        assert times is not None
+        end = float(times[-1]) * (1 + 1e-12) or 1e-12
+        found = self._run(state, parameters, "history", t_end=end)
+        run = found.trajectory
+        if run.final_time < times[-1]:
+            raise InputError(
+                f"fit: the motion stops at t = {run.final_time:g} s ({run.stop_reason.label}), "
+                f"before the last row at {float(times[-1]):g} s. Fix: give other start values, or "
+                "fewer rows."
+            )
+        names = self.data.measured
+        return (
+            {n: run.values(n, times) for n in names},
+            {n: found.gradient(n, times) for n in names},
+        )
+
+    def _ends(
+        self, state: Mapping[str, float], parameters: Mapping[str, float]
+    ) -> tuple[dict[str, Array], dict[str, Array]]:
+        rows = len(next(iter(self.data.measured.values())))
+        names = self._state_columns()
+        values = {n: np.empty(rows) for n in names}
+        slopes = {n: np.empty((rows, len(self.estimate))) for n in names}
+        for i in range(rows):
+            start = {**state, **{n: float(v[i]) for n, v in self.data.starts.items()}}
+            found = self._run(
+                start, parameters, f"row {i + 1}",
+                t_end=self.t_end, until=self.until, record="events",
+            )  # fmt: skip
+            run = found.trajectory
+            if run.stop_reason is not StopReason.UNTIL:
+                raise InputError(
+                    f"fit, row {i + 1}: the motion ends by {run.stop_reason.label} at t = "
+                    f"{run.final_time:g} s, not at {' or '.join(self.until)}. Fix: give another "
+                    "event, a later end time or other start values."
+                )
+            for n in names:
+                j = run.state_names.index(n)
+                values[n][i] = run.final_state[j]
+                slopes[n][i] = found.final_jacobian[j]
+        return values, slopes
+
+    def _state_columns(self) -> Sequence[str]:
+        names = tuple(self.data.measured)
+        known = [s.name for s in self.simulator.automaton.states]
+        for n in names:
+            if n not in known:
+                raise InputError(f"{self.data.where}: end: {unknown_name('state', n, known)}")
+        return names
+
+    # ---- the least squares ----
+
+    def _start(self) -> Array:
+        defaults = {n: p.default for n, p in self._declared.items()} | {**self.parameters}
+        values = [defaults.get(n, self.state.get(n, 0.0)) for n in self.estimate]
+        for name, value in zip(self.estimate, values, strict=True):
+            fault = self._declared[name].fault(value) if name in self._declared else None
+            if fault:
+                raise InputError(f"fit: {fault}")
+        return np.array(values, dtype=float)
+
+    def _logarithmic(self) -> Any:
+        """Return which quantities are positive by nature: those are sought by their logarithm."""
+        declared = [self._declared.get(n) for n in self.estimate]
+        return np.array([p is not None and p.lower == 0 and not p.lower_closed for p in declared])
+
+    def _bounds(self, start: Array, logarithmic: Any) -> tuple[Array, Array]:
+        declared = [self._declared.get(n) for n in self.estimate]
+        low = np.array([p.lower if p else -np.inf for p in declared])
+        high = np.array([p.upper if p else np.inf for p in declared])
+        low, high = np.where(logarithmic, -np.inf, low), np.where(logarithmic, np.inf, high)
+        return low, high
+
+    def solve(self) -> FitResult:
+        """Estimate.
+
+        Raises
+        ------
+        InputError
+            The model cannot follow the data from these start values, or the data leave a
+            combination of the unknowns open.
+        """
+        start, logarithmic = self._start(), self._logarithmic()
+        low, high = self._bounds(start, logarithmic)
+        memory: dict[bytes, Any] = {}
+        measured = self.data.measured
+        filled = {n: np.isfinite(v) for n, v in measured.items()}
+        noise = dict(self.sigma or {n: _spread(v[filled[n]]) for n, v in measured.items()})
+
+        def values_of(x: Array) -> Array:
+            return np.where(logarithmic, np.exp(np.where(logarithmic, x, 0.0)), x)
+
+        def predicted(x: Array) -> Any:
+            key = x.tobytes()
+            if key not in memory:
+                memory[key] = self.predict(values_of(x))
+            return memory[key]
+
+        def residuals(x: Array) -> Array:
+            try:
+                model = predicted(x)[0]
+            except InputError:
+                if not memory:
+                    raise
+                # The optimiser takes a shorter step from where the motions could be followed.
+                return np.full(self.data.count, np.inf)
+            rows = [(model[n] - v)[filled[n]] / noise[n] for n, v in measured.items()]
+            return np.concatenate(rows)
+
+        def jacobian(x: Array) -> Array:
+            slopes = predicted(x)[1]
+            rows = np.vstack([slopes[n][filled[n]] / noise[n] for n in measured])
+            scaled: Array = rows * np.where(logarithmic, values_of(x), 1.0)
+            return scaled
+
+        x = np.where(logarithmic, np.log(np.where(logarithmic, start, 1.0)), start)
+        x = np.clip(x, *_inside(low, high))
+        for _ in range(1 if self.sigma else REWEIGHTINGS):
+            found = least_squares(
+                residuals, x, jac=jacobian, bounds=(low, high), x_scale="jac",
+                xtol=TOLERANCE, ftol=TOLERANCE, gtol=TOLERANCE,
+            )  # fmt: skip
+            x = found.x
+            if self.sigma:
+                break
+            model = predicted(x)[0]
+            new = {n: _rms((model[n] - v)[filled[n]]) or noise[n] for n, v in measured.items()}
+            change = max(abs(new[n] / noise[n] - 1) for n in noise)
+            noise = new
+            if change < SETTLED:
+                break
+        plain = jacobian(x) / np.where(logarithmic, values_of(x), 1.0)
+        return self._result(
+            start, values_of(x), plain, residuals(x), noise, predicted(x)[0], len(memory),
+            _ENDINGS.get(int(found.status), str(found.message)),
+        )  # fmt: skip
+
+    def _result(
+        self,
+        start: Array,
+        estimate: Array,
+        jacobian: Array,
+        residuals: Array,
+        noise: dict[str, float],
+        model: Mapping[str, Array],
+        evaluations: int,
+        message: str,
+    ) -> FitResult:
+        freedom = len(residuals) - len(estimate)
+        lengths = np.linalg.norm(jacobian, axis=0)
+        self._refuse_blind(jacobian, lengths)
+        _, singular, vt = np.linalg.svd(jacobian / lengths, full_matrices=False)
+        inverse = (vt.T / singular) / lengths[:, None]
+        covariance = inverse @ inverse.T
+        if not self.sigma:
+            covariance = covariance * float(residuals @ residuals) / freedom
+            noise = {n: s * math.sqrt(len(residuals) / freedom) for n, s in noise.items()}
+        error = np.sqrt(np.diag(covariance))
+        reach = float(student.ppf(0.5 + self.level / 2, freedom)) * error
+        return FitResult(
+            names=self.estimate,
+            units=tuple(self._unit(n) for n in self.estimate),
+            start=start,
+            estimate=estimate,
+            standard_error=error,
+            interval=np.column_stack([estimate - reach, estimate + reach]),
+            level=self.level,
+            freedom=freedom,
+            correlation=covariance / np.outer(error, error),
+            noise=noise,
+            noise_given=bool(self.sigma),
+            measured=self.data.measured,
+            model=model,
+            times=self.data.times,
+            evaluations=evaluations,
+            condition=float(singular[0] / singular[-1]),
+            message=message,
+        )
+
+    def _unit(self, name: str) -> str:
+        if name in self._declared:
+            return self._declared[name].unit
+        units = {c.name: c.unit for c in self.simulator.mechanism.system.coordinates}
+        return units.get(name) or f"{units[name.removesuffix('_dot')]}/s"
+
+    def _refuse_blind(self, jacobian: Array, lengths: Array) -> None:
+        """Raise InputError where the data say nothing of a combination of the unknowns."""
+        for name, length in zip(self.estimate, lengths, strict=True):
+            if not length > 0:
+                raise InputError(f"fit: the data do not depend on {name}. Fix: do not estimate it.")
+        _, singular, vt = np.linalg.svd(jacobian / lengths, full_matrices=False)
+        if singular[-1] > BLIND * singular[0]:
+            return
+        share = np.abs(vt[-1])
+        names = [n for n, w in zip(self.estimate, share, strict=True) if w > 0.1 * share.max()]
+        raise InputError(
+            f"fit: the data determine only a combination of {', '.join(names)} (singular values "
+            f"of the Jacobian down to {singular[-1] / singular[0]:.1e} of the largest). "
+            "Fix: estimate fewer of them, or measure something else."
+        )
+
+
+def _spread(values: Array) -> float:
+    """Return a first guess of a column's scale."""
+    return float(np.std(values)) or float(np.max(np.abs(values), initial=0.0)) or 1.0
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _inside(low: Array, high: Array) -> tuple[Array, Array]:
+    """Return bounds a little inside: the optimiser needs a start that is not on them."""
+    room = np.where(np.isfinite(high - low), 1e-9 * (high - low), 1e-12)
+    return low + room, high - room

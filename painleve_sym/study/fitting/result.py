@@ -1,0 +1,81 @@
+"""What a fit returns: estimates, confidence intervals, noise and the fitted model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from painleve_sym.arrays import Array
+
+
+@dataclass(frozen=True)
+class FitResult:
+    """Estimates with their confidence intervals.
+
+    Attributes
+    ----------
+    names, units : tuple of str
+        Of the estimated quantities.
+    start, estimate, standard_error : ndarray, shape (k,)
+    interval : ndarray, shape (k, 2)
+        estimate ± t·standard_error, with Student's t for `level` and `freedom`.
+    level : float
+    freedom : int
+        Measured values minus estimated quantities.
+    correlation : ndarray, shape (k, k)
+    noise : mapping of str to float
+        Standard deviation of each measured quantity: as given, or estimated from its residuals.
+    noise_given : bool
+    measured, model : mapping of str to ndarray, shape (n,)
+        Data (nan where none) and the fitted model at the same rows.
+    times : ndarray, shape (n,) or None
+    evaluations : int
+        Runs of the whole data set with derivatives.
+    condition : float
+        Of the scaled Jacobian.
+    message : str
+        Why the least squares ended.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    start: Array
+    estimate: Array
+    standard_error: Array
+    interval: Array
+    level: float
+    freedom: int
+    correlation: Array
+    noise: Mapping[str, float]
+    noise_given: bool
+    measured: Mapping[str, Array]
+    model: Mapping[str, Array]
+    times: Array | None
+    evaluations: int
+    condition: float
+    message: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the result as plain data."""
+        return {
+            "estimates": [
+                {
+                    "name": name,
+                    "unit": unit,
+                    "start": float(self.start[i]),
+                    "estimate": float(self.estimate[i]),
+                    "standard_error": float(self.standard_error[i]),
+                    "interval": self.interval[i].tolist(),
+                }
+                for i, (name, unit) in enumerate(zip(self.names, self.units, strict=True))
+            ],
+            "level": self.level,
+            "freedom": self.freedom,
+            "correlation": self.correlation.tolist(),
+            "noise": dict(self.noise),
+            "noise_given": self.noise_given,
+            "evaluations": self.evaluations,
+            "condition": self.condition,
+            "message": self.message,
+        }

@@ -1,0 +1,1 @@
+"""Maps over two states or parameters: cases of the rigid contact and their borders."""

@@ -1,0 +1,213 @@
+"""The two axes of a map and what is held: names and numbers checked, ranges chosen."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from painleve_sym.arrays import Array
+from painleve_sym.codegen.pointwise import Pointwise
+from painleve_sym.contacts.inputs import resolve_parameters, resolve_state, symbol_values
+from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.system import Parameter
+
+MIN_POINTS, MAX_POINTS = 5, 2000
+"""Along an axis: fewer show nothing, the square of more does not fit into a laptop's memory."""
+LARGEST = 1e100
+"""Beyond this the squares in the formulas leave the range of floating point."""
+SPEED = 5.0
+"""Velocities are drawn from −5 to 5, in rad/s or m/s, unless a range is given."""
+
+
+@dataclass(frozen=True)
+class MapPlace:
+    """Where a map is drawn: two axes with their values, and the numbers held.
+
+    Attributes
+    ----------
+    where : str
+        What messages name as the place of a fault.
+    over, labels, units : tuple of two str
+    symbols : tuple of two sympy.Symbol
+    values : tuple of two ndarray
+    state, parameters : dict of str to float
+        Without the axes.
+    mechanism : Mechanism
+    """
+
+    where: str
+    over: tuple[str, str]
+    labels: tuple[str, str]
+    units: tuple[str, str]
+    symbols: tuple[sp.Symbol, sp.Symbol]
+    values: tuple[Array, Array]
+    state: dict[str, float]
+    parameters: dict[str, float]
+    mechanism: Mechanism
+
+    @property
+    def all_symbols(self) -> tuple[sp.Symbol, ...]:
+        """Coordinates, velocities and parameters."""
+        system = self.mechanism.system
+        return (*system.q, *system.q_dot, *(p.symbol for p in system.parameters))
+
+    def held_symbols(self) -> dict[Any, float]:
+        """Return the held numbers by symbol."""
+        return symbol_values(self.mechanism, self.state, self.parameters)
+
+    def at(self, first: Array, second: Array) -> dict[Any, Any]:
+        """Return the values of all symbols at points of the map."""
+        return {**self.held_symbols(), self.symbols[0]: first, self.symbols[1]: second}
+
+    def grid(self) -> dict[Any, Any]:
+        """Return the values of all symbols on the grid."""
+        return self.at(self.values[0][:, None], self.values[1][None, :])
+
+
+def map_place(
+    mechanism: Mechanism,
+    over: Sequence[str],
+    ranges: Mapping[str, tuple[float, float]],
+    points: int,
+    slip: int,
+    state: Mapping[str, float],
+    parameters: Mapping[str, float],
+) -> MapPlace:
+    """Return the checked axes and held numbers of a map (see `region_map`)."""
+    where = f"map of {mechanism.name!r}"
+    _check_kind(mechanism, where, points, slip)
+    axes = _checked_names(mechanism, where, over)
+    for name in (*state, *parameters):
+        if name in axes:
+            raise InputError(f"{where}: {name} is an axis. Fix: give it a range, not one value.")
+    for name in ranges:
+        if name not in axes:
+            raise InputError(f"{where}: range: {unknown_name('axis', name, axes)}")
+    values = resolve_parameters(where, mechanism.system.parameters, parameters)
+    # The domain may depend on the axes: points outside are masked, not refused.
+    free = dataclasses.replace(mechanism, domain=())
+    start = resolve_state(free, state, values)
+    spans = [
+        _checked_range(mechanism, where, name, ranges[name])
+        if name in ranges
+        else default_range(mechanism, name, start, values)
+        for name in axes
+    ]
+    grid = [np.linspace(*span, points) for span in spans]
+    for name, line in zip(axes, grid, strict=True):
+        if not (np.diff(line) > 0).all():
+            raise InputError(
+                f"{where}: range {name}: its {points} points are not distinct numbers."
+            )
+    described = [_described(mechanism, name) for name in axes]
+    labels, units, symbols = zip(*described, strict=True)
+    return MapPlace(
+        where=where,
+        over=axes,
+        labels=labels,
+        units=units,
+        symbols=symbols,
+        values=(grid[0], grid[1]),
+        state={n: v for n, v in start.items() if n not in axes},
+        parameters={n: v for n, v in values.items() if n not in axes},
+        mechanism=mechanism,
+    )
+
+
+def _check_kind(mechanism: Mechanism, where: str, points: int, slip: int) -> None:
+    if slip not in (-1, 1):
+        raise InputError(f"{where}: slip: got {slip!r}, need -1 or 1, the sign of v_t.")
+    if not MIN_POINTS <= points <= MAX_POINTS or points != int(points):
+        raise InputError(
+            f"{where}: points: got {points!r}, need {MIN_POINTS} to {MAX_POINTS} along each axis."
+        )
+
+
+def _checked_names(mechanism: Mechanism, where: str, over: Sequence[str]) -> tuple[str, str]:
+    known = (*mechanism.state_names, *(p.name for p in mechanism.system.parameters))
+    for name in over:
+        if name not in known:
+            raise InputError(f"{where}: {unknown_name('axis', name, known)}")
+    if len(over) != 2 or over[0] == over[1]:
+        got = ", ".join(over) or "none"
+        raise InputError(f"{where}: axes: got {got}, need two different names.")
+    return over[0], over[1]
+
+
+def _parameter(mechanism: Mechanism, name: str) -> Parameter | None:
+    return next((p for p in mechanism.system.parameters if p.name == name), None)
+
+
+def _checked_range(
+    mechanism: Mechanism, where: str, name: str, span: tuple[float, float]
+) -> tuple[float, float]:
+    low, high = float(span[0]), float(span[1])
+    if not all(math.isfinite(v) and abs(v) <= LARGEST for v in (low, high)):
+        raise InputError(f"{where}: range {name}: got {low:g}:{high:g}, need finite numbers.")
+    if not low < high:
+        fix = f"{high:g}:{low:g}" if low > high else "two different ends"
+        raise InputError(
+            f"{where}: range {name}: got {low:g}:{high:g}, need from < to. Fix: give {fix}."
+        )
+    parameter = _parameter(mechanism, name)
+    faults = [parameter.fault(v) for v in (low, high)] if parameter is not None else []
+    for fault in filter(None, faults):
+        raise InputError(f"{where}: range {name}: {fault}")
+    return low, high
+
+
+def default_range(
+    mechanism: Mechanism, name: str, state: Mapping[str, float], parameters: Mapping[str, float]
+) -> tuple[float, float]:
+    """Return the range of an axis that was not given one.
+
+    Angles: what of −π to π is inside the domain; other coordinates −1 to 1 m; velocities −5 to 5;
+    parameters from nearly 0 to twice the default, which must be allowed.
+    """
+    parameter = _parameter(mechanism, name)
+    if parameter is not None:
+        return _parameter_range(parameter)
+    if name.endswith("_dot") and name not in {c.name for c in mechanism.system.coordinates}:
+        return -SPEED, SPEED
+    coordinate = next(c for c in mechanism.system.coordinates if c.name == name)
+    if coordinate.unit != "rad":
+        return -1.0, 1.0
+    angles = np.linspace(-math.pi, math.pi, 721)
+    if mechanism.domain:
+        symbols = {**symbol_values(mechanism, state, parameters), coordinate.symbol: angles}
+        margins = Pointwise([b.margin for b in mechanism.domain], tuple(symbols), engine="casadi")
+        inside = angles[(margins(symbols) > 0).all(axis=0)]
+        angles = inside if len(inside) > 1 else angles
+    return float(angles[0]), float(angles[-1])
+
+
+def _parameter_range(parameter: Parameter) -> tuple[float, float]:
+    size = abs(parameter.default) or 1.0
+    low, high = parameter.default - size, parameter.default + size
+    if parameter.fault(low):
+        low = parameter.lower if not parameter.fault(parameter.lower) else size / 20
+    if parameter.fault(high):
+        high = parameter.upper if not parameter.fault(parameter.upper) else parameter.default
+    return low, high
+
+
+def _described(mechanism: Mechanism, name: str) -> tuple[str, str, sp.Symbol]:
+    """Return LaTeX, unit and symbol of an axis."""
+    parameter = _parameter(mechanism, name)
+    if parameter is not None:
+        return sp.latex(parameter.symbol), parameter.unit, parameter.symbol
+    for c in mechanism.system.coordinates:
+        latex = c.latex or sp.latex(c.symbol)
+        if name == c.name:
+            return latex, c.unit, c.symbol
+        if name == f"{c.name}_dot":
+            base, _, index = latex.partition("_")
+            return rf"\dot{{{base}}}" + (f"_{index}" if index else ""), f"{c.unit}/s", c.rate
+    raise InputError(unknown_name("axis", name, mechanism.state_names))

@@ -1,0 +1,394 @@
+"""Maps of the rigid contact: which case holds over any two states or parameters."""
+
+from __future__ import annotations
+
+import json
+import math
+import warnings
+import zipfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from painleve_sym.arrays import Array
+from painleve_sym.codegen.pointwise import Pointwise
+from painleve_sym.complementarity.contact_data import rounded_difference
+from painleve_sym.contacts.inputs import CONTACT_TOLERANCE
+from painleve_sym.errors import InputError, PainleveWarning
+from painleve_sym.files import write_beside
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.paradox.critical_friction import critical_friction
+from painleve_sym.study.maps.axes import MapPlace, map_place
+from painleve_sym.study.maps.case_codes import LEGEND, bilateral_case, opening_case
+from painleve_sym.study.maps.zero_curves import common_zeros, zero_segments
+
+FORMAT = "painleve-sym map 1"
+CURVES = ("A", "B", "A_pull")
+"""Of a contact that can open, the first two."""
+ROD_FAMILY = ("rod", "rod-inertia")
+
+_ARRAYS = ("case", "A", "B", "A_stick", "B_stick", "stick_feasible", "flow", "crossings")
+_PLACE = ("over", "labels", "units", "values", "state", "parameters")
+_TEXTS = ("mechanism", "over", "labels", "units", "slip", "thresholds", "state", "parameters")
+
+
+@dataclass(frozen=True)
+class RegionMap:
+    """The rigid contact over two quantities, for one slip direction.
+
+    Grids have the shape (n_1, n_2) of the two axes, in their order.
+
+    Attributes
+    ----------
+    mechanism : str
+    over : tuple of two str
+        Names of the axes: coordinates, velocities (``_dot``) or parameters.
+    labels, units : tuple of two str
+        Their LaTeX and SI units.
+    values : tuple of two ndarray, shape (n_1,), (n_2,)
+        Increasing; SI units, rad.
+    slip : {-1, +1}
+        Direction s of the slip, whatever slip velocity the state has.
+    case : ndarray of int8
+        Codes of `LEGEND`.
+    A, B : ndarray
+        g̈_N = A_s F_n + B in slip, 1/kg and m/s²; nan outside.
+    A_stick, B_stick : ndarray
+        The same in sticking.
+    stick_feasible : ndarray of bool
+        Whether a contact with v_t = 0 could stick: F_n = −B′/A′ > 0 and |F_t| ≤ μ F_n.
+    flow : ndarray, shape (2, n_1, n_2), or None
+        Rates of the two axes in slip with F_n = −B/A; nan where the case is not slip. None where
+        an axis is a parameter.
+    curves : dict of str to ndarray, shape (n, 2, 2)
+        ``A`` and ``B``: straight pieces of A = 0 and B = 0, whose ends are zeros to round-off.
+    crossings : ndarray, shape (n, 2)
+        Where A = B = 0 (Génot–Brogliato points), to round-off.
+    thresholds : dict of str to float
+        ``mu_P``: least friction with A < 0 somewhere, where it has a closed form; for the rods also
+        ``mu_C`` = (2/√3) μ_P, where at the crossing both rates of approach are equal.
+    state, parameters : dict of str to float
+        What is held.
+    A_pull : ndarray or None
+        Of a contact that is held from both sides: A where F_n < 0, `A` being that where F_n > 0.
+        `curves` then has ``A_pull``, too, and the cases tell the number of solutions: ``slip``
+        one, ``inconsistent`` none, ``indeterminate`` two.
+    """
+
+    mechanism: str
+    over: tuple[str, str]
+    labels: tuple[str, str]
+    units: tuple[str, str]
+    values: tuple[Array, Array]
+    slip: int
+    case: NDArray[np.int8]
+    A: Array
+    B: Array
+    A_stick: Array
+    B_stick: Array
+    stick_feasible: NDArray[np.bool_]
+    flow: Array | None
+    curves: dict[str, Array]
+    crossings: Array
+    thresholds: dict[str, float]
+    state: dict[str, float]
+    parameters: dict[str, float]
+    A_pull: Array | None = None
+
+    @property
+    def bilateral(self) -> bool:
+        """Whether the contact is held from both sides."""
+        return self.A_pull is not None
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Number of points of each case, every entry of `LEGEND` in its order."""
+        return {name: int(np.sum(self.case == code)) for name, code in LEGEND.items()}
+
+    def summary(self) -> dict[str, Any]:
+        """Return plain data without the grids."""
+        ends = zip(self.over, self.units, self.values, strict=True)
+        return {
+            "mechanism": self.mechanism,
+            "slip": self.slip,
+            "axes": [
+                {"name": n, "unit": u, "from": float(v[0]), "to": float(v[-1]), "points": len(v)}
+                for n, u, v in ends
+            ],
+            "counts": self.counts,
+            "stick_feasible_count": int(np.sum(self.stick_feasible)),
+            "crossings": [
+                dict(zip(self.over, row, strict=True)) for row in self.crossings.tolist()
+            ],
+            "thresholds": self.thresholds,
+            "state": self.state,
+            "parameters": self.parameters,
+            **({"bilateral": True} if self.bilateral else {}),
+        }
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as plain data for JSON: lists for arrays, None for nan."""
+        grids = ("A", "B", "A_stick", "B_stick", "flow", *(("A_pull",) if self.bilateral else ()))
+        return {
+            **self.summary(),
+            "legend": dict(LEGEND),
+            "values": {n: v.tolist() for n, v in zip(self.over, self.values, strict=True)},
+            "case": self.case.tolist(),
+            "stick_feasible": self.stick_feasible.tolist(),
+            **{name: _without_nan(getattr(self, name)) for name in grids},
+            "curves": {name: pieces.tolist() for name, pieces in self.curves.items()},
+        }
+
+    # ---- files ----
+
+    def save(self, path: str | Path) -> None:
+        """Write to an NPZ file (arrays and JSON text, no pickle): whole, or not at all.
+
+        Raises
+        ------
+        InputError
+            The folder does not exist or cannot be written.
+        """
+        text = {"format": FORMAT, **{name: getattr(self, name) for name in _TEXTS}}
+        arrays: dict[str, Any] = {n: getattr(self, n) for n in _ARRAYS if n != "flow"}
+        maybe = {"flow": self.flow, "A_pull": self.A_pull}
+        arrays |= {name: grid for name, grid in maybe.items() if grid is not None}
+        arrays |= {"values_0": self.values[0], "values_1": self.values[1]}
+        arrays |= {f"curve_{name}": pieces for name, pieces in self.curves.items()}
+        write_beside(Path(path), lambda f: np.savez_compressed(f, text=json.dumps(text), **arrays))
+
+    @classmethod
+    def load(cls, path: str | Path) -> RegionMap:
+        """Read what `save` wrote.
+
+        Raises
+        ------
+        InputError
+            Not readable, or not a map.
+        """
+        try:
+            # Opened here: np.load leaves the file open where it is no archive.
+            with Path(path).open("rb") as file, np.load(file, allow_pickle=False) as data:
+                text = json.loads(str(data["text"]))
+                if text.get("format") != FORMAT:
+                    raise ValueError(f"got format {text.get('format')!r}, need {FORMAT!r}")
+                fields = {name: text[name] for name in _TEXTS}
+                fields |= {name: data[name] for name in _ARRAYS if name != "flow"}
+                fields["flow"] = data.get("flow")
+                fields["values"] = (data["values_0"], data["values_1"])
+                fields["A_pull"] = data.get("A_pull")
+                names = CURVES[:2] if fields["A_pull"] is None else CURVES
+                fields["curves"] = {name: data[f"curve_{name}"] for name in names}
+        except (OSError, EOFError, ValueError, KeyError, TypeError, zipfile.BadZipFile) as error:
+            raise InputError(
+                f"map file {path}: not readable ({error}). Fix: give a file written by save."
+            ) from error
+        fields |= {name: tuple(fields[name]) for name in ("over", "labels", "units")}
+        return cls(**fields)
+
+
+def _without_nan(array: Array | None) -> Any:
+    if array is None:
+        return None
+    plain = array.astype(object)
+    plain[~np.isfinite(array)] = None
+    return plain.tolist()
+
+
+def region_map(
+    mechanism: Mechanism,
+    over: Sequence[str],
+    *,
+    ranges: Mapping[str, tuple[float, float]] | None = None,
+    points: int = 400,
+    slip: int = -1,
+    state: Mapping[str, float] | None = None,
+    parameters: Mapping[str, float] | None = None,
+    engine: str = "auto",
+) -> RegionMap:
+    """Return the case of the rigid contact over two quantities, for one slip direction.
+
+    By the signs of A_s and B in g̈_N = A_s F_n + B, borders as in `classify`. Of a bilateral
+    contact, the number of solutions in slip.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        With one contact.
+    over : two str
+        Coordinates, velocities or parameters.
+    ranges : mapping of str to two float
+        Ends of the axes; those left out are chosen (see `map_axes.default_range`).
+    points : int
+        Along each axis, 5 to 2000.
+    slip : {-1, +1}
+    state, parameters : mapping of str to float
+        What is held; absent ones are 0 and the defaults.
+    engine : {"auto", "compiled", "casadi"}
+        See `Pointwise`.
+
+    Raises
+    ------
+    InputError
+        Unknown or equal axes, ranges that are none, numbers out of range, no point inside the
+        mechanism's domain.
+
+    References
+    ----------
+    Génot & Brogliato, Eur. J. Mech. A/Solids 18 (1999); Zhao, Liu & Chen, (1)–(3), Fig. 2.
+    """
+    place = map_place(mechanism, over, ranges or {}, points, slip, state or {}, parameters or {})
+    grids, contact, used = _grids(mechanism, place, slip, engine)
+    if not (grids["case"] >= 0).any():
+        raise InputError(_nothing_inside(mechanism, place))
+    _tell_where_open(contact)
+    curves, crossings = _zeros(mechanism, place, slip, grids, used)
+    return RegionMap(
+        mechanism=mechanism.name,
+        slip=slip,
+        **{name: getattr(place, name) for name in _PLACE},
+        **grids,
+        curves=curves,
+        crossings=crossings,
+        thresholds=_thresholds(mechanism, place, slip),
+    )
+
+
+def _A(mechanism: Mechanism, slip: int) -> sp.Expr:
+    # As `ContactProblem` computes it, so that both round alike.
+    c = mechanism.coefficients
+    return c.W_nn - slip * c.mu * c.W_nt
+
+
+def _flow(mechanism: Mechanism, place: MapPlace, slip: int) -> list[sp.Expr]:
+    """Return the rates of both axes in slip; none where an axis is a parameter.
+
+    A bilateral contact that pulls rubs as one that pushes in slip the other way.
+    """
+    system, c = mechanism.system, mechanism.coefficients
+    rates: dict[sp.Symbol, sp.Expr] = dict(zip(system.q, system.q_dot, strict=True))
+    if not all(s in rates or s in system.q_dot for s in place.symbols):
+        return []
+    normal, tangential = c.force_directions
+    force = -c.B / _A(mechanism, slip)
+    for i, speed in enumerate(system.q_dot):
+        along = normal[i] - slip * c.mu * tangential[i]
+        rates[speed] = system.free_acceleration[i] + along * force
+    return [rates[s] for s in place.symbols]
+
+
+def _grids(
+    mechanism: Mechanism, place: MapPlace, slip: int, engine: str
+) -> tuple[dict[str, Any], Array, str]:
+    """Return the map's fields on its grid, gap and gap rate where inside, the engine used."""
+    c, contact = mechanism.coefficients, mechanism.contact
+    flow = _flow(mechanism, place, slip)
+    if contact.bilateral:
+        flow += _flow(mechanism, place, -slip)
+    margins = [b.margin for b in mechanism.domain]
+    parts = [c.W_nn, c.W_nt, c.W_tt, c.b_n, c.b_t, c.A_stick, c.B_stick, c.mu]
+    parts += [contact.gap, contact.gap_rate, *margins, *flow]
+    function = Pointwise(parts, place.all_symbols, engine=engine)
+    found = function(place.grid())
+    W_nn, W_nt, W_tt, B, b_t, A_stick, B_stick, mu, gap, gap_rate = found[:10]
+    inside = (found[10 : 10 + len(margins)] > 0).all(axis=0)
+    inside &= np.isfinite(found[:8]).all(axis=0)
+    with np.errstate(all="ignore"):
+        A = rounded_difference(W_nn, slip * mu * W_nt)
+        force = -B_stick / A_stick
+        size = np.abs(force) if contact.bilateral else force
+        reserve = mu * W_tt * size - np.abs(W_nt * force + b_t)
+        sticks = inside & (A_stick > 0) & ((force > 0) | contact.bilateral) & (reserve >= 0)
+        A_pull = rounded_difference(W_nn, -slip * mu * W_nt) if contact.bilateral else None
+    case = opening_case(A, B) if A_pull is None else bilateral_case(A, A_pull, B)
+    case = np.where(inside, case, LEGEND["outside"]).astype(np.int8)
+    fields = {"A": A, "B": B, "A_stick": A_stick, "B_stick": B_stick}
+    grids: dict[str, Any] = {n: np.where(inside, v, np.nan) for n, v in fields.items()}
+    grids |= {"case": case, "stick_feasible": sticks, "flow": None}
+    grids["A_pull"] = None if A_pull is None else np.where(inside, A_pull, np.nan)
+    if flow:
+        rates = found[-len(flow) :]
+        if contact.bilateral:
+            # Where there is one solution, F_n has the sign of −B.
+            rates = np.where(B <= 0, rates[:2], rates[2:])
+        grids["flow"] = np.where(case == LEGEND["slip"], rates, np.nan)
+    return grids, np.stack([gap[inside], gap_rate[inside]]), function.engine
+
+
+def _nothing_inside(mechanism: Mechanism, place: MapPlace) -> str:
+    bounded = {s.name for b in mechanism.domain for s in b.margin.free_symbols}
+    held = ", ".join(f"{n} = {v:g}" for n, v in place.state.items() if n in bounded)
+    needs = ", ".join(f"{b.margin} > 0 ({b.meaning})" for b in mechanism.domain)
+    inside = f"inside the domain with {held}" if held else "inside the domain"
+    return (
+        f"{place.where}: no point of the map is {inside}: "
+        f"need {needs or 'finite coefficients'}. Fix: give another state or range."
+    )
+
+
+def _tell_where_open(contact: Array) -> None:
+    count = int(np.sum((np.abs(contact) > CONTACT_TOLERANCE).any(axis=0)))
+    if count:
+        warnings.warn(
+            f"at {count} of {contact.shape[1]} points the state has a gap or a normal velocity; "
+            "the map shows the contact as if its surface were moved to it.",
+            PainleveWarning,
+            stacklevel=3,
+        )
+
+
+def _zeros(
+    mechanism: Mechanism, place: MapPlace, slip: int, grids: Mapping[str, Array], engine: str
+) -> tuple[dict[str, Array], Array]:
+    """Return the curves A = 0 and B = 0 and where they cross."""
+    curves, crossings = _zeros_of_pair(mechanism, place, slip, grids["A"], grids["B"], engine)
+    if grids["A_pull"] is not None:
+        pull = grids["A_pull"]
+        others, more = _zeros_of_pair(mechanism, place, -slip, pull, grids["B"], engine)
+        curves["A_pull"] = others["A"]
+        crossings = np.array(sorted([*crossings.tolist(), *more.tolist()])).reshape(-1, 2)
+    return curves, crossings
+
+
+def _zeros_of_pair(
+    mechanism: Mechanism, place: MapPlace, slip: int, A: Array, B: Array, engine: str
+) -> tuple[dict[str, Array], Array]:
+    parts = [_A(mechanism, slip), mechanism.coefficients.B]
+    both = Pointwise(parts, place.all_symbols, derivatives=place.symbols, engine=engine)
+    x, y = place.values
+
+    def system(first: Array, second: Array) -> Array:
+        return both(place.at(first, second))
+
+    curves = {
+        "A": zero_segments(lambda a, b: system(a, b)[0], x, y, A),
+        "B": zero_segments(lambda a, b: system(a, b)[1], x, y, B),
+    }
+    return curves, common_zeros(system, x, y, A, B)
+
+
+def _thresholds(mechanism: Mechanism, place: MapPlace, slip: int) -> dict[str, float]:
+    """Return μ_P, and μ_C of the rods, where they have a closed form with numbers put in."""
+    c = mechanism.coefficients
+    inner = (c.W_nn.free_symbols | c.W_nt.free_symbols) & set(mechanism.system.q)
+    names = [s.name for s in inner if s in place.symbols] or [s.name for s in inner]
+    if len(names) != 1 or c.W_nt == 0:
+        return {}
+    try:
+        # A bilateral contact has both signs of A in either slip direction.
+        either = 0 if mechanism.contact.bilateral else slip
+        value = critical_friction(c, either).minimum(names[0]).value
+        least = float(value.subs(place.held_symbols()))
+    except (InputError, TypeError):
+        return {}  # no closed form, or it depends on an axis
+    if not (math.isfinite(least) and least > 0):
+        return {}
+    found = {"mu_P": least}
+    if mechanism.name in ROD_FAMILY:
+        found["mu_C"] = 2 / math.sqrt(3) * least
+    return found

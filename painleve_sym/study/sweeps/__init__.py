@@ -1,0 +1,1 @@
+"""Sweeps: one motion for every point of a grid or a sampled set."""

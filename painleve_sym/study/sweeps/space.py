@@ -1,0 +1,221 @@
+"""The points of a sweep: a grid over axes, or a sampled set; any part of them without the rest."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.stats import qmc
+
+from painleve_sym.arrays import Array
+from painleve_sym.codegen.evaluate import power
+from painleve_sym.errors import InputError, unknown_name
+
+SCALES = ("linear", "log")
+METHODS = ("sobol", "uniform")
+SOBOL_BITS = 30
+"""Of SciPy's sequence: it has 2**30 points."""
+MAX_AXIS = 10_000_000
+"""Points of one axis: its values are laid out."""
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Every combination of the axes' values; the last axis varies fastest.
+
+    Attributes
+    ----------
+    axes : dict of str to ndarray
+        Name → values, each of shape (points of the axis,).
+    """
+
+    axes: dict[str, Array]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What is varied."""
+        return tuple(self.axes)
+
+    def ends(self, name: str) -> tuple[float, float]:
+        """Return the smallest and the largest value of an axis."""
+        return float(self.axes[name].min()), float(self.axes[name].max())
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Points of each axis."""
+        return tuple(len(a) for a in self.axes.values())
+
+    @property
+    def points(self) -> int:
+        """How many points."""
+        return math.prod(self.shape)
+
+    def values(self, start: int, stop: int) -> dict[str, Array]:
+        """Return points start..stop − 1 by name."""
+        places = np.unravel_index(np.arange(start, stop), self.shape)
+        return {n: a[i] for (n, a), i in zip(self.axes.items(), places, strict=True)}
+
+
+@dataclass(frozen=True)
+class Range:
+    """An interval to draw from, evenly in the number or in its logarithm."""
+
+    low: float
+    high: float
+    scale: str = "linear"
+
+    def at(self, u: Array) -> Array:
+        """Return the numbers at parts `u` of the interval."""
+        if self.scale == "linear":
+            return self.low + (self.high - self.low) * u
+        return self.low * power(np.full(len(u), self.high / self.low), u)
+
+
+@dataclass(frozen=True)
+class Sample:
+    """Points drawn from ranges: a scrambled Sobol sequence, or independent uniform numbers.
+
+    Attributes
+    ----------
+    ranges : dict of str to Range
+    points : int
+    method : {"sobol", "uniform"}
+    seed : int
+    """
+
+    ranges: dict[str, Range]
+    points: int
+    method: str = "sobol"
+    seed: int = 0
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What is varied."""
+        return tuple(self.ranges)
+
+    def ends(self, name: str) -> tuple[float, float]:
+        """Return the ends of a range, the smaller one first."""
+        found = self.ranges[name]
+        return min(found.low, found.high), max(found.low, found.high)
+
+    def values(self, start: int, stop: int) -> dict[str, Array]:
+        """Return points start..stop − 1 by name; a point does not depend on where parts begin."""
+        n, d = stop - start, len(self.ranges)
+        if self.method == "sobol":
+            engine = qmc.Sobol(d, rng=np.random.default_rng(self.seed))
+            # SciPy notes that the first points are no power of two; the whole set may well be one.
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", UserWarning)
+                if start:
+                    engine.fast_forward(start)
+                unit = engine.random(n)
+        else:
+            generator = np.random.PCG64(self.seed)
+            generator.advance(start * d)
+            unit = np.random.Generator(generator).random((n, d))
+        return {
+            name: r.at(np.ascontiguousarray(u))
+            for (name, r), u in zip(self.ranges.items(), unit.T, strict=True)
+        }
+
+
+# ---- from the tables of a file ----
+
+
+def read_space(where: str, axes: Any, sample: Any) -> Grid | Sample:
+    """Return the points that the tables [axes] or [sample] describe; None stands for no table."""
+    if (axes is None) == (sample is None):
+        got = "both" if axes is not None else "neither"
+        raise InputError(
+            f"{where}: got {got} of [axes] and [sample], need one: a grid or a sampled set. "
+            "Fix: such as [axes] theta = { from = 0.9, to = 1.1, points = 21 }."
+        )
+    return _grid(where, axes) if sample is None else _sample(where, sample)
+
+
+def _table(where: str, place: str, given: Any, known: tuple[str, ...] | None) -> dict[str, Any]:
+    if not isinstance(given, Mapping) or not given:
+        raise InputError(f"{where}: {place}: got {given!r}, need a table with entries.")
+    for key in given if known else ():
+        if key not in (known or ()):
+            raise InputError(f"{where}: {place}: " + unknown_name("key", key, known or ()))
+    return dict(given)
+
+
+def _number(where: str, place: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise InputError(f"{where}: {place}: got {value!r}, need a number.")
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
+        raise InputError(f"{where}: {place}: got {value!r}, need a finite number.")
+    return number
+
+
+def _count(where: str, place: str, value: Any, least: int, most: int) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
+        raise InputError(
+            f"{where}: {place}: got {value!r}, need a whole number from {least} to {most}."
+        )
+    return value
+
+
+def _choice(where: str, place: str, value: Any, known: tuple[str, ...]) -> str:
+    if not isinstance(value, str) or value not in known:
+        raise InputError(f"{where}: {place}: " + unknown_name("choice", str(value), known))
+    return value
+
+
+def _range(where: str, place: str, table: dict[str, Any]) -> Range:
+    for key in ("from", "to"):
+        if key not in table:
+            raise InputError(f"{where}: {place}: no {key!r}. Fix: give both ends.")
+    low, high = (_number(where, f"{place}.{key}", table[key]) for key in ("from", "to"))
+    scale = _choice(where, f"{place}.scale", table.get("scale", "linear"), SCALES)
+    if low == high or (scale == "log" and not (low > 0 and high > 0)):
+        need = "two different numbers" if low == high else "numbers > 0 on a log scale"
+        raise InputError(f"{where}: {place}: got {low:g} to {high:g}, need {need}.")
+    return Range(low, high, scale)
+
+
+def _axis(where: str, place: str, given: Any) -> Array:
+    if isinstance(given, list):
+        listed = [_number(where, f"{place}[{i}]", v) for i, v in enumerate(given)]
+        if not listed:
+            raise InputError(f"{where}: {place}: got no values, need at least one.")
+        if len(set(listed)) < len(listed):
+            raise InputError(f"{where}: {place}: got a value twice. Fix: give each once.")
+        return np.array(listed)
+    table = _table(where, place, given, ("from", "to", "points", "scale"))
+    ends = _range(where, place, table)
+    points = _count(where, f"{place}.points", table.get("points"), 2, MAX_AXIS)
+    values = ends.at(np.arange(points) / (points - 1))
+    values[-1] = ends.high
+    return values
+
+
+def _grid(where: str, axes: Any) -> Grid:
+    table = _table(where, "[axes]", axes, None)
+    return Grid({name: _axis(where, f"axes.{name}", given) for name, given in table.items()})
+
+
+def _sample(where: str, sample: Any) -> Sample:
+    table = _table(where, "[sample]", sample, ("method", "points", "seed", "ranges"))
+    method = _choice(where, "sample.method", table.get("method", "sobol"), METHODS)
+    most = 2**SOBOL_BITS if method == "sobol" else 10**12
+    points = _count(where, "sample.points", table.get("points"), 1, most)
+    seed = _count(where, "sample.seed", table.get("seed", 0), 0, 2**63)
+    ranges = _table(where, "[sample.ranges]", table.get("ranges"), None)
+    found = {}
+    for name, given in ranges.items():
+        place = f"sample.ranges.{name}"
+        if isinstance(given, list) and len(given) == 2:
+            given = {"from": given[0], "to": given[1]}
+        found[name] = _range(where, place, _table(where, place, given, ("from", "to", "scale")))
+    return Sample(found, points, method, seed)

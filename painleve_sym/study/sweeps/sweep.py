@@ -1,0 +1,388 @@
+"""A sweep: one motion for every point of a grid or a sampled set, as data that a file can hold."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import math
+import tomllib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from painleve_sym.codegen.quantities import quantities
+from painleve_sym.contacts.inputs import CONTACT_TOLERANCE
+from painleve_sym.engines.batch import MAX_EVENTS_KEPT, BatchWish
+from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
+from painleve_sym.simulate.batch.memory import check_memory, row_bytes
+from painleve_sym.simulate.batch.reason_codes import ROW_REASONS
+from painleve_sym.simulate.batch.result import ManyResult, event_dims, unit_of
+from painleve_sym.simulate.batch.run import simulate_many
+from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.rigid import rigid_simulator
+from painleve_sym.simulate.simulator import ContactSimulator
+from painleve_sym.study.maps.case_codes import LEGEND, opening_case
+from painleve_sym.study.scenario import MAX_FILE, Scenario
+from painleve_sym.study.sweeps.space import Grid, Sample, read_space
+
+OWN_KEYS = ("axes", "sample", "keep", "events", "chunk", "format")
+UNUSED_KEYS = ("samples", "restitution", "rule")
+DEFAULT_CHUNK = 20_000
+MAX_CHUNK = 10_000_000
+FORMATS = ("nc", "npz", "zarr")
+"""Of the result, by the ending of its name."""
+CASES: dict[str, int] = {**LEGEND, "apart": -2, "no_slip": -3}
+"""Codes of ``case``: the rigid contact problem at the start; apart: the contact is not closed."""
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """A scenario, the points it is run at, and what is kept of each run.
+
+    Attributes
+    ----------
+    scenario : Scenario
+        What all points share.
+    space : Grid or Sample
+    keep : tuple of str
+        Names of `ManyResult`, and ``case``.
+    events : int
+        How many times of each kind of event are kept where all are asked for.
+    chunk : int
+        Points computed and written at a time.
+    format : str
+        Of the result where its name is not given (`FORMATS`).
+    text : str
+        The sweep's own file.
+    mechanism_text : str or None
+        Content of the mechanism's file, where the model is one.
+    """
+
+    scenario: Scenario
+    space: Grid | Sample
+    keep: tuple[str, ...]
+    events: int
+    chunk: int
+    format: str
+    text: str
+    mechanism_text: str | None = None
+
+    @classmethod
+    def read(cls, path: str | Path) -> Sweep:
+        """Return the sweep a TOML file describes; nothing in the file is executed.
+
+        Raises
+        ------
+        InputError
+            Not readable, not TOML, unknown keys or names, empty axes, numbers that are not finite.
+        """
+        text = _content(f"sweep file {path}", path)
+        return cls.from_text(text, str(path))
+
+    @classmethod
+    def from_text(cls, text: str, where: str, mechanism_text: str | None = None) -> Sweep:
+        """Return the sweep of a text; see `read`."""
+        try:
+            data = tomllib.loads(text)
+        except (ValueError, RecursionError) as error:
+            raise InputError(
+                f"sweep file {where}: not valid TOML ({error}). Fix: correct that place."
+            ) from error
+        own = {key: data.pop(key) for key in OWN_KEYS if key in data}
+        for key in UNUSED_KEYS:
+            if key in data:
+                raise InputError(f"{where}: {key} plays no part in a sweep. Fix: leave it out.")
+        with _placed(where):
+            scenario = Scenario.from_data(data, where, OWN_KEYS)
+        if mechanism_text is None and scenario.model.endswith(".toml"):
+            mechanism_text = _content(f"{where}: model {scenario.model}", scenario.model)
+        space = read_space(where, own.get("axes"), own.get("sample"))
+        chunk = _whole(where, "chunk", own.get("chunk", DEFAULT_CHUNK), MAX_CHUNK)
+        keep = own.get("keep", [])
+        if not isinstance(keep, list) or not all(isinstance(k, str) for k in keep):
+            raise InputError(f"{where}: keep: got {keep!r}, need a list of names in quotes.")
+        listed = any(map(_lists_events, keep))
+        if listed != ("events" in own):
+            raise InputError(
+                f"{where}: keep has event_times or times_of_EVENT, and events says how many of "
+                "each kind: give both or neither. Fix: such as events = 10."
+            )
+        events = _whole(where, "events", own.get("events", 1), MAX_EVENTS_KEPT)
+        form = own.get("format", FORMATS[0])
+        if form not in FORMATS:
+            raise InputError(f"{where}: " + unknown_name("format", str(form), FORMATS))
+        kept = tuple(dict.fromkeys(keep))
+        sweep = cls(scenario, space, kept, events, chunk, form, text, mechanism_text)
+        with _placed(where):
+            return sweep._checked()
+
+    @property
+    def fingerprint(self) -> str:
+        """Hash of the texts: the same for the same sweep, wherever it runs."""
+        return hashlib.sha256(f"{self.text}\n{self.mechanism_text or ''}".encode()).hexdigest()
+
+    @cached_property
+    def mechanism(self) -> Mechanism:
+        """The mechanism, with the chosen contact alone where one is named."""
+        if self.mechanism_text is None:
+            return self.scenario.mechanism()
+        path = Path(self.scenario.model)
+        whole = mechanism_from_text(self.mechanism_text, str(path), path.stem)
+        return whole if self.scenario.contact is None else whole.only(self.scenario.contact)
+
+    @cached_property
+    def simulator(self) -> ContactSimulator:
+        """The simulator of the mechanism with the law."""
+        law, engine = self.scenario.contact_law(), self.scenario.engine
+        if isinstance(law, RigidLaw):
+            return rigid_simulator(self.mechanism, law.restitution, law.policy, engine)
+        return SoftenedSimulator(self.mechanism, law, engine)
+
+    @property
+    def starts(self) -> range:
+        """First points of the chunks."""
+        return range(0, self.space.points, self.chunk)
+
+    @property
+    def kept(self) -> tuple[str, ...]:
+        """Everything that is written of a point, besides the point itself."""
+        system = self.mechanism.system
+        final = tuple(s.name for s in (*system.q, *system.q_dot))
+        named = ["stop_reason"]
+        for name in self.keep or ("time", *final):
+            named.append(name)
+            if _lists_events(name):  # the numbers found come with the times
+                named.append(name.replace("times_of_", "count_of_").replace("_times", "_counts"))
+        return tuple(dict.fromkeys(named))
+
+    def labels(self, name: str) -> dict[str, NDArray[Any]]:
+        """Return the dimensions of a quantity besides those of the points, with their labels."""
+        return {
+            dim: np.array(self.simulator.event_kinds)
+            if dim == "event"
+            else np.arange(1, self.events + 1)
+            for dim in event_dims(name)
+        }
+
+    def width(self, name: str) -> int:
+        """Return how many numbers a quantity has at each point."""
+        return math.prod(len(labels) for labels in self.labels(name).values())
+
+    # ---- checks, before anything runs ----
+
+    def _checked(self) -> Sweep:
+        where, scenario = self.scenario.where, self.scenario
+        parameters = (*self.mechanism.system.parameters, *self.simulator.own_parameters)
+        states, names = self.mechanism.state_names, [p.name for p in parameters]
+        given = {*(scenario.state or {}), *scenario.parameters, *scenario.law_parameters}
+        given |= {"initial_force"} if scenario.initial_force is not None else set()
+        known = (*states, *names, "initial_force")
+        for name in self.space.names:
+            if name not in known:
+                raise InputError(f"{where}: " + unknown_name("axis", name, known))
+            if name in given:
+                raise InputError(
+                    f"{where}: {name} is both given and varied. Fix: leave it out of one."
+                )
+        declared = {p.name: p for p in parameters}
+        for name in self.space.names:
+            for value in self.space.ends(name):
+                fault = declared[name].fault(value) if name in declared else None
+                if name == "initial_force" and value < 0:
+                    fault = f"initial_force: got {value!r}, need >= 0."
+                if fault:
+                    raise InputError(f"{where}: {fault}")
+        if scenario.t_end is None:
+            raise InputError(f"{where}: no end time. Fix: add t_end, in s.")
+        if scenario.engine == "erk" and any(map(_is_watched, self.keep)):
+            raise InputError(f"{where}: keep: extremes and integrals need the compiled engine.")
+        self._check_law_parameters()
+        return self
+
+    def _check_law_parameters(self) -> None:
+        own = [p.name for p in self.simulator.own_parameters]
+        for name in self.scenario.law_parameters:
+            if name not in own:
+                message = unknown_name("parameter of the law", name, own)
+                raise InputError(f"{self.scenario.where}: {message}")
+
+    def check_run(self) -> None:
+        """Compile what is needed and run one point, so that faults show before the sweep.
+
+        Raises
+        ------
+        InputError
+            What `simulate_many` refuses, unknown names to keep, no memory for a chunk.
+        """
+        chunk = min(self.chunk, self.space.points)
+        need = 2 * chunk * row_bytes(self.simulator, self._wish())
+        what, fix = f"chunks of {chunk:,} points", "a smaller chunk, or fewer events"
+        check_memory(self.scenario.where, what, need, fix)
+        with _placed(self.scenario.where):
+            self.compute(0, 1, threads=1)
+            last = self.space.points - 1
+            self.compute(last, last + 1, threads=1)
+
+    # ---- the work ----
+
+    def compute(self, start: int, stop: int, threads: int | None = None) -> dict[str, NDArray[Any]]:
+        """Return what is kept of the points start..stop − 1, each name of shape (stop − start,).
+
+        Stop reasons and cases are codes (`codes`).
+        """
+        scenario, varied = self.scenario, self.space.values(start, stop)
+        force: Any = varied.get("initial_force", scenario.initial_force)
+        states: dict[str, Any] = dict(scenario.state or {})
+        states |= {n: v for n, v in varied.items() if n in self.mechanism.state_names}
+        parameters: dict[str, Any] = {**scenario.parameters, **scenario.law_parameters}
+        others = {"initial_force", *states}
+        parameters |= {n: v for n, v in varied.items() if n not in others}
+        limits = {n: getattr(scenario, n) for n in ("max_steps", "max_events")}
+        assert scenario.t_end is not None
+        found = simulate_many(
+            self.simulator,
+            states,
+            parameters,
+            t_end=scenario.t_end,
+            until=scenario.until,
+            initial_force=force,
+            rtol=scenario.rtol,
+            threads=threads,
+            **vars(self._wish()),
+            **{n: v for n, v in limits.items() if v is not None},
+        )
+        kept: dict[str, NDArray[Any]] = {}
+        for name in self.kept:
+            if name == "stop_reason":
+                kept[name] = found.rows.reason.astype(np.int8)
+            elif name == "mode":
+                kept[name] = found.rows.mode.astype(np.int16)
+            elif name == "case":
+                kept[name] = self._case({**found.inputs}, stop - start)
+            elif name not in found.names:
+                raise InputError(f"{scenario.where}: keep: {_unknown(name, found)}")
+            else:
+                kept[name] = np.ascontiguousarray(found[name])
+        return kept
+
+    def _wish(self) -> BatchWish:
+        wish: dict[str, tuple[str, ...]] = {}
+        for name in self.keep:
+            name = name.removesuffix("_time")
+            for prefix, kind in _WATCHED.items():
+                if name.startswith(prefix):
+                    wish[kind] = (*wish.get(kind, ()), name.removeprefix(prefix))
+        watched = {kind: tuple(dict.fromkeys(names)) for kind, names in wish.items()}
+        return BatchWish(self.events, **watched)
+
+    def _case(self, inputs: Mapping[str, Any], n: int) -> NDArray[np.int8]:
+        mechanism = self.mechanism
+        if len(mechanism.contacts) > 1 or mechanism.contact.bilateral:
+            raise InputError(
+                f"{self.scenario.where}: keep: case needs one contact that can open. "
+                "Fix: leave it out, or name one contact."
+            )
+        system, c = mechanism.system, mechanism.coefficients
+        contact = mechanism.contact
+        symbols = (*system.q, *system.q_dot, *(p.symbol for p in system.parameters))
+        numbers = quantities(
+            "case of a start",
+            mechanism.definition,
+            symbols,
+            lambda: {
+                "gap": contact.gap,
+                "rate": contact.gap_rate,
+                "slip": contact.slip_velocity,
+                "A_pos": c.A(1),
+                "A_neg": c.A(-1),
+                "B": c.B,
+            },
+        )
+        with np.errstate(all="ignore"):
+            values = {s: np.broadcast_to(inputs[s.name], (n,)) for s in symbols}
+            at = numbers.at(values)
+            codes = opening_case(np.where(at["slip"] > 0, at["A_pos"], at["A_neg"]), at["B"])
+        codes = np.where(np.isfinite(at["A_pos"] + at["A_neg"] + at["B"]), codes, CASES["outside"])
+        closed = np.abs([at["gap"], at["rate"]]).max(axis=0) <= CONTACT_TOLERANCE
+        codes = np.where(at["slip"] == 0, CASES["no_slip"], codes)
+        return np.where(closed, codes, CASES["apart"]).astype(np.int8)
+
+    def codes(self, name: str) -> dict[str, int] | None:
+        """Return text → code of a quantity that is written as codes, None for others."""
+        if name == "stop_reason":
+            return {r.label: i for i, r in enumerate(ROW_REASONS)}
+        if name == "mode":
+            return {m.name: i for i, m in enumerate(self.simulator.outline.modes)}
+        return dict(CASES) if name == "case" else None
+
+    def unit(self, name: str) -> str:
+        """Return the SI unit of a quantity; "1" where it has none."""
+        if name == "initial_force":
+            return "N"
+        own = {p.name: p.unit for p in self.simulator.own_parameters}
+        return own.get(name) or unit_of(self.mechanism, name)
+
+
+_WATCHED = {"max_": "maxima", "min_": "minima", "integral_": "integrals"}
+
+
+def _is_watched(name: str) -> bool:
+    return name.startswith(tuple(_WATCHED))
+
+
+@contextmanager
+def _placed(where: str) -> Iterator[None]:
+    """Name the file in what is wrong inside."""
+    try:
+        yield
+    except InputError as error:
+        text = str(error)
+        raise InputError(text if text.startswith(where) else f"{where}: {text}") from error
+
+
+def _unknown(name: str, found: ManyResult) -> str:
+    """Return a sentence on an unknown quantity; kinds of events are named once."""
+    sentence = unknown_name("quantity", name, (*found.names, "case")).partition(" Known:")[0]
+    plain = sorted(n for n in (*found.names, "case") if "_of_" not in n)
+    return (
+        f"{sentence} Known: {', '.join(plain)}; time_of_, times_of_ and count_of_ with "
+        f"{', '.join(found.kinds)}; max_, min_ and integral_ with an output."
+    )
+
+
+def _lists_events(name: str) -> bool:
+    return name == "event_times" or name.startswith("times_of_")
+
+
+def _whole(where: str, place: str, value: Any, most: int) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= most:
+        raise InputError(f"{where}: {place}: got {value!r}, need a whole number from 1 to {most}.")
+    return value
+
+
+def _content(where: str, path: str | Path) -> str:
+    try:
+        with Path(path).open("rb") as file:
+            content = file.read(MAX_FILE + 1)
+        if len(content) > MAX_FILE:
+            raise InputError(f"{where}: got more than {MAX_FILE} bytes.")
+        return content.decode("utf-8")
+    except OSError as error:
+        raise InputError(f"{where}: {error.strerror}. Fix: name a readable TOML file.") from error
+    except UnicodeDecodeError as error:
+        raise InputError(f"{where}: not UTF-8 text. Fix: name a TOML file.") from error
+
+
+@functools.lru_cache(maxsize=4)
+def sweep_of_texts(text: str, where: str, mechanism_text: str | None) -> Sweep:
+    """Return the sweep of a text, built once per process: what a distant worker starts from."""
+    return Sweep.from_text(text, where, mechanism_text)

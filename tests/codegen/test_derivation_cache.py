@@ -1,0 +1,316 @@
+"""What was derived once is found again, exactly as it was; what changed or broke is made anew."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from painleve_sym.codegen import quantities
+from painleve_sym.codegen.compile import compiler_mark
+from painleve_sym.codegen.derivation_cache import entry_key, read_entry, write_entry
+from painleve_sym.contacts.classify import classify
+from painleve_sym.contacts.compliant import SoftenedContact
+from painleve_sym.contacts.rigid import RigidContact
+from painleve_sym.engines import compiled
+from painleve_sym.engines.compiled import CompiledEngine
+from painleve_sym.engines.factory import make_engine
+from painleve_sym.engines.protocol import RunOptions
+from painleve_sym.errors import CompilerMissing
+from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode
+from painleve_sym.hybrid.signature import outline_data, outline_of
+from painleve_sym.laws.compliance import law
+from painleve_sym.mechanics.contact import Contact
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.system import Coordinate, LagrangianSystem, Parameter
+from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.rigid import RigidSimulator
+
+Y = Coordinate("y", "height", "m")
+X = Coordinate("x", "place", "m")
+M = Parameter("m", 1.0, "kg", "mass", 0.0, lower_closed=False)
+MU = Parameter("mu", 0.3, "1", "friction", 0.0)
+G = Parameter("g", 9.8, "m/s^2", "gravity", 0.0)
+START = {"x_dot": 1.0, "y": 0.01}
+
+
+def sledge(kinetic=None, potential=None, forces=None, parameters=(M, MU, G), gap=None):
+    """Return a mass point above level ground, some part of it changed."""
+    x_dot, y_dot = X.rate, Y.rate
+    system = LagrangianSystem(
+        "sledge",
+        (X, Y),
+        parameters,
+        M.symbol * (x_dot**2 + y_dot**2) / 2 if kinetic is None else kinetic,
+        M.symbol * G.symbol * Y.symbol if potential is None else potential,
+        forces or {},
+    )
+    contact = Contact("foot", system, Y.symbol if gap is None else gap, x_dot, MU.symbol)
+    return Mechanism("sledge", "", "", system, (contact,))
+
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    folder = tmp_path / "cache"
+    monkeypatch.setenv("PAINLEVE_CACHE", str(folder))
+    quantities._stored.cache_clear()
+    yield folder
+    quantities._stored.cache_clear()
+
+
+def entries(cache):
+    return sorted(cache.glob("*.json"))
+
+
+def simulators():
+    softened = SoftenedSimulator(sledge(), law("hertz"))
+    return (softened, RigidSimulator(sledge(), "newton"))
+
+
+def without_derivation(monkeypatch):
+    """Let every derivation fail, here and in what it begins with."""
+
+    def refuse(*_):
+        raise AssertionError("this should have come from the cache")
+
+    for kind in (SoftenedContact, RigidContact):
+        monkeypatch.setattr(kind, "automaton", property(refuse))
+    monkeypatch.setattr(Mechanism, "coefficients", property(refuse))
+    monkeypatch.setattr(LagrangianSystem, "mass_matrix", property(refuse))
+    monkeypatch.setattr(compiled, "source", refuse)
+    quantities._stored.cache_clear()
+
+
+@pytest.mark.parametrize("which", [0, 1], ids=["softened", "rigid"])
+def test_second_time_nothing_is_derived_and_every_bit_is_the_same(cache, monkeypatch, which):
+    first = simulators()[which].run(START, t_end=0.2)
+    without_derivation(monkeypatch)
+    again = simulators()[which].run(START, t_end=0.2)
+    assert first.events
+    assert again.events == first.events
+    for name in ("step_time", "step_rows", "step_memory", "step_mode", "final_state", "constants"):
+        assert np.array_equal(getattr(again, name), getattr(first, name)), name
+    assert again.counters == first.counters
+    times = np.linspace(0, 0.2, 31)
+    assert np.array_equal(
+        again.outputs(times)["kinetic_energy"], first.outputs(times)["kinetic_energy"]
+    )
+    for name in ("state_names", "memory_names", "mode_names", "output_names", "stop_reason"):
+        assert getattr(again, name) == getattr(first, name), name
+
+
+def test_second_time_a_state_is_classified_without_derivation(cache, monkeypatch):
+    state = {"x_dot": 1.0}
+    first = classify(sledge(), state)
+    without_derivation(monkeypatch)
+    assert classify(sledge(), state).to_dict() == first.to_dict()
+
+
+def test_second_time_nothing_is_derived_where_there_is_no_series(cache, monkeypatch):
+    bent = sledge(forces={"x": -sp.Abs(X.rate) * X.rate})
+
+    def run():
+        simulator = SoftenedSimulator(bent, law("hertz"))
+        return simulator, simulator.run(START, t_end=0.05)
+
+    _, first = run()
+    assert first.engine == "compiled"
+    without_derivation(monkeypatch)
+    assert np.array_equal(run()[1].final_state, first.final_state)
+
+
+def test_coefficients_stay_at_hand_beside_a_cached_engine(cache):
+    for simulator in (simulators()[0], simulators()[0]):
+        simulator.run(START, t_end=0.01)
+    assert simulator.mechanism.coefficients.W_nn == 1 / M.symbol
+    assert outline_of(json.loads(json.dumps(outline_data(simulator.automaton)))) == outline_of(
+        outline_data(simulator.outline)
+    )
+
+
+def changed():
+    y, y_dot, m = Y.symbol, Y.rate, M.symbol
+    other = Parameter("m", 2.0, "kg", "mass", 0.0, lower_closed=False)
+    return {
+        "T": sledge(kinetic=m * (X.rate**2 + 2 * y_dot**2) / 2),
+        "V": sledge(potential=m * G.symbol * y + y**2),
+        "Q": sledge(forces={"x": -X.rate}),
+        "gap": sledge(gap=y - sp.Rational(1, 8)),
+        "default": sledge(parameters=(other, MU, G)),
+        "name": replace(sledge(), name="sleigh"),
+    }
+
+
+@pytest.mark.parametrize("part", changed())
+def test_key_changes_with_the_mechanism(part):
+    keys = {
+        entry_key("engine", SoftenedContact(m, law("hertz"))) for m in (sledge(), changed()[part])
+    }
+    assert len(keys) == 2
+
+
+def test_key_changes_with_the_law_and_its_choices():
+    builders = [SoftenedContact(sledge(), law(n)) for n in ("hertz", "linear", "bilinear-hertz")]
+    builders.append(SoftenedContact(sledge(), law("bilinear-hertz", reload="elastic")))
+    builders.append(SoftenedContact(sledge(), law("bilinear-hertz", reload="virgin")))
+    builders += [
+        RigidContact(sledge(), restitution, policy)
+        for restitution in ("newton", "poisson", "energetic")
+        for policy in ("liftoff", "slip", "impact")
+    ]
+    keys = [entry_key("engine", b) for b in builders]
+    # One of the reload rules is the default.
+    assert len(set(keys)) == len(keys) - 1
+    assert entry_key("engine", SoftenedContact(sledge(), law("hertz"))) == keys[0]
+
+
+def test_thing_without_a_definition_has_no_key():
+    assert entry_key("engine", lambda: None) is None
+
+
+def test_builder_without_a_definition_is_derived_each_time(cache):
+    class Bare:
+        automaton = SoftenedContact(sledge(), law("hertz")).automaton
+
+    assert make_engine(Bare()).automaton is Bare.automaton
+    assert entries(cache) == []
+
+
+DAMAGES = {
+    "empty": lambda text: b"",
+    "half": lambda text: text[: len(text) // 2],
+    "flipped": lambda text: text[:-40] + bytes([text[-40] ^ 1]) + text[-39:],
+    "no text": lambda text: b"\xff\xfe" + text,
+    "other": lambda text: b"{}",
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
+def test_damaged_entry_is_made_anew(cache, damage):
+    first = simulators()[0].run(START, t_end=0.2)
+    whole = {path: path.read_bytes() for path in entries(cache)}
+    assert len(whole) == 3  # the engine, the numbers of its contact, the loading curve
+    for path, text in whole.items():
+        path.write_bytes(damage(text))
+    quantities._stored.cache_clear()
+    again = simulators()[0].run(START, t_end=0.2)
+    assert np.array_equal(again.final_state, first.final_state)
+    assert {path: path.read_bytes() for path in entries(cache)} == whole
+
+
+@dataclass(frozen=True)
+class Decay:
+    """A builder of the smallest automaton there is: quick to compile."""
+
+    rate: int
+
+    @property
+    def automaton(self):
+        mode = Mode("decay", {Y.symbol: -self.rate * Y.symbol}, (), {"height": Y.symbol})
+        return HybridAutomaton("decay", (Y.symbol,), (), (), {}, (mode,), (Choice("decay"),))
+
+    def end(self):
+        options = RunOptions(1.0, 1e-11, np.array([1e-11]))
+        run = CompiledEngine.of_builder(self).run(np.ones(1), np.empty(0), options)
+        return float(run.state[0])
+
+
+def test_any_builder_that_is_a_dataclass_is_known_again(cache, monkeypatch):
+    ends = [Decay(rate).end() for rate in (1, 2)]
+    assert ends == pytest.approx(np.exp([-1, -2]), rel=1e-9)
+    monkeypatch.setattr(Decay, "automaton", None)
+    assert [Decay(rate).end() for rate in (1, 2)] == ends
+
+
+def gone(path):
+    path.unlink()
+
+
+def broken(path):
+    path.unlink()
+    path.write_bytes(b"\x7fELF")
+
+
+@pytest.mark.parametrize("damage", [gone, broken])
+def test_library_that_is_gone_or_damaged_is_compiled_anew(cache, damage):
+    first = Decay(3).end()
+    (library,) = cache.glob("*.so")
+    # In its place, not over it: this process still runs the first one.
+    damage(library)
+    assert Decay(3).end() == first
+    (again,) = cache.glob("*.so")
+    assert again.stat().st_size > 1000
+
+
+def test_entry_of_another_compiler_is_not_used(cache, tmp_path, monkeypatch):
+    Decay(1).end()
+    mark = compiler_mark()
+    own = tmp_path / "own-cc"
+    own.write_text('#!/bin/sh\nexec cc "$@"\n')
+    own.chmod(0o755)
+    monkeypatch.setenv("CC", str(own))
+    assert compiler_mark() != mark
+    Decay(1).end()
+    assert len(entries(cache)) == 2
+
+
+def test_no_compiler_is_told_also_where_the_cache_has_the_engine(cache, monkeypatch):
+    Decay(1).end()
+    monkeypatch.setenv("CC", "/nonexistent/cc")
+    assert compiler_mark() is None
+    with pytest.raises(CompilerMissing, match="/nonexistent/cc"):
+        Decay(1).end()
+
+
+def test_entry_comes_back_as_it_was_and_leaves_nothing_beside_it(cache):
+    entry = {"number": 0.1, "names": ["a", "ä"], "none": None}
+    write_entry("k" * 40, entry)
+    assert read_entry("k" * 40) == entry
+    assert [p.name for p in cache.iterdir()] == ["k" * 40 + ".json"]
+    assert read_entry("l" * 40) is None
+
+
+def test_cache_that_cannot_be_written_is_no_failure(cache, monkeypatch):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "replace", full)
+    write_entry("k" * 40, {})
+    assert list(cache.iterdir()) == []
+
+
+RACE = """
+import sys, pathlib, time
+from painleve_sym import model, law, SoftenedSimulator
+mine, other = map(pathlib.Path, sys.argv[1:])
+mine.touch()
+while not other.exists():
+    time.sleep(0.001)
+block = SoftenedSimulator(model("block"), law("linear"))
+end = block.run({"x_A_dot": 1.0, "theta": 0.5}, t_end=1e-3)
+print(end.final_state.tobytes().hex())
+"""
+
+
+@pytest.mark.slow
+def test_two_processes_may_derive_at_once(cache, tmp_path):
+    marks = [str(tmp_path / "a"), str(tmp_path / "b")]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    running = [
+        subprocess.Popen(
+            [sys.executable, "-c", RACE, *pair], env=environment, stdout=subprocess.PIPE
+        )
+        for pair in (marks, marks[::-1])
+    ]
+    ends = {process.communicate(timeout=280)[0] for process in running}
+    assert [process.returncode for process in running] == [0, 0]
+    assert len(ends) == 1
+    # Engine, contact numbers, tolerances, margins of the domain.
+    assert len(entries(cache)) == 4
+    assert all(read_entry(path.stem) for path in entries(cache))

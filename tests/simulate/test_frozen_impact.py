@@ -1,0 +1,281 @@
+"""Frozen impacts: compiled against mpmath, against SciPy, and against what must hold."""
+
+import math
+
+import mpmath as mp
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from painleve_sym.errors import CompilerMissing, InputError, PainleveWarning
+from painleve_sym.simulate.finite_stiffness import frozen_impact
+from painleve_sym.simulate.finite_stiffness.frozen_impact import (
+    FrozenEnd,
+    FrozenImpactSolver,
+    Method,
+)
+from tests.oracles.frozen_scipy import frozen_impact as integrated
+
+SIN, COS = math.sin(1.0), math.cos(1.0)
+ROD = {
+    "W_nn": 1 + 3 * COS**2,
+    "W_nt": -3 * SIN * COS,
+    "W_tt": 1 + 3 * SIN**2,
+    "b_n": SIN - 9.8,
+    "b_t": COS,
+    "mu": 1.4,
+    "K": 1.229683914e14,
+    "n": 1.764,
+    "e": 0.75,
+    "slip_velocity": -1.0,
+}
+"""The state of Table 3 of the paper at E = 20.9e14."""
+OBLIQUE = {**ROD, "compression_rate": 1e-3}
+LOADED = {**ROD, "b_n": 11.2368, "compression": 3e-7}
+CENTRAL = {**ROD, "mu": 0.3, "compression_rate": 0.2, "slip_velocity": 0.1}
+SLIDING = {**ROD, "W_nt": 0.4, "mu": 0.2, "compression_rate": 0.5, "slip_velocity": 2.0}
+REVERSED = {**ROD, "W_nt": 1.5, "mu": 0.2, "compression_rate": 0.5, "slip_velocity": -0.05}
+AT_REST = {**ROD, "slip_velocity": 0.0, "compression_rate": 0.3}
+CASES = (ROD, OBLIQUE, LOADED, CENTRAL, SLIDING, REVERSED, AT_REST)
+
+
+@pytest.fixture(scope="module")
+def compiled():
+    return FrozenImpactSolver("compiled")
+
+
+@pytest.fixture(scope="module")
+def python():
+    return FrozenImpactSolver("python")
+
+
+def slip_forms(case, delta):
+    """Return time and impulse of slip from rest by mpmath's hypergeometric function."""
+    n, K, B = mp.mpf(case["n"]), mp.mpf(case["K"]), mp.mpf(case["b_n"])
+    A = mp.mpf(case["W_nn"]) + mp.mpf(case["mu"]) * mp.mpf(case["W_nt"])
+    x, b = mp.mpf(float(delta)), 1 / (2 * n)
+    z = A * K * x**n / ((n + 1) * B)
+    t = mp.sqrt(2 * x / -B) * mp.hyp2f1(mp.mpf(1) / 2, b, 1 + b, -z)
+    P = K * x**n * mp.sqrt(2 * x / -B) / (2 * n + 1)
+    return t, P * mp.hyp2f1(mp.mpf(1) / 2, 1 + b, 2 + b, -z)
+
+
+@pytest.mark.parametrize("n", [0.7, 1.0, 1.2, 1.5, 1.764, 2.5, 4.0])
+@pytest.mark.parametrize("speed", [1.0, 1e-3, 1e-6])
+def test_slip_from_rest_is_the_hypergeometric_function(compiled, n, speed):
+    case = {**ROD, "n": n, "slip_velocity": -speed}
+    found = compiled(**case)
+    t, P = found.phase["duration"][0], found.phase["normal_impulse"][0]
+    with mp.workdps(40):
+        exact_t, exact_P = slip_forms(case, found.phase["compression"][0])
+        C = mp.mpf(case["W_nt"]) + mp.mpf(case["mu"]) * mp.mpf(case["W_tt"])
+        left = -mp.mpf(speed) + C * exact_P + mp.mpf(case["b_t"]) * exact_t
+        # Round-off of z, of one power and of the sum: a few units of the last place.
+        assert abs(t / exact_t - 1) < 4e-15
+        assert abs(P / exact_P - 1) < 1e-14
+        assert abs(left) < 1e-14 * speed
+    kind = Method.ELEMENTARY if n == 1 else Method.HYPERGEOMETRIC
+    assert kind in Method(int(found.head["methods"]))
+
+
+@pytest.mark.parametrize("n", [1.5, 1.764, 4.0])
+def test_restitution_time_and_impulse_are_those_of_mpmath(compiled, n):
+    found = compiled(**{**ROD, "n": n})
+    with mp.workdps(30):
+        W_nn, W_nt, W_tt = (mp.mpf(ROD[k]) for k in ("W_nn", "W_nt", "W_tt"))
+        a, b = W_nn - W_nt**2 / W_tt, mp.mpf(ROD["b_n"]) - W_nt * mp.mpf(ROD["b_t"]) / W_tt
+        e, largest = mp.mpf("0.75"), mp.mpf(float(found.head["largest_compression"]))
+        kappa, top = mp.mpf(ROD["K"]) / e ** (2 * n), e**2 * largest
+        low = mp.mpf(float(found.phase["compression"][2])) - (largest - top)
+        p = mp.mpf(n) + 1
+
+        def per_q(q):
+            y = (top - low) * q * q
+            x = top - y
+            g = a * kappa / p * (top**p - x**p) + b * y
+            return 2 * q * (top - low) / mp.sqrt(2 * g), x
+
+        ends = [0, 0.5, 0.9, 0.99, 0.999, 1]
+        t = mp.quad(lambda q: per_q(q)[0], ends, method="gauss-legendre")
+        P = mp.quad(lambda q: per_q(q)[0] * kappa * per_q(q)[1] ** n, ends, method="gauss-legendre")
+        assert abs(found.phase["duration"][2] / t - 1) < 1e-13
+        assert abs(found.phase["normal_impulse"][2] / P - 1) < 1e-13
+
+
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("e", [1.0, 0.75, 0.2])
+def test_impacts_agree_with_integration(compiled, case, e):
+    case = {"compression": 0.0, "compression_rate": 0.0, **case, "e": e}
+    found = compiled(**case)
+    end, (v_t, v_n, P, P_t, time, modes) = integrated(case)
+    assert found.ends[0].name.lower() == end
+    count = int(found.head["phases"])
+    assert list(zip(found.phase["slip"], found.phase["loading"] == 1, strict=True))[:count] == modes
+    # The integration's own error over thousands of oscillation-free steps.
+    assert found.head["normal_velocity"] == pytest.approx(v_n, rel=1e-8)
+    assert found.head["normal_impulse"] == pytest.approx(P, rel=1e-8)
+    assert found.head["tangential_impulse"] == pytest.approx(P_t, rel=1e-8, abs=1e-8 * P)
+    assert found.head["duration"] == pytest.approx(time, rel=1e-8)
+    assert found.head["slip_velocity"] == pytest.approx(v_t, rel=1e-6, abs=1e-10)
+
+
+@st.composite
+def cases(draw):
+    """Return any impact: a positive definite W, any friction, stiffness, exponent and start."""
+    rows = [draw(st.integers(-150, 150)) / 100 for _ in range(3)]
+    W_nn, W_nt, W_tt = rows[0] ** 2 + 0.1, rows[0] * rows[1], rows[1] ** 2 + rows[2] ** 2 + 0.1
+    K = 10.0 ** draw(st.floats(6, 14))
+    n = draw(st.sampled_from([0.8, 1.0, 1.02, 1.5, 1.764, 2.3]))
+    depth = draw(st.sampled_from([0.0, 1.0])) * 10.0 ** draw(st.floats(-1, 1.5))
+    speed = draw(st.sampled_from([0.0, 1.0])) * 10.0 ** draw(st.floats(-3, 0))
+    return {
+        "W_nn": W_nn,
+        "W_nt": W_nt,
+        "W_tt": W_tt,
+        "b_n": draw(st.integers(-2000, 2000)) / 100,
+        "b_t": draw(st.integers(-1000, 1000)) / 100,
+        "mu": draw(st.integers(0, 200)) / 100,
+        "K": K,
+        "n": n,
+        "e": draw(st.sampled_from([1.0, 0.75, 0.3])),
+        "slip_velocity": draw(st.sampled_from([-1.0, 0.0, 1.0])) * 10.0 ** draw(st.floats(-4, 0.3)),
+        "compression": depth * (10 / K) ** (1 / n),
+        "compression_rate": speed,
+    }
+
+
+@settings(max_examples=25, deadline=None)
+@given(case=cases())
+def test_compiled_and_scipy_find_the_same_impact(case):
+    one, other = FrozenImpactSolver("compiled")(**case), FrozenImpactSolver("python")(**case)
+    assert one.ends == other.ends
+    assume(one.ends[0] is FrozenEnd.SEPARATION)
+    for name in ("normal_impulse", "duration", "largest_compression"):
+        assert one.head[name] == pytest.approx(other.head[name], rel=1e-8)
+    scale = abs(case["slip_velocity"]) + abs(one.head["normal_velocity"])
+    for name in ("slip_velocity", "normal_velocity"):
+        assert one.head[name] == pytest.approx(other.head[name], rel=1e-7, abs=1e-8 * scale)
+
+
+@settings(max_examples=80, deadline=None)
+@given(case=cases())
+def test_momentum_and_energy_balance(case):
+    found = FrozenImpactSolver("compiled")(**case)
+    assume(found.ends[0] is FrozenEnd.SEPARATION)
+    h = {name: float(value) for name, value in found.head.items()}
+    P, P_t, t = h["normal_impulse"], h["tangential_impulse"], h["duration"]
+    terms = (case["W_nn"] * P, case["W_nt"] * P_t, case["b_n"] * t, -case["compression_rate"])
+    # Quadrature is right to round-off of the whole impact, not of every phase.
+    size = sum(map(abs, terms)) + abs(h["normal_velocity"])
+    assert h["normal_velocity"] == pytest.approx(math.fsum(terms), abs=1e-9 * size)
+    terms = (case["W_nt"] * P, case["W_tt"] * P_t, case["b_t"] * t, case["slip_velocity"])
+    size = sum(map(abs, terms))
+    # A stop next to the largest compression is known to √ε: there δ hardly changes.
+    assert h["slip_velocity"] == pytest.approx(math.fsum(terms), abs=1e-7 * size)
+    assert abs(P_t) <= case["mu"] * P * (1 + 1e-12)
+    assert h["normal_velocity"] >= 0
+
+
+@pytest.mark.parametrize("engine", ["compiled", "python"])
+def test_a_touching_contact_at_rest_slips_where_friction_cannot_hold_it(engine):
+    """Without friction, and without a tangential acceleration of its own."""
+    found = FrozenImpactSolver(engine)(
+        W_nn=1.0,
+        W_nt=0.3,
+        W_tt=1.0,
+        b_n=-1.0,
+        b_t=0.0,
+        mu=0.0,
+        K=1e6,
+        n=1.5,
+        e=1.0,
+        slip_velocity=0.0,
+        compression=0.0,
+        compression_rate=0.0,
+    )
+    assert float(found.head["tangential_impulse"]) == 0.0
+    assert float(found.head["slip_velocity"]) == pytest.approx(
+        0.3 * float(found.head["normal_impulse"]), rel=1e-9
+    )
+
+
+@settings(max_examples=40, deadline=None)
+@given(case=cases())
+def test_mirror_image_of_an_impact_is_the_impact_of_the_mirror_image(case):
+    solver = FrozenImpactSolver("compiled")
+    turned = {**case, **{k: -case[k] for k in ("W_nt", "b_t", "slip_velocity")}}
+    one, other = solver(**case), solver(**turned)
+    assert one.ends == other.ends
+    assert one.head["normal_velocity"] == other.head["normal_velocity"]
+    assert one.head["slip_velocity"] == -other.head["slip_velocity"]
+
+
+def test_arrays_are_broadcast_and_agree_with_single_cases(compiled):
+    K, v = np.logspace(8, 16, 5)[:, None], -np.linspace(0.1, 1, 3)
+    found = compiled(**{**ROD, "K": K, "slip_velocity": v})
+    assert found.head["end"].shape == (5, 3)
+    assert found.phase["slip"].shape == (5, 3, 8)
+    one = compiled(**{**ROD, "K": float(K[2, 0]), "slip_velocity": float(v[1])})
+    assert found.head["normal_velocity"][2, 1] == one.head["normal_velocity"]
+
+
+@pytest.mark.parametrize(
+    ("change", "end"),
+    [
+        ({"b_n": 3.0}, FrozenEnd.NO_IMPACT),
+        ({"compression_rate": -0.1}, FrozenEnd.NO_IMPACT),
+        ({"mu": 0.1}, FrozenEnd.STAYS),
+        ({"b_n": 11.0, "compression": 1e-7}, FrozenEnd.SEPARATION),
+    ],
+)
+def test_ends_are_named(compiled, python, change, end):
+    for solver in (compiled, python):
+        assert solver(**{**ROD, **change}).ends == [end]
+
+
+def test_plastic_contact_leaves_with_no_speed(compiled, python):
+    for solver in (compiled, python):
+        found = solver(**{**ROD, "e": 0.0})
+        assert found.ends == [FrozenEnd.SEPARATION]
+        assert found.head["normal_velocity"] == 0
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        ({"K": 0.0}, "K: need numbers > 0"),
+        ({"e": 1.5}, r"e: need numbers in \[0, 1\]"),
+        ({"compression": -1e-9}, "compression: need numbers >= 0"),
+        ({"b_n": math.nan}, "b_n: need finite numbers"),
+        ({"stiffness": 1.0}, "unknown input 'stiffness'"),
+        ({"K": [1e9, 1e10], "slip_velocity": [-1, -2, -3]}, "shape"),
+    ],
+)
+def test_bad_input_is_named(compiled, change, text):
+    with pytest.raises(InputError, match=text):
+        compiled(**{**ROD, **change})
+
+
+def test_absent_input_and_unknown_engine_are_named(compiled):
+    with pytest.raises(InputError, match="no value of mu"):
+        compiled(**{k: v for k, v in ROD.items() if k != "mu"})
+    with pytest.raises(InputError, match=r"'pyton'.*'python'"):
+        FrozenImpactSolver("pyton")
+
+
+def test_without_a_compiler_scipy_answers_with_a_notice(monkeypatch):
+    def missing():
+        raise CompilerMissing("no compiler.")
+
+    monkeypatch.setattr(frozen_impact, "_compiled", missing)
+    with pytest.warns(PainleveWarning, match="slower engine 'python'"):
+        solver = FrozenImpactSolver()
+    assert solver.engine == "python"
+    with pytest.raises(CompilerMissing):
+        FrozenImpactSolver("compiled")
+
+
+def test_method_names_what_was_used():
+    assert Method.NONE.text == "none"
+    assert (Method.HYPERGEOMETRIC | Method.QUADRATURE).text == "hypergeometric, quadrature"

@@ -1,0 +1,350 @@
+"""Maps of the rigid contact: codes as `classify` gives them, crossings in closed form."""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from painleve_sym.contacts.classify import classify
+from painleve_sym.errors import InputError, PainleveWarning
+from painleve_sym.mechanics.models import model
+from painleve_sym.study.maps.region_map import LEGEND, RegionMap, region_map
+from painleve_sym.study.maps.zero_curves import common_zeros, zero_segments
+
+CASE_OF = {code: name for name, code in LEGEND.items()}
+
+
+@pytest.fixture(scope="module")
+def rod():
+    return model("rod")
+
+
+@pytest.fixture(scope="module")
+def rod_map(rod):
+    ranges = {"theta": (0.1, 1.5), "theta_dot": (-5.0, 5.0)}
+    return region_map(rod, ("theta", "theta_dot"), ranges=ranges, points=81)
+
+
+def rod_crossings(mu, g, l):
+    """Return θ and |θ̇| where A = B = 0: 3 t μ = 4 + t², θ̇² = g/(l sinθ)."""
+    root = math.sqrt(9 * mu**2 - 16)
+    angles = [math.atan((3 * mu + sign * root) / 2) for sign in (-1, 1)]
+    return [(theta, math.sqrt(g / (l * math.sin(theta)))) for theta in angles]
+
+
+def at_point(found, i, j, slip_name, slip):
+    """Return state and parameters of a grid point, sliding with `slip` along `slip_name`."""
+    state, parameters = {**found.state, slip_name: slip}, dict(found.parameters)
+    for name, value in zip(found.over, (found.values[0][i], found.values[1][j]), strict=True):
+        (parameters if name in ("mu", "m", "g") else state)[name] = float(value)
+    return state, parameters
+
+
+# Mechanism, axes, slip direction, the velocity that sets it, held state.
+PLACES = [
+    ("rod", ("theta", "theta_dot"), -1, "x_A_dot", {}),
+    ("rod", ("theta", "mu"), 1, "x_A_dot", {"theta_dot": 3.4}),
+    ("rod", ("mu", "g"), -1, "x_A_dot", {"theta": 1.1, "theta_dot": 3.0}),
+    ("eccentric-disc", ("phi", "phi_dot"), -1, "x_dot", {}),
+]
+
+
+@pytest.mark.parametrize(("name", "over", "slip", "slip_name", "state"), PLACES)
+def test_map_codes_equal_classify_at_random_points(name, over, slip, slip_name, state):
+    mechanism = model(name)
+    found = region_map(mechanism, over, points=61, slip=slip, state=state)
+    rng = np.random.default_rng(7)
+    for i, j in rng.integers(0, 61, (25, 2)):
+        # 40 m/s outweighs r φ̇ of the disc, whose slip also depends on φ̇.
+        point, parameters = at_point(found, i, j, slip_name, 40.0 * slip)
+        single = classify(mechanism, point, parameters)
+        assert CASE_OF[int(found.case[i, j])] == single.case.value
+        for grid, value in (("A", single.A), ("B", single.B), ("A_stick", single.A_stick)):
+            assert getattr(found, grid)[i, j] == pytest.approx(value, rel=1e-12, abs=1e-12)
+
+
+def test_map_sticking_equals_classify_at_rest(rod, rod_map):
+    rng = np.random.default_rng(3)
+    seen = set()
+    for i, j in rng.integers(0, 81, (30, 2)):
+        point, parameters = at_point(rod_map, i, j, "x_A_dot", 0.0)
+        modes = {s.mode.value for s in classify(rod, point, parameters).solutions}
+        assert bool(rod_map.stick_feasible[i, j]) == ("stick" in modes)
+        seen.add("stick" in modes)
+    assert seen == {True, False}
+
+
+@pytest.mark.parametrize(("mu", "g", "l"), [(1.4, 9.8, 1.0), (1.7, 9.8, 0.7), (1.3334, 3.0, 1.0)])
+def test_rod_crossings_are_the_closed_form(rod, mu, g, l):
+    want = rod_crossings(mu, g, l)
+    parameters = {"mu": mu, "g": g, "l": l}
+    # Crossings near the least friction lie close together, those near π/2 need the wide range.
+    for points in (40, 101):
+        found = region_map(
+            rod,
+            ("theta", "theta_dot"),
+            ranges={"theta": (0.1, 1.56), "theta_dot": (-6, 6)},
+            points=points,
+            parameters=parameters,
+        )
+        expected = sorted((t, s * v) for t, v in want for s in (-1, 1))
+        # At μ = 1.3334 the two roots nearly meet, and A = 0 is ill-conditioned there.
+        tolerance = 1e-12 if mu > 1.35 else 1e-10
+        np.testing.assert_allclose(found.crossings, expected, rtol=0, atol=tolerance)
+
+
+def test_rod_crossing_over_theta_and_mu(rod):
+    found = region_map(rod, ("theta", "mu"), state={"theta_dot": 3.4}, points=50)
+    theta = math.asin(9.8 / 3.4**2)
+    t = math.tan(theta)
+    assert found.flow is None
+    np.testing.assert_allclose(found.crossings, [[theta, (4 + t**2) / (3 * t)]], atol=1e-12)
+
+
+def test_map_thresholds_of_the_rods(rod_map):
+    assert rod_map.thresholds == pytest.approx({"mu_P": 4 / 3, "mu_C": 8 / 3**1.5}, rel=1e-14)
+    heavy = region_map(
+        model("rod-inertia"), ("theta", "mu"), points=20, parameters={"alpha": 8.0}
+    ).thresholds
+    assert heavy == pytest.approx({"mu_P": 3 / 4, "mu_C": 3 / 4 * 2 / math.sqrt(3)}, rel=1e-14)
+
+
+@pytest.mark.parametrize("alpha", [3.0, 8.0])
+def test_rod_rates_of_approach_are_equal_at_the_second_threshold(alpha):
+    # In τ with dτ = dt/A the slip is regular at the crossing: f = (θ̇ A, θ̈ A) = 0 there.
+    mechanism = model("rod-inertia")
+    system, c = mechanism.system, mechanism.coefficients
+    x, v = system.q[2], system.q_dot[2]
+    normal, tangential = c.force_directions
+    A = c.A(-1)
+    field = sp.Matrix([v * A, A * system.free_acceleration[2]])
+    field[1] -= c.B * (normal[2] + c.mu * tangential[2])
+    slope, along_A = field.jacobian([x, v]), sp.diff(A, x) * v
+    for factor, sign in ((0.99, 1), (1.0, 0), (1.01, -1)):
+        found = region_map(mechanism, ("theta", "mu"), points=5, parameters={"alpha": alpha})
+        mu = factor * found.thresholds["mu_C"]
+        numbers = {"m": 1.0, "l": 1.0, "g": 9.8, "alpha": alpha, "mu": mu}
+        over = region_map(mechanism, ("theta", "theta_dot"), points=50, parameters=numbers)
+        first = over.crossings[over.crossings[:, 1] > 0][0]
+        values = {p.symbol: numbers[p.name] for p in system.parameters}
+        values |= {x: first[0], v: first[1]}
+        rate_A = float(along_A.subs(values))
+        rate_B = float(slope.trace().subs(values)) - rate_A
+        assert float(slope.det().subs(values)) == pytest.approx(rate_A * rate_B, rel=1e-9)
+        assert rate_A < 0 and rate_B < 0
+        if sign == 0:
+            assert rate_A == pytest.approx(rate_B, rel=1e-12)
+        else:
+            assert sign * (rate_A - rate_B) > 0
+
+
+def test_map_is_its_mirror_image(rod):
+    left = region_map(
+        rod, ("theta", "theta_dot"), ranges={"theta": (0.1, math.pi - 0.1)}, points=60
+    )
+    right = region_map(
+        rod, ("theta", "theta_dot"), ranges={"theta": (0.1, math.pi - 0.1)}, points=60, slip=1
+    )
+    np.testing.assert_array_equal(left.case, right.case[::-1, ::-1])
+    np.testing.assert_allclose(left.A, right.A[::-1], rtol=1e-12, atol=1e-13)
+    np.testing.assert_allclose(left.flow[1], -right.flow[1][::-1, ::-1], rtol=1e-9, atol=1e-9)
+    mirrored = sorted((math.pi - x, -y) for x, y in right.crossings.tolist())
+    np.testing.assert_allclose(left.crossings, mirrored, atol=1e-12)
+
+
+def test_map_counts_every_point_once(rod_map):
+    assert list(rod_map.counts) == list(LEGEND)
+    assert sum(rod_map.counts.values()) == rod_map.case.size == 81**2
+    assert rod_map.case.dtype == np.int8
+
+
+def test_map_flow_is_the_motion_of_slip(rod, rod_map):
+    slips = rod_map.case == LEGEND["slip"]
+    assert np.isfinite(rod_map.flow[:, slips]).all()
+    assert np.isnan(rod_map.flow[:, ~slips]).all()
+    i, j = (k[17] for k in np.nonzero(slips))
+    theta, speed = rod_map.values[0][i], rod_map.values[1][j]
+    force = -rod_map.B[i, j] / rod_map.A[i, j]
+    # J θ̈ = l (F_t sinθ − F_n cosθ) about the centre, J = m l²/3, F_t = +μ F_n.
+    spin = 3 * force * (1.4 * math.sin(theta) - math.cos(theta))
+    np.testing.assert_allclose(rod_map.flow[:, i, j], [speed, spin], rtol=1e-12)
+
+
+def test_map_curves_lie_on_their_zeros(rod_map):
+    theta = rod_map.curves["A"][..., 0]
+    A = 1 + 3 * np.cos(theta) * (np.cos(theta) - 1.4 * np.sin(theta))
+    assert len(theta) == 2 * 80 and np.abs(A).max() < 1e-13
+    theta, speed = np.moveaxis(rod_map.curves["B"], -1, 0)
+    assert np.abs(speed**2 * np.sin(theta) - 9.8).max() < 1e-13
+
+
+def test_map_masks_what_is_outside_the_domain(rod):
+    ranges = {"theta": (-0.5, 1.5)}
+    found = region_map(rod, ("theta", "theta_dot"), ranges=ranges, points=41)
+    outside = found.case == LEGEND["outside"]
+    np.testing.assert_array_equal(outside.all(axis=1), found.values[0] <= 0)
+    assert np.isnan(found.A[outside]).all() and not found.stick_feasible[outside].any()
+    assert (found.crossings[:, 0] > 0).all()
+
+
+def test_map_engines_agree(rod, rod_map):
+    ranges = {"theta": (0.1, 1.5), "theta_dot": (-5.0, 5.0)}
+    other = region_map(rod, ("theta", "theta_dot"), ranges=ranges, points=81, engine="casadi")
+    np.testing.assert_array_equal(rod_map.case, other.case)
+    np.testing.assert_allclose(rod_map.crossings, other.crossings, atol=1e-13)
+
+
+def test_map_says_where_the_contact_is_not_closed():
+    with pytest.warns(PainleveWarning, match="as if its surface were moved"):
+        region_map(model("strut"), ("theta", "mu"), points=10)
+
+
+def test_map_npz_and_dict_round_trip(rod_map, tmp_path):
+    rod_map.save(tmp_path / "map.npz")
+    back = RegionMap.load(tmp_path / "map.npz")
+    assert [p.name for p in tmp_path.iterdir()] == ["map.npz"]
+    for name in ("case", "A", "B", "A_stick", "B_stick", "stick_feasible", "flow", "crossings"):
+        np.testing.assert_array_equal(getattr(back, name), getattr(rod_map, name))
+    assert back.summary() == rod_map.summary()
+    assert (back.over, back.labels, back.units) == (rod_map.over, rod_map.labels, rod_map.units)
+    data = json.loads(json.dumps(rod_map.to_dict(), allow_nan=False))
+    np.testing.assert_array_equal(data["case"], rod_map.case)
+    flow = np.array(data["flow"], dtype=float)
+    np.testing.assert_array_equal(flow, rod_map.flow)
+
+
+def test_map_without_flow_round_trips(rod, tmp_path):
+    found = region_map(rod, ("mu", "g"), points=5, state={"theta": 1.0})
+    found.save(tmp_path / "map.npz")
+    assert RegionMap.load(tmp_path / "map.npz").flow is None
+    assert found.to_dict()["flow"] is None
+
+
+def test_map_load_refuses_other_files(rod_map, tmp_path):
+    path = tmp_path / "map.npz"
+    rod_map.save(path)
+    content = path.read_bytes()
+    np.savez(tmp_path / "other.npz", text=json.dumps({"format": "other"}))
+    for bad in (b"", content[: len(content) // 2], b"no archive"):
+        path.write_bytes(bad)
+        with pytest.raises(InputError, match="not readable"):
+            RegionMap.load(path)
+    for name in ("none.npz", "other.npz"):
+        with pytest.raises(InputError, match="not readable"):
+            RegionMap.load(tmp_path / name)
+
+
+BAD = [
+    ((("theta", "thta_dot"), {}), "Did you mean 'theta_dot'"),
+    ((("theta", "theta"), {}), "two different names"),
+    ((("theta",), {}), "two different names"),
+    ((("theta", "mu"), {"ranges": {"theta": (1.0, 0.5)}}), "need from < to"),
+    ((("theta", "mu"), {"ranges": {"theta": (1.0, 1.0)}}), "need from < to"),
+    ((("theta", "mu"), {"ranges": {"theta": (math.nan, 1.0)}}), "finite"),
+    ((("theta", "mu"), {"ranges": {"theta": (0.0, math.inf)}}), "finite"),
+    ((("theta", "mu"), {"ranges": {"theta": (1.0, 1.0 + 1e-15)}}), "not distinct"),
+    ((("theta", "mu"), {"ranges": {"mu": (-1.0, 1.0)}}), "mu"),
+    ((("theta", "mu"), {"ranges": {"m": (1.0, 2.0)}}), "unknown axis 'm'"),
+    ((("theta", "mu"), {"points": 4}), "5 to 2000"),
+    ((("theta", "mu"), {"points": 2001}), "5 to 2000"),
+    ((("theta", "mu"), {"slip": 0}), "slip"),
+    ((("theta", "mu"), {"parameters": {"mu": 1.0}}), "mu is an axis"),
+    ((("theta", "mu"), {"state": {"theta": 1.0}}), "theta is an axis"),
+    ((("theta", "mu"), {"state": {"x": 1.0}}), "unknown state 'x'"),
+    ((("theta_dot", "mu"), {}), "no point of the map is inside"),
+]
+
+
+@pytest.mark.parametrize(("call", "words"), BAD)
+def test_map_refuses_bad_input(rod, call, words):
+    over, options = call
+    with pytest.raises(InputError, match=words):
+        region_map(rod, over, **options)
+
+
+def test_map_without_compiler_says_so_once(rod, monkeypatch, tmp_path):
+    monkeypatch.setenv("CC", str(tmp_path / "none"))
+    with pytest.warns(PainleveWarning) as caught:
+        region_map(rod, ("theta", "mu"), points=10)
+    assert len(caught) == 1 and "slower engine" in str(caught[0].message)
+
+
+def test_map_refuses_several_contacts():
+    with pytest.raises(InputError, match="got 2 contacts"):
+        region_map(model("block-two-feet"), ("theta", "mu_A"))
+
+
+# ---- bilateral contacts ----
+
+
+def test_bilateral_map_counts_solutions(tmp_path):
+    mechanism, state = model("painleve-klein"), {"phi": 1.2}
+    options = {"ranges": {"P_2": (-20, 60)}, "state": state, "points": 23}
+    for slip in (-1, 1):
+        found = region_map(mechanism, ("mu", "P_2"), slip=slip, **options)
+        assert found.bilateral and set(found.curves) == {"A", "B", "A_pull"}
+        for i in (0, 9, 15, 22):
+            for j in range(0, 23, 3):
+                values = {"mu": found.values[0][i], "P_2": found.values[1][j]}
+                solutions = classify(mechanism, state | {"x_dot": slip}, values).solutions
+                name = ("inconsistent", "slip", "indeterminate")[len(solutions)]
+                assert found.case[i, j] == LEGEND[name]
+        # Klein's condition with equal masses, and the load at which the guide is free.
+        mu, load = found.crossings[0]
+        assert mu == pytest.approx(2 / math.tan(1.2), rel=1e-12)
+        assert load == pytest.approx(2 * 9.8 / math.tan(1.2), rel=1e-12)
+    found.save(tmp_path / "klein.npz")
+    again = RegionMap.load(tmp_path / "klein.npz")
+    assert again.bilateral and again.to_dict() == found.to_dict()
+
+
+# ---- curves and zeros of plain functions ----
+
+
+def test_zero_segments_of_a_circle_have_its_length():
+    x, y = np.linspace(-2, 2, 90), np.linspace(-2, 2, 77)
+
+    def circle(a, b):
+        return a**2 + b**2 - 1
+
+    pieces = zero_segments(circle, x, y, circle(*np.meshgrid(x, y, indexing="ij")))
+    assert np.abs(circle(*np.moveaxis(pieces, -1, 0))).max() < 1e-14
+    length = np.hypot(*(pieces[:, 1] - pieces[:, 0]).T).sum()
+    assert length == pytest.approx(2 * math.pi, rel=1e-3)
+
+
+def test_zero_segments_are_none_at_a_pole():
+    x = np.linspace(-1, 1, 20)
+    values = np.broadcast_to(1 / x[:, None], (20, 20))
+    assert zero_segments(lambda a, b: 1 / np.where(a == 0, 1e-300, a), x, x, values).size == 0
+
+
+def test_zero_segments_follow_both_branches_through_a_saddle():
+    x = np.array([0.0, 1.0])
+    values = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    pieces = zero_segments(lambda a, b: 1 - 2 * (a + b) + 4 * a * b, x, x, values)
+    assert pieces.shape == (2, 2, 2)
+
+
+def test_common_zeros_of_circle_and_line():
+    x, y = np.linspace(-2, 2, 31), np.linspace(-2, 2, 33)
+
+    def system(a, b):
+        one = np.ones_like(a)
+        return np.stack([a**2 + b**2 - 1, a - b, 2 * a, 2 * b, one, -one])
+
+    first, second = system(*np.meshgrid(x, y, indexing="ij"))[:2]
+    found = common_zeros(system, x, y, first, second)
+    np.testing.assert_allclose(found, [[-math.sqrt(0.5)] * 2, [math.sqrt(0.5)] * 2], atol=1e-15)
+
+
+def test_map_of_a_million_points_is_quick(rod):
+    region_map(rod, ("theta", "theta_dot"), points=10)
+    start = time.perf_counter()
+    region_map(rod, ("theta", "theta_dot"), points=1000)
+    print(f"map of 10^6 points: {time.perf_counter() - start:.3f} s")
