@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import casadi as ca
 
 from painleve_sym.codegen.bridge import Translator
-from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
+from painleve_sym.codegen.linear import least_solution, solution
+from painleve_sym.hybrid.automaton import (
+    Choice,
+    Definition,
+    HybridAutomaton,
+    Mode,
+    Transition,
+)
 
 
 @dataclass(frozen=True)
@@ -59,10 +68,41 @@ class AutomatonFunctions:
         table = {s: self.x[i] for i, s in enumerate(automaton.states)}
         table |= {s: self.z[i] for i, s in enumerate(automaton.memory)}
         table |= {s: self.c[i] for i, s in enumerate(constants)}
-        self._translate = Translator(table)
+        self._translate = self._translator(table)
         # Outputs are never differentiated: a contact that has just opened carries exactly 0 N.
-        self._translate_value = Translator(table, floor=0.0)
+        self._translate_value = self._translator(table, floor=0.0)
         self.mode_index = {m.name: i for i, m in enumerate(automaton.modes)}
+
+    def _translator(self, symbols: Mapping[Any, ca.SX], **options: float) -> Translator:
+        """Return a translator that knows the symbols and the automaton's terms."""
+        table = dict(symbols)
+        for term in self.automaton.terms:
+            translate = Translator(table, **options)
+            if isinstance(term, Definition):
+                table[term.symbol] = translate(term.expression)
+                continue
+            size = len(term.unknowns)
+            matrix = [[translate(term.matrix[i, j]) for j in range(size)] for i in range(size)]
+            right = [translate(entry) for entry in term.right]
+            solve = least_solution if term.semidefinite else solution
+            table |= dict(zip(term.unknowns, solve(matrix, right), strict=True))
+        return Translator(table, **options)
+
+    @cached_property
+    def alternatives(self) -> ca.Function | None:
+        """Conditions of all alternatives of all parts, and the memory that each leads to.
+
+        Two results, of shapes (na,) and (nz, na); None where the automaton has no parts.
+        """
+        if not self.automaton.parts:
+            return None
+        offered = [a for part in self.automaton.parts for a in part.alternatives]
+        conditions = ca.vertcat(*[self._translate(a.condition) for a in offered])
+        columns = [
+            ca.vertcat(*[self._translate(a.memory.get(s, s)) for s in self.automaton.memory])
+            for a in offered
+        ]
+        return self._function("alternatives", [conditions, ca.horzcat(*columns)])
 
     @cached_property
     def constants(self) -> ca.Function:
@@ -95,7 +135,8 @@ class AutomatonFunctions:
 
     def all(self) -> tuple[ca.Function, ...]:
         """Every function, for code generation."""
-        return (self.constants, self.starts, *(f for m in self.modes for f in m.all()))
+        choice = (self.alternatives,) if self.alternatives is not None else ()
+        return (self.constants, self.starts, *choice, *(f for m in self.modes for f in m.all()))
 
     def _function(self, name: str, results: list[ca.SX]) -> ca.Function:
         # Structural zeros made explicit: the engine reads plain arrays.

@@ -11,11 +11,12 @@ from painleve_sym.codegen.c_functions import c_file
 from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.engines.runge_kutta import coefficients as dop853
 from painleve_sym.errors import StopReason
-from painleve_sym.hybrid.automaton import Transition
+from painleve_sym.hybrid.automaton import HybridAutomaton, Transition
 
 ENGINE_PARTS = (
     "loop/state",
     "loop/watch",
+    "loop/decide",
     "loop/events",
     "runge_kutta/step",
     "runge_kutta/extremes",
@@ -95,6 +96,8 @@ def _sizes(functions: AutomatonFunctions, every: Sequence[ca.Function]) -> str:
         "NCHOICE": max((len(t.choices) for t in transitions), default=0) or 1,
         "NSTART": len(automaton.starts),
         "NKIND": max(1, len(automaton.kinds)),
+        "NPART": len(automaton.parts),
+        "NALT": sum(len(part.alternatives) for part in automaton.parts),
         "WORK": max(f.sz_w() for f in every),
     }
     lines = [f"#define PS_{name} {value}" for name, value in sizes.items()]
@@ -122,14 +125,15 @@ def _transition(functions: AutomatonFunctions, i: int, j: int, t: Transition) ->
     targets = ", ".join(str(functions.mode_index[c.target]) for c in t.choices) or "0"
     masks = [sum(1 << k for k in functions.departures(c)) for c in t.choices] or [0]
     departs = ", ".join(f"{m}u" for m in masks)
-    return f"{{event_{i}_{j}, {kind}, {stop}, {len(t.choices)}, {{{targets}}}, {{{departs}}}}}"
+    head = f"event_{i}_{j}, {kind}, {stop}, {int(t.decides)}, {len(t.choices)}"
+    return f"{{{head}, {{{targets}}}, {{{departs}}}}}"
 
 
 def _tables(functions: AutomatonFunctions) -> str:
     automaton = functions.automaton
     lines = [
         "typedef int (*ps_function)(const double **, double **, casadi_int *, double *, int);",
-        "typedef struct { ps_function event; int kind, stop, n, target[PS_NCHOICE]; "
+        "typedef struct { ps_function event; int kind, stop, decides, n, target[PS_NCHOICE]; "
         "unsigned departs[PS_NCHOICE]; } ps_transition;",
         "typedef struct { ps_function field, guards, jets, outputs; int n; "
         "ps_transition transitions[PS_NG]; } ps_mode;",
@@ -145,6 +149,21 @@ def _tables(functions: AutomatonFunctions) -> str:
         f"static const int PS_STARTS[PS_NSTART] = {{{starts}}};",
         "#define PS_START_CONDITIONS starts",
         "#define PS_CONSTANTS constants",
+        *_parts(automaton),
         "",
     ]
     return "\n".join(lines)
+
+
+def _parts(automaton: HybridAutomaton) -> list[str]:
+    """Return the tables of the parts: how many alternatives each has, where its memory begins."""
+    if not automaton.parts:
+        return []
+    counts = ", ".join(str(len(part.alternatives)) for part in automaton.parts)
+    sizes = [len(part.memory) for part in automaton.parts]
+    places = ", ".join(str(sum(sizes[:i])) for i in range(len(sizes) + 1))
+    return [
+        "#define PS_ALTERNATIVES alternatives",
+        f"static const int PS_OFFERED[PS_NPART] = {{{counts}}};",
+        f"static const int PS_OWNED[PS_NPART + 1] = {{{places}}};",
+    ]

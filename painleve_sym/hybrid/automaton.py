@@ -47,6 +47,9 @@ class Transition:
     reset : mapping of symbol to sympy.Expr
         Simultaneous assignment to states and memory; what is absent is kept.
     stop : StopReason or None
+    decides : bool
+        Whether the parts of the automaton choose their local modes after the reset: the first
+        combination of alternatives of which no guard would fire at once.
     """
 
     label: str
@@ -55,6 +58,72 @@ class Transition:
     choices: tuple[Choice, ...] = ()
     reset: Mapping[sp.Symbol, sp.Expr] = dataclasses.field(default_factory=dict)
     stop: StopReason | None = None
+    decides: bool = False
+
+
+@dataclass(frozen=True)
+class Definition:
+    """An abbreviation: `symbol` stands for `expression` of states, memory and parameters."""
+
+    symbol: sp.Symbol
+    expression: sp.Expr
+
+
+@dataclass(frozen=True)
+class LinearSystem:
+    """Symbols that stand for the solution of ``matrix · unknowns = right``.
+
+    Attributes
+    ----------
+    unknowns : tuple of sympy.Symbol
+    matrix : sympy.Matrix, shape (k, k)
+        Where `semidefinite`, symmetric with a diagonal > 0.
+    right : sympy.Matrix, shape (k, 1)
+    semidefinite : bool
+        Whether the matrix may be singular; of all solutions the one of least norm is taken then,
+        each unknown measured by the root of its diagonal entry.
+    """
+
+    unknowns: tuple[sp.Symbol, ...]
+    matrix: sp.Matrix
+    right: sp.Matrix
+    semidefinite: bool = False
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """A local mode that a part of the system may enter when a transition decides.
+
+    Attributes
+    ----------
+    condition : sympy.Expr
+        Positive where it may be entered.
+    memory : mapping of symbol to sympy.Expr
+        New values of the memory of that part; what is absent is kept.
+    """
+
+    condition: sp.Expr
+    memory: Mapping[sp.Symbol, sp.Expr] = dataclasses.field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of the system, such as one contact, whose local mode is data: its memory.
+
+    Attributes
+    ----------
+    name : str
+    memory : tuple of sympy.Symbol
+        Its own memory; the first entry holds the index of its local mode.
+    local_modes : tuple of str
+    alternatives : tuple of Alternative
+        What it may do after a transition that decides, in the order in which they are tried.
+    """
+
+    name: str
+    memory: tuple[sp.Symbol, ...]
+    local_modes: tuple[str, ...]
+    alternatives: tuple[Alternative, ...]
 
 
 @dataclass(frozen=True)
@@ -96,6 +165,10 @@ class HybridAutomaton:
         How the mode of a start state is chosen; the guards of that mode then sort out the rest.
     uncontrolled : tuple of sympy.Symbol
         States that do not steer the step size (quadratures).
+    terms : tuple of Definition or LinearSystem
+        Abbreviations that every expression may use, each in terms of those before it.
+    parts : tuple of Part
+        Parts whose local modes are data; together they own the whole memory.
 
     Raises
     ------
@@ -112,6 +185,8 @@ class HybridAutomaton:
     modes: tuple[Mode, ...]
     starts: tuple[Choice, ...]
     uncontrolled: tuple[sp.Symbol, ...] = ()
+    terms: tuple[Definition | LinearSystem, ...] = ()
+    parts: tuple[Part, ...] = ()
 
     def __post_init__(self) -> None:
         faults = list(self._faults())
@@ -163,6 +238,14 @@ class HybridAutomaton:
             for s in sorted(expr.free_symbols - known, key=str):
                 yield f"definition of {symbol}: {s} is not declared before it."
             known.add(symbol)
+        for term in self.terms:
+            if isinstance(term, Definition):
+                exprs, symbols = [term.expression], (term.symbol,)
+            else:
+                exprs, symbols = [*term.matrix, *term.right], term.unknowns
+            for s in sorted({s for e in exprs for s in sp.sympify(e).free_symbols} - known, key=str):
+                yield f"term {symbols[0]}: {s} is not declared before it."
+            known.update(symbols)
         for mode in self.modes:
             for s in mode.field:
                 if s not in self.states:

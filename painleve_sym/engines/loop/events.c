@@ -31,6 +31,9 @@ static void apply(ps_run *s, const ps_options *o, int j, int visible, double tim
     while (choice < tr->n - 1 && !(condition[choice] > 0)) choice++;
     s->mode = tr->target[choice];
     *departs = tr->departs[choice];
+#if PS_NPART
+    if (tr->decides && !decide(s, o, xn, zn)) s->reason = PS_NO_MODE;
+#endif
   } else {
     s->reason = tr->stop;
     s->stop_transition = j;

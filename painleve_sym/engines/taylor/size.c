@@ -180,7 +180,7 @@ static int begin_step(ps_run *s, const ps_options *o) {
 static double good_for(ps_run *s, const ps_options *o, double h) {
   const ps_series *m = &PS_SERIES[s->mode];
   const double moment = PS_MOMENT * fabs(s->t) / s->unit;
-  int dead = 0, small = 0;
+  int dead = 0, small = 0, smalls[PS_RAMPS] = {0};
   for (int r = 0; r < m->ramps; r++) {
     const int c = m->ramp[r];
     double base = s->v[0][c], u = s->h_ref / s->unit;
@@ -188,9 +188,10 @@ static double good_for(ps_run *s, const ps_options *o, double h) {
     /* A base that vanishes before the time can tell has vanished. */
     if (!(base > m->floor[r] - PS_MIN(s->v[1][c], 0) * moment)) {
       s->live[r] = 0;
-      dead = 1;
+      /* A base that stays zero, of a contact that is open, leaves nothing out. */
+      dead |= base != 0 || scale != 0;
     } else if (!s->ready && s->v[1][c] > 0 && base < PS_SMALL_BASE * scale) {
-      small = 1;
+      small = smalls[r] = 1;
     }
   }
   s->ready = 1;
@@ -200,7 +201,8 @@ static double good_for(ps_run *s, const ps_options *o, double h) {
     fill_series(s);
     /* Next to the branch point the series hardly reaches; leaving the power out may go further. */
     alive = step_by_terms(s, o);
-    for (int r = 0; r < m->ramps; r++) s->live[r] = 0;
+    for (int r = 0; r < m->ramps; r++)
+      if (smalls[r]) s->live[r] = 0;
     dead = 1;
   }
   /* Up to the zero of the base as it was estimated; beyond it time would run back. */
@@ -214,7 +216,8 @@ static double good_for(ps_run *s, const ps_options *o, double h) {
   double left = (o->t_end - s->t) / s->unit;
   if (isfinite(h)) h = step_by_defect(s, o, PS_MIN(h, left));
   if (alive > h) {
-    for (int r = 0; r < m->ramps; r++) s->live[r] = 1;
+    for (int r = 0; r < m->ramps; r++)
+      if (smalls[r]) s->live[r] = 1;
     fill_series(s);
     return alive;
   }

@@ -1,0 +1,66 @@
+"""The contacts of a mechanism together: Jacobian, mobility, free accelerations, friction."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import sympy as sp
+
+from painleve_sym.mechanics.contact import Contact
+from painleve_sym.mechanics.mechanism import Mechanism
+
+
+@dataclass(frozen=True)
+class ContactSet:
+    """What the contacts of a mechanism feel: a = W F + b, rows n1, t1, n2, t2, ….
+
+    The entries are as they come, unsimplified: they are meant for generated code. The closed forms
+    of one contact are its `ContactCoefficients`.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        With any number of contacts.
+    """
+
+    mechanism: Mechanism
+
+    def __iter__(self) -> Iterator[Contact]:
+        return iter(self.mechanism.contacts)
+
+    def __len__(self) -> int:
+        return len(self.mechanism.contacts)
+
+    @cached_property
+    def J(self) -> sp.Matrix:
+        """Jacobian of gaps and slip displacements, shape (2 n, number of coordinates)."""
+        return sp.Matrix.vstack(*[row for c in self for row in (c.J_N, c.J_T)])
+
+    @cached_property
+    def directions(self) -> sp.Matrix:
+        """M⁻¹ Jᵀ: accelerations of the coordinates per unit force, shape (coordinates, 2 n)."""
+        return self.mechanism.system.inverse_mass_matrix * self.J.T
+
+    @cached_property
+    def W(self) -> sp.Matrix:
+        """Mobility J M⁻¹ Jᵀ, shape (2 n, 2 n); 1/kg."""
+        return self.J * self.directions
+
+    @cached_property
+    def b(self) -> sp.Matrix:
+        """Accelerations of the contacts without contact forces, shape (2 n, 1); m/s²."""
+        free = self.J * self.mechanism.system.free_acceleration
+        biases = [p for c in self for p in (c.normal_bias, c.tangential_bias)]
+        return free + sp.Matrix(biases)
+
+    @property
+    def mu(self) -> tuple[sp.Symbol, ...]:
+        """Friction coefficients."""
+        return tuple(c.friction for c in self)
+
+    @property
+    def surface_speeds(self) -> tuple[sp.Expr, ...]:
+        """Speeds of the surfaces along positive slip; m/s."""
+        return tuple(sp.sympify(c.surface_speed) for c in self)
