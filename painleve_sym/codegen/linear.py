@@ -8,23 +8,37 @@ from operator import add
 
 import casadi as ca
 
-RIDGE = 1e-8
-"""Added to a unit diagonal. Refined twice, it changes a solution by its cube over the eigenvalue's,
-and rounding in a singular direction grows by no more than its inverse."""
+RIDGE = 1e-9
+"""Added to a unit diagonal of a matrix that may be singular. Refined twice, it changes a solution
+by its cube over that of the eigenvalue; rounding in a singular direction grows by its inverse."""
+LARGEST_RATIO = 1e3
+"""By which the ridge of one unknown may be larger than RIDGE."""
 _REFINEMENTS = 2
+_NOTHING = 1e-90
+
+Matrix = Sequence[Sequence[ca.SX]]
 
 
-def least_solution(matrix: Sequence[Sequence[ca.SX]], right: Sequence[ca.SX]) -> list[ca.SX]:
+def least_solution(
+    matrix: Matrix, right: Matrix, ease: Sequence[ca.SX]
+) -> list[list[ca.SX]]:
     """Return the solution of least norm of a symmetric positive semidefinite system.
 
-    The unknowns are scaled to a unit diagonal; then the ridge of Tikhonov's regularisation is
-    added, and its effect is taken back by iterated refinement.
+    The unknowns are scaled to a unit diagonal; then a ridge is added as in Tikhonov's
+    regularisation, and its effect is taken back by iterated refinement. Where the system does not
+    determine the unknowns, they are shared in proportion to `ease`.
 
     Parameters
     ----------
-    matrix : sequence of k sequences of k casadi.SX
+    matrix : k rows of k casadi.SX
         Symmetric; its diagonal is positive.
-    right : sequence of k casadi.SX
+    right : k rows of m casadi.SX
+    ease : sequence of k casadi.SX
+        Not negative; empty for equal shares.
+
+    Returns
+    -------
+    list of k rows of m casadi.SX
 
     References
     ----------
@@ -33,31 +47,68 @@ def least_solution(matrix: Sequence[Sequence[ca.SX]], right: Sequence[ca.SX]) ->
     """
     size = len(right)
     if size == 1:
-        return [right[0] / matrix[0][0]]
+        return [[r / matrix[0][0] for r in right[0]]]
     scale = [1 / ca.sqrt(matrix[i][i]) for i in range(size)]
     unit = [
         [matrix[i][j] * scale[i] * scale[j] if i != j else ca.SX(1) for j in range(size)]
         for i in range(size)
     ]
-    target = [r * s for r, s in zip(right, scale, strict=True)]
-    factor = _factor([[a + (RIDGE if i == j else 0) for j, a in enumerate(r)] for i, r in
-                      enumerate(unit)])
-    x = _substitute(factor, target)
-    for _ in range(_REFINEMENTS):
-        rest = [t - _dot(row, x) for t, row in zip(target, unit, strict=True)]
-        x = [a + d for a, d in zip(x, _substitute(factor, rest), strict=True)]
-    return [a * s for a, s in zip(x, scale, strict=True)]
-
-
-def solution(matrix: Sequence[Sequence[ca.SX]], right: Sequence[ca.SX]) -> list[ca.SX]:
-    """Return the solution of a regular system by Cramer's rule: it needs no pivot."""
-    size = len(right)
-    whole = determinant(matrix)
-    replaced = (
-        [[right[i] if j == k else matrix[i][j] for j in range(size)] for i in range(size)]
-        for k in range(size)
+    ridge = [ca.SX(RIDGE)] * size
+    if ease:
+        total = reduce(add, ease) + _NOTHING
+        ridge = [RIDGE * total / (e + total / LARGEST_RATIO + _NOTHING) for e in ease]
+    factor = _factor(
+        [[a + (ridge[i] if i == j else 0) for j, a in enumerate(r)] for i, r in enumerate(unit)]
     )
-    return [determinant(m) / whole for m in replaced]
+    columns = []
+    for k in range(len(right[0])):
+        target = [right[i][k] * scale[i] for i in range(size)]
+        x = _substitute(factor, target)
+        for _ in range(_REFINEMENTS):
+            rest = [t - _dot(row, x) for t, row in zip(target, unit, strict=True)]
+            x = [a + d for a, d in zip(x, _substitute(factor, rest), strict=True)]
+        columns.append([a * s for a, s in zip(x, scale, strict=True)])
+    return [list(row) for row in zip(*columns, strict=True)]
+
+
+def solution(
+    matrix: Matrix, right: Sequence[ca.SX], scales: Sequence[ca.SX]
+) -> tuple[list[ca.SX], ca.SX]:
+    """Return the solution of a general system, and its determinant with rows of unit scale.
+
+    Up to two unknowns by Cramer's rule. Of more, whose system may be singular (three feet of one
+    body carry forces that are not determined), the solution of least norm.
+
+    Parameters
+    ----------
+    matrix : k rows of k casadi.SX
+    right : sequence of k casadi.SX
+    scales : sequence of k casadi.SX
+        Size of each row and column, positive.
+    """
+    size = len(right)
+    root = [ca.sqrt(s) for s in scales]
+    unit = [[matrix[i][j] / (root[i] * root[j]) for j in range(size)] for i in range(size)]
+    target = [r / s for r, s in zip(right, root, strict=True)]
+    if size <= 2:
+        whole = determinant(unit)
+        replaced = (
+            [[target[i] if j == k else unit[i][j] for j in range(size)] for i in range(size)]
+            for k in range(size)
+        )
+        x = [determinant(m) / whole for m in replaced]
+    else:
+        whole = ca.SX(1)
+        normal = [[_dot(a, b) for b in unit] for a in unit]
+        factor = _factor(
+            [[a + (RIDGE if i == j else 0) for j, a in enumerate(r)] for i, r in enumerate(normal)]
+        )
+        x = [ca.SX(0)] * size
+        for _ in range(_REFINEMENTS + 1):
+            rest = [t - _dot(row, x) for t, row in zip(target, unit, strict=True)]
+            y = _substitute(factor, rest)
+            x = [x[j] + _dot([unit[i][j] for i in range(size)], y) for j in range(size)]
+    return [a / r for a, r in zip(x, root, strict=True)], whole
 
 
 def determinant(matrix: Sequence[Sequence[ca.SX]]) -> ca.SX:

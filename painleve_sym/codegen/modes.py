@@ -15,6 +15,7 @@ from painleve_sym.hybrid.automaton import (
     Choice,
     Definition,
     HybridAutomaton,
+    LinearSystem,
     Mode,
     Transition,
 )
@@ -36,6 +37,8 @@ class ModeFunctions:
         Per transition: x⁺, z⁺ and the conditions of its choices. The engine passes a fourth
         argument, 1 where a guard came down to zero in time and 0 where it fired at once.
     outputs : casadi.Function
+    tests : casadi.Function or None
+        Tests with first and second Lie derivatives, and their scales: four vectors.
     """
 
     field: ca.Function
@@ -43,10 +46,12 @@ class ModeFunctions:
     jets: ca.Function
     events: tuple[ca.Function, ...]
     outputs: ca.Function
+    tests: ca.Function | None = None
 
     def all(self) -> tuple[ca.Function, ...]:
         """Every function, for code generation."""
-        return (self.field, self.guards, self.jets, *self.events, self.outputs)
+        tests = () if self.tests is None else (self.tests,)
+        return (self.field, self.guards, self.jets, *self.events, self.outputs, *tests)
 
 
 class AutomatonFunctions:
@@ -81,12 +86,19 @@ class AutomatonFunctions:
             if isinstance(term, Definition):
                 table[term.symbol] = translate(term.expression)
                 continue
-            size = len(term.unknowns)
-            matrix = [[translate(term.matrix[i, j]) for j in range(size)] for i in range(size)]
-            right = [translate(entry) for entry in term.right]
-            solve = least_solution if term.semidefinite else solution
-            table |= dict(zip(term.unknowns, solve(matrix, right), strict=True))
+            table |= self._solved(term, translate)
         return Translator(table, **options)
+
+    @staticmethod
+    def _solved(term: LinearSystem, translate: Translator) -> dict[Any, ca.SX]:
+        matrix = [[translate(entry) for entry in term.matrix.row(i)] for i in range(term.matrix.rows)]
+        right = [[translate(entry) for entry in term.right.row(i)] for i in range(term.right.rows)]
+        if term.ease is not None:
+            values = least_solution(matrix, right, [translate(e) for e in term.ease])
+            return dict(zip(term.unknowns, (v for row in values for v in row), strict=True))
+        scales = [translate(s) for s in term.scales]
+        solved, whole = solution(matrix, [r for (r,) in right], scales)
+        return dict(zip(term.unknowns, solved, strict=True)) | {term.determinant: whole}
 
     @cached_property
     def alternatives(self) -> ca.Function | None:
@@ -164,7 +176,17 @@ class AutomatonFunctions:
             jets=self._function(f"jets_{i}", [guards, first, second]),
             events=tuple(self._event(i, j, t) for j, t in enumerate(mode.transitions)),
             outputs=self._function(f"outputs_{i}", [outputs]),
+            tests=self._tests(i, mode, field),
         )
+
+    def _tests(self, i: int, mode: Mode, field: ca.SX) -> ca.Function | None:
+        if not mode.tests:
+            return None
+        values = self._translate.vector([t.value for t in mode.tests])
+        first = ca.jtimes(values, self._x, field)
+        second = ca.jtimes(first, self._x, field)
+        scales = self._translate.vector([t.scale for t in mode.tests])
+        return self._function(f"tests_{i}", [values, first, second, scales])
 
     def _event(self, i: int, j: int, transition: Transition) -> ca.Function:
         states = ca.vertcat(*[self._after(transition, s) for s in self.automaton.states])

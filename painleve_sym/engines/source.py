@@ -96,6 +96,7 @@ def _sizes(functions: AutomatonFunctions, every: Sequence[ca.Function]) -> str:
         "NCHOICE": max((len(t.choices) for t in transitions), default=0) or 1,
         "NSTART": len(automaton.starts),
         "NKIND": max(1, len(automaton.kinds)),
+        "NTEST": max(len(m.tests) for m in automaton.modes),
         "NPART": len(automaton.parts),
         "NALT": sum(len(part.alternatives) for part in automaton.parts),
         "WORK": max(f.sz_w() for f in every),
@@ -135,14 +136,16 @@ def _tables(functions: AutomatonFunctions) -> str:
         "typedef int (*ps_function)(const double **, double **, casadi_int *, double *, int);",
         "typedef struct { ps_function event; int kind, stop, decides, n, target[PS_NCHOICE]; "
         "unsigned departs[PS_NCHOICE]; } ps_transition;",
-        "typedef struct { ps_function field, guards, jets, outputs; int n; "
+        "typedef struct { ps_function field, guards, jets, outputs, tests; int n, tested; "
         "ps_transition transitions[PS_NG]; } ps_mode;",
         "static const ps_mode PS_MODES[PS_NM] = {",
     ]
     for i, mode in enumerate(automaton.modes):
         rows = [_transition(functions, i, j, t) for j, t in enumerate(mode.transitions)]
-        names = f"field_{i}, guards_{i}, jets_{i}, outputs_{i}"
-        lines.append(f"  {{{names}, {len(rows)}, {{{', '.join(rows)}}}}},  /* {mode.name} */")
+        tests = f"tests_{i}" if mode.tests else "0"
+        names = f"field_{i}, guards_{i}, jets_{i}, outputs_{i}, {tests}"
+        sizes = f"{len(rows)}, {len(mode.tests)}"
+        lines.append(f"  {{{names}, {sizes}, {{{', '.join(rows)}}}}},  /* {mode.name} */")
     starts = ", ".join(str(functions.mode_index[c.target]) for c in automaton.starts)
     lines += [
         "};",
@@ -160,10 +163,13 @@ def _parts(automaton: HybridAutomaton) -> list[str]:
     if not automaton.parts:
         return []
     counts = ", ".join(str(len(part.alternatives)) for part in automaton.parts)
+    opens = ", ".join(str(int(a.open)) for part in automaton.parts for a in part.alternatives)
     sizes = [len(part.memory) for part in automaton.parts]
     places = ", ".join(str(sum(sizes[:i])) for i in range(len(sizes) + 1))
     return [
         "#define PS_ALTERNATIVES alternatives",
+        f"#define PS_POLICY {automaton.preference}",
         f"static const int PS_OFFERED[PS_NPART] = {{{counts}}};",
+        f"static const int PS_IS_OPEN[PS_NALT] = {{{opens}}};",
         f"static const int PS_OWNED[PS_NPART + 1] = {{{places}}};",
     ]

@@ -73,21 +73,34 @@ class Definition:
 class LinearSystem:
     """Symbols that stand for the solution of ``matrix · unknowns = right``.
 
+    Either symmetric and semidefinite, where `ease` or several right sides are given, or general.
+
     Attributes
     ----------
-    unknowns : tuple of sympy.Symbol
+    unknowns : sympy.Matrix of sympy.Symbol, shape (k, m)
     matrix : sympy.Matrix, shape (k, k)
-        Where `semidefinite`, symmetric with a diagonal > 0.
-    right : sympy.Matrix, shape (k, 1)
-    semidefinite : bool
-        Whether the matrix may be singular; of all solutions the one of least norm is taken then,
-        each unknown measured by the root of its diagonal entry.
+    right : sympy.Matrix, shape (k, m)
+    ease : tuple of sympy.Expr, or None
+        None for a general matrix. Else the matrix is symmetric and positive semidefinite, with a
+        positive diagonal; where it is singular, the solution of least norm is taken, each unknown
+        measured by the root of its entry here (empty: all alike).
+    scales : tuple of sympy.Expr
+        Of a general matrix: size of each row and column, positive.
+    determinant : sympy.Symbol or None
+        Stands for the determinant of a general matrix, of unit scales.
     """
 
-    unknowns: tuple[sp.Symbol, ...]
+    unknowns: sp.Matrix
     matrix: sp.Matrix
     right: sp.Matrix
-    semidefinite: bool = False
+    ease: tuple[sp.Expr, ...] | None = None
+    scales: tuple[sp.Expr, ...] = ()
+    determinant: sp.Symbol | None = None
+
+    @property
+    def symbols(self) -> tuple[sp.Symbol, ...]:
+        """All symbols that it defines."""
+        return (*self.unknowns, *(() if self.determinant is None else (self.determinant,)))
 
 
 @dataclass(frozen=True)
@@ -100,10 +113,31 @@ class Alternative:
         Positive where it may be entered.
     memory : mapping of symbol to sympy.Expr
         New values of the memory of that part; what is absent is kept.
+    open : bool
+        Whether it is counted as open, where a policy prefers many or few open parts.
     """
 
     condition: sp.Expr
     memory: Mapping[sp.Symbol, sp.Expr] = dataclasses.field(default_factory=dict)
+    open: bool = False
+
+
+@dataclass(frozen=True)
+class Test:
+    """An inequality of a local mode: `value` ≥ 0 just after a decision.
+
+    Where the value is 0 but for rounding, its first derivative along the motion that is not
+    decides.
+
+    Attributes
+    ----------
+    value : sympy.Expr
+    scale : sympy.Expr
+        Size of the terms of which it is made.
+    """
+
+    value: sp.Expr
+    scale: sp.Expr
 
 
 @dataclass(frozen=True)
@@ -138,12 +172,15 @@ class Mode:
     transitions : tuple of Transition
     outputs : mapping of name to sympy.Expr
         Quantities derived from the state (forces, energies); the same names in every mode.
+    tests : tuple of Test
+        What a combination of alternatives must satisfy to be entered.
     """
 
     name: str
     field: Mapping[sp.Symbol, sp.Expr]
     transitions: tuple[Transition, ...]
     outputs: Mapping[str, sp.Expr] = dataclasses.field(default_factory=dict)
+    tests: tuple[Test, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -169,6 +206,9 @@ class HybridAutomaton:
         Abbreviations that every expression may use, each in terms of those before it.
     parts : tuple of Part
         Parts whose local modes are data; together they own the whole memory.
+    preference : int
+        Which of several motions a decision takes: 1 the one with most open parts, -1 that with
+        fewest, 0 none.
 
     Raises
     ------
@@ -187,6 +227,7 @@ class HybridAutomaton:
     uncontrolled: tuple[sp.Symbol, ...] = ()
     terms: tuple[Definition | LinearSystem, ...] = ()
     parts: tuple[Part, ...] = ()
+    preference: int = 1
 
     def __post_init__(self) -> None:
         faults = list(self._faults())
@@ -242,7 +283,8 @@ class HybridAutomaton:
             if isinstance(term, Definition):
                 exprs, symbols = [term.expression], (term.symbol,)
             else:
-                exprs, symbols = [*term.matrix, *term.right], term.unknowns
+                exprs = [*term.matrix, *term.right, *(term.ease or ()), *term.scales]
+                symbols = term.symbols
             for s in sorted({s for e in exprs for s in sp.sympify(e).free_symbols} - known, key=str):
                 yield f"term {symbols[0]}: {s} is not declared before it."
             known.update(symbols)

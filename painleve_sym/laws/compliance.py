@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
@@ -178,6 +178,52 @@ class ContactLaw:
     def definition(self) -> str:
         """Everything its derivations start from, as one text (`definition_text`)."""
         return definition_text(self)
+
+    def of_contact(self, contact: str) -> ContactLaw:
+        """Return the law with the contact's name behind those of its parameters and constants."""
+        parameters = [replace(p, name=f"{p.name}_{contact}") for p in self.parameters]
+        symbols = {
+            p.symbol: q.symbol for p, q in zip(self.parameters, parameters, strict=True)
+        }
+        symbols |= {
+            s: sp.Symbol(f"{s.name}_{contact}", **s.assumptions0) for s in self.definitions
+        }
+
+        def own(expr: sp.Expr) -> sp.Expr:
+            return sp.sympify(expr).xreplace(symbols)
+
+        def exits(given: tuple[Exit, ...]) -> tuple[Exit, ...]:
+            return tuple(
+                replace(
+                    e, guard=own(e.guard), memory={s: own(v) for s, v in e.memory.items()}
+                )
+                for e in given
+            )
+
+        branches = tuple(
+            replace(
+                b,
+                force=own(b.force),
+                stored_energy=own(b.stored_energy),
+                dissipated_power=own(b.dissipated_power),
+                exits=exits(b.exits),
+            )
+            for b in self.branches
+        )
+        return ContactLaw(
+            name=self.name,
+            title=self.title,
+            source=self.source,
+            parameters=tuple(parameters),
+            branches=branches,
+            unloading=self.unloading,
+            stiffness=own(self.stiffness),
+            exponent=own(self.exponent),
+            memory=self.memory,
+            definitions={own(s): own(v) for s, v in self.definitions.items()},
+            recontacts=exits(self.recontacts),
+            choices=self.choices,
+        )
 
     @property
     def loading(self) -> Branch:

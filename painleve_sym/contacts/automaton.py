@@ -1,0 +1,386 @@
+"""The automaton of a mechanism with several contacts, whose local modes are data.
+
+A literal product of the local modes of n contacts has as many modes as their numbers multiplied
+(121 for two contacts under the bilinear law). Here the motion is one mode: what each contact does
+is memory, 0 or 1 or a sign, by which forces and guards are switched. An event changes the memory of
+its contact; where contacts must find what follows, every combination of their alternatives is held
+against the inequalities of its contact problem and their derivatives along its own motion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import sympy as sp
+
+from painleve_sym.contacts.contact_states import (
+    CONTACT_WORK,
+    FORCE_WORK,
+    FRICTION_WORK,
+    ContactRow,
+    domain_transitions,
+)
+from painleve_sym.contacts.impact_rays import restitution_parameter
+from painleve_sym.contacts.interfaces import (
+    CONTACT,
+    MOTION,
+    CompliantInterface,
+    ContactMotion,
+    GuideInterface,
+    Interface,
+    RigidInterface,
+    is_zero,
+)
+from painleve_sym.contacts.rigid import SINGULAR_MARGIN
+from painleve_sym.errors import StopReason
+from painleve_sym.hybrid.automaton import (
+    Choice,
+    Definition,
+    HybridAutomaton,
+    LinearSystem,
+    Mode,
+    Transition,
+)
+from painleve_sym.laws.compliance import ContactLaw
+from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.mechanics.contact_set import ContactSet
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.simplify import readable
+from painleve_sym.mechanics.system import Parameter
+
+_ZERO = sp.Integer(0)
+
+
+@dataclass(frozen=True)
+class PluralContacts:
+    """Builds the automaton of a mechanism with any number of contacts of any kinds.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    laws : tuple of (ContactLaw or RigidLaw)
+        One for all contacts, or one for each in the mechanism's order. One law keeps the names of
+        its parameters; of several, each has the contact's name behind the names of its parameters.
+
+    References
+    ----------
+    Glocker & Pfeiffer, Nonlinear Dynamics 7 (1995) 471–497.
+    """
+
+    mechanism: Mechanism
+    laws: tuple[ContactLaw | RigidLaw, ...]
+
+    @cached_property
+    def contact_set(self) -> ContactSet:
+        """The contacts together."""
+        return ContactSet(self.mechanism)
+
+    @cached_property
+    def rows(self) -> tuple[ContactRow, ...]:
+        """States of each contact."""
+        return tuple(
+            ContactRow.of(
+                c,
+                sp.Symbol(f"gap_{c.name}", real=True),
+                sp.Symbol(f"gap_{c.name}_dot", real=True),
+                sp.Symbol(f"slip_velocity_{c.name}", real=True),
+            )
+            for c in self.mechanism.contacts
+        )
+
+    @cached_property
+    def _own_laws(self) -> tuple[ContactLaw | RigidLaw, ...]:
+        if len(self.laws) == 1:
+            return self.laws * len(self.rows)
+        pairs = zip(self.laws, self.mechanism.contacts, strict=True)
+        return tuple(w.of_contact(c.name) if isinstance(w, ContactLaw) else w for w, c in pairs)
+
+    @cached_property
+    def interfaces(self) -> tuple[Interface, ...]:
+        """What each contact may do."""
+        rigid = any(isinstance(law, RigidLaw) for law in self._own_laws) or any(
+            c.bilateral for c in self.mechanism.contacts
+        )
+        target = CONTACT if rigid else MOTION
+
+        def interface(row: ContactRow, law: ContactLaw | RigidLaw) -> Interface:
+            if row.contact.bilateral:
+                return GuideInterface(row, target)
+            if isinstance(law, RigidLaw):
+                return RigidInterface(row, target)
+            return CompliantInterface(row, target, law)
+
+        return tuple(interface(*pair) for pair in zip(self.rows, self._own_laws, strict=True))
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Parameters of the laws, each once."""
+        every: list[Parameter] = []
+        for law in self._own_laws:
+            if isinstance(law, ContactLaw):
+                every += law.parameters
+            else:
+                every.append(restitution_parameter(law.restitution))
+        return tuple({p.name: p for p in every}.values())
+
+    # ---- states ----
+
+    @cached_property
+    def dissipations(self) -> tuple[sp.Symbol, ...]:
+        """States that only account for energy."""
+        moving = any(speed != 0 for speed in self.contact_set.surface_speeds)
+        driven = self.mechanism.system.dissipated_power != 0 or moving
+        return (FRICTION_WORK, CONTACT_WORK, *((FORCE_WORK,) if driven else ()))
+
+    @cached_property
+    def states(self) -> tuple[sp.Symbol, ...]:
+        """Coordinates, velocities, contact states where needed, then dissipated energies."""
+        system = self.mechanism.system
+        own = (*system.q, *system.q_dot)
+        extra = [s for row in self.rows for s in row.symbols if s not in own]
+        return (*own, *extra, *self.dissipations)
+
+    # ---- forces ----
+
+    @cached_property
+    def _symbols(self) -> dict[str, sp.Matrix]:
+        n, nq = len(self.interfaces), len(self.mechanism.system.q)
+
+        def named(letter: str, rows: int, columns: int = 1) -> sp.Matrix:
+            return sp.Matrix(
+                rows, columns, lambda i, j: sp.Symbol(f"{letter}_{i + 1}_{j + 1}", real=True)
+            )
+
+        W = named("W", 2 * n, 2 * n)
+        return {
+            "W": sp.Matrix(2 * n, 2 * n, lambda i, j: W[min(i, j), max(i, j)]),
+            "b": named("b", 2 * n),
+            "D": named("D", nq, 2 * n),
+            "a": named("a", nq),
+            "F": named("F", 2 * n),
+            "acceleration": named("acceleration", 2 * n),
+        }
+
+    @cached_property
+    def _unknown(self) -> tuple[int, ...]:
+        """Indices of the contacts whose normal force follows from g̈_N = 0."""
+        return tuple(i for i, c in enumerate(self.interfaces) if c.given_force is None)
+
+    def _normals(self) -> list[sp.Symbol]:
+        return list(self._symbols["F"])[0::2]
+
+    def _friction(
+        self, columns: Sequence[Callable[[int], sp.Expr]], free: bool, unknowns: sp.Matrix
+    ) -> LinearSystem:
+        """Return the tangential forces: v̇_t = 0 where a contact sticks, −μ s F_n where it slips.
+
+        Parameters
+        ----------
+        columns : sequence of callable
+            Normal force of each contact by its index, one right side each.
+        free : bool
+            Whether the first right side also has the free accelerations.
+        unknowns : sympy.Matrix, shape (n, len(columns))
+        """
+        W, b, n = self._symbols["W"], self._symbols["b"], len(self.interfaces)
+        sticks = [c.sticks for c in self.interfaces]
+        matrix, right = sp.zeros(n, n), sp.zeros(n, len(columns))
+        for i in range(n):
+            t = 2 * i + 1
+            for j in range(n):
+                share = sticks[i] * sticks[j] * W[t, 2 * j + 1]
+                matrix[i, j] = share if i != j else W[t, t]
+            for k, force in enumerate(columns):
+                slipping = [
+                    -c.row.contact.friction * c.side * c.sign * force(j)
+                    for j, c in enumerate(self.interfaces)
+                ]
+                pulled = sum(
+                    W[t, 2 * j] * force(j) + W[t, 2 * j + 1] * slipping[j] for j in range(n)
+                )
+                pulled += b[t] if free and k == 0 else _ZERO
+                right[i, k] = -sticks[i] * pulled + (1 - sticks[i]) * W[t, t] * slipping[i]
+        return LinearSystem(unknowns, matrix, right, ease=self._capacities(columns))
+
+    def _capacities(self, columns: Sequence[Callable[[int], sp.Expr]]) -> tuple[sp.Expr, ...]:
+        """Return μ |F_n| of sticking contacts, by which they share what is not determined."""
+        if len(columns) > 1:
+            return ()
+        force = columns[0]
+        return tuple(
+            c.sticks * c.row.contact.friction * c.side * force(i)
+            for i, c in enumerate(self.interfaces)
+        )
+
+    @cached_property
+    def terms(self) -> tuple[Definition | LinearSystem, ...]:
+        """Mobility, free motion, forces and accelerations, as they follow from each other."""
+        own, given, n = self._symbols, self.contact_set, len(self.interfaces)
+        W, F = own["W"], own["F"]
+        pairs = [
+            *zip(own["a"], self.mechanism.system.free_acceleration, strict=True),
+            *zip(own["D"], given.directions, strict=True),
+            *((W[i, j], given.W[i, j]) for i in range(2 * n) for j in range(i, 2 * n)),
+            *zip(own["b"], given.b, strict=True),
+        ]
+        pairs += [
+            (F[2 * i], c.given_force)
+            for i, c in enumerate(self.interfaces)
+            if c.given_force is not None
+        ]
+        normals = self._normals()
+        last = self._friction([lambda i: normals[i]], True, sp.Matrix(list(F)[1::2]))
+        moved = W * F + own["b"]
+        ends = [Definition(*pair) for pair in zip(own["acceleration"], moved, strict=True)]
+        return (*(Definition(*pair) for pair in pairs), *self._closing(), last, *ends)
+
+    def _closing(self) -> tuple[Definition | LinearSystem, ...]:
+        """Return the normal forces that keep g̈_N = 0, friction following from them."""
+        if not self._unknown:
+            return ()
+        W, b, F = (self._symbols[k] for k in ("W", "b", "F"))
+        n, normals, unknown = len(self.interfaces), self._normals(), self._unknown
+        # F_t = X_0 + Σ X_u F_nu: the friction of the given forces, and that of one unit of each.
+        X = sp.Matrix(n, 1 + len(unknown), lambda i, j: sp.Symbol(f"X_{i + 1}_{j}", real=True))
+        columns: list[Callable[[int], sp.Expr]] = [
+            lambda i: _ZERO if i in unknown else normals[i],
+            *(
+                (lambda u: lambda i: sp.Integer(1) if i == u else _ZERO)(u)
+                for u in unknown
+            ),
+        ]
+        first = self._friction(columns, True, X)
+        size = len(unknown)
+        matrix, right = sp.zeros(size, size), sp.zeros(size, 1)
+        for row, u in enumerate(unknown):
+            c = self.interfaces[u].closed
+            for column, v in enumerate(unknown):
+                share = W[2 * u, 2 * v] + sum(
+                    W[2 * u, 2 * j + 1] * X[j, 1 + column] for j in range(n)
+                )
+                matrix[row, column] = c * share
+            matrix[row, row] += (1 - c) * W[2 * u, 2 * u]
+            rest = b[2 * u] + sum(W[2 * u, 2 * j + 1] * X[j, 0] for j in range(n))
+            rest += sum(W[2 * u, 2 * j] * normals[j] for j in range(n) if j not in unknown)
+            right[row] = -c * rest
+        scales = tuple(W[2 * u, 2 * u] for u in unknown)
+        unknowns = sp.Matrix([normals[u] for u in unknown])
+        return first, LinearSystem(unknowns, matrix, right, scales=scales, determinant=_DETERMINANT)
+
+    def _motion(self, i: int) -> ContactMotion:
+        W, b, F, moved = (self._symbols[k] for k in ("W", "b", "F", "acceleration"))
+        n, t = 2 * i, 2 * i + 1
+
+        def size(row: int) -> sp.Expr:
+            parts = [sp.Abs(W[row, j] * F[j], evaluate=False) for j in range(F.rows)]
+            return sp.Add(*parts, sp.Abs(b[row]))
+
+        forces = sp.Add(*[sp.Abs(f) for f in F], sp.Abs(b[n]) / W[n, n])
+        return ContactMotion(F[n], F[t], moved[n], moved[t], forces, size(n), size(t))
+
+    # ---- the automaton ----
+
+    def _field(self) -> dict[sp.Symbol, sp.Expr]:
+        system, own = self.mechanism.system, self._symbols
+        F, moved = own["F"], own["acceleration"]
+        rates = dict(zip(system.q, system.q_dot, strict=True))
+        rates |= dict(zip(system.q_dot, own["a"] + own["D"] * F, strict=True))
+        friction = drive = lost = _ZERO
+        for i, (c, speed) in enumerate(
+            zip(self.interfaces, self.contact_set.surface_speeds, strict=True)
+        ):
+            n, t, row = 2 * i, 2 * i + 1, c.row
+            apart = 1 - c.closed if c.given_force is None else sp.Integer(1)
+            rates[row.gap] = apart * row.gap_rate
+            rates[row.gap_rate] = apart * moved[n]
+            rates[row.slip] = (1 - c.sticks) * moved[t]
+            friction -= (1 - c.sticks) * F[t] * row.slip
+            drive -= F[t] * speed
+            lost += c.dissipated_power
+        rates |= {FRICTION_WORK: friction, CONTACT_WORK: lost}
+        if FORCE_WORK in self.dissipations:
+            rates[FORCE_WORK] = system.dissipated_power + drive
+        return rates
+
+    def outputs(self) -> dict[str, sp.Expr]:
+        """Return forces, gaps and velocities of each contact by name, and energies."""
+        system, F = self.mechanism.system, self._symbols["F"]
+        values: dict[str, sp.Expr] = {}
+        for i, c in enumerate(self.interfaces):
+            own = {
+                "normal_force": F[2 * i],
+                "tangential_force": F[2 * i + 1],
+                "gap": c.row.gap,
+                "gap_rate": c.row.gap_rate,
+                "slip_velocity": c.row.slip,
+            }
+            values |= {f"{name}_{c.name}": value for name, value in own.items()}
+        return values | {
+            "kinetic_energy": system.kinetic_energy,
+            "potential_energy": system.potential_energy,
+            "stored_energy": sp.Add(*[c.stored_energy for c in self.interfaces]),
+        }
+
+    def _modes(self) -> tuple[Mode, ...]:
+        changes = [t for i, c in enumerate(self.interfaces) for t in c.transitions(self._motion(i))]
+        tests = [t for i, c in enumerate(self.interfaces) for t in c.tests(self._motion(i))]
+        if self._unknown:
+            margin = _DETERMINANT**2 - SINGULAR_MARGIN**2
+            changes.append(Transition("singular", "singular", margin, stop=StopReason.SINGULAR))
+        changes += domain_transitions(self.mechanism)
+        motion = Mode(MOTION, self._field(), tuple(changes), self.outputs(), tuple(tests))
+        begin = {s: v for c in self.interfaces for s, v in c.start().items()}
+        follow = (Choice(CONTACT if self._unknown else MOTION),)
+        start = Transition(
+            "start", "contact", sp.Integer(-1), follow, begin, decides=not self._unknown
+        )
+        modes = [motion, Mode("start", {}, (start,), self.outputs())]
+        if self._unknown:
+            modes.append(Mode(CONTACT, {}, self._decision(), self.outputs()))
+        return tuple(modes)
+
+    def _decision(self) -> tuple[Transition, ...]:
+        """An impact where a closed contact approaches, else the contact problem."""
+        approaching = [
+            is_zero(c.row.gap) * sp.Min(c.row.gap_rate, 0)
+            for i, c in enumerate(self.interfaces)
+            if i in self._unknown
+        ]
+        impact = Transition(
+            "impact", "impact", sp.Add(*approaching), stop=StopReason.DECISION
+        )
+        follows = (Choice(MOTION),)
+        decide = Transition("decide", "contact", sp.Integer(-1), follows, decides=True)
+        return impact, decide
+
+    @cached_property
+    def automaton(self) -> HybridAutomaton:
+        """The automaton, validated."""
+        mechanism = self.mechanism
+        parameters = (*mechanism.system.parameters, *self.parameters)
+        laws = [w for w in self._own_laws if isinstance(w, ContactLaw)]
+        definitions = {s: v for law in laws for s, v in law.definitions.items()}
+        names = dict.fromkeys(w.name for w in self._own_laws)
+        return HybridAutomaton(
+            name=f"{mechanism.name} with {', '.join(names)}",
+            states=self.states,
+            memory=tuple(s for c in self.interfaces for s in c.memory),
+            parameters=tuple(p.symbol for p in parameters),
+            definitions={s: readable(v) for s, v in definitions.items()},
+            modes=self._modes(),
+            starts=(Choice("start"),),
+            uncontrolled=self.dissipations,
+            terms=self.terms,
+            parts=tuple(c.part for c in self.interfaces),
+            preference=self._preference,
+        )
+
+    @property
+    def _preference(self) -> int:
+        policies = {w.policy for w in self._own_laws if isinstance(w, RigidLaw)}
+        return {"liftoff": 1, "slip": -1, "impact": 0}[policies.pop() if policies else "liftoff"]
+
+
+_DETERMINANT = sp.Symbol("determinant", real=True)

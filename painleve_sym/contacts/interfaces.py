@@ -1,0 +1,541 @@
+"""What one contact may do when several act together: its local modes as data.
+
+Each interface holds the memory of one contact (which branch it is in, the sign of its slip, whether
+it sticks), by which forces are put together, the transitions that change it, and the inequalities
+that its local modes must satisfy.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from functools import cached_property
+
+import sympy as sp
+
+from painleve_sym.contacts.contact_states import CONTACT_WORK, ContactRow
+from painleve_sym.hybrid.automaton import Alternative, Choice, Part, Test, Transition
+from painleve_sym.hybrid.conditions import greatest, least
+from painleve_sym.laws.compliance import (
+    DELTA,
+    DELTA_DOT,
+    SEPARATED,
+    Branch,
+    ContactLaw,
+    Exit,
+    ramp,
+)
+
+MOTION = "motion"
+"""The one mode in which time passes."""
+CONTACT = "contact"
+"""The instantaneous mode in which closed contacts find what follows."""
+
+OPEN, INDENTED = 0, 1
+"""Indices of the local modes without force: the gap is open, or the surface is still indented."""
+FLIGHTS = ("flight", "flight_indented")
+SLIPS = ("slip_neg", "stick", "slip_pos")
+"""Closed local modes, in the order of the sign of slip."""
+
+_ZERO, _ONE = sp.Integer(0), sp.Integer(1)
+
+Memory = dict[sp.Symbol, sp.Expr]
+
+
+@dataclass(frozen=True)
+class ContactMotion:
+    """Forces and accelerations of a contact, as symbols or expressions of the automaton.
+
+    Attributes
+    ----------
+    normal_force, tangential_force : sympy.Expr
+        N.
+    normal_acceleration, tangential_acceleration : sympy.Expr
+        m/s².
+    force_scale : sympy.Expr
+        Size of the forces, for what counts as rounding; N.
+    normal_scale, tangential_scale : sympy.Expr
+        Sum of the sizes of the terms of each acceleration; m/s².
+    """
+
+    normal_force: sp.Expr
+    tangential_force: sp.Expr
+    normal_acceleration: sp.Expr
+    tangential_acceleration: sp.Expr
+    force_scale: sp.Expr
+    normal_scale: sp.Expr
+    tangential_scale: sp.Expr
+
+
+@dataclass(frozen=True)
+class Interface(ABC):
+    """One contact among several.
+
+    Parameters
+    ----------
+    row : ContactRow
+        Its states.
+    target : str
+        Mode that follows an event which its contact problem must answer.
+    """
+
+    row: ContactRow
+    target: str
+
+    @property
+    def name(self) -> str:
+        """Name of the contact."""
+        return self.row.contact.name
+
+    def _symbol(self, what: str) -> sp.Symbol:
+        return sp.Symbol(f"{what}_{self.name}", real=True)
+
+    @cached_property
+    def local(self) -> sp.Symbol:
+        """Index of the local mode."""
+        return self._symbol("local_mode")
+
+    @cached_property
+    def sign(self) -> sp.Symbol:
+        """Sign of slip where it slips, else 0."""
+        return self._symbol("slip_sign")
+
+    @cached_property
+    def sticks(self) -> sp.Symbol:
+        """1 where it sticks, else 0."""
+        return self._symbol("sticks")
+
+    @property
+    def side(self) -> sp.Expr:
+        """Sign of the normal force that it may carry."""
+        return _ONE
+
+    @property
+    @abstractmethod
+    def closed(self) -> sp.Expr:
+        """1 where it may carry force, else 0."""
+
+    @property
+    def given_force(self) -> sp.Expr | None:
+        """F_n where a law gives it; None where it keeps g̈_N = 0."""
+        return None
+
+    @property
+    def stored_energy(self) -> sp.Expr:
+        """What the contact can still give back; J."""
+        return _ZERO
+
+    @property
+    def dissipated_power(self) -> sp.Expr:
+        """Power lost in its normal motion; W."""
+        return _ZERO
+
+    @property
+    @abstractmethod
+    def memory(self) -> tuple[sp.Symbol, ...]:
+        """All memory of the contact; the first entry is `local`."""
+
+    @property
+    @abstractmethod
+    def local_modes(self) -> tuple[str, ...]:
+        """Names of the local modes."""
+
+    @property
+    @abstractmethod
+    def part(self) -> Part:
+        """Its alternatives where a transition decides."""
+
+    @abstractmethod
+    def start(self) -> Memory:
+        """Return its memory at the start of a motion."""
+
+    @abstractmethod
+    def transitions(self, motion: ContactMotion) -> list[Transition]:
+        """Return the transitions of the contact, friction first."""
+
+    def tests(self, motion: ContactMotion) -> list[Test]:
+        """Return what must not be negative for its local mode to follow a decision."""
+        limit = self.row.contact.friction * self.side * motion.normal_force
+        at_rest = self.sign * is_zero(self.row.slip)
+        return [
+            *(
+                Test(self.sticks * (limit + s * motion.tangential_force), motion.force_scale)
+                for s in (-1, 1)
+            ),
+            Test(at_rest * motion.tangential_acceleration, motion.tangential_scale),
+        ]
+
+    # ---- shared pieces ----
+
+    def _label(self, kind: str) -> str:
+        return f"{kind}:{self.name}"
+
+    def _friction_changes(self, motion: ContactMotion) -> list[Transition]:
+        limit = self.row.contact.friction * self.side * motion.normal_force
+        follows = (Choice(self.target),)
+        decides = self.target == MOTION
+        changes = [
+            Transition(
+                self._label(f"slip_start_{side}"),
+                "slip_start",
+                self.sticks * (limit - s * motion.tangential_force),
+                follows,
+                decides=decides,
+            )
+            for side, s in (("neg", 1), ("pos", -1))
+        ]
+        stop = Transition(
+            self._label("slip_stop"),
+            "slip_stop",
+            self.sign * self.row.slip,
+            follows,
+            {self.row.slip: _ZERO},
+            decides=decides,
+        )
+        return [*changes, stop]
+
+
+@dataclass(frozen=True)
+class RigidInterface(Interface):
+    """A rigid contact that can open: F_n ≥ 0, g_N ≥ 0."""
+
+    @cached_property
+    def closed(self) -> sp.Symbol:
+        """1 where g̈_N = 0 is kept, else 0."""
+        return self._symbol("closed")
+
+    @property
+    def memory(self) -> tuple[sp.Symbol, ...]:
+        """Local mode, sign of slip, sticking, closed."""
+        return self.local, self.sign, self.sticks, self.closed
+
+    @property
+    def local_modes(self) -> tuple[str, ...]:
+        """Flight, slip to either side, stick."""
+        return FLIGHTS[0], *SLIPS
+
+    def _closed(self, sign: int) -> Memory:
+        return {
+            self.local: sp.Integer(2 + sign),
+            self.sign: sp.Integer(sign),
+            self.sticks: sp.Integer(0 if sign else 1),
+            self.closed: _ONE,
+        }
+
+    def start(self) -> Memory:
+        """Return the memory of flight: the decision at the start finds what is closed."""
+        return dict.fromkeys(self.memory, _ZERO)
+
+    @cached_property
+    def part(self) -> Part:
+        """Open where it has left or may leave; closed where gap and gap rate are 0."""
+        row = self.row
+        apart = greatest(row.gap, least(_touching(row.gap), _not_negative(row.gap_rate)))
+        together = least(_touching(row.gap), _touching(row.gap_rate))
+        open_ = Alternative(apart, self.start(), open=True)
+        closed = [
+            Alternative(
+                least(together, _touching(row.slip) if s == 0 else _not_negative(s * row.slip)),
+                self._closed(s),
+            )
+            for s in (0, -1, 1)
+        ]
+        return Part(self.name, self.memory, self.local_modes, (open_, *closed))
+
+    def transitions(self, motion: ContactMotion) -> list[Transition]:
+        """Return slip start and stop, touchdown and lift-off."""
+        row = self.row
+        follows = (Choice(self.target),)
+        land = Transition(
+            self._label("touchdown"),
+            "touchdown",
+            (1 - self.closed) * row.gap,
+            follows,
+            {row.gap: _ZERO},
+        )
+        leave = Transition(
+            self._label("liftoff"), "liftoff", self.closed * motion.normal_force, follows
+        )
+        return [*self._friction_changes(motion), land, leave]
+
+    def tests(self, motion: ContactMotion) -> list[Test]:
+        """Return F_n, the friction cone, and the onsets of slip and of lift-off."""
+        leaving = (1 - self.closed) * is_zero(self.row.gap) * is_zero(self.row.gap_rate)
+        return [
+            Test(self.closed * motion.normal_force, motion.force_scale),
+            Test(leaving * motion.normal_acceleration, motion.normal_scale),
+            *super().tests(motion),
+        ]
+
+
+@dataclass(frozen=True)
+class GuideInterface(Interface):
+    """A rigid contact that holds from both sides: g_N = 0, F_n of either sign."""
+
+    @cached_property
+    def side(self) -> sp.Symbol:
+        """Sign of F_n."""
+        return self._symbol("side")
+
+    @property
+    def closed(self) -> sp.Expr:
+        """It never opens."""
+        return _ONE
+
+    @property
+    def memory(self) -> tuple[sp.Symbol, ...]:
+        """Local mode, sign of slip, sticking, side."""
+        return self.local, self.sign, self.sticks, self.side
+
+    @property
+    def local_modes(self) -> tuple[str, ...]:
+        """Slip to either side and stick, each with either sign of F_n."""
+        return tuple(f"{slip}/{side}" for side in ("pull", "push") for slip in SLIPS)
+
+    def _held(self, sign: int, side: int) -> Memory:
+        return {
+            self.local: sp.Integer(len(SLIPS) * (side > 0) + 1 + sign),
+            self.sign: sp.Integer(sign),
+            self.sticks: sp.Integer(0 if sign else 1),
+            self.side: sp.Integer(side),
+        }
+
+    def start(self) -> Memory:
+        """Return some memory: the decision at the start finds the right one."""
+        return self._held(0, 1)
+
+    @cached_property
+    def part(self) -> Part:
+        """Stick, or slip along v_t, with either sign of F_n."""
+        slip = self.row.slip
+        offered = [
+            Alternative(
+                _touching(slip) if s == 0 else _not_negative(s * slip), self._held(s, side)
+            )
+            for s in (0, -1, 1)
+            for side in (1, -1)
+        ]
+        return Part(self.name, self.memory, self.local_modes, tuple(offered))
+
+    def transitions(self, motion: ContactMotion) -> list[Transition]:
+        """Return slip start and stop, and the reversal of the normal force."""
+        turn = Transition(
+            self._label("force_reversal"),
+            "force_reversal",
+            self.side * motion.normal_force,
+            (Choice(self.target),),
+        )
+        return [*self._friction_changes(motion), turn]
+
+    def tests(self, motion: ContactMotion) -> list[Test]:
+        """Return the sign of F_n, the friction cone, and the onset of slip."""
+        own = Test(self.side * motion.normal_force, motion.force_scale)
+        return [own, *super().tests(motion)]
+
+
+@dataclass(frozen=True)
+class CompliantInterface(Interface):
+    """A contact with a force–compression law.
+
+    Parameters
+    ----------
+    row, target
+        As for `Interface`.
+    law : ContactLaw
+        In symbols of its own where the law of another contact has the same names.
+    """
+
+    law: ContactLaw
+
+    @cached_property
+    def branches(self) -> dict[str, sp.Symbol]:
+        """By branch of the law: 1 in it, else 0."""
+        return {b.name: self._symbol(f"in_{b.name}") for b in self.law.branches}
+
+    @cached_property
+    def flights(self) -> tuple[sp.Symbol, ...]:
+        """1 where the gap is open, and 1 where only the indented surface is left; else 0."""
+        names = FLIGHTS if self.law.recontacts else FLIGHTS[:1]
+        return tuple(self._symbol(f"in_{name}") for name in names)
+
+    @cached_property
+    def law_memory(self) -> dict[sp.Symbol, sp.Symbol]:
+        """Memory of the law, by the law's own symbols."""
+        return {s: self._symbol(s.name) for s in self.law.memory}
+
+    @cached_property
+    def memory(self) -> tuple[sp.Symbol, ...]:
+        """All memory of the contact."""
+        flags = (self.local, self.sign, self.sticks, *self.flights, *self.branches.values())
+        return (*flags, *self.law_memory.values())
+
+    @cached_property
+    def local_modes(self) -> tuple[str, ...]:
+        """Flights, then slips and stick in each branch."""
+        return (*FLIGHTS, *(f"{s}/{b.name}" for b in self.law.branches for s in SLIPS))
+
+    @property
+    def closed(self) -> sp.Expr:
+        """1 where it carries force, else 0."""
+        return sp.Add(*self.branches.values())
+
+    def of_state(self, expr: sp.Expr) -> sp.Expr:
+        """Write an expression of the law in states and memory of the automaton."""
+        states = {DELTA: -self.row.gap, DELTA_DOT: -self.row.gap_rate}
+        return sp.sympify(expr).xreplace(states | self.law_memory)
+
+    def _in_branches(self, quantity: str) -> sp.Expr:
+        values = [
+            _where(flag, self.of_state(getattr(self.law.branch(name), quantity)))
+            for name, flag in self.branches.items()
+        ]
+        return sp.Add(*values)
+
+    @cached_property
+    def given_force(self) -> sp.Expr:
+        """F_n of the branch it is in; 0 in flight; N."""
+        return self._in_branches("force")
+
+    @cached_property
+    def stored_energy(self) -> sp.Expr:
+        """What the contact can still give back; J."""
+        return self._in_branches("stored_energy")
+
+    @cached_property
+    def dissipated_power(self) -> sp.Expr:
+        """Power lost in the law for good; W."""
+        return self._in_branches("dissipated_power")
+
+    # ---- entering a local mode ----
+
+    def _flags(self, on: sp.Symbol) -> Memory:
+        every = (*self.flights, *self.branches.values())
+        return {s: _ONE if s == on else _ZERO for s in every}
+
+    def _enter_flight(self, index: int) -> Memory:
+        none = {self.sign: _ZERO, self.sticks: _ZERO}
+        clean = dict.fromkeys(self.law_memory.values(), _ZERO) if index == OPEN else {}
+        return {self.local: sp.Integer(index), **none, **self._flags(self.flights[index]), **clean}
+
+    def _index(self, branch: str) -> int:
+        """Return the index of sticking in a branch; slip is one beside it."""
+        return len(FLIGHTS) + len(SLIPS) * list(self.branches).index(branch) + 1
+
+    def _enter_branch(self, branch: str) -> Memory:
+        """Return the memory in a branch after a flight, slipping by the sign of v_t."""
+        sign = sp.sign(self.row.slip)
+        return {
+            self.local: self._index(branch) + sign,
+            self.sign: sign,
+            self.sticks: _ZERO,
+            **self._flags(self.branches[branch]),
+        }
+
+    def _rub(self, sign: int) -> Memory:
+        """Return the memory in the same branch with a slip, or sticking where `sign` is 0."""
+        here = sp.Add(*[flag * self._index(name) for name, flag in self.branches.items()])
+        return {
+            self.local: here + sign,
+            self.sign: sp.Integer(sign),
+            self.sticks: sp.Integer(0 if sign else 1),
+        }
+
+    @cached_property
+    def part(self) -> Part:
+        """What it may do where contacts at rest choose: keep on, stick, or slip either way."""
+        at_rest = least(self.closed, _touching(self.row.slip))
+        moving = greatest(1 - self.closed, sp.Abs(self.row.slip))
+        choices = [Alternative(moving)]
+        choices += [Alternative(at_rest, self._rub(sign)) for sign in (0, -1, 1)]
+        return Part(self.name, self.memory, self.local_modes, tuple(choices))
+
+    def start(self) -> Memory:
+        """Return the memory at the start: loading where the gap is negative, else open."""
+        inside, outside = self._enter_branch(self.law.loading.name), self._enter_flight(OPEN)
+        pressed = sp.Heaviside(-self.row.gap, 0)
+        return {s: pressed * inside.get(s, _ZERO) + (1 - pressed) * outside[s] for s in outside}
+
+    # ---- transitions ----
+
+    def transitions(self, motion: ContactMotion) -> list[Transition]:
+        """Return slip start and stop, touchdown, the exits of every branch, and recontact."""
+        changes = self._friction_changes(motion)
+        changes.append(
+            self._closing("touchdown", "touchdown", self.row.gap, self.law.loading.name, OPEN, {})
+        )
+        changes += [self._exit(b, i, e) for b in self.law.branches for i, e in enumerate(b.exits)]
+        if self.law.recontacts:
+            flag = self.flights[INDENTED]
+            guard = _where(flag, -self.row.gap)
+            changes.append(
+                Transition(
+                    self._label("liftoff"),
+                    "liftoff",
+                    guard,
+                    (Choice(MOTION),),
+                    self._enter_flight(OPEN),
+                )
+            )
+        for i, e in enumerate(self.law.recontacts):
+            reset = {self.law_memory[s]: self.of_state(v) for s, v in e.memory.items()}
+            stored = self.law.branch(e.target).stored_energy.xreplace(dict(e.memory))
+            reset[CONTACT_WORK] = CONTACT_WORK - self.of_state(stored)
+            guard = self.of_state(e.guard)
+            changes.append(
+                self._closing(f"recontact_{i}", e.kind, guard, e.target, INDENTED, reset)
+            )
+        return changes
+
+    def _closing(
+        self, label: str, kind: str, guard: sp.Expr, branch: str, flight: int, reset: Memory
+    ) -> Transition:
+        return Transition(
+            self._label(label),
+            kind,
+            _where(self.flights[flight], guard),
+            (Choice(self.target),),
+            reset | self._enter_branch(branch),
+            decides=self.target == MOTION,
+        )
+
+    def _exit(self, branch: Branch, number: int, e: Exit) -> Transition:
+        reset: Memory
+        if e.target == SEPARATED:
+            reset = self._enter_flight(INDENTED if self.law.recontacts else OPEN)
+            after: sp.Expr = _ZERO
+        else:
+            shift = self._index(e.target) - self._index(branch.name)
+            reset = {self.law_memory[s]: self.of_state(v) for s, v in e.memory.items()}
+            reset |= {self.local: self.local + shift, **self._flags(self.branches[e.target])}
+            after = self.law.branch(e.target).stored_energy.xreplace(dict(e.memory))
+        released = self.of_state(branch.stored_energy - after)
+        if released != 0:
+            reset[CONTACT_WORK] = CONTACT_WORK + released
+        label = self._label(f"{e.kind}_{branch.name}_{number}")
+        guard = _where(self.branches[branch.name], self.of_state(e.guard))
+        return Transition(label, e.kind, guard, (Choice(MOTION),), reset)
+
+
+def is_zero(expr: sp.Expr) -> sp.Expr:
+    """Return 1 where the expression is exactly 0, else 0, as a factor."""
+    return 1 - sp.sign(sp.Abs(expr))
+
+
+def _touching(expr: sp.Expr) -> sp.Expr:
+    """Return what is positive exactly where the expression is 0."""
+    return sp.Float("1e-300") - sp.Abs(expr)
+
+
+def _not_negative(expr: sp.Expr) -> sp.Expr:
+    """Return what is positive where the expression is 0 or more."""
+    return sp.Float("1e-300") + expr
+
+
+def _where(flag: sp.Expr, expr: sp.Expr) -> sp.Expr:
+    """Return the expression where the flag is 1, and 0, with all its derivatives, where it is 0.
+
+    A guard that stays 0 never fires. Ramps inside keep their base at 0.
+    """
+    return flag * sp.sympify(expr).replace(
+        lambda e: isinstance(e, ramp), lambda e: ramp(flag * e.args[0], evaluate=False)
+    )
