@@ -19,9 +19,7 @@ _NOTHING = 1e-90
 Matrix = Sequence[Sequence[ca.SX]]
 
 
-def least_solution(
-    matrix: Matrix, right: Matrix, ease: Sequence[ca.SX]
-) -> list[list[ca.SX]]:
+def least_solution(matrix: Matrix, right: Matrix, ease: Sequence[ca.SX]) -> list[list[ca.SX]]:
     """Return the solution of least norm of a symmetric positive semidefinite system.
 
     The unknowns are scaled to a unit diagonal; then a ridge is added as in Tikhonov's

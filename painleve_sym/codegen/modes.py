@@ -30,11 +30,12 @@ class ModeFunctions:
     field : casadi.Function
         ẋ, shape (nx,).
     guards : casadi.Function
-        Guards and their first Lie derivatives along the field, two vectors of shape (ng,).
+        Guards and their first Lie derivatives along the field, two vectors of shape (ng,); an
+        immediate transition has none.
     jets : casadi.Function
         Guards with first and second Lie derivatives, three vectors of shape (ng,).
     events : tuple of casadi.Function
-        Per transition: x⁺, z⁺ and the conditions of its choices. The engine passes a fourth
+        Per transition: x⁺, z⁺ and the conditions of its choices, 1 or 0. The engine passes a fourth
         argument, 1 where a guard came down to zero in time and 0 where it fired at once.
     outputs : casadi.Function
     tests : casadi.Function or None
@@ -91,7 +92,9 @@ class AutomatonFunctions:
 
     @staticmethod
     def _solved(term: LinearSystem, translate: Translator) -> dict[Any, ca.SX]:
-        matrix = [[translate(entry) for entry in term.matrix.row(i)] for i in range(term.matrix.rows)]
+        matrix = [
+            [translate(entry) for entry in term.matrix.row(i)] for i in range(term.matrix.rows)
+        ]
         right = [[translate(entry) for entry in term.right.row(i)] for i in range(term.right.rows)]
         if term.ease is not None:
             values = least_solution(matrix, right, [translate(e) for e in term.ease])
@@ -166,7 +169,7 @@ class AutomatonFunctions:
 
     def _mode(self, i: int, mode: Mode) -> ModeFunctions:
         field = self._field(mode)
-        guards = self._translate.vector([t.guard for t in mode.transitions])
+        guards = self._translate.vector([t.guard for t in mode.transitions if t.guard is not None])
         first = ca.jtimes(guards, self._x, field)
         second = ca.jtimes(first, self._x, field)
         outputs = self._translate_value.vector(list(mode.outputs.values()))

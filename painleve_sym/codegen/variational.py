@@ -123,7 +123,8 @@ class VariationalFunctions(AutomatonFunctions):
         )
 
     def _slopes(self, transition: Transition) -> _EventSlopes:
-        guard = self._translate(transition.guard)
+        # An immediate transition takes no time: any guard that does not move says so.
+        guard = self._translate(-1 if transition.guard is None else transition.guard)
         symbols = (*self.automaton.states, *self.automaton.memory)
         after = ca.vertcat(*[self._after(transition, s) for s in symbols])
         return _EventSlopes(guard, self._by(guard), after, self._by(after))

@@ -31,10 +31,10 @@ from painleve_sym.contacts.interfaces import (
     GuideInterface,
     Interface,
     RigidInterface,
-    is_zero,
+    zero_factor,
 )
 from painleve_sym.contacts.rigid import SINGULAR_MARGIN
-from painleve_sym.errors import StopReason
+from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.hybrid.automaton import (
     Choice,
     Definition,
@@ -246,10 +246,7 @@ class PluralContacts:
         X = sp.Matrix(n, 1 + len(unknown), lambda i, j: sp.Symbol(f"X_{i + 1}_{j}", real=True))
         columns: list[Callable[[int], sp.Expr]] = [
             lambda i: _ZERO if i in unknown else normals[i],
-            *(
-                (lambda u: lambda i: sp.Integer(1) if i == u else _ZERO)(u)
-                for u in unknown
-            ),
+            *((lambda u: lambda i: sp.Integer(1) if i == u else _ZERO)(u) for u in unknown),
         ]
         first = self._friction(columns, True, X)
         size = len(unknown)
@@ -328,13 +325,15 @@ class PluralContacts:
         tests = [t for i, c in enumerate(self.interfaces) for t in c.tests(self._motion(i))]
         if self._unknown:
             margin = _DETERMINANT**2 - SINGULAR_MARGIN**2
-            changes.append(Transition("singular", "singular", margin, stop=StopReason.SINGULAR))
+            changes.append(
+                Transition("singular", EventKind.SINGULAR, margin, stop=StopReason.SINGULAR)
+            )
         changes += domain_transitions(self.mechanism)
         motion = Mode(MOTION, self._field(), tuple(changes), self.outputs(), tuple(tests))
         begin = {s: v for c in self.interfaces for s, v in c.start().items()}
         follow = (Choice(CONTACT if self._unknown else MOTION),)
         start = Transition(
-            "start", "contact", sp.Integer(-1), follow, begin, decides=not self._unknown
+            "start", EventKind.CONTACT, None, follow, begin, decides=not self._unknown
         )
         modes = [motion, Mode("start", {}, (start,), self.outputs())]
         if self._unknown:
@@ -344,15 +343,15 @@ class PluralContacts:
     def _decision(self) -> tuple[Transition, ...]:
         """An impact where a closed contact approaches, else the contact problem."""
         approaching = [
-            is_zero(c.row.gap) * sp.Min(c.row.gap_rate, 0)
+            zero_factor(c.row.gap) * sp.Min(c.row.gap_rate, 0)
             for i, c in enumerate(self.interfaces)
             if i in self._unknown
         ]
         impact = Transition(
-            "impact", "impact", sp.Add(*approaching), stop=StopReason.DECISION
+            "impact", EventKind.IMPACT, sp.Add(*approaching), stop=StopReason.DECISION
         )
         follows = (Choice(MOTION),)
-        decide = Transition("decide", "contact", sp.Integer(-1), follows, decides=True)
+        decide = Transition("decide", EventKind.CONTACT, None, follows, decides=True)
         return impact, decide
 
     @cached_property

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import sympy as sp
 
-from painleve_sym.errors import StopReason
+from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.hybrid.automaton import Transition
 from painleve_sym.mechanics.coefficients import F_N, F_T
 from painleve_sym.mechanics.contact import Contact
@@ -60,7 +60,13 @@ class ContactRow:
 def domain_transitions(mechanism: Mechanism) -> list[Transition]:
     """Return the transitions that end a run outside the mechanism's domain."""
     return [
-        Transition(f"domain_{i}", "left_domain", bound.margin, stop=StopReason.LEFT_DOMAIN)
+        Transition(
+            f"domain_{i}",
+            EventKind.LEFT_DOMAIN,
+            bound.margin,
+            stop=StopReason.LEFT_DOMAIN,
+            bound=i,
+        )
         for i, bound in enumerate(mechanism.domain)
     ]
 
@@ -84,6 +90,11 @@ class ContactStates:
     def rows(self) -> tuple[ContactRow, ...]:
         """States of the contact, as the only row."""
         return (ContactRow.of(self.mechanism.contact, GAP, GAP_RATE, SLIP),)
+
+    @property
+    def name(self) -> str:
+        """Name of the contact."""
+        return self.mechanism.contact.name
 
     @property
     def gap(self) -> sp.Symbol:

@@ -14,9 +14,9 @@ from painleve_sym.contacts.contact_states import (
     FRICTION_WORK,
     ContactStates,
 )
-from painleve_sym.errors import StopReason
-from painleve_sym.hybrid.automaton import Choice, Mode, Transition
-from painleve_sym.hybrid.conditions import greatest
+from painleve_sym.errors import EventKind, StopReason
+from painleve_sym.hybrid.automaton import Choice, Mode, Transition, positive
+from painleve_sym.hybrid.guards import greatest
 from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.mechanics.system import Parameter
 
@@ -29,8 +29,6 @@ NORMAL_IMPULSE = sp.Symbol("normal_impulse", real=True)
 TANGENTIAL_IMPULSE = sp.Symbol("tangential_impulse", real=True)
 """P_t of the impact so far; N s."""
 MEMORY = (BUDGET, APPROACH, NORMAL_IMPULSE, TANGENTIAL_IMPULSE)
-
-_NOW = sp.Integer(-1)
 
 
 def restitution_parameter(name: str) -> Parameter:
@@ -85,8 +83,8 @@ class ImpactRays:
         """Return what follows at v_t = 0: slip to the side friction cannot hold, or stick."""
         c = self.states.mechanism.coefficients
         return (
-            Choice(f"impact/slip_neg/{phase}", -c.W_nt - c.mu * c.W_tt),
-            Choice(f"impact/slip_pos/{phase}", c.W_nt - c.mu * c.W_tt),
+            Choice(f"impact/slip_neg/{phase}", positive(-c.W_nt - c.mu * c.W_tt)),
+            Choice(f"impact/slip_pos/{phase}", positive(c.W_nt - c.mu * c.W_tt)),
             Choice(f"impact/stick/{phase}"),
         )
 
@@ -94,8 +92,8 @@ class ImpactRays:
         """Choices of the first ray from the slip velocity."""
         slip = self.states.slip
         moving = (
-            Choice(self.first("slip_neg"), -slip),
-            Choice(self.first("slip_pos"), slip),
+            Choice(self.first("slip_neg"), positive(-slip)),
+            Choice(self.first("slip_pos"), positive(slip)),
         )
         return (*moving, *self._at_rest("compression"))
 
@@ -149,7 +147,13 @@ class ImpactRays:
             sooner = until_stop - self._end_impulse(ray, phase)
         reset = self._after(ray, until_stop, phase) | {v_t: sp.Integer(0)}
         guard = greatest(s * ray.a_t, sooner)
-        return Transition("slip_stop", "impact_slip_stop", guard, self._at_rest(phase), reset)
+        kind = EventKind.IMPACT_SLIP_STOP
+        choices = self._at_rest(phase)
+        return Transition("slip_stop", kind, guard, choices, reset, contact=self.states.name)
+
+    def _jam(self, guard: sp.Expr | None) -> Transition:
+        name = self.states.name
+        return Transition("jam", EventKind.JAM, guard, stop=StopReason.JAM, contact=name)
 
     def _mode(self, ray: Ray, phase: str, decision: str) -> Mode:
         zero = sp.Integer(0)
@@ -157,14 +161,12 @@ class ImpactRays:
         name = f"impact/{ray.contact}/{phase}"
         if ray.a_n == 0:
             # Rank one: sticking carries any impulse and the normal velocity never changes.
-            jam = Transition("jam", "jam", _NOW, stop=StopReason.JAM)
-            return Mode(name, {}, (jam,), outputs)
+            return Mode(name, {}, (self._jam(None),), outputs)
         transitions = []
         if ray.contact != "stick":
             s = CONTACTS[ray.contact]
             if phase == "compression":
-                jam = greatest(ray.a_n, -s * ray.a_t)
-                transitions.append(Transition("jam", "jam", jam, stop=StopReason.JAM))
+                transitions.append(self._jam(greatest(ray.a_n, -s * ray.a_t)))
             transitions.append(self._slip_stop(ray, phase))
         reset = self._after(ray, self._end_impulse(ray, phase), phase)
         if phase == "compression":
@@ -174,10 +176,11 @@ class ImpactRays:
             reset[BUDGET] = reset[BUDGET] * left.get(self.restitution, 1)
             if self.restitution == "newton":
                 reset[BUDGET] = -e * APPROACH
-            target, kind = f"impact/{ray.contact}/restitution", "impact_max_compression"
+            target, kind = f"impact/{ray.contact}/restitution", EventKind.IMPACT_MAX_COMPRESSION
         else:
-            target, kind = decision, "impact_end"
-        transitions.append(Transition("end", kind, _NOW, (Choice(target),), reset))
+            target, kind = decision, EventKind.IMPACT_END
+        contact = self.states.name
+        transitions.append(Transition("end", kind, None, (Choice(target),), reset, contact=contact))
         return Mode(name, {}, tuple(transitions), outputs)
 
     def modes(self, decision: str) -> list[Mode]:

@@ -12,10 +12,19 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import sympy as sp
+from sympy.logic.boolalg import Boolean
 
 from painleve_sym.contacts.contact_states import CONTACT_WORK, ContactRow
-from painleve_sym.hybrid.automaton import Alternative, Choice, Part, Test, Transition
-from painleve_sym.hybrid.conditions import greatest, least
+from painleve_sym.errors import EventKind
+from painleve_sym.hybrid.automaton import (
+    Alternative,
+    Choice,
+    Part,
+    Test,
+    Transition,
+    is_zero,
+    positive,
+)
 from painleve_sym.laws.compliance import (
     DELTA,
     DELTA_DOT,
@@ -156,7 +165,7 @@ class Interface(ABC):
     def tests(self, motion: ContactMotion) -> list[Test]:
         """Return what must not be negative for its local mode to follow a decision."""
         limit = self.row.contact.friction * self.side * motion.normal_force
-        at_rest = self.sign * is_zero(self.row.slip)
+        at_rest = self.sign * zero_factor(self.row.slip)
         return [
             *(
                 Test(self.sticks * (limit + s * motion.tangential_force), motion.force_scale)
@@ -167,26 +176,44 @@ class Interface(ABC):
 
     # ---- shared pieces ----
 
-    def _label(self, kind: str) -> str:
-        return f"{kind}:{self.name}"
+    def _transition(
+        self,
+        label: str,
+        kind: EventKind,
+        guard: sp.Expr,
+        choices: tuple[Choice, ...],
+        reset: Memory | None = None,
+        *,
+        decides: bool = False,
+    ) -> Transition:
+        """Return a transition of this contact."""
+        return Transition(
+            f"{label}:{self.name}",
+            kind,
+            guard,
+            choices,
+            reset or {},
+            contact=self.name,
+            decides=decides,
+        )
 
     def _friction_changes(self, motion: ContactMotion) -> list[Transition]:
         limit = self.row.contact.friction * self.side * motion.normal_force
         follows = (Choice(self.target),)
         decides = self.target == MOTION
         changes = [
-            Transition(
-                self._label(f"slip_start_{side}"),
-                "slip_start",
+            self._transition(
+                f"slip_start_{side}",
+                EventKind.SLIP_START,
                 self.sticks * (limit - s * motion.tangential_force),
                 follows,
                 decides=decides,
             )
             for side, s in (("neg", 1), ("pos", -1))
         ]
-        stop = Transition(
-            self._label("slip_stop"),
+        stop = self._transition(
             "slip_stop",
+            EventKind.SLIP_STOP,
             self.sign * self.row.slip,
             follows,
             {self.row.slip: _ZERO},
@@ -230,12 +257,12 @@ class RigidInterface(Interface):
     def part(self) -> Part:
         """Open where it has left or may leave; closed where gap and gap rate are 0."""
         row = self.row
-        apart = greatest(row.gap, least(_touching(row.gap), _not_negative(row.gap_rate)))
-        together = least(_touching(row.gap), _touching(row.gap_rate))
+        apart = sp.Or(positive(row.gap), sp.And(is_zero(row.gap), _not_negative(row.gap_rate)))
+        together = sp.And(is_zero(row.gap), is_zero(row.gap_rate))
         open_ = Alternative(apart, self.start(), open=True)
         closed = [
             Alternative(
-                least(together, _touching(row.slip) if s == 0 else _not_negative(s * row.slip)),
+                sp.And(together, is_zero(row.slip) if s == 0 else _not_negative(s * row.slip)),
                 self._closed(s),
             )
             for s in (0, -1, 1)
@@ -246,21 +273,24 @@ class RigidInterface(Interface):
         """Return slip start and stop, touchdown and lift-off."""
         row = self.row
         follows = (Choice(self.target),)
-        land = Transition(
-            self._label("touchdown"),
+        land = self._transition(
             "touchdown",
+            EventKind.TOUCHDOWN,
             (1 - self.closed) * row.gap,
             follows,
             {row.gap: _ZERO},
         )
-        leave = Transition(
-            self._label("liftoff"), "liftoff", self.closed * motion.normal_force, follows
+        leave = self._transition(
+            "liftoff",
+            EventKind.LIFTOFF,
+            self.closed * motion.normal_force,
+            follows,
         )
         return [*self._friction_changes(motion), land, leave]
 
     def tests(self, motion: ContactMotion) -> list[Test]:
         """Return F_n, the friction cone, and the onsets of slip and of lift-off."""
-        leaving = (1 - self.closed) * is_zero(self.row.gap) * is_zero(self.row.gap_rate)
+        leaving = (1 - self.closed) * zero_factor(self.row.gap) * zero_factor(self.row.gap_rate)
         return [
             Test(self.closed * motion.normal_force, motion.force_scale),
             Test(leaving * motion.normal_acceleration, motion.normal_scale),
@@ -309,9 +339,7 @@ class GuideInterface(Interface):
         """Stick, or slip along v_t, with either sign of F_n."""
         slip = self.row.slip
         offered = [
-            Alternative(
-                _touching(slip) if s == 0 else _not_negative(s * slip), self._held(s, side)
-            )
+            Alternative(is_zero(slip) if s == 0 else _not_negative(s * slip), self._held(s, side))
             for s in (0, -1, 1)
             for side in (1, -1)
         ]
@@ -319,9 +347,9 @@ class GuideInterface(Interface):
 
     def transitions(self, motion: ContactMotion) -> list[Transition]:
         """Return slip start and stop, and the reversal of the normal force."""
-        turn = Transition(
-            self._label("force_reversal"),
+        turn = self._transition(
             "force_reversal",
+            EventKind.FORCE_REVERSAL,
             self.side * motion.normal_force,
             (Choice(self.target),),
         )
@@ -443,8 +471,8 @@ class CompliantInterface(Interface):
     @cached_property
     def part(self) -> Part:
         """What it may do where contacts at rest choose: keep on, stick, or slip either way."""
-        at_rest = least(self.closed, _touching(self.row.slip))
-        moving = greatest(1 - self.closed, sp.Abs(self.row.slip))
+        at_rest = sp.And(positive(self.closed), is_zero(self.row.slip))
+        moving = sp.Not(at_rest)
         choices = [Alternative(moving)]
         choices += [Alternative(at_rest, self._rub(sign)) for sign in (0, -1, 1)]
         return Part(self.name, self.memory, self.local_modes, tuple(choices))
@@ -461,16 +489,18 @@ class CompliantInterface(Interface):
         """Return slip start and stop, touchdown, the exits of every branch, and recontact."""
         changes = self._friction_changes(motion)
         changes.append(
-            self._closing("touchdown", "touchdown", self.row.gap, self.law.loading.name, OPEN, {})
+            self._closing(
+                "touchdown", EventKind.TOUCHDOWN, self.row.gap, self.law.loading.name, OPEN, {}
+            )
         )
         changes += [self._exit(b, i, e) for b in self.law.branches for i, e in enumerate(b.exits)]
         if self.law.recontacts:
             flag = self.flights[INDENTED]
             guard = _where(flag, -self.row.gap)
             changes.append(
-                Transition(
-                    self._label("liftoff"),
+                self._transition(
                     "liftoff",
+                    EventKind.LIFTOFF,
                     guard,
                     (Choice(MOTION),),
                     self._enter_flight(OPEN),
@@ -487,10 +517,10 @@ class CompliantInterface(Interface):
         return changes
 
     def _closing(
-        self, label: str, kind: str, guard: sp.Expr, branch: str, flight: int, reset: Memory
+        self, label: str, kind: EventKind, guard: sp.Expr, branch: str, flight: int, reset: Memory
     ) -> Transition:
-        return Transition(
-            self._label(label),
+        return self._transition(
+            label,
             kind,
             _where(self.flights[flight], guard),
             (Choice(self.target),),
@@ -511,24 +541,18 @@ class CompliantInterface(Interface):
         released = self.of_state(branch.stored_energy - after)
         if released != 0:
             reset[CONTACT_WORK] = CONTACT_WORK + released
-        label = self._label(f"{e.kind}_{branch.name}_{number}")
+        label = f"{e.kind}_{branch.name}_{number}"
         guard = _where(self.branches[branch.name], self.of_state(e.guard))
-        return Transition(label, e.kind, guard, (Choice(MOTION),), reset)
+        return self._transition(label, e.kind, guard, (Choice(MOTION),), reset)
 
 
-def is_zero(expr: sp.Expr) -> sp.Expr:
-    """Return 1 where the expression is exactly 0, else 0, as a factor."""
+def zero_factor(expr: sp.Expr) -> sp.Expr:
+    """Return 1 where the expression is exactly 0, else 0."""
     return 1 - sp.sign(sp.Abs(expr))
 
 
-def _touching(expr: sp.Expr) -> sp.Expr:
-    """Return what is positive exactly where the expression is 0."""
-    return sp.Float("1e-300") - sp.Abs(expr)
-
-
-def _not_negative(expr: sp.Expr) -> sp.Expr:
-    """Return what is positive where the expression is 0 or more."""
-    return sp.Float("1e-300") + expr
+def _not_negative(expr: sp.Expr) -> Boolean:
+    return sp.Ge(expr, 0, evaluate=False)
 
 
 def _where(flag: sp.Expr, expr: sp.Expr) -> sp.Expr:

@@ -63,7 +63,7 @@ def _structures(nx: int, nz: int, kinds: int) -> tuple[Any, Any]:
             ("record", ctypes.c_int),
             ("start_events", ctypes.c_int),
             ("start_mode", ctypes.c_int),
-            ("start_departs", ctypes.c_uint),
+            ("start_departs", ctypes.c_uint64),
         )
 
     class Run(ctypes.Structure):

@@ -102,6 +102,9 @@ class _Run:
             g, d, d2 = self.runner.jets(self.x, self.z, self.c)
             sides = [_side(g[j], d[j], d2[j], self.h_ref, j in departs) for j in range(len(g))]
             self.armed = np.array(sides) > 0
+            transitions = self.modes[self.mode].transitions
+            if transitions and transitions[-1].immediate:
+                sides.append(-1)
             if -1 not in sides:
                 return
             departs = self.apply(sides.index(-1), visible, timed=False)
@@ -290,7 +293,7 @@ def _side(g: float, d: float, d2: float, h: float, departs: bool) -> int:
 
 
 def _chosen(conditions: Array, choices: tuple[Choice, ...]) -> Choice:
-    admitted = (c for c, v in zip(choices[:-1], conditions, strict=False) if v > 0)
+    admitted = (c for c, v in zip(choices[:-1], conditions, strict=False) if v)
     return next(admitted, choices[-1])
 
 

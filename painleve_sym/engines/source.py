@@ -92,7 +92,8 @@ def _sizes(functions: AutomatonFunctions, every: Sequence[ca.Function]) -> str:
         "NC": functions.c.numel(),
         "NM": len(automaton.modes),
         "NO": functions.output_size,
-        "NG": max(1, max(len(m.transitions) for m in automaton.modes)),
+        "NG": max(1, *(f.guards.size1_out(0) for f in functions.modes)),
+        "NT": max(1, *(len(m.transitions) for m in automaton.modes)),
         "NCHOICE": max((len(t.choices) for t in transitions), default=0) or 1,
         "NSTART": len(automaton.starts),
         "NKIND": max(1, len(automaton.kinds)),
@@ -125,7 +126,7 @@ def _transition(functions: AutomatonFunctions, i: int, j: int, t: Transition) ->
     stop = ENGINE_REASONS.index(t.stop) if t.stop is not None else -1
     targets = ", ".join(str(functions.mode_index[c.target]) for c in t.choices) or "0"
     masks = [sum(1 << k for k in functions.departures(c)) for c in t.choices] or [0]
-    departs = ", ".join(f"{m}u" for m in masks)
+    departs = ", ".join(f"{m}ull" for m in masks)
     head = f"event_{i}_{j}, {kind}, {stop}, {int(t.decides)}, {len(t.choices)}"
     return f"{{{head}, {{{targets}}}, {{{departs}}}}}"
 
@@ -133,18 +134,22 @@ def _transition(functions: AutomatonFunctions, i: int, j: int, t: Transition) ->
 def _tables(functions: AutomatonFunctions) -> str:
     automaton = functions.automaton
     lines = [
+        "/* One bit for each guard of a mode. */",
+        "typedef unsigned long long ps_bits;",
         "typedef int (*ps_function)(const double **, double **, casadi_int *, double *, int);",
         "typedef struct { ps_function event; int kind, stop, decides, n, target[PS_NCHOICE]; "
-        "unsigned departs[PS_NCHOICE]; } ps_transition;",
-        "typedef struct { ps_function field, guards, jets, outputs, tests; int n, tested; "
-        "ps_transition transitions[PS_NG]; } ps_mode;",
+        "ps_bits departs[PS_NCHOICE]; } ps_transition;",
+        "/* n guards, each of a transition; where `immediate`, one more that has none. */",
+        "typedef struct { ps_function field, guards, jets, outputs, tests; "
+        "int n, immediate, tested; ps_transition transitions[PS_NT]; } ps_mode;",
         "static const ps_mode PS_MODES[PS_NM] = {",
     ]
     for i, mode in enumerate(automaton.modes):
         rows = [_transition(functions, i, j, t) for j, t in enumerate(mode.transitions)]
         tests = f"tests_{i}" if mode.tests else "0"
         names = f"field_{i}, guards_{i}, jets_{i}, outputs_{i}, {tests}"
-        sizes = f"{len(rows)}, {len(mode.tests)}"
+        now = sum(t.immediate for t in mode.transitions)
+        sizes = f"{len(rows) - now}, {now}, {len(mode.tests)}"
         lines.append(f"  {{{names}, {sizes}, {{{', '.join(rows)}}}}},  /* {mode.name} */")
     starts = ", ".join(str(functions.mode_index[c.target]) for c in automaton.starts)
     lines += [

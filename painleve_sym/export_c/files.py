@@ -15,6 +15,7 @@ from painleve_sym.contacts.inputs import CONTACT_TOLERANCE
 from painleve_sym.contacts.rigid import DECISION
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.engines.source import ENGINE_REASONS
+from painleve_sym.errors import EventKind
 from painleve_sym.export_c.standalone import (
     NUMERIC_FLAGS,
     engine_text,
@@ -22,7 +23,6 @@ from painleve_sym.export_c.standalone import (
     start_functions,
 )
 from painleve_sym.export_c.text import (
-    EVENTS,
     MEMORY,
     OUTPUTS,
     STATES,
@@ -39,9 +39,6 @@ from painleve_sym.simulate.compliant import SoftenedSimulator
 from painleve_sym.simulate.rigid import CLOSED, RigidSimulator
 from painleve_sym.simulate.simulator import DEFAULT_RTOL
 from painleve_sym.simulate.trajectory import Trajectory
-
-SETTLE = "settle"
-"""Kind of the event that no guard makes: bounces that accumulated have ended in contact."""
 
 
 @dataclass(frozen=True)
@@ -88,9 +85,9 @@ class Case:
         return rigid and not self.simulator.mechanism.contact.bilateral
 
     @property
-    def kinds(self) -> tuple[str, ...]:
+    def kinds(self) -> tuple[EventKind, ...]:
         """Kinds of events, those of guards first."""
-        return (*self.outline.kinds, *((SETTLE,) if self.bounces else ()))
+        return (*self.outline.kinds, *((EventKind.SETTLE,) if self.bounces else ()))
 
     @cached_property
     def declared(self) -> dict[str, Parameter]:
@@ -236,7 +233,7 @@ def _enums(case: Case) -> str:
         (
             "event_kind",
             "event",
-            [(k, EVENTS.get(k, "")) for k in case.kinds],
+            [(k, k.sentence) for k in case.kinds],
             "Kinds of events",
         ),
         ("stop", "stop", [(r.label, r.advice) for r in ENGINE_REASONS], "Why a run ended"),
@@ -261,7 +258,7 @@ def _model(case: Case) -> str:
         "gap_rate": case.place["gap_rate"],
         "decision": modes.index(DECISION) if case.bounces else 0,
         "closed": repr(CLOSED),
-        "settle": f"{case.name}_event_{SETTLE}" if case.bounces else 0,
+        "settle": f"{case.name}_event_{EventKind.SETTLE}" if case.bounces else 0,
         "names": _names(case, outline, modes),
     }
     return filled("model.c", case.shared | values)

@@ -7,26 +7,42 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import sympy as sp
+from sympy.logic.boolalg import Boolean
 
-from painleve_sym.errors import ModelError, StopReason, unknown_name
+from painleve_sym.errors import EventKind, ModelError, StopReason, unknown_name
+
+
+def positive(expr: sp.Expr) -> Boolean:
+    """Return expr > 0, unevaluated: whether a long formula is positive takes SymPy minutes."""
+    return sp.Gt(expr, 0, evaluate=False)
+
+
+def all_positive(*exprs: sp.Expr) -> Boolean:
+    """Return whether every one of the expressions is > 0, unevaluated."""
+    return sp.And(*map(positive, exprs))
+
+
+def is_zero(expr: sp.Expr) -> Boolean:
+    """Return expr = 0, unevaluated."""
+    return sp.Eq(expr, 0, evaluate=False)
 
 
 @dataclass(frozen=True)
 class Choice:
-    """A possible target of a transition; the first whose `condition` is > 0 is taken.
+    """A possible target of a transition; the first whose `condition` holds is taken.
 
     Attributes
     ----------
     target : str
         Name of the mode entered.
-    condition : sympy.Expr or None
+    condition : sympy Boolean or None
         In the state before the reset; None admits always (must be the last choice).
     departs : tuple of str
         Labels of guards of the target that are zero on entry and known to become positive.
     """
 
     target: str
-    condition: sp.Expr | None = None
+    condition: Boolean | None = None
     departs: tuple[str, ...] = ()
 
 
@@ -38,27 +54,43 @@ class Transition:
     ----------
     label : str
         Unique in its mode.
-    kind : str
-        What users see: slip_stop, slip_start, max_compression, reload, separation, ...
-    guard : sympy.Expr
-        In states, memory, parameters and definitions.
+    kind : EventKind
+        What users see.
+    guard : sympy.Expr or None
+        In states, memory, parameters and definitions. None for an `immediate` transition: it
+        happens as soon as its mode is entered, unless one of the guards before it fires first.
     choices : tuple of Choice
         Empty for a transition that ends the run with `stop`.
     reset : mapping of symbol to sympy.Expr
         Simultaneous assignment to states and memory; what is absent is kept.
     stop : StopReason or None
+    contact : str
+        Name of the contact; empty where it concerns no single one.
+    bound : int or None
+        Index of the bound of the mechanism's domain whose margin the guard is.
     decides : bool
-        Whether the parts of the automaton choose their local modes after the reset: the first
-        combination of alternatives of which no guard would fire at once.
+        Whether the parts of the automaton choose their local modes after the reset: the a
+        combination of alternatives that satisfies the tests of the target.
     """
 
     label: str
-    kind: str
-    guard: sp.Expr
+    kind: EventKind
+    guard: sp.Expr | None
     choices: tuple[Choice, ...] = ()
     reset: Mapping[sp.Symbol, sp.Expr] = dataclasses.field(default_factory=dict)
     stop: StopReason | None = None
+    contact: str = ""
+    bound: int | None = None
     decides: bool = False
+
+    @property
+    def immediate(self) -> bool:
+        """Whether it happens on entry of its mode."""
+        return self.guard is None
+
+
+MOST_TRANSITIONS = 64
+"""Of a mode: the engines keep one bit for each."""
 
 
 @dataclass(frozen=True)
@@ -109,15 +141,15 @@ class Alternative:
 
     Attributes
     ----------
-    condition : sympy.Expr
-        Positive where it may be entered.
+    condition : sympy Boolean
+        Where it may be entered.
     memory : mapping of symbol to sympy.Expr
         New values of the memory of that part; what is absent is kept.
     open : bool
         Whether it is counted as open, where a policy prefers many or few open parts.
     """
 
-    condition: sp.Expr
+    condition: Boolean
     memory: Mapping[sp.Symbol, sp.Expr] = dataclasses.field(default_factory=dict)
     open: bool = False
 
@@ -170,6 +202,7 @@ class Mode:
     field : mapping of state symbol to sympy.Expr
         Time derivatives; states that are absent are constant.
     transitions : tuple of Transition
+        At most one is immediate, and that is the last.
     outputs : mapping of name to sympy.Expr
         Quantities derived from the state (forces, energies); the same names in every mode.
     tests : tuple of Test
@@ -247,6 +280,13 @@ class HybridAutomaton:
             for label in sorted(set(labels)):
                 if labels.count(label) > 1:
                     yield f"mode {mode.name!r}: transition {label!r} is declared twice."
+            if any(t.immediate for t in mode.transitions[:-1]):
+                yield f"mode {mode.name!r}: after an immediate transition no other can happen."
+            if len(mode.transitions) > MOST_TRANSITIONS:
+                yield (
+                    f"mode {mode.name!r}: got {len(mode.transitions)} transitions, need at most "
+                    f"{MOST_TRANSITIONS}."
+                )
             if set(mode.outputs) != set(self.modes[0].outputs):
                 yield f"mode {mode.name!r}: its outputs differ from those of the first mode."
         for name in sorted(set(names) - self.reachable()):
@@ -265,6 +305,8 @@ class HybridAutomaton:
         if not choices or choices[-1].condition is not None:
             yield f"{where}: the last choice must admit every state."
         for c in choices:
+            if isinstance(c.condition, sp.Expr):
+                yield f"{where}: got the condition {c.condition}, need a relation such as x > 0."
             if c.target not in names:
                 yield f"{where}: " + unknown_name("mode", c.target, names)
                 continue
@@ -285,7 +327,9 @@ class HybridAutomaton:
             else:
                 exprs = [*term.matrix, *term.right, *(term.ease or ()), *term.scales]
                 symbols = term.symbols
-            for s in sorted({s for e in exprs for s in sp.sympify(e).free_symbols} - known, key=str):
+            for s in sorted(
+                {s for e in exprs for s in sp.sympify(e).free_symbols} - known, key=str
+            ):
                 yield f"term {symbols[0]}: {s} is not declared before it."
             known.update(symbols)
         for mode in self.modes:
@@ -294,7 +338,7 @@ class HybridAutomaton:
                     yield f"mode {mode.name!r}: {s} has a rate but is no state."
             exprs = [*mode.field.values(), *mode.outputs.values()]
             for t in mode.transitions:
-                exprs += [t.guard, *t.reset.values()]
+                exprs += [*([] if t.guard is None else [t.guard]), *t.reset.values()]
                 exprs += [c.condition for c in t.choices if c.condition is not None]
                 for s in t.reset:
                     if s not in self.states and s not in self.memory:
@@ -308,7 +352,7 @@ class HybridAutomaton:
         return next(m for m in self.modes if m.name == name)
 
     @property
-    def kinds(self) -> tuple[str, ...]:
+    def kinds(self) -> tuple[EventKind, ...]:
         """Kinds of events that can happen, in order of appearance."""
         return tuple(dict.fromkeys(t.kind for m in self.modes for t in m.transitions))
 

@@ -16,7 +16,7 @@ from painleve_sym.contacts.classify_bilateral import bilateral_problem, check_he
 from painleve_sym.contacts.guide import BilateralContact
 from painleve_sym.contacts.rigid import DECISION, RigidContact
 from painleve_sym.engines.protocol import Engine, RawRun, RunOptions, joined_steps
-from painleve_sym.errors import InputError, StopReason
+from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.hybrid.automaton import HybridAutomaton
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import Parameter
@@ -28,9 +28,6 @@ from painleve_sym.simulate.two_contacts import TwoContactSimulator
 
 CLOSED = 1e-9
 """Gap and normal speed, in parts of the state's scale, at which bounces have died out."""
-
-SETTLE = "settle"
-"""Kind of the event that closes a contact whose bounces have died out."""
 
 GROWING_BOUNCES = 4
 """Touchdowns in a row, each faster than the one before, that count as growth."""
@@ -106,10 +103,10 @@ class RigidSimulator(ContactSimulator):
         return {"restitution": self.restitution, "policy": self.policy}
 
     @property
-    def event_kinds(self) -> tuple[str, ...]:
+    def event_kinds(self) -> tuple[EventKind, ...]:
         """Kinds of events, the limits of bounces last; a guide has no bounces."""
         kinds = self.outline.kinds
-        return kinds if self.mechanism.contact.bilateral else (*kinds, SETTLE)
+        return kinds if self.mechanism.contact.bilateral else (*kinds, EventKind.SETTLE)
 
     def contact_scales(
         self, values: Mapping[Any, Array], found: Mapping[str, Array]
@@ -208,7 +205,7 @@ class RigidSimulator(ContactSimulator):
             vector, memory = (restart or self._restart)(raw)
             place = sum(len(r.events) for r in runs)
             limits.append(Limit(self._settle_event(raw, vector), vector, memory, place))
-            if SETTLE in options.until:
+            if EventKind.SETTLE in options.until:
                 at_rest = raw._replace(state=vector, memory=memory, stop_reason=StopReason.UNTIL)
                 return _joined([*runs[:-1], at_rest]), limits
             start = raw.time
@@ -236,7 +233,7 @@ class RigidSimulator(ContactSimulator):
         names = [s.name for s in self.outline.states]
         return EventRecord(
             time=raw.time,
-            kind=SETTLE,
+            kind=EventKind.SETTLE,
             mode_before=self.outline.modes[raw.mode].name,
             mode_after=DECISION,
             state={n: float(v) for n, v in zip(names, vector[: len(names)], strict=True)},
@@ -267,7 +264,7 @@ class RigidSimulator(ContactSimulator):
         return chatter(problem, self.restitution, values[self.own_parameters[0].name])
 
     def _with_alternatives(self, event: EventRecord, values: dict[str, float]) -> EventRecord:
-        if event.kind != "contact":
+        if event.kind is not EventKind.CONTACT:
             return event
         if self.mechanism.contact.bilateral:
             held = bilateral_problem(self.mechanism, event.state, values)
@@ -340,7 +337,7 @@ def growing_bounces(
         Tells of a state how small bounces near it follow each other. Growth where it expects none
         is not reverse chatter but a motion that falls harder (a rod that tumbles).
     """
-    touchdowns = [e for e in events if e.kind == "touchdown"]
+    touchdowns = [e for e in events if e.kind is EventKind.TOUCHDOWN]
     speeds = [-e.state[gap_rate] for e in touchdowns]
     found, first = [], 0
     for i in range(1, len(touchdowns) + 1):

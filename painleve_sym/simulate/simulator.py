@@ -22,7 +22,7 @@ from painleve_sym.contacts.inputs import (
 )
 from painleve_sym.engines.factory import make_engine
 from painleve_sym.engines.protocol import Engine, RawRun, RunOptions
-from painleve_sym.errors import InputError, StopReason, unknown_name
+from painleve_sym.errors import EventKind, InputError, StopReason, unknown_name
 from painleve_sym.hybrid.automaton import HybridAutomaton
 from painleve_sym.hybrid.signature import AutomatonBuilder, Outline
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -122,7 +122,7 @@ class ContactSimulator(ABC):
         """
 
     @property
-    def event_kinds(self) -> tuple[str, ...]:
+    def event_kinds(self) -> tuple[EventKind, ...]:
         """Kinds of events that a run may be asked to end at."""
         return self.outline.kinds
 
@@ -410,7 +410,7 @@ class ContactSimulator(ABC):
         records = []
         for i, row in enumerate(rows):
             transition = automaton.modes[modes[i]].transitions[int(row[2])]
-            contact, end = self.event_outputs(transition.label)
+            contact, end = self.event_outputs(transition.contact)
             records.append(
                 EventRecord(
                     time=float(row[0]),
@@ -426,14 +426,14 @@ class ContactSimulator(ABC):
             )
         return tuple(records)
 
-    def event_outputs(self, label: str) -> tuple[str, str]:
+    def event_outputs(self, contact: str) -> tuple[str, str]:
         """Return the name of the contact of an event and what its outputs' names end in."""
         return self.mechanism.contact.name, ""
 
     def _detail(self, raw: RawRun) -> str:
         if raw.stop_reason is StopReason.LEFT_DOMAIN:
             mode = self.outline.modes[raw.mode]
-            label = mode.transitions[raw.stop_transition].label
-            return self.mechanism.domain[int(label.rpartition("_")[2])].meaning
+            bound = mode.transitions[raw.stop_transition].bound
+            return self.mechanism.domain[bound].meaning if bound is not None else ""
         ordinary = (StopReason.T_END, StopReason.UNTIL)
         return "" if raw.stop_reason in ordinary else raw.stop_reason.advice

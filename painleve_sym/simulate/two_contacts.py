@@ -21,8 +21,9 @@ from painleve_sym.engines.protocol import (
     RunOptions,
     joined_steps,
 )
-from painleve_sym.errors import InputError, StopReason
+from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.hybrid.automaton import HybridAutomaton
+from painleve_sym.hybrid.signature import TransitionOutline
 from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import Parameter
@@ -35,7 +36,7 @@ _SETTLED = 1e-9
 """Gap and normal speed, in parts of the state's scale, at which bounces have died out."""
 _LOOK_AHEAD = (1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 """Parts of the time in a mode by which a decision looks ahead where two solutions meet."""
-_MEETING = ("liftoff", "slip_start")
+_MEETING = (EventKind.LIFTOFF, EventKind.SLIP_START)
 """Events at which the mode left is still a solution."""
 
 
@@ -117,9 +118,9 @@ class TwoContactSimulator(ContactSimulator):
         return {"restitution": self.restitution, "policy": self.policy}
 
     @property
-    def event_kinds(self) -> tuple[str, ...]:
+    def event_kinds(self) -> tuple[EventKind, ...]:
         """Kinds of events that a run may be asked to end at."""
-        return (*self.outline.kinds, "impact", "settle")
+        return (*self.outline.kinds, EventKind.IMPACT, EventKind.SETTLE)
 
     def contact_scales(
         self, values: Mapping[Any, Array], found: Mapping[str, Array]
@@ -175,9 +176,10 @@ class TwoContactSimulator(ContactSimulator):
     def _follow(self, run: _Run, vector: Array, values: dict[str, float]) -> None:
         parameters, o = self._vector_of(values), run.options
         scale = o.atol / o.rtol
-        before, label, spent = DECISION, "", 0.0
+        before, spent = DECISION, 0.0
+        last: TransitionOutline | None = None
         while True:
-            decision = self._decide(run, vector, values, scale, (before, label, spent))
+            decision = self._decide(run, vector, values, scale, (before, last, spent))
             mode = decision.mode or DECISION
             at = self._mode_index(mode)
             if decision.mode is None or run.reason is not None or run.hit:
@@ -200,15 +202,15 @@ class TwoContactSimulator(ContactSimulator):
             if raw.stop_reason is not StopReason.DECISION:
                 return
             # The last row decides; the one before it says what happened.
-            last = raw.events[-2]
-            left = self.outline.modes[int(last[1])]
-            before, label = left.name, left.transitions[int(last[2])].label
+            row = raw.events[-2]
+            left = self.outline.modes[int(row[1])]
+            before, last = left.name, left.transitions[int(row[2])]
             vector = raw.state
             if run.time >= o.t_end:
                 raw = raw._replace(stop_reason=StopReason.T_END)
                 run.pieces[-1] = raw
                 return
-            if self._accumulates(run, label):
+            if self._accumulates(run, last):
                 vector = self._settled(run, vector, scale)
             if len(run.events) >= o.max_events and run.reason is None:
                 run.reason = StopReason.EVENT_LIMIT
@@ -223,15 +225,14 @@ class TwoContactSimulator(ContactSimulator):
         for event in self._events(rows, constants):
             run.note(event)
 
-    def event_outputs(self, label: str) -> tuple[str, str]:
+    def event_outputs(self, contact: str) -> tuple[str, str]:
         """Return the name of the contact of an event and what its outputs' names end in."""
-        name = label.partition(":")[2]
-        return name, f"_{name}" if name else f"_{self.mechanism.contacts[0].name}"
+        return contact, f"_{contact or self.mechanism.contacts[0].name}"
 
-    def _accumulates(self, run: _Run, label: str) -> bool:
-        if not label.startswith("touchdown"):
+    def _accumulates(self, run: _Run, last: TransitionOutline) -> bool:
+        if last.kind is not EventKind.TOUCHDOWN:
             return False
-        return run.touchdowns.setdefault(label, IntervalHistory()).accumulates(run.time)
+        return run.touchdowns.setdefault(last.contact, IntervalHistory()).accumulates(run.time)
 
     def _settled(self, run: _Run, vector: Array, scale: Array) -> Array:
         """Return the state with the contacts closed whose bounces have died out."""
@@ -247,7 +248,7 @@ class TwoContactSimulator(ContactSimulator):
         if not closed:
             run.reason = StopReason.ACCUMULATION
             return vector
-        run.note(self._record(run, "settle", DECISION, DECISION, after))
+        run.note(self._record(run, EventKind.SETTLE, DECISION, DECISION, after))
         return after
 
     def _decide(
@@ -256,11 +257,11 @@ class TwoContactSimulator(ContactSimulator):
         vector: Array,
         values: dict[str, float],
         scale: Array,
-        left: tuple[str, str, float],
+        left: tuple[str, TransitionOutline | None, float],
     ) -> Decision:
         """Return what follows, impacts at this instant included."""
-        mode, label, spent = left
-        decider, kind = self._decider, label.partition(":")[0]
+        mode, last, spent = left
+        decider = self._decider
         e = values[self.own_parameters[0].name]
         state = decider.rested(vector, values, scale)
         for _ in range(_CHAIN):
@@ -268,8 +269,7 @@ class TwoContactSimulator(ContactSimulator):
             approach = bool(np.any((gaps <= 0) & (rates < 0)))
             if not approach:
                 decision = decider.decide(state, values)
-                meets = kind.removesuffix("_neg").removesuffix("_pos") in _MEETING
-                if meets and mode != DECISION:
+                if last is not None and last.kind in _MEETING and mode != DECISION:
                     decision = self._beyond(decision, state, values, mode, spent)
                 if decision.mode != "impact":
                     self._note_contact(run, decision, gaps)
@@ -287,7 +287,7 @@ class TwoContactSimulator(ContactSimulator):
             state = decider.rested(state, values, scale)
             mode = DECISION
             impulses = tuple(map(float, impact.impulses))
-            event = self._record(run, "impact", DECISION, DECISION, state)
+            event = self._record(run, EventKind.IMPACT, DECISION, DECISION, state)
             run.note(replace(event, impulses=impulses))
         run.reason = StopReason.ACCUMULATION
         return Decision(None, state)
@@ -306,10 +306,14 @@ class TwoContactSimulator(ContactSimulator):
 
     def _note_contact(self, run: _Run, decision: Decision, gaps: Array) -> None:
         if np.any(gaps <= 0):
-            event = self._record(run, "contact", DECISION, decision.mode or "", decision.state)
+            event = self._record(
+                run, EventKind.CONTACT, DECISION, decision.mode or "", decision.state
+            )
             run.note(replace(event, alternatives=decision.alternatives))
 
-    def _record(self, run: _Run, kind: str, before: str, after: str, state: Array) -> EventRecord:
+    def _record(
+        self, run: _Run, kind: EventKind, before: str, after: str, state: Array
+    ) -> EventRecord:
         names = [s.name for s in self.outline.states]
         return EventRecord(
             time=run.time,

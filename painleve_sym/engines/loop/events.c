@@ -19,7 +19,7 @@ static int geometric_accumulation(ps_run *s, int mode, int j, double t) {
 /* Applies transition j of the current mode, whose guard came down to zero (`timed`) or fired at once;
  * `departs` returns the guards known to leave zero. */
 static void apply(ps_run *s, const ps_options *o, int j, int visible, double timed,
-                  unsigned *departs) {
+                  ps_bits *departs) {
   const ps_transition *tr = &PS_MODES[s->mode].transitions[j];
   double xn[PS_NX], zn[PS_NZ + 1] = {0}, condition[PS_NCHOICE];
   double *res[3] = {xn, zn, condition};
@@ -28,7 +28,7 @@ static void apply(ps_run *s, const ps_options *o, int j, int visible, double tim
   tr->event(arg, res, s->iw, s->w, 0);
   *departs = 0;
   if (tr->stop < 0) {
-    while (choice < tr->n - 1 && !(condition[choice] > 0)) choice++;
+    while (choice < tr->n - 1 && condition[choice] == 0) choice++;
     s->mode = tr->target[choice];
     *departs = tr->departs[choice];
 #if PS_NPART
@@ -99,7 +99,7 @@ static double first_step(ps_run *s, const ps_options *o) {
 }
 
 /* Enters the mode in s->mode: transitions that must happen at once do, then guards are armed. */
-static void settle(ps_run *s, const ps_options *o, unsigned departs, int visible) {
+static void settle(ps_run *s, const ps_options *o, ps_bits departs, int visible) {
   for (int chain = 0; s->reason == PS_RUNNING; chain++) {
     const ps_mode *m = &PS_MODES[s->mode];
     if (chain == PS_CHAIN) {
@@ -116,10 +116,11 @@ static void settle(ps_run *s, const ps_options *o, unsigned departs, int visible
     int fire = -1;
     for (int j = 0; j < m->n && fire < 0; j++) {
       int side = guard_side(s->g[j], s->dg[j], s->d2[j], PS_ZERO_TIME * s->h_ref,
-                            (departs >> j) & 1u);
+                            (departs >> j) & 1);
       s->armed[j] = side > 0;
       if (side < 0) fire = j;
     }
+    if (fire < 0 && m->immediate) fire = m->n;
     if (fire < 0) return;
     apply(s, o, fire, visible, 0, &departs);
   }

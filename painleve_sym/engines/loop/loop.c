@@ -5,7 +5,7 @@ static void choose_start(ps_run *s) {
   double *res[1] = {condition};
   int i = 0;
   call(s, PS_START_CONDITIONS, s->x, res);
-  while (i < PS_NSTART - 1 && !(condition[i] > 0)) i++;
+  while (i < PS_NSTART - 1 && condition[i] == 0) i++;
   s->mode = PS_STARTS[i];
 }
 
@@ -31,7 +31,7 @@ static void begin(ps_run *s, const double *x, const double *z, const double *p, 
   s->reason = PS_RUNNING;
   s->stop_transition = -1;
   for (int i = 0; i < PS_NM; i++)
-    for (int j = 0; j < PS_NG; j++) s->history[i][j].last = t;
+    for (int j = 0; j < PS_NT; j++) s->history[i][j].last = t;
   ps_constants(p, s->c);
   s->mode = o->start_mode;
   if (s->mode < 0) choose_start(s);

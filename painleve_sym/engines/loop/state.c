@@ -46,7 +46,7 @@ typedef struct {
   int record; /* 0: end only, 1: events, 2: events and dense steps */
   int start_events;
   int start_mode; /* -1: chosen from the state */
-  unsigned start_departs;
+  ps_bits start_departs;
 } ps_options;
 
 typedef struct {
@@ -86,7 +86,7 @@ typedef struct {
   unsigned char armed[PS_NG];
   int hit, at_once;
   ps_watch *watch; /* NULL: nothing is watched */
-  ps_history history[PS_NM][PS_NG];
+  ps_history history[PS_NM][PS_NT];
   casadi_int iw[8];
   double w[PS_WORK + 1];
 } ps_run;

@@ -40,7 +40,7 @@ _LANES_OF_MOTIONS = """
 #define PS_REAL_FMA PS_LANES_FMA
 #define PS_REAL_ABS PS_LANES_ABS
 #define PS_CHOOSE PS_LANES_CHOOSE
-#define PS_BITS ps_bits
+#define PS_BITS ps_lane_bits
 """
 _LENGTH = 24
 """Orders, the constant among them, and room to a whole cache line."""
@@ -72,7 +72,9 @@ def source(functions: AutomatonFunctions) -> str:
     codes = [SeriesCode(t, f"series_{i}") for i, t in enumerate(tapes(functions))]
     more = [_scalars(functions, code, i) for i, code in enumerate(codes)]
     series, roots = engine_texts("taylor/series", "taylor/roots")
-    first = engine_texts("loop/state", "loop/watch", "loop/decide", "loop/events", "runge_kutta/extremes")
+    first = engine_texts(
+        "loop/state", "loop/watch", "loop/decide", "loop/events", "runge_kutta/extremes"
+    )
     last = engine_texts("loop/loop", "loop/batch")
     (along,) = engine_texts("taylor/along")
     twice = [_ONE_MOTION, along, _LANES_OF_MOTIONS, along]

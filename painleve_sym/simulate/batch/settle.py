@@ -12,9 +12,10 @@ from painleve_sym.contacts.rigid import RigidContact
 from painleve_sym.engines.batch import BatchRows, BatchWish
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.protocol import RunOptions
+from painleve_sym.errors import EventKind
 from painleve_sym.simulate.batch.reason_codes import ACCUMULATION, DYNAMIC_JAM, SINGULAR, UNTIL
 from painleve_sym.simulate.locate_limit import jams
-from painleve_sym.simulate.rigid import CLOSED, SETTLE, RigidSimulator
+from painleve_sym.simulate.rigid import CLOSED, RigidSimulator
 
 
 def run_rigid(
@@ -72,7 +73,7 @@ def _follow(
         slow = np.abs(state[:, rate]) < 1e3 * CLOSED * scale[index, rate]
         index = index[near & slow & (time != started[index])]
         _note_settle(rows, index, wish)
-        if SETTLE in o.until:
+        if EventKind.SETTLE in o.until:
             rows.reason[index], rows.memory[index] = UNTIL, 0.0
             rows.state[index[:, None], [gap, rate]] = 0.0
             return

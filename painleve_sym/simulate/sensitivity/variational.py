@@ -93,7 +93,7 @@ def _notify(result: SensitiveTrajectory) -> None:
     else:
         what = "is met tangentially" if singular.note == "grazing" else "has no finite derivative"
         text = (
-            f"event {singular.event.kind!r} at t = {singular.event.time:g} s {what} "
+            f"event {str(singular.event.kind)!r} at t = {singular.event.time:g} s {what} "
             f"(condition {singular.condition:.1e}); nan from there on"
         )
     fix = "Fix: end before it, or move the start or the parameters."
