@@ -111,7 +111,8 @@ class Translator:
         operator = _CONDITIONS.get(condition.func)
         if operator is None:
             raise TranslationError(
-                f"code generation: {condition.func.__name__} in {condition} has no CasADi counterpart. "
+                f"code generation: {condition.func.__name__} in {condition} has no CasADi "
+                "counterpart. "
                 f"Fix: use one of {', '.join(sorted(f.__name__ for f in _CONDITIONS))}."
             )
         return self._fold(condition.args, operator)

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import sympy as sp
 
@@ -240,13 +240,13 @@ class PluralContacts:
         """Return the normal forces that keep g̈_N = 0, friction following from them."""
         if not self._unknown:
             return ()
-        W, b, F = (self._symbols[k] for k in ("W", "b", "F"))
+        W, b = self._symbols["W"], self._symbols["b"]
         n, normals, unknown = len(self.interfaces), self._normals(), self._unknown
         # F_t = X_0 + Σ X_u F_nu: the friction of the given forces, and that of one unit of each.
         X = sp.Matrix(n, 1 + len(unknown), lambda i, j: sp.Symbol(f"X_{i + 1}_{j}", real=True))
         columns: list[Callable[[int], sp.Expr]] = [
             lambda i: _ZERO if i in unknown else normals[i],
-            *((lambda u: lambda i: sp.Integer(1) if i == u else _ZERO)(u) for u in unknown),
+            *(partial(_unit, u) for u in unknown),
         ]
         first = self._friction(columns, True, X)
         size = len(unknown)
@@ -341,7 +341,7 @@ class PluralContacts:
         return tuple(modes)
 
     def _decision(self) -> tuple[Transition, ...]:
-        """An impact where a closed contact approaches, else the contact problem."""
+        """Return the impact where a closed contact approaches, else the contact problem."""
         approaching = [
             zero_factor(c.row.gap) * sp.Min(c.row.gap_rate, 0)
             for i, c in enumerate(self.interfaces)
@@ -383,3 +383,8 @@ class PluralContacts:
 
 
 _DETERMINANT = sp.Symbol("determinant", real=True)
+
+
+def _unit(contact: int, i: int) -> sp.Expr:
+    """Return 1 for the contact itself, else 0."""
+    return sp.Integer(1) if i == contact else _ZERO

@@ -472,7 +472,7 @@ class CompliantInterface(Interface):
     def part(self) -> Part:
         """What it may do where contacts at rest choose: keep on, stick, or slip either way."""
         at_rest = sp.And(positive(self.closed), is_zero(self.row.slip))
-        moving = sp.Not(at_rest)
+        moving = sp.Or(sp.Le(self.closed, 0, evaluate=False), positive(sp.Abs(self.row.slip)))
         choices = [Alternative(moving)]
         choices += [Alternative(at_rest, self._rub(sign)) for sign in (0, -1, 1)]
         return Part(self.name, self.memory, self.local_modes, tuple(choices))
