@@ -91,7 +91,8 @@ class PluralContacts:
         )
 
     @cached_property
-    def _own_laws(self) -> tuple[ContactLaw | RigidLaw, ...]:
+    def own_laws(self) -> tuple[ContactLaw | RigidLaw, ...]:
+        """The law of each contact, in symbols of its own."""
         if len(self.laws) == 1:
             return self.laws * len(self.rows)
         pairs = zip(self.laws, self.mechanism.contacts, strict=True)
@@ -100,7 +101,7 @@ class PluralContacts:
     @cached_property
     def interfaces(self) -> tuple[Interface, ...]:
         """What each contact may do."""
-        rigid = any(isinstance(law, RigidLaw) for law in self._own_laws) or any(
+        rigid = any(isinstance(law, RigidLaw) for law in self.own_laws) or any(
             c.bilateral for c in self.mechanism.contacts
         )
         target = CONTACT if rigid else MOTION
@@ -112,13 +113,13 @@ class PluralContacts:
                 return RigidInterface(row, target)
             return CompliantInterface(row, target, law)
 
-        return tuple(interface(*pair) for pair in zip(self.rows, self._own_laws, strict=True))
+        return tuple(interface(*pair) for pair in zip(self.rows, self.own_laws, strict=True))
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
         """Parameters of the laws, each once."""
         every: list[Parameter] = []
-        for law in self._own_laws:
+        for law in self.own_laws:
             if isinstance(law, ContactLaw):
                 every += law.parameters
             else:
@@ -359,9 +360,9 @@ class PluralContacts:
         """The automaton, validated."""
         mechanism = self.mechanism
         parameters = (*mechanism.system.parameters, *self.parameters)
-        laws = [w for w in self._own_laws if isinstance(w, ContactLaw)]
+        laws = [w for w in self.own_laws if isinstance(w, ContactLaw)]
         definitions = {s: v for law in laws for s, v in law.definitions.items()}
-        names = dict.fromkeys(w.name for w in self._own_laws)
+        names = dict.fromkeys(w.name for w in self.own_laws)
         return HybridAutomaton(
             name=f"{mechanism.name} with {', '.join(names)}",
             states=self.states,
@@ -378,7 +379,7 @@ class PluralContacts:
 
     @property
     def _preference(self) -> int:
-        policies = {w.policy for w in self._own_laws if isinstance(w, RigidLaw)}
+        policies = {w.policy for w in self.own_laws if isinstance(w, RigidLaw)}
         return {"liftoff": 1, "slip": -1, "impact": 0}[policies.pop() if policies else "liftoff"]
 
 

@@ -299,7 +299,8 @@ class CompiledEngine:
         """Return the automaton's outputs at n points, shape (n, no)."""
         n = len(states)
         out = np.empty((n, self._no))
-        index = np.ascontiguousarray(modes, dtype=np.int64)
+        # Where local modes are data every mode has the same outputs.
+        index = np.ascontiguousarray(modes, dtype=np.int64) * (not self.automaton.parts)
         x, z, c = _plain(states), _plain(memory), _plain(constants)
         addresses = (a.ctypes.data for a in (index, x, z, c, out))
         self._library.ps_outputs(n, *addresses)

@@ -48,6 +48,22 @@ class ModeOutline(Protocol):
         """In the automaton's order."""
 
 
+class PartOutline(Protocol):
+    """A part by its names."""
+
+    @property
+    def name(self) -> str:
+        """Unique."""
+
+    @property
+    def memory(self) -> tuple[sp.Symbol, ...]:
+        """Its own memory; the first entry holds the index of its local mode."""
+
+    @property
+    def local_modes(self) -> tuple[str, ...]:
+        """Names of its local modes."""
+
+
 class Outline(Protocol):
     """Names and structure of an automaton; a `HybridAutomaton` is one, and so is a `Skeleton`."""
 
@@ -78,6 +94,10 @@ class Outline(Protocol):
     @property
     def uncontrolled(self) -> tuple[sp.Symbol, ...]:
         """States that do not steer the step size."""
+
+    @property
+    def parts(self) -> Sequence[PartOutline]:
+        """Parts whose local modes are data."""
 
     @property
     def kinds(self) -> tuple[EventKind, ...]:
@@ -116,6 +136,15 @@ class ModeSkeleton:
 
 
 @dataclass(frozen=True)
+class PartSkeleton:
+    """A part without its alternatives."""
+
+    name: str
+    memory: tuple[sp.Symbol, ...]
+    local_modes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class Skeleton:
     """The outline of an automaton that need not have been derived; see `HybridAutomaton`."""
 
@@ -128,6 +157,25 @@ class Skeleton:
     uncontrolled: tuple[sp.Symbol, ...]
     kinds: tuple[EventKind, ...]
     output_names: tuple[str, ...]
+    parts: tuple[PartSkeleton, ...] = ()
+
+
+def mode_name(automaton: Outline, mode: int, memory: Sequence[float]) -> str:
+    """Return the name of a mode; where local modes are data, those of all parts in their order.
+
+    Parameters
+    ----------
+    automaton : Outline
+    mode : int
+    memory : sequence of float, shape (nz,)
+    """
+    if not automaton.parts:
+        return automaton.modes[mode].name
+    names, first = [], 0
+    for part in automaton.parts:
+        names.append(part.local_modes[round(memory[first])])
+        first += len(part.memory)
+    return " + ".join(names)
 
 
 _SYMBOLS = ("states", "memory", "parameters", "definitions", "uncontrolled")
@@ -136,7 +184,7 @@ _SYMBOLS = ("states", "memory", "parameters", "definitions", "uncontrolled")
 def outline_data(automaton: Outline) -> dict[str, Any]:
     """Return names and structure as JSON-ready data; a symbol is its name and its assumptions."""
     data: dict[str, Any] = {
-        field: [(s.name, _assumed(s)) for s in getattr(automaton, field)] for field in _SYMBOLS
+        field: [_named(s) for s in getattr(automaton, field)] for field in _SYMBOLS
     }
     modes = [
         (
@@ -149,7 +197,12 @@ def outline_data(automaton: Outline) -> dict[str, Any]:
         for m in automaton.modes
     ]
     names = {"kinds": automaton.kinds, "output_names": automaton.output_names}
-    return data | {"name": automaton.name, "modes": modes} | names
+    parts = [(p.name, [_named(s) for s in p.memory], p.local_modes) for p in automaton.parts]
+    return data | {"name": automaton.name, "modes": modes, "parts": parts} | names
+
+
+def _named(symbol: sp.Symbol) -> tuple[str, dict[str, bool | None]]:
+    return symbol.name, _assumed(symbol)
 
 
 def _assumed(symbol: sp.Symbol) -> dict[str, bool | None]:
@@ -184,5 +237,9 @@ def outline_of(data: dict[str, Any]) -> Skeleton:
         modes=modes,
         kinds=tuple(map(EventKind, data["kinds"])),
         output_names=tuple(data["output_names"]),
+        parts=tuple(
+            PartSkeleton(name, tuple(sp.Symbol(n, **a) for n, a in memory), tuple(local_modes))
+            for name, memory, local_modes in data["parts"]
+        ),
         **symbols,
     )

@@ -19,6 +19,7 @@ from painleve_sym.hybrid.automaton import HybridAutomaton
 from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import Parameter
+from painleve_sym.simulate.scales import compliant_scales
 from painleve_sym.simulate.simulator import DEFAULT_RTOL, ContactSimulator
 from painleve_sym.simulate.trajectory import Trajectory
 
@@ -172,30 +173,10 @@ class SoftenedSimulator(ContactSimulator):
         return compressed
 
     def contact_scales(
-        self, values: Mapping[Any, Array], found: Mapping[str, Array]
+        self, i: int, values: Mapping[Any, Array], numbers: Mapping[str, Array]
     ) -> tuple[Array, ...]:
-        """Return the scales of gap (m), gap rate (m/s) and the energy (J) of a contact.
-
-        The gap's is the compression δ_c under the free normal force |b_n|/W_nn, its rate's δ_c/T
-        with T the time of a contact under that force.
-        """
-        W_nn, b_n = found["W_nn"], np.abs(found["b_n"])
-        k, n = self.loading_curve(values)
-        force, depth = b_n / W_nn, np.maximum(0.0, -values[self.contact.gap])
-        kinetic = found["kinetic_energy"]
-        stored = k * power(depth, n + 1) / (n + 1)
-        pressed = force > 0
-        # Where nothing presses: a hundredth of what the energy at hand can compress.
-        delta, exponent = force / k, 1 / n
-        delta[~pressed] = ((n + 1) * (kinetic + stored) / k)[~pressed]
-        exponent[~pressed] = 1 / (n + 1)[~pressed]
-        delta = np.where(pressed, 1.0, 0.01) * power(delta, exponent)
-        energy = kinetic + stored + force * delta
-        # Where nothing moves and nothing pushes any scale will do.
-        still = energy == 0
-        delta, energy = np.where(still, 1.0, delta), np.where(still, 1.0, energy)
-        rate = np.where(pressed, np.sqrt(delta * b_n), 0.01 * np.sqrt(2 * energy * W_nn))
-        return delta, rate, energy
+        """Return the scales of gap (m), gap rate (m/s) and the energy (J) of a contact."""
+        return compliant_scales(numbers, values[self.contact.gap], *self.loading_curve(values))
 
     def loading_curve(self, values: Mapping[Any, Array]) -> tuple[Array, Array]:
         """Return K and n of the law's loading curve K δⁿ, each of shape (n,)."""

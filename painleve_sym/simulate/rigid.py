@@ -21,7 +21,8 @@ from painleve_sym.hybrid.automaton import HybridAutomaton
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import Parameter
 from painleve_sym.simulate.locate_limit import locate_limit
-from painleve_sym.simulate.simulator import ContactSimulator, Limit, Restart, rigid_scales
+from painleve_sym.simulate.scales import rigid_scales
+from painleve_sym.simulate.simulator import ContactSimulator, Limit, Restart
 from painleve_sym.simulate.singular_limit import LimitKind, ReverseChatter
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 from painleve_sym.simulate.two_contacts import TwoContactSimulator
@@ -109,10 +110,10 @@ class RigidSimulator(ContactSimulator):
         return kinds if self.mechanism.contact.bilateral else (*kinds, EventKind.SETTLE)
 
     def contact_scales(
-        self, values: Mapping[Any, Array], found: Mapping[str, Array]
+        self, i: int, values: Mapping[Any, Array], numbers: Mapping[str, Array]
     ) -> tuple[Array, ...]:
         """Return the scales of gap (m), gap rate (m/s) and the energy (J) of a contact."""
-        return rigid_scales(found)
+        return rigid_scales(numbers)
 
     def run(
         self,

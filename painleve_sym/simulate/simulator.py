@@ -24,7 +24,7 @@ from painleve_sym.engines.factory import make_engine
 from painleve_sym.engines.protocol import Engine, RawRun, RunOptions
 from painleve_sym.errors import EventKind, InputError, StopReason, unknown_name
 from painleve_sym.hybrid.automaton import HybridAutomaton
-from painleve_sym.hybrid.signature import AutomatonBuilder, Outline
+from painleve_sym.hybrid.signature import AutomatonBuilder, Outline, mode_name
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import Parameter
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
@@ -34,9 +34,6 @@ if TYPE_CHECKING:
 
 DEFAULT_RTOL = 1e-11
 """The reference impacts then hold eight digits through all events, energy closes to 1e-9."""
-
-AT_REST = 1e-20
-"""Kinetic energy below which a motion starts from rest, for the scale of its velocities; J."""
 
 Restart = Callable[[RawRun], tuple[Array, Array]]
 
@@ -52,13 +49,6 @@ class Limit:
     state: Array
     memory: Array
     place: int
-
-
-def rigid_scales(found: Mapping[str, Array]) -> tuple[Array, ...]:
-    """Return the scales of gap (m), gap rate (m/s) and the energy (J) of a rigid contact."""
-    kinetic = found["kinetic_energy"]
-    energy = np.where(kinetic > AT_REST, kinetic, 1.0)
-    return np.ones(len(energy)), np.sqrt(2 * energy * found["W_nn"]), energy
 
 
 class HasRows(Protocol):
@@ -109,15 +99,17 @@ class ContactSimulator(ABC):
 
     @abstractmethod
     def contact_scales(
-        self, values: Mapping[Any, Array], found: Mapping[str, Array]
+        self, i: int, values: Mapping[Any, Array], numbers: Mapping[str, Array]
     ) -> tuple[Array, ...]:
         """Return the scales of gap (m), gap rate (m/s) and the energy (J) of a contact.
 
         Parameters
         ----------
+        i : int
+            Which of the contacts.
         values : mapping of sympy.Symbol to ndarray, shape (n,)
             States, parameters and definitions.
-        found : mapping of str to ndarray, shape (n,)
+        numbers : mapping of str to ndarray, shape (n,)
             What `contact_numbers` of the contact gives at them.
         """
 
@@ -351,7 +343,7 @@ class ContactSimulator(ABC):
         """Return what `tolerances` returns for n states, constants (n, nc) and `contact_values`."""
         system = self.mechanism.system
         symbols, rows = self.at_states(vectors, constants), self.contact.rows
-        scales = [self.contact_scales(symbols, numbers) for numbers in found]
+        scales = [self.contact_scales(i, symbols, numbers) for i, numbers in enumerate(found)]
         energy, ones = scales[0][2], np.ones(len(vectors))
         masses = [found[0][f"mass_{k}"] for k in range(len(system.q))]
         scale: dict[Any, Array] = dict.fromkeys(system.q, ones)
@@ -370,6 +362,9 @@ class ContactSimulator(ABC):
         nz = len(automaton.memory)
         rows = (raw.steps.shape[1] - 4 - nz) // nx
         c = self.integrator.constants(self._vector_of(values))
+        memory = np.vstack([raw.steps[:, 3 : 3 + nz], raw.memory])
+        modes = np.append(raw.steps[:, 2].astype(np.int64), raw.mode)
+        names, modes = self._named(modes, memory)
         return Trajectory(
             mechanism=self.mechanism.name,
             law=self.label,
@@ -377,19 +372,19 @@ class ContactSimulator(ABC):
             parameters=values,
             state_names=tuple(s.name for s in automaton.states),
             memory_names=tuple(s.name for s in automaton.memory),
-            mode_names=tuple(m.name for m in automaton.modes),
+            mode_names=names,
             output_names=automaton.output_names,
             step_time=raw.steps[:, 0],
             step_length=raw.steps[:, 1],
-            step_mode=raw.steps[:, 2].astype(np.int64),
-            step_memory=raw.steps[:, 3 : 3 + nz],
+            step_mode=modes[:-1],
+            step_memory=memory[:-1],
             step_rows=raw.steps[:, 3 + nz : -1].reshape(len(raw.steps), rows, nx),
             step_bend=raw.steps[:, -1],
             events=self._events(raw.events, c),
             final_time=raw.time,
             final_state=raw.state,
             final_memory=raw.memory,
-            final_mode=raw.mode,
+            final_mode=int(modes[-1]),
             stop_reason=raw.stop_reason,
             stop_detail=self._detail(raw),
             counters=raw.counters,
@@ -399,11 +394,21 @@ class ContactSimulator(ABC):
             evaluator=self.integrator,
         )
 
+    def _named(self, modes: Array, memory: Array) -> tuple[tuple[str, ...], Array]:
+        """Return names of modes, and the index of each of n modes among them."""
+        automaton = self.outline
+        if not automaton.parts:
+            return tuple(m.name for m in automaton.modes), modes
+        every = [mode_name(automaton, int(m), z) for m, z in zip(modes, memory, strict=True)]
+        names = tuple(dict.fromkeys(every))
+        return names, np.array([names.index(name) for name in every])
+
     def _events(self, rows: Array, constants: Array) -> tuple[EventRecord, ...]:
         automaton = self.outline
         nx, nz = len(automaton.states), len(automaton.memory)
         before, memory = rows[:, 4 : 4 + nx], rows[:, 4 + nx : 4 + nx + nz]
         after = rows[:, 4 + nx + nz : 4 + 2 * nx + nz].tolist()
+        memory_after = rows[:, 4 + 2 * nx + nz :]
         modes = rows[:, 1].astype(np.int64)
         outputs = self.integrator.outputs(modes, before, memory, constants)
         at = {name: outputs[:, i] for i, name in enumerate(automaton.output_names)}
@@ -415,8 +420,8 @@ class ContactSimulator(ABC):
                 EventRecord(
                     time=float(row[0]),
                     kind=transition.kind,
-                    mode_before=automaton.modes[modes[i]].name,
-                    mode_after=automaton.modes[int(row[3])].name,
+                    mode_before=mode_name(automaton, modes[i], memory[i]),
+                    mode_after=mode_name(automaton, int(row[3]), memory_after[i]),
                     state=dict(zip((s.name for s in automaton.states), after[i], strict=True)),
                     normal_force=float(at[f"normal_force{end}"][i]),
                     tangential_force=float(at[f"tangential_force{end}"][i]),

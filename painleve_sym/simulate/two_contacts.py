@@ -27,7 +27,8 @@ from painleve_sym.hybrid.signature import TransitionOutline
 from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import Parameter
-from painleve_sym.simulate.simulator import ContactSimulator, rigid_scales
+from painleve_sym.simulate.scales import rigid_scales
+from painleve_sym.simulate.simulator import ContactSimulator
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 
 _CHAIN = 64
@@ -123,10 +124,10 @@ class TwoContactSimulator(ContactSimulator):
         return (*self.outline.kinds, EventKind.IMPACT, EventKind.SETTLE)
 
     def contact_scales(
-        self, values: Mapping[Any, Array], found: Mapping[str, Array]
+        self, i: int, values: Mapping[Any, Array], numbers: Mapping[str, Array]
     ) -> tuple[Array, ...]:
         """Return the scales of gap (m), gap rate (m/s) and the energy (J) of a contact."""
-        return rigid_scales(found)
+        return rigid_scales(numbers)
 
     # ---- the run ----
 
