@@ -174,6 +174,7 @@ def _parts(automaton: HybridAutomaton) -> list[str]:
     return [
         "#define PS_ALTERNATIVES alternatives",
         f"#define PS_POLICY {automaton.preference}",
+        f"#define PS_OWNED_SIZE {sum(sizes)}",
         f"static const int PS_OFFERED[PS_NPART] = {{{counts}}};",
         f"static const int PS_IS_OPEN[PS_NALT] = {{{opens}}};",
         f"static const int PS_OWNED[PS_NPART + 1] = {{{places}}};",

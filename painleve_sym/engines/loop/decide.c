@@ -44,7 +44,7 @@ static int same_motion(const double *a, const double *b) {
 /* Chooses the local modes after a reset to x and z, which is changed. Of several motions the policy
  * takes the one with most (1) or fewest (-1) open parts, or none (0). Returns how many there are. */
 static int decide(ps_run *s, const ps_options *o, const double *x, double *z) {
-  double condition[PS_NALT], memory[PS_NALT][PS_NZ], x_before[PS_NX], z_before[PS_NZ];
+  double condition[PS_NALT], memory[PS_NALT][PS_OWNED_SIZE], x_before[PS_NX], z_before[PS_NZ];
   double best_rate[PS_NX];
   double *res[2] = {condition, &memory[0][0]};
   int offered[PS_NPART][PS_NALT], count[PS_NPART], at[PS_NPART] = {0};
