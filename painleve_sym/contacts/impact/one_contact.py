@@ -173,8 +173,8 @@ def solve_impact(
     Returns
     -------
     Impact
-        ``NO_IMPACT`` where v_n = 0 and A ≥ 0 (A within rounding of 0 counts as 0); end ``JAM``
-        where the impulse would never end.
+        ``NO_IMPACT`` where v_n = 0 and A > 0, or nothing slips; end ``JAM`` where the impulse would
+        never end. A within rounding of 0 counts as 0, where the slip stops at v_n = 0.
 
     Raises
     ------
@@ -192,7 +192,7 @@ def solve_impact(
     mass, speed = _exponent(W_tt, W_nn), _exponent(v_t, v_n)
     W_tt, W_nt, W_nn = (math.ldexp(w, -mass) for w in (W_tt, W_nt, W_nn))
     path = ImpactPath(W_tt, W_nt, W_nn, mu, math.ldexp(v_t, -speed), math.ldexp(v_n, -speed))
-    if path.v_n == 0.0 and path.ray.normal_rate >= 0.0:
+    if path.v_n == 0.0 and not path.starts_without_collision:
         still = (v_t, v_n)
         return Impact(ImpactClass.NO_IMPACT, ImpactEnd.PERSISTENT, restitution, still, still, ())
     ended = path.compress() and path.restitute(_LAWS[restitution](e, path))

@@ -101,6 +101,12 @@ class ImpactPath:
         return PathRay("sticking", ContactMode.STICK, -W_nt / W_tt, rate, 0.0)
 
     @property
+    def starts_without_collision(self) -> bool:
+        """Whether an impulse along the ray can begin at v_n = 0: A < 0, or A = 0 stops the slip."""
+        stops = self.W[2] > 0.0 and self.impulse_to_stop < math.inf
+        return self.ray.normal_rate < 0.0 or (self.ray.normal_rate == 0.0 and stops)
+
+    @property
     def impulse_to_stop(self) -> float:
         """P_n until v_t = 0 on the present ray; inf where it never is."""
         slowing = self.v_t * self.ray.slip_rate < 0.0
@@ -127,10 +133,11 @@ class ImpactPath:
             together = P_stop >= P_end * (1 - COINCIDENT)
             self._follow("tangential", P_stop, 0.0, 0.0 if together else v_n)
             self._turn(ImpactClass.C_STICKING, ImpactClass.C_REVERSED)
-            if self.ray.normal_rate > 0.0:
-                P_end = -self.v_n / self.ray.normal_rate
+            if self.v_n == 0.0:
+                P_end = 0.0
             else:
-                P_end = 0.0 if together else math.inf
+                rises = self.ray.normal_rate > 0.0
+                P_end = -self.v_n / self.ray.normal_rate if rises else math.inf
         if P_end == math.inf:
             return False
         v_t = self.v_t + self.ray.slip_rate * P_end

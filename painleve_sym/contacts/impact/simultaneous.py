@@ -363,7 +363,7 @@ class _Path:
     def _spent(self, i: int, push: Array, rates: Array) -> Iterator[float]:
         """Yield the length at which contact i has given back its restitution."""
         v_n, a_n, budget = self.v[2 * i], rates[2 * i], self.budget[i]
-        if budget == 0 or self._compresses(i, rates):
+        if budget == 0 or self._compresses(i, push, rates):
             return
         if self.restitution == "poisson":
             yield budget / push[2 * i]
@@ -373,9 +373,11 @@ class _Path:
         if square > 0:
             yield 2 * budget / (v_n + math.sqrt(square))
 
-    def _compresses(self, i: int, rates: Array) -> bool:
-        v_n = self.v[2 * i]
-        return bool(v_n < 0 or (v_n == 0 and rates[2 * i] < 0))
+    def _compresses(self, i: int, push: Array, rates: Array) -> bool:
+        """Tell whether contact i compresses; also where it pushes fully at v_n = 0 to no effect."""
+        v_n, a_n = self.v[2 * i], rates[2 * i]
+        begins = a_n == 0 and push[2 * i] == 1 and self.budget[i] == 0
+        return bool(v_n < 0 or (v_n == 0 and (a_n < 0 or begins)))
 
     def _energy_is_back(self, push: Array, rates: Array) -> Iterator[float]:
         """Yield the length at which the contacts have given back all energy they took."""
@@ -393,7 +395,7 @@ class _Path:
         reached = length * (1 + _COINCIDENT)
         for i in range(len(self.mu)):
             n, t = 2 * i, 2 * i + 1
-            budget[i] = self._budget_after(i, impulses[n], before[n] + after[n], rates)
+            budget[i] = self._budget_after(i, length, before[n] + after[n], push, rates)
             if any(x <= reached for x in self._spent(i, push, rates)):
                 budget[i] = 0.0
             if any(x <= reached for x in _crossing(before[n] - self.border[i], rates[n])):
@@ -412,10 +414,13 @@ class _Path:
         self.v, self.work = after, 0.0 if lapses else self.work + math.fsum(works)
         self.budget = np.zeros_like(budget) if lapses else budget
 
-    def _budget_after(self, i: int, impulse: float, twice_mean: float, rates: Array) -> float:
+    def _budget_after(
+        self, i: int, length: float, twice_mean: float, push: Array, rates: Array
+    ) -> float:
+        impulse = push[2 * i] * length
         spent = {"poisson": impulse, "energetic": impulse * twice_mean / 2}
         amount = spent.get(self.restitution, 0.0)
-        if not self._compresses(i, rates):
+        if not self._compresses(i, push, rates):
             return max(0.0, float(self.budget[i]) - (amount if self.budget[i] > 0 else 0.0))
         part = {"poisson": -self.e, "energetic": self.e**2}.get(self.restitution, 0.0)
         return float(self.budget[i]) - part * amount
