@@ -459,22 +459,24 @@ class CompliantInterface(Interface):
             **self._flags(self.branches[branch]),
         }
 
-    def _rub(self, sign: int) -> Memory:
-        """Return the memory in the same branch with a slip, or sticking where `sign` is 0."""
+    def _rub(self, sign: sp.Expr, sticks: sp.Expr) -> Memory:
+        """Return the memory in the same branch with another slip."""
         here = sp.Add(*[flag * self._index(name) for name, flag in self.branches.items()])
-        return {
-            self.local: here + sign,
-            self.sign: sp.Integer(sign),
-            self.sticks: sp.Integer(0 if sign else 1),
-        }
+        return {self.local: here + sign, self.sign: sign, self.sticks: sticks}
 
     @cached_property
     def part(self) -> Part:
         """What it may do where contacts at rest choose: keep on, stick, or slip either way."""
         at_rest = sp.And(positive(self.closed), is_zero(self.row.slip))
-        moving = sp.Or(sp.Le(self.closed, 0, evaluate=False), positive(sp.Abs(self.row.slip)))
-        choices = [Alternative(moving)]
-        choices += [Alternative(at_rest, self._rub(sign)) for sign in (0, -1, 1)]
+        sliding = sp.And(positive(self.closed), positive(sp.Abs(self.row.slip)))
+        choices = [
+            Alternative(sp.Le(self.closed, 0, evaluate=False)),
+            Alternative(sliding, self._rub(sp.sign(self.row.slip), _ZERO)),
+        ]
+        choices += [
+            Alternative(at_rest, self._rub(sp.Integer(sign), sp.Integer(0 if sign else 1)))
+            for sign in (0, -1, 1)
+        ]
         return Part(self.name, self.memory, self.local_modes, tuple(choices))
 
     def start(self) -> Memory:

@@ -17,7 +17,7 @@ from painleve_sym.laws.compliance import (
     law,
     without_ramps,
 )
-from painleve_sym.laws.restitution import E_C, ThreePhaseJump, three_phase_jump
+from painleve_sym.laws.restitution import E_C, ImpactCase, three_phase_jump
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.impact.impulse_rays import V_N, V_N_PLUS, V_T, raw
 from painleve_sym.mechanics.models import Mechanism
@@ -215,8 +215,8 @@ class Derived:
     # ---- the jump ----
 
     @cached_property
-    def jump(self) -> ThreePhaseJump:
-        """Return its three phases, each in the velocities at its own start."""
+    def jump(self) -> ImpactCase:
+        """Return the three-phase jump; its course has the phases, in the velocities at their start."""
         return three_phase_jump(self.mechanism.coefficients, write=raw)
 
     def named(self, expr: sp.Expr, phase: int) -> sp.Expr:
@@ -229,11 +229,11 @@ class Derived:
 
     def spin(self, phase: int) -> sp.Expr:
         """Return θ̇ at the end of a phase."""
-        return self.named(self.jump.phases[phase].velocity[self.mechanism.system.q_dot[2]], phase)
+        return self.named(self.jump.course.phases[phase].velocity[self.mechanism.system.q_dot[2]], phase)
 
     def first_energy(self, start: sp.Expr) -> sp.Expr:
         """Return E_n1 in ẏ_A(t0) = `start` and ẏ_A(t1)."""
-        first = self.jump.tangential
+        first = self.jump.course.phases[0]
         energy, end = (self.named(e, 0) for e in (first.stored_energy, first.normal_velocity))
         # ẏ_A(t1) is linear in ẋ_A(t0).
         rest = end.subs(self["x_A_dot_0"], 0)
@@ -243,7 +243,7 @@ class Derived:
     def rebound(self) -> sp.Expr:
         """Return ẏ_A(t3) from the energy of compression."""
         law_symbol = self.jump.law.parameter.symbol
-        rebound = self.jump.separation_velocity
+        rebound = self.jump.rebound
         return rebound.subs({E_C: self["E_nc"], law_symbol: self["e_s"]})
 
 
@@ -281,11 +281,11 @@ _DERIVE: dict[str, tuple[str, Derive]] = {
     "sticking-force": ("friction in sticking", Derived.sticking_force),
     "eq-14-normal": (
         "normal velocity after the tangential phase",
-        lambda d: d.named(d.jump.tangential.normal_velocity, 0),
+        lambda d: d.named(d.jump.course.phases[0].normal_velocity, 0),
     ),
     "eq-14-impulse": (
         "impulse of the tangential phase",
-        lambda d: d.named(d.jump.tangential.normal_impulse, 0),
+        lambda d: d.named(d.jump.course.phases[0].normal_impulse, 0),
     ),
     "eq-14-spin": (
         "angular velocity after the tangential phase",
@@ -302,13 +302,13 @@ _DERIVE: dict[str, tuple[str, Derive]] = {
     "eq-18-spin": ("angular velocity after sticking compression", lambda d: d.spin(1)),
     "eq-18-impulse": (
         "impulse of sticking compression",
-        lambda d: d.named(d.jump.compression.normal_impulse, 1),
+        lambda d: d.named(d.jump.course.phases[1].normal_impulse, 1),
     ),
     "eq-19-A": ("coefficient A′", Derived.a_stick),
     "eq-19-B": ("coefficient B′", Derived.b_stick),
     "eq-20": (
         "energy of sticking compression",
-        lambda d: d.named(d.jump.compression.stored_energy, 1),
+        lambda d: d.named(d.jump.course.phases[1].stored_energy, 1),
     ),
     "eq-21-normal": ("rebound velocity", Derived.rebound),
     "eq-21-spin": ("angular velocity after the impact", lambda d: d.spin(2)),

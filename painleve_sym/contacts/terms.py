@@ -1,0 +1,182 @@
+"""The numbers of all contacts of a mechanism at a state, and their impacts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+import sympy as sp
+
+from painleve_sym.arrays import Array
+from painleve_sym.codegen.quantities import Quantities, quantities
+from painleve_sym.contacts.contact_states import (
+    CONTACT_WORK,
+    FORCE_WORK,
+    FRICTION_WORK,
+    ContactRow,
+)
+from painleve_sym.contacts.impact.one_contact import ImpactEnd
+from painleve_sym.contacts.impact.simultaneous import solve_simultaneous_impact
+from painleve_sym.mechanics.contact_set import ContactSet
+from painleve_sym.mechanics.mechanism import Mechanism
+
+AT_REST = 1e-9
+"""Of the scale of a velocity: what counts as zero after an impact."""
+
+
+class ContactTerms(NamedTuple):
+    """Numbers of n contacts at one state, in the order n1, t1, n2, t2, ….
+
+    Attributes
+    ----------
+    W : ndarray, shape (2 n, 2 n)
+        1/kg.
+    b : ndarray, shape (2 n,)
+        m/s².
+    directions : ndarray, shape (coordinates, 2 n)
+        M⁻¹ Jᵀ.
+    mu, surface_speed : ndarray, shape (n,)
+        1, m/s.
+    velocity : ndarray, shape (2 n,)
+        Of the contacts, from the coordinates' velocities; m/s.
+    """
+
+    W: Array
+    b: Array
+    directions: Array
+    mu: Array
+    surface_speed: Array
+    velocity: Array
+
+
+class ImpactResult(NamedTuple):
+    """An impact and the state after it.
+
+    Attributes
+    ----------
+    impulses : ndarray, shape (2 n,)
+        P_n, P_t of every contact of the mechanism; N s.
+    state : ndarray, shape (nx,)
+    """
+
+    impulses: Array
+    state: Array
+
+
+@dataclass(frozen=True)
+class ContactImpacts:
+    """Impacts of the rigid contacts of a mechanism, on the states of its automaton.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    states : tuple of sympy.Symbol
+        Of the automaton.
+    rows : tuple of ContactRow
+        States of each contact.
+    rigid : tuple of int
+        Indices of the contacts that take part in impacts.
+    """
+
+    mechanism: Mechanism
+    states: tuple[sp.Symbol, ...]
+    rows: tuple[ContactRow, ...]
+    rigid: tuple[int, ...]
+
+    @cached_property
+    def _terms(self) -> Quantities:
+        system = self.mechanism.system
+        symbols = (*self.states, *(p.symbol for p in system.parameters))
+        return quantities("terms", self.mechanism.definition, symbols, self._formulas)
+
+    def _formulas(self) -> dict[str, sp.Expr]:
+        contacts = ContactSet(self.mechanism)
+        velocity = [v for c in contacts for v in (c.gap_rate, c.slip_velocity)]
+        matrices = {
+            "W": contacts.W,
+            "b": contacts.b,
+            "directions": contacts.directions,
+            "mu": sp.Matrix(contacts.mu),
+            "surface_speed": sp.Matrix(contacts.surface_speeds),
+            "velocity": sp.Matrix(velocity),
+        }
+        return {f"{k}_{i}": e for k, m in matrices.items() for i, e in enumerate(m)}
+
+    def terms(self, state: Array, values: Mapping[str, float]) -> ContactTerms:
+        """Return the numbers of the contacts at a state vector."""
+        parameters = [values[p.name] for p in self.mechanism.system.parameters]
+        numbers = np.array(self._terms.function(np.append(state, parameters))).reshape(-1)
+        n, nq = 2 * len(self.rows), len(self.mechanism.system.q)
+        sizes = (n * n, n, nq * n, n // 2, n // 2)
+        W, b, directions, *rest = np.split(numbers, np.cumsum(sizes))
+        W = W.reshape(n, n)
+        return ContactTerms((W + W.T) / 2, b, directions.reshape(nq, n), *rest)
+
+    @cached_property
+    def _index(self) -> dict[Any, int]:
+        return {s: i for i, s in enumerate(self.states)}
+
+    def contact_values(self, state: Array) -> tuple[Array, Array, Array]:
+        """Return gaps, gap rates and slip velocities, each of shape (n,)."""
+        rows = np.array([[state[self._index[s]] for s in row.symbols] for row in self.rows])
+        return rows[:, 0], rows[:, 1], rows[:, 2]
+
+    def rested(self, state: Array, values: Mapping[str, float], scale: Array) -> Array:
+        """Return the state with velocities of closed rigid contacts that are rounding as 0.
+
+        The coordinates' velocities are changed with them, by the least kinetic energy.
+        """
+        rested, rows, zeros = state.copy(), list[int](), list[int]()
+        for k in self.rigid:
+            gap, rate, slip = (self._index[s] for s in self.rows[k].symbols)
+            if state[gap] > 0:
+                continue
+            for i, place in ((rate, 2 * k), (slip, 2 * k + 1)):
+                if abs(state[i]) <= AT_REST * scale[i]:
+                    zeros.append(i)
+                    rows.append(place)
+        if rows:
+            terms, n = self.terms(rested, values), len(self.mechanism.system.q)
+            impulses = np.linalg.lstsq(
+                terms.W[np.ix_(rows, rows)], -terms.velocity[rows], rcond=1e-12
+            )[0]
+            rested[n : 2 * n] += terms.directions[:, rows] @ impulses
+            rested[zeros] = 0.0  # exactly, where a velocity of the contact is a coordinate's
+        return rested
+
+    def impact(
+        self, state: Array, values: Mapping[str, float], restitution: str, e: float
+    ) -> ImpactResult | None:
+        """Return the impact of the closed rigid contacts; None where it jams."""
+        gaps, rates, slips = self.contact_values(state)
+        closed = [i for i in self.rigid if gaps[i] <= 0 and rates[i] <= 0]
+        terms, rows = self.terms(state, values), _rows_of(closed)
+        velocity = np.ravel([rates, slips], order="F")
+        W, mu = terms.W[np.ix_(rows, rows)], terms.mu[closed]
+        impact = solve_simultaneous_impact(
+            W, mu, velocity[rows], restitution, e, load=terms.b[rows]
+        )
+        if impact.end is ImpactEnd.JAM:
+            return None
+        impulses = np.zeros(len(velocity))
+        impulses[rows] = impact.impulses
+        velocity = velocity + terms.W @ impulses
+        velocity[rows] = impact.velocities
+        after, n = state.copy(), len(self.mechanism.system.q)
+        after[n : 2 * n] += terms.directions @ impulses
+        for i, row in enumerate(self.rows):
+            after[self._index[row.gap_rate]] = velocity[2 * i]
+            after[self._index[row.slip]] = velocity[2 * i + 1]
+        after[self._index[CONTACT_WORK]] -= impact.normal_work
+        after[self._index[FRICTION_WORK]] -= impact.tangential_work
+        if FORCE_WORK in self._index:
+            after[self._index[FORCE_WORK]] -= terms.surface_speed @ impulses[1::2]
+        return ImpactResult(impulses, after)
+
+
+def _rows_of(contacts: Sequence[int]) -> list[int]:
+    """Return the rows n, t of contacts."""
+    return [r for i in contacts for r in (2 * i, 2 * i + 1)]
