@@ -9,13 +9,16 @@ static const double PS_ZERO_TERMS = 1e-12, PS_ZERO_SLOPE = 1e-10;
 static const double PS_SAME_MOTION = 1e-8;
 
 static double first_step(ps_run *s, const ps_options *o);
+static int guard_side(double g, double d, double d2, double zero, int departs);
 
 /* Whether the tests of the mode hold in the memory of the run: each is positive, or zero but for
- * rounding with the first derivative that is not zero positive. */
+ * rounding with the first derivative that is not zero positive. 2 where they also hold by the measure
+ * by which guards are armed: none of these then fires at once. */
 static int consistent(ps_run *s, const ps_options *o) {
   const ps_mode *m = &PS_MODES[s->mode];
   double v[PS_NTEST], d[PS_NTEST], d2[PS_NTEST], scale[PS_NTEST], h = first_step(s, o);
   double *res[4] = {v, d, d2, scale};
+  int held = 2;
   if (!isfinite(h)) return 0;
   call(s, m->tests, s->x, res);
   for (int j = 0; j < m->tested; j++) {
@@ -28,8 +31,9 @@ static int consistent(ps_run *s, const ps_options *o) {
     } else if (second < -slope) {
       return 0;
     }
+    if (guard_side(v[j], d[j], d2[j], PS_ZERO_TIME * h, 0) < 0) held = 1;
   }
-  return 1;
+  return held;
 }
 
 static int same_motion(const double *a, const double *b) {
@@ -69,7 +73,10 @@ static int decide(ps_run *s, const ps_options *o, const double *x, double *z) {
       for (int i = PS_OWNED[p]; i < PS_OWNED[p + 1]; i++) s->z[i] = memory[a][i];
     }
     rank = PS_POLICY < 0 ? PS_NPART - rank : rank;
-    if (combinations == 1 || consistent(s, o)) {
+    int held = combinations == 1 ? 1 : consistent(s, o);
+    if (held) {
+      /* Among those that rounding alone cannot tell apart, the one that lasts. */
+      rank = 2 * rank + held - 1;
       motions += !motions || !same_motion(s->k[0], best_rate);
       if (rank > best) {
         best = rank;

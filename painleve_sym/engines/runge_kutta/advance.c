@@ -4,6 +4,9 @@
  * an event a mode may not be smooth. */
 static const double PS_BEYOND = 1.1;
 
+/* No step is shorter than this part of the time it begins at. */
+static const double PS_MOMENT = 16e-16;
+
 static void prepare(ps_run *s, const ps_options *o) {
   (void)o;
   s->steps.width = 3 + PS_NZ + 8 * PS_NX + 1;
@@ -123,7 +126,7 @@ static void take_event(ps_run *s, const ps_options *o, int j, double where, doub
     double g[PS_NG], dg[PS_NG];
     guards(s, y, g, dg);
     enter_end_of_step(s, h, y, g, dg);
-    s->h = 6 * h;
+    s->h = PS_MAX(6 * h, 4 * PS_MOMENT * fabs(s->t));
     return;
   }
   s->t += h;
@@ -140,6 +143,9 @@ static void take_event(ps_run *s, const ps_options *o, int j, double where, doub
 static void advance(ps_run *s, const ps_options *o) {
   double y[PS_NX], row[8][PS_NX], g1[PS_NG], d1[PS_NG], err;
   double ahead = PS_BEYOND * time_to_event(s), reach = PS_MAX(ahead, 1e-3 * s->h);
+  /* An event nearer than the time can tell is met by a step that is long enough to be made. */
+  const double moment = PS_MOMENT * fabs(s->t);
+  reach = PS_MAX(reach, 4 * moment);
   int finite = 1;
   for (;;) {
     int last = 0;
@@ -149,7 +155,7 @@ static void advance(ps_run *s, const ps_options *o) {
       h = o->t_end - s->t;
       last = 1;
     }
-    if (!(h > 16e-16 * fabs(s->t)) || s->count.accepted + s->count.rejected >= o->max_steps) {
+    if (!(h > moment) || s->count.accepted + s->count.rejected >= o->max_steps) {
       s->reason = s->count.accepted + s->count.rejected >= o->max_steps ? PS_STEP_LIMIT
                   : finite                                              ? PS_STEP_UNDERFLOW
                                                                         : PS_NON_FINITE;

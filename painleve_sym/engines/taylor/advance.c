@@ -24,9 +24,37 @@ static int may_vanish(const ps_look *g, int j) {
   return !(g->least[j * g->next] > 0);
 }
 
-/* Earliest event inside a step: its guard and its place in [0, 1]; -1 for none, and then `rising`
- * has the guards that are positive at the end. */
-static int find_event(ps_run *s, const ps_look *g, double at_once, double *where,
+static double guard_along(ps_run *s, int j, double h, double u) {
+  double y[PS_NX], g[PS_NG], dg[PS_NG];
+  state_at(s, u * h, y);
+  guards(s, y, g, dg);
+  return g[j];
+}
+
+/* Place of the first zero of guard j itself, where its series says it is at u. While a force is tiny
+ * the series without it, or beyond the reach of its own, are good for the states of the step, not for
+ * what a guard makes of the force: the friction that a contact can bear, just after it has closed. */
+static double zero_of_guard(ps_run *s, int j, double h, double u) {
+  double a = 0, b = u;
+  int above = s->armed[j], apart = guard_along(s, j, h, u) > 0;
+  for (int i = 1; i <= PS_SAMPLES && apart; i++) {
+    b = (double)i / PS_SAMPLES;
+    if (!(guard_along(s, j, h, b) > 0)) break;
+    above = 1;
+    a = b;
+  }
+  if (a == 1) return -1;
+  if (!above) return u;
+  for (int it = 0; it < 60 && b - a > 4e-16 * b; it++) {
+    double middle = 0.5 * (a + b);
+    if (guard_along(s, j, h, middle) > 0) a = middle; else b = middle;
+  }
+  return b;
+}
+
+/* Earliest event inside a step of h units: its guard and its place in [0, 1]; -1 for none, and then
+ * `rising` has the guards that are positive at the end. */
+static int find_event(ps_run *s, const ps_look *g, double h, double at_once, double *where,
                       ps_bits *rising) {
   int n = PS_MODES[s->mode].n, first = -1, order = s->order;
   *where = 2;
@@ -44,6 +72,7 @@ static int find_event(ps_run *s, const ps_look *g, double at_once, double *where
     } else {
       u = next_root(p, order, at_once, crossed);
     }
+    if (u >= 0 && s->left_out) u = zero_of_guard(s, j, h, u);
     if (u >= 0 && u < *where - PS_TIE) {
       *where = u;
       first = j;
@@ -174,10 +203,11 @@ static void take_step(ps_run *s, const ps_options *o, double h, int last, const 
   ps_bits rising;
   double where;
   s->count.guards++;
-  int event = find_event(s, g, PS_ZERO_TIME * s->h_ref / time_at(s, h), &where, &rising);
+  if (s->left_out) own_series(s, g);
+  int event = find_event(s, g, h, PS_ZERO_TIME * s->h_ref / time_at(s, h), &where, &rising);
   if (event >= 0 && s->left_out == PS_BY_CHOICE) {
     /* A guard may be made of the very force that is left out: again, with it. */
-    s->left_out = 0;
+    s->left_out = PS_KEPT;
     s->count.rejected++;
     return;
   }
@@ -203,7 +233,7 @@ static void take_step(ps_run *s, const ps_options *o, double h, int last, const 
   double took = time_at(s, h);
   s->t += took;
   memcpy(s->x, end->x, sizeof s->x);
-  if (s->left_out) {
+  if (s->left_out && s->left_out != PS_KEPT) {
     s->zero = -took;
   } else if (s->zero < 0 && took > -PS_WORTH * s->zero && kink == 1) {
     s->zero -= took;

@@ -14,8 +14,9 @@ static const double PS_WORTH = 0.8;
 /* No step is shorter than this part of the time it begins at. */
 static const double PS_MOMENT = 16e-16;
 
-/* Why a step leaves a power out: its series does not exist, or reaches less far. */
-enum { PS_BY_NEED = 1, PS_BY_CHOICE };
+/* Why a step leaves a power out: its series does not exist, or reaches less far; or that it is kept
+ * though its base is small. */
+enum { PS_BY_NEED = 1, PS_BY_CHOICE, PS_KEPT };
 
 static void prepare(ps_run *s, const ps_options *o) {
   /* Jorba & Zou, Experiment. Math. 14 (2005) 99-117: the order that is cheapest for a tolerance. */
@@ -219,6 +220,7 @@ static double good_for(ps_run *s, const ps_options *o, double h) {
     for (int r = 0; r < m->ramps; r++)
       if (smalls[r]) s->live[r] = 1;
     fill_series(s);
+    s->left_out = PS_KEPT;
     return alive;
   }
   s->left_out = isfinite(alive) ? PS_BY_CHOICE : PS_BY_NEED;
