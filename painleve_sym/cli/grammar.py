@@ -307,6 +307,9 @@ def _sweep_options(parser: Parser) -> None:
 
 
 def _reproduce_options(parser: Parser) -> None:
+    parser.add_argument(
+        "paper", nargs="?", metavar="PAPER", help="name of the paper (--list shows it); default all"
+    )
     parser.add_argument("--out", metavar="DIR", help="also write a report with figures here")
     parser.add_argument(
         "--only",
