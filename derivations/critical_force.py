@@ -5,6 +5,8 @@ from __future__ import annotations
 import sympy as sp
 
 from derivations._page import Derivation, Quantity, Step, run
+from derivations.compliance_energies import E_s as e_s
+from derivations.compliance_energies import n, packaged
 from derivations.equations_of_motion import accelerations, mechanism, quantities, symbol
 from painleve_sym.laws.compliance import K_E, bilinear_hertz
 from painleve_sym.laws.saddle import DEPTH, A, B, barrier, loading_saddle, unloading_saddle
@@ -12,7 +14,6 @@ from painleve_sym.mechanics.coefficients import F_N, F_T
 from painleve_sym.mechanics.paradox.sliding import sliding_force_rate
 from painleve_sym.study.critical.sliding_solution import SlidingSolution
 
-n, e_s = sp.symbols("n e_energetic", positive=True)
 RATE, RATE_UNLOADING, SPEED = sp.symbols("growth_rate unloading_growth_rate v_c", positive=True)
 BARRIER, x, w_squared = sp.symbols("barrier x w_squared", positive=True)
 F_STAR, F_DOT = sp.symbols("F_sliding F_sliding_dot", positive=True)
@@ -50,14 +51,6 @@ def own_quantities() -> tuple[Quantity, ...]:
         Quantity(FIRST, "F_1", "N", "first term of the expansion of the critical force"),
         Quantity(SECOND, "F_2", "N", "second term of the expansion of the critical force"),
     )
-
-
-def in_law(expr: sp.Expr) -> sp.Expr:
-    """Return an expression of the package in the symbols of this page."""
-    law = bilinear_hertz()
-    own = {"n": n, "e_energetic": e_s}
-    swap = {p.symbol: own[p.name] for p in law.parameters if p.name in own}
-    return expr.subs({s: e_s**2 for s in law.definitions if s != K_E}).subs(swap)
 
 
 def layer_terms() -> tuple[sp.Expr, sp.Expr]:
@@ -124,7 +117,7 @@ def derive() -> Derivation:
     rod = mechanism().coefficients
 
     def at_depth(expr: sp.Expr) -> sp.Expr:
-        return in_law(expr).subs(K_E, stiffness)
+        return packaged(expr, law).subs(K_E, stiffness)
 
     unloading = sp.simplify(at_depth(unloading_saddle(law).rates[0]))
     steps = (
@@ -132,7 +125,7 @@ def derive() -> Derivation:
             "Where $A < 0 < B$ the normal motion of the sliding contact, "
             "$\\ddot\\delta = -(A F_n + B)$, rests at the compression of $F_n^* = -B/A$:",
             sp.Eq(DEPTH, depth),
-            package=in_law(loading_saddle(law).compression),
+            package=packaged(loading_saddle(law).compression, law),
         ),
         Step(
             "A small deviation $\\eta$ obeys $\\ddot\\eta = -A F_n'(\\delta^*)\\,\\eta$ with "

@@ -10,6 +10,7 @@ from derivations.equations_of_motion import accelerations, mechanism, quantities
 from painleve_sym.mechanics.coefficients import F_N, F_T
 from painleve_sym.mechanics.paradox.critical_friction import critical_friction
 from painleve_sym.mechanics.simplify import readable
+from painleve_sym.papers.impact_resolution.claims import CLAIMS
 
 TAU = sp.Symbol("tau", positive=True)
 MU_P, MU_MIN, TAU_MIN = sp.symbols("mu_P mu_P_min tau_min", positive=True)
@@ -46,9 +47,9 @@ def in_tangent(expr: sp.Expr) -> sp.Expr:
 
 def friction_steps() -> list[Step]:
     """Return the steps on the sign of A."""
-    mu, m = symbol("mu"), symbol("m")
-    found = mechanism().coefficients
-    critical = critical_friction(found, slip=-1)
+    mu, coefficients = symbol("mu"), mechanism().coefficients
+    letters = {name: symbol(name) for name in ("theta", "mu", "m")}
+    critical = critical_friction(coefficients, slip=-1)
     minimum = critical.minimum("theta")
     normal = accelerations()[symbol("y_A_ddot")]
     a = in_tangent(sp.expand(normal.subs(F_T, mu * F_N)).diff(F_N))
@@ -61,9 +62,9 @@ def friction_steps() -> list[Step]:
             "Sliding left, $\\ddot y_A = A F_n + B$. With $\\tau = \\tan\\theta$ and "
             "$0 < \\theta < \\pi/2$",
             sp.Eq(A, a),
-            "(2)",
-            (TAU**2 - 3 * mu * TAU + 4) / (m * (1 + TAU**2)),
-            in_tangent(found.A(-1)),
+            "eq-2",
+            printed=in_tangent(CLAIMS.expression("eq-2", letters)),
+            package=in_tangent(coefficients.A(-1)),
         ),
         Step(
             "which changes sign at the friction",
@@ -78,9 +79,8 @@ def friction_steps() -> list[Step]:
         Step(
             "so that no configuration has $A < 0$ unless the friction exceeds",
             sp.Eq(MU_MIN, threshold.subs(TAU, place)),
-            "§1, μ > 4/3",
-            sp.Rational(4, 3),
-            minimum.value,
+            "critical-friction",
+            package=minimum.value,
         ),
         Step(range_text, sp.Eq(TAU_LOW, ends[0])),
         Step("to", sp.Eq(TAU_HIGH, ends[1])),
@@ -89,10 +89,8 @@ def friction_steps() -> list[Step]:
 
 def force_steps() -> list[Step]:
     """Return the steps on the sign of B and on the normal force."""
-    m, l, g, mu = (symbol(name) for name in ("m", "l", "g", "mu"))
-    theta, omega = symbol("theta"), symbol("theta_dot")
-    s, c = sp.sin(theta), sp.cos(theta)
-    normal = sp.expand(accelerations()[symbol("y_A_ddot")].subs(F_T, mu * F_N))
+    omega = symbol("theta_dot")
+    normal = sp.expand(accelerations()[symbol("y_A_ddot")].subs(F_T, symbol("mu") * F_N))
     free = normal.subs(F_N, 0)
     squared = sp.solve(free, omega**2)[0]
     sliding = -free / readable(normal.diff(F_N))
@@ -108,9 +106,8 @@ def force_steps() -> list[Step]:
             "1); with $A > 0$, $B > 0$ only lift-off is one (case 2); with $A < 0$, $B < 0$ there "
             "is none (case 3); with $A < 0$, $B > 0$ both are (case 4).",
             sp.Eq(F_STAR, sliding),
-            "§3.4, −B/A",
-            -(l * omega**2 * s - g) / ((1 + 3 * c * (c - mu * s)) / m),
-            -mechanism().coefficients.B / mechanism().coefficients.A(-1),
+            "sliding-force",
+            package=-mechanism().coefficients.B / mechanism().coefficients.A(-1),
         ),
         Step(
             "On a softened contact the compression obeys $\\ddot\\delta = -(A F_n + B)$ with "

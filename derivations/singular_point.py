@@ -54,7 +54,7 @@ def rates() -> tuple[sp.Expr, sp.Expr, sp.Expr]:
 
 def flow_steps() -> list[Step]:
     """Return the steps on the rates of A and B and the law of the force."""
-    found, (a_rate, free, forced) = SingularPoint(mechanism().coefficients), rates()
+    point, (a_rate, free, forced) = SingularPoint(mechanism().coefficients), rates()
     flow = sp.Matrix([[ALPHA, 0], [BETA_0, -BETA_1]])
     assert set(flow.eigenvals()) == {ALPHA, -BETA_1}
     (direction,) = next(v for value, _, v in flow.eigenvects() if value == ALPHA)
@@ -67,14 +67,14 @@ def flow_steps() -> list[Step]:
         Step(
             "In slip $F = -B/A$. $A$ depends on the angle alone, so that no force enters",
             sp.Eq(ALPHA, readable(a_rate)),
-            package=found.A_rate,
+            package=point.A_rate,
         ),
         Step(
             "$B$ depends on $\\dot\\theta$ too: $\\dot B = \\beta_0 + \\beta_1 F$ with",
             sp.Eq(BETA_0, readable(free)),
-            package=found.B_rate,
+            package=point.B_rate,
         ),
-        Step("and", sp.Eq(BETA_1, readable(forced)), package=found.B_rate_per_force),
+        Step("and", sp.Eq(BETA_1, readable(forced)), package=point.B_rate_per_force),
         Step(
             "In the time with $d\\tau = dt/A$ this is $A' = \\dot A\\,A$, "
             "$B' = \\beta_0 A - \\beta_1 B$, linear near the point. Its eigenvalues are",
@@ -98,14 +98,14 @@ def rod_steps() -> list[Step]:
     """Return eigenvalue ratio, bounded force and threshold of the rod."""
     l, g, mu = (symbol(name) for name in ("l", "g", "mu"))
     theta, omega = symbol("theta"), symbol("theta_dot")
-    found, (a_rate, free, forced) = SingularPoint(mechanism().coefficients), rates()
+    point, (a_rate, free, forced) = SingularPoint(mechanism().coefficients), rates()
     at_A = {mu: (4 + TAU**2) / (3 * TAU)}
     ratio = sp.cancel(in_tangent(-forced / a_rate).subs(at_A))
     spin = sp.sqrt(g / (l * sp.sin(theta)))
     bounded = in_tangent((-free / (a_rate + forced)).subs(omega, spin)).subs(at_A)
-    own = found.on_A_zero(found.bounded_force).subs(omega, spin)
+    own = point.on_A_zero(point.bounded_force).subs(omega, spin)
     place = next(t for t in sp.solve(ratio - 1, TAU) if t.is_positive)
-    (threshold,) = found.thresholds("theta")
+    (threshold,) = point.thresholds("theta")
     (general,) = SingularPoint(rod_inertia().coefficients).thresholds("theta")
     smallest = 2 * sp.sqrt(1 + INERTIA) / INERTIA
     return [
@@ -113,12 +113,14 @@ def rod_steps() -> list[Step]:
             "At $A = 0$ the friction is $\\mu = (4 + \\tau^2)/(3\\tau)$ with "
             "$\\tau = \\tan\\theta$, and the ratio $\\lambda_B/\\lambda_A$ of the rod is",
             sp.Eq(RATIO, readable(ratio)),
-            package=in_tangent(found.on_A_zero(found.eigenvalue_ratio)),
+            package=in_tangent(point.on_A_zero(point.eigenvalue_ratio)),
         ),
         Step(
             "At $B = 0$, $\\dot\\theta^2 = g/(l\\sin\\theta)$. There the bounded force is",
             sp.Eq(F_STAR, readable(sp.simplify(bounded))),
             package=readable(sp.simplify(in_tangent(own))),
+            # The general form has the same symbol.
+            function="F_star_rod",
         ),
         Step(
             "For $r < 1$ the force of other slips diverges, and those with $F > F^*$ jam. For "
@@ -141,20 +143,13 @@ def rod_steps() -> list[Step]:
 def derive() -> Derivation:
     """Derive eigenvalues, force exponent, bounded force and threshold."""
     steps = (*flow_steps(), *rod_steps())
-    # One symbol, two steps: the general form and that of the rod.
-    named = [
-        Step(s.text, s.derived, s.number, s.printed, s.package, s.misprint, "F_star_rod")
-        if s.derived.lhs == F_STAR and s.package is not None
-        else s
-        for s in steps
-    ]
     return Derivation(
         "singular_point",
         "Slip near A = B = 0",
         "Continues the conditions of the paradox: how the sliding rod reaches the point where both "
         "coefficients vanish. The first steps hold for any mechanism with one contact.",
         (*quantities(), *coefficient_quantities(), *own_quantities()),
-        tuple(named),
+        steps,
     )
 
 

@@ -135,7 +135,7 @@ class Source:
         sure = [text for name, text in given if name not in self.unconfirmed]
         phrase = ", ".join([title or self.title, *sure])
         probable = ", ".join(text for name, text in given if name in self.unconfirmed)
-        return f"{phrase} (unconfirmed: {probable})" if probable else phrase
+        return f"{phrase} (probably {probable}; unconfirmed)" if probable else phrase
 
 
 @dataclass(frozen=True)

@@ -73,10 +73,10 @@ def test_items_that_are_not_reproduced_have_a_reason():
 
 def test_citation_says_what_is_unconfirmed():
     text = CLAIMS.source.citation()
-    assert text.startswith("Impact model resolution on Painlevé's paradox (unconfirmed: ")
+    assert text.startswith("Impact model resolution on Painlevé's paradox (probably ")
     assert "Acta Mechanica Sinica" in text
     sure = Source("T", authors="A", year=1895, unconfirmed=("year",))
-    assert sure.citation() == "T, A (unconfirmed: 1895)"
+    assert sure.citation() == "T, A (probably 1895; unconfirmed)"
     assert Source("T", authors="A", year=1895).citation("*T*") == "*T*, A, 1895"
 
 
