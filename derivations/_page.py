@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import textwrap
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -169,16 +169,6 @@ class Derivation:
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(text, encoding="utf-8", newline="\n")
         return page, module
-
-
-def run(derive: Callable[[], Derivation]) -> Derivation:
-    """Write one derivation and print its verdicts."""
-    derivation = derive()
-    page, module = derivation.write()
-    print(f"{derivation.title}: {page.relative_to(ROOT)}, {module.relative_to(ROOT)}")
-    for number, verdict in derivation.verdicts:
-        print(f"  {number:>15}  {verdict}")
-    return derivation
 
 
 def mechanism_quantities(mechanism: Mechanism) -> tuple[Quantity, ...]:

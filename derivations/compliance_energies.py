@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from derivations._page import Derivation, Quantity, Step, run
+from derivations._page import Derivation, Quantity, Step
 from painleve_sym.laws.compliance import (
     DELTA,
     DELTA_MAX,
@@ -23,31 +23,29 @@ F_LOADING, F_UNLOADING = sp.symbols("F_n_loading F_n_unloading", real=True)
 W_C, W_R, E_N0, F_N0 = sp.symbols("W_c W_r E_n0 F_n0", real=True)
 
 
-def own_quantities() -> tuple[Quantity, ...]:
-    """Return the symbols of this page with their meaning."""
-    return (
-        Quantity(R_1, "R_1", "m", "radius of the first body"),
-        Quantity(R_2, "R_2", "m", "radius of the second body"),
-        Quantity(R, "R", "m", "radius of the contact end"),
-        Quantity(KAPPA, "1/R^*", "1/m", "relative curvature"),
-        Quantity(E, "E", "Pa", "elastic modulus of both bodies"),
-        Quantity(nu, r"\nu", "1", "Poisson's ratio of both bodies"),
-        Quantity(E_STAR, "E^*", "Pa", "contact modulus"),
-        Quantity(K_E, "K_e", "N/m^n", "stiffness"),
-        Quantity(n, "n", "1", "exponent of the compression law"),
-        Quantity(E_s, "e_s", "1", "energetic coefficient of restitution"),
-        Quantity(delta, r"\delta", "m", "compression"),
-        Quantity(delta_max, r"\delta_\mathrm{max}", "m", "largest compression"),
-        Quantity(delta_p, r"\delta_p", "m", "permanent compression"),
-        Quantity(delta_0, r"\delta_0", "m", "initial compression"),
-        Quantity(F_LOADING, r"F_n", "N", "normal force while compressing"),
-        Quantity(F_UNLOADING, r"F_n", "N", "normal force in restitution"),
-        Quantity(F_MAX, r"F_{n\,\mathrm{max}}", "N", "largest normal force"),
-        Quantity(F_N0, "F_{n0}", "N", "initial normal force"),
-        Quantity(W_C, "W_c", "J", "work of the normal force during compression"),
-        Quantity(W_R, "W_r", "J", "work of the normal force during restitution"),
-        Quantity(E_N0, "E_{n0}", "J", "initial surface energy"),
-    )
+QUANTITIES = (
+    Quantity(R_1, "R_1", "m", "radius of the first body"),
+    Quantity(R_2, "R_2", "m", "radius of the second body"),
+    Quantity(R, "R", "m", "radius of the contact end"),
+    Quantity(KAPPA, "1/R^*", "1/m", "relative curvature"),
+    Quantity(E, "E", "Pa", "elastic modulus of both bodies"),
+    Quantity(nu, r"\nu", "1", "Poisson's ratio of both bodies"),
+    Quantity(E_STAR, "E^*", "Pa", "contact modulus"),
+    Quantity(K_E, "K_e", "N/m^n", "stiffness"),
+    Quantity(n, "n", "1", "exponent of the compression law"),
+    Quantity(E_s, "e_s", "1", "energetic coefficient of restitution"),
+    Quantity(delta, r"\delta", "m", "compression"),
+    Quantity(delta_max, r"\delta_\mathrm{max}", "m", "largest compression"),
+    Quantity(delta_p, r"\delta_p", "m", "permanent compression"),
+    Quantity(delta_0, r"\delta_0", "m", "initial compression"),
+    Quantity(F_LOADING, r"F_n", "N", "normal force while compressing"),
+    Quantity(F_UNLOADING, r"F_n", "N", "normal force in restitution"),
+    Quantity(F_MAX, r"F_{n\,\mathrm{max}}", "N", "largest normal force"),
+    Quantity(F_N0, "F_{n0}", "N", "initial normal force"),
+    Quantity(W_C, "W_c", "J", "work of the normal force during compression"),
+    Quantity(W_R, "W_r", "J", "work of the normal force during restitution"),
+    Quantity(E_N0, "E_{n0}", "J", "initial surface energy"),
+)
 
 
 def packaged(expr: sp.Expr, law: ContactLaw) -> sp.Expr:
@@ -175,10 +173,6 @@ def derive() -> Derivation:
         "Energies of the bilinear compression law",
         "The contact is compressed along one curve and released along another; what lies between "
         "them is lost to plastic deformation.",
-        own_quantities(),
+        QUANTITIES,
         (*stiffness_steps(law), *energy_steps(law)),
     )
-
-
-if __name__ == "__main__":
-    run(derive)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from derivations._page import Derivation, Quantity, Step, run
+from derivations._page import Derivation, Quantity, Step
 from derivations.equations_of_motion import accelerations, mechanism, quantities, symbol
 from painleve_sym.mechanics.coefficients import F_N, F_T
 from painleve_sym.mechanics.simplify import readable
@@ -13,19 +13,17 @@ W_NN, W_NT, W_TT = sp.symbols("W_nn W_nt W_tt", real=True)
 A, A_RIGHT, B, C, C_RIGHT, B_T = sp.symbols("A A_right B C C_right b_t", real=True)
 
 
-def coefficient_quantities() -> tuple[Quantity, ...]:
-    """Return the symbols of this page with their meaning."""
-    return (
-        Quantity(W_NN, "W_{nn}", "1/kg", "normal acceleration per normal force"),
-        Quantity(W_NT, "W_{nt}", "1/kg", "normal acceleration per tangential force, and back"),
-        Quantity(W_TT, "W_{tt}", "1/kg", "tangential acceleration per tangential force"),
-        Quantity(A, "A", "1/kg", "normal acceleration per normal force while sliding left"),
-        Quantity(A_RIGHT, "A_+", "1/kg", "normal acceleration per normal force, sliding right"),
-        Quantity(B, "B", "m/s²", "normal acceleration without contact forces"),
-        Quantity(B_T, "b_t", "m/s²", "tangential acceleration without contact forces"),
-        Quantity(C, "C", "1/kg", "tangential acceleration per normal force while sliding left"),
-        Quantity(C_RIGHT, "C_+", "1/kg", "tangential acceleration per normal force, sliding right"),
-    )
+COEFFICIENTS = (
+    Quantity(W_NN, "W_{nn}", "1/kg", "normal acceleration per normal force"),
+    Quantity(W_NT, "W_{nt}", "1/kg", "normal acceleration per tangential force, and back"),
+    Quantity(W_TT, "W_{tt}", "1/kg", "tangential acceleration per tangential force"),
+    Quantity(A, "A", "1/kg", "normal acceleration per normal force while sliding left"),
+    Quantity(A_RIGHT, "A_+", "1/kg", "normal acceleration per normal force, sliding right"),
+    Quantity(B, "B", "m/s²", "normal acceleration without contact forces"),
+    Quantity(B_T, "b_t", "m/s²", "tangential acceleration without contact forces"),
+    Quantity(C, "C", "1/kg", "tangential acceleration per normal force while sliding left"),
+    Quantity(C_RIGHT, "C_+", "1/kg", "tangential acceleration per normal force, sliding right"),
+)
 
 
 def steps() -> tuple[Step, ...]:
@@ -91,10 +89,6 @@ def derive() -> Derivation:
         "Contact coefficients of the sliding rod",
         "Continues the equations of motion. Where $A < 0$ a larger normal force accelerates the "
         "end *into* the ground: Painlevé's paradox.",
-        (*quantities(), *coefficient_quantities()),
+        (*quantities(), *COEFFICIENTS),
         steps(),
     )
-
-
-if __name__ == "__main__":
-    run(derive)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from derivations._page import Derivation, Quantity, Step, run
+from derivations._page import Derivation, Quantity, Step
 from derivations.equations_of_motion import mechanism
 from painleve_sym.laws import finite_stiffness as package
 from painleve_sym.laws.finite_stiffness import (
@@ -262,7 +262,3 @@ def derive() -> Derivation:
         QUANTITIES,
         (*slip_steps(), *sticking_steps(), *limit_steps(), *linear_steps()),
     )
-
-
-if __name__ == "__main__":
-    run(derive)

@@ -6,7 +6,7 @@ from functools import cache
 
 import sympy as sp
 
-from derivations._page import Derivation, Quantity, Step, dotted, mechanism_quantities, run
+from derivations._page import Derivation, Quantity, Step, dotted, mechanism_quantities
 from painleve_sym.mechanics.coefficients import F_N, F_T
 from painleve_sym.mechanics.models import Mechanism, rod
 
@@ -38,8 +38,8 @@ def quantities() -> tuple[Quantity, ...]:
         centre.append(Quantity(base, str(base), "m", f"centre of the rod {text}"))
         for dots, rate in enumerate({X: (X_DOT, X_DDOT), Y: (Y_DOT, Y_DDOT)}[base], 1):
             unit = "m/s" + "²" * (dots == 2)
-            what = ("velocity", "acceleration")[dots - 1]
-            centre.append(Quantity(rate, dotted(str(base), dots), unit, f"{what} of ${base}$"))
+            kind = ("velocity", "acceleration")[dots - 1]
+            centre.append(Quantity(rate, dotted(str(base), dots), unit, f"{kind} of ${base}$"))
     return (
         *mechanism_quantities(mechanism()),
         *centre,
@@ -175,7 +175,3 @@ def derive() -> Derivation:
         quantities(),
         (*balance_steps(), *contact_steps()),
     )
-
-
-if __name__ == "__main__":
-    run(derive)

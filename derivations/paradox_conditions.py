@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import sympy as sp
 
-from derivations._page import Derivation, Quantity, Step, run
-from derivations.contact_coefficients import A, coefficient_quantities
+from derivations._page import Derivation, Quantity, Step
+from derivations.contact_coefficients import COEFFICIENTS, A
 from derivations.equations_of_motion import accelerations, mechanism, quantities, symbol
 from painleve_sym.mechanics.coefficients import F_N, F_T
 from painleve_sym.mechanics.paradox.critical_friction import critical_friction
@@ -20,21 +20,19 @@ F_STAR, DELTA_STAR, N = sp.symbols("F_n_star delta_star n", positive=True)
 GROWTH = sp.Symbol("growth_squared", real=True)
 
 
-def own_quantities() -> tuple[Quantity, ...]:
-    """Return the symbols of this page with their meaning."""
-    return (
-        Quantity(TAU, r"\tau", "1", "tan θ"),
-        Quantity(MU_P, r"\mu_P", "1", "critical friction: $A < 0$ above it"),
-        Quantity(TAU_MIN, r"\tau_m", "1", "tan θ where the critical friction is smallest"),
-        Quantity(MU_MIN, r"\mu_m", "1", "smallest critical friction"),
-        Quantity(TAU_LOW, r"\tau_-", "1", "lower end of the range of tan θ with $A < 0$"),
-        Quantity(TAU_HIGH, r"\tau_+", "1", "upper end of the range of tan θ with $A < 0$"),
-        Quantity(OMEGA_B, r"\dot\theta_B^2", "1/s²", "square of the angular speed where $B = 0$"),
-        Quantity(F_STAR, "F_n^*", "N", "normal force of sliding on"),
-        Quantity(DELTA_STAR, r"\delta^*", "m", "compression that carries $F_n^*$"),
-        Quantity(N, "n", "1", "exponent of the compression law"),
-        Quantity(GROWTH, r"\lambda^2", "1/s²", "square of the growth rate of a disturbance"),
-    )
+QUANTITIES = (
+    Quantity(TAU, r"\tau", "1", "tan θ"),
+    Quantity(MU_P, r"\mu_P", "1", "critical friction: $A < 0$ above it"),
+    Quantity(TAU_MIN, r"\tau_m", "1", "tan θ where the critical friction is smallest"),
+    Quantity(MU_MIN, r"\mu_m", "1", "smallest critical friction"),
+    Quantity(TAU_LOW, r"\tau_-", "1", "lower end of the range of tan θ with $A < 0$"),
+    Quantity(TAU_HIGH, r"\tau_+", "1", "upper end of the range of tan θ with $A < 0$"),
+    Quantity(OMEGA_B, r"\dot\theta_B^2", "1/s²", "square of the angular speed where $B = 0$"),
+    Quantity(F_STAR, "F_n^*", "N", "normal force of sliding on"),
+    Quantity(DELTA_STAR, r"\delta^*", "m", "compression that carries $F_n^*$"),
+    Quantity(N, "n", "1", "exponent of the compression law"),
+    Quantity(GROWTH, r"\lambda^2", "1/s²", "square of the growth rate of a disturbance"),
+)
 
 
 def in_tangent(expr: sp.Expr) -> sp.Expr:
@@ -125,10 +123,6 @@ def derive() -> Derivation:
         "paradox_conditions",
         "Conditions of Painlevé's paradox",
         "Continues the contact coefficients: where $A$ and $B$ change sign, and what then follows.",
-        (*quantities(), *coefficient_quantities(), *own_quantities()),
+        (*quantities(), *COEFFICIENTS, *QUANTITIES),
         (*friction_steps(), *force_steps()),
     )
-
-
-if __name__ == "__main__":
-    run(derive)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import sympy as sp
 
-from derivations._page import Derivation, Quantity, Step, run
-from derivations.contact_coefficients import coefficient_quantities
+from derivations._page import Derivation, Quantity, Step
+from derivations.contact_coefficients import COEFFICIENTS
 from derivations.equations_of_motion import accelerations, mechanism, quantities, symbol
 from derivations.paradox_conditions import TAU, in_tangent
 from painleve_sym.mechanics.coefficients import F_N, F_T
@@ -20,26 +20,24 @@ LAMBDA_A, LAMBDA_B = sp.symbols("lambda_A lambda_B", real=True)
 TAU_C, MU_C, INERTIA, TIMES = sp.symbols("tau_C mu_C alpha mu_ratio", positive=True)
 
 
-def own_quantities() -> tuple[Quantity, ...]:
-    """Return the symbols of this page with their meaning."""
-    return (
-        Quantity(TAU, r"\tau", "1", "tan θ at the singular point"),
-        Quantity(ALPHA, r"\dot A", "1/(kg s)", "rate of $A$ in slip"),
-        Quantity(BETA_0, r"\beta_0", "m/s³", "rate of $B$ without contact force"),
-        Quantity(BETA_1, r"\beta_1", "1/(kg s)", "rate of $B$ per normal force"),
-        Quantity(LAMBDA_A, r"\lambda_A", "1/(kg s)", "eigenvalue with direction $(1, -F^*)$"),
-        Quantity(LAMBDA_B, r"\lambda_B", "1/(kg s)", "eigenvalue with direction $(0, 1)$"),
-        Quantity(RATIO, "r", "1", "ratio of the eigenvalues"),
-        Quantity(GAMMA, r"\gamma", "1", "exponent of the diverging force"),
-        Quantity(FORCE, "F", "N", "normal force of slip"),
-        Quantity(F_DOT, r"\dot F", "N/s", "its rate"),
-        Quantity(F_STAR, "F^*", "N", "normal force of the slip that stays bounded"),
-        Quantity(LEFT, "u", "s", "time left until $A = 0$"),
-        Quantity(TAU_C, r"\tau_C", "1", "tan θ at the singular point with equal eigenvalues"),
-        Quantity(MU_C, r"\mu_C", "1", "friction with equal eigenvalues at the singular point"),
-        Quantity(INERTIA, r"\alpha", "1", "$m l^2/J$ of a rod of any inertia"),
-        Quantity(TIMES, r"\mu_C/\mu_P", "1", "ratio of that friction to the smallest critical one"),
-    )
+QUANTITIES = (
+    Quantity(TAU, r"\tau", "1", "tan θ at the singular point"),
+    Quantity(ALPHA, r"\dot A", "1/(kg s)", "rate of $A$ in slip"),
+    Quantity(BETA_0, r"\beta_0", "m/s³", "rate of $B$ without contact force"),
+    Quantity(BETA_1, r"\beta_1", "1/(kg s)", "rate of $B$ per normal force"),
+    Quantity(LAMBDA_A, r"\lambda_A", "1/(kg s)", "eigenvalue with direction $(1, -F^*)$"),
+    Quantity(LAMBDA_B, r"\lambda_B", "1/(kg s)", "eigenvalue with direction $(0, 1)$"),
+    Quantity(RATIO, "r", "1", "ratio of the eigenvalues"),
+    Quantity(GAMMA, r"\gamma", "1", "exponent of the diverging force"),
+    Quantity(FORCE, "F", "N", "normal force of slip"),
+    Quantity(F_DOT, r"\dot F", "N/s", "its rate"),
+    Quantity(F_STAR, "F^*", "N", "normal force of the slip that stays bounded"),
+    Quantity(LEFT, "u", "s", "time left until $A = 0$"),
+    Quantity(TAU_C, r"\tau_C", "1", "tan θ at the singular point with equal eigenvalues"),
+    Quantity(MU_C, r"\mu_C", "1", "friction with equal eigenvalues at the singular point"),
+    Quantity(INERTIA, r"\alpha", "1", "$m l^2/J$ of a rod of any inertia"),
+    Quantity(TIMES, r"\mu_C/\mu_P", "1", "ratio of that friction to the smallest critical one"),
+)
 
 
 def rates() -> tuple[sp.Expr, sp.Expr, sp.Expr]:
@@ -148,10 +146,6 @@ def derive() -> Derivation:
         "Slip near A = B = 0",
         "Continues the conditions of the paradox: how the sliding rod reaches the point where both "
         "coefficients vanish. The first steps hold for any mechanism with one contact.",
-        (*quantities(), *coefficient_quantities(), *own_quantities()),
+        (*quantities(), *COEFFICIENTS, *QUANTITIES),
         steps,
     )
-
-
-if __name__ == "__main__":
-    run(derive)

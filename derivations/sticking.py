@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from derivations._page import Derivation, Quantity, Step, run
+from derivations._page import Derivation, Quantity, Step
 from derivations.equations_of_motion import accelerations, mechanism, quantities, symbol
 from painleve_sym.mechanics.coefficients import F_N, F_T
 from painleve_sym.mechanics.simplify import readable
@@ -57,7 +57,3 @@ def derive() -> Derivation:
         ),
         steps,
     )
-
-
-if __name__ == "__main__":
-    run(derive)

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from derivations._page import Derivation, Quantity, Step, run
-from derivations.contact_coefficients import A, coefficient_quantities
+from derivations._page import Derivation, Quantity, Step
+from derivations.contact_coefficients import COEFFICIENTS, A
 from derivations.equations_of_motion import accelerations, mechanism, quantities, symbol
 from derivations.sticking import A_STICK
 from painleve_sym.laws.restitution import E_C, ThreePhaseJump, three_phase_jump
@@ -209,14 +209,10 @@ def derive() -> Derivation:
         "The three-phase jump of the rod",
         "An impact of the sliding rod: the slip stops while the contact is compressed, the "
         "compression ends in sticking, and the contact releases a part of what it stored.",
-        (*quantities(), *coefficient_quantities(), *own_quantities()),
+        (*quantities(), *COEFFICIENTS, *own_quantities()),
         (
             *slip_steps(slipping, jump.tangential),
             *compression_steps(sticking, jump.compression),
             *restitution_steps(sticking, jump),
         ),
     )
-
-
-if __name__ == "__main__":
-    run(derive)

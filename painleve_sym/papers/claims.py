@@ -1,4 +1,4 @@
-"""What a paper prints, read from the one data file of its folder, ``claims.toml``."""
+"""Claims of a paper, read from the one data file of its folder, ``claims.toml``."""
 
 from __future__ import annotations
 
@@ -62,13 +62,13 @@ class PrintedFormula:
     number, text : str
         Where it is printed, and the formula for people.
     title : str
-        What it gives; empty where only the derivations compare it.
+        Name of the quantity; empty where only the derivations compare it.
     expression : str
         Its right side; empty where the paper leaves the line out.
     corrected, holds : str
         The right side with the misprint removed, where there is one; the same for people.
     misprint : str
-        What is wrong with it.
+        The fault of the print.
     """
 
     number: str
@@ -123,7 +123,7 @@ class Source:
     unconfirmed: tuple[str, ...] = ()
 
     def citation(self, title: str = "") -> str:
-        """Return the record as one phrase; what is unconfirmed is said to be.
+        """Return the record as one phrase, with its unconfirmed part marked.
 
         Parameters
         ----------
@@ -173,7 +173,7 @@ class Claims:
         formula : str
             Name of the formula.
         names : mapping of str to sympy.Expr
-            What each name stands for; the letters of other formulas are added.
+            Meaning of each name; the letters of other formulas are added.
         corrected : bool
         """
         claim = self.formulas[formula]
@@ -188,7 +188,7 @@ class Claims:
 
 @cache
 def read_claims(path: Path) -> Claims:
-    """Return what a ``claims.toml`` holds.
+    """Return the claims of a ``claims.toml``.
 
     Raises
     ------

@@ -17,7 +17,7 @@ def expression(text: str, names: Mapping[str, sp.Expr]) -> sp.Expr:
     ----------
     text : str
     names : mapping of str to sympy.Expr
-        What each name in the text stands for.
+        Meaning of each name in the text.
 
     Raises
     ------

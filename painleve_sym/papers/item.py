@@ -1,4 +1,4 @@
-"""The verdict on one claim of a paper, and what was computed for it."""
+"""The verdict on one claim of a paper, and the result it rests on."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class Verdict(enum.Enum):
     """How a claim of the paper fares.
 
     REPRODUCED
-        What was computed agrees within the digits printed, or the words hold.
+        The result agrees within the digits printed, or the words hold.
     MISPRINT
         It does not agree, but a small correction of the print does.
     DIFFERS
@@ -38,7 +38,7 @@ class Verdict(enum.Enum):
 
 @dataclass(frozen=True)
 class Outcome:
-    """What computing an item gave.
+    """The result of computing an item.
 
     Attributes
     ----------

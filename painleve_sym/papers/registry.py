@@ -41,7 +41,7 @@ class Paper:
 
     @cached_property
     def claims(self) -> Claims:
-        """What the paper prints, and the expected verdicts."""
+        """The printed formulas, numbers and statements, with the expected verdicts."""
         return read_claims(self.folder / "claims.toml")
 
     @cached_property

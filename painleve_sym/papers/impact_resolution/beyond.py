@@ -65,7 +65,7 @@ def compute_corrected(bench: Workbench) -> Outcome:
     value = {rule: float(c.rules[rule][at, rebound]) for rule in RULES}
     off = {rule: value[rule] / softened - 1 for rule in RULES}
     checks = {
-        # What is left is 0.08 % and 0.004 % there.
+        # The remaining errors are 0.08 % and 0.004 % there.
         "frozen: the rebound is right to three digits": abs(off["frozen"]) < 1e-3,
         "carried: it is right to four digits": abs(off["carried"]) < 1e-4,
     }

@@ -1,4 +1,4 @@
-"""What the paper prints, from ``claims.toml``, in the form the items use."""
+"""The claims of ``claims.toml`` in the form that the items use."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class PrintedTable:
     A, B : Printed
         As printed; 1/kg and m/s².
     corrected_A : Printed or None
-        Where A is misprinted: what the other tables print at the same θ.
+        Where A is misprinted: the print of the other tables at the same θ.
     row : str
         The printed row, where its columns are damaged.
     """

@@ -12,9 +12,7 @@ from painleve_sym.complementarity import (
     ContactMode,
     ContactProblem,
     ContactSolution,
-    LemkeResult,
     MPCCOptions,
-    MPCCSurvey,
     solve_lemke,
     solve_mpcc_all,
 )
@@ -99,67 +97,49 @@ def in_velocities(problem: ContactProblem) -> ContactProblem:
     )
 
 
-@dataclass(frozen=True)
-class Answers:
-    """The answers of enumeration, Lemke and the relaxation to one contact problem.
+def solved_by_every_method(
+    problem: ContactProblem, name: str, unit: str
+) -> tuple[tuple[ContactSolution, ...], list[list[Any]], dict[str, bool]]:
+    """Solve one contact problem by enumeration, Lemke's method and the relaxation.
 
-    Attributes
+    Parameters
     ----------
+    problem : ContactProblem
     name, unit : str
         Of the problem, and of its normal unknown.
-    exact : tuple of ContactSolution
-    lemke : LemkeResult
-    survey : MPCCSurvey
+
+    Returns
+    -------
+    solutions : tuple of ContactSolution
+        All, by enumeration.
+    rows : list
+        A row of the table for each method.
+    checks : dict of str to bool
+        Whether every claimed solution is one; a method may miss some.
     """
+    solutions = problem.solutions()
+    exact = [s.normal_force for s in solutions]
+    lemke, survey = solve_lemke(problem.lcp()), solve_mpcc_all(problem, options=_CORNERS)
+    pivoted = [] if lemke.solution is None else [float(lemke.solution.z[0])]
+    relaxed = sorted(float(s.z[0]) for s in survey.solutions)
 
-    name: str
-    unit: str
-    exact: tuple[ContactSolution, ...]
-    lemke: LemkeResult
-    survey: MPCCSurvey
+    def text(values: list[float]) -> str:
+        return ", ".join(f"{v:.6g} {unit}" for v in values) if values else "none"
 
-    @classmethod
-    def of(cls, problem: ContactProblem, name: str, unit: str) -> Answers:
-        """Ask all three."""
-        lemke, survey = solve_lemke(problem.lcp()), solve_mpcc_all(problem, options=_CORNERS)
-        return cls(name, unit, problem.solutions(), lemke, survey)
+    def known(value: float) -> bool:
+        return any(math.isclose(value, e, rel_tol=1e-6, abs_tol=1e-12) for e in exact)
 
-    @property
-    def pivots(self) -> list[float]:
-        """Lemke's normal unknown, where it has an answer."""
-        return [] if self.lemke.solution is None else [float(self.lemke.solution.z[0])]
-
-    @property
-    def relaxed(self) -> list[float]:
-        """The relaxation's normal unknowns."""
-        return sorted(float(s.z[0]) for s in self.survey.solutions)
-
-    def rows(self) -> list[list[Any]]:
-        """Return a row of the table for each method."""
-        failed = self.survey.failed
-        ended = f"{self.survey.starts - failed} of {self.survey.starts} starts end in a solution"
-        exact = [s.normal_force for s in self.exact]
-        lemke = f"{self.lemke.status.label}, {self.lemke.pivots} pivots"
-        return [
-            [self.name, "enumeration", self._text(exact), "every cone tried"],
-            [self.name, "Lemke", self._text(self.pivots), lemke],
-            [self.name, "relaxed MPCC", self._text(self.relaxed), ended],
-        ]
-
-    def _text(self, values: list[float]) -> str:
-        return ", ".join(f"{v:.6g} {self.unit}" for v in values) if values else "none"
-
-    def checks(self) -> dict[str, bool]:
-        """Check that every claimed solution is one; a method may miss some."""
-        exact = [s.normal_force for s in self.exact]
-
-        def known(value: float) -> bool:
-            return any(math.isclose(value, e, rel_tol=1e-6, abs_tol=1e-12) for e in exact)
-
-        return {
-            f"{self.name}: Lemke's answer is a solution": all(map(known, self.pivots)),
-            f"{self.name}: relaxed answers are solutions": all(map(known, self.relaxed)),
-        }
+    ended = f"{survey.starts - survey.failed} of {survey.starts} starts end in a solution"
+    rows: list[list[Any]] = [
+        [name, "enumeration", text(exact), "every cone tried"],
+        [name, "Lemke", text(pivoted), f"{lemke.status.label}, {lemke.pivots} pivots"],
+        [name, "relaxed MPCC", text(relaxed), ended],
+    ]
+    checks = {
+        f"{name}: Lemke's answer is a solution": all(map(known, pivoted)),
+        f"{name}: relaxed answers are solutions": all(map(known, relaxed)),
+    }
+    return solutions, rows, checks
 
 
 def _impulse(solution: ContactSolution, slip: float) -> dict[str, Any]:
@@ -182,10 +162,13 @@ def compute_diagram(name: str, bench: Workbench) -> Outcome:
     """Solve the contact problem of one diagram by every method."""
     diagram = DIAGRAMS[name]
     rigid = bench.rigid(diagram.table)
-    free = in_velocities(rigid.problem)
-    given = Answers.of(rigid.problem, "accelerations, sliding given", "N")
-    stepped = Answers.of(free, "impulses over a step, slip free", "N s")
-    over_step = [_impulse(s, rigid.problem.slip_velocity) for s in stepped.exact]
+    _, given, given_checks = solved_by_every_method(
+        rigid.problem, "accelerations, sliding given", "N"
+    )
+    impulses, stepped, stepped_checks = solved_by_every_method(
+        in_velocities(rigid.problem), "impulses over a step, slip free", "N s"
+    )
+    over_step = [_impulse(s, rigid.problem.slip_velocity) for s in impulses]
     data = {
         "A": rigid.A,
         "B": rigid.B,
@@ -195,11 +178,11 @@ def compute_diagram(name: str, bench: Workbench) -> Outcome:
         "over_a_step": over_step,
         "table": table(
             ["problem", "method", "normal unknown", "how it ended"],
-            [*given.rows(), *stepped.rows()],
+            [*given, *stepped],
         ),
     }
     checks = {"same number and kind of solutions": rigid.case is diagram.case}
-    checks |= given.checks() | stepped.checks()
+    checks |= given_checks | stepped_checks
     if name == "fig-3":
         checks["−B/A as printed"] = NUMBERS["sliding-force"].matches(-rigid.B / rigid.A)
     forces = [

@@ -18,7 +18,8 @@ from painleve_sym.laws.compliance import (
     without_ramps,
 )
 from painleve_sym.laws.restitution import E_C, ThreePhaseJump, three_phase_jump
-from painleve_sym.mechanics.coefficients import F_N
+from painleve_sym.mechanics.bodies import Body
+from painleve_sym.mechanics.coefficients import F_N, ContactCoefficients
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.impact.impulse_rays import V_N, V_N_PLUS, V_T, raw
 from painleve_sym.mechanics.models import Mechanism
@@ -69,40 +70,14 @@ class Derived:
     def __getitem__(self, name: str) -> Any:
         return self.names[name]
 
-    # ---- sliding and sticking ----
+    @property
+    def contact(self) -> ContactCoefficients:
+        """Coefficients of the contact."""
+        return self.mechanism.coefficients
 
     def sliding(self) -> sp.Expr:
         """Return ÿ_A while sliding left."""
-        c = self.mechanism.coefficients
-        return c.A(-1) * self["F_n"] + c.B
-
-    def a(self) -> sp.Expr:
-        """Return A of leftward sliding."""
-        return self.mechanism.coefficients.A(-1)
-
-    def b(self) -> sp.Expr:
-        """Return B."""
-        return self.mechanism.coefficients.B
-
-    def a_stick(self) -> sp.Expr:
-        """Return A′."""
-        return self.mechanism.coefficients.A_stick
-
-    def b_stick(self) -> sp.Expr:
-        """Return B′."""
-        return self.mechanism.coefficients.B_stick
-
-    def sticking_force(self) -> sp.Expr:
-        """Return F_t that keeps the end at rest."""
-        return self.mechanism.coefficients.sticking_force
-
-    def sliding_force(self) -> sp.Expr:
-        """Return F_n* of sliding on."""
-        return -self.b() / self.a()
-
-    def least_critical_friction(self) -> sp.Expr:
-        """Return the smallest friction with A < 0 at some θ."""
-        return critical_friction(self.mechanism.coefficients, -1).minimum("theta").value
+        return self.contact.A(-1) * self["F_n"] + self.contact.B
 
     # ---- free flight, in the coordinates of the centre ----
 
@@ -112,12 +87,13 @@ class Derived:
         x, y = (Coordinate(n, f"centre of the rod, {n}", "m") for n in ("x", "y"))
         theta = self.mechanism.system.coordinates[2]
         m, l, g = (self[n] for n in ("m", "l", "g"))
-        system = LagrangianSystem(
-            name="rod by its centre",
-            coordinates=(x, y, theta),
-            parameters=self.mechanism.system.parameters,
-            kinetic_energy=m * (x.rate**2 + y.rate**2) / 2 + m * l**2 * theta.rate**2 / 6,
-            potential_energy=m * g * y.symbol,
+        body = Body(m, (x.symbol, y.symbol), m * l**2 / 3, theta.symbol)
+        system = LagrangianSystem.of_bodies(
+            "rod by its centre",
+            (x, y, theta),
+            self.mechanism.system.parameters,
+            (body,),
+            gravity=g,
         )
         end = (x.symbol - l * sp.cos(theta.symbol), y.symbol - l * sp.sin(theta.symbol))
         return Contact.of_point("A", system, end, self["mu"])
@@ -198,7 +174,7 @@ class Derived:
     @cached_property
     def jump(self) -> ThreePhaseJump:
         """Return its three phases, each in the velocities at its own start."""
-        return three_phase_jump(self.mechanism.coefficients, write=raw)
+        return three_phase_jump(self.contact, write=raw)
 
     def named(self, expr: sp.Expr, phase: int) -> sp.Expr:
         """Return an expression of a phase in the velocities the paper names at its start."""
@@ -214,7 +190,7 @@ class Derived:
 
     def spin_after_slip(self) -> sp.Expr:
         """Return θ̇(t1) in θ̇(t0) and P_n1."""
-        per_impulse = self.mechanism.coefficients.slip_rate_coefficient(-1)
+        per_impulse = self.contact.slip_rate_coefficient(-1)
         return self.spin(0).subs(self["x_A_dot_0"], -per_impulse * self["P_n1"])
 
     def first_energy(self, start: sp.Expr) -> sp.Expr:
@@ -248,8 +224,8 @@ Derive = Callable[[Derived], sp.Expr]
 
 _DERIVE: dict[str, Derive] = {
     "eq-1": Derived.sliding,
-    "eq-2": Derived.a,
-    "eq-3": Derived.b,
+    "eq-2": lambda d: d.contact.A(-1),
+    "eq-3": lambda d: d.contact.B,
     "eq-4": Derived.loading,
     "eq-4-stiffness": Derived.stiffness,
     "eq-4-radius": Derived.relative_curvature,
@@ -264,7 +240,7 @@ _DERIVE: dict[str, Derive] = {
     "eq-11-spin": lambda d: d.free(2),
     "eq-12": Derived.end_acceleration,
     "eq-13": Derived.free_end,
-    "sticking-force": Derived.sticking_force,
+    "sticking-force": lambda d: d.contact.sticking_force,
     "eq-14-normal": lambda d: d.named(d.jump.tangential.normal_velocity, 0),
     "eq-14-impulse": lambda d: d.named(d.jump.tangential.normal_impulse, 0),
     "eq-14-spin": Derived.spin_after_slip,
@@ -273,13 +249,13 @@ _DERIVE: dict[str, Derive] = {
     "eq-17": lambda d: d.first_energy(sp.Integer(0)),
     "eq-18-spin": lambda d: d.spin(1),
     "eq-18-impulse": lambda d: d.named(d.jump.compression.normal_impulse, 1),
-    "eq-19-A": Derived.a_stick,
-    "eq-19-B": Derived.b_stick,
+    "eq-19-A": lambda d: d.contact.A_stick,
+    "eq-19-B": lambda d: d.contact.B_stick,
     "eq-20": lambda d: d.named(d.jump.compression.stored_energy, 1),
     "eq-21-normal": Derived.rebound,
     "eq-21-spin": lambda d: d.spin(2),
-    "critical-friction": Derived.least_critical_friction,
-    "sliding-force": Derived.sliding_force,
+    "critical-friction": lambda d: critical_friction(d.contact, -1).minimum("theta").value,
+    "sliding-force": lambda d: -d.contact.B / d.contact.A(-1),
 }
 
 

@@ -136,7 +136,7 @@ def compute_convergence(bench: Workbench) -> Outcome:
             f"{key}: the order approaches −1/(2n)": bool(
                 np.all(np.diff(orders) < 0) and 0 < orders[-1] - c.expected_order < 0.04
             ),
-            # A two-hundredth of the last error: what a fit of four terms can tell.
+            # A fiftieth of the last error: a fit of four terms resolves no less.
             f"{key}: the limit is the rule": abs(rest) < 0.02 * abs(error[-1]),
         }
         rows += [

@@ -72,7 +72,7 @@ def compute_energy(bench: Workbench) -> Outcome:
     worst = max(residuals, key=lambda name: residuals[name])
     lost = {name: run.final["contact_dissipation"] for name, run in trajectories.items()}
     checks = {
-        # Ten times the tolerance of a step: what a few dozen steps may add up to.
+        # Ten times the tolerance of a step: a few dozen steps may add up to it.
         "balance": bool(residuals[worst] < 10 * DEFAULT_RTOL),
         "every residual is a number": bool(np.all(np.isfinite(list(residuals.values())))),
         "plasticity takes energy": all(v >= 0 for v in lost.values()),

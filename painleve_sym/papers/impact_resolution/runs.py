@@ -1,13 +1,13 @@
 """The runs behind the figures and statements; the balance of energy is taken over all.
 
 Where the paper does not print an input (the moduli of Figs. 9 and 14, the speeds of Fig. 10), the
-values here are chosen to show what it describes.
+values here are chosen to show its statements.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, TypeVar
@@ -112,6 +112,13 @@ class Workbench:
         value: T = self._shared[name]
         return value
 
+    def evaluated(self, expr: sp.Expr, run: Trajectory, state: Mapping[str, float]) -> float:
+        """Return the number of an expression in the rod's symbols, with the run's parameters."""
+        system = self.rod.system
+        values = {p.symbol: run.parameters[p.name] for p in system.parameters}
+        values |= {s: state[s.name] for s in (*system.q, *system.q_dot)}
+        return float(expr.subs(values))
+
     @cached_property
     def sliding_force(self) -> Callable[[Array, Array], Array]:
         """−B/A of leftward sliding as a function of θ and θ̇, with the default parameters; N."""
@@ -214,11 +221,11 @@ def needed(run: Trajectory, kind: str) -> EventRecord:
     LookupError
         There is none: the run is not the one the item is about.
     """
-    found = first(run, kind)
-    if found is None:
+    event = first(run, kind)
+    if event is None:
         kinds = [e.kind for e in run.events]
         raise LookupError(f"run of {run.mechanism!r}: no event {kind!r} among {kinds}")
-    return found
+    return event
 
 
 def history(

@@ -110,26 +110,28 @@ def compute_sticking_compression(bench: Workbench) -> Outcome:
     )
 
 
-def _energies(run: Trajectory, t: float) -> dict[str, float]:
+def _energies(bench: Workbench, run: Trajectory, t: float) -> dict[str, float]:
     """Return the parts of the rod's energy at a time; J."""
-    state, m, l = run.state(t), run.parameters["m"], run.parameters["l"]
-    s, c = math.sin(state["theta"]), math.cos(state["theta"])
-    # Velocity of the centre from that of the end A.
-    along = state["x_A_dot"] - l * s * state["theta_dot"]
-    up = state["y_A_dot"] + l * c * state["theta_dot"]
-    return {
-        "sliding": m * along**2 / 2,
-        "vertical": m * up**2 / 2,
-        "rotation": m * l**2 * state["theta_dot"] ** 2 / 6,
-        "compression": float(run.values("stored_energy", t)[0]),
+    system = bench.rod.system
+    kinetic, (along, up) = system.kinetic_energy, system.q_dot[:2]
+    # Momenta of the centre: its energies are p²/(2m), and rotation has the rest.
+    mass = kinetic.diff(along, 2)
+    sliding, vertical = (kinetic.diff(v) ** 2 / (2 * mass) for v in (along, up))
+    parts = {
+        "sliding": sliding,
+        "vertical": vertical,
+        "rotation": kinetic - sliding - vertical,
     }
+    state = run.state(t)
+    energies = {name: bench.evaluated(part, run, state) for name, part in parts.items()}
+    return energies | {"compression": float(run.values("stored_energy", t)[0])}
 
 
 def compute_portions(bench: Workbench) -> Outcome:
     """§3.3: where the energy of sliding goes in the tangential impact."""
     run = bench.run(IMPACT)
     stop = needed(run, "slip_stop")
-    before, after = _energies(run, 0.0), _energies(run, stop.time)
+    before, after = (_energies(bench, run, t) for t in (0.0, stop.time))
     checks = {
         "kinetic energy along the ground falls": after["sliding"] < before["sliding"],
         "compression gains": after["compression"] > before["compression"],
@@ -151,7 +153,7 @@ def compute_rotation(bench: Workbench) -> Outcome:
     run = bench.run(IMPACT)
     stop, top = (needed(run, kind) for kind in EVENTS[:2])
     spins = [e.state["theta_dot"] for e in (stop, top)]
-    energies = [_energies(run, e.time) for e in (stop, top)]
+    energies = [_energies(bench, run, e.time) for e in (stop, top)]
     grows = energies[1]["rotation"] > energies[0]["rotation"]
     return Outcome(
         f"θ̇ falls, {spins[0]:.4f} → {spins[1]:.4f} rad/s",
@@ -201,10 +203,13 @@ def _friction_ratio(run: Trajectory, slip: float, leave: float) -> Panel:
 
 def compute_pendulum(bench: Workbench) -> Outcome:
     """§3.3: the period to compare the impact with."""
-    p = {q.name: q.default for q in bench.rod.system.parameters}
-    # About its end the rod has the moment of inertia 4 m l²/3; its centre is l away.
-    period = 2 * math.pi * math.sqrt(4 * p["l"] / (3 * p["g"]))
-    impact = needed(bench.run(IMPACT), "separation").time
+    run, system = bench.run(IMPACT), bench.rod.system
+    theta, spin = system.q[2], system.q_dot[2]
+    hanging = run.state(0.0) | {"theta": -math.pi / 2}
+    inertia = bench.evaluated(system.kinetic_energy.diff(spin, 2), run, hanging)
+    stiffness = bench.evaluated(system.potential_energy.diff(theta, 2), run, hanging)
+    period = 2 * math.pi * math.sqrt(inertia / stiffness)
+    impact = needed(run, "separation").time
     same = NUMBERS["pendulum-period"].matches(period)
     return checked(
         f"pendulum {period:.3f} s, impact {impact:.1e} s",
@@ -218,9 +223,7 @@ def compute_border(bench: Workbench) -> Outcome:
     rows, impact = list[list[Any]](), {}
     for modulus, case in BORDER.items():
         run = bench.run(case)
-        last = run.final
-        g, l = run.parameters["g"], run.parameters["l"]
-        b = l * last["theta_dot"] ** 2 * math.sin(last["theta"]) - g
+        b = bench.evaluated(bench.rod.coefficients.B, run, run.final)
         impact[modulus] = first(run, "slip_stop") is not None
         rows.append([modulus, impact[modulus], run.final_time, b])
     checks = {
