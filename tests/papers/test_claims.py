@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from painleve_sym.errors import InputError
 from painleve_sym.papers.claims import Printed, Source, read_claims
 from painleve_sym.papers.formula import expression
-from painleve_sym.papers.impact_resolution.claims import CLAIMS
+from painleve_sym.papers.impact_resolution.claims import CLAIMS, COLUMNS, TABLES
 from painleve_sym.papers.impact_resolution.formulas import derived_forms
 from painleve_sym.papers.impact_resolution.runs import Workbench
 from painleve_sym.papers.item import Verdict
@@ -63,6 +63,13 @@ def test_letter_stands_for_the_formula_that_defines_it():
     names = derived_forms(Workbench()).names
     a, b = (CLAIMS.expression(name, names) for name in ("eq-2", "eq-3"))
     assert CLAIMS.expression("eq-1", names) == a * names["F_n"] + b
+
+
+def test_row_of_table_2_is_its_state_without_the_first_column():
+    table = TABLES[2]
+    state = dict.fromkeys(COLUMNS[:6], 0.0) | dict(table.state)
+    state |= {"A": table.A.value, "B": table.B.value}
+    assert [float(word) for word in table.row.split()] == [state[name] for name in COLUMNS[1:]]
 
 
 def test_items_that_are_not_reproduced_have_a_reason():

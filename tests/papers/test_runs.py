@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from painleve_sym.contacts.classify import classify
-from painleve_sym.papers.impact_resolution.claims import SOFT
+from painleve_sym.papers.impact_resolution.claims import CLAIMS, SOFT
 from painleve_sym.papers.impact_resolution.runs import IMPACT, SLIDING, Workbench, first, needed
 from painleve_sym.papers.panels import events_as_marks, window
 
@@ -12,6 +12,10 @@ from painleve_sym.papers.panels import events_as_marks, window
 @pytest.fixture(scope="module")
 def bench():
     return Workbench()
+
+
+def test_parameters_are_those_of_the_paper(bench):
+    assert bench.simulator().parameters() == CLAIMS.data["inputs"]["parameters"]
 
 
 def test_runs_are_made_once(bench):

@@ -209,7 +209,7 @@ class Derived:
         return rebound.subs({E_C: self["E_nc"], law_symbol: self["e_s"]})
 
 
-def _abbreviations(d: Derived) -> dict[sp.Symbol, sp.Expr]:
+def abbreviations(d: Derived) -> dict[sp.Symbol, sp.Expr]:
     """Return the meaning of the abbreviations in the printed formulas."""
     peak = K_E * d["delta_max"] ** d["n"]
     return {
@@ -222,7 +222,7 @@ def _abbreviations(d: Derived) -> dict[sp.Symbol, sp.Expr]:
 
 Derive = Callable[[Derived], sp.Expr]
 
-_DERIVE: dict[str, Derive] = {
+DERIVE: dict[str, Derive] = {
     "eq-1": Derived.sliding,
     "eq-2": lambda d: d.contact.A(-1),
     "eq-3": lambda d: d.contact.B,
@@ -261,7 +261,7 @@ _DERIVE: dict[str, Derive] = {
 
 def compare(claims: Claims, name: str, d: Derived) -> Outcome:
     """Return the verdict on one formula: an identity, a misprint, or a difference."""
-    claim, derived, meaning = claims.formulas[name], _DERIVE[name](d), _abbreviations(d)
+    claim, derived, meaning = claims.formulas[name], DERIVE[name](d), abbreviations(d)
     names = _latex_names(d)
     data = {"derived": str(derived)}
     if claim.expression:
@@ -305,4 +305,4 @@ def _compute(name: str, bench: Workbench) -> Outcome:
     return compare(CLAIMS, name, derived_forms(bench))
 
 
-COMPUTE = {name: partial(_compute, name) for name in _DERIVE}
+COMPUTE = {name: partial(_compute, name) for name in DERIVE}
