@@ -321,8 +321,8 @@ def _reproduce_options(parser: Parser) -> None:
     _json(parser)
     parser.epilog = (
         "Progress goes to standard error, the table to standard output.\n\n"
-        "exit codes: 0 when every verdict is the expected one, else 1 (an item that ends with an "
-        "error has the verdict failed); 2 bad input."
+        "exit codes: 0 when every verdict is the expected one, else 1; 2 bad input.\n"
+        "An item that ends with an error has the verdict failed, which is never expected."
     )
 
 
