@@ -41,6 +41,8 @@ LONG = 1e300
 """End of every motion, later than any impact; s."""
 MAX_EVENTS = 64
 """Most events of a motion: impacts have a few, a contact that is held oscillates without end."""
+AT_REST = 1e-12
+"""An opening with less than this part of the work of b_n over the compression is none."""
 
 PHASE = (
     *("slip", "loading", "duration", "normal_impulse", "tangential_impulse"),
@@ -178,8 +180,8 @@ class FrozenImpactSolver:
         starts = starts_of(self.simulator, rows, 0, rows.count)
         x, names = starts.states, self._names
         depth, rate, slip = -x[:, names["x_n"]], -x[:, names["x_n_dot"]], x[:, names["x_t_dot"]]
-        falls = rows.part(rows.inputs["b_n"], 0, rows.count) < 0
-        pressed = (depth > 0) | (rate > 0) | ((rate == 0) & falls)
+        b_n = rows.part(rows.inputs["b_n"], 0, rows.count)
+        pressed = (depth > 0) | (rate > 0) | ((rate == 0) & (b_n < 0))
         end = np.where(pressed, FrozenEnd.FAILED.value, FrozenEnd.NO_IMPACT.value)
         active = pressed & (starts.refusal == RUNS)
         n, nz = len(x), len(self.simulator.outline.memory)
@@ -196,7 +198,7 @@ class FrozenImpactSolver:
             courses.append(first)
         course = self._follow(begin, given, starts.scales, active, ("separation",))
         end[active] = course.end[active]
-        return _impacts(rows.shape, (depth, rate, slip), [*courses, course], end)
+        return _impacts(rows.shape, (depth, rate, slip), b_n, [*courses, course], end)
 
     def _inputs(
         self,
@@ -295,19 +297,20 @@ class FrozenImpactSolver:
         push = p["A_stick"][row] + p["W_tt"][row] * p["kappa"][row] * (
             p["kappa"][row] - p["mu"][row] * slip
         )
-        held = (kind == "reload") & ((slip == 0) | (push > 0))
-        over = held | np.isin(kind, until)
         first = np.diff(row, prepend=-1) != 0
+        since = np.where(first, 0.0, np.roll(time, 1))
+        # Next to the turning point round-off may turn the motion back and forth in no time.
+        held = (kind == "reload") & (time > since) & ((slip == 0) | (push > 0))
+        over = held | np.isin(kind, until)
         earlier = np.cumsum(over) - over
-        over &= earlier == np.maximum.accumulate(np.where(first, earlier, 0))
         kept = earlier == np.maximum.accumulate(np.where(first, earlier, 0))
+        over &= kept
         codes = np.where(held, FrozenEnd.STAYS.value, FrozenEnd.SEPARATION.value)
         end[row[over]] = np.where(kind == "slip_stop", _RESUMES, codes)[over]
         later = _Begin(begin.states.copy(), begin.memory.copy(), begin.mode.copy())
         later.states[row[over]], later.memory[row[over]] = after[over], events[over, 4 + 2 * nx + nz :]
         later.mode[row[over]] = sticking[mode[over]]
         # Neighbouring segments of one slip direction, both loading or both unloading, are a phase.
-        since = np.where(first, 0.0, np.roll(time, 1))
         real = np.flatnonzero(kept & (time > since))
         key = np.stack([row[real], slip[real], loads[mode[real]]])
         new = np.any(np.diff(key, axis=1, prepend=-2) != 0, axis=0)
@@ -349,6 +352,7 @@ class FrozenImpactSolver:
 def _impacts(
     shape: tuple[int, ...],
     start: tuple[Array, Array, Array],
+    b_n: Array,
     courses: Sequence[_Course],
     end: NDArray[np.int64],
 ) -> FrozenImpacts:
@@ -368,6 +372,10 @@ def _impacts(
     rate[row[last]], slip[row[last]] = (
         numbers[n][last] for n in ("compression_rate", "slip_velocity")
     )
+    # A motion that begins at rest on the surface may come back to it at rest, but for rounding.
+    rests = (end == FrozenEnd.SEPARATION.value) & (b_n < 0) & (rate**2 <= AT_REST * -b_n * depth)
+    rests[row[last]] &= numbers["loading"][last] == 0
+    end, rate = np.where(rests, FrozenEnd.STAYS.value, end), np.where(rests, 0.0, rate)
     head = {"end": end.astype(float), "phases": counts.astype(float)}
     head |= {"slip_velocity": slip, "normal_velocity": 0.0 - rate, "largest_compression": depth}
     head |= {n: np.bincount(row, numbers[n], len(end)) for n in SUMS}
