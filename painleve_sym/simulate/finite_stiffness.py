@@ -548,7 +548,7 @@ class CorrectedJumpRule:
     def _carried(
         self,
         point: Mapping[Any, Array],
-        sets: tuple[Mapping[str, Array], Mapping[str, Array]],
+        start: Mapping[str, Array],
         impacts: FrozenImpacts,
     ) -> tuple[dict[str, Array], dict[str, Array]]:
         """Return the coefficients at the means of both parts of the impact.
@@ -557,17 +557,15 @@ class CorrectedJumpRule:
         """
         system = self.mechanism.system
         now, found = dict(point), []
-        for coefficients, part in zip(
-            sets, _halves(impacts, sets[0]["slip_velocity"] != 0), strict=True
-        ):
+        for part in _halves(impacts, start["slip_velocity"] != 0):
             t, P, P_t = part["duration"], part["normal_impulse"], part["tangential_impulse"]
             moment = part["impulse_time"]
             ratio = np.divide(P_t, P, out=np.zeros_like(P), where=P != 0)
             mean = t - np.divide(moment, P, out=np.zeros_like(P), where=P != 0)
             share = np.divide(moment, t, out=np.zeros_like(P), where=t != 0)
             by_impulse, by_time, end = dict(now), dict(now), dict(now)
-            whole = self._moved(coefficients, P, P_t, t)
-            partly = self._moved(coefficients, share, ratio * share, t / 2)
+            whole = self._moved(start, P, P_t, t)
+            partly = self._moved(start, share, ratio * share, t / 2)
             for q, v, jump, half in zip(system.q, system.q_dot, whole, partly, strict=True):
                 by_impulse[q] = now[q] + now[v] * mean
                 by_time[q], by_time[v] = now[q] + now[v] * t / 2, now[v] + half
@@ -588,7 +586,7 @@ def _halves(impacts: FrozenImpacts, moving: Array) -> tuple[dict[str, Array], di
         own = np.where(part, phase["normal_impulse"], 0.0)
         # The impulse of the earlier phases of this part acts throughout a phase.
         moment = phase["impulse_time"] + (np.cumsum(own, axis=-1) - own) * phase["duration"]
-        sums = {n: phase[n] for n in ("duration", "normal_impulse", "tangential_impulse")}
+        sums = {n: phase[n] for n in SUMS}
         sums["impulse_time"] = moment
         found.append({n: np.where(part, v, 0.0).sum(axis=-1) for n, v in sums.items()})
     return found[0], found[1]
