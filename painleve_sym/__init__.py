@@ -23,7 +23,7 @@ _HOMES = {
     "CorrectedJumpRule": "simulate.finite_stiffness",
     "CriticalForceFinder": "study.critical.bisection",
     "DomainBound": "mechanics.models",
-    "FrozenImpactSolver": "simulate.finite_stiffness",
+    "FrozenImpactSolver": "simulate.frozen_impact",
     "FitData": "study.fitting.data",
     "FitProblem": "study.fitting.problem",
     "FitResult": "study.fitting.result",

@@ -68,7 +68,9 @@ class ChatterRatio:
 
     @cached_property
     def _impact(self) -> ImpactCase:
-        return ImpactCase(self.law, impact_course(general_contact().coefficients, self.case, self.slip))
+        return ImpactCase(
+            self.law, impact_course(general_contact().coefficients, self.case, self.slip)
+        )
 
     def _in_cycle(self, expr: sp.Expr) -> sp.Expr:
         arriving = {V_T: TAU, V_N: sp.Integer(-1)}

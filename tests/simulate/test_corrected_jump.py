@@ -12,12 +12,8 @@ from painleve_sym.laws import finite_stiffness as forms
 from painleve_sym.laws.compliance import law
 from painleve_sym.mechanics.models import model
 from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.simulate.finite_stiffness import (
-    CorrectedJumpRule,
-    FrozenEnd,
-    FrozenImpactSolver,
-    evaluate_corrected_jump,
-)
+from painleve_sym.simulate.finite_stiffness import CorrectedJumpRule, evaluate_corrected_jump
+from painleve_sym.simulate.frozen_impact import FrozenEnd, FrozenImpactSolver
 
 TABLE_3 = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
 SIN, COS = math.sin(1.0), math.cos(1.0)
