@@ -163,7 +163,8 @@ class FrozenImpactSolver:
         parameters : mapping of str to float or ndarray
             Of the law; absent ones have their defaults.
         after : mapping of str to float or ndarray, optional
-            `COEFFICIENTS` once the slip has stopped; by default those before it.
+            `COEFFICIENTS` once the slip has stopped, in the shape of the cases; by default those
+            before it.
 
         Raises
         ------
@@ -187,7 +188,12 @@ class FrozenImpactSolver:
             end[moving] = first.end[moving]
             active &= ~moving | (end == _RESUMES)
             begin = first.later
-            later = self._inputs({**after, "mu": contact["mu"]}, start, parameters)
+            later = self._inputs({"mu": contact["mu"], **after}, start, parameters)
+            if later.shape != rows.shape:
+                raise InputError(
+                    f"impact: after: got arrays for the shape {later.shape}, need {rows.shape}. "
+                    "Fix: give them in the shape of the cases."
+                )
             given = starts_of(self.simulator, later, 0, later.count).parameters
             courses.append(first)
         course = self._follow(begin, given, starts.scales, active, ("separation",))
@@ -223,7 +229,7 @@ class FrozenImpactSolver:
 
     @cached_property
     def _modes(self) -> tuple[Any, ...]:
-        """Of each mode: slip direction, whether in contact, whether loading, its sticking, events."""
+        """Of each mode: slip direction, in contact or not, loading or not, its sticking, its events."""
         outline = self.simulator.outline
         names = [m.name for m in outline.modes]
         parts = [name.partition("/") for name in names]
@@ -313,10 +319,8 @@ class FrozenImpactSolver:
         codes = np.where(held, FrozenEnd.STAYS.value, FrozenEnd.SEPARATION.value)
         end[row[over]] = np.where(kind == "slip_stop", _RESUMES, codes)[over]
         later = _Begin(begin.states.copy(), begin.memory.copy(), begin.mode.copy())
-        later.states[row[over]], later.memory[row[over]] = (
-            after[over],
-            events[over, 4 + 2 * nx + nz :],
-        )
+        later.states[row[over]] = after[over]
+        later.memory[row[over]] = events[over, 4 + 2 * nx + nz :]
         later.mode[row[over]] = sticking[mode[over]]
         # Neighbouring segments of one slip direction, both loading or both unloading, are a phase.
         real = np.flatnonzero(kept & ~flies & (time > since))
