@@ -285,10 +285,12 @@ class FrozenImpactSolver:
         """Whether the run ended where the motion turns back, but is not held."""
         if not len(run.events):
             return False
-        slip_of, *_, kinds = self._modes
-        mode, transition = run.events[-1, 1:3].astype(int)
-        at_once = len(run.events) > 1 and run.events[-1, 0] == run.events[-2, 0]
-        return bool(kinds[mode, transition] == "reload" and (at_once or A[slip_of[mode] + 1] <= 0))
+        time, mode, transition, _ = run.events[-1, :4].tolist()
+        transitions = self.simulator.outline.modes[int(mode)].transitions
+        if transitions[int(transition)].kind != "reload":
+            return False
+        at_once = len(run.events) > 1 and run.events[-2, 0] == time
+        return bool(at_once or A[self._modes[0][int(mode)] + 1] <= 0)
 
     def _read(
         self,
