@@ -9,7 +9,8 @@ from painleve_sym.laws.chatter import KAPPA, TAU, chatter_ratio, general_contact
 from painleve_sym.laws.restitution import energetic, poisson
 from painleve_sym.mechanics.simplify import readable
 
-W_TT, A_STICK, MU = general_contact().W_tt, general_contact().A_stick, general_contact().mu
+CONTACT = general_contact().coefficients
+W_TT, A_STICK, MU = CONTACT.W_tt, CONTACT.A_stick, CONTACT.mu
 E_P, E_S = poisson().parameter.symbol, energetic().parameter.symbol
 FALL, B_T, V = sp.symbols("a b_t v", positive=True)
 TIME, P_1, V_1, P_C, E_C = sp.symbols("T P_1 v_1 P_c E_c", real=True)

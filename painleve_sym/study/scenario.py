@@ -36,10 +36,7 @@ from painleve_sym.laws.rigid import RigidLaw, contact_law
 from painleve_sym.mechanics.models import Mechanism, model
 from painleve_sym.mechanics.system import Parameter
 from painleve_sym.simulate.compliant import DEFAULT_RTOL, SoftenedSimulator
-from painleve_sym.simulate.finite_stiffness.corrected_case import (
-    CorrectedJump,
-    evaluate_corrected_jump,
-)
+from painleve_sym.simulate.finite_stiffness import CorrectedJump, evaluate_corrected_jump
 from painleve_sym.simulate.rigid import rigid_simulator
 from painleve_sym.simulate.trajectory import Trajectory
 

@@ -12,7 +12,7 @@ from painleve_sym.arrays import Array
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.simulate.finite_stiffness.corrected_jump import CorrectedJumpRule
+from painleve_sym.simulate.finite_stiffness import CorrectedJumpRule
 from painleve_sym.study.compare.jump_convergence import compare_jump
 
 RULES = ("classical", "frozen", "carried")

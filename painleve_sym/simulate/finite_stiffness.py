@@ -1,4 +1,4 @@
-"""The velocity jump at finite stiffness: the three phases with A and B frozen but not dropped."""
+"""The velocity jump at finite stiffness: the phases with A and B constant but not dropped."""
 
 from __future__ import annotations
 
@@ -8,23 +8,24 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import sympy as sp
 from numpy.typing import ArrayLike
 
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.pointwise import Pointwise
+from painleve_sym.contacts.inputs import resolve_parameters, resolve_state
 from painleve_sym.errors import InputError
-from painleve_sym.laws.compliance import DELTA, DELTA_DOT, ContactLaw, without_ramps
+from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.simulate.finite_stiffness.frozen_impact import (
+from painleve_sym.simulate.frozen_impact import (
     COEFFICIENTS,
+    SUMS,
+    FrozenEnd,
     FrozenImpacts,
     FrozenImpactSolver,
 )
 
 CONFIGURATIONS = ("frozen", "carried")
-"""Coefficients of the start throughout, or moved to the mean time of the impulse of each phase."""
-RESTITUTION = "e_energetic"
+"""Coefficients of the start throughout, or moved to the mean time of the impulse of each part."""
 
 
 @dataclass(frozen=True)
@@ -47,16 +48,15 @@ class CorrectedJumps:
 
 @dataclass(frozen=True)
 class CorrectedJumpRule:
-    """The jump rule of a mechanism with a contact law of the form K δⁿ; build once, use often.
+    """The jump rule of a mechanism with a contact law at finite stiffness; build once, use often.
 
     Parameters
     ----------
     mechanism : Mechanism
         With exactly one contact.
     law : ContactLaw
-        Elastic or elasto-plastic: a dashpot has to be switched off (c = 0).
-    engine : {"auto", "compiled", "python"}
-        Of the impact; see `FrozenImpactSolver`.
+    engine : {"auto", "compiled", "taylor", "erk"}
+        As for `SoftenedSimulator`.
 
     References
     ----------
@@ -68,8 +68,9 @@ class CorrectedJumpRule:
     engine: str = "auto"
 
     @cached_property
-    def _solver(self) -> FrozenImpactSolver:
-        return FrozenImpactSolver(self.engine)
+    def solver(self) -> FrozenImpactSolver:
+        """Of the contact with constant coefficients."""
+        return FrozenImpactSolver(self.law, self.engine)
 
     @cached_property
     def _symbols(self) -> tuple[Any, ...]:
@@ -84,8 +85,7 @@ class CorrectedJumpRule:
         rows = [c.W_nn, c.W_nt, c.W_tt, c.b_n, c.b_t, c.mu]
         rows += [contact.slip_velocity, contact.gap_rate]
         rows += [*normal, *tangential, *system.free_acceleration]
-        engine = "casadi" if self.engine == "python" else "auto"
-        return Pointwise(rows, self._symbols, engine=engine)
+        return Pointwise(rows, self._symbols, engine="casadi" if self.engine == "erk" else "auto")
 
     def __call__(
         self,
@@ -113,38 +113,25 @@ class CorrectedJumpRule:
                 f"corrected jump: configuration: got {configuration!r}, need one of "
                 f"{', '.join(CONFIGURATIONS)}."
             )
-        point = self._point(state, parameters)
-        law: dict[str, ArrayLike] = {**self.law_inputs(parameters), "compression": compression}
-        if np.any(law.pop("dashpot")):
-            raise InputError(
-                f"corrected jump with law {self.law.name!r}: no closed form with a dashpot. "
-                "Fix: set its damping to 0, or use evaluate_corrected_jump, which integrates."
-            )
+        given = {**state, **parameters}
+        point = {s: np.asarray(given.get(str(s), 0.0), float) for s in self._symbols}
         start = self._coefficients(point)
-        impacts = self._impacts(start, start, start, law)
-        if configuration == "frozen":
-            return self._jumps(point, (start, start), impacts, configuration)
-        sets = self._carried(point, (start, start), impacts)
-        impacts = self._impacts(start, *sets, law)
+        inputs = (
+            {name: start[name] for name in (*COEFFICIENTS, "mu")},
+            {
+                "slip_velocity": start["slip_velocity"],
+                "compression": compression,
+                "compression_rate": 0.0 - start["normal_velocity"],
+            },
+            {p.name: parameters[p.name] for p in self.law.parameters},
+        )
+        impacts = self.solver(*inputs)
+        sets = (start, start)
+        if configuration == "carried":
+            sets = self._carried(point, start, impacts)
+            inputs[0].update({name: sets[0][name] for name in COEFFICIENTS})
+            impacts = self.solver(*inputs, after={name: sets[1][name] for name in COEFFICIENTS})
         return self._jumps(point, sets, impacts, configuration)
-
-    @cached_property
-    def _law_constants(self) -> Pointwise:
-        symbols = [p.symbol for p in self.law.parameters]
-        rest = {DELTA: sp.Integer(1), DELTA_DOT: sp.Integer(0)}
-        force = without_ramps(self.law.loading.force)
-        dashpot = force.subs({**rest, DELTA_DOT: sp.Integer(1)}) - force.subs(rest)
-        rows = [self.law.stiffness, self.law.exponent, dashpot]
-        for symbol, value in reversed(list(self.law.definitions.items())):
-            rows = [sp.sympify(row).subs(symbol, value) for row in rows]
-        return Pointwise(rows, symbols, engine="casadi")
-
-    def law_inputs(self, parameters: Mapping[str, ArrayLike]) -> dict[str, Array]:
-        """Return K, n, e of the law and its ``dashpot``, the force it adds at δ = δ̇ = 1."""
-        values = {p.symbol: np.asarray(parameters[p.name], float) for p in self.law.parameters}
-        K, n, dashpot = self._law_constants(values)
-        e = next((v for s, v in values.items() if str(s) == RESTITUTION), np.ones(()))
-        return {"K": K, "n": n, "e": e, "dashpot": dashpot}
 
     def coefficients(
         self, state: Mapping[str, ArrayLike], parameters: Mapping[str, ArrayLike]
@@ -154,13 +141,10 @@ class CorrectedJumpRule:
         The keys are W_nn, W_nt, W_tt, b_n, b_t, mu, slip_velocity, normal_velocity, and by
         velocity of the mechanism ``normal`` and ``tangential`` (M⁻¹J_Nᵀ, M⁻¹J_Tᵀ) and ``free``.
         """
-        return self._coefficients(self._point(state, parameters))
-
-    def _point(
-        self, state: Mapping[str, ArrayLike], parameters: Mapping[str, ArrayLike]
-    ) -> dict[Any, Array]:
         given = {**state, **parameters}
-        return {s: np.asarray(given.get(str(s), 0.0), float) for s in self._symbols}
+        return self._coefficients(
+            {s: np.asarray(given.get(str(s), 0.0), float) for s in self._symbols}
+        )
 
     def _coefficients(self, point: Mapping[Any, Array]) -> dict[str, Array]:
         rows = self._evaluate(point)
@@ -170,19 +154,6 @@ class CorrectedJumpRule:
         for k, name in enumerate(("normal", "tangential", "free")):
             found[name] = rows[8 + k * size : 8 + (k + 1) * size]
         return found
-
-    def _impacts(
-        self,
-        start: Mapping[str, Array],
-        before: Mapping[str, Array],
-        after: Mapping[str, Array],
-        law: Mapping[str, ArrayLike],
-    ) -> FrozenImpacts:
-        inputs: dict[str, ArrayLike] = {name: before[name] for name in COEFFICIENTS}
-        inputs |= {f"{name}_after": after[name] for name in COEFFICIENTS}
-        rate = 0.0 - start["normal_velocity"]
-        contact = {"mu": start["mu"], "slip_velocity": start["slip_velocity"]}
-        return self._solver(**inputs, **contact, compression_rate=rate, **law)
 
     def _moved(
         self, coefficients: Mapping[str, Array], P: Array, P_t: Array, t: Array
@@ -212,7 +183,7 @@ class CorrectedJumpRule:
     def _carried(
         self,
         point: Mapping[Any, Array],
-        sets: tuple[Mapping[str, Array], Mapping[str, Array]],
+        start: Mapping[str, Array],
         impacts: FrozenImpacts,
     ) -> tuple[dict[str, Array], dict[str, Array]]:
         """Return the coefficients at the means of both parts of the impact.
@@ -221,17 +192,15 @@ class CorrectedJumpRule:
         """
         system = self.mechanism.system
         now, found = dict(point), []
-        for coefficients, part in zip(
-            sets, _halves(impacts, sets[0]["slip_velocity"] != 0), strict=True
-        ):
+        for part in _halves(impacts, start["slip_velocity"] != 0):
             t, P, P_t = part["duration"], part["normal_impulse"], part["tangential_impulse"]
             moment = part["impulse_time"]
             ratio = np.divide(P_t, P, out=np.zeros_like(P), where=P != 0)
             mean = t - np.divide(moment, P, out=np.zeros_like(P), where=P != 0)
             share = np.divide(moment, t, out=np.zeros_like(P), where=t != 0)
             by_impulse, by_time, end = dict(now), dict(now), dict(now)
-            whole = self._moved(coefficients, P, P_t, t)
-            partly = self._moved(coefficients, share, ratio * share, t / 2)
+            whole = self._moved(start, P, P_t, t)
+            partly = self._moved(start, share, ratio * share, t / 2)
             for q, v, jump, half in zip(system.q, system.q_dot, whole, partly, strict=True):
                 by_impulse[q] = now[q] + now[v] * mean
                 by_time[q], by_time[v] = now[q] + now[v] * t / 2, now[v] + half
@@ -252,7 +221,160 @@ def _halves(impacts: FrozenImpacts, moving: Array) -> tuple[dict[str, Array], di
         own = np.where(part, phase["normal_impulse"], 0.0)
         # The impulse of the earlier phases of this part acts throughout a phase.
         moment = phase["impulse_time"] + (np.cumsum(own, axis=-1) - own) * phase["duration"]
-        sums = {n: phase[n] for n in ("duration", "normal_impulse", "tangential_impulse")}
+        sums = {n: phase[n] for n in SUMS}
         sums["impulse_time"] = moment
         found.append({n: np.where(part, v, 0.0).sum(axis=-1) for n, v in sums.items()})
     return found[0], found[1]
+
+
+@dataclass(frozen=True)
+class CorrectedPhase:
+    """One phase of a jump at finite stiffness.
+
+    Attributes
+    ----------
+    name : str
+        ``slip``, ``sticking`` or ``reverse slip``, then ``compression`` or ``restitution``.
+    duration : float
+        s.
+    normal_impulse, tangential_impulse : float
+        N s.
+    compression : float
+        δ at the end; m.
+    slip_velocity, normal_velocity : float
+        Of the contact at the end; m/s.
+    """
+
+    name: str
+    duration: float
+    normal_impulse: float
+    tangential_impulse: float
+    compression: float
+    slip_velocity: float
+    normal_velocity: float
+
+
+@dataclass(frozen=True)
+class CorrectedJump:
+    """A jump at finite stiffness.
+
+    Attributes
+    ----------
+    mechanism, law : str
+        Names.
+    configuration : {"frozen", "carried"}
+    method : str
+        ``integration``.
+    stiffness, exponent : float
+        K (N/mⁿ) and n.
+    initial_compression : float
+        δ₀; m.
+    end : FrozenEnd
+    phases : tuple of CorrectedPhase
+    velocity, velocity_before : mapping of str to float
+        Of the mechanism, by state name.
+    """
+
+    mechanism: str
+    law: str
+    configuration: str
+    method: str
+    stiffness: float
+    exponent: float
+    initial_compression: float
+    end: FrozenEnd
+    phases: tuple[CorrectedPhase, ...]
+    velocity: Mapping[str, float]
+    velocity_before: Mapping[str, float]
+
+    @property
+    def largest_compression(self) -> float:
+        """Largest δ at the end of a phase; m."""
+        return max([self.initial_compression, *(p.compression for p in self.phases)])
+
+    @property
+    def duration(self) -> float:
+        """Of the whole impact; s."""
+        return float(sum(p.duration for p in self.phases))
+
+
+def evaluate_corrected_jump(
+    mechanism: Mechanism,
+    law: ContactLaw,
+    state: Mapping[str, float],
+    parameters: Mapping[str, float] | None = None,
+    *,
+    initial_force: float = 0.0,
+    configuration: str = "frozen",
+    engine: str = "auto",
+) -> CorrectedJump:
+    """Evaluate the jump at finite stiffness from one state.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        With one contact.
+    law : ContactLaw
+        Any, with a dashpot or without.
+    state : mapping of str to float
+        Coordinates and velocities by name, those absent are 0; SI units, rad. The contact counts
+        as closed whatever its gap.
+    parameters : mapping of str to float, optional
+        Of the mechanism and of the law; those absent keep their default.
+    initial_force : float
+        Surface energy at the start as the force of the initial compression; N.
+    configuration : {"frozen", "carried"}
+    engine : {"auto", "compiled", "taylor", "erk"}
+
+    Raises
+    ------
+    InputError
+        Unknown or invalid entries.
+    """
+    where = f"corrected jump of {mechanism.name!r}"
+    declared = (*mechanism.system.parameters, *law.parameters)
+    given = resolve_parameters(where, declared, parameters or {})
+    start = resolve_state(mechanism, state, given)
+    if not (np.isfinite(initial_force) and initial_force >= 0):
+        raise InputError(f"{where}: initial force: got {initial_force!r}, need >= 0 and finite.")
+    if configuration not in CONFIGURATIONS:
+        known = ", ".join(CONFIGURATIONS)
+        raise InputError(f"{where}: configuration: got {configuration!r}, need one of {known}.")
+    rule = CorrectedJumpRule(mechanism, law, engine)
+    simulator = rule.solver.simulator
+    constants = simulator.constants(
+        simulator.parameters({p.name: given[p.name] for p in law.parameters})
+    )
+    curve = simulator.loading_curve({s: np.array([v]) for s, v in constants.items()})
+    K, n = (float(values[0]) for values in curve)
+    delta = (initial_force / K) ** (1 / n)
+    jump = rule(start, given, delta, configuration)
+    numbers = {name: values.tolist() for name, values in jump.impacts.phase.items()}
+    phases = []
+    for k in range(int(jump.impacts.head["phases"])):
+        of_phase = {name: values[k] for name, values in numbers.items()}
+        name = _name(of_phase["slip"], of_phase["loading"], numbers["slip"][0])
+        velocity = 0.0 - of_phase["compression_rate"]
+        of_phase = {f: of_phase[f] for f in _PHASE_FIELDS}
+        phases.append(CorrectedPhase(name=name, normal_velocity=velocity, **of_phase))
+    return CorrectedJump(
+        mechanism=mechanism.name,
+        law=law.name,
+        configuration=configuration,
+        method="integration",
+        stiffness=K,
+        exponent=n,
+        initial_compression=delta,
+        end=jump.impacts.ends[0],
+        phases=tuple(phases),
+        velocity={name: float(value) for name, value in jump.velocity.items()},
+        velocity_before={str(v): start[str(v)] for v in mechanism.system.q_dot},
+    )
+
+
+_PHASE_FIELDS = (*SUMS, "compression", "slip_velocity")
+
+
+def _name(slip: float, loading: float, first: float) -> str:
+    kind = "sticking" if slip == 0 else ("slip" if slip == first else "reverse slip")
+    return f"{kind} {'compression' if loading else 'restitution'}"
