@@ -46,6 +46,7 @@ _HOMES = {
     "SoftenedSimulator": "simulate.compliant",
     "Spring": "mechanics.bodies",
     "StopReason": "errors",
+    "TIME": "mechanics.system",
     "Trajectory": "simulate.trajectory",
     "classify": "contacts.classify",
     "critical_force_gradient": "study.critical.gradient",

@@ -40,8 +40,7 @@ def domain_margins(mechanism: Mechanism) -> Quantities:
 
 
 def _symbols(mechanism: Mechanism) -> tuple[Any, ...]:
-    system = mechanism.system
-    return (*system.q, *system.q_dot, *(p.symbol for p in system.parameters))
+    return (*mechanism.motion, *(p.symbol for p in mechanism.system.parameters))
 
 
 def _formulas(mechanism: Mechanism, i: int) -> Mapping[str, Any]:

@@ -37,7 +37,9 @@ class ContactTerms:
     b : ndarray, shape (4,)
     directions : ndarray, shape (n, 4)
         M⁻¹ Jᵀ.
-    mu, surface_speed : ndarray, shape (2,)
+    mu : ndarray, shape (2,)
+    drive_speeds : ndarray, shape (4,)
+        `ContactCoefficients.drive_speeds` of each contact.
     velocity : ndarray, shape (4,)
         Of the contacts, from the coordinates' velocities.
     """
@@ -46,7 +48,7 @@ class ContactTerms:
     b: Array
     directions: Array
     mu: Array
-    surface_speed: Array
+    drive_speeds: Array
     velocity: Array
 
     def problem(self, closed: tuple[int, ...], slip: Array) -> SeveralContacts:
@@ -112,7 +114,9 @@ class Decider:
             "b": contact.free,
             "directions": contact.directions,
             "mu": sp.Matrix([c.friction for c in contacts]),
-            "surface_speed": sp.Matrix([c.surface_speed for c in contacts]),
+            "drive_speeds": sp.Matrix(
+                [v for c in contact.mechanism.all_coefficients for v in c.drive_speeds]
+            ),
             "velocity": sp.Matrix([v for c in contacts for v in (c.gap_rate, c.slip_velocity)]),
         }
         return {f"{k}_{i}": e for k, m in matrices.items() for i, e in enumerate(m)}
@@ -122,7 +126,7 @@ class Decider:
         vector = np.append(state, self._own(values))
         found = np.array(self._terms.function(vector)).reshape(-1)
         n = len(self.contact.mechanism.system.q)
-        W, b, directions, *rest = np.split(found, np.cumsum([16, 4, 4 * n, 2, 2]))
+        W, b, directions, *rest = np.split(found, np.cumsum([16, 4, 4 * n, 2, 4]))
         W = W.reshape(4, 4)
         return ContactTerms((W + W.T) / 2, b, directions.reshape(n, 4), *rest)
 
@@ -299,5 +303,6 @@ class Decider:
         after[self._index[CONTACT_WORK]] -= found.normal_work
         after[self._index[FRICTION_WORK]] -= found.tangential_work
         if FORCE_WORK in self._index:
-            after[self._index[FORCE_WORK]] -= terms.surface_speed @ found.impulses[1::2]
+            along = [terms.drive_speeds[i::2] @ found.impulses[i::2] for i in (1, 0)]
+            after[self._index[FORCE_WORK]] -= sum(along)
         return after

@@ -147,8 +147,11 @@ class BilateralContact(ContactStates):
         reset |= {self.slip: _ZERO, self.gap_rate: _ZERO}
         reset[FRICTION_WORK] = FRICTION_WORK + forms.friction_loss.xreplace(now)
         if FORCE_WORK in self.dissipations:
-            speed = sp.sympify(self.mechanism.contact.surface_speed)
-            reset[FORCE_WORK] = FORCE_WORK - forms.tangential_impulse.xreplace(now) * speed
+            impulses = (forms.normal_impulse, forms.tangential_impulse)
+            reset[FORCE_WORK] = FORCE_WORK - sum(
+                p.xreplace(now) * speed
+                for p, speed in zip(impulses, self.drive_speeds, strict=True)
+            )
         stop = Transition("stop", TANGENTIAL_IMPACT, _NOW, (Choice(DECISION),), reset)
         return Mode(TANGENTIAL_IMPACT, {}, (stop,), self.outputs(None, _ZERO, _ZERO))
 

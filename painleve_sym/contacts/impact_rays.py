@@ -115,8 +115,8 @@ class ImpactRays:
         friction = ray.ratio * (v_t * impulse + ray.a_t * impulse**2 / 2)
         reset |= {CONTACT_WORK: CONTACT_WORK - work, FRICTION_WORK: FRICTION_WORK - friction}
         if FORCE_WORK in st.dissipations:
-            drive = ray.ratio * impulse * sp.sympify(st.mechanism.contact.surface_speed)
-            reset[FORCE_WORK] = FORCE_WORK - drive
+            normal_drive, drive = st.drive_speeds
+            reset[FORCE_WORK] = FORCE_WORK - ray.ratio * impulse * drive - impulse * normal_drive
         spent = {"energetic": work, "poisson": -impulse if phase == "compression" else impulse}
         amount = spent.get(self.restitution, sp.Integer(0))
         reset |= {

@@ -29,7 +29,7 @@ from painleve_sym.errors import InputError, StopReason
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
 from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.system import Parameter
+from painleve_sym.mechanics.system import TIME, Parameter
 
 CONTACT_MODES = (FLIGHT, *CONTACTS)
 """What one contact may do."""
@@ -93,15 +93,14 @@ class TwoContacts:
     @cached_property
     def dissipations(self) -> tuple[sp.Symbol, ...]:
         """States that only account for energy."""
-        moving = any(sp.sympify(c.surface_speed) != 0 for c in self.mechanism.contacts)
+        moving = any(any(c.drive_speeds) for c in self.mechanism.all_coefficients)
         driven = self.mechanism.system.dissipated_power != 0 or moving
         return (FRICTION_WORK, CONTACT_WORK, *((FORCE_WORK,) if driven else ()))
 
     @cached_property
     def states(self) -> tuple[sp.Symbol, ...]:
-        """Coordinates, velocities, contact states where needed, then dissipated energies."""
-        system = self.mechanism.system
-        own = (*system.q, *system.q_dot)
+        """What `Mechanism.motion` has, contact states where needed, then dissipated energies."""
+        own = self.mechanism.motion
         extra = [s for row in self.rows for s in row.symbols if s not in own]
         return (*own, *extra, *self.dissipations)
 
@@ -155,10 +154,13 @@ class TwoContacts:
             if closed and not sticks:
                 friction -= forces[2 * i + 1] * row.slip
             if closed:
-                drive -= forces[2 * i + 1] * sp.sympify(row.contact.surface_speed)
+                speeds = self.mechanism.all_coefficients[i].drive_speeds
+                drive -= forces[2 * i + 1] * speeds[1] + forces[2 * i] * speeds[0]
         rates |= {FRICTION_WORK: friction, CONTACT_WORK: sp.Integer(0)}
         if FORCE_WORK in self.dissipations:
             rates[FORCE_WORK] = system.dissipated_power + drive
+        if self.mechanism.depends_on_time:
+            rates[TIME] = sp.Integer(1)
         return rates
 
     def outputs(self, forces: sp.Matrix) -> dict[str, sp.Expr]:

@@ -105,6 +105,8 @@ class Case:
         for c in self.simulator.mechanism.system.coordinates:
             known[c.name] = (c.unit, c.meaning)
             known[f"{c.name}_dot"] = (f"{c.unit}/s", f"rate of {c.name}")
+        for clock in self.simulator.mechanism.system.clock:
+            known[clock.name] = ("s", "time of what moves as prescribed")
         return {s.name: known[s.name] for s in self.outline.states}
 
     @cached_property
@@ -289,6 +291,7 @@ def _names(case: Case, outline: Outline, modes: Sequence[str]) -> str:
 def _start(case: Case) -> str:
     simulator, system = case.simulator, case.simulator.mechanism.system
     found, loading = contact_numbers(simulator.mechanism), []
+    timed = simulator.mechanism.depends_on_time
     if isinstance(simulator, SoftenedSimulator):
         loading = [simulator.law.stiffness, simulator.law.exponent]
     functions, work = start_functions(found, simulator.automaton, loading)
@@ -297,6 +300,9 @@ def _start(case: Case) -> str:
     values |= {
         "functions": functions,
         "coordinates": len(system.q),
+        "motion": "2 * COORDINATES" + " + 1" * timed,
+        "span": "(2 * COORDINATES + 1)" if timed else "2 * COORDINATES",
+        "clock": "  atol[2 * COORDINATES] = 1.0; /* the time */\n" * timed,
         "own_parameters": len(system.parameters),
         "found": ", ".join([*(f"FOUND_{n}" for n in found.names), "FOUND"]),
         "complete": _complete(case),

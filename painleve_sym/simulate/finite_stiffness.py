@@ -74,8 +74,7 @@ class CorrectedJumpRule:
 
     @cached_property
     def _symbols(self) -> tuple[Any, ...]:
-        system = self.mechanism.system
-        return (*system.q, *system.q_dot, *(p.symbol for p in system.parameters))
+        return (*self.mechanism.motion, *(p.symbol for p in self.mechanism.system.parameters))
 
     @cached_property
     def _evaluate(self) -> Pointwise:
@@ -205,6 +204,10 @@ class CorrectedJumpRule:
                 by_impulse[q] = now[q] + now[v] * mean
                 by_time[q], by_time[v] = now[q] + now[v] * t / 2, now[v] + half
                 end[q], end[v] = now[q] + (now[v] + half) * t, now[v] + jump
+            for clock in system.clock:
+                if clock in now:
+                    by_impulse[clock], by_time[clock] = now[clock] + mean, now[clock] + t / 2
+                    end[clock] = now[clock] + t
             mobile, free = self._coefficients(by_impulse), self._coefficients(by_time)
             found.append(mobile | {name: free[name] for name in ("b_n", "b_t", "free")})
             now = end

@@ -26,7 +26,7 @@ from painleve_sym.errors import InputError, StopReason, unknown_name
 from painleve_sym.hybrid.automaton import HybridAutomaton
 from painleve_sym.hybrid.signature import AutomatonBuilder, Outline
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.system import Parameter
+from painleve_sym.mechanics.system import TIME, Parameter
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 
 if TYPE_CHECKING:
@@ -223,7 +223,7 @@ class ContactSimulator(ABC):
 
         Where `forced`, the compression is the one that carries the symbol ``initial_force``.
         """
-        own = {*self.mechanism.system.q, *self.mechanism.system.q_dot}
+        own = set(self.mechanism.motion)
         return {
             symbol: expr
             for row in self.contact.rows
@@ -330,8 +330,8 @@ class ContactSimulator(ABC):
         """Return the scale of each state below which only its absolute error counts, shape (nx,).
 
         Gap and its rate have the scales of the contact; other velocities that of the kinetic
-        energy plus the energy of the contact; coordinates 1. Dissipated energies are left out
-        (inf).
+        energy plus the energy of the contact; coordinates and the time 1. Dissipated energies
+        are left out (inf).
         """
         constants = self.integrator.constants(self._vector_of(parameters))
         vectors, constants = np.asarray(vector)[None], constants[None]
@@ -354,7 +354,7 @@ class ContactSimulator(ABC):
         scales = [self.contact_scales(symbols, numbers) for numbers in found]
         energy, ones = scales[0][2], np.ones(len(vectors))
         masses = [found[0][f"mass_{k}"] for k in range(len(system.q))]
-        scale: dict[Any, Array] = dict.fromkeys(system.q, ones)
+        scale: dict[Any, Array] = dict.fromkeys((*system.q, TIME), ones)
         scale |= {s: np.sqrt(2 * energy / m) for s, m in zip(system.q_dot, masses, strict=True)}
         for row, numbers, (delta, rate, _) in zip(rows, found, scales, strict=True):
             slip = np.sqrt(2 * energy * numbers["W_tt"])

@@ -289,8 +289,8 @@ class _Differentiated:
         names = trajectory.state_names
         slopes = [f"d {names[i]}/d {self.wrt[k]}" for i, k in zip(rows, columns, strict=True)]
         outputs = [
-            f"d {name}/d {w}"
-            for group in (names, trajectory.output_names)
+            f"d {kind} {name}/d {w}"  # the gap may be a state and an output
+            for kind, group in (("state", names), ("output", trajectory.output_names))
             for w in self.wrt
             for name in group
         ]

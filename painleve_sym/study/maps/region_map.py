@@ -271,7 +271,7 @@ def _flow(mechanism: Mechanism, place: MapPlace, slip: int) -> list[sp.Expr]:
     A bilateral contact that pulls rubs as one that pushes in slip the other way.
     """
     system, c = mechanism.system, mechanism.coefficients
-    rates: dict[sp.Symbol, sp.Expr] = dict(zip(system.q, system.q_dot, strict=True))
+    rates = dict(system.rates)
     if not all(s in rates or s in system.q_dot for s in place.symbols):
         return []
     normal, tangential = c.force_directions
