@@ -9,7 +9,7 @@ import time
 import numpy as np
 import pytest
 
-from painleve_sym.complementarity.contact import ContactMode
+from painleve_sym.contacts.local_mode import ContactMode
 from painleve_sym.contacts.impact.one_contact import ImpactEnd, solve_impact
 from painleve_sym.errors import InputError
 from painleve_sym.laws.restitution import RESTITUTIONS

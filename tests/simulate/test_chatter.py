@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from painleve_sym.complementarity.contact import ContactProblem
+from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.contacts.chatter import chatter
 from painleve_sym.contacts.classify import classify
 from painleve_sym.contacts.impact.one_contact import solve_impact

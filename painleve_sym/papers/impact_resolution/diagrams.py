@@ -7,18 +7,19 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
+import numpy as np
+
 from painleve_sym.complementarity import (
-    ContactCase,
-    ContactMode,
-    ContactProblem,
-    ContactSolution,
+    LCPSolution,
     LemkeResult,
     MPCCOptions,
     MPCCSurvey,
     solve_lemke,
     solve_mpcc_all,
 )
-from painleve_sym.contacts.classify import Classification, classify_opening
+from painleve_sym.contacts.classify import Classification, classify
+from painleve_sym.contacts.local_mode import ContactMode
+from painleve_sym.contacts.problem import ContactCase, ContactProblem, ContactSolution
 from painleve_sym.papers.claim import Entry, Outcome, features, table
 from painleve_sym.papers.impact_resolution.claims import SLIDING_FORCE
 from painleve_sym.papers.panels import FORCE, NORMAL_ACCELERATION, Mark, Panel, line
@@ -74,7 +75,7 @@ DIAGRAMS: dict[str, Diagram] = {
 
 def rigid(bench: Workbench, number: int) -> Classification:
     """Return the rigid contact problem at the state of a table."""
-    return bench.shared(f"rigid {number}", lambda: classify_opening(bench.rod, bench.state(number)))
+    return bench.shared(f"rigid {number}", lambda: classify(bench.rod, bench.state(number)))
 
 
 def panel(diagram: Diagram, found: Classification, title: str = "") -> Panel:
@@ -107,12 +108,8 @@ def in_velocities(problem: ContactProblem) -> ContactProblem:
     The slip direction is not given but found: W P + v + h b = v⁺ has the form of the contact
     problem at rest, with the velocities before the step as free accelerations.
     """
-    return replace(
-        problem,
-        b_n=STEP * problem.b_n,
-        b_t=problem.slip_velocity + STEP * problem.b_t,
-        slip_velocity=0.0,
-    )
+    velocity = np.array([0.0, problem.slip_velocity.item()])
+    return replace(problem, b=velocity + STEP * problem.b, slip_velocity=np.zeros(1))
 
 
 @dataclass(frozen=True)
@@ -131,13 +128,14 @@ class Answers:
     name: str
     unit: str
     exact: tuple[ContactSolution, ...]
-    lemke: LemkeResult
+    lemke: LemkeResult[LCPSolution]
     survey: MPCCSurvey
 
     @classmethod
     def of(cls, problem: ContactProblem, name: str, unit: str) -> Answers:
         """Ask all three."""
-        lemke, survey = solve_lemke(problem.lcp()), solve_mpcc_all(problem, options=_CORNERS)
+        lcp = problem.lcp()
+        lemke, survey = solve_lemke(lcp), solve_mpcc_all(lcp, options=_CORNERS, compared=2)
         return cls(name, unit, problem.solutions(), lemke, survey)
 
     @property
@@ -201,7 +199,7 @@ def compute_diagram(name: str, bench: Workbench) -> Outcome:
     free = in_velocities(found.problem)
     given = Answers.of(found.problem, "accelerations, sliding given", "N")
     stepped = Answers.of(free, "impulses over a step, slip free", "N s")
-    over_step = [_impulse(s, found.problem.slip_velocity) for s in stepped.exact]
+    over_step = [_impulse(s, found.problem.slip_velocity.item()) for s in stepped.exact]
     data = {
         "A": found.A,
         "B": found.B,

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from painleve_sym.complementarity import ContactCase
+from painleve_sym.contacts.problem import ContactCase
 from painleve_sym.papers.claim import Entry, Outcome, Verdict, features, table
 from painleve_sym.papers.impact_resolution.cases import (
     BORDER,
