@@ -337,24 +337,32 @@ class ContactProblem:
     def _physical_faults(self) -> list[str]:
         """Return a sentence for each entry that no mechanism can have."""
         faults: list[str] = []
+        single = self.size == 1
         if np.any(self.mu < 0):
+            got = self.mu.item() if single else self.mu.tolist()
             faults.append(
-                f"mu: got {self.mu.tolist()!r}, need mu >= 0. "
-                "Fix: give the direction by slip_velocity."
+                f"mu: got {got!r}, need mu >= 0. Fix: give the direction by slip_velocity."
             )
         root = np.sqrt(np.maximum(np.diag(self.W), 0.0))
         bound = np.outer(root, root)
         inverse = np.divide(1.0, bound, out=np.zeros_like(bound), where=bound > 0)
         wrong = np.abs(self.W - self.W.T) > _SYMMETRY * bound
-        if np.any(wrong) or np.any(np.abs(self.W[bound == 0]) > 0):
+        indefinite = np.min(np.linalg.eigvalsh(self.W * inverse)) < -_INDEFINITE * len(self.W)
+        if single and (indefinite or np.any(np.diag(self.W) < 0)):
+            (nn, nt), (_, tt) = self.W.tolist()
+            faults.append(
+                f"mobility: got W_nn, W_nt, W_tt = {nn!r}, {nt!r}, {tt!r}, "
+                "need W_nn >= 0, W_tt >= 0 and W_nt**2 <= W_nn W_tt. "
+                "Fix: compute it as J M^-1 J' with a positive definite mass matrix M."
+            )
+        elif np.any(wrong) or np.any(np.abs(self.W[bound == 0]) > 0):
             faults.append(
                 f"W: got {self.W!r}, need a symmetric matrix with rows of zeros where the diagonal "
                 "is 0. Fix: compute it as J M^-1 J' with rows n1, t1, n2, t2, ... of J."
             )
-        elif np.min(np.linalg.eigvalsh(self.W * inverse)) < -_INDEFINITE * len(self.W):
+        elif indefinite:
             faults.append(
-                f"W: got {self.W!r}, need a positive semidefinite matrix, so for each contact "
-                "W_nt**2 <= W_nn W_tt. "
+                f"W: got {self.W!r}, need a positive semidefinite matrix. "
                 "Fix: compute it as J M^-1 J' with a positive definite mass matrix M."
             )
         return faults
@@ -525,9 +533,9 @@ class ContactProblem:
         A sliding contact has the pair ``z = F_n``, ``w = a_n`` with ``F_t = -mu s F_n``. One at
         rest has three (Glocker & Pfeiffer 1993). With friction reserves
         ``lambda_R = mu F_n + F_t``, ``lambda_L = mu F_n - F_t`` and ``a_t = a_t^+ - a_t^-`` (both
-        parts >= 0) they are ``z = (F_n, lambda_R, a_t^-)`` and ``w = (a_n, a_t^+, lambda_L)``: speeding up along + uses
-        up lambda_R, along - lambda_L. Where F_n = 0 or mu = 0, a_t^+ and a_t^- may grow together
-        without changing a_t; `solution_from` removes that.
+        parts >= 0) they are ``z = (F_n, lambda_R, a_t^-)`` and ``w = (a_n, a_t^+, lambda_L)``:
+        speeding up along + uses up lambda_R, along - lambda_L. Where F_n = 0 or mu = 0, a_t^+ and
+        a_t^- may grow together without changing a_t; `solution_from` removes that.
 
         Where all contacts are at rest and W is positive definite there is always a solution
         (Anitescu & Potra 1997): the inconsistent case needs slip, or a singular W.
