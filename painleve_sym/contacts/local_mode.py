@@ -34,6 +34,7 @@ NORMAL, TANGENTIAL = 0, 1
 # Refuses only what is beyond doubt wrong; what passes is measured by its residual afterwards.
 _DOUBT = 1e-6
 _BORDER = 1e-9  # as parts of forces and of the terms of accelerations, above the residual's 1e-10
+_SMALLEST = 2.0**-1000  # of a friction coefficient in a quotient: its inverse is finite
 _ROUNDING = 4 * float(np.finfo(float).eps)  # two products and their difference, each rounded once
 
 
@@ -139,16 +140,18 @@ def slip(mu: float, direction: int, at_rest: bool, side: int = 1) -> LocalMode:
         The sign of F_n; -1 is possible for a bilateral contact only.
     """
     # Along F_n on both sides, so that the determinants of both orient alike.
-    way = np.array([[1.0], [-mu * direction * side]]) / _power_of_two(max(1.0, mu))
+    size = _power_of_two(max(1.0, mu))
+    way = np.array([[1.0], [-mu * direction * side]]) / size
     signs = ((TANGENTIAL, direction),) if at_rest and mu > 0 else ()
     cone = np.array([[float(side), 0.0]])
-    return LocalMode(slip_mode(direction), way, (NORMAL,), cone, signs, np.ones(1), side)
+    return LocalMode(slip_mode(direction), way, (NORMAL,), cone, signs, np.array([size]), side)
 
 
 def stick(mu: float, side: int = 1) -> LocalMode:
     """Return ``a_n = a_t = 0, |F_t| <= mu |F_n|`` with the sign `side` of F_n, for mu > 0."""
-    cone = np.array([[side, 1.0 / mu], [side, -1.0 / mu]])
-    unit = np.array([1.0, _power_of_two(min(1.0, mu))])
+    size = max(_power_of_two(mu), _SMALLEST)
+    cone = np.array([[side * mu, 1.0], [side * mu, -1.0]]) / size
+    unit = np.array([1.0, min(1.0, size)])
     return LocalMode(ContactMode.STICK, np.eye(2), (NORMAL, TANGENTIAL), cone, (), unit, side)
 
 
@@ -203,8 +206,8 @@ def scale_contacts(
 
 
 def _power_of_two(size: float) -> float:
-    """Return the power of two next to a positive number."""
-    return float(np.ldexp(1.0, int(np.frexp(size)[1])))
+    """Return the largest power of two that is no larger than a positive number."""
+    return float(np.ldexp(1.0, int(np.frexp(size)[1]) - 1))
 
 
 # ---- all combinations ----

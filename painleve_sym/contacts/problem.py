@@ -807,7 +807,7 @@ class _ScaledLaw:
     def residual(self, forces: FloatArray) -> float:
         """Measure forces; see `ContactProblem.residual`."""
         a, terms = self.accelerations(forces)
-        share = np.divide(a, terms, out=np.zeros_like(a), where=terms > 0)
+        share = _ratio(a, terms)
         weight = self._share(np.abs(forces), terms)[0::2]
         normal, tangential = forces[0::2], forces[1::2]
         open_part = np.maximum(
@@ -817,11 +817,10 @@ class _ScaledLaw:
         held = np.where(self.problem.bilateral, np.abs(share[0::2]), open_part)
         limit = self.mu * np.abs(normal)
         span = np.abs(tangential) + limit
-        per_span = np.divide(1.0, span, out=np.zeros_like(span), where=span > 0)
-        cone = np.maximum((np.abs(tangential) - limit) * per_span, 0.0)
+        cone = np.maximum(_ratio(np.abs(tangential) - limit, span), 0.0)
         moving = np.array(self.problem.slip_directions)
         s = np.where(moving != 0, moving, np.sign(share[1::2]))
-        opposing = np.abs(tangential + s * limit) * per_span
+        opposing = _ratio(np.abs(tangential + s * limit), span)
         opposing = np.where(moving != 0, opposing, np.minimum(opposing, np.abs(share[1::2])))
         return float(np.max([held, cone, opposing]))
 
@@ -938,10 +937,9 @@ class _ScaledLaw:
     ) -> FloatArray:
         """Return how much each part of the forces matters to any acceleration, by its terms."""
         effects = self._sizes * part
-        ratio = np.divide(
-            effects, terms[:, None], out=np.zeros_like(effects), where=terms[:, None] > 0
+        share: FloatArray = np.max(
+            _ratio(effects, np.broadcast_to(terms[:, None], effects.shape)), 0
         )
-        share: FloatArray = np.max(ratio, axis=0)
         # Where nothing moves, forces count by themselves.
         idle = np.all(self.W == 0, axis=0) & (part > 0)
         share[idle] = 1.0 if whole is None else part[idle] / whole[idle]
@@ -950,7 +948,7 @@ class _ScaledLaw:
     def possible(self, forces: FloatArray) -> list[BoolArray]:
         """Return for each contact which of its local modes hold these forces, borders included."""
         a, terms = self.accelerations(forces)
-        share = np.divide(a, terms, out=np.zeros_like(a), where=terms > 0)
+        share = _ratio(a, terms)
         rows = [slice(2 * i, 2 * i + 2) for i in range(self.mu.size)]
         return [
             np.array([mode.holds(forces[pair], share[pair]) for mode in given])
@@ -973,6 +971,12 @@ class _ScaledLaw:
         return ContactSolution(
             point.modes, normal, tangential, parted, sliding, point.residual, isolated
         )
+
+
+def _ratio(part: FloatArray, whole: FloatArray) -> FloatArray:
+    """Return part / whole, 0 where there is nothing."""
+    ratio: FloatArray = np.divide(part, whole, out=np.zeros(part.shape), where=whole > 0)
+    return ratio
 
 
 def _any_holds(choices: npt.NDArray[np.intp], possible: Sequence[BoolArray]) -> bool:
