@@ -13,10 +13,11 @@ from tests.contacts.test_problem_one import built, contacts, mode_analysis
 
 decades = st.floats(-6.0, 6.0).map(lambda k: 10.0**k)
 frictions = st.integers(-12, 6).map(lambda k: 10.0**k)
+up_to_three = st.integers(1, 3)
 
 
 @st.composite
-def problems(draw, sizes=st.integers(1, 3)):
+def problems(draw, sizes=up_to_three):
     """Draw contacts of both kinds, with friction over 18 decades."""
     W, b, mu, slip = draw(contact_sets(sizes=sizes))
     n = len(mu)
