@@ -11,14 +11,13 @@ from typing import Any
 __version__ = "0.1.0"
 
 _HOMES = {
-    "BilateralClassification": "contacts.classify_bilateral",
     "BilateralContact": "contacts.guide",
-    "BilateralProblem": "complementarity.bilateral",
     "Body": "mechanics.bodies",
     "Classification": "contacts.classify",
     "Contact": "mechanics.contact",
     "ContactCoefficients": "mechanics.coefficients",
     "ContactLaw": "laws.compliance",
+    "ContactProblem": "contacts.problem",
     "Coordinate": "mechanics.system",
     "CorrectedJumpRule": "simulate.finite_stiffness",
     "CriticalForceFinder": "study.critical.bisection",
@@ -41,7 +40,6 @@ _HOMES = {
     "RigidContact": "contacts.rigid",
     "RigidSimulator": "simulate.rigid",
     "SensitiveTrajectory": "simulate.sensitivity.result",
-    "SeveralContacts": "complementarity.several",
     "SoftenedContact": "contacts.compliant",
     "SoftenedSimulator": "simulate.compliant",
     "Spring": "mechanics.bodies",
@@ -60,7 +58,7 @@ _HOMES = {
     "simulate_rigid": "simulate.rigid",
     "simulate_softened": "simulate.compliant",
     "solve_impact": "contacts.impact.one_contact",
-    "tangential_impact": "contacts.classify_bilateral",
+    "tangential_impact": "contacts.impact.tangential",
 }
 
 __all__ = sorted([*_HOMES, "__version__"])

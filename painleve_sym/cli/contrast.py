@@ -10,7 +10,7 @@ from painleve_sym.cli.case import read_case
 from painleve_sym.cli.options import output_file, read_number
 from painleve_sym.cli.output import number, print_json, quantity, show, show_table
 from painleve_sym.cli.run import PLOT_SUFFIXES
-from painleve_sym.complementarity.contact import ContactCase
+from painleve_sym.contacts.problem import ContactCase
 from painleve_sym.errors import InputError
 from painleve_sym.study.compare import comparison as study
 from painleve_sym.study.compare.comparison import Contrast

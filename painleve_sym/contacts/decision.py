@@ -12,11 +12,11 @@ import sympy as sp
 
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.quantities import Quantities, quantities
-from painleve_sym.complementarity.contact import ContactMode
-from painleve_sym.complementarity.several import SeveralContacts, SeveralSolution
 from painleve_sym.contacts.contact_states import CONTACT_WORK, FLIGHT, FORCE_WORK, FRICTION_WORK
 from painleve_sym.contacts.impact.one_contact import ImpactEnd, solve_impact
 from painleve_sym.contacts.impact.simultaneous import SeveralImpact, solve_simultaneous_impact
+from painleve_sym.contacts.local_mode import ContactMode
+from painleve_sym.contacts.problem import ContactProblem, ContactSolution
 from painleve_sym.contacts.two_contacts import TwoContacts, mode_name
 
 _REST = 1e-9
@@ -51,11 +51,11 @@ class ContactTerms:
     drive_speeds: Array
     velocity: Array
 
-    def problem(self, closed: tuple[int, ...], slip: Array) -> SeveralContacts:
+    def problem(self, closed: tuple[int, ...], slip: Array) -> ContactProblem:
         """Return the contact problem of the closed contacts; `slip` are all slip velocities."""
         rows = rows_of(closed)
         chosen = list(closed)
-        return SeveralContacts(
+        return ContactProblem(
             self.W[np.ix_(rows, rows)], self.b[rows], self.mu[chosen], slip[chosen]
         )
 
@@ -208,7 +208,7 @@ class Decider:
         return found[open_contacts.index(best)]
 
     def _modes(
-        self, terms: ContactTerms, closed: tuple[int, ...], slips: Array, found: SeveralSolution
+        self, terms: ContactTerms, closed: tuple[int, ...], slips: Array, found: ContactSolution
     ) -> tuple[str, ...]:
         """Return what each contact does; one at rest that gains no speed sticks."""
         modes = [FLIGHT] * len(slips)

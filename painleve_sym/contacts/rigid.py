@@ -62,7 +62,7 @@ class RigidContact(ContactStates):
         if self.mechanism.contact.bilateral:
             raise InputError(
                 f"mechanism {self.mechanism.name!r}: its contact is bilateral, and rigid motion "
-                "needs one that can open. Fix: use BilateralProblem with its coefficients."
+                "needs one that can open. Fix: use BilateralContact."
             )
         object.__setattr__(self, "rays", ImpactRays(self, self.restitution))
 

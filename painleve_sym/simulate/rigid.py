@@ -11,8 +11,7 @@ import numpy as np
 
 from painleve_sym.arrays import Array
 from painleve_sym.contacts.chatter import REVERSE_CHATTER, Chatter, chatter
-from painleve_sym.contacts.classify import contact_problem
-from painleve_sym.contacts.classify_bilateral import bilateral_problem, check_held, solution_name
+from painleve_sym.contacts.classify import contact_problem, held_faults, solution_name
 from painleve_sym.contacts.guide import BilateralContact
 from painleve_sym.contacts.rigid import DECISION, RigidContact
 from painleve_sym.engines.protocol import Engine, RawRun, RunOptions, joined_steps
@@ -171,7 +170,9 @@ class RigidSimulator(ContactSimulator):
         vector = super().checked_start(vector, values, force)
         gap = float(vector[self._index(self.contact.gap)])
         if self.mechanism.contact.bilateral:
-            check_held(self.where, gap, float(vector[self._index(self.contact.gap_rate)]))
+            rate = float(vector[self._index(self.contact.gap_rate)])
+            for fault in held_faults("a bilateral contact", gap, rate):
+                raise InputError(f"{self.where}: {fault}")
         elif gap < 0:
             raise InputError(
                 f"{self.where}: the start is inside the ground, gap = {gap:g} m, and a rigid "
@@ -269,13 +270,10 @@ class RigidSimulator(ContactSimulator):
     def _with_alternatives(self, event: EventRecord, values: dict[str, float]) -> EventRecord:
         if event.kind != "contact":
             return event
-        if self.mechanism.contact.bilateral:
-            held = bilateral_problem(self.mechanism, event.state, values)
-            modes = tuple(dict.fromkeys(solution_name(s, held) for s in held.solutions()))
-            return replace(event, alternatives=modes) if len(modes) > 1 else event
-        solutions = contact_problem(self.mechanism, event.state, values).solutions()
-        modes = tuple(dict.fromkeys(s.mode.value for s in solutions))
-        if modes and event.state[self.contact.slip.name] == 0:
+        problem = contact_problem(self.mechanism, event.state, values)
+        modes = tuple(dict.fromkeys(solution_name(s, problem) for s in problem.solutions()))
+        opens = not problem.bilateral[0]
+        if opens and modes and event.state[self.contact.slip.name] == 0:
             bounces = self.chatter(event.state, values)
             modes += (REVERSE_CHATTER,) if bounces is not None and bounces.reverse else ()
         return replace(event, alternatives=modes) if len(modes) > 1 else event

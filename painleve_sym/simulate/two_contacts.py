@@ -63,7 +63,7 @@ class TwoContactSimulator(ContactSimulator):
     """A mechanism with two rigid contacts, ready to run.
 
     Between events both contacts keep their mode, in compiled code. At an event the contact problem
-    of the closed contacts is solved with every solution (`SeveralContacts`); where there are
+    of the closed contacts is solved with every solution (`ContactProblem`); where there are
     several the policy chooses, and the event ``contact`` lists all. Impacts of one contact follow
     Routh's construction, those of both `solve_simultaneous_impact`; the event ``impact`` has the
     impulses. Where no forces are possible the impact without collision happens.

@@ -9,8 +9,8 @@ import time
 import numpy as np
 import pytest
 
-from painleve_sym.complementarity.contact import ContactMode
 from painleve_sym.contacts.impact.one_contact import ImpactEnd, solve_impact
+from painleve_sym.contacts.local_mode import ContactMode
 from painleve_sym.errors import InputError
 from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.mechanics.impact.classes import CLASSES, ImpactClass

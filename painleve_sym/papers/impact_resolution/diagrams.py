@@ -7,16 +7,16 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
+import numpy as np
+
 from painleve_sym.complementarity import (
-    ContactCase,
-    ContactMode,
-    ContactProblem,
-    ContactSolution,
     MPCCOptions,
     solve_lemke,
     solve_mpcc_all,
 )
 from painleve_sym.contacts.classify import Classification
+from painleve_sym.contacts.local_mode import ContactMode
+from painleve_sym.contacts.problem import ContactCase, ContactProblem, ContactSolution
 from painleve_sym.papers.impact_resolution.claims import NUMBERS
 from painleve_sym.papers.impact_resolution.runs import Workbench
 from painleve_sym.papers.item import Outcome, checked, table
@@ -89,12 +89,8 @@ def in_velocities(problem: ContactProblem) -> ContactProblem:
     The slip direction is an unknown: W P + v + h b = v⁺ has the form of the contact
     problem at rest, with the velocities before the step as free accelerations.
     """
-    return replace(
-        problem,
-        b_n=STEP * problem.b_n,
-        b_t=problem.slip_velocity + STEP * problem.b_t,
-        slip_velocity=0.0,
-    )
+    velocity = np.array([0.0, problem.slip_velocity.item()])
+    return replace(problem, b=velocity + STEP * problem.b, slip_velocity=np.zeros(1))
 
 
 def solved_by_every_method(
@@ -119,7 +115,8 @@ def solved_by_every_method(
     """
     solutions = problem.solutions()
     exact = [s.normal_force for s in solutions]
-    lemke, survey = solve_lemke(problem.lcp()), solve_mpcc_all(problem, options=_CORNERS)
+    lcp = problem.lcp()
+    lemke, survey = solve_lemke(lcp), solve_mpcc_all(lcp, options=_CORNERS, compared=2)
     pivoted = [] if lemke.solution is None else [float(lemke.solution.z[0])]
     relaxed = sorted(float(s.z[0]) for s in survey.solutions)
 
@@ -168,7 +165,7 @@ def compute_diagram(name: str, bench: Workbench) -> Outcome:
     impulses, stepped, stepped_checks = solved_by_every_method(
         in_velocities(rigid.problem), "impulses over a step, slip free", "N s"
     )
-    over_step = [_impulse(s, rigid.problem.slip_velocity) for s in impulses]
+    over_step = [_impulse(s, rigid.problem.slip_velocity.item()) for s in impulses]
     data = {
         "A": rigid.A,
         "B": rigid.B,

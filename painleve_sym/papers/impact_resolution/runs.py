@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 import sympy as sp
 
 from painleve_sym.arrays import Array
-from painleve_sym.contacts.classify import Classification, classify_opening
+from painleve_sym.contacts.classify import Classification, classify
 from painleve_sym.laws.compliance import law
 from painleve_sym.mechanics.models import Mechanism, rod
 from painleve_sym.papers.impact_resolution.claims import (
@@ -90,7 +90,7 @@ class Workbench:
 
     def rigid(self, table: int) -> Classification:
         """Return the rigid contact problem at the state of a table."""
-        return self.shared(f"rigid {table}", lambda: classify_opening(self.rod, self.state(table)))
+        return self.shared(f"rigid {table}", lambda: classify(self.rod, self.state(table)))
 
     def run(self, case: Case) -> Trajectory:
         """Return the run of a case, made on first use."""

@@ -33,8 +33,8 @@ from numpy.typing import NDArray
 
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.bridge import Translator
-from painleve_sym.complementarity.contact import ContactProblem
 from painleve_sym.contacts.inputs import CONTACT_TOLERANCE, resolve_parameters, resolve_state
+from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.errors import InputError, StopReason, unknown_name
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.simulate.time_stepping.step_solvers import SOLVERS, Answer, Impulse
@@ -364,7 +364,7 @@ class _Stepping:
         else:
             shift = gap / h
         b_n, b_t = float(rates[0]) + shift, float(rates[1])
-        return ContactProblem(W_nn, W_nt, W_tt, b_n, b_t, self.mu, slip_velocity=0.0), made
+        return ContactProblem.single(W_nn, W_nt, W_tt, b_n, b_t, self.mu, 0.0), made
 
     def through(
         self, q_u: Array, times: Array

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.pointwise import Pointwise
-from painleve_sym.complementarity.contact_data import rounded_difference
 from painleve_sym.contacts.inputs import CONTACT_TOLERANCE
+from painleve_sym.contacts.local_mode import rounded_difference
 from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.files import write_beside
 from painleve_sym.mechanics.mechanism import Mechanism

@@ -7,21 +7,15 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from painleve_sym.complementarity import (
-    BilateralProblem,
-    ContactProblem,
-    SeveralContacts,
-    Uniqueness,
-    is_copositive,
-    is_p_matrix,
-)
-from tests.complementarity.friction_oracle import built, contact_sets, eighths
+from painleve_sym.complementarity import Uniqueness, is_copositive, is_p_matrix
+from painleve_sym.contacts.problem import ContactProblem
+from tests.contacts.friction_oracle import built, contact_sets, eighths
 
 sliding = st.sampled_from([-1, 1])
 
 
 def one(W_nt, mu, slip_velocity, W_tt=4.0):
-    return SeveralContacts([[1.0, W_nt], [W_nt, W_tt]], [0, 0], [mu], [slip_velocity])
+    return ContactProblem([[1.0, W_nt], [W_nt, W_tt]], [0, 0], [mu], [slip_velocity])
 
 
 @pytest.mark.parametrize(
@@ -36,7 +30,7 @@ def one(W_nt, mu, slip_velocity, W_tt=4.0):
         (one(1.0, 0.5, 0.0, 1.0), Uniqueness.SOLVABLE_FOR_ALL),  # W of rank one, A > 0 both ways
         (one(1.0, 1.5, 0.0, 1.0), Uniqueness.NOT_GUARANTEED),  # its null direction is in the cone
         (one(0.0, 0.0, 0.0, 0.0), Uniqueness.UNIQUE_FOR_ALL),  # frictionless: F_t = 0 anyway
-        (SeveralContacts(np.zeros((2, 2)), [0, 0], [0], [1]), Uniqueness.NOT_GUARANTEED),
+        (ContactProblem(np.zeros((2, 2)), [0, 0], [0], [1]), Uniqueness.NOT_GUARANTEED),
     ],
 )
 def test_uniqueness_is_known_for_one_contact(problem, expected):
@@ -48,11 +42,11 @@ def test_uniqueness_of_sliding_contacts_may_be_existence_only():
     # A_ij = W_nn,ij - mu_j W_nt,ij, built from W_nn = I and W_nt = [[0, -2], [-2, 0]].
     W = 0.25 * np.eye(4)
     W[0, 3] = W[3, 0] = W[1, 2] = W[2, 1] = -0.25
-    problem = SeveralContacts(W, np.zeros(4), [2, 2], [1, 1])
+    problem = ContactProblem(W, np.zeros(4), [2, 2], [1, 1])
     matrix = problem.lcp().matrix
     assert np.allclose(matrix, [[0.25, 0.5], [0.5, 0.25]])
     assert problem.uniqueness() is Uniqueness.SOLVABLE_FOR_ALL
-    down = SeveralContacts(W, [-1, 0, -1, 0], [2, 2], [1, 1])
+    down = ContactProblem(W, [-1, 0, -1, 0], [2, 2], [1, 1])
     assert len(down.solutions()) == 3
 
 
@@ -125,14 +119,14 @@ def test_solutions_keep_the_promise(data):
 def test_p_matrices_have_exactly_one_solution_for_any_offset(data, draw):
     # Small friction keeps the matrix near the positive definite W_nn.
     W, b, mu, slip = data
-    weak = SeveralContacts(
+    weak = ContactProblem(
         np.array(W, float), np.array(b, float), np.array(mu, float) / 64, np.array(slip)
     )
     if weak.uniqueness() is not Uniqueness.UNIQUE_FOR_ALL:
         return
     for _ in range(3):
         offset = draw.draw(st.lists(eighths, min_size=len(b), max_size=len(b)))
-        problem = SeveralContacts(weak.W, np.array(offset, float), weak.mu, weak.slip_velocity)
+        problem = ContactProblem(weak.W, np.array(offset, float), weak.mu, weak.slip_velocity)
         assert len(problem.solutions()) == 1
 
 
@@ -145,9 +139,9 @@ def test_no_promise_of_uniqueness_is_missed(directions):
         L = rng.normal(size=(4, 4))
         mu = rng.uniform(0.0, 2.0, 2)
         W = L @ L.T + 0.3 * np.eye(4)
-        promised = SeveralContacts(W, np.zeros(4), mu, directions).uniqueness()
+        promised = ContactProblem(W, np.zeros(4), mu, directions).uniqueness()
         counts = {
-            len(SeveralContacts(W, b, mu, directions).solutions()) for b in rng.normal(size=(40, 4))
+            len(ContactProblem(W, b, mu, directions).solutions()) for b in rng.normal(size=(40, 4))
         }
         kinds.add(promised)
         if promised is Uniqueness.UNIQUE_FOR_ALL:
@@ -163,20 +157,21 @@ def test_uniqueness_agrees_with_the_closed_conditions_of_one_contact(data):
     problem = built(data)
     (s,) = data[3]
     args = [float(v) for v in (data[0][0][0], data[0][0][1], data[0][1][1], *data[1], *data[2], s)]
-    single = ContactProblem(*args)
+    single = ContactProblem.single(*args)
     ways = [s] if s else [-1, 1]
     regular = s != 0 or args[5] == 0 or args[0] * args[2] - args[1] ** 2 > 0
     closed = all(single.A_slip(way) > 0 for way in ways) and regular
     assert (problem.uniqueness() is Uniqueness.UNIQUE_FOR_ALL) == closed
     # A bilateral contact loads either side: uniqueness there needs both signs of A.
-    if BilateralProblem(*args).unique_for_all:
-        assert closed
+    both = all(single.A_slip(1, side) > 0 for side in (1, -1)) and regular
+    held = ContactProblem.single(*args, bilateral=True).uniqueness()
+    assert (held is Uniqueness.UNIQUE_FOR_ALL) == both
 
 
 def test_the_determinants_of_a_pair_at_rest_are_those_by_hand():
     W = np.array([[2.0, 0.5], [0.5, 1.0]])
     for mu, s in itertools.product([0.5, 3.9, 4.1], [1, -1]):
         mirrored = W * np.outer([1, s], [1, s])
-        problem = SeveralContacts(mirrored, [0, 0], [mu], [0])
+        problem = ContactProblem(mirrored, [0, 0], [mu], [0])
         unique = mu * 0.5 < 2.0
         assert (problem.uniqueness() is Uniqueness.UNIQUE_FOR_ALL) == unique

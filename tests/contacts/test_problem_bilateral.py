@@ -8,10 +8,12 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from painleve_sym.complementarity import BilateralProblem, ContactMode, ContactProblem
 from painleve_sym.complementarity.lcp import RESIDUAL_TOLERANCE
+from painleve_sym.complementarity.uniqueness import Uniqueness
+from painleve_sym.contacts.local_mode import ContactMode
+from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.errors import InputError
-from tests.complementarity.friction_oracle import (
+from tests.contacts.friction_oracle import (
     LEFT,
     RIGHT,
     STICK,
@@ -27,8 +29,16 @@ def flat(data):
     return (W[0][0], W[0][1], W[1][1], *b, *mu, Fraction(slip[0]))
 
 
+def guided(*data, **named):
+    return ContactProblem.single(*data, **named, bilateral=True)
+
+
+def unique(problem):
+    return problem.uniqueness() is Uniqueness.UNIQUE_FOR_ALL
+
+
 def built(data):
-    return BilateralProblem(*map(float, data))
+    return guided(*map(float, data))
 
 
 def pairs(solutions):
@@ -99,13 +109,13 @@ resting = contact_sets(sizes=st.just(1), slip=st.just(0), definite=True).map(fla
     ],
 )
 def test_solutions_are_those_by_hand_while_sliding(W_nt, b_n, v, expected):
-    problem = BilateralProblem(1.0, W_nt, 4.0, b_n, 0.0, 1.0, v)
+    problem = guided(1.0, W_nt, 4.0, b_n, 0.0, 1.0, v)
     assert [s.normal_force for s in problem.solutions()] == pytest.approx(expected)
     assert all(s.isolated for s in problem.solutions())
 
 
 def test_solutions_report_the_ray_on_the_border_without_load():
-    found = BilateralProblem(1.0, -1.0, 4.0, 0.0, 0.0, 1.0, -1.0).solutions()
+    found = guided(1.0, -1.0, 4.0, 0.0, 0.0, 1.0, -1.0).solutions()
     assert [s.normal_force > 0 for s in found] == [False, True]
     assert not any(s.isolated for s in found)
 
@@ -121,20 +131,20 @@ def test_solutions_report_the_ray_on_the_border_without_load():
 )
 def test_solutions_at_rest_are_one_or_three_beyond_the_limit(b_t, modes):
     # mu |W_nt| = 1.5 > W_nn = 1; both slips go along the sign of W_nt b_n < 0.
-    found = BilateralProblem(1.0, -1.5, 4.0, 1.0, b_t, 1.0, 0.0).solutions()
+    found = guided(1.0, -1.5, 4.0, 1.0, b_t, 1.0, 0.0).solutions()
     assert [s.mode for s in found] == modes
     assert all(s.isolated for s in found)
 
 
 def test_solutions_at_rest_are_two_where_sticking_meets_a_slip():
     # The slip with F_n = 2, F_t = 2 has a_t = 5 + b_t, so b_t = -5 sticks there.
-    found = BilateralProblem(1.0, -1.5, 4.0, 1.0, -5.0, 1.0, 0.0).solutions()
+    found = guided(1.0, -1.5, 4.0, 1.0, -5.0, 1.0, 0.0).solutions()
     assert [s.mode for s in found] == [LEFT, STICK]
     assert pairs(found)[1] == pytest.approx((2.0, 2.0))
 
 
 def test_solutions_at_rest_are_two_without_normal_load():
-    found = BilateralProblem(1.0, -1.5, 4.0, 0.0, 1.0, 1.0, 0.0).solutions()
+    found = guided(1.0, -1.5, 4.0, 0.0, 1.0, 1.0, 0.0).solutions()
     assert [s.mode for s in found] == [STICK, RIGHT]
     assert pairs(found)[1] == (0.0, 0.0)
 
@@ -144,7 +154,7 @@ def test_solutions_at_rest_are_two_without_normal_load():
     [(1.0, RIGHT), (-1.0, LEFT), (0.0, STICK)],
 )
 def test_solutions_follow_the_free_acceleration_without_friction(b_t, mode):
-    (solution,) = BilateralProblem(1.0, 0.0, 1.0, 2.0, b_t, 0.0, 0.0).solutions()
+    (solution,) = guided(1.0, 0.0, 1.0, 2.0, b_t, 0.0, 0.0).solutions()
     assert solution.mode is mode and solution.normal_force == -2.0
     assert solution.tangential_acceleration == b_t
 
@@ -154,8 +164,8 @@ def test_a_rod_held_at_its_end_turns_its_paradox_into_two_forces():
     sin, cos = math.sin(1.0), math.cos(1.0)
     W = 1 + 3 * cos**2, -3 * sin * cos, 1 + 3 * sin**2
     for b_n, count in ((-9.0, 0), (11.0, 2)):
-        problem = BilateralProblem(*W, b_n, 0.0, 1.4, -1.0)
-        assert len(problem.solutions()) == count and not problem.unique_for_all
+        problem = guided(*W, b_n, 0.0, 1.4, -1.0)
+        assert len(problem.solutions()) == count and not unique(problem)
 
 
 # --- properties -------------------------------------------------------------------------------
@@ -168,7 +178,7 @@ def test_solutions_agree_with_rational_arithmetic(data):
     solutions = problem.solutions()
     assert all(s.residual <= RESIDUAL_TOLERANCE for s in solutions)
     for s in solutions:
-        assert s.residual == problem.residual(s.normal_force, s.tangential_force)
+        assert s.residual == problem.residual(s.forces)
     if expected is None:
         return
     assert all(s.isolated for s in solutions)
@@ -190,7 +200,7 @@ def test_solutions_are_as_many_as_the_closed_condition_says_while_sliding(data):
         assert solutions and not any(t.isolated for t in solutions)
     else:
         assert len(solutions) == count
-    assert problem.unique_for_all == (mu * abs(W_nt) < W_nn)
+    assert unique(problem) == (mu * abs(W_nt) < W_nn)
 
 
 @settings(max_examples=150, deadline=None)
@@ -200,7 +210,7 @@ def test_solutions_at_rest_are_as_many_as_the_closed_condition_says(data):
     problem = built(data)
     solutions = problem.solutions()
     coupling = mu * abs(W_nt)
-    assert problem.unique_for_all == (coupling < W_nn)
+    assert unique(problem) == (coupling < W_nn)
     if coupling < W_nn or (coupling == W_nn and b_n != 0):
         assert len(solutions) == 1
     elif coupling > W_nn:
@@ -238,7 +248,7 @@ def test_solutions_change_sign_when_the_normal_is_reversed(data):
 @given(singles)
 def test_pushing_solutions_are_those_of_the_closed_unilateral_contact(data):
     pushing = [s for s in built(data).solutions() if s.normal_force > 0]
-    single = ContactProblem(*map(float, data)).solutions()
+    single = ContactProblem.single(*map(float, data)).solutions()
     closed = [s for s in single if s.mode is not ContactMode.LIFTOFF]
     assume(all(s.isolated for s in (*pushing, *single)))
     assert same_sets(pairs(pushing), pairs(closed))
@@ -272,25 +282,25 @@ def test_solutions_scale_with_the_accelerations(data, power):
     ],
 )
 def test_residual_measures_the_violation_for_known_forces(forces, v, expected):
-    problem = BilateralProblem(1.0, -1.5, 4.0, 1.0, -0.5, 1.0, v)
-    assert problem.residual(*forces) == pytest.approx(expected)
+    problem = guided(1.0, -1.5, 4.0, 1.0, -0.5, 1.0, v)
+    assert problem.residual(forces) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"b_n": math.nan}, "BilateralProblem cannot be stated, b_n: got nan"),
+        ({"b_n": math.nan}, "ContactProblem cannot be stated, b_n: got nan"),
         ({"mu": -0.1, "W_nt": 3.0}, "Also, mobility: "),
     ],
 )
 def test_bilateral_problem_names_the_fault_for_bad_input(change, words):
     good = {"W_nn": 1.0, "W_nt": 0.5, "W_tt": 1.0, "b_n": -1.0, "b_t": 0.0, "mu": 0.5}
     with pytest.raises(InputError, match="Fix: ") as caught:
-        BilateralProblem(**{**good, **change}, slip_velocity=-1.0)
+        guided(**{**good, **change}, slip_velocity=-1.0)
     assert words in str(caught.value)
 
 
 def test_a_slip_is_exactly_zero_for_a_difference_of_rounded_terms():
     assert 0.3 - 3 * 0.1 != 0.0
-    assert BilateralProblem(0.3, 0.1, 1.0, 1.0, 0.0, 3.0, 1.0).A_slip(1, 1) == 0.0
-    assert np.isclose(BilateralProblem(0.3, 0.1, 1.0, 1.0, 0.0, 3.0, 1.0).A_slip(1, -1), 0.6)
+    assert guided(0.3, 0.1, 1.0, 1.0, 0.0, 3.0, 1.0).A_slip(1, 1) == 0.0
+    assert np.isclose(guided(0.3, 0.1, 1.0, 1.0, 0.0, 3.0, 1.0).A_slip(1, -1), 0.6)

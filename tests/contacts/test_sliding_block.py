@@ -9,7 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from painleve_sym.complementarity import ContactMode, SeveralContacts, Uniqueness, is_p_matrix
+from painleve_sym.complementarity import Uniqueness, is_p_matrix
+from painleve_sym.contacts.local_mode import ContactMode
+from painleve_sym.contacts.problem import ContactProblem
 
 G = 9.8
 JAM = (ContactMode.LIFTOFF, ContactMode.SLIP_POS)
@@ -19,7 +21,7 @@ def block(m, J, b, h, mu, slip_velocity=1.0, free=(-G, -G)):
     """Return the contact problem from J M^-1 J', with normal accelerations `free` of the feet."""
     rows = np.array([row for x in (-b, b) for row in ([0.0, 1.0, x], [1.0, 0.0, h])])
     W = rows @ np.diag([1 / m, 1 / m, 1 / J]) @ rows.T
-    return SeveralContacts(W, [free[0], 0.0, free[1], 0.0], [mu, mu], [slip_velocity] * 2)
+    return ContactProblem(W, [free[0], 0.0, free[1], 0.0], [mu, mu], [slip_velocity] * 2)
 
 
 def critical_friction(m, J, b, h):

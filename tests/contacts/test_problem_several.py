@@ -1,4 +1,4 @@
-"""Several frictional contacts: known cases, the single contact, the LCP, rational arithmetic."""
+"""Several frictional contacts: known cases, the LCP, Lemke, rational arithmetic."""
 
 import itertools
 import math
@@ -9,27 +9,20 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from painleve_sym.complementarity import (
-    ContactMode,
-    ContactProblem,
-    LemkeStatus,
-    SeveralContacts,
-    residual,
-    solve_all,
-)
+from painleve_sym.complementarity import LemkeStatus, residual, solve_all
 from painleve_sym.complementarity.lcp import RESIDUAL_TOLERANCE
-from painleve_sym.complementarity.several import CONTACT_LIMIT
+from painleve_sym.contacts.local_mode import ContactMode
+from painleve_sym.contacts.problem import CONTACT_LIMIT, ContactProblem
 from painleve_sym.errors import InputError
-from tests.complementarity.friction_oracle import (
+from tests.complementarity.rational import among
+from tests.contacts.friction_oracle import (
     SWAPPED,
     built,
     contact_sets,
     exact_solutions,
-    forces,
     same_sets,
     violates_coulomb,
 )
-from tests.complementarity.rational import among
 
 
 def feet(xs, height=1.0, mass=2.0, inertia=1.0, mu=0.3, slip_velocity=0.0, b=None):
@@ -37,14 +30,14 @@ def feet(xs, height=1.0, mass=2.0, inertia=1.0, mu=0.3, slip_velocity=0.0, b=Non
     J = np.array([row for x in xs for row in ([0.0, 1.0, x], [1.0, 0.0, height])])
     W = J @ np.diag([1 / mass, 1 / mass, 1 / inertia]) @ J.T
     free = J @ [0.0, -9.8, 0.0] if b is None else b
-    return SeveralContacts(W, free, np.full(len(xs), mu), np.full(len(xs), slip_velocity))
+    return ContactProblem(W, free, np.full(len(xs), mu), np.full(len(xs), slip_velocity))
 
 
 def definite(n, seed, mu, slip_velocity=0.0):
     """Return n contacts with a well-conditioned random mobility of full rank."""
     rng = np.random.default_rng(seed)
     L = rng.normal(size=(2 * n, 3 * n))
-    return SeveralContacts(
+    return ContactProblem(
         L @ L.T, rng.normal(size=2 * n), np.full(n, mu), np.full(n, slip_velocity)
     )
 
@@ -91,18 +84,18 @@ def test_solutions_multiply_for_contacts_that_do_not_feel_each_other():
     # Both contacts are the indeterminate one: lift-off or F_n = 2.
     one = [[1.0, -1.5], [-1.5, 4.0]]
     W = np.kron(np.eye(2), one)
-    found = SeveralContacts(W, [1, 0, 1, 0], [1, 1], [-1, -1]).solutions()
+    found = ContactProblem(W, [1, 0, 1, 0], [1, 1], [-1, -1]).solutions()
     assert [s.normal_forces.tolist() for s in found] == [[0, 0], [0, 2], [2, 0], [2, 2]]
     assert all(s.isolated for s in found)
 
 
 def test_solutions_are_empty_when_one_contact_is_inconsistent():
     W = np.kron(np.eye(2), [[1.0, -1.5], [-1.5, 4.0]])
-    assert SeveralContacts(W, [1, 0, -1, 0], [1, 1], [-1, -1]).solutions() == ()
+    assert ContactProblem(W, [1, 0, -1, 0], [1, 1], [-1, -1]).solutions() == ()
 
 
 def test_solutions_hold_every_branch_for_a_problem_without_data():
-    found = SeveralContacts(np.zeros((4, 4)), np.zeros(4), [1, 1], [0, 1]).solutions()
+    found = ContactProblem(np.zeros((4, 4)), np.zeros(4), [1, 1], [0, 1]).solutions()
     assert not any(s.isolated for s in found)
     assert {s.normal_forces[1] > 0 for s in found} == {False, True}
 
@@ -147,7 +140,7 @@ def test_solve_lemke_says_so_when_the_inner_stress_is_free():
 
 def test_solve_lemke_leaves_isolation_open_where_too_many_branches_meet():
     n = 9  # 4**9 choices at the origin
-    problem = SeveralContacts(np.eye(2 * n), np.zeros(2 * n), np.ones(n), np.zeros(n))
+    problem = ContactProblem(np.eye(2 * n), np.zeros(2 * n), np.ones(n), np.zeros(n))
     assert problem.solve_lemke().solution.isolated is None
 
 
@@ -169,30 +162,12 @@ def test_solutions_agree_with_rational_arithmetic_for_small_integers(data):
         assert violates_coulomb(problem, s) is None
     expected, complete = exact_solutions(*data)
     for exact in expected:
-        assert among(np.array(exact, float), [forces(s) for s in solutions])
+        assert among(np.array(exact, float), [s.forces for s in solutions])
     if complete:
-        assert same_sets([forces(s) for s in solutions], expected)
+        assert same_sets([s.forces for s in solutions], expected)
     for s in solutions:
         if s.isolated:
-            assert among(forces(s), expected)
-
-
-@settings(max_examples=120, deadline=None)
-@given(contact_sets(sizes=st.just(1)))
-def test_solutions_agree_with_the_single_contact(data):
-    W, b, mu, slip = data
-    several = built(data).solutions()
-    single = ContactProblem(*map(float, (W[0][0], W[0][1], W[1][1], *b, *mu, *slip))).solutions()
-    if all(s.isolated for s in single):
-        assert len(several) == len(single)
-        for s, t in zip(several, single, strict=True):
-            assert s.modes == (t.mode,) and s.isolated
-            assert (*forces(s),) == pytest.approx((t.normal_force, t.tangential_force), rel=1e-9)
-            assert s.normal_accelerations[0] == pytest.approx(t.normal_acceleration)
-            assert s.tangential_accelerations[0] == pytest.approx(t.tangential_acceleration)
-    assert bool(several) == bool(single)
-    isolated = [(t.normal_force, t.tangential_force) for t in single if t.isolated]
-    assert same_sets([forces(s) for s in several if s.isolated], isolated)
+            assert among(s.forces, expected)
 
 
 @settings(max_examples=60, deadline=None)
@@ -213,7 +188,7 @@ def test_solutions_agree_with_the_enumeration_of_the_lcp(data):
             read.append(F)
     solutions = problem.solutions()
     assert bool(solutions) == bool(enumerated)
-    everything = [forces(s) for s in solutions]
+    everything = [s.forces for s in solutions]
     assert all(among(F, everything) for F in read)
 
 
@@ -230,7 +205,7 @@ def test_solve_lemke_answers_from_the_enumerated_set(data):
     assert result.solution.residual <= RESIDUAL_TOLERANCE
     assert violates_coulomb(problem, result.solution) is None
     if result.solution.isolated:
-        assert among(forces(result.solution), [forces(s) for s in solutions if s.isolated])
+        assert among(result.solution.forces, [s.forces for s in solutions if s.isolated])
 
 
 # A ray of forces that ends on the edge of a cone: rounding there must not pass for friction.
@@ -254,7 +229,7 @@ def test_solve_lemke_succeeds_at_rest_for_definite_mobility(data):
 def test_solutions_swap_slip_directions_under_reflection(data):
     problem = built(data)
     signs = np.tile([1.0, -1.0], problem.size)
-    mirror = SeveralContacts(
+    mirror = ContactProblem(
         problem.W * np.outer(signs, signs), problem.b * signs, problem.mu, -problem.slip_velocity
     )
     here, there = problem.solutions(), mirror.solutions()
@@ -262,7 +237,7 @@ def test_solutions_swap_slip_directions_under_reflection(data):
     modes = sorted(tuple(SWAPPED[m].value for m in s.modes) for s in there if s.isolated)
     assert modes == sorted(tuple(m.value for m in s.modes) for s in here if s.isolated)
     assert same_sets(
-        [forces(s) for s in here if s.isolated], [signs * forces(s) for s in there if s.isolated]
+        [s.forces for s in here if s.isolated], [signs * s.forces for s in there if s.isolated]
     )
 
 
@@ -273,7 +248,7 @@ def test_solutions_permute_with_the_contacts(data, random):
     order = list(range(problem.size))
     random.shuffle(order)
     rows = [2 * i + k for i in order for k in (0, 1)]
-    permuted = SeveralContacts(
+    permuted = ContactProblem(
         problem.W[np.ix_(rows, rows)],
         problem.b[rows],
         problem.mu[order],
@@ -282,7 +257,7 @@ def test_solutions_permute_with_the_contacts(data, random):
     here, there = problem.solutions(), permuted.solutions()
     assert bool(here) == bool(there)
     assert same_sets(
-        [forces(s)[rows] for s in here if s.isolated], [forces(s) for s in there if s.isolated]
+        [s.forces[rows] for s in here if s.isolated], [s.forces for s in there if s.isolated]
     )
 
 
@@ -290,11 +265,11 @@ def test_solutions_permute_with_the_contacts(data, random):
 @given(contact_sets(), st.integers(-30, 30))
 def test_solutions_scale_with_the_accelerations(data, power):
     problem, unit = built(data), 2.0**power
-    scaled = SeveralContacts(problem.W, problem.b * unit, problem.mu, problem.slip_velocity)
+    scaled = ContactProblem(problem.W, problem.b * unit, problem.mu, problem.slip_velocity)
     for s, t in itertools.zip_longest(problem.solutions(), scaled.solutions()):
         assert s.modes == t.modes
         if s.isolated:
-            assert np.array_equal(unit * forces(s), forces(t))
+            assert np.array_equal(unit * s.forces, t.forces)
 
 
 @settings(max_examples=60, deadline=None)
@@ -302,42 +277,34 @@ def test_solutions_scale_with_the_accelerations(data, power):
 def test_solutions_do_not_depend_on_the_size_of_each_contact(data, powers):
     problem = built(data)
     unit = np.repeat(2.0 ** np.array(powers[: problem.size]), 2)
-    scaled = SeveralContacts(
+    scaled = ContactProblem(
         problem.W * np.outer(unit, unit), problem.b * unit, problem.mu, problem.slip_velocity
     )
     here, there = problem.solutions(), scaled.solutions()
     assert sorted(str(s.modes) for s in here) == sorted(str(s.modes) for s in there)
     assert same_sets(
-        [forces(s) for s in here if s.isolated], [unit * forces(s) for s in there if s.isolated]
+        [s.forces for s in here if s.isolated], [unit * s.forces for s in there if s.isolated]
     )
 
 
 # --- the complementarity problem --------------------------------------------------------------
 
 
-def test_lcp_equals_that_of_the_single_contact():
-    for slip_velocity in (-1.0, 0.0, 1.0):
-        data = 2.0, -0.7, 3.0, -1.0, 0.4, 0.6, slip_velocity
-        single = ContactProblem(*data).lcp()
-        several = SeveralContacts([[2, -0.7], [-0.7, 3]], [-1, 0.4], [0.6], [slip_velocity]).lcp()
-        assert np.allclose(several.matrix, single.matrix, rtol=1e-15)
-        assert np.array_equal(several.offset, single.offset)
-
-
 def test_lcp_has_one_pair_for_each_sliding_contact_and_three_at_rest():
-    problem = SeveralContacts(np.eye(6), np.ones(6), np.ones(3), [0.0, 1.0, -2.0])
+    problem = ContactProblem(np.eye(6), np.ones(6), np.ones(3), [0.0, 1.0, -2.0])
     assert problem.lcp().size == 3 + 1 + 1
 
 
-def test_solution_residual_is_that_of_its_lcp_point():
+def test_solution_residual_is_that_of_its_forces_and_solves_the_lcp():
     problem = definite(3, 1, 0.3, 1.0)
     for s in problem.solutions():
-        assert s.residual == residual(problem.lcp(), s.normal_forces)
+        assert s.residual == problem.residual(s.forces)
+        assert residual(problem.lcp(), s.normal_forces) <= 1e-14
 
 
 def test_lcp_removes_signs_that_rounding_left():
     assert 0.3 - 3 * 0.1 != 0.0
-    problem = SeveralContacts([[0.3, -0.1], [-0.1, 1.0]], [1, 0], [3.0], [-1.0])
+    problem = ContactProblem([[0.3, -0.1], [-0.1, 1.0]], [1, 0], [3.0], [-1.0])
     assert problem.lcp().matrix[0, 0] == 0.0
 
 
@@ -360,16 +327,16 @@ def test_lcp_removes_signs_that_rounding_left():
         ({"W": -np.eye(4)}, "where the diagonal is 0"),
     ],
 )
-def test_several_contacts_name_the_fault_for_bad_input(change, words):
+def test_contact_problem_names_the_fault_for_bad_input(change, words):
     good = {"W": np.eye(4), "b": np.zeros(4), "mu": [0.1, 0.2], "slip_velocity": [0.0, 1.0]}
     with pytest.raises(InputError, match="Fix: ") as caught:
-        SeveralContacts(**{**good, **change})
+        ContactProblem(**{**good, **change})
     assert words in str(caught.value)
 
 
-def test_several_contacts_keep_their_own_arrays():
+def test_contact_problem_keeps_its_own_arrays():
     W = np.eye(2)
-    problem = SeveralContacts(W, [1, 1], [0], [0])
+    problem = ContactProblem(W, [1, 1], [0], [0])
     W[0, 0] = 5.0
     assert problem.W[0, 0] == 1.0
     with pytest.raises(ValueError, match="read-only"):

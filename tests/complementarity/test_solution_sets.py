@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from painleve_sym.complementarity.faces import affine_face
+from painleve_sym.complementarity.solution_sets import affine_face
 
 entries = st.integers(-4, 4).map(lambda k: k / 4)
 

@@ -7,7 +7,8 @@ from fractions import Fraction
 import numpy as np
 from hypothesis import strategies as st
 
-from painleve_sym.complementarity import ContactMode, SeveralContacts
+from painleve_sym.contacts.local_mode import ContactMode
+from painleve_sym.contacts.problem import ContactProblem
 from tests.complementarity.rational import unique_solution
 
 LIFT, RIGHT, LEFT, STICK = (
@@ -47,7 +48,7 @@ def contact_sets(draw, sizes=one_or_two, slip=None, definite=False):
 def built(data):
     """Return the problem in floating point."""
     W, b, mu, slip = data
-    return SeveralContacts(np.array(W, float), np.array(b, float), np.array(mu, float), slip)
+    return ContactProblem(np.array(W, float), np.array(b, float), np.array(mu, float), slip)
 
 
 def one_mode(mode, mu, s):
@@ -102,15 +103,9 @@ def exact_solutions(W, b, mu, slip):
     return found, complete
 
 
-def forces(solution):
-    """Return F_n1, F_t1, F_n2, ... of a solution."""
-    return np.column_stack([solution.normal_forces, solution.tangential_forces]).ravel()
-
-
 def violates_coulomb(problem, s):
     """Return the first law of the contacts that a solution breaks, or None."""
-    F = forces(s)
-    a = np.column_stack([s.normal_accelerations, s.tangential_accelerations]).ravel()
+    F, a = s.forces, s.accelerations
     scale = 1e-8 * (1 + np.max(np.abs(F))) * (1 + np.max(problem.mu)) * (1 + np.max(problem.W))
     scale *= 1 + np.max(np.abs(problem.b))
     if np.max(np.abs(problem.W @ F + problem.b - a)) > scale:

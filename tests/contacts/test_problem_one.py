@@ -1,6 +1,5 @@
 """The frictional contact problem: the paper's rod, borders, and an independent mode analysis."""
 
-import dataclasses
 import math
 from fractions import Fraction
 
@@ -9,14 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from painleve_sym.complementarity import (
-    ContactCase,
-    ContactMode,
-    ContactProblem,
-    residual,
-    solve_all,
-)
+from painleve_sym.complementarity import residual, solve_all
 from painleve_sym.complementarity.lcp import RESIDUAL_TOLERANCE
+from painleve_sym.contacts.local_mode import ContactMode
+from painleve_sym.contacts.problem import ContactCase, ContactProblem
 from painleve_sym.errors import InputError
 
 SWAPPED = {
@@ -33,7 +28,7 @@ def rod(angle, rate, slip_velocity=-1.0, mu=1.4):
     inverse_mass = np.diag([1.0, 1.0, 3.0])  # J = m l²/3
     rows = np.array([[0.0, 1.0, -cos], [1.0, 0.0, sin]])
     W = rows @ inverse_mass @ rows.T
-    return ContactProblem(
+    return ContactProblem.single(
         W[0, 0], W[0, 1], W[1, 1], rate**2 * sin - 9.8, rate**2 * cos, mu, slip_velocity
     )
 
@@ -70,7 +65,7 @@ def mode_analysis(W_nn, W_nt, W_tt, b_n, b_t, mu, v):
 
 def violates_coulomb(problem, s):
     """Return the first law of the contact that a solution breaks, or None."""
-    F_n, F_t, a_n, a_t = dataclasses.astuple(s)[1:5]
+    F_n, F_t, a_n, a_t = *s.forces, *s.accelerations
     scale = 1e-9 * (1 + abs(F_n) + abs(F_t) + abs(problem.b_n) + abs(problem.b_t))
     scale *= 1 + problem.W_nn + problem.W_tt + problem.mu
     if abs(problem.W_nn * F_n + problem.W_nt * F_t + problem.b_n - a_n) > scale:
@@ -79,10 +74,10 @@ def violates_coulomb(problem, s):
         return "tangential dynamics"
     if F_n < 0 or a_n < 0 or F_n * a_n != 0:
         return "unilateral contact"
-    if abs(F_t) > problem.mu * F_n + scale:
+    if abs(F_t) > problem.friction * F_n + scale:
         return "friction cone"
-    sliding = problem.slip_velocity or a_t
-    if sliding and abs(F_t + math.copysign(problem.mu * F_n, sliding)) > scale:
+    sliding = problem.slip_direction or a_t
+    if sliding and abs(F_t + math.copysign(problem.friction * F_n, sliding)) > scale:
         return "friction direction"
     return None
 
@@ -111,7 +106,7 @@ def contacts(draw, slip=slips, definite=False):
 
 
 def built(data):
-    return ContactProblem(*map(float, data))
+    return ContactProblem.single(*map(float, data))
 
 
 # --- the paper's rod --------------------------------------------------------------------------
@@ -180,7 +175,7 @@ def test_a_slip_is_negative_somewhere_only_above_four_thirds(mu, possible):
     ],
 )
 def test_contact_problem_classifies_borders_while_slipping(W_nt, b_n, case, forces, isolated):
-    problem = ContactProblem(1.0, W_nt, 4.0, b_n, 0.0, 1.0, -1.0)
+    problem = ContactProblem.single(1.0, W_nt, 4.0, b_n, 0.0, 1.0, -1.0)
     solutions = problem.solutions()
     assert problem.case is case
     assert [s.normal_force for s in solutions] == forces
@@ -212,7 +207,7 @@ def test_contact_problem_classifies_borders_while_slipping(W_nt, b_n, case, forc
     ],
 )
 def test_contact_problem_classifies_borders_at_rest(data, case, modes):
-    problem = ContactProblem(*data, slip_velocity=0.0)
+    problem = ContactProblem.single(*data, slip_velocity=0.0)
     assert problem.case is case
     assert {s.mode for s in problem.solutions()} == modes
     assert [
@@ -222,7 +217,7 @@ def test_contact_problem_classifies_borders_at_rest(data, case, modes):
 
 def test_a_slip_is_exactly_zero_for_a_difference_of_rounded_terms():
     assert 0.3 - 3 * 0.1 != 0.0
-    assert ContactProblem(0.3, -0.1, 1.0, 1.0, 0.0, 3.0, -1.0).A == 0.0
+    assert ContactProblem.single(0.3, -0.1, 1.0, 1.0, 0.0, 3.0, -1.0).A == 0.0
 
 
 # --- properties -------------------------------------------------------------------------------
@@ -253,7 +248,7 @@ def test_solutions_agree_with_mode_analysis_for_rational_data(data):
 def test_solutions_swap_slip_directions_under_reflection(data):
     W_nn, W_nt, W_tt, b_n, b_t, mu, v = map(float, data)
     problem = built(data)
-    mirror = ContactProblem(W_nn, -W_nt, W_tt, b_n, -b_t, mu, -v)
+    mirror = ContactProblem.single(W_nn, -W_nt, W_tt, b_n, -b_t, mu, -v)
     assert mirror.case is problem.case
     here, there = problem.solutions(), mirror.solutions()
     assert {s.mode for s in here} == {SWAPPED[s.mode] for s in there}
@@ -288,7 +283,7 @@ def test_contact_problem_is_never_inconsistent_at_rest_for_definite_mobility(dat
 @given(contacts(), st.integers(-30, 30))
 def test_solutions_scale_with_the_accelerations(data, power):
     W_nn, W_nt, W_tt, b_n, b_t, mu, v = map(float, data)
-    scaled = ContactProblem(W_nn, W_nt, W_tt, b_n * 2.0**power, b_t * 2.0**power, mu, v)
+    scaled = ContactProblem.single(W_nn, W_nt, W_tt, b_n * 2.0**power, b_t * 2.0**power, mu, v)
     pairs = zip(built(data).solutions(), scaled.solutions(), strict=True)
     for s, t in pairs:
         assert s.mode is t.mode
@@ -300,7 +295,7 @@ def test_solutions_scale_with_the_accelerations(data, power):
 @given(contacts(slip=st.just(0), definite=True), st.floats(-1e-13, 1e-13))
 def test_solutions_survive_rounding_of_the_data(data, noise):
     W_nn, W_nt, W_tt, b_n, b_t, mu, v = map(float, data)
-    problem = ContactProblem(W_nn * (1 + noise), W_nt, W_tt * (1 - noise), b_n, b_t, mu, v)
+    problem = ContactProblem.single(W_nn * (1 + noise), W_nt, W_tt * (1 - noise), b_n, b_t, mu, v)
     for s in problem.solutions():
         assert violates_coulomb(problem, s) is None
 
@@ -314,34 +309,42 @@ def test_lcp_is_scalar_while_slipping_and_full_at_rest():
     assert rod(1.0, 1.0, slip_velocity=0.0).A is None
 
 
-def test_frictional_lcp_has_friction_reserves_as_unknowns():
+def test_lcp_at_rest_has_friction_reserves_as_unknowns():
     problem = rod(0.7, 1.0, slip_velocity=0.0)
-    lcp = problem.frictional_lcp()
+    lcp = problem.lcp()
     F_n, F_t, speeding_down = 3.0, 1.1, 0.4
-    z = np.array([F_n, problem.mu * F_n + F_t, speeding_down])
+    z = np.array([F_n, problem.friction * F_n + F_t, speeding_down])
     a_n, speeding_up, reserve_left = lcp.matrix @ z + lcp.offset
     assert a_n == pytest.approx(problem.W_nn * F_n + problem.W_nt * F_t + problem.b_n)
     a_t = problem.W_nt * F_n + problem.W_tt * F_t + problem.b_t
     assert speeding_up - speeding_down == pytest.approx(a_t)
-    assert reserve_left == pytest.approx(problem.mu * F_n - F_t)
-
-
-def test_frictional_lcp_on_demand_solves_the_onset_of_slip_while_slipping():
-    moving, resting = rod(0.5, 1.0), rod(0.5, 1.0, slip_velocity=0.0)
-    (found,) = map(moving.solution_from, solve_all(moving.frictional_lcp()))
-    assert (found,) == resting.solutions()
+    assert reserve_left == pytest.approx(problem.friction * F_n - F_t)
 
 
 def test_solution_from_refuses_a_scalar_solution_at_rest():
     (slipping,) = solve_all(rod(0.5, 1.0).lcp())
-    with pytest.raises(InputError, match="Fix: solve this problem's lcp"):
+    with pytest.raises(InputError, match=r"Fix: solve this problem's lcp"):
         rod(0.5, 1.0, slip_velocity=0.0).solution_from(slipping)
 
 
-def test_solution_residual_is_that_of_its_lcp_point():
+@settings(max_examples=200, deadline=None)
+@given(contacts())
+def test_solutions_are_those_of_the_lcp(data):
+    problem = built(data)
+    solutions, read = problem.solutions(), solve_all(problem.lcp())
+    assert bool(solutions) == bool(read)
+    for found in map(problem.solution_from, read):
+        assert found.residual <= RESIDUAL_TOLERANCE
+        if found.isolated:
+            (same,) = (s for s in solutions if np.allclose(s.forces, found.forces, rtol=1e-9))
+            assert same.modes == found.modes and same.isolated
+
+
+def test_solution_residual_is_that_of_its_forces_and_solves_the_lcp():
     problem = rod(0.5, 1.0)
     (solution,) = problem.solutions()
-    assert solution.residual == residual(problem.lcp(), [solution.normal_force])
+    assert solution.residual == problem.residual(solution.forces)
+    assert residual(problem.lcp(), [solution.normal_force]) <= 1e-15
 
 
 # --- validation -------------------------------------------------------------------------------
@@ -361,7 +364,7 @@ def test_solution_residual_is_that_of_its_lcp_point():
 def test_contact_problem_names_the_fault_for_bad_input(change, words):
     good = {"W_nn": 1.0, "W_nt": 0.5, "W_tt": 1.0, "b_n": -1.0, "b_t": 0.0, "mu": 0.5}
     with pytest.raises(InputError, match="Fix: ") as caught:
-        ContactProblem(**{**good, **change}, slip_velocity=-1.0)
+        ContactProblem.single(**{**good, **change}, slip_velocity=-1.0)
     assert words in str(caught.value)
 
 
