@@ -16,6 +16,7 @@ import enum
 import itertools
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -94,6 +95,13 @@ class LocalMode:
     signs: tuple[tuple[int, int], ...] = ()
     unit: FloatArray = field(default_factory=lambda: np.zeros(0))
     side: int = 1
+
+    @cached_property
+    def unit_cone(self) -> FloatArray:
+        """The cone with rows scaled to a largest entry of one."""
+        largest = np.max(np.abs(self.cone), axis=1, keepdims=True, initial=0.0)
+        cone: FloatArray = self.cone / largest
+        return cone
 
     def holds(self, force: FloatArray, share: FloatArray) -> bool:
         """Tell whether the force of the contact lies in this mode or on its border.
@@ -363,12 +371,14 @@ class ModeProduct:
         for i, given in enumerate(self.modes):
             force = forces[:, 2 * i : 2 * i + 2]
             for j, mode in enumerate(given):
-                cone = mode.cone / np.max(np.abs(mode.cone), axis=1, keepdims=True, initial=0.0)
-                wrong = np.any(force @ cone.T < -doubt[:, None], axis=1)
+                chosen = choices[:, i] == j
+                if not np.any(chosen):
+                    continue
+                wrong = np.any(force @ mode.unit_cone.T < -doubt[:, None], axis=1)
                 for entry, sign in mode.signs:
                     row = 2 * i + entry
                     wrong |= sign * accelerations[:, row] < -_DOUBT * terms[:, row]
-                good &= ~wrong | (choices[:, i] != j)
+                good &= ~(wrong & chosen)
         return good
 
     def _face(self, choice: tuple[int, ...]) -> ModePoint | None:

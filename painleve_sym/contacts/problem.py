@@ -337,30 +337,39 @@ class ContactProblem:
     def _physical_faults(self) -> list[str]:
         """Return a sentence for each entry that no mechanism can have."""
         faults: list[str] = []
-        single = self.size == 1
         if np.any(self.mu < 0):
-            got = self.mu.item() if single else self.mu.tolist()
+            got = self.mu.item() if self.size == 1 else self.mu.tolist()
             faults.append(
                 f"mu: got {got!r}, need mu >= 0. Fix: give the direction by slip_velocity."
             )
+        return faults + (self._block_faults() if self.size == 1 else self._matrix_faults())
+
+    def _block_faults(self) -> list[str]:
+        """Return a sentence where the mobility of the only contact is indefinite."""
+        (nn, nt), (tn, tt) = self.W.tolist()
+        bound = math.sqrt(max(nn, 0.0)) * math.sqrt(max(tt, 0.0))
+        definite = max(abs(nt), abs(tn)) <= bound * (1 + _INDEFINITE)
+        if min(nn, tt) >= 0 and definite and abs(nt - tn) <= _SYMMETRY * bound:
+            return []
+        return [
+            f"mobility: got W_nn, W_nt, W_tt = {nn!r}, {nt!r}, {tt!r}, "
+            "need W_nn >= 0, W_tt >= 0 and W_nt**2 <= W_nn W_tt. "
+            "Fix: compute it as J M^-1 J' with a positive definite mass matrix M."
+        ]
+
+    def _matrix_faults(self) -> list[str]:
+        """Return a sentence where the mobility is not symmetric or indefinite."""
+        faults: list[str] = []
         root = np.sqrt(np.maximum(np.diag(self.W), 0.0))
         bound = np.outer(root, root)
         inverse = np.divide(1.0, bound, out=np.zeros_like(bound), where=bound > 0)
         wrong = np.abs(self.W - self.W.T) > _SYMMETRY * bound
-        indefinite = np.min(np.linalg.eigvalsh(self.W * inverse)) < -_INDEFINITE * len(self.W)
-        if single and (indefinite or np.any(np.diag(self.W) < 0)):
-            (nn, nt), (_, tt) = self.W.tolist()
-            faults.append(
-                f"mobility: got W_nn, W_nt, W_tt = {nn!r}, {nt!r}, {tt!r}, "
-                "need W_nn >= 0, W_tt >= 0 and W_nt**2 <= W_nn W_tt. "
-                "Fix: compute it as J M^-1 J' with a positive definite mass matrix M."
-            )
-        elif np.any(wrong) or np.any(np.abs(self.W[bound == 0]) > 0):
+        if np.any(wrong) or np.any(np.abs(self.W[bound == 0]) > 0):
             faults.append(
                 f"W: got {self.W!r}, need a symmetric matrix with rows of zeros where the diagonal "
                 "is 0. Fix: compute it as J M^-1 J' with rows n1, t1, n2, t2, ... of J."
             )
-        elif indefinite:
+        elif np.min(np.linalg.eigvalsh(self.W * inverse)) < -_INDEFINITE * len(self.W):
             faults.append(
                 f"W: got {self.W!r}, need a positive semidefinite matrix. "
                 "Fix: compute it as J M^-1 J' with a positive definite mass matrix M."
@@ -571,15 +580,15 @@ class ContactProblem:
                 matrix[k + 2, k : k + 2] = 2.0 * self.mu[i], -1.0
         return LCP(matrix, offset)
 
-    def solution_from(self, solution: LCPSolution) -> ContactSolution | None:
-        """Translate a solution of `lcp`; None where the forces fail the check of this problem.
+    def forces_from(self, solution: LCPSolution) -> FloatArray:
+        """Translate a solution of `lcp` into F_n1, F_t1, F_n2, ... in N, shape (2 n,).
 
         Raises
         ------
         InputError
             For another number of entries. Fix: solve this problem's `lcp`.
         """
-        self._refuse_bilateral("solution_from")
+        self._refuse_bilateral("forces_from")
         starts = self._pair_starts
         if solution.z.size != starts[-1]:
             raise InputError(
@@ -589,13 +598,26 @@ class ContactProblem:
             )
         forces = np.zeros(2 * self.size)
         for i, (k, s) in enumerate(zip(starts, self.slip_directions, strict=False)):
+            if not solution.active[k]:
+                continue
             normal, limit = solution.z[k], self.mu[i] * solution.z[k]
-            forces[2 * i : 2 * i + 2] = normal, -s * limit
+            friction = -s * limit
             if not s:
                 right, left = not solution.active[k + 1], solution.active[k + 2]
-                edge = -limit if right else limit
-                forces[2 * i + 1] = edge if right or left else solution.z[k + 1] - limit
-        answer = self._law.check(forces / self._law.unit)
+                edge = limit if left else -limit
+                friction = edge if right or left or limit == 0 else solution.z[k + 1] - limit
+            forces[2 * i : 2 * i + 2] = normal, friction + 0.0  # no -0.0
+        return forces
+
+    def solution_from(self, solution: LCPSolution) -> ContactSolution | None:
+        """Translate a solution of `lcp`; None where the forces fail the check of this problem.
+
+        Raises
+        ------
+        InputError
+            As for `forces_from`.
+        """
+        answer = self._law.check(self.forces_from(solution) / self._law.unit)
         return None if answer is None else self._law.solution(answer, self._isolated(answer))
 
     @cached_property

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from painleve_sym.complementarity.lcp import solve_all
+from painleve_sym.complementarity.lcp import LCPSolution, solve_all
 from painleve_sym.complementarity.lemke import solve_lemke
 from painleve_sym.complementarity.mpcc import MPCCStatus, solve_mpcc
 from painleve_sym.contacts.problem import ContactProblem, ContactSolution
@@ -23,10 +23,14 @@ def _impulse(solution: ContactSolution) -> Impulse:
     return solution.normal_force, solution.tangential_force
 
 
+def _read(problem: ContactProblem, solution: LCPSolution) -> Impulse:
+    normal, tangential = problem.forces_from(solution).tolist()
+    return normal, tangential
+
+
 def first_solution(problem: ContactProblem) -> Answer:
     """Enumerate and take the solution whose complementary cone is tried first."""
-    read = map(problem.solution_from, solve_all(problem.lcp()))
-    found = [_impulse(solution) for solution in read if solution is not None]
+    found = [_read(problem, solution) for solution in solve_all(problem.lcp())]
     # One set of forces may be found in several cones, which differ in how v_t is divided.
     return len(dict.fromkeys(found)), found[0] if found else None
 
@@ -46,8 +50,7 @@ def largest_impulse(problem: ContactProblem) -> Answer:
 def lemke(problem: ContactProblem) -> Answer:
     """Take what Lemke's pivots end at."""
     found = solve_lemke(problem.lcp()).solution
-    solution = None if found is None else problem.solution_from(found)
-    return (0, None) if solution is None else (1, _impulse(solution))
+    return (0, None) if found is None else (1, _read(problem, found))
 
 
 def mpcc(problem: ContactProblem) -> Answer:
