@@ -85,9 +85,9 @@ def test_fit_estimates_an_amplitude_from_a_history(capsys, tmp_path):
         'law = { name = "hunt-crossley" }\n'
     )
     found = run_json(capsys, "fit", data, case, "--estimate", "a")
-    assert found["estimates"][0]["value"] == pytest.approx(0.0101, rel=1e-6)
+    assert found["estimates"][0]["estimate"] == pytest.approx(0.0101, rel=1e-6)
 
 
 def test_state_with_the_time_of_a_mechanism_without_it_is_refused(capsys):
-    code, out, err = run(capsys, "classify", "rod", "--state", "theta=1,t=0.3")
+    code, _, err = run(capsys, "classify", "rod", "--state", "theta=1,t=0.3")
     assert code == 2 and "unknown state 't'" in err

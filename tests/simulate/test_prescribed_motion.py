@@ -192,7 +192,9 @@ def test_classification_on_a_lifted_table_is_that_with_more_gravity(motion, mu, 
     other = start | {"y": up + lift * now**2 / 2, "y_dot": rises + lift * now, "t": now}
     moving = classify(rod(LIFTED), other, {"mu": mu, "a": lift})
     ground = classify(rod(""), start, {"mu": mu, "g": G + lift})
-    assert (moving.A, moving.B) == pytest.approx((ground.A, ground.B), rel=1e-10, abs=1e-10)
+    found = (moving.A, moving.B, moving.A_stick, moving.B_stick)
+    expected = (ground.A, ground.B, ground.A_stick, ground.B_stick)
+    assert found == pytest.approx(expected, rel=1e-10, abs=1e-10)
     if min(abs(ground.A), abs(ground.B)) > 1e-6 and motion["x_dot"] != 0:
         assert moving.case == ground.case
         assert [s.mode for s in moving.solutions] == [s.mode for s in ground.solutions]
