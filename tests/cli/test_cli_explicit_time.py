@@ -85,7 +85,7 @@ def test_fit_estimates_an_amplitude_from_a_history(capsys, tmp_path):
         'law = { name = "hunt-crossley" }\n'
     )
     found = run_json(capsys, "fit", data, case, "--estimate", "a")
-    assert found["estimates"][0]["value"] == pytest.approx(0.0101, rel=1e-6)
+    assert found["estimates"][0]["estimate"] == pytest.approx(0.0101, rel=1e-6)
 
 
 def test_state_with_the_time_of_a_mechanism_without_it_is_refused(capsys):
