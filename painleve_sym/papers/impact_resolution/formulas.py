@@ -229,7 +229,9 @@ class Derived:
 
     def spin(self, phase: int) -> sp.Expr:
         """Return θ̇ at the end of a phase."""
-        return self.named(self.jump.course.phases[phase].velocity[self.mechanism.system.q_dot[2]], phase)
+        return self.named(
+            self.jump.course.phases[phase].velocity[self.mechanism.system.q_dot[2]], phase
+        )
 
     def first_energy(self, start: sp.Expr) -> sp.Expr:
         """Return E_n1 in ẏ_A(t0) = `start` and ẏ_A(t1)."""
