@@ -166,10 +166,8 @@ def solve_simultaneous_impact(
     path = _Path(np.ldexp(W, -mass), mu, np.ldexp(v, -speed), restitution, e)
     pressing = np.zeros(len(mu)) if load is None else np.asarray(load, dtype=float)[::2]
     ended = path.follow(pressing)
-    active = np.count_nonzero(
-        sum((piece.impulses[::2] for piece in path.pieces), np.zeros(len(mu)))
-    )
-    if restitution == "newton" and active > 1 and np.any(v[::2] < 0):
+    active = {int(i) for piece in path.pieces for i in np.flatnonzero(piece.impulses[::2])}
+    if restitution == "newton" and len(active) > 1 and np.any(v[::2] < 0):
         ended = path.take_at_once(e)
     pieces = tuple(
         ImpulsePiece(
@@ -262,8 +260,8 @@ class _Path:
         if solution is None:
             return None
         if solution.isolated:
-            rates = solution.normal_accelerations, solution.tangential_accelerations
-            return _forces(solution), np.ravel(rates, order="F")
+            parts = solution.normal_accelerations, solution.tangential_accelerations
+            return _forces(solution), np.ravel(parts, order="F")
         more = _REGULAR * float(np.max(np.diag(self.W))) * np.eye(len(aim))
         solution = self._least(self.W + more, aim) or solution
         # The least change that makes up for the mobility added, in the same modes.
@@ -469,13 +467,14 @@ class _Path:
     def _budget_after(
         self, i: int, length: float, twice_mean: float, push: Array, rates: Array
     ) -> float:
-        impulse = push[2 * i] * length
-        spent = {"poisson": impulse, "energetic": impulse * twice_mean / 2}
-        amount = spent.get(self.restitution, 0.0)
-        if not self._compresses(i, push, rates):
-            return max(0.0, float(self.budget[i]) - (amount if self.budget[i] > 0 else 0.0))
-        part = {"poisson": -self.e, "energetic": self.e**2}.get(self.restitution, 0.0)
-        return float(self.budget[i]) - part * amount
+        budget, impulse = float(self.budget[i]), float(push[2 * i]) * length
+        if self.restitution == "newton":
+            return 0.0
+        poisson = self.restitution == "poisson"
+        given_back = impulse if poisson else impulse * twice_mean / 2
+        if self._compresses(i, push, rates):
+            return budget + self.e * impulse if poisson else budget - self.e**2 * given_back
+        return max(0.0, budget - given_back) if budget > 0 else 0.0
 
 
 def _crossing(value: float, rate: float) -> Iterator[float]:
