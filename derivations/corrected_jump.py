@@ -211,7 +211,7 @@ def check_limit() -> None:
     c = mechanism().coefficients
     jump = three_phase_jump(c)
     values = {A: c.A(-1), A_STICK: c.A_stick, C: c.slip_rate_coefficient(-1), V_T: SLIP}
-    third = jump.from_start[2].normal_velocity.subs(V_N, 0)
+    third = jump.phases[2].normal_velocity.subs(V_N, 0)
     assert identical(sp.expand(third**2), sp.expand((classical**2).subs(values)))
 
 

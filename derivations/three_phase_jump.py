@@ -10,7 +10,7 @@ from derivations._page import Derivation, Quantity, Step
 from derivations.contact_coefficients import COEFFICIENTS, A
 from derivations.equations_of_motion import accelerations, mechanism, quantities, symbol
 from derivations.sticking import A_STICK
-from painleve_sym.laws.restitution import E_C, ThreePhaseJump, three_phase_jump
+from painleve_sym.laws.restitution import E_C, ImpactCase, three_phase_jump
 from painleve_sym.mechanics.coefficients import F_N, F_T
 from painleve_sym.mechanics.impact.impulse_rays import V_N, V_N_PLUS, V_T, Phase
 from painleve_sym.mechanics.simplify import readable
@@ -146,7 +146,7 @@ def compression_steps(rates: Rates, phase: Phase) -> list[Step]:
     ]
 
 
-def restitution_steps(rates: Rates, jump: ThreePhaseJump) -> list[Step]:
+def restitution_steps(rates: Rates, jump: ImpactCase) -> list[Step]:
     """Return the steps of sticking restitution, (21), and the jump in one formula."""
     given_back = stored(rates, sp.Integer(0), Y_3)
     per_energy = sp.simplify(Y_3**2 / given_back)
@@ -154,11 +154,11 @@ def restitution_steps(rates: Rates, jump: ThreePhaseJump) -> list[Step]:
     total = sp.Symbol("E_total", nonnegative=True)
     released = -(E_S**2) * (E_1 + E_2)
     rebound = sp.sqrt(per_energy * released)
-    package = jump.separation_velocity.subs(E_C, total)
+    package = jump.rebound.subs(E_C, total)
     squares = sp.simplify((package**2 - (rebound**2).subs(E_2, total - E_1)).subs(total, E_1 + E_2))
     assert sp.simplify(squares) == 0, "package's separation velocity differs"
     named = {V_N_PLUS: Y_3, symbol("theta_dot"): OMEGA_2}
-    spin = jump.restitution.velocity[symbol("theta_dot")]
+    spin = jump.course.restitution[0].velocity[symbol("theta_dot")]
     impulse = Y_3 / rates.normal
     return [
         Step(
@@ -180,7 +180,7 @@ def restitution_steps(rates: Rates, jump: ThreePhaseJump) -> list[Step]:
         Step(
             "The normal impulse of this phase:",
             sp.Eq(P_3, impulse),
-            package=jump.restitution.normal_impulse.subs(named),
+            package=jump.course.restitution[0].normal_impulse.subs(named),
         ),
         closed_form_step(),
     ]
@@ -200,6 +200,7 @@ def closed_form_step() -> Step:
 def derive() -> Derivation:
     """Derive (14)–(21)."""
     jump = three_phase_jump(mechanism().coefficients)
+    tangential, compression, _ = jump.course.phases
     slipping = Rates.at_ratio(symbol("mu"))
     sideways = accelerations()[symbol("x_A_ddot")]
     sticking = Rates.at_ratio(-sideways.diff(F_N) / sideways.diff(F_T))
@@ -211,8 +212,8 @@ def derive() -> Derivation:
         "compression ends in sticking, and the contact releases a part of what it stored.",
         (*quantities(), *COEFFICIENTS, *own_quantities()),
         (
-            *slip_steps(slipping, jump.tangential),
-            *compression_steps(sticking, jump.compression),
+            *slip_steps(slipping, tangential),
+            *compression_steps(sticking, compression),
             *restitution_steps(sticking, jump),
         ),
     )

@@ -398,10 +398,10 @@ def _jump(mechanism: Mechanism) -> Iterator[Section]:
     if c.rank_one:
         yield Section("jump, phase 2: jam", note=_JAM)
         return
-    jump = three_phase_jump(c)
+    _, compression, restitution = three_phase_jump(c).course.phases
     yield Section(
         "jump, phase 2: sticking compression until the normal velocity is 0",
-        phases=(_impulse("sticking_compression", "", jump.compression),),
+        phases=(_impulse("sticking_compression", "", compression),),
     )
     rebounds = []
     for make in RESTITUTIONS.values():
@@ -409,7 +409,7 @@ def _jump(mechanism: Mechanism) -> Iterator[Section]:
         rebounds.append(
             Formula(
                 f"rebound_{rule.name}",
-                three_phase_jump(c, rule).separation_velocity,
+                three_phase_jump(c, rule).rebound,
                 "m/s",
                 f"v_n_plus by {rule.title}",
                 r"v_n^{+}",
@@ -418,7 +418,7 @@ def _jump(mechanism: Mechanism) -> Iterator[Section]:
     yield Section(
         "jump, phase 3: sticking restitution up to the normal velocity v_n_plus",
         tuple(rebounds),
-        (_impulse("sticking_restitution", "", jump.restitution),),
+        (_impulse("sticking_restitution", "", restitution),),
         "E_c and P_c are energy and impulse of phases 1 and 2, v_n_minus is v_n before phase 1.",
     )
 

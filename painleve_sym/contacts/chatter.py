@@ -96,12 +96,12 @@ def chatter(
 
 def _cycle(problem: ContactProblem, restitution: str, e: float) -> tuple[float, ImpactClass] | None:
     """Return the ratio of bounces and their class, once v_t/v_n repeats itself."""
-    W = ((problem.W_tt, problem.W_nt), (problem.W_nt, problem.W_nn))
+    W = ((problem.W_nn, problem.W_nt), (problem.W_nt, problem.W_tt))
     fall = -2 * problem.b_t / problem.b_n
     arriving = fall
     for _ in range(_BOUNCES):
-        impact = solve_impact(W, problem.friction, (arriving, -1.0), restitution, e)
-        v_t, v_n = impact.velocity
+        impact = solve_impact(W, problem.friction, (-1.0, arriving), restitution, e)
+        v_n, v_t = impact.velocity
         if impact.end is ImpactEnd.JAM:
             return None
         if v_n == 0 or impact.case in _STICKING:  # after sticking every flight is the same

@@ -13,8 +13,8 @@ import sympy as sp
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.contacts.contact_states import CONTACT_WORK, FLIGHT, FORCE_WORK, FRICTION_WORK
-from painleve_sym.contacts.impact.one_contact import ImpactEnd, solve_impact
-from painleve_sym.contacts.impact.simultaneous import SeveralImpact, solve_simultaneous_impact
+from painleve_sym.contacts.impact.one_contact import ImpactEnd
+from painleve_sym.contacts.impact.simultaneous import solve_simultaneous_impact
 from painleve_sym.contacts.local_mode import ContactMode
 from painleve_sym.contacts.problem import ContactProblem, ContactSolution
 from painleve_sym.contacts.two_contacts import TwoContacts, mode_name
@@ -243,66 +243,33 @@ class Decider:
         values: Mapping[str, float],
         restitution: str,
         e: float,
-    ) -> tuple[SeveralImpact, Array] | None:
-        """Return the impact of the closed contacts and the state after it; None without an answer.
+    ) -> tuple[Array, Array] | None:
+        """Return the impulses of an impact of the closed contacts, shape (4,), and the state after.
 
-        An approaching contact whose impact alone leaves no other closed one approaching is one
-        contact's impact (Routh); otherwise all closed contacts take part.
+        None where the impact jams.
         """
         gaps, rates, slips = self.contact_values(state)
-        closed = tuple(i for i in range(len(gaps)) if gaps[i] <= 0 and rates[i] <= 0)
-        terms = self.terms(state, values)
+        closed = [i for i in range(len(gaps)) if gaps[i] <= 0 and rates[i] <= 0]
+        terms, rows = self.terms(state, values), rows_of(tuple(closed))
         velocity = np.ravel([rates, slips], order="F")
-        found = self._alone(terms, closed, velocity, restitution, e)
-        if found is None:
-            rows = rows_of(closed)
-            solved = solve_simultaneous_impact(
-                terms.W[np.ix_(rows, rows)], terms.mu[list(closed)], velocity[rows], restitution, e
-            )
-            if solved is None:
-                return None
-            impulses = np.zeros(len(velocity))
-            impulses[rows] = solved.impulses
-            after = velocity + terms.W @ impulses
-            after[rows] = solved.velocities
-            found = SeveralImpact(
-                impulses, after, solved.normal_work, solved.tangential_work, solved.solutions
-            )
-        return found, self._after(state, terms, found)
-
-    def _alone(
-        self, terms: ContactTerms, closed: tuple[int, ...], v: Array, restitution: str, e: float
-    ) -> SeveralImpact | None:
-        moving = [i for i in closed if v[2 * i] < 0] or list(closed)
-        if len(moving) != 1:
+        W, mu = terms.W[np.ix_(rows, rows)], terms.mu[closed]
+        impact = solve_simultaneous_impact(
+            W, mu, velocity[rows], restitution, e, load=terms.b[rows]
+        )
+        if impact.end is ImpactEnd.JAM:
             return None
-        n, t = 2 * moving[0], 2 * moving[0] + 1
-        W = terms.W[np.ix_([t, n], [t, n])]
-        found = solve_impact(W.tolist(), terms.mu[moving[0]], (v[t], v[n]), restitution, e)
-        if found.end is ImpactEnd.JAM:
-            return None
-        impulses, works = np.zeros(len(v)), np.zeros(2)
-        others = [2 * i for i in closed if i != moving[0]]
-        for phase in found.phases:
-            impulses[n] += phase.normal_impulse
-            impulses[t] += phase.tangential_impulse
-            works += phase.normal_work, phase.tangential_work
-            if np.any((v + terms.W @ impulses)[others] < -_REST * np.max(np.abs(v))):
-                return None
-        after = v + terms.W @ impulses
-        after[t], after[n] = found.velocity
-        return SeveralImpact(impulses, after, float(works[0]), float(works[1]), 1)
-
-    def _after(self, state: Array, terms: ContactTerms, found: SeveralImpact) -> Array:
-        n = len(self.contact.mechanism.system.q)
-        after = state.copy()
-        after[n : 2 * n] += terms.directions @ found.impulses
+        impulses = np.zeros(len(velocity))
+        impulses[rows] = impact.impulses
+        velocity = velocity + terms.W @ impulses
+        velocity[rows] = impact.velocities
+        after, n = state.copy(), len(self.contact.mechanism.system.q)
+        after[n : 2 * n] += terms.directions @ impulses
         for i, row in enumerate(self.contact.rows):
-            after[self._index[row.gap_rate]] = found.velocities[2 * i]
-            after[self._index[row.slip]] = found.velocities[2 * i + 1]
-        after[self._index[CONTACT_WORK]] -= found.normal_work
-        after[self._index[FRICTION_WORK]] -= found.tangential_work
+            after[self._index[row.gap_rate]] = velocity[2 * i]
+            after[self._index[row.slip]] = velocity[2 * i + 1]
+        after[self._index[CONTACT_WORK]] -= impact.normal_work
+        after[self._index[FRICTION_WORK]] -= impact.tangential_work
         if FORCE_WORK in self._index:
-            along = [terms.drive_speeds[i::2] @ found.impulses[i::2] for i in (1, 0)]
+            along = [terms.drive_speeds[i::2] @ impulses[i::2] for i in (1, 0)]
             after[self._index[FORCE_WORK]] -= sum(along)
-        return after
+        return impulses, after

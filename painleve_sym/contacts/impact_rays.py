@@ -16,7 +16,7 @@ from painleve_sym.contacts.contact_states import (
 )
 from painleve_sym.errors import StopReason
 from painleve_sym.hybrid.automaton import Choice, Mode, Transition
-from painleve_sym.hybrid.conditions import greatest
+from painleve_sym.hybrid.conditions import greatest, least
 from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.mechanics.system import Parameter
 
@@ -29,6 +29,9 @@ NORMAL_IMPULSE = sp.Symbol("normal_impulse", real=True)
 TANGENTIAL_IMPULSE = sp.Symbol("tangential_impulse", real=True)
 """P_t of the impact so far; N s."""
 MEMORY = (BUDGET, APPROACH, NORMAL_IMPULSE, TANGENTIAL_IMPULSE)
+
+RATE_ROUNDING = sp.Rational(1, 10**12)
+"""|A_s|/W_nn that is the rounding of an inverse mass matrix: A_s then counts as 0."""
 
 _NOW = sp.Integer(-1)
 
@@ -52,7 +55,7 @@ class Ray:
 class ImpactRays:
     """Builds the instantaneous modes ``impact/<contact>/<compression or restitution>``.
 
-    Each has guards that fire at once, in this order: no end (jam), slip stops, the phase ends.
+    Each has guards that fire at once, in this order: slip stops, no end (jam), the phase ends.
 
     Parameters
     ----------
@@ -139,12 +142,17 @@ class ImpactRays:
         speed = sp.sqrt(v_n**2 + 2 * ray.a_n * sp.Max(BUDGET, 0))
         return (speed - v_n) / ray.a_n
 
+    def _rising(self, ray: Ray) -> sp.Expr:
+        """Positive where v_n rises along the ray, by more than the rounding of its rate."""
+        return ray.a_n - RATE_ROUNDING * self.states.mechanism.coefficients.W_nn
+
     def _slip_stop(self, ray: Ray, phase: str) -> Transition:
         v_t, s = self.states.slip, CONTACTS[ray.contact]
         until_stop = -v_t / ray.a_t
         if phase == "compression":
-            # s v_t/(−s a_t) < −v_n/a_n, cross-multiplied: true for a_n ≤ 0 as well.
-            sooner = s * v_t * ray.a_n - self.states.gap_rate * s * ray.a_t
+            # s v_t/(−s a_t) < −v_n/a_n, cross-multiplied, or compression has no end along the ray.
+            before = s * v_t * ray.a_n - self.states.gap_rate * s * ray.a_t
+            sooner = least(before, self._rising(ray))
         else:
             sooner = until_stop - self._end_impulse(ray, phase)
         reset = self._after(ray, until_stop, phase) | {v_t: sp.Integer(0)}
@@ -161,11 +169,10 @@ class ImpactRays:
             return Mode(name, {}, (jam,), outputs)
         transitions = []
         if ray.contact != "stick":
-            s = CONTACTS[ray.contact]
-            if phase == "compression":
-                jam = greatest(ray.a_n, -s * ray.a_t)
-                transitions.append(Transition("jam", "jam", jam, stop=StopReason.JAM))
             transitions.append(self._slip_stop(ray, phase))
+            if phase == "compression":
+                jam = Transition("jam", "jam", self._rising(ray), stop=StopReason.JAM)
+                transitions.append(jam)
         reset = self._after(ray, self._end_impulse(ray, phase), phase)
         if phase == "compression":
             e = restitution_parameter(self.restitution).symbol

@@ -15,6 +15,7 @@ from painleve_sym.contacts.contact_states import CONTACTS, FLIGHT, ContactStates
 from painleve_sym.contacts.impact_rays import (
     APPROACH,
     MEMORY,
+    RATE_ROUNDING,
     ImpactRays,
     restitution_parameter,
 )
@@ -99,8 +100,8 @@ class RigidContact(ContactStates):
         moving, A, B = slip * self.slip, c.A(slip), c.B
         several = {"liftoff": FLIGHT, "slip": f"{name}_unstable", "impact": self.rays.first(name)}
         return (
-            Choice(name, least(moving, A, -B)),
-            Choice(self.rays.first(name), least(moving, -A, -B)),
+            Choice(name, least(moving, A - RATE_ROUNDING * c.W_nn, -B)),
+            Choice(self.rays.first(name), least(moving, -B)),  # A <= 0 is left: A = 0 as well
             Choice(several[self.policy], least(moving, -A, B)),
         )
 

@@ -17,9 +17,6 @@ from painleve_sym.mechanics.impact.impulse_rays import (
     Condition,
     Phase,
     Writer,
-    sticking_compression,
-    sticking_restitution,
-    tangential_phase,
 )
 from painleve_sym.mechanics.simplify import readable
 from painleve_sym.mechanics.system import Parameter
@@ -176,97 +173,6 @@ def restitution_law(name: str) -> RestitutionLaw:
 
 
 @dataclass(frozen=True)
-class ThreePhaseJump:
-    """The paper's jump: slip until it stops, sticking compression, sticking restitution.
-
-    It holds where every `Condition` of its phases does; otherwise the slip reverses or outlasts
-    the compression, and the impact is made of other rays (see `ImpulseRay`).
-
-    Attributes
-    ----------
-    law : RestitutionLaw
-    slip : {-1, +1}
-        s = sign(v_t) before the impact.
-    tangential, compression, restitution : Phase
-        Each in terms of the velocities at its own start; `restitution` also in `V_N_PLUS`.
-    """
-
-    law: RestitutionLaw
-    slip: int
-    tangential: Phase
-    compression: Phase
-    restitution: Phase
-
-    @property
-    def phases(self) -> tuple[Phase, Phase, Phase]:
-        """The three phases in order."""
-        return self.tangential, self.compression, self.restitution
-
-    @cached_property
-    def separation_velocity(self) -> sp.Expr:
-        """v_n(t3) in `V_N_MINUS`, `P_C`, `E_C` and the configuration; m/s."""
-        rate = V_N_PLUS / self.restitution.normal_impulse
-        return self.law.separation_velocity.subs(A_R, rate)
-
-    @cached_property
-    def from_start(self) -> tuple[Phase, Phase, Phase]:
-        """The three phases with everything in the velocities before the impact.
-
-        `V_T` and `V_N` then mean v_t(t0) and v_n(t0), and the mechanism's velocity symbols q̇(t0).
-        """
-        first = self.tangential
-        second = self.compression.started_from({**first.velocity, V_N: first.normal_velocity})
-        closed = {
-            V_N_MINUS: V_N,
-            P_C: first.normal_impulse + second.normal_impulse,
-            E_C: first.stored_energy + second.stored_energy,
-        }
-        rebound = self.separation_velocity.subs(closed)
-        third = self.restitution.started_from({**second.velocity, V_N_PLUS: rebound})
-        return first, second, third
-
-
-def three_phase_jump(
-    coefficients: ContactCoefficients,
-    restitution: RestitutionLaw | None = None,
-    slip: int = -1,
-    write: Writer = readable,
-) -> ThreePhaseJump:
-    """Return the closed forms of the three-phase jump of any mechanism with one contact.
-
-    Parameters
-    ----------
-    coefficients : ContactCoefficients
-    restitution : RestitutionLaw, optional
-        The paper's energetic one when left out.
-    slip : {-1, +1}
-        s = sign(v_t) before the impact.
-    write : callable
-        `readable`, or `raw` where nobody reads the forms.
-
-    Returns
-    -------
-    ThreePhaseJump
-
-    Raises
-    ------
-    InputError
-        W has rank one (A′ = 0): there is no exit from sticking.
-
-    References
-    ----------
-    Zhao, Liu & Chen, section 4, (14)–(21).
-    """
-    return ThreePhaseJump(
-        restitution or energetic(),
-        slip,
-        tangential_phase(coefficients, slip, write),
-        sticking_compression(coefficients, write),
-        sticking_restitution(coefficients, write),
-    )
-
-
-@dataclass(frozen=True)
 class ImpactCase:
     """One class of impact closed by a restitution law: all in the velocities before it.
 
@@ -279,9 +185,17 @@ class ImpactCase:
     law: RestitutionLaw
     course: ImpactCourse
 
+    @property
+    def rebound(self) -> sp.Expr:
+        """v_n after the impact in `V_N_MINUS`, `P_C`, `E_C` and the configuration; m/s.
+
+        For restitution along one ray.
+        """
+        return self.law.separation_velocity.subs(A_R, self.course.final_rate)
+
     @cached_property
     def separation_velocity(self) -> sp.Expr:
-        """v_n after the impact; m/s."""
+        """v_n after the impact in the velocities before it; m/s."""
         chain = self.course.from_start
         ends = len(self.course.compression)
         compression, earlier = chain[:ends], chain[ends:-1]
@@ -336,7 +250,7 @@ def impact_cases(
     """Return the closed forms of every class of impact of any mechanism with one contact.
 
     Choose one by its class, or by its rays: ``ImpactClass.of_rays(("slip", "reverse"))``.
-    `simulate.impact.solve_impact` tells which class an impact with given numbers has.
+    `solve_impact` tells which class an impact with given numbers has.
 
     Parameters
     ----------
@@ -363,3 +277,32 @@ def impact_cases(
         for case in CLASSES
         if not (coefficients.rank_one and "stick" in case.rays)
     }
+
+
+def three_phase_jump(
+    coefficients: ContactCoefficients,
+    restitution: RestitutionLaw | None = None,
+    slip: int = -1,
+    write: Writer = readable,
+) -> ImpactCase:
+    """Return the paper's jump: slip until it stops, sticking compression, sticking restitution.
+
+    It is the class ``C_STICKING``; `ImpactCourse.phases` has its three phases, each in the
+    velocities at its own start.
+
+    Parameters
+    ----------
+    coefficients, restitution, slip, write
+        As for `impact_cases`.
+
+    Raises
+    ------
+    InputError
+        W has rank one (A′ = 0): there is no exit from sticking.
+
+    References
+    ----------
+    Zhao, Liu & Chen, section 4, (14)–(21).
+    """
+    course = impact_course(coefficients, ImpactClass.C_STICKING, slip, write)
+    return ImpactCase(restitution or energetic(), course)

@@ -64,9 +64,10 @@ class TwoContactSimulator(ContactSimulator):
 
     Between events both contacts keep their mode, in compiled code. At an event the contact problem
     of the closed contacts is solved with every solution (`ContactProblem`); where there are
-    several the policy chooses, and the event ``contact`` lists all. Impacts of one contact follow
-    Routh's construction, those of both `solve_simultaneous_impact`; the event ``impact`` has the
-    impulses. Where no forces are possible the impact without collision happens.
+    several the policy chooses, and the event ``contact`` lists all. Impacts follow the path of the
+    impulse (`solve_simultaneous_impact`); the event ``impact`` has the impulses, and one without an
+    end stops the run with ``jam``. Where no forces are possible the impact without collision
+    happens.
 
     Parameters
     ----------
@@ -278,17 +279,17 @@ class TwoContactSimulator(ContactSimulator):
                     self._note_contact(run, replace(decision, mode=DECISION), gaps)
             found = decider.impact(state, values, self.restitution, e)
             if found is None:
+                run.reason = StopReason.JAM
                 run.detail = (
-                    "neither forces nor impulses of the rigid contacts are possible here; "
-                    "use one contact at a time, or a softened law"
+                    "the impact of the rigid contacts has no end: their friction carries any "
+                    "impulse; use one contact at a time, or a softened law"
                 )
                 return Decision(None, state)
-            impact, state = found
+            impulses, state = found
             state = decider.rested(state, values, scale)
             mode = DECISION
-            impulses = tuple(map(float, impact.impulses))
             event = self._record(run, "impact", DECISION, DECISION, state)
-            run.note(replace(event, impulses=impulses))
+            run.note(replace(event, impulses=tuple(map(float, impulses))))
         run.reason = StopReason.ACCUMULATION
         return Decision(None, state)
 

@@ -102,7 +102,7 @@ def test_restitution_law_unknown_name_suggests_the_nearest():
 def test_three_phase_jump_takes_the_energetic_law_when_none_is_given():
     jump = three_phase_jump(skew_block().coefficients, write=raw)
     assert jump.law == energetic()
-    assert [phase.name for phase in jump.phases] == [
+    assert [phase.name for phase in jump.course.phases] == [
         "tangential",
         "sticking compression",
         "sticking restitution",
@@ -112,7 +112,7 @@ def test_three_phase_jump_takes_the_energetic_law_when_none_is_given():
 @pytest.mark.parametrize("slip", [-1, 1])
 def test_three_phase_jump_releases_the_part_of_energy_the_law_says(slip):
     jump = three_phase_jump(skew_block().coefficients, slip=slip, write=raw)
-    first, second, third = jump.from_start
+    first, second, third = jump.phases
     e = jump.law.parameter.symbol
     stored = first.stored_energy + second.stored_energy
     assert sp.simplify(third.stored_energy + e**2 * stored) == 0
@@ -123,7 +123,7 @@ def test_three_phase_jump_from_start_has_the_initial_velocities_only(law):
     jump = three_phase_jump(mechanism.coefficients, law, slip=-1, write=raw)
     known = {V_T, V_N, law.parameter.symbol, *mechanism.system.q_dot, *mechanism.system.q}
     known |= {p.symbol for p in mechanism.system.parameters}
-    for phase in jump.from_start:
+    for phase in jump.phases:
         expressions = [phase.normal_impulse, phase.stored_energy, *phase.velocity.values()]
         assert set().union(*(e.free_symbols for e in expressions)) <= known
 
@@ -132,7 +132,7 @@ def test_three_phase_jump_without_collision_rebounds_by_the_ratio_of_coefficient
     # ẏ(t3) = −e ẏ(t1) √(1 − A′/A).
     c = rod().coefficients
     jump = three_phase_jump(c, write=raw)
-    first, _, third = (p.started_from({V_N: sp.Integer(0)}) for p in jump.from_start)
+    first, _, third = (p.started_from({V_N: sp.Integer(0)}) for p in jump.phases)
     e = jump.law.parameter.symbol
     squared = (e * first.normal_velocity) ** 2 * (1 - c.A_stick / c.A(-1))
     assert sp.simplify(third.normal_velocity**2 - squared) == 0

@@ -141,7 +141,7 @@ def test_course_rejects_a_slip_that_is_no_sign(slip):
 
 def test_course_c_sticking_is_the_three_phase_jump():
     course = _course(ImpactClass.C_STICKING)
-    assert course.phases == three_phase_jump(BLOCK.coefficients, write=raw).phases
+    assert course.phases == three_phase_jump(BLOCK.coefficients, write=raw).course.phases
 
 
 def test_course_conditions_are_named():

@@ -204,12 +204,12 @@ def test_impact_of_the_automaton_is_the_complete_planar_impact(
         dict.fromkeys(simulator.mechanism.state_names, 0.0) | state,
         simulator.parameters(given_parameters),
     )
-    W = [[problem.W_tt, problem.W_nt], [problem.W_nt, problem.W_nn]]
-    other = solve_impact(W, mu, (speed, -fall), restitution, e)
+    W = [[problem.W_nn, problem.W_nt], [problem.W_nt, problem.W_tt]]
+    other = solve_impact(W, mu, (-fall, speed), restitution, e)
     end = run.events_of("impact_end")[0]
     size = abs(speed) + fall
-    assert end.state["x_A_dot"] == pytest.approx(other.velocity[0], abs=1e-11 * size)
-    assert end.state["y_A_dot"] == pytest.approx(other.velocity[1], abs=1e-11 * size)
+    assert end.state["x_A_dot"] == pytest.approx(other.velocity[1], abs=1e-11 * size)
+    assert end.state["y_A_dot"] == pytest.approx(other.velocity[0], abs=1e-11 * size)
 
 
 _cache = {}

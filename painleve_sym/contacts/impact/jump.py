@@ -1,4 +1,4 @@
-"""The velocity jump of a mechanism at one state: its three-phase closed forms, or all cases."""
+"""The velocity jump of a mechanism at one state: the path of one contact with all velocities."""
 
 from __future__ import annotations
 
@@ -12,18 +12,14 @@ from painleve_sym.contacts.impact.one_contact import Impact, ImpactEnd, solve_im
 from painleve_sym.contacts.inputs import resolve_parameters, resolve_state, symbol_values
 from painleve_sym.errors import InputError
 from painleve_sym.laws.restitution import (
-    E_C,
-    P_C,
     RESTITUTIONS,
-    V_N_MINUS,
     RestitutionLaw,
-    ThreePhaseJump,
     restitution_law,
     three_phase_jump,
 )
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.impact.classes import ImpactClass
-from painleve_sym.mechanics.impact.impulse_rays import V_N, V_N_PLUS, V_T, Phase, raw
+from painleve_sym.mechanics.impact.impulse_rays import V_N, V_T, raw
 from painleve_sym.mechanics.models import Mechanism
 
 # A velocity that is a sum of rounded products counts as zero below this part of its terms.
@@ -40,8 +36,8 @@ class JumpPhase:
     Attributes
     ----------
     name : str
-        ``tangential``, ``sticking compression`` and ``sticking restitution`` in the paper's
-        three-phase jump; otherwise as in `ImpactPhase`.
+        As in `ImpactPhase`: ``tangential``, ``sticking compression`` and ``sticking restitution``
+        in the paper's three-phase jump.
     normal_impulse, tangential_impulse : float
         N s.
     stored_energy : float
@@ -105,7 +101,7 @@ def evaluate_jump(
     state: Mapping[str, float],
     parameters: Mapping[str, float] | None = None,
 ) -> JumpResult:
-    """Evaluate the jump at one state: the paper's three phases, or those of the impact's class.
+    """Evaluate the jump at one state: the phases of the impact's class.
 
     The contact is taken as closed whatever its gap, since a softened contact is compressed. With
     A < 0 and B > 0 (the indeterminate case) the jump is the answer only if the contact carries
@@ -147,26 +143,20 @@ def evaluate_jump(
 
 
 def _jump(mechanism: Mechanism, law: RestitutionLaw, values: Values, where: str) -> JumpResult:
-    v_t, v_n = _contact_velocities(mechanism.contact, values)
+    v_n, v_t = _contact_velocities(mechanism.contact, values)
     if v_n > 0:
         raise InputError(
             f"{where}: got v_n = {v_n:g} m/s, need v_n <= 0: the contact is opening. "
             f"Fix: let it fly until it touches again."
         )
     slip = (v_t > 0) - (v_t < 0)
-    impact = _solved(mechanism, law, values, (v_t, v_n))
+    impact = _solved(mechanism, law, values, (v_n, v_t))
     if impact.case is ImpactClass.NO_IMPACT:
         raise InputError(f"{where}: {_no_impact(mechanism, values, slip)}")
-    phases = None
-    if slip and impact.case is ImpactClass.C_STICKING and impact.end is not ImpactEnd.JAM:
-        phases = _three_phases(mechanism, law, values, (v_t, v_n))
-    energy = impact.energy_change
-    if phases is not None:
-        # Slip falls linearly with the impulse: friction works against its mean.
-        friction = phases[0].tangential_impulse * v_t / 2
-        energy = friction - math.fsum(phase.stored_energy for phase in phases)
-    elif law.name in RESTITUTIONS:
-        phases = _of_impact(mechanism, values, impact)
+    if law.name in RESTITUTIONS:
+        phases, energy = _of_impact(mechanism, values, impact), impact.energy_change
+    elif slip and impact.case is ImpactClass.C_STICKING and impact.end is not ImpactEnd.JAM:
+        phases, energy = _of_law(mechanism, law, values, (v_n, v_t))
     else:
         raise InputError(
             f"{where}: got restitution law {law.name!r} in an impact of class "
@@ -179,9 +169,9 @@ def _jump(mechanism: Mechanism, law: RestitutionLaw, values: Values, where: str)
 
 
 def _contact_velocities(contact: Contact, values: Values) -> tuple[float, float]:
-    """Return v_t and v_n, exactly 0 where they are only the rounding of their terms."""
+    """Return v_n and v_t, exactly 0 where they are only the rounding of their terms."""
     pair = []
-    for rate, jacobian in ((contact.slip_velocity, contact.J_T), (contact.gap_rate, contact.J_N)):
+    for rate, jacobian in ((contact.gap_rate, contact.J_N), (contact.slip_velocity, contact.J_T)):
         value = _number(rate, values)
         rates = zip(contact.system.q_dot, jacobian, strict=True)
         terms = sum(abs(_number(j, values) * values[v]) for v, j in rates)
@@ -197,7 +187,7 @@ def _solved(
     # Whether the slip stops in compression does not depend on the law: any known one tells.
     known = law.name in RESTITUTIONS
     name, e = (law.name, values[law.parameter.symbol]) if known else ("newton", 0.0)
-    return solve_impact(((W_tt, W_nt), (W_nt, W_nn)), mu, velocity, name, e)
+    return solve_impact(((W_nn, W_nt), (W_nt, W_tt)), mu, velocity, name, e)
 
 
 def _no_impact(mechanism: Mechanism, values: Values, slip: int) -> str:
@@ -206,23 +196,18 @@ def _no_impact(mechanism: Mechanism, values: Values, slip: int) -> str:
             "got v_t = 0 and v_n = 0, need a moving contact: at rest there is no impact without "
             "collision. Fix: give a slip with A < 0, or an approach v_n < 0."
         )
-    # A is not negative here but for its rounding.
-    A = max(0.0, _number(mechanism.coefficients.A(slip), values))
-    B = _number(mechanism.coefficients.B, values)
-    return (
-        f"got v_n = 0 with A = {A:g} 1/kg and B = {B:g} m/s^2, need A < 0 for an impact without "
-        f"collision: {_no_impact_case(A, B)}. Fix: integrate on, or give an approach v_n < 0."
-    )
-
-
-def _no_impact_case(A: float, B: float) -> str:
+    c = mechanism.coefficients
+    A, B = _numbers((c.A(slip), c.B), values)
     if B > 0:
-        return "it lifts off (case 2 of the paper, B > 0)"
-    if B == 0:
-        return "it grazes the surface (B = 0)"
-    if A == 0:
-        return "A = 0 is the border between cases 1 and 3 of the paper"
-    return "it slides on with F_n = -B/A (case 1 of the paper, A > 0 and B < 0)"
+        answer = "it lifts off (case 2 of the paper, B > 0)"
+    elif B == 0:
+        answer = "it grazes the surface (B = 0)"
+    else:
+        answer = "it slides on with F_n = -B/A (case 1 of the paper, A > 0 and B < 0)"
+    return (
+        f"got v_n = 0 with A = {A:g} 1/kg and B = {B:g} m/s^2, need A <= 0 for an impact without "
+        f"collision: {answer}. Fix: integrate on, or give an approach v_n < 0."
+    )
 
 
 def _of_impact(mechanism: Mechanism, values: Values, impact: Impact) -> tuple[JumpPhase, ...]:
@@ -241,62 +226,27 @@ def _of_impact(mechanism: Mechanism, values: Values, impact: Impact) -> tuple[Ju
         named = {str(s): v for s, v in zip(symbols, velocity, strict=True)}
         # Adding 0.0 turns -0.0 into 0.0.
         stored = -phase.normal_work + 0.0
-        phases.append(JumpPhase(phase.name, *impulses, stored, named, *phase.velocity))
+        v_n, v_t = phase.velocity
+        phases.append(JumpPhase(phase.name, *impulses, stored, named, v_t, v_n))
     return tuple(phases)
 
 
-def _three_phases(
+def _of_law(
     mechanism: Mechanism, law: RestitutionLaw, values: Values, velocity: tuple[float, float]
-) -> tuple[JumpPhase, ...] | None:
-    """Return the paper's closed forms; None where rounding at a tie breaks their conditions."""
-    v_t, v_n = velocity
+) -> tuple[tuple[JumpPhase, ...], float]:
+    """Return the phases and the energy of a law of one's own, from its closed forms."""
+    v_n, v_t = velocity
     jump = three_phase_jump(mechanism.coefficients, law, 1 if v_t > 0 else -1, write=raw)
-    first = _run(jump.tangential, values | {V_T: v_t, V_N: v_n})
-    if first is None:
-        return None
-    between = _moved(values, first) | {V_T: 0.0, V_N: first.normal_velocity}
-    second = _run(jump.compression, between)
-    if second is None:
-        return None
-    rebound = _rebound(jump, values, v_n, first, second)
-    third = _run(jump.restitution, _moved(values, second) | {V_N_PLUS: rebound})
-    return None if third is None else (first, second, third)
-
-
-def _run(phase: Phase, values: Values) -> JumpPhase | None:
-    """Evaluate a phase at its starting velocities; None where a condition does not hold."""
-    margins = _numbers(tuple(c.margin for c in phase.conditions), values)
-    if not all(c.holds(m) for c, m in zip(phase.conditions, margins, strict=True)):
-        return None
-    velocities = tuple(phase.velocity.values())
-    impulses = (phase.normal_impulse, phase.tangential_impulse, phase.stored_energy)
-    ends = (phase.slip_velocity, phase.normal_velocity)
-    found = _numbers((*impulses, *ends, *velocities), values)
-    names = (str(symbol) for symbol in phase.velocity)
-    return JumpPhase(
-        phase.name,
-        normal_impulse=found[0],
-        tangential_impulse=found[1],
-        stored_energy=found[2],
-        velocity=dict(zip(names, found[5:], strict=True)),
-        slip_velocity=found[3],
-        normal_velocity=found[4],
-    )
-
-
-def _rebound(
-    jump: ThreePhaseJump, values: Values, v_n: float, first: JumpPhase, second: JumpPhase
-) -> float:
-    summary = {
-        V_N_MINUS: v_n,
-        P_C: first.normal_impulse + second.normal_impulse,
-        E_C: first.stored_energy + second.stored_energy,
-    }
-    return _number(jump.separation_velocity, values | summary)
-
-
-def _moved(values: Values, phase: JumpPhase) -> Values:
-    return {symbol: phase.velocity.get(str(symbol), value) for symbol, value in values.items()}
+    values = values | {V_N: v_n, V_T: v_t}
+    phases = []
+    for phase in jump.phases:
+        impulses = (phase.normal_impulse, phase.tangential_impulse, phase.stored_energy)
+        ends = (phase.slip_velocity, phase.normal_velocity)
+        P_n, P_t, stored, slip, normal = _numbers((*impulses, *ends), values)
+        names = map(str, phase.velocity)
+        after = dict(zip(names, _numbers(tuple(phase.velocity.values()), values), strict=True))
+        phases.append(JumpPhase(phase.name, P_n, P_t, stored, after, slip, normal))
+    return tuple(phases), _number(jump.energy_change, values)
 
 
 def _number(expr: Any, values: Values) -> float:

@@ -54,7 +54,7 @@ class ImpactPhase:
     normal_impulse, tangential_impulse : float
         P_n ≥ 0 and P_t of this phase; N s.
     velocity : tuple of float
-        (v_t, v_n) at its end; m/s.
+        (v_n, v_t) at its end; m/s.
     normal_work, tangential_work : float
         ∫v_n dP_n (negative: stored in compression) and ∫v_t dP_t ≤ 0 (friction); J.
     """
@@ -80,7 +80,7 @@ class Impact:
     restitution : str
         Name of the law.
     velocity_before, velocity : tuple of float
-        (v_t, v_n) before and after; after what the impulse does up to the jam where it jams; m/s.
+        (v_n, v_t) before and after; after what the impulse does up to the jam where it jams; m/s.
     phases : tuple of ImpactPhase
         In order, of no length where two events coincide or with restitution 0. Empty without
         impact; where it jams, those before the jam.
@@ -96,7 +96,7 @@ class Impact:
     @property
     def without_collision(self) -> bool:
         """Whether it is an impact though v_n⁻ = 0: a tangential impact."""
-        return self.velocity_before[1] == 0.0 and self.case is not ImpactClass.NO_IMPACT
+        return self.velocity_before[0] == 0.0 and self.case is not ImpactClass.NO_IMPACT
 
     @property
     def normal_impulse(self) -> float:
@@ -149,7 +149,7 @@ def solve_impact(
 ) -> Impact:
     """Return the complete solution of a planar impact of one contact with Coulomb friction.
 
-    d(v_t, v_n)/dP_n = W (r, 1), with r = P_t′/P_n′ = −μ sign(v_t) in slip and r = −W_nt/W_tt in
+    d(v_n, v_t)/dP_n = W (1, r), with r = P_t′/P_n′ = −μ sign(v_t) in slip and r = −W_nt/W_tt in
     sticking: a path of straight pieces with exact break points where v_t = 0 (the contact then
     sticks iff |W_nt| ≤ μ W_tt, else slips in direction sign(W_nt)), where v_n = 0 (compression
     ends), and where the law ends restitution. At most three pieces; nothing is iterated.
@@ -158,12 +158,12 @@ def solve_impact(
     Parameters
     ----------
     W : array_like, shape (2, 2)
-        Rows and columns in the order (t, n), like the velocity: [[W_tt, W_nt], [W_nt, W_nn]];
+        Rows and columns in the order (n, t), like the velocity: [[W_nn, W_nt], [W_nt, W_tt]];
         symmetric, positive definite or of rank one; 1/kg.
     mu : float
         Friction coefficient, ≥ 0.
     velocity : tuple of float
-        (v_t, v_n) before the impact, v_n ≤ 0; exactly 0 means at rest; m/s.
+        (v_n, v_t) before the impact, v_n ≤ 0; exactly 0 means at rest; m/s.
     restitution : {"energetic", "poisson", "newton"}
         Agree where the impact follows one ray, where W_nt = 0, and for e = 0. Newton's gives
         nothing back without collision, and can add energy; the others never do.
@@ -173,8 +173,8 @@ def solve_impact(
     Returns
     -------
     Impact
-        ``NO_IMPACT`` where v_n = 0 and A ≥ 0 (A within rounding of 0 counts as 0); end ``JAM``
-        where the impulse would never end.
+        ``NO_IMPACT`` where v_n = 0 and A > 0, or nothing slips; end ``JAM`` where the impulse would
+        never end. A within rounding of 0 counts as 0, where the slip stops at v_n = 0.
 
     Raises
     ------
@@ -187,19 +187,19 @@ def solve_impact(
     Routh, Rigid Dynamics (1905); Keller, J. Appl. Mech. 53 (1986) 1–4; Stronge, Proc.
     R. Soc. A 431 (1990) 169–181; Wang & Mason, J. Appl. Mech. 59 (1992) 635–642.
     """
-    W_tt, W_nt, W_nn, mu, v_t, v_n, e = _checked(W, mu, velocity, restitution, e)
+    W_nn, W_nt, W_tt, mu, v_n, v_t, e = _checked(W, mu, velocity, restitution, e)
     # Powers of two leave every digit, and keep squares of the velocities in range.
-    mass, speed = _exponent(W_tt, W_nn), _exponent(v_t, v_n)
-    W_tt, W_nt, W_nn = (math.ldexp(w, -mass) for w in (W_tt, W_nt, W_nn))
-    path = ImpactPath(W_tt, W_nt, W_nn, mu, math.ldexp(v_t, -speed), math.ldexp(v_n, -speed))
-    if path.v_n == 0.0 and path.ray.normal_rate >= 0.0:
-        still = (v_t, v_n)
+    mass, speed = _exponent(W_nn, W_tt), _exponent(v_n, v_t)
+    W_nn, W_nt, W_tt = (math.ldexp(w, -mass) for w in (W_nn, W_nt, W_tt))
+    path = ImpactPath(W_nn, W_nt, W_tt, mu, math.ldexp(v_n, -speed), math.ldexp(v_t, -speed))
+    if path.v_n == 0.0 and not path.starts_without_collision:
+        still = (v_n, v_t)
         return Impact(ImpactClass.NO_IMPACT, ImpactEnd.PERSISTENT, restitution, still, still, ())
     ended = path.compress() and path.restitute(_LAWS[restitution](e, path))
     end = ImpactEnd.SEPARATION if path.v_n > 0.0 else ImpactEnd.PERSISTENT
     phases, after = _scaled(path, speed, mass)
     final = end if ended else ImpactEnd.JAM
-    return Impact(path.case, final, restitution, (v_t, v_n), after, phases)
+    return Impact(path.case, final, restitution, (v_n, v_t), after, phases)
 
 
 _LAWS: dict[str, type[NewtonEnd] | type[PoissonEnd] | type[EnergeticEnd]] = {
@@ -218,7 +218,7 @@ def _scaled(
 ) -> tuple[tuple[ImpactPhase, ...], tuple[float, float]]:
     """Return the phases and the velocity reached in the caller's units."""
     try:
-        velocity = math.ldexp(path.v_t, speed), math.ldexp(path.v_n, speed)
+        velocity = math.ldexp(path.v_n, speed), math.ldexp(path.v_t, speed)
         return tuple(_phase(piece, speed, mass) for piece in path.pieces), velocity
     except OverflowError as error:
         raise InputError(
@@ -234,7 +234,7 @@ def _phase(piece: PathPiece, speed: int, mass: int) -> ImpactPhase:
         piece.mode,
         math.ldexp(piece.P_n, speed - mass) + 0.0,
         math.ldexp(piece.P_t, speed - mass) + 0.0,
-        (math.ldexp(piece.v_t, speed) + 0.0, math.ldexp(piece.v_n, speed) + 0.0),
+        (math.ldexp(piece.v_n, speed) + 0.0, math.ldexp(piece.v_t, speed) + 0.0),
         math.ldexp(piece.work_n, 2 * speed - mass) + 0.0,
         math.ldexp(piece.work_t, 2 * speed - mass) + 0.0,
     )
@@ -247,24 +247,24 @@ def _checked(
     restitution: str,
     e: float,
 ) -> tuple[float, ...]:
-    """Return W_tt, W_nt, W_nn, mu, v_t, v_n, e as floats; raise with every fault found."""
+    """Return W_nn, W_nt, W_tt, mu, v_n, v_t, e as floats; raise with every fault."""
     try:
-        (W_tt, W_tn), (W_nt, W_nn) = ((float(w) for w in row) for row in W)
-        v_t, v_n = (float(v) for v in velocity)
+        (W_nn, W_nt), (W_tn, W_tt) = ((float(w) for w in row) for row in W)
+        v_n, v_t = (float(v) for v in velocity)
         mu, e = float(mu), float(e)
     except (TypeError, ValueError) as error:
         raise InputError(
             f"solve impact: got W = {W!r}, mu = {mu!r}, velocity = {velocity!r}, e = {e!r}, need "
-            f"numbers, W of shape (2, 2) and velocity (v_t, v_n). Fix: check the shapes."
+            f"numbers, W of shape (2, 2) and velocity (v_n, v_t). Fix: check the shapes."
         ) from error
-    found = {"W_tt": W_tt, "W_tn": W_tn, "W_nt": W_nt, "W_nn": W_nn, "mu": mu, "e": e}
-    found |= {"v_t": v_t, "v_n": v_n}
+    entries = {"W_nn": W_nn, "W_nt": W_nt, "W_tn": W_tn, "W_tt": W_tt, "mu": mu, "e": e}
+    entries |= {"v_n": v_n, "v_t": v_t}
     faults = [
         f"{name}: got {value!r}, need a finite number."
-        for name, value in found.items()
+        for name, value in entries.items()
         if not math.isfinite(value)
     ]
-    faults = faults or _mobility_faults(W_tt, W_tn, W_nt, W_nn)
+    faults = faults or _mobility_faults(W_nn, W_nt, W_tn, W_tt)
     if mu < 0:
         faults.append(f"mu: got {mu!r}, need mu >= 0.")
     if v_n > 0:
@@ -275,17 +275,17 @@ def _checked(
         faults.append(unknown_name("restitution law", restitution, _LAWS))
     if faults:
         raise InputError("solve impact: " + " ".join(faults))
-    return W_tt, W_nt, W_nn, mu, v_t, v_n, e
+    return W_nn, W_nt, W_tt, mu, v_n, v_t, e
 
 
-def _mobility_faults(W_tt: float, W_tn: float, W_nt: float, W_nn: float) -> list[str]:
+def _mobility_faults(W_nn: float, W_nt: float, W_tn: float, W_tt: float) -> list[str]:
     # Roots, since products of entries could leave the floating range.
     bound = math.sqrt(max(W_tt, 0.0)) * math.sqrt(max(W_nn, 0.0))
     if abs(W_tn - W_nt) > COINCIDENT * bound:
-        return [f"W: got W_tn = {W_tn!r} and W_nt = {W_nt!r}, need a symmetric matrix."]
+        return [f"W: got W_nt = {W_nt!r} and W_tn = {W_tn!r}, need a symmetric matrix."]
     if min(W_tt, W_nn) < 0 or abs(W_nt) > bound * (1 + COINCIDENT):
         return [
-            f"W: got W_tt, W_nt, W_nn = {W_tt!r}, {W_nt!r}, {W_nn!r}, need W positive "
+            f"W: got W_nn, W_nt, W_tt = {W_nn!r}, {W_nt!r}, {W_tt!r}, need W positive "
             f"semidefinite. Fix: compute it as J M^-1 J' with a positive definite M."
         ]
     return []

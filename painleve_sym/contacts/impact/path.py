@@ -58,7 +58,7 @@ class ImpactPath:
 
     Attributes
     ----------
-    v_t, v_n : float
+    v_n, v_t : float
         Velocity reached.
     v_n_start : float
         v_n before the impact.
@@ -70,11 +70,11 @@ class ImpactPath:
     """
 
     def __init__(
-        self, W_tt: float, W_nt: float, W_nn: float, mu: float, v_t: float, v_n: float
+        self, W_nn: float, W_nt: float, W_tt: float, mu: float, v_n: float, v_t: float
     ) -> None:
-        self.W = W_tt, W_nt, W_nn
+        self.W = W_nn, W_nt, W_tt
         self.mu = mu
-        self.v_t, self.v_n, self.v_n_start = v_t, v_n, v_n
+        self.v_n, self.v_t, self.v_n_start = v_n, v_t, v_n
         self.pieces: list[PathPiece] = []
         if v_t == 0.0:
             self.ray = self._ray_at_rest("slip")
@@ -85,13 +85,13 @@ class ImpactPath:
             self.case = ImpactClass.SLIDING
 
     def _slip_ray(self, name: str, s: int) -> PathRay:
-        W_tt, W_nt, W_nn = self.W
+        W_nn, W_nt, W_tt = self.W
         r = -s * self.mu
         mode = ContactMode.SLIP_POS if s > 0 else ContactMode.SLIP_NEG
         return PathRay(name, mode, r, _sum(W_nn, r * W_nt), _sum(W_nt, r * W_tt))
 
     def _ray_at_rest(self, name: str) -> PathRay:
-        W_tt, W_nt, W_nn = self.W
+        W_nn, W_nt, W_tt = self.W
         if abs(W_nt) > self.mu * W_tt:
             return self._slip_ray(name, 1 if W_nt > 0.0 else -1)
         if W_tt == 0.0:  # no tangential force moves anything
@@ -99,6 +99,12 @@ class ImpactPath:
         det = W_nn * W_tt - W_nt * W_nt
         rate = det / W_tt if det > COINCIDENT * W_nn * W_tt else 0.0
         return PathRay("sticking", ContactMode.STICK, -W_nt / W_tt, rate, 0.0)
+
+    @property
+    def starts_without_collision(self) -> bool:
+        """Whether an impulse along the ray can begin at v_n = 0: A < 0, or A = 0 stops the slip."""
+        stops = self.W[0] > 0.0 and self.impulse_to_stop < math.inf
+        return self.ray.normal_rate < 0.0 or (self.ray.normal_rate == 0.0 and stops)
 
     @property
     def impulse_to_stop(self) -> float:
@@ -127,10 +133,11 @@ class ImpactPath:
             together = P_stop >= P_end * (1 - COINCIDENT)
             self._follow("tangential", P_stop, 0.0, 0.0 if together else v_n)
             self._turn(ImpactClass.C_STICKING, ImpactClass.C_REVERSED)
-            if self.ray.normal_rate > 0.0:
-                P_end = -self.v_n / self.ray.normal_rate
+            if self.v_n == 0.0:
+                P_end = 0.0
             else:
-                P_end = 0.0 if together else math.inf
+                rises = self.ray.normal_rate > 0.0
+                P_end = -self.v_n / self.ray.normal_rate if rises else math.inf
         if P_end == math.inf:
             return False
         v_t = self.v_t + self.ray.slip_rate * P_end

@@ -1,71 +1,136 @@
-"""Impacts of several contacts at once: one complementarity problem per phase.
+"""Impacts of several contacts at once: the path of the impulse, followed piece by piece.
 
-Compression takes the contact velocities v to v⁺ = v + W P with, at each contact,
-0 ≤ P_n ⟂ v_n⁺ ≥ 0 and the cone of friction, opposed to v_t⁺. Restitution adds impulses: at each
-contact P_n is at least a part of its compression impulse (Glocker & Pfeiffer 1995). That part is
+The configuration is frozen, and the impulses P of the contacts change their velocities by
+dv = W dP. Each contact either pushes or does not, and friction opposes the slip it has at that
+moment, as in Routh's construction for one contact. All contacts that push do so with the same
+normal force (the bodies' stiffness, which alone could tell another ratio, is not part of the rigid
+model), so that with the path parameter τ, counted in N s,
 
-- Poisson: e;
-- energetic: κ, the same at all contacts, such that the normal impulses of restitution give back
-  e² of the energy that those of compression took (Stronge's law for the impact as a whole);
+- a contact that pushes has dP_n/dτ = 1: it approaches (v_n < 0), or has restitution left to give;
+- a contact that parts (v_n > 0) and has no restitution left has dP_n/dτ = 0;
+- on the border, at v_n = 0 without restitution, 0 ≤ dP_n/dτ ≤ 1 keeps v_n = 0 or lets it go;
+- dP_t = −μ sign(v_t) dP_n in slip, and |dP_t| ≤ μ dP_n in sticking.
 
-and Newton's law asks for v_n⁺ ≥ −e v_n⁻ in a single phase (Moreau 1988). With one contact, slip
-that ends or turns within a phase makes these differ from Routh's construction, which follows the
-impulse; an impact that involves one contact alone uses that (`solve_impact`).
+The right side is a bounded, convex and upper semicontinuous function of v (Filippov), so that a
+path begins at every v; it is made of straight pieces. Each contact has its own budget of
+restitution: the part e² of the energy that its own normal force took (energetic law), or the part e
+of its own impulse of compression (Poisson's), which lapses where the energy of all would grow.
+
+Newton's law has no path of several contacts: where more than one of them pushes, it is one
+complementarity problem, 0 ≤ P_n ⟂ v_n⁺ + e v_n⁻ ≥ 0 with friction against v_t⁺ (Moreau). Where only
+one pushes, the border is −e v_n⁻ in place of 0.
 
 References
 ----------
+Keller, J. Appl. Mech. 53 (1986) 1–4, for the path of one contact.
+Liu, Zhao & Brogliato, Proc. R. Soc. A 464 (2008) 3193–3211, for several contacts with an energy
+    budget at each.
 Moreau (1988), Unilateral contact and dry friction in finite freedom dynamics. CISM 302, 1–82.
-Glocker & Pfeiffer (1995), Multiple impacts with friction in rigid multibody systems. Nonlinear
-    Dynamics 7, 471–497.
-Stronge (1990), Rigid body collisions with friction. Proc. R. Soc. A 431, 169–181.
+Filippov, Differential Equations with Discontinuous Righthand Sides (1988), §7.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
 
 from painleve_sym.arrays import Array
+from painleve_sym.complementarity.contact import ContactMode
+from painleve_sym.complementarity.several import SeveralContacts, SeveralSolution
+from painleve_sym.contacts.impact.one_contact import ImpactEnd
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.laws.restitution import RESTITUTIONS
 
-_ROUNDING = 1e-10
-"""Of the scale of the velocities: what an inequality may be missed by."""
-_LARGEST_PART = 1e3
-"""Largest κ that is tried."""
+# Of the sum of the terms of a rate: less is the rounding of an inverse mass matrix.
+_ROUNDING = 1e-12
+# Of the largest force, or of the terms of a rate: what an inequality may be missed by.
+_TOLERANCE = 1e-9
+# Events of a piece nearer to each other than this part of it happen at once.
+_COINCIDENT = 1e-12
+# Of the largest velocity before. Stops may accumulate in ever smaller velocities: one below the
+# first is at rest, and so are all of the contacts that push where all are below the second.
+_REST, _ALL_REST = 1e-14, 1e-10
+# Of the largest mobility: what is added to tell the least of several impulses of one effect.
+_REGULAR = 1e-8
+_PIECE_LIMIT = 1000
+"""Pieces after which a path counts as endless; a path of two contacts has about ten."""
 
 
 @dataclass(frozen=True)
-class SeveralImpact:
-    """An impact of several contacts.
+class ImpulsePiece:
+    """A straight piece of the path of an impact.
 
     Attributes
     ----------
     impulses : ndarray, shape (2 n,)
-        P_n, P_t of each contact; N s.
+        P_n, P_t of each contact in this piece; N s.
     velocities : ndarray, shape (2 n,)
-        v_n, v_t of each contact after the impact; m/s.
-    normal_work, tangential_work : float
-        Energy that the impulses give to the mechanism, by direction; J.
-    solutions : int
-        How many compressions solve the problem; the one of least normal impulse is taken.
+        v_n, v_t of each contact at its end; m/s.
+    works : ndarray, shape (2 n,)
+        ∫v_n dP_n and ∫v_t dP_t ≤ 0 of each contact; J.
     """
 
     impulses: Array
     velocities: Array
-    normal_work: float
-    tangential_work: float
-    solutions: int
+    works: Array
+
+
+@dataclass(frozen=True)
+class SimultaneousImpact:
+    """An impact of several contacts.
+
+    Attributes
+    ----------
+    end : ImpactEnd
+        ``SEPARATION`` where a contact opens, ``PERSISTENT`` where all stay closed, ``JAM`` where
+        the path has no end or, without collision, no beginning.
+    velocities_before, velocities : ndarray, shape (2 n,)
+        v_n, v_t of each contact before and after, or up to where the path jams; m/s.
+    pieces : tuple of ImpulsePiece
+        In order.
+    """
+
+    end: ImpactEnd
+    velocities_before: Array
+    velocities: Array
+    pieces: tuple[ImpulsePiece, ...]
+
+    @property
+    def impulses(self) -> Array:
+        """P_n, P_t of each contact, shape (2 n,); N s."""
+        return sum((piece.impulses for piece in self.pieces), np.zeros_like(self.velocities))
+
+    @property
+    def works(self) -> Array:
+        """∫v_n dP_n and ∫v_t dP_t of each contact, shape (2 n,); J."""
+        return sum((piece.works for piece in self.pieces), np.zeros_like(self.velocities))
+
+    @property
+    def normal_work(self) -> float:
+        """Energy that the normal impulses give to the mechanism; J."""
+        return math.fsum(self.works[::2])
+
+    @property
+    def tangential_work(self) -> float:
+        """Energy that friction gives to the mechanism, never positive; J."""
+        return math.fsum(self.works[1::2])
 
 
 def solve_simultaneous_impact(
-    W: Array, mu: Array, velocity: Array, restitution: str = "energetic", e: float = 0.75
-) -> SeveralImpact | None:
-    """Return the impact of n contacts, or None where no impulses solve it.
+    W: Array,
+    mu: Array,
+    velocity: Array,
+    restitution: str = "energetic",
+    e: float = 0.75,
+    *,
+    load: Array | None = None,
+) -> SimultaneousImpact:
+    """Return the impact of n closed contacts; with one contact it is that of `solve_impact`.
 
     Parameters
     ----------
@@ -74,165 +139,354 @@ def solve_simultaneous_impact(
     mu : ndarray, shape (n,)
         Friction coefficients.
     velocity : ndarray, shape (2 n,)
-        v_n, v_t of each contact, v_n ≤ 0. With all v_n = 0 the impact without collision is asked
-        for: no impulse is then no answer; m/s.
+        v_n, v_t of each contact, v_n ≤ 0; exactly 0 means at rest. With all v_n = 0 the impact
+        without collision is meant; m/s.
     restitution : {"energetic", "poisson", "newton"}
+        The first two never add energy, Newton's can.
     e : float
         Coefficient of restitution of all contacts, in [0, 1].
+    load : ndarray, shape (2 n,), optional
+        Accelerations without contact forces; where several impacts without collision are possible,
+        the one whose contacts they press most is taken; m/s².
+
+    Returns
+    -------
+    SimultaneousImpact
+
+    Raises
+    ------
+    InputError
+        Unknown law.
     """
     if restitution not in RESTITUTIONS:
         raise InputError(unknown_name("restitution law", restitution, RESTITUTIONS))
     W, mu, v = (np.asarray(a, dtype=float) for a in (W, mu, velocity))
-    if restitution == "newton":
-        aim = v.copy()
-        aim[::2] *= 1 + e
-        found = _nontrivial(W, mu, aim, collision=bool(np.any(v[::2] < 0)))
-        return _impact(v, [(found[0], v + W @ found[0])], len(found)) if found else None
-    found = _nontrivial(W, mu, v, collision=bool(np.any(v[::2] < 0)))
-    if not found:
-        return None
-    first, between = found[0], v + W @ found[0]
-    if restitution == "poisson":
-        second = _expansion(W, mu, between, e * first[::2])
-    else:
-        second = _energetic(W, mu, v, first, e)
-    if second is None:
-        return None
-    return _impact(v, [(first, between), (second, between + W @ second)], len(found))
+    # Powers of two leave every digit.
+    mass, speed = _exponent(np.diag(W)), _exponent(v)
+    path = _Path(np.ldexp(W, -mass), mu, np.ldexp(v, -speed), restitution, e)
+    pressing = np.zeros(len(mu)) if load is None else np.asarray(load, dtype=float)[::2]
+    ended = path.follow(pressing)
+    active = {int(i) for piece in path.pieces for i in np.flatnonzero(piece.impulses[::2])}
+    if restitution == "newton" and len(active) > 1 and np.any(v[::2] < 0):
+        ended = path.take_at_once(e)
+    pieces = tuple(
+        ImpulsePiece(
+            np.ldexp(piece.impulses, speed - mass),
+            np.ldexp(piece.velocities, speed),
+            np.ldexp(piece.works, 2 * speed - mass),
+        )
+        for piece in path.pieces
+    )
+    parted = bool(np.any(path.v[::2] > 0))
+    end = ImpactEnd.SEPARATION if parted else ImpactEnd.PERSISTENT
+    return SimultaneousImpact(end if ended else ImpactEnd.JAM, v, np.ldexp(path.v, speed), pieces)
 
 
-def _impact(v: Array, phases: list[tuple[Array, Array]], solutions: int) -> SeveralImpact:
-    total, works, before = np.zeros_like(v), np.zeros(2), v
-    for impulses, after in phases:
-        # Velocities are linear in the impulse: the works take their means.
-        means = impulses * (before + after) / 2
-        works += means[::2].sum(), means[1::2].sum()
-        total, before = total + impulses, after
-    return SeveralImpact(total, before, float(works[0]), float(works[1]), solutions)
+def _exponent(numbers: Array) -> int:
+    return math.frexp(float(np.max(np.abs(numbers), initial=0.0)))[1]
 
 
-def _nontrivial(W: Array, mu: Array, v: Array, collision: bool) -> list[Array]:
-    """Return the solutions of compression, the least normal impulse first, none of them zero."""
-    found = frictional_impulses(W, mu, v, np.zeros(len(mu)))
-    if not collision:
-        size = float(np.max(np.abs(v))) / (float(np.max(np.diag(W))) or 1.0)
-        found = [p for p in found if np.max(np.abs(p)) > _ROUNDING * size]
-    return sorted(found, key=lambda p: (float(p[::2].sum()), *p))
+class _Local(NamedTuple):
+    """One way in which a contact may push: dP/dτ = fixed + unknown directions.
 
-
-def _expansion(W: Array, mu: Array, v: Array, least: Array) -> Array | None:
-    found = frictional_impulses(W, mu, v, least)
-    return min(found, key=lambda p: (float(p[::2].sum()), *p)) if found else None
-
-
-def _energetic(W: Array, mu: Array, v: Array, first: Array, e: float) -> Array | None:
-    between = v + W @ first
-    taken = -float(np.sum(first[::2] * (v[::2] + between[::2])) / 2)
-
-    def missing(part: float) -> float:
-        second = _expansion(W, mu, between, part * first[::2])
-        if second is None:
-            return np.inf
-        after = between + W @ second
-        return float(np.sum(second[::2] * (between[::2] + after[::2])) / 2) - e**2 * taken
-
-    if e == 0 or taken <= 0:
-        return _expansion(W, mu, between, np.zeros(len(mu)))
-    upper = 1.0
-    while missing(upper) < 0:
-        upper *= 2
-        if upper > _LARGEST_PART:
-            return None
-    part = float(brentq(missing, 0.0, upper, xtol=1e-15, rtol=1e-14))
-    return _expansion(W, mu, between, part * first[::2])
-
-
-def frictional_impulses(W: Array, mu: Array, v: Array, least: Array) -> list[Array]:
-    """Return all impulses P with, at each contact, 0 ≤ P_n − least ⟂ v_n⁺ ≥ 0 and friction.
-
-    Of impulses with the same effect, which differ by what the bodies' rigidity leaves open, those
-    of least norm are returned.
-
-    Friction is |P_t| ≤ μ P_n, and P_t = −μ P_n sign(v_t⁺) where v_t⁺ ≠ 0; v⁺ = v + W P.
-
-    Parameters
+    Attributes
     ----------
-    W, mu, v : ndarray
-        As for `solve_simultaneous_impact`.
-    least : ndarray, shape (n,)
-        ≥ 0; N s.
+    fixed : tuple of float
+        The parts of (dP_n/dτ, dP_t/dτ) that are known.
+    directions : tuple of tuple of float
+        A direction of (dP_n, dP_t) for each unknown.
+    vanishing : tuple of int
+        The rates, 0 of v_n and 1 of v_t, that the unknowns make vanish.
+    signs : tuple of (int, int)
+        ``(entry, sign)`` for sign · dv_entry/dτ ≥ 0.
     """
-    speed = float(np.max(np.abs(v), initial=0.0)) + float(np.max(W @ _pairs(least), initial=0.0))
-    if speed == 0:
-        return [np.zeros_like(v)]
-    impulse = speed / (float(np.max(np.diag(W))) or 1.0)
-    found: list[Array] = []
-    for choice in product(_KINDS, repeat=len(mu)):
-        P = _candidate(W, mu, v, least, choice)
-        if P is None or not _holds(W, mu, v, least, P, speed, impulse):
-            continue
-        twins = [k for k, Q in enumerate(found) if np.max(np.abs(W @ (P - Q))) <= 1e-8 * speed]
-        if not twins:
-            found.append(P)
-        elif found[twins[0]] @ found[twins[0]] > P @ P:
-            found[twins[0]] = P
-    return found
+
+    fixed: tuple[float, float]
+    directions: tuple[tuple[float, float], ...] = ()
+    vanishing: tuple[int, ...] = ()
+    signs: tuple[tuple[int, int], ...] = ()
 
 
-_KINDS = tuple(product((False, True), (-1, 0, 1)))
-"""Of one contact: whether it stays closed, and where it slips after (0: it sticks)."""
+class _Path:
+    """The path of an impact as it is followed; its numbers are of order 1."""
+
+    def __init__(self, W: Array, mu: Array, v: Array, restitution: str, e: float) -> None:
+        self.W, self.mu, self.restitution, self.e = W, mu, restitution, e
+        self.v, self.start = v.copy(), v
+        newton = restitution == "newton"
+        self.border = -e * v[::2] + 0.0 if newton else np.zeros(len(mu))
+        self.budget = np.zeros(len(mu))
+        self.weights = np.ones(len(mu))
+        self.work = 0.0
+        self.pieces: list[ImpulsePiece] = []
+
+    def follow(self, pressing: Array) -> bool:
+        """Follow the path to where no contact pushes; False where it never gets there."""
+        without_collision = bool(np.all(self.v[::2] >= 0))
+        if not without_collision:
+            self._weigh()
+        for _ in range(_PIECE_LIMIT):
+            push = self._push(pressing if without_collision else None)
+            if push is None:
+                return False
+            without_collision = False
+            if not np.any(push):
+                if np.all(self.v[::2] >= self.border):
+                    return True
+                self._weigh()
+                continue
+            rates = self._rates(push)
+            length = min(self._events(push, rates), default=math.inf)
+            if length == math.inf:
+                return False
+            self._advance(push, rates, length)
+        return False
+
+    def _weigh(self) -> None:
+        """Set dP_n/dτ of the contacts that push, the largest 1, by what would stop them at once."""
+        self.weights = np.ones(len(self.mu))
+        if len(self.mu) > 1:
+            solution = self._at_once(self.v)
+            if solution is not None and np.any(solution[0][::2] > 0):
+                self.weights = solution[0][::2] / np.max(solution[0][::2])
+
+    def _at_once(self, aim: Array) -> tuple[Array, Array] | None:
+        """Return impulses P and rates a = aim + W P with 0 ≤ P_n ⟂ a_n ≥ 0, friction against a_t.
+
+        Those of least normal impulse; where the bodies' rigidity leaves them open, those that a
+        little more mobility of every contact selects.
+        """
+        solution = self._least(self.W, aim)
+        if solution is None:
+            return None
+        if solution.isolated:
+            parts = solution.normal_accelerations, solution.tangential_accelerations
+            return _forces(solution), np.ravel(parts, order="F")
+        more = _REGULAR * float(np.max(np.diag(self.W))) * np.eye(len(aim))
+        solution = self._least(self.W + more, aim) or solution
+        # The least change that makes up for the mobility added, in the same modes.
+        impulses, rows, columns = _forces(solution), list[int](), list[Array]()
+        for i, mode in enumerate(solution.modes):
+            if mode is ContactMode.LIFTOFF:
+                continue
+            own = np.zeros((len(aim), 2))
+            own[2 * i : 2 * i + 2] = np.eye(2)
+            sticks = mode is ContactMode.STICK
+            columns += list(own.T) if sticks else [own @ impulses[2 * i : 2 * i + 2]]
+            rows += [2 * i, 2 * i + 1] if sticks else [2 * i]
+        if rows:
+            U = np.array(columns).T
+            missing = -(aim + self.W @ impulses)[rows]
+            impulses = impulses + U @ np.linalg.lstsq(self.W[rows] @ U, missing, rcond=_ROUNDING)[0]
+            impulses[::2] = np.maximum(0.0, impulses[::2])
+        rates = aim + self.W @ impulses
+        rates[rows] = 0.0
+        return impulses, rates
+
+    def _least(self, W: Array, aim: Array) -> SeveralSolution | None:
+        problem = SeveralContacts(W, aim, self.mu, np.zeros(len(self.mu)))
+        solutions = problem.solutions()
+        return min(solutions, key=lambda s: round(float(s.normal_forces.sum()), 9), default=None)
+
+    def take_at_once(self, e: float) -> bool:
+        """Replace the path by Newton's law for all contacts at once; False without a solution."""
+        self.pieces, self.v = [], self.start
+        rebound = np.zeros_like(self.start)
+        rebound[::2] = -e * self.start[::2]
+        solution = self._at_once(self.start - rebound)
+        if solution is None:
+            return False
+        impulses, rates = solution
+        self.v = rates + rebound
+        works = impulses * (self.start + self.v) / 2
+        self.pieces.append(ImpulsePiece(impulses, self.v, works))
+        return True
+
+    # ---- how the contacts push ----
+
+    def _rates(self, push: Array) -> Array:
+        """Return dv/dτ, exactly 0 where it is within the rounding of its terms."""
+        rates = self.W @ push
+        rates[np.abs(rates) <= _ROUNDING * (np.abs(self.W) @ np.abs(push))] = 0.0
+        return rates
+
+    def _push(self, pressing: Array | None) -> Array | None:
+        """Return dP/dτ, shape (2 n,): of several possible ones that of least normal force.
+
+        Parameters
+        ----------
+        pressing : ndarray, shape (n,), optional
+            For an impact without collision: b_n. The velocities then have to change, and contacts
+            with b_n < 0 push first. None where no such impact is possible.
+        """
+        local = [self._local(i) for i in range(len(self.mu))]
+        candidates = [self._candidate(choice) for choice in product(*local)]
+        if pressing is not None:
+            size = float(np.max(np.abs(pressing))) or 1.0
+            moving = [c for c in candidates if c[0] <= _TOLERANCE and np.any(self._rates(c[1]))]
+            return min(
+                (push for _, push in moving),
+                key=lambda p: (round(float(p[::2] @ pressing) / size, 9), *_order(p)),
+                default=None,
+            )
+        # One exists, by Kakutani's theorem: where rounding hides it, the nearest is taken.
+        bound = max(_TOLERANCE, min(violation for violation, _ in candidates))
+        return min((p for violation, p in candidates if violation <= bound), key=_order)
+
+    def _local(self, i: int) -> list[_Local]:
+        """Return the ways in which contact i may push at the present velocity."""
+        v_n, v_t = self.v[2 * i], self.v[2 * i + 1]
+        if v_n < self.border[i] or self.budget[i] > 0:
+            return list(self._pushing(i, float(self.weights[i]), ()))
+        parts = _Local((0.0, 0.0))
+        if v_n > self.border[i]:
+            return [parts]
+        parts = _Local((0.0, 0.0), (), (), ((0, 1),))
+        held = [_Local((0.0, 0.0), ((1.0, r),), (0,), s) for r, s in self._slips(i)]
+        if v_t == 0 and self.mu[i] > 0:
+            held.append(_Local((0.0, 0.0), ((1.0, 0.0), (0.0, 1.0)), (0, 1)))
+        return [parts, *held, *self._pushing(i, 1.0, ((0, -1),))]
+
+    def _pushing(
+        self, i: int, weight: float, signs: tuple[tuple[int, int], ...]
+    ) -> Iterator[_Local]:
+        for ratio, slip_signs in self._slips(i):
+            yield _Local((weight, weight * ratio), (), (), signs + slip_signs)
+        if self.v[2 * i + 1] == 0 and self.mu[i] > 0:
+            yield _Local((weight, 0.0), ((0.0, 1.0),), (1,), signs)
+
+    def _slips(self, i: int) -> list[tuple[float, tuple[tuple[int, int], ...]]]:
+        """Return dP_t/dP_n of the slips that are possible, with the sign of dv_t they need."""
+        mu, v_t = float(self.mu[i]), self.v[2 * i + 1]
+        if mu == 0:
+            return [(0.0, ())]
+        if v_t != 0:
+            return [(-mu if v_t > 0 else mu, ())]
+        return [(-mu, ((1, 1),)), (mu, ((1, -1),))]
+
+    def _candidate(self, choice: tuple[_Local, ...]) -> tuple[float, Array]:
+        """Return by how much a choice misses its conditions, and its dP/dτ."""
+        size = len(self.v)
+        fixed, columns, rows = np.zeros(size), list[Array](), list[int]()
+        for i, local in enumerate(choice):
+            fixed[2 * i : 2 * i + 2] = local.fixed
+            for direction in local.directions:
+                column = np.zeros(size)
+                column[2 * i : 2 * i + 2] = direction
+                columns.append(column)
+            rows += [2 * i + entry for entry in local.vanishing]
+        push = fixed
+        if rows:
+            U = np.array(columns).T
+            # Of least norm where several bodies' rigidity leaves the forces open.
+            matrix, right = self.W[rows] @ U, -(self.W @ fixed)[rows]
+            push = fixed + U @ np.linalg.lstsq(matrix, right, rcond=_ROUNDING)[0]
+        return self._violation(choice, rows, push), push
+
+    def _violation(self, choice: tuple[_Local, ...], rows: list[int], push: Array) -> float:
+        normal, tangential = push[::2], push[1::2]
+        size = 1.0 + float(np.max(self.mu))
+        worst = [
+            float(np.max(-normal)),
+            float(np.max(normal - 1.0)),
+            float(np.max(np.abs(tangential) - self.mu * normal)) / size,
+        ]
+        terms = np.abs(self.W) @ np.abs(push)
+        share = np.divide(self.W @ push, terms, out=np.zeros_like(terms), where=terms > 0)
+        worst += [abs(float(share[row])) for row in rows]
+        for i, local in enumerate(choice):
+            worst += [-sign * float(share[2 * i + entry]) for entry, sign in local.signs]
+        return max(worst)
+
+    # ---- one piece ----
+
+    def _events(self, push: Array, rates: Array) -> Iterator[float]:
+        """Yield the lengths after which something changes on the present piece."""
+        for i in range(len(self.mu)):
+            yield from _crossing(self.v[2 * i] - self.border[i], rates[2 * i])
+            if push[2 * i] > 0:
+                yield from _crossing(self.v[2 * i + 1], rates[2 * i + 1])
+            yield from self._spent(i, push, rates)
+        if self.restitution == "poisson":
+            yield from self._energy_is_back(push, rates)
+
+    def _spent(self, i: int, push: Array, rates: Array) -> Iterator[float]:
+        """Yield the length at which contact i has given back its restitution."""
+        v_n, a_n, budget = self.v[2 * i], rates[2 * i], self.budget[i]
+        if budget == 0 or push[2 * i] == 0 or self._compresses(i, push, rates):
+            return
+        if self.restitution == "poisson":
+            yield budget / push[2 * i]
+            return
+        # v_n P + a_n P²/2 = budget, without the cancellation of the usual root.
+        square = v_n * v_n + 2 * a_n * budget / push[2 * i]
+        if square > 0:
+            yield 2 * budget / push[2 * i] / (v_n + math.sqrt(square))
+
+    def _compresses(self, i: int, push: Array, rates: Array) -> bool:
+        """Tell whether contact i compresses; also where it pushes fully at v_n = 0 to no effect."""
+        v_n, a_n = self.v[2 * i], rates[2 * i]
+        begins = a_n == 0 and push[2 * i] == 1 and self.budget[i] == 0
+        return bool(v_n < 0 or (v_n == 0 and (a_n < 0 or begins)))
+
+    def _energy_is_back(self, push: Array, rates: Array) -> Iterator[float]:
+        """Yield the length at which the contacts have given back all energy they took."""
+        power, slope = float(push @ self.v), float(push @ rates)
+        square = power * power - 2 * slope * self.work
+        if self.work < 0 and square > 0 and (slope > 0 or power > 0):
+            root = math.sqrt(square)
+            yield -2 * self.work / (power + root) if power > 0 else (root - power) / slope
+
+    def _advance(self, push: Array, rates: Array, length: float) -> None:
+        """Follow the present piece over `length`; what vanishes there vanishes exactly."""
+        before, impulses = self.v, push * length
+        after = before + rates * length
+        budget = self.budget.copy()
+        reached = length * (1 + _COINCIDENT)
+        for i in range(len(self.mu)):
+            n, t = 2 * i, 2 * i + 1
+            budget[i] = self._budget_after(i, length, before[n] + after[n], push, rates)
+            if any(x <= reached for x in self._spent(i, push, rates)):
+                budget[i] = 0.0
+            if any(x <= reached for x in _crossing(before[n] - self.border[i], rates[n])):
+                after[n] = self.border[i]
+            if push[n] > 0 and any(x <= reached for x in _crossing(before[t], rates[t])):
+                after[t] = 0.0
+        lapses = self.restitution == "poisson" and any(
+            x <= reached for x in self._energy_is_back(push, rates)
+        )
+        works = impulses * (before + after) / 2
+        self.pieces.append(ImpulsePiece(impulses, after, works))
+        pushing = np.repeat(push[::2] > 0, 2)
+        small = _ALL_REST if np.all(np.abs(after[pushing]) <= _ALL_REST) else _REST
+        after = np.where(pushing & (np.abs(after) <= small), 0.0, after)
+        budget[budget <= (_REST if self.restitution == "poisson" else _REST**2)] = 0.0
+        self.v, self.work = after, 0.0 if lapses else self.work + math.fsum(works)
+        self.budget = np.zeros_like(budget) if lapses else budget
+
+    def _budget_after(
+        self, i: int, length: float, twice_mean: float, push: Array, rates: Array
+    ) -> float:
+        budget, impulse = float(self.budget[i]), float(push[2 * i]) * length
+        if self.restitution == "newton":
+            return 0.0
+        poisson = self.restitution == "poisson"
+        given_back = impulse if poisson else impulse * twice_mean / 2
+        if self._compresses(i, push, rates):
+            return budget + self.e * impulse if poisson else budget - self.e**2 * given_back
+        return max(0.0, budget - given_back) if budget > 0 else 0.0
 
 
-def _pairs(normal: Array) -> Array:
-    both = np.zeros(2 * len(normal))
-    both[::2] = normal
-    return both
+def _crossing(value: float, rate: float) -> Iterator[float]:
+    """Yield the length after which a value that is not 0 becomes 0."""
+    if value * rate < 0:
+        yield -value / rate
 
 
-def _candidate(
-    W: Array, mu: Array, v: Array, least: Array, choice: tuple[tuple[bool, int], ...]
-) -> Array | None:
-    """Return the impulses of one choice, of least norm where they are not determined."""
-    start, rows, columns = _pairs(least), list[int](), list[Array]()
-    for i, (closed, slip) in enumerate(choice):
-        n, t = 2 * i, 2 * i + 1
-        along = np.zeros(len(v))
-        if slip:
-            start[t] = -slip * mu[i] * least[i]
-        if closed:
-            along[n], along[t] = 1.0, -slip * mu[i]
-            rows.append(n)
-            columns.append(along)
-        if not slip:
-            across = np.zeros(len(v))
-            across[t] = 1.0
-            rows.append(t)
-            columns.append(across)
-    if not rows:
-        return start
-    U = np.array(columns).T
-    matrix, right = W[rows] @ U, -(v + W @ start)[rows]
-    solved = np.linalg.lstsq(matrix, right, rcond=1e-12)[0]
-    P: Array = start + U @ solved
-    return P
+def _forces(solution: SeveralSolution) -> Array:
+    return np.ravel([solution.normal_forces, solution.tangential_forces], order="F")
 
 
-def _conditions(
-    mu: Array, least: Array, P: Array, after: Array, speed: float, impulse: float
-) -> Iterator[bool]:
-    for i, friction in enumerate(mu):
-        normal, tangential = P[2 * i], P[2 * i + 1]
-        v_n, v_t = after[2 * i], after[2 * i + 1]
-        extra = normal - least[i]
-        yield extra >= -_ROUNDING * impulse
-        yield v_n >= -_ROUNDING * speed
-        yield min(extra / impulse, v_n / speed) <= _ROUNDING
-        yield abs(tangential) <= friction * normal + _ROUNDING * impulse
-        if abs(v_t) > _ROUNDING * speed:
-            yield abs(tangential + friction * normal * np.sign(v_t)) <= _ROUNDING * impulse
-
-
-def _holds(
-    W: Array, mu: Array, v: Array, least: Array, P: Array, speed: float, impulse: float
-) -> bool:
-    return all(_conditions(mu, least, P, v + W @ P, speed, impulse))
+def _order(push: Array) -> tuple[float, float]:
+    """Return what is least in the preferred one of several pushes, but for rounding."""
+    return round(float(push[::2].sum()), 9), float(push @ push)

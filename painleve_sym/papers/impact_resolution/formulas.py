@@ -17,7 +17,7 @@ from painleve_sym.laws.compliance import (
     law,
     without_ramps,
 )
-from painleve_sym.laws.restitution import E_C, ThreePhaseJump, three_phase_jump
+from painleve_sym.laws.restitution import E_C, ImpactCase, three_phase_jump
 from painleve_sym.mechanics.bodies import Body
 from painleve_sym.mechanics.coefficients import F_N, ContactCoefficients
 from painleve_sym.mechanics.contact import Contact
@@ -172,8 +172,8 @@ class Derived:
     # ---- the jump ----
 
     @cached_property
-    def jump(self) -> ThreePhaseJump:
-        """Return its three phases, each in the velocities at its own start."""
+    def jump(self) -> ImpactCase:
+        """Return the three-phase jump; its course has the phases in velocities at their start."""
         return three_phase_jump(self.contact, write=raw)
 
     def named(self, expr: sp.Expr, phase: int) -> sp.Expr:
@@ -186,7 +186,9 @@ class Derived:
 
     def spin(self, phase: int) -> sp.Expr:
         """Return θ̇ at the end of a phase."""
-        return self.named(self.jump.phases[phase].velocity[self.mechanism.system.q_dot[2]], phase)
+        return self.named(
+            self.jump.course.phases[phase].velocity[self.mechanism.system.q_dot[2]], phase
+        )
 
     def spin_after_slip(self) -> sp.Expr:
         """Return θ̇(t1) in θ̇(t0) and P_n1."""
@@ -195,7 +197,7 @@ class Derived:
 
     def first_energy(self, start: sp.Expr) -> sp.Expr:
         """Return E_n1 in ẏ_A(t0) = `start` and ẏ_A(t1)."""
-        first = self.jump.tangential
+        first = self.jump.course.phases[0]
         energy, end = (self.named(e, 0) for e in (first.stored_energy, first.normal_velocity))
         # ẏ_A(t1) is linear in ẋ_A(t0).
         rest = end.subs(self["x_A_dot_0"], 0)
@@ -205,7 +207,7 @@ class Derived:
     def rebound(self) -> sp.Expr:
         """Return ẏ_A(t3) from the energy of compression."""
         law_symbol = self.jump.law.parameter.symbol
-        rebound = self.jump.separation_velocity
+        rebound = self.jump.rebound
         return rebound.subs({E_C: self["E_nc"], law_symbol: self["e_s"]})
 
 
@@ -241,17 +243,17 @@ DERIVE: dict[str, Derive] = {
     "eq-12": Derived.end_acceleration,
     "eq-13": Derived.free_end,
     "sticking-force": lambda d: d.contact.sticking_force,
-    "eq-14-normal": lambda d: d.named(d.jump.tangential.normal_velocity, 0),
-    "eq-14-impulse": lambda d: d.named(d.jump.tangential.normal_impulse, 0),
+    "eq-14-normal": lambda d: d.named(d.jump.course.phases[0].normal_velocity, 0),
+    "eq-14-impulse": lambda d: d.named(d.jump.course.phases[0].normal_impulse, 0),
     "eq-14-spin": Derived.spin_after_slip,
     "eq-15": Derived.sliding,
     "eq-16": lambda d: d.first_energy(d["y_A_dot_0"]),
     "eq-17": lambda d: d.first_energy(sp.Integer(0)),
     "eq-18-spin": lambda d: d.spin(1),
-    "eq-18-impulse": lambda d: d.named(d.jump.compression.normal_impulse, 1),
+    "eq-18-impulse": lambda d: d.named(d.jump.course.phases[1].normal_impulse, 1),
     "eq-19-A": lambda d: d.contact.A_stick,
     "eq-19-B": lambda d: d.contact.B_stick,
-    "eq-20": lambda d: d.named(d.jump.compression.stored_energy, 1),
+    "eq-20": lambda d: d.named(d.jump.course.phases[1].stored_energy, 1),
     "eq-21-normal": Derived.rebound,
     "eq-21-spin": lambda d: d.spin(2),
     "critical-friction": lambda d: critical_friction(d.contact, -1).minimum("theta").value,
