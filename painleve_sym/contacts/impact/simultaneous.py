@@ -40,9 +40,9 @@ from typing import NamedTuple
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.complementarity.contact import ContactMode
-from painleve_sym.complementarity.several import SeveralContacts, SeveralSolution
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
+from painleve_sym.contacts.local_mode import ContactMode
+from painleve_sym.contacts.problem import ContactProblem, ContactSolution
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.laws.restitution import RESTITUTIONS
 
@@ -283,8 +283,8 @@ class _Path:
         rates[rows] = 0.0
         return impulses, rates
 
-    def _least(self, W: Array, aim: Array) -> SeveralSolution | None:
-        problem = SeveralContacts(W, aim, self.mu, np.zeros(len(self.mu)))
+    def _least(self, W: Array, aim: Array) -> ContactSolution | None:
+        problem = ContactProblem(W, aim, self.mu, np.zeros(len(self.mu)))
         solutions = problem.solutions()
         return min(solutions, key=lambda s: round(float(s.normal_forces.sum()), 9), default=None)
 
@@ -483,7 +483,7 @@ def _crossing(value: float, rate: float) -> Iterator[float]:
         yield -value / rate
 
 
-def _forces(solution: SeveralSolution) -> Array:
+def _forces(solution: ContactSolution) -> Array:
     return np.ravel([solution.normal_forces, solution.tangential_forces], order="F")
 
 
