@@ -216,7 +216,7 @@ class Derived:
 
     @cached_property
     def jump(self) -> ImpactCase:
-        """Return the three-phase jump; its course has the phases, in the velocities at their start."""
+        """Return the jump; the phases of its course are in the velocities at their own start."""
         return three_phase_jump(self.mechanism.coefficients, write=raw)
 
     def named(self, expr: sp.Expr, phase: int) -> sp.Expr:
@@ -229,9 +229,8 @@ class Derived:
 
     def spin(self, phase: int) -> sp.Expr:
         """Return θ̇ at the end of a phase."""
-        return self.named(
-            self.jump.course.phases[phase].velocity[self.mechanism.system.q_dot[2]], phase
-        )
+        velocity = self.jump.course.phases[phase].velocity
+        return self.named(velocity[self.mechanism.system.q_dot[2]], phase)
 
     def first_energy(self, start: sp.Expr) -> sp.Expr:
         """Return E_n1 in ẏ_A(t0) = `start` and ẏ_A(t1)."""
