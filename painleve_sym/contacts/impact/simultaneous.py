@@ -10,8 +10,8 @@ moment, as in Routh's construction for one contact. With the path parameter τ, 
 
 dP_t = −μ sign(v_t) dP_n in slip, and |dP_t| ≤ μ dP_n in sticking. The weights w_i are constant: the
 normal impulses that would stop all approaches at once, 0 ≤ P_n ⟂ v_n⁺ ≥ 0 with friction against
-v_t⁺ (Moreau; Glocker & Pfeiffer), in parts of the largest. Rigid bodies do not tell the ratio of two
-contact forces; with these, all contacts end compression together where no slip stops or turns.
+v_t⁺ (Moreau; Glocker & Pfeiffer), in parts of the largest. Rigid bodies do not tell the ratio of
+two contact forces; with these, all contacts end compression together where no slip stops or turns.
 
 The right side is a bounded, convex and upper semicontinuous function of v (Filippov), so that a
 path begins at every v; it is made of straight pieces. Each contact has its own budget of
