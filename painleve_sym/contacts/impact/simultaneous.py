@@ -2,14 +2,16 @@
 
 The configuration is frozen, and the impulses P of the contacts change their velocities by
 dv = W dP. Each contact either pushes or does not, and friction opposes the slip it has at that
-moment, as in Routh's construction for one contact. All contacts that push do so with the same
-normal force (the bodies' stiffness, which alone could tell another ratio, is not part of the rigid
-model), so that with the path parameter τ, counted in N s,
+moment, as in Routh's construction for one contact. With the path parameter τ, in N s, contact i
 
-- a contact that pushes has dP_n/dτ = 1: it approaches (v_n < 0), or has restitution left to give;
-- a contact that parts (v_n > 0) and has no restitution left has dP_n/dτ = 0;
-- on the border, at v_n = 0 without restitution, 0 ≤ dP_n/dτ ≤ 1 keeps v_n = 0 or lets it go;
-- dP_t = −μ sign(v_t) dP_n in slip, and |dP_t| ≤ μ dP_n in sticking.
+- pushes with dP_n/dτ = w_i while it approaches (v_n < 0) or has restitution left to give;
+- does not push where it parts (v_n > 0) and has no restitution left;
+- on the border, at v_n = 0 without restitution, pushes with 0 ≤ dP_n/dτ ≤ 1: it is held or let go.
+
+dP_t = −μ sign(v_t) dP_n in slip, and |dP_t| ≤ μ dP_n in sticking. The weights w_i are constant: the
+normal impulses that would stop all approaches at once, 0 ≤ P_n ⟂ v_n⁺ ≥ 0 with friction against
+v_t⁺ (Moreau; Glocker & Pfeiffer), in parts of the largest. Rigid bodies do not tell the ratio of
+two contact forces; with these, all contacts end compression together where no slip stops or turns.
 
 The right side is a bounded, convex and upper semicontinuous function of v (Filippov), so that a
 path begins at every v; it is made of straight pieces. Each contact has its own budget of
@@ -23,6 +25,7 @@ one pushes, the border is −e v_n⁻ in place of 0.
 References
 ----------
 Keller, J. Appl. Mech. 53 (1986) 1–4, for the path of one contact.
+Glocker & Pfeiffer, Nonlinear Dynamics 7 (1995) 471–497.
 Liu, Zhao & Brogliato, Proc. R. Soc. A 464 (2008) 3193–3211, for several contacts with an energy
     budget at each.
 Moreau (1988), Unilateral contact and dry friction in finite freedom dynamics. CISM 302, 1–82.

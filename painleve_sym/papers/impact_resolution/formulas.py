@@ -186,9 +186,8 @@ class Derived:
 
     def spin(self, phase: int) -> sp.Expr:
         """Return θ̇ at the end of a phase."""
-        return self.named(
-            self.jump.course.phases[phase].velocity[self.mechanism.system.q_dot[2]], phase
-        )
+        velocity = self.jump.course.phases[phase].velocity
+        return self.named(velocity[self.mechanism.system.q_dot[2]], phase)
 
     def spin_after_slip(self) -> sp.Expr:
         """Return θ̇(t1) in θ̇(t0) and P_n1."""
