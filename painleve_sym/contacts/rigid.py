@@ -21,6 +21,7 @@ from painleve_sym.contacts.impact_rays import (
 )
 from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.hybrid.automaton import (
+    Accumulation,
     Choice,
     HybridAutomaton,
     Mode,
@@ -166,6 +167,7 @@ class RigidContact(ContactStates):
 
     def _flight(self) -> Mode:
         zero = sp.Integer(0)
+        closed = dict.fromkeys((self.gap, self.gap_rate, *MEMORY), zero)
         land = Transition(
             "touchdown",
             EventKind.TOUCHDOWN,
@@ -173,6 +175,7 @@ class RigidContact(ContactStates):
             (Choice(DECISION),),
             {self.gap: zero},
             contact=self.name,
+            on_accumulation=Accumulation(EventKind.SETTLE, DECISION, closed),
         )
         outputs = self.outputs(None, zero, zero)
         return Mode(

@@ -230,15 +230,15 @@ class TwoContacts:
         )
 
     def _decision(self) -> Mode:
-        decide = Transition("decide", EventKind.CONTACT, None, stop=StopReason.DECISION)
+        kinds = (EventKind.CONTACT, EventKind.IMPACT, EventKind.SETTLE)
+        decide = Transition("decide", EventKind.CONTACT, None, decides=kinds)
         return Mode(DECISION, {}, (decide,), self.outputs(sp.zeros(4, 1)))
 
     @cached_property
     def automaton(self) -> HybridAutomaton:
-        """The automaton, validated. A run starts in ``contact``, or in a mode named to it."""
+        """The automaton, validated. A run starts in ``contact``, which asks for a decision."""
         system = self.mechanism.system
         pairs = list(product(CONTACT_MODES, repeat=2))
-        named = tuple(Choice(mode_name(pair), sp.false) for pair in pairs)
         parameters = (*system.parameters, *self.parameters)
         return HybridAutomaton(
             name=f"{self.mechanism.name}, two rigid contacts, {self.restitution} restitution",
@@ -247,6 +247,6 @@ class TwoContacts:
             parameters=tuple(p.symbol for p in parameters),
             definitions={},
             modes=(*(self._mode(pair) for pair in pairs), self._decision()),
-            starts=(*named, Choice(DECISION)),
+            starts=(Choice(DECISION),),
             uncontrolled=self.dissipations,
         )
