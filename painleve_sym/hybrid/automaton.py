@@ -115,6 +115,13 @@ class Transition:
         """Whether it happens on entry of its mode."""
         return self.guard is None
 
+    @property
+    def edges(self) -> tuple[tuple[EventKind, str], ...]:
+        """Kind of event and mode entered, for each choice and for the limit of an accumulation."""
+        limit = self.on_accumulation
+        beyond = [] if limit is None else [(limit.kind, limit.target)]
+        return (*((self.kind, c.target) for c in self.choices), *beyond)
+
 
 MOST_TRANSITIONS = 64
 """Of a mode: the engines keep one bit for each."""
@@ -293,7 +300,7 @@ class HybridAutomaton:
             transitions = [t for name in front for t in self.mode(name).transitions]
             if any(t.decides for t in transitions):
                 return known
-            front = {c.target for t in transitions for c in t.choices} & known - reached
+            front = {target for t in transitions for _, target in t.edges} & known - reached
         return reached
 
     def mermaid(self) -> str:
@@ -304,8 +311,9 @@ class HybridAutomaton:
         lines += [f"    [*] --> {ids[c.target]}" for c in self.starts]
         for mode in self.modes:
             for t in mode.transitions:
-                targets = [ids[c.target] for c in t.choices] if t.stop is None else ["[*]"]
-                lines += [f"    {ids[mode.name]} --> {target}: {t.kind}" for target in targets]
+                edges = [(kind, ids[target]) for kind, target in t.edges]
+                edges += [(t.kind, "[*]")] if t.stop is not None else []
+                lines += [f"    {ids[mode.name]} --> {target}: {kind}" for kind, target in edges]
         return "\n".join(lines) + "\n"
 
     def graphviz(self) -> str:
@@ -313,6 +321,6 @@ class HybridAutomaton:
         lines = [f'digraph "{self.name}" {{', "    rankdir=LR;", "    node [shape=box];"]
         for mode in self.modes:
             for t in mode.transitions:
-                targets = [c.target for c in t.choices] if t.stop is None else ["end"]
-                lines += [f'    "{mode.name}" -> "{x}" [label="{t.kind}"];' for x in targets]
+                edges = [*t.edges, *([(t.kind, "end")] if t.stop is not None else [])]
+                lines += [f'    "{mode.name}" -> "{x}" [label="{kind}"];' for kind, x in edges]
         return "\n".join([*lines, "}"]) + "\n"
