@@ -149,11 +149,10 @@ class ImpactRays:
         guard = greatest(s * ray.a_t, sooner)
         kind = EventKind.IMPACT_SLIP_STOP
         choices = self._at_rest(phase)
-        return Transition("slip_stop", kind, guard, choices, reset, contact=self.states.name)
+        return self.states.transition("slip_stop", kind, guard, choices, reset)
 
     def _jam(self, guard: sp.Expr | None) -> Transition:
-        name = self.states.name
-        return Transition("jam", EventKind.JAM, guard, stop=StopReason.JAM, contact=name)
+        return self.states.transition("jam", EventKind.JAM, guard, stop=StopReason.JAM)
 
     def _mode(self, ray: Ray, phase: str, decision: str) -> Mode:
         zero = sp.Integer(0)
@@ -179,8 +178,8 @@ class ImpactRays:
             target, kind = f"impact/{ray.contact}/restitution", EventKind.IMPACT_MAX_COMPRESSION
         else:
             target, kind = decision, EventKind.IMPACT_END
-        contact = self.states.name
-        transitions.append(Transition("end", kind, None, (Choice(target),), reset, contact=contact))
+        end = self.states.transition("end", kind, None, (Choice(target),), reset)
+        transitions.append(end)
         return Mode(name, {}, tuple(transitions), outputs)
 
     def modes(self, decision: str) -> list[Mode]:

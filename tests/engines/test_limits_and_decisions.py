@@ -198,3 +198,19 @@ def test_records_are_read_as_they_are_written():
     np.testing.assert_array_equal(StepRecords.of(steps, 3, 2).rows(), steps)
     np.testing.assert_array_equal(EventRecords.of(events, 3, 2).rows(), events)
     assert StepRecords.of(steps[:0], 3, 2).rows().shape == steps[:0].shape
+
+
+@pytest.mark.parametrize("departs", [True, False])
+def test_guard_beyond_the_thirty_second_may_leave_zero(engine, departs):
+    """Just after the start x³ − 1e-25 x is negative to below round-off of the time."""
+    exits = [
+        Transition(f"exit_{i}", EventKind.SLIP_STOP, X + i + 1, stop=StopReason.JAM)
+        for i in range(39)
+    ]
+    kind, guard = EventKind.SLIP_START, X**3 - sp.Float("1e-25") * X
+    last = Transition("last", kind, guard, stop=StopReason.SINGULAR)
+    go = Transition("go", EventKind.CONTACT, None, (Choice("air", departs=("last",) * departs),))
+    made = automaton((Mode("start", {}, (go,), OUT), Mode("air", {X: V}, (*exits, last), OUT)))
+    raw = engine(made).run(np.array([0.0, 1.0]), CONSTANTS, options(1.0))
+    assert raw.stop_reason is (StopReason.T_END if departs else StopReason.SINGULAR)
+    assert departs or raw.time == 0
