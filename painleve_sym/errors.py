@@ -1,4 +1,4 @@
-"""Every exception, warning and stop reason of the package, in one tree."""
+"""Every exception, warning, stop reason and kind of event of the package."""
 
 from __future__ import annotations
 
@@ -50,6 +50,39 @@ class PainleveWarning(UserWarning):
     """A notice: the result is right, but something is not as the user may expect."""
 
 
+class EventKind(enum.StrEnum):
+    """What happens at an event; `sentence` says it in words."""
+
+    SLIP_STOP = "slip_stop", "the slip velocity comes to zero"
+    SLIP_START = "slip_start", "sticking needs more than friction can give"
+    MAX_COMPRESSION = "max_compression", "compression ends, restitution begins"
+    RELOAD = "reload", "compression begins again before separation"
+    YIELD = "yield", "reloading passes the former maximum"
+    SEPARATION = "separation", "the normal force falls to zero"
+    LIFTOFF = "liftoff", "the gap opens"
+    TOUCHDOWN = "touchdown", "the gap closes"
+    LEFT_DOMAIN = "left_domain", "the mechanism leaves the domain of its model"
+    CONTACT = "contact", "the contact problem was solved"
+    IMPACT = "impact", "an impact begins"
+    IMPACT_SLIP_STOP = "impact_slip_stop", "the slip ends within an impact"
+    IMPACT_MAX_COMPRESSION = "impact_max_compression", "the compression of an impact ends"
+    IMPACT_END = "impact_end", "an impact ends"
+    SETTLE = "settle", "bounces have died out"
+    SINGULAR = "singular", "A = 0 is met, the force grows without bound"
+    JAM = "jam", "the impulse of an impact has no end"
+    FORCE_REVERSAL = "force_reversal", "the force of the guide changes its side"
+    TANGENTIAL_IMPACT = "tangential_impact", "a guide that jams stops the slip at once"
+
+    sentence: str
+
+    def __new__(cls, value: str, sentence: str = "") -> EventKind:
+        """Return the member that is the text `value`."""
+        member = str.__new__(cls, value)
+        member._value_ = value
+        member.sentence = sentence
+        return member
+
+
 class StopReason(enum.Enum):
     """Why an integration ended; `advice` tells what the reader may change."""
 
@@ -89,10 +122,6 @@ class StopReason(enum.Enum):
         "the contact impulse grows without end: the rigid impact has no exit; "
         "use a softened contact",
     )
-    DECISION = (
-        "decision",
-        "the contact problem of several contacts decides what follows",
-    )
     INVALID_START = (
         "invalid_start",
         "the contact law does not admit the start: inside the ground of a rigid contact, off its "
@@ -118,7 +147,7 @@ class StopReason(enum.Enum):
 
 def unknown_name(kind: str, got: str, known: Iterable[str]) -> str:
     """Return one sentence naming an unknown name, the nearest known one and all that are known."""
-    names = sorted(known)
+    names = sorted(map(str, known))
     near = difflib.get_close_matches(got, names, n=1, cutoff=0.5)
     hint = f" Did you mean {near[0]!r}?" if near else ""
     return f"unknown {kind} {got!r}.{hint} Known: {', '.join(names) if names else 'none'}."

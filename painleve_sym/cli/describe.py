@@ -207,7 +207,13 @@ def automaton_data(made: HybridAutomaton) -> dict[str, Any]:
             {
                 "name": mode.name,
                 "transitions": [
-                    {"kind": t.kind, "guard": str(t.guard), "targets": _targets(t)}
+                    {
+                        "kind": t.kind,
+                        "guard": "-1" if t.immediate else str(t.guard),
+                        "immediate": t.immediate,
+                        "contact": t.contact,
+                        "targets": _targets(t),
+                    }
                     for t in mode.transitions
                 ],
             }

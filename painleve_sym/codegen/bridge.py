@@ -7,6 +7,7 @@ from typing import Any
 
 import casadi as ca
 import sympy as sp
+from sympy.logic.boolalg import Boolean, BooleanAtom
 
 from painleve_sym.errors import TranslationError
 from painleve_sym.laws.compliance import ramp
@@ -30,6 +31,16 @@ _UNARY: dict[type[sp.Basic], Callable[[Any], Any]] = {
     sp.sign: ca.sign,
 }
 
+_CONDITIONS: dict[type[sp.Basic], Callable[[Any, Any], Any]] = {
+    sp.And: ca.logic_and,
+    sp.Or: ca.logic_or,
+    sp.Gt: ca.gt,
+    sp.Ge: ca.ge,
+    sp.Lt: ca.lt,
+    sp.Le: ca.le,
+    sp.Eq: ca.eq,
+}
+
 
 class Translator:
     """Translates expressions over one table of symbols, sharing common subexpressions.
@@ -46,7 +57,7 @@ class Translator:
         self._known: dict[sp.Basic, ca.SX] = dict(table)
         self._floor = floor
 
-    def __call__(self, expr: sp.Expr) -> ca.SX:
+    def __call__(self, expr: sp.Basic) -> ca.SX:
         """Return the SX scalar equal to `expr`; TranslationError names what has no counterpart."""
         expr = sp.sympify(expr)
         known = self._known.get(expr)
@@ -58,7 +69,9 @@ class Translator:
         """Return the SX column of `exprs`, shape (len(exprs), 1)."""
         return ca.vertcat(*[self(e) for e in exprs]) if exprs else ca.SX(0, 1)
 
-    def _translate(self, expr: sp.Expr) -> ca.SX:
+    def _translate(self, expr: sp.Basic) -> ca.SX:
+        if isinstance(expr, Boolean) and not expr.is_Symbol:
+            return self._condition(expr)
         if expr.is_number:
             return ca.SX(float(expr))
         if expr.is_Symbol:
@@ -91,7 +104,20 @@ class Translator:
         result: ca.SX = operator(self(expr.args[0]))
         return result
 
-    def _fold(self, args: Sequence[sp.Expr], join: Callable[[Any, Any], Any]) -> ca.SX:
+    def _condition(self, condition: Boolean) -> ca.SX:
+        """Return 1 where the condition holds, 0 where it does not, or a number is nan."""
+        if isinstance(condition, BooleanAtom):
+            return ca.SX(float(bool(condition)))
+        operator = _CONDITIONS.get(condition.func)
+        if operator is None:
+            known = ", ".join(sorted(f.__name__ for f in _CONDITIONS))
+            raise TranslationError(
+                f"code generation: {condition.func.__name__} in {condition} has no CasADi "
+                f"counterpart. Fix: use one of {known}."
+            )
+        return self._fold(condition.args, operator)
+
+    def _fold(self, args: Sequence[sp.Basic], join: Callable[[Any, Any], Any]) -> ca.SX:
         total = self(args[0])
         for a in args[1:]:
             total = join(total, self(a))

@@ -8,7 +8,7 @@ from functools import cached_property
 import casadi as ca
 
 from painleve_sym.codegen.bridge import Translator
-from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
+from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Reset, Transition
 
 
 @dataclass(frozen=True)
@@ -20,12 +20,15 @@ class ModeFunctions:
     field : casadi.Function
         ẋ, shape (nx,).
     guards : casadi.Function
-        Guards and their first Lie derivatives along the field, two vectors of shape (ng,).
+        Guards and their first Lie derivatives along the field, two vectors of shape (ng,); an
+        immediate transition has none.
     jets : casadi.Function
         Guards with first and second Lie derivatives, three vectors of shape (ng,).
     events : tuple of casadi.Function
-        Per transition: x⁺, z⁺ and the conditions of its choices. The engine passes a fourth
+        Per transition: x⁺, z⁺ and the conditions of its choices, 1 or 0. The engine passes a fourth
         argument, 1 where a guard came down to zero in time and 0 where it fired at once.
+    limits : dict of int to casadi.Function
+        Of the transitions whose accumulation is passed: x⁺ and z⁺ beyond it.
     outputs : casadi.Function
     """
 
@@ -33,11 +36,19 @@ class ModeFunctions:
     guards: ca.Function
     jets: ca.Function
     events: tuple[ca.Function, ...]
+    limits: dict[int, ca.Function]
     outputs: ca.Function
 
     def all(self) -> tuple[ca.Function, ...]:
         """Every function, for code generation."""
-        return (self.field, self.guards, self.jets, *self.events, self.outputs)
+        return (
+            self.field,
+            self.guards,
+            self.jets,
+            *self.events,
+            *self.limits.values(),
+            self.outputs,
+        )
 
 
 class AutomatonFunctions:
@@ -113,7 +124,7 @@ class AutomatonFunctions:
 
     def _mode(self, i: int, mode: Mode) -> ModeFunctions:
         field = self._field(mode)
-        guards = self._translate.vector([t.guard for t in mode.transitions])
+        guards = self._translate.vector([t.guard for t in mode.transitions if t.guard is not None])
         first = ca.jtimes(guards, self._x, field)
         second = ca.jtimes(first, self._x, field)
         outputs = self._translate_value.vector(list(mode.outputs.values()))
@@ -122,17 +133,26 @@ class AutomatonFunctions:
             guards=self._function(f"guards_{i}", [guards, first]),
             jets=self._function(f"jets_{i}", [guards, first, second]),
             events=tuple(self._event(i, j, t) for j, t in enumerate(mode.transitions)),
+            limits={
+                j: self._limit(i, j, t.on_accumulation.reset)
+                for j, t in enumerate(mode.transitions)
+                if t.on_accumulation is not None
+            },
             outputs=self._function(f"outputs_{i}", [outputs]),
         )
 
     def _event(self, i: int, j: int, transition: Transition) -> ca.Function:
-        states = ca.vertcat(*[self._after(transition, s) for s in self.automaton.states])
-        memory = [self._after(transition, s) for s in self.automaton.memory]
-        z = ca.vertcat(*memory) if memory else ca.SX(0, 1)
-        return self._function(f"event_{i}_{j}", [states, z, self._conditions(transition.choices)])
+        after = self._after(transition.reset)
+        conditions = self._conditions(transition.choices)
+        return self._function(f"event_{i}_{j}", [*after, conditions])
 
-    def _after(self, transition: Transition, symbol: object) -> ca.SX:
-        return self._translate(transition.reset.get(symbol, symbol))
+    def _limit(self, i: int, j: int, reset: Reset) -> ca.Function:
+        return self._function(f"limit_{i}_{j}", self._after(reset))
+
+    def _after(self, reset: Reset) -> list[ca.SX]:
+        """Return x⁺ and z⁺."""
+        groups = (self.automaton.states, self.automaton.memory)
+        return [self._translate.vector([reset.get(s, s) for s in group]) for group in groups]
 
     def departures(self, choice: Choice) -> tuple[int, ...]:
         """Return the indices, in the target mode, of guards known to leave zero upwards."""

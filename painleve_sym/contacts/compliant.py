@@ -14,17 +14,9 @@ from painleve_sym.contacts.contact_states import (
     ContactStates,
     domain_transitions,
 )
-from painleve_sym.errors import InputError
-from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
-from painleve_sym.hybrid.conditions import least
-from painleve_sym.laws.compliance import (
-    DELTA,
-    DELTA_DOT,
-    SEPARATED,
-    Branch,
-    ContactLaw,
-    Exit,
-)
+from painleve_sym.errors import EventKind, InputError
+from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition, positive
+from painleve_sym.laws.compliance import DELTA, DELTA_DOT, SEPARATED, Branch, ContactLaw, Exit
 from painleve_sym.mechanics.simplify import readable
 
 INDENTED = "flight_indented"
@@ -68,8 +60,8 @@ class SoftenedContact(ContactStates):
 
     def _contact_choices(self, branch: str) -> tuple[Choice, ...]:
         return (
-            Choice(f"slip_neg/{branch}", -self.slip),
-            Choice(f"slip_pos/{branch}", self.slip),
+            Choice(f"slip_neg/{branch}", positive(-self.slip)),
+            Choice(f"slip_pos/{branch}", positive(self.slip)),
             Choice(f"stick/{branch}"),
         )
 
@@ -88,7 +80,7 @@ class SoftenedContact(ContactStates):
         if released != 0:
             reset[CONTACT_WORK] = CONTACT_WORK + released
         label = f"{e.kind}_{number}"
-        return Transition(label, e.kind, self._of_state(e.guard), (Choice(target),), reset)
+        return self.transition(label, e.kind, self._of_state(e.guard), (Choice(target),), reset)
 
     def _contact_mode(self, contact: str, branch: Branch) -> Mode:
         mu, name = self.mechanism.coefficients.mu, f"{contact}/{branch.name}"
@@ -98,14 +90,19 @@ class SoftenedContact(ContactStates):
         if contact == "stick":
             for direction, margin in (("neg", mu * force - needed), ("pos", mu * force + needed)):
                 enter = Choice(f"slip_{direction}/{branch.name}", departs=("slip_stop",))
-                changes.append(Transition(f"slip_{direction}", "slip_start", margin, (enter,)))
+                changes.append(
+                    self.transition(f"slip_{direction}", EventKind.SLIP_START, margin, (enter,))
+                )
         else:
             s = CONTACTS[contact]
             other = "slip_pos" if s < 0 else "slip_neg"
-            reverse = Choice(f"{other}/{branch.name}", s * needed - mu * force, ("slip_stop",))
+            turns = positive(s * needed - mu * force)
+            reverse = Choice(f"{other}/{branch.name}", turns, ("slip_stop",))
             stop = (reverse, Choice(f"stick/{branch.name}"))
             reset = {self.slip: sp.Integer(0)}
-            changes.append(Transition("slip_stop", "slip_stop", s * self.slip, stop, reset))
+            changes.append(
+                self.transition("slip_stop", EventKind.SLIP_STOP, s * self.slip, stop, reset)
+            )
         exits = [self._exit(i, contact, branch, e) for i, e in enumerate(branch.exits)]
         return Mode(
             name,
@@ -117,15 +114,17 @@ class SoftenedContact(ContactStates):
 
     def _flight_modes(self) -> list[Mode]:
         loading = self._contact_choices(self.law.loading.name)
-        land = Transition("touchdown", "touchdown", self.gap, loading)
+        land = self.transition("touchdown", EventKind.TOUCHDOWN, self.gap, loading)
         zero = sp.Integer(0)
         free, outputs = self.field(None, zero), self.outputs(None, zero, zero)
         modes = [Mode(FLIGHT, free, (land, *domain_transitions(self.mechanism)), outputs)]
         if self.law.recontacts:
             clean = {s: sp.Integer(0) for s in self.law.memory}
-            leave = Transition("liftoff", "liftoff", -self.gap, (Choice(FLIGHT),), clean)
+            leave = self.transition(
+                "liftoff", EventKind.LIFTOFF, -self.gap, (Choice(FLIGHT),), clean
+            )
             back = [
-                Transition(
+                self.transition(
                     f"recontact_{i}",
                     e.kind,
                     self._of_state(e.guard),
@@ -164,7 +163,10 @@ class SoftenedContact(ContactStates):
     def _start_choices(self) -> tuple[Choice, ...]:
         # Inside the surface: loading, whose guards then sort out unloading. On it: flight, whose
         # touchdown guard (gap, its rate, its acceleration) decides between flight and contact.
-        inside = self._contact_choices(self.law.loading.name)
-        within = [least(-self.gap, c.condition or -self.gap) for c in inside]
-        pairs = zip(inside, within, strict=True)
-        return (*(Choice(c.target, w) for c, w in pairs), Choice(FLIGHT))
+        below = positive(-self.gap)
+        choices = self._contact_choices(self.law.loading.name)
+        inside = [
+            Choice(c.target, below if c.condition is None else sp.And(below, c.condition))
+            for c in choices
+        ]
+        return (*inside, Choice(FLIGHT))

@@ -9,7 +9,7 @@ from functools import cached_property
 import sympy as sp
 
 from painleve_sym.contacts.contact_states import CONTACTS, FLIGHT
-from painleve_sym.hybrid.conditions import greatest, least
+from painleve_sym.hybrid.guards import greatest, least
 from painleve_sym.mechanics.system import determinant, sample_point, vanishes
 
 

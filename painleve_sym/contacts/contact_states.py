@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import sympy as sp
 
-from painleve_sym.errors import StopReason
-from painleve_sym.hybrid.automaton import Transition
+from painleve_sym.errors import EventKind, StopReason
+from painleve_sym.hybrid.automaton import Choice, Reset, Transition
 from painleve_sym.mechanics.coefficients import F_N, F_T
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.models import Mechanism
@@ -61,7 +62,13 @@ class ContactRow:
 def domain_transitions(mechanism: Mechanism) -> list[Transition]:
     """Return the transitions that end a run outside the mechanism's domain."""
     return [
-        Transition(f"domain_{i}", "left_domain", bound.margin, stop=StopReason.LEFT_DOMAIN)
+        Transition(
+            f"domain_{i}",
+            EventKind.LEFT_DOMAIN,
+            bound.margin,
+            stop=StopReason.LEFT_DOMAIN,
+            bound=i,
+        )
         for i, bound in enumerate(mechanism.domain)
     ]
 
@@ -85,6 +92,19 @@ class ContactStates:
     def rows(self) -> tuple[ContactRow, ...]:
         """States of the contact, as the only row."""
         return (ContactRow.of(self.mechanism.contact, GAP, GAP_RATE, SLIP),)
+
+    def transition(
+        self,
+        label: str,
+        kind: EventKind,
+        guard: sp.Expr | None,
+        choices: tuple[Choice, ...] = (),
+        reset: Reset | None = None,
+        **more: Any,
+    ) -> Transition:
+        """Return a transition of the contact; see `Transition`."""
+        name = self.mechanism.contact.name
+        return Transition(label, kind, guard, choices, reset or {}, contact=name, **more)
 
     @property
     def gap(self) -> sp.Symbol:

@@ -20,9 +20,16 @@ from painleve_sym.contacts.contact_states import (
     domain_transitions,
 )
 from painleve_sym.contacts.rigid import DECISION, SINGULAR_MARGIN
-from painleve_sym.errors import InputError, StopReason
-from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
-from painleve_sym.hybrid.conditions import least
+from painleve_sym.errors import EventKind, InputError, StopReason
+from painleve_sym.hybrid.automaton import (
+    Choice,
+    HybridAutomaton,
+    Mode,
+    Transition,
+    all_positive,
+    is_zero,
+    positive,
+)
 from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.impact.impulse_rays import V_T
 from painleve_sym.mechanics.paradox.bilateral import SIDES, BilateralForms
@@ -31,7 +38,7 @@ from painleve_sym.mechanics.system import Parameter
 TANGENTIAL_IMPACT = "tangential_impact"
 """The instantaneous mode in which a slip without a solution stops."""
 
-_NOW, _ZERO = sp.Integer(-1), sp.Integer(0)
+_ZERO = sp.Integer(0)
 _SLIPS = {s: name for name, s in CONTACTS.items() if s}
 _SIDES = {side: name for name, side in SIDES.items()}
 
@@ -107,36 +114,36 @@ class BilateralContact(ContactStates):
                 "slip": slip_mode(slip, -side, unstable=True),
                 "impact": TANGENTIAL_IMPACT,
             }[self.policy]
-            yield Choice(taken, least(moving, A, -other, -side * B))
-            yield Choice(slip_mode(slip, side), least(moving, A, -side * B))
+            yield Choice(taken, all_positive(moving, A, -other, -side * B))
+            yield Choice(slip_mode(slip, side), all_positive(moving, A, -side * B))
         for side in _SIDES:
             # B = 0: the guard of the force tells where it goes from here.
-            yield Choice(
-                slip_mode(slip, side), least(moving, self.forms.A[slip * side], _is_zero(B))
-            )
-        yield Choice(TANGENTIAL_IMPACT, moving)
+            possible = sp.And(all_positive(moving, self.forms.A[slip * side]), is_zero(B))
+            yield Choice(slip_mode(slip, side), possible)
+        yield Choice(TANGENTIAL_IMPACT, positive(moving))
 
     def _resting_choices(self) -> Iterator[Choice]:
         """At v_t = 0 (to be tried after both slips): stick, then the onset of a slip."""
         c, stop = self.mechanism.coefficients, ("slip_stop",)
         for side in _SIDES:
-            yield Choice(stick_mode(side), least(*self._stick_margins(side).values()))
+            yield Choice(stick_mode(side), all_positive(*self._stick_margins(side).values()))
         for sign in (1, -1):
             for slip in _SLIPS:
                 for side in _SIDES:
                     A, force = self.forms.A[slip * side], self.forms.slip_force(slip, side)
                     rate = slip * (self.forms.slip_rate_coefficient[slip * side] * force + c.b_t)
-                    possible = least(sign * A, -sign * side * c.B, rate)
+                    possible = all_positive(sign * A, -sign * side * c.B, rate)
                     yield Choice(slip_mode(slip, side, sign < 0), possible, stop)
         for slip in _SLIPS:
             for side in _SIDES:
-                possible = least(_is_zero(c.B), slip * c.b_t, self.forms.A[slip * side])
+                moves = all_positive(slip * c.b_t, self.forms.A[slip * side])
+                possible = sp.And(is_zero(c.B), moves)
                 yield Choice(slip_mode(slip, side), possible, stop)
         yield Choice(stick_mode(1))
 
     def _decision(self) -> Mode:
         choices = (*self._sliding_choices(-1), *self._sliding_choices(1), *self._resting_choices())
-        decide = Transition("decide", "contact", _NOW, choices)
+        decide = self.transition("decide", EventKind.CONTACT, None, choices)
         return Mode(DECISION, {}, (decide,), self.outputs(None, _ZERO, _ZERO))
 
     def _impact(self) -> Mode:
@@ -152,7 +159,9 @@ class BilateralContact(ContactStates):
                 p.xreplace(now) * speed
                 for p, speed in zip(impulses, self.drive_speeds, strict=True)
             )
-        stop = Transition("stop", TANGENTIAL_IMPACT, _NOW, (Choice(DECISION),), reset)
+        stop = self.transition(
+            "stop", EventKind.TANGENTIAL_IMPACT, None, (Choice(DECISION),), reset
+        )
         return Mode(TANGENTIAL_IMPACT, {}, (stop,), self.outputs(None, _ZERO, _ZERO))
 
     # ---- modes ----
@@ -167,17 +176,23 @@ class BilateralContact(ContactStates):
     def _slip(self, slip: int, side: int, unstable: bool) -> Mode:
         c, sign = self.mechanism.coefficients, -1 if unstable else 1
         still = {self.slip: _ZERO}
-        stop = Transition("slip_stop", "slip_stop", slip * self.slip, (Choice(DECISION),), still)
+        stop = self.transition(
+            "slip_stop", EventKind.SLIP_STOP, slip * self.slip, (Choice(DECISION),), still
+        )
         # Beyond F_n = 0 the other side answers where its A is positive; else nothing does.
         over: tuple[Choice, ...] = (Choice(TANGENTIAL_IMPACT),)
         if not unstable:
             over = (
-                Choice(slip_mode(slip, -side), self.forms.A[-slip * side], ("force_reversal",)),
+                Choice(
+                    slip_mode(slip, -side),
+                    positive(self.forms.A[-slip * side]),
+                    ("force_reversal",),
+                ),
                 *over,
             )
-        turn = Transition("force_reversal", "force_reversal", -sign * side * c.B, over)
+        turn = self.transition("force_reversal", EventKind.FORCE_REVERSAL, -sign * side * c.B, over)
         margin = sign * self.forms.A[slip * side] / c.W_nn - SINGULAR_MARGIN
-        meet = Transition("singular", "singular", margin, stop=StopReason.SINGULAR)
+        meet = self.transition("singular", EventKind.SINGULAR, margin, stop=StopReason.SINGULAR)
         # A force that pulls rubs as one that pushes in slip the other way: F_t = −μ s σ F_n.
         rubbing, force = _SLIPS[slip * side], self.forms.slip_force(slip, side)
         return self._held(slip_mode(slip, side, unstable), rubbing, force, (stop, turn, meet))
@@ -194,14 +209,16 @@ class BilateralContact(ContactStates):
         for slip, margin in self._stick_margins(side).items():
             # With A < 0 the slip on this side would run backwards: only the other side slips on.
             enter = (
-                Choice(slip_mode(slip, side), self.forms.A[slip * side], stop),
+                Choice(slip_mode(slip, side), positive(self.forms.A[slip * side]), stop),
                 Choice(slip_mode(slip, -side), None, stop),
             )
-            changes.append(Transition(_SLIPS[slip], "slip_start", margin, enter))
+            changes.append(self.transition(_SLIPS[slip], EventKind.SLIP_START, margin, enter))
         every = ("force_reversal", *_SLIPS.values())
         other = (Choice(stick_mode(-side), None, every),)
         # Reached only where F_t vanishes with F_n; any other F_t begins a slip before.
-        turn = Transition("force_reversal", "force_reversal", side * self.forms.stick_force, other)
+        turn = self.transition(
+            "force_reversal", EventKind.FORCE_REVERSAL, side * self.forms.stick_force, other
+        )
         return self._held(stick_mode(side), "stick", self.forms.stick_force, (turn, *changes))
 
     @cached_property
@@ -224,8 +241,3 @@ class BilateralContact(ContactStates):
             starts=(Choice(DECISION),),
             uncontrolled=self.dissipations,
         )
-
-
-def _is_zero(expr: sp.Expr) -> sp.Expr:
-    """Positive exactly where the expression is 0."""
-    return sp.Float("1e-300") - sp.Abs(expr)

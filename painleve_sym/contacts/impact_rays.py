@@ -14,9 +14,9 @@ from painleve_sym.contacts.contact_states import (
     FRICTION_WORK,
     ContactStates,
 )
-from painleve_sym.errors import StopReason
-from painleve_sym.hybrid.automaton import Choice, Mode, Transition
-from painleve_sym.hybrid.conditions import greatest, least
+from painleve_sym.errors import EventKind, StopReason
+from painleve_sym.hybrid.automaton import Choice, Mode, Transition, positive
+from painleve_sym.hybrid.guards import greatest, least
 from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.mechanics.system import Parameter
 
@@ -32,8 +32,6 @@ MEMORY = (BUDGET, APPROACH, NORMAL_IMPULSE, TANGENTIAL_IMPULSE)
 
 RATE_ROUNDING = sp.Rational(1, 10**12)
 """|A_s|/W_nn that is the rounding of an inverse mass matrix: A_s then counts as 0."""
-
-_NOW = sp.Integer(-1)
 
 
 def restitution_parameter(name: str) -> Parameter:
@@ -88,8 +86,8 @@ class ImpactRays:
         """Return what follows at v_t = 0: slip to the side friction cannot hold, or stick."""
         c = self.states.mechanism.coefficients
         return (
-            Choice(f"impact/slip_neg/{phase}", -c.W_nt - c.mu * c.W_tt),
-            Choice(f"impact/slip_pos/{phase}", c.W_nt - c.mu * c.W_tt),
+            Choice(f"impact/slip_neg/{phase}", positive(-c.W_nt - c.mu * c.W_tt)),
+            Choice(f"impact/slip_pos/{phase}", positive(c.W_nt - c.mu * c.W_tt)),
             Choice(f"impact/stick/{phase}"),
         )
 
@@ -97,8 +95,8 @@ class ImpactRays:
         """Choices of the first ray from the slip velocity."""
         slip = self.states.slip
         moving = (
-            Choice(self.first("slip_neg"), -slip),
-            Choice(self.first("slip_pos"), slip),
+            Choice(self.first("slip_neg"), positive(-slip)),
+            Choice(self.first("slip_pos"), positive(slip)),
         )
         return (*moving, *self._at_rest("compression"))
 
@@ -157,7 +155,12 @@ class ImpactRays:
             sooner = until_stop - self._end_impulse(ray, phase)
         reset = self._after(ray, until_stop, phase) | {v_t: sp.Integer(0)}
         guard = greatest(s * ray.a_t, sooner)
-        return Transition("slip_stop", "impact_slip_stop", guard, self._at_rest(phase), reset)
+        kind = EventKind.IMPACT_SLIP_STOP
+        choices = self._at_rest(phase)
+        return self.states.transition("slip_stop", kind, guard, choices, reset)
+
+    def _jam(self, guard: sp.Expr | None) -> Transition:
+        return self.states.transition("jam", EventKind.JAM, guard, stop=StopReason.JAM)
 
     def _mode(self, ray: Ray, phase: str, decision: str) -> Mode:
         zero = sp.Integer(0)
@@ -165,14 +168,12 @@ class ImpactRays:
         name = f"impact/{ray.contact}/{phase}"
         if ray.a_n == 0:
             # Rank one: sticking carries any impulse and the normal velocity never changes.
-            jam = Transition("jam", "jam", _NOW, stop=StopReason.JAM)
-            return Mode(name, {}, (jam,), outputs)
+            return Mode(name, {}, (self._jam(None),), outputs)
         transitions = []
         if ray.contact != "stick":
             transitions.append(self._slip_stop(ray, phase))
             if phase == "compression":
-                jam = Transition("jam", "jam", self._rising(ray), stop=StopReason.JAM)
-                transitions.append(jam)
+                transitions.append(self._jam(self._rising(ray)))
         reset = self._after(ray, self._end_impulse(ray, phase), phase)
         if phase == "compression":
             e = restitution_parameter(self.restitution).symbol
@@ -181,10 +182,11 @@ class ImpactRays:
             reset[BUDGET] = reset[BUDGET] * left.get(self.restitution, 1)
             if self.restitution == "newton":
                 reset[BUDGET] = -e * APPROACH
-            target, kind = f"impact/{ray.contact}/restitution", "impact_max_compression"
+            target, kind = f"impact/{ray.contact}/restitution", EventKind.IMPACT_MAX_COMPRESSION
         else:
-            target, kind = decision, "impact_end"
-        transitions.append(Transition("end", kind, _NOW, (Choice(target),), reset))
+            target, kind = decision, EventKind.IMPACT_END
+        end = self.states.transition("end", kind, None, (Choice(target),), reset)
+        transitions.append(end)
         return Mode(name, {}, tuple(transitions), outputs)
 
     def modes(self, decision: str) -> list[Mode]:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import sympy as sp
+from sympy.logic.boolalg import Boolean
 
 from painleve_sym.contacts.contact_states import CONTACTS, FLIGHT, ContactStates, domain_transitions
 from painleve_sym.contacts.impact_rays import (
@@ -19,9 +20,17 @@ from painleve_sym.contacts.impact_rays import (
     ImpactRays,
     restitution_parameter,
 )
-from painleve_sym.errors import InputError, StopReason
-from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
-from painleve_sym.hybrid.conditions import least
+from painleve_sym.errors import EventKind, InputError, StopReason
+from painleve_sym.hybrid.automaton import (
+    Accumulation,
+    Choice,
+    HybridAutomaton,
+    Mode,
+    Transition,
+    all_positive,
+    is_zero,
+    positive,
+)
 from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.impact.impulse_rays import raw
 from painleve_sym.mechanics.paradox.singular_point import SingularPoint
@@ -32,9 +41,6 @@ DECISION = "contact"
 
 SINGULAR_MARGIN = sp.Rational(1, 10**8)
 """|A_s|/W_nn at which a slip counts as having met A = 0: the limit is then linear in time."""
-
-_NOW = sp.Integer(-1)
-"""A guard that fires at once."""
 
 
 @dataclass(frozen=True)
@@ -100,49 +106,48 @@ class RigidContact(ContactStates):
         moving, A, B = slip * self.slip, c.A(slip), c.B
         several = {"liftoff": FLIGHT, "slip": f"{name}_unstable", "impact": self.rays.first(name)}
         return (
-            Choice(name, least(moving, A - RATE_ROUNDING * c.W_nn, -B)),
-            Choice(self.rays.first(name), least(moving, -B)),  # A <= 0 is left: A = 0 as well
-            Choice(several[self.policy], least(moving, -A, B)),
+            Choice(name, all_positive(moving, A - RATE_ROUNDING * c.W_nn, -B)),
+            Choice(self.rays.first(name), all_positive(moving, -B)),  # A <= 0 is left: A = 0 too
+            Choice(several[self.policy], all_positive(moving, -A, B)),
         )
 
     def _resting_choices(self) -> tuple[Choice, ...]:
         """At v_t = 0 (to be tried after both slips): lift-off, stick, or the onset of a slip."""
-        c = self.mechanism.coefficients
+        c, rest = self.mechanism.coefficients, is_zero(self.slip)
         stick = Choice("stick", self._stick_condition())
         onsets = []
         for slip, name in ((-1, "slip_neg"), (1, "slip_pos")):
             rate = slip * (c.slip_rate_coefficient(slip) * self.slip_force(slip) + c.b_t)
             for sign, target in ((1, name), (-1, f"{name}_unstable")):
-                condition = least(sign * c.A(slip), -sign * c.B, rate)
+                condition = all_positive(sign * c.A(slip), -sign * c.B, rate)
                 onsets.append(Choice(target, condition, ("slip_stop",)))
-        lift = Choice(FLIGHT, least(c.B, self._at_rest()))
+        lift = Choice(FLIGHT, positive(c.B))
         order = (lift, stick, *onsets) if self.policy == "liftoff" else (stick, *onsets, lift)
-        rest = self._at_rest()
-        return tuple(Choice(x.target, least(rest, x.condition), x.departs) for x in order)
+        return tuple(Choice(x.target, sp.And(rest, x.condition), x.departs) for x in order)
 
-    def _stick_condition(self) -> sp.Expr:
-        """Positive where sticking is a solution; for a rank-one W, where its line of forces is."""
+    def _stick_condition(self) -> Boolean:
+        """Whether sticking is a solution; for a rank-one W, whether its line of forces is."""
         c = self.mechanism.coefficients
         if not self._wedged:
-            return least(self.stick_force, *self._stick_margins())
+            return all_positive(self.stick_force, *self._stick_margins())
         # Every F_n with F_t = −(W_nt F_n + b_t)/W_tt holds v̇_t = 0; g̈_N = B′ must be 0 too.
         margin = c.mu * c.W_tt - sp.Abs(c.W_nt)
-        return least(margin, sp.Float("1e-12") - sp.Abs(c.B_stick))
+        return all_positive(margin, sp.Float("1e-12") - sp.Abs(c.B_stick))
 
     @cached_property
     def _wedged(self) -> bool:
         """Whether W has rank one: then sticking carries any force."""
         return self.mechanism.coefficients.rank_one
 
-    def _at_rest(self) -> sp.Expr:
-        """Positive exactly where v_t = 0."""
-        return sp.Float("1e-300") - sp.Abs(self.slip)
-
     def _decision(self) -> Mode:
         clean = {s: sp.Integer(0) for s in MEMORY}
         start = clean | {APPROACH: self.gap_rate}
-        arriving = Transition("impact", "impact", self.gap_rate, self.rays.starts(), start)
-        leaving = Transition("leave", "liftoff", -self.gap_rate, (Choice(FLIGHT),), clean)
+        arriving = self.transition(
+            "impact", EventKind.IMPACT, self.gap_rate, self.rays.starts(), start
+        )
+        leaving = self.transition(
+            "leave", EventKind.LIFTOFF, -self.gap_rate, (Choice(FLIGHT),), clean
+        )
         solutions = (
             *self._sliding_choices(-1),
             *self._sliding_choices(1),
@@ -150,7 +155,7 @@ class RigidContact(ContactStates):
             Choice(FLIGHT),
         )
         reset = clean | {self.gap_rate: sp.Integer(0)}
-        decide = Transition("decide", "contact", _NOW, solutions, reset)
+        decide = self.transition("decide", EventKind.CONTACT, None, solutions, reset)
         zero = sp.Integer(0)
         return Mode(DECISION, {}, (arriving, leaving, decide), self.outputs(None, zero, zero))
 
@@ -158,7 +163,15 @@ class RigidContact(ContactStates):
 
     def _flight(self) -> Mode:
         zero = sp.Integer(0)
-        land = Transition("touchdown", "touchdown", self.gap, (Choice(DECISION),), {self.gap: zero})
+        closed = dict.fromkeys((self.gap, self.gap_rate, *MEMORY), zero)
+        land = self.transition(
+            "touchdown",
+            EventKind.TOUCHDOWN,
+            self.gap,
+            (Choice(DECISION),),
+            {self.gap: zero},
+            on_accumulation=Accumulation(EventKind.SETTLE, DECISION, closed),
+        )
         outputs = self.outputs(None, zero, zero)
         return Mode(
             FLIGHT, self.field(None, zero), (land, *domain_transitions(self.mechanism)), outputs
@@ -175,9 +188,9 @@ class RigidContact(ContactStates):
     def _slip(self, contact: str, unstable: bool) -> Mode:
         c, s = self.mechanism.coefficients, CONTACTS[contact]
         sign = -1 if unstable else 1
-        stop = Transition(
+        stop = self.transition(
             "slip_stop",
-            "slip_stop",
+            EventKind.SLIP_STOP,
             s * self.slip,
             (Choice(DECISION),),
             {self.slip: sp.Integer(0)},
@@ -185,9 +198,9 @@ class RigidContact(ContactStates):
         # Where F_n comes down to zero: A > 0, B reaches 0 from below; A < 0, B from above.
         # Ḃ > 0 there: the gap opens, though rounding may leave B below 0 at first.
         open_ = Choice(DECISION) if unstable else Choice(FLIGHT, None, ("touchdown",))
-        lift = Transition("liftoff", "liftoff", -sign * c.B, (open_,))
+        lift = self.transition("liftoff", EventKind.LIFTOFF, -sign * c.B, (open_,))
         margin = sign * c.A(s) / c.W_nn - SINGULAR_MARGIN
-        meet = Transition("singular", "singular", margin, stop=StopReason.SINGULAR)
+        meet = self.transition("singular", EventKind.SINGULAR, margin, stop=StopReason.SINGULAR)
         name = f"{contact}_unstable" if unstable else contact
         return self._constrained(name, contact, self.slip_force(s), (stop, lift, meet))
 
@@ -195,19 +208,19 @@ class RigidContact(ContactStates):
         c = self.mechanism.coefficients
         if self._wedged:
             zero = sp.Integer(0)
-            jam = Transition("jam", "jam", _NOW, stop=StopReason.JAM)
+            jam = self.transition("jam", EventKind.JAM, None, stop=StopReason.JAM)
             return Mode("stick", {}, (jam,), self.outputs(None, zero, zero))
         changes = []
         for (name, slip), margin in zip(
             (("slip_neg", -1), ("slip_pos", 1)), self._stick_margins(), strict=True
         ):
             enter = (
-                Choice(name, c.A(slip), ("slip_stop",)),
+                Choice(name, positive(c.A(slip)), ("slip_stop",)),
                 # The force of such a slip would turn it back: only lift-off is left.
                 Choice(FLIGHT),
             )
-            changes.append(Transition(name, "slip_start", margin, enter))
-        lift = Transition("liftoff", "liftoff", self.stick_force, (Choice(DECISION),))
+            changes.append(self.transition(name, EventKind.SLIP_START, margin, enter))
+        lift = self.transition("liftoff", EventKind.LIFTOFF, self.stick_force, (Choice(DECISION),))
         return self._constrained("stick", "stick", self.stick_force, (*changes, lift))
 
     @cached_property
@@ -225,6 +238,6 @@ class RigidContact(ContactStates):
             parameters=tuple(p.symbol for p in parameters),
             definitions={},
             modes=tuple(modes),
-            starts=(Choice(FLIGHT, self.gap), Choice(DECISION)),
+            starts=(Choice(FLIGHT, positive(self.gap)), Choice(DECISION)),
             uncontrolled=self.dissipations,
         )

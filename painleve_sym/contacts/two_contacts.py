@@ -25,7 +25,7 @@ from painleve_sym.contacts.contact_states import (
 )
 from painleve_sym.contacts.impact_rays import restitution_parameter
 from painleve_sym.contacts.rigid import DECISION, SINGULAR_MARGIN
-from painleve_sym.errors import InputError, StopReason
+from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
 from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -186,33 +186,42 @@ class TwoContacts:
         """Return what ends a mode, one contact after the other."""
         ends: list[Transition] = []
 
-        def end(kind: str, i: int, guard: sp.Expr, side: str = "") -> None:
-            label = f"{kind}{side}:{self.mechanism.contacts[i].name}"
-            row = self.rows[i]
-            reset = {"touchdown": {row.gap: sp.Integer(0)}, "slip_stop": {row.slip: sp.Integer(0)}}
-            ends.append(Transition(label, kind, guard, (Choice(DECISION),), reset.get(kind, {})))
+        def end(kind: EventKind, i: int, guard: sp.Expr, side: str = "") -> None:
+            name, row, zero = self.mechanism.contacts[i].name, self.rows[i], sp.Integer(0)
+            reset = {EventKind.TOUCHDOWN: {row.gap: zero}, EventKind.SLIP_STOP: {row.slip: zero}}
+            ends.append(
+                Transition(
+                    f"{kind}{side}:{name}",
+                    kind,
+                    guard,
+                    (Choice(DECISION),),
+                    reset.get(kind, {}),
+                    contact=name,
+                )
+            )
 
         for i, (row, mode) in enumerate(zip(self.rows, modes, strict=True)):
             if mode == FLIGHT:
-                end("touchdown", i, row.gap)
+                end(EventKind.TOUCHDOWN, i, row.gap)
                 continue
             if mode != "stick":
-                end("slip_stop", i, CONTACTS[mode] * row.slip)
+                end(EventKind.SLIP_STOP, i, CONTACTS[mode] * row.slip)
             if found.redundant is not None:
                 continue
-            end("liftoff", i, found.forces[2 * i])
+            end(EventKind.LIFTOFF, i, found.forces[2 * i])
             if mode == "stick":
                 for side, margin in zip(
                     ("_neg", "_pos"), found.stick_margins(i)[::-1], strict=True
                 ):
-                    end("slip_start", i, margin, side)
+                    end(EventKind.SLIP_START, i, margin, side)
         if found.closed and found.redundant is not None:
             margin = found.redundant_margin
-            ends.append(Transition("slip_start", "slip_start", margin, (Choice(DECISION),)))
+            ends.append(Transition("slip_start", EventKind.SLIP_START, margin, (Choice(DECISION),)))
         sliding = any(modes[i] != "stick" for i in found.closed)
         if sliding:
             margin = sp.Abs(found.determinant, evaluate=False) - SINGULAR_MARGIN
-            ends.append(Transition("singular", "singular", margin, stop=StopReason.SINGULAR))
+            kind, reason = EventKind.SINGULAR, StopReason.SINGULAR
+            ends.append(Transition("singular", kind, margin, stop=reason))
         return [*ends, *domain_transitions(self.mechanism)]
 
     def _mode(self, modes: tuple[str, ...]) -> Mode:
@@ -223,15 +232,15 @@ class TwoContacts:
         )
 
     def _decision(self) -> Mode:
-        decide = Transition("decide", "contact", sp.Integer(-1), stop=StopReason.DECISION)
+        kinds = (EventKind.CONTACT, EventKind.IMPACT, EventKind.SETTLE)
+        decide = Transition("decide", EventKind.CONTACT, None, decides=kinds)
         return Mode(DECISION, {}, (decide,), self.outputs(sp.zeros(4, 1)))
 
     @cached_property
     def automaton(self) -> HybridAutomaton:
-        """The automaton, validated. A run starts in ``contact``, or in a mode named to it."""
+        """The automaton, validated. A run starts in ``contact``, which asks for a decision."""
         system = self.mechanism.system
         pairs = list(product(CONTACT_MODES, repeat=2))
-        named = tuple(Choice(mode_name(pair), sp.Integer(-1)) for pair in pairs)
         parameters = (*system.parameters, *self.parameters)
         return HybridAutomaton(
             name=f"{self.mechanism.name}, two rigid contacts, {self.restitution} restitution",
@@ -240,6 +249,6 @@ class TwoContacts:
             parameters=tuple(p.symbol for p in parameters),
             definitions={},
             modes=(*(self._mode(pair) for pair in pairs), self._decision()),
-            starts=(*named, Choice(DECISION)),
+            starts=(Choice(DECISION),),
             uncontrolled=self.dissipations,
         )

@@ -12,7 +12,6 @@ from painleve_sym.arrays import Array
 from painleve_sym.codegen.compile import Compiler
 from painleve_sym.contacts.contact_numbers import contact_numbers
 from painleve_sym.contacts.inputs import CONTACT_TOLERANCE
-from painleve_sym.contacts.rigid import DECISION
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.engines.source import ENGINE_REASONS
 from painleve_sym.export_c.standalone import (
@@ -22,7 +21,6 @@ from painleve_sym.export_c.standalone import (
     start_functions,
 )
 from painleve_sym.export_c.text import (
-    EVENTS,
     MEMORY,
     OUTPUTS,
     STATES,
@@ -36,12 +34,9 @@ from painleve_sym.export_c.text import (
 from painleve_sym.hybrid.signature import Outline
 from painleve_sym.mechanics.system import Parameter
 from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.simulate.rigid import CLOSED, RigidSimulator
+from painleve_sym.simulate.rigid import RigidSimulator
 from painleve_sym.simulate.simulator import DEFAULT_RTOL
 from painleve_sym.simulate.trajectory import Trajectory
-
-SETTLE = "settle"
-"""Kind of the event that no guard makes: bounces that accumulated have ended in contact."""
 
 
 @dataclass(frozen=True)
@@ -80,17 +75,6 @@ class Case:
     def outline(self) -> Outline:
         """Names and structure of the automaton."""
         return self.simulator.outline
-
-    @property
-    def bounces(self) -> bool:
-        """Whether bounces that accumulate end in contact."""
-        rigid = isinstance(self.simulator, RigidSimulator)
-        return rigid and not self.simulator.mechanism.contact.bilateral
-
-    @property
-    def kinds(self) -> tuple[str, ...]:
-        """Kinds of events, those of guards first."""
-        return (*self.outline.kinds, *((SETTLE,) if self.bounces else ()))
 
     @cached_property
     def declared(self) -> dict[str, Parameter]:
@@ -175,9 +159,8 @@ def _header(case: Case) -> str:
         "memory": memory,
         "modes": outline.modes,
         "outputs": outline.output_names,
-        "events": case.kinds,
+        "events": case.outline.kinds,
         "stops": ENGINE_REASONS,
-        "until": outline.kinds,
         "motion": case.motion,
     }
     defined = ", ".join(s.name for s in outline.definitions) or "here nothing more"
@@ -238,7 +221,7 @@ def _enums(case: Case) -> str:
         (
             "event_kind",
             "event",
-            [(k, EVENTS.get(k, "")) for k in case.kinds],
+            [(k, k.sentence) for k in case.outline.kinds],
             "Kinds of events",
         ),
         ("stop", "stop", [(r.label, r.advice) for r in ENGINE_REASONS], "Why a run ended"),
@@ -254,16 +237,9 @@ def _enums(case: Case) -> str:
 
 def _model(case: Case) -> str:
     outline, modes = case.outline, [m.name for m in case.outline.modes]
-    rigid = isinstance(case.simulator, RigidSimulator)
     values = {
         "engine": engine_text(case.simulator.automaton, case.trajectory.engine),
-        "start_events": int(rigid),
-        "bounces": int(case.bounces),
-        "gap": case.place["gap"],
-        "gap_rate": case.place["gap_rate"],
-        "decision": modes.index(DECISION) if case.bounces else 0,
-        "closed": repr(CLOSED),
-        "settle": f"{case.name}_event_{SETTLE}" if case.bounces else 0,
+        "start_events": int(case.simulator.start_events),
         "names": _names(case, outline, modes),
     }
     return filled("model.c", case.shared | values)
@@ -275,7 +251,7 @@ def _names(case: Case, outline: Outline, modes: Sequence[str]) -> str:
         "parameter_names[%s_PARAMETERS]": [s.name for s in outline.parameters],
         "mode_names[%s_MODES]": modes,
         "output_names[%s_OUTPUTS]": outline.output_names,
-        "event_names[%s_EVENTS]": case.kinds,
+        "event_names[%s_EVENTS]": case.outline.kinds,
         "stop_names[%s_STOPS]": [r.label for r in ENGINE_REASONS],
     }
     lines = []

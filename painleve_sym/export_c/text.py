@@ -36,28 +36,6 @@ OUTPUTS = {
     "stored_energy": ("J", "in the contact"),
 }
 
-EVENTS = {
-    "slip_stop": "the slip velocity comes to zero",
-    "slip_start": "sticking needs more than friction can give",
-    "max_compression": "compression ends, restitution begins",
-    "reload": "compression begins again before separation",
-    "yield": "reloading passes the former maximum",
-    "separation": "the normal force falls to zero",
-    "liftoff": "the gap opens",
-    "touchdown": "the gap closes",
-    "left_domain": "the mechanism leaves the domain of its model",
-    "contact": "the contact problem was solved",
-    "impact": "an impact begins",
-    "impact_slip_stop": "the slip ends within an impact",
-    "impact_max_compression": "the compression of an impact ends",
-    "impact_end": "an impact ends",
-    "settle": "bounces have died out; comes from no guard",
-    "singular": "A = 0 is met, the force grows without bound",
-    "jam": "the impulse of an impact has no end",
-    "force_reversal": "the force of the guide changes its side",
-    "tangential_impact": "a guide that jams stops the slip at once",
-}
-
 
 def comment(text: str) -> str:
     """Return text that can stand in a C comment: what came from a file must not end it."""

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 import sympy as sp
 
-from painleve_sym.errors import StopReason
+from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.hybrid.automaton import HybridAutomaton
 
 
@@ -20,12 +20,24 @@ class TransitionOutline(Protocol):
         """Unique in its mode."""
 
     @property
-    def kind(self) -> str:
+    def kind(self) -> EventKind:
         """What users see."""
 
     @property
     def stop(self) -> StopReason | None:
         """Why the run ends there, or None."""
+
+    @property
+    def contact(self) -> str:
+        """Name of the contact, or nothing."""
+
+    @property
+    def bound(self) -> int | None:
+        """Index of the bound of the domain that is watched, or None."""
+
+    @property
+    def decides(self) -> tuple[EventKind, ...]:
+        """Kinds of events of the decision that is asked for; empty for no decision."""
 
 
 class ModeOutline(Protocol):
@@ -72,8 +84,12 @@ class Outline(Protocol):
         """States that do not steer the step size."""
 
     @property
-    def kinds(self) -> tuple[str, ...]:
+    def kinds(self) -> tuple[EventKind, ...]:
         """Kinds of events, in order of appearance."""
+
+    @property
+    def contacts(self) -> tuple[str, ...]:
+        """Names of the contacts that events concern."""
 
     @property
     def output_names(self) -> tuple[str, ...]:
@@ -93,8 +109,11 @@ class TransitionSkeleton:
     """A transition without guard, choices and reset."""
 
     label: str
-    kind: str
+    kind: EventKind
     stop: StopReason | None
+    contact: str
+    bound: int | None
+    decides: tuple[EventKind, ...]
 
 
 @dataclass(frozen=True)
@@ -116,7 +135,8 @@ class Skeleton:
     definitions: tuple[sp.Symbol, ...]
     modes: tuple[ModeSkeleton, ...]
     uncontrolled: tuple[sp.Symbol, ...]
-    kinds: tuple[str, ...]
+    kinds: tuple[EventKind, ...]
+    contacts: tuple[str, ...]
     output_names: tuple[str, ...]
 
 
@@ -129,10 +149,16 @@ def outline_data(automaton: Outline) -> dict[str, Any]:
         field: [(s.name, _assumed(s)) for s in getattr(automaton, field)] for field in _SYMBOLS
     }
     modes = [
-        (m.name, [(t.label, t.kind, t.stop.name if t.stop else None) for t in m.transitions])
+        (
+            m.name,
+            [
+                (t.label, t.kind, t.stop.name if t.stop else None, t.contact, t.bound, t.decides)
+                for t in m.transitions
+            ],
+        )
         for m in automaton.modes
     ]
-    names = {"kinds": automaton.kinds, "output_names": automaton.output_names}
+    names = {n: getattr(automaton, n) for n in ("kinds", "contacts", "output_names")}
     return data | {"name": automaton.name, "modes": modes} | names
 
 
@@ -151,8 +177,15 @@ def outline_of(data: dict[str, Any]) -> Skeleton:
         ModeSkeleton(
             name,
             tuple(
-                TransitionSkeleton(label, kind, StopReason[stop] if stop else None)
-                for label, kind, stop in transitions
+                TransitionSkeleton(
+                    label,
+                    EventKind(kind),
+                    StopReason[stop] if stop else None,
+                    contact,
+                    bound,
+                    tuple(map(EventKind, decides)),
+                )
+                for label, kind, stop, contact, bound, decides in transitions
             ),
         )
         for name, transitions in data["modes"]
@@ -164,7 +197,8 @@ def outline_of(data: dict[str, Any]) -> Skeleton:
     return Skeleton(
         name=data["name"],
         modes=modes,
-        kinds=tuple(data["kinds"]),
+        kinds=tuple(map(EventKind, data["kinds"])),
+        contacts=tuple(data["contacts"]),
         output_names=tuple(data["output_names"]),
         **symbols,
     )

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import sympy as sp
 
-from painleve_sym.errors import InputError, ModelError, unknown_name
+from painleve_sym.errors import EventKind, InputError, ModelError, unknown_name
 from painleve_sym.mechanics.definition import definition_text
 from painleve_sym.mechanics.system import Parameter
 
@@ -52,8 +52,8 @@ class Exit:
 
     Attributes
     ----------
-    kind : str
-        Kind of the event: max_compression, reload, yield, separation or touchdown.
+    kind : EventKind
+        max_compression, reload, yield, separation or touchdown.
     guard : sympy.Expr
         In δ, δ̇, memory and parameters.
     target : str
@@ -62,7 +62,7 @@ class Exit:
         New values, in δ and the old memory; what is absent is kept.
     """
 
-    kind: str
+    kind: EventKind
     guard: sp.Expr
     target: str
     memory: Mapping[sp.Symbol, sp.Expr] = field(default_factory=dict)
@@ -288,14 +288,17 @@ def _bilinear_hertz(known: Mapping[str, Any]) -> ContactLaw:
         virgin,
         e.symbol**2 * work,
         (1 - e.symbol**2) * virgin * DELTA_DOT,
-        (Exit("max_compression", DELTA_DOT, "restitution", {DELTA_MAX: DELTA}),),
+        (Exit(EventKind.MAX_COMPRESSION, DELTA_DOT, "restitution", {DELTA_MAX: DELTA}),),
     )
     restitution = Branch(
         "restitution",
         unloading,
         elastic_energy,
         sp.Integer(0),
-        (Exit("separation", DELTA - delta_p, SEPARATED), Exit("reload", -DELTA_DOT, turn)),
+        (
+            Exit(EventKind.SEPARATION, DELTA - delta_p, SEPARATED),
+            Exit(EventKind.RELOAD, -DELTA_DOT, turn),
+        ),
     )
     branches: tuple[Branch, ...] = (compression, restitution)
     if reload == "elastic":
@@ -306,14 +309,14 @@ def _bilinear_hertz(known: Mapping[str, Any]) -> ContactLaw:
                 elastic_energy,
                 sp.Integer(0),
                 (
-                    Exit("max_compression", DELTA_DOT, "restitution"),
-                    Exit("yield", DELTA_MAX - DELTA, "compression"),
+                    Exit(EventKind.MAX_COMPRESSION, DELTA_DOT, "restitution"),
+                    Exit(EventKind.YIELD, DELTA_MAX - DELTA, "compression"),
                 ),
             ),
         )
-        recontact = Exit("touchdown", delta_p - DELTA, "reload")
+        recontact = Exit(EventKind.TOUCHDOWN, delta_p - DELTA, "reload")
     else:
-        recontact = Exit("reload", -DELTA_DOT, "compression")
+        recontact = Exit(EventKind.RELOAD, -DELTA_DOT, "compression")
     return ContactLaw(
         **known,
         branches=branches,
@@ -344,10 +347,10 @@ def _viscoelastic(
     elastic = K_E * ramp(DELTA) ** exponent
     force, stored = elastic + damping, K_E * ramp(DELTA) ** (exponent + 1) / (exponent + 1)
     loss = damping * DELTA_DOT
-    leave = tuple(Exit("separation", guard, SEPARATED) for guard in (DELTA, *releases))
+    leave = tuple(Exit(EventKind.SEPARATION, guard, SEPARATED) for guard in (DELTA, *releases))
     turn, back = (
-        Exit("max_compression", DELTA_DOT, "restitution"),
-        Exit("reload", -DELTA_DOT, "compression"),
+        Exit(EventKind.MAX_COMPRESSION, DELTA_DOT, "restitution"),
+        Exit(EventKind.RELOAD, -DELTA_DOT, "compression"),
     )
     return ContactLaw(
         name=name,
@@ -360,7 +363,7 @@ def _viscoelastic(
         ),
         unloading="restitution",
         definitions=definitions,
-        recontacts=tuple(Exit("touchdown", -guard, "restitution") for guard in releases),
+        recontacts=tuple(Exit(EventKind.TOUCHDOWN, -guard, "restitution") for guard in releases),
         stiffness=K_E,
         exponent=exponent,
     )

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol, cast
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, cast
 
 import numpy as np
 
@@ -22,6 +21,7 @@ from painleve_sym.contacts.inputs import (
 )
 from painleve_sym.engines.factory import make_engine
 from painleve_sym.engines.protocol import Engine, RawRun, RunOptions
+from painleve_sym.engines.records import EventRecords
 from painleve_sym.errors import InputError, StopReason, unknown_name
 from painleve_sym.hybrid.automaton import HybridAutomaton
 from painleve_sym.hybrid.signature import AutomatonBuilder, Outline
@@ -37,21 +37,6 @@ DEFAULT_RTOL = 1e-11
 
 AT_REST = 1e-20
 """Kinetic energy below which a motion starts from rest, for the scale of its velocities; J."""
-
-Restart = Callable[[RawRun], tuple[Array, Array]]
-
-
-@dataclass(frozen=True)
-class Limit:
-    """Where events accumulated; state and memory are those that the motion went on with.
-
-    `place` is how many events of the run came before it.
-    """
-
-    event: EventRecord
-    state: Array
-    memory: Array
-    place: int
 
 
 def rigid_scales(found: Mapping[str, Array]) -> tuple[Array, ...]:
@@ -81,6 +66,8 @@ class ContactSimulator(ABC):
 
     mechanism: Mechanism
     engine: str
+    start_events: ClassVar[bool] = False
+    """Whether what a start makes happen at once are events, or only chooses the mode."""
 
     @property
     @abstractmethod
@@ -120,11 +107,6 @@ class ContactSimulator(ABC):
         found : mapping of str to ndarray, shape (n,)
             What `contact_numbers` of the contact gives at them.
         """
-
-    @property
-    def event_kinds(self) -> tuple[str, ...]:
-        """Kinds of events that a run may be asked to end at."""
-        return self.outline.kinds
 
     @abstractmethod
     def run(self, state: Mapping[str, float], **options: Any) -> Trajectory:
@@ -231,32 +213,6 @@ class ContactSimulator(ABC):
             if symbol not in own
         }
 
-    def execute(
-        self,
-        engine: Engine,
-        vector: Array,
-        parameters: Array,
-        options: RunOptions,
-        restart: Restart | None = None,
-    ) -> tuple[RawRun, list[Limit]]:
-        """Run on an engine; `Limit` is where events accumulated and the motion went on after it.
-
-        An engine whose states are followed by more (derivatives) gives `restart`, which returns
-        state and memory of the motion after a limit from the run before it.
-        """
-        return engine.run(vector, parameters, options), []
-
-    @property
-    def closing(self) -> tuple[int, ...]:
-        """Indices of the states that a limit of accumulating events sets to zero."""
-        return ()
-
-    def with_limits(
-        self, trajectory: Trajectory, limits: Sequence[Limit], values: dict[str, float]
-    ) -> Trajectory:
-        """Return the trajectory with the limits among its events."""
-        return trajectory
-
     def sensitivities(
         self, state: Mapping[str, float], wrt: Sequence[str], **options: Any
     ) -> SensitiveTrajectory:
@@ -307,10 +263,11 @@ class ContactSimulator(ABC):
             raise InputError(f"{self.where}: t_end: got {t_end!r}, need a finite number > 0.")
         kinds = (until,) if isinstance(until, str) else tuple(until)
         for kind in kinds:
-            if kind not in self.event_kinds:
-                message = unknown_name("event", kind, self.event_kinds)
+            if kind not in self.outline.kinds:
+                message = unknown_name("event", kind, self.outline.kinds)
                 raise InputError(f"{self.where}: until: {message}")
         scale = self.tolerances(vector, parameters) if atol is None else np.asarray(atol) / rtol
+        limits = {"start_events": self.start_events, **limits}
         return RunOptions(t_end, rtol, rtol * scale, kinds, record, **limits)
 
     def start(
@@ -366,9 +323,7 @@ class ContactSimulator(ABC):
 
     def trajectory(self, raw: RawRun, values: dict[str, float], rtol: float) -> Trajectory:
         """Return the raw run as a trajectory."""
-        automaton, nx = self.outline, len(self.outline.states)
-        nz = len(automaton.memory)
-        rows = (raw.steps.shape[1] - 4 - nz) // nx
+        automaton, steps = self.outline, raw.step_records
         c = self.integrator.constants(self._vector_of(values))
         return Trajectory(
             mechanism=self.mechanism.name,
@@ -379,13 +334,13 @@ class ContactSimulator(ABC):
             memory_names=tuple(s.name for s in automaton.memory),
             mode_names=tuple(m.name for m in automaton.modes),
             output_names=automaton.output_names,
-            step_time=raw.steps[:, 0],
-            step_length=raw.steps[:, 1],
-            step_mode=raw.steps[:, 2].astype(np.int64),
-            step_memory=raw.steps[:, 3 : 3 + nz],
-            step_rows=raw.steps[:, 3 + nz : -1].reshape(len(raw.steps), rows, nx),
-            step_bend=raw.steps[:, -1],
-            events=self._events(raw.events, c),
+            step_time=steps.time,
+            step_length=steps.length,
+            step_mode=steps.mode,
+            step_memory=steps.memory,
+            step_rows=steps.polynomial,
+            step_bend=steps.bend,
+            events=self._events(raw.event_records, c),
             final_time=raw.time,
             final_state=raw.state,
             final_memory=raw.memory,
@@ -399,41 +354,42 @@ class ContactSimulator(ABC):
             evaluator=self.integrator,
         )
 
-    def _events(self, rows: Array, constants: Array) -> tuple[EventRecord, ...]:
+    def _events(self, rows: EventRecords, constants: Array) -> tuple[EventRecord, ...]:
         automaton = self.outline
-        nx, nz = len(automaton.states), len(automaton.memory)
-        before, memory = rows[:, 4 : 4 + nx], rows[:, 4 + nx : 4 + nx + nz]
-        after = rows[:, 4 + nx + nz : 4 + 2 * nx + nz].tolist()
-        modes = rows[:, 1].astype(np.int64)
-        outputs = self.integrator.outputs(modes, before, memory, constants)
+        names = [s.name for s in automaton.states]
+        outputs = self.integrator.outputs(
+            rows.mode_before, rows.state_before, rows.memory_before, constants
+        )
         at = {name: outputs[:, i] for i, name in enumerate(automaton.output_names)}
+        own = [c.name for c in self.mechanism.contacts]
         records = []
-        for i, row in enumerate(rows):
-            transition = automaton.modes[modes[i]].transitions[int(row[2])]
-            contact, end = self.event_outputs(transition.label)
+        for i, after in enumerate(rows.state_after.tolist()):
+            place = int(rows.contact[i])
+            contact = automaton.contacts[place] if place >= 0 else ""
+            end = f"_{contact or own[0]}" if len(own) > 1 else ""
+            # A decision for several contacts at once has no force of its own.
+            decided = place < 0 and rows.transition[i] < 0
+            carried = ("normal_force", "tangential_force", "gap")
+            force, friction, gap = (0.0 if decided else float(at[f"{n}{end}"][i]) for n in carried)
             records.append(
                 EventRecord(
-                    time=float(row[0]),
-                    kind=transition.kind,
-                    mode_before=automaton.modes[modes[i]].name,
-                    mode_after=automaton.modes[int(row[3])].name,
-                    state=dict(zip((s.name for s in automaton.states), after[i], strict=True)),
-                    normal_force=float(at[f"normal_force{end}"][i]),
-                    tangential_force=float(at[f"tangential_force{end}"][i]),
-                    compression=-float(at[f"gap{end}"][i]),
-                    contact=contact,
+                    time=float(rows.time[i]),
+                    kind=automaton.kinds[rows.kind[i]],
+                    mode_before=automaton.modes[rows.mode_before[i]].name,
+                    mode_after=automaton.modes[rows.mode_after[i]].name,
+                    state=dict(zip(names, after, strict=True)),
+                    normal_force=force,
+                    tangential_force=friction,
+                    compression=-gap,
+                    contact=contact if len(own) > 1 else own[0],
                 )
             )
         return tuple(records)
 
-    def event_outputs(self, label: str) -> tuple[str, str]:
-        """Return the name of the contact of an event and what its outputs' names end in."""
-        return self.mechanism.contact.name, ""
-
     def _detail(self, raw: RawRun) -> str:
         if raw.stop_reason is StopReason.LEFT_DOMAIN:
             mode = self.outline.modes[raw.mode]
-            label = mode.transitions[raw.stop_transition].label
-            return self.mechanism.domain[int(label.rpartition("_")[2])].meaning
+            bound = mode.transitions[raw.stop_transition].bound
+            return self.mechanism.domain[bound].meaning if bound is not None else ""
         ordinary = (StopReason.T_END, StopReason.UNTIL)
         return "" if raw.stop_reason in ordinary else raw.stop_reason.advice

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from painleve_sym.arrays import Array
 from painleve_sym.engines.protocol import Engine
-from painleve_sym.errors import InputError, StopReason, unknown_name
+from painleve_sym.errors import EventKind, InputError, StopReason, unknown_name
 from painleve_sym.files import write_beside
 from painleve_sym.simulate.singular_limit import ReverseChatter, SingularLimit
 
@@ -31,8 +31,7 @@ class EventRecord:
     ----------
     time : float
         s.
-    kind : str
-        slip_stop, slip_start, max_compression, reload, yield, separation, liftoff, touchdown, ...
+    kind : EventKind
     mode_before, mode_after : str
     state : dict of str to float
         Coordinates, velocities and further states just after the event.
@@ -50,7 +49,7 @@ class EventRecord:
     """
 
     time: float
-    kind: str
+    kind: EventKind
     mode_before: str
     mode_after: str
     state: dict[str, float]
@@ -392,7 +391,8 @@ class Trajectory:
 
 def _event(data: dict[str, Any]) -> EventRecord:
     lists = {name: tuple(data[name]) for name in ("alternatives", "impulses")}
-    return EventRecord(**(data | lists))
+    kind: dict[str, Any] = {"kind": EventKind(data["kind"])}
+    return EventRecord(**(data | lists | kind))
 
 
 _ARRAYS = (

@@ -232,3 +232,18 @@ def test_a_symbol_of_other_assumptions_is_another_symbol():
 def test_numbers_evaluates_at_a_point():
     found = numbers([X + Y, sp.sin(X), sp.Integer(3), sp.pi / 2], {X: 0.5, Y: 2.0})
     np.testing.assert_allclose(found, [2.5, math.sin(0.5), 3.0, math.pi / 2], rtol=1e-15)
+
+
+def test_conditions_are_one_or_zero_and_nan_holds_none():
+    condition = sp.And(sp.Gt(X, 0), sp.Le(Y, 1), sp.Or(sp.Eq(X, 2), sp.Lt(Y, 0)))
+    x, y = ca.SX.sym("x"), ca.SX.sym("y")
+    holds = ca.Function("f", [x, y], [Translator({X: x, Y: y})(condition)])
+    for at, expected in (((2, 1), 1), ((1, 1), 0), ((1, -1), 1), ((-1, -1), 0), ((2, 1.5), 0)):
+        assert float(holds(*at)) == expected
+    assert float(holds(math.nan, -1)) == float(holds(2, math.nan)) == 0
+    assert float(Translator({})(sp.true)) == 1 and float(Translator({})(sp.false)) == 0
+
+
+def test_a_condition_without_counterpart_is_named():
+    with pytest.raises(TranslationError, match="Xor"):
+        Translator({X: ca.SX.sym("x")})(sp.Xor(X > 0, X > 1))

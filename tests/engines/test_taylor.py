@@ -197,7 +197,7 @@ def crossings():
         Mode(name, {X: V, V: -X}, (transition,), {"x": X})
         for name, transition in (("above", down), ("below", up))
     )
-    starts = (Choice("above", X - N), Choice("below"))
+    starts = (Choice("above", X > N), Choice("below"))
     engine = TaylorEngine(HybridAutomaton("swing", (X, V), (), (N,), {}, modes, starts))
 
     def falls(phase, level):

@@ -7,7 +7,15 @@ import sympy as sp
 
 from painleve_sym.contacts.compliant import SoftenedContact
 from painleve_sym.errors import ModelError
-from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
+from painleve_sym.hybrid.automaton import (
+    Choice,
+    HybridAutomaton,
+    Mode,
+    Transition,
+    all_positive,
+    is_zero,
+    positive,
+)
 from painleve_sym.laws.compliance import LAWS, law
 from painleve_sym.mechanics.models import rod
 
@@ -36,7 +44,7 @@ def test_automaton_collects_all_faults():
 
 
 def test_automaton_needs_an_unconditional_last_choice():
-    t = Transition("go", "go", X, (Choice("a", X),))
+    t = Transition("go", "go", X, (Choice("a", X > 0),))
     with pytest.raises(ModelError, match="last choice must admit every state"):
         make((mode("a", t),))
 
@@ -45,6 +53,32 @@ def test_automaton_refuses_unknown_departures():
     t = Transition("go", "go", X, (Choice("a", departs=("gone",)),))
     with pytest.raises(ModelError, match="unknown transition 'gone'"):
         make((mode("a", t),))
+
+
+def test_automaton_refuses_a_condition_that_is_a_number():
+    t = Transition("go", "go", X, (Choice("a", X), Choice("a")))
+    with pytest.raises(ModelError, match="got the condition x, need a relation"):
+        make((mode("a", t),))
+
+
+def test_automaton_refuses_what_follows_an_immediate_transition():
+    now, later = Transition("now", "go", None, (Choice("a"),)), Transition("go", "go", X, ())
+    with pytest.raises(ModelError, match="after an immediate transition no other can happen"):
+        make((mode("a", now, later),))
+
+
+def test_automaton_has_as_many_transitions_as_a_mode_has_bits():
+    exits = [Transition(f"exit_{i}", "go", X - i, (Choice("a"),)) for i in range(65)]
+    make((mode("a", *exits[:64]),))
+    with pytest.raises(ModelError, match="got 65 transitions, need at most 64"):
+        make((mode("a", *exits),))
+
+
+def test_conditions_stay_as_they_are():
+    apart = all_positive(X, X - 1, Y)
+    assert set(apart.args) == {positive(X), positive(X - 1), positive(Y)}
+    assert is_zero(X).xreplace({X: sp.Integer(0)}) == sp.true
+    assert all_positive(X) == positive(X)
 
 
 def test_automaton_definitions_are_ordered():

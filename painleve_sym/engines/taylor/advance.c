@@ -27,7 +27,7 @@ static int may_vanish(const ps_look *g, int j) {
 /* Earliest event inside a step: its guard and its place in [0, 1]; -1 for none, and then `rising`
  * has the guards that are positive at the end. */
 static int find_event(ps_run *s, const ps_look *g, double at_once, double *where,
-                      unsigned *rising) {
+                      ps_bits *rising) {
   int n = PS_MODES[s->mode].n, first = -1, order = s->order;
   *where = 2;
   *rising = 0;
@@ -37,7 +37,7 @@ static int find_event(ps_run *s, const ps_look *g, double at_once, double *where
     column(g, j, order, p);
     double end = horner(p, order, 1);
     int crossed = end <= 0 && (s->armed[j] || end < 0 || horner_slope(p, order, 1) < 0);
-    if (end > 0) *rising |= 1u << j;
+    if (end > 0) *rising |= (ps_bits)1 << j;
     if (s->armed[j]) {
       u = p[0] > 0 ? first_root(p, order, 0) : PS_AT_ONCE;
       if (u < 0 && crossed) u = 1;
@@ -148,7 +148,7 @@ static int polish(ps_run *s, int j, double whole, double *h, double *y) {
 /* Ends the step at the event of guard j, at the part `where` of h units, and takes it. */
 static void take_event(ps_run *s, const ps_options *o, int j, double where, double h) {
   double y[PS_NX];
-  unsigned departs;
+  ps_bits departs;
   int found = 1;
   const double whole = h;
   h *= where;
@@ -171,7 +171,7 @@ static void take_event(ps_run *s, const ps_options *o, int j, double where, doub
 static void take_step(ps_run *s, const ps_options *o, double h, int last, const ps_look *g,
                       ps_end *end) {
   ps_end own;
-  unsigned rising;
+  ps_bits rising;
   double where;
   s->count.guards++;
   int event = find_event(s, g, PS_ZERO_TIME * s->h_ref / time_at(s, h), &where, &rising);
@@ -193,7 +193,7 @@ static void take_step(ps_run *s, const ps_options *o, double h, int last, const 
     last = 0;
     end = NULL;
   } else {
-    for (int j = 0; j < PS_MODES[s->mode].n; j++) s->armed[j] |= (rising >> j) & 1u;
+    for (int j = 0; j < PS_MODES[s->mode].n; j++) s->armed[j] |= (rising >> j) & 1;
   }
   if (!end) {
     end_at(s, h, &own);
@@ -213,7 +213,7 @@ static void take_step(ps_run *s, const ps_options *o, double h, int last, const 
   s->left_out = s->missed = 0;
   s->unit = took;
   if (last) {
-    s->t = o->t_end;
+    s->t = s->t_end;
     s->reason = PS_T_END;
   }
 }

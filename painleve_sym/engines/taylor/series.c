@@ -14,7 +14,7 @@ typedef double ps_vector __attribute__((vector_size(32)));
 #endif
 typedef double ps_lanes __attribute__((vector_size(8 * PS_LANES)));
 typedef long long ps_mask __attribute__((vector_size(8 * PS_LANES)));
-typedef unsigned long long ps_bits __attribute__((vector_size(8 * PS_LANES)));
+typedef unsigned long long ps_lane_bits __attribute__((vector_size(8 * PS_LANES)));
 
 #define PS_EACH_LANE(what) for (int l = 0; l < PS_LANES; l++) what;
 #define PS_SPREAD(a) ((a) - (ps_lanes){0})
@@ -76,7 +76,7 @@ static inline double of_bits(unsigned long long bits) {
   return ((ps_word){.bits = bits}).number;
 }
 
-#define bits_of_lanes(a) ((ps_bits)(a))
+#define bits_of_lanes(a) ((ps_lane_bits)(a))
 #define of_bits_lanes(bits) ((ps_lanes)(bits))
 
 typedef struct {

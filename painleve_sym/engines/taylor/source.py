@@ -40,7 +40,7 @@ _LANES_OF_MOTIONS = """
 #define PS_REAL_FMA PS_LANES_FMA
 #define PS_REAL_ABS PS_LANES_ABS
 #define PS_CHOOSE PS_LANES_CHOOSE
-#define PS_BITS ps_bits
+#define PS_BITS ps_lane_bits
 """
 _LENGTH = 24
 """Orders, the constant among them, and room to a whole cache line."""

@@ -68,7 +68,7 @@ class ManyResult:
     @property
     def kinds(self) -> tuple[str, ...]:
         """Kinds of events, in the order of `event_times`."""
-        return self.simulator.event_kinds
+        return self.simulator.outline.kinds
 
     @cached_property
     def _names(self) -> dict[str, Any]:

@@ -165,7 +165,7 @@ class Sweep:
     def labels(self, name: str) -> dict[str, NDArray[Any]]:
         """Return the dimensions of a quantity besides those of the points, with their labels."""
         return {
-            dim: np.array(self.simulator.event_kinds)
+            dim: np.array(self.simulator.outline.kinds)
             if dim == "event"
             else np.arange(1, self.events + 1)
             for dim in event_dims(name)
