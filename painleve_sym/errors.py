@@ -122,10 +122,6 @@ class StopReason(enum.Enum):
         "the contact impulse grows without end: the rigid impact has no exit; "
         "use a softened contact",
     )
-    DECISION = (
-        "decision",
-        "the contact problem of several contacts decides what follows",
-    )
     INVALID_START = (
         "invalid_start",
         "the contact law does not admit the start: inside the ground of a rigid contact, off its "

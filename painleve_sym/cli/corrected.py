@@ -7,14 +7,13 @@ from typing import Any
 
 from painleve_sym.cli.output import number, quantity, show, show_table
 from painleve_sym.contacts.impact.jump import JumpResult
-from painleve_sym.simulate.finite_stiffness.corrected_case import CorrectedJump
-from painleve_sym.simulate.finite_stiffness.frozen_impact import FrozenEnd
+from painleve_sym.simulate.finite_stiffness import CorrectedJump
+from painleve_sym.simulate.frozen_impact import FrozenEnd
 
 _ENDS = {
     FrozenEnd.SEPARATION: "the contact opens",
     FrozenEnd.STAYS: "the contact stays closed: no jump",
     FrozenEnd.NO_IMPACT: "the contact opens at once: no jump",
-    FrozenEnd.NO_END: "the compression grows without end",
     FrozenEnd.FAILED: "the numbers leave the range of floating point",
 }
 

@@ -17,7 +17,7 @@ from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.laws.restitution import RESTITUTIONS, RestitutionLaw
 from painleve_sym.laws.rigid import CHOICES, CONTACT_LAWS, RigidLaw, contact_law
 from painleve_sym.mechanics.models import MODELS, Mechanism, model
-from painleve_sym.mechanics.system import Parameter
+from painleve_sym.mechanics.system import TIME, Parameter
 from painleve_sym.simulate.rigid import rigid_simulator
 
 
@@ -95,6 +95,8 @@ def _show_model(mechanism: Mechanism) -> None:
         (f"{c.name}_dot", f"{c.unit}/s", f"velocity of {c.name}")
         for c in mechanism.system.coordinates
     ]
+    if mechanism.depends_on_time:
+        rows.append((TIME.name, "s", "time of what moves as prescribed, at the start"))
     show_table(("state", "unit", "meaning"), rows, left=(0, 1, 2))
     show()
     _show_parameters(mechanism.system.parameters)

@@ -145,11 +145,15 @@ def _motion(mechanism: Mechanism) -> Section:
 def _contact(mechanism: Mechanism) -> Section:
     c, contact = mechanism.coefficients, mechanism.contact
     normal, slip = "normal acceleration", "slip acceleration"
+    latex, meaning = r"\partial g_N/\partial t", "part of v_n by the surface's own motion"
+    drift = [Formula("gap_drift", contact.gap_drift, "m/s", meaning, latex)]
+    drift = drift if contact.gap_drift != 0 else []
     return Section(
         "contact",
         (
             Formula("gap", contact.gap, "m", "gap, positive when apart", "g_N"),
             Formula("gap_rate", contact.gap_rate, "m/s", "normal velocity v_n", r"\dot{g}_N"),
+            *drift,
             Formula("slip_velocity", contact.slip_velocity, "m/s", "slip velocity v_t", "v_t"),
             Formula("W_nn", c.W_nn, "1/kg", f"{normal} per normal force", "W_{nn}"),
             Formula("W_nt", c.W_nt, "1/kg", f"{normal} per tangential force", "W_{nt}"),

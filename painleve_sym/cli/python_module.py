@@ -54,6 +54,7 @@ def _meanings(mechanism: Mechanism) -> dict[sp.Symbol, str]:
     system = mechanism.system
     found = {c.symbol: f"{c.meaning}; {c.unit}" for c in system.coordinates}
     found |= {c.rate: f"velocity of {c.name}; {c.unit}/s" for c in system.coordinates}
+    found |= dict.fromkeys(system.clock, "time; s")
     found |= _CONTACT
     found |= {p.symbol: f"{p.meaning}; {p.unit}" for p in system.parameters}
     for name in ("newton", "poisson", "energetic"):

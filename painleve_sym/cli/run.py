@@ -1,4 +1,4 @@
-"""The commands that compute something at a state: classify, jump, simulate."""
+"""The commands that compute an impact or a motion from a state: jump, simulate."""
 
 from __future__ import annotations
 
@@ -8,16 +8,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from painleve_sym.cli.bilateral import show_bilateral, show_tangential_impact
 from painleve_sym.cli.case import read_case
 from painleve_sym.cli.corrected import corrected_data, show_corrected
-from painleve_sym.cli.joint import event_table, show_several
 from painleve_sym.cli.options import OTHER_FORMATS, output_file
 from painleve_sym.cli.output import assignments, number, print_json, quantity, show, show_table
-from painleve_sym.contacts.classify import Classification
-from painleve_sym.contacts.classify_bilateral import BilateralClassification, TangentialImpact
-from painleve_sym.contacts.classify_several import SeveralClassification
 from painleve_sym.contacts.impact.jump import JumpResult
+from painleve_sym.contacts.impact.tangential import TangentialImpact
 from painleve_sym.errors import InputError, PainleveWarning, StopReason
 from painleve_sym.mechanics.models import Mechanism
 from painleve_sym.simulate.singular_limit import LimitKind
@@ -29,25 +25,11 @@ ORDINARY = (StopReason.T_END, StopReason.UNTIL, StopReason.LEFT_DOMAIN)
 PLOT_SUFFIXES = (".png", ".svg", ".pdf")
 SHOWN_EVENTS = 40
 
-_CASES = {
-    "slip": "one solution, the contact slides on",
-    "liftoff": "one solution, the contact opens",
-    "stick": "one solution, the contact sticks",
-    "inconsistent": "no forces of a rigid contact are possible here",
-    "indeterminate": "several solutions, the rigid model does not choose",
-}
 
-
-def state_units(mechanism: Mechanism) -> dict[str, str]:
-    """Return the unit of every coordinate and velocity by name."""
-    coordinates = mechanism.system.coordinates
-    units = {c.name: c.unit for c in coordinates}
-    return units | {f"{c.name}_dot": f"{c.unit}/s" for c in coordinates}
-
-
-def _show_case(
+def show_case(
     mechanism: Mechanism, scenario: Scenario, parameters: Mapping[str, float] | None = None
 ) -> None:
+    """Print what is asked about: the mechanism, its parameters and the state."""
     if scenario.title:
         show(scenario.title)
     units = {p.name: p.unit for p in mechanism.system.parameters}
@@ -55,77 +37,7 @@ def _show_case(
     show(f"{mechanism.name} with {assignments(parameters or values, units)}")
     start = {k: v for k, v in (scenario.state or {}).items() if v != 0}
     others = "all 0" if not start else "others 0"
-    show(f"at {assignments(start, state_units(mechanism))} ({others})".replace("at  (", "at ("))
-
-
-# ---- classify ----
-
-
-def classify(arguments: argparse.Namespace) -> int:
-    """Print the rigid contact problem at a state with every solution."""
-    scenario = read_case(arguments)
-    found = scenario.classify()
-    if arguments.json:
-        print_json(found.to_dict())
-        return 0
-    _show_case(scenario.mechanism(), scenario, found.parameters)
-    if isinstance(found, SeveralClassification):
-        show_several(found)
-    elif isinstance(found, BilateralClassification):
-        show_bilateral(found)
-    else:
-        _show_classification(found)
-    return 0
-
-
-def _show_classification(found: Classification) -> None:
-    show()
-    show("normal acceleration of the contact as a function of the normal force F_n")
-    rows = [
-        ("slip", "A F_n + B", f"A  = {number(found.A)} 1/kg", f"B  = {number(found.B)} m/s^2"),
-        (
-            "stick",
-            "A' F_n + B'",
-            f"A' = {number(found.A_stick)} 1/kg",
-            f"B' = {number(found.B_stick)} m/s^2",
-        ),
-    ]
-    show_table(("", "", "", ""), rows, left=(0, 1, 2, 3))
-    show()
-    show(f"case: {found.case.value} ({_CASES[found.case.value]})")
-    if found.solutions:
-        head = ("solution", "F_n [N]", "F_t [N]", "a_n [m/s^2]", "a_t [m/s^2]")
-        show_table(
-            head,
-            [
-                (
-                    s.mode.value,
-                    number(s.normal_force),
-                    number(s.tangential_force),
-                    number(s.normal_acceleration),
-                    number(s.tangential_acceleration),
-                )
-                for s in found.solutions
-            ],
-        )
-    if found.chatter:
-        _show_chatter(found)
-
-
-def _show_chatter(found: Classification) -> None:
-    show()
-    show("small bounces near this contact: ratio of successive ones, and e where it is 1")
-    rows = [
-        (
-            c.restitution,
-            number(c.e),
-            number(c.ratio),
-            "none below 1" if c.threshold is None else number(c.threshold),
-            "grow: reverse chatter" if c.reverse else "die out",
-        )
-        for c in found.chatter
-    ]
-    show_table(("rule", "e", "ratio", "threshold", "bounces"), rows, left=(0, 4))
+    show(f"at {assignments(start, mechanism.state_units)} ({others})".replace("at  (", "at ("))
 
 
 # ---- jump ----
@@ -139,8 +51,8 @@ def jump(arguments: argparse.Namespace) -> int:
         if arguments.json:
             print_json(found.to_dict())
             return 0
-        _show_case(scenario.mechanism(), scenario)
-        show_tangential_impact(found, state_units(scenario.mechanism()))
+        show_case(scenario.mechanism(), scenario)
+        _show_tangential_impact(found, scenario.mechanism().state_units)
         return 0
     corrected = scenario.corrected_jump(arguments.configuration)
     if corrected is None and (arguments.initial_force or arguments.configuration != "frozen"):
@@ -154,10 +66,10 @@ def jump(arguments: argparse.Namespace) -> int:
             data["corrected"] = corrected_data(corrected)
         print_json(data)
         return 0
-    _show_case(scenario.mechanism(), scenario)
+    show_case(scenario.mechanism(), scenario)
     _show_jump(found, scenario)
     if corrected is not None:
-        show_corrected(corrected, found, state_units(scenario.mechanism()))
+        show_corrected(corrected, found, scenario.mechanism().state_units)
     return 0
 
 
@@ -208,7 +120,7 @@ def _show_jump(found: JumpResult, scenario: Scenario) -> None:
     )
     show()
     show("velocities at the end of each phase")
-    units = state_units(scenario.mechanism())
+    units = scenario.mechanism().state_units
     names = list(found.velocity)
     before = {n: (scenario.state or {}).get(n, 0.0) for n in names}
     rows = [("before", *(number(before[n]) for n in names))]
@@ -221,6 +133,24 @@ def _show_jump(found: JumpResult, scenario: Scenario) -> None:
     show(f"energy change {quantity(found.energy_change, 'J')}")
     if found.energy_change > 0:
         show(f"Energy was gained: {rule.note}.")
+
+
+def _show_tangential_impact(found: TangentialImpact, units: dict[str, str]) -> None:
+    """Print the impulse that stops the slip and the velocities around it."""
+    show("tangential impact: the slip stops at once, the normal velocity stays 0")
+    show()
+    impulses = (number(found.normal_impulse), number(found.tangential_impulse))
+    show_table(("P_n [N s]", "P_t [N s]"), [impulses], left=())
+    show()
+    names = list(found.velocity)
+    rows = [
+        ("before", *(number(found.velocity_before[n]) for n in names)),
+        ("after", *(number(found.velocity[n]) for n in names)),
+    ]
+    show_table(("", *(f"{n} [{units[n]}]" for n in names)), rows)
+    show()
+    show(f"case before: {found.case.value} ({found.case.sentence})")
+    show(f"energy change {quantity(found.energy_change, 'J')}")
 
 
 # ---- simulate ----
@@ -306,14 +236,14 @@ def _show_run(trajectory: Trajectory, scenario: Scenario, written: Mapping[str, 
     mechanism, law = scenario.mechanism(), scenario.contact_law()
     own = {p.name for p in mechanism.system.parameters}
     values = trajectory.parameters
-    _show_case(mechanism, scenario, {k: v for k, v in values.items() if k in own})
+    show_case(mechanism, scenario, {k: v for k, v in values.items() if k in own})
     units = {p.name: p.unit for p in law.parameters}
     choices = "".join(f" ({name} {value})" for name, value in trajectory.choices.items())
     of_law = assignments({k: v for k, v in values.items() if k not in own}, units)
     show(f"law {law.name}{choices}" + (f" with {of_law}" if of_law else ""))
     show()
     _show_events(trajectory.events)
-    _show_end(trajectory, state_units(mechanism))
+    _show_end(trajectory, mechanism.state_units)
     if scenario.samples is not None:
         _show_samples(samples(trajectory, scenario.samples))
     for name, path in written.items():
@@ -327,10 +257,29 @@ def _show_events(events: Sequence[EventRecord]) -> None:
     half = SHOWN_EVENTS // 2
     hidden = max(0, len(events) - SHOWN_EVENTS)
     shown = events if not hidden else [*events[:half], *events[-half:]]
-    head, rows = event_table(shown)
+    head, rows = _event_table(shown)
     if hidden:
         rows.insert(half, ("...", f"{hidden} more", *[""] * (len(head) - 2)))
     show_table(head, rows, left=(1, 2), indent=0)
+
+
+def _event_table(
+    events: Sequence[EventRecord],
+) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Return head and rows of a table of events; with the contact where there are several."""
+    several = len({e.contact for e in events}) > 1
+    head: tuple[str, ...] = ("time [s]", "event", "mode after", "F_n [N]", "depth [m]")
+    rows: list[tuple[str, ...]] = [
+        (
+            number(e.time, 9),
+            f"{e.kind} {e.contact}" if several and e.contact else e.kind,
+            e.mode_after,
+            number(e.normal_force),
+            number(e.compression),
+        )
+        for e in events
+    ]
+    return head, rows
 
 
 def _show_end(trajectory: Trajectory, units: Mapping[str, str]) -> None:

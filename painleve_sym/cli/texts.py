@@ -11,7 +11,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "models": ("describe", "list the mechanisms: coordinates, parameters, units, source"),
     "laws": ("describe", "list the contact laws and restitution rules, with parameters"),
     "derive": ("derive", "show the closed forms of a mechanism: text, LaTeX, Python, JSON"),
-    "classify": ("run", "solve the rigid contact at a state: every solution, or none"),
+    "classify": ("classify", "solve the rigid contact at a state: every solution, or none"),
     "jump": ("run", "compute the velocity jump of an impact at a state"),
     "simulate": ("run", "follow the motion with a softened contact, event by event"),
     "map": ("map", "map slip, lift-off and the paradox over two states or parameters"),
@@ -21,7 +21,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "fit": ("fit", "estimate parameters from measured velocities or force histories"),
     "export": ("export", "write the motion as C code that needs the package no more"),
     "automaton": ("describe", "show the modes and events of a mechanism with a contact law"),
-    "reproduce": ("reproduce", "redo the tables, figures and formulas of the paper"),
+    "reproduce": ("reproduce", "redo the tables, figures and formulas of a paper"),
 }
 
 OPENING = """\

@@ -110,10 +110,10 @@ class Translator:
             return ca.SX(float(bool(condition)))
         operator = _CONDITIONS.get(condition.func)
         if operator is None:
+            known = ", ".join(sorted(f.__name__ for f in _CONDITIONS))
             raise TranslationError(
                 f"code generation: {condition.func.__name__} in {condition} has no CasADi "
-                "counterpart. "
-                f"Fix: use one of {', '.join(sorted(f.__name__ for f in _CONDITIONS))}."
+                f"counterpart. Fix: use one of {known}."
             )
         return self._fold(condition.args, operator)
 

@@ -17,6 +17,7 @@ from painleve_sym.hybrid.automaton import (
     HybridAutomaton,
     LinearSystem,
     Mode,
+    Reset,
     Transition,
 )
 
@@ -37,6 +38,8 @@ class ModeFunctions:
     events : tuple of casadi.Function
         Per transition: x⁺, z⁺ and the conditions of its choices, 1 or 0. The engine passes a fourth
         argument, 1 where a guard came down to zero in time and 0 where it fired at once.
+    limits : dict of int to casadi.Function
+        Of the transitions whose accumulation is passed: x⁺ and z⁺ beyond it.
     outputs : casadi.Function
     tests : casadi.Function or None
         Tests with first and second Lie derivatives, and their scales: four vectors.
@@ -46,13 +49,21 @@ class ModeFunctions:
     guards: ca.Function
     jets: ca.Function
     events: tuple[ca.Function, ...]
+    limits: dict[int, ca.Function]
     outputs: ca.Function
     tests: ca.Function | None = None
 
     def all(self) -> tuple[ca.Function, ...]:
         """Every function, for code generation."""
-        tests = () if self.tests is None else (self.tests,)
-        return (self.field, self.guards, self.jets, *self.events, self.outputs, *tests)
+        return (
+            self.field,
+            self.guards,
+            self.jets,
+            *self.events,
+            *self.limits.values(),
+            self.outputs,
+            *(() if self.tests is None else (self.tests,)),
+        )
 
 
 class AutomatonFunctions:
@@ -178,6 +189,11 @@ class AutomatonFunctions:
             guards=self._function(f"guards_{i}", [guards, first]),
             jets=self._function(f"jets_{i}", [guards, first, second]),
             events=tuple(self._event(i, j, t) for j, t in enumerate(mode.transitions)),
+            limits={
+                j: self._limit(i, j, t.on_accumulation.reset)
+                for j, t in enumerate(mode.transitions)
+                if t.on_accumulation is not None
+            },
             outputs=self._function(f"outputs_{i}", [outputs]),
             tests=self._tests(i, mode, field),
         )
@@ -192,13 +208,17 @@ class AutomatonFunctions:
         return self._function(f"tests_{i}", [values, first, second, scales])
 
     def _event(self, i: int, j: int, transition: Transition) -> ca.Function:
-        states = ca.vertcat(*[self._after(transition, s) for s in self.automaton.states])
-        memory = [self._after(transition, s) for s in self.automaton.memory]
-        z = ca.vertcat(*memory) if memory else ca.SX(0, 1)
-        return self._function(f"event_{i}_{j}", [states, z, self._conditions(transition.choices)])
+        after = self._after(transition.reset)
+        conditions = self._conditions(transition.choices)
+        return self._function(f"event_{i}_{j}", [*after, conditions])
 
-    def _after(self, transition: Transition, symbol: object) -> ca.SX:
-        return self._translate(transition.reset.get(symbol, symbol))
+    def _limit(self, i: int, j: int, reset: Reset) -> ca.Function:
+        return self._function(f"limit_{i}_{j}", self._after(reset))
+
+    def _after(self, reset: Reset) -> list[ca.SX]:
+        """Return x⁺ and z⁺."""
+        groups = (self.automaton.states, self.automaton.memory)
+        return [self._translate.vector([reset.get(s, s) for s in group]) for group in groups]
 
     def departures(self, choice: Choice) -> tuple[int, ...]:
         """Return the indices, in the target mode, of guards known to leave zero upwards."""

@@ -24,7 +24,7 @@ import numpy as np
 
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.modes import AutomatonFunctions, ModeFunctions
-from painleve_sym.hybrid.automaton import HybridAutomaton, Mode, Transition
+from painleve_sym.hybrid.automaton import HybridAutomaton, Mode, Reset, Transition
 
 Pattern = Any
 """An array of bool: which derivatives can be different from zero."""
@@ -69,6 +69,12 @@ class VariationalFunctions(AutomatonFunctions):
         self._rates = [self._field(mode) for mode in automaton.modes]
         self._rates_by = [self._by(f) for f in self._rates]
         self._events = [[self._slopes(t) for t in mode.transitions] for mode in automaton.modes]
+        self._limits = {
+            (i, j): self._reset_slopes(t.on_accumulation.reset)
+            for i, mode in enumerate(automaton.modes)
+            for j, t in enumerate(mode.transitions)
+            if t.on_accumulation is not None
+        }
         definitions = self._definitions_pattern()
         self.state_pattern, memory = self._patterns(np.array(start, dtype=bool), definitions)
         self._S, states = _unknowns("S", self.state_pattern)
@@ -125,9 +131,11 @@ class VariationalFunctions(AutomatonFunctions):
     def _slopes(self, transition: Transition) -> _EventSlopes:
         # An immediate transition takes no time: any guard that does not move says so.
         guard = self._translate(-1 if transition.guard is None else transition.guard)
-        symbols = (*self.automaton.states, *self.automaton.memory)
-        after = ca.vertcat(*[self._after(transition, s) for s in symbols])
-        return _EventSlopes(guard, self._by(guard), after, self._by(after))
+        return _EventSlopes(guard, self._by(guard), *self._reset_slopes(transition.reset))
+
+    def _reset_slopes(self, reset: Reset) -> tuple[ca.SX, Rows]:
+        after = ca.vertcat(*self._after(reset))
+        return after, self._by(after)
 
     @cached_property
     def _definition_slopes(self) -> ca.Function:
@@ -164,6 +172,8 @@ class VariationalFunctions(AutomatonFunctions):
                     moved = whole.copy()
                     moved[:nx] |= moving & (_patterns_of(e.guard_by) @ whole)
                     whole[: nx + nz] |= _patterns_of(e.after_by) @ moved
+            for _, after_by in self._limits.values():
+                whole[: nx + nz] |= _patterns_of(after_by) @ whole
         return whole[:nx], whole[nx : nx + nz]
 
     # ---- functions ----
@@ -201,26 +211,33 @@ class VariationalFunctions(AutomatonFunctions):
         return ca.vertcat(values, *(ca.vec(ca.densify(m)) for m in (fixed_time, slopes)))
 
     def _event(self, i: int, j: int, transition: Transition) -> ca.Function:
-        e, nx = self._events[i][j], self._x.numel()
+        e = self._events[i][j]
         rate = e.guard_by[0] @ self._rates[i]
         slope = ca.densify(self._along(e.guard_by, self._S))
         # A guard that is zero but not coming down has no time: the quotient is then not finite.
         shift = ca.if_else(self._timed > 0.5, -slope / ca.fmin(rate, 0), 0)
-        after = self._along(e.after_by, self._S + self._rates[i] @ shift)
-        states = ca.vertcat(e.after[:nx], _listed(after[:nx, :], self._S.sparsity()))
-        memory = ca.vertcat(
-            e.after[nx:],
-            _listed(after[nx:, :], self._Z.sparsity()),
-            (self._T + shift).T,
-            (-slope / rate).T,
-            e.guard,
-            rate,
-            ca.jtimes(rate, self._x, self._rates[i]),
-            self._timed,
-        )
-        results = [states, memory, self._conditions(transition.choices)]
+        bend = ca.jtimes(rate, self._x, self._rates[i])
+        of_event = (self._T + shift, -slope / rate, e.guard, rate, bend, self._timed)
+        states = self._S + self._rates[i] @ shift
+        results = self._extended(e.after, e.after_by, states, of_event)
+        results.append(self._conditions(transition.choices))
         dense = ca.cse([ca.densify(r) for r in results])
         return ca.Function(f"event_{i}_{j}", [self.x, self.z, self.c, self._timed], dense)
+
+    def _limit(self, i: int, j: int, reset: Reset) -> ca.Function:
+        # What comes before the limit moves it with the events that accumulate: dσ is theirs.
+        of_event = (self._T, ca.SX.zeros(1, self.directions), *[ca.SX.zeros(1)] * 4)
+        results = self._extended(*self._limits[i, j], self._S, of_event)
+        return self._function(f"limit_{i}_{j}", results)
+
+    def _extended(
+        self, after: ca.SX, after_by: Rows, states: ca.SX, of_event: Sequence[ca.SX]
+    ) -> list[ca.SX]:
+        """Return states and memory after a reset, each followed by what extends it."""
+        nx, slopes = self._x.numel(), self._along(after_by, states)
+        x = ca.vertcat(after[:nx], _listed(slopes[:nx, :], self._S.sparsity()))
+        z = (after[nx:], _listed(slopes[nx:, :], self._Z.sparsity()), *(e.T for e in of_event))
+        return [x, ca.vertcat(*z)]
 
 
 def _pattern(sparsity: ca.Sparsity) -> Pattern:

@@ -1,12 +1,5 @@
-"""Complementarity problems: enumeration, pivots, relaxations; one contact, several, bilateral."""
+"""Complementarity problems, no mechanics: enumeration, pivots, relaxations, matrix classes."""
 
-from painleve_sym.complementarity.bilateral import BilateralProblem, BilateralSolution
-from painleve_sym.complementarity.contact import (
-    ContactCase,
-    ContactMode,
-    ContactProblem,
-    ContactSolution,
-)
 from painleve_sym.complementarity.lcp import (
     LCP,
     LCPSolution,
@@ -24,21 +17,10 @@ from painleve_sym.complementarity.mpcc import (
     solve_mpcc,
     solve_mpcc_all,
 )
-from painleve_sym.complementarity.several import (
-    SeveralContacts,
-    SeveralLemke,
-    SeveralSolution,
-)
 from painleve_sym.complementarity.uniqueness import Uniqueness
 
 __all__ = [
     "LCP",
-    "BilateralProblem",
-    "BilateralSolution",
-    "ContactCase",
-    "ContactMode",
-    "ContactProblem",
-    "ContactSolution",
     "LCPSolution",
     "LemkeResult",
     "LemkeStatus",
@@ -47,9 +29,6 @@ __all__ = [
     "MPCCStatus",
     "MPCCSurvey",
     "RelaxationStep",
-    "SeveralContacts",
-    "SeveralLemke",
-    "SeveralSolution",
     "Uniqueness",
     "is_copositive",
     "is_p_matrix",

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from painleve_sym.complementarity.faces import BoolArray, FloatArray, affine_face
+from painleve_sym.complementarity.solution_sets import BoolArray, FloatArray, affine_face
 from painleve_sym.errors import InputError
 
 __all__ = [

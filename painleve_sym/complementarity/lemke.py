@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import enum
 from dataclasses import dataclass
+from typing import Generic, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -51,18 +52,21 @@ class LemkeStatus(enum.Enum):
         self.advice = advice
 
 
+Solution = TypeVar("Solution")
+
+
 @dataclass(frozen=True, eq=False)
-class LemkeResult:
+class LemkeResult(Generic[Solution]):
     """Report one run of Lemke's method: its end, the solution if there is one, the pivots used."""
 
     status: LemkeStatus
-    solution: LCPSolution | None
+    solution: Solution | None
     pivots: int
 
 
 def solve_lemke(
     lcp: LCP, max_pivots: int | None = None, tol: float = RESIDUAL_TOLERANCE
-) -> LemkeResult:
+) -> LemkeResult[LCPSolution]:
     """Find one solution by complementary pivots (Lemke 1965; CPS section 4.4).
 
     ``w = M z + d z_0 + q`` with d of ones starts from a z_0 that makes all w >= 0 and pivots until
@@ -120,9 +124,10 @@ def _basis_point(lcp: LCP, index: npt.NDArray[np.intp]) -> FloatArray:
     """Return z with ``w = 0`` in the rows of `index` (least squares where these are singular)."""
     z = np.zeros(lcp.size)
     if index.size:
-        z[index] = np.linalg.lstsq(
-            principal_block(lcp.matrix, index), -lcp.offset[index], rcond=None
-        )[0]
+        block, goal = principal_block(lcp.matrix, index), -lcp.offset[index]
+        x = np.linalg.lstsq(block, goal, rcond=None)[0]
+        # One refinement: each equation to the rounding of its own terms, see solve_refined.
+        z[index] = x + np.linalg.lstsq(block, goal - block @ x, rcond=None)[0]
     return z
 
 

@@ -25,9 +25,8 @@ import casadi as ca
 import numpy as np
 import numpy.typing as npt
 
-from painleve_sym.complementarity.contact import ContactProblem
-from painleve_sym.complementarity.faces import FloatArray
 from painleve_sym.complementarity.lcp import LCP, RESIDUAL_TOLERANCE, equilibrate, residual
+from painleve_sym.complementarity.solution_sets import FloatArray
 from painleve_sym.errors import InputError
 
 _CORNER_LIMIT = 4  # 2**4 corner starts; for more pairs random corners take their place
@@ -184,7 +183,7 @@ class MPCCSurvey:
 
 
 def solve_mpcc(
-    problem: LCP | ContactProblem,
+    problem: LCP,
     start: npt.ArrayLike | None = None,
     options: MPCCOptions | None = None,
 ) -> MPCCResult:
@@ -199,8 +198,7 @@ def solve_mpcc(
 
     Parameters
     ----------
-    problem : LCP or ContactProblem
-        A contact problem is solved through its `lcp`.
+    problem : LCP
     start : array_like, shape (n,), optional
         Where to begin; when not given, several starts are tried until one succeeds.
     options : MPCCOptions, optional
@@ -217,7 +215,7 @@ def solve_mpcc(
         For a start of another length or with infinite entries. Fix: give n finite numbers.
     """
     options = options or MPCCOptions()
-    program = _RelaxedProgram(_lcp_of(problem), options)
+    program = _RelaxedProgram(problem, options)
     starts = program.starts() if start is None else [program.checked_start(start)]
     best: MPCCResult | None = None
     for point in starts:
@@ -231,26 +229,26 @@ def solve_mpcc(
 
 
 def solve_mpcc_all(
-    problem: LCP | ContactProblem,
+    problem: LCP,
     starts: Iterable[npt.ArrayLike] | None = None,
     options: MPCCOptions | None = None,
+    compared: int | None = None,
 ) -> MPCCSurvey:
     """Run `solve_mpcc` from many starts and keep the distinct solutions.
-
-    Solutions of a contact problem are distinct if their forces are: how a_t divides into two parts
-    while F_n = 0 does not count.
 
     A survey without solutions does not prove that there is none, and solutions may be missing:
     `painleve_sym.complementarity.lcp.solve_all` decides both.
 
     Parameters
     ----------
-    problem : LCP or ContactProblem
-        A contact problem is solved through its `lcp`.
+    problem : LCP
     starts : iterable of array_like, shape (n,), optional
         Where to begin; the corners and random starts of `MPCCOptions` when not given.
     options : MPCCOptions, optional
         The relaxation.
+    compared : int, optional
+        Solutions are distinct if their first so many entries are; all when not given. The forces of
+        one contact at rest are the first two: how a_t divides into two parts does not count.
 
     Returns
     -------
@@ -263,28 +261,21 @@ def solve_mpcc_all(
         As for `solve_mpcc`, and for an empty list of starts. Fix: give at least one start.
     """
     options = options or MPCCOptions()
-    program = _RelaxedProgram(_lcp_of(problem), options)
+    program = _RelaxedProgram(problem, options)
     points = list(program.starts() if starts is None else map(program.checked_start, starts))
     if not points:
         raise InputError(
             "solve_mpcc_all has nowhere to begin, starts: got none, need at least one. "
             "Fix: give a start or leave starts out."
         )
-    # The forces of a contact come first; the entry after them is a part of a_t.
-    compared = slice(2) if isinstance(problem, ContactProblem) else slice(None)
     solutions: list[MPCCResult] = []
     failures: list[MPCCResult] = []
     for result in map(program.run, points):
         if result.status is not MPCCStatus.SOLVED:
             failures.append(result)
-        elif not any(_near(result.z[compared], known.z[compared]) for known in solutions):
+        elif not any(_near(result.z[:compared], known.z[:compared]) for known in solutions):
             solutions.append(result)
     return MPCCSurvey(tuple(solutions), tuple(failures), len(points))
-
-
-def _lcp_of(problem: LCP | ContactProblem) -> LCP:
-    """Return the complementarity problem itself."""
-    return problem.lcp() if isinstance(problem, ContactProblem) else problem
 
 
 def _near(a: FloatArray, b: FloatArray) -> bool:

@@ -2,7 +2,7 @@
 
 The consistent forces and accelerations of contacts with ``v_n = 0`` form a piecewise linear map
 from (force, acceleration) pairs that obey the contact laws to ``b = a - W F``: one linear piece for
-each choice of branches (lift-off, slip, stick). The problem has one solution for every b exactly
+each choice of local modes (lift-off, slip, stick). The problem has one solution for every b exactly
 when that map is one-to-one and onto.
 
 - All contacts sliding: the pieces are the complementary cones of an LCP, their determinants the
@@ -10,11 +10,16 @@ when that map is one-to-one and onto.
 - Some at rest: the condition is the same, every determinant > 0. The law of a contact at rest has
   four pieces around one point, a product of laws at most four around a face of codimension two,
   and a map coherently oriented on such pieces is a homeomorphism (Scholtes, codimension-k theorem).
+- Some bilateral: the determinant of a choice is affine in the friction of each bilateral contact,
+  with opposite slopes on its two sides. Determinants that are positive on both sides stay so while
+  this friction fades to zero; the degree of the map does not change on the way, and at its end the
+  contact is an equation that leaves a smaller problem of the kinds above.
 - Existence: let the columns of G be the edges of the friction cones (at rest) or the directions of
   the sliding forces, and those of H the same at rest, but the normal where sliding. If
   ``x'(H'WG)x > 0`` for every ``x >= 0, x != 0``, then no nonzero forces solve the problem with
   b = 0, for W and for every W on the way from it to the identity, where the solution is unique; so
-  the degree of the map is one, and no b is left without a solution.
+  the degree of the map is one, and no b is left without a solution. A bilateral contact pushes or
+  pulls: the condition is asked of each choice of sides, with the edges of that side.
 
 References
 ----------
@@ -28,20 +33,20 @@ Cottle, Pang & Stone (1992), The Linear Complementarity Problem. Academic Press.
 from __future__ import annotations
 
 import enum
-from collections.abc import Sequence
+from collections.abc import Iterable
 
 import numpy as np
 
-from painleve_sym.complementarity.branches import Branch, branch_blocks
-from painleve_sym.complementarity.faces import FloatArray
 from painleve_sym.complementarity.matrix_class import determinant_signs, is_copositive
+from painleve_sym.complementarity.solution_sets import FloatArray
 
 
 class Uniqueness(enum.Enum):
     """Say what W, mu and the slip directions promise for every b; `meaning` and `reference` follow.
 
     UNIQUE_FOR_ALL
-        Every branch determinant is positive; all sliding: the LCP has a P-matrix.
+        The determinants of all choices of local modes are positive; all sliding: the LCP has a
+        P-matrix.
     SOLVABLE_FOR_ALL
         Not that, but ``x'(H'WG)x > 0`` for every ``x >= 0, x != 0``.
     NOT_GUARANTEED
@@ -51,7 +56,7 @@ class Uniqueness(enum.Enum):
     UNIQUE_FOR_ALL = (
         "unique_for_all",
         "whatever the accelerations b, there is exactly one set of forces. All contacts sliding: "
-        "the matrix is a P-matrix; otherwise all branch determinants are positive",
+        "the matrix is a P-matrix; otherwise the determinants of all choices are positive",
         "Cottle, Pang & Stone (1992), theorem 3.3.7; Scholtes (1996) for contacts at rest",
     )
     SOLVABLE_FOR_ALL = (
@@ -73,39 +78,22 @@ class Uniqueness(enum.Enum):
         self.reference = reference
 
 
-def uniqueness_of(W: FloatArray, branches: Sequence[Sequence[Branch]]) -> Uniqueness:
-    """Classify contacts by their mobility and the branches of their laws.
+def uniqueness_of(
+    pieces: Iterable[tuple[FloatArray, FloatArray]], forms: Iterable[FloatArray]
+) -> Uniqueness:
+    """Classify a piecewise linear problem by its pieces.
 
     Parameters
     ----------
-    W : ndarray, shape (2 n, 2 n)
-        Mobility, scaled to order one.
-    branches : sequence of n sequences of Branch
-        What each contact may do. A determinant or minor within rounding of zero counts as zero.
+    pieces : iterable of (ndarray, ndarray), each of shape (m, k, k)
+        The matrices of all choices with k unknowns, and the sizes of the terms of each entry. A
+        determinant within rounding of zero counts as zero.
+    forms : iterable of ndarray, shape (p, p)
+        The matrices ``H'WG`` of the existence test, one for each choice of the sides of bilateral
+        contacts.
     """
-    signs = (determinant_signs(blocks, terms) for blocks, terms in branch_blocks(W, branches))
-    if all(np.all(sign > 0) for sign in signs):
+    if all(np.all(determinant_signs(blocks, terms) > 0) for blocks, terms in pieces):
         return Uniqueness.UNIQUE_FOR_ALL
-    return (
-        Uniqueness.SOLVABLE_FOR_ALL
-        if is_copositive(_power_form(W, branches), strict=True)
-        else Uniqueness.NOT_GUARANTEED
-    )
-
-
-def _power_form(W: FloatArray, branches: Sequence[Sequence[Branch]]) -> FloatArray:
-    """Return ``H'WG``: the power of forces on the accelerations that the law ties them to."""
-    forces, partners = [], []
-    for i, given in enumerate(branches):
-        slips = [branch for branch in given if branch.directions.shape[1] == 1]
-        for branch in slips:
-            force = np.zeros(len(W))
-            force[2 * i : 2 * i + 2] = branch.directions[:, 0]
-            partner = force
-            if len(slips) == 1:  # sliding, or without friction: only F_n a_n = 0 is known
-                partner = np.zeros(len(W))
-                partner[2 * i] = branch.directions[0, 0]
-            forces.append(force)
-            partners.append(partner)
-    form: FloatArray = np.array(partners) @ W @ np.array(forces).T
-    return form
+    if all(is_copositive(form, strict=True) for form in forms):
+        return Uniqueness.SOLVABLE_FOR_ALL
+    return Uniqueness.NOT_GUARANTEED

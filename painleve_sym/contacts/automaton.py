@@ -334,7 +334,7 @@ class PluralContacts:
         begin = {s: v for c in self.interfaces for s, v in c.start().items()}
         follow = (Choice(CONTACT if self._unknown else MOTION),)
         start = Transition(
-            "start", EventKind.CONTACT, None, follow, begin, decides=not self._unknown
+            "start", EventKind.CONTACT, None, follow, begin, chooses=not self._unknown
         )
         modes = [motion, Mode("start", {}, (start,), self.outputs())]
         if self._unknown:
@@ -348,11 +348,9 @@ class PluralContacts:
             for i, c in enumerate(self.interfaces)
             if i in self._unknown
         ]
-        impact = Transition(
-            "impact", EventKind.IMPACT, sp.Add(*approaching), stop=StopReason.DECISION
-        )
+        impact = Transition("impact", EventKind.IMPACT, sp.Add(*approaching), decides=_ANSWERS)
         follows = (Choice(MOTION),)
-        decide = Transition("decide", EventKind.CONTACT, None, follows, decides=True)
+        decide = Transition("decide", EventKind.CONTACT, None, follows, chooses=True)
         return impact, decide
 
     @cached_property
@@ -383,6 +381,8 @@ class PluralContacts:
         return {"liftoff": 1, "slip": -1, "impact": 0}[policies.pop() if policies else "liftoff"]
 
 
+_ANSWERS = (EventKind.IMPACT, EventKind.SETTLE)
+"""Kinds of events with which the impacts of rigid contacts answer."""
 _DETERMINANT = sp.Symbol("determinant", real=True)
 
 

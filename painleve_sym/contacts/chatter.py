@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from painleve_sym.complementarity.contact import ContactProblem
 from painleve_sym.contacts.impact.one_contact import ImpactEnd, solve_impact
+from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.mechanics.impact.classes import ImpactClass
 
 REVERSE_CHATTER = "reverse_chatter"
@@ -71,7 +71,7 @@ def chatter(
     Parameters
     ----------
     problem : ContactProblem
-        W, b_t, b_n and μ; its slip velocity counts as 0.
+        Of one contact: W, b_t, b_n and μ; its slip velocity counts as 0.
     restitution : {"energetic", "poisson", "newton"}
     e : float
         Coefficient of restitution of that law, in [0, 1].
@@ -100,7 +100,7 @@ def _cycle(problem: ContactProblem, restitution: str, e: float) -> tuple[float, 
     fall = -2 * problem.b_t / problem.b_n
     arriving = fall
     for _ in range(_BOUNCES):
-        impact = solve_impact(W, problem.mu, (-1.0, arriving), restitution, e)
+        impact = solve_impact(W, problem.friction, (-1.0, arriving), restitution, e)
         v_n, v_t = impact.velocity
         if impact.end is ImpactEnd.JAM:
             return None

@@ -4,189 +4,335 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
-from painleve_sym.complementarity.contact import ContactCase, ContactProblem, ContactSolution
+import numpy as np
+
+from painleve_sym.arrays import Array
+from painleve_sym.complementarity.uniqueness import Uniqueness
+from painleve_sym.contacts import guide
 from painleve_sym.contacts.chatter import Chatter, chatter
-from painleve_sym.contacts.classify_bilateral import BilateralClassification, classify_bilateral
-from painleve_sym.contacts.contact_numbers import contact_numbers
+from painleve_sym.contacts.contact_numbers import ContactNumbers, all_contact_numbers
 from painleve_sym.contacts.inputs import (
     CONTACT_TOLERANCE,
     resolve_parameters,
     resolve_state,
     symbol_values,
 )
+from painleve_sym.contacts.local_mode import ContactMode
+from painleve_sym.contacts.problem import ContactCase, ContactProblem, ContactSolution
 from painleve_sym.errors import InputError
 from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.mechanics.models import Mechanism
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Classification:
-    """Coefficients and rigid solutions of one contact at one state.
+    """The rigid contact problem of the closed contacts at one state, with every solution.
 
     Attributes
     ----------
     mechanism : str
     state, parameters : dict of str to float
         Complete, with defaults filled in.
-    A, B : float
-        g̈_N = A F_n + B in slip, 1/kg and m/s². At v_t = 0, A is that of the slip direction that
-        would begin: the sign of b_t, or negative slip where b_t = 0.
-    A_stick, B_stick : float
-        The same in sticking.
-    case : ContactCase
+    contacts : tuple of str
+        Names of the n closed contacts, in the order of the arrays.
+    open : tuple of str
+        Names of the contacts that are apart or leaving.
+    problem : ContactProblem
+        Of the closed contacts.
     solutions : tuple of ContactSolution
         Every solution, each with its verified residual; none and several are results.
-    problem : ContactProblem
+    A_sticks, B_sticks : ndarray, shape (n,)
+        g̈_N = A′ F_n + B′ of each contact in sticking, the others open; 1/kg and m/s².
     chatter : tuple of Chatter
-        At v_t = 0: how small bounces follow each other, for every restitution law with the default
-        of its coefficient. Empty in slip, where they die out, where B ≥ 0, and where impacts jam.
+        Of a mechanism with one contact that can open, at v_t = 0: how small bounces follow each
+        other, for every restitution law with the default of its coefficient. Empty in slip, where
+        they die out, where B ≥ 0, and where impacts jam.
     """
 
     mechanism: str
     state: dict[str, float]
     parameters: dict[str, float]
-    A: float
-    B: float
-    A_stick: float
-    B_stick: float
-    case: ContactCase
-    solutions: tuple[ContactSolution, ...]
+    contacts: tuple[str, ...]
+    open: tuple[str, ...]
     problem: ContactProblem
+    solutions: tuple[ContactSolution, ...]
+    A_sticks: Array
+    B_sticks: Array
     chatter: tuple[Chatter, ...] = ()
+
+    @cached_property
+    def case(self) -> ContactCase:
+        """What the solutions are called."""
+        return self.problem.case_of(self.solutions, plural=not self.single)
+
+    @cached_property
+    def promise(self) -> Uniqueness:
+        """What W, μ and the slip directions promise for all loads."""
+        return self.problem.uniqueness()
+
+    @property
+    def single(self) -> bool:
+        """Whether the mechanism has one contact: then the scalars below are defined."""
+        return len(self.contacts) + len(self.open) == 1
+
+    @property
+    def bilateral(self) -> bool:
+        """Whether the only contact holds from both sides."""
+        return self.single and bool(self.problem.bilateral[0])
+
+    # ---- one contact ----
+
+    @property
+    def slip(self) -> int:
+        """s = sign(v_t); at v_t = 0 the sign of the free acceleration b_t (−1 where b_t = 0)."""
+        return self.problem.slip_direction or (1 if self.problem.b_t > 0 else -1)
+
+    @property
+    def A(self) -> float:
+        """A of g̈_N = A F_n + B in slip along `slip`; 1/kg."""
+        return self.problem.A_slip(self.slip)
+
+    @property
+    def A_push(self) -> float:
+        """A of A F_n + B = 0 in slip along `slip` for F_n > 0; 1/kg."""
+        return self.A
+
+    @property
+    def A_pull(self) -> float:
+        """A of A F_n + B = 0 in slip along `slip` for F_n < 0 of a bilateral contact; 1/kg."""
+        return self.problem.A_slip(self.slip, -1)
+
+    @property
+    def B(self) -> float:
+        """B of both; m/s²."""
+        return self.problem.B
+
+    @property
+    def A_stick(self) -> float:
+        """A′ of g̈_N = A′ F_n + B′ in sticking; 1/kg."""
+        return float(self.A_sticks.item())
+
+    @property
+    def B_stick(self) -> float:
+        """B′; m/s²."""
+        return float(self.B_sticks.item())
+
+    @property
+    def excess(self) -> float:
+        """μ |W_nt| − W_nn: where positive a bilateral slip has no solution or two; 1/kg."""
+        return -min(self.A_push, self.A_pull)
+
+    # ---- plain data ----
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data with the documented keys."""
-        return {
-            "mechanism": self.mechanism,
-            "state": self.state,
-            "parameters": self.parameters,
-            "A": self.A,
-            "B": self.B,
-            "A_stick": self.A_stick,
-            "B_stick": self.B_stick,
+        data: dict[str, Any] = {"mechanism": self.mechanism}
+        if self.bilateral:
+            data["bilateral"] = True
+        data |= {"state": self.state, "parameters": self.parameters}
+        if self.single:
+            names: tuple[str, ...] = ("A", "B", "A_stick", "B_stick")
+            if self.bilateral:
+                names = ("slip", "A_push", "A_pull", "B", "A_stick", "B_stick", "excess")
+            data |= {name: getattr(self, name) for name in names}
+        if not self.single or self.bilateral:
+            data |= {
+                "contacts": list(self.contacts),
+                "open": list(self.open),
+                "kinds": ["bilateral" if held else "unilateral" for held in self.problem.bilateral],
+                "slip_velocities": self.problem.slip_velocity,
+                "W": self.problem.W,
+                "b": self.problem.b,
+                "promise": self.promise.label,
+            }
+        data |= {
             "case": self.case.value,
-            "solutions": [
-                {
-                    "mode": s.mode.value,
-                    "normal_force": s.normal_force,
-                    "tangential_force": s.tangential_force,
-                    "normal_acceleration": s.normal_acceleration,
-                    "tangential_acceleration": s.tangential_acceleration,
-                    "residual": s.residual,
-                }
-                for s in self.solutions
-            ],
-            "chatter": [c.to_dict() for c in self.chatter],
+            "solutions": [self._solution(s) for s in self.solutions],
         }
+        if self.single and not self.bilateral:
+            data["chatter"] = [c.to_dict() for c in self.chatter]
+        return data
+
+    def _solution(self, solution: ContactSolution) -> dict[str, Any]:
+        """Return one solution: by contact, or as the only contact's own."""
+        by_contact = {
+            name: {
+                "mode": mode.value,
+                "normal_force": float(F_n),
+                "tangential_force": float(F_t),
+                "normal_acceleration": float(a_n),
+                "tangential_acceleration": float(a_t),
+            }
+            for name, mode, F_n, F_t, a_n, a_t in zip(
+                self.contacts,
+                solution.modes,
+                solution.normal_forces,
+                solution.tangential_forces,
+                solution.normal_accelerations,
+                solution.tangential_accelerations,
+                strict=True,
+            )
+        }
+        checked = {"isolated": solution.isolated, "residual": solution.residual}
+        if not self.single:
+            return {"contacts": by_contact, **checked}
+        (own,) = by_contact.values()
+        if self.bilateral:
+            return {**own, "name": solution_name(solution, self.problem), **checked}
+        return {**own, "residual": solution.residual}
+
+
+def solution_name(solution: ContactSolution, problem: ContactProblem) -> str:
+    """Return the mode of rigid motion that a solution of one contact is.
+
+    Such as ``slip_neg``, and ``slip_neg/pull_unstable`` of a bilateral contact.
+    """
+    if not problem.bilateral[0]:
+        return solution.mode.value
+    side = 1 if solution.normal_force >= 0 else -1
+    if solution.mode is ContactMode.STICK:
+        return guide.stick_mode(side)
+    slip = 1 if solution.mode is ContactMode.SLIP_POS else -1
+    return guide.slip_mode(slip, side, problem.A_slip(slip, side) < 0)
 
 
 def contact_problem(
     mechanism: Mechanism, state: Mapping[str, float], parameters: Mapping[str, float]
 ) -> ContactProblem:
-    """Return the numbers of the contact at a complete state; no check of the gap."""
-    found = contact_numbers(mechanism)(symbol_values(mechanism, state, parameters))
-    return ContactProblem(
-        **{name: found[name] for name in ("W_nn", "W_nt", "W_tt", "b_n", "b_t")},
-        mu=float(parameters[mechanism.contact.friction.name]),
-        slip_velocity=found["slip_velocity"],
-    )
+    """Return the problem of all contacts at a complete state as if closed; no check of the gaps.
+
+    The slip velocity of an only contact that is held as a state of its own (``slip_velocity`` of an
+    event) is taken from there.
+    """
+    found = all_contact_numbers(mechanism, symbol_values(mechanism, state, parameters), parameters)
+    slip = found.slip_velocity
+    if len(slip) == 1:
+        slip = np.array([state.get("slip_velocity", slip[0])])
+    bilateral = np.array([c.bilateral for c in mechanism.contacts])
+    return ContactProblem(found.W, found.b, found.mu, slip, bilateral)
 
 
 def classify(
     mechanism: Mechanism,
     state: Mapping[str, float],
     parameters: Mapping[str, float] | None = None,
-) -> Classification | BilateralClassification:
-    """Return the rigid contact problem at a state in contact, with every solution.
-
-    As the contact is, by `classify_opening` or `classify_bilateral`.
-    """
-    if mechanism.contact.bilateral:
-        return classify_bilateral(mechanism, state, parameters)
-    return classify_opening(mechanism, state, parameters)
-
-
-def classify_opening(
-    mechanism: Mechanism,
-    state: Mapping[str, float],
-    parameters: Mapping[str, float] | None = None,
 ) -> Classification:
-    """Return the rigid contact problem of a contact that can open, with every solution.
+    """Return the rigid contact problem of the closed contacts at a state, with every solution.
 
     Parameters
     ----------
     mechanism : Mechanism
-        With one contact.
+        With any number of contacts, unilateral or bilateral.
     state : mapping of str to float
-        Coordinates and velocities; absent ones are 0. Gap and normal velocity must be 0.
+        Coordinates and velocities; absent ones are 0. Where there is one contact, its gap and
+        normal velocity must be 0. Of several, one must be closed and none may approach; bilateral
+        ones must be held.
     parameters : mapping of str to float
         Absent ones have their defaults.
 
     Raises
     ------
     InputError
-        Unknown names, numbers out of range, a state that is not in contact.
+        Unknown names, numbers out of range, a state that is not in contact; all faults of the
+        contacts at once.
 
     References
     ----------
     Zhao, Liu & Chen, (1)–(3) and Fig. 2.
     """
-    values = resolve_parameters(
-        f"{mechanism.name!r}", mechanism.system.parameters, parameters or {}
-    )
+    declared = mechanism.system.parameters
+    values = resolve_parameters(f"{mechanism.name!r}", declared, parameters or {})
     start = resolve_state(mechanism, state, values)
-    contact = mechanism.contact
-    if contact.bilateral:
-        raise InputError(
-            f"classify {mechanism.name!r}: contact {contact.name!r} is bilateral, need one that "
-            "can open. Fix: use classify_bilateral."
-        )
-    _check_contact(mechanism, start, values)
-    problem = contact_problem(mechanism, start, values)
-    found = contact_numbers(mechanism)(symbol_values(mechanism, start, values))
-    A = problem.A
-    if A is None:
-        A = problem.A_slip(1 if problem.b_t > 0 else -1)
+    found = all_contact_numbers(mechanism, symbol_values(mechanism, start, values), values)
+    closed = closed_contacts(f"classify {mechanism.name!r}", mechanism, found)
+    rows = [row for i in closed for row in (2 * i, 2 * i + 1)]
+    problem = ContactProblem(
+        found.W[np.ix_(rows, rows)],
+        found.b[rows],
+        found.mu[closed],
+        found.slip_velocity[closed],
+        np.array([mechanism.contacts[i].bilateral for i in closed]),
+    )
+    names = [c.name for c in mechanism.contacts]
     return Classification(
         mechanism=mechanism.name,
         state=start,
         parameters=values,
-        A=A,
-        B=problem.B,
-        A_stick=found["A_stick"],
-        B_stick=found["B_stick"],
-        case=problem.case,
-        solutions=problem.solutions(),
+        contacts=tuple(names[i] for i in closed),
+        open=tuple(name for i, name in enumerate(names) if i not in closed),
         problem=problem,
-        chatter=_bounces(problem),
+        solutions=problem.solutions(),
+        A_sticks=found.A_stick[closed],
+        B_sticks=found.B_stick[closed],
+        chatter=_bounces(problem) if len(names) == 1 else (),
     )
 
 
 def _bounces(problem: ContactProblem) -> tuple[Chatter, ...]:
-    if problem.slip_direction:
+    """Return how small bounces follow each other near one contact at rest that can open."""
+    if problem.slip_direction or problem.bilateral[0]:
         return ()
     laws = [make() for make in RESTITUTIONS.values()]
     found = [chatter(problem, law.name, law.parameter.default) for law in laws]
     return tuple(c for c in found if c is not None)
 
 
-def _check_contact(
-    mechanism: Mechanism, state: Mapping[str, float], parameters: Mapping[str, float]
-) -> None:
-    found = contact_numbers(mechanism)(symbol_values(mechanism, state, parameters))
-    gap, rate = found["gap"], found["gap_rate"]
-    where = f"classify {mechanism.name!r}"
-    if gap < -CONTACT_TOLERANCE:
-        raise InputError(
-            f"{where}: the contact starts inside the ground, gap = {gap:g} m, and no contact law "
-            "is given. Fix: start with gap 0, or use simulate with a law."
-        )
-    if gap > CONTACT_TOLERANCE:
-        raise InputError(
-            f"{where}: the contact is open, gap = {gap:g} m, need 0. Fix: start on the surface."
-        )
-    if abs(rate) > CONTACT_TOLERANCE:
-        fix = "use jump or simulate" if rate < 0 else "the contact is leaving: nothing to solve"
-        raise InputError(f"{where}: normal velocity {rate:g} m/s, need 0. Fix: {fix}.")
+def closed_contacts(where: str, mechanism: Mechanism, found: ContactNumbers) -> list[int]:
+    """Return the indices of the closed contacts.
+
+    Raises
+    ------
+    InputError
+        For a contact inside its surface, approaching it or off its guide, and where none is closed;
+        all faults at once. `where` begins the message.
+    """
+    faults: list[str] = []
+    closed: list[int] = []
+    single = len(mechanism.contacts) == 1
+    for i, contact in enumerate(mechanism.contacts):
+        gap, rate = float(found.gap[i]), float(found.gap_rate[i])
+        name = "the contact" if single else f"contact {contact.name!r}"
+        if contact.bilateral:
+            subject = "a bilateral contact" if single else f"bilateral {name}"
+            faults += held_faults(subject, gap, rate)
+            closed.append(i)
+        elif gap < -CONTACT_TOLERANCE:
+            faults.append(
+                f"{name} starts inside the ground, gap = {gap:g} m, and no contact law "
+                "is given. Fix: start with gap 0, or use simulate with a law."
+            )
+        elif gap <= CONTACT_TOLERANCE and rate < -CONTACT_TOLERANCE:
+            faults.append(
+                f"normal velocity {rate:g} m/s, need 0. Fix: use jump or simulate."
+                if single
+                else f"{name} approaches with {-rate:g} m/s: an impact. "
+                "Fix: use simulate with --law rigid."
+            )
+        elif gap <= CONTACT_TOLERANCE and rate <= CONTACT_TOLERANCE:
+            closed.append(i)
+        elif single and gap > CONTACT_TOLERANCE:
+            faults.append(f"{name} is open, gap = {gap:g} m, need 0. Fix: start on the surface.")
+        elif single:
+            faults.append(
+                f"normal velocity {rate:g} m/s, need 0. "
+                "Fix: the contact is leaving: nothing to solve."
+            )
+    if not closed and not faults:
+        faults.append("no contact is closed. Fix: start with a gap of 0.")
+    if faults:
+        raise InputError(f"{where}: " + " ".join(faults))
+    return closed
+
+
+def held_faults(subject: str, gap: float, rate: float) -> list[str]:
+    """Return a sentence where gap and normal velocity of a bilateral contact are not 0."""
+    if abs(gap) <= CONTACT_TOLERANCE and abs(rate) <= CONTACT_TOLERANCE:
+        return []
+    return [
+        f"{subject} holds its point: got gap = {gap:g} m and normal "
+        f"velocity {rate:g} m/s, need both 0 within {CONTACT_TOLERANCE:g}. "
+        "Fix: start on the guide and along it."
+    ]

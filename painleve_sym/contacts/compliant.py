@@ -16,14 +16,7 @@ from painleve_sym.contacts.contact_states import (
 )
 from painleve_sym.errors import EventKind, InputError
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition, positive
-from painleve_sym.laws.compliance import (
-    DELTA,
-    DELTA_DOT,
-    SEPARATED,
-    Branch,
-    ContactLaw,
-    Exit,
-)
+from painleve_sym.laws.compliance import DELTA, DELTA_DOT, SEPARATED, Branch, ContactLaw, Exit
 from painleve_sym.mechanics.simplify import readable
 
 INDENTED = "flight_indented"
@@ -87,14 +80,7 @@ class SoftenedContact(ContactStates):
         if released != 0:
             reset[CONTACT_WORK] = CONTACT_WORK + released
         label = f"{e.kind}_{number}"
-        return Transition(
-            label,
-            e.kind,
-            self._of_state(e.guard),
-            (Choice(target),),
-            reset,
-            contact=self.name,
-        )
+        return self.transition(label, e.kind, self._of_state(e.guard), (Choice(target),), reset)
 
     def _contact_mode(self, contact: str, branch: Branch) -> Mode:
         mu, name = self.mechanism.coefficients.mu, f"{contact}/{branch.name}"
@@ -105,13 +91,7 @@ class SoftenedContact(ContactStates):
             for direction, margin in (("neg", mu * force - needed), ("pos", mu * force + needed)):
                 enter = Choice(f"slip_{direction}/{branch.name}", departs=("slip_stop",))
                 changes.append(
-                    Transition(
-                        f"slip_{direction}",
-                        EventKind.SLIP_START,
-                        margin,
-                        (enter,),
-                        contact=self.name,
-                    )
+                    self.transition(f"slip_{direction}", EventKind.SLIP_START, margin, (enter,))
                 )
         else:
             s = CONTACTS[contact]
@@ -121,14 +101,7 @@ class SoftenedContact(ContactStates):
             stop = (reverse, Choice(f"stick/{branch.name}"))
             reset = {self.slip: sp.Integer(0)}
             changes.append(
-                Transition(
-                    "slip_stop",
-                    EventKind.SLIP_STOP,
-                    s * self.slip,
-                    stop,
-                    reset,
-                    contact=self.name,
-                )
+                self.transition("slip_stop", EventKind.SLIP_STOP, s * self.slip, stop, reset)
             )
         exits = [self._exit(i, contact, branch, e) for i, e in enumerate(branch.exits)]
         return Mode(
@@ -141,28 +114,22 @@ class SoftenedContact(ContactStates):
 
     def _flight_modes(self) -> list[Mode]:
         loading = self._contact_choices(self.law.loading.name)
-        land = Transition("touchdown", EventKind.TOUCHDOWN, self.gap, loading, contact=self.name)
+        land = self.transition("touchdown", EventKind.TOUCHDOWN, self.gap, loading)
         zero = sp.Integer(0)
         free, outputs = self.field(None, zero), self.outputs(None, zero, zero)
         modes = [Mode(FLIGHT, free, (land, *domain_transitions(self.mechanism)), outputs)]
         if self.law.recontacts:
             clean = {s: sp.Integer(0) for s in self.law.memory}
-            leave = Transition(
-                "liftoff",
-                EventKind.LIFTOFF,
-                -self.gap,
-                (Choice(FLIGHT),),
-                clean,
-                contact=self.name,
+            leave = self.transition(
+                "liftoff", EventKind.LIFTOFF, -self.gap, (Choice(FLIGHT),), clean
             )
             back = [
-                Transition(
+                self.transition(
                     f"recontact_{i}",
                     e.kind,
                     self._of_state(e.guard),
                     self._contact_choices(e.target),
                     self._recontact_reset(e),
-                    contact=self.name,
                 )
                 for i, e in enumerate(self.law.recontacts)
             ]

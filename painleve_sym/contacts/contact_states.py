@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import sympy as sp
 
 from painleve_sym.errors import EventKind, StopReason
-from painleve_sym.hybrid.automaton import Transition
+from painleve_sym.hybrid.automaton import Choice, Reset, Transition
 from painleve_sym.mechanics.coefficients import F_N, F_T
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.models import Mechanism
+from painleve_sym.mechanics.system import TIME
 
 GAP, GAP_RATE = sp.Symbol("gap", real=True), sp.Symbol("gap_dot", real=True)
 SLIP = sp.Symbol("slip_velocity", real=True)
@@ -91,10 +93,18 @@ class ContactStates:
         """States of the contact, as the only row."""
         return (ContactRow.of(self.mechanism.contact, GAP, GAP_RATE, SLIP),)
 
-    @property
-    def name(self) -> str:
-        """Name of the contact."""
-        return self.mechanism.contact.name
+    def transition(
+        self,
+        label: str,
+        kind: EventKind,
+        guard: sp.Expr | None,
+        choices: tuple[Choice, ...] = (),
+        reset: Reset | None = None,
+        **more: Any,
+    ) -> Transition:
+        """Return a transition of the contact; see `Transition`."""
+        name = self.mechanism.contact.name
+        return Transition(label, kind, guard, choices, reset or {}, contact=name, **more)
 
     @property
     def gap(self) -> sp.Symbol:
@@ -113,20 +123,20 @@ class ContactStates:
 
     @cached_property
     def states(self) -> tuple[sp.Symbol, ...]:
-        """Coordinates, velocities, contact states where needed, then dissipated energies."""
-        system = self.mechanism.system
+        """What `Mechanism.motion` has, contact states where needed, then dissipated energies."""
         extra = [s for s in self.rows[0].symbols if s in (GAP, GAP_RATE, SLIP)]
-        return (*system.q, *system.q_dot, *extra, *self.dissipations)
+        return (*self.mechanism.motion, *extra, *self.dissipations)
 
     @cached_property
     def dissipations(self) -> tuple[sp.Symbol, ...]:
         """States that only account for energy; a moving surface does work like a drive."""
-        driven = self.mechanism.system.dissipated_power != 0 or self._surface_speed != 0
+        driven = self.mechanism.system.dissipated_power != 0 or any(self.drive_speeds)
         return (FRICTION_WORK, CONTACT_WORK, *((FORCE_WORK,) if driven else ()))
 
     @property
-    def _surface_speed(self) -> sp.Expr:
-        return sp.sympify(self.mechanism.contact.surface_speed)
+    def drive_speeds(self) -> tuple[sp.Expr, sp.Expr]:
+        """`ContactCoefficients.drive_speeds` of the contact."""
+        return self.mechanism.coefficients.drive_speeds
 
     def tangential_force(self, contact: str, force: sp.Expr) -> sp.Expr:
         """Return F_t of a contact mode for the normal force `force`."""
@@ -167,7 +177,10 @@ class ContactStates:
         rates[FRICTION_WORK] = -friction * self.slip if contact != "stick" else sp.Integer(0)
         rates[CONTACT_WORK] = sp.Integer(0)
         if FORCE_WORK in self.dissipations:
-            rates[FORCE_WORK] = system.dissipated_power - friction * self._surface_speed
+            normal_drive, drive = self.drive_speeds
+            rates[FORCE_WORK] = system.dissipated_power - friction * drive - force * normal_drive
+        if self.mechanism.depends_on_time:
+            rates[TIME] = sp.Integer(1)
         return rates
 
     def _normal(self, contact: str | None, force: sp.Expr, accelerations: sp.Matrix) -> sp.Expr:

@@ -12,11 +12,11 @@ import sympy as sp
 
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.quantities import Quantities, quantities
-from painleve_sym.complementarity.contact import ContactMode
-from painleve_sym.complementarity.several import SeveralContacts, SeveralSolution
 from painleve_sym.contacts.contact_states import CONTACT_WORK, FLIGHT, FORCE_WORK, FRICTION_WORK
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
 from painleve_sym.contacts.impact.simultaneous import solve_simultaneous_impact
+from painleve_sym.contacts.local_mode import ContactMode
+from painleve_sym.contacts.problem import ContactProblem, ContactSolution
 from painleve_sym.contacts.two_contacts import TwoContacts, mode_name
 
 _REST = 1e-9
@@ -37,7 +37,9 @@ class ContactTerms:
     b : ndarray, shape (4,)
     directions : ndarray, shape (n, 4)
         M⁻¹ Jᵀ.
-    mu, surface_speed : ndarray, shape (2,)
+    mu : ndarray, shape (2,)
+    drive_speeds : ndarray, shape (4,)
+        `ContactCoefficients.drive_speeds` of each contact.
     velocity : ndarray, shape (4,)
         Of the contacts, from the coordinates' velocities.
     """
@@ -46,14 +48,14 @@ class ContactTerms:
     b: Array
     directions: Array
     mu: Array
-    surface_speed: Array
+    drive_speeds: Array
     velocity: Array
 
-    def problem(self, closed: tuple[int, ...], slip: Array) -> SeveralContacts:
+    def problem(self, closed: tuple[int, ...], slip: Array) -> ContactProblem:
         """Return the contact problem of the closed contacts; `slip` are all slip velocities."""
         rows = rows_of(closed)
         chosen = list(closed)
-        return SeveralContacts(
+        return ContactProblem(
             self.W[np.ix_(rows, rows)], self.b[rows], self.mu[chosen], slip[chosen]
         )
 
@@ -112,7 +114,9 @@ class Decider:
             "b": contact.free,
             "directions": contact.directions,
             "mu": sp.Matrix([c.friction for c in contacts]),
-            "surface_speed": sp.Matrix([c.surface_speed for c in contacts]),
+            "drive_speeds": sp.Matrix(
+                [v for c in contact.mechanism.all_coefficients for v in c.drive_speeds]
+            ),
             "velocity": sp.Matrix([v for c in contacts for v in (c.gap_rate, c.slip_velocity)]),
         }
         return {f"{k}_{i}": e for k, m in matrices.items() for i, e in enumerate(m)}
@@ -122,7 +126,7 @@ class Decider:
         vector = np.append(state, self._own(values))
         found = np.array(self._terms.function(vector)).reshape(-1)
         n = len(self.contact.mechanism.system.q)
-        W, b, directions, *rest = np.split(found, np.cumsum([16, 4, 4 * n, 2, 2]))
+        W, b, directions, *rest = np.split(found, np.cumsum([16, 4, 4 * n, 2, 4]))
         W = W.reshape(4, 4)
         return ContactTerms((W + W.T) / 2, b, directions.reshape(n, 4), *rest)
 
@@ -204,7 +208,7 @@ class Decider:
         return found[open_contacts.index(best)]
 
     def _modes(
-        self, terms: ContactTerms, closed: tuple[int, ...], slips: Array, found: SeveralSolution
+        self, terms: ContactTerms, closed: tuple[int, ...], slips: Array, found: ContactSolution
     ) -> tuple[str, ...]:
         """Return what each contact does; one at rest that gains no speed sticks."""
         modes = [FLIGHT] * len(slips)
@@ -266,5 +270,6 @@ class Decider:
         after[self._index[CONTACT_WORK]] -= impact.normal_work
         after[self._index[FRICTION_WORK]] -= impact.tangential_work
         if FORCE_WORK in self._index:
-            after[self._index[FORCE_WORK]] -= terms.surface_speed @ impulses[1::2]
+            along = [terms.drive_speeds[i::2] @ impulses[i::2] for i in (1, 0)]
+            after[self._index[FORCE_WORK]] -= sum(along)
         return impulses, after

@@ -143,7 +143,7 @@ class BilateralContact(ContactStates):
 
     def _decision(self) -> Mode:
         choices = (*self._sliding_choices(-1), *self._sliding_choices(1), *self._resting_choices())
-        decide = Transition("decide", EventKind.CONTACT, None, choices, contact=self.name)
+        decide = self.transition("decide", EventKind.CONTACT, None, choices)
         return Mode(DECISION, {}, (decide,), self.outputs(None, _ZERO, _ZERO))
 
     def _impact(self) -> Mode:
@@ -154,15 +154,13 @@ class BilateralContact(ContactStates):
         reset |= {self.slip: _ZERO, self.gap_rate: _ZERO}
         reset[FRICTION_WORK] = FRICTION_WORK + forms.friction_loss.xreplace(now)
         if FORCE_WORK in self.dissipations:
-            speed = sp.sympify(self.mechanism.contact.surface_speed)
-            reset[FORCE_WORK] = FORCE_WORK - forms.tangential_impulse.xreplace(now) * speed
-        stop = Transition(
-            "stop",
-            EventKind.TANGENTIAL_IMPACT,
-            None,
-            (Choice(DECISION),),
-            reset,
-            contact=self.name,
+            impulses = (forms.normal_impulse, forms.tangential_impulse)
+            reset[FORCE_WORK] = FORCE_WORK - sum(
+                p.xreplace(now) * speed
+                for p, speed in zip(impulses, self.drive_speeds, strict=True)
+            )
+        stop = self.transition(
+            "stop", EventKind.TANGENTIAL_IMPACT, None, (Choice(DECISION),), reset
         )
         return Mode(TANGENTIAL_IMPACT, {}, (stop,), self.outputs(None, _ZERO, _ZERO))
 
@@ -178,13 +176,8 @@ class BilateralContact(ContactStates):
     def _slip(self, slip: int, side: int, unstable: bool) -> Mode:
         c, sign = self.mechanism.coefficients, -1 if unstable else 1
         still = {self.slip: _ZERO}
-        stop = Transition(
-            "slip_stop",
-            EventKind.SLIP_STOP,
-            slip * self.slip,
-            (Choice(DECISION),),
-            still,
-            contact=self.name,
+        stop = self.transition(
+            "slip_stop", EventKind.SLIP_STOP, slip * self.slip, (Choice(DECISION),), still
         )
         # Beyond F_n = 0 the other side answers where its A is positive; else nothing does.
         over: tuple[Choice, ...] = (Choice(TANGENTIAL_IMPACT),)
@@ -197,21 +190,9 @@ class BilateralContact(ContactStates):
                 ),
                 *over,
             )
-        turn = Transition(
-            "force_reversal",
-            EventKind.FORCE_REVERSAL,
-            -sign * side * c.B,
-            over,
-            contact=self.name,
-        )
+        turn = self.transition("force_reversal", EventKind.FORCE_REVERSAL, -sign * side * c.B, over)
         margin = sign * self.forms.A[slip * side] / c.W_nn - SINGULAR_MARGIN
-        meet = Transition(
-            "singular",
-            EventKind.SINGULAR,
-            margin,
-            stop=StopReason.SINGULAR,
-            contact=self.name,
-        )
+        meet = self.transition("singular", EventKind.SINGULAR, margin, stop=StopReason.SINGULAR)
         # A force that pulls rubs as one that pushes in slip the other way: F_t = −μ s σ F_n.
         rubbing, force = _SLIPS[slip * side], self.forms.slip_force(slip, side)
         return self._held(slip_mode(slip, side, unstable), rubbing, force, (stop, turn, meet))
@@ -231,18 +212,12 @@ class BilateralContact(ContactStates):
                 Choice(slip_mode(slip, side), positive(self.forms.A[slip * side]), stop),
                 Choice(slip_mode(slip, -side), None, stop),
             )
-            changes.append(
-                Transition(_SLIPS[slip], EventKind.SLIP_START, margin, enter, contact=self.name)
-            )
+            changes.append(self.transition(_SLIPS[slip], EventKind.SLIP_START, margin, enter))
         every = ("force_reversal", *_SLIPS.values())
         other = (Choice(stick_mode(-side), None, every),)
         # Reached only where F_t vanishes with F_n; any other F_t begins a slip before.
-        turn = Transition(
-            "force_reversal",
-            EventKind.FORCE_REVERSAL,
-            side * self.forms.stick_force,
-            other,
-            contact=self.name,
+        turn = self.transition(
+            "force_reversal", EventKind.FORCE_REVERSAL, side * self.forms.stick_force, other
         )
         return self._held(stick_mode(side), "stick", self.forms.stick_force, (turn, *changes))
 

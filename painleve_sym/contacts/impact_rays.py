@@ -116,8 +116,8 @@ class ImpactRays:
         friction = ray.ratio * (v_t * impulse + ray.a_t * impulse**2 / 2)
         reset |= {CONTACT_WORK: CONTACT_WORK - work, FRICTION_WORK: FRICTION_WORK - friction}
         if FORCE_WORK in st.dissipations:
-            drive = ray.ratio * impulse * sp.sympify(st.mechanism.contact.surface_speed)
-            reset[FORCE_WORK] = FORCE_WORK - drive
+            normal_drive, drive = st.drive_speeds
+            reset[FORCE_WORK] = FORCE_WORK - ray.ratio * impulse * drive - impulse * normal_drive
         spent = {"energetic": work, "poisson": -impulse if phase == "compression" else impulse}
         amount = spent.get(self.restitution, sp.Integer(0))
         reset |= {
@@ -157,11 +157,10 @@ class ImpactRays:
         guard = greatest(s * ray.a_t, sooner)
         kind = EventKind.IMPACT_SLIP_STOP
         choices = self._at_rest(phase)
-        return Transition("slip_stop", kind, guard, choices, reset, contact=self.states.name)
+        return self.states.transition("slip_stop", kind, guard, choices, reset)
 
     def _jam(self, guard: sp.Expr | None) -> Transition:
-        name = self.states.name
-        return Transition("jam", EventKind.JAM, guard, stop=StopReason.JAM, contact=name)
+        return self.states.transition("jam", EventKind.JAM, guard, stop=StopReason.JAM)
 
     def _mode(self, ray: Ray, phase: str, decision: str) -> Mode:
         zero = sp.Integer(0)
@@ -186,8 +185,8 @@ class ImpactRays:
             target, kind = f"impact/{ray.contact}/restitution", EventKind.IMPACT_MAX_COMPRESSION
         else:
             target, kind = decision, EventKind.IMPACT_END
-        contact = self.states.name
-        transitions.append(Transition("end", kind, None, (Choice(target),), reset, contact=contact))
+        end = self.states.transition("end", kind, None, (Choice(target),), reset)
+        transitions.append(end)
         return Mode(name, {}, tuple(transitions), outputs)
 
     def modes(self, decision: str) -> list[Mode]:

@@ -56,7 +56,7 @@ def resolve_parameters(
 def resolve_state(
     mechanism: Mechanism, given: Mapping[str, float], parameters: Mapping[str, float]
 ) -> dict[str, float]:
-    """Return coordinates and velocities; what is not given is 0.
+    """Return coordinates, velocities, and ``t`` where it occurs; what is not given is 0.
 
     Raises
     ------
@@ -89,8 +89,6 @@ def symbol_values(
 ) -> dict[object, float]:
     """Return the values keyed by the mechanism's symbols."""
     system = mechanism.system
-    values: dict[object, float] = {
-        s: state[s.name] for s in (*system.q, *system.q_dot) if s.name in state
-    }
+    values: dict[object, float] = {s: state[s.name] for s in mechanism.motion if s.name in state}
     values |= {p.symbol: parameters[p.name] for p in system.parameters if p.name in parameters}
     return values

@@ -184,7 +184,7 @@ class Interface(ABC):
         choices: tuple[Choice, ...],
         reset: Memory | None = None,
         *,
-        decides: bool = False,
+        chooses: bool = False,
     ) -> Transition:
         """Return a transition of this contact."""
         return Transition(
@@ -194,20 +194,20 @@ class Interface(ABC):
             choices,
             reset or {},
             contact=self.name,
-            decides=decides,
+            chooses=chooses,
         )
 
     def _friction_changes(self, motion: ContactMotion) -> list[Transition]:
         limit = self.row.contact.friction * self.side * motion.normal_force
         follows = (Choice(self.target),)
-        decides = self.target == MOTION
+        chooses = self.target == MOTION
         changes = [
             self._transition(
                 f"slip_start_{side}",
                 EventKind.SLIP_START,
                 self.sticks * (limit - s * motion.tangential_force),
                 follows,
-                decides=decides,
+                chooses=chooses,
             )
             for side, s in (("neg", 1), ("pos", -1))
         ]
@@ -217,7 +217,7 @@ class Interface(ABC):
             self.sign * self.row.slip,
             follows,
             {self.row.slip: _ZERO},
-            decides=decides,
+            chooses=chooses,
         )
         return [*changes, stop]
 
@@ -527,7 +527,7 @@ class CompliantInterface(Interface):
             _where(self.flights[flight], guard),
             (Choice(self.target),),
             reset | self._enter_branch(branch),
-            decides=self.target == MOTION,
+            chooses=self.target == MOTION,
         )
 
     def _exit(self, branch: Branch, number: int, e: Exit) -> Transition:

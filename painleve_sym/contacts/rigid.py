@@ -22,6 +22,7 @@ from painleve_sym.contacts.impact_rays import (
 )
 from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.hybrid.automaton import (
+    Accumulation,
     Choice,
     HybridAutomaton,
     Mode,
@@ -68,7 +69,7 @@ class RigidContact(ContactStates):
         if self.mechanism.contact.bilateral:
             raise InputError(
                 f"mechanism {self.mechanism.name!r}: its contact is bilateral, and rigid motion "
-                "needs one that can open. Fix: use BilateralProblem with its coefficients."
+                "needs one that can open. Fix: use BilateralContact."
             )
         object.__setattr__(self, "rays", ImpactRays(self, self.restitution))
 
@@ -141,16 +142,11 @@ class RigidContact(ContactStates):
     def _decision(self) -> Mode:
         clean = {s: sp.Integer(0) for s in MEMORY}
         start = clean | {APPROACH: self.gap_rate}
-        arriving = Transition(
-            "impact", EventKind.IMPACT, self.gap_rate, self.rays.starts(), start, contact=self.name
+        arriving = self.transition(
+            "impact", EventKind.IMPACT, self.gap_rate, self.rays.starts(), start
         )
-        leaving = Transition(
-            "leave",
-            EventKind.LIFTOFF,
-            -self.gap_rate,
-            (Choice(FLIGHT),),
-            clean,
-            contact=self.name,
+        leaving = self.transition(
+            "leave", EventKind.LIFTOFF, -self.gap_rate, (Choice(FLIGHT),), clean
         )
         solutions = (
             *self._sliding_choices(-1),
@@ -159,7 +155,7 @@ class RigidContact(ContactStates):
             Choice(FLIGHT),
         )
         reset = clean | {self.gap_rate: sp.Integer(0)}
-        decide = Transition("decide", EventKind.CONTACT, None, solutions, reset, contact=self.name)
+        decide = self.transition("decide", EventKind.CONTACT, None, solutions, reset)
         zero = sp.Integer(0)
         return Mode(DECISION, {}, (arriving, leaving, decide), self.outputs(None, zero, zero))
 
@@ -167,13 +163,14 @@ class RigidContact(ContactStates):
 
     def _flight(self) -> Mode:
         zero = sp.Integer(0)
-        land = Transition(
+        closed = dict.fromkeys((self.gap, self.gap_rate, *MEMORY), zero)
+        land = self.transition(
             "touchdown",
             EventKind.TOUCHDOWN,
             self.gap,
             (Choice(DECISION),),
             {self.gap: zero},
-            contact=self.name,
+            on_accumulation=Accumulation(EventKind.SETTLE, DECISION, closed),
         )
         outputs = self.outputs(None, zero, zero)
         return Mode(
@@ -191,26 +188,19 @@ class RigidContact(ContactStates):
     def _slip(self, contact: str, unstable: bool) -> Mode:
         c, s = self.mechanism.coefficients, CONTACTS[contact]
         sign = -1 if unstable else 1
-        stop = Transition(
+        stop = self.transition(
             "slip_stop",
             EventKind.SLIP_STOP,
             s * self.slip,
             (Choice(DECISION),),
             {self.slip: sp.Integer(0)},
-            contact=self.name,
         )
         # Where F_n comes down to zero: A > 0, B reaches 0 from below; A < 0, B from above.
         # Ḃ > 0 there: the gap opens, though rounding may leave B below 0 at first.
         open_ = Choice(DECISION) if unstable else Choice(FLIGHT, None, ("touchdown",))
-        lift = Transition("liftoff", EventKind.LIFTOFF, -sign * c.B, (open_,), contact=self.name)
+        lift = self.transition("liftoff", EventKind.LIFTOFF, -sign * c.B, (open_,))
         margin = sign * c.A(s) / c.W_nn - SINGULAR_MARGIN
-        meet = Transition(
-            "singular",
-            EventKind.SINGULAR,
-            margin,
-            stop=StopReason.SINGULAR,
-            contact=self.name,
-        )
+        meet = self.transition("singular", EventKind.SINGULAR, margin, stop=StopReason.SINGULAR)
         name = f"{contact}_unstable" if unstable else contact
         return self._constrained(name, contact, self.slip_force(s), (stop, lift, meet))
 
@@ -218,7 +208,7 @@ class RigidContact(ContactStates):
         c = self.mechanism.coefficients
         if self._wedged:
             zero = sp.Integer(0)
-            jam = Transition("jam", EventKind.JAM, None, stop=StopReason.JAM, contact=self.name)
+            jam = self.transition("jam", EventKind.JAM, None, stop=StopReason.JAM)
             return Mode("stick", {}, (jam,), self.outputs(None, zero, zero))
         changes = []
         for (name, slip), margin in zip(
@@ -229,14 +219,8 @@ class RigidContact(ContactStates):
                 # The force of such a slip would turn it back: only lift-off is left.
                 Choice(FLIGHT),
             )
-            changes.append(Transition(name, EventKind.SLIP_START, margin, enter, contact=self.name))
-        lift = Transition(
-            "liftoff",
-            EventKind.LIFTOFF,
-            self.stick_force,
-            (Choice(DECISION),),
-            contact=self.name,
-        )
+            changes.append(self.transition(name, EventKind.SLIP_START, margin, enter))
+        lift = self.transition("liftoff", EventKind.LIFTOFF, self.stick_force, (Choice(DECISION),))
         return self._constrained("stick", "stick", self.stick_force, (*changes, lift))
 
     @cached_property

@@ -29,7 +29,7 @@ from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
 from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.system import Parameter
+from painleve_sym.mechanics.system import TIME, Parameter
 
 CONTACT_MODES = (FLIGHT, *CONTACTS)
 """What one contact may do."""
@@ -93,15 +93,14 @@ class TwoContacts:
     @cached_property
     def dissipations(self) -> tuple[sp.Symbol, ...]:
         """States that only account for energy."""
-        moving = any(sp.sympify(c.surface_speed) != 0 for c in self.mechanism.contacts)
+        moving = any(any(c.drive_speeds) for c in self.mechanism.all_coefficients)
         driven = self.mechanism.system.dissipated_power != 0 or moving
         return (FRICTION_WORK, CONTACT_WORK, *((FORCE_WORK,) if driven else ()))
 
     @cached_property
     def states(self) -> tuple[sp.Symbol, ...]:
-        """Coordinates, velocities, contact states where needed, then dissipated energies."""
-        system = self.mechanism.system
-        own = (*system.q, *system.q_dot)
+        """What `Mechanism.motion` has, contact states where needed, then dissipated energies."""
+        own = self.mechanism.motion
         extra = [s for row in self.rows for s in row.symbols if s not in own]
         return (*own, *extra, *self.dissipations)
 
@@ -155,10 +154,13 @@ class TwoContacts:
             if closed and not sticks:
                 friction -= forces[2 * i + 1] * row.slip
             if closed:
-                drive -= forces[2 * i + 1] * sp.sympify(row.contact.surface_speed)
+                speeds = self.mechanism.all_coefficients[i].drive_speeds
+                drive -= forces[2 * i + 1] * speeds[1] + forces[2 * i] * speeds[0]
         rates |= {FRICTION_WORK: friction, CONTACT_WORK: sp.Integer(0)}
         if FORCE_WORK in self.dissipations:
             rates[FORCE_WORK] = system.dissipated_power + drive
+        if self.mechanism.depends_on_time:
+            rates[TIME] = sp.Integer(1)
         return rates
 
     def outputs(self, forces: sp.Matrix) -> dict[str, sp.Expr]:
@@ -230,15 +232,15 @@ class TwoContacts:
         )
 
     def _decision(self) -> Mode:
-        decide = Transition("decide", EventKind.CONTACT, None, stop=StopReason.DECISION)
+        kinds = (EventKind.CONTACT, EventKind.IMPACT, EventKind.SETTLE)
+        decide = Transition("decide", EventKind.CONTACT, None, decides=kinds)
         return Mode(DECISION, {}, (decide,), self.outputs(sp.zeros(4, 1)))
 
     @cached_property
     def automaton(self) -> HybridAutomaton:
-        """The automaton, validated. A run starts in ``contact``, or in a mode named to it."""
+        """The automaton, validated. A run starts in ``contact``, which asks for a decision."""
         system = self.mechanism.system
         pairs = list(product(CONTACT_MODES, repeat=2))
-        named = tuple(Choice(mode_name(pair), sp.false) for pair in pairs)
         parameters = (*system.parameters, *self.parameters)
         return HybridAutomaton(
             name=f"{self.mechanism.name}, two rigid contacts, {self.restitution} restitution",
@@ -247,6 +249,6 @@ class TwoContacts:
             parameters=tuple(p.symbol for p in parameters),
             definitions={},
             modes=(*(self._mode(pair) for pair in pairs), self._decision()),
-            starts=(*named, Choice(DECISION)),
+            starts=(Choice(DECISION),),
             uncontrolled=self.dissipations,
         )

@@ -99,11 +99,9 @@ class BatchRows:
     integrals: Array
 
     @classmethod
-    def empty(
-        cls, n: int, automaton: Outline, wish: BatchWish, kinds: int | None = None
-    ) -> BatchRows:
-        """Return uninitialised rows for so many kinds of events, by default the automaton's."""
-        kinds = max(1, len(automaton.kinds)) if kinds is None else kinds
+    def empty(cls, n: int, automaton: Outline, wish: BatchWish) -> BatchRows:
+        """Return uninitialised rows."""
+        kinds = max(1, len(automaton.kinds))
         return cls(
             np.empty(n),
             np.empty((n, len(automaton.states))),
@@ -120,10 +118,6 @@ class BatchRows:
 
     def part(self, rows: slice) -> BatchRows:
         """Return a view of some rows."""
-        return BatchRows(*(getattr(self, f.name)[rows] for f in fields(self)))
-
-    def taken(self, rows: Any) -> BatchRows:
-        """Return a copy of some rows, chosen by a mask or by numbers."""
         return BatchRows(*(getattr(self, f.name)[rows] for f in fields(self)))
 
     def put(self, rows: Any, other: BatchRows) -> None:

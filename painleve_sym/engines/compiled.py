@@ -22,12 +22,21 @@ from painleve_sym.engines.batch import (
     Wish,
     pointers,
 )
-from painleve_sym.engines.protocol import DENSE_ROWS, RawRun, RunOptions
+from painleve_sym.engines.protocol import (
+    DENSE_ROWS,
+    RawRun,
+    Resolver,
+    RunOptions,
+    run_resolved,
+)
+from painleve_sym.engines.records import EventRecords, StepRecords
 from painleve_sym.engines.source import ENGINE_REASONS, source
-from painleve_sym.errors import NoRecurrence
+from painleve_sym.errors import NoRecurrence, StopReason
 from painleve_sym.hybrid.automaton import HybridAutomaton
 from painleve_sym.hybrid.signature import AutomatonBuilder, Outline, outline_data, outline_of
 
+_DECISION = -2
+"""Reason of a run that asks for a decision (PS_DECISION)."""
 _HEAD = 12
 """Numbers before the state in what a run returns."""
 _RECORD = {"end": 0, "events": 1, "dense": 2}
@@ -147,8 +156,8 @@ class CompiledEngine:
         self._options, self._run = _structures(self._nx, self._nz, max(1, len(automaton.kinds)))
         self._library = ctypes.CDLL(str(library))
         self._end = ctypes.c_double * (_HEAD + self._nx + self._nz)
-        self._no_steps = np.empty((0, 4 + self._nz + self.dense_rows * self._nx))
-        self._no_events = np.empty((0, 4 + 2 * (self._nx + self._nz)))
+        self._no_steps = np.empty((0, StepRecords.width(self._nx, self._nz, self.dense_rows)))
+        self._no_events = np.empty((0, EventRecords.width(self._nx, self._nz)))
         self._no_memory = bytes(8 * (self._nz + 1))
         self._library.ps_complete.restype = ctypes.POINTER(self._run)
         self._library.ps_complete.argtypes = (_address,) * 5
@@ -205,8 +214,11 @@ class CompiledEngine:
         parameters: Array,
         options: RunOptions,
         memory: Array | None = None,
+        resolve: Resolver | None = None,
     ) -> RawRun:
         """Integrate from t = 0; the memory is 0 or given."""
+        if resolve is not None:
+            return run_resolved(self, state, parameters, options, memory, resolve)
         # The same options object is used in loops of runs: its C form is kept.
         if self._last_options is None or self._last_options[0] is not options:
             self._last_options = (options, self._options_of(options))
@@ -217,7 +229,8 @@ class CompiledEngine:
         kept = self._library.ps_complete(x, z, p, ctypes.byref(self._last_options[1]), out)
         try:
             time, mode, reason, stop, *counters = out[:10]
-            if reason >= len(ENGINE_REASONS):
+            decision = reason == _DECISION
+            if reason < 0 and not decision:
                 raise MemoryError(
                     f"{self.name} engine: no memory for the record after t = {time:g} s. "
                     "Fix: record='events' keeps less."
@@ -229,11 +242,12 @@ class CompiledEngine:
                 state=values[: self._nx],
                 memory=values[self._nx : self._nx + self._nz],
                 mode=int(mode),
-                stop_reason=ENGINE_REASONS[int(reason)],
+                stop_reason=StopReason.NO_MODE if decision else ENGINE_REASONS[int(reason)],
                 stop_transition=int(stop),
                 steps=steps.array() if steps and steps.used else self._no_steps,
                 events=events.array() if events and events.used else self._no_events,
                 counters=dict(zip(COUNTERS, map(int, counters), strict=True)),
+                decision=decision,
             )
         finally:
             if kept:

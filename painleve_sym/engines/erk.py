@@ -12,8 +12,17 @@ import numpy as np
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.engines.erk_mode import GRID, Call, ModeRunner, Window
-from painleve_sym.engines.protocol import DENSE_ROWS, IntervalHistory, RawRun, RunOptions
-from painleve_sym.errors import StopReason
+from painleve_sym.engines.protocol import (
+    CLOSED,
+    DENSE_ROWS,
+    IntervalHistory,
+    RawRun,
+    Resolver,
+    RunOptions,
+    run_resolved,
+)
+from painleve_sym.engines.records import EventRecords, StepRecords
+from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton
 
 _HUGE = 1e300
@@ -37,8 +46,9 @@ class _Run:
 
     reason: StopReason | None = None
     stop_transition = -1
-    hit = False
-    t, t_event, at_once, h_ref = 0.0, -np.inf, 0, 0.0
+    hit = decision = False
+    # The time since the start is t + t_base: t begins anew at the limit of an accumulation.
+    t_base, h_ref, limits = 0.0, 0.0, 0
 
     def __init__(
         self, engine: ErkEngine, x: Array, z: Array, c: Array, options: RunOptions
@@ -60,12 +70,55 @@ class _Run:
     def loop(self) -> None:
         """Integrate until there is a reason to stop."""
         # What the start state makes happen at once is its choice of mode, or events where asked.
-        self.settle(self.options.start_departs, visible=self.options.start_events)
+        self.enter(self.options.start_departs, visible=self.options.start_events)
+        while self.running():
+            self.advance()
+
+    def enter(self, departs: tuple[int, ...], visible: bool) -> None:
+        """Begin at t = 0 in the present state and mode; what must happen at once does."""
+        self.t, self.t_event, self.at_once = 0.0, -np.inf, 0
+        self.t_end = self.options.t_end - self.t_base
+        self.limit: tuple[int, int, float] | None = None
+        self.history.clear()
+        self.settle(departs, visible)
         if self.hit and self.reason is None:
             self.reason = StopReason.UNTIL
         self.length = self.options.first_step or self.h_ref
-        while self.reason is None:
-            self.advance()
+
+    def running(self) -> bool:
+        """Whether the run goes on."""
+        while self.reason is StopReason.ACCUMULATION and self.pass_limit():
+            pass
+        return self.reason is None
+
+    def pass_limit(self) -> bool:
+        """Go on from the limit of events that accumulate; False: the run ends here."""
+        again = self.limits and self.t_base + self.t == self.t_base
+        if self.limit is None or self.limit[2] != self.t or again:
+            return False
+        mode, j, _ = self.limit
+        transition, o = self.modes[mode].transitions[j], self.options
+        at = transition.on_accumulation
+        assert at is not None
+        x, z = self.engine.runner(mode, o.rtol).limits[j](self.x, self.z, self.c)
+        own = slice(0, len(self.engine.automaton.states))
+        change, scale = np.abs(x - self.x)[own], (self.atol / o.rtol)[own]
+        if not ((change == 0) | (change < CLOSED * scale)).all():
+            return False
+        before, self.mode = self.mode, self.engine.functions.mode_index[at.target]
+        self.reason, self.limits = None, self.limits + 1
+        self.note(at.kind, before, -1, transition.contact, x, z)
+        self.x, self.z = x, z
+        self.t_base, self.t = self.t_base + self.t, 0.0
+        if self.hit:
+            self.reason = StopReason.UNTIL
+        elif not o.t_end - self.t_base > 0:
+            self.reason = StopReason.T_END
+        elif self.counters["events"] >= o.max_events:
+            self.reason = StopReason.EVENT_LIMIT
+        else:
+            self.enter((), visible=True)
+        return True
 
     @property
     def runner(self) -> ModeRunner:
@@ -120,24 +173,38 @@ class _Run:
         at = (self.x, self.z, self.c, np.array([float(timed)]))
         x, z, conditions = self.runner.events[j](*at)
         departs: tuple[int, ...] = ()
-        if transition.stop is None:
+        if transition.decides:
+            # That no mode follows is how a run ends whose question nobody answers.
+            self.reason, self.decision = StopReason.NO_MODE, True
+            self.stop_transition = j
+        elif transition.stop is None:
             choice = _chosen(conditions, transition.choices)
             self.mode = self.engine.functions.mode_index[choice.target]
             departs = self.engine.functions.departures(choice)
         else:
             self.reason, self.stop_transition = transition.stop, j
-        if visible:
-            self.note(transition.kind, before, j, x, z)
+        if visible and not self.decision:
+            self.note(transition.kind, before, j, transition.contact, x, z)
+            self.check_accumulation(before, j)
+        if transition.on_accumulation is not None:
+            self.limit = before, j, self.t
         self.x, self.z = x, z
         return departs
 
-    def note(self, kind: str, before: int, j: int, x: Array, z: Array) -> None:
+    def note(self, kind: EventKind, before: int, j: int, contact: str, x: Array, z: Array) -> None:
         """Count and record an event; x and z are those after it."""
         self.counters["events"] += 1
-        if self.options.record != "end":
-            head = [self.t, before, j, self.mode]
-            self.events.append(np.concatenate([head, self.x, self.z, x, z]))
         self.hit |= kind in self.options.until
+        if self.options.record != "end":
+            automaton = self.engine.automaton
+            place = automaton.contacts.index(contact) if contact else -1
+            numbers = (before, j, self.mode, automaton.kinds.index(kind), place)
+            head = [np.array([n]) for n in (self.t_base + self.t, *numbers)]
+            values = [v[None] for v in (self.x, self.z, x, z)]
+            self.events.append(EventRecords(*head, *values).rows())
+
+    def check_accumulation(self, before: int, j: int) -> None:
+        """Stop where the last event, of a transition of the mode before, is one too many."""
         self.at_once = self.at_once + 1 if self.t == self.t_event else 0
         self.t_event = self.t
         history = self.history.setdefault((before, j), IntervalHistory())
@@ -158,9 +225,9 @@ class _Run:
     def advance(self) -> None:
         """One window, or the event it ran into."""
         o, length = self.options, min(self.length, self.options.max_step)
-        last = self.t + length * 1.0000001 >= o.t_end
+        last = self.t + length * 1.0000001 >= self.t_end
         if last:
-            length = o.t_end - self.t
+            length = self.t_end - self.t
         if self.counters["accepted_steps"] + self.counters["rejected_steps"] >= o.max_steps:
             self.reason = StopReason.STEP_LIMIT
             return
@@ -182,7 +249,7 @@ class _Run:
             return
         self.accept(window)
         if last:
-            self.t, self.reason = o.t_end, StopReason.T_END
+            self.t, self.reason = self.t_end, StopReason.T_END
         self.length = length * float(np.clip(GRID / max(taken, 1), 0.25, 4.0))
 
     def too_rough(self, window: Window) -> bool:
@@ -204,11 +271,15 @@ class _Run:
     def accept(self, window: Window) -> None:
         """Record a window and move to its end."""
         if self.options.record == "dense":
-            head = np.empty((GRID, 3 + len(self.z)))
-            head[:, 0], head[:, 1] = self.t + window.times[:-1], np.diff(window.times)
-            head[:, 2], head[:, 3:] = self.mode, self.z
-            even = np.zeros((GRID, 1))
-            self.steps.append(np.hstack([head, window.rows.reshape(GRID, -1), even]))
+            records = StepRecords(
+                time=self.t_base + (self.t + window.times[:-1]),
+                length=np.diff(window.times),
+                mode=np.full(GRID, self.mode),
+                memory=np.tile(self.z, (GRID, 1)),
+                polynomial=window.rows,
+                bend=np.zeros(GRID),
+            )
+            self.steps.append(records.rows())
         self.t += float(window.times[-1])
         self.x = window.at.x[-1]
         self.armed |= window.at.g[-1] > 0
@@ -354,12 +425,15 @@ class ErkEngine:
         parameters: Array,
         options: RunOptions,
         memory: Array | None = None,
+        resolve: Resolver | None = None,
     ) -> RawRun:
         """Integrate from t = 0; the mode is chosen from the state, the memory is 0 or given.
 
         A window, not a step, is what `first_step` and `max_step` bound, and `max_steps` is looked
         at before each window.
         """
+        if resolve is not None:
+            return run_resolved(self, state, parameters, options, memory, resolve)
         x = np.array(state, dtype=np.float64)
         z = np.zeros(self.functions.z.numel()) if memory is None else np.array(memory)
         with self._lock, np.errstate(all="ignore"):
@@ -367,15 +441,16 @@ class ErkEngine:
             r.loop()
         nx, nz = len(x), len(r.z)
         return RawRun(
-            time=r.t,
+            time=r.t_base + r.t,
             state=r.x,
             memory=r.z,
             mode=r.mode,
             stop_reason=r.reason or StopReason.NO_MODE,
             stop_transition=r.stop_transition,
-            steps=np.vstack([np.empty((0, 4 + nz + DENSE_ROWS * nx)), *r.steps]),
-            events=np.vstack([np.empty((0, 4 + 2 * (nx + nz))), *r.events]),
+            steps=np.vstack([np.empty((0, StepRecords.width(nx, nz, DENSE_ROWS))), *r.steps]),
+            events=np.vstack([np.empty((0, EventRecords.width(nx, nz))), *r.events]),
             counters=dict(r.counters),
+            decision=r.decision,
         )
 
     def field(self, mode: int, state: Array, memory: Array, constants: Array) -> Array:

@@ -196,6 +196,7 @@ class ModeRunner:
         self._integrate = Call(self._integrator(rtol))
         self.field, self.jets = Call(self._mode.field), Call(self._mode.jets)
         self.events = tuple(Call(f) for f in self._mode.events)
+        self.limits = {j: Call(f) for j, f in self._mode.limits.items()}
 
     def _profile_function(self) -> ca.Function:
         x, z, c = self._functions.x, self._functions.z, self._functions.c

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.errors import InputError, StopReason
+from painleve_sym.engines.records import EventRecords, StepRecords
+from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.hybrid.signature import Outline
 
-SHRINKING, REMAINDER = 6, 1e-11
-"""Accumulation: so many intervals shrink, and what is left is this part of the time so far."""
+SHRINKING, REMAINDER, CLOSED = 6, 1e-11, 1e-6
+"""Accumulation: this many intervals shrink, the rest is this part of the time so far; its limit is
+passed where that changes states by less than this part of their scale. As in the compiled loop."""
 
 DENSE_ROWS = 8
 """Rows of a Runge–Kutta step's dense polynomial, the start value first (see `Trajectory`)."""
@@ -86,11 +89,11 @@ class RawRun(NamedTuple):
     stop_reason : StopReason
     stop_transition : int
         Index of the transition that ended the run, -1 where none did.
-    steps : ndarray, shape (steps, 4 + nz + rows nx)
-        t, h, mode, memory, the rows of the dense polynomial, the bend of time (see `Trajectory`).
-    events : ndarray, shape (events, 4 + 2 (nx + nz))
-        t, mode before, transition, mode after, state and memory before, and after.
+    steps, events : ndarray, shapes (steps, width) and (events, width)
+        Rows that `step_records` and `event_records` read.
     counters : dict
+    decision : bool
+        Whether it ended in a mode that asks what follows, and nobody was there to answer.
     """
 
     time: float
@@ -102,6 +105,17 @@ class RawRun(NamedTuple):
     steps: Array
     events: Array
     counters: dict[str, int]
+    decision: bool = False
+
+    @property
+    def step_records(self) -> StepRecords:
+        """The steps by field."""
+        return StepRecords.of(self.steps, len(self.state), len(self.memory))
+
+    @property
+    def event_records(self) -> EventRecords:
+        """The events by field."""
+        return EventRecords.of(self.events, len(self.state), len(self.memory))
 
     def shifted(self, start: float) -> RawRun:
         """Return the run as one that began at the time `start`; its arrays are reused."""
@@ -112,10 +126,153 @@ class RawRun(NamedTuple):
         return self._replace(time=self.time + start)
 
 
-def joined_steps(runs: Sequence[RawRun]) -> Array:
-    """Return the steps of runs that follow each other, shape (steps, …)."""
+@dataclass(frozen=True)
+class Question:
+    """Where a run asks what follows.
+
+    Attributes
+    ----------
+    time : float
+        Since the start of the run; s.
+    state, memory : ndarray
+    mode : int
+        Which mode the last event ended, or the mode that asks where nothing happened before.
+    kind : EventKind or None
+        Of the last event; None where nothing happened before.
+    contact : str
+        Of the last event.
+    spent : float
+        Time since the last answer; s.
+    """
+
+    time: float
+    state: Array
+    memory: Array
+    mode: int
+    kind: EventKind | None
+    contact: str
+    spent: float
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What follows.
+
+    Attributes
+    ----------
+    mode : int
+        In which the run goes on, or ends where there is a reason to `stop`.
+    state : ndarray, shape (nx,)
+    departs : tuple of int
+        Guards of that mode that are zero and known to become positive.
+    events : tuple of (EventKind, ndarray, int)
+        What happened at this instant: kind, state just after, and mode entered.
+    stop : StopReason or None
+    """
+
+    mode: int
+    state: Array
+    departs: tuple[int, ...] = ()
+    events: tuple[tuple[EventKind, Array, int], ...] = ()
+    stop: StopReason | None = None
+
+
+Resolver = Callable[[Question], Answer]
+
+
+def run_resolved(
+    engine: Engine,
+    state: Array,
+    parameters: Array,
+    options: RunOptions,
+    memory: Array | None,
+    resolve: Resolver,
+) -> RawRun:
+    """Integrate from t = 0 and go on from every question with its answer; see `Engine.run`.
+
+    Each stretch between two answers has a time of its own, which keeps its events sharp.
+    """
+    # What happened last is part of a question.
+    kept = replace(options, record="events") if options.record == "end" else options
+    current, start, steps, events = kept, 0.0, list[Array](), list[Array]()
+    counters: Counter[str] = Counter()
+    while True:
+        raw = engine.run(state, parameters, current, memory).shifted(start)
+        steps.append(raw.steps)
+        events.append(raw.events)
+        counters.update(raw.counters)
+        if not raw.decision:
+            break
+        if raw.time >= options.t_end:
+            raw = raw._replace(stop_reason=StopReason.T_END, decision=False)
+            break
+        answer = resolve(_question(engine.automaton, raw, start))
+        counters["events"] += len(answer.events)
+        events.append(_rows_of(engine.automaton, raw, answer))
+        count = sum(map(len, events))
+        hit = any(engine.automaton.kinds[int(k)] in options.until for k in _kinds(raw, events))
+        stop = answer.stop or (StopReason.UNTIL if hit else None)
+        if stop is None and count >= options.max_events:
+            stop = StopReason.EVENT_LIMIT
+        if stop is not None:
+            raw = raw._replace(state=answer.state, mode=answer.mode, stop_reason=stop)
+            raw = raw._replace(decision=False, stop_transition=-1)
+            break
+        state, memory, start = answer.state, raw.memory, raw.time
+        current = replace(
+            kept,
+            t_end=options.t_end - start,
+            start_mode=answer.mode,
+            start_departs=answer.departs,
+            start_events=True,
+        )
     # A run without steps does not know how many rows each would have.
-    return np.vstack([r.steps for r in runs if len(r.steps)] or [runs[-1].steps])
+    whole = np.vstack([s for s in steps if len(s)] or steps[-1:])
+    told = np.vstack(events if options.record != "end" else [raw.events[:0]])
+    return raw._replace(steps=whole, events=told, counters=dict(counters))
+
+
+def _question(automaton: Outline, raw: RawRun, start: float) -> Question:
+    at = raw.time, raw.state, raw.memory
+    if not len(raw.events):
+        return Question(*at, mode=raw.mode, kind=None, contact="", spent=raw.time - start)
+    last = raw.event_records
+    place = int(last.contact[-1])
+    return Question(
+        *at,
+        mode=int(last.mode_before[-1]),
+        kind=automaton.kinds[last.kind[-1]],
+        contact=automaton.contacts[place] if place >= 0 else "",
+        spent=raw.time - start,
+    )
+
+
+def _rows_of(automaton: Outline, raw: RawRun, answer: Answer) -> Array:
+    """Return the events of an answer, shape (events, width)."""
+    n, before = len(answer.events), raw.state
+    if not n:
+        return raw.events[:0]
+    states = np.array([state for _, state, _ in answer.events])
+    memory = np.tile(raw.memory, (n, 1))
+    none = np.full(n, -1)
+    return EventRecords(
+        time=np.full(n, raw.time),
+        mode_before=np.full(n, raw.mode),
+        transition=none,
+        mode_after=np.array([mode for _, _, mode in answer.events]),
+        kind=np.array([automaton.kinds.index(kind) for kind, _, _ in answer.events]),
+        contact=none,
+        state_before=np.vstack([before, states[:-1]]),
+        memory_before=memory,
+        state_after=states,
+        memory_after=memory,
+    ).rows()
+
+
+def _kinds(raw: RawRun, events: Sequence[Array]) -> Any:
+    """Return the kinds of the last stretch and of the answer that followed it."""
+    last = np.vstack(events[-2:])
+    return EventRecords.of(last, len(raw.state), len(raw.memory)).kind
 
 
 @dataclass
@@ -160,8 +317,13 @@ class Engine(Protocol):
         parameters: Array,
         options: RunOptions,
         memory: Array | None = None,
+        resolve: Resolver | None = None,
     ) -> RawRun:
-        """Integrate from t = 0; the memory is 0 or given."""
+        """Integrate from t = 0; the memory is 0 or given.
+
+        Where the automaton asks for a decision, `resolve` answers and the run goes on; without it
+        the run ends there, with `RawRun.decision` and the reason NO_MODE.
+        """
         ...
 
     def field(self, mode: int, state: Array, memory: Array, constants: Array) -> Array:

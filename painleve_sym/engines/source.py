@@ -9,6 +9,7 @@ import casadi as ca
 
 from painleve_sym.codegen.c_functions import c_file
 from painleve_sym.codegen.modes import AutomatonFunctions
+from painleve_sym.engines.records import EVENT_HEAD, STEP_HEAD
 from painleve_sym.engines.runge_kutta import coefficients as dop853
 from painleve_sym.errors import StopReason
 from painleve_sym.hybrid.automaton import HybridAutomaton, Transition
@@ -16,7 +17,7 @@ from painleve_sym.hybrid.automaton import HybridAutomaton, Transition
 ENGINE_PARTS = (
     "loop/state",
     "loop/watch",
-    "loop/decide",
+    "loop/choose",
     "loop/events",
     "runge_kutta/step",
     "runge_kutta/extremes",
@@ -39,7 +40,6 @@ ENGINE_REASONS = (
     StopReason.NO_MODE,
     StopReason.SINGULAR,
     StopReason.JAM,
-    StopReason.DECISION,
 )
 """Stop reasons in the order of the engine's own numbers."""
 
@@ -87,6 +87,7 @@ def _sizes(functions: AutomatonFunctions, every: Sequence[ca.Function]) -> str:
     transitions = [t for m in automaton.modes for t in m.transitions]
     sizes = {
         "NX": functions.x.numel(),
+        "NOWN": len(automaton.states),
         "NZ": functions.z.numel(),
         "NP": len(automaton.parameters),
         "NC": functions.c.numel(),
@@ -101,6 +102,8 @@ def _sizes(functions: AutomatonFunctions, every: Sequence[ca.Function]) -> str:
         "NPART": len(automaton.parts),
         "NALT": sum(len(part.alternatives) for part in automaton.parts),
         "WORK": max(f.sz_w() for f in every),
+        "STEP_HEAD": STEP_HEAD,
+        "EVENT_HEAD": EVENT_HEAD,
     }
     lines = [f"#define PS_{name} {value}" for name, value in sizes.items()]
     # A file around this one may have said already how its functions are seen.
@@ -123,22 +126,33 @@ def _coefficients() -> str:
 
 def _transition(functions: AutomatonFunctions, i: int, j: int, t: Transition) -> str:
     kind = functions.automaton.kinds.index(t.kind)
-    stop = ENGINE_REASONS.index(t.stop) if t.stop is not None else -1
+    stop: int | str = ENGINE_REASONS.index(t.stop) if t.stop is not None else "PS_RUNNING"
+    if t.decides:
+        stop = "PS_DECISION"
     targets = ", ".join(str(functions.mode_index[c.target]) for c in t.choices) or "0"
     masks = [sum(1 << k for k in functions.departures(c)) for c in t.choices] or [0]
     departs = ", ".join(f"{m}ull" for m in masks)
-    head = f"event_{i}_{j}, {kind}, {stop}, {int(t.decides)}, {len(t.choices)}"
-    return f"{{{head}, {{{targets}}}, {{{departs}}}}}"
+    contact = functions.automaton.contacts.index(t.contact) if t.contact else -1
+    limit, at = "0, 0, 0", t.on_accumulation
+    if at is not None:
+        places = functions.automaton.kinds.index(at.kind), functions.mode_index[at.target]
+        limit = f"limit_{i}_{j}, {places[0]}, {places[1]}"
+    head = f"event_{i}_{j}, {kind}, {contact}, {stop}, {int(t.chooses)}, {len(t.choices)}"
+    return f"{{{head}, {{{targets}}}, {{{departs}}}, {limit}}}"
 
 
 def _tables(functions: AutomatonFunctions) -> str:
     automaton = functions.automaton
     lines = [
+        "/* What a run does; other reasons to stop are >= 0, in the order of the Python side. */",
+        "enum { PS_RUNNING = -1, PS_DECISION = -2, PS_NO_MEMORY = -3 };",
         "/* One bit for each guard of a mode. */",
         "typedef unsigned long long ps_bits;",
         "typedef int (*ps_function)(const double **, double **, casadi_int *, double *, int);",
-        "typedef struct { ps_function event; int kind, stop, decides, n, target[PS_NCHOICE]; "
-        "ps_bits departs[PS_NCHOICE]; } ps_transition;",
+        "/* Its n choices; where `limit`, what follows where it accumulates. */",
+        "typedef struct { ps_function event; int kind, contact, stop, chooses, n; "
+        "int target[PS_NCHOICE]; ps_bits departs[PS_NCHOICE]; "
+        "ps_function limit; int limit_kind, limit_target; } ps_transition;",
         "/* n guards, each of a transition; where `immediate`, one more that has none. */",
         "typedef struct { ps_function field, guards, jets, outputs, tests; "
         "int n, immediate, tested; ps_transition transitions[PS_NT]; } ps_mode;",

@@ -12,10 +12,8 @@ from painleve_sym.arrays import Array
 from painleve_sym.codegen.compile import Compiler
 from painleve_sym.contacts.contact_numbers import contact_numbers
 from painleve_sym.contacts.inputs import CONTACT_TOLERANCE
-from painleve_sym.contacts.rigid import DECISION
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.engines.source import ENGINE_REASONS
-from painleve_sym.errors import EventKind
 from painleve_sym.export_c.standalone import (
     NUMERIC_FLAGS,
     engine_text,
@@ -36,7 +34,7 @@ from painleve_sym.export_c.text import (
 from painleve_sym.hybrid.signature import Outline
 from painleve_sym.mechanics.system import Parameter
 from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.simulate.rigid import CLOSED, RigidSimulator
+from painleve_sym.simulate.rigid import RigidSimulator
 from painleve_sym.simulate.simulator import DEFAULT_RTOL
 from painleve_sym.simulate.trajectory import Trajectory
 
@@ -78,17 +76,6 @@ class Case:
         """Names and structure of the automaton."""
         return self.simulator.outline
 
-    @property
-    def bounces(self) -> bool:
-        """Whether bounces that accumulate end in contact."""
-        rigid = isinstance(self.simulator, RigidSimulator)
-        return rigid and not self.simulator.mechanism.contact.bilateral
-
-    @property
-    def kinds(self) -> tuple[EventKind, ...]:
-        """Kinds of events, those of guards first."""
-        return (*self.outline.kinds, *((EventKind.SETTLE,) if self.bounces else ()))
-
     @cached_property
     def declared(self) -> dict[str, Parameter]:
         """Parameters of mechanism and law by name."""
@@ -102,6 +89,8 @@ class Case:
         for c in self.simulator.mechanism.system.coordinates:
             known[c.name] = (c.unit, c.meaning)
             known[f"{c.name}_dot"] = (f"{c.unit}/s", f"rate of {c.name}")
+        for clock in self.simulator.mechanism.system.clock:
+            known[clock.name] = ("s", "time of what moves as prescribed")
         return {s.name: known[s.name] for s in self.outline.states}
 
     @cached_property
@@ -170,9 +159,8 @@ def _header(case: Case) -> str:
         "memory": memory,
         "modes": outline.modes,
         "outputs": outline.output_names,
-        "events": case.kinds,
+        "events": case.outline.kinds,
         "stops": ENGINE_REASONS,
-        "until": outline.kinds,
         "motion": case.motion,
     }
     defined = ", ".join(s.name for s in outline.definitions) or "here nothing more"
@@ -233,7 +221,7 @@ def _enums(case: Case) -> str:
         (
             "event_kind",
             "event",
-            [(k, k.sentence) for k in case.kinds],
+            [(k, k.sentence) for k in case.outline.kinds],
             "Kinds of events",
         ),
         ("stop", "stop", [(r.label, r.advice) for r in ENGINE_REASONS], "Why a run ended"),
@@ -249,16 +237,9 @@ def _enums(case: Case) -> str:
 
 def _model(case: Case) -> str:
     outline, modes = case.outline, [m.name for m in case.outline.modes]
-    rigid = isinstance(case.simulator, RigidSimulator)
     values = {
         "engine": engine_text(case.simulator.automaton, case.trajectory.engine),
-        "start_events": int(rigid),
-        "bounces": int(case.bounces),
-        "gap": case.place["gap"],
-        "gap_rate": case.place["gap_rate"],
-        "decision": modes.index(DECISION) if case.bounces else 0,
-        "closed": repr(CLOSED),
-        "settle": f"{case.name}_event_{EventKind.SETTLE}" if case.bounces else 0,
+        "start_events": int(case.simulator.start_events),
         "names": _names(case, outline, modes),
     }
     return filled("model.c", case.shared | values)
@@ -270,7 +251,7 @@ def _names(case: Case, outline: Outline, modes: Sequence[str]) -> str:
         "parameter_names[%s_PARAMETERS]": [s.name for s in outline.parameters],
         "mode_names[%s_MODES]": modes,
         "output_names[%s_OUTPUTS]": outline.output_names,
-        "event_names[%s_EVENTS]": case.kinds,
+        "event_names[%s_EVENTS]": case.outline.kinds,
         "stop_names[%s_STOPS]": [r.label for r in ENGINE_REASONS],
     }
     lines = []
@@ -286,6 +267,7 @@ def _names(case: Case, outline: Outline, modes: Sequence[str]) -> str:
 def _start(case: Case) -> str:
     simulator, system = case.simulator, case.simulator.mechanism.system
     found, loading = contact_numbers(simulator.mechanism), []
+    timed = simulator.mechanism.depends_on_time
     if isinstance(simulator, SoftenedSimulator):
         loading = [simulator.law.stiffness, simulator.law.exponent]
     functions, work = start_functions(found, simulator.automaton, loading)
@@ -294,6 +276,9 @@ def _start(case: Case) -> str:
     values |= {
         "functions": functions,
         "coordinates": len(system.q),
+        "motion": "2 * COORDINATES" + " + 1" * timed,
+        "span": "(2 * COORDINATES + 1)" if timed else "2 * COORDINATES",
+        "clock": "  atol[2 * COORDINATES] = 1.0; /* the time */\n" * timed,
         "own_parameters": len(system.parameters),
         "found": ", ".join([*(f"FOUND_{n}" for n in found.names), "FOUND"]),
         "complete": _complete(case),

@@ -27,6 +27,10 @@ def is_zero(expr: sp.Expr) -> Boolean:
     return sp.Eq(expr, 0, evaluate=False)
 
 
+Reset = Mapping[sp.Symbol, sp.Expr]
+"""Simultaneous assignment to states and memory; what is absent is kept."""
+
+
 @dataclass(frozen=True)
 class Choice:
     """A possible target of a transition; the first whose `condition` holds is taken.
@@ -47,6 +51,27 @@ class Choice:
 
 
 @dataclass(frozen=True)
+class Accumulation:
+    """What follows where a transition happens again and again, ever faster, up to a limit time.
+
+    It is entered when the transition has come so close to that time that the rest is below
+    round-off, and what the reset changes is below round-off of the states.
+
+    Attributes
+    ----------
+    kind : EventKind
+        Of the event that the limit is.
+    target : str
+        Name of the mode entered.
+    reset : mapping of symbol to sympy.Expr
+    """
+
+    kind: EventKind
+    target: str
+    reset: Reset
+
+
+@dataclass(frozen=True)
 class Transition:
     """An event: `guard` crosses from + to −, `reset` applies, one of `choices` is entered.
 
@@ -60,33 +85,47 @@ class Transition:
         In states, memory, parameters and definitions. None for an `immediate` transition: it
         happens as soon as its mode is entered, unless one of the guards before it fires first.
     choices : tuple of Choice
-        Empty for a transition that ends the run with `stop`.
+        Empty for a transition that ends the run with `stop`, or that asks for a decision.
     reset : mapping of symbol to sympy.Expr
-        Simultaneous assignment to states and memory; what is absent is kept.
     stop : StopReason or None
     contact : str
         Name of the contact; empty where it concerns no single one.
     bound : int or None
         Index of the bound of the mechanism's domain whose margin the guard is.
-    decides : bool
-        Whether the parts of the automaton choose their local modes after the reset: the a
-        combination of alternatives that satisfies the tests of the target.
+    on_accumulation : Accumulation or None
+        None: a run ends where its events accumulate.
+    decides : tuple of EventKind
+        Where not empty, no condition tells what follows: the engine asks whoever started the run
+        (`Resolver`), who answers with events of these kinds and the mode to go on in.
+    chooses : bool
+        Whether the parts of the automaton choose their local modes after the reset: a combination
+        of alternatives that satisfies the tests of the target. Where there is none, the engine
+        asks.
     """
 
     label: str
     kind: EventKind
     guard: sp.Expr | None
     choices: tuple[Choice, ...] = ()
-    reset: Mapping[sp.Symbol, sp.Expr] = dataclasses.field(default_factory=dict)
+    reset: Reset = dataclasses.field(default_factory=dict)
     stop: StopReason | None = None
     contact: str = ""
     bound: int | None = None
-    decides: bool = False
+    on_accumulation: Accumulation | None = None
+    decides: tuple[EventKind, ...] = ()
+    chooses: bool = False
 
     @property
     def immediate(self) -> bool:
         """Whether it happens on entry of its mode."""
         return self.guard is None
+
+    @property
+    def edges(self) -> tuple[tuple[EventKind, str], ...]:
+        """Kind of event and mode entered, for each choice and for the limit of an accumulation."""
+        limit = self.on_accumulation
+        beyond = [] if limit is None else [(limit.kind, limit.target)]
+        return (*((self.kind, c.target) for c in self.choices), *beyond)
 
 
 MOST_TRANSITIONS = 64
@@ -280,6 +319,10 @@ class HybridAutomaton:
             for label in sorted(set(labels)):
                 if labels.count(label) > 1:
                     yield f"mode {mode.name!r}: transition {label!r} is declared twice."
+            for t in mode.transitions:
+                limit = t.on_accumulation
+                if limit is not None and limit.target not in names:
+                    yield f"mode {mode.name!r}: " + unknown_name("mode", limit.target, names)
             if any(t.immediate for t in mode.transitions[:-1]):
                 yield f"mode {mode.name!r}: after an immediate transition no other can happen."
             if len(mode.transitions) > MOST_TRANSITIONS:
@@ -296,7 +339,7 @@ class HybridAutomaton:
         yield "start", self.starts
         for mode in self.modes:
             for t in mode.transitions:
-                if t.stop is None:
+                if t.stop is None and not t.decides:
                     yield f"mode {mode.name!r}, transition {t.label!r}", t.choices
 
     def _choice_faults(
@@ -340,7 +383,9 @@ class HybridAutomaton:
             for t in mode.transitions:
                 exprs += [*([] if t.guard is None else [t.guard]), *t.reset.values()]
                 exprs += [c.condition for c in t.choices if c.condition is not None]
-                for s in t.reset:
+                limit = t.on_accumulation.reset if t.on_accumulation is not None else {}
+                exprs += limit.values()
+                for s in (*t.reset, *limit):
                     if s not in self.states and s not in self.memory:
                         yield f"mode {mode.name!r}, {t.label!r}: reset of {s}, which is no state."
             unknown = {s for e in exprs for s in sp.sympify(e).free_symbols} - known
@@ -353,8 +398,20 @@ class HybridAutomaton:
 
     @property
     def kinds(self) -> tuple[EventKind, ...]:
-        """Kinds of events that can happen, in order of appearance."""
-        return tuple(dict.fromkeys(t.kind for m in self.modes for t in m.transitions))
+        """Kinds of events that can happen, in order of appearance.
+
+        Those of decisions and of limits of accumulations come last.
+        """
+        transitions = [t for m in self.modes for t in m.transitions]
+        decided = [kind for t in transitions for kind in t.decides]
+        limits = [t.on_accumulation.kind for t in transitions if t.on_accumulation is not None]
+        return tuple(dict.fromkeys([*(t.kind for t in transitions), *decided, *limits]))
+
+    @property
+    def contacts(self) -> tuple[str, ...]:
+        """Names of the contacts that events concern, in order of appearance."""
+        names = dict.fromkeys(t.contact for m in self.modes for t in m.transitions)
+        return tuple(name for name in names if name)
 
     @property
     def output_names(self) -> tuple[str, ...]:
@@ -362,16 +419,17 @@ class HybridAutomaton:
         return tuple(self.modes[0].outputs)
 
     def reachable(self) -> set[str]:
-        """Names of modes reachable from a start."""
+        """Names of modes reachable from a start; a decision may lead to any."""
         known = {m.name for m in self.modes}
-        found: set[str] = set()
+        reached: set[str] = set()
         front = {c.target for c in self.starts} & known
         while front:
-            found |= front
-            front = {
-                c.target for n in front for t in self.mode(n).transitions for c in t.choices
-            } & known - found
-        return found
+            reached |= front
+            transitions = [t for name in front for t in self.mode(name).transitions]
+            if any(t.decides for t in transitions):
+                return known
+            front = {target for t in transitions for _, target in t.edges} & known - reached
+        return reached
 
     def mermaid(self) -> str:
         """Return the automaton as a Mermaid state diagram."""
@@ -381,8 +439,9 @@ class HybridAutomaton:
         lines += [f"    [*] --> {ids[c.target]}" for c in self.starts]
         for mode in self.modes:
             for t in mode.transitions:
-                targets = [ids[c.target] for c in t.choices] if t.stop is None else ["[*]"]
-                lines += [f"    {ids[mode.name]} --> {target}: {t.kind}" for target in targets]
+                edges = [(kind, ids[target]) for kind, target in t.edges]
+                edges += [(t.kind, "[*]")] if t.stop is not None else []
+                lines += [f"    {ids[mode.name]} --> {target}: {kind}" for kind, target in edges]
         return "\n".join(lines) + "\n"
 
     def graphviz(self) -> str:
@@ -390,6 +449,6 @@ class HybridAutomaton:
         lines = [f'digraph "{self.name}" {{', "    rankdir=LR;", "    node [shape=box];"]
         for mode in self.modes:
             for t in mode.transitions:
-                targets = [c.target for c in t.choices] if t.stop is None else ["end"]
-                lines += [f'    "{mode.name}" -> "{x}" [label="{t.kind}"];' for x in targets]
+                edges = [*t.edges, *([(t.kind, "end")] if t.stop is not None else [])]
+                lines += [f'    "{mode.name}" -> "{x}" [label="{kind}"];' for kind, x in edges]
         return "\n".join([*lines, "}"]) + "\n"

@@ -35,6 +35,10 @@ class TransitionOutline(Protocol):
     def bound(self) -> int | None:
         """Index of the bound of the domain that is watched, or None."""
 
+    @property
+    def decides(self) -> tuple[EventKind, ...]:
+        """Kinds of events of the decision that is asked for; empty for no decision."""
+
 
 class ModeOutline(Protocol):
     """A mode by its names."""
@@ -104,6 +108,10 @@ class Outline(Protocol):
         """Kinds of events, in order of appearance."""
 
     @property
+    def contacts(self) -> tuple[str, ...]:
+        """Names of the contacts that events concern."""
+
+    @property
     def output_names(self) -> tuple[str, ...]:
         """Names of the outputs."""
 
@@ -125,6 +133,7 @@ class TransitionSkeleton:
     stop: StopReason | None
     contact: str
     bound: int | None
+    decides: tuple[EventKind, ...]
 
 
 @dataclass(frozen=True)
@@ -156,6 +165,7 @@ class Skeleton:
     modes: tuple[ModeSkeleton, ...]
     uncontrolled: tuple[sp.Symbol, ...]
     kinds: tuple[EventKind, ...]
+    contacts: tuple[str, ...]
     output_names: tuple[str, ...]
     parts: tuple[PartSkeleton, ...] = ()
 
@@ -190,13 +200,13 @@ def outline_data(automaton: Outline) -> dict[str, Any]:
         (
             m.name,
             [
-                (t.label, t.kind, t.stop.name if t.stop else None, t.contact, t.bound)
+                (t.label, t.kind, t.stop.name if t.stop else None, t.contact, t.bound, t.decides)
                 for t in m.transitions
             ],
         )
         for m in automaton.modes
     ]
-    names = {"kinds": automaton.kinds, "output_names": automaton.output_names}
+    names = {n: getattr(automaton, n) for n in ("kinds", "contacts", "output_names")}
     parts = [(p.name, [_named(s) for s in p.memory], p.local_modes) for p in automaton.parts]
     return data | {"name": automaton.name, "modes": modes, "parts": parts} | names
 
@@ -221,9 +231,14 @@ def outline_of(data: dict[str, Any]) -> Skeleton:
             name,
             tuple(
                 TransitionSkeleton(
-                    label, EventKind(kind), StopReason[stop] if stop else None, contact, bound
+                    label,
+                    EventKind(kind),
+                    StopReason[stop] if stop else None,
+                    contact,
+                    bound,
+                    tuple(map(EventKind, decides)),
                 )
-                for label, kind, stop, contact, bound in transitions
+                for label, kind, stop, contact, bound, decides in transitions
             ),
         )
         for name, transitions in data["modes"]
@@ -236,6 +251,7 @@ def outline_of(data: dict[str, Any]) -> Skeleton:
         name=data["name"],
         modes=modes,
         kinds=tuple(map(EventKind, data["kinds"])),
+        contacts=tuple(data["contacts"]),
         output_names=tuple(data["output_names"]),
         parts=tuple(
             PartSkeleton(name, tuple(sp.Symbol(n, **a) for n, a in memory), tuple(local_modes))

@@ -13,6 +13,7 @@ from painleve_sym.mechanics.coefficients import ContactCoefficients
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.impact.classes import ImpactClass, impact_course
 from painleve_sym.mechanics.impact.impulse_rays import V_N, V_T, Condition
+from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.simplify import readable
 from painleve_sym.mechanics.system import Coordinate, LagrangianSystem, Parameter
 
@@ -22,11 +23,13 @@ CYCLES = (ImpactClass.SLIDING, ImpactClass.C_STICKING, ImpactClass.R_STICKING)
 _W_TT = Parameter("W_tt", 1.0, "1/kg", "tangential mobility", 0.0, lower_closed=False)
 _A_STICK = Parameter("A_stick", 1.0, "1/kg", "mobility A' in sticking", 0.0, lower_closed=False)
 _KAPPA = Parameter("kappa", 0.0, "1", "W_nt/W_tt")
-_TAU = Parameter("tau", 0.0, "1", "2 b_t/|b_n|")
-_FALL = Parameter("a", 1.0, "m/s^2", "fall -b_n", 0.0, lower_closed=False)
+_B_T = Parameter("b_t", 0.0, "m/s^2", "free tangential acceleration")
+_B_N = Parameter("b_n", -1.0, "m/s^2", "free normal acceleration")
 _MU = Parameter("mu", 1.0, "1", "friction coefficient", 0.0)
-KAPPA, TAU = _KAPPA.symbol, _TAU.symbol
-"""κ = W_nt/W_tt, the normal velocity per tangential one of a tangential impulse, and τ; 1."""
+KAPPA = _KAPPA.symbol
+"""κ = W_nt/W_tt, the normal velocity per tangential one of a tangential impulse; 1."""
+TAU = sp.Symbol("tau", real=True)
+"""τ = 2 b_t/|b_n|; 1."""
 
 
 @dataclass(frozen=True)
@@ -43,8 +46,8 @@ class ChatterRatio:
     ρ < 1 is chatter, which ends in contact; ρ > 1 is reverse chatter, which leaves contact by
     infinitely many bounces after t = 0.
 
-    Every expression is in the symbols of `general_contact` and the law's coefficient; `symbols_of`
-    puts a mechanism's in.
+    Every expression is in the symbols of `general_contact`, τ and the law's coefficient;
+    `symbols_of` gives those of a mechanism.
 
     Attributes
     ----------
@@ -65,7 +68,9 @@ class ChatterRatio:
 
     @cached_property
     def _impact(self) -> ImpactCase:
-        return ImpactCase(self.law, impact_course(general_contact(), self.case, self.slip))
+        return ImpactCase(
+            self.law, impact_course(general_contact().coefficients, self.case, self.slip)
+        )
 
     def _in_cycle(self, expr: sp.Expr) -> sp.Expr:
         arriving = {V_T: TAU, V_N: sp.Integer(-1)}
@@ -109,7 +114,7 @@ class ChatterRatio:
     @cached_property
     def friction_threshold(self) -> sp.Expr | None:
         """μ with ρ = 1; None where ρ does not depend on μ, or not as a quotient of linear terms."""
-        mu = general_contact().mu
+        mu = _MU.symbol
         top = sp.numer(sp.cancel(sp.together(sp.expand(self.ratio**2 - 1))))
         if self.law.name == "poisson":
             top = sp.numer(sp.cancel(sp.together(self.ratio - 1)))
@@ -149,31 +154,37 @@ def chatter_ratio(
 
 
 @lru_cache(maxsize=1)
-def general_contact() -> ContactCoefficients:
-    """Return one contact in its own coordinates, for closed forms that hold for every mechanism.
+def general_contact() -> Mechanism:
+    """Return one contact in its own coordinates: what holds for it holds for every mechanism.
 
     Its parameters are W_tt > 0, κ = W_nt/W_tt and A′ = W_nn − W_nt²/W_tt > 0, by which any positive
-    definite W can be written, the fall a = −b_n > 0, τ = 2 b_t/a, and μ.
+    definite W can be written, the free accelerations b_t and b_n, and μ. All of them are constant:
+    every motion of it has frozen coefficients.
     """
-    t = Coordinate("t", "tangential displacement of the contact point", "m")
-    n = Coordinate("n", "gap", "m")
+    t = Coordinate("x_t", "tangential displacement of the contact point", "m")
+    n = Coordinate("x_n", "gap", "m")
     kinetic = t.rate**2 / (2 * _W_TT.symbol)
     kinetic += (n.rate - KAPPA * t.rate) ** 2 / (2 * _A_STICK.symbol)
-    mass = sp.hessian(kinetic, (t.rate, n.rate))
-    forces = mass * sp.Matrix([TAU * _FALL.symbol / 2, -_FALL.symbol])
+    forces = sp.hessian(kinetic, (t.rate, n.rate)) * sp.Matrix([_B_T.symbol, _B_N.symbol])
     system = LagrangianSystem(
         name="general contact",
         coordinates=(t, n),
-        parameters=(_W_TT, _A_STICK, _KAPPA, _TAU, _FALL, _MU),
+        parameters=(_W_TT, _A_STICK, _KAPPA, _B_T, _B_N, _MU),
         kinetic_energy=kinetic,
         potential_energy=sp.Integer(0),
-        generalized_forces={"t": forces[0], "n": forces[1]},
+        generalized_forces={"x_t": forces[0], "x_n": forces[1]},
     )
-    return ContactCoefficients(Contact("contact", system, n.symbol, t.rate, _MU.symbol))
+    return Mechanism(
+        name=system.name,
+        title="one contact with constant coefficients, in its own coordinates",
+        source="Nordmark, Dankowicz & Champneys (2011)",
+        system=system,
+        contacts=(Contact("contact", system, n.symbol, t.rate, _MU.symbol),),
+    )
 
 
 def symbols_of(coefficients: ContactCoefficients) -> dict[sp.Symbol, sp.Expr]:
-    """Return what the symbols of `general_contact` stand for in a mechanism."""
+    """Return what the symbols of `general_contact`, and τ, stand for in a mechanism."""
     c = coefficients
     return {
         _W_TT.symbol: c.W_tt,

@@ -30,6 +30,10 @@ E_S = sp.Symbol("e_energetic", nonnegative=True)
 """Energetic coefficient of restitution."""
 DELTA = sp.Symbol("delta", positive=True)
 """Compression; m."""
+B_FREE = sp.Symbol("b_n", positive=True)
+"""The free normal acceleration where it opens the contact, as in the indeterminate state; m/s²."""
+DAMPING = sp.Symbol("c", nonnegative=True)
+"""Of a linear contact, F = K δ + c δ̇; N s/m."""
 TIME = sp.Symbol("t_1", positive=True)
 """Time at which the slip stops; s."""
 V_1 = sp.Symbol("v_n_1", negative=True)
@@ -96,3 +100,17 @@ def leading_correction() -> sp.Expr:
     """
     change = (B - A * B_T / C) * blow_up_time()
     return -E_S * sp.sqrt(1 - A_STICK / A) * change
+
+
+def separating_rate() -> sp.Expr:
+    """Return δ̇₀ on the separating surface of the indeterminate state, F = K δ + c δ̇; m/s.
+
+    The stable direction of the equilibrium F = −b_n/A: faster approaches end in an impact without
+    collision, slower ones lift off. With c = 0 and a force K δⁿ the energy integral says the same.
+
+    References
+    ----------
+    Hogan & Kristiansen, Proc. R. Soc. A 473 (2017) 20160773.
+    """
+    root = sp.sqrt((A * DAMPING) ** 2 - 4 * A * K)
+    return (-A * DAMPING - root) / 2 * (DELTA + B_FREE / (A * K))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -11,16 +11,19 @@ import sympy as sp
 Scalar: TypeAlias = sp.Expr | float
 """What a formula may be given as: an expression or a number, never text."""
 
+Rates: TypeAlias = Mapping[sp.Symbol, sp.Expr]
+"""Coordinates to their velocities, and the time to 1 (`LagrangianSystem.rates`)."""
+
 
 def expr(value: Scalar) -> sp.Expr:
     """Return the value as an expression; text is refused, since SymPy would execute it."""
     return sp.sympify(value, strict=True)
 
 
-def rate(value: Scalar, q: Sequence[sp.Symbol], q_dot: Sequence[sp.Symbol]) -> sp.Expr:
-    """Return d/dt of a function of the coordinates: Σ ∂/∂q_i q̇_i."""
+def rate(value: Scalar, rates: Rates) -> sp.Expr:
+    """Return d/dt of a function of coordinates and time: Σ ∂/∂q_i q̇_i + ∂/∂t."""
     value = expr(value)
-    pairs = [(s, v) for s, v in zip(q, q_dot, strict=True) if s in value.free_symbols]
+    pairs = [(s, v) for s, v in rates.items() if s in value.free_symbols]
     return sum((sp.diff(value, s) * v for s, v in pairs), sp.Integer(0))
 
 
@@ -33,11 +36,11 @@ class Body:
     mass : sympy.Expr
         kg.
     centre : pair of sympy.Expr
-        Cartesian (x, y) of the mass centre as functions of q; m.
+        Cartesian (x, y) of the mass centre as functions of q and t; m.
     inertia : sympy.Expr
         J about the mass centre; kg m². 0 for a point mass.
     angle : sympy.Expr
-        φ(q), counter-clockwise; rad. Only its rate matters.
+        φ(q, t), counter-clockwise; rad. Only its rate matters.
     """
 
     mass: Scalar
@@ -45,21 +48,21 @@ class Body:
     inertia: Scalar = 0
     angle: Scalar = 0
 
-    def kinetic_energy(self, q: Sequence[sp.Symbol], q_dot: Sequence[sp.Symbol]) -> sp.Expr:
+    def kinetic_energy(self, rates: Rates) -> sp.Expr:
         """Return T; J."""
-        speeds = [rate(c, q, q_dot) for c in self.centre]
-        turn = rate(self.angle, q, q_dot)
+        speeds = [rate(c, rates) for c in self.centre]
+        turn = rate(self.angle, rates)
         return expr(self.mass) * sum(v**2 for v in speeds) / 2 + expr(self.inertia) * turn**2 / 2
 
 
 @dataclass(frozen=True)
 class Spring:
-    """A linear spring with a damper, along any extension e(q): F = −k e − c ė.
+    """A linear spring with a damper, along any extension e(q, t): F = −k e − c ė.
 
     Attributes
     ----------
     extension : sympy.Expr
-        e(q), zero where the spring is relaxed; m, or rad for a torsion spring.
+        e(q, t), zero where the spring is relaxed; m, or rad for a torsion spring.
     stiffness, damping : sympy.Expr
         k and c; N/m and N s/m, or N m/rad and N m s/rad.
     """
@@ -73,9 +76,9 @@ class Spring:
         """V = k e²/2; J."""
         return expr(self.stiffness) * expr(self.extension) ** 2 / 2
 
-    def forces(self, q: Sequence[sp.Symbol], q_dot: Sequence[sp.Symbol]) -> list[sp.Expr]:
+    def forces(self, q: Sequence[sp.Symbol], rates: Rates) -> list[sp.Expr]:
         """Return the damper's generalized forces −c ė ∂e/∂q_i."""
-        pull = -expr(self.damping) * rate(self.extension, q, q_dot)
+        pull = -expr(self.damping) * rate(self.extension, rates)
         return [pull * sp.diff(expr(self.extension), s) for s in q]
 
 
@@ -86,9 +89,9 @@ class Load:
     Attributes
     ----------
     along : tuple of sympy.Expr
-        Places or angles the load does work along, as functions of q; m or rad.
+        Places or angles the load does work along, as functions of q and t; m or rad.
     values : tuple of sympy.Expr
-        Components of the load, in q, q̇ and parameters; N or N m.
+        Components of the load, in q, q̇, t and parameters; N or N m.
     """
 
     along: tuple[Scalar, ...]

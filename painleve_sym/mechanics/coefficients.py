@@ -59,6 +59,22 @@ class ContactCoefficients:
         free = (self.contact.J_T * self.contact.system.free_acceleration)[0]
         return readable(free + self.contact.tangential_bias)
 
+    @cached_property
+    def drive_speeds(self) -> tuple[sp.Expr, sp.Expr]:
+        """d(T + V)/dt per unit of F_n and of F_t, less v_n and v_t; m/s.
+
+        How fast what moves as prescribed moves along the forces: −∂g_N/∂t and the surface's speed,
+        and what a driven pivot or frame adds by its momenta, (∂T/∂q̇ at q̇ = 0)ᵀ M⁻¹ Jᵀ. A force
+        times it is the power of the drive.
+        """
+        contact = self.contact
+        normal, tangential = -contact.gap_drift, contact.surface_speed
+        momenta = contact.system.still_momenta
+        if any(momenta):
+            along = [(momenta.T * direction)[0] for direction in self.force_directions]
+            normal, tangential = readable(normal + along[0]), readable(tangential + along[1])
+        return normal, tangential
+
     @property
     def mu(self) -> sp.Symbol:
         """Friction coefficient μ."""

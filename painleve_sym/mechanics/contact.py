@@ -30,9 +30,9 @@ class Contact:
     name : str
     system : LagrangianSystem
     gap : sympy.Expr
-        g_N(q); m.
+        g_N(q, t); m. A surface that moves as prescribed makes it depend on the time.
     slip_velocity : sympy.Expr
-        v_t(q, q̇), affine in q̇ (a moving surface gives the constant part); m/s.
+        v_t(q, q̇, t), affine in q̇ (a moving surface gives the part free of q̇); m/s.
     friction : sympy.Symbol
         μ, one of the system's parameters.
     bilateral : bool
@@ -62,10 +62,8 @@ class Contact:
         system = self.system
         parameters = {p.symbol for p in system.parameters}
         parts = {"gap": self.gap, "slip velocity": self.slip_velocity}
-        for what, part in parts.items():
-            for symbol in sorted(sp.sympify(part).free_symbols - system.symbols, key=str):
-                known = map(str, system.symbols)
-                yield f"{what}: " + unknown_name("symbol", str(symbol), known)
+        for name, part in parts.items():
+            yield from system.formula_faults(name, part)
         if self.friction not in parameters:
             yield "friction: " + unknown_name("parameter", str(self.friction), map(str, parameters))
         gap = sp.sympify(self.gap)
@@ -111,25 +109,28 @@ class Contact:
         name, system, friction, bilateral
             As for `Contact`.
         point : pair of sympy.Expr
-            Cartesian (x, y) of the point as functions of q; m.
+            Cartesian (x, y) of the point as functions of q and t; m.
         slope : sympy.Expr
             Angle of the surface to the x axis, counter-clockwise; rad. The free side is above.
+            Where it depends on t the surface turns about the place `through`.
         surface_speed : sympy.Expr
-            Speed of the surface along its own direction (a belt); m/s.
+            Speed of the surface along its own direction (a belt), as a function of q and t; m/s.
+            It is in addition to the motion that `through` and `slope` prescribe.
         through : pair of sympy.Expr
-            A place on the straight surface; m.
+            A place on the straight surface, or the origin of the curve; m. Where it depends on t
+            the surface moves with it, along its normal and along its tangent.
         curve : callable
-            g(x, y) of a curved surface, in place of `slope` and `through`.
+            g(x, y) of a curved surface, in place of `slope`. Where g itself depends on t, the
+            surface moves along its normal alone.
         """
-        x, y = (expr(p) for p in point)
+        x, y = (expr(p) - expr(o) for p, o in zip(point, through, strict=True))
         if curve is None:
-            x, y = x - expr(through[0]), y - expr(through[1])
             c, s = sp.cos(slope), sp.sin(slope)
             gap, along = -s * x + c * y, c * x + s * y
-            slip = rate(along, system.q, system.q_dot)
+            slip = rate(along, system.rates)
         else:
             gap, (t_x, t_y) = _to_curve(curve, (x, y))
-            x_dot, y_dot = (rate(p, system.q, system.q_dot) for p in (x, y))
+            x_dot, y_dot = (rate(p, system.rates) for p in (x, y))
             slip = t_x * x_dot + t_y * y_dot
         slip -= expr(surface_speed)
         return cls(name, system, readable(gap), readable(slip), friction, bilateral)
@@ -156,19 +157,20 @@ class Contact:
         name, system, friction, slope, surface_speed, through, bilateral
             As for `of_point`.
         centre : pair of sympy.Expr
-            Cartesian (x, y) of the disc's centre as functions of q; m.
+            Cartesian (x, y) of the disc's centre as functions of q and t; m.
         radius : sympy.Expr
             m.
         angle : sympy.Expr
-            Angle of the disc as a function of q, counter-clockwise; rad. Rolling has
+            Angle of the disc as a function of q and t, counter-clockwise; rad. Rolling has
             centre speed = −radius · angular velocity.
         """
         x, y = expr(centre[0]) - expr(through[0]), expr(centre[1]) - expr(through[1])
         c, s = sp.cos(slope), sp.sin(slope)
         gap = -s * x + c * y - expr(radius)
         # The point of the rim that touches has the centre's velocity plus that of the turn.
-        turned = c * x + s * y + expr(radius) * expr(angle)
-        slip = rate(turned, system.q, system.q_dot) - expr(surface_speed)
+        # The turn counts from the surface, which may turn itself.
+        turned = c * x + s * y + expr(radius) * (expr(angle) - expr(slope))
+        slip = rate(turned, system.rates) - expr(surface_speed)
         return cls(name, system, readable(gap), readable(slip), friction, bilateral)
 
     @cached_property
@@ -191,8 +193,14 @@ class Contact:
 
     @cached_property
     def gap_rate(self) -> sp.Expr:
-        """ġ_N = J_N q̇; m/s."""
-        return readable((self.J_N * sp.Matrix(self.system.q_dot))[0])
+        """ġ_N = J_N q̇ + ∂g_N/∂t, against the surface as it moves; m/s."""
+        return readable((self.J_N * sp.Matrix(self.system.q_dot))[0] + self.gap_drift)
+
+    @cached_property
+    def gap_drift(self) -> sp.Expr:
+        """∂g_N/∂t: how fast the surface moves away by itself along the normal; m/s."""
+        drift = sum((sp.diff(self.gap, t) for t in self.system.clock), sp.Integer(0))
+        return drift if drift == 0 else readable(drift)
 
     @cached_property
     def surface_speed(self) -> sp.Expr:
@@ -202,7 +210,7 @@ class Contact:
 
     @cached_property
     def normal_bias(self) -> sp.Expr:
-        """J̇_N q̇: the part of g̈_N that is not J_N q̈; m/s²."""
+        """The part of g̈_N that is not J_N q̈; m/s²."""
         return readable(self._transport(self.gap_rate))
 
     @cached_property
@@ -211,7 +219,7 @@ class Contact:
         return readable(self._transport(self.slip_velocity))
 
     def _transport(self, speed: sp.Expr) -> sp.Expr:
-        return rate(speed, self.system.q, self.system.q_dot)
+        return rate(speed, self.system.rates)
 
 
 def _to_curve(

@@ -12,7 +12,7 @@ from painleve_sym.errors import InputError, ModelError, unknown_name
 from painleve_sym.mechanics.coefficients import ContactCoefficients
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.definition import definition_text
-from painleve_sym.mechanics.system import LagrangianSystem
+from painleve_sym.mechanics.system import TIME, LagrangianSystem
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Mechanism:
         A few lines of text showing the mechanism and its signs.
     start : mapping of str to float
         A state to begin with: in contact and sliding at the parameters' defaults; absent
-        coordinates and velocities are 0.
+        coordinates and velocities, and the time ``t`` where it occurs, are 0.
 
     Raises
     ------
@@ -70,10 +70,8 @@ class Mechanism:
         for contact in self.contacts:
             if contact.system is not self.system:
                 yield f"contact {contact.name!r} belongs to another system. Fix: give it this one."
-        known = self.system.symbols
         for i, bound in enumerate(self.domain, 1):
-            for symbol in sorted(sp.sympify(bound.margin).free_symbols - known, key=str):
-                yield f"domain {i}: " + unknown_name("symbol", str(symbol), map(str, known))
+            yield from self.system.formula_faults(f"domain {i}", bound.margin)
         for name in self.start:
             if name not in self.state_names:
                 yield "start: " + unknown_name("state", name, self.state_names)
@@ -114,8 +112,28 @@ class Mechanism:
         """Everything its derivations start from, as one text (`definition_text`)."""
         return definition_text(self)
 
+    @cached_property
+    def depends_on_time(self) -> bool:
+        """Whether the time itself occurs in any formula: something moves as prescribed."""
+        system = self.system
+        formulas = [system.kinetic_energy, system.potential_energy]
+        formulas += [*system.generalized_forces.values(), *(b.margin for b in self.domain)]
+        formulas += [f for c in self.contacts for f in (c.gap, c.slip_velocity)]
+        return any(t in sp.sympify(f).free_symbols for t in system.clock for f in formulas)
+
+    @property
+    def motion(self) -> tuple[sp.Symbol, ...]:
+        """Symbols of a state: coordinates, velocities, and `TIME` where anything depends on it."""
+        clock = (TIME,) if self.depends_on_time else ()
+        return (*self.system.q, *self.system.q_dot, *clock)
+
     @property
     def state_names(self) -> tuple[str, ...]:
-        """Coordinates, then velocities: the names a state may use."""
-        names = [c.name for c in self.system.coordinates]
-        return (*names, *(f"{n}_dot" for n in names))
+        """Names a state may use: those of `motion`."""
+        return tuple(s.name for s in self.motion)
+
+    @property
+    def state_units(self) -> dict[str, str]:
+        """SI units of the states by name."""
+        units = [c.unit for c in self.system.coordinates]
+        return dict(zip(self.state_names, (*units, *(f"{u}/s" for u in units), "s"), strict=False))

@@ -12,9 +12,12 @@ from functools import cached_property
 import sympy as sp
 
 from painleve_sym.errors import ModelError, unknown_name
-from painleve_sym.mechanics.bodies import Body, Load, Scalar, Spring, expr, weight
+from painleve_sym.mechanics.bodies import Body, Load, Scalar, Spring, expr, rate, weight
 from painleve_sym.mechanics.simplify import readable, reduced
 from painleve_sym.mechanics.velocity_terms import clearly_positive, velocity_terms
+
+TIME = sp.Symbol("t", real=True)
+"""The time, in every formula that prescribes a motion; s."""
 
 _CONTACT_NAMES = (
     ("gap", "gap_dot", "slip_velocity", "delta", "delta_dot", "delta_max", "K_e", "e_squared"),
@@ -24,6 +27,9 @@ _CONTACT_NAMES = (
 _FUNCTION_NAMES = ("sin", "cos", "tan", "sqrt", "exp", "log", "atan2", "abs", "pi")
 RESERVED = frozenset((*(n for group in _CONTACT_NAMES for n in group), *_FUNCTION_NAMES))
 """Names a coordinate or parameter cannot have: it would be taken for what they mean."""
+
+_STEPS = (sp.Heaviside, sp.sign, sp.floor, sp.ceiling, sp.Piecewise, sp.Mod)
+_KINKS = (sp.Abs, sp.Max, sp.Min)
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
 
@@ -164,7 +170,11 @@ class LagrangianSystem:
     """A holonomic mechanical system given by its energies.
 
     Lagrange's equations d/dt(∂T/∂q̇) − ∂T/∂q + ∂V/∂q = Q + Jᵀ F are kept as
-    M(q) q̈ = h(q, q̇) + Jᵀ F, with contact forces F added by `Contact`.
+    M(q, t) q̈ = h(q, q̇, t) + Jᵀ F, with contact forces F added by `Contact`.
+
+    Every formula may depend on the time, `TIME`: a pivot or a frame that moves as prescribed gives
+    T terms linear in q̇ and free of it. Where a coordinate or parameter is called ``t``, that is
+    what `TIME` means, and nothing depends on the time.
 
     Parameters
     ----------
@@ -172,17 +182,17 @@ class LagrangianSystem:
     coordinates : tuple of Coordinate, length n
     parameters : tuple of Parameter
     kinetic_energy : sympy.Expr
-        T(q, q̇), quadratic in q̇; J.
+        T(q, q̇, t), quadratic in q̇; J.
     potential_energy : sympy.Expr
-        V(q); J.
+        V(q, t); J.
     generalized_forces : mapping of coordinate name to sympy.Expr
-        Q_i(q, q̇); absent ones are 0. Sign: positive does work in the positive q_i direction.
+        Q_i(q, q̇, t); absent ones are 0. Sign: positive does work in the positive q_i direction.
 
     Raises
     ------
     ModelError
         Lists every fault: unusable, reserved or repeated names, missing units, undeclared
-        symbols, T not quadratic or not positive in the velocities.
+        symbols, jumps and kinks at given times, T not quadratic or not positive in the velocities.
     """
 
     name: str
@@ -228,12 +238,12 @@ class LagrangianSystem:
         generalized_forces : mapping of coordinate name to sympy.Expr
             What is to be added to dampers and loads.
         """
-        q, q_dot = [c.symbol for c in coordinates], [c.rate for c in coordinates]
-        kinetic = sum((b.kinetic_energy(q, q_dot) for b in bodies), expr(kinetic_energy))
+        q, rates = [c.symbol for c in coordinates], _rates(coordinates, parameters)
+        kinetic = sum((b.kinetic_energy(rates) for b in bodies), expr(kinetic_energy))
         potential = expr(potential_energy) + weight(bodies, gravity)
         potential += sum(s.potential_energy for s in springs)
         given = {k: expr(v) for k, v in (generalized_forces or {}).items()}
-        parts = [s.forces(q, q_dot) for s in springs] + [load.forces(q) for load in loads]
+        parts = [s.forces(q, rates) for s in springs] + [load.forces(q) for load in loads]
         for i, c in enumerate(coordinates):
             total = sum((p[i] for p in parts), given.get(c.name, sp.Integer(0)))
             if total != 0:
@@ -242,21 +252,45 @@ class LagrangianSystem:
 
     def _faults(self) -> list[str]:
         faults = list(self._name_faults())
-        known = self.symbols
         entries = {"kinetic energy": self.kinetic_energy, "potential energy": self.potential_energy}
         for key, value in self.generalized_forces.items():
             entries[f"generalized force {key!r}"] = value
             if key not in [c.name for c in self.coordinates]:
                 kind = "coordinate of a generalized force"
                 faults.append(unknown_name(kind, key, [c.name for c in self.coordinates]))
-        for what, entry in entries.items():
-            for symbol in sorted(sp.sympify(entry).free_symbols - known, key=str):
-                faults.append(f"{what}: " + unknown_name("symbol", str(symbol), map(str, known)))
+        for name, entry in entries.items():
+            faults += self.formula_faults(name, entry)
         if set(sp.sympify(self.potential_energy).free_symbols) & set(self.q_dot):
             faults.append("potential energy depends on a velocity. Fix: use a generalized force.")
         if not faults:
             faults += self._mass_faults()
         return faults
+
+    def formula_faults(self, name: str, formula: Scalar) -> Iterator[str]:
+        """Yield a sentence for each symbol not declared, and for jumps and kinks at given times.
+
+        Parameters
+        ----------
+        name : str
+            What the sentences call the formula.
+        formula : sympy.Expr
+        """
+        formula = sp.sympify(formula)
+        for symbol in sorted(formula.free_symbols - {*self.symbols, *self.clock}, key=str):
+            if symbol == TIME:
+                yield f"{name}: t is the time, but a parameter is called t. Fix: rename it."
+            else:
+                yield f"{name}: " + unknown_name("symbol", str(symbol), map(str, self.symbols))
+        if TIME in self.clock and TIME in formula.free_symbols:
+            moving = {*self.q, *self.q_dot}
+            for part in sorted(formula.atoms(*_STEPS, *_KINKS), key=str):
+                inner = part.free_symbols
+                if TIME in inner and (isinstance(part, _STEPS) or not inner & moving):
+                    yield (
+                        f"{name}: {part} jumps or has a kink at given times, where no event "
+                        "would stop the integration; need a smooth function of t. "
+                        "Fix: use smooth functions such as sin, exp."
+                    )
 
     def _name_faults(self) -> Iterator[str]:
         if not self.coordinates:
@@ -312,8 +346,18 @@ class LagrangianSystem:
 
     @cached_property
     def symbols(self) -> frozenset[sp.Symbol]:
-        """Every symbol a formula of the mechanism may contain."""
+        """Every declared symbol; a formula of the mechanism may contain these and the time."""
         return frozenset((*self.q, *self.q_dot, *(p.symbol for p in self.parameters)))
+
+    @cached_property
+    def clock(self) -> tuple[sp.Symbol, ...]:
+        """`TIME` alone; empty where a coordinate or parameter is called ``t``."""
+        return tuple(s for s in self.rates if s not in self.q)
+
+    @cached_property
+    def rates(self) -> dict[sp.Symbol, sp.Expr]:
+        """What d/dt of a function of coordinates and time is made of: q_i to q̇_i, t to 1."""
+        return _rates(self.coordinates, self.parameters)
 
     @property
     def q(self) -> tuple[sp.Symbol, ...]:
@@ -338,9 +382,11 @@ class LagrangianSystem:
 
     @cached_property
     def bias_force(self) -> sp.Matrix:
-        """h = ∂T/∂q − (∂²T/∂q̇∂q) q̇ − ∂V/∂q + Q, shape (n, 1)."""
+        """h = ∂T/∂q − (∂²T/∂q̇∂q) q̇ − ∂²T/∂q̇∂t − ∂V/∂q + Q, shape (n, 1)."""
         momenta = sp.Matrix([sp.diff(self.kinetic_energy, v) for v in self.q_dot])
         transport = momenta.jacobian(self.q) * sp.Matrix(self.q_dot)
+        for symbol in self.clock:
+            transport += sp.diff(momenta, symbol)
         rows = []
         for i, c in enumerate(self.coordinates):
             row = sp.diff(self.kinetic_energy - self.potential_energy, c.symbol) - transport[i]
@@ -379,9 +425,46 @@ class LagrangianSystem:
 
     @cached_property
     def dissipated_power(self) -> sp.Expr:
-        """−Qᵀ q̇: the rate at which generalized forces take energy out of T + V; W."""
+        """−d(T + V)/dt without contact forces: what forces take out and drives bring in; W.
+
+        −Qᵀ q̇ + ∂(T − V)/∂t − d(T₁ + 2 T₀)/dt, with T₁ and T₀ the parts of T that are linear in q̇
+        and free of it; only the first term is left where nothing moves as prescribed.
+        """
         power = sum(
             (self.generalized_forces.get(c.name, sp.Integer(0)) * c.rate for c in self.coordinates),
             sp.Integer(0),
         )
+        for symbol in self.clock:
+            power -= sp.diff(self.kinetic_energy - self.potential_energy, symbol)
+        if self._still_energy != 0 or any(self.still_momenta):
+            linear = (self.still_momenta.T * sp.Matrix(self.q_dot))[0]
+            power += rate(linear + 2 * self._still_energy, self.rates)
+            power += (self.still_momenta.T * self.free_acceleration)[0]
         return readable(-power)
+
+    @cached_property
+    def still_momenta(self) -> sp.Matrix:
+        """∂T/∂q̇ where q̇ = 0, shape (n, 1): not 0 where a frame or pivot moves as prescribed."""
+        momenta = [self._at_rest(sp.diff(self.kinetic_energy, v)) for v in self.q_dot]
+        return sp.Matrix(momenta)
+
+    @cached_property
+    def _still_energy(self) -> sp.Expr:
+        """T₀: T where q̇ = 0; J."""
+        return self._at_rest(self.kinetic_energy)
+
+    def _at_rest(self, formula: sp.Expr) -> sp.Expr:
+        still = dict.fromkeys(self.q_dot, sp.Integer(0))
+        value = sp.sympify(formula).xreplace(still)
+        return value if value == 0 else readable(value)
+
+
+def _rates(
+    coordinates: Sequence[Coordinate], parameters: Sequence[Parameter]
+) -> dict[sp.Symbol, sp.Expr]:
+    """Return the rates of the coordinates, and 1 of the time unless its name is taken."""
+    rates: dict[sp.Symbol, sp.Expr] = {c.symbol: c.rate for c in coordinates}
+    names = {*(c.name for c in coordinates), *(p.name for p in parameters)}
+    if TIME.name not in names:
+        rates[TIME] = sp.Integer(1)
+    return rates

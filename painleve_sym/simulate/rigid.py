@@ -5,30 +5,24 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
-
-import numpy as np
+from typing import Any, ClassVar
 
 from painleve_sym.arrays import Array
 from painleve_sym.contacts.chatter import REVERSE_CHATTER, Chatter, chatter
-from painleve_sym.contacts.classify import contact_problem
-from painleve_sym.contacts.classify_bilateral import bilateral_problem, check_held, solution_name
+from painleve_sym.contacts.classify import contact_problem, held_faults, solution_name
 from painleve_sym.contacts.guide import BilateralContact
-from painleve_sym.contacts.rigid import DECISION, RigidContact
-from painleve_sym.engines.protocol import Engine, RawRun, RunOptions, joined_steps
+from painleve_sym.contacts.rigid import RigidContact
+from painleve_sym.engines.protocol import RawRun
 from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.hybrid.automaton import HybridAutomaton
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import Parameter
 from painleve_sym.simulate.locate_limit import locate_limit
 from painleve_sym.simulate.scales import rigid_scales
-from painleve_sym.simulate.simulator import ContactSimulator, Limit, Restart
+from painleve_sym.simulate.simulator import ContactSimulator
 from painleve_sym.simulate.singular_limit import LimitKind, ReverseChatter
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 from painleve_sym.simulate.two_contacts import TwoContactSimulator
-
-CLOSED = 1e-9
-"""Gap and normal speed, in parts of the state's scale, at which bounces have died out."""
 
 GROWING_BOUNCES = 4
 """Touchdowns in a row, each faster than the one before, that count as growth."""
@@ -73,6 +67,7 @@ class RigidSimulator(ContactSimulator):
     restitution: str = "energetic"
     policy: str = "liftoff"
     engine: str = "auto"
+    start_events: ClassVar[bool] = True
 
     @cached_property
     def contact(self) -> RigidContact | BilateralContact:
@@ -102,12 +97,6 @@ class RigidSimulator(ContactSimulator):
         if self.mechanism.contact.bilateral:
             return {"policy": self.policy}
         return {"restitution": self.restitution, "policy": self.policy}
-
-    @property
-    def event_kinds(self) -> tuple[EventKind, ...]:
-        """Kinds of events, the limits of bounces last; a guide has no bounces."""
-        kinds = self.outline.kinds
-        return kinds if self.mechanism.contact.bilateral else (*kinds, EventKind.SETTLE)
 
     def contact_scales(
         self, i: int, values: Mapping[Any, Array], numbers: Mapping[str, Array]
@@ -142,9 +131,8 @@ class RigidSimulator(ContactSimulator):
         vector, values = self.start(state, parameters)
         vector = self.checked_start(vector, values, None)
         checked = self.options(vector, values, **options)
-        raw, limits = self.execute(self.integrator, vector, self._vector_of(values), checked)
+        raw = self.integrator.run(vector, self._vector_of(values), checked)
         trajectory = self.trajectory(raw, values, checked.rtol)
-        trajectory = self.with_limits(trajectory, limits, values)
         if isinstance(self.contact, BilateralContact):
             return trajectory
         growth = growing_bounces(
@@ -154,22 +142,21 @@ class RigidSimulator(ContactSimulator):
         )
         return _with_limit(self.contact, replace(trajectory, reverse_chatter=growth), values)
 
-    def with_limits(
-        self, trajectory: Trajectory, limits: Sequence[Limit], values: dict[str, float]
-    ) -> Trajectory:
-        """Return the trajectory with the limits of its bounces among its events."""
-        events = list(trajectory.events)
-        for limit in reversed(limits):
-            events.insert(limit.place, limit.event)
-        completed = [self._with_alternatives(e, values) for e in events]
-        return replace(trajectory, events=tuple(completed))
+    def trajectory(self, raw: RawRun, values: dict[str, float], rtol: float) -> Trajectory:
+        """Return the raw run as a trajectory; events with several solutions list them."""
+        found = super().trajectory(raw, values, rtol)
+        return replace(
+            found, events=tuple(self._with_alternatives(e, values) for e in found.events)
+        )
 
     def checked_start(self, vector: Array, values: Mapping[str, float], force: Any) -> Array:
         """Return the start vector; InputError where it is inside the ground."""
         vector = super().checked_start(vector, values, force)
         gap = float(vector[self._index(self.contact.gap)])
         if self.mechanism.contact.bilateral:
-            check_held(self.where, gap, float(vector[self._index(self.contact.gap_rate)]))
+            rate = float(vector[self._index(self.contact.gap_rate)])
+            for fault in held_faults("a bilateral contact", gap, rate):
+                raise InputError(f"{self.where}: {fault}")
         elif gap < 0:
             raise InputError(
                 f"{self.where}: the start is inside the ground, gap = {gap:g} m, and a rigid "
@@ -179,69 +166,6 @@ class RigidSimulator(ContactSimulator):
 
     def _index(self, symbol: Any) -> int:
         return self.outline.states.index(symbol)
-
-    # ---- bounces that accumulate ----
-
-    def execute(
-        self,
-        engine: Engine,
-        vector: Array,
-        parameters: Array,
-        options: RunOptions,
-        restart: Restart | None = None,
-    ) -> tuple[RawRun, list[Limit]]:
-        """Run; where bounces die out, close the contact and go on. Returns the joined run."""
-        runs: list[RawRun] = []
-        limits: list[Limit] = []
-        current, start = replace(options, start_events=True), 0.0
-        memory: Array | None = None
-        while True:
-            raw = engine.run(vector, parameters, current, memory).shifted(start)
-            runs.append(raw)
-            # A bilateral contact has no bounces.
-            stuck = self.mechanism.contact.bilateral or (raw.time == start and len(runs) > 1)
-            over = raw.stop_reason is not StopReason.ACCUMULATION or stuck
-            if over or not self._closed(raw, options):
-                return _joined(runs), limits
-            vector, memory = (restart or self._restart)(raw)
-            place = sum(len(r.events) for r in runs)
-            limits.append(Limit(self._settle_event(raw, vector), vector, memory, place))
-            if EventKind.SETTLE in options.until:
-                at_rest = raw._replace(state=vector, memory=memory, stop_reason=StopReason.UNTIL)
-                return _joined([*runs[:-1], at_rest]), limits
-            start = raw.time
-            current = replace(current, t_end=options.t_end - start)
-            if not current.t_end > 0:
-                return _joined(runs), limits
-
-    @property
-    def closing(self) -> tuple[int, ...]:
-        """Indices of the states that a limit of bounces sets to zero: gap and its rate."""
-        return self._index(self.contact.gap), self._index(self.contact.gap_rate)
-
-    def _restart(self, raw: RawRun) -> tuple[Array, Array]:
-        vector = raw.state.copy()
-        vector[list(self.closing)] = 0.0
-        return vector, np.zeros_like(raw.memory)
-
-    def _closed(self, raw: RawRun, o: RunOptions) -> bool:
-        gap, rate = self.closing
-        scale = o.atol / o.rtol
-        near = abs(raw.state[gap]) < CLOSED * scale[gap]
-        return bool(near and abs(raw.state[rate]) < 1e3 * CLOSED * scale[rate])
-
-    def _settle_event(self, raw: RawRun, vector: Array) -> EventRecord:
-        names = [s.name for s in self.outline.states]
-        return EventRecord(
-            time=raw.time,
-            kind=EventKind.SETTLE,
-            mode_before=self.outline.modes[raw.mode].name,
-            mode_after=DECISION,
-            state={n: float(v) for n, v in zip(names, vector[: len(names)], strict=True)},
-            normal_force=0.0,
-            tangential_force=0.0,
-            compression=0.0,
-        )
 
     def _detail(self, raw: RawRun) -> str:
         if self.mechanism.contact.bilateral and raw.stop_reason is StopReason.SINGULAR:
@@ -267,13 +191,10 @@ class RigidSimulator(ContactSimulator):
     def _with_alternatives(self, event: EventRecord, values: dict[str, float]) -> EventRecord:
         if event.kind is not EventKind.CONTACT:
             return event
-        if self.mechanism.contact.bilateral:
-            held = bilateral_problem(self.mechanism, event.state, values)
-            modes = tuple(dict.fromkeys(solution_name(s, held) for s in held.solutions()))
-            return replace(event, alternatives=modes) if len(modes) > 1 else event
-        solutions = contact_problem(self.mechanism, event.state, values).solutions()
-        modes = tuple(dict.fromkeys(s.mode.value for s in solutions))
-        if modes and event.state[self.contact.slip.name] == 0:
+        problem = contact_problem(self.mechanism, event.state, values)
+        modes = tuple(dict.fromkeys(solution_name(s, problem) for s in problem.solutions()))
+        opens = not problem.bilateral[0]
+        if opens and modes and event.state[self.contact.slip.name] == 0:
             bounces = self.chatter(event.state, values)
             modes += (REVERSE_CHATTER,) if bounces is not None and bounces.reverse else ()
         return replace(event, alternatives=modes) if len(modes) > 1 else event
@@ -287,15 +208,6 @@ def _with_limit(contact: RigidContact, run: Trajectory, values: Mapping[str, flo
     reason = StopReason.DYNAMIC_JAM if jam else run.stop_reason
     detail = reason.advice if jam else _MEETINGS[limit.kind]
     return replace(run, limit=limit, stop_reason=reason, stop_detail=detail)
-
-
-def _joined(runs: list[RawRun]) -> RawRun:
-    counters = {k: sum(r.counters[k] for r in runs) for k in runs[-1].counters}
-    return runs[-1]._replace(
-        steps=joined_steps(runs),
-        events=np.vstack([r.events for r in runs]),
-        counters=counters,
-    )
 
 
 def rigid_simulator(

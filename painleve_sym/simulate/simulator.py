@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol, cast
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, cast
 
 import numpy as np
 
@@ -22,11 +21,12 @@ from painleve_sym.contacts.inputs import (
 )
 from painleve_sym.engines.factory import make_engine
 from painleve_sym.engines.protocol import Engine, RawRun, RunOptions
-from painleve_sym.errors import EventKind, InputError, StopReason, unknown_name
+from painleve_sym.engines.records import EventRecords
+from painleve_sym.errors import InputError, StopReason, unknown_name
 from painleve_sym.hybrid.automaton import HybridAutomaton
 from painleve_sym.hybrid.signature import AutomatonBuilder, Outline, mode_name
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.system import Parameter
+from painleve_sym.mechanics.system import TIME, Parameter
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 
 if TYPE_CHECKING:
@@ -34,21 +34,6 @@ if TYPE_CHECKING:
 
 DEFAULT_RTOL = 1e-11
 """The reference impacts then hold eight digits through all events, energy closes to 1e-9."""
-
-Restart = Callable[[RawRun], tuple[Array, Array]]
-
-
-@dataclass(frozen=True)
-class Limit:
-    """Where events accumulated; state and memory are those that the motion went on with.
-
-    `place` is how many events of the run came before it.
-    """
-
-    event: EventRecord
-    state: Array
-    memory: Array
-    place: int
 
 
 class HasRows(Protocol):
@@ -71,6 +56,8 @@ class ContactSimulator(ABC):
 
     mechanism: Mechanism
     engine: str
+    start_events: ClassVar[bool] = False
+    """Whether what a start makes happen at once are events, or only chooses the mode."""
 
     @property
     @abstractmethod
@@ -112,11 +99,6 @@ class ContactSimulator(ABC):
         numbers : mapping of str to ndarray, shape (n,)
             What `contact_numbers` of the contact gives at them.
         """
-
-    @property
-    def event_kinds(self) -> tuple[EventKind, ...]:
-        """Kinds of events that a run may be asked to end at."""
-        return self.outline.kinds
 
     @abstractmethod
     def run(self, state: Mapping[str, float], **options: Any) -> Trajectory:
@@ -215,39 +197,13 @@ class ContactSimulator(ABC):
 
         Where `forced`, the compression is the one that carries the symbol ``initial_force``.
         """
-        own = {*self.mechanism.system.q, *self.mechanism.system.q_dot}
+        own = set(self.mechanism.motion)
         return {
             symbol: expr
             for row in self.contact.rows
             for symbol, expr in zip(row.symbols, row.expressions, strict=True)
             if symbol not in own
         }
-
-    def execute(
-        self,
-        engine: Engine,
-        vector: Array,
-        parameters: Array,
-        options: RunOptions,
-        restart: Restart | None = None,
-    ) -> tuple[RawRun, list[Limit]]:
-        """Run on an engine; `Limit` is where events accumulated and the motion went on after it.
-
-        An engine whose states are followed by more (derivatives) gives `restart`, which returns
-        state and memory of the motion after a limit from the run before it.
-        """
-        return engine.run(vector, parameters, options), []
-
-    @property
-    def closing(self) -> tuple[int, ...]:
-        """Indices of the states that a limit of accumulating events sets to zero."""
-        return ()
-
-    def with_limits(
-        self, trajectory: Trajectory, limits: Sequence[Limit], values: dict[str, float]
-    ) -> Trajectory:
-        """Return the trajectory with the limits among its events."""
-        return trajectory
 
     def sensitivities(
         self, state: Mapping[str, float], wrt: Sequence[str], **options: Any
@@ -299,10 +255,11 @@ class ContactSimulator(ABC):
             raise InputError(f"{self.where}: t_end: got {t_end!r}, need a finite number > 0.")
         kinds = (until,) if isinstance(until, str) else tuple(until)
         for kind in kinds:
-            if kind not in self.event_kinds:
-                message = unknown_name("event", kind, self.event_kinds)
+            if kind not in self.outline.kinds:
+                message = unknown_name("event", kind, self.outline.kinds)
                 raise InputError(f"{self.where}: until: {message}")
         scale = self.tolerances(vector, parameters) if atol is None else np.asarray(atol) / rtol
+        limits = {"start_events": self.start_events, **limits}
         return RunOptions(t_end, rtol, rtol * scale, kinds, record, **limits)
 
     def start(
@@ -322,8 +279,8 @@ class ContactSimulator(ABC):
         """Return the scale of each state below which only its absolute error counts, shape (nx,).
 
         Gap and its rate have the scales of the contact; other velocities that of the kinetic
-        energy plus the energy of the contact; coordinates 1. Dissipated energies are left out
-        (inf).
+        energy plus the energy of the contact; coordinates and the time 1. Dissipated energies
+        are left out (inf).
         """
         constants = self.integrator.constants(self._vector_of(parameters))
         vectors, constants = np.asarray(vector)[None], constants[None]
@@ -346,7 +303,7 @@ class ContactSimulator(ABC):
         scales = [self.contact_scales(i, symbols, numbers) for i, numbers in enumerate(found)]
         energy, ones = scales[0][2], np.ones(len(vectors))
         masses = [found[0][f"mass_{k}"] for k in range(len(system.q))]
-        scale: dict[Any, Array] = dict.fromkeys(system.q, ones)
+        scale: dict[Any, Array] = dict.fromkeys((*system.q, TIME), ones)
         scale |= {s: np.sqrt(2 * energy / m) for s, m in zip(system.q_dot, masses, strict=True)}
         for row, numbers, (delta, rate, _) in zip(rows, found, scales, strict=True):
             slip = np.sqrt(2 * energy * numbers["W_tt"])
@@ -358,12 +315,10 @@ class ContactSimulator(ABC):
 
     def trajectory(self, raw: RawRun, values: dict[str, float], rtol: float) -> Trajectory:
         """Return the raw run as a trajectory."""
-        automaton, nx = self.outline, len(self.outline.states)
-        nz = len(automaton.memory)
-        rows = (raw.steps.shape[1] - 4 - nz) // nx
+        automaton, steps = self.outline, raw.step_records
         c = self.integrator.constants(self._vector_of(values))
-        memory = np.vstack([raw.steps[:, 3 : 3 + nz], raw.memory])
-        modes = np.append(raw.steps[:, 2].astype(np.int64), raw.mode)
+        memory = np.vstack([steps.memory, raw.memory])
+        modes = np.append(steps.mode, raw.mode)
         names, modes = self._named(modes, memory)
         return Trajectory(
             mechanism=self.mechanism.name,
@@ -374,13 +329,13 @@ class ContactSimulator(ABC):
             memory_names=tuple(s.name for s in automaton.memory),
             mode_names=names,
             output_names=automaton.output_names,
-            step_time=raw.steps[:, 0],
-            step_length=raw.steps[:, 1],
+            step_time=steps.time,
+            step_length=steps.length,
             step_mode=modes[:-1],
-            step_memory=memory[:-1],
-            step_rows=raw.steps[:, 3 + nz : -1].reshape(len(raw.steps), rows, nx),
-            step_bend=raw.steps[:, -1],
-            events=self._events(raw.events, c),
+            step_memory=steps.memory,
+            step_rows=steps.polynomial,
+            step_bend=steps.bend,
+            events=self._events(raw.event_records, c),
             final_time=raw.time,
             final_state=raw.state,
             final_memory=raw.memory,
@@ -403,37 +358,39 @@ class ContactSimulator(ABC):
         names = tuple(dict.fromkeys(every))
         return names, np.array([names.index(name) for name in every])
 
-    def _events(self, rows: Array, constants: Array) -> tuple[EventRecord, ...]:
+    def _events(self, rows: EventRecords, constants: Array) -> tuple[EventRecord, ...]:
         automaton = self.outline
-        nx, nz = len(automaton.states), len(automaton.memory)
-        before, memory = rows[:, 4 : 4 + nx], rows[:, 4 + nx : 4 + nx + nz]
-        after = rows[:, 4 + nx + nz : 4 + 2 * nx + nz].tolist()
-        memory_after = rows[:, 4 + 2 * nx + nz :]
-        modes = rows[:, 1].astype(np.int64)
-        outputs = self.integrator.outputs(modes, before, memory, constants)
+        names = [s.name for s in automaton.states]
+        outputs = self.integrator.outputs(
+            rows.mode_before, rows.state_before, rows.memory_before, constants
+        )
         at = {name: outputs[:, i] for i, name in enumerate(automaton.output_names)}
+        own = [c.name for c in self.mechanism.contacts]
         records = []
-        for i, row in enumerate(rows):
-            transition = automaton.modes[modes[i]].transitions[int(row[2])]
-            contact, end = self.event_outputs(transition.contact)
+        for i, after in enumerate(rows.state_after.tolist()):
+            place = int(rows.contact[i])
+            contact = automaton.contacts[place] if place >= 0 else ""
+            end = f"_{contact or own[0]}" if len(own) > 1 else ""
+            # A decision for several contacts at once has no force of its own.
+            decided = place < 0 and rows.transition[i] < 0
+            carried = ("normal_force", "tangential_force", "gap")
+            force, friction, gap = (0.0 if decided else float(at[f"{n}{end}"][i]) for n in carried)
             records.append(
                 EventRecord(
-                    time=float(row[0]),
-                    kind=transition.kind,
-                    mode_before=mode_name(automaton, modes[i], memory[i]),
-                    mode_after=mode_name(automaton, int(row[3]), memory_after[i]),
-                    state=dict(zip((s.name for s in automaton.states), after[i], strict=True)),
-                    normal_force=float(at[f"normal_force{end}"][i]),
-                    tangential_force=float(at[f"tangential_force{end}"][i]),
-                    compression=-float(at[f"gap{end}"][i]),
-                    contact=contact,
+                    time=float(rows.time[i]),
+                    kind=automaton.kinds[rows.kind[i]],
+                    mode_before=mode_name(
+                        automaton, int(rows.mode_before[i]), rows.memory_before[i]
+                    ),
+                    mode_after=mode_name(automaton, int(rows.mode_after[i]), rows.memory_after[i]),
+                    state=dict(zip(names, after, strict=True)),
+                    normal_force=force,
+                    tangential_force=friction,
+                    compression=-gap,
+                    contact=contact if len(own) > 1 else own[0],
                 )
             )
         return tuple(records)
-
-    def event_outputs(self, contact: str) -> tuple[str, str]:
-        """Return the name of the contact of an event and what its outputs' names end in."""
-        return self.mechanism.contact.name, ""
 
     def _detail(self, raw: RawRun) -> str:
         if raw.stop_reason is StopReason.LEFT_DOMAIN:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -14,22 +13,15 @@ from painleve_sym.arrays import Array
 from painleve_sym.contacts.decision import Decider, Decision
 from painleve_sym.contacts.rigid import DECISION
 from painleve_sym.contacts.two_contacts import TwoContacts
-from painleve_sym.engines.protocol import (
-    DENSE_ROWS,
-    IntervalHistory,
-    RawRun,
-    RunOptions,
-    joined_steps,
-)
+from painleve_sym.engines.protocol import Answer, IntervalHistory, Question
 from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.hybrid.automaton import HybridAutomaton
-from painleve_sym.hybrid.signature import TransitionOutline
 from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import Parameter
 from painleve_sym.simulate.scales import rigid_scales
 from painleve_sym.simulate.simulator import ContactSimulator
-from painleve_sym.simulate.trajectory import EventRecord, Trajectory
+from painleve_sym.simulate.trajectory import Trajectory
 
 _CHAIN = 64
 """Impacts at one instant before it is called an accumulation."""
@@ -41,31 +33,12 @@ _MEETING = (EventKind.LIFTOFF, EventKind.SLIP_START)
 """Events at which the mode left is still a solution."""
 
 
-@dataclass
-class _Run:
-    """A run as it is made: pieces, events, and what they count."""
-
-    options: RunOptions
-    time: float = 0.0
-    pieces: list[RawRun] = field(default_factory=list)
-    events: list[EventRecord] = field(default_factory=list)
-    touchdowns: dict[str, IntervalHistory] = field(default_factory=dict)
-    reason: StopReason | None = None
-    detail: str = ""
-    hit: bool = False
-
-    def note(self, event: EventRecord) -> None:
-        """Record an event that no piece holds."""
-        self.events.append(event)
-        self.hit |= event.kind in self.options.until
-
-
 @dataclass(frozen=True)
 class TwoContactSimulator(ContactSimulator):
     """A mechanism with two rigid contacts, ready to run.
 
     Between events both contacts keep their mode, in compiled code. At an event the contact problem
-    of the closed contacts is solved with every solution (`SeveralContacts`); where there are
+    of the closed contacts is solved with every solution (`ContactProblem`); where there are
     several the policy chooses, and the event ``contact`` lists all. Impacts follow the path of the
     impulse (`solve_simultaneous_impact`); the event ``impact`` has the impulses, and one without an
     end stops the run with ``jam``. Where no forces are possible the impact without collision
@@ -86,6 +59,7 @@ class TwoContactSimulator(ContactSimulator):
     restitution: str = "energetic"
     policy: str = "liftoff"
     engine: str = "auto"
+    start_events: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         RigidLaw(self.restitution, self.policy)
@@ -94,10 +68,6 @@ class TwoContactSimulator(ContactSimulator):
     def contact(self) -> TwoContacts:
         """The two contacts."""
         return TwoContacts(self.mechanism, self.restitution)
-
-    @cached_property
-    def _decider(self) -> Decider:
-        return Decider(self.contact, self.policy)
 
     @property
     def automaton(self) -> HybridAutomaton:
@@ -118,11 +88,6 @@ class TwoContactSimulator(ContactSimulator):
     def choices(self) -> dict[str, str]:
         """Restitution law and policy."""
         return {"restitution": self.restitution, "policy": self.policy}
-
-    @property
-    def event_kinds(self) -> tuple[EventKind, ...]:
-        """Kinds of events that a run may be asked to end at."""
-        return (*self.outline.kinds, EventKind.IMPACT, EventKind.SETTLE)
 
     def contact_scales(
         self, i: int, values: Mapping[Any, Array], numbers: Mapping[str, Array]
@@ -160,14 +125,21 @@ class TwoContactSimulator(ContactSimulator):
         """
         vector, values = self.start(state, parameters)
         self._check_gaps(vector)
-        run = _Run(self.options(vector, values, **options))
-        self._follow(run, vector, values)
-        trajectory = self.trajectory(_joined(run), values, run.options.rtol)
-        detail = run.detail or trajectory.stop_detail
-        return replace(trajectory, events=tuple(run.events), stop_detail=detail)
+        checked = self.options(vector, values, **options)
+        resolver = _Resolver(self, values, checked.atol / checked.rtol)
+        raw = self.integrator.run(vector, self._vector_of(values), checked, resolve=resolver)
+        trajectory = self.trajectory(raw, values, checked.rtol)
+        details = iter(resolver.details)
+        decided = raw.event_records.transition < 0
+        events = (
+            replace(e, **next(details)) if mark else e
+            for e, mark in zip(trajectory.events, decided, strict=True)
+        )
+        detail = resolver.stop_detail or trajectory.stop_detail
+        return replace(trajectory, events=tuple(events), stop_detail=detail)
 
     def _check_gaps(self, vector: Array) -> None:
-        gaps, _, _ = self._decider.contact_values(vector)
+        gaps, _, _ = self.decider.contact_values(vector)
         for contact, gap in zip(self.mechanism.contacts, gaps, strict=True):
             if gap < 0:
                 raise InputError(
@@ -175,176 +147,145 @@ class TwoContactSimulator(ContactSimulator):
                     f"{gap:g} m, and a rigid contact has no compression. Fix: start with gap >= 0."
                 )
 
-    def _follow(self, run: _Run, vector: Array, values: dict[str, float]) -> None:
-        parameters, o = self._vector_of(values), run.options
-        scale = o.atol / o.rtol
-        before, spent = DECISION, 0.0
-        last: TransitionOutline | None = None
-        while True:
-            decision = self._decide(run, vector, values, scale, (before, last, spent))
-            mode = decision.mode or DECISION
-            at = self._mode_index(mode)
-            if decision.mode is None or run.reason is not None or run.hit:
-                reason = run.reason or (StopReason.UNTIL if run.hit else StopReason.NO_MODE)
-                run.pieces.append(_standing(run, decision.state, at, reason))
-                return
-            labels = [t.label for t in self.outline.modes[at].transitions]
-            departs = tuple(labels.index(name) for name in decision.departs)
-            options = replace(
-                o,
-                t_end=o.t_end - run.time,
-                start_mode=at,
-                start_departs=departs,
-                start_events=True,
+    @cached_property
+    def decider(self) -> Decider:
+        """What the contact problem of both contacts decides."""
+        return Decider(self.contact, self.policy)
+
+
+@dataclass
+class _Resolver:
+    """Answers the questions of one run: impacts at that instant included.
+
+    Attributes
+    ----------
+    simulator : TwoContactSimulator
+    values : dict of str to float
+        Parameters.
+    scale : ndarray, shape (nx,)
+        Of each state.
+    touchdowns : dict of str to IntervalHistory
+        Of each contact.
+    details : list of dict
+        Per event of the answers: what its `EventRecord` says besides.
+    stop_detail : str
+    jams : bool
+        Whether an impact had no end.
+    """
+
+    simulator: TwoContactSimulator
+    values: dict[str, float]
+    scale: Array
+    touchdowns: dict[str, IntervalHistory] = field(default_factory=dict)
+    details: list[dict[str, Any]] = field(default_factory=list)
+    stop_detail: str = ""
+    jams: bool = False
+
+    def __call__(self, question: Question) -> Answer:
+        """Return what follows."""
+        events: list[tuple[EventKind, Array, int]] = []
+        state, stop = question.state, None
+        if self._accumulates(question):
+            closed = self._settled(state)
+            if closed is None:
+                stop = StopReason.ACCUMULATION
+            else:
+                state = closed
+                self._note(events, EventKind.SETTLE, state)
+        decision = self._decide(events, state, question)
+        if decision is None:
+            return Answer(
+                self._index(DECISION), events[-1][1], (), tuple(events), StopReason.ACCUMULATION
             )
-            raw = self.integrator.run(decision.state, parameters, options).shifted(run.time)
-            spent, run.time = raw.time - run.time, raw.time
-            self._take_events(run, raw, values)
-            run.pieces.append(raw)
-            if raw.stop_reason is not StopReason.DECISION:
-                return
-            # The last row decides; the one before it says what happened.
-            row = raw.events[-2]
-            left = self.outline.modes[int(row[1])]
-            before, last = left.name, left.transitions[int(row[2])]
-            vector = raw.state
-            if run.time >= o.t_end:
-                raw = raw._replace(stop_reason=StopReason.T_END)
-                run.pieces[-1] = raw
-                return
-            if self._accumulates(run, last):
-                vector = self._settled(run, vector, scale)
-            if len(run.events) >= o.max_events and run.reason is None:
-                run.reason = StopReason.EVENT_LIMIT
+        if decision.mode is None:
+            stop = stop or (StopReason.JAM if self.jams else StopReason.NO_MODE)
+        mode = self._index(decision.mode or DECISION)
+        labels = [t.label for t in self.simulator.outline.modes[mode].transitions]
+        departs = tuple(labels.index(name) for name in decision.departs)
+        return Answer(mode, decision.state, departs, tuple(events), stop)
 
-    def _mode_index(self, name: str) -> int:
-        return [m.name for m in self.outline.modes].index(name)
+    def _index(self, mode: str) -> int:
+        return [m.name for m in self.simulator.outline.modes].index(mode)
 
-    def _take_events(self, run: _Run, raw: RawRun, values: dict[str, float]) -> None:
-        decide = self._mode_index(DECISION)
-        rows = raw.events[raw.events[:, 1] != decide]
-        constants = self.integrator.constants(self._vector_of(values))
-        for event in self._events(rows, constants):
-            run.note(event)
+    def _note(
+        self,
+        events: list[tuple[EventKind, Array, int]],
+        kind: EventKind,
+        state: Array,
+        mode: str = DECISION,
+        **detail: Any,
+    ) -> None:
+        events.append((kind, state, self._index(mode)))
+        self.details.append(detail)
 
-    def event_outputs(self, contact: str) -> tuple[str, str]:
-        """Return the name of the contact of an event and what its outputs' names end in."""
-        return contact, f"_{contact or self.mechanism.contacts[0].name}"
-
-    def _accumulates(self, run: _Run, last: TransitionOutline) -> bool:
-        if last.kind is not EventKind.TOUCHDOWN:
+    def _accumulates(self, question: Question) -> bool:
+        if question.kind is not EventKind.TOUCHDOWN:
             return False
-        return run.touchdowns.setdefault(last.contact, IntervalHistory()).accumulates(run.time)
+        history = self.touchdowns.setdefault(question.contact, IntervalHistory())
+        return history.accumulates(question.time)
 
-    def _settled(self, run: _Run, vector: Array, scale: Array) -> Array:
-        """Return the state with the contacts closed whose bounces have died out."""
-        after = vector.copy()
-        states = list(self.outline.states)
-        closed = False
-        for row in self.contact.rows:
+    def _settled(self, state: Array) -> Array | None:
+        """Return the state with the contacts closed whose bounces have died out; None for none."""
+        after, closed = state.copy(), False
+        states = list(self.simulator.outline.states)
+        for row in self.simulator.contact.rows:
             gap, rate = states.index(row.gap), states.index(row.gap_rate)
-            near = abs(after[gap]) < _SETTLED * scale[gap]
-            if near and abs(after[rate]) < 1e3 * _SETTLED * scale[rate]:
+            near = abs(after[gap]) < _SETTLED * self.scale[gap]
+            if near and abs(after[rate]) < 1e3 * _SETTLED * self.scale[rate]:
                 after[gap] = after[rate] = 0.0
                 closed = True
-        if not closed:
-            run.reason = StopReason.ACCUMULATION
-            return vector
-        run.note(self._record(run, EventKind.SETTLE, DECISION, DECISION, after))
-        return after
+        return after if closed else None
 
     def _decide(
-        self,
-        run: _Run,
-        vector: Array,
-        values: dict[str, float],
-        scale: Array,
-        left: tuple[str, TransitionOutline | None, float],
-    ) -> Decision:
-        """Return what follows, impacts at this instant included."""
-        mode, last, spent = left
-        decider = self._decider
-        e = values[self.own_parameters[0].name]
-        state = decider.rested(vector, values, scale)
+        self, events: list[tuple[EventKind, Array, int]], state: Array, question: Question
+    ) -> Decision | None:
+        """Return the decision; None where impacts follow each other without end."""
+        sim, values = self.simulator, self.values
+        decider, meets = sim.decider, question.kind in _MEETING
+        e = values[sim.own_parameters[0].name]
+        state = decider.rested(state, values, self.scale)
         for _ in range(_CHAIN):
             gaps, rates, _ = decider.contact_values(state)
             approach = bool(np.any((gaps <= 0) & (rates < 0)))
             if not approach:
                 decision = decider.decide(state, values)
-                if last is not None and last.kind in _MEETING and mode != DECISION:
-                    decision = self._beyond(decision, state, values, mode, spent)
+                if meets:
+                    decision = self._beyond(decision, state, question)
                 if decision.mode != "impact":
-                    self._note_contact(run, decision, gaps)
+                    self._note_contact(events, decision, gaps)
                     return decision
                 if decision.alternatives:
-                    self._note_contact(run, replace(decision, mode=DECISION), gaps)
-            found = decider.impact(state, values, self.restitution, e)
+                    self._note_contact(events, replace(decision, mode=DECISION), gaps)
+            found = decider.impact(state, values, sim.restitution, e)
             if found is None:
-                run.reason = StopReason.JAM
-                run.detail = (
+                self.jams = True
+                self.stop_detail = (
                     "the impact of the rigid contacts has no end: their friction carries any "
                     "impulse; use one contact at a time, or a softened law"
                 )
                 return Decision(None, state)
             impulses, state = found
-            state = decider.rested(state, values, scale)
-            mode = DECISION
-            event = self._record(run, EventKind.IMPACT, DECISION, DECISION, state)
-            run.note(replace(event, impulses=tuple(map(float, impulses))))
-        run.reason = StopReason.ACCUMULATION
-        return Decision(None, state)
+            state = decider.rested(state, values, self.scale)
+            meets = False
+            self._note(events, EventKind.IMPACT, state, impulses=tuple(map(float, impulses)))
+        return None
 
-    def _beyond(
-        self, first: Decision, state: Array, values: dict[str, float], mode: str, spent: float
-    ) -> Decision:
+    def _beyond(self, first: Decision, state: Array, question: Question) -> Decision:
         """Return the decision a moment later, when the mode left is no solution any more."""
-        constants = self.integrator.constants(self._vector_of(values))
-        rates = self.integrator.field(self._mode_index(mode), state, np.zeros(0), constants)
+        sim, values = self.simulator, self.values
+        left = sim.outline.modes[question.mode].name
+        constants = sim.integrator.constants(sim._vector_of(values))
+        rates = sim.integrator.field(question.mode, state, np.zeros(0), constants)
         for part in _LOOK_AHEAD:
-            found = self._decider.decide(state, values, part * spent * rates)
-            if found.mode != mode:
-                return found
+            later = sim.decider.decide(state, values, part * question.spent * rates)
+            if later.mode != left:
+                return later
         return first
 
-    def _note_contact(self, run: _Run, decision: Decision, gaps: Array) -> None:
+    def _note_contact(
+        self, events: list[tuple[EventKind, Array, int]], decision: Decision, gaps: Array
+    ) -> None:
         if np.any(gaps <= 0):
-            event = self._record(
-                run, EventKind.CONTACT, DECISION, decision.mode or "", decision.state
-            )
-            run.note(replace(event, alternatives=decision.alternatives))
-
-    def _record(
-        self, run: _Run, kind: EventKind, before: str, after: str, state: Array
-    ) -> EventRecord:
-        names = [s.name for s in self.outline.states]
-        return EventRecord(
-            time=run.time,
-            kind=kind,
-            mode_before=before,
-            mode_after=after,
-            state={n: float(v) for n, v in zip(names, state, strict=True)},
-            normal_force=0.0,
-            tangential_force=0.0,
-            compression=0.0,
-        )
-
-
-def _standing(run: _Run, state: Array, mode: int, reason: StopReason) -> RawRun:
-    """Return a piece of no length: the end of a run at an event."""
-    nx = len(state)
-    empty = np.empty((0, 4 + 2 * nx))
-    steps = np.empty((0, 4 + DENSE_ROWS * nx))
-    return RawRun(run.time, state, np.zeros(0), mode, reason, -1, steps, empty, {})
-
-
-def _joined(run: _Run) -> RawRun:
-    counters = Counter(dict.fromkeys(("accepted_steps", "rejected_steps"), 0))
-    for piece in run.pieces:
-        counters.update(piece.counters)
-    counters["events"] = len(run.events)
-    last = run.pieces[-1]
-    return last._replace(
-        steps=joined_steps(run.pieces),
-        events=last.events[:0],
-        counters=dict(counters),
-    )
+            mode = decision.mode or ""
+            more = {"alternatives": decision.alternatives}
+            self._note(events, EventKind.CONTACT, decision.state, mode, **more)

@@ -14,13 +14,8 @@ import numpy as np
 
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.contacts.classify import Classification, classify
-from painleve_sym.contacts.classify_bilateral import (
-    BilateralClassification,
-    TangentialImpact,
-    tangential_impact,
-)
-from painleve_sym.contacts.classify_several import SeveralClassification, classify_several
 from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
+from painleve_sym.contacts.impact.tangential import TangentialImpact, tangential_impact
 from painleve_sym.contacts.inputs import (
     CONTACT_TOLERANCE,
     resolve_parameters,
@@ -36,10 +31,7 @@ from painleve_sym.laws.rigid import RigidLaw, contact_law
 from painleve_sym.mechanics.models import Mechanism, model
 from painleve_sym.mechanics.system import Parameter
 from painleve_sym.simulate.compliant import DEFAULT_RTOL, SoftenedSimulator
-from painleve_sym.simulate.finite_stiffness.corrected_case import (
-    CorrectedJump,
-    evaluate_corrected_jump,
-)
+from painleve_sym.simulate.finite_stiffness import CorrectedJump, evaluate_corrected_jump
 from painleve_sym.simulate.rigid import rigid_simulator
 from painleve_sym.simulate.trajectory import Trajectory
 
@@ -221,11 +213,10 @@ class Scenario:
 
     # ---- questions ----
 
-    def classify(self) -> Classification | BilateralClassification | SeveralClassification:
+    def classify(self) -> Classification:
         """Return the rigid contact problem at the state, with every solution."""
         mechanism = self.mechanism()
-        ask = classify if len(mechanism.contacts) == 1 else classify_several
-        return ask(mechanism, self._state(mechanism, self._given(mechanism)), self.parameters)
+        return classify(mechanism, self._state(mechanism, self._given(mechanism)), self.parameters)
 
     def simulate(self) -> Trajectory:
         """Return the softened or rigid motion from the state.

@@ -46,16 +46,21 @@ def loops(rtol: float) -> tuple[Callable[[], Any], Callable[[], Any], SoftenedSi
     sim = SoftenedSimulator(
         model("rod-inertia"), law("bilinear-hertz", reload="virgin"), "compiled"
     )
+    sim.sensitivities(STATE, WRT, rtol=rtol, **OPTIONS)
+    engine, _ = next(iter(sim.variational_engines.values()))
     captured: list[Any] = []
-    execute = SoftenedSimulator.execute
 
-    class Spy(SoftenedSimulator):
-        def execute(self, *arguments: Any) -> Any:
+    class Spy:
+        automaton, constants, outputs = engine.automaton, engine.constants, engine.outputs
+
+        def run(self, *arguments: Any) -> Any:
             captured.append(arguments)
-            return execute(self, *arguments)
+            return engine.run(*arguments)
 
-    Spy(sim.mechanism, sim.law).sensitivities(STATE, WRT, rtol=rtol, **OPTIONS)
-    engine, start, parameters, options = captured[0][:4]
+    for key, (_, functions) in list(sim.variational_engines.items()):
+        sim.variational_engines[key] = (Spy(), functions)
+    sim.sensitivities(STATE, WRT, rtol=rtol, **OPTIONS)
+    start, parameters, options = captured[0]
     nx = len(sim.automaton.states)
     plain = replace(options, atol=options.atol[:nx])
     return (

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 
 from painleve_sym.complementarity import (
     LCP,
-    ContactProblem,
     MPCCOptions,
     MPCCStatus,
     residual,
@@ -17,6 +16,7 @@ from painleve_sym.complementarity import (
     solve_mpcc,
     solve_mpcc_all,
 )
+from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.errors import InputError
 
 TOLERANCE = MPCCOptions().tolerance
@@ -29,7 +29,7 @@ def rod(angle, rate, slip_velocity=-1.0, mu=1.4):
     """Return the paper's rod (m = 1 kg, l = 1 m, g = 9.8 m/s²)."""
     sin, cos = math.sin(angle), math.cos(angle)
     mobility = 1 + 3 * cos**2, -3 * sin * cos, 1 + 3 * sin**2
-    return ContactProblem(*mobility, rate**2 * sin - 9.8, rate**2 * cos, mu, slip_velocity)
+    return ContactProblem.single(*mobility, rate**2 * sin - 9.8, rate**2 * cos, mu, slip_velocity)
 
 
 @pytest.mark.parametrize(
@@ -39,7 +39,7 @@ def rod(angle, rate, slip_velocity=-1.0, mu=1.4):
 def test_solve_mpcc_finds_the_solution_when_there_is_one(angle, rate, slip_velocity):
     problem = rod(angle, rate, slip_velocity)
     (expected,) = problem.solutions()
-    result = solve_mpcc(problem)
+    result = solve_mpcc(problem.lcp())
     assert result.status is MPCCStatus.SOLVED
     assert result.z[0] == pytest.approx(expected.normal_force, rel=1e-9, abs=1e-12)
 
@@ -55,7 +55,7 @@ def test_solve_mpcc_reports_failure_for_inconsistent_problems(lcp):
 
 
 def test_solve_mpcc_all_finds_both_solutions_for_the_indeterminate_rod():
-    survey = solve_mpcc_all(rod(1.0, 5.0))
+    survey = solve_mpcc_all(rod(1.0, 5.0).lcp())
     forces = sorted(result.z[0] for result in survey.solutions)
     assert forces == pytest.approx([0.0, 332.99227], abs=1e-4)
     assert survey.failed == 0
@@ -63,7 +63,7 @@ def test_solve_mpcc_all_finds_both_solutions_for_the_indeterminate_rod():
 
 @pytest.mark.parametrize(("start", "force"), [(0.0, 0.0), (300.0, 332.99227)])
 def test_solve_mpcc_finds_the_nearest_solution_for_a_given_start(start, force):
-    result = solve_mpcc(rod(1.0, 5.0), start=[start])
+    result = solve_mpcc(rod(1.0, 5.0).lcp(), start=[start])
     assert result.z[0] == pytest.approx(force, abs=1e-4)
 
 
@@ -76,7 +76,7 @@ def test_solve_mpcc_all_finds_all_three_solutions_for_known_matrix():
 
 def test_solve_mpcc_all_counts_one_solution_for_liftoff_at_rest():
     # How a_t divides into two parts is free here; the forces are not.
-    survey = solve_mpcc_all(rod(0.5, 5.0, slip_velocity=0.0))
+    survey = solve_mpcc_all(rod(0.5, 5.0, slip_velocity=0.0).lcp(), compared=2)
     assert len(survey.solutions) == 1
 
 
@@ -115,7 +115,7 @@ def test_solve_mpcc_reports_not_verified_for_a_tolerance_below_rounding():
 
 
 def test_solve_mpcc_records_every_relaxation_in_its_history():
-    result = solve_mpcc(rod(0.5, 1.0), start=[30.0])
+    result = solve_mpcc(rod(0.5, 1.0).lcp(), start=[30.0])
     assert tuple(step.tau for step in result.history) == MPCCOptions().relaxations
     assert sum(step.iterations for step in result.history) == result.iterations
     errors = [step.residual for step in result.history]
@@ -131,7 +131,7 @@ def test_solve_mpcc_all_repeats_itself_for_one_seed():
 
 @pytest.mark.parametrize("problem", [rod(0.5, 1.0), rod(1.0, 1.0)])
 def test_solve_mpcc_prints_nothing_for_any_outcome(problem, capfd):
-    solve_mpcc_all(problem, starts=[[0.0], [1.0]])
+    solve_mpcc_all(problem.lcp(), starts=[[0.0], [1.0]])
     captured = capfd.readouterr()
     assert captured.out == "" and captured.err == ""
 
@@ -159,12 +159,12 @@ def test_solve_mpcc_never_claims_more_than_it_verified(n, data):
 @pytest.mark.parametrize("start", [[1.0, 2.0], [math.nan]])
 def test_solve_mpcc_refuses_a_start_that_does_not_fit(start):
     with pytest.raises(InputError, match="Fix: give one number"):
-        solve_mpcc(rod(0.5, 1.0), start=start)
+        solve_mpcc(rod(0.5, 1.0).lcp(), start=start)
 
 
 def test_solve_mpcc_all_refuses_an_empty_list_of_starts():
     with pytest.raises(InputError, match="need at least one"):
-        solve_mpcc_all(rod(0.5, 1.0), starts=[])
+        solve_mpcc_all(rod(0.5, 1.0).lcp(), starts=[])
 
 
 @pytest.mark.parametrize(

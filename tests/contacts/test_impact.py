@@ -9,8 +9,8 @@ import time
 import numpy as np
 import pytest
 
-from painleve_sym.complementarity.contact import ContactMode
 from painleve_sym.contacts.impact.one_contact import ImpactEnd, solve_impact
+from painleve_sym.contacts.local_mode import ContactMode
 from painleve_sym.errors import InputError
 from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.mechanics.impact.classes import CLASSES, ImpactClass
@@ -176,7 +176,7 @@ def test_impact_on_the_border_of_the_paradox_stops_the_slip_at_once(rule):
     found = solve_impact(matrix, 3.0, (0.0, 1.0), rule, e)
     stops = 1.0 / 2.9
     assert (found.case, found.without_collision) == (ImpactClass.C_STICKING, True)
-    first, second, third = found.phases
+    first, second, _ = found.phases
     assert first.normal_impulse == pytest.approx(stops, rel=1e-14)
     assert first.velocity == second.velocity == (0.0, 0.0)
     assert second.normal_impulse == 0.0

@@ -116,7 +116,7 @@ def test_event_times_of_a_bouncing_ball_are_exact(ball):
     # Round-off of each landing speed enters all later times.
     np.testing.assert_allclose(run.events[:, 0], times, rtol=4e-14)
     # Column 4 is x before the reset: the located zero, at round-off of the height fallen.
-    assert np.max(np.abs(run.events[:, 4])) < 1e-15
+    assert np.max(np.abs(run.event_records.state_before[:, 0])) < 1e-15
 
 
 def test_accumulation_is_named_at_its_limit(ball):

@@ -279,8 +279,14 @@ TABLE_3 = Scenario(
         Scenario(
             str(ROOT / "examples/mechanisms/wheel-on-slope.toml"), law="hunt-crossley", t_end=0.1
         ),
+        Scenario(
+            str(ROOT / "examples/mechanisms/oscillating-table.toml"),
+            {"y": 0.05, "x_dot": 0.3, "t": 0.02},
+            law="rigid",
+            t_end=0.3,
+        ),
     ],
-    ids=["table-3", "runge-kutta", "pressed", "impacts", "settles", "guide", "toml"],
+    ids=["table-3", "runge-kutta", "pressed", "impacts", "settles", "guide", "toml", "shaken"],
 )
 def test_export_of_a_case_is_the_package_to_the_last_bit(scenario, tmp_path):
     needs_cmake()

@@ -17,7 +17,7 @@ DOCS = Path(__file__).parents[2] / "docs" / "cli.md"
 def test_event_kind_is_its_text_and_has_a_sentence(kind):
     assert kind == kind.value == kind.name.lower() == json.loads(json.dumps(kind))
     assert EventKind(kind.value) is kind
-    assert kind.sentence and kind.sentence[0].islower() or kind.sentence.startswith("A = 0")
+    assert (kind.sentence and kind.sentence[0].islower()) or kind.sentence.startswith("A = 0")
 
 
 def test_command_line_page_names_every_kind_of_event():

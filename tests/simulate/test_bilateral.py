@@ -11,15 +11,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from painleve_sym.complementarity import BilateralProblem
-from painleve_sym.contacts.classify import classify, classify_opening
-from painleve_sym.contacts.classify_bilateral import (
-    BilateralCase,
-    classify_bilateral,
-    solution_name,
-    tangential_impact,
-)
+from painleve_sym.contacts.classify import classify, solution_name
 from painleve_sym.contacts.guide import TANGENTIAL_IMPACT, BilateralContact
+from painleve_sym.contacts.impact.tangential import tangential_impact
+from painleve_sym.contacts.problem import ContactCase, ContactProblem
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.mechanics.models import model
 from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
@@ -71,7 +66,7 @@ def by_hand(phi, s, m_1, m_2, mu, P_1, P_2, g=9.8):
 @pytest.mark.parametrize("P_2", [-5.0, 7.0, 8.0, 40.0])
 def test_klein_has_the_forces_of_the_hand_calculation(mu, s, P_2):
     parameters = {"mu": mu, "P_2": P_2, "P_1": 0.7, "m_1": 1.3}
-    found = classify_bilateral(klein(), KLEIN | {"x_dot": 0.4 * s}, parameters)
+    found = classify(klein(), KLEIN | {"x_dot": 0.4 * s}, parameters)
     expected = by_hand(1.2, s, 1.3, 1.0, mu, 0.7, P_2)
     assert [x.normal_force for x in found.solutions] == pytest.approx(expected, rel=1e-12)
     assert len(expected) == 1 or mu * math.tan(1.2) > 2.3
@@ -84,22 +79,20 @@ def test_klein_paradox_begins_at_the_ratio_of_the_masses(m_1, m_2, phi):
     masses = {"m_1": m_1, "m_2": m_2, "phi_0": phi}
     for factor, paradox in ((1 - 1e-9, False), (1 + 1e-9, True)):
         state = {"phi": phi, "x_dot": 1.0}
-        found = classify_bilateral(klein(), state, masses | {"mu": factor * limit})
+        found = classify(klein(), state, masses | {"mu": factor * limit})
         assert (found.excess > 0) is paradox
-        other = classify_bilateral(
-            klein(), state | {"x_dot": -1.0}, masses | {"mu": factor * limit}
-        )
+        other = classify(klein(), state | {"x_dot": -1.0}, masses | {"mu": factor * limit})
         counts = sorted((len(found.solutions), len(other.solutions)))
         assert counts == ([0, 2] if paradox else [1, 1])
 
 
 def test_klein_cases_are_named():
     cases = [
-        ({}, KLEIN, BilateralCase.TWO_SOLUTIONS),
-        ({}, KLEIN | {"x_dot": -1.0}, BilateralCase.INCONSISTENT),
-        ({"mu": 0.5}, KLEIN, BilateralCase.UNIQUE),
-        ({}, KLEIN | {"x_dot": 0.0}, BilateralCase.UNIQUE),
-        ({"P_1": -100.0, "P_2": -90.0}, KLEIN | {"x_dot": 0.0}, BilateralCase.SEVERAL),
+        ({}, KLEIN, ContactCase.TWO_SOLUTIONS),
+        ({}, KLEIN | {"x_dot": -1.0}, ContactCase.INCONSISTENT),
+        ({"mu": 0.5}, KLEIN, ContactCase.UNIQUE),
+        ({}, KLEIN | {"x_dot": 0.0}, ContactCase.UNIQUE),
+        ({"P_1": -100.0, "P_2": -90.0}, KLEIN | {"x_dot": 0.0}, ContactCase.SEVERAL),
     ]
     for parameters, state, case in cases:
         found = classify(klein(), state, parameters)
@@ -130,10 +123,8 @@ def test_a_state_off_the_guide_is_refused_in_one_sentence(change):
 
 
 def test_kinds_of_contact_are_told_apart():
-    with pytest.raises(InputError, match="use classify_bilateral"):
-        classify_opening(klein(), KLEIN)
-    with pytest.raises(InputError, match="can open"):
-        classify_bilateral(model("rod"), {})
+    with pytest.raises(InputError, match=r"its contact can open. Fix: use evaluate_jump"):
+        tangential_impact(model("rod"), {"theta": 1.0})
     with pytest.raises(InputError, match="use RigidContact"):
         BilateralContact(model("rod"))
     with pytest.raises(InputError, match="unknown policy"):
@@ -155,7 +146,7 @@ parameters = st.fixed_dictionaries({"mu": st.floats(0, 4), "M": st.floats(0.02, 
 @given(states, parameters)
 @settings(max_examples=20, deadline=None)
 def test_tangential_impact_exists_where_a_slip_may_have_no_solution(state, values):
-    found = classify_bilateral(bead(), state, values)
+    found = classify(bead(), state, values)
     if found.excess < 0:
         with pytest.raises(InputError, match="tangential impact"):
             tangential_impact(bead(), state, values)
@@ -314,7 +305,7 @@ loads = st.floats(-80, 80)
 def test_motion_begins_with_a_solution_of_the_contact_problem(phi, mu, P_1, P_2, v, policy):
     values = {"mu": mu, "P_1": P_1, "P_2": P_2, "phi_0": phi}
     state = {"phi": phi, "x_dot": v}
-    found = classify_bilateral(klein(), state, values)
+    found = classify(klein(), state, values)
     if min(abs(found.A_push), abs(found.A_pull)) < 1e-6 * found.problem.W_nn:
         return  # the force may grow past every bound
     run = simulator(policy, klein).run(state, t_end=1e-9, parameters=values)
@@ -343,7 +334,7 @@ def test_motion_begins_with_a_solution_of_the_contact_problem(phi, mu, P_1, P_2,
 def test_rest_begins_with_sticking_or_with_a_slip_that_speeds_up(phi, mu, P_1, P_2):
     values = {"mu": mu, "P_1": P_1, "P_2": P_2, "phi_0": phi}
     state = {"phi": phi}
-    found = classify_bilateral(klein(), state, values)
+    found = classify(klein(), state, values)
     names = [solution_name(s, found.problem) for s in found.solutions]
     run = simulator(of=klein).run(state, t_end=1e-6, parameters=values)
     first = run.events[0].mode_after
@@ -369,5 +360,7 @@ def test_number_of_solutions_by_excess_and_selector(W_nn, W_nt, b_n, mu, s):
     if abs(excess) < 1e-9 or abs(b_n) < 1e-6 or abs(W_nt) < 1e-6:
         return
     W_tt = 1 + 2 * W_nt**2 / W_nn
-    count = len(BilateralProblem(W_nn, W_nt, W_tt, b_n, 0.3, mu, s).solutions())
+    count = len(
+        ContactProblem.single(W_nn, W_nt, W_tt, b_n, 0.3, mu, s, bilateral=True).solutions()
+    )
     assert count == (1 if excess < 0 else 2 if selector > 0 else 0)

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from painleve_sym.complementarity.contact import ContactProblem
 from painleve_sym.contacts.chatter import chatter
 from painleve_sym.contacts.classify import classify
 from painleve_sym.contacts.impact.one_contact import solve_impact
+from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.laws.chatter import chatter_ratio, symbols_of
 from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.mechanics.models import model, rod
@@ -98,7 +98,7 @@ def test_classification_tells_of_bounces_at_rest_only(cart):
 )
 def test_bounces_followed_one_by_one_grow_exactly_where_it_says(law, w, a, k, b_t, friction, e):
     """A flight, an impact, a flight …: the size after many, against ρ."""
-    problem = ContactProblem(a + k * k * w, k * w, w, -9.8, b_t, friction, 0.0)
+    problem = ContactProblem.single(a + k * k * w, k * w, w, -9.8, b_t, friction, 0.0)
     found = chatter(problem, law, e)
     W = ((a + k * k * w, k * w), (k * w, w))
     v_t, v_n, logs = 0.0, 1.0, []
@@ -119,11 +119,11 @@ def test_bounces_followed_one_by_one_grow_exactly_where_it_says(law, w, a, k, b_
 
 
 def test_contact_that_opens_has_no_chatter():
-    assert chatter(ContactProblem(1.0, 0.5, 1.0, 2.0, 1.0, 0.5, 0.0)) is None
+    assert chatter(ContactProblem.single(1.0, 0.5, 1.0, 2.0, 1.0, 0.5, 0.0)) is None
 
 
 def test_threshold_in_the_closed_form_of_the_law():
-    problem = ContactProblem(1.25, 0.5, 1.0, -9.8, 5.0, 3.0, 0.0)
+    problem = ContactProblem.single(1.25, 0.5, 1.0, -9.8, 5.0, 3.0, 0.0)
     found = chatter(problem, "poisson", 0.6)
     form = chatter_ratio(restitution=restitution_law("poisson"), slip=1)
     at = {"kappa": 0.5, "tau": 10 / 9.8, "e_poisson": 0.6}

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
 from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.errors import InputError
@@ -11,10 +12,8 @@ from painleve_sym.laws import finite_stiffness as forms
 from painleve_sym.laws.compliance import law
 from painleve_sym.mechanics.models import model
 from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.simulate.finite_stiffness.corrected_case import evaluate_corrected_jump
-from painleve_sym.simulate.finite_stiffness.corrected_jump import CorrectedJumpRule
-from painleve_sym.simulate.finite_stiffness.damped_impact import damped_impact, separating_rate
-from painleve_sym.simulate.finite_stiffness.frozen_impact import FrozenEnd
+from painleve_sym.simulate.finite_stiffness import CorrectedJumpRule, evaluate_corrected_jump
+from painleve_sym.simulate.frozen_impact import FrozenEnd, FrozenImpactSolver
 
 TABLE_3 = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
 SIN, COS = math.sin(1.0), math.cos(1.0)
@@ -57,7 +56,7 @@ def test_rebound_of_table_3_is_the_softened_one(rule):
 
 def test_limit_is_the_classical_rule_and_the_leading_correction_its_approach(rod, rule):
     K = np.logspace(20, 32, 4)
-    E = K / float(rule.law_inputs(values(rule, E=1.0))["K"])
+    E = K / evaluate_corrected_jump(rod, rule.law, TABLE_3, {"E": 1.0}).stiffness
     found = rule(TABLE_3, values(rule, E=E)).impacts.head["normal_velocity"]
     classical = evaluate_jump(rod, "energetic", TABLE_3).velocity["y_A_dot"]
     numbers = {forms.A: A, forms.A_STICK: A_STICK, forms.B: CONTACT["b_n"], forms.C: C}
@@ -153,59 +152,80 @@ def test_arrays_of_states_are_evaluated_at_once(rule):
     assert found.velocity["theta_dot"][2] == one.velocity["theta_dot"]
 
 
-def test_elastic_limit_is_that_of_hogan_and_kristiansen():
+@pytest.fixture(scope="module")
+def damped():
+    return FrozenImpactSolver(law("linear"))
+
+
+def test_elastic_limit_is_that_of_hogan_and_kristiansen(damped):
     w_1 = abs(A / C)
-    found = [
-        -damped_impact(CONTACT, -1.0, (0.0, 0.0), linear=(k, 0.0)).phases[-1].compression_rate
-        for k in (1e12, 1e16, 1e20)
-    ]
-    left = np.array(found) / (w_1 * math.sqrt(1 + A_STICK / -A)) - 1
+    found = damped(CONTACT, {"slip_velocity": -1.0}, {"k": [1e12, 1e16, 1e20]})
+    left = found.head["normal_velocity"] / (w_1 * math.sqrt(1 + A_STICK / -A)) - 1
     # The blow-up time of a linear contact is log K/√K: three digits per four decades.
     assert np.all(left > 0)
     assert left[2] < 1e-5
     assert np.all(left[1:] < 0.03 * left[:-1])
 
 
-def test_strong_damping_leaves_the_rebound_of_hogan_and_kristiansen():
-    left = []
-    for damping in (30.0, 100.0, 300.0):
-        k = 1e20
-        impact = damped_impact(CONTACT, -1.0, (0.0, 0.0), linear=(k, damping * math.sqrt(k)))
-        assert impact.end is FrozenEnd.SEPARATION
-        rebound = (1 / -A + 1 / A_STICK) * abs(A / C) / damping**2
-        left.append(abs(-impact.phases[-1].compression_rate / rebound - 1))
+def test_strong_damping_leaves_the_rebound_of_hogan_and_kristiansen(damped):
+    k, damping = 1e20, np.array([30.0, 100.0, 300.0])
+    found = damped(CONTACT, {"slip_velocity": -1.0}, {"k": k, "c": damping * math.sqrt(k)})
+    assert found.ends == [FrozenEnd.SEPARATION] * 3
+    rebound = (1 / -A + 1 / A_STICK) * abs(A / C) / damping**2
+    left = np.abs(found.head["normal_velocity"] / rebound - 1)
     # The next term of the expansion is log(damping)/damping².
     assert left[2] < 1e-3
     assert left[0] > 5 * left[1] > 25 * left[2]
 
 
 @pytest.mark.parametrize("c", [0.0, 1e4, 1e6])
-def test_separating_surface_separates(c):
+def test_separating_surface_separates(damped, c):
     up, k, F = {**CONTACT, "b_n": 11.2368}, 1e12, 200.0
-    delta = F / k
-    rate = separating_rate(A, up["b_n"], k, c, delta)
-    below, above = (
-        damped_impact(up, -1.0, (delta, rate * part), linear=(k, c)) for part in (0.999, 1.001)
-    )
-    assert all(p.slip == -1 for p in below.phases)
-    assert any(p.slip == 0 for p in above.phases)
+    numbers = {forms.A: A, forms.B_FREE: up["b_n"], forms.K: k, forms.DAMPING: c}
+    rate = float(forms.separating_rate().subs({**numbers, forms.DELTA: F / k}))
+    start = {"slip_velocity": -1.0, "compression": F / k}
+    start["compression_rate"] = rate * np.array([0.999, 1.001])
+    slip = damped(up, start, {"k": k, "c": c}).phase["slip"]
+    assert np.all(slip[0][~np.isnan(slip[0])] == -1)
+    assert np.any(slip[1] == 0)
 
 
-def test_linear_law_without_dashpot_agrees_with_the_matrix_exponential(rod):
-    found = evaluate_corrected_jump(rod, law("linear"), TABLE_3, {"k": 1e12})
-    damped = damped_impact(CONTACT, -1.0, (0.0, 0.0), linear=(1e12, 0.0))
-    rates = [-p.compression_rate for p in damped.phases]
-    assert found.method == "elementary, quadrature"
-    assert [p.normal_velocity for p in found.phases] == pytest.approx(rates, rel=1e-9, abs=1e-12)
+@pytest.mark.parametrize("c", [1e4, 1e6, 1e7])
+def test_linear_dashpot_agrees_with_the_matrix_exponential(damped, c):
+    """Each phase from the end of the one before: (δ, δ̇, ∫F dt) by SciPy's exponential."""
+    k = 1e12
+    found = damped(CONTACT, {"slip_velocity": -1.0, "compression_rate": 0.1}, {"k": k, "c": c})
+    assert found.ends == [FrozenEnd.SEPARATION]
+    y, v_t = np.array([0.0, 0.1, 0.0, 1.0]), -1.0
+    for i in range(int(found.head["phases"])):
+        phase = {name: float(values[i]) for name, values in found.phase.items()}
+        W_nt, W_tt = CONTACT["W_nt"], CONTACT["W_tt"]
+        slip = phase["slip"]
+        ratio, offset = -1.4 * slip, 0.0
+        if slip == 0:
+            ratio, offset = -W_nt / W_tt, -CONTACT["b_t"] / W_tt
+        a, b = CONTACT["W_nn"] + ratio * W_nt, CONTACT["b_n"] + offset * W_nt
+        matrix = np.zeros((4, 4))
+        matrix[0, 1], matrix[1], matrix[2] = 1.0, [-a * k, -a * c, 0, -b], [k, c, 0, 0]
+        t = phase["duration"]
+        y = expm(matrix * t) @ [*y[:2], 0.0, 1.0]
+        if slip:
+            v_t += (W_nt + ratio * W_tt) * y[2] + CONTACT["b_t"] * t
+        assert phase["compression"] == pytest.approx(y[0], rel=1e-9, abs=1e-16)
+        assert phase["compression_rate"] == pytest.approx(y[1], rel=1e-9, abs=1e-11)
+        assert phase["normal_impulse"] == pytest.approx(y[2], rel=1e-9, abs=1e-12)
+        assert phase["slip_velocity"] == pytest.approx(v_t, abs=1e-10)
+    assert k * y[0] + c * y[1] == pytest.approx(0.0, abs=1e-9 * (k * 1e-6))
 
 
-def test_dashpots_fall_back_by_name(rod):
-    linear = evaluate_corrected_jump(rod, law("linear"), TABLE_3, {"k": 1e12, "c": 1e5})
-    hunt = evaluate_corrected_jump(rod, law("hunt-crossley"), TABLE_3, {"E": 20.9e14, "c": 1.0})
-    elastic = evaluate_corrected_jump(rod, law("hunt-crossley"), TABLE_3, {"E": 20.9e14, "c": 0.0})
-    assert (linear.method, hunt.method) == ("matrix exponential", "integration")
-    assert elastic.method == "hypergeometric, quadrature"
-    assert hunt.velocity["y_A_dot"] < elastic.velocity["y_A_dot"]
+def test_dashpots_lower_the_rebound(rod):
+    def rebound(c):
+        found = evaluate_corrected_jump(
+            rod, law("hunt-crossley"), TABLE_3, {"E": 20.9e14, "c": c}, configuration="carried"
+        )
+        return found.velocity["y_A_dot"]
+
+    assert rebound(2.0) < rebound(1.0) < rebound(0.0)
 
 
 @pytest.mark.slow
@@ -232,12 +252,3 @@ def test_bad_input_is_named(rod, rule, options, text):
     parameters = options.pop("parameters", None)
     with pytest.raises(InputError, match=text):
         evaluate_corrected_jump(rod, rule.law, TABLE_3, parameters, **options)
-
-
-def test_carried_configuration_and_arrays_refuse_a_dashpot(rod):
-    damped = law("linear")
-    with pytest.raises(InputError, match="without dashpot"):
-        evaluate_corrected_jump(rod, damped, TABLE_3, {"c": 1.0}, configuration="carried")
-    rule = CorrectedJumpRule(rod, damped)
-    with pytest.raises(InputError, match="no closed form with a dashpot"):
-        rule(TABLE_3, values(rule, c=1.0))

@@ -10,15 +10,15 @@ import math
 import sys
 from pathlib import Path
 
+import numpy as np
+
 import painleve_sym as ps
 from painleve_sym.papers.impact_resolution.beyond import compute_corrected
-from painleve_sym.papers.impact_resolution.claims import TABLES
-from painleve_sym.papers.run_cache import Workbench
+from painleve_sym.papers.impact_resolution.runs import Workbench
 from painleve_sym.present.figures import draw
 from painleve_sym.present.report import save
-from painleve_sym.simulate.finite_stiffness.damped_impact import damped_impact
 
-bench = Workbench({number: table.state for number, table in TABLES.items()})
+bench = Workbench()
 outcome = compute_corrected(bench)
 print("Table 3: error of the rebound y_A_dot(t3) and its local order")
 print(f"{'E':>9} {'softened':>10}" + 2 * f" {'classical':>10} {'frozen':>10} {'carried':>10}")
@@ -74,12 +74,13 @@ A = contact["W_nn"] + contact["mu"] * contact["W_nt"]
 A_stick = contact["W_nn"] - contact["W_nt"] ** 2 / contact["W_tt"]
 v_n1 = abs(A / (contact["W_nt"] + contact["mu"] * contact["W_tt"]))
 print(f"no damping: sqrt(1 + A'/|A|) = {math.sqrt(1 + A_stick / -A):.6f}")
-for damping in (0.0, 0.1, 1.0, 10.0, 100.0):
-    k = 1e20
-    impact = damped_impact(contact, -1.0, (0.0, 0.0), linear=(k, damping * math.sqrt(k)))
-    ratio = -impact.phases[-1].compression_rate / v_n1
+k, dampings = 1e20, np.array([0.0, 0.1, 1.0, 10.0, 100.0])
+impacts = ps.FrozenImpactSolver(ps.law("linear"))(
+    contact, {"slip_velocity": -1.0}, {"k": k, "c": dampings * math.sqrt(k)}
+)
+for damping, velocity in zip(dampings, impacts.head["normal_velocity"], strict=True):
     strong = (1 / -A + 1 / A_stick) / damping**2 if damping else math.inf
-    print(f"{damping:6.1f} {ratio:13.6e}   strong damping: {strong:13.6e}")
+    print(f"{damping:6.1f} {velocity / v_n1:13.6e}   strong damping: {strong:13.6e}")
 
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else "out")
 folder.mkdir(parents=True, exist_ok=True)

@@ -242,10 +242,10 @@ def _of_law(
     for phase in jump.phases:
         impulses = (phase.normal_impulse, phase.tangential_impulse, phase.stored_energy)
         ends = (phase.slip_velocity, phase.normal_velocity)
-        *amounts, slip, normal = _numbers((*impulses, *ends), values)
+        P_n, P_t, stored, slip, normal = _numbers((*impulses, *ends), values)
         names = map(str, phase.velocity)
         after = dict(zip(names, _numbers(tuple(phase.velocity.values()), values), strict=True))
-        phases.append(JumpPhase(phase.name, *amounts, after, slip, normal))
+        phases.append(JumpPhase(phase.name, P_n, P_t, stored, after, slip, normal))
     return tuple(phases), _number(jump.energy_change, values)
 
 

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from painleve_sym.complementarity.contact import ContactMode
 from painleve_sym.contacts.impact.path import (
     COINCIDENT,
     EnergeticEnd,
@@ -17,6 +16,7 @@ from painleve_sym.contacts.impact.path import (
     PathPiece,
     PoissonEnd,
 )
+from painleve_sym.contacts.local_mode import ContactMode
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.mechanics.impact.classes import ImpactClass
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple, Protocol
 
-from painleve_sym.complementarity.contact import ContactMode
+from painleve_sym.contacts.local_mode import ContactMode
 from painleve_sym.mechanics.impact.classes import ImpactClass
 
 # Two rounded products and their difference: the sign of a smaller rate would be an accident.

@@ -2,14 +2,16 @@
 
 The configuration is frozen, and the impulses P of the contacts change their velocities by
 dv = W dP. Each contact either pushes or does not, and friction opposes the slip it has at that
-moment, as in Routh's construction for one contact. All contacts that push do so with the same
-normal force (the bodies' stiffness, which alone could tell another ratio, is not part of the rigid
-model), so that with the path parameter τ, counted in N s,
+moment, as in Routh's construction for one contact. With the path parameter τ, in N s, contact i
 
-- a contact that pushes has dP_n/dτ = 1: it approaches (v_n < 0), or has restitution left to give;
-- a contact that parts (v_n > 0) and has no restitution left has dP_n/dτ = 0;
-- on the border, at v_n = 0 without restitution, 0 ≤ dP_n/dτ ≤ 1 keeps v_n = 0 or lets it go;
-- dP_t = −μ sign(v_t) dP_n in slip, and |dP_t| ≤ μ dP_n in sticking.
+- pushes with dP_n/dτ = w_i while it approaches (v_n < 0) or has restitution left to give;
+- does not push where it parts (v_n > 0) and has no restitution left;
+- on the border, at v_n = 0 without restitution, pushes with 0 ≤ dP_n/dτ ≤ 1: it is held or let go.
+
+dP_t = −μ sign(v_t) dP_n in slip, and |dP_t| ≤ μ dP_n in sticking. The weights w_i are constant: the
+normal impulses that would stop all approaches at once, 0 ≤ P_n ⟂ v_n⁺ ≥ 0 with friction against
+v_t⁺ (Moreau; Glocker & Pfeiffer), in parts of the largest. Rigid bodies do not tell the ratio of
+two contact forces; with these, all contacts end compression together where no slip stops or turns.
 
 The right side is a bounded, convex and upper semicontinuous function of v (Filippov), so that a
 path begins at every v; it is made of straight pieces. Each contact has its own budget of
@@ -23,6 +25,7 @@ one pushes, the border is −e v_n⁻ in place of 0.
 References
 ----------
 Keller, J. Appl. Mech. 53 (1986) 1–4, for the path of one contact.
+Glocker & Pfeiffer, Nonlinear Dynamics 7 (1995) 471–497.
 Liu, Zhao & Brogliato, Proc. R. Soc. A 464 (2008) 3193–3211, for several contacts with an energy
     budget at each.
 Moreau (1988), Unilateral contact and dry friction in finite freedom dynamics. CISM 302, 1–82.
@@ -40,8 +43,9 @@ from typing import NamedTuple
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.complementarity.several import SeveralContacts
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
+from painleve_sym.contacts.local_mode import ContactMode
+from painleve_sym.contacts.problem import ContactProblem, ContactSolution
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.laws.restitution import RESTITUTIONS
 
@@ -54,6 +58,8 @@ _COINCIDENT = 1e-12
 # Of the largest velocity before. Stops may accumulate in ever smaller velocities: one below the
 # first is at rest, and so are all of the contacts that push where all are below the second.
 _REST, _ALL_REST = 1e-14, 1e-10
+# Of the largest mobility: what is added to tell the least of several impulses of one effect.
+_REGULAR = 1e-8
 _PIECE_LIMIT = 1000
 """Pieces after which a path counts as endless; a path of two contacts has about ten."""
 
@@ -163,8 +169,8 @@ def solve_simultaneous_impact(
     path = _Path(np.ldexp(W, -mass), mu, np.ldexp(v, -speed), restitution, e)
     pressing = np.zeros(len(mu)) if load is None else np.asarray(load, dtype=float)[::2]
     ended = path.follow(pressing)
-    active = np.count_nonzero(sum((piece.impulses[::2] for piece in path.pieces), np.zeros(len(mu))))
-    if restitution == "newton" and active > 1 and np.any(v[::2] < 0):
+    active = {int(i) for piece in path.pieces for i in np.flatnonzero(piece.impulses[::2])}
+    if restitution == "newton" and len(active) > 1 and np.any(v[::2] < 0):
         ended = path.take_at_once(e)
     pieces = tuple(
         ImpulsePiece(
@@ -176,9 +182,7 @@ def solve_simultaneous_impact(
     )
     parted = bool(np.any(path.v[::2] > 0))
     end = ImpactEnd.SEPARATION if parted else ImpactEnd.PERSISTENT
-    return SimultaneousImpact(
-        end if ended else ImpactEnd.JAM, v, np.ldexp(path.v, speed), pieces
-    )
+    return SimultaneousImpact(end if ended else ImpactEnd.JAM, v, np.ldexp(path.v, speed), pieces)
 
 
 def _exponent(numbers: Array) -> int:
@@ -215,19 +219,25 @@ class _Path:
         newton = restitution == "newton"
         self.border = -e * v[::2] + 0.0 if newton else np.zeros(len(mu))
         self.budget = np.zeros(len(mu))
+        self.weights = np.ones(len(mu))
         self.work = 0.0
         self.pieces: list[ImpulsePiece] = []
 
     def follow(self, pressing: Array) -> bool:
         """Follow the path to where no contact pushes; False where it never gets there."""
         without_collision = bool(np.all(self.v[::2] >= 0))
+        if not without_collision:
+            self._weigh()
         for _ in range(_PIECE_LIMIT):
             push = self._push(pressing if without_collision else None)
             if push is None:
                 return False
             without_collision = False
             if not np.any(push):
-                return True
+                if np.all(self.v[::2] >= self.border):
+                    return True
+                self._weigh()
+                continue
             rates = self._rates(push)
             length = min(self._events(push, rates), default=math.inf)
             if length == math.inf:
@@ -235,23 +245,64 @@ class _Path:
             self._advance(push, rates, length)
         return False
 
+    def _weigh(self) -> None:
+        """Set dP_n/dτ of the contacts that push, the largest 1, by what would stop them at once."""
+        self.weights = np.ones(len(self.mu))
+        if len(self.mu) > 1:
+            solution = self._at_once(self.v)
+            if solution is not None and np.any(solution[0][::2] > 0):
+                self.weights = solution[0][::2] / np.max(solution[0][::2])
+
+    def _at_once(self, aim: Array) -> tuple[Array, Array] | None:
+        """Return impulses P and rates a = aim + W P with 0 ≤ P_n ⟂ a_n ≥ 0, friction against a_t.
+
+        Those of least normal impulse; where the bodies' rigidity leaves them open, those that a
+        little more mobility of every contact selects.
+        """
+        solution = self._least(self.W, aim)
+        if solution is None:
+            return None
+        if solution.isolated:
+            parts = solution.normal_accelerations, solution.tangential_accelerations
+            return _forces(solution), np.ravel(parts, order="F")
+        more = _REGULAR * float(np.max(np.diag(self.W))) * np.eye(len(aim))
+        solution = self._least(self.W + more, aim) or solution
+        # The least change that makes up for the mobility added, in the same modes.
+        impulses, rows, columns = _forces(solution), list[int](), list[Array]()
+        for i, mode in enumerate(solution.modes):
+            if mode is ContactMode.LIFTOFF:
+                continue
+            own = np.zeros((len(aim), 2))
+            own[2 * i : 2 * i + 2] = np.eye(2)
+            sticks = mode is ContactMode.STICK
+            columns += list(own.T) if sticks else [own @ impulses[2 * i : 2 * i + 2]]
+            rows += [2 * i, 2 * i + 1] if sticks else [2 * i]
+        if rows:
+            U = np.array(columns).T
+            missing = -(aim + self.W @ impulses)[rows]
+            impulses = impulses + U @ np.linalg.lstsq(self.W[rows] @ U, missing, rcond=_ROUNDING)[0]
+            impulses[::2] = np.maximum(0.0, impulses[::2])
+        rates = aim + self.W @ impulses
+        rates[rows] = 0.0
+        return impulses, rates
+
+    def _least(self, W: Array, aim: Array) -> ContactSolution | None:
+        problem = ContactProblem(W, aim, self.mu, np.zeros(len(self.mu)))
+        solutions = problem.solutions()
+        return min(solutions, key=lambda s: round(float(s.normal_forces.sum()), 9), default=None)
+
     def take_at_once(self, e: float) -> bool:
         """Replace the path by Newton's law for all contacts at once; False without a solution."""
         self.pieces, self.v = [], self.start
-        aim = self.start.copy()
-        aim[::2] *= 1 + e
-        problem = SeveralContacts(self.W, aim, self.mu, np.zeros(len(self.mu)))
-        forces = [
-            np.ravel([s.normal_forces, s.tangential_forces], order="F")
-            for s in problem.solutions()
-        ]
-        if not forces:
+        rebound = np.zeros_like(self.start)
+        rebound[::2] = -e * self.start[::2]
+        solution = self._at_once(self.start - rebound)
+        if solution is None:
             return False
-        impulses = min(forces, key=_order)
-        after = self.start + self.W @ impulses
-        after[np.abs(after) <= _REST * (np.abs(self.start) + np.abs(self.W) @ np.abs(impulses))] = 0
-        self.pieces.append(ImpulsePiece(impulses, after, impulses * (self.start + after) / 2))
-        self.v = after
+        impulses, rates = solution
+        self.v = rates + rebound
+        works = impulses * (self.start + self.v) / 2
+        self.pieces.append(ImpulsePiece(impulses, self.v, works))
         return True
 
     # ---- how the contacts push ----
@@ -289,7 +340,7 @@ class _Path:
         """Return the ways in which contact i may push at the present velocity."""
         v_n, v_t = self.v[2 * i], self.v[2 * i + 1]
         if v_n < self.border[i] or self.budget[i] > 0:
-            return list(self._pushing(i, ()))
+            return list(self._pushing(i, float(self.weights[i]), ()))
         parts = _Local((0.0, 0.0))
         if v_n > self.border[i]:
             return [parts]
@@ -297,13 +348,15 @@ class _Path:
         held = [_Local((0.0, 0.0), ((1.0, r),), (0,), s) for r, s in self._slips(i)]
         if v_t == 0 and self.mu[i] > 0:
             held.append(_Local((0.0, 0.0), ((1.0, 0.0), (0.0, 1.0)), (0, 1)))
-        return [parts, *held, *self._pushing(i, ((0, -1),))]
+        return [parts, *held, *self._pushing(i, 1.0, ((0, -1),))]
 
-    def _pushing(self, i: int, signs: tuple[tuple[int, int], ...]) -> Iterator[_Local]:
+    def _pushing(
+        self, i: int, weight: float, signs: tuple[tuple[int, int], ...]
+    ) -> Iterator[_Local]:
         for ratio, slip_signs in self._slips(i):
-            yield _Local((1.0, ratio), (), (), signs + slip_signs)
+            yield _Local((weight, weight * ratio), (), (), signs + slip_signs)
         if self.v[2 * i + 1] == 0 and self.mu[i] > 0:
-            yield _Local((1.0, 0.0), ((0.0, 1.0),), (1,), signs)
+            yield _Local((weight, 0.0), ((0.0, 1.0),), (1,), signs)
 
     def _slips(self, i: int) -> list[tuple[float, tuple[tuple[int, int], ...]]]:
         """Return dP_t/dP_n of the slips that are possible, with the sign of dv_t they need."""
@@ -363,15 +416,15 @@ class _Path:
     def _spent(self, i: int, push: Array, rates: Array) -> Iterator[float]:
         """Yield the length at which contact i has given back its restitution."""
         v_n, a_n, budget = self.v[2 * i], rates[2 * i], self.budget[i]
-        if budget == 0 or self._compresses(i, push, rates):
+        if budget == 0 or push[2 * i] == 0 or self._compresses(i, push, rates):
             return
         if self.restitution == "poisson":
             yield budget / push[2 * i]
             return
         # v_n P + a_n P²/2 = budget, without the cancellation of the usual root.
-        square = v_n * v_n + 2 * a_n * budget
+        square = v_n * v_n + 2 * a_n * budget / push[2 * i]
         if square > 0:
-            yield 2 * budget / (v_n + math.sqrt(square))
+            yield 2 * budget / push[2 * i] / (v_n + math.sqrt(square))
 
     def _compresses(self, i: int, push: Array, rates: Array) -> bool:
         """Tell whether contact i compresses; also where it pushes fully at v_n = 0 to no effect."""
@@ -417,19 +470,24 @@ class _Path:
     def _budget_after(
         self, i: int, length: float, twice_mean: float, push: Array, rates: Array
     ) -> float:
-        impulse = push[2 * i] * length
-        spent = {"poisson": impulse, "energetic": impulse * twice_mean / 2}
-        amount = spent.get(self.restitution, 0.0)
-        if not self._compresses(i, push, rates):
-            return max(0.0, float(self.budget[i]) - (amount if self.budget[i] > 0 else 0.0))
-        part = {"poisson": -self.e, "energetic": self.e**2}.get(self.restitution, 0.0)
-        return float(self.budget[i]) - part * amount
+        budget, impulse = float(self.budget[i]), float(push[2 * i]) * length
+        if self.restitution == "newton":
+            return 0.0
+        poisson = self.restitution == "poisson"
+        given_back = impulse if poisson else impulse * twice_mean / 2
+        if self._compresses(i, push, rates):
+            return budget + self.e * impulse if poisson else budget - self.e**2 * given_back
+        return max(0.0, budget - given_back) if budget > 0 else 0.0
 
 
 def _crossing(value: float, rate: float) -> Iterator[float]:
     """Yield the length after which a value that is not 0 becomes 0."""
     if value * rate < 0:
         yield -value / rate
+
+
+def _forces(solution: ContactSolution) -> Array:
+    return np.ravel([solution.normal_forces, solution.tangential_forces], order="F")
 
 
 def _order(push: Array) -> tuple[float, float]:

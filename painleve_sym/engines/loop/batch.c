@@ -40,16 +40,6 @@ static void watch_start(ps_watch *w, const ps_wish *wish, const ps_ends *e, long
   for (int k = 0; k < wish->integrals; k++) w->integral[k] = 0;
 }
 
-/* The state the run ended in counts too: where no time passed it is the only one. */
-static void watch_end(ps_run *s) {
-  ps_watch *w = s->watch;
-  double out[PS_NO], *res[1] = {out};
-  if (!w->dense) return;
-  call(s, PS_MODES[s->mode].outputs, s->x, res);
-  for (int i = 0; i < w->maxima + w->minima; i++)
-    watch_value(&w->extreme[i], i < w->maxima ? 1 : -1, out[w->of[i]], s->t);
-}
-
 /* n rows: states x (n, nx), parameters p (n, np), end times (n), absolute tolerances (n, nx). */
 typedef struct {
   long n;
@@ -73,14 +63,14 @@ static void open_row(ps_open *a, long i, const ps_given *given, const ps_wish *w
   watch_start(&a->watch, wish, e, i);
   a->options.t_end = given->t_end[i];
   memcpy(a->options.atol, given->atol + i * PS_NX, sizeof a->options.atol);
-  begin(&a->run, given->x + i * PS_NX, z, given->p + i * PS_NP, 0, &a->options);
+  begin(&a->run, given->x + i * PS_NX, z, given->p + i * PS_NP, &a->options);
 }
 
 static void close_row(ps_open *a, const ps_ends *e) {
   ps_run *s = &a->run;
   long i = a->row;
-  watch_end(s);
-  e->t[i] = s->t;
+  watch_now(s);
+  e->t[i] = s->t_base + s->t;
   memcpy(e->x + i * PS_NX, s->x, sizeof s->x);
   memcpy(e->z + i * PS_NZ, s->z, sizeof(double) * PS_NZ);
   e->mode[i] = (int)s->mode;
@@ -136,7 +126,7 @@ PS_EXPORT long ps_batch(const ps_given *given, const ps_options *o, const ps_wis
     }
     for (int i = n - 1; i >= 0; i--) {
       ps_run *s = &now[i]->run;
-      if (s->reason == PS_RUNNING) {
+      if (running(s, &now[i]->options)) {
         open[s->mode][count[s->mode]++] = now[i];
       } else {
         close_row(now[i], e);

@@ -1,4 +1,7 @@
-/* Transitions, the arming of guards, and the first step of a mode. */
+/* Transitions, the arming of guards, the first step of a mode, and the limits of accumulations. */
+
+/* What a stepper remembers, as at the start of a run. */
+static void prepare(ps_run *s, const ps_options *o);
 
 static int geometric_accumulation(ps_run *s, int mode, int j, double t) {
   ps_history *y = &s->history[mode][j];
@@ -13,7 +16,21 @@ static int geometric_accumulation(ps_run *s, int mode, int j, double t) {
   double now = interval / before, ratio = PS_MAX(now, y->ratio);
   y->ratio = now;
   if (++y->shrinking < PS_SHRINKING) return 0;
-  return interval * ratio / (1 - ratio) < PS_REMAINDER * (t - s->t_start);
+  return interval * ratio / (1 - ratio) < PS_REMAINDER * t;
+}
+
+/* Counts and records an event from the present state and mode `from` to xn, zn and the mode in s. */
+static void note_event(ps_run *s, const ps_options *o, int from, int j, int kind, int contact,
+                       const double *xn, const double *zn) {
+  s->count.events++;
+  watch_event(s, kind);
+  if (o->until[kind]) s->hit = 1;
+  if (!o->record) return;
+  double head[PS_EVENT_HEAD] = {s->t_base + s->t, (double)from, (double)j,
+                                (double)s->mode,  (double)kind, (double)contact};
+  const double *parts[5] = {head, s->x, s->z, xn, zn};
+  const int sizes[5] = {PS_EVENT_HEAD, PS_NX, PS_NZ, PS_NX, PS_NZ};
+  if (!rows_push(&s->events, parts, sizes, 5)) s->reason = PS_NO_MEMORY;
 }
 
 /* Applies transition j of the current mode, whose guard came down to zero (`timed`) or fired at once;
@@ -27,33 +44,29 @@ static void apply(ps_run *s, const ps_options *o, int j, int visible, double tim
   int choice = 0, from = (int)s->mode;
   tr->event(arg, res, s->iw, s->w, 0);
   *departs = 0;
-  if (tr->stop < 0) {
+  if (tr->stop == PS_RUNNING) {
     while (choice < tr->n - 1 && condition[choice] == 0) choice++;
     s->mode = tr->target[choice];
     *departs = tr->departs[choice];
 #if PS_NPART
-    if (tr->decides && !decide(s, o, xn, zn)) s->reason = PS_NO_MODE;
+    if (tr->chooses && !choose(s, o, xn, zn)) s->reason = PS_DECISION;
 #endif
-  } else {
+  } else { /* also where a decision is asked for: the caller goes on from here */
     s->reason = tr->stop;
     s->stop_transition = j;
   }
-  if (visible) {
-    s->count.events++;
-    watch_event(s, tr->kind);
-    if (o->record) {
-      double head[4] = {s->t, (double)from, (double)j, (double)s->mode};
-      const double *parts[5] = {head, s->x, s->z, xn, zn};
-      const int sizes[5] = {4, PS_NX, PS_NZ, PS_NX, PS_NZ};
-      if (!rows_push(&s->events, parts, sizes, 5)) s->reason = PS_NO_MEMORY;
-    }
-    if (o->until[tr->kind]) s->hit = 1;
+  if (visible && tr->stop != PS_DECISION) {
+    note_event(s, o, from, j, tr->kind, tr->contact, xn, zn);
     s->at_once = s->t == s->t_event ? s->at_once + 1 : 0;
     s->t_event = s->t;
     if (s->reason == PS_RUNNING && s->at_once >= PS_CHAIN) s->reason = PS_ACCUMULATION;
     if (s->reason == PS_RUNNING && geometric_accumulation(s, from, j, s->t))
       s->reason = PS_ACCUMULATION;
     if (s->reason == PS_RUNNING && s->count.events >= o->max_events) s->reason = PS_EVENT_LIMIT;
+  }
+  if (tr->limit) {
+    s->limit = tr;
+    s->t_limit = s->t;
   }
   memcpy(s->x, xn, sizeof xn);
   memcpy(s->z, zn, sizeof(double) * PS_NZ);
@@ -124,4 +137,53 @@ static void settle(ps_run *s, const ps_options *o, ps_bits departs, int visible)
     if (fire < 0) return;
     apply(s, o, fire, visible, 0, &departs);
   }
+}
+
+/* Begins at t = 0 in the present state and mode; what must happen at once does. */
+static void enter(ps_run *s, const ps_options *o, ps_bits departs, int visible) {
+  s->t = 0;
+  s->t_end = o->t_end - s->t_base;
+  s->t_event = -HUGE_VAL;
+  s->at_once = 0;
+  s->limit = NULL;
+  s->reason = PS_RUNNING;
+  s->stop_transition = -1;
+  memset(s->history, 0, sizeof s->history);
+  prepare(s, o);
+  settle(s, o, departs, visible);
+  if (s->hit && s->reason == PS_RUNNING) s->reason = PS_UNTIL;
+  s->h = o->h0 > 0 ? o->h0 : s->h_ref;
+}
+
+/* Goes on from the limit of events that accumulate, where the last of them says how and has come so
+ * close to it that its state is that of the limit; 0: the run ends here. */
+static int pass_limit(ps_run *s, const ps_options *o) {
+  const ps_transition *tr = s->limit;
+  double xn[PS_NX], zn[PS_NZ + 1] = {0}, *res[2] = {xn, zn};
+  /* A limit at the instant of the one before it would be passed again and again. */
+  if (!tr || s->t_limit != s->t || (s->limits && s->t_base + s->t == s->t_base)) return 0;
+  call(s, tr->limit, s->x, res);
+  for (int i = 0; i < PS_NOWN; i++)
+    if (xn[i] != s->x[i] && !(fabs(xn[i] - s->x[i]) < PS_CLOSED * (o->atol[i] / o->rtol))) return 0;
+  watch_now(s);
+  const int from = (int)s->mode;
+  s->mode = tr->limit_target;
+  s->reason = PS_RUNNING;
+  note_event(s, o, from, -1, tr->limit_kind, tr->contact, xn, zn);
+  memcpy(s->x, xn, sizeof xn);
+  memcpy(s->z, zn, sizeof(double) * PS_NZ);
+  s->limits++;
+  s->t_base += s->t;
+  s->t = 0;
+  if (s->reason == PS_RUNNING && s->hit) s->reason = PS_UNTIL;
+  if (s->reason == PS_RUNNING && !(o->t_end - s->t_base > 0)) s->reason = PS_T_END;
+  if (s->reason == PS_RUNNING && s->count.events >= o->max_events) s->reason = PS_EVENT_LIMIT;
+  if (s->reason == PS_RUNNING) enter(s, o, 0, 1);
+  return 1;
+}
+
+/* Whether the run goes on. */
+static int running(ps_run *s, const ps_options *o) {
+  while (s->reason == PS_ACCUMULATION && pass_limit(s, o)) continue;
+  return s->reason == PS_RUNNING;
 }

@@ -19,35 +19,26 @@ PS_EXPORT void ps_constants(const double *p, double *c) {
   PS_CONSTANTS(arg, res, iw, w, 0);
 }
 
-/* Begins at t a run of which all is zero but what watches it. */
-static void begin(ps_run *s, const double *x, const double *z, const double *p, double t,
+/* Begins at t = 0 a run of which all is zero but what watches it. */
+static void begin(ps_run *s, const double *x, const double *z, const double *p,
                   const ps_options *o) {
   memcpy(s->x, x, sizeof s->x);
   memcpy(s->z, z, sizeof(double) * PS_NZ);
-  s->t = s->t_start = t;
-  s->t_event = -HUGE_VAL;
-  prepare(s, o);
-  s->events.width = 4 + 2 * (PS_NX + PS_NZ);
-  s->reason = PS_RUNNING;
-  s->stop_transition = -1;
-  for (int i = 0; i < PS_NM; i++)
-    for (int j = 0; j < PS_NT; j++) s->history[i][j].last = t;
+  s->events.width = PS_EVENT_HEAD + 2 * (PS_NX + PS_NZ);
   ps_constants(p, s->c);
   s->mode = o->start_mode;
   if (s->mode < 0) choose_start(s);
   /* What the start state makes happen at once is its choice of mode, or events where asked. */
-  settle(s, o, o->start_departs, o->start_events);
-  if (s->hit && s->reason == PS_RUNNING) s->reason = PS_UNTIL;
-  s->h = o->h0 > 0 ? o->h0 : s->h_ref;
+  enter(s, o, o->start_departs, o->start_events);
 }
 
-/* Returns a run to be read and freed, NULL without memory. */
-PS_EXPORT ps_run *ps_integrate(const double *x, const double *z, const double *p, double t,
+/* A whole run from t = 0, to be read and freed, NULL without memory. */
+PS_EXPORT ps_run *ps_integrate(const double *x, const double *z, const double *p,
                                const ps_options *o) {
   ps_run *s = (ps_run *)calloc(1, sizeof(ps_run));
   if (!s) return NULL;
-  begin(s, x, z, p, t, o);
-  while (s->reason == PS_RUNNING) advance(s, o);
+  begin(s, x, z, p, o);
+  while (running(s, o)) advance(s, o);
   return s;
 }
 
@@ -62,10 +53,10 @@ PS_EXPORT void ps_free(ps_run *s) {
  * and events kept, state, memory. Returns the run where it kept any, to be read and freed. */
 PS_EXPORT ps_run *ps_complete(const double *x, const double *z, const double *p,
                               const ps_options *o, double *out) {
-  ps_run *s = ps_integrate(x, z, p, 0, o);
+  ps_run *s = ps_integrate(x, z, p, o);
   out[2] = PS_NO_MEMORY;
   if (!s) return NULL;
-  const double head[12] = {s->t, (double)s->mode, (double)s->reason, (double)s->stop_transition,
+  const double head[12] = {s->t_base + s->t, (double)s->mode, (double)s->reason, (double)s->stop_transition,
                            (double)s->count.accepted, (double)s->count.rejected,
                            (double)s->count.fields, (double)s->count.guards,
                            (double)s->count.dense, (double)s->count.events,

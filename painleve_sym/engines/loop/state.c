@@ -11,8 +11,7 @@
 
 /* Reasons, in the order the Python side reads them. */
 enum { PS_T_END, PS_UNTIL, PS_LEFT_DOMAIN, PS_STEP_LIMIT, PS_EVENT_LIMIT, PS_ACCUMULATION,
-       PS_NON_FINITE, PS_STEP_UNDERFLOW, PS_NO_MODE, PS_SINGULAR, PS_JAM, PS_DECISION,
-       PS_NO_MEMORY, PS_RUNNING = -1 };
+       PS_NON_FINITE, PS_STEP_UNDERFLOW, PS_NO_MODE, PS_SINGULAR, PS_JAM };
 
 /* Not fmin and fmax, which are calls; b where a is nan. */
 #define PS_MIN(a, b) ((a) < (b) ? (a) : (b))
@@ -32,6 +31,8 @@ static const int PS_CHAIN = 64;
 static const int PS_SHRINKING = 6;
 /* ... and what is left until their limit is below this part of the time integrated so far. */
 static const double PS_REMAINDER = 1e-11;
+/* What happens at the limit of an accumulation changes states by less than this part of their scale. */
+static const double PS_CLOSED = 1e-6;
 
 typedef struct {
   double *data;
@@ -74,17 +75,18 @@ typedef struct {
 } ps_watch;
 
 typedef struct {
-  /* Results, read by the caller. */
+  /* Results, read by the caller. The time since the start is t + t_base. */
   double t, x[PS_NX], z[PS_NZ + 1];
   long mode, reason, stop_transition;
   ps_counters count;
   ps_rows steps, events;
   /* Working state. */
-  double t_start, t_event, h, h_ref, c[PS_NC], k[PS_STAGES][PS_NX];
+  double t_base, t_end, t_event, t_limit, h, h_ref, c[PS_NC], k[PS_STAGES][PS_NX];
   PS_STEPPER
   double g[PS_NG], dg[PS_NG], d2[PS_NG];
   unsigned char armed[PS_NG];
-  int hit, at_once;
+  int hit, at_once, limits;
+  const ps_transition *limit; /* the last one that says what follows where it accumulates, at t_limit */
   ps_watch *watch; /* NULL: nothing is watched */
   ps_history history[PS_NM][PS_NT];
   casadi_int iw[8];
@@ -129,9 +131,9 @@ static void guards(ps_run *s, const double *x, double *g, double *dg) {
 static int record_step(ps_run *s, const ps_options *o, double h, const double *dense, int rows,
                        double bend) {
   if (o->record < 2) return 1;
-  double head[3] = {s->t, h, (double)s->mode};
+  double head[PS_STEP_HEAD] = {s->t_base + s->t, h, (double)s->mode};
   const double *parts[4] = {head, s->z, dense, &bend};
-  const int sizes[4] = {3, PS_NZ, rows * PS_NX, 1};
+  const int sizes[4] = {PS_STEP_HEAD, PS_NZ, rows * PS_NX, 1};
   if (rows_push(&s->steps, parts, sizes, 4)) return 1;
   s->reason = PS_NO_MEMORY;
   return 0;

@@ -9,7 +9,8 @@ static const double PS_MOMENT = 16e-16;
 
 static void prepare(ps_run *s, const ps_options *o) {
   (void)o;
-  s->steps.width = 3 + PS_NZ + 8 * PS_NX + 1;
+  s->steps.width = PS_STEP_HEAD + PS_NZ + 8 * PS_NX + 1;
+  s->h_last = 0;
 }
 
 static int wants_dense(const ps_run *s, const ps_options *o) {
@@ -151,8 +152,8 @@ static void advance(ps_run *s, const ps_options *o) {
     int last = 0;
     double h = PS_MIN(s->h, reach);
     h = PS_MIN(h, o->h_max);
-    if (s->t + h * 1.0000001 >= o->t_end) {
-      h = o->t_end - s->t;
+    if (s->t + h * 1.0000001 >= s->t_end) {
+      h = s->t_end - s->t;
       last = 1;
     }
     if (!(h > moment) || s->count.accepted + s->count.rejected >= o->max_steps) {
@@ -194,7 +195,7 @@ static void advance(ps_run *s, const ps_options *o) {
     if (!keep_step(s, o, h, row)) return;
     enter_end_of_step(s, h, y, g1, d1);
     if (last) {
-      s->t = o->t_end;
+      s->t = s->t_end;
       s->reason = PS_T_END;
     }
     return;

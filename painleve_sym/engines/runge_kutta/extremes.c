@@ -51,7 +51,7 @@ static void watch_inside(ps_run *s, ps_extreme *e, double sign, int j, double h,
     }
   }
   ps_moment top = outputs_at(s, h, row, at_c > at_d ? c : d, out);
-  watch_value(e, sign, sign * fmax(at_c, at_d), s->t + top.t);
+  watch_value(e, sign, sign * fmax(at_c, at_d), s->t_base + (s->t + top.t));
 }
 
 /* Values at the start, at the Gauss nodes and at the end of a step: the largest of them, and where
@@ -61,7 +61,7 @@ static void watch_extreme(ps_run *s, ps_extreme *e, double sign, int j, double h
                           double out[7][PS_NO]) {
   int best = 0;
   for (int i = 0; i < 7; i++) {
-    watch_value(e, sign, out[i][j], s->t + at[i].t);
+    watch_value(e, sign, out[i][j], s->t_base + (s->t + at[i].t));
     if (sign * out[i][j] > sign * out[best][j]) best = i;
   }
   int i = best < 1 ? 1 : best > 5 ? 5 : best;

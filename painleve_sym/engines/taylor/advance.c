@@ -246,7 +246,7 @@ static void take_step(ps_run *s, const ps_options *o, double h, int last, const 
   s->left_out = s->missed = 0;
   s->unit = took;
   if (last) {
-    s->t = o->t_end;
+    s->t = s->t_end;
     s->reason = PS_T_END;
   }
 }

@@ -22,7 +22,9 @@ static void prepare(ps_run *s, const ps_options *o) {
   /* Jorba & Zou, Experiment. Math. 14 (2005) 99-117: the order that is cheapest for a tolerance. */
   int order = (int)ceil(-0.5 * log(PS_SHARE * o->rtol)) + 1;
   s->order = order < 4 ? 4 : order > PS_ORDER ? PS_ORDER : order;
-  s->steps.width = 3 + PS_NZ + (s->order + 1) * PS_NX + 1;
+  s->steps.width = PS_STEP_HEAD + PS_NZ + (s->order + 1) * PS_NX + 1;
+  s->ready = s->left_out = s->missed = 0;
+  s->unit = s->zero = 0;
 }
 
 /* Time after u units, how fast it runs there, and the units that a time takes. */
@@ -219,7 +221,7 @@ static double good_for(ps_run *s, const ps_options *o, double h) {
   s->bend = 0;
   fill_series(s);
   h = step_by_terms(s, o);
-  double left = (o->t_end - s->t) / s->unit;
+  double left = (s->t_end - s->t) / s->unit;
   if (isfinite(h)) h = step_by_defect(s, o, PS_MIN(h, left));
   if (alive > h) {
     for (int r = 0; r < m->ramps; r++)
@@ -235,7 +237,7 @@ static double good_for(ps_run *s, const ps_options *o, double h) {
 /* The step, in units, that is tried; 0 where the run stops. `last`: it would end at the end time. */
 static double measure_step(ps_run *s, const ps_options *o, double h, int *last) {
   h = good_for(s, o, h);
-  double left = units_of(s, o->t_end - s->t);
+  double left = units_of(s, s->t_end - s->t);
   *last = 0;
   if (!isfinite(h)) {
     s->reason = PS_NON_FINITE;

@@ -33,8 +33,6 @@ extern "C" {
 #define ${NAME}_OUTPUTS $outputs_count
 #define ${NAME}_EVENTS $events_count
 #define ${NAME}_STOPS $stops_count
-/* Kinds of events that `until` may name: the first of enum ${name}_event_kind. */
-#define ${NAME}_UNTIL $until_count
 
 $enums
 
@@ -59,7 +57,7 @@ typedef struct {
   long max_steps;    /* >= 1 */
   long max_events;   /* >= 1 */
   /* 1: the run ends at the first event of that kind. */
-  unsigned char until[${NAME}_UNTIL];
+  unsigned char until[${NAME}_EVENTS];
   int keep_steps; /* 1: keep what ${name}_at needs */
 } ${name}_options;
 

@@ -26,12 +26,12 @@ enum { COORDINATES = $coordinates, OWN_PARAMETERS = $own_parameters };
 enum { $found };
 
 static void contact_numbers(const double *p, const double *x, double *found) {
-  double v[2 * COORDINATES + OWN_PARAMETERS], w[$work];
+  double v[$motion + OWN_PARAMETERS], w[$work];
   const double *arg[1] = {v};
   double *res[1] = {found};
   casadi_int iw[8];
-  memcpy(v, x, 2 * COORDINATES * sizeof(double));
-  memcpy(v + 2 * COORDINATES, p, OWN_PARAMETERS * sizeof(double));
+  memcpy(v, x, $span * sizeof(double));
+  memcpy(v + $motion, p, OWN_PARAMETERS * sizeof(double));
   quantities(arg, res, iw, w, 0);
 }
 
@@ -48,7 +48,7 @@ void ${name}_tolerances(const double *p, const double *x, double rtol, double *a
     atol[i] = 1.0;
     atol[COORDINATES + i] = sqrt(2 * energy / found[FOUND_mass_0 + i]);
   }
-  slip = sqrt(2 * energy * found[FOUND_W_tt]);
+$clock  slip = sqrt(2 * energy * found[FOUND_W_tt]);
   atol[$slip] = slip != 0 ? slip : 1.0;
   atol[$gap] = gap;
   atol[$gap_rate] = rate;

@@ -34,12 +34,12 @@ class ImpactClass(enum.Enum):
     otherwise it slips in direction sign(W_nt), where A > 0 and the slip grows.
 
     NO_IMPACT
-        v_n = 0 and A_s ≥ 0: finite forces decide, there is no impulse.
+        v_n = 0 and A_s > 0, or no slip: finite forces decide, there is no impulse.
     SLIDING
         s C_s ≥ 0, or P_t is not reached before restitution ends. Also the start from v_t = 0
         with |W_nt| > μ W_tt.
     C_STICKING
-        P_t ≤ P_c or A_s ≤ 0, and |W_nt| ≤ μ W_tt: sticks in compression, to the end. With A_s < 0
+        P_t ≤ P_c or A_s ≤ 0, and |W_nt| ≤ μ W_tt: sticks in compression, to the end. With A_s ≤ 0
         and v_n = 0 it is the impact without collision. Also the start from v_t = 0.
     C_REVERSED
         P_t ≤ P_c and |W_nt| > μ W_tt: slips back from compression on.

@@ -119,7 +119,7 @@ class CriticalFriction:
         if coordinate not in names:
             raise InputError(f"{self.where}: {unknown_name('coordinate', coordinate, names)}")
         q = system.q[names.index(coordinate)]
-        t = sp.Symbol("t", real=True)
+        t = sp.Dummy("t", real=True)
         # W_nn > 0, and the sign of W_nt only tells the slip direction: both are candidates.
         ratio = readable(self.coefficients.W_nn / self.coefficients.W_nt)
         form, variable = (None, q) if self._long else in_one_variable(ratio, q, t)

@@ -96,8 +96,7 @@ class SingularPoint:
 
     def _along(self, expr: sp.Expr) -> sp.Expr:
         system = self.coefficients.contact.system
-        pairs = zip(system.q, system.q_dot, strict=True)
-        return sp.Add(*(sp.diff(expr, q) * rate for q, rate in pairs))
+        return sp.Add(*(sp.diff(expr, s) * rate for s, rate in system.rates.items()))
 
     @property
     def _velocity_gradient(self) -> sp.Matrix:
@@ -174,7 +173,7 @@ class SingularPoint:
         where = f"singular point of mechanism {system.name!r}"
         if coordinate not in names:
             raise InputError(f"{where}: {unknown_name('coordinate', coordinate, names)}")
-        t, q = sp.Symbol("t", real=True), system.q[names.index(coordinate)]
+        t, q = sp.Dummy("t", real=True), system.q[names.index(coordinate)]
         ratio, variable = in_one_variable(self.on_A_zero(self.eigenvalue_ratio), q, t)
         friction, same = in_one_variable(self.critical_friction, q, t)
         if ratio is None or friction is None or variable != same:

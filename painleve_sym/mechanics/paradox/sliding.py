@@ -39,8 +39,7 @@ def coefficient_rates(coefficients: ContactCoefficients, slip: int = -1) -> tupl
     system = coefficients.contact.system
     friction = -slip * coefficients.mu * F_N
     accelerations = coefficients.accelerations.xreplace({F_T: friction})
-    rates = dict(zip(system.q, system.q_dot, strict=True))
-    rates |= dict(zip(system.q_dot, accelerations, strict=True))
+    rates = system.rates | dict(zip(system.q_dot, accelerations, strict=True))
 
     def along(expr: sp.Expr) -> sp.Expr:
         return sp.Add(*(expr.diff(s) * rate for s, rate in rates.items()))

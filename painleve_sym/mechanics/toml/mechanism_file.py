@@ -12,7 +12,13 @@ import sympy as sp
 from painleve_sym.errors import InputError, ModelError, unknown_name
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.mechanism import DomainBound, Mechanism
-from painleve_sym.mechanics.system import Coordinate, LagrangianSystem, Parameter, name_fault
+from painleve_sym.mechanics.system import (
+    TIME,
+    Coordinate,
+    LagrangianSystem,
+    Parameter,
+    name_fault,
+)
 from painleve_sym.mechanics.toml.expressions import CONSTANTS, Formulas
 from painleve_sym.mechanics.toml.lines import Path, TomlLines, toml_lines
 from painleve_sym.mechanics.toml.parts import (
@@ -191,6 +197,8 @@ class _Reader:
             self.check_name(("parameters", p.name), p.name)
             names[p.name] = p.symbol
         given = self.entries.table(("definitions",), self.data.get("definitions", {}))
+        if TIME.name not in {*names, *given}:
+            names[TIME.name] = TIME
         for name, text in given.items():
             path: Path = ("definitions", name)
             self.check_name(path, name)
@@ -294,6 +302,7 @@ class _Reader:
     def start(self, coordinates: tuple[Coordinate, ...]) -> dict[str, float]:
         table = self.entries.table(("start",), self.data.get("start", {}))
         names = [c.name for c in coordinates] + [c.rate.name for c in coordinates]
+        names += [TIME.name] if self.formulas.names.get(TIME.name) == TIME else []
         for name in table:
             if name not in names:
                 self.faults.add(("start", name), unknown_name("state", name, names))

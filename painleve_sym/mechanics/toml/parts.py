@@ -11,7 +11,7 @@ import sympy as sp
 from painleve_sym.errors import ModelError, unknown_name
 from painleve_sym.mechanics.bodies import Body, Load, Spring
 from painleve_sym.mechanics.contact import Contact
-from painleve_sym.mechanics.system import LagrangianSystem, Parameter
+from painleve_sym.mechanics.system import TIME, LagrangianSystem, Parameter
 from painleve_sym.mechanics.toml.expressions import Formulas
 from painleve_sym.mechanics.toml.lines import Path
 from painleve_sym.mechanics.toml.reader import Entries
@@ -95,18 +95,20 @@ class ContactReader:
     ----------
     entries : Entries
     parameters : sequence of Parameter
-        One of them is the friction; a curve may use them beside its place x, y.
+        One of them is the friction; a curve may use them beside its place x, y, and the time.
     """
 
     def __init__(self, entries: Entries, parameters: Sequence[Parameter]) -> None:
         self.entries, self.faults = entries, entries.faults
         self.symbols = {p.name: p.symbol for p in parameters}
+        self.clock: dict[str, sp.Expr] = {}
 
     def read(
         self, path: Path, table: Mapping[str, Any], system: LagrangianSystem | None
     ) -> Contact | None:
         """Return the contact, or None where it has faults or there is no system."""
         kinds = [kind for kind in _KINDS if kind in table]
+        self.clock = {s.name: s for s in system.clock} if system else {TIME.name: TIME}
         name = self.entries.text(path, table, "name", None)
         bilateral = self.entries.flag(path, table, "bilateral", False)
         friction = self._friction(path, table)
@@ -151,14 +153,13 @@ class ContactReader:
             if point is None or surface is None:
                 return None
             return partial(Contact.of_point, point=point, **surface)
-        for key in ("slope", "through"):
-            if key in table:
-                self.faults.add((*path, key), f"a curve says this. Fix: leave out {key} or curve.")
+        if "slope" in table:
+            self.faults.add((*path, "slope"), "a curve says this. Fix: leave out slope or curve.")
         for name in set(self.symbols) & {"x", "y"}:
             fix = "Fix: rename the parameter."
             self.faults.add((*path, "curve"), f"{name} means the place, not the parameter. {fix}")
         place = {name: sp.Dummy(name, real=True) for name in ("x", "y")}
-        formulas = Formulas({**self.symbols, **place})
+        formulas = Formulas({**self.clock, **self.symbols, **place})
         formula = self.entries.formula(path, table, "curve", None, formulas)
         if point is None or surface is None or formula is None:
             return None
@@ -166,8 +167,8 @@ class ContactReader:
         def curve(x: sp.Expr, y: sp.Expr) -> sp.Expr:
             return formula.subs({place["x"]: x, place["y"]: y}, simultaneous=True)
 
-        speed = surface["surface_speed"]
-        return partial(Contact.of_point, point=point, surface_speed=speed, curve=curve)
+        given = {key: surface[key] for key in ("surface_speed", "through")}
+        return partial(Contact.of_point, point=point, curve=curve, **given)
 
     def _disc(self, path: Path, table: Mapping[str, Any]) -> Maker | None:
         inner: Path = (*path, "disc")

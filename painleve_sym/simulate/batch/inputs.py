@@ -104,8 +104,7 @@ class ManyInputs:
 
     def symbols(self, start: int, stop: int) -> dict[Any, Array]:
         """Return rows of coordinates, velocities and parameters by symbol."""
-        system = self.simulator.mechanism.system
-        names = {s: s.name for s in (*system.q, *system.q_dot)}
+        names = {s: s.name for s in self.simulator.mechanism.motion}
         names |= {s: s.name for s in self.simulator.outline.parameters}
         return {s: self.part(self.inputs[n], start, stop) for s, n in names.items()}
 

@@ -24,8 +24,7 @@ def available_memory() -> int:
 
 def row_bytes(simulator: ContactSimulator, wish: BatchWish) -> int:
     """Return the bytes that a batch keeps of one motion."""
-    kinds = max(1, len(simulator.event_kinds))
-    row = BatchRows.empty(1, simulator.outline, wish, kinds)
+    row = BatchRows.empty(1, simulator.outline, wish)
     return sum(int(getattr(row, f.name).nbytes) for f in fields(row))
 
 

@@ -8,10 +8,8 @@ from painleve_sym.errors import StopReason
 ROW_REASONS = (*ENGINE_REASONS, StopReason.DYNAMIC_JAM, StopReason.INVALID_START)
 """What the numbers in `BatchRows.reason` stand for."""
 
-ACCUMULATION = ROW_REASONS.index(StopReason.ACCUMULATION)
 DYNAMIC_JAM = ROW_REASONS.index(StopReason.DYNAMIC_JAM)
 INVALID_START = ROW_REASONS.index(StopReason.INVALID_START)
 LEFT_DOMAIN = ROW_REASONS.index(StopReason.LEFT_DOMAIN)
 NON_FINITE = ROW_REASONS.index(StopReason.NON_FINITE)
 SINGULAR = ROW_REASONS.index(StopReason.SINGULAR)
-UNTIL = ROW_REASONS.index(StopReason.UNTIL)

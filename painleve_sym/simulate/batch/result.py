@@ -68,7 +68,7 @@ class ManyResult:
     @property
     def kinds(self) -> tuple[str, ...]:
         """Kinds of events, in the order of `event_times`."""
-        return self.simulator.event_kinds
+        return self.simulator.outline.kinds
 
     @cached_property
     def _names(self) -> dict[str, Any]:
@@ -233,8 +233,7 @@ def unit_of(mechanism: Mechanism, name: str) -> str:
         return "s" if unit == "1" else f"{unit} s"
     for prefix in ("max_", "min_"):
         name = name.removeprefix(prefix)
-    units = {c.name: c.unit for c in mechanism.system.coordinates}
-    units |= {f"{n}_dot": f"{u}/s" for n, u in units.items()}
+    units = mechanism.state_units
     units |= {p.name: p.unit for p in mechanism.system.parameters}
     units |= {"gap_dot": "m/s"} | OUTPUT_UNITS
     for ending, unit in (("_force", "N"), ("_energy", "J"), ("_dissipation", "J")):

@@ -6,26 +6,27 @@ import os
 import threading
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from painleve_sym.arrays import Array
+from painleve_sym.contacts.rigid import RigidContact
 from painleve_sym.engines.batch import BatchRows, BatchWish
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.errors import InputError
 from painleve_sym.simulate.batch.inputs import ManyInputs
 from painleve_sym.simulate.batch.memory import check_memory, row_bytes
+from painleve_sym.simulate.batch.reason_codes import DYNAMIC_JAM, SINGULAR
 from painleve_sym.simulate.batch.result import ManyResult, run_row
 from painleve_sym.simulate.batch.serial import run_one_by_one
-from painleve_sym.simulate.batch.settle import run_rigid
 from painleve_sym.simulate.batch.starts import RUNS, Starts, blocks, starts_of
+from painleve_sym.simulate.locate_limit import jams
 from painleve_sym.simulate.rigid import RigidSimulator
 from painleve_sym.simulate.simulator import DEFAULT_RTOL, ContactSimulator
 from painleve_sym.simulate.trajectory import Trajectory
-from painleve_sym.simulate.two_contacts import TwoContactSimulator
 
 BLOCK = 4096
 """Rows a thread takes at a time: at the ends of a block lanes are empty."""
@@ -137,7 +138,8 @@ def _thread_count(threads: int | None) -> int:
 
 def _is_batched(simulator: ContactSimulator) -> bool:
     compiled = isinstance(simulator.integrator, CompiledEngine)
-    return compiled and not isinstance(simulator, TwoContactSimulator)
+    modes = simulator.outline.modes
+    return compiled and not any(t.decides for m in modes for t in m.transitions)
 
 
 def _check_outputs(simulator: ContactSimulator, wish: BatchWish) -> None:
@@ -169,8 +171,7 @@ def _in_threads(
 ) -> BatchRows:
     engine = simulator.integrator
     assert isinstance(engine, CompiledEngine)
-    kinds = max(1, len(simulator.event_kinds))
-    found = BatchRows.empty(rows.count, simulator.outline, wish, kinds)
+    found = BatchRows.empty(rows.count, simulator.outline, wish)
     preparing = threading.Lock()
 
     def work(span: tuple[int, int]) -> None:
@@ -221,15 +222,22 @@ def _integrate(
     if not runs.all():
         rows.fill_unmoved(~runs, block.states, block.refusal[~runs])
         if runs.any():
-            kinds = rows.event_counts.shape[1]
-            part = BatchRows.empty(int(runs.sum()), simulator.outline, wish, kinds)
+            part = BatchRows.empty(int(runs.sum()), simulator.outline, wish)
             _integrate(simulator, engine, block.chosen(runs), o, wish, part)
             rows.put(runs, part)
         return
-    atol = o.rtol * block.scales
-    if isinstance(simulator, RigidSimulator):
-        given = (block.states, block.parameters, atol, replace(o, start_events=True))
-        rows.put(slice(None), run_rigid(simulator, engine, *given, wish))
-        return
-    t_end = np.full(len(block.states), o.t_end)
+    atol, t_end = o.rtol * block.scales, np.full(len(block.states), o.t_end)
     engine.run_batch(block.states, block.parameters, t_end, atol, o, wish, rows)
+    if isinstance(simulator, RigidSimulator) and not simulator.mechanism.contact.bilateral:
+        _name_jams(simulator, block.parameters, rows)
+
+
+def _name_jams(simulator: RigidSimulator, parameters: Array, rows: BatchRows) -> None:
+    """Name the slips that jam dynamically among those that meet A = 0."""
+    met = np.flatnonzero(rows.reason == SINGULAR)
+    for mode in np.unique(rows.mode[met]):
+        index = met[rows.mode[met] == mode]
+        values = dict(zip(simulator.outline.parameters, parameters[index].T, strict=True))
+        name = simulator.outline.modes[int(mode)].name
+        contact = RigidContact(simulator.mechanism, simulator.restitution, simulator.policy)
+        rows.reason[index[jams(contact, name, rows.state[index], values)]] = DYNAMIC_JAM

@@ -31,8 +31,8 @@ def run_one_by_one(
     count : int
         Of rows.
     """
-    kinds = simulator.event_kinds
-    rows = BatchRows.empty(count, simulator.outline, wish, len(kinds))
+    kinds = simulator.outline.kinds
+    rows = BatchRows.empty(count, simulator.outline, wish)
     for block in blocks:
         for i, refusal in enumerate(block.refusal.tolist(), block.first):
             part = rows.part(slice(i, i + 1))

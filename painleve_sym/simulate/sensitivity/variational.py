@@ -15,14 +15,14 @@ from painleve_sym.arrays import Array
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.codegen.variational import VariationalFunctions
 from painleve_sym.engines.factory import make_engine
-from painleve_sym.engines.protocol import DENSE_ROWS, Engine, RawRun
+from painleve_sym.engines.protocol import Engine, RawRun
 from painleve_sym.errors import InputError, PainleveWarning, StopReason, unknown_name
 from painleve_sym.simulate.sensitivity.result import (
     EventSensitivity,
     SensitiveTrajectory,
     split_outputs,
 )
-from painleve_sym.simulate.simulator import ContactSimulator, Limit
+from painleve_sym.simulate.simulator import ContactSimulator
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 
 INITIAL_FORCE = "initial_force"
@@ -120,10 +120,10 @@ class _Marked:
     jacobian: Array
     time_gradient: Array
     shift: Array
-    guard: float = 0.0
-    rate: float = 0.0
-    bend: float = 0.0
-    timed: bool = False
+    guard: float
+    rate: float
+    bend: float
+    timed: bool
 
 
 @dataclass(frozen=True)
@@ -220,24 +220,19 @@ class _Differentiated:
         sizes = LOOSER * scale[:, None] / directions
         extended = replace(plain, atol=functions.packed(plain.atol, plain.rtol * sizes))
 
-        def restart(raw: RawRun) -> tuple[Array, Array]:
-            state, slopes = functions.unpacked(raw.state)
-            for row in sim.closing:
-                state[row] = slopes[row] = 0.0
-            memory = np.zeros_like(raw.memory)
-            time = functions.event_entries["time"]
-            memory[time] = raw.memory[time]
-            return functions.packed(state, slopes), memory
-
         parameters = np.array([self.values[s.name] for s in sim.automaton.parameters])
         start = functions.packed(self.vector, jacobian)
-        raw, limits = sim.execute(engine, start, parameters, extended, restart)
-        return self._assembled(raw, limits, engine, functions, directions, finite, plain.rtol)
+        raw = engine.run(start, parameters, extended)
+        if raw.decision:
+            raise InputError(
+                f"{sim.where}: derivatives: what follows an event of several contacts is decided "
+                "outside the differentiated motion. Fix: take one contact at a time."
+            )
+        return self._assembled(raw, engine, functions, directions, finite, plain.rtol)
 
     def _assembled(
         self,
         raw: RawRun,
-        limits: list[Limit],
         engine: Engine,
         functions: VariationalFunctions,
         directions: Array,
@@ -246,10 +241,8 @@ class _Differentiated:
     ) -> SensitiveTrajectory:
         sim = self.simulator
         nx, nz, k = len(self.vector), len(sim.automaton.memory), len(self.wrt)
-        trajectory = sim.trajectory(_plain(raw, functions, nx, nz), self.values, rtol)
-        marked = _marked(raw, trajectory, limits, functions, nx)
-        trajectory = sim.with_limits(trajectory, limits, self.values)
-        marked = [replace(m, record=e) for m, e in zip(marked, trajectory.events, strict=True)]
+        trajectory = sim.trajectory(_plain(raw, nx, nz), self.values, rtol)
+        marked = _marked(raw, trajectory, functions)
         events = _judged(marked, directions, scale, rtol)
         c = engine.constants(np.array([self.values[s.name] for s in sim.automaton.parameters]))
         singular = next((e for e in events if e.note in ("grazing", "singular")), None)
@@ -284,23 +277,23 @@ class _Differentiated:
         functions: VariationalFunctions,
         constants: Array,
     ) -> Trajectory:
-        nze, nxe = len(raw.memory), len(raw.state)
+        steps = raw.step_records
         rows, columns = functions.entries
         names = trajectory.state_names
         slopes = [f"d {names[i]}/d {self.wrt[k]}" for i, k in zip(rows, columns, strict=True)]
         outputs = [
-            f"d {name}/d {w}"
-            for group in (names, trajectory.output_names)
+            f"d {kind} {name}/d {w}"  # the gap may be a state and an output
+            for kind, group in (("state", names), ("output", trajectory.output_names))
             for w in self.wrt
             for name in group
         ]
         return replace(
             trajectory,
             state_names=(*names, *slopes),
-            memory_names=tuple(f"memory {i}" for i in range(nze)),
+            memory_names=tuple(f"memory {i}" for i in range(len(raw.memory))),
             output_names=(*trajectory.output_names, *outputs),
-            step_memory=raw.steps[:, 3 : 3 + nze],
-            step_rows=raw.steps[:, 3 + nze : -1].reshape(len(raw.steps), DENSE_ROWS, nxe),
+            step_memory=steps.memory,
+            step_rows=steps.polynomial,
             final_state=raw.state,
             final_memory=raw.memory,
             constants=constants,
@@ -311,35 +304,28 @@ class _Differentiated:
 # ---- reading the extended run ----
 
 
-def _plain(raw: RawRun, functions: VariationalFunctions, nx: int, nz: int) -> RawRun:
+def _plain(raw: RawRun, nx: int, nz: int) -> RawRun:
     """Return the run of the state alone."""
-    nxe, nze = functions.x.numel(), functions.z.numel()
-    rows = raw.steps[:, 3 + nze : -1].reshape(len(raw.steps), DENSE_ROWS, nxe)[:, :, :nx]
-    flat = rows.reshape(len(raw.steps), DENSE_ROWS * nx)
-    steps = np.hstack([raw.steps[:, : 3 + nz], flat, raw.steps[:, -1:]])
-    starts = np.cumsum([4, nxe, nze, nxe])
-    sizes = (nx, nz, nx, nz)
-    parts = [raw.events[:, a : a + n] for a, n in zip(starts, sizes, strict=True)]
+    steps, events = raw.step_records, raw.event_records
+    own = replace(steps, memory=steps.memory[:, :nz], polynomial=steps.polynomial[:, :, :nx])
+    marks = replace(
+        events,
+        state_before=events.state_before[:, :nx],
+        memory_before=events.memory_before[:, :nz],
+        state_after=events.state_after[:, :nx],
+        memory_after=events.memory_after[:, :nz],
+    )
     return raw._replace(
-        state=raw.state[:nx],
-        memory=raw.memory[:nz],
-        steps=steps,
-        events=np.hstack([raw.events[:, :4], *parts]),
+        state=raw.state[:nx], memory=raw.memory[:nz], steps=own.rows(), events=marks.rows()
     )
 
 
-def _marked(
-    raw: RawRun,
-    trajectory: Trajectory,
-    limits: list[Limit],
-    functions: VariationalFunctions,
-    nx: int,
-) -> list[_Marked]:
-    nxe, nze = functions.x.numel(), functions.z.numel()
-    after, memory = raw.events[:, 4 + nxe + nze : 4 + 2 * nxe + nze], raw.events[:, -nze:]
-    places = functions.event_entries
+def _marked(raw: RawRun, trajectory: Trajectory, functions: VariationalFunctions) -> list[_Marked]:
+    events, places = raw.event_records, functions.event_entries
     marked = []
-    for record, x, z in zip(trajectory.events, after, memory, strict=True):
+    for record, x, z in zip(
+        trajectory.events, events.state_after, events.memory_after, strict=True
+    ):
         m = {name: z[place] for name, place in places.items()}
         marked.append(
             _Marked(
@@ -353,10 +339,6 @@ def _marked(
                 bool(m["timed"][0]),
             )
         )
-    for limit in reversed(limits):
-        time = limit.memory[places["time"]]
-        slopes = functions.unpacked(limit.state)[1]
-        marked.insert(limit.place, _Marked(limit.event, slopes, time, np.zeros_like(time)))
     return marked
 
 

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from painleve_sym.complementarity.contact import ContactProblem, ContactSolution
-from painleve_sym.complementarity.lcp import solve_all
+from painleve_sym.complementarity.lcp import LCPSolution, solve_all
 from painleve_sym.complementarity.lemke import solve_lemke
 from painleve_sym.complementarity.mpcc import MPCCStatus, solve_mpcc
+from painleve_sym.contacts.problem import ContactProblem, ContactSolution
 
 Impulse = tuple[float, float]
 """Normal and tangential impulse of one step; N s."""
@@ -23,9 +23,14 @@ def _impulse(solution: ContactSolution) -> Impulse:
     return solution.normal_force, solution.tangential_force
 
 
+def _read(problem: ContactProblem, solution: LCPSolution) -> Impulse:
+    normal, tangential = problem.forces_from(solution).tolist()
+    return normal, tangential
+
+
 def first_solution(problem: ContactProblem) -> Answer:
     """Enumerate and take the solution whose complementary cone is tried first."""
-    found = [_impulse(problem.solution_from(x)) for x in solve_all(problem.frictional_lcp())]
+    found = [_read(problem, solution) for solution in solve_all(problem.lcp())]
     # One set of forces may be found in several cones, which differ in how v_t is divided.
     return len(dict.fromkeys(found)), found[0] if found else None
 
@@ -44,17 +49,17 @@ def largest_impulse(problem: ContactProblem) -> Answer:
 
 def lemke(problem: ContactProblem) -> Answer:
     """Take what Lemke's pivots end at."""
-    found = solve_lemke(problem.frictional_lcp()).solution
-    return (0, None) if found is None else (1, _impulse(problem.solution_from(found)))
+    found = solve_lemke(problem.lcp()).solution
+    return (0, None) if found is None else (1, _read(problem, found))
 
 
 def mpcc(problem: ContactProblem) -> Answer:
     """Take what the relaxation through IPOPT ends at, from the first start that succeeds."""
-    found = solve_mpcc(problem)
+    found = solve_mpcc(problem.lcp())
     if found.status is not MPCCStatus.SOLVED:
         return 0, None
     normal = float(found.z[0])
-    return 1, (normal, float(found.z[1]) - problem.mu * normal)
+    return 1, (normal, float(found.z[1]) - problem.friction * normal)
 
 
 SOLVERS: Mapping[str, Callable[[ContactProblem], Answer]] = {

@@ -33,8 +33,8 @@ from numpy.typing import NDArray
 
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.bridge import Translator
-from painleve_sym.complementarity.contact import ContactProblem
 from painleve_sym.contacts.inputs import CONTACT_TOLERANCE, resolve_parameters, resolve_state
+from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.errors import InputError, StopReason, unknown_name
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.simulate.time_stepping.step_solvers import SOLVERS, Answer, Impulse
@@ -145,7 +145,7 @@ class TimeStepper:
 
     @cached_property
     def _terms(self) -> Any:
-        """q, u, parameters → free acceleration, M⁻¹J_Nᵀ, M⁻¹J_Tᵀ, and gap, W, domain margins."""
+        """q, u, parameters and t → free acceleration, M⁻¹J_Nᵀ, M⁻¹J_Tᵀ; gap, W, domain margins."""
         c, contact = self.mechanism.coefficients, self.mechanism.contact
         arguments, translate = self._arguments()
         normal, tangential = c.force_directions
@@ -155,7 +155,7 @@ class TimeStepper:
 
     @cached_property
     def _rates(self) -> Any:
-        """q, u, parameters → ġ_N, v_t."""
+        """q, u, parameters and t → ġ_N, v_t."""
         contact = self.mechanism.contact
         arguments, translate = self._arguments()
         return ca.Function(
@@ -163,8 +163,9 @@ class TimeStepper:
         )
 
     def _arguments(self) -> tuple[list[ca.SX], Translator]:
-        system = self.mechanism.system
-        groups = (system.q, system.q_dot, tuple(p.symbol for p in system.parameters))
+        system, motion = self.mechanism.system, self.mechanism.motion
+        clock = motion[2 * len(system.q) :]
+        groups = (system.q, system.q_dot, (*(p.symbol for p in system.parameters), *clock))
         vectors = [ca.SX.sym(name, len(g)) for name, g in zip("qup", groups, strict=True)]
         table = {
             symbol: vector[i]
@@ -299,7 +300,7 @@ def _times(step: float, t_end: float) -> Array:
 
 @dataclass(frozen=True)
 class _Stepping:
-    """One run's numbers: the state is a vector of coordinates, then velocities."""
+    """One run's numbers: the state has coordinates, velocities, and t where it occurs."""
 
     stepper: TimeStepper
     parameters: Mapping[str, float]
@@ -313,42 +314,57 @@ class _Stepping:
         return np.array([self.parameters[p.name] for p in self.stepper.mechanism.system.parameters])
 
     @cached_property
+    def size(self) -> int:
+        """Number of coordinates."""
+        return len(self.stepper.mechanism.system.q)
+
+    def split(self, states: Array) -> tuple[Array, Array, Array]:
+        """Return coordinates, velocities and times of states in columns; no times without t."""
+        n = self.size
+        return states[:n], states[n : 2 * n], states[2 * n :]
+
+    def constants(self, times: Array) -> Array:
+        """Return the parameters, followed by the time where it occurs."""
+        own = self.vector.reshape(-1, *[1] * (times.ndim - 1))
+        return np.concatenate([np.broadcast_to(own, (len(own), *times.shape[1:])), times])
+
+    @cached_property
     def mu(self) -> float:
         """Friction coefficient."""
         return self.parameters[str(self.stepper.mechanism.contact.friction)]
 
     def gap(self, q_u: Array) -> float:
         """Return the gap at a state; m."""
-        n = len(q_u) // 2
-        return float(self.stepper._terms(q_u[:n], q_u[n:], self.vector)[3][0])
+        q, u, t = self.split(q_u)
+        return float(self.stepper._terms(q, u, self.constants(t))[3][0])
 
     def contact_velocities(self, states: Array) -> Array:
         """Return ġ_N and v_t of states in rows, shape (len(states), 2)."""
-        n = states.shape[1] // 2
-        return np.array(self.stepper._rates(states[:, :n].T, states[:, n:].T, self.vector)).T
+        q, u, t = self.split(states.T)
+        return np.array(self.stepper._rates(q, u, self.constants(t))).T
 
     def problem(self, q_u: Array, h: float) -> tuple[ContactProblem | None, Any]:
         """Return the contact problem of one step and what it was made of."""
-        n = len(q_u) // 2
-        q, u = q_u[:n], q_u[n:]
+        q, u, t = self.split(q_u)
         ahead = self.stepper.scheme == "moreau-jean"
         place = q + h / 2 * u if ahead else q
-        parts = [np.array(x).ravel() for x in self.stepper._terms(place, u, self.vector)]
+        constants = self.constants(t + h / 2 if ahead else t)
+        parts = [np.array(x).ravel() for x in self.stepper._terms(place, u, constants)]
         acceleration, normal, tangential, scalars = parts
         free = u + h * acceleration
         gap, W_nn, W_nt, W_tt = map(float, scalars[:4])
-        rates = np.array(self.stepper._rates(place, free, self.vector)).ravel()
+        rates = np.array(self.stepper._rates(place, free, constants)).ravel()
         made = (place, free, normal, tangential, rates, scalars)
         finite = all(np.all(np.isfinite(part)) for part in made)
         if not finite or (ahead and gap > CONTACT_TOLERANCE):
             return None, made
         if ahead:
-            before = np.array(self.stepper._rates(place, u, self.vector)).ravel()
+            before = np.array(self.stepper._rates(place, u, constants)).ravel()
             shift = self.e_newton * float(before[0])
         else:
             shift = gap / h
         b_n, b_t = float(rates[0]) + shift, float(rates[1])
-        return ContactProblem(W_nn, W_nt, W_tt, b_n, b_t, self.mu, slip_velocity=0.0), made
+        return ContactProblem.single(W_nn, W_nt, W_tt, b_n, b_t, self.mu, 0.0), made
 
     def through(
         self, q_u: Array, times: Array
@@ -374,7 +390,8 @@ class _Stepping:
                 impulse = answer
             u = free + normal * impulse[0] + tangential * impulse[1]
             forward = h / 2 if self.stepper.scheme == "moreau-jean" else h
-            states.append(np.concatenate([place + forward * u, u]))
+            after = states[-1][2 * self.size :] + h
+            states.append(np.concatenate([place + forward * u, u, after]))
             impulses.append(impulse)
             counts.append(found)
             works.append(_work(impulse, rates, scalars[1:4]))

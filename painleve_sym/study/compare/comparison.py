@@ -13,9 +13,9 @@ from itertools import groupby, pairwise
 
 import numpy as np
 
-from painleve_sym.complementarity.contact import ContactCase, ContactSolution
 from painleve_sym.contacts.impact.jump import JumpResult
 from painleve_sym.contacts.inputs import resolve_parameters, resolve_state
+from painleve_sym.contacts.problem import ContactCase, ContactSolution
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.simulate.time_stepping.stepping import TimeStepper

@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.contacts.impact.jump import evaluate_jump
+from painleve_sym.mechanics.system import TIME
 from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.simulate.finite_stiffness.corrected_jump import CorrectedJumpRule
+from painleve_sym.simulate.finite_stiffness import CorrectedJumpRule
 from painleve_sym.study.compare.jump_convergence import compare_jump
 
 RULES = ("classical", "frozen", "carried")
@@ -115,5 +116,7 @@ def drift_of_the_rule(
         moved = {
             c.name: full[c.name] + tau * full[f"{c.name}_dot"] for c in mechanism.system.coordinates
         }
+        if mechanism.depends_on_time:
+            moved[TIME.name] = full[TIME.name] + tau
         after.append(evaluate_jump(mechanism, "energetic", full | moved, given).velocity[velocity])
     return (after[1] - after[0]) / (2 * step)

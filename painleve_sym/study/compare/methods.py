@@ -12,12 +12,13 @@ import numpy as np
 
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.evaluate import numbers
-from painleve_sym.complementarity.contact import ContactCase
+from painleve_sym.complementarity.lcp import LCPSolution
 from painleve_sym.complementarity.lemke import LemkeResult, solve_lemke
 from painleve_sym.complementarity.mpcc import MPCCSurvey, solve_mpcc_all
-from painleve_sym.contacts.classify import Classification, classify_opening
+from painleve_sym.contacts.classify import Classification, classify
 from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
 from painleve_sym.contacts.inputs import CONTACT_TOLERANCE, resolve_parameters, symbol_values
+from painleve_sym.contacts.problem import ContactCase
 from painleve_sym.errors import InputError, StopReason, unknown_name
 from painleve_sym.laws.compliance import law
 from painleve_sym.laws.restitution import restitution_law
@@ -41,7 +42,7 @@ class AccelerationLevel:
     """The contact problem of the state itself, solved three ways."""
 
     classification: Classification
-    lemke: LemkeResult
+    lemke: LemkeResult[LCPSolution]
     mpcc: MPCCSurvey
 
 
@@ -168,9 +169,9 @@ class Case:
         """Return the contact problem of the state, solved; None where there is none."""
         if max(map(abs, self.gap_and_rate)) > CONTACT_TOLERANCE:
             return None
-        found = classify_opening(self.mechanism, self.state, self.parameters)
-        lemke = solve_lemke(found.problem.lcp())
-        return AccelerationLevel(found, lemke, solve_mpcc_all(found.problem))
+        found = classify(self.mechanism, self.state, self.parameters)
+        lcp = found.problem.lcp()
+        return AccelerationLevel(found, solve_lemke(lcp), solve_mpcc_all(lcp, compared=2))
 
     def jumps(self) -> dict[str, JumpResult]:
         """Return the energetic jump with e and with 0; nothing where the state is no impact."""

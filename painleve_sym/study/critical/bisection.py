@@ -152,9 +152,9 @@ class _Start:
         if raw.stop_reason is not StopReason.UNTIL:
             return Outcome.UNDECIDED, raw.stop_reason
         # What follows in the same instant, such as the gap's opening, is recorded after it.
-        for row in raw.events:
-            mode = automaton.modes[int(row[1])]
-            kind = mode.transitions[int(row[2])].kind
+        events = raw.event_records
+        for before, number in zip(events.mode_before, events.kind, strict=True):
+            mode, kind = automaton.modes[before], automaton.kinds[number]
             if kind in ENDS:
                 break
         if kind == "separation":

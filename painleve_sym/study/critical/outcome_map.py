@@ -264,7 +264,4 @@ def _axis(finder: CriticalForceFinder, name: str, ends: tuple[float, float], poi
 def _unit(mechanism: Mechanism, setting: Setting, name: str) -> str:
     setting.value(name)  # an unknown name is told here
     own = (*mechanism.system.parameters, *setting.finder.simulator.own_parameters)
-    units = {p.name: p.unit for p in own}
-    for c in mechanism.system.coordinates:
-        units |= {c.name: c.unit, f"{c.name}_dot": f"{c.unit}/s"}
-    return units[name]
+    return ({p.name: p.unit for p in own} | mechanism.state_units)[name]

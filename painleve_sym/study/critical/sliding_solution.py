@@ -201,17 +201,17 @@ class SlidingAnalysis:
 
     @property
     def _symbols(self) -> tuple[Any, ...]:
-        system, automaton = self.simulator.mechanism.system, self.simulator.automaton
-        return (*system.q, *system.q_dot, *automaton.parameters, *automaton.definitions)
+        mechanism, automaton = self.simulator.mechanism, self.simulator.automaton
+        return (*mechanism.motion, *automaton.parameters, *automaton.definitions)
 
     @cached_property
     def _drift(self) -> dict[int, tuple[Pointwise, Pointwise]]:
         """By slip direction: dF_n*/dt with its gradient, and the rates of the state."""
         mechanism = self.simulator.mechanism
-        c, moving = mechanism.coefficients, (*mechanism.system.q, *mechanism.system.q_dot)
+        c, moving = mechanism.coefficients, mechanism.motion
         found = {}
         for slip in (-1, 1):
-            rates = sliding_field(c, slip)
+            rates = mechanism.system.rates | sliding_field(c, slip)
             found[slip] = (
                 Pointwise(
                     [sliding_force_rate(c, slip)],
@@ -278,7 +278,7 @@ class SlidingAnalysis:
         start = resolve_state(mechanism, state, values)
         constants = simulator.constants(values)
         problem = contact_problem(mechanism, start, values)
-        named = {s: start[s.name] for s in (*mechanism.system.q, *mechanism.system.q_dot)}
+        named = {s: start[s.name] for s in mechanism.motion}
         point = {**named, **constants}
         gap, gap_rate, *own = map(float, self._mechanical(point).reshape(-1))
         self._check(problem.A, problem.B)

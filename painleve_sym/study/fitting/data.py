@@ -68,12 +68,6 @@ class FitData:
         return {n: OUTPUT_UNITS[n] for n in self.measured if n in OUTPUT_UNITS}
 
 
-def state_units(mechanism: Mechanism) -> dict[str, str]:
-    """Return the unit of every coordinate and velocity."""
-    units = {c.name: c.unit for c in mechanism.system.coordinates}
-    return units | {f"{n}_dot": f"{u}/s" for n, u in units.items()}
-
-
 def read_fit_data(path: str | Path, mechanism: Mechanism) -> FitData:
     """Read a CSV file; lines that open with # are comments.
 
@@ -92,7 +86,7 @@ def read_fit_data(path: str | Path, mechanism: Mechanism) -> FitData:
     if not rows:
         raise InputError(f"{where}: got no rows. Fix: give a header, {_EXAMPLE}, and data below.")
     (_, header), body = rows[0], rows[1:]
-    known = {**state_units(mechanism), **OUTPUT_UNITS, "t": "s"}
+    known = {**mechanism.state_units, **OUTPUT_UNITS, "t": "s"}
     columns = [_column(where, text, known) for text in header]
     for name in columns:
         if columns.count(name) > 1:

@@ -54,9 +54,8 @@ class MapPlace:
 
     @property
     def all_symbols(self) -> tuple[sp.Symbol, ...]:
-        """Coordinates, velocities and parameters."""
-        system = self.mechanism.system
-        return (*system.q, *system.q_dot, *(p.symbol for p in system.parameters))
+        """Coordinates, velocities, the time where it occurs, and parameters."""
+        return (*self.mechanism.motion, *(p.symbol for p in self.mechanism.system.parameters))
 
     def held_symbols(self) -> dict[Any, float]:
         """Return the held numbers by symbol."""
@@ -169,13 +168,15 @@ def default_range(
     """Return the range of an axis that was not given one.
 
     Angles: what of −π to π is inside the domain; other coordinates −1 to 1 m; velocities −5 to 5;
-    parameters from nearly 0 to twice the default, which must be allowed.
+    the time 0 to 1 s; parameters from nearly 0 to twice the default, which must be allowed.
     """
     parameter = _parameter(mechanism, name)
     if parameter is not None:
         return _parameter_range(parameter)
     if name.endswith("_dot") and name not in {c.name for c in mechanism.system.coordinates}:
         return -SPEED, SPEED
+    if name in map(str, mechanism.system.clock):
+        return 0.0, 1.0
     coordinate = next(c for c in mechanism.system.coordinates if c.name == name)
     if coordinate.unit != "rad":
         return -1.0, 1.0
@@ -210,4 +211,7 @@ def _described(mechanism: Mechanism, name: str) -> tuple[str, str, sp.Symbol]:
         if name == f"{c.name}_dot":
             base, _, index = latex.partition("_")
             return rf"\dot{{{base}}}" + (f"_{index}" if index else ""), f"{c.unit}/s", c.rate
+    for clock in mechanism.system.clock:
+        if name == clock.name:
+            return sp.latex(clock), "s", clock
     raise InputError(unknown_name("axis", name, mechanism.state_names))

@@ -57,6 +57,7 @@ def least_critical_friction(
     """Return the smallest critical friction over all configurations with a closed gap.
 
     A local search from many starts: a bound from above, which in one or two angles is the minimum.
+    Where the time occurs, it is that of the mechanism's start.
 
     Parameters
     ----------
@@ -76,6 +77,7 @@ def least_critical_friction(
     x = ca.SX.sym("q", len(q))
     table = {s: x[i] for i, s in enumerate(q)}
     table |= {p.symbol: ca.SX(values[p.name]) for p in mechanism.system.parameters}
+    table |= {t: ca.SX(mechanism.start.get(t.name, 0.0)) for t in mechanism.system.clock}
     translate = Translator(table)
     W_nn, W_nt, gap = (translate.vector([e]) for e in (c.W_nn, c.W_nt, mechanism.contact.gap))
     margins = translate.vector([b.margin for b in mechanism.domain] or [1])

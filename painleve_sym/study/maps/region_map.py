@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.pointwise import Pointwise
-from painleve_sym.complementarity.contact_data import rounded_difference
 from painleve_sym.contacts.inputs import CONTACT_TOLERANCE
+from painleve_sym.contacts.local_mode import rounded_difference
 from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.files import write_beside
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -271,7 +271,7 @@ def _flow(mechanism: Mechanism, place: MapPlace, slip: int) -> list[sp.Expr]:
     A bilateral contact that pulls rubs as one that pushes in slip the other way.
     """
     system, c = mechanism.system, mechanism.coefficients
-    rates: dict[sp.Symbol, sp.Expr] = dict(zip(system.q, system.q_dot, strict=True))
+    rates = dict(system.rates)
     if not all(s in rates or s in system.q_dot for s in place.symbols):
         return []
     normal, tangential = c.force_directions

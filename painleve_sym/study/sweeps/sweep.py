@@ -155,10 +155,8 @@ class Sweep:
     @property
     def kept(self) -> tuple[str, ...]:
         """Everything that is written of a point, besides the point itself."""
-        system = self.mechanism.system
-        final = tuple(s.name for s in (*system.q, *system.q_dot))
         named = ["stop_reason"]
-        for name in self.keep or ("time", *final):
+        for name in self.keep or ("time", *self.mechanism.state_names):
             named.append(name)
             if _lists_events(name):  # the numbers found come with the times
                 named.append(name.replace("times_of_", "count_of_").replace("_times", "_counts"))
@@ -167,7 +165,7 @@ class Sweep:
     def labels(self, name: str) -> dict[str, NDArray[Any]]:
         """Return the dimensions of a quantity besides those of the points, with their labels."""
         return {
-            dim: np.array(self.simulator.event_kinds)
+            dim: np.array(self.simulator.outline.kinds)
             if dim == "event"
             else np.arange(1, self.events + 1)
             for dim in event_dims(name)
@@ -291,9 +289,8 @@ class Sweep:
                 f"{self.scenario.where}: keep: case needs one contact that can open. "
                 "Fix: leave it out, or name one contact."
             )
-        system, c = mechanism.system, mechanism.coefficients
-        contact = mechanism.contact
-        symbols = (*system.q, *system.q_dot, *(p.symbol for p in system.parameters))
+        c, contact = mechanism.coefficients, mechanism.contact
+        symbols = (*mechanism.motion, *(p.symbol for p in mechanism.system.parameters))
         numbers = quantities(
             "case of a start",
             mechanism.definition,

@@ -1,0 +1,115 @@
+"""The tangential impact of a bilateral contact: the impulse that stops its slip at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from painleve_sym.codegen.evaluate import numbers
+from painleve_sym.contacts.classify import closed_contacts
+from painleve_sym.contacts.contact_numbers import all_contact_numbers
+from painleve_sym.contacts.inputs import resolve_parameters, resolve_state, symbol_values
+from painleve_sym.contacts.problem import ContactCase, ContactProblem
+from painleve_sym.errors import InputError
+from painleve_sym.mechanics.impact.impulse_rays import V_T
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.paradox.bilateral import BilateralForms
+
+
+@dataclass(frozen=True)
+class TangentialImpact:
+    """The impulse that stops the slip of a bilateral contact at once.
+
+    Attributes
+    ----------
+    mechanism : str
+    slip : int
+        s before.
+    normal_impulse, tangential_impulse : float
+        N s; |P_t| ≤ μ |P_n|.
+    velocity_before, velocity : dict of str to float
+        Velocities of the mechanism, by state name.
+    energy_change : float
+        Work of P_t as seen from the guide; J.
+    case : ContactCase
+        Of the state before: INCONSISTENT leaves nothing else, TWO_SOLUTIONS offers slips as well.
+    """
+
+    mechanism: str
+    slip: int
+    normal_impulse: float
+    tangential_impulse: float
+    velocity_before: dict[str, float]
+    velocity: dict[str, float]
+    energy_change: float
+    case: ContactCase
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data with the documented keys."""
+        names = ("mechanism", "slip", "normal_impulse", "tangential_impulse", "energy_change")
+        return {
+            "bilateral": True,
+            **{name: getattr(self, name) for name in names},
+            "case": self.case.value,
+            "before": {"velocity": self.velocity_before},
+            "final": {"velocity": self.velocity},
+        }
+
+
+def tangential_impact(
+    mechanism: Mechanism,
+    state: Mapping[str, float],
+    parameters: Mapping[str, float] | None = None,
+) -> TangentialImpact:
+    """Return the tangential impact of a bilateral contact at a state of slip.
+
+    W P = (0, −v_t): the only impulse other than 0 that keeps v_n = 0 and obeys Coulomb's law for
+    impulses. It lies in the friction cone exactly where μ |W_nt| ≥ W_nn.
+
+    Parameters
+    ----------
+    mechanism, state, parameters
+        As for `classify`, of a mechanism with one bilateral contact.
+
+    Raises
+    ------
+    InputError
+        Also for v_t = 0 and for μ |W_nt| < W_nn, where finite forces answer.
+    """
+    where = f"jump of mechanism {mechanism.name!r}"
+    declared = mechanism.system.parameters
+    values = resolve_parameters(f"{mechanism.name!r}", declared, parameters or {})
+    start = resolve_state(mechanism, state, values)
+    symbols = symbol_values(mechanism, start, values)
+    if not mechanism.contact.bilateral:
+        raise InputError(f"{where}: its contact can open. Fix: use evaluate_jump.")
+    at = all_contact_numbers(mechanism, symbols, values)
+    closed_contacts(where, mechanism, at)
+    problem = ContactProblem(at.W, at.b, at.mu, at.slip_velocity, np.array([True]))
+    slip = problem.slip_direction
+    if not slip:
+        raise InputError(f"{where}: got v_t = 0, need a slip for an impact to stop.")
+    worst = min(problem.A_slip(1), problem.A_slip(1, -1))
+    if worst > 0:
+        raise InputError(
+            f"{where}: got mu |W_nt| - W_nn = {-worst:g} 1/kg, need >= 0 for a tangential impact: "
+            "the slip has one solution with finite forces. Fix: integrate on, or raise mu."
+        )
+    forms = BilateralForms(mechanism.coefficients)
+    parts = [forms.normal_impulse, forms.tangential_impulse, forms.friction_loss]
+    found = numbers([*parts, *forms.velocity_after], symbols | {V_T: problem.slip_velocity.item()})
+    P_n, P_t, loss, *velocity = (float(v) + 0.0 for v in found)
+    names = [s.name for s in mechanism.system.q_dot]
+    return TangentialImpact(
+        mechanism=mechanism.name,
+        slip=slip,
+        normal_impulse=P_n,
+        tangential_impulse=P_t,
+        velocity_before={n: start[n] for n in names},
+        velocity=dict(zip(names, velocity, strict=True)),
+        energy_change=-loss,
+        case=problem.case,
+    )

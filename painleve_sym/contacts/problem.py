@@ -1,0 +1,1009 @@
+"""Planar contacts with Coulomb friction: which forces and accelerations are consistent.
+
+Signs, contact by contact: the normal force F_n pushes the bodies apart and a_n > 0 separates them;
+F_t and a_t count along the slip velocity v_t. Forces and accelerations are listed contact by
+contact, ``F = (F_n1, F_t1, F_n2, F_t2, ...)``, and the mobility W turns forces into accelerations,
+``a = W F + b``. For one contact::
+
+    a_n = W_nn F_n + W_nt F_t + b_n                    ^ F_n, a_n
+    a_t = W_nt F_n + W_tt F_t + b_t                    |
+                                                   ----o---->  F_t, a_t, v_t
+                                                 ///////////////
+
+A unilateral contact has F_n >= 0, a_n >= 0 and F_n a_n = 0. A bilateral one, a slider in a slot or
+a rod between two guides, keeps a_n = 0 with either sign of F_n, and the side that touches rubs.
+Friction opposes slip: F_t = -mu s |F_n| with s the sign of v_t, and |F_t| <= mu |F_n| where
+v_t = 0, with the bound reached against the direction of a_t once a_t is not zero.
+
+There may be one solution, several, a continuum or none. One sliding unilateral contact,
+``a_n = A F_n + B`` with ``A = W_nn - mu s W_nt`` and ``B = b_n``, has the four cases of
+`ContactCase`. One sliding bilateral contact, with ``A = W_nn - mu s W_nt`` where F_n > 0 and
+``A = W_nn + mu s W_nt`` where F_n < 0, has
+
+- 1 solution for every b_n where ``mu |W_nt| < W_nn``;
+- 2 where ``mu |W_nt| > W_nn`` and ``s W_nt b_n > 0``: one of each sign of F_n;
+- 0 where ``mu |W_nt| > W_nn`` and ``s W_nt b_n < 0``: the paradox without lift-off;
+- 1, ``F_n = 0``, where ``mu |W_nt| > W_nn`` and b_n = 0;
+- 1 or 0, by the same two signs, where ``mu |W_nt| = W_nn > 0`` and b_n != 0; a ray where b_n = 0;
+- 0 where W_nn = 0 and b_n != 0; every F_n where b_n = 0.
+
+At v_t = 0 and for a definite W one bilateral contact always has a solution: exactly one where
+``mu |W_nt| < W_nn``, one or three where ``mu |W_nt| > W_nn`` (sticking, and two slips of opposite
+F_n, both along the sign of ``W_nt b_n``), and two where sticking meets a slip or b_n = 0 makes one
+of both slips. Several contacts have up to one solution for each choice of what every contact does,
+or a continuum: a body on more contacts than it has degrees of freedom can be loaded in itself.
+
+References
+----------
+Painlevé (1895), Sur les lois du frottement de glissement. C. R. Acad. Sci. 121, 112-115.
+Klein (1909), Zu Painlevés Kritik der Coulombschen Reibungsgesetze. Z. Math. Phys. 58, 186-191.
+Glocker & Pfeiffer (1993), Complementarity problems in multibody systems with planar friction.
+    Arch. Appl. Mech. 63, 452-463.
+Pfeiffer & Glocker (1996), Multibody Dynamics with Unilateral Contacts. Wiley.
+Pang & Trinkle (1996), Complementarity formulations and existence of solutions of dynamic
+    multi-rigid-body contact problems with Coulomb friction. Math. Program. 73, 199-226.
+Anitescu & Potra (1997), Formulating dynamic multi-rigid-body contact problems with friction as
+    solvable linear complementarity problems. Nonlinear Dynamics 14, 231-247.
+Le Xuan Anh (2003), Dynamics of Mechanical Systems with Coulomb Friction. Springer.
+Blumentals, Brogliato & Bertails-Descoubes (2016), The contact problem in Lagrangian systems subject
+    to bilateral and unilateral constraints, with or without sliding Coulomb's friction: a tutorial.
+    Multibody Syst. Dyn. 38, 43-76.
+"""
+
+from __future__ import annotations
+
+import enum
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from painleve_sym.complementarity.lcp import LCP, RESIDUAL_TOLERANCE, LCPSolution, equilibrate
+from painleve_sym.complementarity.lemke import LemkeResult, LemkeStatus, pivot
+from painleve_sym.complementarity.solution_sets import BoolArray, FloatArray
+from painleve_sym.complementarity.uniqueness import Uniqueness, uniqueness_of
+from painleve_sym.contacts.local_mode import (
+    ContactMode,
+    LocalMode,
+    ModeProduct,
+    local_modes,
+    rounded_difference,
+    scale_contacts,
+    slip_mode,
+)
+from painleve_sym.errors import InputError
+
+CONTACT_LIMIT = 6
+"""Most contacts whose local modes are all tried: 4**6 regular systems take a tenth of a second."""
+
+_SYMMETRY = 1e-9  # of the roots of the diagonal: roundings of a mass-matrix inverse
+_INDEFINITE = 1e-12  # per row, on a mobility scaled to a diagonal of ones
+_ROUNDING = 1e-14  # of the terms of an acceleration: what a solve may leave of a zero
+_NOISE = 1e-13  # of the largest force: what a solve may leave of a zero, if the residual agrees
+_NEAR = 1e-6  # part of the largest force; forces farther apart are not compared by row
+_DISTINCT = 1e-8  # of the terms of every acceleration; nearer solutions are one, met in two modes
+_SAME_MOTION = 1e-9  # of the largest acceleration without forces
+_MANY_MODES = 4**CONTACT_LIMIT
+
+
+class ContactCase(enum.Enum):
+    """Name a contact problem by its solutions; `sentence` says what follows.
+
+    One unilateral contact, for v_t != 0 by the signs of A and B in a_n = A F_n + B:
+
+    SLIP
+        One solution, F_n = -B/A > 0: A > 0 and B < 0.
+    LIFTOFF
+        One solution, F_n = 0: A >= 0 and B > 0; also B = 0 with A != 0, where a_n = 0.
+    STICK
+        For v_t = 0 only: one solution, and it sticks.
+    INCONSISTENT
+        None: A <= 0 and B < 0.
+    INDETERMINATE
+        Several: F_n = 0 and F_n = -B/A where A < 0 and B > 0; any F_n >= 0 where A = B = 0.
+
+    For v_t = 0 the set of forces decides: empty, one (named after its mode) or more than one.
+
+    One bilateral contact:
+
+    INCONSISTENT
+        None: slip with mu |W_nt| > W_nn and s W_nt B < 0. Only the tangential impact answers.
+    UNIQUE
+        One.
+    TWO_SOLUTIONS
+        Slip with mu |W_nt| > W_nn and s W_nt B > 0: one of each sign of F_n.
+    SEVERAL
+        Two or three at v_t = 0, or a ray of them.
+
+    Several contacts: INCONSISTENT, UNIQUE, and
+
+    HYPERSTATIC
+        Several forces with the same accelerations.
+    INDETERMINATE
+        Several accelerations.
+    """
+
+    SLIP = ("slip", "one solution, the contact slides on")
+    LIFTOFF = ("liftoff", "one solution, the contact opens")
+    STICK = ("stick", "one solution, the contact sticks")
+    INCONSISTENT = ("inconsistent", "no forces of a rigid contact are possible here")
+    INDETERMINATE = ("indeterminate", "several solutions, the rigid model does not choose")
+    UNIQUE = ("unique", "one solution")
+    TWO_SOLUTIONS = ("two solutions", "one for each sign of F_n, the rigid model does not choose")
+    SEVERAL = ("several", "the rigid model does not choose")
+    HYPERSTATIC = ("hyperstatic", "one motion, but rigidity leaves its forces open")
+
+    sentence: str
+
+    def __new__(cls, label: str, sentence: str) -> ContactCase:
+        """Take the label as the value."""
+        member = object.__new__(cls)
+        member._value_ = label
+        member.sentence = sentence
+        return member
+
+
+@dataclass(frozen=True, eq=False)
+class ContactSolution:
+    """Hold one verified set of forces and accelerations; what a mode fixes at 0 is exactly 0.
+
+    Attributes
+    ----------
+    modes : tuple of ContactMode
+        What each contact does.
+    normal_forces, tangential_forces : ndarray, shape (n,)
+        F_n and F_t of each contact, in N. Read-only.
+    normal_accelerations, tangential_accelerations : ndarray, shape (n,)
+        a_n and a_t of each contact, in m/s². Read-only.
+    residual : float
+        `ContactProblem.residual` of the forces; dimensionless.
+    isolated : bool, or None
+        False where the forces belong to a segment, ray or wider set of solutions; None where more
+        local modes meet than are tried.
+    """
+
+    modes: tuple[ContactMode, ...]
+    normal_forces: FloatArray
+    tangential_forces: FloatArray
+    normal_accelerations: FloatArray
+    tangential_accelerations: FloatArray
+    residual: float
+    isolated: bool | None
+
+    @property
+    def forces(self) -> FloatArray:
+        """Return F_n1, F_t1, F_n2, F_t2, ... in N, shape (2 n,)."""
+        return np.column_stack([self.normal_forces, self.tangential_forces]).ravel()
+
+    @property
+    def accelerations(self) -> FloatArray:
+        """Return a_n1, a_t1, a_n2, a_t2, ... in m/s², shape (2 n,)."""
+        return np.column_stack([self.normal_accelerations, self.tangential_accelerations]).ravel()
+
+    # ---- one contact ----
+
+    @property
+    def mode(self) -> ContactMode:
+        """Return what the only contact does."""
+        (mode,) = self.modes
+        return mode
+
+    @property
+    def normal_force(self) -> float:
+        """Return F_n of the only contact, in N."""
+        return float(self.normal_forces.item())
+
+    @property
+    def tangential_force(self) -> float:
+        """Return F_t of the only contact, in N."""
+        return float(self.tangential_forces.item())
+
+    @property
+    def normal_acceleration(self) -> float:
+        """Return a_n of the only contact, in m/s²."""
+        return float(self.normal_accelerations.item())
+
+    @property
+    def tangential_acceleration(self) -> float:
+        """Return a_t of the only contact, in m/s²."""
+        return float(self.tangential_accelerations.item())
+
+
+@dataclass(frozen=True, eq=False)
+class ContactProblem:
+    """State the contact problem of n closed contacts, all with zero normal velocity.
+
+    Parameters
+    ----------
+    W : array_like, shape (2 n, 2 n)
+        Mobility ``J M^-1 J'`` (Delassus matrix) with rows and columns in the order n1, t1, n2, t2,
+        ...; in 1/kg, symmetric and positive semidefinite. Singular is allowed and usual: one planar
+        body has three degrees of freedom, so two contacts on it already leave rank 3 of 4.
+    b : array_like, shape (2 n,)
+        Accelerations without contact force, in the same order, in m/s².
+    mu : array_like, shape (n,)
+        Friction coefficients, >= 0; a number for one contact.
+    slip_velocity : array_like, shape (n,)
+        v_t of each contact in m/s; only the sign matters, and exactly 0 means at rest tangentially.
+        A number for one contact.
+    bilateral : array_like of bool, shape (n,)
+        Which contacts hold from both sides; one value for all contacts, none by default.
+
+    Raises
+    ------
+    InputError
+        For wrong shapes, entries that are not finite, mu < 0 or a mobility that is not symmetric
+        and semidefinite; all faults are named at once. Fix: evaluate J M^-1 J' at one state.
+    """
+
+    W: FloatArray
+    b: FloatArray
+    mu: FloatArray
+    slip_velocity: FloatArray
+    bilateral: BoolArray = field(default_factory=lambda: np.zeros((), np.bool_))
+
+    def __post_init__(self) -> None:
+        """Check every array and keep read-only copies."""
+        faults: list[str] = []
+        for name in ("W", "b", "mu", "slip_velocity"):
+            try:
+                value = np.array(getattr(self, name), dtype=float)
+            except (TypeError, ValueError):
+                value = np.array(math.nan)
+            if not np.all(np.isfinite(value)):
+                faults.append(
+                    f"{name}: got {getattr(self, name)!r}, need finite numbers. "
+                    "Fix: check the state it was evaluated at."
+                )
+            if name in ("mu", "slip_velocity"):
+                value = np.atleast_1d(value)
+            object.__setattr__(self, name, value)
+        sides = np.array(self.bilateral, dtype=bool)
+        sides = np.full(self.mu.shape, sides) if sides.ndim == 0 else sides
+        object.__setattr__(self, "bilateral", sides)
+        faults = faults or self._shape_faults() or self._physical_faults()
+        if faults:
+            raise InputError(_STATED + " Also, ".join(faults))
+        object.__setattr__(self, "W", (self.W + self.W.T) / 2)
+        for entry in fields(self):
+            getattr(self, entry.name).setflags(write=False)
+
+    @classmethod
+    def single(
+        cls,
+        W_nn: float,
+        W_nt: float,
+        W_tt: float,
+        b_n: float,
+        b_t: float,
+        mu: float,
+        slip_velocity: float,
+        bilateral: bool = False,
+    ) -> ContactProblem:
+        """State the problem of one contact by its scalars.
+
+        Parameters
+        ----------
+        W_nn, W_nt, W_tt : float
+            Mobility, in 1/kg.
+        b_n, b_t : float
+            Accelerations without contact force, in m/s². b_n is B of the paradox literature.
+        mu : float
+            Friction coefficient, >= 0.
+        slip_velocity : float
+            v_t in m/s; exactly 0 means at rest tangentially.
+        bilateral : bool
+            Whether the contact holds from both sides.
+        """
+        given = {"W_nn": W_nn, "W_nt": W_nt, "W_tt": W_tt, "b_n": b_n, "b_t": b_t}
+        faults, values = [], []
+        for name, value in (given | {"mu": mu, "slip_velocity": slip_velocity}).items():
+            try:
+                values.append(float(value))
+            except (TypeError, ValueError):
+                values.append(math.nan)
+            if not math.isfinite(values[-1]):
+                faults.append(
+                    f"{name}: got {value!r}, need a finite number. "
+                    "Fix: check the state it was evaluated at."
+                )
+        if faults:
+            raise InputError(_STATED + " Also, ".join(faults))
+        nn, nt, tt, n, t, friction, slip = values
+        return cls(
+            np.array([[nn, nt], [nt, tt]]),
+            np.array([n, t]),
+            np.array([friction]),
+            np.array([slip]),
+            np.array([bilateral]),
+        )
+
+    def _shape_faults(self) -> list[str]:
+        """Return a sentence for each array that does not fit n contacts, n from slip_velocity."""
+        n = self.slip_velocity.size
+        of = (max(n, 1),)
+        need = {"W": (2 * n, 2 * n), "b": (2 * n,), "mu": (n,), "slip_velocity": of}
+        need["bilateral"] = (n,)
+        return [
+            f"{name}: got shape {getattr(self, name).shape}, need {shape} for {n} entries of "
+            "slip_velocity. Fix: give two rows (n, t) of W and b for each contact."
+            for name, shape in need.items()
+            if getattr(self, name).shape != shape
+        ]
+
+    def _physical_faults(self) -> list[str]:
+        """Return a sentence for each entry that no mechanism can have."""
+        faults: list[str] = []
+        if np.any(self.mu < 0):
+            got = self.mu.item() if self.size == 1 else self.mu.tolist()
+            faults.append(
+                f"mu: got {got!r}, need mu >= 0. Fix: give the direction by slip_velocity."
+            )
+        return faults + (self._block_faults() if self.size == 1 else self._matrix_faults())
+
+    def _block_faults(self) -> list[str]:
+        """Return a sentence where the mobility of the only contact is indefinite."""
+        (nn, nt), (tn, tt) = self.W.tolist()
+        bound = math.sqrt(max(nn, 0.0)) * math.sqrt(max(tt, 0.0))
+        definite = max(abs(nt), abs(tn)) <= bound * (1 + _INDEFINITE)
+        if min(nn, tt) >= 0 and definite and abs(nt - tn) <= _SYMMETRY * bound:
+            return []
+        return [
+            f"mobility: got W_nn, W_nt, W_tt = {nn!r}, {nt!r}, {tt!r}, "
+            "need W_nn >= 0, W_tt >= 0 and W_nt**2 <= W_nn W_tt. "
+            "Fix: compute it as J M^-1 J' with a positive definite mass matrix M."
+        ]
+
+    def _matrix_faults(self) -> list[str]:
+        """Return a sentence where the mobility is not symmetric or indefinite."""
+        faults: list[str] = []
+        root = np.sqrt(np.maximum(np.diag(self.W), 0.0))
+        bound = np.outer(root, root)
+        inverse = np.divide(1.0, bound, out=np.zeros_like(bound), where=bound > 0)
+        wrong = np.abs(self.W - self.W.T) > _SYMMETRY * bound
+        if np.any(wrong) or np.any(np.abs(self.W[bound == 0]) > 0):
+            faults.append(
+                f"W: got {self.W!r}, need a symmetric matrix with rows of zeros where the diagonal "
+                "is 0. Fix: compute it as J M^-1 J' with rows n1, t1, n2, t2, ... of J."
+            )
+        elif np.min(np.linalg.eigvalsh(self.W * inverse)) < -_INDEFINITE * len(self.W):
+            faults.append(
+                f"W: got {self.W!r}, need a positive semidefinite matrix. "
+                "Fix: compute it as J M^-1 J' with a positive definite mass matrix M."
+            )
+        return faults
+
+    @property
+    def size(self) -> int:
+        """Return n, the number of contacts."""
+        return int(self.mu.size)
+
+    @cached_property
+    def slip_directions(self) -> tuple[int, ...]:
+        """Return the sign of each slip velocity: -1, 0 or +1."""
+        return tuple(int(sign) for sign in np.sign(self.slip_velocity))
+
+    # ---- solutions ----
+
+    def solutions(self) -> tuple[ContactSolution, ...]:
+        """Find every consistent set of forces, ordered by the normal forces.
+
+        A sliding contact lifts off or slips on; one at rest lifts off, begins to slip either way,
+        or sticks; a bilateral contact pushes or pulls instead of lifting off. All choices are
+        tried, each answer is checked by its residual, and forces met in several choices are one
+        solution. Where a choice leaves a segment, ray or wider set of forces, one representative
+        appears, with `isolated` False. An empty tuple is the inconsistent case.
+
+        Raises
+        ------
+        InputError
+            For more than `CONTACT_LIMIT` contacts. Fix: call `solve_lemke` for one solution.
+        """
+        self._refuse_many("solutions")
+        law, checked, wide = self._law, list[_Checked](), list[tuple[int, ...]]()
+        for point in law.product.points():
+            answer = law.check(point.forces, point.choice)
+            if answer is None:
+                continue
+            if point.wide:
+                wide.append(point.choice)
+            twin = law.twin(answer, checked)
+            if twin is None:
+                checked.append(answer)
+            elif answer.residual < checked[twin].residual:
+                checked[twin] = answer
+        checked.sort(key=lambda answer: (*answer.forces[0::2], *answer.forces[1::2]))
+        choices = np.array(wide, dtype=np.intp).reshape(-1, self.size)
+        return tuple(
+            law.solution(answer, not _any_holds(choices, law.possible(answer.forces)))
+            for answer in checked
+        )
+
+    def solve_lemke(self, max_pivots: int | None = None) -> LemkeResult[ContactSolution]:
+        """Find one consistent set of forces by Lemke's pivots, for any number of contacts.
+
+        The pivots run on the formulation of Anitescu & Potra (1997), in which a contact at rest has
+        the unknowns F_n, the two parts of F_t and its speeding-up. With all contacts at rest and W
+        positive definite its matrix is copositive and the pivots end at a solution; the shorter
+        `lcp` promises that only for little friction. With sliding contacts neither is promised.
+
+        Parameters
+        ----------
+        max_pivots : int, optional
+            Most pivots; 50 per complementary pair when not given.
+
+        Raises
+        ------
+        InputError
+            For bilateral contacts. Fix: call `solutions`.
+        """
+        self._refuse_bilateral("solve_lemke")
+        lcp, ways = self._copositive_lcp()
+        scaled, unit = equilibrate(lcp)
+        limit = 50 * lcp.size if max_pivots is None else max_pivots
+        status, z, pivots = pivot(scaled, limit, RESIDUAL_TOLERANCE)
+        if z is None:
+            return LemkeResult(status, None, pivots)
+        answer = self._law.check((ways @ (unit * z)) / self._law.unit)
+        if answer is None:
+            return LemkeResult(LemkeStatus.NOT_VERIFIED, None, pivots)
+        return LemkeResult(status, self._law.solution(answer, self._isolated(answer)), pivots)
+
+    def residual(self, forces: npt.ArrayLike) -> float:
+        """Measure how far forces are from the laws of the contacts, free of units.
+
+        The largest over all contacts of
+
+        - ``min(F_n, |a_n|)`` and what is negative of F_n and a_n; ``|a_n|`` of a bilateral contact;
+        - ``|F_t| - mu |F_n|`` where positive;
+        - where a_t or v_t is not zero, what friction misses of opposing it at its limit: the
+          smaller of ``|F_t + mu s |F_n||`` and (at v_t = 0) ``|a_t|``.
+
+        Accelerations and friction count as a fraction of the sum of their terms, F_n by its largest
+        share in any acceleration. Positive scaling of a contact or of units changes nothing, and
+        rounding alone leaves some 1e-15.
+
+        Parameters
+        ----------
+        forces : array_like, shape (2 n,)
+            F_n1, F_t1, F_n2, F_t2, ... in N; entries that are not finite give ``inf``.
+
+        Returns
+        -------
+        float
+            0 for an exact solution, up to 1 otherwise.
+
+        Raises
+        ------
+        InputError
+            For another number of entries. Fix: give two entries for each contact.
+        """
+        point = np.asarray(forces, dtype=float)
+        if point.shape != self.b.shape:
+            raise InputError(
+                f"residual cannot be measured, forces: got shape {point.shape}, need "
+                f"{self.b.shape}. Fix: give F_n and F_t of each contact."
+            )
+        if not np.all(np.isfinite(point)):
+            return math.inf
+        return self._law.residual(point / self._law.unit)
+
+    def uniqueness(self) -> Uniqueness:
+        """Say beforehand what W, mu and the slip directions promise for every b.
+
+        Raises
+        ------
+        InputError
+            For more than `CONTACT_LIMIT` contacts. Fix: ask about fewer contacts.
+        """
+        self._refuse_many("uniqueness")
+        product = self._law.product
+        return uniqueness_of(product.pieces(), product.power_forms())
+
+    @property
+    def case(self) -> ContactCase:
+        """Classify the problem; see `ContactCase` for the rule, borders included."""
+        return self.case_of(self.solutions())
+
+    def case_of(self, solutions: Sequence[ContactSolution], plural: bool = False) -> ContactCase:
+        """Classify the problem by all its solutions, as `solutions` returns them.
+
+        With `plural` in the words for several contacts, even if there is one.
+        """
+        if not solutions:
+            return ContactCase.INCONSISTENT
+        single = len(solutions) == 1 and bool(solutions[0].isolated)
+        if plural or self.size > 1:
+            if single:
+                return ContactCase.UNIQUE
+            size = float(np.max(np.abs(self.b)))
+            motions = np.array([s.accelerations for s in solutions])
+            same = np.allclose(motions, motions[0], rtol=0, atol=_SAME_MOTION * size)
+            return ContactCase.HYPERSTATIC if same else ContactCase.INDETERMINATE
+        if self.bilateral[0]:
+            if single:
+                return ContactCase.UNIQUE
+            two = len(solutions) == 2 and all(s.isolated for s in solutions)
+            return ContactCase.TWO_SOLUTIONS if two and self.slip_direction else ContactCase.SEVERAL
+        if not single:
+            return ContactCase.INDETERMINATE
+        word = solutions[0].mode
+        named = {ContactMode.LIFTOFF: ContactCase.LIFTOFF, ContactMode.STICK: ContactCase.STICK}
+        return named.get(word, ContactCase.SLIP)
+
+    # ---- complementarity problems ----
+
+    def lcp(self) -> LCP:
+        """Return the complementarity problem of all contacts, contact by contact.
+
+        A sliding contact has the pair ``z = F_n``, ``w = a_n`` with ``F_t = -mu s F_n``. One at
+        rest has three (Glocker & Pfeiffer 1993). With friction reserves
+        ``lambda_R = mu F_n + F_t``, ``lambda_L = mu F_n - F_t`` and ``a_t = a_t^+ - a_t^-`` (both
+        parts >= 0) they are ``z = (F_n, lambda_R, a_t^-)`` and ``w = (a_n, a_t^+, lambda_L)``:
+        speeding up along + uses up lambda_R, along - lambda_L. Where F_n = 0 or mu = 0, a_t^+ and
+        a_t^- may grow together without changing a_t; `solution_from` removes that.
+
+        Where all contacts are at rest and W is positive definite there is always a solution
+        (Anitescu & Potra 1997): the inconsistent case needs slip, or a singular W.
+
+        Raises
+        ------
+        InputError
+            For bilateral contacts, whose law ``a_n = 0`` with ``|F_n|`` in the friction is no
+            complementarity. Fix: call `solutions`.
+        """
+        self._refuse_bilateral("lcp")
+        directions, starts = self.slip_directions, self._pair_starts
+        matrix, offset = np.zeros((starts[-1], starts[-1])), np.zeros(starts[-1])
+        for j, s in enumerate(directions):
+            normal, tangential = self.W[:, 2 * j], self.W[:, 2 * j + 1]
+            # An impossible sign left by rounding is removed, as in A_slip.
+            slipping = rounded_difference(normal, (s or 1) * self.mu[j] * tangential)
+            for i, t in enumerate(directions):
+                k, m = starts[i], starts[j]
+                matrix[k, m] = slipping[2 * i]
+                if not t:
+                    matrix[k + 1, m] = slipping[2 * i + 1]
+                if not s:
+                    matrix[k, m + 1] = tangential[2 * i]
+                if not (s or t):
+                    matrix[k + 1, m + 1] = tangential[2 * i + 1]
+        for i, s in enumerate(directions):
+            k = starts[i]
+            offset[k] = self.b[2 * i]
+            if not s:
+                offset[k + 1] = self.b[2 * i + 1]
+                matrix[k + 1, k + 2] = 1.0
+                matrix[k + 2, k : k + 2] = 2.0 * self.mu[i], -1.0
+        return LCP(matrix, offset)
+
+    def forces_from(self, solution: LCPSolution) -> FloatArray:
+        """Translate a solution of `lcp` into F_n1, F_t1, F_n2, ... in N, shape (2 n,).
+
+        Raises
+        ------
+        InputError
+            For another number of entries. Fix: solve this problem's `lcp`.
+        """
+        self._refuse_bilateral("forces_from")
+        starts = self._pair_starts
+        if solution.z.size != starts[-1]:
+            raise InputError(
+                f"solution cannot be translated, z: got {solution.z.size} entries at "
+                f"slip_velocity = {self.slip_velocity.tolist()!r}, need {starts[-1]}. "
+                "Fix: solve this problem's lcp()."
+            )
+        forces = np.zeros(2 * self.size)
+        for i, (k, s) in enumerate(zip(starts, self.slip_directions, strict=False)):
+            if not solution.active[k]:
+                continue
+            normal, limit = solution.z[k], self.mu[i] * solution.z[k]
+            friction = -s * limit
+            if not s:
+                right, left = not solution.active[k + 1], solution.active[k + 2]
+                edge = limit if left else -limit
+                friction = edge if right or left or limit == 0 else solution.z[k + 1] - limit
+            forces[2 * i : 2 * i + 2] = normal, friction + 0.0  # no -0.0
+        return forces
+
+    def solution_from(self, solution: LCPSolution) -> ContactSolution | None:
+        """Translate a solution of `lcp`; None where the forces fail the check of this problem.
+
+        Raises
+        ------
+        InputError
+            As for `forces_from`.
+        """
+        answer = self._law.check(self.forces_from(solution) / self._law.unit)
+        return None if answer is None else self._law.solution(answer, self._isolated(answer))
+
+    @cached_property
+    def _pair_starts(self) -> list[int]:
+        """Return the first pair of each contact in `lcp`, and the number of pairs."""
+        return [0, *np.cumsum([1 if s else 3 for s in self.slip_directions]).tolist()]
+
+    def _copositive_lcp(self) -> tuple[LCP, FloatArray]:
+        """Return the problem of Anitescu & Potra and the map from its z to the forces."""
+        ways: list[FloatArray] = []
+        rests: list[tuple[int, float]] = []  # columns of F_n at rest, with their friction
+        for i, (mu, s) in enumerate(zip(self.mu, self.slip_directions, strict=True)):
+            axes = np.eye(2 * self.size)[:, 2 * i : 2 * i + 2]
+            if s or mu == 0:
+                ways.append(axes[:, 0] - mu * s * axes[:, 1])
+            else:
+                rests.append((len(ways), float(mu)))
+                ways += [axes[:, 0], axes[:, 1], -axes[:, 1], 0.0 * axes[:, 0]]
+        forces = np.array(ways).T
+        # A force works on the acceleration along itself; a sliding one on a_n alone.
+        partners = forces.copy()
+        for i, s in enumerate(self.slip_directions):
+            if s:
+                partners[2 * i + 1] = 0.0
+        matrix = partners.T @ self.W @ forces
+        for k, mu in rests:
+            matrix[k + 1 : k + 3, k + 3] = 1.0
+            matrix[k + 3, k : k + 3] = mu, -1.0, -1.0
+        return LCP(matrix, partners.T @ self.b), forces
+
+    # ---- one contact ----
+
+    @property
+    def W_nn(self) -> float:
+        """Return the normal mobility of the only contact, in 1/kg."""
+        return float(self._only("W_nn").W[0, 0])
+
+    @property
+    def W_nt(self) -> float:
+        """Return the coupling of the only contact, in 1/kg."""
+        return float(self._only("W_nt").W[0, 1])
+
+    @property
+    def W_tt(self) -> float:
+        """Return the tangential mobility of the only contact, in 1/kg."""
+        return float(self._only("W_tt").W[1, 1])
+
+    @property
+    def b_n(self) -> float:
+        """Return the free normal acceleration of the only contact, in m/s²."""
+        return float(self._only("b_n").b[0])
+
+    @property
+    def b_t(self) -> float:
+        """Return the free tangential acceleration of the only contact, in m/s²."""
+        return float(self._only("b_t").b[1])
+
+    @property
+    def friction(self) -> float:
+        """Return mu of the only contact."""
+        return float(self._only("friction").mu[0])
+
+    @property
+    def slip_direction(self) -> int:
+        """Return the sign of v_t of the only contact: -1, 0 or +1."""
+        return self._only("slip_direction").slip_directions[0]
+
+    def A_slip(self, direction: int, side: int = 1) -> float:
+        """Return ``A = W_nn - mu s W_nt`` of ``a_n = A F_n + B`` while slipping along s.
+
+        A value within rounding of its two terms is returned as exactly 0, since its sign, and with
+        it the case, would be an accident.
+
+        Parameters
+        ----------
+        direction : int
+            s = +1 for v_t > 0, -1 for v_t < 0.
+        side : int
+            The sign of F_n; -1 (``A = W_nn + mu s W_nt``) is possible for a bilateral contact only.
+
+        Raises
+        ------
+        InputError
+            For another direction. Fix: pass +1 or -1.
+        """
+        if direction not in (-1, 1):
+            raise InputError(
+                f"A_slip is not defined, direction: got {direction!r}, need +1 or -1. "
+                "Fix: pass the sign of the slip velocity."
+            )
+        return float(rounded_difference(self.W_nn, direction * side * self.friction * self.W_nt))
+
+    @property
+    def A(self) -> float | None:
+        """Return A for the present slip direction and F_n > 0, in 1/kg; None when v_t = 0."""
+        return self.A_slip(self.slip_direction) if self.slip_direction else None
+
+    @property
+    def B(self) -> float:
+        """Return B = b_n, in m/s²."""
+        return self.b_n
+
+    @property
+    def A_stick(self) -> float:
+        """Return A' = W_nn - W_nt²/W_tt of ``a_n = A' F_n + B'`` while sticking, in 1/kg."""
+        return self.W_nn - self.W_nt**2 / self.W_tt
+
+    @property
+    def B_stick(self) -> float:
+        """Return B' = b_n - W_nt b_t/W_tt, in m/s²."""
+        return self.b_n - self.W_nt * self.b_t / self.W_tt
+
+    def _only(self, name: str) -> ContactProblem:
+        """Return this problem, or raise InputError where it has several contacts."""
+        if self.size != 1:
+            raise InputError(
+                f"{name} belongs to one contact: got {self.size} contacts, need one. "
+                "Fix: use the arrays W, b, mu and slip_velocity."
+            )
+        return self
+
+    # ---- parts ----
+
+    def _refuse_many(self, where: str) -> None:
+        """Raise InputError for more contacts than can be enumerated."""
+        if self.size > CONTACT_LIMIT:
+            raise InputError(
+                f"{where}() cannot try every local mode: got {self.size} contacts, need at most "
+                f"{CONTACT_LIMIT}. Fix: call solve_lemke() for one solution."
+            )
+
+    def _refuse_bilateral(self, where: str) -> None:
+        """Raise InputError for contacts that hold from both sides."""
+        if np.any(self.bilateral):
+            raise InputError(
+                f"{where}() needs contacts that can open: got bilateral = "
+                f"{self.bilateral.tolist()}. Fix: call solutions()."
+            )
+
+    @cached_property
+    def _law(self) -> _ScaledLaw:
+        """Return the scaled problem with the local modes of its contacts."""
+        W, b, mu, unit = scale_contacts(self.W, self.b, self.mu)
+        return _ScaledLaw(self, W, b, mu, unit)
+
+    def _isolated(self, point: _Checked) -> bool | None:
+        """Tell whether no choice of local modes through these forces is wide.
+
+        None where too many choices meet.
+        """
+        law = self._law
+        possible = law.possible(point.forces)
+        if math.prod(int(np.sum(flags)) for flags in possible) > _MANY_MODES:
+            return None
+        meeting = [
+            [mode for mode, flag in zip(given, flags, strict=True) if flag]
+            for given, flags in zip(law.modes, possible, strict=True)
+        ]
+        return not any(near.wide for near in ModeProduct(law.W, law.b, meeting).points())
+
+
+_STATED = "ContactProblem cannot be stated, "
+
+
+@dataclass(frozen=True, eq=False)
+class _Checked:
+    """Hold scaled forces that passed the check, shape (2 n,), with their modes and residual."""
+
+    forces: FloatArray
+    modes: tuple[ContactMode, ...]
+    residual: float
+
+
+@dataclass(frozen=True, eq=False)
+class _ScaledLaw:
+    """The problem scaled to order one by powers of two, and the check of its answers.
+
+    Forces here are those of the problem over `unit`, which rounds nothing.
+    """
+
+    problem: ContactProblem
+    W: FloatArray
+    b: FloatArray
+    mu: FloatArray
+    unit: FloatArray
+
+    @cached_property
+    def modes(self) -> list[tuple[LocalMode, ...]]:
+        """What each contact may do."""
+        given = zip(self.mu, self.problem.slip_directions, self.problem.bilateral, strict=True)
+        return [local_modes(float(mu), s, bool(sides)) for mu, s, sides in given]
+
+    @cached_property
+    def product(self) -> ModeProduct:
+        """All choices of local modes."""
+        return ModeProduct(self.W, self.b, self.modes)
+
+    @cached_property
+    def _sizes(self) -> FloatArray:
+        """Return the sizes of the entries of W."""
+        return np.abs(self.W)
+
+    def accelerations(self, forces: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the accelerations, and the sum of the sizes of the terms of each."""
+        # Term by term, so that one contact has W_nn F_n + W_nt F_t + b_n literally.
+        terms = np.sum(self._sizes * np.abs(forces), axis=1) + np.abs(self.b)
+        return np.sum(self.W * forces, axis=1) + self.b, terms
+
+    def residual(self, forces: FloatArray) -> float:
+        """Measure forces; see `ContactProblem.residual`."""
+        a, terms = self.accelerations(forces)
+        share = _ratio(a, terms)
+        weight = self._share(np.abs(forces), terms)[0::2]
+        normal, tangential = forces[0::2], forces[1::2]
+        open_part = np.maximum(
+            np.where(normal < 0, weight, np.minimum(weight, np.abs(share[0::2]))),
+            np.maximum(-share[0::2], 0.0),
+        )
+        held = np.where(self.problem.bilateral, np.abs(share[0::2]), open_part)
+        limit = self.mu * np.abs(normal)
+        span = np.abs(tangential) + limit
+        cone = np.maximum(_ratio(np.abs(tangential) - limit, span), 0.0)
+        moving = np.array(self.problem.slip_directions)
+        s = np.where(moving != 0, moving, np.sign(share[1::2]))
+        opposing = _ratio(np.abs(tangential + s * limit), span)
+        opposing = np.where(moving != 0, opposing, np.minimum(opposing, np.abs(share[1::2])))
+        return float(np.max([held, cone, opposing]))
+
+    def check(self, forces: FloatArray, choice: tuple[int, ...] | None = None) -> _Checked | None:
+        """Return the forces with negligible parts removed, or None if they are no solution.
+
+        Parameters
+        ----------
+        forces : ndarray, shape (2 n,)
+            Scaled.
+        choice : tuple of int, optional
+            The local modes they were computed for; without it they are told by the forces.
+        """
+        best: _Checked | None = None
+        for candidate in self._candidates(forces):
+            modes = self._modes(candidate, choice)
+            settled = self._settled(candidate, modes)
+            measured = self.residual(settled)
+            if best is None or measured < best.residual:
+                named = self._named(settled, modes)
+                best = _Checked(settled + 0.0, named, measured)  # no -0.0
+            if measured <= _ROUNDING:
+                break
+        return best if best is not None and best.residual <= RESIDUAL_TOLERANCE else None
+
+    def _candidates(self, forces: FloatArray) -> list[FloatArray]:
+        """Return the forces without what a solve may have left of zeros, and as they are.
+
+        Noise is what is small beside the largest force in comparable units, or whole contacts that
+        matter to no acceleration.
+        """
+        size = np.abs(forces)
+        weighted = np.sqrt(np.diag(self.W)) * size
+        noise = (weighted > 0) & (weighted <= _NOISE * np.max(weighted))
+        share = self._share(size, self.accelerations(forces)[1])
+        idle = np.repeat(np.all(share.reshape(-1, 2) <= RESIDUAL_TOLERANCE, axis=1), 2)
+        tried = [np.where(noise, 0.0, forces)] if np.any(noise) else []
+        tried.append(forces)
+        if np.any(idle & (size > 0)):
+            tried.append(np.where(idle, 0.0, forces))
+        return tried
+
+    def _modes(self, forces: FloatArray, choice: tuple[int, ...] | None) -> list[ContactMode]:
+        """Return the modes of a choice, or those that the forces show."""
+        if choice is not None:
+            return [given[j].mode for given, j in zip(self.modes, choice, strict=True)]
+        modes, a = [], self.accelerations(forces)[0]
+        for i, s in enumerate(self.problem.slip_directions):
+            normal, tangential = forces[2 * i : 2 * i + 2]
+            inside = abs(tangential) < self.mu[i] * abs(normal) * (1 - 1e-9)
+            if normal == 0 and not self.problem.bilateral[i]:
+                modes.append(ContactMode.LIFTOFF)
+            elif s or not inside:
+                modes.append(slip_mode(s or (-tangential if tangential else a[2 * i + 1])))
+            else:
+                modes.append(ContactMode.STICK)
+        return modes
+
+    def _settled(self, forces: FloatArray, modes: Sequence[ContactMode]) -> FloatArray:
+        """Return the forces with F_n >= 0 where a contact can open, and F_t within its cone.
+
+        Friction is on the edge of the cone exactly where the contact slips.
+        """
+        settled = forces.copy()
+        for i, mode in enumerate(modes):
+            normal, tangential = forces[2 * i : 2 * i + 2]
+            if normal <= 0 and not self.problem.bilateral[i]:
+                settled[2 * i : 2 * i + 2] = 0.0
+                continue
+            limit = self.mu[i] * abs(normal)
+            signs = {ContactMode.SLIP_POS: -1.0, ContactMode.SLIP_NEG: 1.0}
+            edge = signs.get(mode)
+            settled[2 * i + 1] = (
+                min(max(tangential, -limit), limit) if edge is None else edge * limit
+            )
+        return settled
+
+    def _named(self, forces: FloatArray, modes: Sequence[ContactMode]) -> tuple[ContactMode, ...]:
+        """Return the modes, borders by the convention of `ContactMode`."""
+        a, terms = self.accelerations(forces)
+        named = []
+        for i, (mode, s) in enumerate(zip(modes, self.problem.slip_directions, strict=True)):
+            rate, size = a[2 * i + 1], terms[2 * i + 1]
+            word = mode
+            if forces[2 * i] == 0 and not self.problem.bilateral[i]:
+                word = ContactMode.LIFTOFF
+            elif not s and mode is not ContactMode.STICK:
+                # Without friction, or where F_n = 0, the acceleration alone tells the direction.
+                word = ContactMode.STICK if abs(rate) <= _ROUNDING * size else slip_mode(rate)
+            named.append(word)
+        return tuple(named)
+
+    def twin(self, point: _Checked, known: Sequence[_Checked]) -> int | None:
+        """Return the position of the same forces among those known, or None."""
+        if not known:
+            return None
+        table = np.array([other.forces for other in known])
+        gap = np.max(np.abs(table - point.forces), axis=1)
+        size = np.maximum(np.max(np.abs(table), axis=1), np.max(np.abs(point.forces)))
+        near = np.flatnonzero(gap <= _NEAR * size)
+        return next((int(k) for k in near if self._same(point.forces, table[k])), None)
+
+    def _same(self, first: FloatArray, second: FloatArray) -> bool:
+        """Tell whether the step between two forces is negligible for every acceleration."""
+        size, step = np.maximum(np.abs(first), np.abs(second)), np.abs(first - second)
+        weight = np.sqrt(np.diag(self.W))
+        # Where forces balance, every term of an acceleration may be rounding: noise is none.
+        step = np.where((weight > 0) & (weight * step <= _NOISE * np.max(weight * size)), 0.0, step)
+        terms = np.abs(self.b) + self._sizes @ size
+        return bool(np.all(self._share(step, terms, size) <= _DISTINCT))
+
+    def _share(
+        self, part: FloatArray, terms: FloatArray, whole: FloatArray | None = None
+    ) -> FloatArray:
+        """Return how much each part of the forces matters to any acceleration, by its terms."""
+        effects = self._sizes * part
+        share: FloatArray = np.max(
+            _ratio(effects, np.broadcast_to(terms[:, None], effects.shape)), 0
+        )
+        # Where nothing moves, forces count by themselves.
+        idle = np.all(self.W == 0, axis=0) & (part > 0)
+        share[idle] = 1.0 if whole is None else part[idle] / whole[idle]
+        return share
+
+    def possible(self, forces: FloatArray) -> list[BoolArray]:
+        """Return for each contact which of its local modes hold these forces, borders included."""
+        a, terms = self.accelerations(forces)
+        share = _ratio(a, terms)
+        rows = [slice(2 * i, 2 * i + 2) for i in range(self.mu.size)]
+        return [
+            np.array([mode.holds(forces[pair], share[pair]) for mode in given])
+            for given, pair in zip(self.modes, rows, strict=True)
+        ]
+
+    def solution(self, point: _Checked, isolated: bool | None) -> ContactSolution:
+        """Return checked forces with their accelerations, in the units of the problem."""
+        forces, problem = self.unit * point.forces, self.problem
+        terms = np.sum(np.abs(problem.W) * np.abs(forces), axis=1) + np.abs(problem.b)
+        accelerations = np.sum(problem.W * forces, axis=1) + problem.b
+        accelerations[np.abs(accelerations) <= _ROUNDING * terms] = 0.0
+        closed = np.array([mode is not ContactMode.LIFTOFF for mode in point.modes])
+        sticking = np.array([mode is ContactMode.STICK for mode in point.modes])
+        normal, tangential = forces[0::2].copy(), forces[1::2].copy()
+        parted = np.where(closed, 0.0, accelerations[0::2])
+        sliding = np.where(sticking, 0.0, accelerations[1::2])
+        for array in (normal, tangential, parted, sliding):
+            array.setflags(write=False)
+        return ContactSolution(
+            point.modes, normal, tangential, parted, sliding, point.residual, isolated
+        )
+
+
+def _ratio(part: FloatArray, whole: FloatArray) -> FloatArray:
+    """Return part / whole, 0 where there is nothing."""
+    ratio: FloatArray = np.divide(part, whole, out=np.zeros(part.shape), where=whole > 0)
+    return ratio
+
+
+def _any_holds(choices: npt.NDArray[np.intp], possible: Sequence[BoolArray]) -> bool:
+    """Tell whether one of the choices holds the forces that are possible in each contact."""
+    flags: BoolArray = np.ones(len(choices), np.bool_)
+    for i, held in enumerate(possible):
+        flags &= held[choices[:, i]]
+    return bool(np.any(flags))

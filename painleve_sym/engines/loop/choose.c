@@ -1,0 +1,93 @@
+/* Parts whose local modes are data: where a transition decides, every combination of their
+ * alternatives is tested, and one of those that satisfy the tests is entered. */
+
+#if PS_NPART
+/* Parts of the terms that an inequality is made of: what counts as zero, and what a derivative must
+ * add to it over a step to count. */
+static const double PS_ZERO_TERMS = 1e-12, PS_ZERO_SLOPE = 1e-10;
+/* Motions whose rates differ by less than this part are one and the same. */
+static const double PS_SAME_MOTION = 1e-8;
+
+static double first_step(ps_run *s, const ps_options *o);
+static int guard_side(double g, double d, double d2, double zero, int departs);
+
+/* Whether the tests of the mode hold in the memory of the run: each is positive, or zero but for
+ * rounding with the first derivative that is not zero positive. 2 where they also hold by the measure
+ * by which guards are armed: none of these then fires at once. */
+static int consistent(ps_run *s, const ps_options *o) {
+  const ps_mode *m = &PS_MODES[s->mode];
+  double v[PS_NTEST], d[PS_NTEST], d2[PS_NTEST], scale[PS_NTEST], h = first_step(s, o);
+  double *res[4] = {v, d, d2, scale};
+  int held = 2;
+  if (!isfinite(h)) return 0;
+  call(s, m->tests, s->x, res);
+  for (int j = 0; j < m->tested; j++) {
+    double first = h * d[j], second = 0.5 * h * h * d2[j], slope = PS_ZERO_SLOPE * scale[j];
+    if (!isfinite(v[j])) return 0;
+    if (fabs(v[j]) > PS_ZERO_TERMS * scale[j] + PS_ZERO_TIME * fabs(first)) {
+      if (v[j] < 0) return 0;
+    } else if (fabs(first) > slope) {
+      if (first < 0) return 0;
+    } else if (second < -slope) {
+      return 0;
+    }
+    if (guard_side(v[j], d[j], d2[j], PS_ZERO_TIME * h, 0) < 0) held = 1;
+  }
+  return held;
+}
+
+static int same_motion(const double *a, const double *b) {
+  double difference = 0, size = 0;
+  for (int i = 0; i < PS_NX; i++) {
+    difference = PS_MAX(difference, fabs(a[i] - b[i]));
+    size = PS_MAX(size, fabs(a[i]));
+  }
+  return difference <= PS_SAME_MOTION * size;
+}
+
+/* Chooses the local modes after a reset to x and z, which is changed. Of several motions the policy
+ * takes the one with most (1) or fewest (-1) open parts, or none (0). Returns how many there are. */
+static int choose(ps_run *s, const ps_options *o, const double *x, double *z) {
+  double condition[PS_NALT], memory[PS_NALT][PS_OWNED_SIZE], x_before[PS_NX], z_before[PS_NZ];
+  double best_rate[PS_NX];
+  double *res[2] = {condition, &memory[0][0]};
+  int offered[PS_NPART][PS_NALT], count[PS_NPART], at[PS_NPART] = {0};
+  int motions = 0, best = -1, first = 0, combinations = 1;
+  memcpy(x_before, s->x, sizeof x_before);
+  memcpy(z_before, s->z, sizeof z_before);
+  memcpy(s->x, x, sizeof x_before);
+  memcpy(s->z, z, sizeof z_before);
+  call(s, PS_ALTERNATIVES, x, res);
+  for (int p = 0; p < PS_NPART; p++) {
+    count[p] = 0;
+    for (int a = first; a < first + PS_OFFERED[p]; a++)
+      if (condition[a] > 0) offered[p][count[p]++] = a;
+    first += PS_OFFERED[p];
+    combinations *= count[p];
+  }
+  for (int k = 0; k < combinations; k++) {
+    int rank = 0;
+    for (int p = 0; p < PS_NPART; p++) {
+      const int a = offered[p][at[p]];
+      rank += PS_IS_OPEN[a];
+      for (int i = PS_OWNED[p]; i < PS_OWNED[p + 1]; i++) s->z[i] = memory[a][i];
+    }
+    rank = PS_POLICY < 0 ? PS_NPART - rank : rank;
+    int held = combinations == 1 ? 1 : consistent(s, o);
+    if (held) {
+      /* Among those that rounding alone cannot tell apart, the one that lasts. */
+      rank = 2 * rank + held - 1;
+      motions += !motions || !same_motion(s->k[0], best_rate);
+      if (rank > best) {
+        best = rank;
+        memcpy(best_rate, s->k[0], sizeof best_rate);
+        memcpy(z, s->z, sizeof z_before);
+      }
+    }
+    for (int p = PS_NPART - 1; p >= 0 && ++at[p] == count[p]; p--) at[p] = 0;
+  }
+  memcpy(s->x, x_before, sizeof x_before);
+  memcpy(s->z, z_before, sizeof z_before);
+  return PS_POLICY == 0 && motions > 1 ? 0 : motions;
+}
+#endif

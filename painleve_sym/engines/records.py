@@ -1,0 +1,116 @@
+"""Rows that engines keep of steps and events: the one place that knows their layout.
+
+The numbers of the head are generated into the C of an engine (PS_STEP_HEAD, PS_EVENT_HEAD).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from painleve_sym.arrays import Array
+
+STEP_HEAD, EVENT_HEAD = 3, 6
+"""Numbers before the memory of a step, and before the state of an event."""
+
+
+@dataclass(frozen=True)
+class StepRecords:
+    """Steps of a run; n of them.
+
+    Attributes
+    ----------
+    time, length : ndarray, shape (n,)
+        s.
+    mode : ndarray of int, shape (n,)
+    memory : ndarray, shape (n, nz)
+    polynomial : ndarray, shape (n, rows, nx)
+        The dense polynomial and
+    bend : ndarray, shape (n,)
+        the bend of time (see `Trajectory`).
+    """
+
+    time: Array
+    length: Array
+    mode: NDArray[np.int64]
+    memory: Array
+    polynomial: Array
+    bend: Array
+
+    @staticmethod
+    def width(nx: int, nz: int, rows: int) -> int:
+        """Return how many numbers a row has."""
+        return STEP_HEAD + nz + rows * nx + 1
+
+    @classmethod
+    def of(cls, rows: Array, nx: int, nz: int) -> StepRecords:
+        """Return what the rows of an engine say, shape (n, width)."""
+        first = STEP_HEAD + nz
+        return cls(
+            time=rows[:, 0],
+            length=rows[:, 1],
+            mode=rows[:, 2].astype(np.int64),
+            memory=rows[:, STEP_HEAD:first],
+            polynomial=rows[:, first:-1].reshape(len(rows), (rows.shape[1] - first - 1) // nx, nx),
+            bend=rows[:, -1],
+        )
+
+    def rows(self) -> Array:
+        """Return the rows that `of` reads, shape (n, width)."""
+        head = [self.time, self.length, self.mode]
+        n, rows, nx = self.polynomial.shape
+        flat = self.polynomial.reshape(n, rows * nx)
+        return np.hstack([np.column_stack(head), self.memory, flat, self.bend[:, None]])
+
+
+@dataclass(frozen=True)
+class EventRecords:
+    """Events of a run; n of them.
+
+    Attributes
+    ----------
+    time : ndarray, shape (n,)
+        s.
+    mode_before, mode_after : ndarray of int, shape (n,)
+    transition : ndarray of int, shape (n,)
+        Index in the mode before; −1 where no transition of that mode made the event.
+    kind, contact : ndarray of int, shape (n,)
+        Indices into the automaton's `kinds` and `contacts`; contact −1 for no single one.
+    state_before, state_after : ndarray, shape (n, nx)
+    memory_before, memory_after : ndarray, shape (n, nz)
+    """
+
+    time: Array
+    mode_before: NDArray[np.int64]
+    transition: NDArray[np.int64]
+    mode_after: NDArray[np.int64]
+    kind: NDArray[np.int64]
+    contact: NDArray[np.int64]
+    state_before: Array
+    memory_before: Array
+    state_after: Array
+    memory_after: Array
+
+    @staticmethod
+    def width(nx: int, nz: int) -> int:
+        """Return how many numbers a row has."""
+        return EVENT_HEAD + 2 * (nx + nz)
+
+    @classmethod
+    def of(cls, rows: Array, nx: int, nz: int) -> EventRecords:
+        """Return what the rows of an engine say, shape (n, width)."""
+        head = rows[:, 1:EVENT_HEAD].astype(np.int64).T
+        cuts = EVENT_HEAD + np.cumsum([0, nx, nz, nx])
+        return cls(rows[:, 0], *head, *np.split(rows, cuts, axis=1)[1:])
+
+    def rows(self) -> Array:
+        """Return the rows that `of` reads, shape (n, width)."""
+        head = (self.time, self.mode_before, self.transition, self.mode_after)
+        columns = np.column_stack([*head, self.kind, self.contact])
+        before, after = (
+            (self.state_before, self.memory_before),
+            (self.state_after, self.memory_after),
+        )
+        return np.hstack([columns, *before, *after])

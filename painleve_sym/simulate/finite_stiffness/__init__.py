@@ -1,1 +1,0 @@
-"""Velocity jumps at finite contact stiffness."""

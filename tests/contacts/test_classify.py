@@ -1,0 +1,149 @@
+"""One classification for every mechanism: one contact, a guide, several, both kinds together."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import painleve_sym as ps
+from painleve_sym.codegen.quantities import Quantities
+from painleve_sym.contacts.classify import contact_problem
+from painleve_sym.contacts.problem import ContactCase
+from painleve_sym.errors import InputError
+from painleve_sym.mechanics.models import model
+from painleve_sym.mechanics.toml.mechanism_file import load_mechanism, mechanism_from_text
+
+LADDER = Path(__file__).parents[2] / "examples" / "mechanisms" / "ladder.toml"
+ONE = {"mechanism", "state", "parameters", "A", "B", "A_stick", "B_stick", "case", "solutions"}
+MANY = {"contacts", "open", "kinds", "slip_velocities", "W", "b", "promise", "case", "solutions"}
+GUIDE = {"bilateral", "slip", "A_push", "A_pull", "B", "A_stick", "B_stick", "excess"}
+
+
+def test_friction_of_any_size_has_its_solution():
+    # One solution for every friction: the rod at rest slips left, F_t = mu F_n.
+    rod = model("rod")
+    for power in range(-12, 0):
+        mu = 10.0**power
+        found = ps.classify(rod, {"theta": 1.0}, {"mu": mu})
+        (solution,) = found.solutions
+        assert found.case is ContactCase.SLIP
+        assert solution.tangential_force == mu * solution.normal_force
+        assert solution.normal_force == -found.B / found.A
+
+
+@pytest.mark.parametrize(
+    ("name", "state", "keys"),
+    [
+        ("rod", {"theta": 1.0}, ONE | {"chatter"}),
+        ("painleve-klein", {"phi": 1.2, "x_dot": 1.0}, (ONE - {"A"}) | GUIDE | MANY),
+        ("block-two-feet", {}, (ONE & {"mechanism", "state", "parameters"}) | MANY),
+        ("ladder", {}, (ONE & {"mechanism", "state", "parameters"}) | MANY),
+    ],
+)
+def test_classify_takes_every_mechanism(name, state, keys):
+    mechanism = load_mechanism(LADDER) if name == "ladder" else model(name)
+    found = ps.classify(mechanism, state or mechanism.start)
+    assert set(found.to_dict()) == keys
+    assert all(s.residual < 1e-12 for s in found.solutions)
+
+
+def test_contact_numbers_are_evaluated_once(monkeypatch):
+    calls, evaluate = [], Quantities.__call__
+
+    def counted(self, values):
+        calls.append(self.names)
+        return evaluate(self, values)
+
+    monkeypatch.setattr(Quantities, "__call__", counted)
+    ps.classify(model("rod"), {"theta": 1.0})
+    assert len([names for names in calls if "W_nn" in names]) == 1
+
+
+def test_numbers_of_all_contacts_are_those_of_each_and_their_coupling():
+    feet, state = model("block-two-feet"), {"x_A": 0.0, "y_A": 0.0, "theta": 0.0}
+    state |= {f"{name}_dot": 0.0 for name in state}
+    values = {p.name: p.default for p in feet.system.parameters}
+    both = contact_problem(feet, state, values)
+    for i, name in enumerate(("A", "B")):
+        alone = contact_problem(feet.only(name), state, values)
+        rows = slice(2 * i, 2 * i + 2)
+        assert np.array_equal(both.W[rows, rows], alone.W)
+        assert np.array_equal(both.b[rows], alone.b)
+    # One body: its four contact rows have rank three.
+    assert np.linalg.matrix_rank(both.W, tol=1e-12) == 3
+
+
+# ---- three contacts, and both kinds together ----
+
+TABLE = """
+name = "table"
+gravity = "g"
+[coordinates]
+x = { unit = "m", meaning = "place of the centre" }
+y = { unit = "m", meaning = "height of the feet below it" }
+theta = { unit = "rad", meaning = "angle" }
+[parameters]
+m = { default = 2.0, unit = "kg", meaning = "mass", positive = true }
+J = { default = 0.5, unit = "kg m^2", meaning = "moment of inertia", positive = true }
+a = { default = 0.5, unit = "m", meaning = "half width", positive = true }
+h = { default = 0.4, unit = "m", meaning = "height of the centre above the feet", positive = true }
+g = { default = 9.8, unit = "m/s^2", meaning = "gravity", lower = 0 }
+mu = { default = 0.3, unit = "1", meaning = "friction coefficient" }
+[[bodies]]
+mass = "m"
+inertia = "J"
+angle = "theta"
+centre = ["x", "y + h"]
+"""
+
+
+def table(places=(-1, 0, 1), held=()):
+    """Return a table on feet at `places` times a of its middle, those at `held` in guides."""
+    feet = (
+        f"""
+[[contacts]]
+name = "foot{i}"
+point = ["x + h*sin(theta) + {p}*a*cos(theta)", "y + h - h*cos(theta) + {p}*a*sin(theta)"]
+friction = "mu"
+{"bilateral = true" if p in held else ""}
+"""
+        for i, p in enumerate(places)
+    )
+    return mechanism_from_text(TABLE + "".join(feet))
+
+
+def test_three_feet_that_slide_carry_the_weight_in_many_ways():
+    found = ps.classify(table(), {"x_dot": 1.0})
+    assert found.case is ContactCase.HYPERSTATIC
+    for s in found.solutions:
+        assert s.normal_forces.sum() == pytest.approx(2 * 9.8)
+        # Moments about the centre: a (F_2 - F_0) = mu h m g.
+        assert 0.5 * (s.normal_forces[2] - s.normal_forces[0]) == pytest.approx(0.3 * 0.4 * 19.6)
+
+
+def test_foot_in_a_guide_pulls_where_a_free_one_lifts_off():
+    free, held = (ps.classify(table((1, 2), guides), {"x_dot": 1.0}) for guides in ((), (2,)))
+    (tips,), (pulls,) = free.solutions, held.solutions
+    assert [m.value for m in tips.modes] == ["slip_pos", "liftoff"]
+    # By hand: N_1 - P = m g and a N_1 - 2 a P = mu h (N_1 + P), P = -N_2.
+    expected = np.linalg.solve([[1.0, -1.0], [0.5 - 0.12, -1.0 - 0.12]], [19.6, 0.0])
+    assert pulls.normal_forces == pytest.approx([expected[0], -expected[1]])
+    assert pulls.tangential_forces == pytest.approx(-0.3 * expected)
+    assert held.to_dict()["kinds"] == ["unilateral", "bilateral"]
+
+
+@pytest.mark.parametrize("mu", [1.2, 1.3])
+def test_guide_jams_where_friction_passes_the_tipping_limit(mu):
+    # By hand: a pulling rear foot asks for a (N_1 - N_0) = mu h (N_1 - N_0), so mu h = a.
+    values = {"mu": mu, "J": 5.0}
+    assert len(ps.classify(table((-1, 1)), {"x_dot": 1.0}, values).solutions) == 1
+    held = ps.classify(table((-1, 1), (-1,)), {"x_dot": 1.0}, values)
+    assert held.case is (ContactCase.INCONSISTENT if mu * 0.4 > 0.5 else ContactCase.UNIQUE)
+
+
+def test_faults_of_all_contacts_are_named_at_once():
+    words = "'foot0' approaches with 0.5 m/s.*'foot1' approaches with 0.5 m/s"
+    with pytest.raises(InputError, match=words):
+        ps.classify(table((-1, 0)), {"y_dot": -0.5})
+    with pytest.raises(InputError, match="bilateral contact 'foot0' holds its point"):
+        ps.classify(table((-1, 0), (-1,)), {"theta": 0.1})
