@@ -172,6 +172,10 @@ class SoftenedSimulator(ContactSimulator):
         compressed[:, index] = -power(forces / k, 1 / n)
         return compressed
 
+    def is_compliant(self, i: int) -> bool:
+        """Whether a contact may start compressed."""
+        return True
+
     def contact_scales(
         self, i: int, values: Mapping[Any, Array], numbers: Mapping[str, Array]
     ) -> tuple[Array, ...]:

@@ -92,6 +92,10 @@ class PluralSimulator(ContactSimulator):
         gap = values[self.contact.rows[i].gap]
         return compliant_scales(numbers, gap, stiffness, exponent)
 
+    def is_compliant(self, i: int) -> bool:
+        """Whether a contact may start compressed."""
+        return isinstance(self.contact.own_laws[i], ContactLaw)
+
     @cached_property
     def _loading(self) -> Quantities:
         laws = self.contact.own_laws

@@ -84,6 +84,10 @@ class ContactSimulator(ABC):
     def choices(self) -> dict[str, str]:
         """Named choices of the contact law."""
 
+    def is_compliant(self, i: int) -> bool:
+        """Whether a contact may start compressed."""
+        return False
+
     @abstractmethod
     def contact_scales(
         self, i: int, values: Mapping[Any, Array], numbers: Mapping[str, Array]

@@ -36,12 +36,15 @@ static double guard_along(ps_run *s, int j, double h, double u) {
  * what a guard makes of the force: the friction that a contact can bear, just after it has closed. */
 static double zero_of_guard(ps_run *s, int j, double h, double u) {
   double a = 0, b = u;
-  int above = s->armed[j], apart = guard_along(s, j, h, u) > 0;
-  for (int i = 1; i <= PS_SAMPLES && apart; i++) {
-    b = (double)i / PS_SAMPLES;
-    if (!(guard_along(s, j, h, b) > 0)) break;
-    above = 1;
-    a = b;
+  int above = s->armed[j];
+  if (!above || guard_along(s, j, h, u) > 0) {
+    for (int i = 1; i <= PS_SAMPLES; i++) {
+      b = (double)i / PS_SAMPLES;
+      int positive = guard_along(s, j, h, b) > 0;
+      if (above && !positive) break;
+      above |= positive;
+      if (positive) a = b;
+    }
   }
   if (a == 1) return -1;
   if (!above) return u;

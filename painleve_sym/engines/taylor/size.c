@@ -183,6 +183,7 @@ static int begin_step(ps_run *s, const ps_options *o) {
 static double good_for(ps_run *s, const ps_options *o, double h) {
   const ps_series *m = &PS_SERIES[s->mode];
   const double moment = PS_MOMENT * fabs(s->t) / s->unit;
+  const int fresh = !s->ready;
   int dead = 0, small = 0, smalls[PS_RAMPS] = {0};
   for (int r = 0; r < m->ramps; r++) {
     const int c = m->ramp[r];
@@ -193,13 +194,17 @@ static double good_for(ps_run *s, const ps_options *o, double h) {
       s->live[r] = 0;
       /* A base that stays zero, of a contact that is open, leaves nothing out. */
       dead |= base != 0 || scale != 0;
-    } else if (!s->ready && s->v[1][c] > 0 && base < PS_SMALL_BASE * scale) {
+    } else if (s->v[1][c] > 0 && base < PS_SMALL_BASE * scale) {
       small = smalls[r] = 1;
     }
   }
   s->ready = 1;
   double alive = NAN;
-  if (small && !dead) {
+  if (dead) {
+    /* Beside one that has vanished a small one goes the same way: two feet that land together. */
+    for (int r = 0; r < m->ramps; r++)
+      if (smalls[r]) s->live[r] = 0;
+  } else if (small && (fresh || h <= 2 * moment)) {
     s->bend = 0;
     fill_series(s);
     /* Next to the branch point the series hardly reaches; leaving the power out may go further. */
@@ -225,7 +230,7 @@ static double good_for(ps_run *s, const ps_options *o, double h) {
     s->left_out = PS_KEPT;
     return alive;
   }
-  s->left_out = isfinite(alive) ? PS_BY_CHOICE : PS_BY_NEED;
+  s->left_out = fresh && isfinite(alive) ? PS_BY_CHOICE : PS_BY_NEED;
   return h;
 }
 

@@ -94,12 +94,12 @@ def _constants(simulator: ContactSimulator, parameters: Array) -> Array:
 def _invalid(simulator: ContactSimulator, states: Array, force: Array | None) -> Any:
     """Return which states the contact law does not admit, shape (n,)."""
     found = np.zeros(len(states), bool)
-    names, mechanism = simulator.outline.states, simulator.mechanism
-    for row in simulator.contact.rows:
+    names = simulator.outline.states
+    for i, row in enumerate(simulator.contact.rows):
         gap, rate = (states[:, names.index(s)] for s in (row.gap, row.gap_rate))
-        if isinstance(simulator, SoftenedSimulator):
+        if simulator.is_compliant(i):
             found |= False if force is None else gap != 0
-        elif len(mechanism.contacts) == 1 and mechanism.contact.bilateral:
+        elif row.contact.bilateral:
             held = (np.abs(gap) <= CONTACT_TOLERANCE) & (np.abs(rate) <= CONTACT_TOLERANCE)
             found |= ~held
         else:
