@@ -183,12 +183,15 @@ def _parts(automaton: HybridAutomaton) -> list[str]:
         return []
     counts = ", ".join(str(len(part.alternatives)) for part in automaton.parts)
     opens = ", ".join(str(int(a.open)) for part in automaton.parts for a in part.alternatives)
+    rest = [automaton.states.index(s) for part in automaton.parts for s in part.rest]
     sizes = [len(part.memory) for part in automaton.parts]
     places = ", ".join(str(sum(sizes[:i])) for i in range(len(sizes) + 1))
     return [
         "#define PS_ALTERNATIVES alternatives",
         f"#define PS_POLICY {automaton.preference}",
         f"#define PS_OWNED_SIZE {sum(sizes)}",
+        f"#define PS_NREST {len(rest)}",
+        f"static const int PS_REST[] = {{{', '.join(map(str, rest)) or '0'}}};",
         f"static const int PS_OFFERED[PS_NPART] = {{{counts}}};",
         f"static const int PS_IS_OPEN[PS_NALT] = {{{opens}}};",
         f"static const int PS_OWNED[PS_NPART + 1] = {{{places}}};",

@@ -16,7 +16,7 @@ from painleve_sym.contacts.automaton import PluralContacts
 from painleve_sym.contacts.interfaces import CONTACT
 from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.contacts.terms import ContactImpacts
-from painleve_sym.engines.protocol import REMAINDER, Answer, Question
+from painleve_sym.engines.protocol import REMAINDER, SHRINKING, Answer, Question
 from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.hybrid.automaton import HybridAutomaton
 from painleve_sym.laws.compliance import ContactLaw
@@ -27,8 +27,8 @@ from painleve_sym.simulate.scales import compliant_scales, rigid_scales
 from painleve_sym.simulate.simulator import ContactSimulator
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 
-WINDOW = 8
-"""Touchdowns whose time taken together must shrink."""
+WINDOWS = (1, 2, 3, 5, 8)
+"""Numbers of touchdowns whose time, taken together, may shrink from each to the next."""
 SETTLED = 1e-9
 """Gap and normal speed, in parts of the state's scale, at which bounces have died out."""
 
@@ -285,18 +285,19 @@ def accumulates(times: list[float]) -> bool:
     """Return whether touchdowns of several contacts shrink towards a limit that is reached.
 
     One contact's bounces are a geometric series; those of several take turns, and only windows of
-    them shrink steadily.
+    them, taken together, shrink steadily.
 
     Parameters
     ----------
     times : list of float
         Of all touchdowns so far; s.
     """
-    if len(times) <= 3 * WINDOW:
-        return False
-    ends = [times[-1 - k * WINDOW] for k in range(4)]
-    last, middle, first = (a - b for a, b in itertools.pairwise(ends))
-    if not first > middle > last >= 0:
-        return False
-    ratio = max(last / middle, middle / first)
-    return last * ratio / (1 - ratio) < REMAINDER * times[-1]
+    for size in WINDOWS:
+        ends = times[-1 : -2 - size * SHRINKING : -size]
+        lengths = [a - b for a, b in itertools.pairwise(ends)]
+        if len(lengths) < SHRINKING or not all(a < b for a, b in itertools.pairwise(lengths)):
+            continue
+        ratio = max(lengths[0] / lengths[1], lengths[1] / lengths[2])
+        if lengths[0] * ratio / (1 - ratio) < REMAINDER * times[-1]:
+            return True
+    return False
