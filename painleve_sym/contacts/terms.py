@@ -141,6 +141,23 @@ class ContactImpacts:
                 after[gap] = 0.0
         return after
 
+    def without_bounces(
+        self, state: Array, values: Mapping[str, float], time: float
+    ) -> Array | None:
+        """Return the state where contacts do not leave that would be back within `time`; s.
+
+        None where there is no such contact.
+        """
+        gaps, rates, _ = self.contact_values(state)
+        leaving = [i for i in self.rigid if gaps[i] <= 0 and rates[i] > 0]
+        if not leaving:
+            return None
+        falls = -self.terms(state, values).b[::2]
+        after, short = state.copy(), [i for i in leaving if 2 * rates[i] < time * falls[i]]
+        for i in short:
+            after[self._index[self.rows[i].gap_rate]] = 0.0
+        return after if short else None
+
     def impact(
         self, state: Array, values: Mapping[str, float], restitution: str, e: float
     ) -> ImpactResult | None:

@@ -259,6 +259,16 @@ class _Resolver:
             )
             return Answer(contact, state, stop=StopReason.JAM)
         self.impulses.append(tuple(map(float, result.impulses)))
+        still = impacts.without_bounces(
+            result.state, self.values, REMAINDER * (question.time or question.spent)
+        )
+        if still is not None:
+            self.impulses.append(())
+            events = (
+                (EventKind.IMPACT, result.state, contact),
+                (EventKind.SETTLE, still, contact),
+            )
+            return Answer(contact, still, (), events)
         return Answer(contact, result.state, (), ((EventKind.IMPACT, result.state, contact),))
 
     def _accumulates(self, question: Question) -> bool:
