@@ -48,6 +48,7 @@ _HOMES = {
     "StopReason": "errors",
     "Trajectory": "simulate.trajectory",
     "classify": "contacts.classify",
+    "closed_forms": "laws.closed_forms",
     "critical_force_gradient": "study.critical.gradient",
     "evaluate_corrected_jump": "simulate.finite_stiffness.corrected_case",
     "evaluate_jump": "contacts.impact.jump",
