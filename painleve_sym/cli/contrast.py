@@ -9,7 +9,7 @@ from typing import Any
 from painleve_sym.cli.case import read_case
 from painleve_sym.cli.options import output_file, read_number
 from painleve_sym.cli.output import number, print_json, quantity, show, show_table
-from painleve_sym.cli.run import PLOT_SUFFIXES, state_units
+from painleve_sym.cli.run import PLOT_SUFFIXES
 from painleve_sym.complementarity.contact import ContactCase
 from painleve_sym.errors import InputError
 from painleve_sym.study.compare import comparison as study
@@ -44,7 +44,7 @@ def contrast(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json(contrast_data(found) | ({} if out is None else {"files": {"out": out}}))
         return 0
-    _show(found, state_units(mechanism))
+    _show(found, mechanism.state_units)
     if out is not None:
         show(f"drawn: {out}")
     return 0

@@ -12,7 +12,6 @@ from typing import Any
 from painleve_sym.cli.case import read_case
 from painleve_sym.cli.options import output_file, read_assignments, read_count, read_number
 from painleve_sym.cli.output import assignments, number, print_json, quantity, show, show_table
-from painleve_sym.cli.run import state_units
 from painleve_sym.errors import InputError
 from painleve_sym.files import write_beside
 from painleve_sym.laws.rigid import RigidLaw
@@ -133,7 +132,7 @@ def _show(
         show()
         units = {p.name: p.unit for p in finder.simulator.mechanism.system.parameters}
         units |= {p.name: p.unit for p in finder.simulator.own_parameters}
-        units |= state_units(finder.simulator.mechanism)
+        units |= finder.simulator.mechanism.state_units
         table = [
             (g.name, number(g.value, 9), number(g.error, 1), f"N per {units[g.name]}")
             for g in gradient.values()
@@ -150,7 +149,7 @@ def _show_case(scenario: Scenario, finder: CriticalForceFinder, drop: dict[str, 
     show(f"{simulator.mechanism.name} with {assignments(values, units)}")
     start = {n: v for n, v in (scenario.state or {}).items() if v != 0 and n not in drop}
     if start:
-        show(f"at {assignments(start, state_units(simulator.mechanism))} (others 0)")
+        show(f"at {assignments(start, simulator.mechanism.state_units)} (others 0)")
 
 
 # ---- the map ----

@@ -28,14 +28,7 @@ from painleve_sym.mechanics.formulas.formula import (
 )
 from painleve_sym.mechanics.impact.impulse_rays import V_N_PLUS
 from painleve_sym.mechanics.mechanism import Mechanism
-
-_IMPULSE_LATEX = {
-    "normal_impulse": "P_n",
-    "tangential_impulse": "P_t",
-    "stored_energy": "E_n",
-    "slip_velocity": "v_t^{+}",
-    "normal_velocity": "v_n^{+}",
-}
+from painleve_sym.quantities import QUANTITIES
 
 
 def derive(arguments: argparse.Namespace) -> int:
@@ -151,7 +144,12 @@ def _latex_phase(phase: ImpulsePhase, names: dict[sp.Symbol, str]) -> Iterator[s
         sign = ">" if strict else r"\ge"
         yield f"\\[ {sp.latex(margin, symbol_names=names)} {sign} 0 \\] % {name}"
     for name, value in phase.values.items():
-        left = _IMPULSE_LATEX.get(name) or f"{by_name[name]}^{{+}}"
+        latex = QUANTITIES[name].latex if name in QUANTITIES else by_name[name]
+        left = (
+            latex
+            if name in ("normal_impulse", "tangential_impulse", "stored_energy")
+            else f"{latex}^{{+}}"
+        )
         yield f"\\[ {left} = {sp.latex(value, symbol_names=names)} \\]"
 
 

@@ -13,7 +13,7 @@ from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.simulate.compliant import SoftenedSimulator
 from painleve_sym.simulate.rigid import RigidSimulator
 from painleve_sym.simulate.simulator import ContactSimulator
-from painleve_sym.study.fitting.data import FitData, read_fit_data, state_units
+from painleve_sym.study.fitting.data import FitData, read_fit_data
 from painleve_sym.study.fitting.problem import FitProblem
 from painleve_sym.study.fitting.result import FitResult
 from painleve_sym.study.scenario import Scenario
@@ -42,7 +42,7 @@ def fit(arguments: argparse.Namespace) -> int:
         level=level,
     )
     found = problem.solve()
-    units = {**state_units(scenario.mechanism()), **data.units}
+    units = {**scenario.mechanism().state_units, **data.units}
     if out is not None:
         from painleve_sym.present.fit_figure import write_fit_figure
 

@@ -17,7 +17,6 @@ from painleve_sym.cli.options import (
     read_numbers,
 )
 from painleve_sym.cli.output import assignments, number, print_json, quantity, show, show_table
-from painleve_sym.cli.run import state_units
 from painleve_sym.errors import InputError
 from painleve_sym.files import write_beside
 from painleve_sym.mechanics.models import Mechanism
@@ -102,7 +101,7 @@ def _show(found: RegionMap, mechanism: Mechanism) -> None:
     show(f"{mechanism.name} with {assignments(found.parameters, units)}")
     held = {name: value for name, value in found.state.items() if value != 0}
     if held:
-        show(f"at {assignments(held, state_units(mechanism))} (others 0)")
+        show(f"at {assignments(held, mechanism.state_units)} (others 0)")
     data: dict[str, Any] = found.summary()
     for axis in data["axes"]:
         ends = f"{number(axis['from'])} to {quantity(axis['to'], axis['unit'])}"

@@ -38,13 +38,6 @@ _CASES = {
 }
 
 
-def state_units(mechanism: Mechanism) -> dict[str, str]:
-    """Return the unit of every coordinate and velocity by name."""
-    coordinates = mechanism.system.coordinates
-    units = {c.name: c.unit for c in coordinates}
-    return units | {f"{c.name}_dot": f"{c.unit}/s" for c in coordinates}
-
-
 def _show_case(
     mechanism: Mechanism, scenario: Scenario, parameters: Mapping[str, float] | None = None
 ) -> None:
@@ -55,7 +48,7 @@ def _show_case(
     show(f"{mechanism.name} with {assignments(parameters or values, units)}")
     start = {k: v for k, v in (scenario.state or {}).items() if v != 0}
     others = "all 0" if not start else "others 0"
-    show(f"at {assignments(start, state_units(mechanism))} ({others})".replace("at  (", "at ("))
+    show(f"at {assignments(start, mechanism.state_units)} ({others})".replace("at  (", "at ("))
 
 
 # ---- classify ----
@@ -140,7 +133,7 @@ def jump(arguments: argparse.Namespace) -> int:
             print_json(found.to_dict())
             return 0
         _show_case(scenario.mechanism(), scenario)
-        show_tangential_impact(found, state_units(scenario.mechanism()))
+        show_tangential_impact(found, scenario.mechanism().state_units)
         return 0
     corrected = scenario.corrected_jump(arguments.configuration)
     if corrected is None and (arguments.initial_force or arguments.configuration != "frozen"):
@@ -157,7 +150,7 @@ def jump(arguments: argparse.Namespace) -> int:
     _show_case(scenario.mechanism(), scenario)
     _show_jump(found, scenario)
     if corrected is not None:
-        show_corrected(corrected, found, state_units(scenario.mechanism()))
+        show_corrected(corrected, found, scenario.mechanism().state_units)
     return 0
 
 
@@ -208,7 +201,7 @@ def _show_jump(found: JumpResult, scenario: Scenario) -> None:
     )
     show()
     show("velocities at the end of each phase")
-    units = state_units(scenario.mechanism())
+    units = scenario.mechanism().state_units
     names = list(found.velocity)
     before = {n: (scenario.state or {}).get(n, 0.0) for n in names}
     rows = [("before", *(number(before[n]) for n in names))]
@@ -313,7 +306,7 @@ def _show_run(trajectory: Trajectory, scenario: Scenario, written: Mapping[str, 
     show(f"law {law.name}{choices}" + (f" with {of_law}" if of_law else ""))
     show()
     _show_events(trajectory.events)
-    _show_end(trajectory, state_units(mechanism))
+    _show_end(trajectory, mechanism.state_units)
     if scenario.samples is not None:
         _show_samples(samples(trajectory, scenario.samples))
     for name, path in written.items():

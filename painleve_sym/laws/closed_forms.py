@@ -12,12 +12,23 @@ from painleve_sym.mechanics.formulas.one_contact import LEFT, RIGHT, motion_sect
 from painleve_sym.mechanics.formulas.several_contacts import joint_sections
 from painleve_sym.mechanics.impact.impulse_rays import Phase, tangential_phase
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.quantities import QUANTITIES
 
 _JAM = (
     "A' = 0: sticking changes neither velocity, whatever its impulse. An impact whose slip stops "
     "before the normal velocity is 0 jams: rigid bodies have no exit from it, a softened "
     "contact has."
 )
+
+
+IMPULSE_VALUES = (
+    "normal_impulse",
+    "tangential_impulse",
+    "stored_energy",
+    "slip_velocity",
+    "normal_velocity",
+)
+"""What a phase of the jump gives besides the velocities of the mechanism after it."""
 
 
 def closed_forms(mechanism: Mechanism) -> tuple[Section, ...]:
@@ -88,20 +99,13 @@ def _jump(mechanism: Mechanism) -> Iterator[Section]:
 
 
 def _impulse(name: str, meaning: str, phase: Phase) -> ImpulsePhase:
-    values = {
-        "normal_impulse": phase.normal_impulse,
-        "tangential_impulse": phase.tangential_impulse,
-        "stored_energy": phase.stored_energy,
-        "slip_velocity": phase.slip_velocity,
-        "normal_velocity": phase.normal_velocity,
-        **{str(symbol): value for symbol, value in phase.velocity.items()},
-    }
+    values = {name: getattr(phase, name) for name in IMPULSE_VALUES}
+    values |= {str(symbol): value for symbol, value in phase.velocity.items()}
     conditions = tuple((c.name, c.margin, c.strict) for c in phase.conditions)
     return ImpulsePhase(name, meaning, {k: sp.sympify(v) for k, v in values.items()}, conditions)
 
 
 def impulse_units(mechanism: Mechanism) -> dict[str, str]:
     """Return the units of what a phase of the jump gives."""
-    velocities = {f"{c.name}_dot": f"{c.unit}/s" for c in mechanism.system.coordinates}
-    impulses = {"normal_impulse": "N s", "tangential_impulse": "N s", "stored_energy": "J"}
-    return {**impulses, "slip_velocity": "m/s", "normal_velocity": "m/s", **velocities}
+    velocities = {c.rate.name: f"{c.unit}/s" for c in mechanism.system.coordinates}
+    return {name: QUANTITIES[name].unit for name in IMPULSE_VALUES} | velocities

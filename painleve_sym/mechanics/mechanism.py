@@ -13,6 +13,7 @@ from painleve_sym.mechanics.coefficients import ContactCoefficients
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.definition import definition_text
 from painleve_sym.mechanics.system import LagrangianSystem
+from painleve_sym.quantities import derivative_latex
 
 
 @dataclass(frozen=True)
@@ -77,6 +78,24 @@ class Mechanism:
         for name in self.start:
             if name not in self.state_names:
                 yield "start: " + unknown_name("state", name, self.state_names)
+
+    @cached_property
+    def state_units(self) -> dict[str, str]:
+        """Unit of every coordinate and velocity by name."""
+        units = {c.name: c.unit for c in self.system.coordinates}
+        return units | {f"{name}_dot": f"{unit}/s" for name, unit in units.items()}
+
+    @cached_property
+    def units(self) -> dict[str, str]:
+        """Unit of every coordinate, velocity and parameter by name."""
+        return self.state_units | {p.name: p.unit for p in self.system.parameters}
+
+    @cached_property
+    def latex_names(self) -> dict[str, str]:
+        """LaTeX of every coordinate, velocity and parameter by name."""
+        names = {c.name: c.latex or sp.latex(c.symbol) for c in self.system.coordinates}
+        names |= {f"{name}_dot": derivative_latex(latex) for name, latex in names.items()}
+        return names | {p.name: sp.latex(p.symbol) for p in self.system.parameters}
 
     @property
     def contact(self) -> Contact:

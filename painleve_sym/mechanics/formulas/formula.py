@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 import sympy as sp
 
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.quantities import QUANTITIES
 
 Value: TypeAlias = sp.Basic | sp.MatrixBase
 """An expression or a matrix of expressions."""
@@ -35,6 +36,12 @@ class Formula:
     meaning: str
     latex: str
     symbols: Mapping[sp.Symbol, str] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, name: str, value: Value) -> Formula:
+        """Return the formula of a registered quantity."""
+        unit, latex, meaning = QUANTITIES[name]
+        return cls(name, value, unit, meaning, latex)
 
 
 @dataclass(frozen=True)
@@ -91,12 +98,8 @@ def python_code(expr: sp.Basic) -> str:
 
 def latex_names(mechanism: Mechanism) -> dict[sp.Symbol, str]:
     r"""Return the LaTeX of coordinates and velocities by symbol, ``\dot{x}_A`` for x_A_dot."""
-    names: dict[sp.Symbol, str] = {}
-    for c in mechanism.system.coordinates:
-        base, _, index = (c.latex or sp.latex(c.symbol)).partition("_")
-        names[c.symbol] = base + (f"_{index}" if index else "")
-        names[c.rate] = rf"\dot{{{base}}}" + (f"_{index}" if index else "")
-    return names
+    system, names = mechanism.system, mechanism.latex_names
+    return {symbol: names[symbol.name] for symbol in (*system.q, *system.q_dot)}
 
 
 def written_forms(value: Value, names: Mapping[sp.Symbol, str]) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import sympy as sp
 
@@ -73,54 +73,36 @@ def _motion(mechanism: Mechanism) -> Section:
 
 def _contact(mechanism: Mechanism) -> Section:
     c, contact = mechanism.coefficients, mechanism.contact
-    normal, slip = "normal acceleration", "slip acceleration"
-    return Section(
-        "contact",
-        (
-            Formula("gap", contact.gap, "m", "gap, positive when apart", "g_N"),
-            Formula("gap_rate", contact.gap_rate, "m/s", "normal velocity v_n", r"\dot{g}_N"),
-            Formula("slip_velocity", contact.slip_velocity, "m/s", "slip velocity v_t", "v_t"),
-            Formula("W_nn", c.W_nn, "1/kg", f"{normal} per normal force", "W_{nn}"),
-            Formula("W_nt", c.W_nt, "1/kg", f"{normal} per tangential force", "W_{nt}"),
-            Formula("W_tt", c.W_tt, "1/kg", f"{slip} per tangential force", "W_{tt}"),
-            Formula("b_n", c.b_n, "m/s^2", f"{normal} without contact forces", "b_n"),
-            Formula("b_t", c.b_t, "m/s^2", f"{slip} without contact forces", "b_t"),
-        ),
-        note="gap_ddot = W_nn F_n + W_nt F_t + b_n,  slip_dot = W_nt F_n + W_tt F_t + b_t",
-    )
+    values = {
+        "gap": contact.gap,
+        "gap_rate": contact.gap_rate,
+        "slip_velocity": contact.slip_velocity,
+        "W_nn": c.W_nn,
+        "W_nt": c.W_nt,
+        "W_tt": c.W_tt,
+        "b_n": c.b_n,
+        "b_t": c.b_t,
+    }
+    note = "gap_ddot = W_nn F_n + W_nt F_t + b_n,  slip_dot = W_nt F_n + W_tt F_t + b_t"
+    return _registered("contact", values, note)
 
 
 def _slip(mechanism: Mechanism) -> Section:
     c = mechanism.coefficients
-    per_force = "normal acceleration per normal force"
-    return Section(
-        "slip",
-        (
-            Formula("A_neg", c.A(-1), "1/kg", f"A, {per_force}, {LEFT}", "A_{-}"),
-            Formula("A_pos", c.A(1), "1/kg", f"A, {per_force}, {RIGHT}", "A_{+}"),
-            Formula("B", c.B, "m/s^2", "B, normal acceleration without normal force", "B"),
-        ),
-        note="gap_ddot = A F_n + B",
+    return _registered(
+        "slip", {"A_neg": c.A(-1), "A_pos": c.A(1), "B": c.B}, "gap_ddot = A F_n + B"
     )
 
 
 def _stick(mechanism: Mechanism) -> Section:
     c = mechanism.coefficients
-    return Section(
-        "sticking",
-        (
-            Formula(
-                "F_t_stick",
-                c.sticking_force,
-                "N",
-                "tangential force that keeps the slip velocity 0 (where |F_t| <= mu F_n)",
-                r"F_t^{\mathrm{stick}}",
-            ),
-            Formula("A_stick", c.A_stick, "1/kg", "A' in sticking", "A'"),
-            Formula("B_stick", c.B_stick, "m/s^2", "B' in sticking", "B'"),
-        ),
-        note="gap_ddot = A' F_n + B'" + (f". {_ANY_FORCE}" if c.rank_one else ""),
-    )
+    values = {"F_t_stick": c.sticking_force, "A_stick": c.A_stick, "B_stick": c.B_stick}
+    note = "gap_ddot = A' F_n + B'" + (f". {_ANY_FORCE}" if c.rank_one else "")
+    return _registered("sticking", values, note)
+
+
+def _registered(title: str, values: Mapping[str, sp.Expr], note: str) -> Section:
+    return Section(title, tuple(Formula.of(n, v) for n, v in values.items()), note=note)
 
 
 def _bilateral(mechanism: Mechanism) -> Iterator[Section]:

@@ -14,22 +14,23 @@ import numpy as np
 from painleve_sym.arrays import Array
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.quantities import QUANTITIES
 
 MAX_FILE = 50_000_000
 """Bytes of a data file: one that never ends must not be read for ever."""
-OUTPUT_UNITS = {
-    "normal_force": "N",
-    "tangential_force": "N",
-    "compression": "m",
-    "gap": "m",
-    "gap_rate": "m/s",
-    "slip_velocity": "m/s",
-    "kinetic_energy": "J",
-    "potential_energy": "J",
-    "stored_energy": "J",
-    "friction_dissipation": "J",
-    "contact_dissipation": "J",
-}
+MEASURABLE = (
+    "normal_force",
+    "tangential_force",
+    "compression",
+    "gap",
+    "gap_rate",
+    "slip_velocity",
+    "kinetic_energy",
+    "potential_energy",
+    "stored_energy",
+    "friction_dissipation",
+    "contact_dissipation",
+)
 """What a column may hold besides coordinates and velocities."""
 _HEADER = re.compile(r"^(?:(start|end)\s+)?(\w+)\s*\[([^\]]*)\]$")
 _EXAMPLE = "such as 't [s], y_A_dot [m/s], normal_force [N]'"
@@ -65,13 +66,7 @@ class FitData:
     @property
     def units(self) -> dict[str, str]:
         """Unit of outputs among the measured quantities."""
-        return {n: OUTPUT_UNITS[n] for n in self.measured if n in OUTPUT_UNITS}
-
-
-def state_units(mechanism: Mechanism) -> dict[str, str]:
-    """Return the unit of every coordinate and velocity."""
-    units = {c.name: c.unit for c in mechanism.system.coordinates}
-    return units | {f"{n}_dot": f"{u}/s" for n, u in units.items()}
+        return {n: QUANTITIES[n].unit for n in self.measured if n in MEASURABLE}
 
 
 def read_fit_data(path: str | Path, mechanism: Mechanism) -> FitData:
@@ -92,7 +87,8 @@ def read_fit_data(path: str | Path, mechanism: Mechanism) -> FitData:
     if not rows:
         raise InputError(f"{where}: got no rows. Fix: give a header, {_EXAMPLE}, and data below.")
     (_, header), body = rows[0], rows[1:]
-    known = {**state_units(mechanism), **OUTPUT_UNITS, "t": "s"}
+    outputs = {name: QUANTITIES[name].unit for name in MEASURABLE}
+    known = {**mechanism.state_units, **outputs, "t": "s"}
     columns = [_column(where, text, known) for text in header]
     for name in columns:
         if columns.count(name) > 1:

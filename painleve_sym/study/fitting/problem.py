@@ -326,8 +326,7 @@ class FitProblem:
     def _unit(self, name: str) -> str:
         if name in self._declared:
             return self._declared[name].unit
-        units = {c.name: c.unit for c in self.simulator.mechanism.system.coordinates}
-        return units.get(name) or f"{units[name.removesuffix('_dot')]}/s"
+        return self.simulator.mechanism.state_units[name]
 
     def _refuse_blind(self, jacobian: Array, lengths: Array) -> None:
         """Raise InputError where the data say nothing of a combination of the unknowns."""

@@ -23,9 +23,10 @@ from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
+from painleve_sym.quantities import unit_of
 from painleve_sym.simulate.batch.memory import check_memory, row_bytes
 from painleve_sym.simulate.batch.reason_codes import ROW_REASONS
-from painleve_sym.simulate.batch.result import ManyResult, event_dims, unit_of
+from painleve_sym.simulate.batch.result import ManyResult, event_dims
 from painleve_sym.simulate.batch.run import simulate_many
 from painleve_sym.simulate.compliant import SoftenedSimulator
 from painleve_sym.simulate.rigid import rigid_simulator
@@ -329,7 +330,7 @@ class Sweep:
         if name == "initial_force":
             return "N"
         own = {p.name: p.unit for p in self.simulator.own_parameters}
-        return own.get(name) or unit_of(self.mechanism, name)
+        return unit_of(name, self.mechanism.units | own)
 
 
 _WATCHED = {"max_": "maxima", "min_": "minima", "integral_": "integrals"}
