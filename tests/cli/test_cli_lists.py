@@ -81,9 +81,9 @@ def forms(request):
     """Every format once: the closed forms take seconds to find."""
     from painleve_sym.cli import derive
 
-    found = derive.sections(model("rod"))
+    found = derive.closed_forms(model("rod"))
     patch = pytest.MonkeyPatch()
-    patch.setattr(derive, "sections", lambda _: found)
+    patch.setattr(derive, "closed_forms", lambda _: found)
     request.addfinalizer(patch.undo)
 
 

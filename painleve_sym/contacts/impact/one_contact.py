@@ -18,6 +18,7 @@ from painleve_sym.contacts.impact.path import (
     PoissonEnd,
 )
 from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.files import plain_fields
 from painleve_sym.mechanics.impact.classes import ImpactClass
 
 
@@ -116,28 +117,9 @@ class Impact:
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data with the documented keys."""
-        return {
-            "case": self.case.value,
-            "end": self.end.value,
-            "restitution": self.restitution,
-            "velocity_before": list(self.velocity_before),
-            "velocity": list(self.velocity),
-            "normal_impulse": self.normal_impulse,
-            "tangential_impulse": self.tangential_impulse,
-            "energy_change": self.energy_change,
-            "phases": [
-                {
-                    "name": p.name,
-                    "mode": p.mode.value,
-                    "normal_impulse": p.normal_impulse,
-                    "tangential_impulse": p.tangential_impulse,
-                    "velocity": list(p.velocity),
-                    "normal_work": p.normal_work,
-                    "tangential_work": p.tangential_work,
-                }
-                for p in self.phases
-            ],
-        }
+        start = ("case", "end", "restitution", "velocity_before", "velocity")
+        sums = ("normal_impulse", "tangential_impulse", "energy_change")
+        return plain_fields(self, *start, *sums, "phases")
 
 
 def solve_impact(
