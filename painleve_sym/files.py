@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import os
 import tempfile
+import tomllib
 from collections.abc import Mapping
 from enum import Enum
 from pathlib import Path
@@ -29,6 +30,48 @@ def write_beside(path: Path, write: Any) -> None:
     except BaseException:
         Path(name).unlink(missing_ok=True)
         raise
+
+
+def read_text(path: str | Path, where: str, most: int, kind: str = "TOML file") -> str:
+    """Return the UTF-8 text of a file that may be of any size or kind.
+
+    Parameters
+    ----------
+    path : path
+    where : str
+        What messages call the file.
+    most : int
+        Bytes: a special file may never end.
+    kind : str
+        What the file should be, for messages.
+
+    Raises
+    ------
+    InputError
+        Not readable, too long, not UTF-8.
+    """
+    try:
+        with open(path, "rb") as file:
+            content = file.read(most + 1)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise InputError(f"{where}: {reason}. Fix: name a readable {kind}.") from error
+    if len(content) > most:
+        raise InputError(f"{where}: got more than {most} bytes. Fix: name a {kind}.")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content[: error.start].count(b"\n") + 1
+        raise InputError(f"{where}, line {line}: not UTF-8 text. Fix: save it as UTF-8.") from error
+
+
+def parse_toml(text: str, where: str) -> dict[str, Any]:
+    """Return the entries of TOML text; InputError where it is not TOML."""
+    try:
+        return tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        reason = str(error) or "nested too deeply"
+        raise InputError(f"{where}: not valid TOML: {reason}. Fix: correct that place.") from error
 
 
 def to_plain(value: Any) -> Any:

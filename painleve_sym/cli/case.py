@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import argparse
 import os
-import tomllib
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 from painleve_sym.cli.options import read_assignments, read_count, read_number, read_numbers
 from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.files import parse_toml, read_text
 from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.laws.rigid import RigidLaw, contact_law
 from painleve_sym.mechanics.models import MODELS, Mechanism, model
-from painleve_sym.study.scenario import Scenario
+from painleve_sym.study.scenario import MAX_FILE, Scenario
 
 _NUMBERS = ("t_end", "initial_force", "rtol", "restitution")
 _COUNTS = ("max_steps", "max_events", "samples")
@@ -57,9 +56,8 @@ def chosen_mechanism(name: str, contact: str | None) -> Mechanism:
 def _describes_mechanism(path: str) -> bool:
     """Whether a TOML file holds a mechanism rather than a scenario; a broken one does not."""
     try:
-        with Path(path).open("rb") as file:
-            return "coordinates" in tomllib.load(file)
-    except (OSError, ValueError, RecursionError):
+        return "coordinates" in parse_toml(read_text(path, path, MAX_FILE), path)
+    except InputError:
         return False
 
 

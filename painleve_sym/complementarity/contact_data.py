@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, fields
 
 import numpy as np
 import numpy.typing as npt
 
+from painleve_sym.checks import checked_number
 from painleve_sym.complementarity.faces import FloatArray
 from painleve_sym.errors import InputError
 
@@ -35,16 +35,10 @@ class ContactData:
         """Check every entry and keep them as plain floats."""
         faults: list[str] = []
         for field in fields(self):
-            value = getattr(self, field.name)
-            try:
-                object.__setattr__(self, field.name, float(value))
-            except (TypeError, ValueError):
-                value = math.nan
-            if not math.isfinite(value):
-                faults.append(
-                    f"{field.name}: got {getattr(self, field.name)!r}, need a finite number. "
-                    "Fix: check the state it was evaluated at."
-                )
+            value, fault = checked_number(getattr(self, field.name), field.name)
+            object.__setattr__(self, field.name, value)
+            if fault:
+                faults.append(f"{fault} Fix: check the state it was evaluated at.")
         faults = faults or self._physical_faults()
         if faults:
             where = type(self).__name__

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from painleve_sym.checks import checked_number
 from painleve_sym.complementarity.contact import ContactMode
 from painleve_sym.contacts.impact.path import (
     COINCIDENT,
@@ -241,11 +242,7 @@ def _checked(
         ) from error
     found = {"W_tt": W_tt, "W_tn": W_tn, "W_nt": W_nt, "W_nn": W_nn, "mu": mu, "e": e}
     found |= {"v_t": v_t, "v_n": v_n}
-    faults = [
-        f"{name}: got {value!r}, need a finite number."
-        for name, value in found.items()
-        if not math.isfinite(value)
-    ]
+    faults = [fault for n, v in found.items() if (fault := checked_number(v, n)[1])]
     faults = faults or _mobility_faults(W_tt, W_tn, W_nt, W_nn)
     if mu < 0:
         faults.append(f"mu: got {mu!r}, need mu >= 0.")

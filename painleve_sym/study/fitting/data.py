@@ -13,6 +13,7 @@ import numpy as np
 
 from painleve_sym.arrays import Array
 from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.files import read_text
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.quantities import QUANTITIES
 
@@ -99,15 +100,8 @@ def read_fit_data(path: str | Path, mechanism: Mechanism) -> FitData:
 
 
 def _rows(where: str, path: Path) -> list[tuple[int, list[str]]]:
+    lines = read_text(path, where, MAX_FILE, "CSV file").splitlines()
     try:
-        with path.open("rb") as file:
-            content = file.read(MAX_FILE + 1)
-    except OSError as error:
-        raise InputError(f"{where}: {error.strerror}. Fix: name a readable CSV file.") from error
-    if len(content) > MAX_FILE:
-        raise InputError(f"{where}: got more than {MAX_FILE} bytes.")
-    try:
-        lines = content.decode("utf-8-sig").splitlines()
         kept = [
             (i, line) for i, line in enumerate(lines, 1) if line.strip() and line.strip()[0] != "#"
         ]
