@@ -52,7 +52,7 @@ _HOMES = {
     "critical_force_gradient": "study.critical.gradient",
     "evaluate_corrected_jump": "simulate.finite_stiffness.corrected_case",
     "evaluate_jump": "contacts.impact.jump",
-    "law": "laws.compliance",
+    "law": "laws.catalogue",
     "load_mechanism": "mechanics.toml.mechanism_file",
     "model": "mechanics.models",
     "read_fit_data": "study.fitting.data",

@@ -6,7 +6,7 @@ import pytest
 
 from painleve_sym.contacts.compliant import SoftenedContact
 from painleve_sym.contacts.two_contacts import TwoContacts
-from painleve_sym.laws.compliance import law
+from painleve_sym.laws.catalogue import law
 from painleve_sym.quantities import (
     QUANTITIES,
     axis_label,

@@ -14,9 +14,10 @@ from painleve_sym.contacts.compliant import SoftenedContact
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import plain_fields, to_plain
 from painleve_sym.hybrid.automaton import HybridAutomaton, Transition
+from painleve_sym.laws.catalogue import CHOICES, LAWS, law
 from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.laws.restitution import RESTITUTIONS, RestitutionLaw
-from painleve_sym.laws.rigid import CHOICES, CONTACT_LAWS, RigidLaw, contact_law
+from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.models import MODELS, Mechanism, model
 from painleve_sym.mechanics.system import Parameter
 from painleve_sym.simulate.rigid import rigid_simulator
@@ -111,7 +112,7 @@ def _range(parameter: Parameter) -> str:
 
 def laws(arguments: argparse.Namespace) -> int:
     """List the contact laws and the restitution rules."""
-    found = [contact_law(name) for name in CONTACT_LAWS]
+    found = [law(name) for name in LAWS]
     rules = [make() for make in RESTITUTIONS.values()]
     if arguments.json:
         data = [law_data(one) for one in found]

@@ -30,9 +30,10 @@ from painleve_sym.engines.factory import ENGINES
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import parse_toml, read_text
+from painleve_sym.laws.catalogue import law
 from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.laws.restitution import RestitutionLaw, restitution_law
-from painleve_sym.laws.rigid import RigidLaw, contact_law
+from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.models import Mechanism, model
 from painleve_sym.mechanics.system import Parameter
 from painleve_sym.simulate.compliant import DEFAULT_RTOL, SoftenedSimulator
@@ -173,7 +174,7 @@ class Scenario:
                 "Fix: give --law, such as bilinear-hertz, or [law] in a file; `painleve laws` "
                 "lists them."
             )
-        return contact_law(self.law, **self.law_choices)
+        return law(self.law, **self.law_choices)
 
     def start(self) -> Mapping[str, float]:
         """Return the state as given; InputError where none is."""
@@ -375,7 +376,7 @@ def _read_law(where: str, key: str, value: Any) -> dict[str, Any]:
         return {key: value}
     if not isinstance(value, Mapping) or not isinstance(value.get("name"), str):
         raise _wrong(where, key, value, 'a table [law] with name = "..."')
-    made = contact_law(value["name"])
+    made = law(value["name"])
     fields: dict[str, Any] = {"law": value["name"], "law_parameters": {}, "law_choices": {}}
     for name, entry in value.items():
         if name == "parameters":

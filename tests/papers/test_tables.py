@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from painleve_sym.contacts.classify import classify
-from painleve_sym.laws.compliance import law
+from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import rod
 from painleve_sym.papers.impact_resolution.claims import INITIAL_FORCES, TABLES
 from painleve_sym.papers.registry import reproduce

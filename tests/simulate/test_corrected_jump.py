@@ -8,7 +8,7 @@ import pytest
 from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.errors import InputError
 from painleve_sym.laws import finite_stiffness as forms
-from painleve_sym.laws.compliance import law
+from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
 from painleve_sym.simulate.compliant import SoftenedSimulator
 from painleve_sym.simulate.finite_stiffness.corrected_case import evaluate_corrected_jump

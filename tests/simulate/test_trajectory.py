@@ -10,7 +10,7 @@ from scipy.integrate import cumulative_simpson
 
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.files import write_beside
-from painleve_sym.laws.compliance import law
+from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import rod
 from painleve_sym.simulate.compliant import SoftenedSimulator, simulate_softened
 from painleve_sym.simulate.trajectory import Trajectory

@@ -9,14 +9,8 @@ from typing import Any
 
 import sympy as sp
 
-from painleve_sym.laws.compliance import (
-    DELTA,
-    DELTA_MAX,
-    K_E,
-    ContactLaw,
-    law,
-    without_ramps,
-)
+from painleve_sym.laws.catalogue import compliant_law
+from painleve_sym.laws.compliance import DELTA, DELTA_MAX, K_E, ContactLaw, without_ramps
 from painleve_sym.laws.restitution import E_C, ThreePhaseJump, three_phase_jump
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.impact.impulse_rays import V_N, V_N_PLUS, V_T, raw
@@ -160,7 +154,7 @@ class Derived:
     @cached_property
     def law(self) -> ContactLaw:
         """Return the paper's law."""
-        return law("bilinear-hertz")
+        return compliant_law("bilinear-hertz")
 
     def of_law(self, expr: sp.Expr) -> sp.Expr:
         """Return an expression of the law in the letters of the paper."""
