@@ -1,36 +1,41 @@
-"""Run every derivation: assert it, write its page and its Python form."""
+"""Run every derivation, or those named: assert it, write its page and its Python form."""
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterable
+from importlib import import_module
 from pathlib import Path
 
-from derivations import (
-    compliance_energies,
-    contact_coefficients,
-    corrected_jump,
-    critical_force,
-    equations_of_motion,
-    paradox_conditions,
-    reverse_chatter,
-    singular_point,
-    sticking,
-    three_phase_jump,
-)
-from derivations._page import ROOT, Derivation, run
+from derivations._page import ROOT, Derivation
+from painleve_sym.errors import unknown_name
 
-DERIVATIONS: tuple[Callable[[], Derivation], ...] = (
-    equations_of_motion.derive,
-    contact_coefficients.derive,
-    sticking.derive,
-    paradox_conditions.derive,
-    singular_point.derive,
-    compliance_energies.derive,
-    three_phase_jump.derive,
-    critical_force.derive,
-    reverse_chatter.derive,
-    corrected_jump.derive,
+NAMES = (
+    "equations_of_motion",
+    "contact_coefficients",
+    "sticking",
+    "paradox_conditions",
+    "singular_point",
+    "compliance_energies",
+    "three_phase_jump",
+    "critical_force",
+    "reverse_chatter",
+    "corrected_jump",
 )
+"""In the order in which they build on each other."""
+DERIVATIONS: tuple[Callable[[], Derivation], ...] = tuple(
+    import_module(f"derivations.{name}").derive for name in NAMES
+)
+
+
+def run(derive: Callable[[], Derivation]) -> Derivation:
+    """Write one derivation and print its verdicts."""
+    derivation = derive()
+    page, module = derivation.write()
+    print(f"{derivation.title}: {page.relative_to(ROOT)}, {module.relative_to(ROOT)}")
+    for number, verdict in derivation.verdicts:
+        print(f"  {number:>15}  {verdict}")
+    return derivation
 
 
 def write_index(derivations: Iterable[Derivation], root: Path = ROOT) -> Path:
@@ -46,8 +51,8 @@ def write_index(derivations: Iterable[Derivation], root: Path = ROOT) -> Path:
             "",
             "# Derivations",
             "",
-            "What the paper prints, derived again. The same formulas as Python functions lie in",
-            "`derivations/generated`.",
+            "Each formula of the paper, derived again and compared with the print. The same",
+            "formulas as Python functions lie in `derivations/generated`.",
             "",
             "| page | paper | verdict |",
             "|---|---|---|",
@@ -61,10 +66,15 @@ def write_index(derivations: Iterable[Derivation], root: Path = ROOT) -> Path:
     return path
 
 
-def main() -> None:
-    """Run them in the order in which they build on each other."""
-    write_index([run(derive) for derive in DERIVATIONS])
+def main(names: list[str]) -> None:
+    """Run the named derivations; all of them, and the index, when none is named."""
+    for name in names:
+        if name not in NAMES:
+            raise SystemExit(unknown_name("derivation", name, NAMES))
+        run(DERIVATIONS[NAMES.index(name)])
+    if not names:
+        write_index([run(derive) for derive in DERIVATIONS])
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

@@ -4,22 +4,23 @@ from __future__ import annotations
 
 import re
 import textwrap
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import sympy as sp
 
 from painleve_sym.mechanics.models import Mechanism
+from painleve_sym.papers.formula import identical
+from painleve_sym.papers.impact_resolution.claims import CLAIMS
 from painleve_sym.quantities import derivative_latex
 
 ROOT = Path(__file__).resolve().parent.parent
 EQUAL = "equal"
 NOT_COMPARED = "not printed"
 REFERENCE = (
-    "Numbers in brackets are equations of Zhao, Liu & Chen, *Impact model resolution on "
-    "Painlevé's paradox*; SI units, radians. Every comparison below is asserted when this page is "
-    "made."
+    f"Numbers in brackets are equations of {CLAIMS.source.citation(f'*{CLAIMS.source.title}*')}; "
+    "SI units, radians. Every comparison below is asserted when this page is made."
 )
 
 
@@ -35,47 +36,57 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Step:
-    """One step: a text, what follows, and what the paper prints.
+    """One step: a text, its result, and the formula of the paper it is compared with.
 
     Attributes
     ----------
     text : str
         Why it follows; Markdown.
     derived : sympy.Eq
-        Left side is what is derived. A single symbol there becomes a generated function.
-    number : str
-        Where the paper prints it, such as ``(14)``.
+        The result, on the left side as a symbol. A symbol there becomes a generated function.
+    formula : str
+        Name of the formula in the claims of the paper; empty where the paper prints none.
+    where : mapping of str to sympy.Expr
+        Letters of that formula that are not symbols of the page.
     printed : sympy.Expr or None
-        Right side as the paper prints it.
+        Its right side; by default as the claims have it.
     package : sympy.Expr or None
         Right side as the package gives it.
-    misprint : str
-        What is wrong in the paper, where `printed` differs.
     function : str
         Name of the generated function, by default that of the left side.
     """
 
     text: str
     derived: sp.Eq
-    number: str = ""
+    formula: str = ""
+    where: Mapping[str, sp.Expr] = field(default_factory=dict)
     printed: sp.Expr | None = None
     package: sp.Expr | None = None
-    misprint: str = ""
     function: str = ""
+
+    @property
+    def number(self) -> str:
+        """Place of the formula in the paper, such as ``(14), P_n1``."""
+        return CLAIMS.formulas[self.formula].number if self.formula else ""
+
+    @property
+    def misprint(self) -> str:
+        """The fault of the printed formula; empty where it has none."""
+        return CLAIMS.formulas[self.formula].misprint if self.formula else ""
 
     @property
     def verdict(self) -> str:
         """``equal``, ``misprint: ...`` or ``not printed``."""
-        if self.printed is None and not self.misprint:
+        if not self.formula:
             return NOT_COMPARED
         return f"misprint: {self.misprint}" if self.misprint else EQUAL
 
     def check(self) -> None:
         """Assert that derivation, package and paper agree, or that the misprint is one."""
         if self.package is not None:
-            assert agree(self.derived.rhs, self.package), f"package differs: {self.derived}"
+            assert identical(self.derived.rhs, self.package), f"package differs: {self.derived}"
         if self.printed is not None:
-            same = agree(self.derived.rhs, self.printed)
+            same = identical(self.derived.rhs, self.printed)
             expected = not self.misprint
             assert same == expected, f"paper {self.number} {self.verdict}, but got: {self.derived}"
 
@@ -89,6 +100,17 @@ class Derivation:
     opening: str
     quantities: tuple[Quantity, ...]
     steps: tuple[Step, ...]
+
+    def __post_init__(self) -> None:
+        names = {str(q.symbol): q.symbol for q in self.quantities}
+        names["e_s"] = names.get("e_energetic")
+        steps = [
+            replace(step, printed=CLAIMS.expression(step.formula, {**names, **step.where}))
+            if step.formula and step.printed is None and CLAIMS.formulas[step.formula].expression
+            else step
+            for step in self.steps
+        ]
+        object.__setattr__(self, "steps", tuple(steps))
 
     def check(self) -> None:
         """Assert every comparison, and that every symbol is explained."""
@@ -150,38 +172,12 @@ class Derivation:
         return page, module
 
 
-def run(derive: Callable[[], Derivation]) -> Derivation:
-    """Write one derivation and tell what came out."""
-    derivation = derive()
-    page, module = derivation.write()
-    print(f"{derivation.title}: {page.relative_to(ROOT)}, {module.relative_to(ROOT)}")
-    for number, verdict in derivation.verdicts:
-        print(f"  {number:>15}  {verdict}")
-    return derivation
-
-
-def agree(left: sp.Expr, right: sp.Expr) -> bool:
-    """Return whether two expressions are equal for all values of their symbols.
-
-    Sines and cosines become rational functions of the half angle's tangent, where equality of
-    rational expressions is decided exactly; SymPy simplifies the rest.
-    """
-    difference = sp.expand_trig(left - right)
-    swap: dict[sp.Expr, sp.Expr] = {}
-    for angle in {a.args[0] for a in difference.atoms(sp.sin, sp.cos, sp.tan)}:
-        u = sp.Dummy("u", real=True)
-        swap[sp.sin(angle)] = 2 * u / (1 + u**2)
-        swap[sp.cos(angle)] = (1 - u**2) / (1 + u**2)
-        swap[sp.tan(angle)] = 2 * u / (1 - u**2)
-    return bool(sp.simplify(difference.subs(swap)) == 0)
-
-
 def mechanism_quantities(mechanism: Mechanism) -> tuple[Quantity, ...]:
     """Return coordinates, velocities, accelerations and parameters of a mechanism."""
-    found = []
+    rows = []
     for c in mechanism.system.coordinates:
         name = c.latex or sp.latex(c.symbol)
-        found += [
+        rows += [
             Quantity(c.symbol, name, c.unit, c.meaning),
             Quantity(c.rate, derivative_latex(name), f"{c.unit}/s", f"velocity of ${name}$"),
             Quantity(
@@ -192,13 +188,13 @@ def mechanism_quantities(mechanism: Mechanism) -> tuple[Quantity, ...]:
             ),
         ]
     for p in mechanism.system.parameters:
-        found.append(Quantity(p.symbol, sp.latex(p.symbol), p.unit.replace("^2", "²"), p.meaning))
-    return tuple(found)
+        rows.append(Quantity(p.symbol, sp.latex(p.symbol), p.unit.replace("^2", "²"), p.meaning))
+    return tuple(rows)
 
 
 def _symbols(step: Step) -> set[sp.Symbol]:
-    found: set[sp.Symbol] = set(step.derived.free_symbols)
-    return found | (step.printed.free_symbols if step.printed is not None else set())
+    symbols: set[sp.Symbol] = set(step.derived.free_symbols)
+    return symbols | (step.printed.free_symbols if step.printed is not None else set())
 
 
 def _latex(expr: sp.Basic, names: dict[sp.Symbol, str]) -> str:

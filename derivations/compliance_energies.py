@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from derivations._page import Derivation, Quantity, Step, run
+from derivations._page import Derivation, Quantity, Step
 from painleve_sym.laws.compliance import (
     DELTA,
     DELTA_MAX,
@@ -23,31 +23,29 @@ F_LOADING, F_UNLOADING = sp.symbols("F_n_loading F_n_unloading", real=True)
 W_C, W_R, E_N0, F_N0 = sp.symbols("W_c W_r E_n0 F_n0", real=True)
 
 
-def own_quantities() -> tuple[Quantity, ...]:
-    """Return the symbols of this page with their meaning."""
-    return (
-        Quantity(R_1, "R_1", "m", "radius of the first body"),
-        Quantity(R_2, "R_2", "m", "radius of the second body"),
-        Quantity(R, "R", "m", "radius of the contact end"),
-        Quantity(KAPPA, "1/R^*", "1/m", "relative curvature"),
-        Quantity(E, "E", "Pa", "elastic modulus of both bodies"),
-        Quantity(nu, r"\nu", "1", "Poisson's ratio of both bodies"),
-        Quantity(E_STAR, "E^*", "Pa", "contact modulus"),
-        Quantity(K_E, "K_e", "N/m^n", "stiffness"),
-        Quantity(n, "n", "1", "exponent of the compression law"),
-        Quantity(E_s, "e_s", "1", "energetic coefficient of restitution"),
-        Quantity(delta, r"\delta", "m", "compression"),
-        Quantity(delta_max, r"\delta_\mathrm{max}", "m", "largest compression"),
-        Quantity(delta_p, r"\delta_p", "m", "permanent compression"),
-        Quantity(delta_0, r"\delta_0", "m", "initial compression"),
-        Quantity(F_LOADING, r"F_n", "N", "normal force while compressing"),
-        Quantity(F_UNLOADING, r"F_n", "N", "normal force in restitution"),
-        Quantity(F_MAX, r"F_{n\,\mathrm{max}}", "N", "largest normal force"),
-        Quantity(F_N0, "F_{n0}", "N", "initial normal force"),
-        Quantity(W_C, "W_c", "J", "work of the normal force during compression"),
-        Quantity(W_R, "W_r", "J", "work of the normal force during restitution"),
-        Quantity(E_N0, "E_{n0}", "J", "initial surface energy"),
-    )
+QUANTITIES = (
+    Quantity(R_1, "R_1", "m", "radius of the first body"),
+    Quantity(R_2, "R_2", "m", "radius of the second body"),
+    Quantity(R, "R", "m", "radius of the contact end"),
+    Quantity(KAPPA, "1/R^*", "1/m", "relative curvature"),
+    Quantity(E, "E", "Pa", "elastic modulus of both bodies"),
+    Quantity(nu, r"\nu", "1", "Poisson's ratio of both bodies"),
+    Quantity(E_STAR, "E^*", "Pa", "contact modulus"),
+    Quantity(K_E, "K_e", "N/m^n", "stiffness"),
+    Quantity(n, "n", "1", "exponent of the compression law"),
+    Quantity(E_s, "e_s", "1", "energetic coefficient of restitution"),
+    Quantity(delta, r"\delta", "m", "compression"),
+    Quantity(delta_max, r"\delta_\mathrm{max}", "m", "largest compression"),
+    Quantity(delta_p, r"\delta_p", "m", "permanent compression"),
+    Quantity(delta_0, r"\delta_0", "m", "initial compression"),
+    Quantity(F_LOADING, r"F_n", "N", "normal force while compressing"),
+    Quantity(F_UNLOADING, r"F_n", "N", "normal force in restitution"),
+    Quantity(F_MAX, r"F_{n\,\mathrm{max}}", "N", "largest normal force"),
+    Quantity(F_N0, "F_{n0}", "N", "initial normal force"),
+    Quantity(W_C, "W_c", "J", "work of the normal force during compression"),
+    Quantity(W_R, "W_r", "J", "work of the normal force during restitution"),
+    Quantity(E_N0, "E_{n0}", "J", "initial surface energy"),
+)
 
 
 def packaged(expr: sp.Expr, law: ContactLaw) -> sp.Expr:
@@ -70,32 +68,25 @@ def stiffness_steps(law: ContactLaw) -> list[Step]:
             "Hertz needs the relative curvature: near the contact two spheres are "
             "$r^2/(2R^*)$ apart. From their shape, $\\sum (R_i - \\sqrt{R_i^2 - r^2})$:",
             sp.Eq(KAPPA, sp.expand(curvature)),
-            "(4), 1/R*",
-            2 / R_1 + 2 / R_2,
-            misprint=(
-                "the sum of the four principal curvatures is twice the relative curvature; "
-                "a ball on a plane would get R/2, but the paper's own forces need R"
-            ),
+            "eq-4-radius",
         ),
         Step(
             "Both bodies are of one material, $1/E^* = 2(1 - \\nu^2)/E$:",
             sp.Eq(E_STAR, 1 / per_modulus),
-            "(4), 1/E*",
-            1 / ((1 - nu**2) / E + (1 - nu**2) / E),
+            "eq-4-modulus",
         ),
         Step(
             "On a plane $R^* = R$, and Hertz's stiffness is",
             sp.Eq(K_E, sp.Rational(4, 3) / per_modulus * sp.sqrt(R)),
-            "(4), K_e",
-            sp.Rational(4, 3) * E / (2 * (1 - nu**2)) * sp.sqrt(R),
-            packaged(law.definitions[K_E], law),
+            "eq-4-stiffness",
+            where={"R_star": R},
+            package=packaged(law.definitions[K_E], law),
         ),
         Step(
             "Compression follows, with a measured exponent,",
             sp.Eq(F_LOADING, K_E * delta**n),
-            "(4)",
-            K_E * delta**n,
-            packaged(law.loading.force, law),
+            "eq-4",
+            package=packaged(law.loading.force, law),
         ),
     ]
 
@@ -127,42 +118,37 @@ def energy_steps(law: ContactLaw) -> list[Step]:
         Step(
             "The work done on the contact until the largest compression is its integral,",
             sp.Eq(W_C, work_in),
-            "(7)",
-            K_E * delta_max ** (n + 1) / (n + 1),
+            "eq-7-stiffness",
         ),
         Step(
             "or, in the largest force $F_{n\\,\\mathrm{max}} = K_e\\delta_\\mathrm{max}^n$,",
             sp.Eq(W_C, sp.simplify(work_in / peak) * F_MAX),
-            "(7)",
-            F_MAX * delta_max / (n + 1),
+            "eq-7",
             function="W_c_from_force",
         ),
         Step(
             "Restitution is taken to follow a curve of the same exponent down to $\\delta_p$ (the "
             "package's is checked to be this one):",
             sp.Eq(F_UNLOADING, unloading),
-            "(5)",
-            F_MAX * ((delta - delta_p) / (delta_max - delta_p)) ** n,
+            "eq-5",
         ),
         Step(
             "It gives back, as $\\delta$ falls from $\\delta_\\mathrm{max}$ to $\\delta_p$,",
             sp.Eq(W_R, work_out),
-            "(8)",
-            -F_MAX * (delta_max - delta_p) / (n + 1),
+            "eq-8",
             function="W_r_from_force",
         ),
         Step(
             "The energetic coefficient demands $W_r = -e_s^2 W_c$. Solved for $\\delta_p$:",
             sp.Eq(delta_p, readable(permanent)),
-            "(6)",
-            delta_max * (1 - E_s**2),
+            "eq-6",
         ),
         Step(
             "With it the restitution gives back",
             sp.Eq(W_R, released),
-            "(9)",
-            -(E_s**2) * K_E * delta_max ** (n + 1) / (n + 1),
-            -stored,
+            "eq-9",
+            where={"W_c": work_in},
+            package=-stored,
         ),
         surface_step(loading),
     ]
@@ -175,8 +161,7 @@ def surface_step(loading: sp.Expr) -> Step:
         "A contact that starts compressed by $\\delta_0$ holds, in its initial force "
         "$F_{n0} = K_e\\delta_0^n$, the surface energy",
         sp.Eq(E_N0, mean * F_N0),
-        "(10)",
-        F_N0 * delta_0 / (n + 1),
+        "eq-10",
     )
 
 
@@ -188,10 +173,6 @@ def derive() -> Derivation:
         "Energies of the bilinear compression law",
         "The contact is compressed along one curve and released along another; what lies between "
         "them is lost to plastic deformation.",
-        own_quantities(),
+        QUANTITIES,
         (*stiffness_steps(law), *energy_steps(law)),
     )
-
-
-if __name__ == "__main__":
-    run(derive)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from derivations._page import Derivation, Quantity, Step, agree, run
+from derivations._page import Derivation, Quantity, Step
 from derivations.equations_of_motion import mechanism
 from painleve_sym.laws import finite_stiffness as package
 from painleve_sym.laws.finite_stiffness import (
@@ -26,6 +26,7 @@ from painleve_sym.laws.finite_stiffness import (
 from painleve_sym.laws.restitution import three_phase_jump
 from painleve_sym.mechanics.impact.impulse_rays import V_N
 from painleve_sym.mechanics.impact.impulse_rays import V_T as SLIP
+from painleve_sym.papers.formula import identical
 
 T_INF, V_3, DV_3 = sp.symbols("t_infinity v_n_3 dv_n_3", real=True)
 Z = sp.Symbol("z", positive=True)
@@ -157,7 +158,7 @@ def sticking_steps() -> list[Step]:
     at_end = sp.expand(V_1**2 / 2 + A_STICK * slip + B_STICK * DELTA_1)
     assert sp.simplify(start.subs(K * DELTA_1 ** (N + 1), (N + 1) * slip) - at_end) == 0
     rebound = E_S * sp.sqrt(2 * at_end)
-    assert agree(rebound**2, package.separation_velocity() ** 2)
+    assert identical(rebound**2, package.separation_velocity() ** 2)
     return [
         Step(
             "**Sticking.** From the stop to the largest compression $\\dot\\delta^2/2 + "
@@ -211,7 +212,7 @@ def check_limit() -> None:
     jump = three_phase_jump(c)
     values = {A: c.A(-1), A_STICK: c.A_stick, C: c.slip_rate_coefficient(-1), V_T: SLIP}
     third = jump.from_start[2].normal_velocity.subs(V_N, 0)
-    assert agree(sp.expand(third**2), sp.expand((classical**2).subs(values)))
+    assert identical(sp.expand(third**2), sp.expand((classical**2).subs(values)))
 
 
 def linear_steps() -> list[Step]:
@@ -261,7 +262,3 @@ def derive() -> Derivation:
         QUANTITIES,
         (*slip_steps(), *sticking_steps(), *limit_steps(), *linear_steps()),
     )
-
-
-if __name__ == "__main__":
-    run(derive)

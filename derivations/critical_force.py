@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import sympy as sp
 
-from derivations._page import Derivation, Quantity, Step, run
+from derivations._page import Derivation, Quantity, Step
+from derivations.compliance_energies import E_s as e_s
+from derivations.compliance_energies import n, packaged
 from derivations.equations_of_motion import accelerations, mechanism, quantities, symbol
 from painleve_sym.laws.compliance import K_E, bilinear_hertz
 from painleve_sym.laws.saddle import DEPTH, A, B, barrier, loading_saddle, unloading_saddle
@@ -12,7 +14,6 @@ from painleve_sym.mechanics.coefficients import F_N, F_T
 from painleve_sym.mechanics.paradox.sliding import sliding_force_rate
 from painleve_sym.study.critical.sliding_solution import SlidingSolution
 
-n, e_s = sp.symbols("n e_energetic", positive=True)
 RATE, RATE_UNLOADING, SPEED = sp.symbols("growth_rate unloading_growth_rate v_c", positive=True)
 BARRIER, x, w_squared = sp.symbols("barrier x w_squared", positive=True)
 F_STAR, F_DOT = sp.symbols("F_sliding F_sliding_dot", positive=True)
@@ -21,43 +22,33 @@ FIRST, SECOND, DRIFT = sp.symbols("first_term second_term sliding_force_dot", re
 TAU = sp.Symbol("tau", positive=True)
 
 
-def own_quantities() -> tuple[Quantity, ...]:
-    """Return the symbols of this page with their meaning."""
-    return (
-        Quantity(A, "A", "1/kg", "normal acceleration per normal force in slip, negative"),
-        Quantity(B, "B", "m/s²", "normal acceleration in slip without normal force, positive"),
-        Quantity(K_E, "K_e", "N/m^n", "stiffness"),
-        Quantity(n, "n", "1", "exponent of the compression law"),
-        Quantity(e_s, "e_s", "1", "energetic coefficient of restitution"),
-        Quantity(DEPTH, r"\delta^*", "m", "compression of the sliding solution"),
-        Quantity(RATE, r"\lambda", "1/s", "growth rate of a deviation from sliding, loading"),
-        Quantity(
-            RATE_UNLOADING,
-            r"\lambda_u",
-            "1/s",
-            "growth rate of a deviation from sliding, unloading",
-        ),
-        Quantity(BARRIER, "U^*", "m²/s²", "work, per mobility, to reach the sliding solution"),
-        Quantity(SPEED, "v_c", "m/s", "approach that just reaches the sliding solution"),
-        Quantity(x, "x", "1", "initial compression relative to that of the sliding solution"),
-        Quantity(w_squared, "w^2", "m²/s²", "square of the approach speed on the separatrix"),
-        Quantity(DRIFT, r"\dot{F}^*_\mathrm{rod}", "N/s", "rate of the sliding force of the rod"),
-        Quantity(F_STAR, "F_n^*", "N", "normal force of the sliding solution"),
-        Quantity(F_DOT, r"\dot{F}_n^*", "N/s", "its rate along the sliding solution"),
-        Quantity(F_DDOT, r"\ddot{F}_n^*", "N/s²", "its second rate along the sliding solution"),
-        Quantity(R, "r", "1/s", "derivative of the rate of F_n* by the normal force"),
-        Quantity(A_DOT, r"\dot{A}", "1/(kg s)", "rate of A"),
-        Quantity(FIRST, "F_1", "N", "first term of the expansion of the critical force"),
-        Quantity(SECOND, "F_2", "N", "second term of the expansion of the critical force"),
-    )
-
-
-def in_law(expr: sp.Expr) -> sp.Expr:
-    """Return an expression of the package in the symbols of this page."""
-    law = bilinear_hertz()
-    own = {"n": n, "e_energetic": e_s}
-    swap = {p.symbol: own[p.name] for p in law.parameters if p.name in own}
-    return expr.subs({s: e_s**2 for s in law.definitions if s != K_E}).subs(swap)
+QUANTITIES = (
+    Quantity(A, "A", "1/kg", "normal acceleration per normal force in slip, negative"),
+    Quantity(B, "B", "m/s²", "normal acceleration in slip without normal force, positive"),
+    Quantity(K_E, "K_e", "N/m^n", "stiffness"),
+    Quantity(n, "n", "1", "exponent of the compression law"),
+    Quantity(e_s, "e_s", "1", "energetic coefficient of restitution"),
+    Quantity(DEPTH, r"\delta^*", "m", "compression of the sliding solution"),
+    Quantity(RATE, r"\lambda", "1/s", "growth rate of a deviation from sliding, loading"),
+    Quantity(
+        RATE_UNLOADING,
+        r"\lambda_u",
+        "1/s",
+        "growth rate of a deviation from sliding, unloading",
+    ),
+    Quantity(BARRIER, "U^*", "m²/s²", "work, per mobility, to reach the sliding solution"),
+    Quantity(SPEED, "v_c", "m/s", "approach that just reaches the sliding solution"),
+    Quantity(x, "x", "1", "initial compression relative to that of the sliding solution"),
+    Quantity(w_squared, "w^2", "m²/s²", "square of the approach speed on the separatrix"),
+    Quantity(DRIFT, r"\dot{F}^*_\mathrm{rod}", "N/s", "rate of the sliding force of the rod"),
+    Quantity(F_STAR, "F_n^*", "N", "normal force of the sliding solution"),
+    Quantity(F_DOT, r"\dot{F}_n^*", "N/s", "its rate along the sliding solution"),
+    Quantity(F_DDOT, r"\ddot{F}_n^*", "N/s²", "its second rate along the sliding solution"),
+    Quantity(R, "r", "1/s", "derivative of the rate of F_n* by the normal force"),
+    Quantity(A_DOT, r"\dot{A}", "1/(kg s)", "rate of A"),
+    Quantity(FIRST, "F_1", "N", "first term of the expansion of the critical force"),
+    Quantity(SECOND, "F_2", "N", "second term of the expansion of the critical force"),
+)
 
 
 def layer_terms() -> tuple[sp.Expr, sp.Expr]:
@@ -124,7 +115,7 @@ def derive() -> Derivation:
     rod = mechanism().coefficients
 
     def at_depth(expr: sp.Expr) -> sp.Expr:
-        return in_law(expr).subs(K_E, stiffness)
+        return packaged(expr, law).subs(K_E, stiffness)
 
     unloading = sp.simplify(at_depth(unloading_saddle(law).rates[0]))
     steps = (
@@ -132,7 +123,7 @@ def derive() -> Derivation:
             "Where $A < 0 < B$ the normal motion of the sliding contact, "
             "$\\ddot\\delta = -(A F_n + B)$, rests at the compression of $F_n^* = -B/A$:",
             sp.Eq(DEPTH, depth),
-            package=in_law(loading_saddle(law).compression),
+            package=packaged(loading_saddle(law).compression, law),
         ),
         Step(
             "A small deviation $\\eta$ obeys $\\ddot\\eta = -A F_n'(\\delta^*)\\,\\eta$ with "
@@ -178,7 +169,7 @@ def derive() -> Derivation:
         "The critical initial force of the indeterminate state",
         "The paper states that the sliding solution $F_n^* = -B/A$ separates lift-off from impact "
         "and is not stable. At finite stiffness both can be said in numbers.",
-        (*quantities(), *own_quantities()),
+        (*quantities(), *QUANTITIES),
         steps,
     )
 
@@ -191,7 +182,3 @@ def drift_of_rod() -> sp.Expr:
     force = sp.solve(normal, F_N)[0]
     spin_rate = motion[symbol("theta_ddot")].subs(friction).subs(F_N, force)
     return sp.factor(sp.simplify(force.diff(angle) * spin + force.diff(spin) * spin_rate))
-
-
-if __name__ == "__main__":
-    run(derive)

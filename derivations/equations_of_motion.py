@@ -6,7 +6,7 @@ from functools import cache
 
 import sympy as sp
 
-from derivations._page import Derivation, Quantity, Step, mechanism_quantities, run
+from derivations._page import Derivation, Quantity, Step, mechanism_quantities
 from painleve_sym.mechanics.coefficients import F_N, F_T
 from painleve_sym.mechanics.models import Mechanism, rod
 from painleve_sym.quantities import derivative_latex
@@ -27,9 +27,9 @@ def mechanism() -> Mechanism:
 def symbol(name: str) -> sp.Symbol:
     """Return a coordinate, velocity, acceleration or parameter of the rod by name."""
     system = mechanism().system
-    found = {str(s): s for c in system.coordinates for s in (c.symbol, c.rate, c.acceleration)}
-    found |= {p.name: p.symbol for p in system.parameters}
-    return found[name]
+    symbols = {str(s): s for c in system.coordinates for s in (c.symbol, c.rate, c.acceleration)}
+    symbols |= {p.name: p.symbol for p in system.parameters}
+    return symbols[name]
 
 
 def quantities() -> tuple[Quantity, ...]:
@@ -39,10 +39,9 @@ def quantities() -> tuple[Quantity, ...]:
         centre.append(Quantity(base, str(base), "m", f"centre of the rod {text}"))
         for dots, rate in enumerate({X: (X_DOT, X_DDOT), Y: (Y_DOT, Y_DDOT)}[base], 1):
             unit = "m/s" + "²" * (dots == 2)
-            what = ("velocity", "acceleration")[dots - 1]
-            centre.append(
-                Quantity(rate, derivative_latex(str(base), dots), unit, f"{what} of ${base}$")
-            )
+            kind = ("velocity", "acceleration")[dots - 1]
+            latex = derivative_latex(str(base), dots)
+            centre.append(Quantity(rate, latex, unit, f"{kind} of ${base}$"))
     return (
         *mechanism_quantities(mechanism()),
         *centre,
@@ -96,10 +95,10 @@ def accelerations() -> dict[sp.Symbol, sp.Expr]:
     equations = [row - force for row, force in zip(lagrange(), generalized_forces(), strict=True)]
     solved = sp.solve(equations, unknown, dict=True)[0]
     slender = {J: symbol("m") * symbol("l") ** 2 / 3}
-    found = {a: sp.expand(value.subs(slender)) for a, value in solved.items()}
+    motion = {a: sp.expand(value.subs(slender)) for a, value in solved.items()}
     for name, place in zip(("x_A_ddot", "y_A_ddot"), contact_point(), strict=True):
-        found[symbol(name)] = sp.expand(second_rate(place).subs(found))
-    return found
+        motion[symbol(name)] = sp.expand(second_rate(place).subs(motion))
+    return motion
 
 
 def generalized_forces() -> list[sp.Expr]:
@@ -111,9 +110,8 @@ def generalized_forces() -> list[sp.Expr]:
 
 def balance_steps() -> list[Step]:
     """Return Lagrange's equations of the centre, with contact forces and, (11), without."""
-    m, g, alpha = symbol("m"), symbol("g"), symbol("theta_ddot")
     left, right = lagrange(), generalized_forces()
-    inertia = (m * X_DDOT, m * Y_DDOT, J * alpha)
+    inertia = (symbol("m") * X_DDOT, symbol("m") * Y_DDOT, J * symbol("theta_ddot"))
     forced = [
         sp.Eq(i, sp.expand(force - (row - i)))
         for i, row, force in zip(inertia, left, right, strict=True)
@@ -128,20 +126,14 @@ def balance_steps() -> list[Step]:
         "Rotation:",
     )
     steps = [Step(text, equation) for text, equation in zip(texts, forced, strict=True)]
-    for equation, printed, text in zip(
-        free,
-        (sp.Integer(0), -m * g, sp.Integer(0)),
-        ("Without contact forces, along the ground:", "upward:", "and in rotation:"),
-        strict=True,
-    ):
-        steps.append(Step(text, equation, "(11)", printed))
+    texts = ("Without contact forces, along the ground:", "upward:", "and in rotation:")
+    names = ("eq-11-x", "eq-11-y", "eq-11-spin")
+    steps += [Step(t, e, name) for t, e, name in zip(texts, free, names, strict=True)]
     return steps
 
 
 def contact_steps() -> list[Step]:
     """Return the accelerations of the end A: in free flight, (12) and (13), and with forces."""
-    g, l = symbol("g"), symbol("l")
-    theta, omega, alpha = symbol("theta"), symbol("theta_dot"), symbol("theta_ddot")
     motion = accelerations()
     symbols = [c.acceleration for c in mechanism().system.coordinates]
     own = dict(zip(symbols, mechanism().coefficients.accelerations, strict=True))
@@ -152,16 +144,14 @@ def contact_steps() -> list[Step]:
         Step(
             "The end A is at height $y_A = y - l\\sin\\theta$. Differentiated twice:",
             sp.Eq(y_A_ddot, kinematics),
-            "(12)",
-            Y_DDOT - l * alpha * sp.cos(theta) + l * omega**2 * sp.sin(theta),
+            "eq-12",
             function="y_A_ddot_from_centre",
         ),
         Step(
             "(11) in (12) gives the normal acceleration of free flight:",
             sp.Eq(y_A_ddot, flight),
-            "(13)",
-            -g + l * omega**2 * sp.sin(theta),
-            mechanism().coefficients.b_n,
+            "eq-13",
+            package=mechanism().coefficients.b_n,
             function="y_A_ddot_free",
         ),
     ]
@@ -187,7 +177,3 @@ def derive() -> Derivation:
         quantities(),
         (*balance_steps(), *contact_steps()),
     )
-
-
-if __name__ == "__main__":
-    run(derive)

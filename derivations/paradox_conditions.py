@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import sympy as sp
 
-from derivations._page import Derivation, Quantity, Step, run
-from derivations.contact_coefficients import A, coefficient_quantities
+from derivations._page import Derivation, Quantity, Step
+from derivations.contact_coefficients import COEFFICIENTS, A
 from derivations.equations_of_motion import accelerations, mechanism, quantities, symbol
 from painleve_sym.mechanics.coefficients import F_N, F_T
 from painleve_sym.mechanics.paradox.critical_friction import critical_friction
 from painleve_sym.mechanics.simplify import readable
+from painleve_sym.papers.impact_resolution.claims import CLAIMS
 
 TAU = sp.Symbol("tau", positive=True)
 MU_P, MU_MIN, TAU_MIN = sp.symbols("mu_P mu_P_min tau_min", positive=True)
@@ -19,21 +20,19 @@ F_STAR, DELTA_STAR, N = sp.symbols("F_n_star delta_star n", positive=True)
 GROWTH = sp.Symbol("growth_squared", real=True)
 
 
-def own_quantities() -> tuple[Quantity, ...]:
-    """Return the symbols of this page with their meaning."""
-    return (
-        Quantity(TAU, r"\tau", "1", "tan θ"),
-        Quantity(MU_P, r"\mu_P", "1", "critical friction: $A < 0$ above it"),
-        Quantity(TAU_MIN, r"\tau_m", "1", "tan θ where the critical friction is smallest"),
-        Quantity(MU_MIN, r"\mu_m", "1", "smallest critical friction"),
-        Quantity(TAU_LOW, r"\tau_-", "1", "lower end of the range of tan θ with $A < 0$"),
-        Quantity(TAU_HIGH, r"\tau_+", "1", "upper end of the range of tan θ with $A < 0$"),
-        Quantity(OMEGA_B, r"\dot\theta_B^2", "1/s²", "square of the angular speed where $B = 0$"),
-        Quantity(F_STAR, "F_n^*", "N", "normal force of sliding on"),
-        Quantity(DELTA_STAR, r"\delta^*", "m", "compression that carries $F_n^*$"),
-        Quantity(N, "n", "1", "exponent of the compression law"),
-        Quantity(GROWTH, r"\lambda^2", "1/s²", "square of the growth rate of a disturbance"),
-    )
+QUANTITIES = (
+    Quantity(TAU, r"\tau", "1", "tan θ"),
+    Quantity(MU_P, r"\mu_P", "1", "critical friction: $A < 0$ above it"),
+    Quantity(TAU_MIN, r"\tau_m", "1", "tan θ where the critical friction is smallest"),
+    Quantity(MU_MIN, r"\mu_m", "1", "smallest critical friction"),
+    Quantity(TAU_LOW, r"\tau_-", "1", "lower end of the range of tan θ with $A < 0$"),
+    Quantity(TAU_HIGH, r"\tau_+", "1", "upper end of the range of tan θ with $A < 0$"),
+    Quantity(OMEGA_B, r"\dot\theta_B^2", "1/s²", "square of the angular speed where $B = 0$"),
+    Quantity(F_STAR, "F_n^*", "N", "normal force of sliding on"),
+    Quantity(DELTA_STAR, r"\delta^*", "m", "compression that carries $F_n^*$"),
+    Quantity(N, "n", "1", "exponent of the compression law"),
+    Quantity(GROWTH, r"\lambda^2", "1/s²", "square of the growth rate of a disturbance"),
+)
 
 
 def in_tangent(expr: sp.Expr) -> sp.Expr:
@@ -46,9 +45,9 @@ def in_tangent(expr: sp.Expr) -> sp.Expr:
 
 def friction_steps() -> list[Step]:
     """Return the steps on the sign of A."""
-    mu, m = symbol("mu"), symbol("m")
-    found = mechanism().coefficients
-    critical = critical_friction(found, slip=-1)
+    mu, coefficients = symbol("mu"), mechanism().coefficients
+    letters = {name: symbol(name) for name in ("theta", "mu", "m")}
+    critical = critical_friction(coefficients, slip=-1)
     minimum = critical.minimum("theta")
     normal = accelerations()[symbol("y_A_ddot")]
     a = in_tangent(sp.expand(normal.subs(F_T, mu * F_N)).diff(F_N))
@@ -61,9 +60,9 @@ def friction_steps() -> list[Step]:
             "Sliding left, $\\ddot y_A = A F_n + B$. With $\\tau = \\tan\\theta$ and "
             "$0 < \\theta < \\pi/2$",
             sp.Eq(A, a),
-            "(2)",
-            (TAU**2 - 3 * mu * TAU + 4) / (m * (1 + TAU**2)),
-            in_tangent(found.A(-1)),
+            "eq-2",
+            printed=in_tangent(CLAIMS.expression("eq-2", letters)),
+            package=in_tangent(coefficients.A(-1)),
         ),
         Step(
             "which changes sign at the friction",
@@ -78,9 +77,8 @@ def friction_steps() -> list[Step]:
         Step(
             "so that no configuration has $A < 0$ unless the friction exceeds",
             sp.Eq(MU_MIN, threshold.subs(TAU, place)),
-            "§1, μ > 4/3",
-            sp.Rational(4, 3),
-            minimum.value,
+            "critical-friction",
+            package=minimum.value,
         ),
         Step(range_text, sp.Eq(TAU_LOW, ends[0])),
         Step("to", sp.Eq(TAU_HIGH, ends[1])),
@@ -89,10 +87,8 @@ def friction_steps() -> list[Step]:
 
 def force_steps() -> list[Step]:
     """Return the steps on the sign of B and on the normal force."""
-    m, l, g, mu = (symbol(name) for name in ("m", "l", "g", "mu"))
-    theta, omega = symbol("theta"), symbol("theta_dot")
-    s, c = sp.sin(theta), sp.cos(theta)
-    normal = sp.expand(accelerations()[symbol("y_A_ddot")].subs(F_T, mu * F_N))
+    omega = symbol("theta_dot")
+    normal = sp.expand(accelerations()[symbol("y_A_ddot")].subs(F_T, symbol("mu") * F_N))
     free = normal.subs(F_N, 0)
     squared = sp.solve(free, omega**2)[0]
     sliding = -free / readable(normal.diff(F_N))
@@ -108,9 +104,8 @@ def force_steps() -> list[Step]:
             "1); with $A > 0$, $B > 0$ only lift-off is one (case 2); with $A < 0$, $B < 0$ there "
             "is none (case 3); with $A < 0$, $B > 0$ both are (case 4).",
             sp.Eq(F_STAR, sliding),
-            "§3.4, −B/A",
-            -(l * omega**2 * s - g) / ((1 + 3 * c * (c - mu * s)) / m),
-            -mechanism().coefficients.B / mechanism().coefficients.A(-1),
+            "sliding-force",
+            package=-mechanism().coefficients.B / mechanism().coefficients.A(-1),
         ),
         Step(
             "On a softened contact the compression obeys $\\ddot\\delta = -(A F_n + B)$ with "
@@ -128,10 +123,6 @@ def derive() -> Derivation:
         "paradox_conditions",
         "Conditions of Painlevé's paradox",
         "Continues the contact coefficients: where $A$ and $B$ change sign, and what then follows.",
-        (*quantities(), *coefficient_quantities(), *own_quantities()),
+        (*quantities(), *COEFFICIENTS, *QUANTITIES),
         (*friction_steps(), *force_steps()),
     )
-
-
-if __name__ == "__main__":
-    run(derive)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from derivations._page import Derivation, Quantity, Step, run
+from derivations._page import Derivation, Quantity, Step
 from painleve_sym.laws.chatter import KAPPA, TAU, chatter_ratio, general_contact
 from painleve_sym.laws.restitution import energetic, poisson
 from painleve_sym.mechanics.simplify import readable
@@ -17,30 +17,28 @@ RHO_P, RHO_SQUARED = sp.symbols("rho_poisson rho_energetic_squared", positive=Tr
 E_P_AT, E_S_AT, MU_AT = sp.symbols("e_poisson_1 e_energetic_1 mu_1", positive=True)
 
 
-def own_quantities() -> tuple[Quantity, ...]:
-    """Return the symbols of this page with their meaning."""
-    return (
-        Quantity(W_TT, "W_{tt}", "1/kg", "tangential mobility"),
-        Quantity(KAPPA, r"\kappa", "1", "$W_{nt}/W_{tt}$"),
-        Quantity(A_STICK, "A'", "1/kg", "normal mobility in sticking, $W_{nn} - W_{nt}^2/W_{tt}$"),
-        Quantity(MU, r"\mu", "1", "friction coefficient"),
-        Quantity(FALL, "a", "m/s²", "fall of the free contact, $-b_n = -B$"),
-        Quantity(B_T, "b_t", "m/s²", "free tangential acceleration"),
-        Quantity(TAU, r"\tau", "1", "$2 b_t/a$"),
-        Quantity(V, "v", "m/s", "speed with which a flight starts and ends"),
-        Quantity(TIME, "T", "s", "duration of a flight"),
-        Quantity(P_1, "P_1", "N s", "normal impulse until the slip stops"),
-        Quantity(V_1, "v_1", "m/s", "approach speed when the slip stops"),
-        Quantity(P_C, "P_c", "N s", "normal impulse of compression"),
-        Quantity(E_C, "E_c", "J", "energy stored by compression"),
-        Quantity(E_P, "e_P", "1", "Poisson's coefficient of restitution"),
-        Quantity(E_S, "e", "1", "energetic coefficient of restitution"),
-        Quantity(RHO_P, r"\rho_P", "1", "ratio of successive bounces, Poisson's restitution"),
-        Quantity(RHO_SQUARED, r"\rho^2", "1", "its square, energetic restitution"),
-        Quantity(E_P_AT, "e_{P,1}", "1", "Poisson's coefficient with ratio 1"),
-        Quantity(E_S_AT, "e_1", "1", "energetic coefficient with ratio 1"),
-        Quantity(MU_AT, r"\mu_1", "1", "friction with ratio 1, energetic restitution"),
-    )
+QUANTITIES = (
+    Quantity(W_TT, "W_{tt}", "1/kg", "tangential mobility"),
+    Quantity(KAPPA, r"\kappa", "1", "$W_{nt}/W_{tt}$"),
+    Quantity(A_STICK, "A'", "1/kg", "normal mobility in sticking, $W_{nn} - W_{nt}^2/W_{tt}$"),
+    Quantity(MU, r"\mu", "1", "friction coefficient"),
+    Quantity(FALL, "a", "m/s²", "fall of the free contact, $-b_n = -B$"),
+    Quantity(B_T, "b_t", "m/s²", "free tangential acceleration"),
+    Quantity(TAU, r"\tau", "1", "$2 b_t/a$"),
+    Quantity(V, "v", "m/s", "speed with which a flight starts and ends"),
+    Quantity(TIME, "T", "s", "duration of a flight"),
+    Quantity(P_1, "P_1", "N s", "normal impulse until the slip stops"),
+    Quantity(V_1, "v_1", "m/s", "approach speed when the slip stops"),
+    Quantity(P_C, "P_c", "N s", "normal impulse of compression"),
+    Quantity(E_C, "E_c", "J", "energy stored by compression"),
+    Quantity(E_P, "e_P", "1", "Poisson's coefficient of restitution"),
+    Quantity(E_S, "e", "1", "energetic coefficient of restitution"),
+    Quantity(RHO_P, r"\rho_P", "1", "ratio of successive bounces, Poisson's restitution"),
+    Quantity(RHO_SQUARED, r"\rho^2", "1", "its square, energetic restitution"),
+    Quantity(E_P_AT, "e_{P,1}", "1", "Poisson's coefficient with ratio 1"),
+    Quantity(E_S_AT, "e_1", "1", "energetic coefficient with ratio 1"),
+    Quantity(MU_AT, r"\mu_1", "1", "friction with ratio 1, energetic restitution"),
+)
 
 
 def bounce() -> tuple[sp.Expr, sp.Expr, sp.Expr, sp.Expr]:
@@ -119,10 +117,6 @@ def derive() -> Derivation:
         "Bounces near a sticking contact",
         "For any mechanism with one contact whose free normal acceleration is downward, with "
         "impacts whose slip stops in compression (see the course of an impact).",
-        own_quantities(),
+        QUANTITIES,
         steps,
     )
-
-
-if __name__ == "__main__":
-    run(derive)

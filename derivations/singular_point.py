@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import sympy as sp
 
-from derivations._page import Derivation, Quantity, Step, run
-from derivations.contact_coefficients import coefficient_quantities
+from derivations._page import Derivation, Quantity, Step
+from derivations.contact_coefficients import COEFFICIENTS
 from derivations.equations_of_motion import accelerations, mechanism, quantities, symbol
 from derivations.paradox_conditions import TAU, in_tangent
 from painleve_sym.mechanics.coefficients import F_N, F_T
@@ -20,26 +20,24 @@ LAMBDA_A, LAMBDA_B = sp.symbols("lambda_A lambda_B", real=True)
 TAU_C, MU_C, INERTIA, TIMES = sp.symbols("tau_C mu_C alpha mu_ratio", positive=True)
 
 
-def own_quantities() -> tuple[Quantity, ...]:
-    """Return the symbols of this page with their meaning."""
-    return (
-        Quantity(TAU, r"\tau", "1", "tan θ at the singular point"),
-        Quantity(ALPHA, r"\dot A", "1/(kg s)", "rate of $A$ in slip"),
-        Quantity(BETA_0, r"\beta_0", "m/s³", "rate of $B$ without contact force"),
-        Quantity(BETA_1, r"\beta_1", "1/(kg s)", "rate of $B$ per normal force"),
-        Quantity(LAMBDA_A, r"\lambda_A", "1/(kg s)", "eigenvalue with direction $(1, -F^*)$"),
-        Quantity(LAMBDA_B, r"\lambda_B", "1/(kg s)", "eigenvalue with direction $(0, 1)$"),
-        Quantity(RATIO, "r", "1", "ratio of the eigenvalues"),
-        Quantity(GAMMA, r"\gamma", "1", "exponent of the diverging force"),
-        Quantity(FORCE, "F", "N", "normal force of slip"),
-        Quantity(F_DOT, r"\dot F", "N/s", "its rate"),
-        Quantity(F_STAR, "F^*", "N", "normal force of the slip that stays bounded"),
-        Quantity(LEFT, "u", "s", "time left until $A = 0$"),
-        Quantity(TAU_C, r"\tau_C", "1", "tan θ at the singular point with equal eigenvalues"),
-        Quantity(MU_C, r"\mu_C", "1", "friction with equal eigenvalues at the singular point"),
-        Quantity(INERTIA, r"\alpha", "1", "$m l^2/J$ of a rod of any inertia"),
-        Quantity(TIMES, r"\mu_C/\mu_P", "1", "ratio of that friction to the smallest critical one"),
-    )
+QUANTITIES = (
+    Quantity(TAU, r"\tau", "1", "tan θ at the singular point"),
+    Quantity(ALPHA, r"\dot A", "1/(kg s)", "rate of $A$ in slip"),
+    Quantity(BETA_0, r"\beta_0", "m/s³", "rate of $B$ without contact force"),
+    Quantity(BETA_1, r"\beta_1", "1/(kg s)", "rate of $B$ per normal force"),
+    Quantity(LAMBDA_A, r"\lambda_A", "1/(kg s)", "eigenvalue with direction $(1, -F^*)$"),
+    Quantity(LAMBDA_B, r"\lambda_B", "1/(kg s)", "eigenvalue with direction $(0, 1)$"),
+    Quantity(RATIO, "r", "1", "ratio of the eigenvalues"),
+    Quantity(GAMMA, r"\gamma", "1", "exponent of the diverging force"),
+    Quantity(FORCE, "F", "N", "normal force of slip"),
+    Quantity(F_DOT, r"\dot F", "N/s", "its rate"),
+    Quantity(F_STAR, "F^*", "N", "normal force of the slip that stays bounded"),
+    Quantity(LEFT, "u", "s", "time left until $A = 0$"),
+    Quantity(TAU_C, r"\tau_C", "1", "tan θ at the singular point with equal eigenvalues"),
+    Quantity(MU_C, r"\mu_C", "1", "friction with equal eigenvalues at the singular point"),
+    Quantity(INERTIA, r"\alpha", "1", "$m l^2/J$ of a rod of any inertia"),
+    Quantity(TIMES, r"\mu_C/\mu_P", "1", "ratio of that friction to the smallest critical one"),
+)
 
 
 def rates() -> tuple[sp.Expr, sp.Expr, sp.Expr]:
@@ -54,7 +52,7 @@ def rates() -> tuple[sp.Expr, sp.Expr, sp.Expr]:
 
 def flow_steps() -> list[Step]:
     """Return the steps on the rates of A and B and the law of the force."""
-    found, (a_rate, free, forced) = SingularPoint(mechanism().coefficients), rates()
+    point, (a_rate, free, forced) = SingularPoint(mechanism().coefficients), rates()
     flow = sp.Matrix([[ALPHA, 0], [BETA_0, -BETA_1]])
     assert set(flow.eigenvals()) == {ALPHA, -BETA_1}
     (direction,) = next(v for value, _, v in flow.eigenvects() if value == ALPHA)
@@ -67,14 +65,14 @@ def flow_steps() -> list[Step]:
         Step(
             "In slip $F = -B/A$. $A$ depends on the angle alone, so that no force enters",
             sp.Eq(ALPHA, readable(a_rate)),
-            package=found.A_rate,
+            package=point.A_rate,
         ),
         Step(
             "$B$ depends on $\\dot\\theta$ too: $\\dot B = \\beta_0 + \\beta_1 F$ with",
             sp.Eq(BETA_0, readable(free)),
-            package=found.B_rate,
+            package=point.B_rate,
         ),
-        Step("and", sp.Eq(BETA_1, readable(forced)), package=found.B_rate_per_force),
+        Step("and", sp.Eq(BETA_1, readable(forced)), package=point.B_rate_per_force),
         Step(
             "In the time with $d\\tau = dt/A$ this is $A' = \\dot A\\,A$, "
             "$B' = \\beta_0 A - \\beta_1 B$, linear near the point. Its eigenvalues are",
@@ -98,14 +96,14 @@ def rod_steps() -> list[Step]:
     """Return eigenvalue ratio, bounded force and threshold of the rod."""
     l, g, mu = (symbol(name) for name in ("l", "g", "mu"))
     theta, omega = symbol("theta"), symbol("theta_dot")
-    found, (a_rate, free, forced) = SingularPoint(mechanism().coefficients), rates()
+    point, (a_rate, free, forced) = SingularPoint(mechanism().coefficients), rates()
     at_A = {mu: (4 + TAU**2) / (3 * TAU)}
     ratio = sp.cancel(in_tangent(-forced / a_rate).subs(at_A))
     spin = sp.sqrt(g / (l * sp.sin(theta)))
     bounded = in_tangent((-free / (a_rate + forced)).subs(omega, spin)).subs(at_A)
-    own = found.on_A_zero(found.bounded_force).subs(omega, spin)
+    own = point.on_A_zero(point.bounded_force).subs(omega, spin)
     place = next(t for t in sp.solve(ratio - 1, TAU) if t.is_positive)
-    (threshold,) = found.thresholds("theta")
+    (threshold,) = point.thresholds("theta")
     (general,) = SingularPoint(rod_inertia().coefficients).thresholds("theta")
     smallest = 2 * sp.sqrt(1 + INERTIA) / INERTIA
     return [
@@ -113,12 +111,14 @@ def rod_steps() -> list[Step]:
             "At $A = 0$ the friction is $\\mu = (4 + \\tau^2)/(3\\tau)$ with "
             "$\\tau = \\tan\\theta$, and the ratio $\\lambda_B/\\lambda_A$ of the rod is",
             sp.Eq(RATIO, readable(ratio)),
-            package=in_tangent(found.on_A_zero(found.eigenvalue_ratio)),
+            package=in_tangent(point.on_A_zero(point.eigenvalue_ratio)),
         ),
         Step(
             "At $B = 0$, $\\dot\\theta^2 = g/(l\\sin\\theta)$. There the bounded force is",
             sp.Eq(F_STAR, readable(sp.simplify(bounded))),
             package=readable(sp.simplify(in_tangent(own))),
+            # The general form has the same symbol.
+            function="F_star_rod",
         ),
         Step(
             "For $r < 1$ the force of other slips diverges, and those with $F > F^*$ jam. For "
@@ -141,22 +141,11 @@ def rod_steps() -> list[Step]:
 def derive() -> Derivation:
     """Derive eigenvalues, force exponent, bounded force and threshold."""
     steps = (*flow_steps(), *rod_steps())
-    # One symbol, two steps: the general form and that of the rod.
-    named = [
-        Step(s.text, s.derived, s.number, s.printed, s.package, s.misprint, "F_star_rod")
-        if s.derived.lhs == F_STAR and s.package is not None
-        else s
-        for s in steps
-    ]
     return Derivation(
         "singular_point",
         "Slip near A = B = 0",
         "Continues the conditions of the paradox: how the sliding rod reaches the point where both "
         "coefficients vanish. The first steps hold for any mechanism with one contact.",
-        (*quantities(), *coefficient_quantities(), *own_quantities()),
-        tuple(named),
+        (*quantities(), *COEFFICIENTS, *QUANTITIES),
+        steps,
     )
-
-
-if __name__ == "__main__":
-    run(derive)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from derivations._page import Derivation, Quantity, Step, run
+from derivations._page import Derivation, Quantity, Step
 from derivations.equations_of_motion import accelerations, mechanism, quantities, symbol
 from painleve_sym.mechanics.coefficients import F_N, F_T
 from painleve_sym.mechanics.simplify import readable
@@ -15,40 +15,34 @@ MU_STICK = sp.Symbol("mu_stick", real=True)
 
 def derive() -> Derivation:
     """Derive the sticking friction, A′ and B′ of (19) and the friction sticking needs."""
-    m, l, g = (symbol(name) for name in ("m", "l", "g"))
-    s, c = sp.sin(symbol("theta")), sp.cos(symbol("theta"))
-    omega = symbol("theta_dot")
-    motion, found = accelerations(), mechanism().coefficients
+    motion, coefficients = accelerations(), mechanism().coefficients
     friction = sp.solve(motion[symbol("x_A_ddot")], F_T)[0]
     normal = sp.expand(motion[symbol("y_A_ddot")].subs(F_T, friction))
-    ratio = readable(friction.subs(omega, 0) / F_N)
+    ratio = readable(friction.subs(symbol("theta_dot"), 0) / F_N)
     steps = (
         Step(
             "Sticking keeps $\\ddot x_A = 0$. Solved for the tangential force:",
             sp.Eq(F_T, readable(friction)),
-            "§3, F_t",
-            (3 * s * c * F_N - m * l * omega**2 * c) / (3 * s**2 + 1),
-            found.sticking_force,
+            "sticking-force",
+            package=coefficients.sticking_force,
         ),
         Step(
             "With it, the normal acceleration is $\\ddot y_A = A' F_n + B'$, where",
             sp.Eq(A_STICK, readable(normal.diff(F_N))),
-            "(19), A′",
-            4 / (m * (1 + 3 * s**2)),
-            found.A_stick,
+            "eq-19-A",
+            package=coefficients.A_stick,
         ),
         Step(
             "and",
             sp.Eq(B_STICK, readable(normal.subs(F_N, 0))),
-            "(19), B′",
-            4 * l * s / (3 * s**2 + 1) * omega**2 - g,
-            found.B_stick,
+            "eq-19-B",
+            package=coefficients.B_stick,
         ),
         Step(
             "Sticking holds while $|F_t| \\le \\mu F_n$. For the large forces of an impact the "
             "part of $\\dot\\theta$ drops out, and the friction must exceed the size of",
             sp.Eq(MU_STICK, ratio),
-            package=-found.W_nt / found.W_tt,
+            package=-coefficients.W_nt / coefficients.W_tt,
         ),
     )
     return Derivation(
@@ -63,7 +57,3 @@ def derive() -> Derivation:
         ),
         steps,
     )
-
-
-if __name__ == "__main__":
-    run(derive)

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from derivations._page import Derivation, Quantity, Step, run
-from derivations.contact_coefficients import A, coefficient_quantities
+from derivations._page import Derivation, Quantity, Step
+from derivations.contact_coefficients import COEFFICIENTS, A
 from derivations.equations_of_motion import accelerations, mechanism, quantities, symbol
 from derivations.sticking import A_STICK
 from painleve_sym.laws.restitution import E_C, ThreePhaseJump, three_phase_jump
@@ -61,11 +61,9 @@ class Rates:
 
         The finite terms (gravity, θ̇²) give nothing: only what multiplies the forces remains.
         """
-        found = []
-        for name in ("x_A_ddot", "y_A_ddot", "theta_ddot"):
-            acceleration = accelerations()[symbol(name)]
-            found.append(readable(acceleration.diff(F_N) + ratio * acceleration.diff(F_T)))
-        return cls(*found)
+        names = ("x_A_ddot", "y_A_ddot", "theta_ddot")
+        motion = [accelerations()[symbol(name)] for name in names]
+        return cls(*(readable(a.diff(F_N) + ratio * a.diff(F_T)) for a in motion))
 
 
 def stored(rates: Rates, start: sp.Expr, end: sp.Expr) -> sp.Expr:
@@ -77,9 +75,6 @@ def stored(rates: Rates, start: sp.Expr, end: sp.Expr) -> sp.Expr:
 
 def slip_steps(rates: Rates, phase: Phase) -> list[Step]:
     """Return the steps of the tangential impact, (14) and (17)."""
-    m, mu = symbol("m"), symbol("mu")
-    s, c = sp.sin(symbol("theta")), sp.cos(symbol("theta"))
-    shared = mu - 3 * s * c + 3 * mu * s**2
     impulse = -X_0 / rates.slip
     normal = Y_0 + rates.normal * impulse
     named = {V_T: X_0, V_N: Y_0, symbol("theta_dot"): OMEGA_0}
@@ -92,38 +87,33 @@ def slip_steps(rates: Rates, phase: Phase) -> list[Step]:
             "**Tangential impact.** The configuration is frozen and finite forces have no impulse; "
             "$F_t = \\mu F_n$ until $\\dot x_A(t_1) = 0$. So the normal impulse is",
             sp.Eq(P_1, impulse),
-            "(14), P_n1",
-            -m / shared * X_0,
-            phase.normal_impulse.subs(named),
+            "eq-14-impulse",
+            package=phase.normal_impulse.subs(named),
         ),
         Step(
             "which gives A the normal velocity",
             sp.Eq(Y_1, normal),
-            "(14), ẏ_A(t1)",
-            Y_0 - (1 - 3 * mu * s * c + 3 * c**2) / shared * X_0,
-            phase.normal_velocity.subs(named),
+            "eq-14-normal",
+            package=phase.normal_velocity.subs(named),
         ),
         Step(
             "and the rod the angular velocity",
             sp.Eq(OMEGA_1, OMEGA_0 + rates.spin * P_1),
-            "(14), θ̇(t1)",
+            "eq-14-spin",
             package=spin.subs(named).subs(given),
-            misprint="the line with θ̇(t1) is missing, though (18) starts from it",
         ),
         Step(
             "The contact stores $E_{n1} = -\\int F_n \\dot y_A\\,dt$. With $\\dot y_A$ linear in "
             "the impulse,",
             sp.Eq(E_1, energy),
-            "(16)",
-            -(Y_1**2 - Y_0**2) / (2 * (1 + 3 * c * (c - mu * s)) / m),
+            "eq-16",
             package=phase.stored_energy.subs(named).subs(from_y_1),
         ),
         Step(
             "In an impact without collision $\\dot y_A(t_0) = 0$, which (17) takes for granted, "
             "and $A < 0$ makes it positive:",
             sp.Eq(E_1, energy.subs(Y_0, 0)),
-            "(17)",
-            -(Y_1**2) / (2 * (1 + 3 * c * (c - mu * s)) / m),
+            "eq-17",
             function="E_n1_without_collision",
         ),
     ]
@@ -131,8 +121,6 @@ def slip_steps(rates: Rates, phase: Phase) -> list[Step]:
 
 def compression_steps(rates: Rates, phase: Phase) -> list[Step]:
     """Return the steps of sticking compression, (18) and (20)."""
-    m, l = symbol("m"), symbol("l")
-    s, c = sp.sin(symbol("theta")), sp.cos(symbol("theta"))
     named = {V_N: Y_1, symbol("theta_dot"): OMEGA_1}
     impulse = -Y_1 / rates.normal
     return [
@@ -140,32 +128,26 @@ def compression_steps(rates: Rates, phase: Phase) -> list[Step]:
             "**Sticking compression.** Now $F_t = -(W_{nt}/W_{tt}) F_n$ keeps $\\dot x_A = 0$, "
             "until $\\dot y_A(t_2) = 0$:",
             sp.Eq(P_2, impulse),
-            "(18), P_n2",
-            -m * (1 + 3 * s**2) / (4 * l) * Y_1,
-            phase.normal_impulse.subs(named),
-            misprint="4l in the denominator, where dimensions and derivation give 4",
+            "eq-18-impulse",
+            package=phase.normal_impulse.subs(named),
         ),
         Step(
             "The angular velocity becomes",
             sp.Eq(OMEGA_2, OMEGA_1 + readable(rates.spin * impulse)),
-            "(18), θ̇(t2)",
-            OMEGA_1 + 3 * c / (4 * l) * Y_1,
-            phase.velocity[symbol("theta_dot")].subs(named),
+            "eq-18-spin",
+            package=phase.velocity[symbol("theta_dot")].subs(named),
         ),
         Step(
             "and the contact stores",
             sp.Eq(E_2, stored(rates, Y_1, sp.Integer(0))),
-            "(20)",
-            Y_1**2 / (2 * 4 / (m * (1 + 3 * s**2))),
-            phase.stored_energy.subs(named),
+            "eq-20",
+            package=phase.stored_energy.subs(named),
         ),
     ]
 
 
 def restitution_steps(rates: Rates, jump: ThreePhaseJump) -> list[Step]:
     """Return the steps of sticking restitution, (21), and the jump in one formula."""
-    m, l = symbol("m"), symbol("l")
-    s, c = sp.sin(symbol("theta")), sp.cos(symbol("theta"))
     given_back = stored(rates, sp.Integer(0), Y_3)
     per_energy = sp.simplify(Y_3**2 / given_back)
     # E_nr = −Y_3²/(2A′) solved for Y_3 ≥ 0, with the energy that Stronge's law releases.
@@ -182,21 +164,18 @@ def restitution_steps(rates: Rates, jump: ThreePhaseJump) -> list[Step]:
         Step(
             "**Sticking restitution.** Of the stored energy the contact releases the part $e_s^2$:",
             sp.Eq(E_R, released),
-            "§4.3",
-            -(E_S**2) * (E_1 + E_2),
+            "energy-released",
         ),
         Step(
             "In sticking $E_{nr} = -\\dot y_A^2(t_3)/(2A')$, so that A leaves with",
             sp.Eq(Y_3, sp.sqrt(per_energy * E_R)),
-            "(21), ẏ_A(t3)",
-            sp.sqrt(-2 * (4 / (m * (1 + 3 * s**2))) * E_R),
+            "eq-21-normal",
         ),
         Step(
             "and the angular velocity is",
             sp.Eq(OMEGA_3, OMEGA_2 + readable(rates.spin * impulse)),
-            "(21), θ̇(t3)",
-            OMEGA_2 - 3 * c / (4 * l) * Y_3,
-            spin.subs(named),
+            "eq-21-spin",
+            package=spin.subs(named),
         ),
         Step(
             "The normal impulse of this phase:",
@@ -230,14 +209,10 @@ def derive() -> Derivation:
         "The three-phase jump of the rod",
         "An impact of the sliding rod: the slip stops while the contact is compressed, the "
         "compression ends in sticking, and the contact releases a part of what it stored.",
-        (*quantities(), *coefficient_quantities(), *own_quantities()),
+        (*quantities(), *COEFFICIENTS, *own_quantities()),
         (
             *slip_steps(slipping, jump.tangential),
             *compression_steps(sticking, jump.compression),
             *restitution_steps(sticking, jump),
         ),
     )
-
-
-if __name__ == "__main__":
-    run(derive)

@@ -307,6 +307,9 @@ def _sweep_options(parser: Parser) -> None:
 
 
 def _reproduce_options(parser: Parser) -> None:
+    parser.add_argument(
+        "paper", nargs="?", metavar="PAPER", help="name of the paper (--list shows it); default all"
+    )
     parser.add_argument("--out", metavar="DIR", help="also write a report with figures here")
     parser.add_argument(
         "--only",
@@ -318,7 +321,8 @@ def _reproduce_options(parser: Parser) -> None:
     _json(parser)
     parser.epilog = (
         "Progress goes to standard error, the table to standard output.\n\n"
-        "exit codes: 0 when every verdict is the expected one, else 1; 2 bad input."
+        "exit codes: 0 when every verdict is the expected one, else 1; 2 bad input.\n"
+        "An item that ends with an error has the verdict failed, which is never expected."
     )
 
 

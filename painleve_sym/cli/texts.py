@@ -21,7 +21,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "fit": ("fit", "estimate parameters from measured velocities or force histories"),
     "export": ("export", "write the motion as C code that needs the package no more"),
     "automaton": ("describe", "show the modes and events of a mechanism with a contact law"),
-    "reproduce": ("reproduce", "redo the tables, figures and formulas of the paper"),
+    "reproduce": ("reproduce", "redo the tables, figures and formulas of a paper"),
 }
 
 OPENING = """\

@@ -1,1 +1,7 @@
-"""Reproduction of published work: claims as data, items and verdicts."""
+"""Reproduction of published work: one folder per paper, with its claims as data.
+
+A paper is a folder here that holds ``claims.toml``, the claims with their expected verdicts
+(`claims.read_claims`), and a module ``items`` with two names: ``COMPUTE`` maps each item of the
+claims to a function that returns its `item.Outcome`; ``Workbench``, called without arguments,
+makes the one argument that these functions share. Adding the folder is all that a paper needs.
+"""

@@ -1,4 +1,4 @@
-"""What a figure shows, as arrays and labels; how it looks is decided in `present`."""
+"""The content of a figure as arrays and labels; its look is decided in `present`."""
 
 from __future__ import annotations
 

@@ -1,51 +1,71 @@
-"""The paper again: one entry per table, figure and formula, each computed and judged."""
+"""The papers that are reproduced: each claim computed, judged, and compared with its verdict."""
 
 from __future__ import annotations
 
+import json
+import pkgutil
 import time
+import traceback
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
 from typing import Any
 
-from painleve_sym import __version__
+from painleve_sym import __version__, papers
 from painleve_sym.errors import InputError, unknown_name
-from painleve_sym.papers.claim import Entry, Verdict
-from painleve_sym.papers.impact_resolution import (
-    beyond,
-    diagrams,
-    figures,
-    formulas,
-    impacts,
-    jump,
-    reference_values,
-    statements,
-    tables,
-)
-from painleve_sym.papers.impact_resolution.claims import TABLES
+from painleve_sym.papers.claims import Claims, ItemClaim, read_claims
+from painleve_sym.papers.item import Outcome, Verdict
 from painleve_sym.papers.panels import Panel
-from painleve_sym.papers.run_cache import Workbench
 
 FORMAT = "painleve-sym reproduction 1"
-SOURCE = "Zhao, Liu & Chen, Impact model resolution on Painlevé's paradox"
-
-_FIGURES = (*diagrams.ENTRIES, *figures.ENTRIES, *impacts.ENTRIES)
-ENTRIES: tuple[Entry, ...] = (
-    *formulas.ENTRIES,
-    *tables.ENTRIES,
-    *sorted(_FIGURES, key=lambda entry: int(entry.id.removeprefix("fig-"))),
-    *statements.ENTRIES,
-    *jump.ENTRIES,
-    *reference_values.ENTRIES,
-    *beyond.ENTRIES,
-)
-"""Every item, in the order in which they are reported."""
 
 Progress = Callable[[int, int, str], None]
 
 
 @dataclass(frozen=True)
+class Paper:
+    """A paper whose claims are computed again.
+
+    Attributes
+    ----------
+    name : str
+        Name of its folder, with hyphens.
+    folder : Path
+    """
+
+    name: str
+    folder: Path
+
+    @cached_property
+    def claims(self) -> Claims:
+        """The printed formulas, numbers and statements, with the expected verdicts."""
+        return read_claims(self.folder / "claims.toml")
+
+    @cached_property
+    def module(self) -> ModuleType:
+        """The module with ``COMPUTE`` and ``Workbench``, loaded on first use.
+
+        Raises
+        ------
+        LookupError
+            An item has a claim and no computation, or a computation and no claim.
+        """
+        module = import_module(f"{papers.__name__}.{self.folder.name}.items")
+        lonely = sorted(set(module.COMPUTE) ^ set(self.claims.items))
+        if lonely:
+            raise LookupError(
+                f"paper {self.name}: got items {lonely} in only one of claims.toml and "
+                "items.COMPUTE, need them in both."
+            )
+        return module
+
+
+@dataclass(frozen=True)
 class Item:
-    """One thing the paper says, and what came out.
+    """One claim of a paper with its verdict.
 
     Attributes
     ----------
@@ -55,15 +75,16 @@ class Item:
     computed : str
         The answer, in short.
     verdict, expected : Verdict
-        What came out, and what the derivations and independent computations establish.
+        The computed one, and the one the derivations and independent computations establish.
     reason : str
         Why it differs, or under which assumption it agrees.
     seconds : float
-        Time to compute it; what earlier items shared is not counted again.
+        Time to compute it; runs shared with earlier items are not counted again.
     data : mapping
         Numbers in full precision, as JSON values.
     series : tuple of Panel or None
-        What its figure shows.
+        Content of its figure.
+    paper_name : str
     """
 
     id: str
@@ -77,6 +98,7 @@ class Item:
     seconds: float
     data: Mapping[str, Any]
     series: tuple[Panel, ...] | None
+    paper_name: str
 
     @property
     def as_expected(self) -> bool:
@@ -98,14 +120,16 @@ class Item:
             "seconds": self.seconds,
             "has_figure": self.series is not None,
             "data": dict(self.data),
+            "paper_name": self.paper_name,
         }
 
 
 @dataclass(frozen=True)
 class Reproduction:
-    """All items that were asked for."""
+    """All items that were asked for, and the papers they belong to."""
 
     items: tuple[Item, ...]
+    papers: tuple[Paper, ...]
 
     @property
     def ok(self) -> bool:
@@ -118,64 +142,108 @@ class Reproduction:
         verdicts = [item.verdict for item in self.items]
         return {v.value: verdicts.count(v) for v in Verdict}
 
+    @property
+    def source(self) -> str:
+        """The papers as they are cited."""
+        return "; ".join(paper.claims.source.citation() for paper in self.papers)
+
+    def label(self, item: Item) -> str:
+        """Return the id of an item, with its paper before it where there are several."""
+        return item.id if len(self.papers) == 1 else f"{item.paper_name}-{item.id}"
+
     def to_dict(self) -> dict[str, Any]:
         """Return plain data.
 
-        Keys: ``format``, ``version``, ``source``, ``ok``, ``counts`` (by verdict) and ``items``,
+        Keys: ``format``, ``version``, ``source``, ``ok``, ``counts`` (by verdict), ``items``,
         a list with the keys of `Item.to_dict`: ``id``, ``group``, ``title``, ``paper``,
         ``computed``, ``verdict``, ``expected_verdict``, ``as_expected``, ``reason``, ``seconds``,
-        ``has_figure`` and ``data``. Where ``data`` has a ``table``, it holds ``columns`` and
-        ``rows``.
+        ``has_figure``, ``data`` and ``paper_name``; and ``papers``, their names. Where ``data``
+        has a ``table``, it holds ``columns`` and ``rows``.
         """
         return {
             "format": FORMAT,
             "version": __version__,
-            "source": SOURCE,
+            "source": self.source,
             "ok": self.ok,
             "counts": self.counts,
             "items": [item.to_dict() for item in self.items],
+            "papers": [paper.name for paper in self.papers],
         }
 
 
-def item_ids() -> tuple[str, ...]:
-    """Return the ids of all items, in order."""
-    return tuple(entry.id for entry in ENTRIES)
+def known_papers() -> dict[str, Paper]:
+    """Return every paper by name: the folders here that hold ``claims.toml``."""
+    folders = [
+        Path(place) / module.name
+        for place in papers.__path__
+        for module in pkgutil.iter_modules([place])
+        if module.ispkg
+    ]
+    names = {folder.name.replace("_", "-"): folder for folder in sorted(folders)}
+    return {n: Paper(n, f) for n, f in names.items() if (f / "claims.toml").exists()}
 
 
-def group_names() -> tuple[str, ...]:
-    """Return the groups of items, in order."""
-    return tuple(dict.fromkeys(entry.group for entry in ENTRIES))
-
-
-def selected(only: Sequence[str] | None) -> tuple[Entry, ...]:
-    """Return the entries of these ids or groups in their order; all for None.
+def chosen_papers(name: str | None = None) -> tuple[Paper, ...]:
+    """Return the paper of a name; all for None.
 
     Raises
     ------
     InputError
-        An unknown id or an empty list; the message names the nearest.
+        An unknown name; the message names the nearest.
     """
+    known = known_papers()
+    if name is None:
+        return tuple(known.values())
+    if name not in known:
+        raise InputError(f"reproduce: {unknown_name('paper', name, known)}")
+    return (known[name],)
+
+
+def selected(
+    only: Sequence[str] | None = None, paper: str | None = None
+) -> tuple[tuple[Paper, str], ...]:
+    """Return the items of these ids or groups in their order, each after its paper.
+
+    Parameters
+    ----------
+    only : sequence of str, optional
+        Ids or groups; all when left out.
+    paper : str, optional
+        Name of the paper; all when left out.
+
+    Raises
+    ------
+    InputError
+        An unknown paper, id or group, or an empty list; the message names the nearest.
+    """
+    items = [(p, name) for p in chosen_papers(paper) for name in p.claims.items]
     if only is None:
-        return ENTRIES
+        return tuple(items)
     only = [only] if isinstance(only, str) else only
     if not only:
         raise InputError("reproduce: only: got no item, need at least one. Fix: leave it out.")
-    known = (*item_ids(), *group_names())
+    known = {name for _, name in items} | {p.claims.items[name].group for p, name in items}
     for name in only:
         if name not in known:
             raise InputError(f"reproduce: {unknown_name('item', name, known)}")
-    return tuple(e for e in ENTRIES if e.id in only or e.group in only)
+    return tuple((p, n) for p, n in items if n in only or p.claims.items[n].group in only)
 
 
-def reproduce(only: Sequence[str] | None = None, progress: Progress | None = None) -> Reproduction:
-    """Compute every item, or those asked for.
+def reproduce(
+    only: Sequence[str] | None = None,
+    progress: Progress | None = None,
+    paper: str | None = None,
+) -> Reproduction:
+    """Compute every item, or those asked for; one that raises an exception has failed.
 
     Parameters
     ----------
     only : sequence of str, optional
         Ids or groups; all when left out.
     progress : callable, optional
-        Called with (number from 1, how many, title) before each item is computed.
+        Called with (number from 1, number of items, title) before each item is computed.
+    paper : str, optional
+        Name of the paper; all when left out.
 
     Returns
     -------
@@ -184,31 +252,45 @@ def reproduce(only: Sequence[str] | None = None, progress: Progress | None = Non
     Raises
     ------
     InputError
-        Unknown ids, before anything is computed.
+        Unknown names, before anything is computed.
     """
-    entries = selected(only)
-    bench = Workbench({number: table.state for number, table in TABLES.items()})
+    chosen = selected(only, paper)
+    workbenches = {p.name: p.module.Workbench() for p, _ in chosen}
     items = []
-    for number, entry in enumerate(entries, 1):
+    for number, (p, name) in enumerate(chosen, 1):
         if progress is not None:
-            progress(number, len(entries), entry.title)
-        items.append(_computed(entry, bench))
-    return Reproduction(tuple(items))
+            progress(number, len(chosen), p.claims.items[name].title)
+        items.append(_computed(p, name, workbenches[p.name]))
+    return Reproduction(tuple(items), tuple(dict.fromkeys(p for p, _ in chosen)))
 
 
-def _computed(entry: Entry, bench: Workbench) -> Item:
-    start = time.perf_counter()
-    outcome = entry.compute(bench)
+def _computed(paper: Paper, name: str, workbench: Any) -> Item:
+    claim, start = paper.claims.items[name], time.perf_counter()
+    try:
+        outcome = paper.module.COMPUTE[name](workbench)
+        reason = _reason(claim, outcome)
+        json.dumps(outcome.data, allow_nan=False)
+    except Exception as error:
+        reason = "".join(traceback.format_exception_only(error)).strip()
+        lines = traceback.format_exception(error)
+        data = {"exception": type(error).__name__, "traceback": "".join(lines).splitlines()}
+        outcome = Outcome("nothing: the computation ended with an error", Verdict.FAILED, data=data)
     return Item(
-        id=entry.id,
-        group=entry.group,
-        title=entry.title,
-        paper=outcome.paper,
+        id=name,
+        group=claim.group,
+        title=claim.title,
+        paper=outcome.paper or claim.paper,
         computed=outcome.computed,
         verdict=outcome.verdict,
-        expected=entry.expected,
-        reason=outcome.reason,
+        expected=claim.expected,
+        reason=reason,
         seconds=time.perf_counter() - start,
         data=outcome.data,
         series=outcome.panels or None,
+        paper_name=paper.name,
     )
+
+
+def _reason(claim: ItemClaim, outcome: Outcome) -> str:
+    """Return the reason of the claim; a reason for another verdict explains nothing."""
+    return claim.reason.format(**outcome.reason) if outcome.verdict is claim.expected else ""

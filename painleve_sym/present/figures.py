@@ -143,12 +143,12 @@ def _axis_label(axis: Axis) -> str:
 
 
 def _legend_entries(grid: Iterable[Axes]) -> dict[str, Any]:
-    found: dict[str, Any] = {}
+    entries: dict[str, Any] = {}
     for axes in grid:
         handles, names = axes.get_legend_handles_labels()
         for handle, name in zip(handles, names, strict=True):
-            found.setdefault(name, handle)
-    return found
+            entries.setdefault(name, handle)
+    return entries
 
 
 def _legend_rows(names: Iterable[str], width: float) -> list[list[str]]:
@@ -156,7 +156,7 @@ def _legend_rows(names: Iterable[str], width: float) -> list[list[str]]:
     listed = list(names)
     if not listed:
         return []
-    # The widest text, and what the legend puts around it: handle, gap and column spacing.
+    # The widest text with the handle, gap and column spacing of the legend.
     size = max(_text_width(name) for name in listed) + 0.58
     columns = max(1, min(len(listed), int(width / size)))
     rows = -(-len(listed) // columns)

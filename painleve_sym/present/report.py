@@ -11,7 +11,8 @@ from typing import Any, BinaryIO
 
 from painleve_sym.errors import InputError
 from painleve_sym.files import write_beside
-from painleve_sym.papers.registry import SOURCE, Item, Reproduction
+from painleve_sym.papers.item import Verdict
+from painleve_sym.papers.registry import Item, Reproduction
 from painleve_sym.present.figures import draw
 from painleve_sym.present.style import save
 
@@ -56,7 +57,8 @@ def write_report(reproduction: Reproduction, out_dir: str | Path) -> tuple[Path,
     figures: dict[str, tuple[Path, Path]] = {}
     for item in reproduction.items:
         if item.series is not None:
-            figures[item.id] = save(draw(item.series), out / FIGURES / item.id)
+            label = reproduction.label(item)
+            figures[label] = save(draw(item.series), out / FIGURES / label)
     report, results = out / "report.md", out / "results.json"
     _write(results, _results(reproduction, figures, out))
     _write(report, markdown(reproduction))
@@ -73,9 +75,9 @@ def _encode(text: str, file: BinaryIO) -> None:
 
 def _results(reproduction: Reproduction, figures: dict[str, tuple[Path, Path]], out: Path) -> str:
     data = reproduction.to_dict()
-    for item in data["items"]:
-        files = figures.get(item["id"], ())
-        item["figures"] = [path.relative_to(out).as_posix() for path in files]
+    for item, entry in zip(reproduction.items, data["items"], strict=True):
+        files = figures.get(reproduction.label(item), ())
+        entry["figures"] = [path.relative_to(out).as_posix() for path in files]
     return json.dumps(data, ensure_ascii=False, allow_nan=False, indent=1) + "\n"
 
 
@@ -83,9 +85,13 @@ def _results(reproduction: Reproduction, figures: dict[str, tuple[Path, Path]], 
 
 
 def summary(reproduction: Reproduction) -> str:
-    """Return one sentence: how many items, by verdict, and which are not as expected."""
-    counts = ", ".join(f"{n} {name}" for name, n in reproduction.counts.items())
-    odd = [item.id for item in reproduction.items if not item.as_expected]
+    """Return one sentence: the number of items by verdict, and those not as expected."""
+    counts = ", ".join(
+        f"{n} {name}"
+        for name, n in reproduction.counts.items()
+        if n or name != Verdict.FAILED.value
+    )
+    odd = [reproduction.label(item) for item in reproduction.items if not item.as_expected]
     end = "every verdict as expected" if not odd else f"NOT as expected: {', '.join(odd)}"
     total = len(reproduction.items)
     return f"{total} item{'s' * (total != 1)}: {counts}; {end}."
@@ -103,7 +109,7 @@ def terminal_table(reproduction: Reproduction) -> str:
             group = item.group
             lines += ["", _HEADINGS.get(group, f"{group}s")]
         verdict = item.verdict.value + _MARK[item.as_expected]
-        texts = (item.id, item.paper, item.computed, verdict)
+        texts = (reproduction.label(item), item.paper, item.computed, verdict)
         cells = [_wrapped(t, n) for t, (_, n) in zip(texts, _COLUMNS, strict=True)]
         for i in range(max(map(len, cells))):
             lines.append(_line([cell[i] if i < len(cell) else "" for cell in cells]))
@@ -132,25 +138,32 @@ def markdown(reproduction: Reproduction) -> str:
     """Return the report: an overview, then every item with its figure and numbers."""
     parts = [
         "# The paper again",
-        f"{SOURCE}: every table, figure and formula, computed and compared with the print.",
+        f"{reproduction.source}: every table, figure and formula, computed and compared with the "
+        "print.",
         summary(reproduction),
         "*reproduced*: agrees within the digits printed, or the words hold. *misprint*: a small "
         "correction of the print makes it agree. *differs*: it does not agree, for the reason "
-        "given.",
+        "given. *failed*: the computation ended with an error.",
         _table(
             ["item", "paper", "computed", "verdict"],
             [
-                [f"[{i.id}](#{i.id})", i.paper, i.computed, i.verdict.value + _MARK[i.as_expected]]
+                [
+                    f"[{label}](#{label})",
+                    i.paper,
+                    i.computed,
+                    i.verdict.value + _MARK[i.as_expected],
+                ]
                 for i in reproduction.items
+                for label in (reproduction.label(i),)
             ],
         ),
     ]
     for item in reproduction.items:
-        parts += _section(item)
+        parts += _section(item, reproduction.label(item))
     return "\n\n".join(parts) + "\n"
 
 
-def _section(item: Item) -> list[str]:
+def _section(item: Item, label: str) -> list[str]:
     lines = [
         f"- paper: {_escaped(item.paper)}",
         f"- computed: {_escaped(item.computed)}",
@@ -159,15 +172,15 @@ def _section(item: Item) -> list[str]:
     ]
     if item.reason:
         lines.append(f"- {_escaped(item.reason)}")
-    for name, held in item.data.get("checks", {}).items():
-        lines.append(f"- [{'x' if held else ' '}] {_escaped(name)}")
-    parts = [f'## <a id="{item.id}"></a>{item.title}', "\n".join(lines)]
+    for statement, holds in item.data.get("checks", {}).items():
+        lines.append(f"- [{'x' if holds else ' '}] {_escaped(statement)}")
+    parts = [f'## <a id="{label}"></a>{item.title}', "\n".join(lines)]
     for name in ("printed", "derived"):
         formula = item.data.get(f"{name}_latex")
         if formula:
             parts.append(f"{name}: $\\displaystyle {formula}$")
     if item.series is not None:
-        parts.append(f"![{item.title}]({FIGURES}/{item.id}.png)")
+        parts.append(f"![{item.title}]({FIGURES}/{label}.png)")
     table = item.data.get("table")
     if table:
         parts.append(_table(table["columns"], table["rows"]))

@@ -17,6 +17,7 @@ from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.mechanics.formulas.formula import wrap_expression
 from painleve_sym.mechanics.models import MODELS, model
 from painleve_sym.papers import registry as study
+from painleve_sym.papers.impact_resolution import items
 from tests.cli.cli_helpers import run, run_json
 
 
@@ -167,9 +168,31 @@ def test_derive_python_jump_equals_the_package(module, state):
 def test_reproduce_list_names_every_item(capsys):
     code, out, err = run(capsys, "reproduce", "--list")
     assert (code, err) == (0, "")
-    assert [line.split()[0] for line in out.splitlines()[1:]] == list(study.item_ids())
+    names = [name for _, name in study.selected()]
+    assert [line.split()[0] for line in out.splitlines()[1:]] == names
     data = run_json(capsys, "reproduce", "--list")
-    assert [item["id"] for item in data["items"]] == list(study.item_ids())
+    assert [item["id"] for item in data["items"]] == names
+    assert set(data["items"][0]) == {"id", "group", "title", "paper_name"}
+
+
+def test_reproduce_one_paper_by_its_name(capsys):
+    code, out, _ = run(capsys, "reproduce", "impact-resolution", "--only", "eq-2", "--json")
+    assert (code, json.loads(out)["papers"]) == (0, ["impact-resolution"])
+    code, out, err = run(capsys, "reproduce", "impact-resolutoin")
+    assert (code, out) == (2, "")
+    assert "Did you mean 'impact-resolution'" in err
+
+
+def test_reproduce_with_an_item_that_raises_exits_with_1_and_keeps_its_json(capsys, monkeypatch):
+    def fail(bench):
+        raise RuntimeError("no such rod")
+
+    monkeypatch.setitem(items.COMPUTE, "eq-2", fail)
+    code, out, _ = run(capsys, "reproduce", "--only", "eq-2,eq-3", "--json")
+    data = json.loads(out)
+    assert code == 1
+    assert [item["verdict"] for item in data["items"]] == ["failed", "reproduced"]
+    assert data["items"][0]["reason"] == "RuntimeError: no such rod"
 
 
 def test_reproduce_one_item_reports_progress_and_verdict(capsys):

@@ -1,115 +1,109 @@
-"""The package's closed forms against the formulas as the paper prints them.
-
-They are typed here a second time, apart from `derivations`, so that a slip in one is seen.
-"""
+"""The formulas of the claims against the package, and the test of equality."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import pytest
 import sympy as sp
 
-from painleve_sym.laws.compliance import K_E, bilinear_hertz, without_ramps
-from painleve_sym.laws.restitution import three_phase_jump
-from painleve_sym.mechanics.impact.impulse_rays import V_N, V_N_PLUS, V_T
-from painleve_sym.mechanics.models import rod
-from painleve_sym.mechanics.paradox.critical_friction import critical_friction
+from painleve_sym.papers.formula import identical
+from painleve_sym.papers.impact_resolution.claims import CLAIMS
+from painleve_sym.papers.impact_resolution.formulas import (
+    DERIVE,
+    abbreviations,
+    compare,
+    derived_forms,
+)
+from painleve_sym.papers.impact_resolution.runs import Workbench
+from painleve_sym.papers.item import Verdict
 
-ROD = rod()
-C = ROD.coefficients
-JUMP = three_phase_jump(C)
-NAMES = {s.name: s for s in (*ROD.system.q, *ROD.system.q_dot)}
-NAMES |= {p.name: p.symbol for p in ROD.system.parameters}
-NAMES |= {str(s): s for s in (V_T, V_N, V_N_PLUS)} | {"s": sp.Symbol("s"), "c": sp.Symbol("c")}
-NAMES |= {f.name: f for f in C.sticking_force.free_symbols}
-OMEGA = NAMES["theta_dot"]
-
-# Left: what the package derives. Right: what is printed, with s = sin θ, c = cos θ, and v_t, v_n
-# for ẋ_A, ẏ_A where the phase begins.
-PRINTED = {
-    "(2)": (C.A(-1), "(1 + 3*c*(c - mu*s))/m"),
-    "(3)": (C.B, "l*theta_dot**2*s - g"),
-    "(13)": (C.b_n, "-g + l*theta_dot**2*s"),
-    "F_t": (C.sticking_force, "(3*s*c*F_n - m*l*theta_dot**2*c)/(3*s**2 + 1)"),
-    "(14) ydot(t1)": (
-        JUMP.tangential.normal_velocity,
-        "v_n - (1 - 3*mu*s*c + 3*c**2)/(mu - 3*s*c + 3*mu*s**2)*v_t",
-    ),
-    "(14) P_n1": (JUMP.tangential.normal_impulse, "-m/(mu - 3*s*c + 3*mu*s**2)*v_t"),
-    "(14) thetadot(t1), restored": (
-        JUMP.tangential.velocity[OMEGA],
-        "theta_dot + 3*(mu*s - c)/(m*l)*(-m/(mu - 3*s*c + 3*mu*s**2)*v_t)",
-    ),
-    "(17)": (
-        JUMP.tangential.stored_energy.subs(V_N, 0),
-        "-((1 - 3*mu*s*c + 3*c**2)/(mu - 3*s*c + 3*mu*s**2)*v_t)**2/(2*(1 + 3*c*(c - mu*s))/m)",
-    ),
-    "(18) thetadot(t2)": (JUMP.compression.velocity[OMEGA], "theta_dot + 3*c/(4*l)*v_n"),
-    "(18) P_n2, corrected": (JUMP.compression.normal_impulse, "-m*(1 + 3*s**2)/4*v_n"),
-    "(19) A'": (C.A_stick, "4/(m*(1 + 3*s**2))"),
-    "(19) B'": (C.B_stick, "4*l*s/(3*s**2 + 1)*theta_dot**2 - g"),
-    "(20)": (JUMP.compression.stored_energy, "v_n**2/(2*4/(m*(1 + 3*s**2)))"),
-    "(21) thetadot(t3)": (JUMP.restitution.velocity[OMEGA], "theta_dot - 3*c/(4*l)*v_n_plus"),
-}
-MISPRINTED = {
-    "(18) P_n2": (JUMP.compression.normal_impulse, "-m*(1 + 3*s**2)/(4*l)*v_n"),
-}
-
-# Exact points on the unit circle: equality of such closed forms is decided by numbers.
+# Exact points on the unit circle, and rational numbers for all other symbols.
 POINTS = [(sp.Rational(a, 65), sp.Rational(b, 65)) for a, b in ((16, 63), (33, 56), (52, 39))]
-VALUES = [sp.Rational(k + 3, k + 7) for k in range(11)]
 
 
-def _differs(derived: sp.Expr, printed: str) -> list[sp.Expr]:
-    theta = NAMES["theta"]
-    expected = sp.sympify(printed, locals=NAMES)
-    found = []
-    for sine, cosine in POINTS:
-        numbers = {sp.sin(theta): sine, sp.cos(theta): cosine}
-        numbers |= {NAMES["s"]: sine, NAMES["c"]: cosine}
-        rest = sorted((derived.free_symbols | expected.free_symbols) - {theta}, key=str)
-        plain = [s for s in rest if s not in numbers]
-        numbers |= dict(zip(plain, VALUES, strict=False))
-        found.append((derived - expected).subs(numbers))
-    return [difference for difference in found if difference != 0]
+@pytest.fixture(scope="module")
+def derived():
+    return derived_forms(Workbench())
 
 
-@pytest.mark.parametrize("number", PRINTED)
-def test_formula_of_the_paper_is_derived(number):
-    derived, printed = PRINTED[number]
-    assert _differs(derived, printed) == []
+def differences(derived, name, corrected):
+    """Return derived − printed at the points, to thirty digits."""
+    printed = derived.printed(name, corrected).subs(abbreviations(derived))
+    theta, left = derived["theta"], DERIVE[name](derived) - printed
+    rest = sorted(left.free_symbols - {theta}, key=str)
+    values = {s: sp.Rational(k + 3, k + 7) for k, s in enumerate(rest)}
+    at = [left.subs({sp.sin(theta): s, sp.cos(theta): c}).subs(values) for s, c in POINTS]
+    return [abs(sp.N(difference, 30, chop=False)) for difference in at]
 
 
-@pytest.mark.parametrize("number", MISPRINTED)
-def test_formula_misprinted_in_the_paper_is_not_derived(number):
-    derived, printed = MISPRINTED[number]
-    assert len(_differs(derived, printed)) == len(POINTS)
+# Numbers decide here what `identical` decides by algebra.
+@pytest.mark.parametrize("name", DERIVE)
+def test_formula_agrees_with_the_package_at_exact_points(derived, name):
+    assert max(differences(derived, name, corrected=True)) < 1e-25
 
 
-def test_formula_21_separation_velocity():
-    stored = sp.Symbol("E_c", nonnegative=True)
-    e = JUMP.law.parameter.symbol
-    printed = sp.sqrt(-2 * C.A_stick * (-(e**2) * stored))
-    assert sp.simplify(JUMP.separation_velocity**2 - printed**2) == 0
-    point = {stored: 2, e: sp.Rational(3, 4), NAMES["m"]: 1, NAMES["theta"]: 1}
-    assert JUMP.separation_velocity.subs(point) > 0
+@pytest.mark.parametrize("name", ["eq-4-radius", "eq-18-impulse"])
+def test_formula_misprinted_in_the_paper_differs_at_every_point(derived, name):
+    assert min(differences(derived, name, corrected=False)) > 1e-3
 
 
-def test_formula_critical_friction_is_four_thirds():
-    assert critical_friction(C, slip=-1).minimum("theta").value == sp.Rational(4, 3)
+# ---- verdicts ----
+
+WRONG = {
+    "eq-2": ("cos(theta) - mu", "cos(theta) + mu"),
+    "eq-3": ("- g", "+ g"),
+    "eq-5": ("**n", "**2"),
+    "eq-6": ("1 - e_s**2", "1 - e_s"),
+    "eq-14-impulse": ("-m", "m"),
+    "eq-17": ("/(2*", "/(3*"),
+    "eq-21-normal": ("-2*", "-3*"),
+    "critical-friction": ("4/3", "5/3"),
+}
 
 
-def test_formulas_4_to_6_of_the_compression_law():
-    law = bilinear_hertz()
-    E, nu, R, n, e = (p.symbol for p in law.parameters)
-    e_star = E / (2 * (1 - nu**2))
-    assert sp.simplify(law.definitions[K_E] - sp.Rational(4, 3) * e_star * sp.sqrt(R)) == 0
-    delta, delta_max = (sp.Symbol(name, real=True) for name in ("delta", "delta_max"))
-    loading, unloading = (without_ramps(b.force) for b in law.branches[:2])
-    assert loading == K_E * delta**n
-    values = {n: sp.Rational(3, 2), e: sp.Rational(3, 4), K_E: 7, delta_max: 1}
-    floored = next(s for s in law.definitions if s != K_E)
-    for part in (sp.Rational(1, 2), sp.Rational(9, 10), 1):
-        point = {**values, delta: part, floored: values[e] ** 2}
-        delta_p = 1 - values[e] ** 2
-        printed = 7 * ((part - delta_p) / (1 - delta_p)) ** values[n]
-        assert sp.simplify(unloading.subs(point) - printed) == 0
+def with_formula(name, **changes):
+    formula = replace(CLAIMS.formulas[name], **changes)
+    return replace(CLAIMS, formulas={**CLAIMS.formulas, name: formula})
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_formula_with_a_changed_sign_or_factor_is_not_reproduced(derived, name):
+    text = CLAIMS.formulas[name].expression
+    changed = with_formula(name, expression=text.replace(*WRONG[name]))
+    assert changed != CLAIMS
+    assert compare(CLAIMS, name, derived).verdict is Verdict.REPRODUCED
+    assert compare(changed, name, derived).verdict is Verdict.DIFFERS
+
+
+def test_misprint_needs_a_correction_that_holds(derived):
+    assert compare(CLAIMS, "eq-18-impulse", derived).verdict is Verdict.MISPRINT
+    text = CLAIMS.formulas["eq-18-impulse"].corrected
+    other = with_formula("eq-18-impulse", corrected="2*" + text)
+    assert compare(other, "eq-18-impulse", derived).verdict is Verdict.DIFFERS
+
+
+# ---- equality ----
+
+x, y = sp.symbols("x y", positive=True)
+t = sp.Symbol("t", real=True)
+
+
+@pytest.mark.parametrize(
+    ("left", "right", "equal"),
+    [
+        (sp.sin(2 * t), 2 * sp.sin(t) * sp.cos(t), True),
+        (sp.tan(t), sp.sin(t) / sp.cos(t), True),
+        (sp.cos(t) ** 2, 1 - sp.sin(t) ** 2, True),
+        (4 / (1 + 3 * sp.sin(t) ** 2), 4 / (4 - 3 * sp.cos(t) ** 2), True),
+        (sp.sqrt(4 / (4 - 3 * sp.cos(t) ** 2)), 2 / sp.sqrt(1 + 3 * sp.sin(t) ** 2), True),
+        (sp.sqrt(x**2 * y / (1 + y)), x * sp.sqrt(y / (1 + y)), True),
+        (sp.sqrt(x), -sp.sqrt(x), False),
+        (sp.sqrt(x), sp.sqrt(x + 1), False),
+        (sp.sin(t) ** 2, sp.cos(t) ** 2, False),
+        (sp.cos(t), sp.sin(t), False),
+        (sp.Float(1.0), sp.Integer(1) + sp.Float("1e-12"), False),
+    ],
+)
+def test_identical_decides_equality(left, right, equal):
+    assert identical(left, right) is equal

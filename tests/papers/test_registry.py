@@ -1,13 +1,24 @@
-"""Every item of the paper, its verdict, and the interface around it."""
+"""Every item of the paper, its verdict, and the registry of papers."""
 
 import json
 import re
+import sys
 
+import numpy as np
 import pytest
 
+from painleve_sym import papers
 from painleve_sym.errors import InputError
-from painleve_sym.papers.claim import Verdict
-from painleve_sym.papers.registry import ENTRIES, group_names, item_ids, reproduce, selected
+from painleve_sym.papers.impact_resolution import items
+from painleve_sym.papers.item import Verdict, checked
+from painleve_sym.papers.registry import chosen_papers, known_papers, reproduce, selected
+from painleve_sym.present.report import markdown, terminal_table, write_report
+
+ITEMS = [name for _, name in selected(paper="impact-resolution")]
+
+
+def group(name):
+    return known_papers()["impact-resolution"].claims.items[name].group
 
 
 @pytest.fixture(scope="module")
@@ -15,11 +26,12 @@ def everything():
     return reproduce()
 
 
-@pytest.mark.parametrize("name", item_ids())
+@pytest.mark.parametrize("name", ITEMS)
 def test_item_has_the_expected_verdict(everything, name):
     item = next(i for i in everything.items if i.id == name)
-    failed = [k for k, held in item.data.get("checks", {}).items() if not held]
-    assert item.as_expected, f"{item.verdict}: {item.computed}; failed: {failed}"
+    wrong = [statement for statement, holds in item.data.get("checks", {}).items() if not holds]
+    assert item.as_expected, f"{item.verdict}: {item.computed}; {item.reason}; {wrong}"
+    assert "{" not in item.reason
     assert item.paper
     assert item.computed
     assert item.verdict is Verdict.REPRODUCED or item.reason
@@ -27,7 +39,7 @@ def test_item_has_the_expected_verdict(everything, name):
 
 def test_reproduction_is_ok_with_every_verdict_as_expected(everything):
     assert everything.ok
-    assert sum(everything.counts.values()) == len(ENTRIES)
+    assert sum(everything.counts.values()) == len(ITEMS)
 
 
 def test_misprints_and_differences_are_the_known_ones(everything):
@@ -48,21 +60,20 @@ def test_misprints_and_differences_are_the_known_ones(everything):
         "third-period",
         "jump-precision",
         "critical-force",
-        "reference-exact",
     }
 
 
 def test_items_cover_every_table_and_figure():
-    assert {f"table-{n}" for n in range(1, 7)} <= set(item_ids())
+    assert {f"table-{n}" for n in range(1, 7)} <= set(ITEMS)
     # Fig. 1 is a sketch.
-    assert {f"fig-{n}" for n in range(2, 15)} <= set(item_ids())
-    numbers = {int(m[1]) for m in (re.match(r"eq-(\d+)", i) for i in item_ids()) if m}
+    assert {f"fig-{n}" for n in range(2, 15)} <= set(ITEMS)
+    numbers = {int(m[1]) for m in (re.match(r"eq-(\d+)", i) for i in ITEMS) if m}
     assert numbers == set(range(1, 22))
 
 
 def test_item_ids_are_unique_and_differ_from_groups():
-    assert len(set(item_ids())) == len(item_ids())
-    assert not set(item_ids()) & set(group_names())
+    assert len(set(ITEMS)) == len(ITEMS)
+    assert not set(ITEMS) & {group(name) for name in ITEMS}
 
 
 def test_figures_have_series_and_formulas_none(everything):
@@ -89,7 +100,9 @@ def test_results_are_plain_data_without_nan(everything):
         "seconds",
         "has_figure",
         "data",
+        "paper_name",
     }
+    assert data["papers"] == ["impact-resolution"]
     for item in data["items"]:
         table = item["data"].get("table")
         assert table is None or all(len(r) == len(table["columns"]) for r in table["rows"])
@@ -124,10 +137,10 @@ def test_velocity_problem_finds_the_jump_where_accelerations_have_no_solution(ev
 
 
 def test_selected_keeps_the_order_and_takes_groups():
-    assert [e.id for e in selected(["fig-8", "table-1"])] == ["table-1", "fig-8"]
-    assert {e.group for e in selected(["jump"])} == {"jump"}
+    assert [name for _, name in selected(["fig-8", "table-1"])] == ["table-1", "fig-8"]
+    assert {group(name) for _, name in selected(["jump"])} == {"jump"}
     assert selected("fig-8") == selected(["fig-8"])
-    assert selected(None) == ENTRIES
+    assert [name for _, name in selected(None)] == ITEMS
 
 
 def test_unknown_item_suggests_the_nearest():
@@ -140,10 +153,10 @@ def test_empty_selection_is_refused():
         reproduce([])
 
 
-def test_progress_is_told_before_every_item():
-    told = []
-    reproduce(["eq-2", "eq-3"], lambda *args: told.append(args))
-    assert told == [(1, 2, "coefficient A"), (2, 2, "coefficient B")]
+def test_progress_is_reported_before_every_item():
+    calls = []
+    reproduce(["eq-2", "eq-3"], lambda *args: calls.append(args))
+    assert calls == [(1, 2, "coefficient A"), (2, 2, "coefficient B")]
 
 
 def test_items_alone_give_the_same_as_together(everything):
@@ -151,3 +164,132 @@ def test_items_alone_give_the_same_as_together(everything):
     together = {i.id: i for i in everything.items}
     for item in alone:
         assert item.data == together[item.id].data
+
+
+def test_features_differ_when_one_check_fails():
+    assert checked("c", {"a": True}).verdict is Verdict.REPRODUCED
+    outcome = checked("c", {"a": True, "b": np.bool_(False)})
+    assert outcome.verdict is Verdict.DIFFERS
+    assert outcome.data["checks"] == {"a": True, "b": False}
+
+
+# ---- failures ----
+
+
+def divide(bench):
+    return 1 / 0
+
+
+def not_a_number(bench):
+    return checked("c", {"a": True}, {"value": float("nan")})
+
+
+@pytest.mark.parametrize(
+    ("compute", "exception"), [(divide, "ZeroDivisionError"), (not_a_number, "ValueError")]
+)
+def test_item_that_raises_has_failed_and_the_others_are_computed(
+    monkeypatch, tmp_path, compute, exception
+):
+    monkeypatch.setitem(items.COMPUTE, "eq-2", compute)
+    reproduction = reproduce(["eq-1", "eq-2", "eq-3"])
+    assert [i.verdict for i in reproduction.items] == [
+        Verdict.REPRODUCED,
+        Verdict.FAILED,
+        Verdict.REPRODUCED,
+    ]
+    assert not reproduction.ok
+    failed = reproduction.items[1]
+    assert failed.reason.startswith(f"{exception}: ")
+    assert failed.data["exception"] == exception
+    assert reproduction.counts["failed"] == 1
+    assert "1 failed; NOT as expected: eq-2" in terminal_table(reproduction)
+    assert "verdict: **failed**, expected reproduced" in markdown(reproduction)
+    write_report(reproduction, tmp_path)
+    assert json.loads((tmp_path / "results.json").read_text("utf-8"))["ok"] is False
+
+
+# ---- several papers ----
+
+TINY = """
+[source]
+title = "On the fall of apples"
+authors = "I. Newton"
+
+[formulas.eq-1]
+number = "(1)"
+title = "height of fall"
+text = "h = g t²/2"
+expression = "g*t**2/2"
+
+[items.fig-7]
+group = "figure"
+title = "an apple"
+paper = "it falls"
+expected = "differs"
+reason = "it rises by {height:.1f} m"
+"""
+TINY_ITEMS = """
+import sympy as sp
+from painleve_sym.papers.claims import read_claims
+from painleve_sym.papers.item import Outcome, Verdict
+from painleve_sym.papers.formula import identical
+from painleve_sym.papers.panels import Axis, Panel, line
+from pathlib import Path
+
+class Workbench:
+    claims = read_claims(Path(__file__).parent / "claims.toml")
+
+def formula(bench):
+    g, t = sp.symbols("g t")
+    printed = bench.claims.expression("eq-1", {"g": g, "t": t})
+    return Outcome("", Verdict.of(identical(printed, sp.integrate(g * t, t))))
+
+def figure(bench):
+    panel = Panel(Axis("$t$"), Axis("$h$"), (line("", [0, 1], [0, 1]),))
+    return Outcome("it rises", Verdict.DIFFERS, {"height": 2.0}, panels=(panel,))
+
+COMPUTE = {"eq-1": formula, "fig-7": figure}
+"""
+
+
+@pytest.fixture
+def apples(tmp_path, monkeypatch):
+    folder = tmp_path / "papers" / "fall_of_apples"
+    folder.mkdir(parents=True)
+    for name, text in {"claims.toml": TINY, "items.py": TINY_ITEMS, "__init__.py": ""}.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    monkeypatch.setattr(papers, "__path__", [*papers.__path__, str(folder.parent)])
+    yield folder
+    for name in [n for n in sys.modules if n.startswith("painleve_sym.papers.fall_of_apples")]:
+        del sys.modules[name]
+    vars(papers).pop("fall_of_apples", None)
+
+
+def test_paper_is_added_by_its_folder_alone(apples):
+    assert list(known_papers()) == ["fall-of-apples", "impact-resolution"]
+    reproduction = reproduce(paper="fall-of-apples")
+    assert reproduction.ok
+    assert [i.id for i in reproduction.items] == ["eq-1", "fig-7"]
+    assert reproduction.items[1].reason == "it rises by 2.0 m"
+    assert reproduction.source == "On the fall of apples, I. Newton"
+
+
+def test_papers_together_keep_items_of_one_id_apart(apples, tmp_path):
+    reproduction = reproduce(["fig-7"])
+    assert [i.paper_name for i in reproduction.items] == ["fall-of-apples", "impact-resolution"]
+    write_report(reproduction, tmp_path / "out")
+    figures = {path.stem for path in (tmp_path / "out" / "figures").iterdir()}
+    assert figures == {"fall-of-apples-fig-7", "impact-resolution-fig-7"}
+    assert "\nimpact-resolution-" in terminal_table(reproduction)
+
+
+def test_item_without_claim_or_computation_is_an_error(apples):
+    text = TINY_ITEMS.replace('"fig-7": figure', '"fig-8": figure')
+    (apples / "items.py").write_text(text, encoding="utf-8")
+    with pytest.raises(LookupError, match=r"\['fig-7', 'fig-8'\]"):
+        reproduce(paper="fall-of-apples")
+
+
+def test_unknown_paper_suggests_the_nearest():
+    with pytest.raises(InputError, match="Did you mean 'impact-resolution'"):
+        chosen_papers("impact-resolutoin")

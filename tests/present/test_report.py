@@ -7,8 +7,8 @@ from dataclasses import replace
 import pytest
 
 from painleve_sym.errors import InputError
-from painleve_sym.papers.claim import Verdict
-from painleve_sym.papers.registry import Reproduction, item_ids, reproduce
+from painleve_sym.papers.item import Verdict
+from painleve_sym.papers.registry import reproduce, selected
 from painleve_sym.present.report import WIDTH, display_width, markdown, terminal_table, write_report
 
 FEW = ("eq-18-impulse", "table-3", "fig-7", "fig-8", "rotation")
@@ -45,7 +45,7 @@ def test_report_results_hold_every_item_and_its_figures(written, few):
     data = json.loads((out / "results.json").read_text(encoding="utf-8"))
     assert [i["id"] for i in data["items"]] == list(FEW)
     assert data["ok"] is True
-    assert data["counts"] == {"reproduced": 2, "misprint": 2, "differs": 1}
+    assert data["counts"] == {"reproduced": 2, "misprint": 2, "differs": 1, "failed": 0}
     by_id = {i["id"]: i for i in data["items"]}
     assert by_id["fig-7"]["figures"] == ["figures/fig-7.png", "figures/fig-7.svg"]
     assert by_id["table-3"]["figures"] == []
@@ -100,7 +100,7 @@ def test_terminal_table_columns_line_up_under_dotted_letters(few):
 
 
 def test_unexpected_verdict_is_marked_everywhere(few):
-    odd = Reproduction((replace(few.items[0], verdict=Verdict.DIFFERS), *few.items[1:]))
+    odd = replace(few, items=(replace(few.items[0], verdict=Verdict.DIFFERS), *few.items[1:]))
     assert not odd.ok
     assert "differs !" in terminal_table(odd)
     assert "NOT as expected: eq-18-impulse" in terminal_table(odd)
@@ -109,10 +109,10 @@ def test_unexpected_verdict_is_marked_everywhere(few):
 
 @pytest.mark.slow
 def test_report_of_everything_is_written(tmp_path):
-    found = reproduce()
-    files = write_report(found, tmp_path)
-    assert found.ok
-    with_figure = [i for i in found.items if i.series is not None]
+    everything = reproduce()
+    files = write_report(everything, tmp_path)
+    assert everything.ok
+    with_figure = [i for i in everything.items if i.series is not None]
     assert len(files) == 2 + 2 * len(with_figure)
-    assert len(found.items) == len(item_ids())
-    assert all(display_width(line) <= WIDTH for line in terminal_table(found).splitlines())
+    assert len(everything.items) == len(selected())
+    assert all(display_width(line) <= WIDTH for line in terminal_table(everything).splitlines())

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from painleve_sym.papers.claim import Verdict
 from painleve_sym.papers.impact_resolution.beyond import compute_corrected
-from painleve_sym.papers.impact_resolution.claims import TABLES
-from painleve_sym.papers.run_cache import Workbench
+from painleve_sym.papers.impact_resolution.runs import Workbench
+from painleve_sym.papers.item import Verdict
 from painleve_sym.study.compare.finite_stiffness import RULES, compare_corrected, drift_of_the_rule
 
 STIFF = tuple(20.9 * 10.0**p for p in (19, 20, 21))
@@ -14,7 +13,7 @@ STIFF = tuple(20.9 * 10.0**p for p in (19, 20, 21))
 
 @pytest.fixture(scope="module")
 def bench():
-    return Workbench({n: t.state for n, t in TABLES.items()})
+    return Workbench()
 
 
 @pytest.fixture(scope="module")

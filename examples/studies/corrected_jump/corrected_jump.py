@@ -12,13 +12,12 @@ from pathlib import Path
 
 import painleve_sym as ps
 from painleve_sym.papers.impact_resolution.beyond import compute_corrected
-from painleve_sym.papers.impact_resolution.claims import TABLES
-from painleve_sym.papers.run_cache import Workbench
+from painleve_sym.papers.impact_resolution.runs import Workbench
 from painleve_sym.present.figures import draw
 from painleve_sym.present.report import save
 from painleve_sym.simulate.finite_stiffness.damped_impact import damped_impact
 
-bench = Workbench({number: table.state for number, table in TABLES.items()})
+bench = Workbench()
 outcome = compute_corrected(bench)
 print("Table 3: error of the rebound y_A_dot(t3) and its local order")
 print(f"{'E':>9} {'softened':>10}" + 2 * f" {'classical':>10} {'frozen':>10} {'carried':>10}")

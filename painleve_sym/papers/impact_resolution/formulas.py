@@ -12,16 +12,19 @@ import sympy as sp
 from painleve_sym.laws.catalogue import compliant_law
 from painleve_sym.laws.compliance import DELTA, DELTA_MAX, K_E, ContactLaw, without_ramps
 from painleve_sym.laws.restitution import E_C, ThreePhaseJump, three_phase_jump
+from painleve_sym.mechanics.bodies import Body
+from painleve_sym.mechanics.coefficients import F_N, ContactCoefficients
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.impact.impulse_rays import V_N, V_N_PLUS, V_T, raw
 from painleve_sym.mechanics.models import Mechanism
 from painleve_sym.mechanics.paradox.critical_friction import critical_friction
 from painleve_sym.mechanics.system import Coordinate, LagrangianSystem
-from painleve_sym.papers.claim import Entry, Outcome, Verdict
-from painleve_sym.papers.impact_resolution.claims import FORMULAS, PrintedFormula
-from painleve_sym.papers.run_cache import Workbench
+from painleve_sym.papers.claims import Claims
+from painleve_sym.papers.formula import identical
+from painleve_sym.papers.impact_resolution.claims import CLAIMS
+from painleve_sym.papers.impact_resolution.runs import Workbench
+from painleve_sym.papers.item import Outcome, Verdict
 
-GROUP = "formula"
 POSITIVE = (
     "delta delta_0 delta_max delta_p n e_s E nu R R_1 R_2 R_star K_e F_n_max F_n0 W_c E_nc depth"
 )
@@ -29,27 +32,6 @@ REAL = (
     "x_A_dot_0 y_A_dot_0 y_A_dot_1 y_A_dot_3 theta_dot_0 theta_dot_1 theta_dot_2 P_n1 "
     "y_ddot theta_ddot"
 )
-
-
-def identical(left: sp.Expr, right: sp.Expr) -> bool:
-    """Return whether two expressions are equal for all values of their symbols.
-
-    Sines and cosines become rational functions of the half angle's tangent, where equality is
-    decided exactly; SymPy simplifies what is left. Square roots are compared by their squares and
-    their sign at one point.
-    """
-    if any(p.exp == sp.Rational(1, 2) for p in (left - right).atoms(sp.Pow)):
-        symbols = sorted((left - right).free_symbols, key=str)
-        point = {s: sp.Rational(2 + i, 3) for i, s in enumerate(symbols)}
-        near = abs(sp.N((left - right).subs(point), 30)) < sp.Float("1e-20")
-        return bool(near) and identical(sp.expand(left**2), sp.expand(right**2))
-    difference = sp.expand_trig(sp.expand_power_base(left - right, force=True))
-    swap = {}
-    for angle in {a.args[0] for a in difference.atoms(sp.sin, sp.cos)}:
-        u = sp.Dummy("u", real=True)
-        swap[sp.sin(angle)] = 2 * u / (1 + u**2)
-        swap[sp.cos(angle)] = (1 - u**2) / (1 + u**2)
-    return bool(sp.simplify(sp.together(difference.subs(swap))) == 0)
 
 
 @dataclass(frozen=True)
@@ -68,54 +50,28 @@ class Derived:
     def names(self) -> dict[str, Any]:
         """Return every symbol a printed formula may use, by name."""
         system = self.mechanism.system
-        found: dict[str, Any] = {s.name: s for s in sp.symbols(POSITIVE, positive=True)}
-        found |= {s.name: s for s in sp.symbols(REAL, real=True)}
-        found |= {s.name: s for s in (*system.q, *system.q_dot)}
-        found |= {p.name: p.symbol for p in system.parameters}
-        found |= {"F_n": sp.Symbol("F_n", nonnegative=True), "K_e": K_E}
-        return found
+        names: dict[str, Any] = {s.name: s for s in sp.symbols(POSITIVE, positive=True)}
+        names |= {s.name: s for s in sp.symbols(REAL, real=True)}
+        names |= {s.name: s for s in (*system.q, *system.q_dot)}
+        names |= {p.name: p.symbol for p in system.parameters}
+        names |= {"F_n": F_N, "K_e": K_E, "E_nr": -(names["e_s"] ** 2) * names["E_nc"]}
+        return names
 
-    def parse(self, text: str) -> sp.Expr:
-        """Return a printed right side as an expression."""
-        return sp.sympify(text, locals=self.names, rational=True)
+    def printed(self, formula: str, corrected: bool = False) -> sp.Expr:
+        """Return a printed right side as an expression, as printed or corrected."""
+        return CLAIMS.expression(formula, self.names, corrected)
 
     def __getitem__(self, name: str) -> Any:
         return self.names[name]
 
-    # ---- sliding and sticking ----
+    @property
+    def contact(self) -> ContactCoefficients:
+        """Coefficients of the contact."""
+        return self.mechanism.coefficients
 
     def sliding(self) -> sp.Expr:
         """Return ÿ_A while sliding left."""
-        c = self.mechanism.coefficients
-        return c.A(-1) * self["F_n"] + c.B
-
-    def a(self) -> sp.Expr:
-        """Return A of leftward sliding."""
-        return self.mechanism.coefficients.A(-1)
-
-    def b(self) -> sp.Expr:
-        """Return B."""
-        return self.mechanism.coefficients.B
-
-    def a_stick(self) -> sp.Expr:
-        """Return A′."""
-        return self.mechanism.coefficients.A_stick
-
-    def b_stick(self) -> sp.Expr:
-        """Return B′."""
-        return self.mechanism.coefficients.B_stick
-
-    def sticking_force(self) -> sp.Expr:
-        """Return F_t that keeps the end at rest."""
-        return self.mechanism.coefficients.sticking_force
-
-    def sliding_force(self) -> sp.Expr:
-        """Return F_n* of sliding on."""
-        return -self.b() / self.a()
-
-    def least_critical_friction(self) -> sp.Expr:
-        """Return the smallest friction with A < 0 at some θ."""
-        return critical_friction(self.mechanism.coefficients, -1).minimum("theta").value
+        return self.contact.A(-1) * self["F_n"] + self.contact.B
 
     # ---- free flight, in the coordinates of the centre ----
 
@@ -125,12 +81,13 @@ class Derived:
         x, y = (Coordinate(n, f"centre of the rod, {n}", "m") for n in ("x", "y"))
         theta = self.mechanism.system.coordinates[2]
         m, l, g = (self[n] for n in ("m", "l", "g"))
-        system = LagrangianSystem(
-            name="rod by its centre",
-            coordinates=(x, y, theta),
-            parameters=self.mechanism.system.parameters,
-            kinetic_energy=m * (x.rate**2 + y.rate**2) / 2 + m * l**2 * theta.rate**2 / 6,
-            potential_energy=m * g * y.symbol,
+        body = Body(m, (x.symbol, y.symbol), m * l**2 / 3, theta.symbol)
+        system = LagrangianSystem.of_bodies(
+            "rod by its centre",
+            (x, y, theta),
+            self.mechanism.system.parameters,
+            (body,),
+            gravity=g,
         )
         end = (x.symbol - l * sp.cos(theta.symbol), y.symbol - l * sp.sin(theta.symbol))
         return Contact.of_point("A", system, end, self["mu"])
@@ -211,7 +168,7 @@ class Derived:
     @cached_property
     def jump(self) -> ThreePhaseJump:
         """Return its three phases, each in the velocities at its own start."""
-        return three_phase_jump(self.mechanism.coefficients, write=raw)
+        return three_phase_jump(self.contact, write=raw)
 
     def named(self, expr: sp.Expr, phase: int) -> sp.Expr:
         """Return an expression of a phase in the velocities the paper names at its start."""
@@ -224,6 +181,11 @@ class Derived:
     def spin(self, phase: int) -> sp.Expr:
         """Return θ̇ at the end of a phase."""
         return self.named(self.jump.phases[phase].velocity[self.mechanism.system.q_dot[2]], phase)
+
+    def spin_after_slip(self) -> sp.Expr:
+        """Return θ̇(t1) in θ̇(t0) and P_n1."""
+        per_impulse = self.contact.slip_rate_coefficient(-1)
+        return self.spin(0).subs(self["x_A_dot_0"], -per_impulse * self["P_n1"])
 
     def first_energy(self, start: sp.Expr) -> sp.Expr:
         """Return E_n1 in ẏ_A(t0) = `start` and ẏ_A(t1)."""
@@ -241,8 +203,8 @@ class Derived:
         return rebound.subs({E_C: self["E_nc"], law_symbol: self["e_s"]})
 
 
-def _abbreviations(d: Derived) -> dict[sp.Symbol, sp.Expr]:
-    """Return what the abbreviations of the printed formulas stand for."""
+def abbreviations(d: Derived) -> dict[sp.Symbol, sp.Expr]:
+    """Return the meaning of the abbreviations in the printed formulas."""
     peak = K_E * d["delta_max"] ** d["n"]
     return {
         d["F_n_max"]: peak,
@@ -254,89 +216,66 @@ def _abbreviations(d: Derived) -> dict[sp.Symbol, sp.Expr]:
 
 Derive = Callable[[Derived], sp.Expr]
 
-_DERIVE: dict[str, tuple[str, Derive]] = {
-    "eq-1": ("normal acceleration in sliding", Derived.sliding),
-    "eq-2": ("coefficient A", Derived.a),
-    "eq-3": ("coefficient B", Derived.b),
-    "eq-4": ("loading curve", Derived.loading),
-    "eq-4-stiffness": ("stiffness", Derived.stiffness),
-    "eq-4-radius": ("relative curvature", Derived.relative_curvature),
-    "eq-5": ("unloading curve", Derived.unloading),
-    "eq-6": ("permanent compression", Derived.permanent),
-    "eq-7": ("work of compression", Derived.work_in),
-    "eq-8": ("work of restitution", Derived.work_back),
-    "eq-9": ("energetic restitution", Derived.work_back),
-    "eq-10": ("surface energy", Derived.surface_energy),
-    "eq-11-x": ("free flight along x", lambda d: d.free(0)),
-    "eq-11-y": ("free flight along y", lambda d: d.free(1)),
-    "eq-11-spin": ("free rotation", lambda d: d.free(2)),
-    "eq-12": ("kinematics of the end", Derived.end_acceleration),
-    "eq-13": ("free flight of the end", Derived.free_end),
-    "sticking-force": ("friction in sticking", Derived.sticking_force),
-    "eq-14-normal": (
-        "normal velocity after the tangential phase",
-        lambda d: d.named(d.jump.tangential.normal_velocity, 0),
-    ),
-    "eq-14-impulse": (
-        "impulse of the tangential phase",
-        lambda d: d.named(d.jump.tangential.normal_impulse, 0),
-    ),
-    "eq-14-spin": (
-        "angular velocity after the tangential phase",
-        lambda d: d.spin(0).subs(
-            d["x_A_dot_0"], -d.mechanism.coefficients.slip_rate_coefficient(-1) * d["P_n1"]
-        ),
-    ),
-    "eq-15": ("normal acceleration in the tangential phase", Derived.sliding),
-    "eq-16": (
-        "energy balance of the tangential phase",
-        lambda d: d.first_energy(d["y_A_dot_0"]),
-    ),
-    "eq-17": ("energy of the tangential phase", lambda d: d.first_energy(sp.Integer(0))),
-    "eq-18-spin": ("angular velocity after sticking compression", lambda d: d.spin(1)),
-    "eq-18-impulse": (
-        "impulse of sticking compression",
-        lambda d: d.named(d.jump.compression.normal_impulse, 1),
-    ),
-    "eq-19-A": ("coefficient A′", Derived.a_stick),
-    "eq-19-B": ("coefficient B′", Derived.b_stick),
-    "eq-20": (
-        "energy of sticking compression",
-        lambda d: d.named(d.jump.compression.stored_energy, 1),
-    ),
-    "eq-21-normal": ("rebound velocity", Derived.rebound),
-    "eq-21-spin": ("angular velocity after the impact", lambda d: d.spin(2)),
-    "critical-friction": ("smallest friction with A < 0", Derived.least_critical_friction),
-    "sliding-force": ("force of the sliding solution", Derived.sliding_force),
+DERIVE: dict[str, Derive] = {
+    "eq-1": Derived.sliding,
+    "eq-2": lambda d: d.contact.A(-1),
+    "eq-3": lambda d: d.contact.B,
+    "eq-4": Derived.loading,
+    "eq-4-stiffness": Derived.stiffness,
+    "eq-4-radius": Derived.relative_curvature,
+    "eq-5": Derived.unloading,
+    "eq-6": Derived.permanent,
+    "eq-7": Derived.work_in,
+    "eq-8": Derived.work_back,
+    "eq-9": Derived.work_back,
+    "eq-10": Derived.surface_energy,
+    "eq-11-x": lambda d: d.free(0),
+    "eq-11-y": lambda d: d["m"] * d.free(1),
+    "eq-11-spin": lambda d: d.free(2),
+    "eq-12": Derived.end_acceleration,
+    "eq-13": Derived.free_end,
+    "sticking-force": lambda d: d.contact.sticking_force,
+    "eq-14-normal": lambda d: d.named(d.jump.tangential.normal_velocity, 0),
+    "eq-14-impulse": lambda d: d.named(d.jump.tangential.normal_impulse, 0),
+    "eq-14-spin": Derived.spin_after_slip,
+    "eq-15": Derived.sliding,
+    "eq-16": lambda d: d.first_energy(d["y_A_dot_0"]),
+    "eq-17": lambda d: d.first_energy(sp.Integer(0)),
+    "eq-18-spin": lambda d: d.spin(1),
+    "eq-18-impulse": lambda d: d.named(d.jump.compression.normal_impulse, 1),
+    "eq-19-A": lambda d: d.contact.A_stick,
+    "eq-19-B": lambda d: d.contact.B_stick,
+    "eq-20": lambda d: d.named(d.jump.compression.stored_energy, 1),
+    "eq-21-normal": Derived.rebound,
+    "eq-21-spin": lambda d: d.spin(2),
+    "critical-friction": lambda d: critical_friction(d.contact, -1).minimum("theta").value,
+    "sliding-force": lambda d: -d.contact.B / d.contact.A(-1),
 }
 
 
-def compare(printed: PrintedFormula, derived: sp.Expr, d: Derived) -> Outcome:
+def compare(claims: Claims, name: str, d: Derived) -> Outcome:
     """Return the verdict on one formula: an identity, a misprint, or a difference."""
-    back = _abbreviations(d)
-
-    def equal(text: str) -> bool:
-        return identical(d.parse(text).subs(back), derived)
-
+    claim, derived, meaning = claims.formulas[name], DERIVE[name](d), abbreviations(d)
     names = _latex_names(d)
     data = {"derived": str(derived)}
-    if printed.expression:
-        expr = d.parse(printed.expression)
-        data |= {"printed": str(expr), "printed_latex": sp.latex(expr, symbol_names=names)}
-        if equal(printed.expression):
-            return Outcome(printed.text, "identical", Verdict.REPRODUCED, data=data)
-    if printed.corrected and equal(printed.corrected):
-        right = d.parse(printed.corrected)
-        data["derived_latex"] = sp.latex(right, symbol_names=names)
-        return Outcome(printed.text, printed.holds, Verdict.MISPRINT, printed.misprint, data)
+    if claim.expression:
+        printed = claims.expression(name, d.names)
+        data |= {"printed": str(printed), "printed_latex": sp.latex(printed, symbol_names=names)}
+        if identical(printed.subs(meaning), derived):
+            return Outcome("identical", Verdict.REPRODUCED, data=data)
+    if claim.corrected:
+        corrected = claims.expression(name, d.names, corrected=True)
+        if identical(corrected.subs(meaning), derived):
+            data["derived_latex"] = sp.latex(corrected, symbol_names=names)
+            return Outcome(claim.holds, Verdict.MISPRINT, data=data)
     data["derived_latex"] = sp.latex(derived, symbol_names=names)
-    return Outcome(printed.text, f"derived: {derived}", Verdict.DIFFERS, data=data)
+    return Outcome(f"derived: {derived}", Verdict.DIFFERS, data=data)
 
 
 def _latex_names(d: Derived) -> dict[sp.Symbol, str]:
     """Return LaTeX for symbols whose names stand for dots, times and stars."""
     special = {"R_star": "R^*", "delta_max": r"\delta_{\max}", "F_n_max": r"F_{n\,\max}"}
-    found = {}
+    texts = {}
     for name, symbol in d.names.items():
         base, dot, time = name.partition("_dot")
         if dot or "_ddot" in name:
@@ -345,10 +284,10 @@ def _latex_names(d: Derived) -> dict[sp.Symbol, str]:
             letter = r"\theta" if letter == "theta" else letter
             accent = r"\ddot" if "_ddot" in name else r"\dot"
             text = f"{accent}{{{letter}}}" + (f"_{index}" if index else "")
-            found[symbol] = text + (f"(t_{time[1:]})" if time else "")
+            texts[symbol] = text + (f"(t_{time[1:]})" if time else "")
         elif name in special:
-            found[symbol] = special[name]
-    return found
+            texts[symbol] = special[name]
+    return texts
 
 
 def derived_forms(bench: Workbench) -> Derived:
@@ -357,17 +296,7 @@ def derived_forms(bench: Workbench) -> Derived:
 
 
 def _compute(name: str, bench: Workbench) -> Outcome:
-    derived = derived_forms(bench)
-    return compare(FORMULAS[name], _DERIVE[name][1](derived), derived)
+    return compare(CLAIMS, name, derived_forms(bench))
 
 
-ENTRIES = tuple(
-    Entry(
-        name,
-        GROUP,
-        title,
-        partial(_compute, name),
-        Verdict.MISPRINT if FORMULAS[name].misprint else Verdict.REPRODUCED,
-    )
-    for name, (title, _) in _DERIVE.items()
-)
+COMPUTE = {name: partial(_compute, name) for name in DERIVE}

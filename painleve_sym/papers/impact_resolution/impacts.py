@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from painleve_sym.papers.claim import Entry, Outcome, features, table
-from painleve_sym.papers.impact_resolution.cases import (
-    FIXED_FORCE,
+from painleve_sym.papers.impact_resolution.runs import (
     HARDER_IMPACTS,
     IMPACT,
     LOADED_HARDER,
@@ -18,11 +17,14 @@ from painleve_sym.papers.impact_resolution.cases import (
     LOADED_SPEED,
     OTHER_SPEEDS,
     SPEED_FORCE,
+    Case,
+    Workbench,
     history,
     modulus_label,
     modulus_text,
     needed,
 )
+from painleve_sym.papers.item import Outcome, checked, table
 from painleve_sym.papers.panels import (
     ANGULAR_VELOCITY,
     COMPRESSION,
@@ -36,26 +38,24 @@ from painleve_sym.papers.panels import (
     line,
     window,
 )
-from painleve_sym.papers.run_cache import Case, Workbench
 from painleve_sym.simulate.trajectory import Trajectory
 
-GROUP = "figure"
 EVENTS = ("slip_stop", "max_compression", "separation")
 
 
 def milestones(run: Trajectory) -> dict[str, dict[str, float]]:
     """Return time, velocities, force and compression at the three events of an impact."""
-    found = {}
-    for kind in EVENTS:
-        event = needed(run, kind)
-        found[kind] = {
+    events = {kind: needed(run, kind) for kind in EVENTS}
+    return {
+        kind: {
             "time": event.time,
             "y_A_dot": event.state["y_A_dot"],
             "theta_dot": event.state["theta_dot"],
             "normal_force": event.normal_force,
             "compression": event.compression,
         }
-    return found
+        for kind, event in events.items()
+    }
 
 
 def in_order(run: Trajectory) -> bool:
@@ -97,22 +97,21 @@ def compute_impact(bench: Workbench) -> Outcome:
             np.isclose(leave["compression"], (1 - e**2) * top["compression"], rtol=1e-9)
         ),
     }
+    shown = {
+        "x_A_dot": SLIP_VELOCITY,
+        "y_A": HEIGHT,
+        "y_A_dot": NORMAL_VELOCITY,
+        "theta_dot": ANGULAR_VELOCITY,
+        "normal_force": FORCE_KN,
+    }
     case = [("", IMPACT)]
-    panels = (
-        history(bench, case, "x_A_dot", TIME_MS, SLIP_VELOCITY, end, EVENTS),
-        history(bench, case, "y_A", TIME_MS, HEIGHT, end, EVENTS),
-        history(bench, case, "y_A_dot", TIME_MS, NORMAL_VELOCITY, end, EVENTS),
-        history(bench, case, "theta_dot", TIME_MS, ANGULAR_VELOCITY, end, EVENTS),
-        history(bench, case, "normal_force", TIME_MS, FORCE_KN, end, EVENTS),
-        loop(run),
-    )
-    return features(
-        "slip stops, compression then restitution in sticking, rebound",
+    histories = [history(bench, case, n, TIME_MS, y, end, EVENTS) for n, y in shown.items()]
+    return checked(
         f"{stop['time'] * 1e3:.4f}, {top['time'] * 1e3:.4f} ({top['normal_force']:.0f} N), "
         f"{leave['time'] * 1e3:.4f} ms, rebound {leave['y_A_dot']:.4f} m/s",
         checks,
-        data={"events": at, "permanent_compression": leave["compression"]},
-        panels=panels,
+        {"events": at, "permanent_compression": leave["compression"]},
+        (*histories, loop(run)),
     )
 
 
@@ -120,25 +119,16 @@ def _peaks(bench: Workbench, cases: Mapping[float, Case]) -> list[list[Any]]:
     """Return parameter, duration, time of the slip stop and peak force of each impact."""
     rows = []
     for value, case in cases.items():
-        run = bench.run(case)
-        at = milestones(run)
-        rows.append(
-            [
-                value,
-                at["slip_stop"]["time"],
-                at["separation"]["time"],
-                at["max_compression"]["normal_force"],
-                at["separation"]["y_A_dot"],
-            ]
-        )
+        stop, top, leave = milestones(bench.run(case)).values()
+        rows.append([value, stop["time"], leave["time"], top["normal_force"], leave["y_A_dot"]])
     return rows
 
 
 _COLUMNS = ["slip stops (s)", "separation (s)", "peak force (N)", "ẏ_A at separation (m/s)"]
 
 
-def _stiffer(bench: Workbench, cases: Mapping[float, Case], paper: str, end: float) -> Outcome:
-    """Return the force histories for growing stiffness: shorter and higher."""
+def compute_stiffer(cases: Mapping[float, Case], end: float, bench: Workbench) -> Outcome:
+    """Figs. 9 and 14: F_n for several moduli."""
     rows = _peaks(bench, cases)
     checks = {
         "the stiffer, the shorter": all(a[2] > b[2] for a, b in pairwise(rows)),
@@ -153,22 +143,7 @@ def _stiffer(bench: Workbench, cases: Mapping[float, Case], paper: str, end: flo
         f"{last[2] * 1e3:.2f} ms, peak {first[3] / 1e3:.1f} … {last[3] / 1e3:.1f} kN"
     )
     data = {"table": table(["E (Pa)", *_COLUMNS], rows)}
-    return features(paper, computed, checks, data=data, panels=(panel,))
-
-
-def compute_stiffer(bench: Workbench) -> Outcome:
-    """Fig. 9: F_n for several moduli."""
-    return _stiffer(bench, HARDER_IMPACTS, "the stiffer, the closer to an impact", 0.8e-3)
-
-
-def compute_loaded_stiffer(bench: Workbench) -> Outcome:
-    """Fig. 14: the same from a fixed initial force."""
-    return _stiffer(
-        bench,
-        LOADED_HARDER,
-        "the stiffer, the shorter the impact and the higher the peak",
-        0.4e-3,
-    )
+    return checked(computed, checks, data, (panel,))
 
 
 def compute_speeds(bench: Workbench) -> Outcome:
@@ -189,12 +164,10 @@ def compute_speeds(bench: Workbench) -> Outcome:
         "table": table(["ẋ_A(0) (m/s)", *_COLUMNS], rows),
         "with_surface_energy": dict(zip(["initial_force", *_COLUMNS], loaded, strict=True)),
     }
-    return features(
-        "speeds hardly change the time; shortest with surface energy",
+    return checked(
         f"slip stops after {min(stops) * 1e3:.3f} … {max(stops) * 1e3:.3f} ms for 0.5 … 2 m/s; "
         f"{loaded[1] * 1e3:.3f} ms with {SPEED_FORCE:g} N",
         checks,
-        "The paper does not print its speeds; these are four and one run with surface energy.",
         data,
         (panel,),
     )
@@ -213,31 +186,26 @@ def compute_loaded(bench: Workbench) -> Outcome:
     rows = _peaks(bench, LOADED_IMPACTS)
     checks["the more surface energy, the shorter"] = all(a[2] > b[2] for a, b in pairwise(rows))
     named = [(rf"$F_{{n0}}={force:g}$ N", case) for force, case in LOADED_IMPACTS.items()]
-    panels = (
-        history(bench, named, "x_A_dot", TIME_MS, SLIP_VELOCITY, end, EVENTS),
-        history(bench, named, "y_A_dot", TIME_MS, NORMAL_VELOCITY, end, EVENTS),
-        history(bench, named, "theta_dot", TIME_MS, ANGULAR_VELOCITY, end, EVENTS),
-        history(bench, named, "normal_force", TIME_MS, FORCE_KN, end, EVENTS),
-    )
+    shown = {
+        "x_A_dot": SLIP_VELOCITY,
+        "y_A_dot": NORMAL_VELOCITY,
+        "theta_dot": ANGULAR_VELOCITY,
+        "normal_force": FORCE_KN,
+    }
+    panels = tuple(history(bench, named, n, TIME_MS, y, end, EVENTS) for n, y in shown.items())
     times = ", ".join(f"{row[1] * 1e3:.3f}" for row in rows)
-    return features(
-        "350, 500, 1000 N: as in the inconsistent field",
+    return checked(
         f"slip stops after {times} ms, then rebound",
         checks,
-        data={"table": table(["initial force (N)", *_COLUMNS], rows)},
-        panels=panels,
+        {"table": table(["initial force (N)", *_COLUMNS], rows)},
+        panels,
     )
 
 
-ENTRIES = (
-    Entry("fig-8", GROUP, "Fig. 8: impact without collision, Table 3", compute_impact),
-    Entry("fig-9", GROUP, "Fig. 9: F_n for several moduli", compute_stiffer),
-    Entry("fig-10", GROUP, "Fig. 10: ẋ_A from several speeds", compute_speeds),
-    Entry("fig-13", GROUP, "Fig. 13: impact from surface energy, Table 6", compute_loaded),
-    Entry(
-        "fig-14",
-        GROUP,
-        f"Fig. 14: F_n for several moduli from {FIXED_FORCE:g} N",
-        compute_loaded_stiffer,
-    ),
-)
+COMPUTE = {
+    "fig-8": compute_impact,
+    "fig-9": partial(compute_stiffer, HARDER_IMPACTS, 0.8e-3),
+    "fig-10": compute_speeds,
+    "fig-13": compute_loaded,
+    "fig-14": partial(compute_stiffer, LOADED_HARDER, 0.4e-3),
+}

@@ -7,17 +7,14 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from painleve_sym.papers.claim import Entry, Outcome, Verdict, features, table
-from painleve_sym.papers.impact_resolution.cases import MODULI, modulus_text
-from painleve_sym.papers.impact_resolution.claims import FORMULAS, PRECISE_FROM, STIFF
-from painleve_sym.papers.impact_resolution.diagrams import rigid
+from painleve_sym.papers.impact_resolution.claims import CLAIMS, STIFF
 from painleve_sym.papers.impact_resolution.formulas import derived_forms
+from painleve_sym.papers.impact_resolution.runs import MODULI, Workbench, modulus_text
+from painleve_sym.papers.item import Outcome, Verdict, checked, table
 from painleve_sym.papers.panels import MODULUS, Axis, Panel, line
-from painleve_sym.papers.run_cache import Workbench
 from painleve_sym.study.compare.jump_convergence import JumpComparison, compare_jump
 from painleve_sym.study.critical.bisection import Border, CriticalForceFinder
 
-GROUP = "jump"
 QUANTITIES = (
     (1, "y_A_dot", r"$\dot{y}_A(t_1)$"),
     (2, "theta_dot", r"$\dot{\theta}(t_2)$"),
@@ -46,24 +43,24 @@ def _printed_jump(bench: Workbench) -> dict[str, float]:
     for name in ("x_A_dot", "y_A_dot", "theta_dot"):
         values[d[f"{name}_0"]] = start[name]
 
-    def put(item: str, symbol: str = "") -> float:
-        claim = FORMULAS[item]
-        number = float(sp.N(d.parse(claim.corrected or claim.expression).subs(values), 17))
+    def evaluated(formula: str, symbol: str = "") -> float:
+        number = float(sp.N(d.printed(formula, corrected=True).subs(values), 17))
         if symbol:
+            # Later formulas use it.
             values[d[symbol]] = number
         return number
 
-    found = {
-        "P_n1": put("eq-14-impulse", "P_n1"),
-        "ẏ_A(t1)": put("eq-14-normal", "y_A_dot_1"),
-        "θ̇(t1)": put("eq-14-spin", "theta_dot_1"),
-        "P_n2": put("eq-18-impulse"),
-        "θ̇(t2)": put("eq-18-spin", "theta_dot_2"),
+    results = {
+        "P_n1": evaluated("eq-14-impulse", "P_n1"),
+        "ẏ_A(t1)": evaluated("eq-14-normal", "y_A_dot_1"),
+        "θ̇(t1)": evaluated("eq-14-spin", "theta_dot_1"),
+        "P_n2": evaluated("eq-18-impulse"),
+        "θ̇(t2)": evaluated("eq-18-spin", "theta_dot_2"),
     }
-    values[d["E_nc"]] = put("eq-17") + put("eq-20")
-    found["ẏ_A(t3)"] = put("eq-21-normal", "y_A_dot_3")
-    found["θ̇(t3)"] = put("eq-21-spin")
-    return found
+    values[d["E_nc"]] = evaluated("eq-17") + evaluated("eq-20")
+    results["ẏ_A(t3)"] = evaluated("eq-21-normal", "y_A_dot_3")
+    results["θ̇(t3)"] = evaluated("eq-21-spin")
+    return results
 
 
 def compute_values(bench: Workbench) -> Outcome:
@@ -82,12 +79,10 @@ def compute_values(bench: Workbench) -> Outcome:
     # Seventeen digits on one side, double precision on the other.
     checks = {k: bool(np.isclose(ours[k], printed[k], rtol=1e-13, atol=0)) for k in ours}
     rows = [[k, printed[k], ours[k]] for k in ours]
-    return features(
-        "(14), (18), (21) at the state of Table 3",
+    return checked(
         f"ẏ_A(t1) = {ours['ẏ_A(t1)']:.5f}, ẏ_A(t3) = {ours['ẏ_A(t3)']:.5f}, "
         f"θ̇(t3) = {ours['θ̇(t3)']:.5f}",
         checks,
-        "misprints corrected",
         {"table": table(["quantity", "printed formulas", "package"], rows)},
     )
 
@@ -141,7 +136,7 @@ def compute_convergence(bench: Workbench) -> Outcome:
             f"{key}: the order approaches −1/(2n)": bool(
                 np.all(np.diff(orders) < 0) and 0 < orders[-1] - c.expected_order < 0.04
             ),
-            # A two-hundredth of the last error: what a fit of four terms can tell.
+            # A fiftieth of the last error: a fit of four terms resolves no less.
             f"{key}: the limit is the rule": abs(rest) < 0.02 * abs(error[-1]),
         }
         rows += [
@@ -151,13 +146,10 @@ def compute_convergence(bench: Workbench) -> Outcome:
     dropped = _dropped_impulse(bench, c)
     checks["ẏ_A(t1): the error is the impulse of B"] = bool(np.all(np.abs(dropped - 1) < 0.03))
     last = c.orders(3, "y_A_dot")[-1]
-    return features(
-        "quite precise if the rigidity is big enough",
+    return checked(
         f"order {last:.3f} at E = {modulus_text(MODULI[-1])}, tending to "
         f"−1/(2n) = {c.expected_order:.3f}; limit = rule",
         checks,
-        "what the rule drops is the impulse of B over the tangential phase: error of ẏ_A(t1) over "
-        f"that impulse = {dropped[0]:.3f} … {dropped[-1]:.3f}",
         {
             "expected_order": c.expected_order,
             "error_over_dropped_impulse": dropped.tolist(),
@@ -168,12 +160,14 @@ def compute_convergence(bench: Workbench) -> Outcome:
             ),
         },
         _panels(c),
+        first=dropped[0],
+        last=dropped[-1],
     )
 
 
 def _dropped_impulse(bench: Workbench, c: JumpComparison) -> np.ndarray[Any, Any]:
     """Return the error of ẏ_A(t1) over (B − A b_t/C) t1, which finite forces contribute."""
-    problem = rigid(bench, 3).problem
+    problem = bench.rigid(3).problem
     sliding = problem.W_nt + problem.mu * problem.W_tt
     rate = problem.b_n - problem.A_slip(-1) / sliding * problem.b_t
     ratio: np.ndarray[Any, Any] = c.column(1, "y_A_dot")[2] / (rate * c.times[:, 0])
@@ -187,7 +181,7 @@ def compute_precision(bench: Workbench) -> Outcome:
     for phase, name, _ in QUANTITIES:
         rule, values, error = c.column(phase, name)
         for E, value, e in zip(c.stiffness, values, error, strict=True):
-            if E >= PRECISE_FROM:
+            if CLAIMS.data["inputs"]["precise_from"] <= E:
                 rows.append([f"{name}(t{phase})", float(E), rule, float(value), float(-e / value)])
     at = {(row[0], row[1]): row for row in rows}
     rebound, spin = at["y_A_dot(t3)", STIFF], at["theta_dot(t3)", STIFF]
@@ -195,12 +189,10 @@ def compute_precision(bench: Workbench) -> Outcome:
     enough = next(E for k, E, *_, r in rows if k == "y_A_dot(t3)" and abs(r) < PRECISE)
     columns = ["quantity", "E (Pa)", "rule", "softened", "rule off by"]
     return Outcome(
-        "quite precise for E > 1e14 Pa",
         f"at {modulus_text(STIFF)}: ẏ_A(t3) {rebound[2]:.5f} for {rebound[3]:.5f} "
         f"({100 * rebound[4]:+.0f} %), θ̇(t3) {spin[2]:.5f} for {spin[3]:.5f}",
-        Verdict.DIFFERS if worst > PRECISE else Verdict.REPRODUCED,
-        f"θ̇ is right to {100 * abs(spin[4]):.1f} %, but the rebound comes within "
-        f"{100 * PRECISE:.0f} % only from {modulus_text(enough)} on",
+        Verdict.of(worst <= PRECISE),
+        {"spin": 100 * abs(spin[4]), "precise": 100 * PRECISE, "enough": modulus_text(enough)},
         {"table": table(columns, rows)},
     )
 
@@ -214,8 +206,7 @@ def _thresholds(bench: Workbench) -> list[list[float]]:
 
 def compute_critical(bench: Workbench) -> Outcome:
     """§3.4: which initial force separates lift-off from impact."""
-    found = rigid(bench, 4)
-    critical = -found.B / found.A
+    critical = -bench.rigid(4).B / bench.rigid(4).A
     rows = bench.shared("thresholds", lambda: _thresholds(bench))
     at = {row[0]: row for row in rows}[STIFF]
     excess = np.array([row[2] / critical - 1 for row in rows])
@@ -234,13 +225,10 @@ def compute_critical(bench: Workbench) -> Outcome:
     )
     orders = np.diff(np.log10(excess)) / np.diff(np.log10(moduli))
     return Outcome(
-        "F_n0 < F_n* = −B/A: jumps up; F_n0 > F_n*: impact",
         f"F_n* = {critical:.3f} N; at E = {modulus_text(STIFF)} the slip stops from {at[1]:.4f} N, "
         f"before the maximum from {at[2]:.4f} N",
-        Verdict.REPRODUCED if same else (Verdict.DIFFERS if tends else Verdict.MISPRINT),
-        "θ̇ grows while the end slides, and −B/A with it. F_n* separates in the limit of a rigid "
-        f"ground: the excess falls like E^({orders[-1]:.3f}). On softer ground the slip also stops "
-        "from less than F_n*, without further compression",
+        Verdict.of(same, corrected=not tends),
+        {"order": orders[-1]},
         {
             "F_n*": critical,
             "slip_stops": at[1],
@@ -256,7 +244,7 @@ def compute_critical(bench: Workbench) -> Outcome:
 
 def compute_unstable(bench: Workbench) -> Outcome:
     """§3.4: sliding with F_n* is left on both sides."""
-    critical = -rigid(bench, 4).B / rigid(bench, 4).A
+    critical = -bench.rigid(4).B / bench.rigid(4).A
     kinds = {}
     for part in (0.99, 1.05):
         run = bench.simulator().run(
@@ -273,19 +261,18 @@ def compute_unstable(bench: Workbench) -> Outcome:
         "1 % less: lifts off": "slip_stop" not in kinds[0.99][0] and kinds[0.99][1] < 1,
         "5 % more: impact": "slip_stop" in kinds[1.05][0] and kinds[1.05][1] > 2,
     }
-    return features(
-        "the sliding solution F_n* is not stable",
+    return checked(
         f"from 0.99 F_n* lifts off, from 1.05 F_n* impact with {kinds[1.05][1]:.0f} times −B/A",
         checks,
-        f"at E = {modulus_text(STIFF)}",
         {"events": {str(k): v[0] for k, v in kinds.items()}},
+        modulus=modulus_text(STIFF),
     )
 
 
-ENTRIES = (
-    Entry("jump-values", GROUP, "§4: the jump in numbers", compute_values),
-    Entry("jump-convergence", GROUP, "§4: softened impacts tend to the rule", compute_convergence),
-    Entry("jump-precision", GROUP, "§4: precision", compute_precision, Verdict.DIFFERS),
-    Entry("critical-force", GROUP, "§3.4: critical force", compute_critical, Verdict.DIFFERS),
-    Entry("unstable", GROUP, "§3.4: the sliding solution", compute_unstable),
-)
+COMPUTE = {
+    "jump-values": compute_values,
+    "jump-convergence": compute_convergence,
+    "jump-precision": compute_precision,
+    "critical-force": compute_critical,
+    "unstable": compute_unstable,
+}

@@ -1,0 +1,224 @@
+"""Claims of a paper, read from the one data file of its folder, ``claims.toml``."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from decimal import Decimal
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import sympy as sp
+
+from painleve_sym.papers.formula import expression
+from painleve_sym.papers.item import Verdict
+
+
+@dataclass(frozen=True)
+class Printed:
+    """A number as it is printed.
+
+    Attributes
+    ----------
+    text : str
+        With all its digits, such as ``-0.0337``.
+    within : float or None
+        Tolerance where the paper calls the number approximate; else half the last digit.
+    where : str
+        Section, meaning and unit.
+    """
+
+    text: str
+    within: float | None = None
+    where: str = ""
+
+    @property
+    def value(self) -> float:
+        """The number."""
+        return float(self.text)
+
+    @property
+    def tolerance(self) -> float:
+        """`within`, or half a unit of the last digit printed."""
+        if self.within is not None:
+            return self.within
+        exponent = Decimal(self.text).as_tuple().exponent
+        return 0.5 * 10.0 ** int(exponent)
+
+    def matches(self, computed: float) -> bool:
+        """Return whether the number computed is printed correctly."""
+        # A computed number that lies on the edge rounds either way: 1e-6 of the digit decides.
+        return bool(abs(computed - self.value) <= self.tolerance * (1 + 1e-6))
+
+
+@dataclass(frozen=True)
+class PrintedFormula:
+    """A formula of the paper.
+
+    Attributes
+    ----------
+    number, text : str
+        Where it is printed, and the formula for people.
+    title : str
+        Name of the quantity; empty where only the derivations compare it.
+    expression : str
+        Its right side; empty where the paper leaves the line out.
+    corrected, holds : str
+        The right side with the misprint removed, where there is one; the same for people.
+    misprint : str
+        The fault of the print.
+    """
+
+    number: str
+    text: str
+    title: str = ""
+    expression: str = ""
+    corrected: str = ""
+    holds: str = ""
+    misprint: str = ""
+
+
+@dataclass(frozen=True)
+class ItemClaim:
+    """One thing the paper says, and how it fares.
+
+    Attributes
+    ----------
+    group, title : str
+    paper : str
+        The claim in short; empty where it is made of printed numbers.
+    expected : Verdict
+        The verdict the derivations and independent computations establish.
+    reason : str
+        Why, or under which assumption; ``{name}`` stands for a computed number.
+    """
+
+    group: str
+    title: str
+    paper: str = ""
+    expected: Verdict = Verdict.REPRODUCED
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class Source:
+    """The bibliographic record of a paper.
+
+    Attributes
+    ----------
+    title, authors, journal, pages, doi : str
+    year : int or None
+    unconfirmed : tuple of str
+        Fields that were not checked against the title page.
+    """
+
+    title: str
+    authors: str = ""
+    journal: str = ""
+    year: int | None = None
+    pages: str = ""
+    doi: str = ""
+    unconfirmed: tuple[str, ...] = ()
+
+    def citation(self, title: str = "") -> str:
+        """Return the record as one phrase, with its unconfirmed part marked.
+
+        Parameters
+        ----------
+        title : str, optional
+            The title as it shall be written, for example in italics.
+        """
+        names = ("authors", "journal", "year", "pages", "doi")
+        given = [(name, str(getattr(self, name))) for name in names if getattr(self, name)]
+        sure = [text for name, text in given if name not in self.unconfirmed]
+        phrase = ", ".join([title or self.title, *sure])
+        probable = ", ".join(text for name, text in given if name in self.unconfirmed)
+        return f"{phrase} (probably {probable}; unconfirmed)" if probable else phrase
+
+
+@dataclass(frozen=True)
+class Claims:
+    """Everything a paper prints that is compared with.
+
+    Attributes
+    ----------
+    source : Source
+    formulas : mapping of str to PrintedFormula
+    letters : mapping of str to str
+        Letters in which the paper writes another formula, with the name of that formula.
+    numbers : mapping of str to Printed
+        Single numbers in the text.
+    items : mapping of str to ItemClaim
+        By item, in the order in which they are reported; each titled formula is one.
+    data : mapping
+        Other tables of the file, which only the paper's own modules read.
+    """
+
+    source: Source
+    formulas: Mapping[str, PrintedFormula] = field(default_factory=dict)
+    letters: Mapping[str, str] = field(default_factory=dict)
+    numbers: Mapping[str, Printed] = field(default_factory=dict)
+    items: Mapping[str, ItemClaim] = field(default_factory=dict)
+    data: Mapping[str, Any] = field(default_factory=dict)
+
+    def expression(
+        self, formula: str, names: Mapping[str, sp.Expr], corrected: bool = False
+    ) -> sp.Expr:
+        """Return the right side of a formula, as printed or with its misprint removed.
+
+        Parameters
+        ----------
+        formula : str
+            Name of the formula.
+        names : mapping of str to sympy.Expr
+            Meaning of each name; the letters of other formulas are added.
+        corrected : bool
+        """
+        claim = self.formulas[formula]
+        letters = {
+            letter: expression(self.formulas[name].expression, names)
+            for letter, name in self.letters.items()
+            if letter in claim.expression
+        }
+        text = claim.corrected if corrected and claim.corrected else claim.expression
+        return expression(text, {**names, **letters})
+
+
+@cache
+def read_claims(path: Path) -> Claims:
+    """Return the claims of a ``claims.toml``.
+
+    Raises
+    ------
+    TypeError
+        An entry has a key that is not known, or lacks one.
+    """
+    with path.open("rb") as file:
+        data = tomllib.load(file)
+    source = data.pop("source")
+    source["unconfirmed"] = tuple(source.get("unconfirmed", ()))
+    formulas = {k: PrintedFormula(**v) for k, v in data.pop("formulas", {}).items()}
+    items = {
+        name: ItemClaim(
+            group="formula",
+            title=formula.title,
+            paper=formula.text,
+            expected=Verdict.MISPRINT if formula.misprint else Verdict.REPRODUCED,
+            reason=formula.misprint.replace("{", "{{").replace("}", "}}"),
+        )
+        for name, formula in formulas.items()
+        if formula.title
+    }
+    for name, entry in data.pop("items", {}).items():
+        expected = Verdict(entry.pop("expected", Verdict.REPRODUCED.value))
+        items[name] = ItemClaim(**entry, expected=expected)
+    return Claims(
+        source=Source(**source),
+        formulas=formulas,
+        letters=data.pop("letters", {}),
+        numbers={k: Printed(**v) for k, v in data.pop("numbers", {}).items()},
+        items=items,
+        data=data,
+    )

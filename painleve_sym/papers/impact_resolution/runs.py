@@ -1,0 +1,263 @@
+"""The runs behind the figures and statements; the balance of energy is taken over all.
+
+Where the paper does not print an input (the moduli of Figs. 9 and 14, the speeds of Fig. 10), the
+values here are chosen to show its statements.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, TypeVar
+
+import sympy as sp
+
+from painleve_sym.arrays import Array
+from painleve_sym.contacts.classify import Classification, classify_opening
+from painleve_sym.laws.catalogue import compliant_law
+from painleve_sym.mechanics.models import Mechanism, rod
+from painleve_sym.papers.impact_resolution.claims import (
+    INITIAL_FORCES,
+    SOFT,
+    STIFF,
+    STIFFER,
+    TABLES,
+)
+from painleve_sym.papers.panels import Axis, Mark, Panel, events_as_marks, line, window
+from painleve_sym.simulate.compliant import DEFAULT_RTOL, SoftenedSimulator
+from painleve_sym.simulate.trajectory import EventRecord, Trajectory
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Case:
+    """A softened run of the rod.
+
+    Attributes
+    ----------
+    table : int
+        Table of the paper whose state it starts from.
+    modulus : float
+        E; Pa.
+    t_end : float
+        s.
+    initial_force : float
+        Surface energy as the force of the initial compression; N.
+    until : str
+        Kind of event that ends it; empty for none.
+    reload : {"virgin", "elastic"}
+    state : tuple of (str, float)
+        Entries that replace those of the table.
+    rtol : float
+    """
+
+    table: int
+    modulus: float
+    t_end: float
+    initial_force: float = 0.0
+    until: str = ""
+    reload: str = "virgin"
+    state: tuple[tuple[str, float], ...] = ()
+    rtol: float = DEFAULT_RTOL
+
+
+@dataclass(frozen=True)
+class Workbench:
+    """The rod with its simulators; runs are kept, so that items share them."""
+
+    _simulators: dict[str, SoftenedSimulator] = field(default_factory=dict, repr=False)
+    _runs: dict[Case, Trajectory] = field(default_factory=dict, repr=False)
+    _shared: dict[str, Any] = field(default_factory=dict, repr=False)
+
+    @cached_property
+    def rod(self) -> Mechanism:
+        """The paper's rod."""
+        return rod()
+
+    def simulator(self, reload: str = "virgin") -> SoftenedSimulator:
+        """Return the rod with the paper's law under a reload rule, built on first use."""
+        if reload not in self._simulators:
+            contact_law = compliant_law("bilinear-hertz", reload=reload)
+            self._simulators[reload] = SoftenedSimulator(self.rod, contact_law)
+        return self._simulators[reload]
+
+    def state(self, table: int) -> dict[str, float]:
+        """Return the complete start state of a table."""
+        return dict.fromkeys(self.rod.state_names, 0.0) | dict(TABLES[table].state)
+
+    def rigid(self, table: int) -> Classification:
+        """Return the rigid contact problem at the state of a table."""
+        return self.shared(f"rigid {table}", lambda: classify_opening(self.rod, self.state(table)))
+
+    def run(self, case: Case) -> Trajectory:
+        """Return the run of a case, made on first use."""
+        if case not in self._runs:
+            self._runs[case] = self.simulator(case.reload).run(
+                self.state(case.table) | dict(case.state),
+                t_end=case.t_end,
+                parameters={"E": case.modulus},
+                until=case.until or (),
+                initial_force=case.initial_force or None,
+                rtol=case.rtol,
+            )
+        return self._runs[case]
+
+    def shared(self, name: str, make: Callable[[], T]) -> T:
+        """Return the value that `make` returns, computed only once under this name."""
+        if name not in self._shared:
+            self._shared[name] = make()
+        value: T = self._shared[name]
+        return value
+
+    def evaluated(self, expr: sp.Expr, run: Trajectory, state: Mapping[str, float]) -> float:
+        """Return the number of an expression in the rod's symbols, with the run's parameters."""
+        system = self.rod.system
+        values = {p.symbol: run.parameters[p.name] for p in system.parameters}
+        values |= {s: state[s.name] for s in (*system.q, *system.q_dot)}
+        return float(expr.subs(values))
+
+    @cached_property
+    def sliding_force(self) -> Callable[[Array, Array], Array]:
+        """−B/A of leftward sliding as a function of θ and θ̇, with the default parameters; N."""
+        system, c = self.rod.system, self.rod.coefficients
+        values = {p.symbol: p.default for p in system.parameters}
+        names = {s.name: s for s in (*system.q, *system.q_dot)}
+        arguments = [names["theta"], names["theta_dot"]]
+        function: Callable[[Array, Array], Array] = sp.lambdify(
+            arguments, (-c.B / c.A(-1)).subs(values), modules="numpy"
+        )
+        return function
+
+    def sliding_force_along(self, trajectory: Trajectory, times: Array) -> Array:
+        """Return −B/A at the states of a run, shape (len(times),); N."""
+        states = trajectory(times)
+        theta, omega = (trajectory.state_names.index(n) for n in ("theta", "theta_dot"))
+        return self.sliding_force(states[:, theta], states[:, omega])
+
+
+MODULI = tuple(float(f"20.9e{p}") for p in range(10, 19))
+"""Moduli of the convergence study, 20.9e10 … 20.9e18; Pa."""
+
+LONG = 1.0
+"""End time of runs that an event ends; s. No impact here lasts a twentieth of it."""
+
+SLIDING = {
+    SOFT: Case(1, SOFT, 0.018),
+    STIFF: Case(1, STIFF, 1.6e-3),
+}
+"""Fig. 4; long enough for the forces that the paper reads off."""
+SLIDING_ELASTIC = {
+    SOFT: Case(1, SOFT, 0.018, reload="elastic"),
+    STIFF: Case(1, STIFF, 1.6e-3, reload="elastic"),
+}
+SLIDING_LOADED = Case(1, SOFT, 0.018, initial_force=3.0)
+"""§3.1: a small initial surface energy."""
+JUMP_UP = Case(2, SOFT, 0.1)
+"""Fig. 6."""
+IMPACT = Case(3, STIFF, 5e-4)
+"""Fig. 8."""
+
+STIFFNESSES = tuple(float(f"20.9e{p}") for p in (13, 14, 15, 16))
+HARDER_IMPACTS = {E: Case(3, E, LONG, until="separation") for E in STIFFNESSES}
+"""Fig. 9."""
+SPEEDS = (-0.5, -1.0, -1.5, -2.0)
+SPEED_FORCE = 100.0
+OTHER_SPEEDS = {
+    v: Case(3, STIFF, LONG, until="separation", state=(("x_A_dot", v),)) for v in SPEEDS
+}
+"""Fig. 10."""
+LOADED_SPEED = Case(3, STIFF, LONG, until="separation", initial_force=SPEED_FORCE)
+
+NEAR_BORDER = 3.40
+"""θ̇ just below the border of the inconsistent field at θ = 1, 3.4127 rad/s."""
+BORDER = {
+    E: Case(3, E, LONG, until="separation", state=(("theta_dot", NEAR_BORDER),))
+    for E in (SOFT, STIFF)
+}
+
+JUMP_UPS = {
+    F: Case(4, STIFF, 1e-3, initial_force=F)
+    for F in (0.0, *(f.force.value for f in INITIAL_FORCES if f.table == 5))
+}
+"""Fig. 12."""
+LOADED_IMPACTS = {
+    f.force.value: Case(4, STIFFER, 3e-4, initial_force=f.force.value)
+    for f in INITIAL_FORCES
+    if f.table == 6
+}
+"""Fig. 13."""
+FIXED_FORCE = 500.0
+LOADED_STIFFNESSES = tuple(float(f"20.9e{p}") for p in (14, 15, 16))
+LOADED_HARDER = {
+    E: Case(4, E, LONG, until="separation", initial_force=FIXED_FORCE) for E in LOADED_STIFFNESSES
+}
+"""Fig. 14."""
+
+
+def modulus_label(modulus: float) -> str:
+    """Return E = 20.9 × 10ᵖ Pa as mathtext."""
+    power = round(math.log10(modulus / 20.9))
+    return rf"$E=20.9\times10^{{{power}}}$ Pa"
+
+
+def modulus_text(modulus: float) -> str:
+    """Return 20.9e14 and the like."""
+    return f"20.9e{round(math.log10(modulus / 20.9))}"
+
+
+def first(run: Trajectory, kind: str) -> EventRecord | None:
+    """Return the first event of a kind, or None."""
+    return next(iter(run.events_of(kind)), None)
+
+
+def needed(run: Trajectory, kind: str) -> EventRecord:
+    """Return the first event of a kind that the run must have.
+
+    Raises
+    ------
+    LookupError
+        There is none: the run is not the one the item is about.
+    """
+    event = first(run, kind)
+    if event is None:
+        kinds = [e.kind for e in run.events]
+        raise LookupError(f"run of {run.mechanism!r}: no event {kind!r} among {kinds}")
+    return event
+
+
+def history(
+    bench: Workbench,
+    cases: Iterable[tuple[str, Case]],
+    name: str,
+    x: Axis,
+    y: Axis,
+    end: float,
+    kinds: tuple[str, ...] = (),
+    title: str = "",
+) -> Panel:
+    """Return one quantity over time for several runs.
+
+    Parameters
+    ----------
+    bench : Workbench
+    cases : iterable of (str, Case)
+        Label and run.
+    name : str
+        State or output.
+    x, y : Axis
+    end : float
+        s.
+    kinds : tuple of str
+        Events that are marked.
+    title : str
+    """
+    curves, marks = [], list[Mark]()
+    for label, case in cases:
+        run = bench.run(case)
+        times = window(run, 0.0, end)
+        curves.append(line(label, times, run.values(name, times)))
+        marks += events_as_marks(run, name, end, kinds)
+    return Panel(x.within(0.0, x.factor * end), y, tuple(curves), tuple(marks), title)

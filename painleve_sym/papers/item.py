@@ -1,0 +1,92 @@
+"""The verdict on one claim of a paper, and the result it rests on."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from painleve_sym.papers.panels import Panel
+
+
+class Verdict(enum.Enum):
+    """How a claim of the paper fares.
+
+    REPRODUCED
+        The result agrees within the digits printed, or the words hold.
+    MISPRINT
+        It does not agree, but a small correction of the print does.
+    DIFFERS
+        It does not agree, and the print is not at fault.
+    FAILED
+        The computation ended with an exception; nothing is said about the claim.
+    """
+
+    REPRODUCED = "reproduced"
+    MISPRINT = "misprint"
+    DIFFERS = "differs"
+    FAILED = "failed"
+
+    @classmethod
+    def of(cls, agrees: bool, corrected: bool = False) -> Verdict:
+        """Return the verdict: `agrees` as printed, or once the print is `corrected`."""
+        if agrees:
+            return cls.REPRODUCED
+        return cls.MISPRINT if corrected else cls.DIFFERS
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The result of computing an item.
+
+    Attributes
+    ----------
+    computed : str
+        The answer, in short.
+    verdict : Verdict
+    reason : mapping of str to float or str
+        Numbers for the ``{fields}`` of the reason in the claims.
+    data : mapping
+        Numbers in full precision, as JSON values. ``table`` holds ``columns`` and ``rows``.
+    panels : tuple of Panel
+        The figure, where there is one.
+    paper : str
+        The claim, where it is made of printed numbers.
+    """
+
+    computed: str
+    verdict: Verdict
+    reason: Mapping[str, float | str] = field(default_factory=dict)
+    data: Mapping[str, Any] = field(default_factory=dict)
+    panels: tuple[Panel, ...] = ()
+    paper: str = ""
+
+
+def checked(
+    computed: str,
+    checks: Mapping[str, bool],
+    data: Mapping[str, Any] | None = None,
+    panels: tuple[Panel, ...] = (),
+    **reason: float | str,
+) -> Outcome:
+    """Return the outcome of a claim in words: reproduced when every check holds.
+
+    Parameters
+    ----------
+    computed : str
+    checks : mapping of str to bool
+        Statements the words amount to; kept in the data.
+    data : mapping, optional
+    panels : tuple of Panel
+    **reason
+        Numbers for the reason in the claims.
+    """
+    plain = {name: bool(value) for name, value in checks.items()}
+    data = {**(data or {}), "checks": plain}
+    return Outcome(computed, Verdict.of(all(plain.values())), reason, data, panels)
+
+
+def table(columns: list[str], rows: list[list[Any]]) -> dict[str, Any]:
+    """Return a table as plain data."""
+    return {"columns": columns, "rows": rows}
