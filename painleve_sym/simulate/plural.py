@@ -264,11 +264,8 @@ class _Resolver:
         )
         if still is not None:
             self.impulses.append(())
-            events = (
-                (EventKind.IMPACT, result.state, contact),
-                (EventKind.SETTLE, still, contact),
-            )
-            return Answer(contact, still, (), events)
+            ended = (EventKind.IMPACT, result.state, contact)
+            return Answer(contact, still, (), (ended, (EventKind.SETTLE, still, contact)))
         return Answer(contact, result.state, (), ((EventKind.IMPACT, result.state, contact),))
 
     def _accumulates(self, question: Question) -> bool:
