@@ -26,6 +26,7 @@ from painleve_sym.contacts.impact_rays import restitution_parameter
 from painleve_sym.contacts.interfaces import (
     CONTACT,
     MOTION,
+    START,
     CompliantInterface,
     ContactMotion,
     GuideInterface,
@@ -333,13 +334,18 @@ class PluralContacts:
         motion = Mode(MOTION, self._field(), tuple(changes), self.outputs(), tuple(tests))
         begin = {s: v for c in self.interfaces for s, v in c.start().items()}
         follow = (Choice(CONTACT if self._unknown else MOTION),)
-        start = Transition(
-            "start", EventKind.CONTACT, None, follow, begin, chooses=not self._unknown
-        )
-        modes = [motion, Mode("start", {}, (start,), self.outputs())]
+        start = Transition(START, EventKind.CONTACT, None, follow, begin, chooses=not self._unknown)
+        modes = [motion]
+        if self._starts_with_memory:
+            modes.append(Mode(START, {}, (start,), self.outputs()))
         if self._unknown:
             modes.append(Mode(CONTACT, {}, self._decision(), self.outputs()))
         return tuple(modes)
+
+    @property
+    def _starts_with_memory(self) -> bool:
+        """Whether some contact takes up its local mode before any is decided."""
+        return len(self._unknown) < len(self.interfaces)
 
     def _decision(self) -> tuple[Transition, ...]:
         """Return the impact where a closed contact approaches, else the contact problem."""
@@ -368,7 +374,7 @@ class PluralContacts:
             parameters=tuple(p.symbol for p in parameters),
             definitions={s: readable(v) for s, v in definitions.items()},
             modes=self._modes(),
-            starts=(Choice("start"),),
+            starts=(Choice(START if self._starts_with_memory else CONTACT),),
             uncontrolled=self.dissipations,
             terms=self.terms,
             parts=tuple(c.part for c in self.interfaces),

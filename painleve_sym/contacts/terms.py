@@ -141,22 +141,51 @@ class ContactImpacts:
                 after[gap] = 0.0
         return after
 
-    def without_bounces(
-        self, state: Array, values: Mapping[str, float], time: float
-    ) -> Array | None:
-        """Return the state where contacts do not leave that would be back within `time`; s.
-
-        None where there is no such contact.
-        """
+    def short_bounces(self, state: Array, values: Mapping[str, float], time: float) -> list[int]:
+        """Return the rigid contacts that leave and would be back within `time`; s."""
         gaps, rates, _ = self.contact_values(state)
         leaving = [i for i in self.rigid if gaps[i] <= 0 and rates[i] > 0]
         if not leaving:
-            return None
+            return []
         falls = -self.terms(state, values).b[::2]
-        after, short = state.copy(), [i for i in leaving if 2 * rates[i] < time * falls[i]]
-        for i in short:
+        return [i for i in leaving if 2 * rates[i] < time * falls[i]]
+
+    def closed(self, state: Array, values: Mapping[str, float], contacts: Sequence[int]) -> Array:
+        """Return the state with contacts closed: gap and normal velocity 0, by normal impulses.
+
+        Parameters
+        ----------
+        state : ndarray, shape (nx,)
+        values : mapping of str to float
+            Parameters.
+        contacts : sequence of int
+            Contacts whose gap and normal velocity are all but 0.
+        """
+        terms, normals = self.terms(state, values), [2 * i for i in contacts]
+        _, rates, _ = self.contact_values(state)
+        arriving = rates[list(contacts)]
+        block = terms.W[np.ix_(normals, normals)]
+        impulses = np.zeros(len(terms.b))
+        impulses[normals] = np.linalg.lstsq(block, -arriving, rcond=1e-12)[0]
+        after = self._pushed(state, terms, impulses)
+        after[self._index[CONTACT_WORK]] -= impulses[normals] @ arriving / 2
+        for i in contacts:
+            after[self._index[self.rows[i].gap]] = 0.0
             after[self._index[self.rows[i].gap_rate]] = 0.0
-        return after if short else None
+        return after
+
+    def _pushed(self, state: Array, terms: ContactTerms, impulses: Array) -> Array:
+        """Return the state with the velocities after impulses, and the work of the drives."""
+        _, rates, slips = self.contact_values(state)
+        velocity = np.ravel([rates, slips], order="F") + terms.W @ impulses
+        after, n = state.copy(), len(self.mechanism.system.q)
+        after[n : 2 * n] += terms.directions @ impulses
+        for i, row in enumerate(self.rows):
+            after[self._index[row.gap_rate]] = velocity[2 * i]
+            after[self._index[row.slip]] = velocity[2 * i + 1]
+        if FORCE_WORK in self._index:
+            after[self._index[FORCE_WORK]] -= terms.drive_speeds @ impulses
+        return after
 
     def impact(
         self, state: Array, values: Mapping[str, float], restitution: str, e: float
@@ -174,17 +203,13 @@ class ContactImpacts:
             return None
         impulses = np.zeros(len(velocity))
         impulses[rows] = impact.impulses
-        velocity = velocity + terms.W @ impulses
-        velocity[rows] = impact.velocities
-        after, n = state.copy(), len(self.mechanism.system.q)
-        after[n : 2 * n] += terms.directions @ impulses
-        for i, row in enumerate(self.rows):
-            after[self._index[row.gap_rate]] = velocity[2 * i]
-            after[self._index[row.slip]] = velocity[2 * i + 1]
+        after = self._pushed(state, terms, impulses)
+        # What the impact made vanish is exactly 0.
+        for k, i in enumerate(closed):
+            after[self._index[self.rows[i].gap_rate]] = impact.velocities[2 * k]
+            after[self._index[self.rows[i].slip]] = impact.velocities[2 * k + 1]
         after[self._index[CONTACT_WORK]] -= impact.normal_work
         after[self._index[FRICTION_WORK]] -= impact.tangential_work
-        if FORCE_WORK in self._index:
-            after[self._index[FORCE_WORK]] -= terms.drive_speeds @ impulses
         return ImpactResult(impulses, after)
 
 

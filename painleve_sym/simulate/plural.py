@@ -55,6 +55,11 @@ class PluralSimulator(ContactSimulator):
     laws: tuple[ContactLaw | RigidLaw, ...]
     engine: str = "auto"
 
+    @property
+    def start_events(self) -> bool:
+        """Whether what a start makes happen at once are events: where a contact is rigid."""
+        return bool(self.impacts.rigid)
+
     @cached_property
     def contact(self) -> PluralContacts:
         """The contacts with their laws."""
@@ -259,10 +264,9 @@ class _Resolver:
             )
             return Answer(contact, state, stop=StopReason.JAM)
         self.impulses.append(tuple(map(float, result.impulses)))
-        still = impacts.without_bounces(
-            result.state, self.values, REMAINDER * (question.time or question.spent)
-        )
-        if still is not None:
+        short = impacts.short_bounces(result.state, self.values, REMAINDER * question.time)
+        if short:
+            still = impacts.closed(result.state, self.values, short)
             self.impulses.append(())
             ended = (EventKind.IMPACT, result.state, contact)
             return Answer(contact, still, (), (ended, (EventKind.SETTLE, still, contact)))
@@ -276,16 +280,15 @@ class _Resolver:
 
     def _settled(self, state: Array) -> Array | None:
         """Return the state with the contacts closed whose bounces have died out; None for none."""
-        after, closed = state.copy(), False
+        settled = list[int]()
         states = list(self.simulator.outline.states)
         for i in self.simulator.impacts.rigid:
             row = self.simulator.contact.rows[i]
             gap, rate = states.index(row.gap), states.index(row.gap_rate)
-            near = abs(after[gap]) < SETTLED * self.scale[gap]
-            if near and abs(after[rate]) < 1e3 * SETTLED * self.scale[rate]:
-                after[gap] = after[rate] = 0.0
-                closed = True
-        return after if closed else None
+            near = abs(state[gap]) < SETTLED * self.scale[gap]
+            if near and abs(state[rate]) < SETTLED * self.scale[rate]:
+                settled.append(i)
+        return self.simulator.impacts.closed(state, self.values, settled) if settled else None
 
 
 def accumulates(times: list[float]) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol, cast
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
 import numpy as np
 
@@ -56,8 +56,11 @@ class ContactSimulator(ABC):
 
     mechanism: Mechanism
     engine: str
-    start_events: ClassVar[bool] = False
-    """Whether what a start makes happen at once are events, or only chooses the mode."""
+
+    @property
+    def start_events(self) -> bool:
+        """Whether what a start makes happen at once are events, or only chooses the mode."""
+        return False
 
     @property
     @abstractmethod
