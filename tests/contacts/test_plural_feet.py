@@ -63,7 +63,7 @@ def test_two_feet_follow_the_independent_integration(names, start, engine):
 @pytest.mark.parametrize("engine", ["compiled", "taylor"])
 @pytest.mark.parametrize("name", ["hertz", "linear", "bilinear"])
 def test_feet_that_come_to_rest_together_share_their_friction(name, engine):
-    # No height and equal friction: theta stays 0, and the mobility of both sticking feet is singular.
+    # No height and equal friction: theta stays 0, the mobility of both sticking feet is singular.
     state, own = {"y_A": 1e-3, "x_A_dot": -0.05}, {"h": 0.0, "mu_A": 0.4, "mu_B": 0.4}
     given = LAWS[name][1] | own
     run = _simulator((name,), engine).run(state, parameters=given, t_end=0.1)

@@ -1,8 +1,8 @@
 """Friction of contacts at rest with given normal forces is a convex problem with one solution.
 
 With W_tt = J_t M^-1 J_t' and b_t the accelerations without friction, F_t minimises
-F' W_tt F / 2 + b_t' F over |F_i| <= mu_i N_i: accelerations exist and are unique, also where W_tt is
-singular and the forces are not.
+F' W_tt F / 2 + b_t' F over |F_i| <= mu_i N_i: accelerations exist and are unique, also where W_tt
+is singular and the forces are not.
 """
 
 from functools import cache

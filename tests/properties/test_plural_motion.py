@@ -1,4 +1,4 @@
-"""What no law of motion may change: energy, mirror images, names, units; batches and derivatives."""
+"""Soft contacts: energy, mirror images, order of contacts, units; batches and derivatives."""
 
 from dataclasses import replace
 from functools import cache
