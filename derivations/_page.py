@@ -13,6 +13,7 @@ import sympy as sp
 from painleve_sym.mechanics.models import Mechanism
 from painleve_sym.papers.formula import identical
 from painleve_sym.papers.impact_resolution.claims import CLAIMS
+from painleve_sym.quantities import derivative_latex
 
 ROOT = Path(__file__).resolve().parent.parent
 EQUAL = "equal"
@@ -178,18 +179,17 @@ def mechanism_quantities(mechanism: Mechanism) -> tuple[Quantity, ...]:
         name = c.latex or sp.latex(c.symbol)
         rows += [
             Quantity(c.symbol, name, c.unit, c.meaning),
-            Quantity(c.rate, dotted(name), f"{c.unit}/s", f"velocity of ${name}$"),
-            Quantity(c.acceleration, dotted(name, 2), f"{c.unit}/s²", f"acceleration of ${name}$"),
+            Quantity(c.rate, derivative_latex(name), f"{c.unit}/s", f"velocity of ${name}$"),
+            Quantity(
+                c.acceleration,
+                derivative_latex(name, 2),
+                f"{c.unit}/s²",
+                f"acceleration of ${name}$",
+            ),
         ]
     for p in mechanism.system.parameters:
         rows.append(Quantity(p.symbol, sp.latex(p.symbol), p.unit.replace("^2", "²"), p.meaning))
     return tuple(rows)
-
-
-def dotted(latex: str, dots: int = 1) -> str:
-    """Return the LaTeX of a time derivative: ``x_A`` becomes ``\\dot{x}_A``."""
-    base, _, index = latex.partition("_")
-    return rf"\{'d' * dots}ot{{{base}}}" + (f"_{index}" if index else "")
 
 
 def _symbols(step: Step) -> set[sp.Symbol]:

@@ -6,9 +6,10 @@ from functools import cache
 
 import sympy as sp
 
-from derivations._page import Derivation, Quantity, Step, dotted, mechanism_quantities
+from derivations._page import Derivation, Quantity, Step, mechanism_quantities
 from painleve_sym.mechanics.coefficients import F_N, F_T
 from painleve_sym.mechanics.models import Mechanism, rod
+from painleve_sym.quantities import derivative_latex
 
 TIME = sp.Symbol("t", real=True)
 X, Y = sp.symbols("x y", real=True)
@@ -39,7 +40,8 @@ def quantities() -> tuple[Quantity, ...]:
         for dots, rate in enumerate({X: (X_DOT, X_DDOT), Y: (Y_DOT, Y_DDOT)}[base], 1):
             unit = "m/s" + "²" * (dots == 2)
             kind = ("velocity", "acceleration")[dots - 1]
-            centre.append(Quantity(rate, dotted(str(base), dots), unit, f"{kind} of ${base}$"))
+            latex = derivative_latex(str(base), dots)
+            centre.append(Quantity(rate, latex, unit, f"{kind} of ${base}$"))
     return (
         *mechanism_quantities(mechanism()),
         *centre,

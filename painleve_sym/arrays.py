@@ -1,9 +1,85 @@
-"""Array types of the numerical layers."""
+"""Array types of the numerical layers, and results in NPZ files."""
 
 from __future__ import annotations
+
+import json
+import zipfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from painleve_sym.errors import InputError
+from painleve_sym.files import write_beside
+
 Array = NDArray[np.float64]
 """An array of floating-point numbers."""
+
+
+def save_npz(
+    path: str | Path, form: str, texts: Mapping[str, Any], arrays: Mapping[str, Any]
+) -> None:
+    """Write an NPZ file (arrays and JSON text, no pickle): whole, or not at all.
+
+    Parameters
+    ----------
+    path : path
+    form : str
+        Name and version of the format, which `load_npz` asks for.
+    texts : mapping of str to JSON values
+    arrays : mapping of str to ndarray or None
+        None is left out.
+
+    Raises
+    ------
+    InputError
+        The folder does not exist or cannot be written.
+    """
+    text = json.dumps({"format": form, **texts})
+    kept = {name: array for name, array in arrays.items() if array is not None}
+    write_beside(Path(path), lambda file: np.savez_compressed(file, text=text, **kept))
+
+
+def load_npz(
+    path: str | Path,
+    form: str,
+    noun: str,
+    texts: Sequence[str],
+    arrays: Sequence[str],
+    optional: Sequence[str] = (),
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return all texts and arrays that `save_npz` wrote; missing `optional` arrays are None.
+
+    Parameters
+    ----------
+    path : path
+    form : str
+        The format the file must have.
+    noun : str
+        What messages call the file: ``trajectory``.
+    texts, arrays, optional : sequence of str
+        Names that must be there, and of arrays that may be.
+
+    Raises
+    ------
+    InputError
+        Not readable, of another format, incomplete.
+    """
+    try:
+        # Opened here: np.load leaves the file open where it is not an archive.
+        with Path(path).open("rb") as file, np.load(file, allow_pickle=False) as data:
+            text = json.loads(str(data["text"]))
+            if text.get("format") != form:
+                raise ValueError(f"got format {text.get('format')!r}, need {form!r}")
+            missing = [name for name in texts if name not in text]
+            missing += [name for name in arrays if name not in data]
+            if missing:
+                raise KeyError(missing[0])
+            kept = {name: data[name] for name in data.files if name != "text"}
+    except (OSError, EOFError, ValueError, KeyError, TypeError, zipfile.BadZipFile) as error:
+        raise InputError(
+            f"{noun} file {path}: not readable ({error}). Fix: give a file written by save."
+        ) from error
+    return text, dict.fromkeys(optional) | kept

@@ -1,9 +1,13 @@
-"""Files: results are written whole or not at all."""
+"""Plain data of results, and files that are written whole or not at all."""
 
 from __future__ import annotations
 
+import dataclasses
 import os
 import tempfile
+import tomllib
+from collections.abc import Mapping
+from enum import Enum
 from pathlib import Path
 from typing import Any
 
@@ -26,3 +30,75 @@ def write_beside(path: Path, write: Any) -> None:
     except BaseException:
         Path(name).unlink(missing_ok=True)
         raise
+
+
+def read_text(path: str | Path, where: str, most: int, kind: str = "TOML file") -> str:
+    """Return the UTF-8 text of a file that may be of any size or kind.
+
+    Parameters
+    ----------
+    path : path
+    where : str
+        What messages call the file.
+    most : int
+        Bytes: a special file may never end.
+    kind : str
+        What the file should be, for messages.
+
+    Raises
+    ------
+    InputError
+        Not readable, too long, not UTF-8.
+    """
+    try:
+        with open(path, "rb") as file:
+            content = file.read(most + 1)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise InputError(f"{where}: {reason}. Fix: name a readable {kind}.") from error
+    if len(content) > most:
+        raise InputError(f"{where}: got more than {most} bytes. Fix: name a {kind}.")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content[: error.start].count(b"\n") + 1
+        raise InputError(f"{where}, line {line}: not UTF-8 text. Fix: save it as UTF-8.") from error
+
+
+def parse_toml(text: str, where: str) -> dict[str, Any]:
+    """Return the entries of TOML text; InputError where it is not TOML."""
+    try:
+        return tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        reason = str(error) or "nested too deeply"
+        raise InputError(f"{where}: not valid TOML: {reason}. Fix: correct that place.") from error
+
+
+def to_plain(value: Any) -> Any:
+    """Return a value as plain data: dict, list, text, number, bool or None.
+
+    Dataclasses become dicts of their fields (or what their ``to_dict`` returns where they are part
+    of something else), enums their value, arrays and tuples lists.
+    """
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return plain_fields(value, *(f.name for f in dataclasses.fields(value)))
+    if isinstance(value, Enum):
+        return to_plain(value.value)
+    if isinstance(value, Mapping):
+        return {_key(k): _part(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_part(v) for v in value]
+    return value.tolist() if hasattr(value, "tolist") else value
+
+
+def plain_fields(value: Any, *names: str) -> dict[str, Any]:
+    """Return the named attributes of an object as plain data, in this order."""
+    return {name: _part(getattr(value, name)) for name in names}
+
+
+def _part(value: Any) -> Any:
+    return value.to_dict() if hasattr(value, "to_dict") else to_plain(value)
+
+
+def _key(key: Any) -> Any:
+    return key.value if isinstance(key, Enum) else key

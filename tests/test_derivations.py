@@ -10,7 +10,7 @@ import pytest
 import sympy as sp
 
 from derivations.__main__ import DERIVATIONS, write_index
-from derivations._page import ROOT, Derivation, Quantity, Step, dotted
+from derivations._page import ROOT, Derivation, Quantity, Step
 from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.mechanics.models import rod
 from painleve_sym.papers.impact_resolution.claims import CLAIMS
@@ -109,8 +109,3 @@ def test_derivation_check_wants_every_symbol_explained_and_functions_named_once(
     twice = (Step("", sp.Eq(x, t)), Step("", sp.Eq(x, 2 * t)))
     with pytest.raises(AssertionError, match="repeated function"):
         Derivation("d", "D", "", explained, twice).check()
-
-
-def test_dotted_keeps_the_index_outside():
-    assert dotted("x_A") == r"\dot{x}_A"
-    assert dotted(r"\theta", 2) == r"\ddot{\theta}"

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import argparse
 import os
-import tomllib
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 from painleve_sym.cli.options import read_assignments, read_count, read_number, read_numbers
 from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.files import parse_toml, read_text
+from painleve_sym.laws.catalogue import law
 from painleve_sym.laws.compliance import ContactLaw
-from painleve_sym.laws.rigid import RigidLaw, contact_law
+from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.models import MODELS, Mechanism, model
-from painleve_sym.study.scenario import Scenario
+from painleve_sym.study.scenario import MAX_FILE, Scenario
 
 _NUMBERS = ("t_end", "initial_force", "rtol", "restitution")
 _COUNTS = ("max_steps", "max_events", "samples")
@@ -57,9 +57,8 @@ def chosen_mechanism(name: str, contact: str | None) -> Mechanism:
 def _describes_mechanism(path: str) -> bool:
     """Whether a TOML file holds a mechanism rather than a scenario; a broken one does not."""
     try:
-        with Path(path).open("rb") as file:
-            return "coordinates" in tomllib.load(file)
-    except (OSError, ValueError, RecursionError):
+        return "coordinates" in parse_toml(read_text(path, path, MAX_FILE), path)
+    except InputError:
         return False
 
 
@@ -96,8 +95,8 @@ def read_law_settings(name: str | None, texts: list[str]) -> dict[str, Any]:
     if name is None:
         raise InputError("--law-set: no law to set. Fix: name one with --law.")
     pairs = read_assignments("--law-set", texts)
-    choices = {k: v for k, v in pairs.items() if k in contact_law(name).choices}
-    chosen = contact_law(name, **choices)
+    choices = {k: v for k, v in pairs.items() if k in law(name).choices}
+    chosen = law(name, **choices)
     known = [*(p.name for p in chosen.parameters), *chosen.choices]
     for key in pairs:
         if key not in known:
@@ -111,7 +110,7 @@ def chosen_law(name: str | None, texts: list[str] | None) -> ContactLaw | RigidL
     if name is None:
         raise InputError("--law: missing. Fix: name one, such as --law bilinear-hertz.")
     settings = read_law_settings(name, texts) if texts else {"law_choices": {}}
-    return contact_law(name, **settings["law_choices"])
+    return law(name, **settings["law_choices"])
 
 
 def _check_owners(scenario: Scenario) -> None:

@@ -4,60 +4,78 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 import sympy as sp
 
 from painleve_sym.cli.case import chosen_mechanism
 from painleve_sym.cli.describe import checked_format, model_data
-from painleve_sym.cli.formulas import (
-    Formula,
-    Impulse,
-    Section,
-    impulse_units,
-    plain,
-    sections,
-)
-from painleve_sym.cli.joint_formulas import joint_sections
-from painleve_sym.cli.output import WIDTH, print_json, show, wrap_expression
-from painleve_sym.cli.python_module import python_code, python_module
+from painleve_sym.cli.output import WIDTH, print_json, show
 from painleve_sym.cli.texts import DERIVE_FORMATS
+from painleve_sym.errors import InputError
+from painleve_sym.laws.closed_forms import closed_forms, impulse_units
+from painleve_sym.laws.python_module import python_module
 from painleve_sym.laws.restitution import V_N_MINUS
+from painleve_sym.mechanics.formulas.formula import (
+    Formula,
+    ImpulsePhase,
+    Section,
+    latex_names,
+    plain,
+    wrap_expression,
+    written_forms,
+)
 from painleve_sym.mechanics.impact.impulse_rays import V_N_PLUS
-from painleve_sym.mechanics.models import Mechanism
-
-_IMPULSE_LATEX = {
-    "normal_impulse": "P_n",
-    "tangential_impulse": "P_t",
-    "stored_energy": "E_n",
-    "slip_velocity": "v_t^{+}",
-    "normal_velocity": "v_n^{+}",
-}
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.quantities import QUANTITIES
 
 
 def derive(arguments: argparse.Namespace) -> int:
     """Print every closed form of a mechanism in the format asked for."""
     form = checked_format(arguments.format, DERIVE_FORMATS)
     mechanism = chosen_mechanism(arguments.model, arguments.contact)
-    found = sections(mechanism) if len(mechanism.contacts) == 1 else joint_sections(mechanism)
+    sections = [_with_search(mechanism, section) for section in closed_forms(mechanism)]
     if form == "json":
-        print_json(formula_data(mechanism, found))
+        print_json(formula_data(mechanism, sections))
     elif form == "python":
-        print(python_module(mechanism, found), end="")
+        print(python_module(mechanism, sections), end="")
     elif form == "latex":
-        print(latex_page(mechanism, found), end="")
+        print(latex_page(mechanism, sections), end="")
     else:
-        _show_text(mechanism, found)
+        _show_text(mechanism, sections)
     return 0
+
+
+def _with_search(mechanism: Mechanism, section: Section) -> Section:
+    """Add the least critical friction as a number where it has no closed form."""
+    if not section.contact:
+        return section
+    from painleve_sym.study.maps.least_friction import least_critical_friction
+
+    alone = mechanism.only(section.contact)
+    try:
+        least = least_critical_friction(alone)
+    except InputError:
+        text = "No configuration in contact was found at the default parameters."
+        return replace(section, note=f"{section.note} {text}")
+    c = alone.coefficients
+    inner = c.W_nn.free_symbols | c.W_nt.free_symbols
+    places = [f"{s} = {least.configuration[str(s)]:.6g}" for s in alone.system.q if s in inner]
+    text = (
+        "A search over the configurations in contact at the default parameters finds "
+        f"{least.value:.6g}, at {', '.join(places)}."
+    )
+    return replace(section, note=f"{section.note} {text}")
 
 
 # ---- text ----
 
 
-def _show_text(mechanism: Mechanism, found: Sequence[Section]) -> None:
+def _show_text(mechanism: Mechanism, sections: Sequence[Section]) -> None:
     units = impulse_units(mechanism)
     show(f"{mechanism.name}: {mechanism.title}")
-    for section in found:
+    for section in sections:
         show()
         show(section.title.upper())
         if section.note:
@@ -101,11 +119,11 @@ def _show_expression(start: str, text: str) -> None:
 # ---- LaTeX ----
 
 
-def latex_page(mechanism: Mechanism, found: Sequence[Section]) -> str:
+def latex_page(mechanism: Mechanism, sections: Sequence[Section]) -> str:
     """Return the formulas as LaTeX to be read into a document with amsmath."""
     names = _latex_names(mechanism)
     lines = [f"% {mechanism.name}: {mechanism.title}", "% for \\input; needs amsmath"]
-    for section in found:
+    for section in sections:
         lines += ["", f"% {section.title}"]
         for formula in section.formulas:
             lines += _latex_lines(formula, names)
@@ -119,55 +137,50 @@ def _latex_lines(formula: Formula, names: dict[sp.Symbol, str]) -> list[str]:
     return [f"% {formula.name}: {formula.meaning}", f"\\[ {formula.latex} = {right} \\]"]
 
 
-def _latex_phase(phase: Impulse, names: dict[sp.Symbol, str]) -> Iterator[str]:
+def _latex_phase(phase: ImpulsePhase, names: dict[sp.Symbol, str]) -> Iterator[str]:
     by_name = {str(symbol): latex for symbol, latex in names.items()}
     yield f"% {phase.name}{f': {phase.meaning}' if phase.meaning else ''}"
     for name, margin, strict in phase.conditions:
         sign = ">" if strict else r"\ge"
         yield f"\\[ {sp.latex(margin, symbol_names=names)} {sign} 0 \\] % {name}"
     for name, value in phase.values.items():
-        left = _IMPULSE_LATEX.get(name) or f"{by_name[name]}^{{+}}"
+        latex = QUANTITIES[name].latex if name in QUANTITIES else by_name[name]
+        left = (
+            latex
+            if name in ("normal_impulse", "tangential_impulse", "stored_energy")
+            else f"{latex}^{{+}}"
+        )
         yield f"\\[ {left} = {sp.latex(value, symbol_names=names)} \\]"
 
 
 def _latex_names(mechanism: Mechanism) -> dict[sp.Symbol, str]:
-    names = {V_N_PLUS: "v_n^{+}", V_N_MINUS: "v_n^{-}"}
-    for c in mechanism.system.coordinates:
-        base, _, index = (c.latex or sp.latex(c.symbol)).partition("_")
-        names[c.symbol] = base + (f"_{index}" if index else "")
-        names[c.rate] = rf"\dot{{{base}}}" + (f"_{index}" if index else "")
-    return names
+    return {V_N_PLUS: "v_n^{+}", V_N_MINUS: "v_n^{-}", **latex_names(mechanism)}
 
 
 # ---- JSON ----
 
 
-def formula_data(mechanism: Mechanism, found: Sequence[Section]) -> dict[str, Any]:
+def formula_data(mechanism: Mechanism, sections: Sequence[Section]) -> dict[str, Any]:
     """Return the formulas as plain data: each as text, LaTeX and Python."""
     names, units = _latex_names(mechanism), impulse_units(mechanism)
 
-    def writings(value: sp.Basic | sp.MatrixBase) -> dict[str, Any]:
-        return {
-            "text": _nested(value, plain),
-            "latex": sp.latex(value, symbol_names=names),
-            "python": _nested(value, python_code),
-        }
-
     formulas = {
-        f.name: {"meaning": f.meaning, "unit": f.unit, **writings(f.value)}
-        for s in found
+        f.name: {"meaning": f.meaning, "unit": f.unit, **written_forms(f.value, names)}
+        for s in sections
         for f in s.formulas
     }
     jump = {
         p.name: {
             "meaning": p.meaning,
             "conditions": [
-                {"name": name, "strict": strict, **writings(margin)}
+                {"name": name, "strict": strict, **written_forms(margin, names)}
                 for name, margin, strict in p.conditions
             ],
-            "values": {k: {"unit": units[k], **writings(v)} for k, v in p.values.items()},
+            "values": {
+                k: {"unit": units[k], **written_forms(v, names)} for k, v in p.values.items()
+            },
         }
-        for s in found
+        for s in sections
         for p in s.phases
     }
     return {
@@ -175,11 +188,5 @@ def formula_data(mechanism: Mechanism, found: Sequence[Section]) -> dict[str, An
         "model": model_data(mechanism),
         "formulas": formulas,
         "jump": jump,
-        "notes": {s.title: s.note for s in found if s.note},
+        "notes": {s.title: s.note for s in sections if s.note},
     }
-
-
-def _nested(value: sp.Basic | sp.MatrixBase, write: Any) -> Any:
-    if isinstance(value, sp.MatrixBase):
-        return [[write(value[i, j]) for j in range(value.cols)] for i in range(value.rows)]
-    return write(value)

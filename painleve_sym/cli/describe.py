@@ -12,10 +12,12 @@ from painleve_sym.cli.output import number, print_json, show, show_table
 from painleve_sym.cli.texts import AUTOMATON_FORMATS
 from painleve_sym.contacts.compliant import SoftenedContact
 from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.files import plain_fields, to_plain
 from painleve_sym.hybrid.automaton import HybridAutomaton, Transition
+from painleve_sym.laws.catalogue import CHOICES, LAWS, law
 from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.laws.restitution import RESTITUTIONS, RestitutionLaw
-from painleve_sym.laws.rigid import CHOICES, CONTACT_LAWS, RigidLaw, contact_law
+from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.models import MODELS, Mechanism, model
 from painleve_sym.mechanics.system import TIME, Parameter
 from painleve_sym.simulate.rigid import rigid_simulator
@@ -47,14 +49,10 @@ def models(arguments: argparse.Namespace) -> int:
 def model_data(mechanism: Mechanism) -> dict[str, Any]:
     """Return what there is to know of a mechanism as plain data."""
     return {
-        "name": mechanism.name,
-        "title": mechanism.title,
-        "source": mechanism.source,
+        **plain_fields(mechanism, "name", "title", "source"),
         "coordinates": [
             {
-                "name": c.name,
-                "meaning": c.meaning,
-                "unit": c.unit,
+                **plain_fields(c, "name", "meaning", "unit"),
                 "velocity": f"{c.name}_dot",
                 "velocity_unit": f"{c.unit}/s",
             }
@@ -74,16 +72,7 @@ def model_data(mechanism: Mechanism) -> dict[str, Any]:
 def parameter_data(parameter: Parameter) -> dict[str, Any]:
     """Return a parameter as plain data; a bound that does not exist is None."""
     lower, upper = (b if math.isfinite(b) else None for b in (parameter.lower, parameter.upper))
-    return {
-        "name": parameter.name,
-        "default": parameter.default,
-        "unit": parameter.unit,
-        "meaning": parameter.meaning,
-        "lower": lower,
-        "upper": upper,
-        "lower_closed": parameter.lower_closed,
-        "upper_closed": parameter.upper_closed,
-    }
+    return {**to_plain(parameter), "lower": lower, "upper": upper}
 
 
 def _show_model(mechanism: Mechanism) -> None:
@@ -125,7 +114,7 @@ def _range(parameter: Parameter) -> str:
 
 def laws(arguments: argparse.Namespace) -> int:
     """List the contact laws and the restitution rules."""
-    found = [contact_law(name) for name in CONTACT_LAWS]
+    found = [law(name) for name in LAWS]
     rules = [make() for make in RESTITUTIONS.values()]
     if arguments.json:
         data = [law_data(one) for one in found]
@@ -151,9 +140,7 @@ def laws(arguments: argparse.Namespace) -> int:
 def law_data(one: ContactLaw | RigidLaw) -> dict[str, Any]:
     """Return a contact law as plain data."""
     return {
-        "name": one.name,
-        "title": one.title,
-        "source": one.source,
+        **plain_fields(one, "name", "title", "source"),
         "parameters": [parameter_data(p) for p in one.parameters],
         "choices": {
             name: {"default": default, "values": CHOICES[name]}
@@ -166,9 +153,7 @@ def law_data(one: ContactLaw | RigidLaw) -> dict[str, Any]:
 def rule_data(rule: RestitutionLaw) -> dict[str, Any]:
     """Return a restitution rule as plain data."""
     return {
-        "name": rule.name,
-        "title": rule.title,
-        "source": rule.source,
+        **plain_fields(rule, "name", "title", "source"),
         "parameter": parameter_data(rule.parameter),
         "equation": f"{rule.equation.lhs} = {rule.equation.rhs}",
         "note": rule.note,

@@ -6,7 +6,7 @@ import json
 import math
 import sys
 import textwrap
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from enum import Enum
 from pathlib import Path
 from typing import Any
@@ -111,38 +111,3 @@ def show_table(
             continue
         for i, line in enumerate(textwrap.wrap(row[last], room, break_on_hyphens=False)):
             print((start if i == 0 else " " * len(start)) + line)
-
-
-def wrap_expression(start: str, text: str, width: int = WIDTH, indent: str = "") -> list[str]:
-    """Return `start` and a formula as lines, broken before + or − in as few brackets as can be.
-
-    Parameters
-    ----------
-    start : str
-        Opens the first line; the others open with `indent`.
-    text : str
-    width : int
-    indent : str
-    """
-    lines: list[str] = []
-    line = start + text
-    while len(line) > width:
-        least = len(indent if lines else start) + 1
-        half = (least + width) // 2
-        places = list(_breaks(line, half, width)) or list(_breaks(line, least, width))
-        if not places:
-            break
-        _, at = min(places, key=lambda place: (place[0], -place[1]))
-        lines.append(line[:at].rstrip())
-        line = indent + line[at:].lstrip()
-    return [*lines, line]
-
-
-def _breaks(line: str, least: int, most: int) -> Iterator[tuple[int, int]]:
-    """Yield bracket depth and position of the spaces where a line may end."""
-    depth = 0
-    for i, character in enumerate(line[: most + 1]):
-        depth += (character in "([{") - (character in ")]}")
-        before_sign = line[i + 1 : i + 3] in ("+ ", "- ") or line[i + 1 : i + 3] in (">=", "> ")
-        if character == " " and i >= least and (before_sign or line[i - 1] == ","):
-            yield depth, i

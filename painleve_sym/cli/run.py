@@ -15,6 +15,7 @@ from painleve_sym.cli.output import assignments, number, print_json, quantity, s
 from painleve_sym.contacts.impact.jump import JumpResult
 from painleve_sym.contacts.impact.tangential import TangentialImpact
 from painleve_sym.errors import InputError, PainleveWarning, StopReason
+from painleve_sym.files import to_plain
 from painleve_sym.mechanics.models import Mechanism
 from painleve_sym.simulate.singular_limit import LimitKind
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
@@ -81,18 +82,7 @@ def jump_data(found: JumpResult) -> dict[str, Any]:
         "slip": found.slip,
         "case": found.case.value,
         "end": found.end.value,
-        "phases": [
-            {
-                "name": p.name,
-                "normal_impulse": p.normal_impulse,
-                "tangential_impulse": p.tangential_impulse,
-                "stored_energy": p.stored_energy,
-                "velocity": dict(p.velocity),
-                "slip_velocity": p.slip_velocity,
-                "normal_velocity": p.normal_velocity,
-            }
-            for p in found.phases
-        ],
+        "phases": to_plain(found.phases),
         "final": {"velocity": dict(found.velocity)},
         "energy_change": found.energy_change,
     }

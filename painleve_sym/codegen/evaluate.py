@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -10,7 +11,10 @@ import casadi as ca
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.codegen.bridge import Translator
+from painleve_sym.codegen.bridge import POWER_FLOOR, Translator
+
+BLOCK = 4096
+"""Points CasADi's map takes at once: its work space stays small."""
 
 
 def numbers(expressions: Sequence[Any], values: Mapping[Any, float]) -> Array:
@@ -25,6 +29,60 @@ def numbers(expressions: Sequence[Any], values: Mapping[Any, float]) -> Array:
     translate = Translator({s: ca.SX(v) for s, v in values.items()}, floor=0.0)
     column = translate.vector(list(expressions))
     return np.array(ca.evalf(ca.densify(column))).reshape(-1)
+
+
+def expression_function(
+    name: str, expressions: Sequence[Any], symbols: Sequence[Any], derivatives: Sequence[Any] = ()
+) -> ca.Function:
+    """Return expressions as one CasADi function of one vector, shape (len(symbols),).
+
+    Parameters
+    ----------
+    name : str
+        Of the function.
+    expressions : sequence of sympy.Expr
+    symbols : sequence of sympy.Symbol
+        Every symbol that occurs.
+    derivatives : sequence of sympy.Symbol
+        Each expression's derivatives by these follow all the expressions, expression by expression.
+    """
+    x = ca.SX.sym("x", len(symbols))
+    table = {s: x[i] for i, s in enumerate(symbols)}
+    # Values without derivatives need no floor under a power.
+    translate = Translator(table, floor=POWER_FLOOR if derivatives else 0.0)
+    column = translate.vector(list(expressions))
+    parts = [column]
+    if derivatives:
+        by = ca.vertcat(*[table[s] for s in derivatives])
+        parts.append(ca.vec(ca.densify(ca.jacobian(column, by)).T))
+    return ca.Function(name, [x], ca.cse([ca.densify(ca.vertcat(*parts))]))
+
+
+def at_points(function: ca.Function, points: Array) -> Array:
+    """Return a function of one vector at n points, shape (n, outputs), the same bits as one by one.
+
+    Parameters
+    ----------
+    function : casadi.Function
+    points : ndarray, shape (n, arguments), contiguous
+    """
+    results = np.empty((len(points), function.numel_out(0)))
+    for start in range(0, len(points), BLOCK):
+        part, rows = points[start : start + BLOCK], results[start : start + BLOCK]
+        mapped = _mapped(function, len(part))
+        # CasADi reads and writes these arrays in place: a column of its matrix is a row here.
+        buffer: Any
+        buffer, evaluate = mapped.buffer()
+        buffer.set_arg(0, part.data)
+        buffer.set_res(0, rows.data)
+        evaluate()
+    return results
+
+
+# Batches ask for the same number of points again and again.
+@functools.lru_cache(maxsize=64)
+def _mapped(function: ca.Function, points: int) -> ca.Function:
+    return function.map(points) if points > 1 else function
 
 
 def power(base: Array, exponent: Array) -> Array:

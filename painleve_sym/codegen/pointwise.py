@@ -11,14 +11,12 @@ import casadi as ca
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.codegen.bridge import POWER_FLOOR, Translator
 from painleve_sym.codegen.c_functions import c_functions
 from painleve_sym.codegen.compile import load
+from painleve_sym.codegen.evaluate import at_points, expression_function
 from painleve_sym.errors import CompilerMissing, InputError, PainleveWarning, unknown_name
 
 ENGINES = ("auto", "compiled", "casadi")
-BLOCK = 4096
-"""Points CasADi's map takes at once: its work space stays small."""
 
 _LOOP = """
 __attribute__((visibility("default")))
@@ -77,7 +75,7 @@ class Pointwise:
         if not expressions:
             raise InputError("pointwise: got no expressions, need at least one.")
         self.symbols = tuple(symbols)
-        self._function = _function(expressions, self.symbols, derivatives)
+        self._function = expression_function("pointwise", expressions, self.symbols, derivatives)
         self.outputs = int(self._function.numel_out(0))
         self._library = self._compiled(engine) if engine != "casadi" else None
         self.engine = "casadi" if self._library is None else "compiled"
@@ -137,13 +135,10 @@ class Pointwise:
         return out
 
     def _by_map(self, arrays: list[Array], n: int) -> Array:
-        out = np.empty((self.outputs, n))
-        for start in range(0, n, BLOCK):
-            stop = min(start + BLOCK, n)
-            columns = [a[start:stop] if a.ndim else np.full(stop - start, a) for a in arrays]
-            points = np.array(columns).reshape(len(arrays), stop - start)
-            out[:, start:stop] = self._function.map(stop - start)(ca.DM(points))
-        return out
+        points = np.empty((n, len(arrays)))
+        for i, values in enumerate(arrays):
+            points[:, i] = values
+        return at_points(self._function, points).T
 
 
 def _plain(array: Array, shape: tuple[int, ...]) -> Array:
@@ -151,21 +146,6 @@ def _plain(array: Array, shape: tuple[int, ...]) -> Array:
     if array.ndim == 0:
         return array
     return np.ascontiguousarray(np.broadcast_to(array, shape)).reshape(-1)
-
-
-def _function(
-    expressions: Sequence[Any], symbols: Sequence[Any], derivatives: Sequence[Any]
-) -> ca.Function:
-    x = ca.SX.sym("x", len(symbols))
-    table = {s: x[i] for i, s in enumerate(symbols)}
-    # As in `numbers`: values without derivatives need no floor under a power.
-    translate = Translator(table, floor=POWER_FLOOR if derivatives else 0.0)
-    column = translate.vector(list(expressions))
-    parts = [column]
-    if derivatives:
-        by = ca.vertcat(*[table[s] for s in derivatives])
-        parts.append(ca.vec(ca.densify(ca.jacobian(column, by)).T))
-    return ca.Function("pointwise", [x], ca.cse([ca.densify(ca.vertcat(*parts))]))
 
 
 def _source(function: ca.Function) -> str:

@@ -11,11 +11,8 @@ import casadi as ca
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.codegen.bridge import Translator
 from painleve_sym.codegen.derivation_cache import entry_key, read_entry, write_entry
-
-BLOCK = 4096
-"""Points CasADi's map takes at once: its work space stays small."""
+from painleve_sym.codegen.evaluate import at_points, expression_function
 
 
 @dataclass(frozen=True)
@@ -49,16 +46,7 @@ class Quantities:
             Every symbol, and maybe others.
         """
         points = np.array([values[s] for s in self.symbols], dtype=np.float64).T.copy()
-        found = np.empty((len(points), len(self.names)))
-        for start in range(0, len(points), BLOCK):
-            part, rows = points[start : start + BLOCK], found[start : start + BLOCK]
-            function = _mapped(self.function, len(part))
-            # CasADi reads and writes these arrays in place: a column of its matrix is a row here.
-            buffer: Any
-            buffer, evaluate = function.buffer()
-            buffer.set_arg(0, part.data)
-            buffer.set_res(0, rows.data)
-            evaluate()
+        found = at_points(self.function, points)
         return dict(zip(self.names, found.T, strict=True))
 
 
@@ -83,7 +71,10 @@ def quantities(
     names, function = _stored(key) if key else ((), None)
     if function is None:
         formulas = derive()
-        names, function = tuple(formulas), _function(tuple(formulas.values()), symbols)
+        names, function = (
+            tuple(formulas),
+            expression_function("quantities", tuple(formulas.values()), symbols),
+        )
         if key:
             write_entry(key, {"names": names, "function": function.serialize()})
             _stored.cache_clear()
@@ -94,12 +85,6 @@ def quantities(
 _text_key = functools.lru_cache(maxsize=256)(entry_key)
 
 
-# Batches ask for the same number of points again and again.
-@functools.lru_cache(maxsize=64)
-def _mapped(function: ca.Function, points: int) -> ca.Function:
-    return function.map(points) if points > 1 else function
-
-
 # One entry is asked for again and again, at every state that is looked at.
 @functools.lru_cache(maxsize=64)
 def _stored(key: str) -> tuple[tuple[str, ...], ca.Function | None]:
@@ -107,10 +92,3 @@ def _stored(key: str) -> tuple[tuple[str, ...], ca.Function | None]:
     if entry is None:
         return (), None
     return tuple(entry["names"]), ca.Function.deserialize(entry["function"])
-
-
-def _function(formulas: Sequence[Any], symbols: Sequence[Any]) -> ca.Function:
-    x = ca.SX.sym("x", len(symbols))
-    translate = Translator({s: x[i] for i, s in enumerate(symbols)}, floor=0.0)
-    column = ca.densify(translate.vector(list(formulas)))
-    return ca.Function("quantities", [x], ca.cse([column]))

@@ -48,7 +48,7 @@ from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.contact_set import ContactSet
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.simplify import readable
-from painleve_sym.mechanics.system import Parameter
+from painleve_sym.mechanics.system import TIME, Parameter
 
 _ZERO = sp.Integer(0)
 
@@ -131,15 +131,14 @@ class PluralContacts:
     @cached_property
     def dissipations(self) -> tuple[sp.Symbol, ...]:
         """States that only account for energy."""
-        moving = any(speed != 0 for speed in self.contact_set.surface_speeds)
+        moving = any(speed != 0 for speed in self.contact_set.drive_speeds)
         driven = self.mechanism.system.dissipated_power != 0 or moving
         return (FRICTION_WORK, CONTACT_WORK, *((FORCE_WORK,) if driven else ()))
 
     @cached_property
     def states(self) -> tuple[sp.Symbol, ...]:
-        """Coordinates, velocities, contact states where needed, then dissipated energies."""
-        system = self.mechanism.system
-        own = (*system.q, *system.q_dot)
+        """What `Mechanism.motion` has, contact states where needed, then dissipated energies."""
+        own = self.mechanism.motion
         extra = [s for row in self.rows for s in row.symbols if s not in own]
         return (*own, *extra, *self.dissipations)
 
@@ -285,21 +284,22 @@ class PluralContacts:
         F, moved = own["F"], own["acceleration"]
         rates = dict(zip(system.q, system.q_dot, strict=True))
         rates |= dict(zip(system.q_dot, own["a"] + own["D"] * F, strict=True))
-        friction = drive = lost = _ZERO
-        for i, (c, speed) in enumerate(
-            zip(self.interfaces, self.contact_set.surface_speeds, strict=True)
-        ):
+        friction = lost = _ZERO
+        for i, c in enumerate(self.interfaces):
             n, t, row = 2 * i, 2 * i + 1, c.row
             apart = 1 - c.closed if c.given_force is None else sp.Integer(1)
             rates[row.gap] = apart * row.gap_rate
             rates[row.gap_rate] = apart * moved[n]
             rates[row.slip] = (1 - c.sticks) * moved[t]
             friction -= (1 - c.sticks) * F[t] * row.slip
-            drive -= F[t] * speed
             lost += c.dissipated_power
         rates |= {FRICTION_WORK: friction, CONTACT_WORK: lost}
         if FORCE_WORK in self.dissipations:
-            rates[FORCE_WORK] = system.dissipated_power + drive
+            speeds = self.contact_set.drive_speeds
+            drive = sum(f * v for f, v in zip(F, speeds, strict=True))
+            rates[FORCE_WORK] = system.dissipated_power - drive
+        if self.mechanism.depends_on_time:
+            rates[TIME] = sp.Integer(1)
         return rates
 
     def outputs(self) -> dict[str, sp.Expr]:

@@ -8,6 +8,7 @@ from typing import Any
 
 from painleve_sym.contacts.impact.one_contact import ImpactEnd, solve_impact
 from painleve_sym.contacts.problem import ContactProblem
+from painleve_sym.files import to_plain
 from painleve_sym.mechanics.impact.classes import ImpactClass
 
 REVERSE_CHATTER = "reverse_chatter"
@@ -53,14 +54,7 @@ class Chatter:
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data with the documented keys."""
-        return {
-            "ratio": self.ratio,
-            "case": self.case.value,
-            "restitution": self.restitution,
-            "e": self.e,
-            "threshold": self.threshold,
-            "reverse": self.reverse,
-        }
+        return {**to_plain(self), "reverse": self.reverse}
 
 
 def chatter(

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 
+from painleve_sym.checks import checked_number
 from painleve_sym.contacts.contact_numbers import domain_margins
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.mechanics.models import Mechanism
@@ -17,16 +17,6 @@ CONTACT_TOLERANCE = 1e-12
 def _raise(where: str, faults: Sequence[str]) -> None:
     if faults:
         raise InputError(f"{where}: " + " ".join(faults))
-
-
-def _number(name: str, value: float) -> tuple[float, str | None]:
-    try:
-        number = float(value)
-    except (TypeError, ValueError, OverflowError):
-        return 0.0, f"{name}: got {value!r}, need a number."
-    if not math.isfinite(number):
-        return number, f"{name}: got {number!r}, need a finite number."
-    return number, None
 
 
 def resolve_parameters(
@@ -45,8 +35,8 @@ def resolve_parameters(
         if name not in known:
             faults.append(unknown_name("parameter", name, known))
             continue
-        values[name], fault = _number(f"parameter {name}", value)
-        fault = fault or known[name].fault(values[name])
+        values[name], fault = checked_number(value, f"parameter {name}")
+        fault = fault or known[name].fault(values[name]) or ""
         if fault:
             faults.append(fault)
     _raise(where, faults)
@@ -69,7 +59,7 @@ def resolve_state(
         if name not in values:
             faults.append(unknown_name("state", name, values))
             continue
-        values[name], fault = _number(f"state {name}", value)
+        values[name], fault = checked_number(value, f"state {name}")
         if fault:
             faults.append(fault)
     _raise(where, faults)

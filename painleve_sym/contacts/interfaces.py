@@ -152,7 +152,7 @@ class Interface(ABC):
     @property
     @abstractmethod
     def part(self) -> Part:
-        """Its alternatives where a transition decides."""
+        """Its alternatives where a transition chooses."""
 
     @abstractmethod
     def start(self) -> Memory:
@@ -267,7 +267,7 @@ class RigidInterface(Interface):
             )
             for s in (0, -1, 1)
         ]
-        return Part(self.name, self.memory, self.local_modes, (open_, *closed))
+        return Part(self.name, self.memory, self.local_modes, (open_, *closed), (row.slip,))
 
     def transitions(self, motion: ContactMotion) -> list[Transition]:
         """Return slip start and stop, touchdown and lift-off."""
@@ -343,7 +343,7 @@ class GuideInterface(Interface):
             for s in (0, -1, 1)
             for side in (1, -1)
         ]
-        return Part(self.name, self.memory, self.local_modes, tuple(offered))
+        return Part(self.name, self.memory, self.local_modes, tuple(offered), (slip,))
 
     def transitions(self, motion: ContactMotion) -> list[Transition]:
         """Return slip start and stop, and the reversal of the normal force."""
@@ -477,7 +477,9 @@ class CompliantInterface(Interface):
             Alternative(at_rest, self._rub(sp.Integer(sign), sp.Integer(0 if sign else 1)))
             for sign in (0, -1, 1)
         ]
-        return Part(self.name, self.memory, self.local_modes, tuple(choices))
+        return Part(
+            self.name, self.memory, self.local_modes, tuple(choices), (self.row.slip,)
+        )
 
     def start(self) -> Memory:
         """Return the memory at the start: loading where the gap is negative, else open."""

@@ -61,6 +61,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from painleve_sym.checks import checked_number
 from painleve_sym.complementarity.lcp import LCP, RESIDUAL_TOLERANCE, LCPSolution, equilibrate
 from painleve_sym.complementarity.lemke import LemkeResult, LemkeStatus, pivot
 from painleve_sym.complementarity.solution_sets import BoolArray, FloatArray
@@ -301,15 +302,10 @@ class ContactProblem:
         given = {"W_nn": W_nn, "W_nt": W_nt, "W_tt": W_tt, "b_n": b_n, "b_t": b_t}
         faults, values = [], []
         for name, value in (given | {"mu": mu, "slip_velocity": slip_velocity}).items():
-            try:
-                values.append(float(value))
-            except (TypeError, ValueError):
-                values.append(math.nan)
-            if not math.isfinite(values[-1]):
-                faults.append(
-                    f"{name}: got {value!r}, need a finite number. "
-                    "Fix: check the state it was evaluated at."
-                )
+            number, fault = checked_number(value, name)
+            values.append(number)
+            if fault:
+                faults.append(f"{fault} Fix: check the state it was evaluated at.")
         if faults:
             raise InputError(_STATED + " Also, ".join(faults))
         nn, nt, tt, n, t, friction, slip = values

@@ -23,8 +23,8 @@ from painleve_sym.contacts.impact.simultaneous import solve_simultaneous_impact
 from painleve_sym.mechanics.contact_set import ContactSet
 from painleve_sym.mechanics.mechanism import Mechanism
 
-AT_REST = 1e-9
-"""Of the scale of a velocity: what counts as zero after an impact."""
+TOUCHING = 1e-10
+"""Of the scale of a gap: contacts that touch down together do so to this part."""
 
 
 class ContactTerms(NamedTuple):
@@ -38,8 +38,9 @@ class ContactTerms(NamedTuple):
         m/s².
     directions : ndarray, shape (coordinates, 2 n)
         M⁻¹ Jᵀ.
-    mu, surface_speed : ndarray, shape (n,)
-        1, m/s.
+    mu : ndarray, shape (n,)
+    drive_speeds : ndarray, shape (2 n,)
+        Of the surfaces; m/s.
     velocity : ndarray, shape (2 n,)
         Of the contacts, from the coordinates' velocities; m/s.
     """
@@ -48,7 +49,7 @@ class ContactTerms(NamedTuple):
     b: Array
     directions: Array
     mu: Array
-    surface_speed: Array
+    drive_speeds: Array
     velocity: Array
 
 
@@ -100,7 +101,7 @@ class ContactImpacts:
             "b": contacts.b,
             "directions": contacts.directions,
             "mu": sp.Matrix(contacts.mu),
-            "surface_speed": sp.Matrix(contacts.surface_speeds),
+            "drive_speeds": sp.Matrix(contacts.drive_speeds),
             "velocity": sp.Matrix(velocity),
         }
         return {f"{k}_{i}": e for k, m in matrices.items() for i, e in enumerate(m)}
@@ -110,7 +111,7 @@ class ContactImpacts:
         parameters = [values[p.name] for p in self.mechanism.system.parameters]
         numbers = np.array(self._terms.function(np.append(state, parameters))).reshape(-1)
         n, nq = 2 * len(self.rows), len(self.mechanism.system.q)
-        sizes = (n * n, n, nq * n, n // 2, n // 2)
+        sizes = (n * n, n, nq * n, n // 2, n)
         W, b, directions, *rest = np.split(numbers, np.cumsum(sizes))
         W = W.reshape(n, n)
         return ContactTerms((W + W.T) / 2, b, directions.reshape(nq, n), *rest)
@@ -124,28 +125,38 @@ class ContactImpacts:
         rows = np.array([[state[self._index[s]] for s in row.symbols] for row in self.rows])
         return rows[:, 0], rows[:, 1], rows[:, 2]
 
-    def rested(self, state: Array, values: Mapping[str, float], scale: Array) -> Array:
-        """Return the state with velocities of closed rigid contacts that are rounding as 0.
+    def touching(self, state: Array, scale: Array) -> Array:
+        """Return the state with gaps that close at the same instant, but for rounding, as 0.
 
-        The coordinates' velocities are changed with them, by the least kinetic energy.
+        Parameters
+        ----------
+        state : ndarray, shape (nx,)
+        scale : ndarray, shape (nx,)
+            Of each state.
         """
-        rested, rows, zeros = state.copy(), list[int](), list[int]()
+        after = state.copy()
         for k in self.rigid:
-            gap, rate, slip = (self._index[s] for s in self.rows[k].symbols)
-            if state[gap] > 0:
-                continue
-            for i, place in ((rate, 2 * k), (slip, 2 * k + 1)):
-                if abs(state[i]) <= AT_REST * scale[i]:
-                    zeros.append(i)
-                    rows.append(place)
-        if rows:
-            terms, n = self.terms(rested, values), len(self.mechanism.system.q)
-            impulses = np.linalg.lstsq(
-                terms.W[np.ix_(rows, rows)], -terms.velocity[rows], rcond=1e-12
-            )[0]
-            rested[n : 2 * n] += terms.directions[:, rows] @ impulses
-            rested[zeros] = 0.0  # exactly, where a velocity of the contact is a coordinate's
-        return rested
+            gap, rate, _ = (self._index[s] for s in self.rows[k].symbols)
+            if state[rate] <= 0 and abs(state[gap]) <= TOUCHING * scale[gap]:
+                after[gap] = 0.0
+        return after
+
+    def without_bounces(
+        self, state: Array, values: Mapping[str, float], time: float
+    ) -> Array | None:
+        """Return the state where contacts do not leave that would be back within `time`; s.
+
+        None where there is no such contact.
+        """
+        gaps, rates, _ = self.contact_values(state)
+        leaving = [i for i in self.rigid if gaps[i] <= 0 and rates[i] > 0]
+        if not leaving:
+            return None
+        falls = -self.terms(state, values).b[::2]
+        after, short = state.copy(), [i for i in leaving if 2 * rates[i] < time * falls[i]]
+        for i in short:
+            after[self._index[self.rows[i].gap_rate]] = 0.0
+        return after if short else None
 
     def impact(
         self, state: Array, values: Mapping[str, float], restitution: str, e: float
@@ -173,7 +184,7 @@ class ContactImpacts:
         after[self._index[CONTACT_WORK]] -= impact.normal_work
         after[self._index[FRICTION_WORK]] -= impact.tangential_work
         if FORCE_WORK in self._index:
-            after[self._index[FORCE_WORK]] -= terms.surface_speed @ impulses[1::2]
+            after[self._index[FORCE_WORK]] -= terms.drive_speeds @ impulses
         return ImpactResult(impulses, after)
 
 

@@ -10,7 +10,7 @@ import casadi as ca
 from painleve_sym.codegen.c_functions import c_file
 from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.engines.records import EVENT_HEAD, STEP_HEAD
-from painleve_sym.engines.runge_kutta import coefficients as dop853
+from painleve_sym.engines.runge_kutta.coefficients import dop853
 from painleve_sym.errors import StopReason
 from painleve_sym.hybrid.automaton import HybridAutomaton, Transition
 
@@ -116,9 +116,10 @@ def _weighted(row: dict[int, float]) -> str:
 
 
 def _coefficients() -> str:
-    rows = {f"ROW_{s}": row for s, row in enumerate(dop853.STAGE_WEIGHTS) if row}
-    rows |= {"E5": dop853.ERROR_5, "E3": dop853.ERROR_3}
-    rows |= {f"D_{i}": row for i, row in enumerate(dop853.DENSE_WEIGHTS)}
+    method = dop853()
+    rows = {f"ROW_{s}": row for s, row in enumerate(method.stage_weights) if row}
+    rows |= {"E5": method.error_5, "E3": method.error_3}
+    rows |= {f"D_{i}": row for i, row in enumerate(method.dense_weights)}
     weights = [f"#define PS_{name} ({_weighted(row)})" for name, row in rows.items()]
     ends = ["#define PS_STAGES 16", "#define PS_STEPPER double h_last, err_last;", ""]
     return "\n".join([*weights, *ends])
@@ -183,12 +184,15 @@ def _parts(automaton: HybridAutomaton) -> list[str]:
         return []
     counts = ", ".join(str(len(part.alternatives)) for part in automaton.parts)
     opens = ", ".join(str(int(a.open)) for part in automaton.parts for a in part.alternatives)
+    rest = [automaton.states.index(s) for part in automaton.parts for s in part.rest]
     sizes = [len(part.memory) for part in automaton.parts]
     places = ", ".join(str(sum(sizes[:i])) for i in range(len(sizes) + 1))
     return [
         "#define PS_ALTERNATIVES alternatives",
         f"#define PS_POLICY {automaton.preference}",
         f"#define PS_OWNED_SIZE {sum(sizes)}",
+        f"#define PS_NREST {len(rest)}",
+        f"static const int PS_REST[] = {{{', '.join(map(str, rest)) or '0'}}};",
         f"static const int PS_OFFERED[PS_NPART] = {{{counts}}};",
         f"static const int PS_IS_OPEN[PS_NALT] = {{{opens}}};",
         f"static const int PS_OWNED[PS_NPART + 1] = {{{places}}};",

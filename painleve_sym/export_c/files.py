@@ -21,13 +21,11 @@ from painleve_sym.export_c.standalone import (
     start_functions,
 )
 from painleve_sym.export_c.text import (
-    MEMORY,
-    OUTPUTS,
-    STATES,
     comment,
     described,
     enum,
     identifier,
+    meaning_and_unit,
     prose,
     quoted,
 )
@@ -83,15 +81,15 @@ class Case:
         return {p.name: p for p in (*system.parameters, *self.simulator.own_parameters)}
 
     @cached_property
-    def states(self) -> dict[str, tuple[str, str]]:
-        """Unit and meaning of every state by name, in order."""
-        known = dict(STATES)
+    def states(self) -> dict[str, str]:
+        """Meaning and unit of every state by name, in order."""
+        known = {}
         for c in self.simulator.mechanism.system.coordinates:
-            known[c.name] = (c.unit, c.meaning)
-            known[f"{c.name}_dot"] = (f"{c.unit}/s", f"rate of {c.name}")
+            known[c.name] = meaning_and_unit(c.unit, c.meaning)
+            known[f"{c.name}_dot"] = meaning_and_unit(f"{c.unit}/s", f"rate of {c.name}")
         for clock in self.simulator.mechanism.system.clock:
-            known[clock.name] = ("s", "time of what moves as prescribed")
-        return {s.name: known[s.name] for s in self.outline.states}
+            known[clock.name] = meaning_and_unit("s", "time of what moves as prescribed")
+        return {s.name: known.get(s.name) or described(s.name) for s in self.outline.states}
 
     @cached_property
     def place(self) -> dict[str, int]:
@@ -196,17 +194,17 @@ void {name}_press(const double *p, double *x, double force);
 def _enums(case: Case) -> str:
     outline, name = case.outline, case.name
     parameters = [(s.name, case.declared[s.name]) for s in outline.parameters]
-    memory = [(s.name, described(*MEMORY.get(s.name, ("", "")))) for s in outline.memory]
-    outputs = [(n, described(*OUTPUTS.get(n, ("", "")))) for n in outline.output_names]
+    memory = [(s.name, described(s.name)) for s in outline.memory]
+    outputs = [(n, described(n)) for n in outline.output_names]
     ranges = [
-        (n, f"{described(p.unit, p.meaning)}; {p.range_text}; by default {p.default!r}")
+        (n, f"{meaning_and_unit(p.unit, p.meaning)}; {p.range_text}; by default {p.default!r}")
         for n, p in parameters
     ]
     tables: list[tuple[str, str, Iterable[tuple[str, str]], str]] = [
         (
             "state",
             "state",
-            [(n, described(*words)) for n, words in case.states.items()],
+            case.states.items(),
             "States, with their units",
         ),
         ("parameter", "parameter", ranges, "Parameters, with their units"),
@@ -316,7 +314,7 @@ def _main(case: Case) -> str:
         for s in case.outline.parameters
     ]
     start = [
-        f"    {value!r},  /* {n}: {comment(case.states[n][0])} */"
+        f"    {value!r},  /* {n}: {comment(case.simulator.mechanism.state_units[n])} */"
         for n, value in zip(case.states, case.motion.tolist(), strict=False)
     ]
     options = [f"  options.{name} = {value};" for name, value in case.limits.items()]

@@ -6,35 +6,7 @@ import re
 import textwrap
 from collections.abc import Iterable, Sequence
 
-STATES = {
-    "gap": ("m", "gap of the contact"),
-    "gap_dot": ("m/s", "its rate"),
-    "slip_velocity": ("m/s", "slip velocity of the contact"),
-    "friction_dissipation": ("J", "energy lost in friction so far"),
-    "contact_dissipation": ("J", "energy lost in the contact law so far"),
-    "force_dissipation": ("J", "energy lost to loads and drives so far"),
-}
-"""Unit and meaning of states that are no coordinates or velocities."""
-
-MEMORY = {
-    "delta_max": ("m", "compression at which unloading began"),
-    "impact_budget": ("", "work (J) or impulse (N s) of the compression that restitution draws on"),
-    "approach_velocity": ("m/s", "normal velocity at the start of the impact"),
-    "normal_impulse": ("N s", "normal impulse of the impact so far"),
-    "tangential_impulse": ("N s", "tangential impulse of the impact so far"),
-}
-
-OUTPUTS = {
-    "normal_force": ("N", "F_n"),
-    "tangential_force": ("N", "F_t"),
-    "compression": ("m", "-gap"),
-    "gap": ("m", "gap of the contact"),
-    "gap_rate": ("m/s", "its rate"),
-    "slip_velocity": ("m/s", "slip velocity of the contact"),
-    "kinetic_energy": ("J", "of the mechanism"),
-    "potential_energy": ("J", "of the mechanism"),
-    "stored_energy": ("J", "in the contact"),
-}
+from painleve_sym.quantities import quantity
 
 
 def comment(text: str) -> str:
@@ -53,7 +25,13 @@ def identifier(text: str) -> str:
     return re.sub(r"\W", "_", text, flags=re.ASCII)
 
 
-def described(unit: str, meaning: str) -> str:
+def described(name: str) -> str:
+    """Return meaning and unit of a registered quantity for a comment, else empty text."""
+    known = quantity(name)
+    return meaning_and_unit(known.unit, known.meaning) if known else ""
+
+
+def meaning_and_unit(unit: str, meaning: str) -> str:
     """Return unit and meaning for a comment; the unit 1 is left out."""
     return "; ".join(part for part in (meaning, unit if unit != "1" else "") if part)
 

@@ -176,7 +176,7 @@ class LinearSystem:
 
 @dataclass(frozen=True)
 class Alternative:
-    """A local mode that a part of the system may enter when a transition decides.
+    """A local mode that a part of the system may enter when a transition chooses.
 
     Attributes
     ----------
@@ -222,13 +222,16 @@ class Part:
         Its own memory; the first entry holds the index of its local mode.
     local_modes : tuple of str
     alternatives : tuple of Alternative
-        What it may do after a transition that decides, in the order in which they are tried.
+        What it may do after a transition that chooses, in the order in which they are tried.
+    rest : tuple of sympy.Symbol
+        States that count as 0 where they are 0 within the tolerance when it chooses.
     """
 
     name: str
     memory: tuple[sp.Symbol, ...]
     local_modes: tuple[str, ...]
     alternatives: tuple[Alternative, ...]
+    rest: tuple[sp.Symbol, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -458,24 +458,3 @@ def hunt_crossley(bodies: int = 1) -> ContactLaw:
         damping,
         (1 + c.symbol * DELTA_DOT,),
     )
-
-
-LAWS: dict[str, tuple[Callable[..., ContactLaw], dict[str, Any]]] = {
-    "bilinear-hertz": (bilinear_hertz, {}),
-    "bilinear-hertz-two-bodies": (bilinear_hertz, {"bodies": 2}),
-    "hertz": (hertz, {}),
-    "linear": (linear, {}),
-    "hunt-crossley": (hunt_crossley, {}),
-}
-
-
-def law(name: str, **choices: str) -> ContactLaw:
-    """Return the named law, made with the given choices (such as ``reload="virgin"``)."""
-    if name not in LAWS:
-        raise InputError(unknown_name("contact law", name, LAWS))
-    factory, fixed = LAWS[name]
-    known = ["reload"] if factory is bilinear_hertz else []
-    for key in choices:
-        if key not in known:
-            raise InputError(f"law {name!r}: " + unknown_name("choice", key, known))
-    return factory(**fixed, **choices)

@@ -6,8 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from painleve_sym.errors import InputError, unknown_name
-from painleve_sym.laws.compliance import LAWS, ContactLaw, law
-from painleve_sym.laws.restitution import RESTITUTIONS, restitution_law
+from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.mechanics.system import Parameter
 
 POLICIES = ("liftoff", "slip", "impact")
@@ -51,27 +50,3 @@ class RigidLaw:
     def choices(self) -> Mapping[str, str]:
         """Restitution law and policy."""
         return {"restitution": self.restitution, "policy": self.policy}
-
-
-CHOICES: Mapping[str, tuple[str, ...]] = {
-    "reload": ("elastic", "virgin"),
-    "restitution": tuple(RESTITUTIONS),
-    "policy": POLICIES,
-}
-"""Every named choice of a contact law and its values."""
-
-CONTACT_LAWS = (*LAWS, RigidLaw.name)
-"""Names that `contact_law` knows."""
-
-
-def contact_law(name: str, **choices: str) -> ContactLaw | RigidLaw:
-    """Return the named contact law, rigid or softened, made with the given choices."""
-    if name != RigidLaw.name:
-        if name not in LAWS:
-            raise InputError(unknown_name("contact law", name, CONTACT_LAWS))
-        return law(name, **choices)
-    for key in choices:
-        if key not in RigidLaw().choices:
-            message = unknown_name("choice", key, RigidLaw().choices)
-            raise InputError(f"law {name!r}: {message}")
-    return RigidLaw(**choices)

@@ -61,6 +61,6 @@ class ContactSet:
         return tuple(c.friction for c in self)
 
     @property
-    def surface_speeds(self) -> tuple[sp.Expr, ...]:
-        """Speeds of the surfaces along positive slip; m/s."""
-        return tuple(sp.sympify(c.surface_speed) for c in self)
+    def drive_speeds(self) -> tuple[sp.Expr, ...]:
+        """Speeds of the surfaces, n1, t1, n2, t2, …; see `ContactCoefficients.drive_speeds`."""
+        return tuple(v for c in self.mechanism.all_coefficients for v in c.drive_speeds)

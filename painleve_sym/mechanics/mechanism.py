@@ -13,6 +13,7 @@ from painleve_sym.mechanics.coefficients import ContactCoefficients
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.definition import definition_text
 from painleve_sym.mechanics.system import TIME, LagrangianSystem
+from painleve_sym.quantities import derivative_latex
 
 
 @dataclass(frozen=True)
@@ -132,8 +133,22 @@ class Mechanism:
         """Names a state may use: those of `motion`."""
         return tuple(s.name for s in self.motion)
 
-    @property
+    @cached_property
     def state_units(self) -> dict[str, str]:
-        """SI units of the states by name."""
-        units = [c.unit for c in self.system.coordinates]
-        return dict(zip(self.state_names, (*units, *(f"{u}/s" for u in units), "s"), strict=False))
+        """SI unit of every state by name: those of `state_names`."""
+        units = {c.name: c.unit for c in self.system.coordinates}
+        units |= {f"{name}_dot": f"{unit}/s" for name, unit in units.items()}
+        return units | ({TIME.name: "s"} if self.depends_on_time else {})
+
+    @cached_property
+    def units(self) -> dict[str, str]:
+        """SI unit of every state and parameter by name."""
+        return self.state_units | {p.name: p.unit for p in self.system.parameters}
+
+    @cached_property
+    def latex_names(self) -> dict[str, str]:
+        """LaTeX of every state and parameter by name."""
+        names = {c.name: c.latex or sp.latex(c.symbol) for c in self.system.coordinates}
+        names |= {f"{name}_dot": derivative_latex(latex) for name, latex in names.items()}
+        names |= {TIME.name: sp.latex(TIME)} if self.depends_on_time else {}
+        return names | {p.name: sp.latex(p.symbol) for p in self.system.parameters}

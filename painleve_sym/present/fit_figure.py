@@ -10,11 +10,11 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from sympy import Symbol, latex
 
 from painleve_sym.files import write_beside
 from painleve_sym.present.style import COLUMN, PALETTE, REFERENCE, STYLE
-from painleve_sym.study.fitting.data import OUTPUT_UNITS
+from painleve_sym.quantities import symbol_latex
+from painleve_sym.study.fitting.data import MEASURABLE
 from painleve_sym.study.fitting.result import FitResult
 
 SUFFIXES = (".png", ".svg", ".pdf")
@@ -55,12 +55,7 @@ def fit_figure(found: FitResult, units: Mapping[str, str]) -> Figure:
 
 def _symbol(name: str) -> str:
     """Return an output in words, a coordinate or velocity as a formula."""
-    if name in OUTPUT_UNITS:
-        return name.replace("_", " ")
-    stem, _, index = name.removesuffix("_dot").partition("_")
-    letter = latex(Symbol(stem))
-    dotted = rf"\dot{{{letter}}}" if name.endswith("_dot") else letter
-    return f"${dotted}_{{{index}}}$" if index else f"${dotted}$"
+    return name.replace("_", " ") if name in MEASURABLE else f"${symbol_latex(name)}$"
 
 
 def _draw_history(axes: Axes, found: FitResult, name: str, label: str) -> None:

@@ -18,6 +18,7 @@ from painleve_sym.errors import InputError
 from painleve_sym.files import write_beside
 from painleve_sym.present.map_figure import HEIGHT, SUFFIXES, WIDTH
 from painleve_sym.present.style import DASHES, PALETTE, REFERENCE, STYLE
+from painleve_sym.quantities import axis_label, symbol_latex
 from painleve_sym.study.critical.outcome_map import LEGEND, OutcomeMap
 
 # Tints of Okabe & Ito's colours, each of another lightness: told apart in grey too.
@@ -65,9 +66,8 @@ def outcome_figure(found: OutcomeMap) -> Figure:
             axes.set_xscale("log")
         axes.set_xlim(found.values[0], found.values[-1])
         axes.set_ylim(found.forces[0], found.forces[-1])
-        unit = "" if found.unit == "1" else f" ({found.unit})"
-        axes.set_xlabel(f"{_symbol(found.over)}{unit}")
-        axes.set_ylabel("$F_{n0}$ (N)")
+        axes.set_xlabel(axis_label(symbol_latex(found.over), found.unit))
+        axes.set_ylabel(axis_label("F_{n0}", "N"))
         axes.set_title(f"{found.mechanism}, {found.law}")
         present = [n for n in FILLS if found.counts[n]]
         handles: list[Any] = [
@@ -116,15 +116,3 @@ def _edges(values: Array, logarithmic: bool) -> Array:
     inner = (v[1:] + v[:-1]) / 2
     edges = np.concatenate([[2 * v[0] - inner[0]], inner, [2 * v[-1] - inner[-1]]])
     return np.exp(edges) if logarithmic else edges
-
-
-def _symbol(name: str) -> str:
-    """Return mathtext of a parameter, coordinate or velocity from its name."""
-    dotted = name.endswith("_dot")
-    base, _, index = name.removesuffix("_dot").partition("_")
-    greek = {"theta", "phi", "mu", "nu", "alpha", "beta", "kappa", "tau"}
-    letter = rf"\{base}" if base in greek else base
-    if len(base) > 1 and base not in greek:
-        letter = rf"\mathrm{{{base}}}"
-    text = (rf"\dot{{{letter}}}" if dotted else letter) + (rf"_{{{index}}}" if index else "")
-    return f"${text}$"

@@ -15,6 +15,7 @@ from painleve_sym.errors import InputError
 from painleve_sym.files import write_beside
 from painleve_sym.mechanics.models import Mechanism
 from painleve_sym.present.style import MARKERS, PAGE, PALETTE, REFERENCE, STYLE, Marker
+from painleve_sym.quantities import axis_label
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 
 SUFFIXES = (".png", ".svg", ".pdf")
@@ -97,18 +98,11 @@ def _draw(trajectory: Trajectory, mechanism: Mechanism, top: Axes, below: list[A
             top.plot(times * scale, values, color=PALETTE[k], linestyle=dashes, label=label)
     top.set_ylabel("force [N]")
     top.set_xlabel(f"time [{unit}]")
-    quantities = [
-        entry
-        for c in mechanism.system.coordinates
-        for entry in (
-            (c.name, c.latex or c.name, c.unit),
-            (f"{c.name}_dot", _rate(c.latex or c.name), f"{c.unit}/s"),
-        )
-    ]
-    for axes, (name, label, si) in zip(below, quantities, strict=True):
+    names = [n for c in mechanism.system.coordinates for n in (c.name, f"{c.name}_dot")]
+    for axes, name in zip(below, names, strict=True):
         values = states[:, trajectory.state_names.index(name)]
         axes.plot(times * scale, values, color=PALETTE[0])
-        axes.set_ylabel(f"${label}$ [{si}]")
+        axes.set_ylabel(axis_label(mechanism.latex_names[name], mechanism.units[name]))
     for axes in below[-2:]:
         axes.set_xlabel(f"time [{unit}]")
     _mark_events(trajectory.events, top, below, scale)
@@ -126,11 +120,6 @@ def _time_unit(length: float) -> tuple[float, str]:
         if length * scale >= 1:
             return scale, unit
     return 1e6, "µs"
-
-
-def _rate(latex: str) -> str:
-    base, _, index = latex.partition("_")
-    return rf"\dot{{{base}}}" + (f"_{index}" if index else "")
 
 
 def _mark_events(

@@ -229,7 +229,7 @@ class FrozenImpactSolver:
 
     @cached_property
     def _modes(self) -> tuple[Any, ...]:
-        """Of each mode: slip direction, contact, loading, its sticking, its events."""
+        """Slip, whether in contact, whether loading, mode of sticking, events: by mode."""
         outline = self.simulator.outline
         names = [m.name for m in outline.modes]
         parts = [name.partition("/") for name in names]

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -12,6 +13,11 @@ import numpy as np
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.contacts.automaton import PluralContacts
+from painleve_sym.contacts.interfaces import CONTACT
+from painleve_sym.contacts.problem import ContactProblem
+from painleve_sym.contacts.terms import ContactImpacts
+from painleve_sym.engines.protocol import REMAINDER, SHRINKING, Answer, Question
+from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.hybrid.automaton import HybridAutomaton
 from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.laws.rigid import RigidLaw
@@ -19,19 +25,30 @@ from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import Parameter
 from painleve_sym.simulate.scales import compliant_scales, rigid_scales
 from painleve_sym.simulate.simulator import ContactSimulator
-from painleve_sym.simulate.trajectory import Trajectory
+from painleve_sym.simulate.trajectory import EventRecord, Trajectory
+
+WINDOWS = (1, 2, 3, 5, 8)
+"""Numbers of touchdowns whose time, taken together, may shrink from each to the next."""
+SETTLED = 1e-9
+"""Gap and normal speed, in parts of the state's scale, at which bounces have died out."""
 
 
 @dataclass(frozen=True)
 class PluralSimulator(ContactSimulator):
     """A mechanism with several contacts, ready to run; build once, run often.
 
+    Between impacts everything happens in compiled code: at an event every combination of what the
+    closed contacts may do is held against their contact problem, and where several motions are
+    possible the policy of the rigid law chooses; the event ``contact`` lists all. Rigid contacts
+    that touch down, or for which no forces are possible, have an impact
+    (`solve_simultaneous_impact`); the event ``impact`` has the impulses.
+
     Parameters
     ----------
     mechanism : Mechanism
     laws : tuple of (ContactLaw or RigidLaw)
         One for all contacts, or one for each in the mechanism's order; see `PluralContacts`.
-    engine : {"auto", "compiled", "taylor", "erk"}
+    engine : {"auto", "compiled", "taylor"}
     """
 
     mechanism: Mechanism
@@ -115,19 +132,202 @@ class PluralSimulator(ContactSimulator):
             },
         )
 
+    @cached_property
+    def impacts(self) -> ContactImpacts:
+        """Impacts of the rigid contacts."""
+        rigid = tuple(
+            i
+            for i, law in enumerate(self.contact.own_laws)
+            if isinstance(law, RigidLaw) or self.mechanism.contacts[i].bilateral
+        )
+        return ContactImpacts(self.mechanism, self.outline.states, self.contact.rows, rigid)
+
+    def checked_start(self, vector: Array, values: Mapping[str, float], force: Any) -> Array:
+        """Return the start vector where no rigid contact is inside its surface."""
+        gaps, _, _ = self.impacts.contact_values(vector)
+        for i in self.impacts.rigid:
+            contact = self.mechanism.contacts[i]
+            if contact.bilateral and gaps[i] != 0:
+                raise InputError(
+                    f"{self.where}: contact {contact.name!r} holds from both sides and starts off "
+                    f"its guide, gap = {gaps[i]:g} m. Fix: start with gap 0."
+                )
+            if gaps[i] < 0:
+                raise InputError(
+                    f"{self.where}: contact {contact.name!r} starts inside the ground, gap = "
+                    f"{gaps[i]:g} m, and a rigid contact has no compression. "
+                    "Fix: start with gap >= 0."
+                )
+        if force is not None:
+            raise InputError(
+                f"{self.where}: initial_force: several contacts share no force. Fix: give the "
+                "compression of each by the state."
+            )
+        return vector
+
     def run(
         self,
         state: Mapping[str, float],
         *,
         parameters: Mapping[str, float] | None = None,
+        initial_force: float | None = None,
         **options: Any,
     ) -> Trajectory:
-        """Integrate the motion from t = 0; see `SoftenedSimulator.run` for the options."""
-        vector, values = self.start(state, parameters)
-        checked = self.options(vector, values, **options)
-        raw = self.integrator.run(vector, self._vector_of(values), checked)
-        return self.trajectory(raw, values, checked.rtol)
+        """Integrate the motion from t = 0; see `SoftenedSimulator.run` for the options.
 
-    def event_outputs(self, contact: str) -> tuple[str, str]:
-        """Return the name of the contact of an event and what its outputs' names end in."""
-        return contact, f"_{contact or self.mechanism.contacts[0].name}"
+        Returns
+        -------
+        Trajectory
+            Also when it stopped early: `stop_reason` says why. Forces and gaps of each contact are
+            the outputs ``normal_force_<contact>``, …; where the bodies' rigidity leaves forces
+            open, contacts share them in proportion to what their friction carries.
+        """
+        vector, values = self.start(state, parameters)
+        vector = self.checked_start(vector, values, initial_force)
+        checked = self.options(vector, values, **options)
+        p = self._vector_of(values)
+        if not self.impacts.rigid:
+            raw = self.integrator.run(vector, p, checked)
+            return self.trajectory(raw, values, checked.rtol)
+        resolver = _Resolver(self, values, checked.atol / checked.rtol)
+        raw = self.integrator.run(vector, p, checked, resolve=resolver)
+        trajectory = self.trajectory(raw, values, checked.rtol)
+        details = iter(resolver.impulses)
+        answered = raw.event_records.transition < 0
+        events = tuple(
+            replace(e, impulses=next(details)) if a else self._with_alternatives(e, values)
+            for e, a in zip(trajectory.events, answered, strict=True)
+        )
+        detail = resolver.stop_detail or trajectory.stop_detail
+        return replace(trajectory, events=events, stop_detail=detail)
+
+    def _with_alternatives(self, event: EventRecord, values: Mapping[str, float]) -> EventRecord:
+        """Return the event of a contact problem with all solutions, where there are several."""
+        if event.kind is not EventKind.CONTACT:
+            return event
+        state = np.array([event.state[s.name] for s in self.outline.states])
+        gaps, rates, slips = self.impacts.contact_values(state)
+        closed = [i for i in self.impacts.rigid if gaps[i] <= 0 and rates[i] == 0]
+        if len(self.impacts.rigid) < len(gaps) or not closed:
+            return event
+        terms, rows = (
+            self.impacts.terms(state, values),
+            [r for i in closed for r in (2 * i, 2 * i + 1)],
+        )
+        held = np.array([self.mechanism.contacts[i].bilateral for i in closed])
+        problem = ContactProblem(
+            terms.W[np.ix_(rows, rows)], terms.b[rows], terms.mu[closed], slips[closed], held
+        )
+        solutions = problem.solutions()
+        if len(solutions) < 2:
+            return event
+        names = []
+        for solution in solutions:
+            modes = ["flight"] * len(gaps)
+            for i, mode in zip(closed, solution.modes, strict=True):
+                modes[i] = "flight" if mode.value == "liftoff" else mode.value
+            names.append(" + ".join(modes))
+        several = (*dict.fromkeys(names), "impact")
+        return replace(event, alternatives=several) if len(several) > 2 else event
+
+
+@dataclass
+class _Resolver:
+    """Answers the questions of one run: the impacts of rigid contacts.
+
+    Attributes
+    ----------
+    simulator : PluralSimulator
+    values : dict of str to float
+        Parameters.
+    scale : ndarray, shape (nx,)
+        Of each state.
+    touchdowns : list of float
+        Times of the touchdowns; s.
+    impulses : list of tuple of float
+        Per event of the answers.
+    stop_detail : str
+    """
+
+    simulator: PluralSimulator
+    values: dict[str, float]
+    scale: Array
+    touchdowns: list[float] = field(default_factory=list)
+    impulses: list[tuple[float, ...]] = field(default_factory=list)
+    stop_detail: str = ""
+
+    def __call__(self, question: Question) -> Answer:
+        """Return what follows: the limit of bounces, an impact, or a jam."""
+        sim, impacts = self.simulator, self.simulator.impacts
+        state = impacts.touching(question.state, self.scale)
+        names = [m.name for m in sim.outline.modes]
+        contact = names.index(CONTACT)
+        if self._accumulates(question):
+            closed = self._settled(state)
+            if closed is not None:
+                self.impulses.append(())
+                events = ((EventKind.SETTLE, closed, contact),)
+                return Answer(contact, closed, (), events)
+            return Answer(contact, state, stop=StopReason.ACCUMULATION)
+        law = next(w for w in sim.contact.own_laws if isinstance(w, RigidLaw))
+        e = self.values[law.parameters[0].name]
+        result = impacts.impact(state, self.values, law.restitution, e)
+        if result is None:
+            self.stop_detail = (
+                "the impact of the rigid contacts has no end: their friction carries any impulse; "
+                "use one contact at a time, or a softened law"
+            )
+            return Answer(contact, state, stop=StopReason.JAM)
+        self.impulses.append(tuple(map(float, result.impulses)))
+        still = impacts.without_bounces(
+            result.state, self.values, REMAINDER * (question.time or question.spent)
+        )
+        if still is not None:
+            self.impulses.append(())
+            events = (
+                (EventKind.IMPACT, result.state, contact),
+                (EventKind.SETTLE, still, contact),
+            )
+            return Answer(contact, still, (), events)
+        return Answer(contact, result.state, (), ((EventKind.IMPACT, result.state, contact),))
+
+    def _accumulates(self, question: Question) -> bool:
+        if question.kind is not EventKind.TOUCHDOWN:
+            return False
+        self.touchdowns.append(question.time)
+        return accumulates(self.touchdowns)
+
+    def _settled(self, state: Array) -> Array | None:
+        """Return the state with the contacts closed whose bounces have died out; None for none."""
+        after, closed = state.copy(), False
+        states = list(self.simulator.outline.states)
+        for i in self.simulator.impacts.rigid:
+            row = self.simulator.contact.rows[i]
+            gap, rate = states.index(row.gap), states.index(row.gap_rate)
+            near = abs(after[gap]) < SETTLED * self.scale[gap]
+            if near and abs(after[rate]) < 1e3 * SETTLED * self.scale[rate]:
+                after[gap] = after[rate] = 0.0
+                closed = True
+        return after if closed else None
+
+
+def accumulates(times: list[float]) -> bool:
+    """Return whether touchdowns of several contacts shrink towards a limit that is reached.
+
+    One contact's bounces are a geometric series; those of several take turns, and only windows of
+    them, taken together, shrink steadily.
+
+    Parameters
+    ----------
+    times : list of float
+        Of all touchdowns so far; s.
+    """
+    for size in WINDOWS:
+        ends = times[-1 : -2 - size * SHRINKING : -size]
+        lengths = [a - b for a, b in itertools.pairwise(ends)]
+        if len(lengths) < SHRINKING or not all(a < b for a, b in itertools.pairwise(lengths)):
+            continue
+        ratio = max(lengths[0] / lengths[1], lengths[1] / lengths[2])
+        if lengths[0] * ratio / (1 - ratio) < REMAINDER * times[-1]:
+            return True
+    return False

@@ -6,6 +6,8 @@ import enum
 from dataclasses import dataclass
 from typing import Any
 
+from painleve_sym.files import to_plain
+
 
 class LimitKind(enum.Enum):
     """How a slip meets A = 0.
@@ -68,7 +70,7 @@ class SingularLimit:
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data with the documented keys."""
-        return vars(self) | {"kind": self.kind.value, "eigenvalues": list(self.eigenvalues)}
+        return dict(to_plain(self))
 
     @classmethod
     def from_dict(cls, data: dict[str, Any]) -> SingularLimit:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -12,10 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from painleve_sym.arrays import Array
+from painleve_sym.arrays import Array, load_npz, save_npz
 from painleve_sym.engines.protocol import Engine
 from painleve_sym.errors import EventKind, InputError, StopReason, unknown_name
-from painleve_sym.files import write_beside
+from painleve_sym.files import plain_fields, to_plain
 from painleve_sym.simulate.singular_limit import ReverseChatter, SingularLimit
 
 FORMAT = "painleve-sym trajectory 1"
@@ -298,7 +297,7 @@ class Trajectory:
     def to_dict(self) -> dict[str, Any]:
         """Return events, end, stop reason, energy residual and counters as plain data."""
         return {
-            "events": [asdict(e) for e in self.events],
+            "events": to_plain(self.events),
             "final": {
                 "time": self.final_time,
                 "state": self.final,
@@ -315,26 +314,23 @@ class Trajectory:
 
     @property
     def _findings(self) -> dict[str, Any]:
-        chatter = [asdict(c) for c in self.reverse_chatter]
-        limit = self.limit.to_dict() if self.limit else None
-        return {"limit": limit, "reverse_chatter": chatter}
+        return plain_fields(self, "limit", "reverse_chatter")
 
     def save(self, path: str | Path) -> None:
-        """Write to an NPZ file (arrays and JSON text, no pickle): whole, or not at all.
+        """Write to an NPZ file; see `save_npz`.
 
         Raises
         ------
         InputError
             The folder does not exist or cannot be written.
         """
-        text = {
-            "format": FORMAT,
+        texts = {
             "mechanism": self.mechanism,
             "law": self.law,
             "choices": self.choices,
             "parameters": self.parameters,
             "names": [self.state_names, self.memory_names, self.mode_names, self.output_names],
-            "events": [asdict(e) for e in self.events],
+            "events": to_plain(self.events),
             "final_time": self.final_time,
             "final_mode": self.final_mode,
             "stop_reason": self.stop_reason.label,
@@ -344,10 +340,8 @@ class Trajectory:
             "engine": self.engine,
             "rtol": self.rtol,
         }
-        arrays = {name: getattr(self, name) for name in _ARRAYS}
-        if self.step_bend is not None:
-            arrays["step_bend"] = self.step_bend
-        write_beside(Path(path), lambda f: np.savez_compressed(f, text=json.dumps(text), **arrays))
+        arrays = {name: getattr(self, name) for name in (*_ARRAYS, "step_bend")}
+        save_npz(path, FORMAT, texts, arrays)
 
     @classmethod
     def load(cls, path: str | Path, engine: Engine | None = None) -> Trajectory:
@@ -358,24 +352,12 @@ class Trajectory:
         InputError
             Not readable, or not a trajectory.
         """
-        try:
-            with np.load(Path(path), allow_pickle=False) as data:
-                text = json.loads(str(data["text"]))
-                arrays = {name: data[name] for name in _ARRAYS}
-                if "step_bend" in data:
-                    arrays["step_bend"] = data["step_bend"]
-        except (OSError, ValueError, KeyError) as error:
-            raise InputError(
-                f"trajectory file {path}: not readable ({error}). Fix: give a file written by save."
-            ) from error
-        if text.get("format") != FORMAT:
-            got = text.get("format")
-            raise InputError(f"trajectory file {path}: got {got!r}, need {FORMAT!r}.")
+        keep = ("mechanism", "law", "choices", "parameters", "final_time", "final_mode", *_ENDS)
+        needed = (*keep, "names", "events", "stop_reason")
+        text, arrays = load_npz(path, FORMAT, "trajectory", needed, _ARRAYS, ("step_bend",))
         names = [tuple(n) for n in text["names"]]
-        keep = ("mechanism", "law", "choices", "parameters", "final_time", "final_mode")
-        more = ("stop_detail", "counters", "engine", "rtol")
         return cls(
-            **{k: text[k] for k in (*keep, *more)},
+            **{k: text[k] for k in keep},
             **arrays,
             state_names=names[0],
             memory_names=names[1],
@@ -395,6 +377,7 @@ def _event(data: dict[str, Any]) -> EventRecord:
     return EventRecord(**(data | lists | kind))
 
 
+_ENDS = ("stop_detail", "counters", "engine", "rtol")
 _ARRAYS = (
     "step_time",
     "step_length",

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
-import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from painleve_sym.checks import number, whole_number
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.contacts.classify import Classification, classify
 from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
@@ -25,9 +24,11 @@ from painleve_sym.contacts.inputs import (
 from painleve_sym.engines.factory import ENGINES
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.files import parse_toml, read_text
+from painleve_sym.laws.catalogue import law
 from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.laws.restitution import RestitutionLaw, restitution_law
-from painleve_sym.laws.rigid import RigidLaw, contact_law
+from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.models import Mechanism, model
 from painleve_sym.mechanics.system import Parameter
 from painleve_sym.simulate.compliant import DEFAULT_RTOL, SoftenedSimulator
@@ -115,23 +116,8 @@ class Scenario:
         InputError
             Not readable, not TOML, unknown keys, entries of a wrong type.
         """
-        try:
-            with Path(path).open("rb") as file:
-                content = file.read(MAX_FILE + 1)
-            if len(content) > MAX_FILE:
-                raise InputError(f"scenario file {path}: got more than {MAX_FILE} bytes.")
-            data = tomllib.loads(content.decode("utf-8"))
-        except InputError:
-            raise
-        except OSError as error:
-            raise InputError(
-                f"scenario file {path}: {error.strerror}. Fix: name a readable TOML file."
-            ) from error
-        except (ValueError, RecursionError) as error:
-            raise InputError(
-                f"scenario file {path}: not valid TOML ({error}). Fix: correct that place."
-            ) from error
-        return cls.from_data(data, str(path))
+        where = f"scenario file {path}"
+        return cls.from_data(parse_toml(read_text(path, where, MAX_FILE), where), str(path))
 
     @classmethod
     def from_data(
@@ -180,7 +166,7 @@ class Scenario:
                 "Fix: give --law, such as bilinear-hertz, or [law] in a file; `painleve laws` "
                 "lists them."
             )
-        return contact_law(self.law, **self.law_choices)
+        return law(self.law, **self.law_choices)
 
     def start(self) -> Mapping[str, float]:
         """Return the state as given; InputError where none is."""
@@ -234,8 +220,7 @@ class Scenario:
             )
         named = {"max_steps": self.max_steps, "max_events": self.max_events}
         limits: dict[str, Any] = {k: v for k, v in named.items() if v is not None}
-        if not (math.isfinite(self.t_end) and self.t_end > 0):
-            raise InputError(f"{self.where}: t_end: got {self.t_end!r}, need a finite number > 0.")
+        number(self.t_end, "t_end", where=self.where, above=0.0)
         if self.samples is not None and not 2 <= self.samples <= MAX_SAMPLES:
             raise InputError(f"{self.where}: samples: got {self.samples}, need 2 to {MAX_SAMPLES}.")
         if self.engine not in ENGINES:
@@ -339,23 +324,12 @@ def _wrong(where: str, key: str, value: object, need: str) -> InputError:
     return InputError(f"{where}: {key}: got {value!r}, need {need}.")
 
 
-def _float(where: str, key: str, value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise _wrong(where, key, value, "a number")
-    try:
-        return float(value)
-    except OverflowError:
-        raise _wrong(where, key, value, "a finite number") from None
-
-
 def _read_float(where: str, key: str, value: Any) -> dict[str, Any]:
-    return {key: _float(where, key, value)}
+    return {key: number(value, key, where=where)}
 
 
 def _read_count(where: str, key: str, value: Any) -> dict[str, Any]:
-    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= MAX_COUNT:
-        raise _wrong(where, key, value, f"a whole number from 1 to {MAX_COUNT}")
-    return {key: value}
+    return {key: whole_number(value, key, where=where, lower=1, upper=MAX_COUNT)}
 
 
 def _read_text(where: str, key: str, value: Any) -> dict[str, Any]:
@@ -367,7 +341,7 @@ def _read_text(where: str, key: str, value: Any) -> dict[str, Any]:
 def _read_numbers(where: str, key: str, value: Any) -> dict[str, Any]:
     if not isinstance(value, Mapping):
         raise _wrong(where, key, value, f"a table of numbers, [{key}]")
-    return {key: {name: _float(where, f"{key}.{name}", v) for name, v in value.items()}}
+    return {key: {name: number(v, f"{key}.{name}", where=where) for name, v in value.items()}}
 
 
 def _read_until(where: str, key: str, value: Any) -> dict[str, Any]:
@@ -393,7 +367,7 @@ def _read_law(where: str, key: str, value: Any) -> dict[str, Any]:
         return {key: value}
     if not isinstance(value, Mapping) or not isinstance(value.get("name"), str):
         raise _wrong(where, key, value, 'a table [law] with name = "..."')
-    made = contact_law(value["name"])
+    made = law(value["name"])
     fields: dict[str, Any] = {"law": value["name"], "law_parameters": {}, "law_choices": {}}
     for name, entry in value.items():
         if name == "parameters":

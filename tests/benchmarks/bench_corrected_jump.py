@@ -8,7 +8,7 @@ import time
 
 import numpy as np
 
-from painleve_sym.laws.compliance import law
+from painleve_sym.laws.catalogue import law
 from painleve_sym.simulate.frozen_impact import FrozenImpactSolver
 from tests.simulate.test_frozen_impact import LOADED, OBLIQUE, ROD, inputs
 

@@ -29,7 +29,7 @@ import numpy as np
 import pytest
 
 from painleve_sym.engines.taylor.runner import TaylorEngine
-from painleve_sym.laws.compliance import law
+from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model, rod
 from painleve_sym.simulate.batch import run as many
 from painleve_sym.simulate.batch.result import ManyResult

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from painleve_sym.laws.compliance import law
+from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
 from painleve_sym.simulate.compliant import SoftenedSimulator
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from painleve_sym.engines.protocol import RunOptions
-from painleve_sym.laws.compliance import law
+from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
 from painleve_sym.simulate.compliant import SoftenedSimulator
 from tests.benchmarks.cases import ARM, ROD, Case

@@ -48,7 +48,7 @@ CASES = [
     (("jump", "rod", "--state", f"{TABLE_3},y_A=-1e-6"), "inside the ground"),
     (("jump", "rod", "--state", f"{TABLE_3},y_A=1"), "above the ground"),
     (("jump", "rod", "--state", f"{TABLE_3},y_A_dot=1"), "opening"),
-    (("jump", "rod", "--state", "theta=0.5,x_A_dot=-1"), "need A < 0"),
+    (("jump", "rod", "--state", "theta=0.5,x_A_dot=-1"), "need A <= 0"),
     (("jump", "rod", "--state", "theta=1,x_A_dot=-1e300,y_A_dot=-1e300"), "floating point"),
     ((*JUMP, "--restitution", "1.5"), "0 <= e_energetic <= 1"),
     ((*JUMP, "--restitution", "-0.1"), "0 <= e_energetic <= 1"),

@@ -8,13 +8,13 @@ import runpy
 
 import pytest
 
-from painleve_sym.cli.output import print_json, show_table, wrap_expression
+from painleve_sym.cli.output import print_json, show_table
 from painleve_sym.contacts.classify import classify
 from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.errors import InputError
-from painleve_sym.laws.compliance import law
+from painleve_sym.laws.catalogue import CHOICES, LAWS, law
 from painleve_sym.laws.restitution import RESTITUTIONS
-from painleve_sym.laws.rigid import CHOICES, CONTACT_LAWS, contact_law
+from painleve_sym.mechanics.formulas.formula import wrap_expression
 from painleve_sym.mechanics.models import MODELS, model
 from painleve_sym.papers import registry as study
 from painleve_sym.papers.impact_resolution import items
@@ -37,13 +37,13 @@ def test_models_lists_names_coordinates_parameters_units_and_source(capsys):
 
 def test_laws_lists_every_law_with_choices_that_work(capsys):
     data = run_json(capsys, "laws")
-    assert [one["name"] for one in data["laws"]] == list(CONTACT_LAWS)
+    assert [one["name"] for one in data["laws"]] == list(LAWS)
     assert [r["name"] for r in data["restitution_rules"]] == list(RESTITUTIONS)
     for one in data["laws"]:
         for name, choice in one["choices"].items():
             assert choice["default"] in choice["values"]
             for value in choice["values"]:
-                made = contact_law(one["name"], **{name: value})
+                made = law(one["name"], **{name: value})
                 assert made.choices[name] == value
     with pytest.raises(InputError) as error:
         law("bilinear-hertz", reload="other")
@@ -81,9 +81,9 @@ def forms(request):
     """Every format once: the closed forms take seconds to find."""
     from painleve_sym.cli import derive
 
-    found = derive.sections(model("rod"))
+    found = derive.closed_forms(model("rod"))
     patch = pytest.MonkeyPatch()
-    patch.setattr(derive, "sections", lambda _: found)
+    patch.setattr(derive, "closed_forms", lambda _: found)
     request.addfinalizer(patch.undo)
 
 

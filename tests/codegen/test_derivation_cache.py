@@ -25,7 +25,7 @@ from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.errors import CompilerMissing
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode
 from painleve_sym.hybrid.signature import outline_data, outline_of
-from painleve_sym.laws.compliance import law
+from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import Coordinate, LagrangianSystem, Parameter

@@ -9,7 +9,7 @@ import pytest
 import sympy as sp
 
 from painleve_sym.codegen import compile as compiling
-from painleve_sym.codegen import pointwise as module
+from painleve_sym.codegen import evaluate
 from painleve_sym.codegen.pointwise import Pointwise
 from painleve_sym.errors import CompilerMissing, InputError, PainleveWarning, TranslationError
 from painleve_sym.mechanics.models import model
@@ -52,7 +52,7 @@ def test_pointwise_of_no_points_is_empty(engine):
 
 
 def test_pointwise_blocks_of_the_virtual_machine_join(monkeypatch):
-    monkeypatch.setattr(module, "BLOCK", 7)
+    monkeypatch.setattr(evaluate, "BLOCK", 7)
     f = Pointwise(FORMULAS, (X, Y, P), engine="casadi")
     x = np.linspace(0, 1, 50)
     np.testing.assert_allclose(f({X: x, Y: 2 * x, P: 1.0}), expected(x, 2 * x, 1.0), rtol=4e-15)

@@ -13,7 +13,7 @@ import sympy as sp
 
 from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
-from painleve_sym.laws.compliance import law
+from painleve_sym.laws.catalogue import law
 from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.impact.classes import ImpactClass

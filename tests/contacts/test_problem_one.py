@@ -328,9 +328,11 @@ def test_solution_from_refuses_a_scalar_solution_at_rest():
 
 
 @settings(max_examples=200, deadline=None)
-@given(contacts())
-def test_solutions_are_those_of_the_lcp(data):
-    problem = built(data)
+@given(contacts(), st.integers(-8, 0))
+def test_solutions_are_those_of_the_lcp(data, power):
+    *rest, mu, v = data
+    # Friction reserves may be a tiny part of the normal force: unknowns of very different size.
+    problem = built((*rest, float(mu) * 10.0**power, v))
     solutions, read = problem.solutions(), solve_all(problem.lcp())
     assert bool(solutions) == bool(read)
     for found in map(problem.solution_from, read):

@@ -14,7 +14,7 @@ import pytest
 
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.contacts.inputs import symbol_values
-from painleve_sym.laws.compliance import law
+from painleve_sym.laws.catalogue import law
 from painleve_sym.simulate.compliant import SoftenedSimulator
 from painleve_sym.simulate.rigid import RigidSimulator
 from tests.mechanics.catalogue import ONE_CONTACT, SOFTENED, derived

@@ -16,7 +16,7 @@ from painleve_sym.engines.factory import make_engine
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.errors import CompilerMissing, InputError, PainleveWarning, StopReason
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
-from painleve_sym.laws.compliance import law
+from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import rod
 from painleve_sym.simulate.compliant import SoftenedSimulator
 

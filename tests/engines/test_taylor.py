@@ -25,7 +25,8 @@ from painleve_sym.engines.taylor.source import tapes
 from painleve_sym.engines.taylor.tape import build
 from painleve_sym.errors import NoRecurrence, PainleveWarning, StopReason
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
-from painleve_sym.laws.compliance import law, ramp
+from painleve_sym.laws.catalogue import law
+from painleve_sym.laws.compliance import ramp
 from painleve_sym.mechanics.models import rod
 from painleve_sym.simulate.compliant import SoftenedSimulator
 from painleve_sym.simulate.rigid import RigidSimulator

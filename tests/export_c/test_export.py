@@ -20,7 +20,7 @@ from painleve_sym.export_c.export import export_c, write_folder
 from painleve_sym.export_c.files import expected
 from painleve_sym.export_c.standalone import NUMERIC_FLAGS
 from painleve_sym.export_c.text import comment, enum, quoted
-from painleve_sym.laws.compliance import law
+from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
 from painleve_sym.simulate.compliant import SoftenedSimulator
 from painleve_sym.simulate.rigid import RigidSimulator

@@ -11,26 +11,25 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from painleve_sym.errors import InputError, ModelError
+from painleve_sym.laws.catalogue import COMPLIANT_LAWS, law
 from painleve_sym.laws.compliance import (
     DELTA,
     DELTA_DOT,
     DELTA_MAX,
     K_E,
-    LAWS,
     SEPARATED,
     Branch,
     ContactLaw,
     Exit,
     bilinear_hertz,
     hertz,
-    law,
     ramp,
     without_ramps,
 )
 
 D, D_MAX = sp.symbols("D D_max", positive=True)
-VARIANTS = [law(name) for name in LAWS]
-VARIANTS += [law(name, reload="virgin") for name in LAWS if name.startswith("bilinear")]
+VARIANTS = [law(name) for name in COMPLIANT_LAWS]
+VARIANTS += [law(name, reload="virgin") for name in COMPLIANT_LAWS if name.startswith("bilinear")]
 IDS = ["-".join((v.name, *v.choices.values())) for v in VARIANTS]
 BRANCHES = [(v, b) for v in VARIANTS for b in v.branches]
 BRANCH_IDS = [f"{i}-{b.name}" for v, i in zip(VARIANTS, IDS, strict=True) for b in v.branches]

@@ -35,4 +35,4 @@ def random_numbers(mechanism: Mechanism, rng: np.random.Generator) -> dict[str, 
 
 def by_symbol(mechanism: Mechanism, numbers: dict[str, float]) -> dict[sp.Symbol, float]:
     """Return the same values by symbol."""
-    return {s: numbers[s.name] for s in mechanism.system.symbols}
+    return {s: numbers[s.name] for s in {*mechanism.system.symbols, *mechanism.motion}}

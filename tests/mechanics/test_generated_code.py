@@ -11,7 +11,7 @@ from painleve_sym.codegen.bridge import Translator
 from painleve_sym.contacts.compliant import SoftenedContact
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.errors import InputError, StopReason
-from painleve_sym.laws.compliance import law
+from painleve_sym.laws.catalogue import law
 from painleve_sym.simulate.compliant import SoftenedSimulator
 from tests.mechanics.catalogue import NAMES, SOFTENED, derived, random_numbers
 from tests.mechanics.forced import accelerations, directions, forced_automaton, forces

@@ -7,7 +7,7 @@ import functools
 import numpy as np
 import pytest
 
-from painleve_sym.laws.compliance import law
+from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
 from painleve_sym.present.fit_figure import fit_figure, write_fit_figure
 from painleve_sym.present.sensitivity_figure import save_sensitivity_figure, sensitivity_figure

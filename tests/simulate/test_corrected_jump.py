@@ -9,7 +9,7 @@ from scipy.linalg import expm
 from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.errors import InputError
 from painleve_sym.laws import finite_stiffness as forms
-from painleve_sym.laws.compliance import law
+from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
 from painleve_sym.simulate.compliant import SoftenedSimulator
 from painleve_sym.simulate.finite_stiffness import CorrectedJumpRule, evaluate_corrected_jump

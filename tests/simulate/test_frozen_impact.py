@@ -9,7 +9,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from painleve_sym.errors import InputError
-from painleve_sym.laws.compliance import law
+from painleve_sym.laws.catalogue import law
 from painleve_sym.simulate.frozen_impact import (
     COEFFICIENTS,
     START,

@@ -10,7 +10,7 @@ import pytest
 
 from painleve_sym.codegen.compile import find_compiler
 from painleve_sym.engines.taylor.runner import TaylorEngine
-from painleve_sym.laws.compliance import law
+from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
 from painleve_sym.simulate.batch.run import simulate_many
 from painleve_sym.simulate.compliant import SoftenedSimulator

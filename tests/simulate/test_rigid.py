@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 from painleve_sym.contacts.classify import contact_problem
 from painleve_sym.contacts.impact.one_contact import solve_impact
 from painleve_sym.errors import InputError, StopReason
-from painleve_sym.laws.compliance import law
+from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model, rod
 from painleve_sym.simulate.compliant import SoftenedSimulator
 from painleve_sym.simulate.rigid import RigidSimulator
@@ -251,3 +251,19 @@ def test_touching_start_where_the_gap_is_no_coordinate_is_no_fall(name):
     mechanism = model(name)
     run = RigidSimulator(mechanism).run(mechanism.start, t_end=1e-6)
     assert not run.events_of("touchdown")
+
+
+@pytest.mark.parametrize("restitution", ["energetic", "poisson", "newton"])
+def test_on_the_border_A_0_the_slip_stops_at_once(restitution):
+    """A = 0 with B < 0 at v_n = 0: P_n = −v_t/C_s, then what the law gives back along A′."""
+    state, mu = {"theta": math.pi / 4, "x_A_dot": -1.0}, {"mu": 5 / 3}
+    run = _simulator(restitution).run(state, t_end=0.01, parameters=mu)
+    first = [e.kind for e in run.events[:4]]
+    assert first == ["contact", "impact_slip_stop", "impact_max_compression", "impact_end"]
+    assert run.energy_residual < 1e-12
+    after = run.events[3].state
+    assert after["x_A_dot"] == 0.0
+    near = _simulator(restitution).run(state, t_end=0.01, parameters={"mu": 5 / 3 + 1e-11})
+    limit = near.events_of("impact_end")[0].state
+    assert after["y_A_dot"] == pytest.approx(limit["y_A_dot"], abs=1e-4)
+    assert after["theta_dot"] == pytest.approx(limit["theta_dot"], abs=1e-4)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from painleve_sym.errors import InputError
-from painleve_sym.laws.compliance import law
+from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import rod
 from painleve_sym.papers.impact_resolution.jump import extrapolated
 from painleve_sym.simulate.compliant import SoftenedSimulator

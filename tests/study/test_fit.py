@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from painleve_sym.errors import InputError
-from painleve_sym.laws.compliance import law
+from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
 from painleve_sym.simulate.compliant import SoftenedSimulator
 from painleve_sym.study.fitting.data import FitData, read_fit_data
@@ -105,7 +105,7 @@ def test_a_parameter_without_influence_is_named():
         ({"estimate": ("mu", "mu")}, "twice"),
         ({"level": 1.0}, "level"),
         ({"sigma": {"theta": 1.0}}, "unknown column"),
-        ({"sigma": {"normal_force": 0.0}}, "need a number > 0"),
+        ({"sigma": {"normal_force": 0.0}}, "need a finite number > 0"),
     ],
 )
 def test_what_is_asked_is_checked(change, said):
@@ -176,5 +176,5 @@ def test_files_that_cannot_be_read_are_named(tmp_path):
         read_fit_data(tmp_path / "none.csv", model("rod"))
     path = tmp_path / "binary.csv"
     path.write_bytes(b"\xff\xfe\x00t")
-    with pytest.raises(InputError, match="not a CSV file"):
+    with pytest.raises(InputError, match="not UTF-8 text"):
         read_fit_data(path, model("rod"))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from painleve_sym.errors import InputError
-from painleve_sym.laws.compliance import law
+from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
 from painleve_sym.simulate.compliant import SoftenedSimulator
 from painleve_sym.study.critical.bisection import Border, CriticalForceFinder

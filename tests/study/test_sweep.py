@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 
 from painleve_sym.contacts.classify import classify
 from painleve_sym.errors import InputError, PainleveError
-from painleve_sym.laws.compliance import law
+from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
 from painleve_sym.simulate.compliant import SoftenedSimulator
 from painleve_sym.study.sweeps import runner as sweep_run

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from painleve_sym.checks import checked_number
 from painleve_sym.contacts.impact.path import (
     COINCIDENT,
     EnergeticEnd,
@@ -18,6 +19,7 @@ from painleve_sym.contacts.impact.path import (
 )
 from painleve_sym.contacts.local_mode import ContactMode
 from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.files import plain_fields
 from painleve_sym.mechanics.impact.classes import ImpactClass
 
 
@@ -116,28 +118,9 @@ class Impact:
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data with the documented keys."""
-        return {
-            "case": self.case.value,
-            "end": self.end.value,
-            "restitution": self.restitution,
-            "velocity_before": list(self.velocity_before),
-            "velocity": list(self.velocity),
-            "normal_impulse": self.normal_impulse,
-            "tangential_impulse": self.tangential_impulse,
-            "energy_change": self.energy_change,
-            "phases": [
-                {
-                    "name": p.name,
-                    "mode": p.mode.value,
-                    "normal_impulse": p.normal_impulse,
-                    "tangential_impulse": p.tangential_impulse,
-                    "velocity": list(p.velocity),
-                    "normal_work": p.normal_work,
-                    "tangential_work": p.tangential_work,
-                }
-                for p in self.phases
-            ],
-        }
+        start = ("case", "end", "restitution", "velocity_before", "velocity")
+        sums = ("normal_impulse", "tangential_impulse", "energy_change")
+        return plain_fields(self, *start, *sums, "phases")
 
 
 def solve_impact(
@@ -259,11 +242,7 @@ def _checked(
         ) from error
     entries = {"W_nn": W_nn, "W_nt": W_nt, "W_tn": W_tn, "W_tt": W_tt, "mu": mu, "e": e}
     entries |= {"v_n": v_n, "v_t": v_t}
-    faults = [
-        f"{name}: got {value!r}, need a finite number."
-        for name, value in entries.items()
-        if not math.isfinite(value)
-    ]
+    faults = [fault for n, v in entries.items() if (fault := checked_number(v, n)[1])]
     faults = faults or _mobility_faults(W_nn, W_nt, W_tn, W_tt)
     if mu < 0:
         faults.append(f"mu: got {mu!r}, need mu >= 0.")

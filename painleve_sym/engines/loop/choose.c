@@ -1,4 +1,4 @@
-/* Parts whose local modes are data: where a transition decides, every combination of their
+/* Parts whose local modes are data: where a transition chooses, every combination of their
  * alternatives is tested, and one of those that satisfy the tests is entered. */
 
 #if PS_NPART
@@ -7,6 +7,9 @@
 static const double PS_ZERO_TERMS = 1e-12, PS_ZERO_SLOPE = 1e-10;
 /* Motions whose rates differ by less than this part are one and the same. */
 static const double PS_SAME_MOTION = 1e-8;
+
+/* Errors of a state, by its tolerance, below which it is at rest. */
+static const double PS_REST_ERRORS = 10;
 
 static double first_step(ps_run *s, const ps_options *o);
 static int guard_side(double g, double d, double d2, double zero, int departs);
@@ -45,9 +48,9 @@ static int same_motion(const double *a, const double *b) {
   return difference <= PS_SAME_MOTION * size;
 }
 
-/* Chooses the local modes after a reset to x and z, which is changed. Of several motions the policy
+/* Chooses the local modes after a reset to x and z, both of which may be changed. Of several motions the policy
  * takes the one with most (1) or fewest (-1) open parts, or none (0). Returns how many there are. */
-static int choose(ps_run *s, const ps_options *o, const double *x, double *z) {
+static int choose(ps_run *s, const ps_options *o, double *x, double *z) {
   double condition[PS_NALT], memory[PS_NALT][PS_OWNED_SIZE], x_before[PS_NX], z_before[PS_NZ];
   double best_rate[PS_NX];
   double *res[2] = {condition, &memory[0][0]};
@@ -55,6 +58,8 @@ static int choose(ps_run *s, const ps_options *o, const double *x, double *z) {
   int motions = 0, best = -1, first = 0, combinations = 1;
   memcpy(x_before, s->x, sizeof x_before);
   memcpy(z_before, s->z, sizeof z_before);
+  for (int i = 0; i < PS_NREST; i++)
+    if (fabs(x[PS_REST[i]]) <= PS_REST_ERRORS * o->atol[PS_REST[i]]) x[PS_REST[i]] = 0;
   memcpy(s->x, x, sizeof x_before);
   memcpy(s->z, z, sizeof z_before);
   call(s, PS_ALTERNATIVES, x, res);

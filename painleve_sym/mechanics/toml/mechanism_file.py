@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from pathlib import Path as FilePath
 from typing import Any
 
 import sympy as sp
 
-from painleve_sym.errors import InputError, ModelError, unknown_name
+from painleve_sym.errors import ModelError, unknown_name
+from painleve_sym.files import parse_toml, read_text
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.mechanism import DomainBound, Mechanism
 from painleve_sym.mechanics.system import (
@@ -62,20 +62,7 @@ def load_mechanism(path: str | FilePath) -> Mechanism:
         What it describes is no mechanism: every fault, with its line.
     """
     where = f"mechanism file {path}"
-    try:
-        with open(path, "rb") as file:
-            data = file.read(MAX_BYTES + 1)
-    except OSError as error:
-        raise InputError(f"{where}: {error.strerror}. Fix: name a readable TOML file.") from error
-    except ValueError as error:
-        raise InputError(f"{where}: {error}. Fix: name a readable TOML file.") from error
-    if len(data) > MAX_BYTES:
-        raise InputError(f"{where}: more than {MAX_BYTES} bytes. Fix: name a mechanism file.")
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = data[: error.start].count(b"\n") + 1
-        raise InputError(f"{where}, line {line}: not UTF-8 text. Fix: save it as UTF-8.") from error
+    text = read_text(path, where, MAX_BYTES)
     return mechanism_from_text(text, where, FilePath(path).stem)
 
 
@@ -90,12 +77,7 @@ def mechanism_from_text(text: str, where: str = "mechanism", name: str = "mechan
     name : str
         Name of the mechanism where the text gives none.
     """
-    try:
-        data = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
-        reason = str(error) or "nested too deeply"
-        raise InputError(f"{where}: not valid TOML: {reason}. Fix: correct that place.") from error
-    return _Reader(data, toml_lines(text), where, name).mechanism()
+    return _Reader(parse_toml(text, where), toml_lines(text), where, name).mechanism()
 
 
 class _Reader:

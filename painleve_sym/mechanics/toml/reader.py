@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import sympy as sp
 
+from painleve_sym.checks import checked_number
 from painleve_sym.errors import ModelError, unknown_name
 from painleve_sym.mechanics.toml.expressions import Formulas
 from painleve_sym.mechanics.toml.lines import Path, TomlLines
@@ -111,15 +111,9 @@ class Entries:
         fallback = 1.0 if default is None else default
         if key not in table:
             return fallback
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            self.faults.add((*path, key), f"got {value!r}, need a number.")
-            return fallback
-        try:
-            number = float(value)
-        except OverflowError:
-            number = math.inf
-        if not math.isfinite(number):
-            self.faults.add((*path, key), f"got {value!r}, need a finite number.")
+        number, fault = checked_number(value, key)
+        if fault:
+            self.faults.add((*path, key), fault.removeprefix(f"{key}: "))
             return fallback
         return number
 

@@ -9,14 +9,8 @@ from typing import Any
 
 import sympy as sp
 
-from painleve_sym.laws.compliance import (
-    DELTA,
-    DELTA_MAX,
-    K_E,
-    ContactLaw,
-    law,
-    without_ramps,
-)
+from painleve_sym.laws.catalogue import compliant_law
+from painleve_sym.laws.compliance import DELTA, DELTA_MAX, K_E, ContactLaw, without_ramps
 from painleve_sym.laws.restitution import E_C, ImpactCase, three_phase_jump
 from painleve_sym.mechanics.bodies import Body
 from painleve_sym.mechanics.coefficients import F_N, ContactCoefficients
@@ -117,7 +111,7 @@ class Derived:
     @cached_property
     def law(self) -> ContactLaw:
         """Return the paper's law."""
-        return law("bilinear-hertz")
+        return compliant_law("bilinear-hertz")
 
     def of_law(self, expr: sp.Expr) -> sp.Expr:
         """Return an expression of the law in the letters of the paper."""

@@ -16,7 +16,7 @@ import sympy as sp
 
 from painleve_sym.arrays import Array
 from painleve_sym.contacts.classify import Classification, classify
-from painleve_sym.laws.compliance import law
+from painleve_sym.laws.catalogue import compliant_law
 from painleve_sym.mechanics.models import Mechanism, rod
 from painleve_sym.papers.impact_resolution.claims import (
     INITIAL_FORCES,
@@ -80,7 +80,7 @@ class Workbench:
     def simulator(self, reload: str = "virgin") -> SoftenedSimulator:
         """Return the rod with the paper's law under a reload rule, built on first use."""
         if reload not in self._simulators:
-            contact_law = law("bilinear-hertz", reload=reload)
+            contact_law = compliant_law("bilinear-hertz", reload=reload)
             self._simulators[reload] = SoftenedSimulator(self.rod, contact_law)
         return self._simulators[reload]
 

@@ -15,17 +15,10 @@ from painleve_sym.engines.batch import COUNTERS, BatchRows, BatchWish
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.quantities import unit_of
 from painleve_sym.simulate.batch.reason_codes import ROW_REASONS
 from painleve_sym.simulate.simulator import ContactSimulator
 from painleve_sym.simulate.trajectory import Trajectory
-
-OUTPUT_UNITS = {
-    "compression": "m",
-    "gap": "m",
-    "gap_rate": "m/s",
-    "slip_velocity": "m/s",
-}
-"""Of outputs and contact states; forces are in N, energies in J."""
 
 
 @dataclass(frozen=True)
@@ -144,7 +137,7 @@ class ManyResult:
 
     def units(self, name: str) -> str:
         """Return the SI unit of a quantity; "1" where it has none."""
-        return unit_of(self.simulator.mechanism, name)
+        return unit_of(name, self.simulator.mechanism.units)
 
     def to_xarray(
         self, names: Sequence[str] | None = None, dims: Sequence[str] | None = None
@@ -222,21 +215,3 @@ def run_row(
         **more,
     )
     return found
-
-
-def unit_of(mechanism: Mechanism, name: str) -> str:
-    """Return the SI unit of a state, an output, or what is kept of one."""
-    if name.startswith("time") or name.endswith(("_time", "_times")):
-        return "s"
-    if name.startswith("integral_"):
-        unit = unit_of(mechanism, name.removeprefix("integral_"))
-        return "s" if unit == "1" else f"{unit} s"
-    for prefix in ("max_", "min_"):
-        name = name.removeprefix(prefix)
-    units = mechanism.state_units
-    units |= {p.name: p.unit for p in mechanism.system.parameters}
-    units |= {"gap_dot": "m/s"} | OUTPUT_UNITS
-    for ending, unit in (("_force", "N"), ("_energy", "J"), ("_dissipation", "J")):
-        if name.endswith(ending):
-            units.setdefault(name, unit)
-    return units.get(name, "1")

@@ -32,6 +32,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from painleve_sym.arrays import Array
+from painleve_sym.checks import number
 from painleve_sym.codegen.bridge import Translator
 from painleve_sym.contacts.inputs import CONTACT_TOLERANCE, resolve_parameters, resolve_state
 from painleve_sym.contacts.problem import ContactProblem
@@ -270,8 +271,7 @@ class TimeStepper:
         self, step: float, t_end: float, solver: str = "first", e_newton: float = 0.0
     ) -> None:
         """Raise InputError for options of `run` that cannot be used."""
-        if not (math.isfinite(t_end) and t_end > 0):
-            raise InputError(f"{self.where}: t_end: got {t_end!r}, need a finite number > 0.")
+        number(t_end, "t_end", where=self.where, above=0.0)
         if not (math.isfinite(step) and 0 < step <= t_end * (1 + 1e-9)):
             raise InputError(
                 f"{self.where}: step: got {step!r}, need a number in (0, t_end = {t_end!r}]."

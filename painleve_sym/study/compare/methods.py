@@ -20,7 +20,7 @@ from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
 from painleve_sym.contacts.inputs import CONTACT_TOLERANCE, resolve_parameters, symbol_values
 from painleve_sym.contacts.problem import ContactCase
 from painleve_sym.errors import InputError, StopReason, unknown_name
-from painleve_sym.laws.compliance import law
+from painleve_sym.laws.catalogue import compliant_law
 from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.simulate.compliant import SoftenedSimulator
@@ -159,7 +159,7 @@ class Case:
                 raise InputError(f"{where}: {unknown_name('solver', solver, SOLVERS)}")
         for step in steps:
             stepper.check(step, self.t_end)
-        young = next(p for p in law("bilinear-hertz").parameters if p.name == "E")
+        young = next(p for p in compliant_law("bilinear-hertz").parameters if p.name == "E")
         for value in stiffness:
             resolve_parameters(f"{where}: stiffness", [young], {"E": value})
 
@@ -204,7 +204,7 @@ class Case:
 
     def softened_answers(self, stiffness: Sequence[float]) -> tuple[list[Answer], float]:
         """Return the answers, and the exponent of the law."""
-        chosen = law("bilinear-hertz", reload="virgin")
+        chosen = compliant_law("bilinear-hertz", reload="virgin")
         simulator = SoftenedSimulator(self.mechanism, chosen, self.engine)
         answers = []
         for value in stiffness:

@@ -22,6 +22,7 @@ from painleve_sym.arrays import Array
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.errors import InputError, StopReason
+from painleve_sym.files import plain_fields
 from painleve_sym.simulate.compliant import SoftenedSimulator
 from painleve_sym.study.critical.sliding_solution import SlidingAnalysis, SlidingSolution
 
@@ -114,14 +115,9 @@ class CriticalForce:
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data with the documented keys."""
+        own = ("border", "value", "bracket", "outcome_below", "outcome_above", "runs")
         return {
-            "border": self.border.value,
-            "value": self.value,
-            "bracket": list(self.bracket),
-            "outcome_below": self.outcome_below.value,
-            "outcome_above": self.outcome_above.value,
-            "runs": self.runs,
-            "tolerance_effect": self.tolerance_effect,
+            **plain_fields(self, *own, "tolerance_effect"),
             "limit": self.sliding.force,
             "predicted": self.sliding.predicted_force,
         }

@@ -11,6 +11,7 @@ import numpy as np
 
 from painleve_sym.arrays import Array
 from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.files import plain_fields
 from painleve_sym.study.critical.bisection import Border, CriticalForce, CriticalForceFinder
 
 FIRST_WIDTH = 1e-4
@@ -76,10 +77,7 @@ class CriticalCurve:
             for value, point in zip(self.values.tolist(), self.points, strict=True)
         ]
         return {
-            "mechanism": self.mechanism,
-            "law": self.law,
-            "over": self.over,
-            "border": self.border.value,
+            **plain_fields(self, "mechanism", "law", "over", "border"),
             "points": rows,
             "stopped": self.stopped,
         }

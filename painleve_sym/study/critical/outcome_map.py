@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import zipfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from painleve_sym.arrays import Array
+from painleve_sym.arrays import Array, load_npz, save_npz
 from painleve_sym.errors import InputError
-from painleve_sym.files import write_beside
+from painleve_sym.files import plain_fields
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.study.critical.bisection import Border, CriticalForceFinder, Outcome
 from painleve_sym.study.critical.continuation import Setting
@@ -92,11 +90,7 @@ class OutcomeMap:
         )
         names = (self.over, "limit", "predicted", *(b.value for b in Border))
         return {
-            "mechanism": self.mechanism,
-            "law": self.law,
-            "over": self.over,
-            "unit": self.unit,
-            "counts": self.counts,
+            **plain_fields(self, "mechanism", "law", "over", "unit", "counts"),
             "critical_forces": [
                 dict(zip(names, (_plain(v) for v in row), strict=True)) for row in rows
             ],
@@ -115,9 +109,8 @@ class OutcomeMap:
 
     def save(self, path: str | Path) -> None:
         """Write to an NPZ file (arrays and JSON text, no pickle): whole, or not at all."""
-        text = {"format": FORMAT, **{name: getattr(self, name) for name in _TEXTS}}
-        arrays: dict[str, Any] = {name: getattr(self, name) for name in _ARRAYS}
-        write_beside(Path(path), lambda f: np.savez_compressed(f, text=json.dumps(text), **arrays))
+        texts, arrays = ({n: getattr(self, n) for n in names} for names in (_TEXTS, _ARRAYS))
+        save_npz(path, FORMAT, texts, arrays)
 
     @classmethod
     def load(cls, path: str | Path) -> OutcomeMap:
@@ -128,19 +121,8 @@ class OutcomeMap:
         InputError
             Not readable, or not a map of outcomes.
         """
-        try:
-            with Path(path).open("rb") as file, np.load(file, allow_pickle=False) as data:
-                text = json.loads(str(data["text"]))
-                if text.get("format") != FORMAT:
-                    raise ValueError(f"got format {text.get('format')!r}, need {FORMAT!r}")
-                fields = {name: text[name] for name in _TEXTS}
-                fields |= {name: data[name] for name in _ARRAYS}
-        except (OSError, EOFError, ValueError, KeyError, TypeError, zipfile.BadZipFile) as error:
-            raise InputError(
-                f"outcome map file {path}: not readable ({error}). "
-                "Fix: give a file written by save."
-            ) from error
-        return cls(**fields)
+        texts, arrays = load_npz(path, FORMAT, "outcome map", _TEXTS, _ARRAYS)
+        return cls(**{name: texts[name] for name in _TEXTS}, **arrays)
 
 
 def _plain(value: float) -> float | None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -16,6 +16,7 @@ from painleve_sym.codegen.pointwise import Pointwise
 from painleve_sym.contacts.classify import contact_problem
 from painleve_sym.contacts.inputs import CONTACT_TOLERANCE, resolve_state
 from painleve_sym.errors import InputError
+from painleve_sym.files import to_plain
 from painleve_sym.laws import saddle as symbols
 from painleve_sym.laws.saddle import LawSaddle, loading_saddle, unloading_saddle
 from painleve_sym.mechanics.coefficients import F_N
@@ -140,7 +141,10 @@ class SlidingSolution:
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data with the documented keys."""
-        return asdict(self) | {"barrier_speed": self.barrier_speed if self.conservative else None}
+        return {
+            **to_plain(self),
+            "barrier_speed": self.barrier_speed if self.conservative else None,
+        }
 
 
 def _energy(x: float, n: float) -> float:

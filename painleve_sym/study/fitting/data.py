@@ -13,23 +13,25 @@ import numpy as np
 
 from painleve_sym.arrays import Array
 from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.files import read_text
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.quantities import QUANTITIES
 
 MAX_FILE = 50_000_000
 """Bytes of a data file: one that never ends must not be read for ever."""
-OUTPUT_UNITS = {
-    "normal_force": "N",
-    "tangential_force": "N",
-    "compression": "m",
-    "gap": "m",
-    "gap_rate": "m/s",
-    "slip_velocity": "m/s",
-    "kinetic_energy": "J",
-    "potential_energy": "J",
-    "stored_energy": "J",
-    "friction_dissipation": "J",
-    "contact_dissipation": "J",
-}
+MEASURABLE = (
+    "normal_force",
+    "tangential_force",
+    "compression",
+    "gap",
+    "gap_rate",
+    "slip_velocity",
+    "kinetic_energy",
+    "potential_energy",
+    "stored_energy",
+    "friction_dissipation",
+    "contact_dissipation",
+)
 """What a column may hold besides coordinates and velocities."""
 _HEADER = re.compile(r"^(?:(start|end)\s+)?(\w+)\s*\[([^\]]*)\]$")
 _EXAMPLE = "such as 't [s], y_A_dot [m/s], normal_force [N]'"
@@ -65,7 +67,7 @@ class FitData:
     @property
     def units(self) -> dict[str, str]:
         """Unit of outputs among the measured quantities."""
-        return {n: OUTPUT_UNITS[n] for n in self.measured if n in OUTPUT_UNITS}
+        return {n: QUANTITIES[n].unit for n in self.measured if n in MEASURABLE}
 
 
 def read_fit_data(path: str | Path, mechanism: Mechanism) -> FitData:
@@ -86,7 +88,8 @@ def read_fit_data(path: str | Path, mechanism: Mechanism) -> FitData:
     if not rows:
         raise InputError(f"{where}: got no rows. Fix: give a header, {_EXAMPLE}, and data below.")
     (_, header), body = rows[0], rows[1:]
-    known = {**mechanism.state_units, **OUTPUT_UNITS, "t": "s"}
+    outputs = {name: QUANTITIES[name].unit for name in MEASURABLE}
+    known = {**mechanism.state_units, **outputs, "t": "s"}
     columns = [_column(where, text, known) for text in header]
     for name in columns:
         if columns.count(name) > 1:
@@ -97,15 +100,8 @@ def read_fit_data(path: str | Path, mechanism: Mechanism) -> FitData:
 
 
 def _rows(where: str, path: Path) -> list[tuple[int, list[str]]]:
+    lines = read_text(path, where, MAX_FILE, "CSV file").splitlines()
     try:
-        with path.open("rb") as file:
-            content = file.read(MAX_FILE + 1)
-    except OSError as error:
-        raise InputError(f"{where}: {error.strerror}. Fix: name a readable CSV file.") from error
-    if len(content) > MAX_FILE:
-        raise InputError(f"{where}: got more than {MAX_FILE} bytes.")
-    try:
-        lines = content.decode("utf-8-sig").splitlines()
         kept = [
             (i, line) for i, line in enumerate(lines, 1) if line.strip() and line.strip()[0] != "#"
         ]

@@ -13,6 +13,7 @@ from scipy.optimize import least_squares
 from scipy.stats import t as student
 
 from painleve_sym.arrays import Array
+from painleve_sym.checks import number
 from painleve_sym.errors import InputError, StopReason, unknown_name
 from painleve_sym.mechanics.system import Parameter
 from painleve_sym.simulate.sensitivity.result import SensitiveTrajectory
@@ -97,13 +98,11 @@ class FitProblem:
         for name, value in (self.sigma or {}).items():
             if name not in data.measured:
                 raise InputError(f"{where}: sigma: {unknown_name('column', name, data.measured)}")
-            if not (math.isfinite(value) and value > 0):
-                raise InputError(f"{where}: sigma of {name}: got {value!r}, need a number > 0.")
+            number(value, f"sigma of {name}", where=where, above=0.0)
         missing = set(data.measured) - set(self.sigma or {})
         if self.sigma and missing:
             raise InputError(f"{where}: sigma of {sorted(missing)[0]} is missing. Fix: give all.")
-        if not 0 < self.level < 1:
-            raise InputError(f"{where}: level: got {self.level!r}, need a number in (0, 1).")
+        number(self.level, "level", where=where, above=0.0, below=1.0)
         if data.count <= len(self.estimate):
             raise InputError(
                 f"{data.where}: too few rows: got {data.count} measured values, need more than "
@@ -326,8 +325,7 @@ class FitProblem:
     def _unit(self, name: str) -> str:
         if name in self._declared:
             return self._declared[name].unit
-        units = {c.name: c.unit for c in self.simulator.mechanism.system.coordinates}
-        return units.get(name) or f"{units[name.removesuffix('_dot')]}/s"
+        return self.simulator.mechanism.state_units[name]
 
     def _refuse_blind(self, jacobian: Array, lengths: Array) -> None:
         """Raise InputError where the data say nothing of a combination of the unknowns."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from painleve_sym.arrays import Array
+from painleve_sym.files import plain_fields
 
 
 @dataclass(frozen=True)
@@ -70,12 +71,6 @@ class FitResult:
                 }
                 for i, (name, unit) in enumerate(zip(self.names, self.units, strict=True))
             ],
-            "level": self.level,
-            "freedom": self.freedom,
-            "correlation": self.correlation.tolist(),
-            "noise": dict(self.noise),
-            "noise_given": self.noise_given,
-            "evaluations": self.evaluations,
-            "condition": self.condition,
-            "message": self.message,
+            **plain_fields(self, "level", "freedom", "correlation", "noise", "noise_given"),
+            **plain_fields(self, "evaluations", "condition", "message"),
         }

@@ -201,17 +201,7 @@ def _parameter_range(parameter: Parameter) -> tuple[float, float]:
 
 def _described(mechanism: Mechanism, name: str) -> tuple[str, str, sp.Symbol]:
     """Return LaTeX, unit and symbol of an axis."""
-    parameter = _parameter(mechanism, name)
-    if parameter is not None:
-        return sp.latex(parameter.symbol), parameter.unit, parameter.symbol
-    for c in mechanism.system.coordinates:
-        latex = c.latex or sp.latex(c.symbol)
-        if name == c.name:
-            return latex, c.unit, c.symbol
-        if name == f"{c.name}_dot":
-            base, _, index = latex.partition("_")
-            return rf"\dot{{{base}}}" + (f"_{index}" if index else ""), f"{c.unit}/s", c.rate
-    for clock in mechanism.system.clock:
-        if name == clock.name:
-            return sp.latex(clock), "s", clock
-    raise InputError(unknown_name("axis", name, mechanism.state_names))
+    symbols = {s.name: s for s in (*mechanism.system.symbols, *mechanism.system.clock)}
+    if name not in mechanism.units:
+        raise InputError(unknown_name("axis", name, mechanism.state_names))
+    return mechanism.latex_names[name], mechanism.units[name], symbols[name]

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import math
 import warnings
-import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,12 +13,11 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
-from painleve_sym.arrays import Array
+from painleve_sym.arrays import Array, load_npz, save_npz
 from painleve_sym.codegen.pointwise import Pointwise
 from painleve_sym.contacts.inputs import CONTACT_TOLERANCE
 from painleve_sym.contacts.local_mode import rounded_difference
 from painleve_sym.errors import InputError, PainleveWarning
-from painleve_sym.files import write_beside
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.paradox.critical_friction import critical_friction
 from painleve_sym.study.maps.axes import MapPlace, map_place
@@ -32,7 +29,8 @@ CURVES = ("A", "B", "A_pull")
 """Of a contact that can open, the first two."""
 ROD_FAMILY = ("rod", "rod-inertia")
 
-_ARRAYS = ("case", "A", "B", "A_stick", "B_stick", "stick_feasible", "flow", "crossings")
+_ARRAYS = ("case", "A", "B", "A_stick", "B_stick", "stick_feasible", "crossings")
+_OPTIONAL = ("flow", "A_pull")
 _PLACE = ("over", "labels", "units", "values", "state", "parameters")
 _TEXTS = ("mechanism", "over", "labels", "units", "slip", "thresholds", "state", "parameters")
 
@@ -154,13 +152,11 @@ class RegionMap:
         InputError
             The folder does not exist or cannot be written.
         """
-        text = {"format": FORMAT, **{name: getattr(self, name) for name in _TEXTS}}
-        arrays: dict[str, Any] = {n: getattr(self, n) for n in _ARRAYS if n != "flow"}
-        maybe = {"flow": self.flow, "A_pull": self.A_pull}
-        arrays |= {name: grid for name, grid in maybe.items() if grid is not None}
+        texts = {name: getattr(self, name) for name in _TEXTS}
+        arrays = {name: getattr(self, name) for name in (*_ARRAYS, *_OPTIONAL)}
         arrays |= {"values_0": self.values[0], "values_1": self.values[1]}
         arrays |= {f"curve_{name}": pieces for name, pieces in self.curves.items()}
-        write_beside(Path(path), lambda f: np.savez_compressed(f, text=json.dumps(text), **arrays))
+        save_npz(path, FORMAT, texts, arrays)
 
     @classmethod
     def load(cls, path: str | Path) -> RegionMap:
@@ -171,23 +167,13 @@ class RegionMap:
         InputError
             Not readable, or not a map.
         """
-        try:
-            # Opened here: np.load leaves the file open where it is no archive.
-            with Path(path).open("rb") as file, np.load(file, allow_pickle=False) as data:
-                text = json.loads(str(data["text"]))
-                if text.get("format") != FORMAT:
-                    raise ValueError(f"got format {text.get('format')!r}, need {FORMAT!r}")
-                fields = {name: text[name] for name in _TEXTS}
-                fields |= {name: data[name] for name in _ARRAYS if name != "flow"}
-                fields["flow"] = data.get("flow")
-                fields["values"] = (data["values_0"], data["values_1"])
-                fields["A_pull"] = data.get("A_pull")
-                names = CURVES[:2] if fields["A_pull"] is None else CURVES
-                fields["curves"] = {name: data[f"curve_{name}"] for name in names}
-        except (OSError, EOFError, ValueError, KeyError, TypeError, zipfile.BadZipFile) as error:
-            raise InputError(
-                f"map file {path}: not readable ({error}). Fix: give a file written by save."
-            ) from error
+        needed = (*_ARRAYS, "values_0", "values_1", *(f"curve_{name}" for name in CURVES[:2]))
+        texts, arrays = load_npz(path, FORMAT, "map", _TEXTS, needed, _OPTIONAL)
+        fields: dict[str, Any] = {name: texts[name] for name in _TEXTS}
+        fields |= {name: arrays[name] for name in (*_ARRAYS, *_OPTIONAL)}
+        fields["values"] = (arrays["values_0"], arrays["values_1"])
+        names = [name for name in CURVES if f"curve_{name}" in arrays]
+        fields["curves"] = {name: arrays[f"curve_{name}"] for name in names}
         fields |= {name: tuple(fields[name]) for name in ("over", "labels", "units")}
         return cls(**fields)
 

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from painleve_sym.arrays import Array
+from painleve_sym.checks import number, whole_number
 from painleve_sym.codegen.evaluate import power
 from painleve_sym.errors import InputError, unknown_name
 
@@ -146,26 +147,6 @@ def _table(where: str, place: str, given: Any, known: tuple[str, ...] | None) ->
     return dict(given)
 
 
-def _number(where: str, place: str, value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise InputError(f"{where}: {place}: got {value!r}, need a number.")
-    try:
-        number = float(value)
-    except OverflowError:
-        number = math.inf
-    if not math.isfinite(number):
-        raise InputError(f"{where}: {place}: got {value!r}, need a finite number.")
-    return number
-
-
-def _count(where: str, place: str, value: Any, least: int, most: int) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
-        raise InputError(
-            f"{where}: {place}: got {value!r}, need a whole number from {least} to {most}."
-        )
-    return value
-
-
 def _choice(where: str, place: str, value: Any, known: tuple[str, ...]) -> str:
     if not isinstance(value, str) or value not in known:
         raise InputError(f"{where}: {place}: " + unknown_name("choice", str(value), known))
@@ -176,7 +157,7 @@ def _range(where: str, place: str, table: dict[str, Any]) -> Range:
     for key in ("from", "to"):
         if key not in table:
             raise InputError(f"{where}: {place}: no {key!r}. Fix: give both ends.")
-    low, high = (_number(where, f"{place}.{key}", table[key]) for key in ("from", "to"))
+    low, high = (number(table[key], f"{place}.{key}", where=where) for key in ("from", "to"))
     scale = _choice(where, f"{place}.scale", table.get("scale", "linear"), SCALES)
     if low == high or (scale == "log" and not (low > 0 and high > 0)):
         need = "two different numbers" if low == high else "numbers > 0 on a log scale"
@@ -186,7 +167,7 @@ def _range(where: str, place: str, table: dict[str, Any]) -> Range:
 
 def _axis(where: str, place: str, given: Any) -> Array:
     if isinstance(given, list):
-        listed = [_number(where, f"{place}[{i}]", v) for i, v in enumerate(given)]
+        listed = [number(v, f"{place}[{i}]", where=where) for i, v in enumerate(given)]
         if not listed:
             raise InputError(f"{where}: {place}: got no values, need at least one.")
         if len(set(listed)) < len(listed):
@@ -194,7 +175,9 @@ def _axis(where: str, place: str, given: Any) -> Array:
         return np.array(listed)
     table = _table(where, place, given, ("from", "to", "points", "scale"))
     ends = _range(where, place, table)
-    points = _count(where, f"{place}.points", table.get("points"), 2, MAX_AXIS)
+    points = whole_number(
+        table.get("points"), f"{place}.points", where=where, lower=2, upper=MAX_AXIS
+    )
     values = ends.at(np.arange(points) / (points - 1))
     values[-1] = ends.high
     return values
@@ -209,8 +192,8 @@ def _sample(where: str, sample: Any) -> Sample:
     table = _table(where, "[sample]", sample, ("method", "points", "seed", "ranges"))
     method = _choice(where, "sample.method", table.get("method", "sobol"), METHODS)
     most = 2**SOBOL_BITS if method == "sobol" else 10**12
-    points = _count(where, "sample.points", table.get("points"), 1, most)
-    seed = _count(where, "sample.seed", table.get("seed", 0), 0, 2**63)
+    points = whole_number(table.get("points"), "sample.points", where=where, lower=1, upper=most)
+    seed = whole_number(table.get("seed", 0), "sample.seed", where=where, lower=0, upper=2**63)
     ranges = _table(where, "[sample.ranges]", table.get("ranges"), None)
     found = {}
     for name, given in ranges.items():

@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import hashlib
 import math
-import tomllib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -16,16 +15,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from painleve_sym.checks import whole_number
 from painleve_sym.codegen.quantities import quantities
 from painleve_sym.contacts.inputs import CONTACT_TOLERANCE
 from painleve_sym.engines.batch import MAX_EVENTS_KEPT, BatchWish
 from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.files import parse_toml, read_text
 from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
+from painleve_sym.quantities import unit_of
 from painleve_sym.simulate.batch.memory import check_memory, row_bytes
 from painleve_sym.simulate.batch.reason_codes import ROW_REASONS
-from painleve_sym.simulate.batch.result import ManyResult, event_dims, unit_of
+from painleve_sym.simulate.batch.result import ManyResult, event_dims
 from painleve_sym.simulate.batch.run import simulate_many
 from painleve_sym.simulate.compliant import SoftenedSimulator
 from painleve_sym.simulate.rigid import rigid_simulator
@@ -85,18 +87,13 @@ class Sweep:
         InputError
             Not readable, not TOML, unknown keys or names, empty axes, numbers that are not finite.
         """
-        text = _content(f"sweep file {path}", path)
+        text = read_text(path, f"sweep file {path}", MAX_FILE)
         return cls.from_text(text, str(path))
 
     @classmethod
     def from_text(cls, text: str, where: str, mechanism_text: str | None = None) -> Sweep:
         """Return the sweep of a text; see `read`."""
-        try:
-            data = tomllib.loads(text)
-        except (ValueError, RecursionError) as error:
-            raise InputError(
-                f"sweep file {where}: not valid TOML ({error}). Fix: correct that place."
-            ) from error
+        data = parse_toml(text, f"sweep file {where}")
         own = {key: data.pop(key) for key in OWN_KEYS if key in data}
         for key in UNUSED_KEYS:
             if key in data:
@@ -104,9 +101,11 @@ class Sweep:
         with _placed(where):
             scenario = Scenario.from_data(data, where, OWN_KEYS)
         if mechanism_text is None and scenario.model.endswith(".toml"):
-            mechanism_text = _content(f"{where}: model {scenario.model}", scenario.model)
+            mechanism_text = read_text(scenario.model, f"{where}: model {scenario.model}", MAX_FILE)
         space = read_space(where, own.get("axes"), own.get("sample"))
-        chunk = _whole(where, "chunk", own.get("chunk", DEFAULT_CHUNK), MAX_CHUNK)
+        chunk = whole_number(
+            own.get("chunk", DEFAULT_CHUNK), "chunk", where=where, lower=1, upper=MAX_CHUNK
+        )
         keep = own.get("keep", [])
         if not isinstance(keep, list) or not all(isinstance(k, str) for k in keep):
             raise InputError(f"{where}: keep: got {keep!r}, need a list of names in quotes.")
@@ -116,7 +115,9 @@ class Sweep:
                 f"{where}: keep has event_times or times_of_EVENT, and events says how many of "
                 "each kind: give both or neither. Fix: such as events = 10."
             )
-        events = _whole(where, "events", own.get("events", 1), MAX_EVENTS_KEPT)
+        events = whole_number(
+            own.get("events", 1), "events", where=where, lower=1, upper=MAX_EVENTS_KEPT
+        )
         form = own.get("format", FORMATS[0])
         if form not in FORMATS:
             raise InputError(f"{where}: " + unknown_name("format", str(form), FORMATS))
@@ -326,7 +327,7 @@ class Sweep:
         if name == "initial_force":
             return "N"
         own = {p.name: p.unit for p in self.simulator.own_parameters}
-        return own.get(name) or unit_of(self.mechanism, name)
+        return unit_of(name, self.mechanism.units | own)
 
 
 _WATCHED = {"max_": "maxima", "min_": "minima", "integral_": "integrals"}
@@ -358,25 +359,6 @@ def _unknown(name: str, found: ManyResult) -> str:
 
 def _lists_events(name: str) -> bool:
     return name == "event_times" or name.startswith("times_of_")
-
-
-def _whole(where: str, place: str, value: Any, most: int) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= most:
-        raise InputError(f"{where}: {place}: got {value!r}, need a whole number from 1 to {most}.")
-    return value
-
-
-def _content(where: str, path: str | Path) -> str:
-    try:
-        with Path(path).open("rb") as file:
-            content = file.read(MAX_FILE + 1)
-        if len(content) > MAX_FILE:
-            raise InputError(f"{where}: got more than {MAX_FILE} bytes.")
-        return content.decode("utf-8")
-    except OSError as error:
-        raise InputError(f"{where}: {error.strerror}. Fix: name a readable TOML file.") from error
-    except UnicodeDecodeError as error:
-        raise InputError(f"{where}: not UTF-8 text. Fix: name a TOML file.") from error
 
 
 @functools.lru_cache(maxsize=4)

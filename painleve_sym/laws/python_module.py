@@ -7,12 +7,18 @@ from collections.abc import Iterable, Sequence
 
 import sympy as sp
 
-from painleve_sym.cli.formulas import Formula, Impulse, Section, impulse_units
-from painleve_sym.cli.output import wrap_expression
+from painleve_sym.laws.closed_forms import closed_forms, impulse_units
 from painleve_sym.laws.restitution import E_C, P_C, V_N_MINUS, restitution_law
 from painleve_sym.mechanics.coefficients import F_N
+from painleve_sym.mechanics.formulas.formula import (
+    Formula,
+    ImpulsePhase,
+    Section,
+    python_code,
+    wrap_expression,
+)
 from painleve_sym.mechanics.impact.impulse_rays import V_N, V_N_PLUS, V_T
-from painleve_sym.mechanics.models import Mechanism
+from painleve_sym.mechanics.mechanism import Mechanism
 
 _CONTACT = {
     F_N: "normal force; N",
@@ -25,23 +31,24 @@ _CONTACT = {
 }
 
 
-def python_code(expr: sp.Basic) -> str:
-    """Return an expression as Python that needs only `math`."""
-    if expr.is_Integer:
-        return str(float(expr))
-    return str(sp.pycode(expr))
+def python_module(mechanism: Mechanism, sections: Sequence[Section] | None = None) -> str:
+    """Return the text of a Python module: one function per formula, and the whole jump.
 
-
-def python_module(mechanism: Mechanism, found: Sequence[Section]) -> str:
-    """Return the text of the module: one function per formula, and the whole jump."""
-    formulas = [f for s in found for f in s.formulas]
+    Parameters
+    ----------
+    mechanism : Mechanism
+    sections : sequence of Section, optional
+        Those of `closed_forms` when left out.
+    """
+    sections = closed_forms(mechanism) if sections is None else sections
+    formulas = [f for s in sections for f in s.formulas]
     meanings = _meanings(mechanism) | {s: m for f in formulas for s, m in f.symbols.items()}
     parts = [
         f'"""Closed forms of {mechanism.name}: {mechanism.title}.\n\n'
         f"Written by `painleve derive {mechanism.name} --format python`. SI units, radians.\n"
         '"""\n\nimport math'
     ]
-    phases = [p for s in found for p in s.phases]
+    phases = [p for s in sections for p in s.phases]
     parts += [_formula(f, meanings) for f in formulas]
     parts += [_phase(p, meanings, mechanism) for p in phases]
     if any(p.name == "sticking_compression" for p in phases):
@@ -130,11 +137,11 @@ def _formula(formula: Formula, meanings: dict[sp.Symbol, str]) -> str:
     return "\n".join(lines)
 
 
-def _phase_arguments(phase: Impulse, meanings: dict[sp.Symbol, str]) -> list[sp.Symbol]:
+def _phase_arguments(phase: ImpulsePhase, meanings: dict[sp.Symbol, str]) -> list[sp.Symbol]:
     return _arguments(phase.values.values(), meanings)
 
 
-def _phase(phase: Impulse, meanings: dict[sp.Symbol, str], mechanism: Mechanism) -> str:
+def _phase(phase: ImpulsePhase, meanings: dict[sp.Symbol, str], mechanism: Mechanism) -> str:
     arguments = _phase_arguments(phase, meanings)
     units = impulse_units(mechanism)
     what = phase.name.replace("_neg", "").replace("_pos", "").replace("_", " ")
@@ -156,14 +163,14 @@ def _phase(phase: Impulse, meanings: dict[sp.Symbol, str], mechanism: Mechanism)
 def _whole_jump(
     mechanism: Mechanism,
     formulas: Sequence[Formula],
-    phases: Sequence[Impulse],
+    phases: Sequence[ImpulsePhase],
     meanings: dict[sp.Symbol, str],
 ) -> str:
     """Return the function that chains the phases with the energetic restitution."""
     by_name = {f.name: f for f in formulas} | {p.name: p for p in phases}
     symbols: dict[str, list[sp.Symbol]] = {}
     for name, one in by_name.items():
-        values = one.values.values() if isinstance(one, Impulse) else [one.value]
+        values = one.values.values() if isinstance(one, ImpulsePhase) else [one.value]
         symbols[name] = _arguments(values, meanings)
     velocities = {c.rate for c in mechanism.system.coordinates}
     chain = ("slip_velocity", "gap_rate", "rebound_energetic", *(p.name for p in phases))

@@ -1,16 +1,14 @@
-"""The closed forms of a mechanism as named formulas, for printing in any format."""
+"""Closed forms of a mechanism with one contact: motion, mobility, slip, sticking, friction."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
 
 import sympy as sp
 
 from painleve_sym.errors import InputError
-from painleve_sym.laws.restitution import RESTITUTIONS, three_phase_jump
-from painleve_sym.mechanics.impact.impulse_rays import Phase, tangential_phase
-from painleve_sym.mechanics.models import Mechanism
+from painleve_sym.mechanics.formulas.formula import Formula, Section, plain
+from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.paradox.bilateral import SIDES, BilateralForms
 from painleve_sym.mechanics.paradox.critical_friction import (
     CriticalFriction,
@@ -20,88 +18,19 @@ from painleve_sym.mechanics.paradox.critical_friction import (
 )
 from painleve_sym.mechanics.simplify import readable
 from painleve_sym.mechanics.system import Coordinate
-from painleve_sym.study.maps.least_friction import least_critical_friction
 
 _ANY_FORCE = (
     "A' = 0: W has rank one, gap and slip velocity are tied, and sticking carries any normal "
     "force with F_t = F_t_stick(F_n)."
 )
 _NO_FORM = "has no closed form."
-_JAM = (
-    "A' = 0: sticking changes neither velocity, whatever its impulse. An impact whose slip stops "
-    "before the normal velocity is 0 jams: rigid bodies have no exit from it, a softened "
-    "contact has."
-)
 
 LEFT, RIGHT = "slip to the left (v_t < 0)", "slip to the right (v_t > 0)"
 
 
-def plain(expr: sp.Basic) -> str:
-    """Return an expression as one line of text, with ^ for powers."""
-    return str(expr).replace("**", "^")
-
-
-@dataclass(frozen=True)
-class Formula:
-    """One closed form.
-
-    Attributes
-    ----------
-    name : str
-        Also the name of the Python function.
-    value : sympy.Expr or sympy.Matrix
-    unit, meaning, latex : str
-        `latex` is the left side.
-    symbols : mapping of sympy.Symbol to str
-        Meaning of symbols that are none of the mechanism's.
-    """
-
-    name: str
-    value: sp.Basic | sp.MatrixBase
-    unit: str
-    meaning: str
-    latex: str
-    symbols: Mapping[sp.Symbol, str] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class Impulse:
-    """A phase of the jump, with the names and meanings of what it gives.
-
-    Attributes
-    ----------
-    name : str
-    meaning : str
-    values : mapping of str to sympy.Expr
-        In the velocities at the start of the phase.
-    conditions : tuple of str
-        What must hold at its start, in words with the margin.
-    """
-
-    name: str
-    meaning: str
-    values: Mapping[str, sp.Expr]
-    conditions: tuple[tuple[str, sp.Expr, bool], ...]
-
-
-@dataclass(frozen=True)
-class Section:
-    """A group of formulas, or of phases of the jump."""
-
-    title: str
-    formulas: tuple[Formula, ...] = ()
-    phases: tuple[Impulse, ...] = ()
-    note: str = ""
-
-
-def sections(mechanism: Mechanism) -> tuple[Section, ...]:
-    """Return every closed form of a mechanism with one contact, in reading order."""
-    return (
-        energies(mechanism),
-        _motion(mechanism),
-        *contact_sections(mechanism),
-        *(() if mechanism.contact.bilateral else _jump(mechanism)),
-    )
+def motion_sections(mechanism: Mechanism) -> tuple[Section, ...]:
+    """Return the closed forms of a mechanism with one contact without impacts, in reading order."""
+    return (energies(mechanism), _motion(mechanism), *contact_sections(mechanism))
 
 
 def contact_sections(mechanism: Mechanism) -> tuple[Section, ...]:
@@ -144,58 +73,37 @@ def _motion(mechanism: Mechanism) -> Section:
 
 def _contact(mechanism: Mechanism) -> Section:
     c, contact = mechanism.coefficients, mechanism.contact
-    normal, slip = "normal acceleration", "slip acceleration"
-    latex, meaning = r"\partial g_N/\partial t", "part of v_n by the surface's own motion"
-    drift = [Formula("gap_drift", contact.gap_drift, "m/s", meaning, latex)]
-    drift = drift if contact.gap_drift != 0 else []
-    return Section(
-        "contact",
-        (
-            Formula("gap", contact.gap, "m", "gap, positive when apart", "g_N"),
-            Formula("gap_rate", contact.gap_rate, "m/s", "normal velocity v_n", r"\dot{g}_N"),
-            *drift,
-            Formula("slip_velocity", contact.slip_velocity, "m/s", "slip velocity v_t", "v_t"),
-            Formula("W_nn", c.W_nn, "1/kg", f"{normal} per normal force", "W_{nn}"),
-            Formula("W_nt", c.W_nt, "1/kg", f"{normal} per tangential force", "W_{nt}"),
-            Formula("W_tt", c.W_tt, "1/kg", f"{slip} per tangential force", "W_{tt}"),
-            Formula("b_n", c.b_n, "m/s^2", f"{normal} without contact forces", "b_n"),
-            Formula("b_t", c.b_t, "m/s^2", f"{slip} without contact forces", "b_t"),
-        ),
-        note="gap_ddot = W_nn F_n + W_nt F_t + b_n,  slip_dot = W_nt F_n + W_tt F_t + b_t",
-    )
+    values = {
+        "gap": contact.gap,
+        "gap_rate": contact.gap_rate,
+        **({"gap_drift": contact.gap_drift} if contact.gap_drift != 0 else {}),
+        "slip_velocity": contact.slip_velocity,
+        "W_nn": c.W_nn,
+        "W_nt": c.W_nt,
+        "W_tt": c.W_tt,
+        "b_n": c.b_n,
+        "b_t": c.b_t,
+    }
+    note = "gap_ddot = W_nn F_n + W_nt F_t + b_n,  slip_dot = W_nt F_n + W_tt F_t + b_t"
+    return _registered("contact", values, note)
 
 
 def _slip(mechanism: Mechanism) -> Section:
     c = mechanism.coefficients
-    per_force = "normal acceleration per normal force"
-    return Section(
-        "slip",
-        (
-            Formula("A_neg", c.A(-1), "1/kg", f"A, {per_force}, {LEFT}", "A_{-}"),
-            Formula("A_pos", c.A(1), "1/kg", f"A, {per_force}, {RIGHT}", "A_{+}"),
-            Formula("B", c.B, "m/s^2", "B, normal acceleration without normal force", "B"),
-        ),
-        note="gap_ddot = A F_n + B",
+    return _registered(
+        "slip", {"A_neg": c.A(-1), "A_pos": c.A(1), "B": c.B}, "gap_ddot = A F_n + B"
     )
 
 
 def _stick(mechanism: Mechanism) -> Section:
     c = mechanism.coefficients
-    return Section(
-        "sticking",
-        (
-            Formula(
-                "F_t_stick",
-                c.sticking_force,
-                "N",
-                "tangential force that keeps the slip velocity 0 (where |F_t| <= mu F_n)",
-                r"F_t^{\mathrm{stick}}",
-            ),
-            Formula("A_stick", c.A_stick, "1/kg", "A' in sticking", "A'"),
-            Formula("B_stick", c.B_stick, "m/s^2", "B' in sticking", "B'"),
-        ),
-        note="gap_ddot = A' F_n + B'" + (f". {_ANY_FORCE}" if c.rank_one else ""),
-    )
+    values = {"F_t_stick": c.sticking_force, "A_stick": c.A_stick, "B_stick": c.B_stick}
+    note = "gap_ddot = A' F_n + B'" + (f". {_ANY_FORCE}" if c.rank_one else "")
+    return _registered("sticking", values, note)
+
+
+def _registered(title: str, values: Mapping[str, sp.Expr], note: str) -> Section:
+    return Section(title, tuple(Formula.of(n, v) for n, v in values.items()), note=note)
 
 
 def _bilateral(mechanism: Mechanism) -> Iterator[Section]:
@@ -281,14 +189,15 @@ def _critical(mechanism: Mechanism) -> Section:
     minima = list(_minima(mechanism, critical))
     found += [form for _, forms in minima for form in forms]
     notes = [note for note, _ in minima if note]
+    open_contact = ""
     try:
         closed = critical.in_contact()
         what = "critical friction where the contact is closed: the gap fixes the configuration"
         found.append(Formula("mu_critical_in_contact", closed, "1", what, r"\mu_P(g_N = 0)"))
     except InputError:
         if any(note.endswith(_NO_FORM) for note in notes):
-            notes.append(_searched(mechanism))
-    return Section(title, tuple(found), note=" ".join(notes))
+            open_contact = mechanism.contact.name
+    return Section(title, tuple(found), note=" ".join(notes), contact=open_contact)
 
 
 def _minima(
@@ -318,20 +227,6 @@ def _minima(
                 ),
                 (),
             )
-
-
-def _searched(mechanism: Mechanism) -> str:
-    """Return the smallest critical friction in contact as a number at the default parameters."""
-    try:
-        least = least_critical_friction(mechanism)
-    except InputError:
-        return "No configuration in contact was found at the default parameters."
-    inner = mechanism.coefficients.W_nn.free_symbols | mechanism.coefficients.W_nt.free_symbols
-    places = [f"{s} = {least.configuration[str(s)]:.6g}" for s in mechanism.system.q if s in inner]
-    return (
-        "A search over the configurations in contact at the default parameters finds "
-        f"{least.value:.6g}, at {', '.join(places)}."
-    )
 
 
 def _at(q: sp.Symbol, lowest: CriticalMinimum) -> Iterator[str]:
@@ -378,66 +273,3 @@ def _minimum(
             meaning,
         ),
     )
-
-
-def _jump(mechanism: Mechanism) -> Iterator[Section]:
-    c = mechanism.coefficients
-    left, right = (tangential_phase(c, slip) for slip in (-1, 1))
-    opening = (
-        "v_t and v_n are slip and normal velocity at the start of the phase, "
-        "the velocities of the mechanism those at its start."
-    )
-    yield Section(
-        "jump, phase 1: tangential impact until the slip stops",
-        phases=(
-            _impulse("tangential_neg", LEFT, left),
-            _impulse("tangential_pos", RIGHT, right),
-        ),
-        note=opening,
-    )
-    if c.rank_one:
-        yield Section("jump, phase 2: jam", note=_JAM)
-        return
-    _, compression, restitution = three_phase_jump(c).course.phases
-    yield Section(
-        "jump, phase 2: sticking compression until the normal velocity is 0",
-        phases=(_impulse("sticking_compression", "", compression),),
-    )
-    rebounds = []
-    for make in RESTITUTIONS.values():
-        rule = make()
-        rebounds.append(
-            Formula(
-                f"rebound_{rule.name}",
-                three_phase_jump(c, rule).rebound,
-                "m/s",
-                f"v_n_plus by {rule.title}",
-                r"v_n^{+}",
-            )
-        )
-    yield Section(
-        "jump, phase 3: sticking restitution up to the normal velocity v_n_plus",
-        tuple(rebounds),
-        (_impulse("sticking_restitution", "", restitution),),
-        "E_c and P_c are energy and impulse of phases 1 and 2, v_n_minus is v_n before phase 1.",
-    )
-
-
-def _impulse(name: str, meaning: str, phase: Phase) -> Impulse:
-    values = {
-        "normal_impulse": phase.normal_impulse,
-        "tangential_impulse": phase.tangential_impulse,
-        "stored_energy": phase.stored_energy,
-        "slip_velocity": phase.slip_velocity,
-        "normal_velocity": phase.normal_velocity,
-        **{str(symbol): value for symbol, value in phase.velocity.items()},
-    }
-    conditions = tuple((c.name, c.margin, c.strict) for c in phase.conditions)
-    return Impulse(name, meaning, {k: sp.sympify(v) for k, v in values.items()}, conditions)
-
-
-def impulse_units(mechanism: Mechanism) -> dict[str, str]:
-    """Return the units of what a phase of the jump gives."""
-    velocities = {f"{c.name}_dot": f"{c.unit}/s" for c in mechanism.system.coordinates}
-    impulses = {"normal_impulse": "N s", "tangential_impulse": "N s", "stored_energy": "J"}
-    return {**impulses, "slip_velocity": "m/s", "normal_velocity": "m/s", **velocities}

@@ -1,0 +1,79 @@
+"""Checks of numbers that a user gives: every message says what, where, the value got and needed."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from painleve_sym.errors import InputError
+
+
+def checked_number(
+    value: Any,
+    name: str,
+    *,
+    lower: float = -math.inf,
+    upper: float = math.inf,
+    above: float = -math.inf,
+    below: float = math.inf,
+) -> tuple[float, str]:
+    """Return a value as float, and a sentence where it is not a finite number in range.
+
+    Parameters
+    ----------
+    value : number
+        Of Python or NumPy; text and truth values are not numbers.
+    name : str
+        What the sentence calls it.
+    lower, upper, above, below : float
+        lower ≤ value ≤ upper and above < value < below.
+
+    Returns
+    -------
+    number : float
+        nan where it is not a number.
+    fault : str
+        Empty where there is none.
+    """
+    try:
+        if isinstance(value, bool | str | bytes):
+            raise TypeError
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    except (TypeError, ValueError):
+        return math.nan, f"{name}: got {value!r}, need a number."
+    if math.isfinite(number) and lower <= number <= upper and above < number < below:
+        return number, ""
+    shown = number if isinstance(value, float) else value
+    need = f"a finite number{_range(lower, upper, above, below)}"
+    return number, f"{name}: got {shown!r}, need {need}."
+
+
+def _range(lower: float, upper: float, above: float, below: float) -> str:
+    ends = {">=": lower, ">": above, "<=": upper, "<": below}
+    parts = [f"{sign} {end:g}" for sign, end in ends.items() if math.isfinite(end)]
+    return f" {' and '.join(parts)}" if parts else ""
+
+
+def number(value: Any, name: str, *, where: str, **bounds: float) -> float:
+    """Return a finite number in range as float; see `checked_number` for the bounds.
+
+    Raises
+    ------
+    InputError
+        What it is not, with `where` in front.
+    """
+    result, fault = checked_number(value, name, **bounds)
+    if fault:
+        raise InputError(f"{where}: {fault}")
+    return result
+
+
+def whole_number(value: Any, name: str, *, where: str, lower: int, upper: int) -> int:
+    """Return a whole number from `lower` to `upper`; InputError where it is not one."""
+    if isinstance(value, bool) or not isinstance(value, int) or not lower <= value <= upper:
+        raise InputError(
+            f"{where}: {name}: got {value!r}, need a whole number from {lower} to {upper}."
+        )
+    return value

@@ -1,0 +1,111 @@
+"""Every closed form of a mechanism: motion, contact, friction, and the jump by each restitution."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import sympy as sp
+
+from painleve_sym.laws.restitution import RESTITUTIONS, three_phase_jump
+from painleve_sym.mechanics.formulas.formula import Formula, ImpulsePhase, Section
+from painleve_sym.mechanics.formulas.one_contact import LEFT, RIGHT, motion_sections
+from painleve_sym.mechanics.formulas.several_contacts import joint_sections
+from painleve_sym.mechanics.impact.impulse_rays import Phase, tangential_phase
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.quantities import QUANTITIES
+
+_JAM = (
+    "A' = 0: sticking changes neither velocity, whatever its impulse. An impact whose slip stops "
+    "before the normal velocity is 0 jams: rigid bodies have no exit from it, a softened "
+    "contact has."
+)
+
+
+IMPULSE_VALUES = (
+    "normal_impulse",
+    "tangential_impulse",
+    "stored_energy",
+    "slip_velocity",
+    "normal_velocity",
+)
+"""What a phase of the jump gives besides the velocities of the mechanism after it."""
+
+
+def closed_forms(mechanism: Mechanism) -> tuple[Section, ...]:
+    """Return every closed form of a mechanism by section, in reading order.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        With one contact: also its jump. With several: each contact alone and all together.
+
+    Returns
+    -------
+    tuple of Section
+        Each with its formulas, and in those of the jump its phases.
+
+    Raises
+    ------
+    InputError
+        The mechanism has no contact.
+    """
+    if len(mechanism.contacts) > 1:
+        return joint_sections(mechanism)
+    jump = () if mechanism.contact.bilateral else _jump(mechanism)
+    return (*motion_sections(mechanism), *jump)
+
+
+def _jump(mechanism: Mechanism) -> Iterator[Section]:
+    c = mechanism.coefficients
+    left, right = (tangential_phase(c, slip) for slip in (-1, 1))
+    opening = (
+        "v_t and v_n are slip and normal velocity at the start of the phase, "
+        "the velocities of the mechanism those at its start."
+    )
+    yield Section(
+        "jump, phase 1: tangential impact until the slip stops",
+        phases=(
+            _impulse("tangential_neg", LEFT, left),
+            _impulse("tangential_pos", RIGHT, right),
+        ),
+        note=opening,
+    )
+    if c.rank_one:
+        yield Section("jump, phase 2: jam", note=_JAM)
+        return
+    _, compression, restitution = three_phase_jump(c).course.phases
+    yield Section(
+        "jump, phase 2: sticking compression until the normal velocity is 0",
+        phases=(_impulse("sticking_compression", "", compression),),
+    )
+    rebounds = []
+    for make in RESTITUTIONS.values():
+        rule = make()
+        rebounds.append(
+            Formula(
+                f"rebound_{rule.name}",
+                three_phase_jump(c, rule).rebound,
+                "m/s",
+                f"v_n_plus by {rule.title}",
+                r"v_n^{+}",
+            )
+        )
+    yield Section(
+        "jump, phase 3: sticking restitution up to the normal velocity v_n_plus",
+        tuple(rebounds),
+        (_impulse("sticking_restitution", "", restitution),),
+        "E_c and P_c are energy and impulse of phases 1 and 2, v_n_minus is v_n before phase 1.",
+    )
+
+
+def _impulse(name: str, meaning: str, phase: Phase) -> ImpulsePhase:
+    values = {name: getattr(phase, name) for name in IMPULSE_VALUES}
+    values |= {str(symbol): value for symbol, value in phase.velocity.items()}
+    conditions = tuple((c.name, c.margin, c.strict) for c in phase.conditions)
+    return ImpulsePhase(name, meaning, {k: sp.sympify(v) for k, v in values.items()}, conditions)
+
+
+def impulse_units(mechanism: Mechanism) -> dict[str, str]:
+    """Return the units of what a phase of the jump gives."""
+    velocities = {c.rate.name: f"{c.unit}/s" for c in mechanism.system.coordinates}
+    return {name: QUANTITIES[name].unit for name in IMPULSE_VALUES} | velocities

@@ -1,0 +1,136 @@
+"""Registry of named quantities: unit, LaTeX and meaning of outputs, contact states, coefficients.
+
+What belongs to one mechanism (coordinates, velocities, parameters) is declared there:
+`Mechanism.units` and `Mechanism.latex_names`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import NamedTuple
+
+
+class Quantity(NamedTuple):
+    """Unit, LaTeX and meaning of a named quantity; the unit is empty where it depends on a law."""
+
+    unit: str
+    latex: str
+    meaning: str
+
+
+_NORMAL, _SLIP = "normal acceleration", "slip acceleration"
+_PER_FORCE = "A, normal acceleration per normal force"
+
+QUANTITIES: Mapping[str, Quantity] = {
+    "time": Quantity("s", "t", "time"),
+    # States and outputs of a contact.
+    "gap": Quantity("m", "g_N", "gap, positive when apart"),
+    "gap_dot": Quantity("m/s", r"\dot{g}_N", "normal velocity v_n"),
+    "gap_rate": Quantity("m/s", r"\dot{g}_N", "normal velocity v_n"),
+    "gap_drift": Quantity(
+        "m/s", r"\partial g_N/\partial t", "part of v_n by the surface's own motion"
+    ),
+    "slip_velocity": Quantity("m/s", "v_t", "slip velocity v_t"),
+    "normal_velocity": Quantity("m/s", "v_n", "normal velocity"),
+    "compression": Quantity("m", r"\delta", "compression, the negative gap"),
+    "normal_force": Quantity("N", "F_n", "normal force F_n"),
+    "tangential_force": Quantity("N", "F_t", "tangential force F_t"),
+    # Energies.
+    "kinetic_energy": Quantity("J", "T", "kinetic energy"),
+    "potential_energy": Quantity("J", "V", "potential energy"),
+    "stored_energy": Quantity("J", "E_n", "energy stored in the contact"),
+    "friction_dissipation": Quantity("J", r"D_\mu", "energy lost in friction so far"),
+    "contact_dissipation": Quantity("J", "D_n", "energy lost in the contact law so far"),
+    "force_dissipation": Quantity("J", "D_F", "energy lost to loads and drives so far"),
+    # Impacts, and what a mode keeps in memory.
+    "normal_impulse": Quantity("N s", "P_n", "normal impulse of the impact so far"),
+    "tangential_impulse": Quantity("N s", "P_t", "tangential impulse of the impact so far"),
+    "approach_velocity": Quantity("m/s", "v_n^{-}", "normal velocity at the start of the impact"),
+    "impact_budget": Quantity(
+        "", "", "work (J) or impulse (N s) of the compression that restitution draws on"
+    ),
+    "delta_max": Quantity("m", r"\delta_{\max}", "compression at which unloading began"),
+    # Coefficients of the contact problem.
+    "W_nn": Quantity("1/kg", "W_{nn}", f"{_NORMAL} per normal force"),
+    "W_nt": Quantity("1/kg", "W_{nt}", f"{_NORMAL} per tangential force"),
+    "W_tt": Quantity("1/kg", "W_{tt}", f"{_SLIP} per tangential force"),
+    "b_n": Quantity("m/s^2", "b_n", f"{_NORMAL} without contact forces"),
+    "b_t": Quantity("m/s^2", "b_t", f"{_SLIP} without contact forces"),
+    "A_neg": Quantity("1/kg", "A_{-}", f"{_PER_FORCE}, slip to the left (v_t < 0)"),
+    "A_pos": Quantity("1/kg", "A_{+}", f"{_PER_FORCE}, slip to the right (v_t > 0)"),
+    "B": Quantity("m/s^2", "B", "B, normal acceleration without normal force"),
+    "A_stick": Quantity("1/kg", "A'", "A' in sticking"),
+    "B_stick": Quantity("m/s^2", "B'", "B' in sticking"),
+    "F_t_stick": Quantity(
+        "N",
+        r"F_t^{\mathrm{stick}}",
+        "tangential force that keeps the slip velocity 0 (where |F_t| <= mu F_n)",
+    ),
+}
+
+_GREEK = frozenset(
+    (
+        *("alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "kappa", "lambda"),
+        *("mu", "nu", "xi", "rho", "sigma", "tau", "phi", "chi", "psi", "omega", "Gamma", "Delta"),
+        *("Theta", "Lambda", "Xi", "Sigma", "Phi", "Psi", "Omega"),
+    )
+)
+
+
+def quantity(name: str) -> Quantity | None:
+    """Return what is registered for a name, or None; ``gap_A`` is the gap of the contact A."""
+    known = QUANTITIES.get(name)
+    if known is None and name.startswith("gap_") and name.endswith("_dot"):
+        return QUANTITIES["gap_dot"]
+    if known is None:
+        of_contact = [key for key in QUANTITIES if name.startswith(f"{key}_")]
+        known = QUANTITIES[max(of_contact, key=len)] if of_contact else None
+    return known
+
+
+def unit_of(name: str, own: Mapping[str, str]) -> str:
+    """Return the SI unit of a state, parameter or output, or of an extreme, integral or time of it.
+
+    Parameters
+    ----------
+    name : str
+        ``max_NAME``, ``integral_NAME``, ``time_of_EVENT`` and such besides plain names.
+    own : mapping of str to str
+        Units of coordinates, velocities and parameters by name: `Mechanism.units`.
+    """
+    if name in own:
+        return own[name]
+    if name.startswith("time") or name.endswith(("_time", "_times")):
+        return "s"
+    if name.startswith("integral_"):
+        unit = unit_of(name.removeprefix("integral_"), own)
+        return "s" if unit == "1" else f"{unit} s"
+    for prefix in ("max_", "min_"):
+        name = name.removeprefix(prefix)
+    known = quantity(name)
+    return own.get(name) or (known.unit if known else "") or "1"
+
+
+def derivative_latex(latex: str, dots: int = 1) -> str:
+    r"""Return the LaTeX of a time derivative: ``x_A`` becomes ``\dot{x}_A``."""
+    base, _, index = latex.partition("_")
+    return rf"\{'d' * dots}ot{{{base}}}" + (f"_{index}" if index else "")
+
+
+def symbol_latex(name: str) -> str:
+    r"""Return LaTeX for the name of a symbol: ``theta_dot`` becomes ``\dot{\theta}``."""
+    base, _, index = name.removesuffix("_dot").partition("_")
+    if numbered := re.fullmatch(r"([A-Za-z]+)(\d+)", base):
+        base, index = numbered[1], numbered[2] + (f" {index}" if index else "")
+    letter = rf"\{base}" if base in _GREEK else base
+    if len(base) > 1 and base not in _GREEK:
+        letter = rf"\mathrm{{{base}}}"
+    if name.endswith("_dot"):
+        letter = derivative_latex(letter)
+    return letter + (f"_{{{index}}}" if index else "")
+
+
+def axis_label(latex: str, unit: str) -> str:
+    """Return the label of an axis: a formula with its unit in brackets; no unit for "1"."""
+    return f"${latex}$" + ("" if unit == "1" else f" [{unit}]")

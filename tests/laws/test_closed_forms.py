@@ -1,0 +1,71 @@
+"""Closed forms of a mechanism as formulas: their values, and the Python module made of them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import painleve_sym as ps
+from painleve_sym.codegen.evaluate import numbers
+from painleve_sym.contacts.classify import contact_problem
+from painleve_sym.laws.python_module import python_module
+from painleve_sym.mechanics.contact import Contact
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.system import Coordinate, LagrangianSystem, Parameter
+from tests.mechanics.catalogue import derived
+
+_STATE = {"x_A": 0.0, "y_A": 0.0, "y_A_dot": 0.0, "theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
+
+
+def _formulas(mechanism):
+    return {f.name: f for section in ps.closed_forms(mechanism) for f in section.formulas}
+
+
+def test_python_module_of_the_rod_agrees_with_the_contact_problem():
+    rod = derived("rod")
+    scope: dict = {}
+    exec(python_module(rod), scope)
+    values = {p.name: p.default for p in rod.system.parameters}
+    problem = contact_problem(rod, _STATE, values)
+
+    def evaluated(name):
+        function = scope[name]
+        known = {**_STATE, **values}
+        names = function.__code__.co_varnames[: function.__code__.co_argcount]
+        return function(**{n: known[n] for n in names})
+
+    assert evaluated("A_neg") == pytest.approx(problem.A, rel=1e-13)
+    assert evaluated("B") == pytest.approx(problem.B, rel=1e-13)
+
+
+def _unit_body_in_a_corner():
+    """Return a body of unit mass and inertia with two points over a floor and one at a wall."""
+    x, y, theta = (Coordinate(n, "place", u) for n, u in (("x", "m"), ("y", "m"), ("phi", "rad")))
+    mu = Parameter("mu", 0.3, "1", "friction of every contact", 0.0)
+    rates = [c.rate for c in (x, y, theta)]
+    energy = sp.Add(*(v**2 for v in rates)) / 2
+    system = LagrangianSystem("corner", (x, y, theta), (mu,), energy, 10 * y.symbol)
+    points = {
+        "A": (y.symbol - theta.symbol, rates[0] + rates[2]),
+        "B": (y.symbol + 2 * theta.symbol, rates[0] + rates[2]),
+        "C": (x.symbol + theta.symbol / 2, rates[1] + rates[2]),
+    }
+    contacts = tuple(Contact(n, system, gap, slip, mu.symbol) for n, (gap, slip) in points.items())
+    return Mechanism("corner", "body in a corner", "made for this test", system, contacts)
+
+
+@pytest.mark.parametrize("mechanism", [derived("block-two-feet"), _unit_body_in_a_corner()])
+def test_forms_of_sliding_contacts_make_every_normal_acceleration_zero(mechanism):
+    forms, n = _formulas(mechanism), len(mechanism.contacts)
+    values = {s: 0.3 for s in mechanism.system.symbols}
+    values |= {p.symbol: p.default for p in mechanism.system.parameters}
+    slips = [(-1, "neg"), (1, "pos"), (1, "pos")][:n]
+    end = "_".join(name for _, name in slips)
+    F = numbers([forms[f"F_n_{c.name}_{end}"].value for c in mechanism.contacts], values)
+    W, b = (numbers(list(forms[name].value), values) for name in ("W", "b"))
+    mu = [float(sp.sympify(c.friction).subs(values)) for c in mechanism.contacts]
+    tangential = [-s * m * f for (s, _), m, f in zip(slips, mu, F, strict=True)]
+    accelerations = W.reshape(2 * n, 2 * n) @ np.column_stack([F, tangential]).ravel() + b
+    assert np.max(np.abs(b)) > 1
+    assert accelerations[::2] == pytest.approx(np.zeros(n), abs=1e-12 * np.max(np.abs(b)))
