@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from painleve_sym.errors import StopReason
-from painleve_sym.laws.compliance import law
+from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
 from painleve_sym.simulate.plural import PluralSimulator
 from tests.oracles.feet_scipy import Block, Law

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
-from painleve_sym.laws.compliance import law
+from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
 from painleve_sym.simulate.plural import PluralSimulator
 from tests.oracles.feet_scipy import Block, Foot, Law

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from painleve_sym.errors import StopReason
-from painleve_sym.laws.compliance import law
+from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
 from painleve_sym.simulate.batch.run import simulate_many
 from painleve_sym.simulate.plural import PluralSimulator
