@@ -80,7 +80,7 @@ def test_feet_that_come_to_rest_together_share_their_friction(name, engine):
 def test_a_level_drop_at_rest_bounces_like_one_mass_on_two_springs(name, engine):
     # Nothing pushes along the ground; forces die out together with what friction can bear.
     given = LAWS[name][1] | {"beta": 0.0}
-    run = _simulator((name,), engine).run({"y_A": 1e-3}, parameters=given, t_end=0.06)
+    run = _simulator((name,), engine).run({"y_A": 1e-3}, parameters=given, t_end=0.05)
     assert run.stop_reason is StopReason.T_END
     final = dict(zip(run.state_names, run.final_state, strict=True))
     assert abs(final["theta"]) < 1e-12
