@@ -307,7 +307,7 @@ class ContactSimulator(ABC):
         """Return what `tolerances` returns for n states, constants (n, nc) and `contact_values`."""
         system = self.mechanism.system
         symbols, rows = self.at_states(vectors, constants), self.contact.rows
-        scales = [self.contact_scales(i, symbols, numbers) for i, numbers in enumerate(found)]
+        scales = self.all_scales(symbols, found)
         energy, ones = scales[0][2], np.ones(len(vectors))
         masses = [found[0][f"mass_{k}"] for k in range(len(system.q))]
         scale: dict[Any, Array] = dict.fromkeys((*system.q, TIME), ones)
@@ -319,6 +319,12 @@ class ContactSimulator(ABC):
         scale |= dict.fromkeys(self.outline.uncontrolled, np.full(len(vectors), np.inf))
         tolerances: Array = np.array([scale[s] for s in self.outline.states]).T.copy()
         return tolerances
+
+    def all_scales(
+        self, values: Mapping[Any, Array], found: Sequence[Mapping[str, Array]]
+    ) -> list[tuple[Array, ...]]:
+        """Return `contact_scales` of every contact."""
+        return [self.contact_scales(i, values, numbers) for i, numbers in enumerate(found)]
 
     def trajectory(self, raw: RawRun, values: dict[str, float], rtol: float) -> Trajectory:
         """Return the raw run as a trajectory."""
