@@ -206,13 +206,17 @@ class PluralContacts:
         return LinearSystem(unknowns, matrix, right, ease=self._capacities(columns))
 
     def _capacities(self, columns: Sequence[Callable[[int], sp.Expr]]) -> tuple[sp.Expr, ...]:
-        """Return μ |F_n| of sticking contacts, by which they share what is not determined."""
+        """Return μ |F_n| of sticking contacts, by which they share what is not determined.
+
+        Those that slip have a force of their own, and the capacity of all as their ease.
+        """
         if len(columns) > 1:
             return ()
         force = columns[0]
+        limits = [c.row.contact.friction * c.side * force(i) for i, c in enumerate(self.interfaces)]
         return tuple(
-            c.sticks * c.row.contact.friction * c.side * force(i)
-            for i, c in enumerate(self.interfaces)
+            c.sticks * limit + (1 - c.sticks) * sp.Add(*limits)
+            for c, limit in zip(self.interfaces, limits, strict=True)
         )
 
     @cached_property

@@ -42,6 +42,9 @@ START = "start"
 CONTACT = "contact"
 """The instantaneous mode in which closed contacts find what follows."""
 
+STILL = sp.Rational(1, 10**6)
+"""Of the terms of v̇_t: what a contact that sticks may keep of it."""
+
 OPEN, INDENTED = 0, 1
 """Indices of the local modes without force: the gap is open, or the surface is still indented."""
 FLIGHTS = ("flight", "flight_indented")
@@ -168,12 +171,15 @@ class Interface(ABC):
         """Return what must not be negative for its local mode to follow a decision."""
         limit = self.row.contact.friction * self.side * motion.normal_force
         at_rest = self.sign * zero_factor(self.row.slip)
+        # A contact that can bear nothing does not stick.
+        slack, moving = STILL * motion.tangential_scale, sp.Abs(motion.tangential_acceleration)
         return [
             *(
                 Test(self.sticks * (limit + s * motion.tangential_force), motion.force_scale)
                 for s in (-1, 1)
             ),
             Test(at_rest * motion.tangential_acceleration, motion.tangential_scale),
+            Test(self.sticks * (slack - moving), motion.tangential_scale),
         ]
 
     # ---- shared pieces ----
