@@ -184,6 +184,11 @@ class Interface(ABC):
 
     # ---- shared pieces ----
 
+    @property
+    def _leaving(self) -> tuple[str, ...]:
+        """Guards that leave 0 after a choice: of a slip that begins, of a gap that opens."""
+        return f"slip_stop:{self.name}", f"touchdown:{self.name}"
+
     def _transition(
         self,
         label: str,
@@ -275,7 +280,9 @@ class RigidInterface(Interface):
             )
             for s in (0, -1, 1)
         ]
-        return Part(self.name, self.memory, self.local_modes, (open_, *closed), (row.slip,))
+        return Part(
+            self.name, self.memory, self.local_modes, (open_, *closed), (row.slip,), self._leaving
+        )
 
     def transitions(self, motion: ContactMotion) -> list[Transition]:
         """Return slip start and stop, touchdown and lift-off."""
@@ -351,7 +358,9 @@ class GuideInterface(Interface):
             for s in (0, -1, 1)
             for side in (1, -1)
         ]
-        return Part(self.name, self.memory, self.local_modes, tuple(offered), (slip,))
+        return Part(
+            self.name, self.memory, self.local_modes, tuple(offered), (slip,), self._leaving
+        )
 
     def transitions(self, motion: ContactMotion) -> list[Transition]:
         """Return slip start and stop, and the reversal of the normal force."""
