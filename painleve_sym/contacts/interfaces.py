@@ -477,7 +477,9 @@ class CompliantInterface(Interface):
             Alternative(at_rest, self._rub(sp.Integer(sign), sp.Integer(0 if sign else 1)))
             for sign in (0, -1, 1)
         ]
-        return Part(self.name, self.memory, self.local_modes, tuple(choices), (self.row.slip,))
+        return Part(
+            self.name, self.memory, self.local_modes, tuple(choices), (self.row.slip,)
+        )
 
     def start(self) -> Memory:
         """Return the memory at the start: loading where the gap is negative, else open."""

@@ -16,8 +16,8 @@ from painleve_sym.complementarity.lcp import LCPSolution
 from painleve_sym.complementarity.lemke import LemkeResult, solve_lemke
 from painleve_sym.complementarity.mpcc import MPCCSurvey, solve_mpcc_all
 from painleve_sym.contacts.classify import Classification, classify
-from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
 from painleve_sym.contacts.contact_numbers import contact_numbers, contact_tolerances
+from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
 from painleve_sym.contacts.inputs import resolve_parameters, symbol_values
 from painleve_sym.contacts.problem import ContactCase
 from painleve_sym.errors import InputError, StopReason, unknown_name
