@@ -269,7 +269,7 @@ def _start(case: Case) -> str:
     if isinstance(simulator, SoftenedSimulator):
         loading = [simulator.law.stiffness, simulator.law.exponent]
     functions, work = start_functions(found, simulator.automaton, loading)
-    values = case.shared | case.place | {"work": work}
+    values = case.shared | case.place | {"work": work, "at_rest": repr(AT_REST)}
     scales = "scales_softened.c" if loading else "scales_rigid.c"
     values |= {
         "functions": functions,
@@ -278,7 +278,6 @@ def _start(case: Case) -> str:
         "span": "(2 * COORDINATES + 1)" if timed else "2 * COORDINATES",
         "clock": _CLOCK * timed,
         "in_metres": ", ".join(str(int(c.unit == "m")) for c in system.coordinates),
-        "at_rest": repr(AT_REST),
         "own_parameters": len(system.parameters),
         "found": ", ".join([*(f"FOUND_{n}" for n in found.names), "FOUND"]),
         "complete": _complete(case),
