@@ -155,7 +155,7 @@ static void enter(ps_run *s, const ps_options *o, ps_bits departs, int visible) 
   prepare(s, o);
   settle(s, o, departs, visible);
   if (s->hit && s->reason == PS_RUNNING) s->reason = PS_UNTIL;
-  s->h = o->h0 > 0 ? o->h0 : s->h_ref;
+  s->h = o->h0 > 0 ? o->h0 : PS_START * s->h_ref;
 }
 
 /* Goes on from the limit of events that accumulate, where the last of them says how and has come so
