@@ -35,6 +35,7 @@ _REPLACEMENTS = 8
 """Times that an earlier event may replace one; each is earlier still, so one or two are usual."""
 
 # The compiled engine's constants: its decisions are repeated here.
+_FROM_REST = 1e-4
 _ZERO_TIME, _CHAIN = 1e-10, 64
 
 _COUNTERS = ("accepted_steps", "rejected_steps", "field_evaluations", "guard_evaluations")
@@ -133,13 +134,15 @@ class _Run:
         scale = self.atol + o.rtol * np.abs(self.x)
         f0 = field(self.x, self.z, self.c)[0]
         d0, d1 = np.sum((self.x / scale) ** 2), np.sum((f0 / scale) ** 2)
-        h = 0.01 * np.sqrt(d0 / d1) if d0 > 1e-10 and d1 > 1e-10 else 1e-6
-        h = min(h, o.max_step)
+        tau = _FROM_REST * self.t_end
+        if d1 > 0:
+            tau = np.sqrt(d0 / d1) if d0 > 1e-10 else _FROM_REST / (o.rtol * np.sqrt(d1))
+        h = min(0.01 * tau, o.max_step)
         f1 = field(self.x + h * f0, self.z, self.c)[0]
         self.counters["field_evaluations"] += 2
         d2 = np.sum(((f1 - f0) / scale) ** 2)
         slope = np.fmax(np.sqrt(d1), np.sqrt(d2) / h)
-        h1 = (0.01 / slope) ** 0.125 if slope > 1e-15 else np.fmax(1e-6, h * 1e-3)
+        h1 = tau * (0.01 / (tau * slope)) ** 0.125 if slope > 0 else h
         h = float(np.fmin(100 * h, h1))
         return h if 0 < h < o.max_step else o.max_step
 
