@@ -49,12 +49,13 @@ def test_least_solution_of_a_singular_pair_is_shared_by_ease(ease):
 
 @pytest.mark.parametrize("turn", [0.0, 0.3, 1.1])
 def test_shares_that_are_not_determined_carry_no_amplified_rounding(turn):
-    # Rows that agree but for rounding, of sizes that are not powers of two.
+    # One line of action, loads that agree but for rounding.
     rng = np.random.default_rng(3)
+    line = np.array([np.cos(turn), np.sin(turn), 0.7])
+    A = np.full((2, 2), line @ line)
     for _ in range(50):
-        line = np.array([np.cos(turn), np.sin(turn), 0.7])
-        J = line * (1 + 4e-16 * rng.choice([-1, 0, 1], (2, 3)))
-        A, load = J @ J.T, J @ rng.normal(size=(3, 1))
+        load = np.full((2, 1), line @ rng.normal(size=3))
+        load[0] = np.nextafter(load[0], 9.0)
         ease = np.abs(load[0, 0]) / A[0, 0] * rng.uniform(0.3, 3, 2)
         shares = _least(A, load, ease)[:, 0] / ease
         assert abs(shares[0] - shares[1]) < 1e-12 * abs(shares).max()
