@@ -75,7 +75,8 @@ def least_solution(matrix: Matrix, right: Matrix, ease: Sequence[ca.SX]) -> list
 def _without_rounding(z: list[ca.SX], d: list[ca.SX], v: list[ca.SX]) -> list[ca.SX]:
     """Return z less its part v that is not determined, where that is below `_ROUNDING`."""
     small = _ROUNDING**2 * reduce(add, d)
-    part = small / (small + _dot(d, [a * a for a in v]) + _NOTHING)
+    size = _dot(d, [a * a for a in v])
+    part = small**2 / (small**2 + size**2 + _NOTHING)
     return [a - part * b for a, b in zip(z, v, strict=True)]
 
 

@@ -45,6 +45,9 @@ CONTACT = "contact"
 STILL = sp.Rational(1, 10**6)
 """Of the terms of v̇_t: what a contact that sticks may keep of it."""
 
+_DENORMAL = sp.Float("1e-300")
+"""Accelerations below it have no digits; m/s²."""
+
 OPEN, INDENTED = 0, 1
 """Indices of the local modes without force: the gap is open, or the surface is still indented."""
 FLIGHTS = ("flight", "flight_indented")
@@ -172,7 +175,8 @@ class Interface(ABC):
         limit = self.row.contact.friction * self.side * motion.normal_force
         at_rest = self.sign * zero_factor(self.row.slip)
         # A contact that can bear nothing does not stick.
-        slack, moving = STILL * motion.tangential_scale, sp.Abs(motion.tangential_acceleration)
+        moving = sp.Abs(motion.tangential_acceleration)
+        slack = STILL * motion.tangential_scale + _DENORMAL
         return [
             *(
                 Test(self.sticks * (limit + s * motion.tangential_force), motion.force_scale)

@@ -33,7 +33,7 @@ def test_least_solution_of_a_regular_system_is_the_solution(size):
     for _ in range(20):
         A, right = _spd(rng, size, 3.0), rng.normal(size=(size, 2))
         expected = np.linalg.solve(A, right)
-        found = _least(A, right, np.full(size, 3.0))
+        found = _least(A, right)
         assert np.allclose(A @ found, right, rtol=0, atol=1e-11 * np.abs(A).max())
         assert np.allclose(found, expected, rtol=1e-9)
 
@@ -44,9 +44,29 @@ def test_least_solution_of_a_singular_pair_is_shared_by_ease(ease):
     w, r = 1.7, 0.9
     found = _least(np.full((2, 2), w), np.full((2, 1), r), np.array(ease))[:, 0]
     assert found.sum() == pytest.approx(r / w, rel=1e-12)
-    # The floor of a thousandth keeps every share positive.
-    share = np.array(ease) + sum(ease) / 1e3
-    assert found == pytest.approx(r / w * share / share.sum(), rel=1e-6)
+    assert found == pytest.approx(r / w * np.array(ease) / sum(ease), rel=1e-6)
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.3, 1.1])
+def test_shares_that_are_not_determined_carry_no_amplified_rounding(turn):
+    # One line of action, loads that agree but for rounding.
+    rng = np.random.default_rng(3)
+    line = np.array([np.cos(turn), np.sin(turn), 0.7])
+    A = np.full((2, 2), line @ line)
+    for _ in range(50):
+        load = np.full((2, 1), line @ rng.normal(size=3))
+        load[0] = np.nextafter(load[0], 9.0)
+        ease = np.abs(load[0, 0]) / A[0, 0] * rng.uniform(0.3, 3, 2)
+        shares = _least(A, load, ease)[:, 0] / ease
+        assert abs(shares[0] - shares[1]) < 1e-12 * abs(shares).max()
+
+
+def test_what_a_nearly_singular_system_demands_is_kept():
+    A = np.array([[1.0, 1 - 1e-10], [1 - 1e-10, 1.0]])
+    right = np.array([[1.0], [1.0 - 1e-6]])
+    found = _least(A, right, np.ones(2))[:, 0]
+    assert found.sum() == pytest.approx(1.0, rel=1e-5)
+    assert abs(found[0] - found[1]) > 100
 
 
 def test_least_solution_without_ease_is_that_of_least_norm():
