@@ -138,6 +138,7 @@ class _Run:
         tau = _FROM_REST * self.t_end
         if d1 > 0:
             tau = np.sqrt(d0 / d1) if d0 > 1e-10 else _FROM_REST / (o.rtol * np.sqrt(d1))
+        tau = min(tau, 100 * self.t_end)
         h = min(0.01 * tau, o.max_step)
         f1 = field(self.x + h * f0, self.z, self.c)[0]
         self.counters["field_evaluations"] += 2

@@ -100,6 +100,8 @@ static double first_step(ps_run *s, const ps_options *o) {
   }
   double tau = PS_FROM_REST * s->t_end, h;
   if (d1 > 0) tau = d0 > 1e-10 ? sqrt(d0 / d1) : PS_FROM_REST / (o->rtol * sqrt(d1));
+  /* Beyond the end of the run no time is told from another. */
+  tau = PS_MIN(tau, 100 * s->t_end);
   h = 0.01 * tau;
   if (h > o->h_max) h = o->h_max;
   for (int i = 0; i < PS_NX; i++) y[i] = s->x[i] + h * s->k[0][i];
