@@ -90,7 +90,8 @@ def assert_engines_agree(name, kind, start):
     assert b.stop_reason is a.stop_reason
     assert sequence(b) == sequence(a)
     changes = sum(distance(close[e], rough[e], scale) for e in ENGINES)
-    assert distance(a, b, scale) <= changes + RTOL
+    # Each engine is off by what a looser tolerance changes, and by its own.
+    assert distance(a, b, scale) <= changes + len(ENGINES) * RTOL
 
 
 @pytest.mark.parametrize("kind", LONGEST)
