@@ -37,7 +37,7 @@ RUNS: dict[str, tuple[tuple[str, ...], tuple[str, ...], str]] = {
     "sticking_feet.py": (
         ("{}/feet",),
         ("feet.png", "feet.svg"),
-        r"(?s)rigid feet stop together at 0\.170068 s.*2e\+04 +B +0\.1700",
+        r"(?s)rigid feet stop together at 0\.170068 s.*2e\+05 +B +0\.170068",
     ),
     "singular_point/fates.py": (
         ("--points", "3", "--out", "{}/new"),

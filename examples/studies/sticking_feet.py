@@ -19,7 +19,7 @@ import painleve_sym as ps
 from painleve_sym.present.style import DASHES, PAGE, PALETTE, REFERENCE, STYLE, save
 
 MU, SPEED, T_END = 0.3, 0.5, 0.4
-FEET = {5e2: 5.0, 2e3: 10.0, 2e4: 30.0}  # stiffness k in N/m: damping c in N s/m
+FEET = {2e3: 10.0, 2e4: 30.0, 2e5: 100.0}  # stiffness k in N/m: damping c in N s/m
 LEVEL = {"beta": 0.0, "mu_A": MU, "mu_B": MU}
 
 BLOCK = ps.model("block-two-feet")
