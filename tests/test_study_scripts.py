@@ -34,6 +34,11 @@ RUNS: dict[str, tuple[tuple[str, ...], tuple[str, ...], str]] = {
         r"(?m)^energetic +0\.\d+ ",
     ),
     "sensitive_impact.py": (("{}/rate",), ("rate.png", "rate.svg"), r"mu"),
+    "sticking_feet.py": (
+        ("{}/feet",),
+        ("feet.png", "feet.svg"),
+        r"(?s)rigid feet stop together at 0\.170068 s.*2e\+05 +B +0\.170068",
+    ),
     "singular_point/fates.py": (
         ("--points", "3", "--out", "{}/new"),
         ("new/fates.json", "new/fates.png", "new/fates.svg"),
