@@ -1,4 +1,4 @@
-"""All contacts of a mechanism together: rows of each contact in turn, as its own coefficients say."""
+"""All contacts of a mechanism together: in turn the rows that each one's coefficients have."""
 
 from __future__ import annotations
 

@@ -126,7 +126,7 @@ def test_point_at_rest_begins_to_slip_at_the_edge_of_the_cone(count, name, part,
 
 @pytest.mark.parametrize("count", [1, 2])
 def test_impact_on_a_belt_takes_the_work_of_its_drive(count):
-    """P_n = (1 + e) m |v_n| and P_t = −μ s P_n: the belt at u takes the work u P_t from its drive."""
+    """P_n = (1 + e) m |v_n| and P_t = −μ s P_n: the drive of a belt at u does the work u P_t."""
     e, mu, fall = 0.5, 0.2, 1.0
     given = {"e_energetic": e} | {f"mu_{i}": mu for i in (1, 2)[:count]}
     given |= {f"u_{i}": u for i, u in zip((1, 2)[:count], (2.0, -3.0), strict=False)}
