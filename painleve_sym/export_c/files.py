@@ -10,8 +10,7 @@ from typing import Any
 import painleve_sym
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.compile import Compiler
-from painleve_sym.contacts.contact_numbers import contact_numbers
-from painleve_sym.contacts.inputs import CONTACT_TOLERANCE
+from painleve_sym.contacts.contact_numbers import CONTACT_TOLERANCE, contact_numbers
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.engines.source import ENGINE_REASONS
 from painleve_sym.export_c.standalone import (
@@ -33,6 +32,7 @@ from painleve_sym.hybrid.signature import Outline
 from painleve_sym.mechanics.system import Parameter
 from painleve_sym.simulate.compliant import SoftenedSimulator
 from painleve_sym.simulate.rigid import RigidSimulator
+from painleve_sym.simulate.scales import AT_REST
 from painleve_sym.simulate.simulator import DEFAULT_RTOL
 from painleve_sym.simulate.trajectory import Trajectory
 
@@ -269,14 +269,15 @@ def _start(case: Case) -> str:
     if isinstance(simulator, SoftenedSimulator):
         loading = [simulator.law.stiffness, simulator.law.exponent]
     functions, work = start_functions(found, simulator.automaton, loading)
-    values = case.shared | case.place | {"work": work}
+    values = case.shared | case.place | {"work": work, "at_rest": repr(AT_REST)}
     scales = "scales_softened.c" if loading else "scales_rigid.c"
     values |= {
         "functions": functions,
         "coordinates": len(system.q),
         "motion": "2 * COORDINATES" + " + 1" * timed,
         "span": "(2 * COORDINATES + 1)" if timed else "2 * COORDINATES",
-        "clock": "  atol[2 * COORDINATES] = 1.0; /* the time */\n" * timed,
+        "clock": _CLOCK * timed,
+        "in_metres": ", ".join(str(int(c.unit == "m")) for c in system.coordinates),
         "own_parameters": len(system.parameters),
         "found": ", ".join([*(f"FOUND_{n}" for n in found.names), "FOUND"]),
         "complete": _complete(case),
@@ -287,9 +288,20 @@ def _start(case: Case) -> str:
     return filled("start.c", values)
 
 
-_CLEANED = f"""\
+_CLEANED = """\
 /* Computed from the coordinates these cancel: a touching start must not become a tiny fall. */
-static double cleaned(double value) {{ return fabs(value) <= {CONTACT_TOLERANCE!r} ? 0.0 : value; }}
+static double cleaned(double value, double tolerance) {
+  return fabs(value) <= tolerance ? 0.0 : value;
+}
+"""
+_TOLERANCES = f"""\
+  double length = characteristic_length(found), gain = fabs(found[FOUND_b_n]) * length;
+  double speed = sqrt(2 * (found[FOUND_kinetic_energy] * found[FOUND_W_nn] + gain));
+  const double near_gap = {CONTACT_TOLERANCE!r} * length, slow = {CONTACT_TOLERANCE!r} * speed;"""
+
+
+_CLOCK = """\
+  atol[2 * COORDINATES] = length / sqrt(2 * energy * found[FOUND_W_nn]); /* the time */
 """
 
 
@@ -297,12 +309,13 @@ def _complete(case: Case) -> str:
     """Return the function that completes a state; where all follow as 0, it asks for nothing."""
     own, derived = range(len(case.motion), len(case.states)), dict.fromkeys(case.place.values(), "")
     derived[case.place["slip"]] = "found[FOUND_slip_velocity]"
-    for name in ("gap", "gap_rate"):
-        derived[case.place[name]] = f"cleaned(found[FOUND_{name}])"
+    for name, tolerance in (("gap", "near_gap"), ("gap_rate", "slow")):
+        derived[case.place[name]] = f"cleaned(found[FOUND_{name}], {tolerance})"
     lines = [f"  x[{i}] = {derived.get(i, '0')};" for i in own]
-    if any(i in own for i in derived):
-        lines = ["  double found[FOUND];", "  contact_numbers(p, x, found);", *lines]
     cleans = [_CLEANED] if case.place["gap"] in own else []
+    if any(i in own for i in derived):
+        tolerances = [_TOLERANCES] if cleans else []
+        lines = ["  double found[FOUND];", "  contact_numbers(p, x, found);", *tolerances, *lines]
     head = f"void {case.name}_complete_state(const double *p, double *x) {{"
     return "\n".join([*cleans, head, *lines, "}"])
 

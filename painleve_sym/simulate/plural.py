@@ -150,9 +150,10 @@ class PluralSimulator(ContactSimulator):
     def checked_start(self, vector: Array, values: Mapping[str, float], force: Any) -> Array:
         """Return the start vector where no rigid contact is inside its surface."""
         gaps, _, _ = self.impacts.contact_values(vector)
+        within = self.closed_within(vector, values)
         for i in self.impacts.rigid:
             contact = self.mechanism.contacts[i]
-            if contact.bilateral and gaps[i] != 0:
+            if contact.bilateral and abs(gaps[i]) > within[i][0]:
                 raise InputError(
                     f"{self.where}: contact {contact.name!r} holds from both sides and starts off "
                     f"its guide, gap = {gaps[i]:g} m. Fix: start with gap 0."

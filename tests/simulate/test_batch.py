@@ -11,9 +11,11 @@ from scipy.integrate import solve_ivp
 
 from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import law
+from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.models import model
 from painleve_sym.simulate.batch.run import simulate_many
 from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.factory import make_simulator
 from painleve_sym.simulate.rigid import RigidSimulator
 
 ROWS = 300
@@ -314,9 +316,7 @@ def test_rigid_bounces_are_followed_beyond_their_limit(rigid):
 
 
 def test_two_contacts_run_row_after_row():
-    from painleve_sym.simulate.rigid import rigid_simulator
-
-    simulator = rigid_simulator(model("block-two-feet"))
+    simulator = make_simulator(model("block-two-feet"), RigidLaw())
     start = simulator.mechanism.start
     found = simulate_many(simulator, start, {"mu_A": [0.2, 0.4]}, t_end=0.01)
     for i in range(2):
