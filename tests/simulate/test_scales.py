@@ -11,7 +11,8 @@ K, N, W, B = 3e5, 1.5, 0.8, 9.0
 
 
 def _numbers(kinetic, b_n):
-    return {k: np.array([v]) for k, v in {"kinetic_energy": kinetic, "W_nn": W, "b_n": b_n}.items()}
+    own = {"kinetic_energy": kinetic, "W_nn": W, "b_n": b_n, "W_tt": 2.0, "b_t": 4.0, "length": 0.3}
+    return {name: np.array([value]) for name, value in own.items()}
 
 
 def _compliant(kinetic, b_n, gap):
@@ -39,3 +40,11 @@ def test_rigid_contact_has_the_speed_of_its_energy():
     _, rate, energy = rigid_scales(_numbers(2.0, -B))
     assert float(rate[0]) == pytest.approx(np.sqrt(2 * 2.0 * W))
     assert float(energy[0]) == 2.0
+
+
+@pytest.mark.parametrize(("b_n", "force"), [(-B, B / W), (0.0, 4.0 / 2.0)])
+def test_rigid_contact_at_rest_has_the_energy_that_its_load_would_give(b_n, force):
+    length, rate, energy = (float(s[0]) for s in rigid_scales(_numbers(0.0, b_n)))
+    assert length == 0.3
+    assert energy == pytest.approx(force * length)
+    assert rate == pytest.approx(np.sqrt(2 * energy * W))
