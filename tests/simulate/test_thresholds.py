@@ -139,3 +139,23 @@ def test_impact_on_a_belt_takes_the_work_of_its_drive(count):
     lost = run.final["friction_dissipation"] + run.final["contact_dissipation"]
     kinetic = count * (P_t**2 + (e * fall) ** 2 - fall**2) / 2
     assert kinetic + lost == pytest.approx(work, rel=1e-12)
+
+
+# ---- what a law keeps when it lets go ----
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_energy_left_in_a_released_dashpot_is_lost(count):
+    """A spring with a dashpot lets go at k δ + c δ̇ = 0, still compressed: k δ²/2 is lost at once."""
+    k, c = 1e4, 60.0
+    state = {f"y_{i}_dot": -1.0 for i in range(1, count + 1)}
+    run = simulator(count, "linear").run(state, t_end=0.05, parameters={"k": k, "c": c})
+    assert len(run.events_of("separation")) == count
+    end = run.final["y_1_dot"]
+    # δ̈ + c δ̇ + k δ = 0 by hand: the force vanishes before half a cycle is over.
+    damp = c / 2
+    omega = math.sqrt(k - damp**2)
+    t = (math.pi - math.atan2(2 * damp * omega, omega**2 - damp**2)) / omega
+    speed = -math.exp(-damp * t) * (math.cos(omega * t) - damp / omega * math.sin(omega * t))
+    assert end == pytest.approx(speed, rel=1e-9)
+    assert run.final["contact_dissipation"] == pytest.approx(count * (1 - end**2) / 2, rel=1e-9)
