@@ -146,7 +146,7 @@ def test_impact_on_a_belt_takes_the_work_of_its_drive(count):
 
 @pytest.mark.parametrize("count", [1, 2])
 def test_energy_left_in_a_released_dashpot_is_lost(count):
-    """A spring with a dashpot lets go at k δ + c δ̇ = 0, still compressed: k δ²/2 is lost at once."""
+    """A spring with a dashpot lets go at k δ + c δ̇ = 0, still compressed: k δ²/2 is lost then."""
     k, c = 1e4, 60.0
     state = {f"y_{i}_dot": -1.0 for i in range(1, count + 1)}
     run = simulator(count, "linear").run(state, t_end=0.05, parameters={"k": k, "c": c})
