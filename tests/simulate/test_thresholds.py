@@ -116,6 +116,8 @@ def test_point_at_rest_begins_to_slip_at_the_edge_of_the_cone(count, name, part,
     run = simulator(count, name).run(
         {f"y_{i}": -depth for i in range(1, count + 1)}, t_end=0.1, parameters=given
     )
+    assert run.final_time == 0.1
+    assert part < 1 or not run.events_of("slip_start")
     rate = push - math.copysign(mu * press, push) if part < 1 else 0.0
     for i in range(1, count + 1):
         assert run.final[f"x_{i}_dot"] == pytest.approx(rate * 0.1, rel=1e-9, abs=1e-14)
