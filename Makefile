@@ -17,7 +17,7 @@ export MPLBACKEND ?= Agg
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup test lint slow reproduce derivations bench clean distclean
+.PHONY: help setup test lint slow mutants reproduce derivations bench clean distclean
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -35,6 +35,10 @@ lint: $(VENV)/.installed ## check style, types and import layers
 # pytest ends with 5 when it selects nothing: having no slow tests is no failure.
 slow: $(VENV)/.installed ## run the slow tests
 	$(PYTEST) -q $(PARALLEL) -m slow || [ $$? -eq 5 ]
+
+# One process for each change, as many at a time as there are cores.
+mutants: $(VENV)/.installed ## check that the tests notice each of a list of small wrong changes
+	$(BIN)/python -m tests.mutants
 
 reproduce: $(VENV)/.installed ## redo every table, figure and formula of the paper into out/reproduce
 	$(BIN)/painleve reproduce --out out/reproduce

@@ -100,6 +100,18 @@ def test_limits_of_a_whole_run_are_counted_together(engine):
     assert raw.stop_reason is StopReason.EVENT_LIMIT and len(raw.events) == bounces + 1
 
 
+def test_time_goes_on_through_two_limits(engine):
+    """After half a second at rest the ball is tossed with 1 m/s and bounces for 2/(g (1 − e)) s."""
+    air = ball().modes[0]
+    toss = Transition("toss", "toss", sp.Rational(1, 2) - V, (Choice("air"),), {V: sp.Integer(1)})
+    raw = engine(automaton((air, Mode("rest", {V: sp.Integer(1)}, (toss,), OUT)))).run(
+        START, CONSTANTS, options(LIMIT + 0.5 + 0.4 + 0.25)
+    )
+    limits = raw.event_records.time[raw.event_records.transition < 0]
+    assert limits.tolist() == pytest.approx([LIMIT, LIMIT + 0.5 + 0.4], rel=1e-9)
+    assert raw.state[1] == pytest.approx(0.25, rel=1e-8)
+
+
 def test_limit_of_an_unknown_mode_is_refused():
     with pytest.raises(ModelError, match="unknown mode 'nowhere'"):
         ball(target="nowhere")

@@ -53,6 +53,17 @@ def test_slip_throughout_dies_out_like_the_restitution(law):
     assert found.restitution_threshold == 1
 
 
+@pytest.mark.parametrize("law", ["poisson", "energetic"])
+@pytest.mark.parametrize("case", CYCLES[1:])
+def test_bounces_repeat_themselves_at_the_threshold(case, law):
+    found = chatter_ratio(case, restitution_law(law), slip=1)
+    values = {W_tt: 0.7, A_stick: 0.4, kappa: 1.5, tau: 0.8, mu: 1.8}
+    at = found.restitution_threshold.subs(values)
+    assert at.is_real
+    e = found.law.parameter.symbol
+    assert float(found.ratio.subs(values).subs(e, at)) == pytest.approx(1, rel=1e-12)
+
+
 @settings(max_examples=60, deadline=None)
 @given(
     law=st.sampled_from(["newton", "poisson", "energetic"]),

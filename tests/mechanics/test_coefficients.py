@@ -148,6 +148,8 @@ def test_contact_on_a_slope_turns_normal_and_tangent():
     x, y = ROD.system.q[:2]
     contact = Contact.of_point("A", ROD.system, (x, y), ROD.coefficients.mu, slope=angle)
     assert contact.gap.subs({x: -1, y: 0}) == sp.Rational(1, 2)
+    x_dot, y_dot = ROD.system.q_dot[:2]
+    assert sp.expand(contact.slip_velocity - (sp.sqrt(3) * x_dot + y_dot) / 2) == 0
     c = ContactCoefficients(contact)
     # The rod at the same angle to its surface: an isotropic inertia does not notice the turn.
     level = ROD.coefficients.W_nn.subs(THETA, THETA - angle)
