@@ -95,7 +95,8 @@ def test_engines_agree_on_the_rod(case):
         assert f.time == pytest.approx(e.time, rel=1e-8)
         assert f.normal_force == pytest.approx(e.normal_force, rel=1e-8, abs=1e-5)
         for n, size in largest.items():
-            assert f.state[n] == pytest.approx(e.state[n], abs=3e-9 * size), n
+            # Below 1e-60 J nothing has been dissipated.
+            assert f.state[n] == pytest.approx(e.state[n], abs=3e-9 * max(size, 1e-60)), n
     assert b.energy_residual < 1e-10
 
 

@@ -24,8 +24,8 @@ from painleve_sym.mechanics.models import model
 from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
 from painleve_sym.simulate.batch.run import simulate_many
 from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.factory import make_simulator
 from painleve_sym.simulate.plural import PluralSimulator
-from painleve_sym.simulate.rigid import rigid_simulator
 from painleve_sym.simulate.time_stepping.stepping import TimeStepper
 
 DECADES = st.floats(-6.0, 6.0)
@@ -33,6 +33,10 @@ FACTORS = st.tuples(DECADES, DECADES, DECADES).map(lambda d: tuple(10.0**x for x
 """Numbers of new units in one metre, one kilogram and one second."""
 _DERIVED = {"N": "kg m/s^2", "Pa": "kg/(m s^2)", "J": "kg m^2/s^2"}
 _BASE = {"m": (1, 0, 0), "kg": (0, 1, 0), "s": (0, 0, 1), "rad": (0, 0, 0), "1": (0, 0, 0)}
+
+
+def rigid_simulator(mechanism, engine="auto"):
+    return make_simulator(mechanism, RigidLaw(), engine)
 
 
 @functools.cache
