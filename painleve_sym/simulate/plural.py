@@ -268,6 +268,12 @@ class _Resolver:
         state = impacts.touching(question.state, self.scale)
         names = [m.name for m in sim.outline.modes]
         contact = names.index(CONTACT)
+        if any(sim.mechanism.contacts[i].bilateral for i in impacts.rigid):
+            self.stop_detail = (
+                "an impact with a contact that holds from both sides is not available for several "
+                "contacts; choose one contact, or give the others a compliant law"
+            )
+            return Answer(contact, state, stop=StopReason.NO_MODE)
         if self._accumulates(question):
             closed = self._settled(state)
             if closed is not None:
