@@ -179,7 +179,8 @@ def known_papers() -> dict[str, Paper]:
         for module in pkgutil.iter_modules([place])
         if module.ispkg
     ]
-    names = {folder.name.replace("_", "-"): folder for folder in sorted(folders)}
+    by_name = sorted(folders, key=lambda folder: folder.name)
+    names = {folder.name.replace("_", "-"): folder for folder in by_name}
     return {n: Paper(n, f) for n, f in names.items() if (f / "claims.toml").exists()}
 
 
