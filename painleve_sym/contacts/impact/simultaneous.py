@@ -270,20 +270,20 @@ class _Path:
         if not self._is_singular:
             parts = solution.normal_accelerations, solution.tangential_accelerations
             return _forces(solution), np.ravel(parts, order="F")
-        # The least change that makes up for the mobility added, in the same modes.
-        impulses, rows, columns = _forces(solution), list[int](), list[Array]()
+        # The limit of ever less mobility added, in the same modes.
+        impulses, rows, columns = np.zeros(len(aim)), list[int](), list[Array]()
         for i, mode in enumerate(solution.modes):
             if mode is ContactMode.LIFTOFF:
                 continue
             own = np.zeros((len(aim), 2))
             own[2 * i : 2 * i + 2] = np.eye(2)
-            sticks = mode is ContactMode.STICK
-            columns += list(own.T) if sticks else [own @ impulses[2 * i : 2 * i + 2]]
+            sticks = mode is ContactMode.STICK and self.mu[i] > 0
+            slope = {ContactMode.SLIP_POS: -self.mu[i], ContactMode.SLIP_NEG: self.mu[i]}
+            columns += list(own.T) if sticks else [own @ (1.0, slope.get(mode, 0.0))]
             rows += [2 * i, 2 * i + 1] if sticks else [2 * i]
         if rows:
             U = np.array(columns).T
-            missing = -(aim + self.W @ impulses)[rows]
-            impulses = impulses + U @ np.linalg.lstsq(self.W[rows] @ U, missing, rcond=_ROUNDING)[0]
+            impulses = U @ _solution_in_range(self.W[rows] @ U, -aim[rows])
             impulses[::2] = np.maximum(0.0, impulses[::2])
         rates = aim + self.W @ impulses
         rates[rows] = 0.0
@@ -495,6 +495,20 @@ def _crossing(value: float, rate: float) -> Iterator[float]:
     """Yield the length after which a value that is not 0 becomes 0."""
     if value * rate < 0:
         yield -value / rate
+
+
+def _solution_in_range(matrix: Array, right: Array) -> Array:
+    """Return the limit for ε → 0 of the solution of (matrix + ε) x = right.
+
+    Where the matrix is singular, it is the solution that lies in the range of the matrix.
+    """
+    left, stretch, ways = np.linalg.svd(matrix)
+    rank = int(np.sum(stretch > _ROUNDING * stretch[0]))
+    x: Array = ways[:rank].T @ (left[:, :rank].T @ right / stretch[:rank])
+    if rank < len(right):
+        beyond, free = left[:, rank:].T, ways[rank:].T
+        x = x - free @ np.linalg.lstsq(beyond @ free, beyond @ x, rcond=_ROUNDING)[0]
+    return x
 
 
 def _forces(solution: ContactSolution) -> Array:
