@@ -56,8 +56,9 @@ _HOMES = {
     "model": "mechanics.models",
     "read_fit_data": "study.fitting.data",
     "simulate_many": "simulate.batch.run",
-    "simulate_rigid": "simulate.rigid",
-    "simulate_softened": "simulate.compliant",
+    "make_simulator": "simulate.factory",
+    "simulate_rigid": "simulate.factory",
+    "simulate_softened": "simulate.factory",
     "solve_impact": "contacts.impact.one_contact",
     "tangential_impact": "contacts.impact.tangential",
 }

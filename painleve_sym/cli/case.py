@@ -10,9 +10,7 @@ from typing import Any
 from painleve_sym.cli.options import read_assignments, read_count, read_number, read_numbers
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import parse_toml, read_text
-from painleve_sym.laws.catalogue import law
-from painleve_sym.laws.compliance import ContactLaw
-from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.laws.catalogue import Law, LawsByContact, law
 from painleve_sym.mechanics.models import MODELS, Mechanism, model
 from painleve_sym.study.scenario import MAX_FILE, Scenario
 
@@ -105,7 +103,7 @@ def read_law_settings(name: str | None, texts: list[str]) -> dict[str, Any]:
     return {"law_parameters": numbers, "law_choices": choices}
 
 
-def chosen_law(name: str | None, texts: list[str] | None) -> ContactLaw | RigidLaw:
+def chosen_law(name: str | None, texts: list[str] | None) -> Law | LawsByContact:
     """Return the law of ``--law`` with the choices of ``--law-set``."""
     if name is None:
         raise InputError("--law: missing. Fix: name one, such as --law bilinear-hertz.")

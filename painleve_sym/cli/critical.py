@@ -14,7 +14,7 @@ from painleve_sym.cli.options import output_file, read_assignments, read_count, 
 from painleve_sym.cli.output import assignments, number, print_json, quantity, show, show_table
 from painleve_sym.errors import InputError
 from painleve_sym.files import write_beside
-from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.simulate.compliant import SoftenedSimulator
 from painleve_sym.study.critical.bisection import Border, CriticalForce, CriticalForceFinder
 from painleve_sym.study.critical.gradient import ForceDerivative, critical_force_gradient
@@ -59,7 +59,7 @@ def critical(arguments: argparse.Namespace) -> int:
 
 def _finder(scenario: Scenario) -> CriticalForceFinder:
     law = scenario.contact_law()
-    if isinstance(law, RigidLaw):
+    if not isinstance(law, ContactLaw):
         raise InputError(
             f"--law {law.name}: a rigid contact has no initial force. Fix: name a softened law."
         )

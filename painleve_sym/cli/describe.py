@@ -10,17 +10,16 @@ from typing import Any
 from painleve_sym.cli.case import chosen_law, chosen_mechanism
 from painleve_sym.cli.output import number, print_json, show, show_table
 from painleve_sym.cli.texts import AUTOMATON_FORMATS
-from painleve_sym.contacts.compliant import SoftenedContact
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import plain_fields, to_plain
 from painleve_sym.hybrid.automaton import HybridAutomaton, Transition
-from painleve_sym.laws.catalogue import CHOICES, LAWS, law
+from painleve_sym.laws.catalogue import CHOICES, LAWS, one_law
 from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.laws.restitution import RESTITUTIONS, RestitutionLaw
 from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.models import MODELS, Mechanism, model
 from painleve_sym.mechanics.system import TIME, Parameter
-from painleve_sym.simulate.rigid import rigid_simulator
+from painleve_sym.simulate.factory import make_simulator
 
 
 def checked_format(text: str, known: Sequence[str]) -> str:
@@ -114,7 +113,7 @@ def _range(parameter: Parameter) -> str:
 
 def laws(arguments: argparse.Namespace) -> int:
     """List the contact laws and the restitution rules."""
-    found = [law(name) for name in LAWS]
+    found = [one_law(name) for name in LAWS]
     rules = [make() for make in RESTITUTIONS.values()]
     if arguments.json:
         data = [law_data(one) for one in found]
@@ -168,10 +167,7 @@ def automaton(arguments: argparse.Namespace) -> int:
     form = checked_format(arguments.format, AUTOMATON_FORMATS)
     mechanism = chosen_mechanism(arguments.model, arguments.contact)
     chosen = chosen_law(arguments.law, arguments.law_set)
-    if isinstance(chosen, RigidLaw):
-        made = rigid_simulator(mechanism, chosen.restitution, chosen.policy).automaton
-    else:
-        made = SoftenedContact(mechanism, chosen).automaton
+    made = make_simulator(mechanism, chosen).automaton
     if form == "json":
         print_json(automaton_data(made))
     elif form == "text":

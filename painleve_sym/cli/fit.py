@@ -9,9 +9,7 @@ from painleve_sym.cli.case import read_case
 from painleve_sym.cli.options import output_file, read_number, read_numbers
 from painleve_sym.cli.output import number, print_json, quantity, show, show_table
 from painleve_sym.errors import InputError, PainleveWarning
-from painleve_sym.laws.rigid import RigidLaw
-from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.simulate.rigid import RigidSimulator
+from painleve_sym.simulate.factory import make_simulator
 from painleve_sym.simulate.simulator import ContactSimulator
 from painleve_sym.study.fitting.data import FitData, read_fit_data
 from painleve_sym.study.fitting.problem import FitProblem
@@ -59,9 +57,7 @@ def fit(arguments: argparse.Namespace) -> int:
 
 def _simulator(scenario: Scenario) -> ContactSimulator:
     mechanism, chosen = scenario.mechanism(), scenario.contact_law()
-    if isinstance(chosen, RigidLaw):
-        return RigidSimulator(mechanism, chosen.restitution, chosen.policy, scenario.engine)
-    return SoftenedSimulator(mechanism, chosen, scenario.engine)
+    return make_simulator(mechanism, chosen, scenario.engine)
 
 
 def _show(found: FitResult, data: FitData, units: dict[str, str]) -> None:

@@ -9,10 +9,9 @@ from operator import add
 import casadi as ca
 
 RIDGE = 1e-9
-"""Added to a unit diagonal of a matrix that may be singular. Refined twice, it changes a solution
-by its cube over that of the eigenvalue; rounding in a singular direction grows by its inverse."""
-LARGEST_RATIO = 1e3
-"""By which the ridge of one unknown may be larger than RIDGE."""
+"""Of the sum of the diagonal, added to it where a matrix may be singular. Refined twice it
+changes a solution by the cube of its part of an eigenvalue; rounding in a singular
+direction grows by its inverse."""
 _REFINEMENTS = 2
 _NOTHING = 1e-90
 
@@ -20,11 +19,11 @@ Matrix = Sequence[Sequence[ca.SX]]
 
 
 def least_solution(matrix: Matrix, right: Matrix, ease: Sequence[ca.SX]) -> list[list[ca.SX]]:
-    """Return the solution of least norm of a symmetric positive semidefinite system.
+    """Return a solution of a symmetric positive semidefinite system that may be singular.
 
-    The unknowns are scaled to a unit diagonal; then a ridge is added as in Tikhonov's
-    regularisation, and its effect is taken back by iterated refinement. Where the system does not
-    determine the unknowns, they are shared in proportion to `ease`.
+    With x = D z, D the diagonal of `ease`, it solves (A D + ρ) z = r: Tikhonov's regularisation,
+    whose effect is taken back by iterated refinement. Where the system does not determine the
+    unknowns, they are shared in proportion to `ease`; an unknown of no ease is 0.
 
     Parameters
     ----------
@@ -32,7 +31,7 @@ def least_solution(matrix: Matrix, right: Matrix, ease: Sequence[ca.SX]) -> list
         Symmetric; its diagonal is positive.
     right : k rows of m casadi.SX
     ease : sequence of k casadi.SX
-        Not negative; empty for equal shares.
+        Not negative; empty for the inverse of the diagonal: equal shares, in its units.
 
     Returns
     -------
@@ -46,26 +45,20 @@ def least_solution(matrix: Matrix, right: Matrix, ease: Sequence[ca.SX]) -> list
     size = len(right)
     if size == 1:
         return [[r / matrix[0][0] for r in right[0]]]
-    scale = [1 / ca.sqrt(matrix[i][i]) for i in range(size)]
-    unit = [
-        [matrix[i][j] * scale[i] * scale[j] if i != j else ca.SX(1) for j in range(size)]
-        for i in range(size)
-    ]
-    ridge = [ca.SX(RIDGE)] * size
-    if ease:
-        total = reduce(add, ease) + _NOTHING
-        ridge = [RIDGE * total / (e + total / LARGEST_RATIO + _NOTHING) for e in ease]
+    d = list(ease) or [1 / matrix[i][i] for i in range(size)]
+    ridge = RIDGE * reduce(add, (matrix[i][i] * d[i] for i in range(size))) + _NOTHING
+    scaled = [[matrix[i][j] * d[j] for j in range(size)] for i in range(size)]
     factor = _factor(
-        [[a + (ridge[i] if i == j else 0) for j, a in enumerate(r)] for i, r in enumerate(unit)]
+        [[a + ridge if i == j else a for j, a in enumerate(r)] for i, r in enumerate(scaled)]
     )
     columns = []
     for k in range(len(right[0])):
-        target = [right[i][k] * scale[i] for i in range(size)]
-        x = _substitute(factor, target)
+        target = [right[i][k] for i in range(size)]
+        z = _substitute(factor, target)
         for _ in range(_REFINEMENTS):
-            rest = [t - _dot(row, x) for t, row in zip(target, unit, strict=True)]
-            x = [a + d for a, d in zip(x, _substitute(factor, rest), strict=True)]
-        columns.append([a * s for a, s in zip(x, scale, strict=True)])
+            rest = [t - _dot(row, z) for t, row in zip(target, scaled, strict=True)]
+            z = [a + b for a, b in zip(z, _substitute(factor, rest), strict=True)]
+        columns.append([a * b for a, b in zip(d, z, strict=True)])
     return [list(row) for row in zip(*columns, strict=True)]
 
 
@@ -127,36 +120,26 @@ def determinant(matrix: Sequence[Sequence[ca.SX]]) -> ca.SX:
     return minors[tuple(range(size))]
 
 
-def _factor(matrix: list[list[ca.SX]]) -> tuple[list[list[ca.SX]], list[ca.SX]]:
-    """Return L (unit lower triangle) and D of L D L' = matrix."""
-    size = len(matrix)
-    lower = [[ca.SX(0)] * size for _ in range(size)]
-    diagonal: list[ca.SX] = []
+def _factor(matrix: list[list[ca.SX]]) -> list[list[ca.SX]]:
+    """Return L (unit lower triangle, below) and U (above) of L U = matrix, in one matrix."""
+    size, lu = len(matrix), [list(row) for row in matrix]
     for j in range(size):
-        d = matrix[j][j]
-        for k in range(j):
-            d = d - lower[j][k] ** 2 * diagonal[k]
-        diagonal.append(d)
         for i in range(j + 1, size):
-            entry = matrix[i][j]
-            for k in range(j):
-                entry = entry - lower[i][k] * lower[j][k] * diagonal[k]
-            lower[i][j] = entry / d
-    return lower, diagonal
+            lu[i][j] = lu[i][j] / lu[j][j]
+            for k in range(j + 1, size):
+                lu[i][k] = lu[i][k] - lu[i][j] * lu[j][k]
+    return lu
 
 
-def _substitute(
-    factor: tuple[list[list[ca.SX]], list[ca.SX]], right: Sequence[ca.SX]
-) -> list[ca.SX]:
-    lower, diagonal = factor
+def _substitute(lu: list[list[ca.SX]], right: Sequence[ca.SX]) -> list[ca.SX]:
     x = list(right)
     for i in range(len(x)):
         for k in range(i):
-            x[i] = x[i] - lower[i][k] * x[k]
-    x = [a / d for a, d in zip(x, diagonal, strict=True)]
+            x[i] = x[i] - lu[i][k] * x[k]
     for i in reversed(range(len(x))):
         for k in range(i + 1, len(x)):
-            x[i] = x[i] - lower[k][i] * x[k]
+            x[i] = x[i] - lu[i][k] * x[k]
+        x[i] = x[i] / lu[i][i]
     return x
 
 

@@ -26,6 +26,7 @@ from painleve_sym.contacts.impact_rays import restitution_parameter
 from painleve_sym.contacts.interfaces import (
     CONTACT,
     MOTION,
+    START,
     CompliantInterface,
     ContactMotion,
     GuideInterface,
@@ -206,13 +207,17 @@ class PluralContacts:
         return LinearSystem(unknowns, matrix, right, ease=self._capacities(columns))
 
     def _capacities(self, columns: Sequence[Callable[[int], sp.Expr]]) -> tuple[sp.Expr, ...]:
-        """Return μ |F_n| of sticking contacts, by which they share what is not determined."""
+        """Return μ |F_n| of sticking contacts, by which they share what is not determined.
+
+        Those that slip have a force of their own, and the capacity of all as their ease.
+        """
         if len(columns) > 1:
             return ()
         force = columns[0]
+        limits = [c.row.contact.friction * c.side * force(i) for i, c in enumerate(self.interfaces)]
         return tuple(
-            c.sticks * c.row.contact.friction * c.side * force(i)
-            for i, c in enumerate(self.interfaces)
+            c.sticks * limit + (1 - c.sticks) * sp.Add(*limits)
+            for c, limit in zip(self.interfaces, limits, strict=True)
         )
 
     @cached_property
@@ -334,13 +339,18 @@ class PluralContacts:
         motion = Mode(MOTION, self._field(), tuple(changes), self.outputs(), tuple(tests))
         begin = {s: v for c in self.interfaces for s, v in c.start().items()}
         follow = (Choice(CONTACT if self._unknown else MOTION),)
-        start = Transition(
-            "start", EventKind.CONTACT, None, follow, begin, chooses=not self._unknown
-        )
-        modes = [motion, Mode("start", {}, (start,), self.outputs())]
+        start = Transition(START, EventKind.CONTACT, None, follow, begin, chooses=not self._unknown)
+        modes = [motion]
+        if self._starts_with_memory:
+            modes.append(Mode(START, {}, (start,), self.outputs()))
         if self._unknown:
             modes.append(Mode(CONTACT, {}, self._decision(), self.outputs()))
         return tuple(modes)
+
+    @property
+    def _starts_with_memory(self) -> bool:
+        """Whether some contact takes up its local mode before any is decided."""
+        return len(self._unknown) < len(self.interfaces)
 
     def _decision(self) -> tuple[Transition, ...]:
         """Return the impact where a closed contact approaches, else the contact problem."""
@@ -407,7 +417,7 @@ class PluralContacts:
             parameters=tuple(p.symbol for p in parameters),
             definitions={s: readable(v) for s, v in definitions.items()},
             modes=self._modes(),
-            starts=(Choice("start"),),
+            starts=(Choice(START if self._starts_with_memory else CONTACT),),
             uncontrolled=self.dissipations,
             terms=self.terms,
             parts=tuple(c.part for c in self.interfaces),

@@ -37,8 +37,13 @@ from painleve_sym.laws.compliance import (
 
 MOTION = "motion"
 """The one mode in which time passes."""
+START = "start"
+"""The instantaneous mode in which contacts with a law take up their local modes."""
 CONTACT = "contact"
 """The instantaneous mode in which closed contacts find what follows."""
+
+STILL = sp.Rational(1, 10**6)
+"""Of the terms of v̇_t: what a contact that sticks may keep of it."""
 
 OPEN, INDENTED = 0, 1
 """Indices of the local modes without force: the gap is open, or the surface is still indented."""
@@ -166,15 +171,23 @@ class Interface(ABC):
         """Return what must not be negative for its local mode to follow a decision."""
         limit = self.row.contact.friction * self.side * motion.normal_force
         at_rest = self.sign * zero_factor(self.row.slip)
+        # A contact that can bear nothing does not stick.
+        slack, moving = STILL * motion.tangential_scale, sp.Abs(motion.tangential_acceleration)
         return [
             *(
                 Test(self.sticks * (limit + s * motion.tangential_force), motion.force_scale)
                 for s in (-1, 1)
             ),
             Test(at_rest * motion.tangential_acceleration, motion.tangential_scale),
+            Test(self.sticks * (slack - moving), motion.tangential_scale),
         ]
 
     # ---- shared pieces ----
+
+    @property
+    def _leaving(self) -> tuple[str, ...]:
+        """Guards that leave 0 after a choice: of a slip that begins, of a gap that opens."""
+        return f"slip_stop:{self.name}", f"touchdown:{self.name}"
 
     def _transition(
         self,
@@ -267,7 +280,9 @@ class RigidInterface(Interface):
             )
             for s in (0, -1, 1)
         ]
-        return Part(self.name, self.memory, self.local_modes, (open_, *closed), (row.slip,))
+        return Part(
+            self.name, self.memory, self.local_modes, (open_, *closed), (row.slip,), self._leaving
+        )
 
     def transitions(self, motion: ContactMotion) -> list[Transition]:
         """Return slip start and stop, touchdown and lift-off."""
@@ -343,7 +358,9 @@ class GuideInterface(Interface):
             for s in (0, -1, 1)
             for side in (1, -1)
         ]
-        return Part(self.name, self.memory, self.local_modes, tuple(offered), (slip,))
+        return Part(
+            self.name, self.memory, self.local_modes, tuple(offered), (slip,), self._leaving
+        )
 
     def transitions(self, motion: ContactMotion) -> list[Transition]:
         """Return slip start and stop, and the reversal of the normal force."""
@@ -477,9 +494,7 @@ class CompliantInterface(Interface):
             Alternative(at_rest, self._rub(sp.Integer(sign), sp.Integer(0 if sign else 1)))
             for sign in (0, -1, 1)
         ]
-        return Part(
-            self.name, self.memory, self.local_modes, tuple(choices), (self.row.slip,)
-        )
+        return Part(self.name, self.memory, self.local_modes, tuple(choices), (self.row.slip,))
 
     def start(self) -> Memory:
         """Return the memory at the start: loading where the gap is negative, else open."""

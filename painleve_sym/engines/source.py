@@ -187,6 +187,11 @@ def _parts(automaton: HybridAutomaton) -> list[str]:
         return []
     counts = ", ".join(str(len(part.alternatives)) for part in automaton.parts)
     opens = ", ".join(str(int(a.open)) for part in automaton.parts for a in part.alternatives)
+    leaving = {label for part in automaton.parts for label in part.leaving}
+    masks = [
+        sum(1 << j for j, t in enumerate(mode.transitions) if t.label in leaving)
+        for mode in automaton.modes
+    ]
     rest = [automaton.states.index(s) for part in automaton.parts for s in part.rest]
     sizes = [len(part.memory) for part in automaton.parts]
     places = ", ".join(str(sum(sizes[:i])) for i in range(len(sizes) + 1))
@@ -194,6 +199,7 @@ def _parts(automaton: HybridAutomaton) -> list[str]:
         "#define PS_ALTERNATIVES alternatives",
         f"#define PS_POLICY {automaton.preference}",
         f"#define PS_OWNED_SIZE {len(automaton.memory)}",
+        f"static const ps_bits PS_LEAVING[PS_NM] = {{{', '.join(f'{m}ull' for m in masks)}}};",
         f"#define PS_NREST {len(rest)}",
         f"static const int PS_REST[] = {{{', '.join(map(str, rest)) or '0'}}};",
         f"static const int PS_OFFERED[PS_NPART] = {{{counts}}};",

@@ -16,6 +16,7 @@ from painleve_sym.codegen.compile import Compiler, find_compiler
 from painleve_sym.errors import InputError
 from painleve_sym.export_c.files import Case, files
 from painleve_sym.export_c.text import identifier
+from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.simulate.compliant import SoftenedSimulator
 from painleve_sym.simulate.rigid import RigidSimulator
@@ -109,6 +110,7 @@ def _case(scenario: Scenario, name: str) -> Case:
     if isinstance(law, RigidLaw):
         simulator = RigidSimulator(mechanism, law.restitution, law.policy, scenario.engine)
     else:
+        assert isinstance(law, ContactLaw)  # one contact has one law
         simulator = SoftenedSimulator(mechanism, law, scenario.engine)
     vector, _ = simulator.start(scenario.start(), trajectory.parameters)
     limits = {"max_steps": scenario.max_steps, "max_events": scenario.max_events}

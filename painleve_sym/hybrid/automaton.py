@@ -229,6 +229,8 @@ class Part:
         What it may do after a transition that chooses, in the order in which they are tried.
     rest : tuple of sympy.Symbol
         States that count as 0 where they are 0 within the tolerance when it chooses.
+    leaving : tuple of str
+        Labels of guards that leave 0 upwards after a choice, whatever rounding says.
     """
 
     name: str
@@ -236,6 +238,7 @@ class Part:
     local_modes: tuple[str, ...]
     alternatives: tuple[Alternative, ...]
     rest: tuple[sp.Symbol, ...] = ()
+    leaving: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

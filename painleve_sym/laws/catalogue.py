@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 
 from painleve_sym.errors import InputError, unknown_name
@@ -15,6 +15,7 @@ from painleve_sym.laws.compliance import (
 )
 from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.laws.rigid import POLICIES, RigidLaw
+from painleve_sym.mechanics.system import Parameter
 
 COMPLIANT_LAWS: Mapping[str, Callable[..., ContactLaw]] = {
     "bilinear-hertz": bilinear_hertz,
@@ -36,27 +37,91 @@ CHOICES: Mapping[str, tuple[str, ...]] = {
 """Every named choice of a contact law and its values."""
 
 
-def law(name: str, **choices: str) -> ContactLaw | RigidLaw:
-    """Return the named contact law, rigid or compliant.
+Law = ContactLaw | RigidLaw
+
+
+class LawsByContact(Mapping[str, Law]):
+    """The law of each contact by the contact's name.
+
+    Parameters
+    ----------
+    laws : mapping of str to (ContactLaw or RigidLaw)
+
+    Attributes
+    ----------
+    name : str
+        Such as ``A=hertz,B=rigid``.
+    parameters : tuple of Parameter
+        Of all laws; those of a compliant law have the contact's name behind theirs: ``E_A``.
+    choices : dict of str to str
+    """
+
+    def __init__(self, laws: Mapping[str, Law]) -> None:
+        self._laws = dict(laws)
+        self.name = ",".join(f"{contact}={chosen.name}" for contact, chosen in self._laws.items())
+        every = [p for contact, chosen in self._laws.items() for p in _own(chosen, contact)]
+        self.parameters = tuple({p.name: p for p in every}.values())
+        self.choices = {k: v for chosen in self._laws.values() for k, v in chosen.choices.items()}
+
+    def __getitem__(self, contact: str) -> Law:
+        return self._laws[contact]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._laws)
+
+    def __len__(self) -> int:
+        return len(self._laws)
+
+
+def _own(chosen: Law, contact: str) -> tuple[Parameter, ...]:
+    own = chosen.of_contact(contact) if isinstance(chosen, ContactLaw) else chosen
+    return tuple(own.parameters)
+
+
+def law(name: str, **choices: str) -> Law | LawsByContact:
+    """Return the named law, rigid or compliant, or the law of each contact.
 
     Parameters
     ----------
     name : str
-        One of `LAWS`.
+        One of `LAWS`; or such a name for each contact, ``A=hertz,B=rigid``.
     **choices : str
-        Named choices of the law, such as ``reload="virgin"``; see `CHOICES`.
+        Named choices of the law, such as ``reload="virgin"``; see `CHOICES`. Of several laws each
+        takes those that it has.
 
     Raises
     ------
     InputError
         Unknown name, a choice that the law does not have, or a value it cannot have.
     """
+    return _laws_by_contact(name, choices) if "=" in name else one_law(name, **choices)
+
+
+def one_law(name: str, **choices: str) -> Law:
+    """Return the named law of one contact, or of all alike; see `law`."""
     if name not in LAWS:
         raise InputError(unknown_name("contact law", name, LAWS))
     if name in COMPLIANT_LAWS:
         return compliant_law(name, **choices)
     _check_choices(name, choices, RigidLaw().choices)
     return RigidLaw(**choices)
+
+
+def _laws_by_contact(text: str, choices: Mapping[str, str]) -> LawsByContact:
+    laws: dict[str, Law] = {}
+    known: set[str] = set()
+    for part in text.split(","):
+        contact, equal, name = (piece.strip() for piece in part.partition("="))
+        if not (contact and equal and name) or contact in laws:
+            raise InputError(
+                f"contact law {text!r}: got {part!r}, need a law for each contact, once, such as "
+                "A=hertz,B=rigid."
+            )
+        own = one_law(name).choices
+        known |= set(own)
+        laws[contact] = one_law(name, **{k: v for k, v in choices.items() if k in own})
+    _check_choices(text, choices, sorted(known))
+    return LawsByContact(laws)
 
 
 def compliant_law(name: str, **choices: str) -> ContactLaw:

@@ -20,7 +20,7 @@ from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import Parameter
 from painleve_sym.simulate.scales import compliant_scales
-from painleve_sym.simulate.simulator import DEFAULT_RTOL, ContactSimulator
+from painleve_sym.simulate.simulator import ContactSimulator
 from painleve_sym.simulate.trajectory import Trajectory
 
 INITIAL_FORCE = Symbol("initial_force", positive=True)
@@ -196,18 +196,3 @@ class SoftenedSimulator(ContactSimulator):
             symbols,
             lambda: {"stiffness": law.stiffness, "exponent": law.exponent},
         )
-
-
-def simulate_softened(
-    mechanism: Mechanism,
-    law: ContactLaw,
-    state: Mapping[str, float],
-    *,
-    engine: str = "auto",
-    **options: Any,
-) -> Trajectory:
-    """Integrate a softened motion; see `SoftenedSimulator.run` for the options."""
-    return SoftenedSimulator(mechanism, law, engine).run(state, **options)
-
-
-__all__ = ["DEFAULT_RTOL", "SoftenedSimulator", "simulate_softened"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -52,6 +52,11 @@ class PluralSimulator(ContactSimulator):
     laws: tuple[ContactLaw | RigidLaw, ...]
     engine: str = "auto"
 
+    @property
+    def start_events(self) -> bool:
+        """Whether what a start makes happen at once are events: where a contact is rigid."""
+        return bool(self.impacts.rigid)
+
     @cached_property
     def contact(self) -> PluralContacts:
         """The contacts with their laws."""
@@ -88,6 +93,26 @@ class PluralSimulator(ContactSimulator):
         stiffness, exponent = curve[f"stiffness_{i}"], curve[f"exponent_{i}"]
         gap = values[self.contact.rows[i].gap]
         return compliant_scales(numbers, gap, stiffness, exponent)
+
+    def all_scales(
+        self, values: Mapping[Any, Array], found: Sequence[Mapping[str, Array]]
+    ) -> list[tuple[Array, ...]]:
+        """Return `contact_scales` of every contact, all with the largest energy of any.
+
+        A contact that hardly anything presses yet, such as a wall, is hit by what moves or presses
+        the others: its free acceleration counts as a hundredth of theirs at least.
+        """
+        least = 0.01 * np.max([np.abs(numbers["b_n"]) for numbers in found], axis=0)
+        pressed = [{**n, "b_n": np.maximum(np.abs(n["b_n"]), least)} for n in found]
+        energy = np.zeros(1)
+        for row, numbers, (*_, own) in zip(
+            self.contact.rows, pressed, super().all_scales(values, pressed), strict=True
+        ):
+            idle = (numbers["kinetic_energy"] <= 0) & (numbers["b_n"] == 0)
+            energy = np.maximum(energy, np.where(idle & (values[row.gap] >= 0), 0.0, own))
+        energy = np.where(energy > 0, energy, 1.0)
+        shared = [{**numbers, "kinetic_energy": energy} for numbers in pressed]
+        return [(*scales[:2], energy) for scales in super().all_scales(values, shared)]
 
     def is_compliant(self, i: int) -> bool:
         """Whether a contact may start compressed."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any
 
 from painleve_sym.arrays import Array
 from painleve_sym.contacts.chatter import REVERSE_CHATTER, Chatter, chatter
@@ -22,7 +22,6 @@ from painleve_sym.simulate.scales import rigid_scales
 from painleve_sym.simulate.simulator import ContactSimulator
 from painleve_sym.simulate.singular_limit import LimitKind, ReverseChatter
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
-from painleve_sym.simulate.two_contacts import TwoContactSimulator
 
 GROWING_BOUNCES = 4
 """Touchdowns in a row, each faster than the one before, that count as growth."""
@@ -67,7 +66,11 @@ class RigidSimulator(ContactSimulator):
     restitution: str = "energetic"
     policy: str = "liftoff"
     engine: str = "auto"
-    start_events: ClassVar[bool] = True
+
+    @property
+    def start_events(self) -> bool:
+        """Whether what a start makes happen at once are events: an impact without collision."""
+        return True
 
     @cached_property
     def contact(self) -> RigidContact | BilateralContact:
@@ -208,30 +211,6 @@ def _with_limit(contact: RigidContact, run: Trajectory, values: Mapping[str, flo
     reason = StopReason.DYNAMIC_JAM if jam else run.stop_reason
     detail = reason.advice if jam else _MEETINGS[limit.kind]
     return replace(run, limit=limit, stop_reason=reason, stop_detail=detail)
-
-
-def rigid_simulator(
-    mechanism: Mechanism,
-    restitution: str = "energetic",
-    policy: str = "liftoff",
-    engine: str = "auto",
-) -> RigidSimulator | TwoContactSimulator:
-    """Return the simulator for the number of contacts: one, or two at a time."""
-    kind = RigidSimulator if len(mechanism.contacts) == 1 else TwoContactSimulator
-    return kind(mechanism, restitution, policy, engine)
-
-
-def simulate_rigid(
-    mechanism: Mechanism,
-    state: Mapping[str, float],
-    *,
-    restitution: str = "energetic",
-    policy: str = "liftoff",
-    engine: str = "auto",
-    **options: Any,
-) -> Trajectory:
-    """Integrate a rigid motion; see `RigidSimulator.run` for the options."""
-    return rigid_simulator(mechanism, restitution, policy, engine).run(state, **options)
 
 
 def growing_bounces(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol, cast
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
 import numpy as np
 
@@ -56,8 +56,11 @@ class ContactSimulator(ABC):
 
     mechanism: Mechanism
     engine: str
-    start_events: ClassVar[bool] = False
-    """Whether what a start makes happen at once are events, or only chooses the mode."""
+
+    @property
+    def start_events(self) -> bool:
+        """Whether what a start makes happen at once are events, or only chooses the mode."""
+        return False
 
     @property
     @abstractmethod
@@ -304,7 +307,7 @@ class ContactSimulator(ABC):
         """Return what `tolerances` returns for n states, constants (n, nc) and `contact_values`."""
         system = self.mechanism.system
         symbols, rows = self.at_states(vectors, constants), self.contact.rows
-        scales = [self.contact_scales(i, symbols, numbers) for i, numbers in enumerate(found)]
+        scales = self.all_scales(symbols, found)
         energy, ones = scales[0][2], np.ones(len(vectors))
         masses = [found[0][f"mass_{k}"] for k in range(len(system.q))]
         scale: dict[Any, Array] = dict.fromkeys((*system.q, TIME), ones)
@@ -316,6 +319,12 @@ class ContactSimulator(ABC):
         scale |= dict.fromkeys(self.outline.uncontrolled, np.full(len(vectors), np.inf))
         tolerances: Array = np.array([scale[s] for s in self.outline.states]).T.copy()
         return tolerances
+
+    def all_scales(
+        self, values: Mapping[Any, Array], found: Sequence[Mapping[str, Array]]
+    ) -> list[tuple[Array, ...]]:
+        """Return `contact_scales` of every contact."""
+        return [self.contact_scales(i, values, numbers) for i, numbers in enumerate(found)]
 
     def trajectory(self, raw: RawRun, values: dict[str, float], rtol: float) -> Trajectory:
         """Return the raw run as a trajectory."""

@@ -25,15 +25,14 @@ from painleve_sym.engines.factory import ENGINES
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import parse_toml, read_text
-from painleve_sym.laws.catalogue import law
+from painleve_sym.laws.catalogue import Law, LawsByContact, law
 from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.laws.restitution import RestitutionLaw, restitution_law
 from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.models import Mechanism, model
-from painleve_sym.mechanics.system import Parameter
-from painleve_sym.simulate.compliant import DEFAULT_RTOL, SoftenedSimulator
+from painleve_sym.simulate.factory import make_simulator
 from painleve_sym.simulate.finite_stiffness import CorrectedJump, evaluate_corrected_jump
-from painleve_sym.simulate.rigid import rigid_simulator
+from painleve_sym.simulate.simulator import DEFAULT_RTOL
 from painleve_sym.simulate.trajectory import Trajectory
 
 DEFAULT_RULE = "energetic"
@@ -158,7 +157,7 @@ class Scenario:
         whole = model(self.model)
         return whole if self.contact is None else whole.only(self.contact)
 
-    def contact_law(self) -> ContactLaw | RigidLaw:
+    def contact_law(self) -> Law | LawsByContact:
         """Return the contact law with its choices; InputError where none is named."""
         if self.law is None:
             raise InputError(
@@ -228,8 +227,9 @@ class Scenario:
         # Built for its checks: the simulator makes its own once the code is compiled.
         RunOptions(self.t_end, self.rtol, np.zeros(0), **limits)
         given = self._given(mechanism)
+        simulator = make_simulator(mechanism, chosen, self.engine)
         of_law = resolve_parameters(
-            f"law {chosen.name!r}", self._law_parameters(mechanism, chosen), self.law_parameters
+            f"law {simulator.label!r}", simulator.own_parameters, self.law_parameters
         )
         state = self._state(mechanism, given)
         options: dict[str, Any] = {
@@ -239,23 +239,14 @@ class Scenario:
             "rtol": self.rtol,
             **limits,
         }
-        if isinstance(chosen, RigidLaw):
-            if self.initial_force is not None:
+        if self.initial_force is not None:
+            if isinstance(chosen, RigidLaw):
                 raise InputError(
                     f"{self.where}: initial_force: a rigid contact stores no force. "
                     "Fix: leave it out, or name a softened law."
                 )
-            rigid = rigid_simulator(mechanism, chosen.restitution, chosen.policy, self.engine)
-            return rigid.run(state, **options)
-        softened = SoftenedSimulator(mechanism, chosen, self.engine)
-        return softened.run(state, initial_force=self.initial_force, **options)
-
-    def _law_parameters(
-        self, mechanism: Mechanism, chosen: ContactLaw | RigidLaw
-    ) -> tuple[Parameter, ...]:
-        """Return what the law lets the user set: a guide that never opens has no restitution."""
-        held = len(mechanism.contacts) == 1 and mechanism.contact.bilateral
-        return () if held and isinstance(chosen, RigidLaw) else tuple(chosen.parameters)
+            options["initial_force"] = self.initial_force
+        return simulator.run(state, **options)
 
     def jump(self) -> JumpResult | TangentialImpact:
         """Return the velocity jump at the state, which must be on the surface."""

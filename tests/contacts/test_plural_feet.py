@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from painleve_sym.errors import StopReason
-from painleve_sym.laws.compliance import law
+from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
 from painleve_sym.simulate.plural import PluralSimulator
 from tests.oracles.feet_scipy import Block, Law
@@ -63,7 +63,7 @@ def test_two_feet_follow_the_independent_integration(names, start, engine):
 @pytest.mark.parametrize("engine", ["compiled", "taylor"])
 @pytest.mark.parametrize("name", ["hertz", "linear", "bilinear"])
 def test_feet_that_come_to_rest_together_share_their_friction(name, engine):
-    # No height and equal friction: theta stays 0, and the mobility of both sticking feet is singular.
+    # No height and equal friction: theta stays 0, the mobility of both sticking feet is singular.
     state, own = {"y_A": 1e-3, "x_A_dot": -0.05}, {"h": 0.0, "mu_A": 0.4, "mu_B": 0.4}
     given = LAWS[name][1] | own
     run = _simulator((name,), engine).run(state, parameters=given, t_end=0.1)
@@ -80,7 +80,7 @@ def test_feet_that_come_to_rest_together_share_their_friction(name, engine):
 def test_a_level_drop_at_rest_bounces_like_one_mass_on_two_springs(name, engine):
     # Nothing pushes along the ground; forces die out together with what friction can bear.
     given = LAWS[name][1] | {"beta": 0.0}
-    run = _simulator((name,), engine).run({"y_A": 1e-3}, parameters=given, t_end=0.06)
+    run = _simulator((name,), engine).run({"y_A": 1e-3}, parameters=given, t_end=0.05)
     assert run.stop_reason is StopReason.T_END
     final = dict(zip(run.state_names, run.final_state, strict=True))
     assert abs(final["theta"]) < 1e-12

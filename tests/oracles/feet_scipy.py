@@ -147,9 +147,7 @@ class Block:
     def friction(self, y: Array, N: Array) -> Array:
         """Return the tangential forces of the present slip signs."""
         r = self.arms(y[THETA])
-        T = np.array(
-            [-f.sign * mu * n for f, mu, n in zip(self.feet, self.mu, N, strict=True)]
-        )
+        T = np.array([-f.sign * mu * n for f, mu, n in zip(self.feet, self.mu, N, strict=True)])
         held = [i for i, f in enumerate(self.feet) if f.closed and f.sign == 0]
         if not held:
             return T
@@ -190,21 +188,26 @@ class Block:
         """Return foot, kind, next branch or slip, and guard of whatever can happen now."""
         found: list[tuple[int, str, str, Callable[[Array], float]]] = []
         for i, (f, law) in enumerate(zip(self.feet, self.laws, strict=True)):
+
             def at(y: Array, i: int = i) -> tuple[float, float, float]:
                 return -y[GAP[i]], -y[RATE[i]], self.feet[i].deepest
 
             if f.closed and f.sign == 0:
                 for s in (1, -1):
+
                     def cone(y: Array, i: int = i, s: int = s) -> float:
                         N = self.normal(y)
                         return float(self.mu[i] * N[i] - s * self.friction(y, N)[i])
+
                     found.append((i, "slip_start", "", cone))
             elif f.closed:
                 found.append((i, "slip_stop", "", lambda y, i=i, s=f.sign: s * y[SLIP[i]]))
             for k, (kind, _, target) in enumerate(law.exits(f.branch, 1.0, 1.0, 1.0)):
+
                 def leave(y: Array, i: int = i, k: int = k, at: Callable = at) -> float:
                     law, branch = self.laws[i], self.feet[i].branch
                     return float(list(law.exits(branch, *at(y)))[k][1])
+
                 found.append((i, kind, target, leave))
         return found
 
@@ -258,8 +261,15 @@ class Block:
 
     # ---- the run ----
 
-    def start(self, x_A: float = 0, y_A: float = 0, theta: float = 0, x_A_dot: float = 0,
-              y_A_dot: float = 0, theta_dot: float = 0) -> Array:
+    def start(
+        self,
+        x_A: float = 0,
+        y_A: float = 0,
+        theta: float = 0,
+        x_A_dot: float = 0,
+        y_A_dot: float = 0,
+        theta_dot: float = 0,
+    ) -> Array:
         """Return the state for the place and velocity of the foot A."""
         r = self.arms(theta)
         y = np.zeros(14)

@@ -9,16 +9,18 @@ import pytest
 
 from painleve_sym.contacts.classify import classify
 from painleve_sym.errors import InputError, StopReason
+from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.models import model
-from painleve_sym.simulate.rigid import RigidSimulator, rigid_simulator
-from painleve_sym.simulate.two_contacts import TwoContactSimulator
+from painleve_sym.simulate.factory import make_simulator
+from painleve_sym.simulate.plural import PluralSimulator
+from painleve_sym.simulate.rigid import RigidSimulator
 
 FLAT = {"beta": 0.0}
 
 
 @pytest.fixture(scope="module")
-def feet() -> TwoContactSimulator:
-    return TwoContactSimulator(model("block-two-feet"))
+def feet() -> PluralSimulator:
+    return PluralSimulator(model("block-two-feet"), (RigidLaw(),))
 
 
 def test_both_feet_slide_to_rest(feet):
@@ -73,7 +75,7 @@ def test_rocking_loses_what_housner_says(feet, h):
 @pytest.mark.parametrize("law", ["energetic", "poisson", "newton"])
 def test_a_falling_block_comes_to_rest(law):
     """Bounces and rocking accumulate and end; the energy closes through hundreds of impacts."""
-    simulator = TwoContactSimulator(model("block-two-feet"), law)
+    simulator = PluralSimulator(model("block-two-feet"), (RigidLaw(law),))
     p = FLAT | {"h": 0.1, "mu_A": 0.8, "mu_B": 0.8, simulator.own_parameters[0].name: 0.3}
     found = simulator.run({"y_A": 0.05, "theta": 0.3}, t_end=3.0, parameters=p)
     assert found.stop_reason is StopReason.T_END
@@ -107,7 +109,7 @@ def test_the_inconsistent_foot_has_its_impact_without_collision(feet):
 
 def test_the_second_engine_agrees(feet):
     start, p = {"theta": 0.2}, FLAT | {"h": 0.3, "mu_A": 1.0, "mu_B": 1.0, "e_energetic": 0.0}
-    other = TwoContactSimulator(feet.mechanism, engine="erk")
+    other = PluralSimulator(feet.mechanism, (RigidLaw(),), "erk")
     runs = [s.run(start, t_end=0.8, parameters=p, rtol=1e-9) for s in (feet, other)]
     kinds = [[(e.kind, e.contact, e.mode_after) for e in r.events] for r in runs]
     assert kinds[0] == kinds[1]
@@ -120,8 +122,6 @@ def test_what_cannot_be_is_refused(feet):
         feet.run({"theta": -0.1}, t_end=0.1)
     with pytest.raises(InputError, match="unknown event 'impct'"):
         feet.run({}, t_end=0.1, until="impct")
-    with pytest.raises(InputError, match="need two here"):
-        _ = TwoContactSimulator(model("rod")).contact
     with pytest.raises(InputError, match=r"unknown contact 'C'.*Known: A, B"):
         feet.mechanism.only("C")
     with pytest.raises(InputError, match="choose one of 'A', 'B'"):
@@ -137,8 +137,8 @@ def test_a_run_ends_where_it_is_asked_to(feet):
 
 
 def test_the_number_of_contacts_chooses_the_simulator():
-    assert isinstance(rigid_simulator(model("rod")), RigidSimulator)
-    assert isinstance(rigid_simulator(model("block-two-feet")), TwoContactSimulator)
+    assert isinstance(make_simulator(model("rod"), RigidLaw()), RigidSimulator)
+    assert isinstance(make_simulator(model("block-two-feet"), RigidLaw()), PluralSimulator)
 
 
 # ---- the contact problem at a state ----

@@ -48,8 +48,9 @@ static int same_motion(const double *a, const double *b) {
   return difference <= PS_SAME_MOTION * size;
 }
 
-/* Chooses the local modes after a reset to x and z, both of which may be changed. Of several motions the policy
- * takes the one with most (1) or fewest (-1) open parts, or none (0). Returns how many there are. */
+/* Chooses the local modes after a reset to x and z, both of which may be changed. Of several motions
+ * the policy takes the one with most (1) or fewest (-1) open parts, or none (0). Returns how many
+ * there are. */
 static int choose(ps_run *s, const ps_options *o, double *x, double *z) {
   double condition[PS_NALT], memory[PS_NALT][PS_OWNED_SIZE], x_before[PS_NX], z_before[PS_NZ];
   double best_rate[PS_NX];
@@ -80,8 +81,9 @@ static int choose(ps_run *s, const ps_options *o, double *x, double *z) {
     rank = PS_POLICY < 0 ? PS_NPART - rank : rank;
     int held = combinations == 1 ? 1 : consistent(s, o);
     if (held) {
-      /* Among those that rounding alone cannot tell apart, the one that lasts. */
-      rank = 2 * rank + held - 1;
+      /* Among those that rounding alone cannot tell apart, one that lasts, and last what was left. */
+      int left = !memcmp(s->z, z_before, PS_OWNED_SIZE * sizeof(double));
+      rank = 3 * rank + (left ? 0 : held);
       motions += !motions || !same_motion(s->k[0], best_rate);
       if (rank > best) {
         best = rank;

@@ -51,6 +51,7 @@ static void apply(ps_run *s, const ps_options *o, int j, int visible, double tim
     *departs = tr->departs[choice];
 #if PS_NPART
     if (tr->chooses && !choose(s, o, xn, zn)) s->reason = PS_DECISION;
+    if (tr->chooses) *departs |= PS_LEAVING[s->mode];
 #endif
   } else { /* also where a decision is asked for: the caller goes on from here */
     s->reason = tr->stop;

@@ -8,7 +8,7 @@ enum { PS_GAP, PS_GAP_RATE, PS_SLIP };
 /* Of the scale of a gap: contacts that touch down together do so to this part. */
 static const double PS_TOUCHING = 1e-10;
 /* Gap and normal speed, in parts of the state's scale, at which bounces have died out. */
-static const double PS_DIED_GAP = 1e-9, PS_DIED_SPEED = 1e-6;
+static const double PS_SETTLED = 1e-9;
 /* Numbers of touchdowns whose time, taken together, may shrink from each to the next. */
 static const int PS_WINDOWS[] = {1, 2, 3, 5, 8};
 
@@ -51,18 +51,75 @@ static void note_touchdown(ps_run *s, double t) {
   s->touchdowns++;
 }
 
+/* Velocities and work of the drives after impulses (2 n) of the contacts. */
+static void push_contacts(const ps_contact_numbers *c, const double *impulses, double *x) {
+  double velocity[PS_CONTACT_ROWS], driven = 0;
+  for (int i = 0; i < PS_CONTACT_ROWS; i++) {
+    velocity[i] = x[PS_CONTACT_STATES[i / 2][PS_GAP_RATE + i % 2]] +
+                  dot(PS_CONTACT_ROWS, c->W + i * PS_CONTACT_ROWS, impulses);
+    driven += c->drive[i] * impulses[i];
+  }
+  for (int q = 0; q < PS_SPEEDS; q++) {
+    double change = 0;
+    for (int i = 0; i < PS_CONTACT_ROWS; i++)
+      change += c->directions[i * PS_SPEEDS + q] * impulses[i];
+    x[PS_SPEED[q]] += change;
+  }
+  /* Last, since a generalised velocity may be that of a contact. */
+  for (int i = 0; i < PS_CONTACT_ROWS; i++)
+    x[PS_CONTACT_STATES[i / 2][PS_GAP_RATE + i % 2]] = velocity[i];
+  if (PS_WORKS[2] >= 0) x[PS_WORKS[2]] -= driven;
+}
+
+/* Closes contacts whose gap and normal velocity are all but 0, by normal impulses. */
+static void close_contacts(const ps_contact_numbers *c, int n, const int *contact, double *x) {
+  ps_square W;
+  double P[PS_ROWS], arriving[PS_RIGID], stop[PS_RIGID], impulses[PS_CONTACT_ROWS] = {0}, work = 0;
+  for (int i = 0; i < n; i++) {
+    for (int j = 0; j < n; j++) W[i][j] = c->W[2 * contact[i] * PS_CONTACT_ROWS + 2 * contact[j]];
+    arriving[i] = x[PS_CONTACT_STATES[contact[i]][PS_GAP_RATE]];
+    stop[i] = -arriving[i];
+  }
+  least_norm(n, W, stop, P);
+  for (int i = 0; i < n; i++) {
+    impulses[2 * contact[i]] = P[i];
+    work += P[i] * arriving[i] / 2;
+  }
+  push_contacts(c, impulses, x);
+  x[PS_WORKS[0]] -= work;
+  for (int i = 0; i < n; i++)
+    x[PS_CONTACT_STATES[contact[i]][PS_GAP]] = x[PS_CONTACT_STATES[contact[i]][PS_GAP_RATE]] = 0;
+}
+
 /* Closes the contacts whose bounces have died out; 0 where there is none. */
-static int close_settled(const ps_options *o, double *x) {
-  int closed = 0;
+static int close_settled(ps_run *s, const ps_options *o, double *x) {
+  ps_contact_numbers c;
+  int contact[PS_RIGID], n = 0;
   for (int k = 0; k < PS_RIGID; k++) {
     const int *at = PS_CONTACT_STATES[PS_RIGID_CONTACT[k]], gap = at[PS_GAP], rate = at[PS_GAP_RATE];
-    if (!(fabs(x[gap]) < PS_DIED_GAP * state_scale(o, gap)) ||
-        !(fabs(x[rate]) < PS_DIED_SPEED * state_scale(o, rate)))
-      continue;
-    x[gap] = x[rate] = 0;
-    closed = 1;
+    if (fabs(x[gap]) < PS_SETTLED * state_scale(o, gap) &&
+        fabs(x[rate]) < PS_SETTLED * state_scale(o, rate))
+      contact[n++] = PS_RIGID_CONTACT[k];
   }
-  return closed;
+  if (!n) return 0;
+  contact_numbers_of(s, x, &c);
+  close_contacts(&c, n, contact, x);
+  return 1;
+}
+
+/* Closes the contacts that leave but would be back within `time`; 0 where there is none. */
+static int close_short(ps_run *s, double time, double *x) {
+  ps_contact_numbers c;
+  int contact[PS_RIGID], n = 0;
+  contact_numbers_of(s, x, &c);
+  for (int k = 0; k < PS_RIGID; k++) {
+    const int i = PS_RIGID_CONTACT[k], *at = PS_CONTACT_STATES[i];
+    const double rate = x[at[PS_GAP_RATE]];
+    if (x[at[PS_GAP]] <= 0 && rate > 0 && 2 * rate < time * -c.load[2 * i]) contact[n++] = i;
+  }
+  if (!n) return 0;
+  close_contacts(&c, n, contact, x);
+  return 1;
 }
 
 /* The impact of the closed contacts, from and to the state x; its impulses (2 n). 0 where it jams. */
@@ -70,7 +127,7 @@ static int impact_at(ps_run *s, double *x, double *impulses) {
   ps_contact_numbers c;
   int closed[PS_RIGID], n = 0, ended;
   double W[PS_ROWS * PS_ROWS], mu[PS_RIGID], v[PS_ROWS], load[PS_RIGID], after[PS_ROWS];
-  double velocity[PS_CONTACT_ROWS], P[PS_ROWS], work[PS_ROWS], change, normal = 0, tangential = 0, driven = 0;
+  double P[PS_ROWS], work[PS_ROWS], normal = 0, tangential = 0;
   contact_numbers_of(s, x, &c);
   for (int k = 0; k < PS_RIGID; k++) {
     const int *at = PS_CONTACT_STATES[PS_RIGID_CONTACT[k]];
@@ -95,39 +152,13 @@ static int impact_at(ps_run *s, double *x, double *impulses) {
     impulses[2 * closed[i]] = P[2 * i];
     impulses[2 * closed[i] + 1] = P[2 * i + 1];
   }
-  for (int i = 0; i < PS_CONTACT_ROWS; i++) {
-    velocity[i] = x[PS_CONTACT_STATES[i / 2][PS_GAP_RATE + i % 2]] +
-                  dot(PS_CONTACT_ROWS, c.W + i * PS_CONTACT_ROWS, impulses);
-    driven += c.drive[i] * impulses[i];
-  }
-  for (int i = 0; i < 2 * n; i++) velocity[2 * closed[i / 2] + i % 2] = after[i];
-  for (int q = 0; q < PS_SPEEDS; q++) {
-    change = 0;
-    for (int i = 0; i < PS_CONTACT_ROWS; i++) change += c.directions[i * PS_SPEEDS + q] * impulses[i];
-    x[PS_SPEED[q]] += change;
-  }
-  /* Last, since a generalised velocity may be that of a contact. */
-  for (int i = 0; i < PS_CONTACT_ROWS; i++)
-    x[PS_CONTACT_STATES[i / 2][PS_GAP_RATE + i % 2]] = velocity[i];
-  const double works[3] = {normal, tangential, driven};
-  for (int i = 0; i < 3; i++)
-    if (PS_WORKS[i] >= 0) x[PS_WORKS[i]] -= works[i];
+  push_contacts(&c, impulses, x);
+  /* What the impact made vanish is exactly 0. */
+  for (int i = 0; i < 2 * n; i++)
+    x[PS_CONTACT_STATES[closed[i / 2]][PS_GAP_RATE + i % 2]] = after[i];
+  x[PS_WORKS[0]] -= normal;
+  x[PS_WORKS[1]] -= tangential;
   return 1;
-}
-
-/* Closes the contacts that leave but would be back within `time`; 0 where there is none. */
-static int close_short(ps_run *s, double time, double *x) {
-  ps_contact_numbers c;
-  int closed = 0;
-  contact_numbers_of(s, x, &c);
-  for (int k = 0; k < PS_RIGID; k++) {
-    const int contact = PS_RIGID_CONTACT[k], *at = PS_CONTACT_STATES[contact];
-    double *rate = &x[at[PS_GAP_RATE]];
-    if (!(x[at[PS_GAP]] <= 0 && *rate > 0 && 2 * *rate < time * -c.load[2 * contact])) continue;
-    *rate = 0;
-    closed = 1;
-  }
-  return closed;
 }
 
 /* Takes over what comes after an event of the impacts. */
@@ -168,7 +199,7 @@ static int strike(ps_run *s, const ps_options *o) {
   if (s->last_kind == PS_TOUCHDOWN_KIND) {
     note_touchdown(s, t);
     if (touchdowns_accumulate(s)) {
-      if (!close_settled(o, x)) {
+      if (!close_settled(s, o, x)) {
         stop_impact(s, x, PS_ACCUMULATION);
         return 0;
       }

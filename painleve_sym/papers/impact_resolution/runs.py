@@ -26,7 +26,8 @@ from painleve_sym.papers.impact_resolution.claims import (
     TABLES,
 )
 from painleve_sym.papers.panels import Axis, Mark, Panel, events_as_marks, line, window
-from painleve_sym.simulate.compliant import DEFAULT_RTOL, SoftenedSimulator
+from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.simulator import DEFAULT_RTOL
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 
 T = TypeVar("T")

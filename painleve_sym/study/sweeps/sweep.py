@@ -21,7 +21,6 @@ from painleve_sym.contacts.inputs import CONTACT_TOLERANCE
 from painleve_sym.engines.batch import MAX_EVENTS_KEPT, BatchWish
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import parse_toml, read_text
-from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
 from painleve_sym.quantities import unit_of
@@ -29,8 +28,7 @@ from painleve_sym.simulate.batch.memory import check_memory, row_bytes
 from painleve_sym.simulate.batch.reason_codes import ROW_REASONS
 from painleve_sym.simulate.batch.result import ManyResult, event_dims
 from painleve_sym.simulate.batch.run import simulate_many
-from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.simulate.rigid import rigid_simulator
+from painleve_sym.simulate.factory import make_simulator
 from painleve_sym.simulate.simulator import ContactSimulator
 from painleve_sym.study.maps.case_codes import LEGEND, opening_case
 from painleve_sym.study.scenario import MAX_FILE, Scenario
@@ -143,10 +141,7 @@ class Sweep:
     @cached_property
     def simulator(self) -> ContactSimulator:
         """The simulator of the mechanism with the law."""
-        law, engine = self.scenario.contact_law(), self.scenario.engine
-        if isinstance(law, RigidLaw):
-            return rigid_simulator(self.mechanism, law.restitution, law.policy, engine)
-        return SoftenedSimulator(self.mechanism, law, engine)
+        return make_simulator(self.mechanism, self.scenario.contact_law(), self.scenario.engine)
 
     @property
     def starts(self) -> range:
