@@ -116,8 +116,8 @@ class BatchRows:
             integrals=np.empty((n, len(wish.integrals))),
         )
 
-    def part(self, rows: slice) -> BatchRows:
-        """Return a view of some rows."""
+    def part(self, rows: Any) -> BatchRows:
+        """Return the rows chosen by a slice (a view), a mask or numbers (a copy)."""
         return BatchRows(*(getattr(self, f.name)[rows] for f in fields(self)))
 
     def put(self, rows: Any, other: BatchRows) -> None:

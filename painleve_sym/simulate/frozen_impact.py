@@ -18,7 +18,8 @@ from numpy.typing import ArrayLike, NDArray
 from painleve_sym.arrays import Array
 from painleve_sym.contacts.contact_states import CONTACTS
 from painleve_sym.engines.protocol import RawRun, RunOptions
-from painleve_sym.errors import InputError, StopReason, unknown_name
+from painleve_sym.engines.records import EventRecords
+from painleve_sym.errors import EventKind, InputError, StopReason, unknown_name
 from painleve_sym.laws.chatter import general_contact
 from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.simulate.batch.inputs import ManyInputs
@@ -184,7 +185,9 @@ class FrozenImpactSolver:
         given, courses = starts.parameters, []
         if after is not None:
             moving = active & (slip != 0)
-            first = self._follow(begin, given, starts.scales, moving, ("separation", "slip_stop"))
+            first = self._follow(
+                begin, given, starts.scales, moving, (EventKind.SEPARATION, EventKind.SLIP_STOP)
+            )
             end[moving] = first.end[moving]
             active &= ~moving | (end == _RESUMES)
             begin = first.later
@@ -196,7 +199,7 @@ class FrozenImpactSolver:
                 )
             given = starts_of(self.simulator, later, 0, later.count).parameters
             courses.append(first)
-        course = self._follow(begin, given, starts.scales, active, ("separation",))
+        course = self._follow(begin, given, starts.scales, active, (EventKind.SEPARATION,))
         end[active] = course.end[active]
         return _impacts(rows.shape, (depth, rate, slip), b_n, [*courses, course], end)
 
@@ -229,19 +232,20 @@ class FrozenImpactSolver:
 
     @cached_property
     def _modes(self) -> tuple[Any, ...]:
-        """Slip, whether in contact, whether loading, mode of sticking, events: by mode."""
+        """Slip, whether in contact, whether loading, mode of sticking: by mode."""
         outline = self.simulator.outline
         names = [m.name for m in outline.modes]
         parts = [name.partition("/") for name in names]
-        most = max(len(m.transitions) for m in outline.modes)
-        kinds = [[t.kind for t in m.transitions] for m in outline.modes]
         return (
             np.array([CONTACTS.get(contact, 0) for contact, _, _ in parts]),
             np.array([bool(branch) for _, _, branch in parts]),
             np.array([branch != self.law.unloading for _, _, branch in parts]),
             np.array([names.index(f"stick/{b}") if b else i for i, (_, _, b) in enumerate(parts)]),
-            np.array([row + [""] * (most - len(row)) for row in kinds]),
         )
+
+    @cached_property
+    def _kinds(self) -> NDArray[np.str_]:
+        return np.array([kind.value for kind in self.simulator.outline.kinds])
 
     def _follow(
         self,
@@ -263,13 +267,14 @@ class FrozenImpactSolver:
         for k in map(int, rows):
             shared: dict[str, Any] = {"atol": RTOL * scales[k], "start_mode": int(begin.mode[k])}
             # Mostly a motion that turns back is held: only where it is not, it is followed on.
-            for kinds in ((*until, "reload"), until):
+            for kinds in ((*until, EventKind.RELOAD), until):
                 run = self._run(begin, parameters, k, until=kinds, **shared)
                 if not self._goes_on(run, A[:, k]):
                     break
             runs.append(run)
         nx, nz = begin.states.shape[1], begin.memory.shape[1]
-        events = np.concatenate([np.empty((0, 4 + 2 * (nx + nz))), *(r.events for r in runs)])
+        none = np.empty((0, EventRecords.width(nx, nz)))
+        events = EventRecords.of(np.concatenate([none, *(r.events for r in runs)]), nx, nz)
         row = np.repeat(rows, [len(r.events) for r in runs])
         end = np.full(len(active), FrozenEnd.FAILED.value)
         end[rows] = [_unmoved_end(r).value for r in runs]
@@ -283,14 +288,11 @@ class FrozenImpactSolver:
 
     def _goes_on(self, run: RawRun, A: Array) -> bool:
         """Whether the run ended where the motion turns back, but is not held."""
-        if not len(run.events):
+        events = run.event_records
+        if not len(events.time) or self._kinds[events.kind[-1]] != EventKind.RELOAD:
             return False
-        time, mode, transition, _ = run.events[-1, :4].tolist()
-        transitions = self.simulator.outline.modes[int(mode)].transitions
-        if transitions[int(transition)].kind != "reload":
-            return False
-        at_once = len(run.events) > 1 and run.events[-2, 0] == time
-        return bool(at_once or A[self._modes[0][int(mode)] + 1] <= 0)
+        at_once = len(events.time) > 1 and events.time[-2] == events.time[-1]
+        return bool(at_once or A[self._modes[0][events.mode_before[-1]] + 1] <= 0)
 
     def _read(
         self,
@@ -298,20 +300,18 @@ class FrozenImpactSolver:
         p: Mapping[str, Array],
         A: Array,
         row: NDArray[np.int64],
-        events: Array,
+        events: EventRecords,
         until: tuple[str, ...],
         end: NDArray[np.int64],
     ) -> _Course:
         """Read phases and ends off the events of the rows."""
-        nx, nz = begin.states.shape[1], begin.memory.shape[1]
-        slip_of, in_contact, loads, sticking, kinds = self._modes
-        time, mode = events[:, 0], events[:, 1].astype(int)
-        kind, slip = kinds[mode, events[:, 2].astype(int)], slip_of[mode]
-        after = events[:, 4 + nx + nz : 4 + 2 * nx + nz]
+        slip_of, in_contact, loads, sticking = self._modes
+        time, mode, after = events.time, events.mode_before, events.state_after
+        kind, slip = self._kinds[events.kind], slip_of[mode]
         first = np.diff(row, prepend=-1) != 0
         since = np.where(first, 0.0, np.roll(time, 1))
         # Next to the turning point round-off may turn the motion back and forth in no time.
-        held = (kind == "reload") & (time > since) & (A[slip + 1, row] > 0)
+        held = (kind == EventKind.RELOAD) & (time > since) & (A[slip + 1, row] > 0)
         # A start without an unloading curve opens at once: after the flight another impact begins.
         flies = ~in_contact[mode] & (time > since)
         over = held | flies | np.isin(kind, until)
@@ -319,10 +319,10 @@ class FrozenImpactSolver:
         kept = earlier == np.maximum.accumulate(np.where(first, earlier, 0))
         over &= kept
         codes = np.where(held, FrozenEnd.STAYS.value, FrozenEnd.SEPARATION.value)
-        end[row[over]] = np.where(kind == "slip_stop", _RESUMES, codes)[over]
+        end[row[over]] = np.where(kind == EventKind.SLIP_STOP, _RESUMES, codes)[over]
         later = _Begin(begin.states.copy(), begin.memory.copy(), begin.mode.copy())
         later.states[row[over]] = after[over]
-        later.memory[row[over]] = events[over, 4 + 2 * nx + nz :]
+        later.memory[row[over]] = events.memory_after[over]
         later.mode[row[over]] = sticking[mode[over]]
         # Neighbouring segments of one slip direction, both loading or both unloading, are a phase.
         real = np.flatnonzero(kept & ~flies & (time > since))
@@ -331,7 +331,7 @@ class FrozenImpactSolver:
         opens = real[new]
         closes = real[np.append(new[1:], True)[: len(real)]]
         came = np.where(first[:, None], begin.states[row], np.roll(after, 1, axis=0))
-        turned = np.isin(kind[closes], ("max_compression", "reload"))
+        turned = np.isin(kind[closes], (EventKind.MAX_COMPRESSION, EventKind.RELOAD))
         own = {name: values[row[opens]] for name, values in p.items()}
         numbers = self._numbers(
             own, slip[opens], time[closes] - since[opens], came[opens], after[closes]
@@ -368,7 +368,8 @@ def _unmoved_end(run: RawRun) -> FrozenEnd:
     if run.stop_reason is StopReason.T_END:
         return FrozenEnd.STAYS
     # Without restitution there is no unloading curve, and no time passes after the turn.
-    turns = len(run.events) > 1 and run.events[-1, 0] == run.events[-2, 0]
+    time = run.event_records.time
+    turns = len(time) > 1 and time[-1] == time[-2]
     return FrozenEnd.SEPARATION if turns else FrozenEnd.FAILED
 
 

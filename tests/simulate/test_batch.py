@@ -74,7 +74,7 @@ def test_a_row_does_not_depend_on_the_other_rows(softened):
         return {n: v[order] if np.ndim(v) else v for n, v in given.items()}
 
     part = simulate_many(softened, chosen(states), chosen(parameters), **OPTIONS)
-    assert same_bits(part.rows, whole.rows.taken(order))
+    assert same_bits(part.rows, whole.rows.part(order))
 
 
 def test_rows_are_the_single_runs_bit_for_bit(softened):

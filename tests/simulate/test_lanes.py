@@ -93,9 +93,7 @@ def test_bits_do_not_depend_on_lanes_threads_and_order(softened, case, monkeypat
         assert_same_bits(many, one)
     order = np.random.default_rng(1).permutation(ROWS)
     mixed = [chosen(given, order) for given in (states, parameters)]
-    assert_same_bits(
-        with_lanes(softened, 8, *mixed, monkeypatch, **OPTIONS[case]), one.taken(order)
-    )
+    assert_same_bits(with_lanes(softened, 8, *mixed, monkeypatch, **OPTIONS[case]), one.part(order))
 
 
 def test_the_rows_end_in_many_ways(softened):
