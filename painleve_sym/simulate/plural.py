@@ -118,6 +118,15 @@ class PluralSimulator(ContactSimulator):
         """Whether a contact may start compressed."""
         return isinstance(self.contact.own_laws[i], ContactLaw)
 
+    @property
+    def loading_curves(self) -> list[Any]:
+        """Stiffness and exponent of each contact's loading curve, 0 of a rigid one, in turn."""
+        curves = [
+            (law.stiffness, law.exponent) if isinstance(law, ContactLaw) else (0, 0)
+            for law in self.contact.own_laws
+        ]
+        return [entry for curve in curves for entry in curve]
+
     @cached_property
     def _loading(self) -> Quantities:
         laws = self.contact.own_laws

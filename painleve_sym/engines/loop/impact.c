@@ -74,7 +74,8 @@ static void push_contacts(const ps_contact_numbers *c, const double *impulses, d
 /* Closes contacts whose gap and normal velocity are all but 0, by normal impulses. */
 static void close_contacts(const ps_contact_numbers *c, int n, const int *contact, double *x) {
   ps_square W;
-  double P[PS_ROWS], arriving[PS_RIGID], stop[PS_RIGID], impulses[PS_CONTACT_ROWS] = {0}, work = 0;
+  double P[PS_ROWS] = {0}, arriving[PS_RIGID] = {0}, stop[PS_RIGID] = {0};
+  double impulses[PS_CONTACT_ROWS] = {0}, work = 0;
   for (int i = 0; i < n; i++) {
     for (int j = 0; j < n; j++) W[i][j] = c->W[2 * contact[i] * PS_CONTACT_ROWS + 2 * contact[j]];
     arriving[i] = x[PS_CONTACT_STATES[contact[i]][PS_GAP_RATE]];

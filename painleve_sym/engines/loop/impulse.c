@@ -112,7 +112,7 @@ static void least_norm(int k, ps_square matrix, const double *right, double *x) 
 static void solve_in_range(int k, ps_square matrix, const double *right, double *x) {
   ps_square a, left, turn, small;
   int live[PS_ROWS], beyond[PS_ROWS], way[PS_ROWS], rows = 0, columns = 0;
-  double out[PS_ROWS], y[PS_ROWS];
+  double out[PS_ROWS] = {0}, y[PS_ROWS] = {0};
   least_norm(k, matrix, right, x);
   decompose(k, matrix, 0, a, turn, live);
   for (int i = 0; i < k; i++)
@@ -559,7 +559,7 @@ static int choose_push(const ps_path *path, const double *pressing, double *push
   const ps_way *way[PS_RIGID];
   int count[PS_RIGID], at[PS_RIGID] = {0}, possible = 0, any = 0;
   long combinations = 1;
-  double now[PS_ROWS], rates[PS_ROWS], nearest[PS_ROWS], size = 0;
+  double now[PS_ROWS], rates[PS_ROWS], nearest[PS_ROWS] = {0}, size = 0;
   ps_rank best = {0}, near = {0};
   for (int i = 0; i < n; i++) combinations *= count[i] = ways_of(path, i, ways[i]);
   for (int i = 0; i < n && pressing; i++) size = PS_MAX(size, fabs(pressing[i]));
