@@ -11,6 +11,7 @@ import numpy as np
 
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.modes import AutomatonFunctions
+from painleve_sym.engines.erk_choice import REST_ERRORS, ZERO_TIME, Parts, guard_side, tests_hold
 from painleve_sym.engines.erk_mode import GRID, Call, ModeRunner, Window
 from painleve_sym.engines.protocol import (
     CLOSED,
@@ -34,9 +35,9 @@ _ROUGH, _ROUGHEST = 10.0, 1e-12
 _REPLACEMENTS = 8
 """Times that an earlier event may replace one; each is earlier still, so one or two are usual."""
 
-# The compiled engine's constants: its decisions are repeated here.
+# As in the compiled engine, whose decisions are repeated here.
 _FROM_REST = 1e-4
-_ZERO_TIME, _CHAIN = 1e-10, 64
+_CHAIN = 64
 
 _COUNTERS = ("accepted_steps", "rejected_steps", "field_evaluations", "guard_evaluations")
 _MORE_COUNTERS = ("dense_outputs", "events")
@@ -156,7 +157,7 @@ class _Run:
                 self.reason = StopReason.NON_FINITE
                 return
             g, d, d2 = self.runner.jets(self.x, self.z, self.c)
-            sides = [_side(g[j], d[j], d2[j], self.h_ref, j in departs) for j in range(len(g))]
+            sides = [guard_side(g[j], d[j], d2[j], self.h_ref, j in departs) for j in range(len(g))]
             self.armed = np.array(sides) > 0
             transitions = self.modes[self.mode].transitions
             if transitions and transitions[-1].immediate:
@@ -184,15 +185,44 @@ class _Run:
             choice = _chosen(conditions, transition.choices)
             self.mode = self.engine.functions.mode_index[choice.target]
             departs = self.engine.functions.departures(choice)
+            if transition.chooses:
+                x, z, leaving = self.choose(x, z)
+                departs += leaving
         else:
             self.reason, self.stop_transition = transition.stop, j
-        if visible and not self.decision:
+        if visible and not transition.decides:
             self.note(transition.kind, before, j, transition.contact, x, z)
             self.check_accumulation(before, j)
         if transition.on_accumulation is not None:
             self.limit = before, j, self.t
         self.x, self.z = x, z
         return departs
+
+    def choose(self, x: Array, z: Array) -> tuple[Array, Array, tuple[int, ...]]:
+        """Choose the local modes of the parts after a reset to x and z in the mode entered.
+
+        Returns state and memory, and the guards that leave zero upwards. Where nothing is possible,
+        the run ends with a question.
+        """
+        parts, at = self.engine.parts, (self.x, self.z)
+        assert parts is not None
+        x = x.copy()
+        still = [i for i in parts.rest if abs(x[i]) <= REST_ERRORS * self.options.atol[i]]
+        x[still] = 0.0
+        self.x = x
+        chosen = parts.choose(parts.combinations(x, z, self.c), self.held, at[1])
+        self.x, self.z = at
+        if chosen is None:
+            self.reason, self.decision = StopReason.NO_MODE, True
+        return x, z if chosen is None else chosen, parts.leaving(self.mode)
+
+    def held(self, memory: Array) -> tuple[int, Array]:
+        """Return whether the tests of the mode hold with a memory, and the rates of the states."""
+        self.z = memory
+        h, at = self.first_step(), (self.x, memory, self.c)
+        tests = self.runner.tests
+        hold = tests_hold(tests(*at), h) if tests is not None and np.isfinite(h) else 0
+        return hold, self.runner.field(*at)[0]
 
     def note(self, kind: EventKind, before: int, j: int, contact: str, x: Array, z: Array) -> None:
         """Count and record an event; x and z are those after it."""
@@ -260,7 +290,7 @@ class _Run:
         length, limit = float(window.times[-1]), max(_ROUGH * self.options.rtol, _ROUGHEST)
         excess = window.roughness(self.scale) / limit
         # Where a force sets in with a kink no grid is fine enough: there is an end to it.
-        if not excess > 1 or length < _ZERO_TIME * self.h_ref:
+        if not excess > 1 or length < ZERO_TIME * self.h_ref:
             return False
         self.length = length * max(0.8 * excess ** (-1 / 6), 1 / GRID)
         return True
@@ -295,7 +325,7 @@ class _Run:
         Where the window is too long to resolve the event, a shorter one is tried first: a guard
         that does not leave zero as it should (`tau` is 0) may have left it and come back.
         """
-        nearest = max(_ZERO_TIME * self.h_ref, 1e-13 * self.t)
+        nearest = max(ZERO_TIME * self.h_ref, 1e-13 * self.t)
         replaced = 0
         while True:
             window = self.end_at_zero(j, tau) if tau >= 1e-14 * length else None
@@ -354,18 +384,6 @@ class _Run:
         return found
 
 
-def _side(g: float, d: float, d2: float, h: float, departs: bool) -> int:
-    """1: on the positive side, armed; 0: at zero and leaving upwards; -1: fires now."""
-    d = float(np.nan_to_num(d, nan=0.0, posinf=_HUGE, neginf=-_HUGE))
-    d2 = d2 if np.isfinite(d2) else 0.0
-    first, second = d * _ZERO_TIME * h, 0.5 * d2 * (_ZERO_TIME * h) ** 2
-    if abs(g) > abs(first) + abs(second):
-        return 1 if g > 0 else -1
-    if departs:
-        return 0
-    return -1 if (first if abs(first) > abs(second) else second) < 0 else 0
-
-
 def _chosen(conditions: Array, choices: tuple[Choice, ...]) -> Choice:
     admitted = (c for c, v in zip(choices[:-1], conditions, strict=False) if v)
     return next(admitted, choices[-1])
@@ -400,6 +418,12 @@ class ErkEngine:
     @cached_property
     def _constants(self) -> Call:
         return Call(self.functions.constants)
+
+    @cached_property
+    def parts(self) -> Parts | None:
+        """What the parts of the automaton may do; None where it has none."""
+        alternatives = self.functions.alternatives
+        return None if alternatives is None else Parts(self.functions, alternatives)
 
     @cached_property
     def _starts(self) -> Call:
