@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pytest
+from painleve_sym.contacts.two_contacts import TwoContacts
 
 from painleve_sym.contacts.compliant import SoftenedContact
-from painleve_sym.contacts.two_contacts import TwoContacts
 from painleve_sym.laws.catalogue import law
 from painleve_sym.quantities import (
     QUANTITIES,

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from painleve_sym.simulate.two_contacts import TwoContactSimulator
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -21,7 +22,6 @@ from painleve_sym.simulate.batch.run import simulate_many
 from painleve_sym.simulate.compliant import SoftenedSimulator
 from painleve_sym.simulate.rigid import RigidSimulator
 from painleve_sym.simulate.time_stepping.stepping import TimeStepper
-from painleve_sym.simulate.two_contacts import TwoContactSimulator
 
 G = 9.8
 TABLE = load_mechanism("examples/mechanisms/oscillating-table.toml")
