@@ -88,7 +88,7 @@ class VariationalFunctions(AutomatonFunctions):
         self.c = ca.vertcat(self._c, derived)
 
     @property
-    def impacts(self) -> None:  # type: ignore[override]
+    def impacts(self) -> None:
         """None: impacts of several contacts are not differentiated, a run ends before them."""
 
     @property

@@ -360,9 +360,7 @@ class PluralContacts:
             if i in self._unknown
         ]
         again, follows = (Choice(CONTACT),), (Choice(MOTION),)
-        impact = Transition(
-            "impact", EventKind.IMPACT, sp.Add(*approaching), again, strikes=True
-        )
+        impact = Transition("impact", EventKind.IMPACT, sp.Add(*approaching), again, strikes=True)
         decide = Transition("decide", EventKind.CONTACT, None, follows, chooses=True)
         return impact, decide
 

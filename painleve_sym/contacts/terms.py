@@ -16,6 +16,7 @@ from painleve_sym.contacts.contact_states import ContactRow
 from painleve_sym.mechanics.contact_set import ContactSet
 from painleve_sym.mechanics.mechanism import Mechanism
 
+
 class ContactTerms(NamedTuple):
     """Numbers of n contacts at one state, in the order n1, t1, n2, t2, ….
 

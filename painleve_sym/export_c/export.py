@@ -73,7 +73,8 @@ def export_c(scenario: Scenario, folder: str | Path, name: str | None = None) ->
     Raises
     ------
     InputError
-        What `Scenario.simulate` refuses; a name that is none in C; a folder that holds something or cannot be written.
+        What `Scenario.simulate` refuses; a name that is none in C; a folder that holds
+        something or cannot be written.
     CompilerMissing
     """
     target = empty_folder(Path(folder))

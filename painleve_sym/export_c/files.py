@@ -178,7 +178,7 @@ def _header(case: Case) -> str:
             "memory_room": max(1, len(memory)),
             "completed": ", ".join(s + " = 0" * s.endswith("dissipation") for s in extra),
             "press": _PRESS.format(name=case.name) if loads else "",
-            "contacts": filled_text(_CONTACTS, case) if outline.parts else "",
+            "contacts": _filled(_CONTACTS, case) if outline.parts else "",
             "event_contact": _EVENT_CONTACT.format(room=max(1, len(memory)), name=case.name)
             if outline.parts
             else "",
@@ -270,11 +270,12 @@ _PRINT_EVENT_OF_ONE = """\
 """
 
 _PRINT_END_OF_ONE = """\
-  printf("end %.17g %s: %s\\n", run->time, ${name}_stop_names[run->stop], ${name}_mode_names[run->mode]);
+  printf("end %.17g %s: %s\\n", run->time, ${name}_stop_names[run->stop],
+         ${name}_mode_names[run->mode]);
 """
 
 
-def filled_text(text: str, case: Case) -> str:
+def _filled(text: str, case: Case) -> str:
     """Return a piece of C with what it says about the contacts of the case."""
     parts, memory = case.outline.parts, [s.name for s in case.outline.memory]
     sizes = [len(part.local_modes) for part in parts]
@@ -290,7 +291,7 @@ def filled_text(text: str, case: Case) -> str:
         "print_impulses": "",
     }
     if impulses and "$print_impulses" in text:
-        values["print_impulses"] = filled_text(_PRINT_IMPULSES, case)
+        values["print_impulses"] = _filled(_PRINT_IMPULSES, case)
     return Template(text).substitute(case.shared | values)
 
 
@@ -342,7 +343,7 @@ def _model(case: Case) -> str:
         "engine": engine_text(case.simulator.automaton, case.trajectory.engine),
         "start_events": int(case.simulator.start_events),
         "names": _names(case, outline, modes),
-        "local_modes": filled_text(_LOCAL_MODES, case) if outline.parts else "",
+        "local_modes": _filled(_LOCAL_MODES, case) if outline.parts else "",
         "copy_contact": _COPY_CONTACT if outline.parts else "",
     }
     return filled("model.c", case.shared | values)
@@ -474,7 +475,7 @@ def _printing(case: Case) -> dict[str, str]:
         impulses = len(case.outline.memory) > sum(len(p.memory) for p in case.outline.parts)
         event, end, modes = _PRINT_EVENT, _PRINT_END, _IMPULSE_NAMES * impulses + _PRINT_MODES
     texts = {"print_event": event, "print_end": end, "print_modes": modes}
-    return {name: filled_text(text, case) for name, text in texts.items()}
+    return {name: _filled(text, case) for name, text in texts.items()}
 
 
 def expected(trajectory: Trajectory) -> str:

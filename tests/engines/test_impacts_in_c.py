@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import itertools
 from functools import cache
 
 import numpy as np
@@ -54,7 +55,11 @@ def in_c(W, mu, v, restitution, e, load_):
     results = np.zeros((3, len(v)))
     arrays = [np.ascontiguousarray(a, dtype=float) for a in (W, mu, v, load_[::2])]
     ended = library().impact(
-        len(mu), *(a.ctypes.data for a in arrays), LAWS.index(restitution), e, *(r.ctypes.data for r in results)
+        len(mu),
+        *(a.ctypes.data for a in arrays),
+        LAWS.index(restitution),
+        e,
+        *(r.ctypes.data for r in results),
     )
     return bool(ended), *results
 
@@ -62,7 +67,10 @@ def in_c(W, mu, v, restitution, e, load_):
 def scene(rng, n, kind):
     """Return W, μ and the velocity of n contacts that hit, or rest without collision."""
     points = rng.uniform(-1, 1, (n, 2))
-    while n > 1 and min(np.linalg.norm(points[i] - points[j]) for i in range(n) for j in range(i)) < 0.2:
+    while (
+        n > 1
+        and min(np.linalg.norm(points[i] - points[j]) for i in range(n) for j in range(i)) < 0.2
+    ):
         points = rng.uniform(-1, 1, (n, 2))
     walls = rng.random(n) < 0.4
     if kind == "level":
@@ -148,7 +156,7 @@ def test_impacts_of_a_run_are_those_of_numpy(restitution):
     run = simulator.run({"y_A": 0.05, "theta": 0.1, "x_A_dot": 0.3}, t_end=0.4)
     e = run.parameters[f"e_{restitution}"]
     events, seen = run.events, 0
-    for before, impact in zip(events, events[1:], strict=False):
+    for before, impact in itertools.pairwise(events):
         if impact.kind != "impact":
             continue
         state = np.array([before.state[n] for n in run.state_names])
@@ -161,7 +169,9 @@ def test_impacts_of_a_run_are_those_of_numpy(restitution):
             terms.W[np.ix_(rows, rows)], terms.mu[closed], v, restitution, e, load=terms.b[rows]
         )
         size = np.max(np.abs(want.impulses))
-        np.testing.assert_allclose(np.array(impact.impulses)[rows], want.impulses, atol=1e-12 * size)
+        np.testing.assert_allclose(
+            np.array(impact.impulses)[rows], want.impulses, atol=1e-12 * size
+        )
         after = np.array([impact.state[n] for n in run.state_names])
         _, new_rates, new_slips = simulator.impacts.contact_values(after)
         found = np.ravel([new_rates, new_slips], order="F")[rows]
