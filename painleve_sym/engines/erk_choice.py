@@ -111,7 +111,10 @@ class Parts:
             )
             place, first = own.stop, first + len(part.alternatives)
         return [
-            (np.concatenate([m for m, _ in each]), sum(is_open for _, is_open in each))
+            (
+                np.concatenate([*(m for m, _ in each), z[place:]]),
+                sum(is_open for _, is_open in each),
+            )
             for each in itertools.product(*offered)
         ]
 
