@@ -10,8 +10,10 @@ import casadi as ca
 
 RIDGE = 1e-9
 """Of the sum of the diagonal, added to it where a matrix may be singular. Refined twice it
-changes a solution by the cube of its part of an eigenvalue; rounding grows by its inverse at most,
-in a direction whose eigenvalue is as small as the ridge."""
+changes a solution by the cube of its part of an eigenvalue; rounding in a singular
+direction grows by its inverse."""
+_ROUNDING = 1e-5
+"""Part of what the unknowns may be, far above their rounding in a singular direction."""
 _REFINEMENTS = 2
 _NOTHING = 1e-90
 
@@ -21,11 +23,11 @@ Matrix = Sequence[Sequence[ca.SX]]
 def least_solution(matrix: Matrix, right: Matrix, ease: Sequence[ca.SX]) -> list[list[ca.SX]]:
     """Return a solution of a symmetric positive semidefinite system that may be singular.
 
-    With x = D z, D the diagonal of `ease`, and M = A D it takes z = M (M + ρ)⁻² r, Tikhonov's
-    regularisation, whose effect is taken back by iterated refinement. Where the system does not
-    determine the unknowns, they are shared in proportion to `ease`; an unknown of no ease is 0. The
-    multiplication by M comes last: it removes what rounding, amplified by the ridge, adds in a
-    direction that the system does not determine.
+    With x = D z, D the diagonal of `ease`, it solves (A D + ρ) z = r: Tikhonov's regularisation,
+    whose effect is taken back by iterated refinement. Where the system does not determine the
+    unknowns, they are shared in proportion to `ease`; an unknown of no ease is 0. In such a
+    direction z has rounding, amplified by 1/ρ. Its part there, v = ρ² (A D + ρ)⁻² z, is taken off
+    where it is small beside 1: what the system demands there is not.
 
     Parameters
     ----------
@@ -33,7 +35,8 @@ def least_solution(matrix: Matrix, right: Matrix, ease: Sequence[ca.SX]) -> list
         Symmetric; its diagonal is positive.
     right : k rows of m casadi.SX
     ease : sequence of k casadi.SX
-        Not negative; empty for the inverse of the diagonal: equal shares, in its units.
+        Sizes that the unknowns may have, not negative; empty for the inverse of the diagonal:
+        equal shares, in its units, with their rounding.
 
     Returns
     -------
@@ -55,14 +58,25 @@ def least_solution(matrix: Matrix, right: Matrix, ease: Sequence[ca.SX]) -> list
     )
     columns = []
     for k in range(len(right[0])):
-        z, rest = [ca.SX(0)] * size, [right[i][k] for i in range(size)]
-        for _ in range(_REFINEMENTS + 1):
-            y = _substitute(factor, _substitute(factor, rest))
-            more = [_dot(row, y) for row in scaled]
-            z = [a + b for a, b in zip(z, more, strict=True)]
-            rest = [right[i][k] - _dot(row, z) for i, row in enumerate(scaled)]
+        target = [right[i][k] for i in range(size)]
+        z = _substitute(factor, target)
+        for _ in range(_REFINEMENTS):
+            rest = [t - _dot(row, z) for t, row in zip(target, scaled, strict=True)]
+            z = [a + b for a, b in zip(z, _substitute(factor, rest), strict=True)]
+        if ease:
+            v = z
+            for _ in range(_REFINEMENTS):
+                v = _substitute(factor, [ridge * a for a in v])
+            z = _without_rounding(z, d, v)
         columns.append([a * b for a, b in zip(d, z, strict=True)])
     return [list(row) for row in zip(*columns, strict=True)]
+
+
+def _without_rounding(z: list[ca.SX], d: list[ca.SX], v: list[ca.SX]) -> list[ca.SX]:
+    """Return z less its part v that is not determined, where that is below `_ROUNDING`."""
+    small = _ROUNDING**2 * reduce(add, d)
+    part = small / (small + _dot(d, [a * a for a in v]) + _NOTHING)
+    return [a - part * b for a, b in zip(z, v, strict=True)]
 
 
 def solution(

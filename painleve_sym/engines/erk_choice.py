@@ -139,7 +139,7 @@ class Parts:
         for memory, is_open, hold, rates in self._tested(combinations, held):
             if not hold:
                 continue
-            # Among those that rounding alone cannot tell apart, one that lasts, and last what was left.
+            # Of those that rounding alone cannot tell apart, one that lasts; last what was left.
             rank = 3 * (parts - is_open if policy < 0 else is_open)
             rank += 0 if np.array_equal(memory, before) else hold
             motions += not motions or not same_motion(rates, rate)
