@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from painleve_sym.contacts.two_contacts import TwoContacts
 
-from painleve_sym.contacts.compliant import SoftenedContact
-from painleve_sym.laws.catalogue import law
+from painleve_sym.laws.catalogue import one_law
 from painleve_sym.quantities import (
     QUANTITIES,
     axis_label,
@@ -15,15 +13,14 @@ from painleve_sym.quantities import (
     symbol_latex,
     unit_of,
 )
+from painleve_sym.simulate.factory import make_simulator
 from tests.mechanics.catalogue import derived
 
 
 @pytest.mark.parametrize("name", ["rod", "block-two-feet"])
 def test_every_state_and_output_of_an_automaton_has_a_unit(name):
     mechanism = derived(name)
-    two = len(mechanism.contacts) == 2
-    contact = TwoContacts(mechanism) if two else SoftenedContact(mechanism, law("hertz"))
-    automaton = contact.automaton
+    automaton = make_simulator(mechanism, one_law("hertz")).automaton
     outputs = next(iter(automaton.modes)).outputs
     names = [*(s.name for s in automaton.states), *outputs]
     assert len(names) > len(mechanism.state_names)

@@ -10,8 +10,8 @@ import casadi as ca
 
 RIDGE = 1e-9
 """Of the sum of the diagonal, added to it where a matrix may be singular. Refined twice it
-changes a solution by the cube of its part of an eigenvalue; rounding in a singular
-direction grows by its inverse."""
+changes a solution by the cube of its part of an eigenvalue; rounding grows by its inverse at most,
+in a direction whose eigenvalue is as small as the ridge."""
 _REFINEMENTS = 2
 _NOTHING = 1e-90
 
@@ -21,9 +21,11 @@ Matrix = Sequence[Sequence[ca.SX]]
 def least_solution(matrix: Matrix, right: Matrix, ease: Sequence[ca.SX]) -> list[list[ca.SX]]:
     """Return a solution of a symmetric positive semidefinite system that may be singular.
 
-    With x = D z, D the diagonal of `ease`, it solves (A D + ρ) z = r: Tikhonov's regularisation,
-    whose effect is taken back by iterated refinement. Where the system does not determine the
-    unknowns, they are shared in proportion to `ease`; an unknown of no ease is 0.
+    With x = D z, D the diagonal of `ease`, and M = A D it takes z = M (M + ρ)⁻² r, Tikhonov's
+    regularisation, whose effect is taken back by iterated refinement. Where the system does not
+    determine the unknowns, they are shared in proportion to `ease`; an unknown of no ease is 0. The
+    multiplication by M comes last: it removes what rounding, amplified by the ridge, adds in a
+    direction that the system does not determine.
 
     Parameters
     ----------
@@ -53,11 +55,12 @@ def least_solution(matrix: Matrix, right: Matrix, ease: Sequence[ca.SX]) -> list
     )
     columns = []
     for k in range(len(right[0])):
-        target = [right[i][k] for i in range(size)]
-        z = _substitute(factor, target)
-        for _ in range(_REFINEMENTS):
-            rest = [t - _dot(row, z) for t, row in zip(target, scaled, strict=True)]
-            z = [a + b for a, b in zip(z, _substitute(factor, rest), strict=True)]
+        z, rest = [ca.SX(0)] * size, [right[i][k] for i in range(size)]
+        for _ in range(_REFINEMENTS + 1):
+            y = _substitute(factor, _substitute(factor, rest))
+            more = [_dot(row, y) for row in scaled]
+            z = [a + b for a, b in zip(z, more, strict=True)]
+            rest = [right[i][k] - _dot(row, z) for i, row in enumerate(scaled)]
         columns.append([a * b for a, b in zip(d, z, strict=True)])
     return [list(row) for row in zip(*columns, strict=True)]
 

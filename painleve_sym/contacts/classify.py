@@ -14,12 +14,7 @@ from painleve_sym.complementarity.uniqueness import Uniqueness
 from painleve_sym.contacts import guide
 from painleve_sym.contacts.chatter import Chatter, chatter
 from painleve_sym.contacts.contact_numbers import ContactNumbers, all_contact_numbers
-from painleve_sym.contacts.inputs import (
-    CONTACT_TOLERANCE,
-    resolve_parameters,
-    resolve_state,
-    symbol_values,
-)
+from painleve_sym.contacts.inputs import resolve_parameters, resolve_state, symbol_values
 from painleve_sym.contacts.local_mode import ContactMode
 from painleve_sym.contacts.problem import ContactCase, ContactProblem, ContactSolution
 from painleve_sym.errors import InputError
@@ -294,26 +289,27 @@ def closed_contacts(where: str, mechanism: Mechanism, found: ContactNumbers) -> 
     single = len(mechanism.contacts) == 1
     for i, contact in enumerate(mechanism.contacts):
         gap, rate = float(found.gap[i]), float(found.gap_rate[i])
+        near, slow = float(found.gap_tolerance[i]), float(found.rate_tolerance[i])
         name = "the contact" if single else f"contact {contact.name!r}"
         if contact.bilateral:
             subject = "a bilateral contact" if single else f"bilateral {name}"
-            faults += held_faults(subject, gap, rate)
+            faults += held_faults(subject, (gap, near), (rate, slow))
             closed.append(i)
-        elif gap < -CONTACT_TOLERANCE:
+        elif gap < -near:
             faults.append(
                 f"{name} starts inside the ground, gap = {gap:g} m, and no contact law "
                 "is given. Fix: start with gap 0, or use simulate with a law."
             )
-        elif gap <= CONTACT_TOLERANCE and rate < -CONTACT_TOLERANCE:
+        elif gap <= near and rate < -slow:
             faults.append(
                 f"normal velocity {rate:g} m/s, need 0. Fix: use jump or simulate."
                 if single
                 else f"{name} approaches with {-rate:g} m/s: an impact. "
                 "Fix: use simulate with --law rigid."
             )
-        elif gap <= CONTACT_TOLERANCE and rate <= CONTACT_TOLERANCE:
+        elif gap <= near and rate <= slow:
             closed.append(i)
-        elif single and gap > CONTACT_TOLERANCE:
+        elif single and gap > near:
             faults.append(f"{name} is open, gap = {gap:g} m, need 0. Fix: start on the surface.")
         elif single:
             faults.append(
@@ -327,12 +323,19 @@ def closed_contacts(where: str, mechanism: Mechanism, found: ContactNumbers) -> 
     return closed
 
 
-def held_faults(subject: str, gap: float, rate: float) -> list[str]:
-    """Return a sentence where gap and normal velocity of a bilateral contact are not 0."""
-    if abs(gap) <= CONTACT_TOLERANCE and abs(rate) <= CONTACT_TOLERANCE:
+def held_faults(subject: str, gap: tuple[float, float], rate: tuple[float, float]) -> list[str]:
+    """Return a sentence where a bilateral contact is off its guide; none where it is on it.
+
+    Parameters
+    ----------
+    subject : str
+    gap, rate : tuple of two float
+        Gap and normal velocity, each with its tolerance; m, m/s.
+    """
+    if abs(gap[0]) <= gap[1] and abs(rate[0]) <= rate[1]:
         return []
     return [
-        f"{subject} holds its point: got gap = {gap:g} m and normal "
-        f"velocity {rate:g} m/s, need both 0 within {CONTACT_TOLERANCE:g}. "
+        f"{subject} holds its point: got gap = {gap[0]:g} m and normal velocity {rate[0]:g} m/s, "
+        f"need both 0 within {gap[1]:.1g} m and {rate[1]:.1g} m/s. "
         "Fix: start on the guide and along it."
     ]

@@ -1,4 +1,4 @@
-"""The numbers of a mechanism at a state: contact motion, Delassus matrix, free motion, domain."""
+"""The numbers of a mechanism at a state: contact motion, Delassus matrix, scales, domain."""
 
 from __future__ import annotations
 
@@ -8,10 +8,14 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
+import sympy as sp
 
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.mechanics.mechanism import Mechanism
+
+CONTACT_TOLERANCE = 1e-12
+"""Part of the mechanism's length and speed below which gap and its rate are 0: round-off."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +34,8 @@ class ContactNumbers:
         Friction coefficients.
     A_stick, B_stick : ndarray, shape (n,)
         A′ and B′ of each contact with the others open; 1/kg and m/s².
+    gap_tolerance, rate_tolerance : ndarray, shape (n,)
+        See `contact_tolerances`; m, m/s.
     """
 
     gap: Array
@@ -40,6 +46,8 @@ class ContactNumbers:
     mu: Array
     A_stick: Array
     B_stick: Array
+    gap_tolerance: Array
+    rate_tolerance: Array
 
 
 def all_contact_numbers(
@@ -69,8 +77,11 @@ def all_contact_numbers(
         name: np.array([own[name] for own in found])
         for name in ("gap", "gap_rate", "slip_velocity", "A_stick", "B_stick")
     }
+    tolerances = np.array([contact_tolerances(own) for own in found])
     return ContactNumbers(
         W=W,
+        gap_tolerance=tolerances[:, 0],
+        rate_tolerance=tolerances[:, 1],
         b=np.array([own[name] for own in found for name in ("b_n", "b_t")]),
         mu=np.array([float(parameters[c.friction.name]) for c in mechanism.contacts]),
         **motion,
@@ -80,8 +91,9 @@ def all_contact_numbers(
 def contact_numbers(mechanism: Mechanism, i: int = 0) -> Quantities:
     """Return gap, gap_rate, slip_velocity, W_nn, W_nt, W_tt, b_n, b_t, A_stick, B_stick.
 
-    Also kinetic_energy and the diagonal of M as mass_0, mass_1, … All are functions of coordinates,
-    velocities and parameters; units as in `Contact` and `ContactCoefficients`.
+    Also kinetic_energy, length (see `length_formula`; m) and the diagonal of M as mass_0, mass_1, …
+    All are functions of coordinates, velocities and parameters; units as in `Contact` and
+    `ContactCoefficients`.
 
     Parameters
     ----------
@@ -92,6 +104,71 @@ def contact_numbers(mechanism: Mechanism, i: int = 0) -> Quantities:
     return quantities(
         f"contact {i}", mechanism.definition, _symbols(mechanism), lambda: _formulas(mechanism, i)
     )
+
+
+def length_formula(mechanism: Mechanism, i: int = 0) -> sp.Expr:
+    """Return the length that the mechanism gives to compare others with; m.
+
+    The geometric mean of the positive parameters in m. Without one √(W_nn Σ M_aa) over the angles
+    a, the lever by which they move the contact; with neither, the largest of the coordinates, the
+    gap and the parameters in m, which may be 0.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    i : int
+        Which of its contacts.
+    """
+    system = mechanism.system
+    lengths = [p.symbol for p in system.parameters if p.unit == "m"]
+    positive = [s for s in lengths if s.is_positive]
+    if positive:
+        return sp.Mul(*positive) ** sp.Rational(1, len(positive))
+    angles = [k for k, c in enumerate(system.coordinates) if c.unit == "rad"]
+    if angles:
+        inertia = sum(system.mass_matrix[k, k] for k in angles)
+        return sp.sqrt(inertia * mechanism.all_coefficients[i].W_nn)
+    lengths += [c.symbol for c in system.coordinates if c.unit == "m"]
+    return sp.Max(*map(sp.Abs, (*lengths, mechanism.contacts[i].gap)))
+
+
+def characteristic_length(numbers: Mapping[str, Any]) -> Array:
+    """Return the length by which coordinates and gap are measured, shape (n,) or (); m.
+
+    `length_formula`; where that is 0 the height 2 T W_nn/|b_n| to which the motion could rise, and
+    1 m where nothing moves or nothing pulls back: there is no length to go by.
+
+    Parameters
+    ----------
+    numbers : mapping of str to ndarray, shape (n,), or float
+        What `contact_numbers` gives.
+    """
+    length, pull = np.asarray(numbers["length"]), np.abs(numbers["b_n"])
+    with np.errstate(all="ignore"):
+        speed_squared = 2 * np.asarray(numbers["kinetic_energy"]) * numbers["W_nn"]
+        height = np.divide(speed_squared, pull, out=np.zeros_like(speed_squared), where=pull > 0)
+    result: Array = np.where(length > 0, length, np.where(height > 0, height, 1.0))
+    return result
+
+
+def contact_tolerances(numbers: Mapping[str, Any]) -> tuple[Array, Array]:
+    """Return the gap (m) and the gap rate (m/s) up to which a contact is closed, each (n,) or ().
+
+    Parts of the characteristic length L and of the speed √(2 (T W_nn + |b_n| L)), which the
+    motion has or would gain over L. Both follow a change of the units.
+
+    Parameters
+    ----------
+    numbers : mapping of str to ndarray, shape (n,), or float
+        What `contact_numbers` gives.
+    """
+    length = characteristic_length(numbers)
+    kinetic = np.asarray(numbers["kinetic_energy"])
+    # Numbers beyond all bounds close no contact.
+    with np.errstate(all="ignore"):
+        gain = np.abs(numbers["b_n"]) * length
+        speed = np.sqrt(2 * (kinetic * numbers["W_nn"] + gain))
+    return CONTACT_TOLERANCE * length, CONTACT_TOLERANCE * speed
 
 
 def domain_margins(mechanism: Mechanism) -> Quantities:
@@ -133,4 +210,5 @@ def _formulas(mechanism: Mechanism, i: int) -> Mapping[str, Any]:
     formulas = {name: getattr(contact, name) for name in motion}
     formulas |= {name: getattr(c, name) for name in forces}
     formulas |= {f"mass_{k}": system.mass_matrix[k, k] for k in range(len(system.q))}
+    formulas["length"] = length_formula(mechanism, i)
     return formulas | {"kinetic_energy": system.kinetic_energy}

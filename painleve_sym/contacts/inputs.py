@@ -10,9 +10,6 @@ from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.mechanics.models import Mechanism
 from painleve_sym.mechanics.system import Parameter
 
-CONTACT_TOLERANCE = 1e-12
-"""Gap or normal speed, in SI units, below which a state counts as in contact: round-off."""
-
 
 def _raise(where: str, faults: Sequence[str]) -> None:
     if faults:

@@ -411,7 +411,7 @@ class ContactProblem:
                 checked.append(answer)
             elif answer.residual < checked[twin].residual:
                 checked[twin] = answer
-        checked.sort(key=lambda answer: (*answer.forces[0::2], *answer.forces[1::2]))
+        checked = _ordered(checked)
         choices = np.array(wide, dtype=np.intp).reshape(-1, self.size)
         return tuple(
             law.solution(answer, not _any_holds(choices, law.possible(answer.forces)))
@@ -989,6 +989,22 @@ class _ScaledLaw:
         return ContactSolution(
             point.modes, normal, tangential, parted, sliding, point.residual, isolated
         )
+
+
+def _ordered(points: list[_Checked]) -> list[_Checked]:
+    """Return the points by their normal forces, then by the tangential ones.
+
+    Forces that differ by rounding alone are equal here: it must not decide the order.
+    """
+    if len(points) < 2:
+        return points
+    forces = np.array([(*point.forces[0::2], *point.forces[1::2]) for point in points])
+    order = np.argsort(forces, axis=0)
+    steps = np.diff(np.take_along_axis(forces, order, axis=0), axis=0, prepend=-np.inf)
+    ranks = np.empty(forces.shape, dtype=np.intp)
+    levels = np.cumsum(steps > _DISTINCT * np.max(np.abs(forces), axis=0), axis=0)
+    np.put_along_axis(ranks, order, levels, axis=0)
+    return [points[k] for k in np.lexsort(ranks.T[::-1])]
 
 
 def _ratio(part: FloatArray, whole: FloatArray) -> FloatArray:

@@ -132,7 +132,8 @@ class RigidContact(ContactStates):
             return all_positive(self.stick_force, *self._stick_margins())
         # Every F_n with F_t = −(W_nt F_n + b_t)/W_tt holds v̇_t = 0; g̈_N = B′ must be 0 too.
         margin = c.mu * c.W_tt - sp.Abs(c.W_nt)
-        return all_positive(margin, sp.Float("1e-12") - sp.Abs(c.B_stick))
+        terms = sp.Abs(c.W_tt * c.b_n) + sp.Abs(c.W_nt * c.b_t)
+        return all_positive(margin, sp.Float("1e-12") * terms - sp.Abs(c.W_tt * c.B_stick))
 
     @cached_property
     def _wedged(self) -> bool:

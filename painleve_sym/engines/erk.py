@@ -11,6 +11,7 @@ import numpy as np
 
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.modes import AutomatonFunctions
+from painleve_sym.engines.erk_choice import REST_ERRORS, ZERO_TIME, Parts, guard_side, tests_hold
 from painleve_sym.engines.erk_mode import GRID, Call, ModeRunner, Window
 from painleve_sym.engines.protocol import (
     CLOSED,
@@ -34,8 +35,9 @@ _ROUGH, _ROUGHEST = 10.0, 1e-12
 _REPLACEMENTS = 8
 """Times that an earlier event may replace one; each is earlier still, so one or two are usual."""
 
-# The compiled engine's constants: its decisions are repeated here.
-_ZERO_TIME, _CHAIN = 1e-10, 64
+# As in the compiled engine, whose decisions are repeated here.
+_FROM_REST = 1e-4
+_CHAIN = 64
 
 _COUNTERS = ("accepted_steps", "rejected_steps", "field_evaluations", "guard_evaluations")
 _MORE_COUNTERS = ("dense_outputs", "events")
@@ -133,13 +135,15 @@ class _Run:
         scale = self.atol + o.rtol * np.abs(self.x)
         f0 = field(self.x, self.z, self.c)[0]
         d0, d1 = np.sum((self.x / scale) ** 2), np.sum((f0 / scale) ** 2)
-        h = 0.01 * np.sqrt(d0 / d1) if d0 > 1e-10 and d1 > 1e-10 else 1e-6
-        h = min(h, o.max_step)
+        tau = _FROM_REST * self.t_end
+        if d1 > 0:
+            tau = np.sqrt(d0 / d1) if d0 > 1e-10 else _FROM_REST / (o.rtol * np.sqrt(d1))
+        h = min(0.01 * tau, o.max_step)
         f1 = field(self.x + h * f0, self.z, self.c)[0]
         self.counters["field_evaluations"] += 2
         d2 = np.sum(((f1 - f0) / scale) ** 2)
         slope = np.fmax(np.sqrt(d1), np.sqrt(d2) / h)
-        h1 = (0.01 / slope) ** 0.125 if slope > 1e-15 else np.fmax(1e-6, h * 1e-3)
+        h1 = tau * (0.01 / (tau * slope)) ** 0.125 if slope > 0 else h
         h = float(np.fmin(100 * h, h1))
         return h if 0 < h < o.max_step else o.max_step
 
@@ -153,7 +157,7 @@ class _Run:
                 self.reason = StopReason.NON_FINITE
                 return
             g, d, d2 = self.runner.jets(self.x, self.z, self.c)
-            sides = [_side(g[j], d[j], d2[j], self.h_ref, j in departs) for j in range(len(g))]
+            sides = [guard_side(g[j], d[j], d2[j], self.h_ref, j in departs) for j in range(len(g))]
             self.armed = np.array(sides) > 0
             transitions = self.modes[self.mode].transitions
             if transitions and transitions[-1].immediate:
@@ -173,7 +177,7 @@ class _Run:
         at = (self.x, self.z, self.c, np.array([float(timed)]))
         x, z, conditions = self.runner.events[j](*at)
         departs: tuple[int, ...] = ()
-        if transition.decides:
+        if transition.decides or transition.strikes:
             # That no mode follows is how a run ends whose question nobody answers.
             self.reason, self.decision = StopReason.NO_MODE, True
             self.stop_transition = j
@@ -181,15 +185,44 @@ class _Run:
             choice = _chosen(conditions, transition.choices)
             self.mode = self.engine.functions.mode_index[choice.target]
             departs = self.engine.functions.departures(choice)
+            if transition.chooses:
+                x, z, leaving = self.choose(x, z)
+                departs += leaving
         else:
             self.reason, self.stop_transition = transition.stop, j
-        if visible and not self.decision:
+        if visible and not (transition.decides or transition.strikes):
             self.note(transition.kind, before, j, transition.contact, x, z)
             self.check_accumulation(before, j)
         if transition.on_accumulation is not None:
             self.limit = before, j, self.t
         self.x, self.z = x, z
         return departs
+
+    def choose(self, x: Array, z: Array) -> tuple[Array, Array, tuple[int, ...]]:
+        """Choose the local modes of the parts after a reset to x and z in the mode entered.
+
+        Returns state and memory, and the guards that leave zero upwards. Where nothing is possible,
+        the run ends with a question.
+        """
+        parts, at = self.engine.parts, (self.x, self.z)
+        assert parts is not None
+        x = x.copy()
+        still = [i for i in parts.rest if abs(x[i]) <= REST_ERRORS * self.options.atol[i]]
+        x[still] = 0.0
+        self.x = x
+        chosen = parts.choose(parts.combinations(x, z, self.c), self.held, at[1])
+        self.x, self.z = at
+        if chosen is None:
+            self.reason, self.decision = StopReason.NO_MODE, True
+        return x, z if chosen is None else chosen, parts.leaving(self.mode)
+
+    def held(self, memory: Array) -> tuple[int, Array]:
+        """Return whether the tests of the mode hold with a memory, and the rates of the states."""
+        self.z = memory
+        h, at = self.first_step(), (self.x, memory, self.c)
+        tests = self.runner.tests
+        hold = tests_hold(tests(*at), h) if tests is not None and np.isfinite(h) else 0
+        return hold, self.runner.field(*at)[0]
 
     def note(self, kind: EventKind, before: int, j: int, contact: str, x: Array, z: Array) -> None:
         """Count and record an event; x and z are those after it."""
@@ -257,7 +290,7 @@ class _Run:
         length, limit = float(window.times[-1]), max(_ROUGH * self.options.rtol, _ROUGHEST)
         excess = window.roughness(self.scale) / limit
         # Where a force sets in with a kink no grid is fine enough: there is an end to it.
-        if not excess > 1 or length < _ZERO_TIME * self.h_ref:
+        if not excess > 1 or length < ZERO_TIME * self.h_ref:
             return False
         self.length = length * max(0.8 * excess ** (-1 / 6), 1 / GRID)
         return True
@@ -292,7 +325,7 @@ class _Run:
         Where the window is too long to resolve the event, a shorter one is tried first: a guard
         that does not leave zero as it should (`tau` is 0) may have left it and come back.
         """
-        nearest = max(_ZERO_TIME * self.h_ref, 1e-13 * self.t)
+        nearest = max(ZERO_TIME * self.h_ref, 1e-13 * self.t)
         replaced = 0
         while True:
             window = self.end_at_zero(j, tau) if tau >= 1e-14 * length else None
@@ -351,18 +384,6 @@ class _Run:
         return found
 
 
-def _side(g: float, d: float, d2: float, h: float, departs: bool) -> int:
-    """1: on the positive side, armed; 0: at zero and leaving upwards; -1: fires now."""
-    d = float(np.nan_to_num(d, nan=0.0, posinf=_HUGE, neginf=-_HUGE))
-    d2 = d2 if np.isfinite(d2) else 0.0
-    first, second = d * _ZERO_TIME * h, 0.5 * d2 * (_ZERO_TIME * h) ** 2
-    if abs(g) > abs(first) + abs(second):
-        return 1 if g > 0 else -1
-    if departs:
-        return 0
-    return -1 if (first if abs(first) > abs(second) else second) < 0 else 0
-
-
 def _chosen(conditions: Array, choices: tuple[Choice, ...]) -> Choice:
     admitted = (c for c, v in zip(choices[:-1], conditions, strict=False) if v)
     return next(admitted, choices[-1])
@@ -397,6 +418,12 @@ class ErkEngine:
     @cached_property
     def _constants(self) -> Call:
         return Call(self.functions.constants)
+
+    @cached_property
+    def parts(self) -> Parts | None:
+        """What the parts of the automaton may do; None where it has none."""
+        alternatives = self.functions.alternatives
+        return None if alternatives is None else Parts(self.functions, alternatives)
 
     @cached_property
     def _starts(self) -> Call:

@@ -11,8 +11,7 @@ from typing import Any
 import painleve_sym
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.compile import Compiler
-from painleve_sym.contacts.contact_numbers import contact_numbers
-from painleve_sym.contacts.inputs import CONTACT_TOLERANCE
+from painleve_sym.contacts.contact_numbers import CONTACT_TOLERANCE, contact_numbers
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.engines.source import ENGINE_REASONS
 from painleve_sym.export_c.standalone import (
@@ -34,6 +33,7 @@ from painleve_sym.hybrid.signature import Outline
 from painleve_sym.mechanics.system import Parameter
 from painleve_sym.simulate.compliant import SoftenedSimulator
 from painleve_sym.simulate.plural import PluralSimulator
+from painleve_sym.simulate.scales import AT_REST
 from painleve_sym.simulate.simulator import DEFAULT_RTOL, ContactSimulator
 from painleve_sym.simulate.trajectory import Trajectory
 
@@ -380,7 +380,7 @@ def _start(case: Case) -> str:
         loading = simulator.loading_curves
     functions, work = start_functions(numbers, simulator.automaton, loading)
     states = ", ".join(f"{{{', '.join(map(str, place.values()))}}}" for place in case.places)
-    values = case.shared | case.places[0] | {"work": work}
+    values = case.shared | case.places[0] | {"work": work, "at_rest": repr(AT_REST)}
     values |= {"contact_count": count, "contact_states": states}
     scales = "scales_softened.c" if loading else "scales_rigid.c"
     scales = "scales_several.c" if count > 1 else scales
@@ -389,7 +389,8 @@ def _start(case: Case) -> str:
         "coordinates": len(system.q),
         "motion": "2 * COORDINATES" + " + 1" * timed,
         "span": "(2 * COORDINATES + 1)" if timed else "2 * COORDINATES",
-        "clock": "  atol[2 * COORDINATES] = 1.0; /* the time */\n" * timed,
+        "clock": _CLOCK * timed,
+        "in_metres": ", ".join(str(int(c.unit == "m")) for c in system.coordinates),
         "own_parameters": len(system.parameters),
         "found": ", ".join([*(f"FOUND_{n}" for n in found.names), "FOUND"]),
         "complete": _complete(case),
@@ -401,8 +402,19 @@ def _start(case: Case) -> str:
 
 
 _CLEANED = f"""\
-/* Computed from the coordinates these cancel: a touching start must not become a tiny fall. */
-static double cleaned(double value) {{ return fabs(value) <= {CONTACT_TOLERANCE!r} ? 0.0 : value; }}
+/* A gap or its rate: computed from the coordinates they cancel, and a touching start must not
+ * become a tiny fall. */
+static double cleaned(const double *found, int which) {{
+  double length = characteristic_length(found), gain = fabs(found[FOUND_b_n]) * length;
+  double speed = sqrt(2 * (found[FOUND_kinetic_energy] * found[FOUND_W_nn] + gain));
+  double tolerance = {CONTACT_TOLERANCE!r} * (which == FOUND_gap ? length : speed);
+  return fabs(found[which]) <= tolerance ? 0.0 : found[which];
+}}
+"""
+
+
+_CLOCK = """\
+  atol[2 * COORDINATES] = length / sqrt(2 * energy * found[FOUND_W_nn]); /* the time */
 """
 
 
@@ -410,14 +422,13 @@ def _complete(case: Case) -> str:
     """Return the function that completes a state; where all follow as 0, it asks for nothing."""
     own, derived = range(len(case.motion), len(case.states)), dict[int, str]()
     for i, place in enumerate(case.places):
-        at = f"{i} * FOUND + " * (i > 0)
-        derived[place["slip"]] = f"found[{at}FOUND_slip_velocity]"
+        derived[place["slip"]] = f"found[{i} * FOUND + FOUND_slip_velocity]"
         for name in ("gap", "gap_rate"):
-            derived[place[name]] = f"cleaned(found[{at}FOUND_{name}])"
+            derived[place[name]] = f"cleaned(found + {i} * FOUND, FOUND_{name})"
     lines = [f"  x[{i}] = {derived.get(i, '0')};" for i in own]
+    cleans = [_CLEANED] if any("cleaned" in line for line in lines) else []
     if any(i in own for i in derived):
         lines = ["  double found[CONTACTS * FOUND];", "  contact_numbers(p, x, found);", *lines]
-    cleans = [_CLEANED] if any("cleaned" in derived.get(i, "") for i in own) else []
     head = f"void {case.name}_complete_state(const double *p, double *x) {{"
     return "\n".join([*cleans, head, *lines, "}"])
 

@@ -158,7 +158,8 @@ class RigidSimulator(ContactSimulator):
         gap = float(vector[self._index(self.contact.gap)])
         if self.mechanism.contact.bilateral:
             rate = float(vector[self._index(self.contact.gap_rate)])
-            for fault in held_faults("a bilateral contact", gap, rate):
+            near, slow = self.closed_within(vector, values)[0]
+            for fault in held_faults("a bilateral contact", (gap, near), (rate, slow)):
                 raise InputError(f"{self.where}: {fault}")
         elif gap < 0:
             raise InputError(

@@ -8,16 +8,31 @@ import numpy as np
 
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.evaluate import power
+from painleve_sym.contacts.contact_numbers import characteristic_length
 
 AT_REST = 1e-20
-"""Kinetic energy below which a motion starts from rest, for the scale of its velocities; J."""
+"""Part of the energy to be gained below which a motion starts from rest."""
+
+
+def gained_energy(numbers: Mapping[str, Array], length: Array) -> Array:
+    """Return what the free contact forces |b|/W would give to a motion over the lengths (n,); J.
+
+    1 where there are none: what nothing drives needs no scale.
+    """
+    gained = np.zeros_like(length)
+    for row in ("n", "t"):
+        pull, mobility = np.abs(numbers[f"b_{row}"]), numbers[f"W_{row}{row}"]
+        held = np.divide(pull, mobility, out=np.zeros_like(length), where=mobility > 0)
+        gained = np.maximum(gained, held * length)
+    return np.where(gained > 0, gained, 1.0)
 
 
 def rigid_scales(numbers: Mapping[str, Array]) -> tuple[Array, ...]:
     """Return the scales of gap (m), gap rate (m/s) and the energy (J) of a rigid contact."""
-    kinetic = numbers["kinetic_energy"]
-    energy = np.where(kinetic > AT_REST, kinetic, 1.0)
-    return np.ones(len(energy)), np.sqrt(2 * energy * numbers["W_nn"]), energy
+    kinetic, length = numbers["kinetic_energy"], characteristic_length(numbers)
+    gained = gained_energy(numbers, length)
+    energy = np.where(kinetic > AT_REST * gained, kinetic, gained)
+    return length, np.sqrt(2 * energy * numbers["W_nn"]), energy
 
 
 def compliant_scales(
@@ -49,8 +64,8 @@ def compliant_scales(
     root[~pressed] = 1 / (n + 1)[~pressed]
     delta = np.where(pressed, 1.0, 0.01) * power(delta, root)
     energy = kinetic + stored + force * delta
-    # Where nothing moves and nothing pushes any scale will do.
-    still = energy == 0
-    delta, energy = np.where(still, 1.0, delta), np.where(still, 1.0, energy)
+    still, length = energy == 0, characteristic_length(numbers)
+    delta = np.where(still, length, delta)
+    energy = np.where(still, gained_energy(numbers, length), energy)
     rate = np.where(pressed, np.sqrt(delta * b_n), 0.01 * np.sqrt(2 * energy * W_nn))
     return delta, rate, energy

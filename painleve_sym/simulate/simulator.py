@@ -11,14 +11,13 @@ import numpy as np
 
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.quantities import Quantities
-from painleve_sym.contacts.contact_numbers import contact_numbers
-from painleve_sym.contacts.contact_states import ContactRow
-from painleve_sym.contacts.inputs import (
-    CONTACT_TOLERANCE,
-    resolve_parameters,
-    resolve_state,
-    symbol_values,
+from painleve_sym.contacts.contact_numbers import (
+    characteristic_length,
+    contact_numbers,
+    contact_tolerances,
 )
+from painleve_sym.contacts.contact_states import ContactRow
+from painleve_sym.contacts.inputs import resolve_parameters, resolve_state, symbol_values
 from painleve_sym.engines.factory import make_engine
 from painleve_sym.engines.protocol import Engine, RawRun, RunOptions
 from painleve_sym.engines.records import EventRecords
@@ -182,9 +181,11 @@ class ContactSimulator(ABC):
         for row, found in zip(self.contact.rows, numbers, strict=True):
             derived = [found[name] for name in ("gap", "gap_rate", "slip_velocity")]
             extra |= dict(zip(row.symbols, derived, strict=True))
-            for s in (row.gap, row.gap_rate):
+            for s, tolerance in zip(
+                (row.gap, row.gap_rate), contact_tolerances(found), strict=True
+            ):
                 # Computed from q these cancel: a touching start must not become a tiny fall.
-                extra[s] = np.where(np.abs(extra[s]) <= CONTACT_TOLERANCE, 0.0, extra[s])
+                extra[s] = np.where(np.abs(extra[s]) <= tolerance, 0.0, extra[s])
         zero = np.zeros(len(next(iter(values.values()))))
         columns = [values.get(s, extra.get(s, zero)) for s in self.outline.states]
         vectors: Array = np.array(columns).T.copy()
@@ -286,14 +287,24 @@ class ContactSimulator(ABC):
         """Return the scale of each state below which only its absolute error counts, shape (nx,).
 
         Gap and its rate have the scales of the contact; other velocities that of the kinetic
-        energy plus the energy of the contact; coordinates and the time 1. Dissipated energies
-        are left out (inf).
+        energy plus the energy of the contact; coordinates in m the `characteristic_length`, angles
+        1, and the time that length over the speed of the energy. Dissipated energies are left out
+        (inf).
         """
         constants = self.integrator.constants(self._vector_of(parameters))
         vectors, constants = np.asarray(vector)[None], constants[None]
         found = self.contact_values(self.at_states(vectors, constants))
         scale: Array = self.all_tolerances(vectors, constants, found)[0]
         return scale
+
+    def closed_within(
+        self, vector: Array, parameters: Mapping[str, float]
+    ) -> list[tuple[float, float]]:
+        """Return gap and gap rate up to which each contact is closed (`contact_tolerances`)."""
+        constants = self.integrator.constants(self._vector_of(parameters))
+        found = self.contact_values(self.at_states(np.asarray(vector)[None], constants[None]))
+        pairs = [contact_tolerances(numbers) for numbers in found]
+        return [(float(near.item()), float(slow.item())) for near, slow in pairs]
 
     def at_states(self, vectors: Array, constants: Array) -> dict[Any, Array]:
         """Return the values of all symbols, shape (n,), for n states and constants (n, nc)."""
@@ -308,13 +319,17 @@ class ContactSimulator(ABC):
         system = self.mechanism.system
         symbols, rows = self.at_states(vectors, constants), self.contact.rows
         scales = self.all_scales(symbols, found)
-        energy, ones = scales[0][2], np.ones(len(vectors))
+        energy = np.maximum.reduce([own[2] for own in scales])
+        length, ones = characteristic_length(found[0]), np.ones(len(vectors))
         masses = [found[0][f"mass_{k}"] for k in range(len(system.q))]
-        scale: dict[Any, Array] = dict.fromkeys((*system.q, TIME), ones)
+        scale: dict[Any, Array] = {
+            c.symbol: length if c.unit == "m" else ones for c in system.coordinates
+        }
+        scale[TIME] = length / np.sqrt(2 * energy * found[0]["W_nn"])
         scale |= {s: np.sqrt(2 * energy / m) for s, m in zip(system.q_dot, masses, strict=True)}
         for row, numbers, (delta, rate, _) in zip(rows, found, scales, strict=True):
             slip = np.sqrt(2 * energy * numbers["W_tt"])
-            scale[row.slip] = np.where(slip == 0, 1.0, slip)
+            scale[row.slip] = np.where(slip == 0, np.sqrt(2 * energy * numbers["W_nn"]), slip)
             scale |= {row.gap: delta, row.gap_rate: rate}
         scale |= dict.fromkeys(self.outline.uncontrolled, np.full(len(vectors), np.inf))
         tolerances: Array = np.array([scale[s] for s in self.outline.states]).T.copy()

@@ -11,16 +11,11 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.checks import number, whole_number
-from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.contacts.classify import Classification, classify
+from painleve_sym.contacts.contact_numbers import contact_numbers, contact_tolerances
 from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
 from painleve_sym.contacts.impact.tangential import TangentialImpact, tangential_impact
-from painleve_sym.contacts.inputs import (
-    CONTACT_TOLERANCE,
-    resolve_parameters,
-    resolve_state,
-    symbol_values,
-)
+from painleve_sym.contacts.inputs import resolve_parameters, resolve_state, symbol_values
 from painleve_sym.engines.factory import ENGINES
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.errors import InputError, unknown_name
@@ -262,8 +257,9 @@ class Scenario:
         coefficient = {rule.parameter.name: self.coefficient_of(rule)}
         given |= resolve_parameters(f"{rule.title}", [rule.parameter], coefficient)
         state = self._state(mechanism, given)
-        gap = float(numbers([mechanism.contact.gap], symbol_values(mechanism, state, given))[0])
-        if abs(gap) > CONTACT_TOLERANCE:
+        at = contact_numbers(mechanism)(symbol_values(mechanism, state, given))
+        gap = at["gap"]
+        if abs(gap) > contact_tolerances(at)[0]:
             place = "inside the ground" if gap < 0 else "above the ground"
             raise InputError(
                 f"jump of {mechanism.name!r}: the contact starts {place}, gap = {gap:g} m, need 0. "

@@ -51,3 +51,37 @@ def test_simulate_rigid_refuses_a_stored_force_and_a_start_in_the_ground(capsys)
     inside = ("--state", "theta=1,x_A_dot=-1,y_A=-1e-6", "--t-end", "1e-3", "--law", "rigid")
     assert main(["simulate", "rod", *inside]) == 2
     assert "inside the ground" in capsys.readouterr().err
+
+
+def _events(capsys, state, parameters, restitution, t_end):
+    name, *start = state
+    arguments = ["--set", parameters, "--law-set", f"e_energetic={restitution}", "--law", "rigid"]
+    command = ["simulate", name, "--state", *start, *arguments, "--t-end", repr(t_end), "--json"]
+    assert main(command) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["stop_reason"] == "t_end"
+    return data, [(e["kind"], e["mode_after"]) for e in data["events"]]
+
+
+def test_simulate_small_block_on_two_feet_is_the_large_one(capsys):
+    """A tenth of a micrometre, 1e-15 kg: nothing is compared with 1 m or 1 J."""
+    state, friction = ("block-two-feet", "theta=0.3"), "beta=0.1,mu_A=0.5,mu_B=0.7"
+    small = f"m=1e-15,J=2e-29,a=1e-7,h=2e-7,{friction}"
+    large = f"m=1,J=2,a=1,h=2,{friction}"
+    tiny, events = _events(capsys, state, small, 0.3, 6.4e-4)
+    huge, same = _events(capsys, state, large, 0.3, 6.4e-4 * 1e7**0.5)
+    assert events == same
+    assert len(events) > 50
+    assert tiny["energy_residual"] < 1e-9
+    times = [e["time"] * 1e7**0.5 for e in tiny["events"]]
+    assert times == pytest.approx([e["time"] for e in huge["events"]], rel=1e-9)
+
+
+def test_simulate_bounces_of_a_large_disc_die_out(capsys):
+    """Of 100 m radius and 1e9 kg."""
+    state, parameters = ("eccentric-disc", "y=200"), "d=0,r=100,m=1e9"
+    data, events = _events(capsys, state, parameters, 0.4, 100.0)
+    assert "settle" in [kind for kind, _ in events]
+    assert data["final"]["state"]["y"] == 0
+    lost = data["final"]["state"]["contact_dissipation"]
+    assert lost == pytest.approx(1e9 * 9.8 * 200, rel=1e-12)

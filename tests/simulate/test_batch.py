@@ -313,18 +313,6 @@ def test_rigid_bounces_are_followed_beyond_their_limit(rigid):
     assert len(found.trajectory(0).events_of("settle")) == 1
 
 
-def test_two_contacts_run_row_after_row():
-    from painleve_sym.simulate.rigid import rigid_simulator
-
-    simulator = rigid_simulator(model("block-two-feet"))
-    start = simulator.mechanism.start
-    found = simulate_many(simulator, start, {"mu_A": [0.2, 0.4]}, t_end=0.01)
-    for i in range(2):
-        assert found.trajectory(i).final_state.tobytes() == found.rows.state[i].tobytes()
-    with pytest.raises(InputError, match="need the compiled engine"):
-        simulate_many(simulator, start, {}, t_end=0.01, maxima=(simulator.outline.output_names[0],))
-
-
 def test_the_second_engine_gives_the_same_rows(softened):
     other = SoftenedSimulator(softened.mechanism, softened.law, "erk")
     states = {"theta": [1.0, -1.0, 1.05], "theta_dot": 1.0, "x_A_dot": -1.0}

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from painleve_sym.simulate.two_contacts import TwoContactSimulator
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -17,9 +16,11 @@ from painleve_sym.contacts.classify import classify
 from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.laws.catalogue import law
+from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.toml.mechanism_file import load_mechanism, mechanism_from_text
 from painleve_sym.simulate.batch.run import simulate_many
 from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.plural import PluralSimulator
 from painleve_sym.simulate.rigid import RigidSimulator
 from painleve_sym.simulate.time_stepping.stepping import TimeStepper
 
@@ -331,7 +332,7 @@ def test_energy_of_a_pendulum_under_a_shaken_rail_closes_through_tangential_impa
 
 @cache
 def two_feet():
-    return TwoContactSimulator(mechanism_from_text(HEAD + FEET, name="feet"))
+    return PluralSimulator(mechanism_from_text(HEAD + FEET, name="feet"), (RigidLaw(),))
 
 
 def test_energy_of_two_feet_on_a_shaken_table_closes_through_impacts_and_slip():

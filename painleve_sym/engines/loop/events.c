@@ -87,7 +87,8 @@ static int guard_side(double g, double d, double d2, double zero, int departs) {
   return (fabs(first) > fabs(second) ? first : second) < 0 ? -1 : 0;
 }
 
-/* First step of a mode (Hairer, Norsett & Wanner, II.4); k[0] = f(x) is set here. */
+/* First step of a mode (Hairer, Norsett & Wanner, II.4, with the time in parts of tau, the state's
+ * own time |x|/|f|, so that it does not depend on the unit); k[0] = f(x) is set here. */
 static double first_step(ps_run *s, const ps_options *o) {
   double y[PS_NX], weight[PS_NX], d0 = 0, d1 = 0, d2 = 0;
   field(s, s->x, s->k[0]);
@@ -98,7 +99,9 @@ static double first_step(ps_run *s, const ps_options *o) {
     d0 += a * a;
     d1 += b * b;
   }
-  double h = d0 > 1e-10 && d1 > 1e-10 ? 0.01 * sqrt(d0 / d1) : 1e-6;
+  double tau = PS_FROM_REST * s->t_end, h;
+  if (d1 > 0) tau = d0 > 1e-10 ? sqrt(d0 / d1) : PS_FROM_REST / (o->rtol * sqrt(d1));
+  h = 0.01 * tau;
   if (h > o->h_max) h = o->h_max;
   for (int i = 0; i < PS_NX; i++) y[i] = s->x[i] + h * s->k[0][i];
   field(s, y, s->k[1]);
@@ -108,7 +111,7 @@ static double first_step(ps_run *s, const ps_options *o) {
   }
   /* A nan of d2 says nothing. */
   double bent = sqrt(d2) / h, straight = sqrt(d1), slope = PS_MAX(bent, straight);
-  double h1 = slope > 1e-15 ? sqrt(sqrt(sqrt(0.01 / slope))) : PS_MAX(1e-6, h * 1e-3);
+  double h1 = slope > 0 ? tau * sqrt(sqrt(sqrt(0.01 / (tau * slope)))) : h;
   h = PS_MIN(100 * h, h1);
   return h > 0 && h < o->h_max ? h : o->h_max;
 }
@@ -155,7 +158,7 @@ static void enter(ps_run *s, const ps_options *o, ps_bits departs, int visible) 
   prepare(s, o);
   settle(s, o, departs, visible);
   if (s->hit && s->reason == PS_RUNNING) s->reason = PS_UNTIL;
-  s->h = o->h0 > 0 ? o->h0 : s->h_ref;
+  s->h = o->h0 > 0 ? o->h0 : PS_START * s->h_ref;
 }
 
 /* Goes on from the present state and mode with a time of its own, which keeps events sharp. */

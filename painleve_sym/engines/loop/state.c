@@ -21,6 +21,11 @@ enum { PS_T_END, PS_UNTIL, PS_LEFT_DOMAIN, PS_STEP_LIMIT, PS_EVENT_LIMIT, PS_ACC
 static const double PS_ZERO_TIME = 1e-10;
 /* Events closer than this part of a step are simultaneous: the first in the mode's list goes first. */
 static const double PS_TIE = 1e-12;
+/* tau of a state at the origin, in parts of the time in which it would come to its scale, or, where it
+ * stands still, of the time left. */
+static const double PS_FROM_REST = 1e-4;
+/* Runge-Kutta starts with so many of the first steps by which guards are armed: the error decides. */
+static const double PS_START = 40;
 /* Part of a step that stands for no time at all. */
 static const double PS_AT_ONCE = 1e-14;
 /* Events at one instant before it is called an accumulation: far above any real chain. */

@@ -136,7 +136,7 @@ static void take_event(ps_run *s, const ps_options *o, int j, double where, doub
   settle(s, o, departs, 1);
   s->h_last = 0;
   /* The old step size is kept where the new mode is as smooth, else the estimate is used. */
-  s->h = PS_MIN(s->h, 10 * s->h_ref);
+  s->h = PS_MIN(s->h, 10 * PS_START * s->h_ref);
   if (s->hit && s->reason == PS_RUNNING) s->reason = PS_UNTIL;
 }
 

@@ -10,13 +10,15 @@ static void loading_curves(const double *p, double *curves) {
 
 /* Scales of gap and gap rate of one contact, and its energy: of a compliant one the compression under
  * the free normal force, that over the time of a contact, and the energy at hand. */
-static void own_scales(const double *curve, double kinetic, double W_nn, double b_n, double x_gap,
-                       double *gap, double *rate, double *energy) {
-  const double k = curve[0], n = curve[1];
-  double force = b_n / W_nn, depth = -x_gap > 0 ? -x_gap : 0.0, delta, stored;
+static void own_scales(const double *curve, const double *found, double x_gap, double *gap,
+                       double *rate, double *energy) {
+  const double k = curve[0], n = curve[1], kinetic = found[FOUND_kinetic_energy];
+  const double W_nn = found[FOUND_W_nn], b_n = fabs(found[FOUND_b_n]), force = b_n / W_nn;
+  double depth = -x_gap > 0 ? -x_gap : 0.0, length = characteristic_length(found), delta, stored;
+  double gained = gained_energy(found, length);
   if (n == 0) {
-    *energy = kinetic > 1e-20 ? kinetic : 1.0; /* below: a motion from rest */
-    *gap = 1.0;
+    *gap = length;
+    *energy = kinetic > $at_rest * gained ? kinetic : gained; /* below: a motion from rest */
     *rate = sqrt(2 * *energy * W_nn);
     return;
   }
@@ -26,7 +28,10 @@ static void own_scales(const double *curve, double kinetic, double W_nn, double 
   else /* nothing presses: a hundredth of what the energy at hand can compress */
     delta = 0.01 * pow((n + 1) * (kinetic + stored) / k, 1 / (n + 1));
   *energy = kinetic + stored + force * delta;
-  if (*energy == 0) delta = *energy = 1.0; /* nothing moves and nothing pushes */
+  if (*energy == 0) { /* nothing moves and nothing pushes */
+    delta = length;
+    *energy = gained;
+  }
   *rate = force > 0 ? sqrt(delta * b_n) : 0.01 * sqrt(2 * *energy * W_nn);
   *gap = delta;
 }
@@ -36,19 +41,21 @@ static void own_scales(const double *curve, double kinetic, double W_nn, double 
  * hundredth of theirs at least. */
 static void scales(const double *p, const double *x, const double *found, double *gap,
                    double *rate, double *energy) {
-  double curves[2 * CONTACTS], b[CONTACTS], least = 0, own, largest = 0;
+  double curves[2 * CONTACTS], pressed[CONTACTS * FOUND], least = 0, own, largest = 0;
+  memcpy(pressed, found, sizeof pressed);
   loading_curves(p, curves);
   for (int i = 0; i < CONTACTS; i++) least = fmax(least, fabs(found[i * FOUND + FOUND_b_n]));
   least = 0.01 * least;
   for (int i = 0; i < CONTACTS; i++) {
-    const double *f = found + i * FOUND, kinetic = f[FOUND_kinetic_energy];
-    const double x_gap = x[CONTACT_STATES[i][0]];
-    b[i] = fmax(fabs(f[FOUND_b_n]), least);
-    own_scales(curves + 2 * i, kinetic, f[FOUND_W_nn], b[i], x_gap, &gap[i], &rate[i], &own);
-    if (kinetic > 0 || b[i] != 0 || x_gap < 0) largest = fmax(largest, own);
+    double *f = pressed + i * FOUND, x_gap = x[CONTACT_STATES[i][0]];
+    f[FOUND_b_n] = fmax(fabs(f[FOUND_b_n]), least);
+    own_scales(curves + 2 * i, f, x_gap, &gap[i], &rate[i], &own);
+    if (f[FOUND_kinetic_energy] > 0 || f[FOUND_b_n] != 0 || x_gap < 0) largest = fmax(largest, own);
   }
   *energy = largest > 0 ? largest : 1.0;
-  for (int i = 0; i < CONTACTS; i++)
-    own_scales(curves + 2 * i, *energy, found[i * FOUND + FOUND_W_nn], b[i],
-               x[CONTACT_STATES[i][0]], &gap[i], &rate[i], &own);
+  for (int i = 0; i < CONTACTS; i++) {
+    pressed[i * FOUND + FOUND_kinetic_energy] = *energy;
+    own_scales(curves + 2 * i, pressed + i * FOUND, x[CONTACT_STATES[i][0]], &gap[i], &rate[i],
+               &own);
+  }
 }

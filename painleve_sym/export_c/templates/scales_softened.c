@@ -24,7 +24,10 @@ static void scales(const double *p, const double *x, const double *found, double
   else /* nothing presses: a hundredth of what the energy at hand can compress */
     delta = 0.01 * pow((n + 1) * (kinetic + stored) / k, 1 / (n + 1));
   *energy = kinetic + stored + force * delta;
-  if (*energy == 0) delta = *energy = 1.0; /* nothing moves and nothing pushes */
+  if (*energy == 0) { /* nothing moves and nothing pushes */
+    delta = characteristic_length(found);
+    *energy = gained_energy(found, delta);
+  }
   *rate = force > 0 ? sqrt(delta * fabs(b_n)) : 0.01 * sqrt(2 * *energy * W_nn);
   *gap = delta;
 }

@@ -38,22 +38,41 @@ static void contact_numbers(const double *p, const double *x, double *found) {
   quantities(arg, res, iw, w, 0);
 }
 
+/* The length by which coordinates and gap are measured. */
+static double characteristic_length(const double *found) {
+  double pull = fabs(found[FOUND_b_n]);
+  double height = 2 * found[FOUND_kinetic_energy] * found[FOUND_W_nn];
+  if (found[FOUND_length] > 0) return found[FOUND_length];
+  return pull > 0 && height > 0 ? height / pull : 1.0;
+}
+
+/* What the free contact forces would give to a motion over a length. */
+static double gained_energy(const double *found, double length) {
+  double normal = fabs(found[FOUND_b_n]) / found[FOUND_W_nn] * length;
+  double tangential = 0.0;
+  if (found[FOUND_W_tt] > 0) tangential = fabs(found[FOUND_b_t]) / found[FOUND_W_tt] * length;
+  if (!(normal > tangential)) normal = tangential;
+  return normal > 0 ? normal : 1.0;
+}
+
 $complete
 
 $scales
 
 void ${name}_tolerances(const double *p, const double *x, double rtol, double *atol) {
-  double found[CONTACTS * FOUND], gap[CONTACTS], rate[CONTACTS], energy;
+  static const unsigned char in_metres[COORDINATES] = {$in_metres};
+  double found[CONTACTS * FOUND], gap[CONTACTS], rate[CONTACTS], energy, length;
   contact_numbers(p, x, found);
   scales(p, x, found, gap, rate, &energy);
+  length = characteristic_length(found);
   for (int i = 0; i < ${NAME}_STATES; i++) atol[i] = HUGE_VAL;
   for (int i = 0; i < COORDINATES; i++) {
-    atol[i] = 1.0;
+    atol[i] = in_metres[i] ? length : 1.0;
     atol[COORDINATES + i] = sqrt(2 * energy / found[FOUND_mass_0 + i]);
   }
 $clock  for (int i = 0; i < CONTACTS; i++) {
-    const double slip = sqrt(2 * energy * found[i * FOUND + FOUND_W_tt]);
-    atol[CONTACT_STATES[i][2]] = slip != 0 ? slip : 1.0;
+    const double *f = found + i * FOUND, slip = sqrt(2 * energy * f[FOUND_W_tt]);
+    atol[CONTACT_STATES[i][2]] = slip != 0 ? slip : sqrt(2 * energy * f[FOUND_W_nn]);
     atol[CONTACT_STATES[i][0]] = gap[i];
     atol[CONTACT_STATES[i][1]] = rate[i];
   }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from painleve_sym.arrays import Array
-from painleve_sym.contacts.inputs import CONTACT_TOLERANCE
+from painleve_sym.contacts.contact_numbers import contact_tolerances
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.simulate.batch.inputs import ManyInputs
 from painleve_sym.simulate.batch.reason_codes import INVALID_START, LEFT_DOMAIN, NON_FINITE
@@ -72,7 +72,7 @@ def _starts_of(simulator: ContactSimulator, rows: ManyInputs, first: int, stop: 
     states = simulator.initial_states(values, numbers)
     force = None if rows.force is None else rows.part(rows.force, first, stop)
     refusal = np.full(len(states), RUNS, np.int32)
-    refusal[_invalid(simulator, states, force)] = INVALID_START
+    refusal[_invalid(simulator, states, numbers, force)] = INVALID_START
     refusal[~np.isfinite(constants).all(axis=1)] = NON_FINITE
     refusal[rows.outside(values)] = LEFT_DOMAIN
     if force is not None:
@@ -91,17 +91,22 @@ def _constants(simulator: ContactSimulator, parameters: Array) -> Array:
     return np.array([engine.constants(row) for row in parameters])
 
 
-def _invalid(simulator: ContactSimulator, states: Array, force: Array | None) -> Any:
+def _invalid(
+    simulator: ContactSimulator,
+    states: Array,
+    numbers: Sequence[Mapping[str, Array]],
+    force: Array | None,
+) -> Any:
     """Return which states the contact law does not admit, shape (n,)."""
     found = np.zeros(len(states), bool)
     names = simulator.outline.states
-    for i, row in enumerate(simulator.contact.rows):
+    for i, (row, own) in enumerate(zip(simulator.contact.rows, numbers, strict=True)):
         gap, rate = (states[:, names.index(s)] for s in (row.gap, row.gap_rate))
         if simulator.is_compliant(i):
             found |= False if force is None else gap != 0
         elif row.contact.bilateral:
-            held = (np.abs(gap) <= CONTACT_TOLERANCE) & (np.abs(rate) <= CONTACT_TOLERANCE)
-            found |= ~held
+            near, slow = contact_tolerances(own)
+            found |= ~((np.abs(gap) <= near) & (np.abs(rate) <= slow))
         else:
             found |= gap < 0
     return found

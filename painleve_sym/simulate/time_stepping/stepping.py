@@ -34,7 +34,8 @@ from numpy.typing import NDArray
 from painleve_sym.arrays import Array
 from painleve_sym.checks import number
 from painleve_sym.codegen.bridge import Translator
-from painleve_sym.contacts.inputs import CONTACT_TOLERANCE, resolve_parameters, resolve_state
+from painleve_sym.contacts.contact_numbers import contact_numbers, contact_tolerances
+from painleve_sym.contacts.inputs import resolve_parameters, resolve_state, symbol_values
 from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.errors import InputError, StopReason, unknown_name
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -258,9 +259,11 @@ class TimeStepper:
         values = resolve_parameters(self.where, declared, parameters or {})
         named = resolve_state(self.mechanism, state, values)
         start = np.array([named[name] for name in self.mechanism.state_names])
-        stepping = _Stepping(self, values, SOLVERS[solver], e_newton, max_solves)
-        gap = stepping.gap(start)
-        if not gap >= -CONTACT_TOLERANCE:
+        at = contact_numbers(self.mechanism)(symbol_values(self.mechanism, named, values))
+        closed = float(contact_tolerances(at)[0])
+        stepping = _Stepping(self, values, SOLVERS[solver], e_newton, max_solves, closed)
+        gap = at["gap"]
+        if not gap >= -closed:
             raise InputError(
                 f"{self.where}: the start is inside the ground, gap = {gap:g} m, and a rigid "
                 "contact has no compression. Fix: start with gap >= 0."
@@ -307,6 +310,8 @@ class _Stepping:
     solve: Callable[[ContactProblem], Answer]
     e_newton: float
     max_solves: int
+    closed: float
+    """Gap up to which the contact is closed; m."""
 
     @cached_property
     def vector(self) -> Array:
@@ -333,11 +338,6 @@ class _Stepping:
         """Friction coefficient."""
         return self.parameters[str(self.stepper.mechanism.contact.friction)]
 
-    def gap(self, q_u: Array) -> float:
-        """Return the gap at a state; m."""
-        q, u, t = self.split(q_u)
-        return float(self.stepper._terms(q, u, self.constants(t))[3][0])
-
     def contact_velocities(self, states: Array) -> Array:
         """Return ġ_N and v_t of states in rows, shape (len(states), 2)."""
         q, u, t = self.split(states.T)
@@ -356,7 +356,7 @@ class _Stepping:
         rates = np.array(self.stepper._rates(place, free, constants)).ravel()
         made = (place, free, normal, tangential, rates, scalars)
         finite = all(np.all(np.isfinite(part)) for part in made)
-        if not finite or (ahead and gap > CONTACT_TOLERANCE):
+        if not finite or (ahead and gap > self.closed):
             return None, made
         if ahead:
             before = np.array(self.stepper._rates(place, u, constants)).ravel()

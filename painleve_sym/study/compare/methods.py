@@ -16,8 +16,9 @@ from painleve_sym.complementarity.lcp import LCPSolution
 from painleve_sym.complementarity.lemke import LemkeResult, solve_lemke
 from painleve_sym.complementarity.mpcc import MPCCSurvey, solve_mpcc_all
 from painleve_sym.contacts.classify import Classification, classify
+from painleve_sym.contacts.contact_numbers import contact_numbers, contact_tolerances
 from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
-from painleve_sym.contacts.inputs import CONTACT_TOLERANCE, resolve_parameters, symbol_values
+from painleve_sym.contacts.inputs import resolve_parameters, symbol_values
 from painleve_sym.contacts.problem import ContactCase
 from painleve_sym.errors import InputError, StopReason, unknown_name
 from painleve_sym.laws.catalogue import compliant_law
@@ -120,12 +121,13 @@ class Case:
     engine: str
 
     @cached_property
-    def gap_and_rate(self) -> tuple[float, float]:
-        """Gap and normal velocity of the start; m, m/s."""
-        contact = self.mechanism.contact
-        symbols = symbol_values(self.mechanism, self.state, self.parameters)
-        gap, rate = numbers([contact.gap, contact.gap_rate], symbols)
-        return float(gap), float(rate)
+    def closed_at_rest(self) -> tuple[bool, bool]:
+        """Whether the gap of the start is 0, and whether its normal velocity is."""
+        at = contact_numbers(self.mechanism)(
+            symbol_values(self.mechanism, self.state, self.parameters)
+        )
+        near, slow = contact_tolerances(at)
+        return bool(abs(at["gap"]) <= near), bool(abs(at["gap_rate"]) <= slow)
 
     @cached_property
     def contact_velocities(self) -> Array:
@@ -167,7 +169,7 @@ class Case:
 
     def acceleration_level(self) -> AccelerationLevel | None:
         """Return the contact problem of the state, solved; None where there is none."""
-        if max(map(abs, self.gap_and_rate)) > CONTACT_TOLERANCE:
+        if not all(self.closed_at_rest):
             return None
         found = classify(self.mechanism, self.state, self.parameters)
         lcp = found.problem.lcp()
@@ -175,7 +177,7 @@ class Case:
 
     def jumps(self) -> dict[str, JumpResult]:
         """Return the energetic jump with e and with 0; nothing where the state is no impact."""
-        if abs(self.gap_and_rate[0]) > CONTACT_TOLERANCE:
+        if not self.closed_at_rest[0]:
             return {}
         found = {}
         for name, e in (("e", self.restitution), ("plastic", 0.0)):

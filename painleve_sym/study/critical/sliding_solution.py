@@ -14,7 +14,8 @@ from typing import Any
 
 from painleve_sym.codegen.pointwise import Pointwise
 from painleve_sym.contacts.classify import contact_problem
-from painleve_sym.contacts.inputs import CONTACT_TOLERANCE, resolve_state
+from painleve_sym.contacts.contact_numbers import contact_numbers, contact_tolerances
+from painleve_sym.contacts.inputs import resolve_state
 from painleve_sym.errors import InputError
 from painleve_sym.files import to_plain
 from painleve_sym.laws import saddle as symbols
@@ -195,8 +196,7 @@ class SlidingAnalysis:
     @cached_property
     def _mechanical(self) -> Pointwise:
         mechanism = self.simulator.mechanism
-        c, contact = mechanism.coefficients, mechanism.contact
-        parts = [contact.gap, contact.gap_rate]
+        c, parts = mechanism.coefficients, []
         for slip in (-1, 1):
             A_dot, B_dot = coefficient_rates(c, slip)
             at = {F_N: sliding_force(c, slip)}
@@ -255,7 +255,7 @@ class SlidingAnalysis:
             indeterminate.
         """
         found, gap = self._at(state, parameters)
-        if abs(gap) > CONTACT_TOLERANCE:
+        if gap != 0:
             raise InputError(
                 f"{self._where}: got gap = {gap:g} m, need 0: the initial force sets the "
                 "compression. Fix: start on the surface."
@@ -275,7 +275,7 @@ class SlidingAnalysis:
     def _at(
         self, state: Mapping[str, float], parameters: Mapping[str, float] | None
     ) -> tuple[SlidingSolution, float]:
-        """Return the sliding solution and the gap."""
+        """Return the sliding solution and the gap, 0 where it is 0 but for rounding."""
         simulator = self.simulator
         mechanism = simulator.mechanism
         values = simulator.parameters(parameters)
@@ -284,7 +284,9 @@ class SlidingAnalysis:
         problem = contact_problem(mechanism, start, values)
         named = {s: start[s.name] for s in mechanism.motion}
         point = {**named, **constants}
-        gap, gap_rate, *own = map(float, self._mechanical(point).reshape(-1))
+        own = list(map(float, self._mechanical(point).reshape(-1)))
+        at = contact_numbers(mechanism)(point)
+        near, slow = contact_tolerances(at)
         self._check(problem.A, problem.B)
         A, B, slip = float(problem.A or 0.0), problem.B, problem.slip_direction
         force = -B / A
@@ -306,7 +308,7 @@ class SlidingAnalysis:
             rate_per_force=rate_per_force,
             compression=depth,
             compression_rate=rate / slope,
-            approach=0.0 if abs(gap_rate) <= CONTACT_TOLERANCE else -gap_rate,
+            approach=0.0 if abs(at["gap_rate"]) <= slow else -at["gap_rate"],
             exponent=exponent,
             growth_rate=rates[0],
             decay_rate=rates[1],
@@ -314,7 +316,7 @@ class SlidingAnalysis:
             unloading_decay_rate=rates[3],
             conservative=all(s.conservative for s in self._saddles),
         )
-        return solution, gap
+        return solution, 0.0 if abs(at["gap"]) <= near else at["gap"]
 
     def _check(self, A: float | None, B: float) -> None:
         if A is None:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from painleve_sym.arrays import Array, load_npz, save_npz
 from painleve_sym.codegen.pointwise import Pointwise
-from painleve_sym.contacts.inputs import CONTACT_TOLERANCE
+from painleve_sym.contacts.contact_numbers import contact_tolerances, length_formula
 from painleve_sym.contacts.local_mode import rounded_difference
 from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -229,10 +229,10 @@ def region_map(
     Génot & Brogliato, Eur. J. Mech. A/Solids 18 (1999); Zhao, Liu & Chen, (1)–(3), Fig. 2.
     """
     place = map_place(mechanism, over, ranges or {}, points, slip, state or {}, parameters or {})
-    grids, contact, used = _grids(mechanism, place, slip, engine)
+    grids, is_open, used = _grids(mechanism, place, slip, engine)
     if not (grids["case"] >= 0).any():
         raise InputError(_nothing_inside(mechanism, place))
-    _tell_where_open(contact)
+    _tell_where_open(is_open)
     curves, crossings = _zeros(mechanism, place, slip, grids, used)
     return RegionMap(
         mechanism=mechanism.name,
@@ -270,19 +270,20 @@ def _flow(mechanism: Mechanism, place: MapPlace, slip: int) -> list[sp.Expr]:
 
 def _grids(
     mechanism: Mechanism, place: MapPlace, slip: int, engine: str
-) -> tuple[dict[str, Any], Array, str]:
-    """Return the map's fields on its grid, gap and gap rate where inside, the engine used."""
+) -> tuple[dict[str, Any], NDArray[np.bool_], str]:
+    """Return the map's fields on its grid, whether the contact is open where inside, the engine."""
     c, contact = mechanism.coefficients, mechanism.contact
     flow = _flow(mechanism, place, slip)
     if contact.bilateral:
         flow += _flow(mechanism, place, -slip)
     margins = [b.margin for b in mechanism.domain]
     parts = [c.W_nn, c.W_nt, c.W_tt, c.b_n, c.b_t, c.A_stick, c.B_stick, c.mu]
-    parts += [contact.gap, contact.gap_rate, *margins, *flow]
+    parts += [contact.gap, contact.gap_rate, mechanism.system.kinetic_energy]
+    parts += [length_formula(mechanism), *margins, *flow]
     function = Pointwise(parts, place.all_symbols, engine=engine)
     found = function(place.grid())
-    W_nn, W_nt, W_tt, B, b_t, A_stick, B_stick, mu, gap, gap_rate = found[:10]
-    inside = (found[10 : 10 + len(margins)] > 0).all(axis=0)
+    W_nn, W_nt, W_tt, B, b_t, A_stick, B_stick, mu, gap, gap_rate, kinetic, length = found[:12]
+    inside = (found[12 : 12 + len(margins)] > 0).all(axis=0)
     inside &= np.isfinite(found[:8]).all(axis=0)
     with np.errstate(all="ignore"):
         A = rounded_difference(W_nn, slip * mu * W_nt)
@@ -303,7 +304,10 @@ def _grids(
             # Where there is one solution, F_n has the sign of −B.
             rates = np.where(B <= 0, rates[:2], rates[2:])
         grids["flow"] = np.where(case == LEGEND["slip"], rates, np.nan)
-    return grids, np.stack([gap[inside], gap_rate[inside]]), function.engine
+    scales = {"length": length, "kinetic_energy": kinetic, "W_nn": W_nn, "b_n": B}
+    near, slow = contact_tolerances({n: v[inside] for n, v in scales.items()})
+    is_open = (np.abs(gap[inside]) > near) | (np.abs(gap_rate[inside]) > slow)
+    return grids, is_open, function.engine
 
 
 def _nothing_inside(mechanism: Mechanism, place: MapPlace) -> str:
@@ -317,11 +321,11 @@ def _nothing_inside(mechanism: Mechanism, place: MapPlace) -> str:
     )
 
 
-def _tell_where_open(contact: Array) -> None:
-    count = int(np.sum((np.abs(contact) > CONTACT_TOLERANCE).any(axis=0)))
+def _tell_where_open(is_open: NDArray[np.bool_]) -> None:
+    count = int(is_open.sum())
     if count:
         warnings.warn(
-            f"at {count} of {contact.shape[1]} points the state has a gap or a normal velocity; "
+            f"at {count} of {is_open.size} points the state has a gap or a normal velocity; "
             "the map shows the contact as if its surface were moved to it.",
             PainleveWarning,
             stacklevel=3,

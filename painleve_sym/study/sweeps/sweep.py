@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from painleve_sym.checks import whole_number
 from painleve_sym.codegen.quantities import quantities
-from painleve_sym.contacts.inputs import CONTACT_TOLERANCE
+from painleve_sym.contacts.contact_numbers import contact_numbers, contact_tolerances
 from painleve_sym.engines.batch import MAX_EVENTS_KEPT, BatchWish
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import parse_toml, read_text
@@ -285,28 +285,22 @@ class Sweep:
                 f"{self.scenario.where}: keep: case needs one contact that can open. "
                 "Fix: leave it out, or name one contact."
             )
-        c, contact = mechanism.coefficients, mechanism.contact
+        c = mechanism.coefficients
         symbols = (*mechanism.motion, *(p.symbol for p in mechanism.system.parameters))
         numbers = quantities(
             "case of a start",
             mechanism.definition,
             symbols,
-            lambda: {
-                "gap": contact.gap,
-                "rate": contact.gap_rate,
-                "slip": contact.slip_velocity,
-                "A_pos": c.A(1),
-                "A_neg": c.A(-1),
-                "B": c.B,
-            },
+            lambda: {"A_pos": c.A(1), "A_neg": c.A(-1), "B": c.B},
         )
         with np.errstate(all="ignore"):
             values = {s: np.broadcast_to(inputs[s.name], (n,)) for s in symbols}
-            at = numbers.at(values)
-            codes = opening_case(np.where(at["slip"] > 0, at["A_pos"], at["A_neg"]), at["B"])
+            at, moves = numbers.at(values), contact_numbers(mechanism).at(values)
+            slip, (near, slow) = moves["slip_velocity"], contact_tolerances(moves)
+            codes = opening_case(np.where(slip > 0, at["A_pos"], at["A_neg"]), at["B"])
         codes = np.where(np.isfinite(at["A_pos"] + at["A_neg"] + at["B"]), codes, CASES["outside"])
-        closed = np.abs([at["gap"], at["rate"]]).max(axis=0) <= CONTACT_TOLERANCE
-        codes = np.where(at["slip"] == 0, CASES["no_slip"], codes)
+        closed = (np.abs(moves["gap"]) <= near) & (np.abs(moves["gap_rate"]) <= slow)
+        codes = np.where(slip == 0, CASES["no_slip"], codes)
         return np.where(closed, codes, CASES["apart"]).astype(np.int8)
 
     def codes(self, name: str) -> dict[str, int] | None:

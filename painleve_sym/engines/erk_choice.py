@@ -1,0 +1,156 @@
+"""Parts whose local modes are data, for the engine `erk`: the decisions of ``loop/choose.c``."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+
+from painleve_sym.arrays import Array
+from painleve_sym.codegen.modes import AutomatonFunctions
+from painleve_sym.engines.erk_mode import Call
+from painleve_sym.hybrid.automaton import HybridAutomaton
+
+# The constants of the compiled engine: its decisions are repeated here.
+ZERO_TIME = 1e-10
+_ZERO_TERMS, _ZERO_SLOPE, _SAME_MOTION = 1e-12, 1e-10, 1e-8
+REST_ERRORS = 10.0
+"""Errors of a state, by its tolerance, below which it is at rest."""
+
+_HUGE = 1e300
+"""Stands for inf, so that 0·inf is no nan."""
+
+
+def guard_side(g: float, d: float, d2: float, h: float, departs: bool) -> int:
+    """1: on the positive side, armed; 0: at zero and leaving upwards; -1: fires now."""
+    d = float(np.nan_to_num(d, nan=0.0, posinf=_HUGE, neginf=-_HUGE))
+    d2 = d2 if np.isfinite(d2) else 0.0
+    first, second = d * ZERO_TIME * h, 0.5 * d2 * (ZERO_TIME * h) ** 2
+    if abs(g) > abs(first) + abs(second):
+        return 1 if g > 0 else -1
+    if departs:
+        return 0
+    return -1 if (first if abs(first) > abs(second) else second) < 0 else 0
+
+
+def tests_hold(values: list[Array], h: float) -> int:
+    """Return whether tests hold: 0 no, 1 yes, 2 also by the measure by which guards are armed.
+
+    Parameters
+    ----------
+    values : list of four ndarrays, shape (nt,)
+        Tests with first and second derivatives along the motion, and their scales.
+    h : float
+        First step of the motion; s.
+    """
+    held = 2
+    for v, d, d2, scale in zip(*values, strict=True):
+        first, second, slope = h * d, 0.5 * h * h * d2, _ZERO_SLOPE * scale
+        if not np.isfinite(v):
+            return 0
+        if abs(v) > _ZERO_TERMS * scale + ZERO_TIME * abs(first):
+            decides = v
+        elif abs(first) > slope:
+            decides = first
+        else:
+            decides = min(second + slope, 0.0)
+        if decides < 0:
+            return 0
+        if guard_side(v, d, d2, h, False) < 0:
+            held = 1
+    return held
+
+
+def same_motion(a: Array, b: Array) -> bool:
+    """Whether two rates of the states are those of one motion."""
+    return bool(np.abs(a - b).max() <= _SAME_MOTION * np.abs(a).max())
+
+
+class Parts:
+    """The parts of an automaton: what they may do, and what follows a choice.
+
+    Parameters
+    ----------
+    functions : AutomatonFunctions
+        Of an automaton with parts.
+    alternatives : casadi.Function
+    """
+
+    def __init__(self, functions: AutomatonFunctions, alternatives: ca.Function) -> None:
+        self.automaton: HybridAutomaton = functions.automaton
+        self._alternatives = Call(alternatives)
+
+    @cached_property
+    def rest(self) -> list[int]:
+        """Indices of the states that count as 0 where they are 0 within the tolerance."""
+        own = self.automaton
+        return [own.states.index(s) for part in own.parts for s in part.rest]
+
+    def leaving(self, mode: int) -> tuple[int, ...]:
+        """Return the guards of a mode that leave 0 upwards after a choice."""
+        labels = {label for part in self.automaton.parts for label in part.leaving}
+        transitions = self.automaton.modes[mode].transitions
+        return tuple(j for j, t in enumerate(transitions) if t.label in labels)
+
+    def combinations(self, x: Array, z: Array, c: Array) -> list[tuple[Array, int]]:
+        """Return the memory of every combination of alternatives, and its number of open parts."""
+        conditions, flat = self._alternatives(x, z, c)
+        memory, place, first = flat.reshape(len(conditions), -1), 0, 0
+        offered: list[list[tuple[Array, int]]] = []
+        for part in self.automaton.parts:
+            own = slice(place, place + len(part.memory))
+            offered.append(
+                [
+                    (memory[first + k, own], int(a.open))
+                    for k, a in enumerate(part.alternatives)
+                    if conditions[first + k] > 0
+                ]
+            )
+            place, first = own.stop, first + len(part.alternatives)
+        # What no part owns, the impulses of the last impact, is kept.
+        kept = z[place:]
+        return [
+            (np.concatenate([*(m for m, _ in each), kept]), sum(is_open for _, is_open in each))
+            for each in itertools.product(*offered)
+        ]
+
+    def choose(
+        self,
+        combinations: list[tuple[Array, int]],
+        held: Callable[[Array], tuple[int, Array]],
+        before: Array,
+    ) -> Array | None:
+        """Return the memory that is entered; None where no combination satisfies the tests.
+
+        Parameters
+        ----------
+        combinations : list of (ndarray, int)
+        held : callable
+            Memory to the result of `tests_hold` and the rates of the states.
+        before : ndarray, shape (nz,)
+            Memory before the event.
+        """
+        policy, parts = self.automaton.preference, len(self.automaton.parts)
+        best, motions, chosen, rate = -1, 0, None, before
+        for memory, is_open, hold, rates in self._tested(combinations, held):
+            if not hold:
+                continue
+            # Of those that rounding alone cannot tell apart one that lasts, and last what was left.
+            rank = 3 * (parts - is_open if policy < 0 else is_open)
+            rank += 0 if np.array_equal(memory, before) else hold
+            motions += not motions or not same_motion(rates, rate)
+            if rank > best:
+                best, chosen, rate = rank, memory, rates
+        return None if policy == 0 and motions > 1 else chosen
+
+    @staticmethod
+    def _tested(
+        combinations: list[tuple[Array, int]], held: Callable[[Array], tuple[int, Array]]
+    ) -> Iterator[tuple[Array, int, int, Array]]:
+        for memory, is_open in combinations:
+            hold, rates = held(memory)
+            # What alone is possible needs no test.
+            yield memory, is_open, hold if len(combinations) > 1 else 1, rates

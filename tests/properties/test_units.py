@@ -1,0 +1,401 @@
+"""No result depends on the units of length, mass and time."""
+
+from __future__ import annotations
+
+import functools
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from painleve_sym.contacts.classify import classify
+from painleve_sym.contacts.impact.jump import evaluate_jump
+from painleve_sym.contacts.impact.tangential import tangential_impact
+from painleve_sym.errors import InputError
+from painleve_sym.laws.catalogue import law
+from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.models import model
+from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
+from painleve_sym.simulate.batch.run import simulate_many
+from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.plural import PluralSimulator
+from painleve_sym.simulate.rigid import rigid_simulator
+from painleve_sym.simulate.time_stepping.stepping import TimeStepper
+
+DECADES = st.floats(-6.0, 6.0)
+FACTORS = st.tuples(DECADES, DECADES, DECADES).map(lambda d: tuple(10.0**x for x in d))
+"""Numbers of new units in one metre, one kilogram and one second."""
+_DERIVED = {"N": "kg m/s^2", "Pa": "kg/(m s^2)", "J": "kg m^2/s^2"}
+_BASE = {"m": (1, 0, 0), "kg": (0, 1, 0), "s": (0, 0, 1), "rad": (0, 0, 0), "1": (0, 0, 0)}
+
+
+@functools.cache
+def dimension(unit: str) -> tuple[float, float, float]:
+    """Return the powers of length, mass and time of a unit such as ``N m s/rad``."""
+    above, _, below = unit.partition("/")
+    powers = np.zeros(3)
+    for part, sign in ((above, 1), (below.strip("()"), -1)):
+        for name, power in re.findall(r"([A-Za-z]+|1)(?:\^([\d.]+))?", part):
+            own = _BASE.get(name) or dimension(_DERIVED[name])
+            powers += sign * float(power or 1) * np.array(own)
+    return tuple(powers)
+
+
+def factor(unit: str, factors: tuple[float, ...]) -> float:
+    """Return the number of new units in one of the old."""
+    return float(np.prod(np.power(factors, dimension(unit))))
+
+
+def test_dimension_of_units_is_read_from_their_text():
+    assert dimension("N m s/rad") == (2, 1, -1)
+    assert dimension("Pa") == (-1, 1, -2)
+    assert dimension("kg m^2") == (2, 1, 0)
+    assert dimension("1/m") == (-1, 0, 0)
+
+
+@dataclass(frozen=True)
+class Motion:
+    """One motion and what runs it."""
+
+    mechanism: Callable[[], Mechanism]
+    simulator: Callable[[Mechanism], Any]
+    state: Mapping[str, float]
+    t_end: float
+    events: int
+    """How many there are at least: a motion without events shows little."""
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    initial_force: float | None = None
+
+
+def _example(name: str) -> Callable[[], Mechanism]:
+    return lambda: load_mechanism(f"examples/mechanisms/{name}.toml")
+
+
+def _named(name: str) -> Callable[[], Mechanism]:
+    return lambda: model(name)
+
+
+def _rigid(engine: str) -> Callable[[Mechanism], Any]:
+    return lambda mechanism: rigid_simulator(mechanism, engine=engine)
+
+
+def _plural(*laws: Any) -> Callable[[Mechanism], Any]:
+    return lambda mechanism: PluralSimulator(mechanism, laws)
+
+
+def _compliant(name: str) -> Callable[[Mechanism], Any]:
+    return lambda mechanism: SoftenedSimulator(mechanism, law(name))
+
+
+MOTIONS = {
+    "rod, rigid, from rest": Motion(
+        _named("rod"), rigid_simulator, {"y_A": 0.3, "theta": 1.0}, 0.75, 5
+    ),
+    "rod, rigid, bounces that die out": Motion(
+        _named("rod"),
+        rigid_simulator,
+        {"y_A": 0.1, "theta": 1.3, "x_A_dot": 0.3},
+        0.7,
+        20,
+        {"mu": 0.3, "e_energetic": 0.4},
+    ),
+    "rod, rigid, impact without collision": Motion(
+        _named("rod"), rigid_simulator, {"theta": 1.0, "x_A_dot": -1.0}, 0.2, 3, {"mu": 2.0}
+    ),
+    "rod, rigid, Runge-Kutta": Motion(
+        _named("rod"), _rigid("compiled"), {"y_A": 0.3, "theta": 1.0}, 0.75, 5
+    ),
+    "rod, compliant, pressed": Motion(
+        _named("rod"),
+        _compliant("bilinear-hertz"),
+        {"theta": 1.0, "theta_dot": 5.0, "x_A_dot": -1.0},
+        0.01,
+        2,
+        {"E": 20.9e14},
+        initial_force=100.0,
+    ),
+    "rod, compliant, Table 3": Motion(
+        _named("rod"),
+        _compliant("bilinear-hertz"),
+        {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0},
+        0.01,
+        5,
+        {"E": 20.9e14},
+    ),
+    "disc, rigid": Motion(
+        _named("eccentric-disc"), rigid_simulator, {"y": 0.5, "x_dot": 0.3, "phi": 0.4}, 1.5, 10
+    ),
+    "disc, rigid, from rest until it rests": Motion(
+        _named("eccentric-disc"),
+        rigid_simulator,
+        {"y": 0.6},
+        3.0,
+        100,
+        {"d": 0, "e_energetic": 0.4},
+    ),
+    "disc, compliant": Motion(
+        _named("eccentric-disc"),
+        _compliant("hunt-crossley"),
+        {"y": 0.5, "x_dot": 0.3, "phi": 0.4},
+        0.6,
+        5,
+        {"E": 2e7},
+    ),
+    "block, rigid": Motion(
+        _named("block"), rigid_simulator, {"y_A": 0.1, "x_A_dot": -0.5, "theta": 0.1}, 0.4, 5
+    ),
+    "bead in a groove": Motion(
+        _example("bead-in-groove"), rigid_simulator, {"phi": 0.8, "x_dot": 1.0}, 2.0, 3
+    ),
+    "block with two feet, rigid, from rest": Motion(
+        _named("block-two-feet"),
+        _plural(RigidLaw()),
+        {"theta": 0.3},
+        0.64,
+        20,
+        {"e_energetic": 0.3, "beta": 0.1, "mu_A": 0.5, "mu_B": 0.7},
+    ),
+    "block with two feet, compliant": Motion(
+        _named("block-two-feet"),
+        _plural(law("linear")),
+        {"y_A": 1e-3, "theta": 0.02, "x_A_dot": -0.3},
+        0.1,
+        6,
+        {"k": 1e5, "c": 40.0},
+    ),
+    "block with two feet, rigid and compliant": Motion(
+        _named("block-two-feet"),
+        _plural(law("linear"), RigidLaw()),
+        {"y_A": 1e-3, "theta": 0.02, "x_A_dot": -0.3},
+        0.1,
+        6,
+        {"k_A": 1e5, "c_A": 40.0},
+    ),
+    "ladder, rigid": Motion(
+        _example("ladder"), _plural(RigidLaw()), {"x": 1.7, "y": 1.3, "theta": 0.9}, 1.0, 3
+    ),
+    "mass on an oscillating table": Motion(
+        _example("oscillating-table"), rigid_simulator, {"y": 0.02, "x_dot": 0.1}, 0.5, 4
+    ),
+}
+
+
+@functools.cache
+def _simulator(name: str) -> Any:
+    return MOTIONS[name].simulator(MOTIONS[name].mechanism())
+
+
+def _declared_units(simulator: Any, parameters: Mapping[str, float]) -> dict[str, str]:
+    """Return the unit of every parameter; a modulus is given in that of K of its K δⁿ."""
+    units = {p.name: p.unit for p in simulator.own_parameters} | simulator.mechanism.units
+    if "E" in units:
+        units["E"] = f"N/m^{parameters['n'] + 0.5}"
+    return units
+
+
+def _scaled(
+    values: Mapping[str, float], units: Mapping[str, str], factors: Any
+) -> dict[str, float]:
+    return {n: v * factor(units[n], factors) for n, v in values.items()}
+
+
+def _run(name: str, factors: tuple[float, ...]) -> Any:
+    motion, simulator = MOTIONS[name], _simulator(name)
+    parameters = simulator.parameters(motion.parameters)
+    units = _declared_units(simulator, parameters)
+    more = {}
+    if motion.initial_force is not None:
+        more["initial_force"] = motion.initial_force * factor("N", factors)
+    return simulator.run(
+        _scaled(motion.state, units, factors),
+        parameters=_scaled(parameters, units, factors),
+        t_end=motion.t_end * factor("s", factors),
+        **more,
+    )
+
+
+@functools.cache
+def _reference(name: str) -> Any:
+    return _run(name, (1.0, 1.0, 1.0))
+
+
+def _columns(run: Any, units: Mapping[str, str], factors: Any) -> dict[str, np.ndarray]:
+    """Return times, coordinates and velocities of all events and of the end, in the old units."""
+    columns = {"time": np.array([*(e.time for e in run.events), run.final_time])}
+    for name in units:
+        columns[name] = np.array([*(e.state[name] for e in run.events), run.final[name]])
+    every = {"time": "s", **units}
+    return {n: v / factor(every[n], factors) for n, v in columns.items()}
+
+
+def _kinds(run: Any) -> list[tuple[str, ...]]:
+    return [(str(e.kind), e.contact, e.mode_before, e.mode_after) for e in run.events]
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+@settings(max_examples=20, deadline=None)
+@given(factors=FACTORS)
+def test_motion_is_the_same_in_any_units(name, factors):
+    run, reference = _run(name, factors), _reference(name)
+    assert len(reference.events) >= MOTIONS[name].events
+    assert run.stop_reason is reference.stop_reason
+    assert _kinds(run) == _kinds(reference)
+    units = _simulator(name).mechanism.state_units
+    same, need = _columns(run, units, factors), _columns(reference, units, (1.0, 1.0, 1.0))
+    for column, values in need.items():
+        assert same[column] == pytest.approx(values, rel=0, abs=1e-9 * np.abs(values).max()), column
+
+
+@pytest.mark.parametrize("name", ["rod, rigid, from rest", "rod, compliant, Table 3"])
+@settings(max_examples=5, deadline=None)
+@given(units=st.lists(FACTORS, min_size=2, max_size=5))
+def test_batch_has_the_same_rows_in_any_units(name, units):
+    motion, simulator, reference = MOTIONS[name], _simulator(name), _reference(name)
+    declared = _declared_units(simulator, simulator.parameters(motion.parameters))
+    # One run has one end time: the units differ where the time they are made of does not.
+    factors = [(length, mass, 1.0) for length, mass, _ in units]
+
+    def rows(values):
+        own = [_scaled(values, declared, f) for f in factors]
+        return {n: np.array([row[n] for row in own]) for n in values}
+
+    batch = simulate_many(
+        simulator,
+        rows(motion.state),
+        parameters=rows(simulator.parameters(motion.parameters)),
+        t_end=motion.t_end,
+    )
+    for name_, unit in simulator.mechanism.state_units.items():
+        values = batch[name_] / [factor(unit, f) for f in factors]
+        scale = abs(reference.final[name_]) + 1e-3
+        assert values == pytest.approx(reference.final[name_], rel=0, abs=1e-9 * scale), name_
+
+
+CONTACTS = {
+    "rod": (_named("rod"), {"theta": 1.0, "x_A_dot": -1.0}, {}),
+    "rod, inconsistent": (_named("rod"), {"theta": 1.0, "x_A_dot": -1.0}, {"mu": 2.0}),
+    "rod, indeterminate": (
+        _named("rod"),
+        {"theta": 1.0, "x_A_dot": -1.0, "theta_dot": 5.0},
+        {"mu": 2.0},
+    ),
+    "rod, at rest": (_named("rod"), {"theta": 1.2}, {"mu": 1.0}),
+    "sliding rods in a guide": (_named("painleve-klein"), dict(model("painleve-klein").start), {}),
+    "two-link arm": (_named("two-link-arm"), dict(model("two-link-arm").start), {}),
+    "block with two feet": (_named("block-two-feet"), {"x_A_dot": -0.5}, {"beta": 0.3}),
+    "block with two feet, at rest": (_named("block-two-feet"), {}, {"beta": 0.3}),
+    "ladder": (_example("ladder"), dict(_example("ladder")().start), {}),
+    "oscillating table": (
+        _example("oscillating-table"),
+        {"t": 0.01, "x": 1.0, "y": 0.01 * np.sin(0.4), "y_dot": 0.4 * np.cos(0.4), "x_dot": 1.0},
+        {},
+    ),
+}
+
+
+def _forces(found: Any, factors: Any) -> list[np.ndarray]:
+    newton = factor("N", factors)
+    return [np.append(s.normal_forces, s.tangential_forces) / newton for s in found.solutions]
+
+
+@pytest.mark.parametrize("name", CONTACTS)
+@settings(max_examples=30, deadline=None)
+@given(factors=FACTORS)
+def test_contact_problem_is_the_same_in_any_units(name, factors):
+    make, state, parameters = CONTACTS[name]
+    mechanism, one = make(), (1.0, 1.0, 1.0)
+    values = {p.name: p.default for p in mechanism.system.parameters} | parameters
+
+    def found(f):
+        units = mechanism.units
+        return classify(mechanism, _scaled(state, units, f), _scaled(values, units, f))
+
+    reference, same = found(one), found(factors)
+    assert same.case is reference.case
+    assert same.contacts == reference.contacts
+    assert [s.modes for s in same.solutions] == [s.modes for s in reference.solutions]
+    for own, need in zip(_forces(same, factors), _forces(reference, one), strict=True):
+        assert own == pytest.approx(need, rel=0, abs=1e-9 * np.abs(need).max(initial=0))
+
+
+@pytest.mark.parametrize("parts", [0.4, -0.4, 2.5])
+@settings(max_examples=30, deadline=None)
+@given(factors=FACTORS)
+def test_contact_is_closed_within_the_same_part_of_its_length(parts, factors):
+    """The rod's length is 1 m: 1e-12 m of gap close its contact, in any units."""
+    mechanism = model("rod")
+    values = {p.name: p.default for p in mechanism.system.parameters}
+    state = {"y_A": parts * 1e-12, "theta": 1.0, "x_A_dot": -1.0}
+    given_state = _scaled(state, mechanism.units, factors)
+    given_values = _scaled(values, mechanism.units, factors)
+    if abs(parts) < 1:
+        assert classify(mechanism, given_state, given_values).contacts == ("A",)
+    else:
+        with pytest.raises(InputError, match="the contact is open"):
+            classify(mechanism, given_state, given_values)
+
+
+@pytest.mark.parametrize("approach", [0.0, -0.5])
+@settings(max_examples=30, deadline=None)
+@given(factors=FACTORS)
+def test_jump_is_the_same_in_any_units(approach, factors):
+    mechanism, one = model("rod"), (1.0, 1.0, 1.0)
+    state = {"theta": 1.0, "x_A_dot": -1.0, "y_A_dot": approach}
+    values = {p.name: p.default for p in mechanism.system.parameters} | {"mu": 2.0}
+
+    def jump(f):
+        units = mechanism.units
+        own = _scaled(values, units, f) | {"e_energetic": 0.6}
+        return evaluate_jump(mechanism, "energetic", _scaled(state, units, f), own)
+
+    reference, same = jump(one), jump(factors)
+    assert (same.case, same.end) == (reference.case, reference.end)
+    assert [p.name for p in same.phases] == [p.name for p in reference.phases]
+    joule = factor("J", factors)
+    assert same.energy_change / joule == pytest.approx(reference.energy_change, rel=1e-10)
+    for name, value in reference.velocity.items():
+        own = same.velocity[name] / factor(mechanism.units[name], factors)
+        assert own == pytest.approx(value, rel=1e-10, abs=1e-10)
+
+
+@settings(max_examples=30, deadline=None)
+@given(factors=FACTORS)
+def test_tangential_impact_is_the_same_in_any_units(factors):
+    mechanism = model("painleve-klein")
+    values = {p.name: p.default for p in mechanism.system.parameters} | {"mu": 5.0}
+
+    def impulse(f):
+        units = mechanism.units
+        state = _scaled(mechanism.start, units, f)
+        found = tangential_impact(mechanism, state, _scaled(values, units, f))
+        return found.normal_impulse / factor("N s", f)
+
+    assert impulse(factors) == pytest.approx(impulse((1.0, 1.0, 1.0)), rel=1e-10)
+
+
+@pytest.mark.parametrize("scheme", ["moreau-jean", "stewart-trinkle"])
+@settings(max_examples=10, deadline=None)
+@given(factors=FACTORS)
+def test_time_stepping_is_the_same_in_any_units(scheme, factors):
+    mechanism, one = model("rod"), (1.0, 1.0, 1.0)
+    stepper = TimeStepper(mechanism, scheme)
+    values = {p.name: p.default for p in mechanism.system.parameters}
+
+    def run(f):
+        units, second = mechanism.units, factor("s", f)
+        state = _scaled({"y_A": 0.01, "theta": 1.0, "x_A_dot": -1.0}, units, f)
+        own = _scaled(values, units, f)
+        return stepper.run(state, step=0.002 * second, t_end=0.1 * second, parameters=own)
+
+    reference, same = run(one), run(factors)
+    assert same.stop_reason is reference.stop_reason
+    newton_second = factor("N s", factors)
+    need = reference.impulses
+    assert np.abs(need).max() > 0
+    assert same.impulses / newton_second == pytest.approx(need, rel=0, abs=1e-9 * need.max())
