@@ -1,8 +1,8 @@
-"""The numbers of all contacts of a mechanism at a state."""
+"""The numbers of all contacts of a mechanism at a state, and their impacts."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -12,9 +12,19 @@ import sympy as sp
 
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.quantities import Quantities, quantities
-from painleve_sym.contacts.contact_states import ContactRow
+from painleve_sym.contacts.contact_states import (
+    CONTACT_WORK,
+    FORCE_WORK,
+    FRICTION_WORK,
+    ContactRow,
+)
+from painleve_sym.contacts.impact.one_contact import ImpactEnd
+from painleve_sym.contacts.impact.simultaneous import solve_simultaneous_impact
 from painleve_sym.mechanics.contact_set import ContactSet
 from painleve_sym.mechanics.mechanism import Mechanism
+
+TOUCHING = 1e-10
+"""Of the scale of a gap: contacts that touch down together do so to this part."""
 
 
 class ContactTerms(NamedTuple):
@@ -43,9 +53,23 @@ class ContactTerms(NamedTuple):
     velocity: Array
 
 
+class ImpactResult(NamedTuple):
+    """An impact and the state after it.
+
+    Attributes
+    ----------
+    impulses : ndarray, shape (2 n,)
+        P_n, P_t of every contact of the mechanism; N s.
+    state : ndarray, shape (nx,)
+    """
+
+    impulses: Array
+    state: Array
+
+
 @dataclass(frozen=True)
-class ContactNumbers:
-    """Numbers of the contacts of a mechanism, on the states of its automaton.
+class ContactImpacts:
+    """Impacts of the rigid contacts of a mechanism, on the states of its automaton.
 
     Parameters
     ----------
@@ -55,7 +79,7 @@ class ContactNumbers:
     rows : tuple of ContactRow
         States of each contact.
     rigid : tuple of int
-        Indices of the rigid contacts.
+        Indices of the contacts that take part in impacts.
     """
 
     mechanism: Mechanism
@@ -100,3 +124,95 @@ class ContactNumbers:
         """Return gaps, gap rates and slip velocities, each of shape (n,)."""
         rows = np.array([[state[self._index[s]] for s in row.symbols] for row in self.rows])
         return rows[:, 0], rows[:, 1], rows[:, 2]
+
+    def touching(self, state: Array, scale: Array) -> Array:
+        """Return the state with gaps that close at the same instant, but for rounding, as 0.
+
+        Parameters
+        ----------
+        state : ndarray, shape (nx,)
+        scale : ndarray, shape (nx,)
+            Of each state.
+        """
+        after = state.copy()
+        for k in self.rigid:
+            gap, rate, _ = (self._index[s] for s in self.rows[k].symbols)
+            if state[rate] <= 0 and abs(state[gap]) <= TOUCHING * scale[gap]:
+                after[gap] = 0.0
+        return after
+
+    def short_bounces(self, state: Array, values: Mapping[str, float], time: float) -> list[int]:
+        """Return the rigid contacts that leave and would be back within `time`; s."""
+        gaps, rates, _ = self.contact_values(state)
+        leaving = [i for i in self.rigid if gaps[i] <= 0 and rates[i] > 0]
+        if not leaving:
+            return []
+        falls = -self.terms(state, values).b[::2]
+        return [i for i in leaving if 2 * rates[i] < time * falls[i]]
+
+    def closed(self, state: Array, values: Mapping[str, float], contacts: Sequence[int]) -> Array:
+        """Return the state with contacts closed: gap and normal velocity 0, by normal impulses.
+
+        Parameters
+        ----------
+        state : ndarray, shape (nx,)
+        values : mapping of str to float
+            Parameters.
+        contacts : sequence of int
+            Contacts whose gap and normal velocity are all but 0.
+        """
+        terms, normals = self.terms(state, values), [2 * i for i in contacts]
+        _, rates, _ = self.contact_values(state)
+        arriving = rates[list(contacts)]
+        block = terms.W[np.ix_(normals, normals)]
+        impulses = np.zeros(len(terms.b))
+        impulses[normals] = np.linalg.lstsq(block, -arriving, rcond=1e-12)[0]
+        after = self._pushed(state, terms, impulses)
+        after[self._index[CONTACT_WORK]] -= impulses[normals] @ arriving / 2
+        for i in contacts:
+            after[self._index[self.rows[i].gap]] = 0.0
+            after[self._index[self.rows[i].gap_rate]] = 0.0
+        return after
+
+    def _pushed(self, state: Array, terms: ContactTerms, impulses: Array) -> Array:
+        """Return the state with the velocities after impulses, and the work of the drives."""
+        _, rates, slips = self.contact_values(state)
+        velocity = np.ravel([rates, slips], order="F") + terms.W @ impulses
+        after, n = state.copy(), len(self.mechanism.system.q)
+        after[n : 2 * n] += terms.directions @ impulses
+        for i, row in enumerate(self.rows):
+            after[self._index[row.gap_rate]] = velocity[2 * i]
+            after[self._index[row.slip]] = velocity[2 * i + 1]
+        if FORCE_WORK in self._index:
+            after[self._index[FORCE_WORK]] -= terms.drive_speeds @ impulses
+        return after
+
+    def impact(
+        self, state: Array, values: Mapping[str, float], restitution: str, e: float
+    ) -> ImpactResult | None:
+        """Return the impact of the closed rigid contacts; None where it jams."""
+        gaps, rates, slips = self.contact_values(state)
+        closed = [i for i in self.rigid if gaps[i] <= 0 and rates[i] <= 0]
+        terms, rows = self.terms(state, values), _rows_of(closed)
+        velocity = np.ravel([rates, slips], order="F")
+        W, mu = terms.W[np.ix_(rows, rows)], terms.mu[closed]
+        impact = solve_simultaneous_impact(
+            W, mu, velocity[rows], restitution, e, load=terms.b[rows]
+        )
+        if impact.end is ImpactEnd.JAM:
+            return None
+        impulses = np.zeros(len(velocity))
+        impulses[rows] = impact.impulses
+        after = self._pushed(state, terms, impulses)
+        # What the impact made vanish is exactly 0.
+        for k, i in enumerate(closed):
+            after[self._index[self.rows[i].gap_rate]] = impact.velocities[2 * k]
+            after[self._index[self.rows[i].slip]] = impact.velocities[2 * k + 1]
+        after[self._index[CONTACT_WORK]] -= impact.normal_work
+        after[self._index[FRICTION_WORK]] -= impact.tangential_work
+        return ImpactResult(impulses, after)
+
+
+def _rows_of(contacts: Sequence[int]) -> list[int]:
+    """Return the rows n, t of contacts."""
+    return [r for i in contacts for r in (2 * i, 2 * i + 1)]

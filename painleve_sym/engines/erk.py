@@ -12,12 +12,10 @@ import numpy as np
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.engines.erk_choice import REST_ERRORS, ZERO_TIME, Parts, guard_side, tests_hold
-from painleve_sym.engines.erk_impact import Striking, touchdowns_accumulate
 from painleve_sym.engines.erk_mode import GRID, Call, ModeRunner, Window
 from painleve_sym.engines.protocol import (
     CLOSED,
     DENSE_ROWS,
-    REMAINDER,
     IntervalHistory,
     RawRun,
     Resolver,
@@ -66,7 +64,6 @@ class _Run:
         self.events: list[Array] = []
         self.armed = np.zeros(0, dtype=bool)
         self.history: dict[tuple[int, int], IntervalHistory] = {}
-        self.touchdowns: list[float] = []
         self.atol = np.minimum(options.atol, _HUGE)
         # Powers of two: scaling then rounds nothing. 2^500 leaves a state out of the error norm.
         exponent = np.round(np.log2(options.atol / options.rtol))
@@ -84,7 +81,6 @@ class _Run:
         self.t, self.t_event, self.at_once = 0.0, -np.inf, 0
         self.t_end = self.options.t_end - self.t_base
         self.limit: tuple[int, int, float] | None = None
-        self.last_kind: EventKind | None = None
         self.history.clear()
         self.settle(departs, visible)
         if self.hit and self.reason is None:
@@ -93,12 +89,9 @@ class _Run:
 
     def running(self) -> bool:
         """Whether the run goes on."""
-        while True:
-            if self.reason is StopReason.ACCUMULATION and self.pass_limit():
-                continue
-            if self.decision and self.strike():
-                continue
-            return self.reason is None
+        while self.reason is StopReason.ACCUMULATION and self.pass_limit():
+            pass
+        return self.reason is None
 
     def pass_limit(self) -> bool:
         """Go on from the limit of events that accumulate; False: the run ends here."""
@@ -118,60 +111,16 @@ class _Run:
         self.reason, self.limits = None, self.limits + 1
         self.note(at.kind, before, -1, transition.contact, x, z)
         self.x, self.z = x, z
-        self.begin_again()
-        return True
-
-    def begin_again(self) -> None:
-        """Go on from the present state and mode, with a time of its own: events stay sharp."""
         self.t_base, self.t = self.t_base + self.t, 0.0
         if self.hit:
             self.reason = StopReason.UNTIL
-        elif not self.options.t_end - self.t_base > 0:
+        elif not o.t_end - self.t_base > 0:
             self.reason = StopReason.T_END
-        elif self.counters["events"] >= self.options.max_events:
+        elif self.counters["events"] >= o.max_events:
             self.reason = StopReason.EVENT_LIMIT
         else:
             self.enter((), visible=True)
-
-    def strike(self) -> bool:
-        """Answer with the limit of bounces, an impact, or a jam; False: the run ends here."""
-        striking, t, x = self.engine.striking, self.t_base + self.t, self.x
-        if striking is None:
-            return False
-        self.decision, self.stop_transition = False, -1
-        if not self.options.t_end - t > 0:
-            self.reason = StopReason.T_END
-            return False
-        self.reason, before, self.mode = None, self.mode, striking.target
-        scale = self.options.atol / self.options.rtol
-        x = striking.touching(x, scale)
-        if self.last_kind is EventKind.TOUCHDOWN:
-            self.touchdowns.append(t)
-            if touchdowns_accumulate(self.touchdowns):
-                settled = striking.settled(x, scale)
-                if not settled:
-                    self.x, self.reason = x, StopReason.ACCUMULATION
-                    return False
-                x = striking.closed(x, self.z, self.c, settled)
-                self.strike_into(EventKind.SETTLE, before, x, self.z)
-                self.begin_again()
-                return True
-        after = striking.impact(x, self.z, self.c)
-        if after is None:
-            self.x, self.reason = x, StopReason.JAM
-            return False
-        self.strike_into(EventKind.IMPACT, before, *after)
-        short = striking.short_bounces(self.x, self.z, self.c, REMAINDER * t)
-        if short:
-            x = striking.closed(self.x, self.z, self.c, short)
-            self.strike_into(EventKind.SETTLE, before, x, self.z)
-        self.begin_again()
         return True
-
-    def strike_into(self, kind: EventKind, before: int, x: Array, z: Array) -> None:
-        """Note an event of the impacts and take over what comes after it."""
-        self.note(kind, before, -1, "", x, z)
-        self.x, self.z = x, z
 
     @property
     def runner(self) -> ModeRunner:
@@ -278,7 +227,6 @@ class _Run:
     def note(self, kind: EventKind, before: int, j: int, contact: str, x: Array, z: Array) -> None:
         """Count and record an event; x and z are those after it."""
         self.counters["events"] += 1
-        self.last_kind = kind
         self.hit |= kind in self.options.until
         if self.options.record != "end":
             automaton = self.engine.automaton
@@ -476,12 +424,6 @@ class ErkEngine:
         """What the parts of the automaton may do; None where it has none."""
         alternatives = self.functions.alternatives
         return None if alternatives is None else Parts(self.functions, alternatives)
-
-    @cached_property
-    def striking(self) -> Striking | None:
-        """What the rigid contacts of the automaton do; None where it has no impacts."""
-        given, function = self.automaton.impacts, self.functions.impacts
-        return None if given is None or function is None else Striking(self.functions, given)
 
     @cached_property
     def _starts(self) -> Call:

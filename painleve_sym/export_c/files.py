@@ -380,8 +380,8 @@ def _start(case: Case) -> str:
         loading = simulator.loading_curves
     functions, work = start_functions(numbers, simulator.automaton, loading)
     states = ", ".join(f"{{{', '.join(map(str, place.values()))}}}" for place in case.places)
-    values = case.shared | case.places[0] | {"work": work}
-    values |= {"contact_count": count, "contact_states": states, "at_rest": repr(AT_REST)}
+    values = case.shared | case.places[0] | {"work": work, "at_rest": repr(AT_REST)}
+    values |= {"contact_count": count, "contact_states": states}
     scales = "scales_softened.c" if loading else "scales_rigid.c"
     scales = "scales_several.c" if count > 1 else scales
     values |= {
@@ -402,17 +402,13 @@ def _start(case: Case) -> str:
 
 
 _CLEANED = f"""\
-/* Computed from the coordinates these cancel: a touching start must not become a tiny fall. */
-static double cleaned_gap(const double *found) {{
-  const double gap = found[FOUND_gap];
-  return fabs(gap) <= {CONTACT_TOLERANCE!r} * characteristic_length(found) ? 0.0 : gap;
-}}
-
-static double cleaned_gap_rate(const double *found) {{
-  const double rate = found[FOUND_gap_rate];
-  const double gain = fabs(found[FOUND_b_n]) * characteristic_length(found);
-  const double speed = sqrt(2 * (found[FOUND_kinetic_energy] * found[FOUND_W_nn] + gain));
-  return fabs(rate) <= {CONTACT_TOLERANCE!r} * speed ? 0.0 : rate;
+/* A gap or its rate: computed from the coordinates they cancel, and a touching start must not
+ * become a tiny fall. */
+static double cleaned(const double *found, int which) {{
+  double length = characteristic_length(found), gain = fabs(found[FOUND_b_n]) * length;
+  double speed = sqrt(2 * (found[FOUND_kinetic_energy] * found[FOUND_W_nn] + gain));
+  double tolerance = {CONTACT_TOLERANCE!r} * (which == FOUND_gap ? length : speed);
+  return fabs(found[which]) <= tolerance ? 0.0 : found[which];
 }}
 """
 
@@ -426,14 +422,13 @@ def _complete(case: Case) -> str:
     """Return the function that completes a state; where all follow as 0, it asks for nothing."""
     own, derived = range(len(case.motion), len(case.states)), dict[int, str]()
     for i, place in enumerate(case.places):
-        of, at = ("found", "") if i == 0 else (f"found + {i} * FOUND", f"{i} * FOUND + ")
-        derived[place["slip"]] = f"found[{at}FOUND_slip_velocity]"
+        derived[place["slip"]] = f"found[{i} * FOUND + FOUND_slip_velocity]"
         for name in ("gap", "gap_rate"):
-            derived[place[name]] = f"cleaned_{name}({of})"
+            derived[place[name]] = f"cleaned(found + {i} * FOUND, FOUND_{name})"
     lines = [f"  x[{i}] = {derived.get(i, '0')};" for i in own]
+    cleans = [_CLEANED] if any("cleaned" in line for line in lines) else []
     if any(i in own for i in derived):
         lines = ["  double found[CONTACTS * FOUND];", "  contact_numbers(p, x, found);", *lines]
-    cleans = [_CLEANED] if any("cleaned" in derived.get(i, "") for i in own) else []
     head = f"void {case.name}_complete_state(const double *p, double *x) {{"
     return "\n".join([*cleans, head, *lines, "}"])
 

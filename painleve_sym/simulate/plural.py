@@ -13,13 +13,15 @@ from painleve_sym.arrays import Array
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.contacts.automaton import PluralContacts
 from painleve_sym.contacts.problem import ContactProblem
-from painleve_sym.contacts.terms import ContactNumbers
+from painleve_sym.contacts.terms import ContactImpacts
+from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.hybrid.automaton import HybridAutomaton
 from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import Parameter
+from painleve_sym.simulate.impact_resolver import ImpactResolver
 from painleve_sym.simulate.scales import compliant_scales, rigid_scales
 from painleve_sym.simulate.simulator import ContactSimulator
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
@@ -144,14 +146,14 @@ class PluralSimulator(ContactSimulator):
         )
 
     @cached_property
-    def impacts(self) -> ContactNumbers:
-        """Numbers of the contacts, and which of them are rigid."""
+    def impacts(self) -> ContactImpacts:
+        """Impacts of the rigid contacts."""
         rigid = tuple(
             i
             for i, law in enumerate(self.contact.own_laws)
             if isinstance(law, RigidLaw) or self.mechanism.contacts[i].bilateral
         )
-        return ContactNumbers(self.mechanism, self.outline.states, self.contact.rows, rigid)
+        return ContactImpacts(self.mechanism, self.outline.states, self.contact.rows, rigid)
 
     def checked_start(self, vector: Array, values: Mapping[str, float], force: Any) -> Array:
         """Return the start vector where no rigid contact is inside its surface."""
@@ -198,12 +200,18 @@ class PluralSimulator(ContactSimulator):
         vector = self.checked_start(vector, values, initial_force)
         checked = self.options(vector, values, **options)
         p = self._vector_of(values)
-        raw = self.integrator.run(vector, p, checked)
+        compiled = isinstance(self.integrator, CompiledEngine) or not self.impacts.rigid
+        resolver = ImpactResolver(self, values, checked.atol / checked.rtol)
+        raw = self.integrator.run(vector, p, checked, resolve=None if compiled else resolver)
         trajectory = self.trajectory(raw, values, checked.rtol)
         if not self.impacts.rigid:
             return trajectory
         # The last entries of the memory are the impulses of the last impact.
         impulses = raw.event_records.memory_after[:, -2 * len(self.contact.rows) :].tolist()
+        for i, told in zip(
+            np.flatnonzero(raw.event_records.transition < 0), resolver.impulses, strict=False
+        ):
+            impulses[i] = told
         events = tuple(
             replace(e, impulses=tuple(given))
             if e.kind is EventKind.IMPACT

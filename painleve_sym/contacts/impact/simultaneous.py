@@ -395,6 +395,10 @@ class _Path:
             # Of least norm where several bodies' rigidity leaves the forces open.
             matrix, right = self.W[rows] @ U, -(self.W @ fixed)[rows]
             push = fixed + U @ np.linalg.lstsq(matrix, right, rcond=_ROUNDING)[0]
+            # Exactly 1 marks a full push, which one that only holds is not.
+            for i, local in enumerate(choice):
+                if 0 in local.vanishing and push[2 * i] == 1:
+                    push[2 * i] = math.nextafter(1.0, 0.0)
         return self._violation(choice, rows, push), push
 
     def _violation(self, choice: tuple[_Local, ...], rows: list[int], push: Array) -> float:
@@ -517,4 +521,4 @@ def _forces(solution: ContactSolution) -> Array:
 
 def _order(push: Array) -> tuple[float, float]:
     """Return what is least in the preferred one of several pushes, but for rounding."""
-    return round(float(push[::2].sum()), 9), float(push @ push)
+    return round(float(push[::2].sum()), 9), round(float(push @ push), 9)

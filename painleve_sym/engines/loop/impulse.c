@@ -537,6 +537,10 @@ static void push_of(const ps_path *path, const ps_way *const *way, double *push)
   least_norm(k, matrix, right, x);
   for (int c = 0; c < k; c++)
     for (int entry = 0; entry < 2; entry++) push[2 * contact[c] + entry] += along[c][entry] * x[c];
+  /* Exactly 1 marks a full push, which one that only holds is not. */
+  for (int i = 0; i < path->n; i++)
+    if (way[i]->unknowns && way[i]->vanishing[0] == 0 && push[2 * i] == 1)
+      push[2 * i] = nextafter(1, 0);
 }
 
 /* What is least in the preferred one of several pushes, but for rounding. */
@@ -575,7 +579,7 @@ static int choose_push(const ps_path *path, const double *pressing, double *push
     }
     rank.order[0] = rounded_to_nine(rank.order[0] / size);
     rank.order[1] = rounded_to_nine(rank.order[1]);
-    rank.order[2] = dot(rows, now, now);
+    rank.order[2] = rounded_to_nine(dot(rows, now, now));
     int admitted = rank.missed <= PS_MISSED;
     if (admitted && pressing) {
       rates_of(path, now, rates);

@@ -8,17 +8,17 @@ static void loading_curves(const double *p, double *curves) {
   loading(arg, res, iw, w, 0);
 }
 
-/* Scales of gap and gap rate of one contact, and its energy: of a compliant one the compression
- * under the free normal force, that over the time of a contact, and the energy at hand. */
+/* Scales of gap and gap rate of one contact, and its energy: of a compliant one the compression under
+ * the free normal force, that over the time of a contact, and the energy at hand. */
 static void own_scales(const double *curve, const double *found, double x_gap, double *gap,
                        double *rate, double *energy) {
-  const double k = curve[0], n = curve[1], W_nn = found[FOUND_W_nn], b_n = found[FOUND_b_n];
-  const double kinetic = found[FOUND_kinetic_energy], length = characteristic_length(found);
-  const double gained = gained_energy(found, length);
-  double force = b_n / W_nn, depth = -x_gap > 0 ? -x_gap : 0.0, delta, stored;
+  const double k = curve[0], n = curve[1], kinetic = found[FOUND_kinetic_energy];
+  const double W_nn = found[FOUND_W_nn], b_n = fabs(found[FOUND_b_n]), force = b_n / W_nn;
+  double depth = -x_gap > 0 ? -x_gap : 0.0, length = characteristic_length(found), delta, stored;
+  double gained = gained_energy(found, length);
   if (n == 0) {
-    *energy = kinetic > $at_rest * gained ? kinetic : gained; /* below: a motion from rest */
     *gap = length;
+    *energy = kinetic > $at_rest * gained ? kinetic : gained; /* below: a motion from rest */
     *rate = sqrt(2 * *energy * W_nn);
     return;
   }
@@ -42,8 +42,8 @@ static void own_scales(const double *curve, const double *found, double x_gap, d
 static void scales(const double *p, const double *x, const double *found, double *gap,
                    double *rate, double *energy) {
   double curves[2 * CONTACTS], pressed[CONTACTS * FOUND], least = 0, own, largest = 0;
-  loading_curves(p, curves);
   memcpy(pressed, found, sizeof pressed);
+  loading_curves(p, curves);
   for (int i = 0; i < CONTACTS; i++) least = fmax(least, fabs(found[i * FOUND + FOUND_b_n]));
   least = 0.01 * least;
   for (int i = 0; i < CONTACTS; i++) {
@@ -54,8 +54,8 @@ static void scales(const double *p, const double *x, const double *found, double
   }
   *energy = largest > 0 ? largest : 1.0;
   for (int i = 0; i < CONTACTS; i++) {
-    double *f = pressed + i * FOUND;
-    f[FOUND_kinetic_energy] = *energy;
-    own_scales(curves + 2 * i, f, x[CONTACT_STATES[i][0]], &gap[i], &rate[i], &own);
+    pressed[i * FOUND + FOUND_kinetic_energy] = *energy;
+    own_scales(curves + 2 * i, pressed + i * FOUND, x[CONTACT_STATES[i][0]], &gap[i], &rate[i],
+               &own);
   }
 }

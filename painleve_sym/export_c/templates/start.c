@@ -71,8 +71,8 @@ void ${name}_tolerances(const double *p, const double *x, double rtol, double *a
     atol[COORDINATES + i] = sqrt(2 * energy / found[FOUND_mass_0 + i]);
   }
 $clock  for (int i = 0; i < CONTACTS; i++) {
-    const double *own = found + i * FOUND, slip = sqrt(2 * energy * own[FOUND_W_tt]);
-    atol[CONTACT_STATES[i][2]] = slip != 0 ? slip : sqrt(2 * energy * own[FOUND_W_nn]);
+    const double *f = found + i * FOUND, slip = sqrt(2 * energy * f[FOUND_W_tt]);
+    atol[CONTACT_STATES[i][2]] = slip != 0 ? slip : sqrt(2 * energy * f[FOUND_W_nn]);
     atol[CONTACT_STATES[i][0]] = gap[i];
     atol[CONTACT_STATES[i][1]] = rate[i];
   }
