@@ -131,6 +131,20 @@ class AutomatonFunctions:
         return self._function("alternatives", [conditions, ca.horzcat(*columns)])
 
     @cached_property
+    def impacts(self) -> ca.Function | None:
+        """Mobility, load, directions, friction, drive speeds and restitution of `Impacts`.
+
+        Six results, matrices column by column; None where the automaton has no impacts.
+        """
+        given = self.automaton.impacts
+        if given is None:
+            return None
+        matrices = (given.mobility, given.load, given.directions)
+        rows = (given.friction, given.drive_speeds, (given.coefficient,))
+        columns = [*(list(m.T) for m in matrices), *map(list, rows)]
+        return self._function("impacts", [self._translate.vector(c) for c in columns])
+
+    @cached_property
     def constants(self) -> ca.Function:
         """Parameters to constants: p, shape (np,), to c, shape (nc,)."""
         p = ca.SX.sym("p", len(self.automaton.parameters))
@@ -161,8 +175,8 @@ class AutomatonFunctions:
 
     def all(self) -> tuple[ca.Function, ...]:
         """Every function, for code generation."""
-        choice = (self.alternatives,) if self.alternatives is not None else ()
-        return (self.constants, self.starts, *choice, *(f for m in self.modes for f in m.all()))
+        more = [f for f in (self.alternatives, self.impacts) if f is not None]
+        return (self.constants, self.starts, *more, *(f for m in self.modes for f in m.all()))
 
     def _function(self, name: str, results: list[ca.SX]) -> ca.Function:
         # Structural zeros made explicit: the engine reads plain arrays.

@@ -88,6 +88,10 @@ class VariationalFunctions(AutomatonFunctions):
         self.c = ca.vertcat(self._c, derived)
 
     @property
+    def impacts(self) -> None:
+        """None: impacts of several contacts are not differentiated, a run ends before them."""
+
+    @property
     def event_entries(self) -> dict[str, slice]:
         """Where the memory holds what the last event was.
 

@@ -40,6 +40,7 @@ from painleve_sym.hybrid.automaton import (
     Choice,
     Definition,
     HybridAutomaton,
+    Impacts,
     LinearSystem,
     Mode,
     Transition,
@@ -358,10 +359,46 @@ class PluralContacts:
             for i, c in enumerate(self.interfaces)
             if i in self._unknown
         ]
-        impact = Transition("impact", EventKind.IMPACT, sp.Add(*approaching), decides=_ANSWERS)
-        follows = (Choice(MOTION),)
+        again, follows = (Choice(CONTACT),), (Choice(MOTION),)
+        impact = Transition("impact", EventKind.IMPACT, sp.Add(*approaching), again, strikes=True)
         decide = Transition("decide", EventKind.CONTACT, None, follows, chooses=True)
         return impact, decide
+
+    @cached_property
+    def impulses(self) -> tuple[sp.Symbol, ...]:
+        """Memory of the impulses P_n, P_t of each contact in the last impact; N s."""
+        if not self._unknown:
+            return ()
+        names = ("normal_impulse", "tangential_impulse")
+        return tuple(sp.Symbol(f"{n}_{c.name}", real=True) for c in self.interfaces for n in names)
+
+    @property
+    def impacts(self) -> Impacts | None:
+        """Impacts of the rigid contacts; None where there is none."""
+        if not self._unknown:
+            return None
+        law = next((w for w in self.own_laws if isinstance(w, RigidLaw)), None)
+        own, given = self._symbols, self.contact_set
+        return Impacts(
+            rigid=self._unknown,
+            contacts=tuple((r.gap, r.gap_rate, r.slip) for r in self.rows),
+            velocities=tuple(self.mechanism.system.q_dot),
+            works=(
+                CONTACT_WORK,
+                FRICTION_WORK,
+                FORCE_WORK if FORCE_WORK in self.dissipations else None,
+            ),
+            impulses=self.impulses,
+            mobility=own["W"],
+            load=own["b"],
+            directions=own["D"],
+            friction=tuple(given.mu),
+            drive_speeds=tuple(given.drive_speeds),
+            restitution=RigidLaw.restitution if law is None else law.restitution,
+            # Guides among compliant contacts: no law, and nothing approaches them.
+            coefficient=_ZERO if law is None else law.parameters[0].symbol,
+            target=CONTACT,
+        )
 
     @cached_property
     def automaton(self) -> HybridAutomaton:
@@ -374,7 +411,7 @@ class PluralContacts:
         return HybridAutomaton(
             name=f"{mechanism.name} with {', '.join(names)}",
             states=self.states,
-            memory=tuple(s for c in self.interfaces for s in c.memory),
+            memory=(*(s for c in self.interfaces for s in c.memory), *self.impulses),
             parameters=tuple(p.symbol for p in parameters),
             definitions={s: readable(v) for s, v in definitions.items()},
             modes=self._modes(),
@@ -383,6 +420,7 @@ class PluralContacts:
             terms=self.terms,
             parts=tuple(c.part for c in self.interfaces),
             preference=self._preference,
+            impacts=self.impacts,
         )
 
     @property
@@ -391,8 +429,6 @@ class PluralContacts:
         return {"liftoff": 1, "slip": -1, "impact": 0}[policies.pop() if policies else "liftoff"]
 
 
-_ANSWERS = (EventKind.IMPACT, EventKind.SETTLE)
-"""Kinds of events with which the impacts of rigid contacts answer."""
 _DETERMINANT = sp.Symbol("determinant", real=True)
 
 

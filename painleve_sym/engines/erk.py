@@ -178,7 +178,7 @@ class _Run:
         at = (self.x, self.z, self.c, np.array([float(timed)]))
         x, z, conditions = self.runner.events[j](*at)
         departs: tuple[int, ...] = ()
-        if transition.decides:
+        if transition.decides or transition.strikes:
             # That no mode follows is how a run ends whose question nobody answers.
             self.reason, self.decision = StopReason.NO_MODE, True
             self.stop_transition = j
@@ -191,7 +191,7 @@ class _Run:
                 departs += leaving
         else:
             self.reason, self.stop_transition = transition.stop, j
-        if visible and not transition.decides:
+        if visible and not (transition.decides or transition.strikes):
             self.note(transition.kind, before, j, transition.contact, x, z)
             self.check_accumulation(before, j)
         if transition.on_accumulation is not None:

@@ -110,8 +110,10 @@ class Parts:
                 ]
             )
             place, first = own.stop, first + len(part.alternatives)
+        # What no part owns, the impulses of the last impact, is kept.
+        kept = z[place:]
         return [
-            (np.concatenate([m for m, _ in each]), sum(is_open for _, is_open in each))
+            (np.concatenate([*(m for m, _ in each), kept]), sum(is_open for _, is_open in each))
             for each in itertools.product(*offered)
         ]
 

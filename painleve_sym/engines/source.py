@@ -11,14 +11,16 @@ from painleve_sym.codegen.c_functions import c_file
 from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.engines.records import EVENT_HEAD, STEP_HEAD
 from painleve_sym.engines.runge_kutta.coefficients import dop853
-from painleve_sym.errors import StopReason
+from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.hybrid.automaton import HybridAutomaton, Transition
 
 ENGINE_PARTS = (
     "loop/state",
     "loop/watch",
     "loop/choose",
+    "loop/impulse",
     "loop/events",
+    "loop/impact",
     "runge_kutta/step",
     "runge_kutta/extremes",
     "runge_kutta/search",
@@ -128,7 +130,7 @@ def _coefficients() -> str:
 def _transition(functions: AutomatonFunctions, i: int, j: int, t: Transition) -> str:
     kind = functions.automaton.kinds.index(t.kind)
     stop: int | str = ENGINE_REASONS.index(t.stop) if t.stop is not None else "PS_RUNNING"
-    if t.decides:
+    if t.decides or t.strikes:
         stop = "PS_DECISION"
     targets = ", ".join(str(functions.mode_index[c.target]) for c in t.choices) or "0"
     masks = [sum(1 << k for k in functions.departures(c)) for c in t.choices] or [0]
@@ -173,6 +175,7 @@ def _tables(functions: AutomatonFunctions) -> str:
         "#define PS_START_CONDITIONS starts",
         "#define PS_CONSTANTS constants",
         *_parts(automaton),
+        *_impacts(functions),
         "",
     ]
     return "\n".join(lines)
@@ -195,11 +198,43 @@ def _parts(automaton: HybridAutomaton) -> list[str]:
     return [
         "#define PS_ALTERNATIVES alternatives",
         f"#define PS_POLICY {automaton.preference}",
-        f"#define PS_OWNED_SIZE {sum(sizes)}",
+        f"#define PS_OWNED_SIZE {len(automaton.memory)}",
         f"static const ps_bits PS_LEAVING[PS_NM] = {{{', '.join(f'{m}ull' for m in masks)}}};",
         f"#define PS_NREST {len(rest)}",
         f"static const int PS_REST[] = {{{', '.join(map(str, rest)) or '0'}}};",
         f"static const int PS_OFFERED[PS_NPART] = {{{counts}}};",
         f"static const int PS_IS_OPEN[PS_NALT] = {{{opens}}};",
         f"static const int PS_OWNED[PS_NPART + 1] = {{{places}}};",
+    ]
+
+
+def _impacts(functions: AutomatonFunctions) -> list[str]:
+    """Return the tables of the impacts: which contacts and states they concern, and their law."""
+    automaton, given = functions.automaton, functions.automaton.impacts
+    if given is None or functions.impacts is None:
+        return []
+    at = automaton.states.index
+    touchdown = EventKind.TOUCHDOWN
+    sizes = {
+        "IMPACTS": "impacts",
+        "CONTACTS": len(given.contacts),
+        "RIGID": len(given.rigid),
+        "SPEEDS": len(given.velocities),
+        "IMPACT_LAW": f"PS_{given.restitution.upper()}",
+        "IMPACT_TARGET": functions.mode_index[given.target],
+        "IMPACT_KIND": automaton.kinds.index(given.kinds[0]),
+        "SETTLE_KIND": automaton.kinds.index(given.kinds[1]),
+        "TOUCHDOWN_KIND": automaton.kinds.index(touchdown) if touchdown in automaton.kinds else -1,
+        "IMPULSES": automaton.memory.index(given.impulses[0]),
+    }
+    lines = [f"#define PS_{name} {value}" for name, value in sizes.items()]
+    rows = ", ".join(f"{{{at(gap)}, {at(rate)}, {at(slip)}}}" for gap, rate, slip in given.contacts)
+    speeds = ", ".join(str(at(s)) for s in given.velocities)
+    works = ", ".join(str(-1 if s is None else at(s)) for s in given.works)
+    return [
+        *lines,
+        f"static const int PS_RIGID_CONTACT[PS_RIGID] = {{{', '.join(map(str, given.rigid))}}};",
+        f"static const int PS_CONTACT_STATES[PS_CONTACTS][3] = {{{rows}}};",
+        f"static const int PS_SPEED[PS_SPEEDS] = {{{speeds}}};",
+        f"static const int PS_WORKS[3] = {{{works}}};",
     ]

@@ -16,10 +16,8 @@ from painleve_sym.codegen.compile import Compiler, find_compiler
 from painleve_sym.errors import InputError
 from painleve_sym.export_c.files import Case, files
 from painleve_sym.export_c.text import identifier
-from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.laws.rigid import RigidLaw
-from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.simulate.rigid import RigidSimulator
+from painleve_sym.simulate.factory import make_simulator
 from painleve_sym.simulate.trajectory import Trajectory
 from painleve_sym.study.scenario import Scenario
 
@@ -75,21 +73,15 @@ def export_c(scenario: Scenario, folder: str | Path, name: str | None = None) ->
     Raises
     ------
     InputError
-        What `Scenario.simulate` refuses; a rigid law with several contacts; a name that is none in
-        C; a folder that holds something or cannot be written.
+        What `Scenario.simulate` refuses; a name that is none in C; a folder that holds
+        something or cannot be written.
     CompilerMissing
     """
     target = empty_folder(Path(folder))
     mechanism, law = scenario.mechanism(), scenario.contact_law()
-    if len(mechanism.contacts) > 1:
-        names = ", ".join(c.name for c in mechanism.contacts)
-        raise InputError(
-            f"export: {mechanism.name!r} has {len(mechanism.contacts)} contacts, and what happens "
-            "at their events is decided outside the compiled code. "
-            f"Fix: choose one of {names} (--contact); the others stay open."
-        )
     prefix = _checked_name(identifier(mechanism.name) if name is None else name, name is None)
-    rigid = isinstance(law, RigidLaw)
+    laws = law.values() if isinstance(law, Mapping) else (law,)
+    rigid = any(isinstance(one, RigidLaw) for one in laws)
     if scenario.engine == "erk":
         raise InputError("export: engine: got 'erk', which is no C. Fix: auto, taylor or compiled.")
     given: dict[str, Any] = {}
@@ -106,12 +98,7 @@ def export_c(scenario: Scenario, folder: str | Path, name: str | None = None) ->
 def _case(scenario: Scenario, name: str) -> Case:
     compiler, trajectory = find_compiler(), scenario.simulate()
     mechanism, law = scenario.mechanism(), scenario.contact_law()
-    simulator: SoftenedSimulator | RigidSimulator
-    if isinstance(law, RigidLaw):
-        simulator = RigidSimulator(mechanism, law.restitution, law.policy, scenario.engine)
-    else:
-        assert isinstance(law, ContactLaw)  # one contact has one law
-        simulator = SoftenedSimulator(mechanism, law, scenario.engine)
+    simulator = make_simulator(mechanism, law, scenario.engine)
     vector, _ = simulator.start(scenario.start(), trajectory.parameters)
     limits = {"max_steps": scenario.max_steps, "max_events": scenario.max_events}
     return Case(

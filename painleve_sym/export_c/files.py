@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence, Sized
 from dataclasses import dataclass
 from functools import cached_property
+from string import Template
 from typing import Any
 
 import painleve_sym
@@ -31,9 +32,9 @@ from painleve_sym.export_c.text import (
 from painleve_sym.hybrid.signature import Outline
 from painleve_sym.mechanics.system import Parameter
 from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.simulate.rigid import RigidSimulator
+from painleve_sym.simulate.plural import PluralSimulator
 from painleve_sym.simulate.scales import AT_REST
-from painleve_sym.simulate.simulator import DEFAULT_RTOL
+from painleve_sym.simulate.simulator import DEFAULT_RTOL, ContactSimulator
 from painleve_sym.simulate.trajectory import Trajectory
 
 
@@ -45,7 +46,7 @@ class Case:
     ----------
     name : str
         Prefix of all C names.
-    simulator : SoftenedSimulator or RigidSimulator
+    simulator : ContactSimulator
     trajectory : Trajectory
         What the package computed for the example.
     motion : ndarray, shape (2 n,)
@@ -59,7 +60,7 @@ class Case:
     """
 
     name: str
-    simulator: SoftenedSimulator | RigidSimulator
+    simulator: ContactSimulator
     trajectory: Trajectory
     motion: Array
     t_end: float
@@ -92,11 +93,13 @@ class Case:
         return {s.name: known.get(s.name) or described(s.name) for s in self.outline.states}
 
     @cached_property
-    def place(self) -> dict[str, int]:
-        """Indices of the contact's states."""
-        row = self.simulator.contact.rows[0]
-        found = zip(("gap", "gap_rate", "slip"), row.symbols, strict=True)
-        return {name: self.outline.states.index(symbol) for name, symbol in found}
+    def places(self) -> list[dict[str, int]]:
+        """Indices of each contact's states."""
+        names = ("gap", "gap_rate", "slip")
+        return [
+            {n: self.outline.states.index(s) for n, s in zip(names, row.symbols, strict=True)}
+            for row in self.simulator.contact.rows
+        ]
 
     @property
     def title(self) -> str:
@@ -175,6 +178,10 @@ def _header(case: Case) -> str:
             "memory_room": max(1, len(memory)),
             "completed": ", ".join(s + " = 0" * s.endswith("dissipation") for s in extra),
             "press": _PRESS.format(name=case.name) if loads else "",
+            "contacts": _filled(_CONTACTS, case) if outline.parts else "",
+            "event_contact": _EVENT_CONTACT.format(room=max(1, len(memory)), name=case.name)
+            if outline.parts
+            else "",
             "rtol": repr(DEFAULT_RTOL),
             "constants": defined,
             "max_steps": RunOptions.max_steps,
@@ -189,6 +196,103 @@ _PRESS = """\
 void {name}_press(const double *p, double *x, double force);
 
 """
+
+
+_CONTACTS = """\
+#define ${NAME}_CONTACTS $count
+extern const char *const ${name}_contact_names[${NAME}_CONTACTS];
+/* What contact i does by the memory z of a run or of an event: the name of its local mode. */
+const char *${name}_local_mode(int i, const double *z);
+
+"""
+
+_EVENT_CONTACT = """\
+  int contact; /* index in {name}_contact_names; -1: no single one */
+  /* Memory just before and just after: what each contact does, and the last impulses. */
+  double memory_before[{room}], memory_after[{room}];
+"""
+
+_LOCAL_MODES = """\
+const char *const ${name}_contact_names[${NAME}_CONTACTS] = {$contact_names};
+
+const char *${name}_local_mode(int i, const double *z) {
+  static const char *const names[] = {$local_names};
+  static const int first[${NAME}_CONTACTS] = {$first}, at[${NAME}_CONTACTS] = {$at};
+  return names[first[i] + (int)z[at[i]]];
+}
+
+"""
+
+_COPY_CONTACT = """\
+    e->contact = (int)row[5];
+    memcpy(e->memory_before, x + PS_NX, sizeof(double) * PS_NZ);
+    memcpy(e->memory_after, x + 2 * PS_NX + PS_NZ, sizeof(double) * PS_NZ);
+"""
+
+_PRINT_MODES = """\
+static void print_modes(const double *memory) {
+  for (int i = 0; i < ${NAME}_CONTACTS; i++)
+    printf("%s%s", i ? " + " : "", ${name}_local_mode(i, memory));
+}
+
+"""
+
+_PRINT_EVENT = """\
+    printf("event %.17g %s %s: ", e->time, ${name}_event_names[e->kind],
+           e->contact < 0 ? "all" : ${name}_contact_names[e->contact]);
+    print_modes(e->memory_before);
+    printf(" to ");
+    print_modes(e->memory_after);
+    printf("\\n");
+$print_impulses"""
+
+_PRINT_IMPULSES = """\
+    if (e->kind == ${name}_event_impact)
+      print_values(impulse_names, e->memory_after + $first_impulse, 2 * ${NAME}_CONTACTS);
+"""
+
+_IMPULSE_NAMES = """\
+static const char *const impulse_names[] = {$impulse_names};
+
+"""
+
+_PRINT_END = """\
+  printf("end %.17g %s: ", run->time, ${name}_stop_names[run->stop]);
+  print_modes(run->memory);
+  printf("\\n");
+"""
+
+_PRINT_EVENT_OF_ONE = """\
+    printf("event %.17g %s: %s to %s\\n", e->time, ${name}_event_names[e->kind],
+           ${name}_mode_names[e->mode_before], ${name}_mode_names[e->mode_after]);
+    printf("  normal_force %.17g\\n", e->outputs[${name}_output_normal_force]);
+    printf("  tangential_force %.17g\\n", e->outputs[${name}_output_tangential_force]);
+"""
+
+_PRINT_END_OF_ONE = """\
+  printf("end %.17g %s: %s\\n", run->time, ${name}_stop_names[run->stop],
+         ${name}_mode_names[run->mode]);
+"""
+
+
+def _filled(text: str, case: Case) -> str:
+    """Return a piece of C with what it says about the contacts of the case."""
+    parts, memory = case.outline.parts, [s.name for s in case.outline.memory]
+    sizes = [len(part.local_modes) for part in parts]
+    impulses = memory[sum(len(part.memory) for part in parts) :]
+    values = {
+        "count": len(parts),
+        "contact_names": ", ".join(quoted(part.name) for part in parts),
+        "local_names": ", ".join(quoted(n) for part in parts for n in part.local_modes),
+        "first": ", ".join(str(sum(sizes[:i])) for i in range(len(sizes))),
+        "at": ", ".join(str(memory.index(part.memory[0].name)) for part in parts),
+        "impulse_names": ", ".join(map(quoted, impulses)),
+        "first_impulse": len(memory) - len(impulses),
+        "print_impulses": "",
+    }
+    if impulses and "$print_impulses" in text:
+        values["print_impulses"] = _filled(_PRINT_IMPULSES, case)
+    return Template(text).substitute(case.shared | values)
 
 
 def _enums(case: Case) -> str:
@@ -239,6 +343,8 @@ def _model(case: Case) -> str:
         "engine": engine_text(case.simulator.automaton, case.trajectory.engine),
         "start_events": int(case.simulator.start_events),
         "names": _names(case, outline, modes),
+        "local_modes": _filled(_LOCAL_MODES, case) if outline.parts else "",
+        "copy_contact": _COPY_CONTACT if outline.parts else "",
     }
     return filled("model.c", case.shared | values)
 
@@ -264,13 +370,20 @@ def _names(case: Case, outline: Outline, modes: Sequence[str]) -> str:
 
 def _start(case: Case) -> str:
     simulator, system = case.simulator, case.simulator.mechanism.system
-    found, loading = contact_numbers(simulator.mechanism), []
+    count = len(case.places)
+    numbers = [contact_numbers(simulator.mechanism, i) for i in range(count)]
+    found, loading = numbers[0], list[Any]()
     timed = simulator.mechanism.depends_on_time
     if isinstance(simulator, SoftenedSimulator):
         loading = [simulator.law.stiffness, simulator.law.exponent]
-    functions, work = start_functions(found, simulator.automaton, loading)
-    values = case.shared | case.place | {"work": work, "at_rest": repr(AT_REST)}
+    elif isinstance(simulator, PluralSimulator):
+        loading = simulator.loading_curves
+    functions, work = start_functions(numbers, simulator.automaton, loading)
+    states = ", ".join(f"{{{', '.join(map(str, place.values()))}}}" for place in case.places)
+    values = case.shared | case.places[0] | {"work": work, "at_rest": repr(AT_REST)}
+    values |= {"contact_count": count, "contact_states": states}
     scales = "scales_softened.c" if loading else "scales_rigid.c"
+    scales = "scales_several.c" if count > 1 else scales
     values |= {
         "functions": functions,
         "coordinates": len(system.q),
@@ -288,16 +401,16 @@ def _start(case: Case) -> str:
     return filled("start.c", values)
 
 
-_CLEANED = """\
-/* Computed from the coordinates these cancel: a touching start must not become a tiny fall. */
-static double cleaned(double value, double tolerance) {
-  return fabs(value) <= tolerance ? 0.0 : value;
-}
-"""
-_TOLERANCES = f"""\
+_CLEANED = f"""\
+/* A gap or its rate: computed from the coordinates they cancel, and a touching start must not
+ * become a tiny fall. */
+static double cleaned(const double *found, int which) {{
   double length = characteristic_length(found), gain = fabs(found[FOUND_b_n]) * length;
   double speed = sqrt(2 * (found[FOUND_kinetic_energy] * found[FOUND_W_nn] + gain));
-  const double near_gap = {CONTACT_TOLERANCE!r} * length, slow = {CONTACT_TOLERANCE!r} * speed;"""
+  double tolerance = {CONTACT_TOLERANCE!r} * (which == FOUND_gap ? length : speed);
+  return fabs(found[which]) <= tolerance ? 0.0 : found[which];
+}}
+"""
 
 
 _CLOCK = """\
@@ -307,15 +420,15 @@ _CLOCK = """\
 
 def _complete(case: Case) -> str:
     """Return the function that completes a state; where all follow as 0, it asks for nothing."""
-    own, derived = range(len(case.motion), len(case.states)), dict.fromkeys(case.place.values(), "")
-    derived[case.place["slip"]] = "found[FOUND_slip_velocity]"
-    for name, tolerance in (("gap", "near_gap"), ("gap_rate", "slow")):
-        derived[case.place[name]] = f"cleaned(found[FOUND_{name}], {tolerance})"
+    own, derived = range(len(case.motion), len(case.states)), dict[int, str]()
+    for i, place in enumerate(case.places):
+        derived[place["slip"]] = f"found[{i} * FOUND + FOUND_slip_velocity]"
+        for name in ("gap", "gap_rate"):
+            derived[place[name]] = f"cleaned(found + {i} * FOUND, FOUND_{name})"
     lines = [f"  x[{i}] = {derived.get(i, '0')};" for i in own]
-    cleans = [_CLEANED] if case.place["gap"] in own else []
+    cleans = [_CLEANED] if any("cleaned" in line for line in lines) else []
     if any(i in own for i in derived):
-        tolerances = [_TOLERANCES] if cleans else []
-        lines = ["  double found[FOUND];", "  contact_numbers(p, x, found);", *tolerances, *lines]
+        lines = ["  double found[CONTACTS * FOUND];", "  contact_numbers(p, x, found);", *lines]
     head = f"void {case.name}_complete_state(const double *p, double *x) {{"
     return "\n".join([*cleans, head, *lines, "}"])
 
@@ -344,20 +457,38 @@ def _main(case: Case) -> str:
             "t_end": repr(case.t_end),
             "rtol": repr(case.rtol),
             "options": "".join(f"{line}\n" for line in options),
-        },
+        }
+        | _printing(case),
     )
+
+
+def _printing(case: Case) -> dict[str, str]:
+    """Return what prints the modes of all contacts, an event and the end."""
+    if not case.outline.parts:
+        event, end, modes = _PRINT_EVENT_OF_ONE, _PRINT_END_OF_ONE, ""
+    else:
+        impulses = len(case.outline.memory) > sum(len(p.memory) for p in case.outline.parts)
+        event, end, modes = _PRINT_EVENT, _PRINT_END, _IMPULSE_NAMES * impulses + _PRINT_MODES
+    texts = {"print_event": event, "print_end": end, "print_modes": modes}
+    return {name: _filled(text, case) for name, text in texts.items()}
 
 
 def expected(trajectory: Trajectory) -> str:
     """Return what the example prints, from the package's own numbers."""
     lines: list[str] = []
+    several = "normal_force" not in trajectory.output_names
+    impulses = [n for n in trajectory.memory_names if "_impulse_" in n]
 
     def values(found: Mapping[str, float]) -> None:
         lines.extend(f"  {name} {value:.17g}" for name, value in found.items())
 
     for e in trajectory.events:
-        lines.append(f"event {e.time:.17g} {e.kind}: {e.mode_before} to {e.mode_after}")
-        values({"normal_force": e.normal_force, "tangential_force": e.tangential_force})
+        contact = f" {e.contact or 'all'}" if several else ""
+        lines.append(f"event {e.time:.17g} {e.kind}{contact}: {e.mode_before} to {e.mode_after}")
+        if several:
+            values(dict(zip(impulses, e.impulses, strict=False)))
+        else:
+            values({"normal_force": e.normal_force, "tangential_force": e.tangential_force})
         values(e.state)
     mode = trajectory.mode_names[trajectory.final_mode]
     lines.append(f"end {trajectory.final_time:.17g} {trajectory.stop_reason.label}: {mode}")

@@ -45,20 +45,23 @@ def engine_text(automaton: HybridAutomaton, engine: str) -> str:
 
 
 def start_functions(
-    found: Quantities, automaton: HybridAutomaton, loading: Sequence[Any]
+    found: Sequence[Quantities], automaton: HybridAutomaton, loading: Sequence[Any]
 ) -> tuple[str, int]:
     """Return the C functions ``quantities`` and ``loading``, and the size of their work space.
 
     Parameters
     ----------
-    found : Quantities
-        The numbers of the contact, see `contact_numbers`.
+    found : sequence of Quantities
+        The numbers of each contact, see `contact_numbers`.
     automaton : HybridAutomaton
     loading : sequence of sympy.Expr
         Stiffness and exponent in parameters and definitions, which the function ``loading`` takes
         in this order; empty: there is no such function.
     """
-    functions = [found.function]
+    functions = [found[0].function]
+    if len(found) > 1:
+        x = ca.SX.sym("x", len(found[0].symbols))
+        functions = [ca.Function("quantities", [x], [ca.vertcat(*(f.function(x) for f in found))])]
     if loading:
         constants = (*automaton.parameters, *automaton.definitions)
         c = ca.SX.sym("c", len(constants))

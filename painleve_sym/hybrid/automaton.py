@@ -99,8 +99,11 @@ class Transition:
         (`Resolver`), who answers with events of these kinds and the mode to go on in.
     chooses : bool
         Whether the parts of the automaton choose their local modes after the reset: a combination
-        of alternatives that satisfies the tests of the target. Where there is none, the engine
-        asks.
+        of alternatives that satisfies the tests of the target. Where there is none, the contacts
+        have an impact or, without `HybridAutomaton.impacts`, the engine asks.
+    strikes : bool
+        Whether the contacts of `HybridAutomaton.impacts` have an impact there; its only choice
+        names the mode that follows.
     """
 
     label: str
@@ -114,6 +117,7 @@ class Transition:
     on_accumulation: Accumulation | None = None
     decides: tuple[EventKind, ...] = ()
     chooses: bool = False
+    strikes: bool = False
 
     @property
     def immediate(self) -> bool:
@@ -238,6 +242,60 @@ class Part:
 
 
 @dataclass(frozen=True)
+class Impacts:
+    """Simultaneous impacts of rigid contacts at frozen coordinates; rows are n1, t1, n2, t2, ….
+
+    Contacts with gap ≤ 0 and gap rate ≤ 0 have one where a transition `Transition.strikes`, or
+    where none of the combinations that a transition chooses from is possible.
+
+    Attributes
+    ----------
+    rigid : tuple of int
+        Indices of the contacts that take part; the other ones only change their velocities.
+    contacts : tuple of (sympy.Symbol, sympy.Symbol, sympy.Symbol)
+        States of every contact: gap, gap rate and slip velocity.
+    velocities : tuple of sympy.Symbol, shape (nq,)
+        Generalised velocities.
+    works : tuple of sympy.Symbol or None
+        States from which the works of the normal impulses, of the tangential impulses, and of what
+        drives the surfaces are subtracted; None for no such state.
+    impulses : tuple of sympy.Symbol, shape (2 n,)
+        Memory in which the impulses of the last impact are kept; N s.
+    mobility : sympy.Matrix, shape (2 n, 2 n)
+        1/kg.
+    load : sympy.Matrix, shape (2 n, 1)
+        Accelerations without contact forces; m/s².
+    directions : sympy.Matrix, shape (nq, 2 n)
+        Change of the generalised velocities by each impulse.
+    friction : tuple of sympy.Expr, shape (n,)
+    drive_speeds : tuple of sympy.Expr, shape (2 n,)
+        Of the surfaces; m/s.
+    restitution : {"energetic", "poisson", "newton"}
+    coefficient : sympy.Expr
+        Of restitution.
+    target : str
+        Mode that follows.
+    """
+
+    rigid: tuple[int, ...]
+    contacts: tuple[tuple[sp.Symbol, sp.Symbol, sp.Symbol], ...]
+    velocities: tuple[sp.Symbol, ...]
+    works: tuple[sp.Symbol, sp.Symbol, sp.Symbol | None]
+    impulses: tuple[sp.Symbol, ...]
+    mobility: sp.Matrix
+    load: sp.Matrix
+    directions: sp.Matrix
+    friction: tuple[sp.Expr, ...]
+    drive_speeds: tuple[sp.Expr, ...]
+    restitution: str
+    coefficient: sp.Expr
+    target: str
+
+    kinds = (EventKind.IMPACT, EventKind.SETTLE)
+    """Kinds of its events: an impact, and the end of bounces that have died out."""
+
+
+@dataclass(frozen=True)
 class Mode:
     """A smooth regime.
 
@@ -283,10 +341,12 @@ class HybridAutomaton:
     terms : tuple of Definition or LinearSystem
         Abbreviations that every expression may use, each in terms of those before it.
     parts : tuple of Part
-        Parts whose local modes are data; together they own the whole memory.
+        Parts whose local modes are data; they own the memory but for that of `impacts`, which
+        comes after theirs.
     preference : int
         Which of several motions a decision takes: 1 the one with most open parts, -1 that with
         fewest, 0 none.
+    impacts : Impacts or None
 
     Raises
     ------
@@ -306,6 +366,7 @@ class HybridAutomaton:
     terms: tuple[Definition | LinearSystem, ...] = ()
     parts: tuple[Part, ...] = ()
     preference: int = 1
+    impacts: Impacts | None = None
 
     def __post_init__(self) -> None:
         faults = list(self._faults())
@@ -336,6 +397,8 @@ class HybridAutomaton:
                     f"mode {mode.name!r}: got {len(mode.transitions)} transitions, need at most "
                     f"{MOST_TRANSITIONS}."
                 )
+            if self.impacts is None and any(t.strikes for t in mode.transitions):
+                yield f"mode {mode.name!r}: a transition strikes, and no impacts are declared."
             if set(mode.outputs) != set(self.modes[0].outputs):
                 yield f"mode {mode.name!r}: its outputs differ from those of the first mode."
         for name in sorted(set(names) - self.reachable()):
@@ -381,6 +444,10 @@ class HybridAutomaton:
             ):
                 yield f"term {symbols[0]}: {s} is not declared before it."
             known.update(symbols)
+        if self.impacts is not None and self.impacts.target not in {m.name for m in self.modes}:
+            yield "impacts: " + unknown_name(
+                "mode", self.impacts.target, [m.name for m in self.modes]
+            )
         for mode in self.modes:
             for s in mode.field:
                 if s not in self.states:
@@ -410,6 +477,7 @@ class HybridAutomaton:
         """
         transitions = [t for m in self.modes for t in m.transitions]
         decided = [kind for t in transitions for kind in t.decides]
+        decided += self.impacts.kinds if self.impacts is not None else ()
         limits = [t.on_accumulation.kind for t in transitions if t.on_accumulation is not None]
         return tuple(dict.fromkeys([*(t.kind for t in transitions), *decided, *limits]))
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -13,24 +12,24 @@ import numpy as np
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.contacts.automaton import PluralContacts
-from painleve_sym.contacts.interfaces import CONTACT
 from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.contacts.terms import ContactImpacts
-from painleve_sym.engines.protocol import REMAINDER, SHRINKING, Answer, Question
+from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.hybrid.automaton import HybridAutomaton
 from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import Parameter
+from painleve_sym.simulate.impact_resolver import ImpactResolver
 from painleve_sym.simulate.scales import compliant_scales, rigid_scales
 from painleve_sym.simulate.simulator import ContactSimulator
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 
-WINDOWS = (1, 2, 3, 5, 8)
-"""Numbers of touchdowns whose time, taken together, may shrink from each to the next."""
-SETTLED = 1e-9
-"""Gap and normal speed, in parts of the state's scale, at which bounces have died out."""
+_JAM = (
+    "the impact of the rigid contacts has no end: their friction carries any impulse; use one "
+    "contact at a time, or a softened law"
+)
 
 
 @dataclass(frozen=True)
@@ -40,8 +39,8 @@ class PluralSimulator(ContactSimulator):
     Between impacts everything happens in compiled code: at an event every combination of what the
     closed contacts may do is held against their contact problem, and where several motions are
     possible the policy of the rigid law chooses; the event ``contact`` lists all. Rigid contacts
-    that touch down, or for which no forces are possible, have an impact
-    (`solve_simultaneous_impact`); the event ``impact`` has the impulses.
+    that touch down, or for which no forces are possible, have an impact, which follows the path of
+    `solve_simultaneous_impact`, in compiled code too; the event ``impact`` has the impulses.
 
     Parameters
     ----------
@@ -121,6 +120,15 @@ class PluralSimulator(ContactSimulator):
         """Whether a contact may start compressed."""
         return isinstance(self.contact.own_laws[i], ContactLaw)
 
+    @property
+    def loading_curves(self) -> list[Any]:
+        """Stiffness and exponent of each contact's loading curve, 0 of a rigid one, in turn."""
+        curves = [
+            (law.stiffness, law.exponent) if isinstance(law, ContactLaw) else (0, 0)
+            for law in self.contact.own_laws
+        ]
+        return [entry for curve in curves for entry in curve]
+
     @cached_property
     def _loading(self) -> Quantities:
         laws = self.contact.own_laws
@@ -192,19 +200,25 @@ class PluralSimulator(ContactSimulator):
         vector = self.checked_start(vector, values, initial_force)
         checked = self.options(vector, values, **options)
         p = self._vector_of(values)
-        if not self.impacts.rigid:
-            raw = self.integrator.run(vector, p, checked)
-            return self.trajectory(raw, values, checked.rtol)
-        resolver = _Resolver(self, values, checked.atol / checked.rtol)
-        raw = self.integrator.run(vector, p, checked, resolve=resolver)
+        compiled = isinstance(self.integrator, CompiledEngine) or not self.impacts.rigid
+        resolver = ImpactResolver(self, values, checked.atol / checked.rtol)
+        raw = self.integrator.run(vector, p, checked, resolve=None if compiled else resolver)
         trajectory = self.trajectory(raw, values, checked.rtol)
-        details = iter(resolver.impulses)
-        answered = raw.event_records.transition < 0
+        if not self.impacts.rigid:
+            return trajectory
+        # The last entries of the memory are the impulses of the last impact.
+        impulses = raw.event_records.memory_after[:, -2 * len(self.contact.rows) :].tolist()
+        for i, told in zip(
+            np.flatnonzero(raw.event_records.transition < 0), resolver.impulses, strict=False
+        ):
+            impulses[i] = told
         events = tuple(
-            replace(e, impulses=next(details)) if a else self._with_alternatives(e, values)
-            for e, a in zip(trajectory.events, answered, strict=True)
+            replace(e, impulses=tuple(given))
+            if e.kind is EventKind.IMPACT
+            else self._with_alternatives(e, values)
+            for e, given in zip(trajectory.events, impulses, strict=True)
         )
-        detail = resolver.stop_detail or trajectory.stop_detail
+        detail = _JAM if raw.stop_reason is StopReason.JAM else trajectory.stop_detail
         return replace(trajectory, events=events, stop_detail=detail)
 
     def _with_alternatives(self, event: EventRecord, values: Mapping[str, float]) -> EventRecord:
@@ -235,106 +249,3 @@ class PluralSimulator(ContactSimulator):
             names.append(" + ".join(modes))
         several = (*dict.fromkeys(names), "impact")
         return replace(event, alternatives=several) if len(several) > 2 else event
-
-
-@dataclass
-class _Resolver:
-    """Answers the questions of one run: the impacts of rigid contacts.
-
-    Attributes
-    ----------
-    simulator : PluralSimulator
-    values : dict of str to float
-        Parameters.
-    scale : ndarray, shape (nx,)
-        Of each state.
-    touchdowns : list of float
-        Times of the touchdowns; s.
-    impulses : list of tuple of float
-        Per event of the answers.
-    stop_detail : str
-    """
-
-    simulator: PluralSimulator
-    values: dict[str, float]
-    scale: Array
-    touchdowns: list[float] = field(default_factory=list)
-    impulses: list[tuple[float, ...]] = field(default_factory=list)
-    stop_detail: str = ""
-
-    def __call__(self, question: Question) -> Answer:
-        """Return what follows: the limit of bounces, an impact, or a jam."""
-        sim, impacts = self.simulator, self.simulator.impacts
-        state = impacts.touching(question.state, self.scale)
-        names = [m.name for m in sim.outline.modes]
-        contact = names.index(CONTACT)
-        if any(sim.mechanism.contacts[i].bilateral for i in impacts.rigid):
-            self.stop_detail = (
-                "an impact with a contact that holds from both sides is not available for several "
-                "contacts; choose one contact, or give the others a compliant law"
-            )
-            return Answer(contact, state, stop=StopReason.NO_MODE)
-        if self._accumulates(question):
-            closed = self._settled(state)
-            if closed is not None:
-                self.impulses.append(())
-                events = ((EventKind.SETTLE, closed, contact),)
-                return Answer(contact, closed, (), events)
-            return Answer(contact, state, stop=StopReason.ACCUMULATION)
-        law = next(w for w in sim.contact.own_laws if isinstance(w, RigidLaw))
-        e = self.values[law.parameters[0].name]
-        result = impacts.impact(state, self.values, law.restitution, e)
-        if result is None:
-            self.stop_detail = (
-                "the impact of the rigid contacts has no end: their friction carries any impulse; "
-                "use one contact at a time, or a softened law"
-            )
-            return Answer(contact, state, stop=StopReason.JAM)
-        self.impulses.append(tuple(map(float, result.impulses)))
-        short = impacts.short_bounces(result.state, self.values, REMAINDER * question.time)
-        if short:
-            still = impacts.closed(result.state, self.values, short)
-            self.impulses.append(())
-            ended = (EventKind.IMPACT, result.state, contact)
-            return Answer(contact, still, (), (ended, (EventKind.SETTLE, still, contact)))
-        return Answer(contact, result.state, (), ((EventKind.IMPACT, result.state, contact),))
-
-    def _accumulates(self, question: Question) -> bool:
-        if question.kind is not EventKind.TOUCHDOWN:
-            return False
-        self.touchdowns.append(question.time)
-        return accumulates(self.touchdowns)
-
-    def _settled(self, state: Array) -> Array | None:
-        """Return the state with the contacts closed whose bounces have died out; None for none."""
-        settled = list[int]()
-        states = list(self.simulator.outline.states)
-        for i in self.simulator.impacts.rigid:
-            row = self.simulator.contact.rows[i]
-            gap, rate = states.index(row.gap), states.index(row.gap_rate)
-            near = abs(state[gap]) < SETTLED * self.scale[gap]
-            if near and abs(state[rate]) < SETTLED * self.scale[rate]:
-                settled.append(i)
-        return self.simulator.impacts.closed(state, self.values, settled) if settled else None
-
-
-def accumulates(times: list[float]) -> bool:
-    """Return whether touchdowns of several contacts shrink towards a limit that is reached.
-
-    One contact's bounces are a geometric series; those of several take turns, and only windows of
-    them, taken together, shrink steadily.
-
-    Parameters
-    ----------
-    times : list of float
-        Of all touchdowns so far; s.
-    """
-    for size in WINDOWS:
-        ends = times[-1 : -2 - size * SHRINKING : -size]
-        lengths = [a - b for a, b in itertools.pairwise(ends)]
-        if len(lengths) < SHRINKING or not all(a < b for a, b in itertools.pairwise(lengths)):
-            continue
-        ratio = max(lengths[0] / lengths[1], lengths[1] / lengths[2])
-        if lengths[0] * ratio / (1 - ratio) < REMAINDER * times[-1]:
-            return True
-    return False

@@ -23,6 +23,7 @@ from painleve_sym.export_c.text import comment, enum, quoted
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
 from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.plural import PluralSimulator
 from painleve_sym.simulate.rigid import RigidSimulator
 from painleve_sym.study.scenario import Scenario
 
@@ -312,13 +313,52 @@ def test_program_of_the_page_builds_and_finds_what_the_package_finds(tmp_path):
         assert bool(run_.events_of("slip_stop")) is stops
 
 
+# ---- several contacts ----
+
+
+@pytest.mark.parametrize(
+    ("scenario", "kinds"),
+    [
+        (
+            Scenario(
+                "block-two-feet",
+                {"y_A": 0.05, "theta": 0.1, "x_A_dot": 0.3},
+                law="rigid",
+                t_end=0.6,
+            ),
+            {"touchdown", "impact"},
+        ),
+        (
+            Scenario("block-two-feet", {"y_A": 0.005, "theta": 0.02}, law="linear", t_end=0.2),
+            {"touchdown", "separation"},
+        ),
+    ],
+    ids=["rigid", "compliant"],
+)
+def test_export_of_several_contacts_is_the_package_to_the_last_bit(scenario, kinds, tmp_path):
+    done = export_c(scenario, tmp_path / "c")
+    assert kinds <= {str(e.kind) for e in done.trajectory.events}
+    assert built_by_compiler(done, *STRICT, "-O1") == expected(done.trajectory)
+    c, simulator = library(done), PluralSimulator(model("block-two-feet"), (law(scenario.law),))
+    values, rng = done.trajectory.parameters, np.random.default_rng(3)
+    p = np.array([values[s.name] for s in simulator.outline.parameters])
+    for _ in range(50):
+        motion = rng.normal(size=6) * 10.0 ** rng.integers(-12, 3)
+        given = dict(zip(simulator.mechanism.state_names, motion, strict=True))
+        whole = simulator.initial_state(given, values)
+        x, atol = np.full(len(whole), np.nan), np.full(len(whole), np.nan)
+        x[:6] = motion
+        c.block_two_feet_complete_state(address(p), address(x))
+        np.testing.assert_array_equal(x, whole)
+        c.block_two_feet_tolerances(address(p), address(x), ctypes.c_double(1e-9), address(atol))
+        np.testing.assert_array_equal(atol, 1e-9 * simulator.tolerances(whole, values))
+
+
 # ---- refusals ----
 
 
-def test_export_refuses_what_python_decides_and_names_that_are_none(sledge_file, tmp_path):
+def test_export_refuses_names_that_are_none(sledge_file, tmp_path):
     target = tmp_path / "c"
-    with pytest.raises(InputError, match=r"2 contacts.*choose one of A, B"):
-        export_c(Scenario("block-two-feet", law="rigid"), target)
     for name in ("2rod", "a-b", "ps", "Casadi", "", "rod\n"):
         with pytest.raises(InputError, match="name: got"):
             export_c(Scenario(sledge_file, law="rigid"), target, name)

@@ -11,11 +11,9 @@ from scipy.integrate import solve_ivp
 
 from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import law
-from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.models import model
 from painleve_sym.simulate.batch.run import simulate_many
 from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.simulate.factory import make_simulator
 from painleve_sym.simulate.rigid import RigidSimulator
 
 ROWS = 300
@@ -313,16 +311,6 @@ def test_rigid_bounces_are_followed_beyond_their_limit(rigid):
         assert single.final_state.tobytes() == found.rows.state[i].tobytes()
         assert single.stop_reason.label == found["stop_reason"][i]
     assert len(found.trajectory(0).events_of("settle")) == 1
-
-
-def test_two_contacts_run_row_after_row():
-    simulator = make_simulator(model("block-two-feet"), RigidLaw())
-    start = simulator.mechanism.start
-    found = simulate_many(simulator, start, {"mu_A": [0.2, 0.4]}, t_end=0.01)
-    for i in range(2):
-        assert found.trajectory(i).final_state.tobytes() == found.rows.state[i].tobytes()
-    with pytest.raises(InputError, match="need the compiled engine and one contact"):
-        simulate_many(simulator, start, {}, t_end=0.01, maxima=(simulator.outline.output_names[0],))
 
 
 def test_the_second_engine_gives_the_same_rows(softened):

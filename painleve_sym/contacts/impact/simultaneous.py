@@ -37,6 +37,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
 from typing import NamedTuple
 
@@ -58,8 +59,9 @@ _COINCIDENT = 1e-12
 # Of the largest velocity before. Stops may accumulate in ever smaller velocities: one below the
 # first is at rest, and so are all of the contacts that push where all are below the second.
 _REST, _ALL_REST = 1e-14, 1e-10
-# Of the largest mobility: what is added to tell the least of several impulses of one effect.
-_REGULAR = 1e-8
+# Of a mobility with a unit diagonal: a singular value below the first is zero. Of the largest
+# mobility: what is then added to tell the least of several impulses of one effect.
+_SINGULAR, _REGULAR = 1e-12, 1e-8
 _PIECE_LIMIT = 1000
 """Pieces after which a path counts as endless; a path of two contacts has about ten."""
 
@@ -259,32 +261,41 @@ class _Path:
         Those of least normal impulse; where the bodies' rigidity leaves them open, those that a
         little more mobility of every contact selects.
         """
-        solution = self._least(self.W, aim)
+        W = self.W
+        if self._is_singular:
+            W = W + _REGULAR * float(np.max(np.diag(W))) * np.eye(len(aim))
+        solution = self._least(W, aim)
         if solution is None:
             return None
-        if solution.isolated:
+        if not self._is_singular:
             parts = solution.normal_accelerations, solution.tangential_accelerations
             return _forces(solution), np.ravel(parts, order="F")
-        more = _REGULAR * float(np.max(np.diag(self.W))) * np.eye(len(aim))
-        solution = self._least(self.W + more, aim) or solution
-        # The least change that makes up for the mobility added, in the same modes.
-        impulses, rows, columns = _forces(solution), list[int](), list[Array]()
+        # The limit of ever less mobility added, in the same modes.
+        impulses, rows, columns = np.zeros(len(aim)), list[int](), list[Array]()
         for i, mode in enumerate(solution.modes):
             if mode is ContactMode.LIFTOFF:
                 continue
             own = np.zeros((len(aim), 2))
             own[2 * i : 2 * i + 2] = np.eye(2)
-            sticks = mode is ContactMode.STICK
-            columns += list(own.T) if sticks else [own @ impulses[2 * i : 2 * i + 2]]
+            sticks = mode is ContactMode.STICK and self.mu[i] > 0
+            slope = {ContactMode.SLIP_POS: -self.mu[i], ContactMode.SLIP_NEG: self.mu[i]}
+            columns += list(own.T) if sticks else [own @ (1.0, slope.get(mode, 0.0))]
             rows += [2 * i, 2 * i + 1] if sticks else [2 * i]
         if rows:
             U = np.array(columns).T
-            missing = -(aim + self.W @ impulses)[rows]
-            impulses = impulses + U @ np.linalg.lstsq(self.W[rows] @ U, missing, rcond=_ROUNDING)[0]
+            impulses = U @ _solution_in_range(self.W[rows] @ U, -aim[rows])
             impulses[::2] = np.maximum(0.0, impulses[::2])
         rates = aim + self.W @ impulses
         rates[rows] = 0.0
         return impulses, rates
+
+    @cached_property
+    def _is_singular(self) -> bool:
+        """Whether rigidity leaves impulses open: of unit diagonal, W has a zero singular value."""
+        root = np.sqrt(np.diag(self.W))
+        size = np.outer(root, root)
+        unit = np.divide(self.W, size, out=np.zeros_like(self.W), where=size > 0)
+        return not np.linalg.svd(unit, compute_uv=False)[-1] > _SINGULAR
 
     def _least(self, W: Array, aim: Array) -> ContactSolution | None:
         problem = ContactProblem(W, aim, self.mu, np.zeros(len(self.mu)))
@@ -384,6 +395,10 @@ class _Path:
             # Of least norm where several bodies' rigidity leaves the forces open.
             matrix, right = self.W[rows] @ U, -(self.W @ fixed)[rows]
             push = fixed + U @ np.linalg.lstsq(matrix, right, rcond=_ROUNDING)[0]
+            # Exactly 1 marks a full push, which one that only holds is not.
+            for i, local in enumerate(choice):
+                if 0 in local.vanishing and push[2 * i] == 1:
+                    push[2 * i] = math.nextafter(1.0, 0.0)
         return self._violation(choice, rows, push), push
 
     def _violation(self, choice: tuple[_Local, ...], rows: list[int], push: Array) -> float:
@@ -486,10 +501,24 @@ def _crossing(value: float, rate: float) -> Iterator[float]:
         yield -value / rate
 
 
+def _solution_in_range(matrix: Array, right: Array) -> Array:
+    """Return the limit for ε → 0 of the solution of (matrix + ε) x = right.
+
+    Where the matrix is singular, it is the solution that lies in the range of the matrix.
+    """
+    left, stretch, ways = np.linalg.svd(matrix)
+    rank = int(np.sum(stretch > _ROUNDING * stretch[0]))
+    x: Array = ways[:rank].T @ (left[:, :rank].T @ right / stretch[:rank])
+    if rank < len(right):
+        beyond, free = left[:, rank:].T, ways[rank:].T
+        x = x - free @ np.linalg.lstsq(beyond @ free, beyond @ x, rcond=_ROUNDING)[0]
+    return x
+
+
 def _forces(solution: ContactSolution) -> Array:
     return np.ravel([solution.normal_forces, solution.tangential_forces], order="F")
 
 
 def _order(push: Array) -> tuple[float, float]:
     """Return what is least in the preferred one of several pushes, but for rounding."""
-    return round(float(push[::2].sum()), 9), float(push @ push)
+    return round(float(push[::2].sum()), 9), round(float(push @ push), 9)

@@ -23,6 +23,7 @@ static int geometric_accumulation(ps_run *s, int mode, int j, double t) {
 static void note_event(ps_run *s, const ps_options *o, int from, int j, int kind, int contact,
                        const double *xn, const double *zn) {
   s->count.events++;
+  s->last_kind = kind;
   watch_event(s, kind);
   if (o->until[kind]) s->hit = 1;
   if (!o->record) return;
@@ -152,6 +153,7 @@ static void enter(ps_run *s, const ps_options *o, ps_bits departs, int visible) 
   s->t_event = -HUGE_VAL;
   s->at_once = 0;
   s->limit = NULL;
+  s->last_kind = -1;
   s->reason = PS_RUNNING;
   s->stop_transition = -1;
   memset(s->history, 0, sizeof s->history);
@@ -159,6 +161,16 @@ static void enter(ps_run *s, const ps_options *o, ps_bits departs, int visible) 
   settle(s, o, departs, visible);
   if (s->hit && s->reason == PS_RUNNING) s->reason = PS_UNTIL;
   s->h = o->h0 > 0 ? o->h0 : PS_START * s->h_ref;
+}
+
+/* Goes on from the present state and mode with a time of its own, which keeps events sharp. */
+static void begin_again(ps_run *s, const ps_options *o) {
+  s->t_base += s->t;
+  s->t = 0;
+  if (s->reason == PS_RUNNING && s->hit) s->reason = PS_UNTIL;
+  if (s->reason == PS_RUNNING && !(o->t_end - s->t_base > 0)) s->reason = PS_T_END;
+  if (s->reason == PS_RUNNING && s->count.events >= o->max_events) s->reason = PS_EVENT_LIMIT;
+  if (s->reason == PS_RUNNING) enter(s, o, 0, 1);
 }
 
 /* Goes on from the limit of events that accumulate, where the last of them says how and has come so
@@ -179,17 +191,21 @@ static int pass_limit(ps_run *s, const ps_options *o) {
   memcpy(s->x, xn, sizeof xn);
   memcpy(s->z, zn, sizeof(double) * PS_NZ);
   s->limits++;
-  s->t_base += s->t;
-  s->t = 0;
-  if (s->reason == PS_RUNNING && s->hit) s->reason = PS_UNTIL;
-  if (s->reason == PS_RUNNING && !(o->t_end - s->t_base > 0)) s->reason = PS_T_END;
-  if (s->reason == PS_RUNNING && s->count.events >= o->max_events) s->reason = PS_EVENT_LIMIT;
-  if (s->reason == PS_RUNNING) enter(s, o, 0, 1);
+  begin_again(s, o);
   return 1;
 }
 
+#ifdef PS_IMPACTS
+static int strike(ps_run *s, const ps_options *o);
+#endif
+
 /* Whether the run goes on. */
 static int running(ps_run *s, const ps_options *o) {
-  while (s->reason == PS_ACCUMULATION && pass_limit(s, o)) continue;
-  return s->reason == PS_RUNNING;
+  for (;;) {
+    if (s->reason == PS_ACCUMULATION && pass_limit(s, o)) continue;
+#ifdef PS_IMPACTS
+    if (s->reason == PS_DECISION && strike(s, o)) continue;
+#endif
+    return s->reason == PS_RUNNING;
+  }
 }

@@ -36,6 +36,10 @@ static const int PS_CHAIN = 64;
 static const int PS_SHRINKING = 6;
 /* ... and what is left until their limit is below this part of the time integrated so far. */
 static const double PS_REMAINDER = 1e-11;
+#ifdef PS_IMPACTS
+/* Accumulations of several contacts: windows of at most so many touchdowns shrink, so many times. */
+#define PS_TOUCHDOWNS (8 * 6 + 1)
+#endif
 /* What happens at the limit of an accumulation changes states by less than this part of their scale. */
 static const double PS_CLOSED = 1e-6;
 
@@ -94,6 +98,11 @@ typedef struct {
   const ps_transition *limit; /* the last one that says what follows where it accumulates, at t_limit */
   ps_watch *watch; /* NULL: nothing is watched */
   ps_history history[PS_NM][PS_NT];
+  int last_kind; /* of the last event since the run began or went on from an impact, or -1 */
+#ifdef PS_IMPACTS
+  double touchdown[PS_TOUCHDOWNS]; /* the last times, the latest first */
+  long touchdowns;
+#endif
   casadi_int iw[8];
   double w[PS_WORK + 1];
 } ps_run;

@@ -15,6 +15,7 @@ static void print_values(const char *const *names, const double *values, int n) 
   for (int i = 0; i < n; i++) printf("  %s %.17g\n", names[i], values[i]);
 }
 
+$print_modes
 int main(void) {
   static const double p[${NAME}_PARAMETERS] = {
 $parameters
@@ -34,14 +35,9 @@ $options  run = ${name}_simulate(p, x, &options);
   }
   for (long i = 0; i < run->event_count; i++) {
     const ${name}_event *e = &run->events[i];
-    printf("event %.17g %s: %s to %s\n", e->time, ${name}_event_names[e->kind],
-           ${name}_mode_names[e->mode_before], ${name}_mode_names[e->mode_after]);
-    printf("  normal_force %.17g\n", e->outputs[${name}_output_normal_force]);
-    printf("  tangential_force %.17g\n", e->outputs[${name}_output_tangential_force]);
-    print_values(${name}_state_names, e->after, ${NAME}_STATES);
+$print_event    print_values(${name}_state_names, e->after, ${NAME}_STATES);
   }
-  printf("end %.17g %s: %s\n", run->time, ${name}_stop_names[run->stop], ${name}_mode_names[run->mode]);
-  print_values(${name}_state_names, run->state, ${NAME}_STATES);
+$print_end  print_values(${name}_state_names, run->state, ${NAME}_STATES);
   print_values(${name}_output_names, run->outputs, ${NAME}_OUTPUTS);
   printf("steps %ld accepted, %ld rejected\n", run->accepted_steps, run->rejected_steps);
   ${name}_free(run);

@@ -29,6 +29,7 @@ enum { START_EVENTS = $start_events };
 
 $names
 
+$local_modes
 void ${name}_constants(const double *p, double *c) { ps_constants(p, c); }
 
 void ${name}_outputs(const double *p, int mode, const double *x, const double *z, double *out) {
@@ -70,7 +71,7 @@ static void copy_events(${name}_run *r, const ps_run *s) {
     e->kind = (int)row[4];
     memcpy(e->before, x, sizeof e->before);
     memcpy(e->after, x + PS_NX + PS_NZ, sizeof e->after);
-    ps_outputs(1, &mode, x, x + PS_NX, s->c, e->outputs);
+$copy_contact    ps_outputs(1, &mode, x, x + PS_NX, s->c, e->outputs);
   }
   r->event_count = s->events.used;
 }

@@ -46,7 +46,7 @@ extern const char *const ${name}_stop_names[${NAME}_STOPS];
 /* Values that a parameter has where none is given. */
 extern const double ${name}_default_parameters[${NAME}_PARAMETERS];
 
-/* How to integrate; start from ${name}_default_options. */
+$contacts/* How to integrate; start from ${name}_default_options. */
 typedef struct {
   double t_end; /* end time, > 0; s */
   double rtol;  /* relative tolerance, 1e-15 <= rtol < 1 */
@@ -67,7 +67,7 @@ typedef struct {
   int mode_before, mode_after; /* enum ${name}_mode */
   /* States just before and just after; outputs (enum ${name}_output) just before. */
   double before[${NAME}_STATES], after[${NAME}_STATES], outputs[${NAME}_OUTPUTS];
-} ${name}_event;
+$event_contact} ${name}_event;
 
 /* A run. It owns what it points to; only read it, and give it to ${name}_free when done. */
 typedef struct {

@@ -22,8 +22,11 @@ $functions
 
 /* Coordinates and as many velocities; the mechanism's own parameters, which come first. */
 enum { COORDINATES = $coordinates, OWN_PARAMETERS = $own_parameters };
-/* Results of the generated function; mass_i is the diagonal of the mass matrix. */
+/* Results of the generated function for each contact; mass_i is the diagonal of the mass matrix. */
 enum { $found };
+/* Contacts, and the states of each: gap, gap rate, slip velocity. */
+enum { CONTACTS = $contact_count };
+static const int CONTACT_STATES[CONTACTS][3] = {$contact_states};
 
 static void contact_numbers(const double *p, const double *x, double *found) {
   double v[$motion + OWN_PARAMETERS], w[$work];
@@ -58,19 +61,21 @@ $scales
 
 void ${name}_tolerances(const double *p, const double *x, double rtol, double *atol) {
   static const unsigned char in_metres[COORDINATES] = {$in_metres};
-  double found[FOUND], gap, rate, energy, slip, length;
+  double found[CONTACTS * FOUND], gap[CONTACTS], rate[CONTACTS], energy, length;
   contact_numbers(p, x, found);
-  scales(p, x, found, &gap, &rate, &energy);
+  scales(p, x, found, gap, rate, &energy);
   length = characteristic_length(found);
   for (int i = 0; i < ${NAME}_STATES; i++) atol[i] = HUGE_VAL;
   for (int i = 0; i < COORDINATES; i++) {
     atol[i] = in_metres[i] ? length : 1.0;
     atol[COORDINATES + i] = sqrt(2 * energy / found[FOUND_mass_0 + i]);
   }
-$clock  slip = sqrt(2 * energy * found[FOUND_W_tt]);
-  atol[$slip] = slip != 0 ? slip : sqrt(2 * energy * found[FOUND_W_nn]);
-  atol[$gap] = gap;
-  atol[$gap_rate] = rate;
+$clock  for (int i = 0; i < CONTACTS; i++) {
+    const double *f = found + i * FOUND, slip = sqrt(2 * energy * f[FOUND_W_tt]);
+    atol[CONTACT_STATES[i][2]] = slip != 0 ? slip : sqrt(2 * energy * f[FOUND_W_nn]);
+    atol[CONTACT_STATES[i][0]] = gap[i];
+    atol[CONTACT_STATES[i][1]] = rate[i];
+  }
   for (int i = 0; i < ${NAME}_STATES; i++) atol[i] *= rtol;
 }
 

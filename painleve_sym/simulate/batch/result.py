@@ -14,6 +14,7 @@ from painleve_sym.arrays import Array
 from painleve_sym.engines.batch import COUNTERS, BatchRows, BatchWish
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.hybrid.signature import mode_name
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.quantities import unit_of
 from painleve_sym.simulate.batch.reason_codes import ROW_REASONS
@@ -100,8 +101,9 @@ class ManyResult:
             labels = np.array([r.label for r in ROW_REASONS])
             return np.asarray(labels[self.rows.reason].reshape(self.shape))
         if name == "mode":
-            modes = np.array([m.name for m in self.simulator.outline.modes])
-            return np.asarray(modes[self.rows.mode].reshape(self.shape))
+            rows = zip(self.rows.mode.tolist(), self.rows.memory, strict=True)
+            modes = np.array([mode_name(self.simulator.outline, m, z) for m, z in rows])
+            return np.asarray(modes.reshape(self.shape))
         if name not in self._names:
             raise InputError("batch result: " + unknown_name("quantity", name, self.names))
         found = self._names[name]

@@ -62,7 +62,7 @@ def simulate_many(
     Parameters
     ----------
     simulator : ContactSimulator
-        Softened or rigid. Two rigid contacts, and the engine ``erk``, run row after row in Python.
+        With any number and kinds of contacts. The engine ``erk`` runs row after row in Python.
     states : mapping of str to array_like
         Coordinates and velocities by name; absent ones are 0. SI units, rad.
     parameters : mapping of str to array_like
@@ -137,9 +137,7 @@ def _thread_count(threads: int | None) -> int:
 
 
 def _is_batched(simulator: ContactSimulator) -> bool:
-    compiled = isinstance(simulator.integrator, CompiledEngine)
-    modes = simulator.outline.modes
-    return compiled and not any(t.decides for m in modes for t in m.transitions)
+    return isinstance(simulator.integrator, CompiledEngine)
 
 
 def _check_outputs(simulator: ContactSimulator, wish: BatchWish) -> None:
@@ -147,7 +145,7 @@ def _check_outputs(simulator: ContactSimulator, wish: BatchWish) -> None:
     if wish.watched and not _is_batched(simulator):
         raise InputError(
             f"{simulator.where}: {wish.watched[0]}: extremes and integrals need the compiled "
-            "engine and one contact. Fix: leave them out, or take them from single runs."
+            "engine. Fix: leave them out, or take them from single runs."
         )
 
 

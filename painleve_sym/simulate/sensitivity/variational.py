@@ -225,8 +225,8 @@ class _Differentiated:
         raw = engine.run(start, parameters, extended)
         if raw.decision:
             raise InputError(
-                f"{sim.where}: derivatives: what follows an event of several contacts is decided "
-                "outside the differentiated motion. Fix: take one contact at a time."
+                f"{sim.where}: derivatives: impacts of several contacts have none, and one "
+                f"happens at t = {raw.time:.9g} s. Fix: end before it (t_end), or take one contact."
             )
         return self._assembled(raw, engine, functions, directions, finite, plain.rtol)
 

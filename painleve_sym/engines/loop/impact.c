@@ -1,0 +1,221 @@
+/* Impacts of rigid contacts within a run: which contacts take part, the state after, and the end of
+ * bounces that have died out. */
+
+#ifdef PS_IMPACTS
+#define PS_CONTACT_ROWS (2 * PS_CONTACTS)
+enum { PS_GAP, PS_GAP_RATE, PS_SLIP };
+
+/* Of the scale of a gap: contacts that touch down together do so to this part. */
+static const double PS_TOUCHING = 1e-10;
+/* Gap and normal speed, in parts of the state's scale, at which bounces have died out. */
+static const double PS_SETTLED = 1e-9;
+/* Numbers of touchdowns whose time, taken together, may shrink from each to the next. */
+static const int PS_WINDOWS[] = {1, 2, 3, 5, 8};
+
+/* Numbers of all contacts at a state: rows and columns n1, t1, n2, t2, ..., matrices by columns. */
+typedef struct {
+  double W[PS_CONTACT_ROWS * PS_CONTACT_ROWS], load[PS_CONTACT_ROWS];
+  double directions[PS_SPEEDS * PS_CONTACT_ROWS], mu[PS_CONTACTS], drive[PS_CONTACT_ROWS], e[1];
+} ps_contact_numbers;
+
+static void contact_numbers_of(ps_run *s, const double *x, ps_contact_numbers *c) {
+  double *res[6] = {c->W, c->load, c->directions, c->mu, c->drive, c->e};
+  call(s, PS_IMPACTS, x, res);
+}
+
+static double state_scale(const ps_options *o, int i) { return o->atol[i] / o->rtol; }
+
+/* Whether touchdowns of several contacts shrink towards a limit that is reached at the last one. The
+ * bounces of one contact are a geometric series; those of several take turns, and only windows of
+ * them, taken together, shrink steadily. */
+static int touchdowns_accumulate(const ps_run *s) {
+  for (size_t w = 0; w < sizeof PS_WINDOWS / sizeof *PS_WINDOWS; w++) {
+    const int size = PS_WINDOWS[w];
+    double length[8];
+    int shrinks = s->touchdowns > PS_SHRINKING * size;
+    for (int i = 0; i < PS_SHRINKING && shrinks; i++) {
+      length[i] = s->touchdown[i * size] - s->touchdown[(i + 1) * size];
+      shrinks = i == 0 || length[i - 1] < length[i];
+    }
+    if (!shrinks) continue;
+    double first = length[0] / length[1], second = length[1] / length[2];
+    double ratio = PS_MAX(first, second);
+    if (length[0] * ratio / (1 - ratio) < PS_REMAINDER * s->touchdown[0]) return 1;
+  }
+  return 0;
+}
+
+static void note_touchdown(ps_run *s, double t) {
+  memmove(s->touchdown + 1, s->touchdown, (PS_TOUCHDOWNS - 1) * sizeof *s->touchdown);
+  s->touchdown[0] = t;
+  s->touchdowns++;
+}
+
+/* Velocities and work of the drives after impulses (2 n) of the contacts. */
+static void push_contacts(const ps_contact_numbers *c, const double *impulses, double *x) {
+  double velocity[PS_CONTACT_ROWS], driven = 0;
+  for (int i = 0; i < PS_CONTACT_ROWS; i++) {
+    velocity[i] = x[PS_CONTACT_STATES[i / 2][PS_GAP_RATE + i % 2]] +
+                  dot(PS_CONTACT_ROWS, c->W + i * PS_CONTACT_ROWS, impulses);
+    driven += c->drive[i] * impulses[i];
+  }
+  for (int q = 0; q < PS_SPEEDS; q++) {
+    double change = 0;
+    for (int i = 0; i < PS_CONTACT_ROWS; i++)
+      change += c->directions[i * PS_SPEEDS + q] * impulses[i];
+    x[PS_SPEED[q]] += change;
+  }
+  /* Last, since a generalised velocity may be that of a contact. */
+  for (int i = 0; i < PS_CONTACT_ROWS; i++)
+    x[PS_CONTACT_STATES[i / 2][PS_GAP_RATE + i % 2]] = velocity[i];
+  if (PS_WORKS[2] >= 0) x[PS_WORKS[2]] -= driven;
+}
+
+/* Closes contacts whose gap and normal velocity are all but 0, by normal impulses. */
+static void close_contacts(const ps_contact_numbers *c, int n, const int *contact, double *x) {
+  ps_square W;
+  double P[PS_ROWS] = {0}, arriving[PS_RIGID] = {0}, stop[PS_RIGID] = {0};
+  double impulses[PS_CONTACT_ROWS] = {0}, work = 0;
+  for (int i = 0; i < n; i++) {
+    for (int j = 0; j < n; j++) W[i][j] = c->W[2 * contact[i] * PS_CONTACT_ROWS + 2 * contact[j]];
+    arriving[i] = x[PS_CONTACT_STATES[contact[i]][PS_GAP_RATE]];
+    stop[i] = -arriving[i];
+  }
+  least_norm(n, W, stop, P);
+  for (int i = 0; i < n; i++) {
+    impulses[2 * contact[i]] = P[i];
+    work += P[i] * arriving[i] / 2;
+  }
+  push_contacts(c, impulses, x);
+  x[PS_WORKS[0]] -= work;
+  for (int i = 0; i < n; i++)
+    x[PS_CONTACT_STATES[contact[i]][PS_GAP]] = x[PS_CONTACT_STATES[contact[i]][PS_GAP_RATE]] = 0;
+}
+
+/* Closes the contacts whose bounces have died out; 0 where there is none. */
+static int close_settled(ps_run *s, const ps_options *o, double *x) {
+  ps_contact_numbers c;
+  int contact[PS_RIGID], n = 0;
+  for (int k = 0; k < PS_RIGID; k++) {
+    const int *at = PS_CONTACT_STATES[PS_RIGID_CONTACT[k]], gap = at[PS_GAP], rate = at[PS_GAP_RATE];
+    if (fabs(x[gap]) < PS_SETTLED * state_scale(o, gap) &&
+        fabs(x[rate]) < PS_SETTLED * state_scale(o, rate))
+      contact[n++] = PS_RIGID_CONTACT[k];
+  }
+  if (!n) return 0;
+  contact_numbers_of(s, x, &c);
+  close_contacts(&c, n, contact, x);
+  return 1;
+}
+
+/* Closes the contacts that leave but would be back within `time`; 0 where there is none. */
+static int close_short(ps_run *s, double time, double *x) {
+  ps_contact_numbers c;
+  int contact[PS_RIGID], n = 0;
+  contact_numbers_of(s, x, &c);
+  for (int k = 0; k < PS_RIGID; k++) {
+    const int i = PS_RIGID_CONTACT[k], *at = PS_CONTACT_STATES[i];
+    const double rate = x[at[PS_GAP_RATE]];
+    if (x[at[PS_GAP]] <= 0 && rate > 0 && 2 * rate < time * -c.load[2 * i]) contact[n++] = i;
+  }
+  if (!n) return 0;
+  close_contacts(&c, n, contact, x);
+  return 1;
+}
+
+/* The impact of the closed contacts, from and to the state x; its impulses (2 n). 0 where it jams. */
+static int impact_at(ps_run *s, double *x, double *impulses) {
+  ps_contact_numbers c;
+  int closed[PS_RIGID], n = 0, ended;
+  double W[PS_ROWS * PS_ROWS], mu[PS_RIGID], v[PS_ROWS], load[PS_RIGID], after[PS_ROWS];
+  double P[PS_ROWS], work[PS_ROWS], normal = 0, tangential = 0;
+  contact_numbers_of(s, x, &c);
+  for (int k = 0; k < PS_RIGID; k++) {
+    const int *at = PS_CONTACT_STATES[PS_RIGID_CONTACT[k]];
+    if (x[at[PS_GAP]] <= 0 && x[at[PS_GAP_RATE]] <= 0) closed[n++] = PS_RIGID_CONTACT[k];
+  }
+  for (int i = 0; i < 2 * n; i++) {
+    const int row = 2 * closed[i / 2] + i % 2;
+    for (int j = 0; j < 2 * n; j++)
+      W[i * 2 * n + j] = c.W[row * PS_CONTACT_ROWS + 2 * closed[j / 2] + j % 2];
+    v[i] = x[PS_CONTACT_STATES[closed[i / 2]][PS_GAP_RATE + i % 2]];
+  }
+  for (int i = 0; i < n; i++) {
+    mu[i] = c.mu[closed[i]];
+    load[i] = c.load[2 * closed[i]];
+  }
+  ended = follow_impact(n, W, mu, v, load, PS_IMPACT_LAW, c.e[0], after, P, work);
+  if (!ended) return 0;
+  for (int i = 0; i < PS_CONTACT_ROWS; i++) impulses[i] = 0;
+  for (int i = 0; i < n; i++) {
+    normal += work[2 * i];
+    tangential += work[2 * i + 1];
+    impulses[2 * closed[i]] = P[2 * i];
+    impulses[2 * closed[i] + 1] = P[2 * i + 1];
+  }
+  push_contacts(&c, impulses, x);
+  /* What the impact made vanish is exactly 0. */
+  for (int i = 0; i < 2 * n; i++)
+    x[PS_CONTACT_STATES[closed[i / 2]][PS_GAP_RATE + i % 2]] = after[i];
+  x[PS_WORKS[0]] -= normal;
+  x[PS_WORKS[1]] -= tangential;
+  return 1;
+}
+
+/* Takes over what comes after an event of the impacts. */
+static void note_impact(ps_run *s, const ps_options *o, int from, int kind, const double *x,
+                        const double *z) {
+  s->mode = PS_IMPACT_TARGET;
+  note_event(s, o, from, -1, kind, -1, x, z);
+  memcpy(s->x, x, sizeof s->x);
+  memcpy(s->z, z, sizeof(double) * PS_NZ);
+}
+
+/* Ends a run in the state x of the impact. */
+static void stop_impact(ps_run *s, const double *x, int reason) {
+  s->mode = PS_IMPACT_TARGET;
+  s->reason = reason;
+  s->stop_transition = -1;
+  memcpy(s->x, x, sizeof s->x);
+}
+
+/* Answers a run that asks what follows: the limit of bounces, an impact, or a jam. 0: it ended. */
+static int strike(ps_run *s, const ps_options *o) {
+  const double t = s->t_base + s->t;
+  const int from = (int)s->mode;
+  double x[PS_NX], z[PS_NZ + 1];
+  if (!(o->t_end - t > 0)) {
+    s->reason = PS_T_END;
+    return 0;
+  }
+  memcpy(x, s->x, sizeof x);
+  memcpy(z, s->z, sizeof z);
+  for (int k = 0; k < PS_RIGID; k++) {
+    const int *at = PS_CONTACT_STATES[PS_RIGID_CONTACT[k]], gap = at[PS_GAP];
+    /* Contacts whose gaps close at the same instant but for rounding. */
+    if (x[at[PS_GAP_RATE]] <= 0 && fabs(x[gap]) <= PS_TOUCHING * state_scale(o, gap)) x[gap] = 0;
+  }
+  watch_now(s);
+  s->reason = PS_RUNNING;
+  if (s->last_kind == PS_TOUCHDOWN_KIND) {
+    note_touchdown(s, t);
+    if (touchdowns_accumulate(s)) {
+      if (!close_settled(s, o, x)) {
+        stop_impact(s, x, PS_ACCUMULATION);
+        return 0;
+      }
+      note_impact(s, o, from, PS_SETTLE_KIND, x, z);
+      begin_again(s, o);
+      return 1;
+    }
+  }
+  if (!impact_at(s, x, z + PS_IMPULSES)) {
+    stop_impact(s, x, PS_JAM);
+    return 0;
+  }
+  note_impact(s, o, from, PS_IMPACT_KIND, x, z);
+  if (close_short(s, PS_REMAINDER * t, x)) note_impact(s, o, from, PS_SETTLE_KIND, x, z);
+  begin_again(s, o);
+  return 1;
+}
+#endif

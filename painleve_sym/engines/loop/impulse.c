@@ -1,0 +1,794 @@
+/* Impacts of several rigid contacts at once: the path of the impulse in straight pieces, as derived in
+ * contacts/impact/simultaneous.py. Rows are n1, t1, n2, t2, ...; nothing here knows a model. */
+
+#ifdef PS_RIGID
+#define PS_ROWS (2 * PS_RIGID)
+/* Ways in which a contact may push: apart, held with slip to either side and stuck, pushing likewise. */
+#define PS_WAYS 7
+
+enum { PS_ENERGETIC, PS_POISSON, PS_NEWTON };
+
+/* Of the sum of the terms of a rate: less is the rounding of an inverse mass matrix. */
+static const double PS_RATE_ROUNDING = 1e-12;
+/* Of the largest force, or of the terms of a rate: what an inequality may be missed by. */
+static const double PS_MISSED = 1e-9;
+/* Events of a piece nearer to each other than this part of it happen at once. */
+static const double PS_COINCIDENT = 1e-12;
+/* Of the largest velocity before. Stops may accumulate in ever smaller velocities: one below the first
+ * is at rest, and so are all of the contacts that push where all are below the second. */
+static const double PS_REST_SPEED = 1e-14, PS_ALL_REST_SPEED = 1e-10;
+/* Of a mobility with a unit diagonal: a singular value below the first is zero. Of the largest
+ * mobility: what is then added to tell the least of several impulses of one effect. */
+static const double PS_SINGULAR_MOBILITY = 1e-12, PS_MORE_MOBILITY = 1e-8;
+/* Pieces after which a path counts as endless; a path of two contacts has about ten. */
+static const int PS_PIECES = 1000;
+/* Residuals, roundings and noise of a contact problem, as in contacts/problem.py. */
+static const double PS_RESIDUAL = 1e-10, PS_SUM_ROUNDING = 1e-14, PS_NOISE = 1e-13,
+                    PS_DIFFERENCE_ROUNDING = 8.881784197001252e-16;
+
+typedef double ps_square[PS_ROWS][PS_ROWS];
+
+/* What is given is of order 1. */
+typedef struct {
+  int n, law, singular;
+  double e;
+  ps_square W;
+  double mu[PS_RIGID], v[PS_ROWS], start[PS_ROWS];
+  double border[PS_RIGID], budget[PS_RIGID], weight[PS_RIGID], work;
+  double impulses[PS_ROWS], works[PS_ROWS]; /* of all pieces so far */
+} ps_path;
+
+/* One way to push: dP/dtau = fixed + directions * unknowns, rates that the unknowns make vanish, and
+ * `sign * dv_entry/dtau >= 0`. Entries are 0 normal, 1 tangential. */
+typedef struct {
+  double fixed[2], direction[2][2];
+  int unknowns, vanishing[2], inequalities, entry[2], sign[2];
+} ps_way;
+
+/* ---- small linear systems ---- */
+
+static double dot(int n, const double *a, const double *b) {
+  double sum = 0;
+  for (int i = 0; i < n; i++) sum += a[i] * b[i];
+  return sum;
+}
+
+/* Makes the rows of `a` orthogonal by plane rotations from the left, which are gathered in `turn`
+ * (one-sided Jacobi, Hestenes 1958). The norms of the rows are then the singular values. */
+static void orthogonal_rows(int k, ps_square a, ps_square turn) {
+  for (int i = 0; i < k; i++)
+    for (int j = 0; j < k; j++) turn[i][j] = i == j;
+  for (int sweep = 0, turned = 1; turned && sweep < 40; sweep++) {
+    turned = 0;
+    for (int p = 0; p < k; p++) {
+      for (int q = p + 1; q < k; q++) {
+        double pp = dot(k, a[p], a[p]), qq = dot(k, a[q], a[q]), pq = dot(k, a[p], a[q]);
+        if (!(fabs(pq) > 1e-16 * sqrt(pp) * sqrt(qq)) || PS_MIN(pp, qq) <= 1e-36 * PS_MAX(pp, qq))
+          continue;
+        double cot = (qq - pp) / (2 * pq), r = sqrt(1 + cot * cot);
+        double t = cot >= 0 ? 1 / (cot + r) : 1 / (cot - r), c = 1 / sqrt(1 + t * t), s = t * c;
+        for (int i = 0; i < k; i++) {
+          double x = a[p][i], y = a[q][i], u = turn[p][i], w = turn[q][i];
+          a[p][i] = c * x - s * y;
+          a[q][i] = s * x + c * y;
+          turn[p][i] = c * u - s * w;
+          turn[q][i] = s * u + c * w;
+        }
+        turned = 1;
+      }
+    }
+  }
+}
+
+/* Singular value decomposition: rows of `a` with the singular values as norms, and `turn`, so that
+ * matrix' = turn' a or, where `across`, matrix = turn' a. Returns which of them are not zero. */
+static void decompose(int k, ps_square matrix, int across, ps_square a, ps_square turn, int *live) {
+  double largest = 0, square[PS_ROWS];
+  for (int i = 0; i < k; i++)
+    for (int j = 0; j < k; j++) a[i][j] = across ? matrix[i][j] : matrix[j][i];
+  orthogonal_rows(k, a, turn);
+  for (int i = 0; i < k; i++) largest = PS_MAX(largest, square[i] = dot(k, a[i], a[i]));
+  for (int i = 0; i < k; i++) live[i] = sqrt(square[i]) > PS_RATE_ROUNDING * sqrt(largest);
+}
+
+/* Least squares solution of least norm of `matrix x = right`. */
+static void least_norm(int k, ps_square matrix, const double *right, double *x) {
+  ps_square a, turn;
+  int live[PS_ROWS];
+  if (k == 1) {
+    x[0] = matrix[0][0] != 0 ? right[0] / matrix[0][0] : 0;
+    return;
+  }
+  decompose(k, matrix, 0, a, turn, live);
+  for (int j = 0; j < k; j++) x[j] = 0;
+  for (int i = 0; i < k; i++) {
+    double share = live[i] ? dot(k, a[i], right) / dot(k, a[i], a[i]) : 0;
+    for (int j = 0; j < k; j++) x[j] += share * turn[i][j];
+  }
+}
+
+/* The limit for e -> 0 of the solution of (matrix + e) x = right: where the matrix is singular, the
+ * solution that lies in its range. */
+static void solve_in_range(int k, ps_square matrix, const double *right, double *x) {
+  ps_square a, left, turn, small;
+  int live[PS_ROWS], beyond[PS_ROWS], way[PS_ROWS], rows = 0, columns = 0;
+  double out[PS_ROWS] = {0}, y[PS_ROWS] = {0};
+  least_norm(k, matrix, right, x);
+  decompose(k, matrix, 0, a, turn, live);
+  for (int i = 0; i < k; i++)
+    if (!live[i]) way[columns++] = i;
+  if (!columns) return;
+  decompose(k, matrix, 1, a, left, live);
+  for (int i = 0; i < k; i++)
+    if (!live[i]) beyond[rows++] = i;
+  if (rows != columns) return;
+  for (int i = 0; i < rows; i++) {
+    out[i] = dot(k, left[beyond[i]], x);
+    for (int j = 0; j < rows; j++) small[i][j] = dot(k, left[beyond[i]], turn[way[j]]);
+  }
+  least_norm(rows, small, out, y);
+  for (int j = 0; j < rows; j++)
+    for (int i = 0; i < k; i++) x[i] -= y[j] * turn[way[j]][i];
+}
+
+/* Gauss elimination with row pivots, refined once; 0 where a pivot vanishes. */
+static int solved(int k, ps_square matrix, const double *right, double *x) {
+  ps_square lu;
+  double rest[PS_ROWS], y[PS_ROWS];
+  int row[PS_ROWS];
+  for (int i = 0; i < k; i++) {
+    memcpy(lu[i], matrix[i], sizeof lu[i]);
+    row[i] = i;
+    x[i] = 0;
+  }
+  for (int j = 0; j < k; j++) {
+    int best = j;
+    for (int i = j + 1; i < k; i++)
+      if (fabs(lu[row[i]][j]) > fabs(lu[row[best]][j])) best = i;
+    int swap = row[j];
+    row[j] = row[best];
+    row[best] = swap;
+    if (!(fabs(lu[row[j]][j]) > PS_SUM_ROUNDING * PS_ROWS)) return 0;
+    for (int i = j + 1; i < k; i++) {
+      double f = lu[row[i]][j] /= lu[row[j]][j];
+      for (int m = j + 1; m < k; m++) lu[row[i]][m] -= f * lu[row[j]][m];
+    }
+  }
+  for (int turn = 0; turn < 2; turn++) {
+    for (int i = 0; i < k; i++) rest[i] = right[i] - dot(k, matrix[i], x);
+    for (int i = 0; i < k; i++) y[i] = rest[row[i]] - dot(i, lu[row[i]], y);
+    for (int i = k - 1; i >= 0; i--) {
+      for (int m = i + 1; m < k; m++) y[i] -= lu[row[i]][m] * y[m];
+      y[i] /= lu[row[i]][i];
+    }
+    for (int i = 0; i < k; i++) x[i] += y[i];
+  }
+  return 1;
+}
+
+static double rounded_to_nine(double x) { return nearbyint(x * 1e9); }
+
+/* ---- impulses that stop all contacts at once ---- */
+
+enum { PS_APART, PS_SLIP_POS, PS_SLIP_NEG, PS_STUCK };
+
+/* The contact problem of contacts without slip, a = aim + W P with 0 <= P_n, a_n >= 0, P_n a_n = 0 and
+ * friction against a_t, scaled row by row by powers of two. */
+typedef struct {
+  int n;
+  ps_square W;
+  double aim[PS_ROWS], mu[PS_RIGID], unit[PS_ROWS];
+} ps_problem;
+
+static void scaled_problem(int n, ps_square W, const double *aim, const double *mu, ps_problem *p) {
+  double d[PS_ROWS], largest = 0;
+  int exponent;
+  p->n = n;
+  for (int i = 0; i < 2 * n; i++) {
+    frexp(W[i][i], &exponent);
+    /* Rounded down, also below zero. */
+    d[i] = W[i][i] > 0 ? ldexp(1, exponent >= 0 ? exponent / 2 : -((1 - exponent) / 2)) : 1;
+    largest = PS_MAX(largest, fabs(aim[i] / d[i]));
+  }
+  frexp(largest, &exponent);
+  double size = largest > 0 ? ldexp(1, exponent) : 1;
+  for (int i = 0; i < 2 * n; i++) {
+    for (int j = 0; j < 2 * n; j++) p->W[i][j] = W[i][j] / (d[i] * d[j]);
+    p->aim[i] = aim[i] / d[i] / size;
+    p->unit[i] = size / d[i];
+  }
+  for (int i = 0; i < n; i++) p->mu[i] = mu[i] * d[2 * i + 1] / d[2 * i];
+}
+
+/* Accelerations, and the sum of the sizes of the terms of each. */
+static void accelerations(const ps_problem *p, const double *P, double *a, double *terms) {
+  for (int i = 0; i < 2 * p->n; i++) {
+    double sum = 0, size = 0;
+    for (int j = 0; j < 2 * p->n; j++) {
+      sum += p->W[i][j] * P[j];
+      size += fabs(p->W[i][j]) * fabs(P[j]);
+    }
+    a[i] = sum + p->aim[i];
+    terms[i] = size + fabs(p->aim[i]);
+  }
+}
+
+static double ratio(double part, double whole) { return whole > 0 ? part / whole : 0; }
+
+/* How much an entry of the impulses matters to any acceleration. */
+static double matters(const ps_problem *p, int j, double size, const double *terms) {
+  double share = 0, effect = 0;
+  for (int i = 0; i < 2 * p->n; i++) {
+    share = PS_MAX(share, ratio(fabs(p->W[i][j]) * size, terms[i]));
+    effect = PS_MAX(effect, fabs(p->W[i][j]));
+  }
+  return effect > 0 || !(size > 0) ? share : 1;
+}
+
+/* By how much impulses miss the laws of the contacts, free of units. */
+static double residual(const ps_problem *p, const double *P) {
+  double a[PS_ROWS], terms[PS_ROWS], worst = 0;
+  accelerations(p, P, a, terms);
+  for (int i = 0; i < p->n; i++) {
+    const int n = 2 * i, t = n + 1;
+    double gap = ratio(a[n], terms[n]), slip = ratio(a[t], terms[t]);
+    double weight = matters(p, n, fabs(P[n]), terms), limit = p->mu[i] * fabs(P[n]);
+    double span = fabs(P[t]) + limit, s = (slip > 0) - (slip < 0);
+    double missed = ratio(fabs(P[t] + s * limit), span);
+    worst = PS_MAX(worst, PS_MIN(weight, fabs(gap)));
+    worst = PS_MAX(worst, -gap);
+    worst = PS_MAX(worst, ratio(fabs(P[t]) - limit, span));
+    worst = PS_MAX(worst, PS_MIN(missed, fabs(slip)));
+  }
+  return worst;
+}
+
+/* Removes what a solve may have left of zeros, and holds impulses to the cones of their modes; returns
+ * the residual. */
+static double cleaned_impulses(const ps_problem *p, const int *mode, double *P) {
+  const int rows = 2 * p->n;
+  double given[PS_ROWS], P_try[PS_ROWS], a[PS_ROWS], terms[PS_ROWS], largest = 0, best = HUGE_VAL;
+  memcpy(given, P, sizeof given);
+  accelerations(p, given, a, terms);
+  for (int i = 0; i < rows; i++)
+    largest = PS_MAX(largest, sqrt(p->W[i][i]) * fabs(given[i]));
+  for (int attempt = 0; attempt < 3 && best > PS_SUM_ROUNDING; attempt++) {
+    for (int i = 0; i < rows; i++) {
+      const int other = i ^ 1;
+      double size = sqrt(p->W[i][i]) * fabs(given[i]);
+      int noise = size > 0 && size <= PS_NOISE * largest;
+      int idle = matters(p, i, fabs(given[i]), terms) <= PS_RESIDUAL &&
+                 matters(p, other, fabs(given[other]), terms) <= PS_RESIDUAL;
+      P_try[i] = (attempt == 0 && noise) || (attempt == 2 && idle) ? 0 : given[i];
+    }
+    for (int i = 0; i < p->n; i++) {
+      double *n = &P_try[2 * i], *t = n + 1, limit = p->mu[i] * fabs(*n);
+      if (*n <= 0) *n = *t = 0;
+      else if (mode[i] == PS_STUCK) *t = PS_MIN(PS_MAX(*t, -limit), limit);
+      else *t = mode[i] == PS_SLIP_POS ? -limit : limit;
+    }
+    double measured = residual(p, P_try);
+    if (measured < best) {
+      best = measured;
+      memcpy(P, P_try, sizeof P_try);
+    }
+  }
+  return best;
+}
+
+/* Modes as the accelerations show them where they are on a border. */
+static void shown_modes(const ps_problem *p, const double *P, int *mode) {
+  double a[PS_ROWS], terms[PS_ROWS];
+  accelerations(p, P, a, terms);
+  for (int i = 0; i < p->n; i++) {
+    const int t = 2 * i + 1;
+    if (P[2 * i] == 0) mode[i] = PS_APART;
+    else if (mode[i] != PS_STUCK)
+      mode[i] = fabs(a[t]) <= PS_SUM_ROUNDING * terms[t] ? PS_STUCK
+                : a[t] > 0                               ? PS_SLIP_POS
+                                                         : PS_SLIP_NEG;
+  }
+}
+
+/* Impulses of the local modes given; 0 where they are none. */
+static int impulses_of(const ps_problem *p, const int *mode, double *P) {
+  ps_square block;
+  int k = 0, rows[PS_ROWS], contact[PS_ROWS];
+  double along[PS_ROWS][2], right[PS_ROWS], x[PS_ROWS];
+  for (int i = 0; i < p->n; i++) {
+    if (mode[i] == PS_APART) continue;
+    for (int entry = 0; entry < 1 + (mode[i] == PS_STUCK); entry++) {
+      rows[k] = 2 * i + entry;
+      contact[k] = i;
+      along[k][0] = !entry;
+      along[k][1] = mode[i] == PS_STUCK ? entry : mode[i] == PS_SLIP_POS ? -p->mu[i] : p->mu[i];
+      k++;
+    }
+  }
+  for (int r = 0; r < k; r++) {
+    right[r] = -p->aim[rows[r]];
+    for (int c = 0; c < k; c++) {
+      const double *W = &p->W[rows[r]][2 * contact[c]];
+      double first = W[0] * along[c][0], second = W[1] * along[c][1], sum = first + second;
+      block[r][c] =
+          fabs(sum) <= PS_DIFFERENCE_ROUNDING * (fabs(first) + fabs(second)) ? 0 : sum;
+    }
+  }
+  if (!solved(k, block, right, x)) return 0;
+  for (int i = 0; i < 2 * p->n; i++) P[i] = 0;
+  for (int c = 0; c < k; c++) {
+    P[2 * contact[c]] += along[c][0] * x[c];
+    P[2 * contact[c] + 1] += along[c][1] * x[c];
+  }
+  return 1;
+}
+
+/* Whether the first impulses are less by their rounded sum, and then in their order. */
+static int is_less(const ps_problem *p, double sum, const double *P, double least, const double *Q) {
+  if (sum != least) return sum < least;
+  for (int entry = 0; entry < 2; entry++)
+    for (int i = entry; i < 2 * p->n; i += 2)
+      if (P[i] != Q[i]) return P[i] < Q[i];
+  return 0;
+}
+
+/* Solution of least normal impulse, with its modes and accelerations; 0: there is none. */
+static int least_impulses(int n, ps_square W, const double *aim, const double *mu, double *P,
+                          double *a, int *mode) {
+  ps_problem p;
+  int choice[PS_RIGID] = {0}, offered[PS_RIGID], shown[PS_RIGID], count = 1, found = 0;
+  double best[PS_ROWS], least = 0, now[PS_ROWS], terms;
+  scaled_problem(n, W, aim, mu, &p);
+  /* Without friction no mode depends on a direction. */
+  for (int i = 0; i < n; i++) count *= offered[i] = mu[i] > 0 ? 4 : 2;
+  for (int k = 0; k < count; k++) {
+    double sum = 0;
+    memcpy(shown, choice, sizeof shown);
+    if (impulses_of(&p, choice, now) && cleaned_impulses(&p, choice, now) <= PS_RESIDUAL) {
+      for (int i = 0; i < n; i++) sum += now[2 * i] * p.unit[2 * i];
+      sum = rounded_to_nine(sum);
+      if (!found || is_less(&p, sum, now, least, best)) {
+        shown_modes(&p, now, shown);
+        memcpy(mode, shown, sizeof shown);
+        memcpy(best, now, sizeof best);
+        least = sum;
+        found = 1;
+      }
+    }
+    for (int i = n - 1; i >= 0 && ++choice[i] == offered[i]; i--) choice[i] = 0;
+  }
+  if (!found) return 0;
+  for (int i = 0; i < 2 * n; i++) P[i] = best[i] * p.unit[i];
+  for (int i = 0; i < 2 * n; i++) {
+    const int held = mode[i / 2] == PS_STUCK || (!(i & 1) && mode[i / 2] != PS_APART);
+    a[i] = dot(2 * n, W[i], P) + aim[i];
+    terms = fabs(aim[i]);
+    for (int j = 0; j < 2 * n; j++) terms += fabs(W[i][j]) * fabs(P[j]);
+    if (held || fabs(a[i]) <= PS_SUM_ROUNDING * terms) a[i] = 0;
+  }
+  return 1;
+}
+
+/* Impulses P and rates a = aim + W P, also where the bodies' rigidity leaves them open; 0: none. */
+static int impulses_at_once(const ps_path *path, const double *aim, double *P, double *a) {
+  const int n = path->n, rows = 2 * n;
+  int mode[PS_RIGID], k = 0, held[PS_ROWS];
+  double along[PS_ROWS][2], right[PS_ROWS], x[PS_ROWS], largest = 0;
+  ps_square W, matrix;
+  memcpy(W, path->W, sizeof W);
+  if (!path->singular) return least_impulses(n, W, aim, path->mu, P, a, mode);
+  for (int i = 0; i < rows; i++) largest = PS_MAX(largest, W[i][i]);
+  for (int i = 0; i < rows; i++) W[i][i] += PS_MORE_MOBILITY * largest;
+  if (!least_impulses(n, W, aim, path->mu, P, a, mode)) return 0;
+  /* The limit of ever less mobility added, in the same modes. */
+  for (int i = 0; i < n; i++) {
+    const int sticks = mode[i] == PS_STUCK && path->mu[i] > 0;
+    const double mu = path->mu[i], slope = mode[i] == PS_SLIP_POS ? -mu : mode[i] == PS_SLIP_NEG ? mu : 0;
+    for (int entry = 0; mode[i] != PS_APART && entry < 1 + sticks; entry++) {
+      held[k] = 2 * i + entry;
+      along[k][0] = !entry;
+      along[k][1] = sticks ? entry : slope;
+      right[k] = -aim[held[k]];
+      k++;
+    }
+  }
+  for (int r = 0; r < k; r++)
+    for (int c = 0; c < k; c++) {
+      const double *row = &path->W[held[r]][held[c] & ~1];
+      matrix[r][c] = row[0] * along[c][0] + row[1] * along[c][1];
+    }
+  for (int i = 0; i < rows; i++) P[i] = 0;
+  if (k) solve_in_range(k, matrix, right, x);
+  for (int c = 0; c < k; c++)
+    for (int entry = 0; entry < 2; entry++) P[(held[c] & ~1) + entry] += along[c][entry] * x[c];
+  for (int i = 0; i < rows; i += 2) P[i] = PS_MAX(P[i], 0);
+  for (int i = 0; i < rows; i++) a[i] = aim[i] + dot(rows, path->W[i], P);
+  for (int c = 0; c < k; c++) a[held[c]] = 0;
+  return 1;
+}
+
+/* Sets dP_n/dtau of the contacts that push, the largest 1, by what would stop them at once. */
+static void weigh(ps_path *path) {
+  double P[PS_ROWS], a[PS_ROWS], largest = 0;
+  for (int i = 0; i < path->n; i++) path->weight[i] = 1;
+  if (path->n < 2 || !impulses_at_once(path, path->v, P, a)) return;
+  for (int i = 0; i < path->n; i++) largest = PS_MAX(largest, P[2 * i]);
+  for (int i = 0; i < path->n && largest > 0; i++) path->weight[i] = P[2 * i] / largest;
+}
+
+/* ---- how the contacts push ---- */
+
+/* dv/dtau, exactly 0 where it is within the rounding of its terms. */
+static void rates_of(const ps_path *path, const double *push, double *rates) {
+  const int rows = 2 * path->n;
+  for (int i = 0; i < rows; i++) {
+    double terms = 0;
+    for (int j = 0; j < rows; j++) terms += fabs(path->W[i][j]) * fabs(push[j]);
+    rates[i] = dot(rows, path->W[i], push);
+    if (fabs(rates[i]) <= PS_RATE_ROUNDING * terms) rates[i] = 0;
+  }
+}
+
+static ps_way *with_sign(ps_way *way, int entry, int sign) {
+  way->entry[way->inequalities] = entry;
+  way->sign[way->inequalities++] = sign;
+  return way;
+}
+
+/* dP_t/dP_n of the slips that are possible, with the sign of dv_t they need or 0. */
+static int slips_of(const ps_path *path, int i, double *slope, int *sign) {
+  double mu = path->mu[i], v_t = path->v[2 * i + 1];
+  slope[0] = mu == 0 ? 0 : v_t < 0 ? mu : -mu;
+  sign[0] = mu > 0 && v_t == 0;
+  slope[1] = mu;
+  sign[1] = -1;
+  return 1 + sign[0];
+}
+
+/* The contact pushes with dP_n/dtau = weight, or is held with an unknown one where `held`. */
+static int pushing_ways(const ps_path *path, int i, double weight, int held, ps_way *ways) {
+  double slope[2];
+  int sign[2], slips = slips_of(path, i, slope, sign), n = 0;
+  for (; n < slips; n++) {
+    ps_way *w = &ways[n];
+    memset(w, 0, sizeof *w);
+    w->unknowns = held;
+    if (held) {
+      w->direction[0][0] = 1;
+      w->direction[0][1] = slope[n];
+    } else {
+      w->fixed[0] = weight;
+      w->fixed[1] = weight * slope[n];
+    }
+    if (sign[n]) with_sign(w, 1, sign[n]);
+  }
+  if (path->v[2 * i + 1] == 0 && path->mu[i] > 0) {
+    ps_way *w = &ways[n++];
+    memset(w, 0, sizeof *w);
+    w->unknowns = 1 + held;
+    w->vanishing[held] = 1;
+    w->direction[held][1] = 1;
+    if (held) w->direction[0][0] = 1;
+    else w->fixed[0] = weight;
+  }
+  return n;
+}
+
+/* The ways in which contact i may push at the present velocity. */
+static int ways_of(const ps_path *path, int i, ps_way *ways) {
+  double v_n = path->v[2 * i];
+  if (v_n < path->border[i] || path->budget[i] > 0)
+    return pushing_ways(path, i, path->weight[i], 0, ways);
+  memset(ways, 0, sizeof *ways);
+  if (v_n > path->border[i]) return 1;
+  with_sign(ways, 0, 1);
+  int n = 1 + pushing_ways(path, i, 0, 1, ways + 1);
+  for (int end = n + pushing_ways(path, i, 1, 0, ways + n); n < end; n++)
+    with_sign(&ways[n], 0, -1);
+  return n;
+}
+
+/* By how much dP/dtau misses the conditions of the ways it is made of. */
+static double missed_by(const ps_path *path, const ps_way *const *way, const double *push) {
+  const int n = path->n, rows = 2 * n;
+  double worst = -HUGE_VAL, share[PS_ROWS], size = 0;
+  for (int i = 0; i < n; i++) size = PS_MAX(size, path->mu[i]);
+  for (int i = 0; i < rows; i++) {
+    double terms = 0;
+    for (int j = 0; j < rows; j++) terms += fabs(path->W[i][j]) * fabs(push[j]);
+    share[i] = ratio(dot(rows, path->W[i], push), terms);
+  }
+  for (int i = 0; i < n; i++) {
+    double normal = push[2 * i], beyond = fabs(push[2 * i + 1]) - path->mu[i] * normal;
+    worst = PS_MAX(worst, PS_MAX(-normal, normal - 1));
+    worst = PS_MAX(worst, beyond / (1 + size));
+    for (int k = 0; k < way[i]->unknowns; k++)
+      worst = PS_MAX(worst, fabs(share[2 * i + way[i]->vanishing[k]]));
+    for (int k = 0; k < way[i]->inequalities; k++)
+      worst = PS_MAX(worst, -way[i]->sign[k] * share[2 * i + way[i]->entry[k]]);
+  }
+  return worst;
+}
+
+/* dP/dtau of one way for each contact; of least norm where rigidity leaves the forces open. */
+static void push_of(const ps_path *path, const ps_way *const *way, double *push) {
+  const int rows = 2 * path->n;
+  ps_square matrix;
+  int k = 0, row[PS_ROWS], contact[PS_ROWS];
+  const double *along[PS_ROWS];
+  double right[PS_ROWS], x[PS_ROWS];
+  for (int i = 0; i < path->n; i++) {
+    push[2 * i] = way[i]->fixed[0];
+    push[2 * i + 1] = way[i]->fixed[1];
+    for (int u = 0; u < way[i]->unknowns; u++) {
+      row[k] = 2 * i + way[i]->vanishing[u];
+      contact[k] = i;
+      along[k++] = way[i]->direction[u];
+    }
+  }
+  if (!k) return;
+  for (int r = 0; r < k; r++) {
+    right[r] = -dot(rows, path->W[row[r]], push);
+    for (int c = 0; c < k; c++) {
+      const double *W = &path->W[row[r]][2 * contact[c]];
+      matrix[r][c] = W[0] * along[c][0] + W[1] * along[c][1];
+    }
+  }
+  least_norm(k, matrix, right, x);
+  for (int c = 0; c < k; c++)
+    for (int entry = 0; entry < 2; entry++) push[2 * contact[c] + entry] += along[c][entry] * x[c];
+  /* Exactly 1 marks a full push, which one that only holds is not. */
+  for (int i = 0; i < path->n; i++)
+    if (way[i]->unknowns && way[i]->vanishing[0] == 0 && push[2 * i] == 1)
+      push[2 * i] = nextafter(1, 0);
+}
+
+/* What is least in the preferred one of several pushes, but for rounding. */
+typedef struct {
+  double missed, order[3];
+} ps_rank;
+
+static int before(const ps_rank *a, const ps_rank *b) {
+  for (int i = 0; i < 3; i++)
+    if (a->order[i] != b->order[i]) return a->order[i] < b->order[i];
+  return 0;
+}
+
+/* dP/dtau: of several possible ones that of least normal force. Where `pressing`, for an impact
+ * without collision: b_n of each contact; the velocities then have to change, and contacts with
+ * b_n < 0 push first. 0 where no such impact is possible. */
+static int choose_push(const ps_path *path, const double *pressing, double *push) {
+  const int n = path->n, rows = 2 * n;
+  ps_way ways[PS_RIGID][PS_WAYS];
+  const ps_way *way[PS_RIGID];
+  int count[PS_RIGID], at[PS_RIGID] = {0}, possible = 0, any = 0;
+  long combinations = 1;
+  double now[PS_ROWS], rates[PS_ROWS], nearest[PS_ROWS] = {0}, size = 0;
+  ps_rank best = {0}, near = {0};
+  for (int i = 0; i < n; i++) combinations *= count[i] = ways_of(path, i, ways[i]);
+  for (int i = 0; i < n && pressing; i++) size = PS_MAX(size, fabs(pressing[i]));
+  if (size == 0) size = 1;
+  for (long k = 0; k < combinations; k++) {
+    ps_rank rank = {0, {0}};
+    for (int i = 0; i < n; i++) way[i] = &ways[i][at[i]];
+    push_of(path, way, now);
+    rank.missed = missed_by(path, way, now);
+    for (int i = 0; i < n; i++) {
+      rank.order[1] += now[2 * i];
+      if (pressing) rank.order[0] += now[2 * i] * pressing[i];
+    }
+    rank.order[0] = rounded_to_nine(rank.order[0] / size);
+    rank.order[1] = rounded_to_nine(rank.order[1]);
+    rank.order[2] = rounded_to_nine(dot(rows, now, now));
+    int admitted = rank.missed <= PS_MISSED;
+    if (admitted && pressing) {
+      rates_of(path, now, rates);
+      admitted = 0;
+      for (int i = 0; i < rows; i++) admitted |= rates[i] != 0;
+    }
+    if (admitted && (!possible || before(&rank, &best))) {
+      possible = 1;
+      best = rank;
+      memcpy(push, now, sizeof now);
+    }
+    if (!any || rank.missed < near.missed || (rank.missed == near.missed && before(&rank, &near))) {
+      any = 1;
+      near = rank;
+      memcpy(nearest, now, sizeof now);
+    }
+    for (int i = n - 1; i >= 0 && ++at[i] == count[i]; i--) at[i] = 0;
+  }
+  /* One exists, by Kakutani's theorem: where rounding hides it, the nearest is taken. */
+  if (!possible && !pressing) memcpy(push, nearest, sizeof nearest);
+  return possible || !pressing;
+}
+
+/* ---- one piece ---- */
+
+/* Length after which a value that is not 0 becomes 0; infinite where it does not. */
+static double crossing(double value, double rate) {
+  return value * rate < 0 ? -value / rate : HUGE_VAL;
+}
+
+/* Whether contact i compresses; also where it pushes fully at v_n = 0 to no effect. */
+static int compresses(const ps_path *path, int i, const double *push, const double *rates) {
+  double v_n = path->v[2 * i], a_n = rates[2 * i];
+  int begins = a_n == 0 && push[2 * i] == 1 && path->budget[i] == 0;
+  return v_n < 0 || (v_n == 0 && (a_n < 0 || begins));
+}
+
+/* Length at which contact i has given back its restitution. */
+static double spent(const ps_path *path, int i, const double *push, const double *rates) {
+  double v_n = path->v[2 * i], budget = path->budget[i], force = push[2 * i];
+  if (budget == 0 || force == 0 || compresses(path, i, push, rates)) return HUGE_VAL;
+  if (path->law == PS_POISSON) return budget / force;
+  /* v_n P + a_n P^2/2 = budget, without the cancellation of the usual root. */
+  double square = v_n * v_n + 2 * rates[2 * i] * budget / force;
+  return square > 0 ? 2 * budget / force / (v_n + sqrt(square)) : HUGE_VAL;
+}
+
+/* Length at which the contacts have given back all energy they took. */
+static double energy_is_back(const ps_path *path, const double *push, const double *rates) {
+  double power = dot(2 * path->n, push, path->v), slope = dot(2 * path->n, push, rates);
+  double square = power * power - 2 * slope * path->work;
+  if (path->law != PS_POISSON || !(path->work < 0 && square > 0 && (slope > 0 || power > 0)))
+    return HUGE_VAL;
+  double root = sqrt(square);
+  return power > 0 ? -2 * path->work / (power + root) : (root - power) / slope;
+}
+
+static double restitution_after(const ps_path *path, int i, double length, double twice_mean,
+                                const double *push, const double *rates) {
+  double budget = path->budget[i], impulse = push[2 * i] * length;
+  if (path->law == PS_NEWTON) return 0;
+  const int poisson = path->law == PS_POISSON;
+  double given_back = poisson ? impulse : impulse * twice_mean / 2;
+  if (compresses(path, i, push, rates))
+    return poisson ? budget + path->e * impulse : budget - path->e * path->e * given_back;
+  return budget > 0 ? PS_MAX(0, budget - given_back) : 0;
+}
+
+/* Follows the present piece over `length`; what vanishes there vanishes exactly. */
+static void follow_piece(ps_path *path, const double *push, const double *rates, double length) {
+  const int n = path->n;
+  double after[PS_ROWS], budget[PS_RIGID], reached = length * (1 + PS_COINCIDENT), work = 0;
+  int small = 1;
+  for (int i = 0; i < n; i++) {
+    const int a = 2 * i, t = a + 1;
+    after[a] = path->v[a] + rates[a] * length;
+    after[t] = path->v[t] + rates[t] * length;
+    budget[i] = restitution_after(path, i, length, path->v[a] + after[a], push, rates);
+    if (spent(path, i, push, rates) <= reached) budget[i] = 0;
+    if (crossing(path->v[a] - path->border[i], rates[a]) <= reached) after[a] = path->border[i];
+    if (push[a] > 0 && crossing(path->v[t], rates[t]) <= reached) after[t] = 0;
+  }
+  const int lapses = energy_is_back(path, push, rates) <= reached;
+  for (int i = 0; i < 2 * n; i++) {
+    double part = push[i] * length * (path->v[i] + after[i]) / 2;
+    path->impulses[i] += push[i] * length;
+    path->works[i] += part;
+    work += part;
+    if (push[i & ~1] > 0 && fabs(after[i]) > PS_ALL_REST_SPEED) small = 0;
+  }
+  for (int i = 0; i < 2 * n; i++) {
+    double rest = small ? PS_ALL_REST_SPEED : PS_REST_SPEED;
+    path->v[i] = push[i & ~1] > 0 && fabs(after[i]) <= rest ? 0 : after[i];
+  }
+  double least = path->law == PS_POISSON ? PS_REST_SPEED : PS_REST_SPEED * PS_REST_SPEED;
+  for (int i = 0; i < n; i++) path->budget[i] = lapses || budget[i] <= least ? 0 : budget[i];
+  path->work = lapses ? 0 : path->work + work;
+}
+
+/* Length of the present piece: infinite where it has no end. */
+static double piece_length(const ps_path *path, const double *push, const double *rates) {
+  double length = energy_is_back(path, push, rates);
+  for (int i = 0; i < path->n; i++) {
+    const int n = 2 * i, t = n + 1;
+    length = PS_MIN(length, crossing(path->v[n] - path->border[i], rates[n]));
+    if (push[n] > 0) length = PS_MIN(length, crossing(path->v[t], rates[t]));
+    length = PS_MIN(length, spent(path, i, push, rates));
+  }
+  return length;
+}
+
+/* Follows the path to where no contact pushes; 0 where it never gets there. */
+static int follow_path(ps_path *path, const double *pressing) {
+  double push[PS_ROWS], rates[PS_ROWS];
+  int collides = 0, first = 1;
+  for (int i = 0; i < path->n; i++) collides |= path->v[2 * i] < 0;
+  if (collides) weigh(path);
+  for (int piece = 0; piece < PS_PIECES; piece++) {
+    if (!choose_push(path, first && !collides ? pressing : NULL, push)) return 0;
+    first = 0;
+    int pushes = 0, ended = 1;
+    for (int i = 0; i < 2 * path->n; i++) pushes |= push[i] != 0;
+    if (!pushes) {
+      for (int i = 0; i < path->n; i++) ended &= path->v[2 * i] >= path->border[i];
+      if (ended) return 1;
+      weigh(path);
+      continue;
+    }
+    rates_of(path, push, rates);
+    double length = piece_length(path, push, rates);
+    if (!(length < HUGE_VAL)) return 0;
+    follow_piece(path, push, rates, length);
+  }
+  return 0;
+}
+
+/* Newton's law for all contacts at once in place of the path; 0 without a solution. */
+static int take_at_once(ps_path *path) {
+  double aim[PS_ROWS], a[PS_ROWS], rebound[PS_ROWS];
+  for (int i = 0; i < 2 * path->n; i++) {
+    rebound[i] = i & 1 ? 0 : -path->e * path->start[i];
+    aim[i] = path->start[i] - rebound[i];
+    path->v[i] = path->start[i];
+    path->impulses[i] = path->works[i] = 0;
+  }
+  if (!impulses_at_once(path, aim, path->impulses, a)) {
+    memset(path->impulses, 0, sizeof path->impulses);
+    return 0;
+  }
+  for (int i = 0; i < 2 * path->n; i++) {
+    path->v[i] = a[i] + rebound[i];
+    path->works[i] = path->impulses[i] * (path->start[i] + path->v[i]) / 2;
+  }
+  return 1;
+}
+
+/* Whether the mobility, of unit diagonal, has a singular value that is zero. */
+static int is_singular(int n, ps_square W) {
+  ps_square a, turn;
+  for (int i = 0; i < 2 * n; i++)
+    for (int j = 0; j < 2 * n; j++) {
+      double size = sqrt(W[i][i]) * sqrt(W[j][j]);
+      a[i][j] = size > 0 ? W[i][j] / size : 0;
+    }
+  orthogonal_rows(2 * n, a, turn);
+  for (int i = 0; i < 2 * n; i++)
+    if (!(sqrt(dot(2 * n, a[i], a[i])) > PS_SINGULAR_MOBILITY)) return 1;
+  return 0;
+}
+
+/* The impact of n closed contacts: W (2n, 2n), mu (n), v_n and v_t (2n) and, for an impact without
+ * collision, b_n (n). Writes velocities after it, impulses, and works of the normal and tangential
+ * impulses, each of shape (2n). 0 where it jams. */
+static int follow_impact(int n, const double *W, const double *mu, const double *v,
+                         const double *pressing, int law, double e, double *velocity,
+                         double *impulse, double *work) {
+  ps_path path;
+  double largest = 0, fastest = 0;
+  int mass, speed, pushing = 0, collides = 0, ended;
+  memset(&path, 0, sizeof path);
+  for (int i = 0; i < 2 * n; i++) {
+    largest = PS_MAX(largest, fabs(W[i * 2 * n + i]));
+    fastest = PS_MAX(fastest, fabs(v[i]));
+  }
+  /* Powers of two leave every digit. */
+  frexp(largest, &mass);
+  frexp(fastest, &speed);
+  path.n = n;
+  path.law = law;
+  path.e = e;
+  for (int i = 0; i < 2 * n; i++) {
+    for (int j = 0; j < 2 * n; j++) path.W[i][j] = ldexp(W[i * 2 * n + j], -mass);
+    path.v[i] = path.start[i] = ldexp(v[i], -speed);
+  }
+  for (int i = 0; i < n; i++) {
+    path.mu[i] = mu[i];
+    path.border[i] = law == PS_NEWTON ? -e * path.v[2 * i] + 0.0 : 0;
+    path.weight[i] = 1;
+    collides |= v[2 * i] < 0;
+  }
+  path.singular = n > 1 && is_singular(n, path.W);
+  ended = follow_path(&path, pressing);
+  for (int i = 0; i < n; i++) pushing += path.impulses[2 * i] != 0;
+  if (law == PS_NEWTON && pushing > 1 && collides) ended = take_at_once(&path);
+  for (int i = 0; i < 2 * n; i++) {
+    velocity[i] = ldexp(path.v[i], speed);
+    impulse[i] = ldexp(path.impulses[i], speed - mass);
+    work[i] = ldexp(path.works[i], 2 * speed - mass);
+  }
+  return ended;
+}
+#endif

@@ -1,0 +1,136 @@
+"""Impacts of rigid contacts for the engine that runs without a compiler."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from painleve_sym.arrays import Array
+from painleve_sym.contacts.automaton import PluralContacts
+from painleve_sym.contacts.interfaces import CONTACT
+from painleve_sym.contacts.terms import ContactImpacts
+from painleve_sym.engines.protocol import REMAINDER, SHRINKING, Answer, Question
+from painleve_sym.errors import EventKind, StopReason
+from painleve_sym.hybrid.signature import Outline
+from painleve_sym.laws.rigid import RigidLaw
+
+WINDOWS = (1, 2, 3, 5, 8)
+"""Numbers of touchdowns whose time, taken together, may shrink from each to the next."""
+SETTLED = 1e-9
+"""Gap and normal speed, in parts of the state's scale, at which bounces have died out."""
+
+
+class HasImpacts(Protocol):
+    """What the resolver asks of a simulator."""
+
+    @property
+    def contact(self) -> PluralContacts:
+        """The contacts with their laws."""
+
+    @property
+    def impacts(self) -> ContactImpacts:
+        """Impacts of the rigid contacts."""
+
+    @property
+    def outline(self) -> Outline:
+        """Names and structure of the automaton."""
+
+
+@dataclass
+class ImpactResolver:
+    """Answers the questions of one run without compiled code: the impacts of rigid contacts.
+
+    It repeats the decisions of ``engines/loop/impact.c``, which it serves to check.
+
+    Attributes
+    ----------
+    simulator : HasImpacts
+    values : dict of str to float
+        Parameters.
+    scale : ndarray, shape (nx,)
+        Of each state.
+    touchdowns : list of float
+        Times of the touchdowns; s.
+    impulses : list of tuple of float
+        Per event of the answers.
+    stop_detail : str
+    """
+
+    simulator: HasImpacts
+    values: dict[str, float]
+    scale: Array
+    touchdowns: list[float] = field(default_factory=list)
+    impulses: list[tuple[float, ...]] = field(default_factory=list)
+    stop_detail: str = ""
+
+    def __call__(self, question: Question) -> Answer:
+        """Return what follows: the limit of bounces, an impact, or a jam."""
+        sim, impacts = self.simulator, self.simulator.impacts
+        state = impacts.touching(question.state, self.scale)
+        names = [m.name for m in sim.outline.modes]
+        contact = names.index(CONTACT)
+        if self._accumulates(question):
+            closed = self._settled(state)
+            if closed is not None:
+                self.impulses.append(())
+                events = ((EventKind.SETTLE, closed, contact),)
+                return Answer(contact, closed, (), events)
+            return Answer(contact, state, stop=StopReason.ACCUMULATION)
+        law = next(w for w in sim.contact.own_laws if isinstance(w, RigidLaw))
+        e = self.values[law.parameters[0].name]
+        result = impacts.impact(state, self.values, law.restitution, e)
+        if result is None:
+            self.stop_detail = (
+                "the impact of the rigid contacts has no end: their friction carries any impulse; "
+                "use one contact at a time, or a softened law"
+            )
+            return Answer(contact, state, stop=StopReason.JAM)
+        self.impulses.append(tuple(map(float, result.impulses)))
+        short = impacts.short_bounces(result.state, self.values, REMAINDER * question.time)
+        if short:
+            still = impacts.closed(result.state, self.values, short)
+            self.impulses.append(())
+            ended = (EventKind.IMPACT, result.state, contact)
+            return Answer(contact, still, (), (ended, (EventKind.SETTLE, still, contact)))
+        return Answer(contact, result.state, (), ((EventKind.IMPACT, result.state, contact),))
+
+    def _accumulates(self, question: Question) -> bool:
+        if question.kind is not EventKind.TOUCHDOWN:
+            return False
+        self.touchdowns.append(question.time)
+        return accumulates(self.touchdowns)
+
+    def _settled(self, state: Array) -> Array | None:
+        """Return the state with the contacts closed whose bounces have died out; None for none."""
+        settled = list[int]()
+        states = list(self.simulator.outline.states)
+        for i in self.simulator.impacts.rigid:
+            row = self.simulator.contact.rows[i]
+            gap, rate = states.index(row.gap), states.index(row.gap_rate)
+            near = abs(state[gap]) < SETTLED * self.scale[gap]
+            if near and abs(state[rate]) < SETTLED * self.scale[rate]:
+                settled.append(i)
+        return self.simulator.impacts.closed(state, self.values, settled) if settled else None
+
+
+def accumulates(times: list[float]) -> bool:
+    """Return whether touchdowns of several contacts shrink towards a limit that is reached.
+
+    One contact's bounces are a geometric series; those of several take turns, and only windows of
+    them, taken together, shrink steadily.
+
+    Parameters
+    ----------
+    times : list of float
+        Of all touchdowns so far; s.
+    """
+    for size in WINDOWS:
+        ends = times[-1 : -2 - size * SHRINKING : -size]
+        lengths = [a - b for a, b in itertools.pairwise(ends)]
+        if len(lengths) < SHRINKING or not all(a < b for a, b in itertools.pairwise(lengths)):
+            continue
+        ratio = max(lengths[0] / lengths[1], lengths[1] / lengths[2])
+        if lengths[0] * ratio / (1 - ratio) < REMAINDER * times[-1]:
+            return True
+    return False

@@ -1,0 +1,209 @@
+"""Impacts of several contacts in C against the same path in NumPy."""
+
+from __future__ import annotations
+
+import ctypes
+import itertools
+from functools import cache
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from painleve_sym.codegen.compile import load
+from painleve_sym.contacts.impact.one_contact import ImpactEnd
+from painleve_sym.contacts.impact.simultaneous import solve_simultaneous_impact
+from painleve_sym.engines.source import engine_texts
+from painleve_sym.errors import EventKind, InputError, ModelError, StopReason
+from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
+from painleve_sym.laws.catalogue import law
+from painleve_sym.mechanics.models import model
+from painleve_sym.simulate.batch.run import simulate_many
+from painleve_sym.simulate.factory import make_simulator
+
+LAWS = ("energetic", "poisson", "newton")
+_FRAME = """
+#include <math.h>
+#include <string.h>
+#define PS_MIN(a, b) ((a) < (b) ? (a) : (b))
+#define PS_MAX(a, b) ((a) > (b) ? (a) : (b))
+#define PS_RIGID 3
+{}
+__attribute__((visibility("default"))) int impact(
+    int n, const double *W, const double *mu, const double *v, const double *pressing, int law,
+    double e, double *velocity, double *impulse, double *work) {{
+  return follow_impact(n, W, mu, v, pressing, law, e, velocity, impulse, work);
+}}
+"""
+
+
+@cache
+def library():
+    found = load(_FRAME.format(*engine_texts("loop/impulse")))
+    found.impact.argtypes = (
+        ctypes.c_int,
+        *[ctypes.c_void_p] * 4,
+        ctypes.c_int,
+        ctypes.c_double,
+        *[ctypes.c_void_p] * 3,
+    )
+    return found
+
+
+def in_c(W, mu, v, restitution, e, load_):
+    """Return whether it ends, velocities, impulses and works."""
+    results = np.zeros((3, len(v)))
+    arrays = [np.ascontiguousarray(a, dtype=float) for a in (W, mu, v, load_[::2])]
+    ended = library().impact(
+        len(mu),
+        *(a.ctypes.data for a in arrays),
+        LAWS.index(restitution),
+        e,
+        *(r.ctypes.data for r in results),
+    )
+    return bool(ended), *results
+
+
+def scene(rng, n, kind):
+    """Return W, μ and the velocity of n contacts that hit, or rest without collision."""
+    points = rng.uniform(-1, 1, (n, 2))
+    while (
+        n > 1
+        and min(np.linalg.norm(points[i] - points[j]) for i in range(n) for j in range(i)) < 0.2
+    ):
+        points = rng.uniform(-1, 1, (n, 2))
+    walls = rng.random(n) < 0.4
+    if kind == "level":
+        points[:, 1], walls[:] = -0.3, False
+    rows = []
+    for (x, y), wall in zip(points, walls, strict=True):
+        along = np.array([1.0, 0.0, -y]), np.array([0.0, 1.0, x])
+        rows += along if wall else along[::-1]
+    J = np.array(rows)
+    if kind == "bodies":  # one body for each contact, coupled to the next: W is regular
+        J = rng.normal(size=(2 * n, 2 * n + 1))
+    mass = 10 ** rng.uniform(-1, 1, J.shape[1])
+    W = J @ np.diag(1 / mass) @ J.T
+    mu = np.where(rng.random(n) < 0.15, 0.0, 10 ** rng.uniform(-2, 0.5, n))
+    v = J @ rng.normal(size=J.shape[1])
+    v[::2] = -np.abs(v[::2])
+    v[1::2] *= rng.random(n) < 0.8
+    v[::2] *= rng.random(n) < 0.9
+    return W, mu, v * 10 ** rng.uniform(-3, 3)
+
+
+@pytest.mark.parametrize("restitution", LAWS)
+@pytest.mark.parametrize(("n", "count"), [(1, 1500), (2, 600), (3, 60)])
+def test_c_follows_the_path_of_numpy(restitution, n, count):
+    rng = np.random.default_rng(n + 10 * LAWS.index(restitution))
+    jams = 0
+    for k in range(count):
+        W, mu, v = scene(rng, n, ("body", "level", "bodies")[k % 3])
+        e = [0.0, 1.0, rng.uniform()][rng.integers(3)]
+        b = rng.normal(size=2 * n)
+        want = solve_simultaneous_impact(W, mu, v, restitution, e, load=b)
+        ended, velocity, impulse, work = in_c(W, mu, v, restitution, e, b)
+        assert ended is (want.end is not ImpactEnd.JAM), (k, W, mu, v, e)
+        if not ended:
+            jams += 1
+            continue
+        speed = np.max(np.abs(v)) + np.max(np.abs(W) @ np.abs(want.impulses))
+        size = np.max(np.abs(want.impulses), initial=0.0) + speed / np.max(W)
+        assert np.max(np.abs(velocity - want.velocities)) <= 1e-12 * speed, (k, W, mu, v, e)
+        assert np.max(np.abs(impulse - want.impulses)) <= 1e-12 * size, (k, W, mu, v, e)
+        assert np.max(np.abs(work - want.works)) <= 1e-12 * size * speed, (k, W, mu, v, e)
+    assert jams < count / 2
+
+
+# ---- within runs ----
+
+
+def feet(*names, engine="auto"):
+    return make_simulator(
+        model("block-two-feet"),
+        dict(zip("AB", map(law, names), strict=True)) if len(names) > 1 else law(names[0]),
+        engine,
+    )
+
+
+@pytest.mark.parametrize("names", [("rigid",), ("rigid", "linear")])
+@pytest.mark.parametrize("engine", ["taylor", "compiled"])
+def test_rows_of_a_batch_are_single_runs_bit_for_bit(names, engine):
+    simulator, tilt = feet(*names, engine=engine), np.linspace(-0.2, 0.2, 19)
+    start, own = {"y_A": 0.3, "x_A_dot": 0.2}, {"mu_A": 0.5}
+    options = {"t_end": 0.6, "events": 2, "maxima": ("normal_force_A",)}
+    one, two = (
+        simulate_many(simulator, start | {"theta": tilt}, own, threads=threads, **options)
+        for threads in (1, 2)
+    )
+    assert one.rows.state.tobytes() == two.rows.state.tobytes()
+    assert one.rows.extremes.tobytes() == two.rows.extremes.tobytes()
+    impacts = 0
+    for i, theta in enumerate(tilt):
+        single = simulator.run(start | {"theta": theta}, parameters=own, t_end=0.6)
+        assert one.rows.state[i].tobytes() == single.final_state.tobytes()
+        assert one.rows.memory[i].tobytes() == single.final_memory.tobytes()
+        assert one["stop_reason"][i] == single.stop_reason.label
+        assert one["mode"][i] == single.mode_names[single.final_mode]
+        assert one["count_of_impact"][i] == len(single.events_of("impact"))
+        impacts += len(single.events_of("impact"))
+    assert impacts >= 10
+
+
+@pytest.mark.parametrize("restitution", LAWS)
+def test_impacts_of_a_run_are_those_of_numpy(restitution):
+    simulator = make_simulator(model("block-two-feet"), law("rigid", restitution=restitution))
+    run = simulator.run({"y_A": 0.05, "theta": 0.1, "x_A_dot": 0.3}, t_end=0.4)
+    e = run.parameters[f"e_{restitution}"]
+    events, seen = run.events, 0
+    for before, impact in itertools.pairwise(events):
+        if impact.kind != "impact":
+            continue
+        state = np.array([before.state[n] for n in run.state_names])
+        gaps, rates, slips = simulator.impacts.contact_values(state)
+        terms = simulator.impacts.terms(state, run.parameters)
+        closed = [i for i in range(2) if abs(gaps[i]) < 1e-12 and rates[i] <= 0]
+        rows = [r for i in closed for r in (2 * i, 2 * i + 1)]
+        v = np.ravel([rates, slips], order="F")[rows]
+        want = solve_simultaneous_impact(
+            terms.W[np.ix_(rows, rows)], terms.mu[closed], v, restitution, e, load=terms.b[rows]
+        )
+        size = np.max(np.abs(want.impulses))
+        np.testing.assert_allclose(
+            np.array(impact.impulses)[rows], want.impulses, atol=1e-12 * size
+        )
+        after = np.array([impact.state[n] for n in run.state_names])
+        _, new_rates, new_slips = simulator.impacts.contact_values(after)
+        found = np.ravel([new_rates, new_slips], order="F")[rows]
+        np.testing.assert_allclose(found, want.velocities, rtol=0, atol=1e-12 * np.max(np.abs(v)))
+        q = [after[run.state_names.index(n)] for n in ("x_A_dot", "y_A_dot", "theta_dot")]
+        start = [state[run.state_names.index(n)] for n in ("x_A_dot", "y_A_dot", "theta_dot")]
+        np.testing.assert_allclose(q, start + terms.directions @ impact.impulses, atol=1e-12)
+        seen += 1
+    assert seen >= 3
+
+
+def test_run_with_an_impact_ends_where_it_is_asked_to():
+    simulator = feet("rigid")
+    start = {"y_A": 0.05, "theta": 0.1}
+    run = simulator.run(start, t_end=1.0, until="impact", record="end")
+    assert run.stop_reason is StopReason.UNTIL and np.any(run.final_memory[-4:] > 0)
+    # A touchdown that ends the run still has its impact.
+    landed = simulator.run(start, t_end=1.0, until="touchdown")
+    assert [str(e.kind) for e in landed.events][-2:] == ["touchdown", "impact"]
+    limited = simulator.run(start, t_end=1.0, max_events=3)
+    assert limited.stop_reason is StopReason.EVENT_LIMIT and len(limited.events) >= 3
+
+
+def test_sensitivities_through_impacts_of_several_contacts_are_refused():
+    with pytest.raises(InputError, match="several contacts"):
+        feet("rigid").sensitivities({"y_A": 0.05, "theta": 0.1}, ["theta"], t_end=0.2)
+
+
+def test_transition_that_strikes_needs_impacts():
+    x = sp.Symbol("x", real=True)
+    hit = Transition("hit", EventKind.IMPACT, x, (Choice("air"),), strikes=True)
+    with pytest.raises(ModelError, match="no impacts are declared"):
+        HybridAutomaton(
+            "ball", (x,), (), (), {}, (Mode("air", {x: sp.Integer(-1)}, (hit,)),), (Choice("air"),)
+        )
