@@ -35,7 +35,7 @@ from painleve_sym.contacts.interfaces import (
     zero_factor,
 )
 from painleve_sym.contacts.rigid import SINGULAR_MARGIN
-from painleve_sym.errors import EventKind, StopReason
+from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.hybrid.automaton import (
     Choice,
     Definition,
@@ -66,6 +66,11 @@ class PluralContacts:
         One for all contacts, or one for each in the mechanism's order. One law keeps the names of
         its parameters; of several, each has the contact's name behind the names of its parameters.
 
+    Raises
+    ------
+    InputError
+        Rigid laws that differ, or a law's parameter with the name of one of the mechanism's.
+
     References
     ----------
     Glocker & Pfeiffer, Nonlinear Dynamics 7 (1995) 471–497.
@@ -73,6 +78,30 @@ class PluralContacts:
 
     mechanism: Mechanism
     laws: tuple[ContactLaw | RigidLaw, ...]
+
+    def __post_init__(self) -> None:
+        rigid = list(dict.fromkeys(law for law in self.laws if isinstance(law, RigidLaw)))
+        if len(rigid) > 1:
+            first, second = (
+                ", ".join(f"{k} {v!r}" for k, v in law.choices.items()) for law in rigid[:2]
+            )
+            raise InputError(
+                f"{self.mechanism.name}: rigid contacts: got laws with {first} and with {second}, "
+                "and contacts that have an impact together follow one law. "
+                "Fix: give all rigid contacts the same restitution law and policy."
+            )
+        taken = {p.name for p in self.mechanism.system.parameters}
+        clash = sorted(taken & {p.name for p in self.parameters})
+        if clash:
+            raise InputError(
+                f"{self.mechanism.name}: the mechanism and the law of a contact both have a "
+                f"parameter {clash[0]!r}. Fix: rename it in the mechanism."
+            )
+
+    @property
+    def rigid_law(self) -> RigidLaw:
+        """The law of all rigid contacts; the default one where only guides are rigid."""
+        return next((law for law in self.laws if isinstance(law, RigidLaw)), RigidLaw())
 
     @cached_property
     def contact_set(self) -> ContactSet:
@@ -377,8 +406,8 @@ class PluralContacts:
         """Impacts of the rigid contacts; None where there is none."""
         if not self._unknown:
             return None
-        law = next((w for w in self.own_laws if isinstance(w, RigidLaw)), None)
-        own, given = self._symbols, self.contact_set
+        has_law = any(isinstance(law, RigidLaw) for law in self.laws)
+        own, given, law = self._symbols, self.contact_set, self.rigid_law
         return Impacts(
             rigid=self._unknown,
             contacts=tuple((r.gap, r.gap_rate, r.slip) for r in self.rows),
@@ -394,9 +423,9 @@ class PluralContacts:
             directions=own["D"],
             friction=tuple(given.mu),
             drive_speeds=tuple(given.drive_speeds),
-            restitution=RigidLaw.restitution if law is None else law.restitution,
+            restitution=law.restitution,
             # Guides among compliant contacts: no law, and nothing approaches them.
-            coefficient=_ZERO if law is None else law.parameters[0].symbol,
+            coefficient=law.parameters[0].symbol if has_law else _ZERO,
             target=CONTACT,
         )
 
@@ -425,8 +454,7 @@ class PluralContacts:
 
     @property
     def _preference(self) -> int:
-        policies = {w.policy for w in self.own_laws if isinstance(w, RigidLaw)}
-        return {"liftoff": 1, "slip": -1, "impact": 0}[policies.pop() if policies else "liftoff"]
+        return {"liftoff": 1, "slip": -1, "impact": 0}[self.rigid_law.policy]
 
 
 _DETERMINANT = sp.Symbol("determinant", real=True)

@@ -18,6 +18,7 @@ from painleve_sym.errors import EventKind, InputError
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition, positive
 from painleve_sym.laws.compliance import DELTA, DELTA_DOT, SEPARATED, Branch, ContactLaw, Exit
 from painleve_sym.mechanics.simplify import readable
+from painleve_sym.mechanics.system import Parameter
 
 INDENTED = "flight_indented"
 
@@ -49,6 +50,11 @@ class SoftenedContact(ContactStates):
                 f"mechanism {self.mechanism.name!r} with law {self.law.name!r}: both have a "
                 f"parameter {clash[0]!r}. Fix: rename it in the mechanism."
             )
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Parameters of the law."""
+        return self.law.parameters
 
     def _of_state(self, expr: sp.Expr) -> sp.Expr:
         """Write a law's expression in the states of the automaton."""

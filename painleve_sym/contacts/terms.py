@@ -193,7 +193,7 @@ class ContactImpacts:
         """Return the impact of the closed rigid contacts; None where it jams."""
         gaps, rates, slips = self.contact_values(state)
         closed = [i for i in self.rigid if gaps[i] <= 0 and rates[i] <= 0]
-        terms, rows = self.terms(state, values), _rows_of(closed)
+        terms, rows = self.terms(state, values), rows_of(closed)
         velocity = np.ravel([rates, slips], order="F")
         W, mu = terms.W[np.ix_(rows, rows)], terms.mu[closed]
         impact = solve_simultaneous_impact(
@@ -213,6 +213,6 @@ class ContactImpacts:
         return ImpactResult(impulses, after)
 
 
-def _rows_of(contacts: Sequence[int]) -> list[int]:
+def rows_of(contacts: Sequence[int]) -> list[int]:
     """Return the rows n, t of contacts."""
     return [r for i in contacts for r in (2 * i, 2 * i + 1)]

@@ -15,10 +15,8 @@ from painleve_sym.codegen.evaluate import power
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.contacts.compliant import SoftenedContact
 from painleve_sym.errors import InputError
-from painleve_sym.hybrid.automaton import HybridAutomaton
 from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.system import Parameter
 from painleve_sym.simulate.scales import compliant_scales
 from painleve_sym.simulate.simulator import ContactSimulator
 from painleve_sym.simulate.trajectory import Trajectory
@@ -47,16 +45,6 @@ class SoftenedSimulator(ContactSimulator):
     def contact(self) -> SoftenedContact:
         """Mechanism and law joined."""
         return SoftenedContact(self.mechanism, self.law)
-
-    @property
-    def automaton(self) -> HybridAutomaton:
-        """The automaton that is run."""
-        return self.contact.automaton
-
-    @property
-    def own_parameters(self) -> tuple[Parameter, ...]:
-        """Parameters of the law."""
-        return self.law.parameters
 
     @property
     def label(self) -> str:

@@ -13,7 +13,6 @@ from painleve_sym.contacts.terms import ContactImpacts
 from painleve_sym.engines.protocol import REMAINDER, SHRINKING, Answer, Question
 from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.hybrid.signature import Outline
-from painleve_sym.laws.rigid import RigidLaw
 
 WINDOWS = (1, 2, 3, 5, 8)
 """Numbers of touchdowns whose time, taken together, may shrink from each to the next."""
@@ -77,7 +76,7 @@ class ImpactResolver:
                 events = ((EventKind.SETTLE, closed, contact),)
                 return Answer(contact, closed, (), events)
             return Answer(contact, state, stop=StopReason.ACCUMULATION)
-        law = next(w for w in sim.contact.own_laws if isinstance(w, RigidLaw))
+        law = sim.contact.rigid_law
         e = self.values[law.parameters[0].name]
         result = impacts.impact(state, self.values, law.restitution, e)
         if result is None:

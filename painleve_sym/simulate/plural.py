@@ -13,14 +13,12 @@ from painleve_sym.arrays import Array
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.contacts.automaton import PluralContacts
 from painleve_sym.contacts.problem import ContactProblem
-from painleve_sym.contacts.terms import ContactImpacts
+from painleve_sym.contacts.terms import ContactImpacts, rows_of
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.errors import EventKind, InputError, StopReason
-from painleve_sym.hybrid.automaton import HybridAutomaton
 from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.system import Parameter
 from painleve_sym.simulate.impact_resolver import ImpactResolver
 from painleve_sym.simulate.scales import compliant_scales, rigid_scales
 from painleve_sym.simulate.simulator import ContactSimulator
@@ -63,16 +61,6 @@ class PluralSimulator(ContactSimulator):
     def contact(self) -> PluralContacts:
         """The contacts with their laws."""
         return PluralContacts(self.mechanism, self.laws)
-
-    @property
-    def automaton(self) -> HybridAutomaton:
-        """The automaton that is run."""
-        return self.contact.automaton
-
-    @property
-    def own_parameters(self) -> tuple[Parameter, ...]:
-        """Parameters of the laws."""
-        return self.contact.parameters
 
     @property
     def label(self) -> str:
@@ -230,10 +218,7 @@ class PluralSimulator(ContactSimulator):
         closed = [i for i in self.impacts.rigid if gaps[i] <= 0 and rates[i] == 0]
         if len(self.impacts.rigid) < len(gaps) or not closed:
             return event
-        terms, rows = (
-            self.impacts.terms(state, values),
-            [r for i in closed for r in (2 * i, 2 * i + 1)],
-        )
+        terms, rows = self.impacts.terms(state, values), rows_of(closed)
         held = np.array([self.mechanism.contacts[i].bilateral for i in closed])
         problem = ContactProblem(
             terms.W[np.ix_(rows, rows)], terms.b[rows], terms.mu[closed], slips[closed], held

@@ -14,9 +14,7 @@ from painleve_sym.contacts.guide import BilateralContact
 from painleve_sym.contacts.rigid import RigidContact
 from painleve_sym.engines.protocol import RawRun
 from painleve_sym.errors import EventKind, InputError, StopReason
-from painleve_sym.hybrid.automaton import HybridAutomaton
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.system import Parameter
 from painleve_sym.simulate.locate_limit import locate_limit
 from painleve_sym.simulate.scales import rigid_scales
 from painleve_sym.simulate.simulator import ContactSimulator
@@ -78,16 +76,6 @@ class RigidSimulator(ContactSimulator):
         if self.mechanism.contact.bilateral:
             return BilateralContact(self.mechanism, self.policy)
         return RigidContact(self.mechanism, self.restitution, self.policy)
-
-    @property
-    def automaton(self) -> HybridAutomaton:
-        """The automaton that is run."""
-        return self.contact.automaton
-
-    @property
-    def own_parameters(self) -> tuple[Parameter, ...]:
-        """The coefficient of restitution; none where the contact is bilateral."""
-        return self.contact.parameters
 
     @property
     def label(self) -> str:

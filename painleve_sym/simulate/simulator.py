@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol, cast
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -35,17 +35,20 @@ DEFAULT_RTOL = 1e-11
 """The reference impacts then hold eight digits through all events, energy closes to 1e-9."""
 
 
-class HasRows(Protocol):
-    """What a simulator asks of its contacts."""
+class Contacts(AutomatonBuilder, Protocol):
+    """What a simulator asks of its contacts: what derives their automaton, rows, parameters."""
 
     @property
     def rows(self) -> tuple[ContactRow, ...]:
         """States of each contact."""
-        ...
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Parameters of the laws."""
 
 
 class ContactSimulator(ABC):
-    """A mechanism with one contact, ready to run; build once, run often.
+    """A mechanism with its contacts, ready to run; build once, run often.
 
     Attributes
     ----------
@@ -63,18 +66,18 @@ class ContactSimulator(ABC):
 
     @property
     @abstractmethod
-    def contact(self) -> HasRows:
+    def contact(self) -> Contacts:
         """The contact or contacts."""
 
     @property
-    @abstractmethod
     def automaton(self) -> HybridAutomaton:
         """The automaton that is run."""
+        return self.contact.automaton
 
     @property
-    @abstractmethod
     def own_parameters(self) -> tuple[Parameter, ...]:
-        """Parameters besides the mechanism's."""
+        """Parameters besides the mechanism's: those of the laws."""
+        return self.contact.parameters
 
     @property
     @abstractmethod
@@ -118,8 +121,7 @@ class ContactSimulator(ABC):
     @property
     def builder(self) -> AutomatonBuilder:
         """What derives the automaton that is run; only asked where the cache lacks the engine."""
-        # `ContactStates` is what all contacts share; each of them derives an automaton.
-        return cast(AutomatonBuilder, self.contact)
+        return self.contact
 
     @property
     def outline(self) -> Outline:
