@@ -8,14 +8,12 @@ import time
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from painleve_sym.cli.options import output_file, output_store, read_count
 from painleve_sym.cli.output import number, print_json, quantity, show, show_table
 from painleve_sym.errors import InputError, StopReason
-from painleve_sym.study.sweeps.runner import Parts, Reporter, parts_folder, run_sweep
+from painleve_sym.study.sweeps.runner import Reporter, run_sweep
+from painleve_sym.study.sweeps.store import SUFFIXES, check_format, parts_folder
 from painleve_sym.study.sweeps.sweep import Sweep
-from painleve_sym.study.sweeps.writers import SUFFIXES, check_format, result_name, write_result
 
 
 def sweep(arguments: argparse.Namespace) -> int:
@@ -28,15 +26,13 @@ def sweep(arguments: argparse.Namespace) -> int:
             "or --cluster."
         )
     out = _result(arguments.out) if arguments.out else None
-    found = Sweep.read(source)
-    out = out or _result(f"{source.stem}.{found.format}")
+    given = Sweep.read(source)
+    out = out or _result(f"{source.stem}.{given.format}")
     begun = time.monotonic()
     try:
-        parts = run_sweep(
-            found, out, threads=threads, cluster=arguments.cluster, progress=Reporter(sys.stderr)
+        summary = run_sweep(
+            given, out, threads=threads, cluster=arguments.cluster, progress=Reporter(sys.stderr)
         )
-        summary = _summary(parts) | {"seconds": time.monotonic() - begun, "file": str(out)}
-        write_result(parts, out)
     except KeyboardInterrupt:
         folder = parts_folder(out)
         if folder.exists():
@@ -45,11 +41,11 @@ def sweep(arguments: argparse.Namespace) -> int:
                 "from there.\n"
             )
         raise
-    parts.remove()
+    summary |= {"seconds": time.monotonic() - begun, "file": str(out)}
     if arguments.json:
         print_json(summary)
     else:
-        _show(found, summary)
+        _show(summary)
     return 0
 
 
@@ -61,44 +57,7 @@ def _result(text: str) -> Path:
     return out
 
 
-def _summary(parts: Parts) -> dict[str, Any]:
-    """Return counts of the stop reasons and the range of every quantity, chunk by chunk."""
-    sweep = parts.sweep
-    reasons = {v: k for k, v in (sweep.codes("stop_reason") or {}).items()}
-    counts: dict[str, int] = {}
-    ranges: dict[str, dict[str, Any]] = {}
-    for start in sweep.starts:
-        codes, numbers = np.unique(parts.read(start, "stop_reason"), return_counts=True)
-        for code, n in zip(codes.tolist(), numbers.tolist(), strict=True):
-            counts[reasons[code]] = counts.get(reasons[code], 0) + n
-        for name in sweep.kept:
-            if sweep.codes(name) is None:
-                _widen(ranges, result_name(sweep, name), parts.read(start, name), sweep.unit(name))
-    axes = {n: sweep.unit(n) for n in sweep.space.names}
-    return {
-        "title": sweep.scenario.title,
-        "mechanism": sweep.mechanism.name,
-        "law": sweep.simulator.label,
-        "points": sweep.space.points,
-        "axes": axes,
-        "stop_reasons": counts,
-        "quantities": ranges,
-    }
-
-
-def _widen(ranges: dict[str, dict[str, Any]], name: str, values: Any, unit: str) -> None:
-    each = values.reshape(len(values), -1)
-    there = np.isfinite(each) if each.dtype.kind == "f" else np.ones(each.shape, bool)
-    some = each[there]
-    old = ranges.setdefault(name, {"unit": unit, "from": None, "to": None, "missing": 0})
-    old["missing"] += int((~there.any(axis=1)).sum())
-    if len(some):
-        ends = [v for v in (old["from"], old["to"]) if v is not None]
-        old["from"] = min([float(some.min()), *ends])
-        old["to"] = max([float(some.max()), *ends])
-
-
-def _show(found: Sweep, summary: dict[str, Any]) -> None:
+def _show(summary: dict[str, Any]) -> None:
     show(summary["title"] or f"{summary['mechanism']} with law {summary['law']}")
     axes = ", ".join(f"{n} [{u}]" for n, u in summary["axes"].items())
     show(f"{summary['points']:,} points over {axes}")

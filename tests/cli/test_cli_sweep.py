@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from painleve_sym.study.sweeps.runner import Parts
+from painleve_sym.study.sweeps.store import Store
 from tests.cli.cli_helpers import run
 from tests.study.sweep_cases import SMALL
 
@@ -49,7 +49,7 @@ def test_sweep_json_has_counts_and_ranges(capsys, file):
 
 
 def test_an_interrupted_sweep_says_that_the_same_command_resumes(capsys, file, monkeypatch):
-    write = Parts.write
+    write = Store.write
 
     def stopped(self, start, chunk):
         if start == 20:
@@ -57,7 +57,7 @@ def test_an_interrupted_sweep_says_that_the_same_command_resumes(capsys, file, m
         write(self, start, chunk)
 
     with monkeypatch.context() as patch:
-        patch.setattr(Parts, "write", stopped)
+        patch.setattr(Store, "write", stopped)
         code, _, err = run(capsys, "sweep", file, "--out", "small.npz")
     assert code == 130
     assert "small.npz.parts; the same command goes on from there" in err

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from painleve_sym.cli import main
-from painleve_sym.study.sweeps import runner as sweep_run
+from painleve_sym.study.sweeps.store import Store
 from painleve_sym.study.sweeps.sweep import Sweep
 
 BELOW = """
@@ -76,10 +76,7 @@ def test_an_interrupt_says_how_to_go_on(file, capsys, monkeypatch, where):
 
     whole = ["sweep", "drops.toml", "--out", "a.npz", "--threads", "1"]
     with monkeypatch.context() as patch:
-        if where == "chunks":
-            patch.setattr(sweep_run, "finished_chunks", stop)
-        else:
-            patch.setattr("painleve_sym.cli.sweep.write_result", stop)
+        patch.setattr(Store, {"chunks": "write", "result": "_write"}[where], stop)
         assert main(whole) == 130
     assert "a.npz.parts; the same command goes on" in capsys.readouterr().err
     assert main(whole) == 0

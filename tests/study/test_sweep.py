@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import json
 import os
@@ -21,11 +22,11 @@ from painleve_sym.errors import InputError, PainleveError
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
 from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.study.sweeps import runner as sweep_run
-from painleve_sym.study.sweeps.runner import Parts, Reporter, run_sweep
+from painleve_sym.study.sweeps import store as sweep_store
+from painleve_sym.study.sweeps.runner import Reporter, run_sweep
 from painleve_sym.study.sweeps.space import Grid, Range, Sample, read_space
+from painleve_sym.study.sweeps.store import Store, open_store, parts_folder
 from painleve_sym.study.sweeps.sweep import CASES, Sweep
-from painleve_sym.study.sweeps.writers import write_result
 from tests.study.sweep_cases import SAMPLED, SMALL
 
 
@@ -34,10 +35,17 @@ def sweep_of(text: str) -> Sweep:
 
 
 def finished(sweep: Sweep, out: Path) -> bytes:
-    parts = run_sweep(sweep, out, threads=2)
-    write_result(parts, out)
-    parts.remove()
+    run_sweep(sweep, out, threads=2)
+    assert not parts_folder(out).exists()
     return out.read_bytes()
+
+
+def written(sweep: Sweep, out: Path) -> Path:
+    """Write all chunks but not the result; return the folder of the columns."""
+    with open_store(out, sweep, sweep.check_run()) as store:
+        for start in store.missing():
+            store.write(start, sweep.compute(start, sweep.stop(start)))
+    return parts_folder(out)
 
 
 def arrays(path: Path) -> dict[str, np.ndarray]:
@@ -142,9 +150,9 @@ def test_a_sampled_parameter_out_of_range_is_an_error_at_once(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-def test_more_points_than_memory_allows_is_an_error(tmp_path):
+def test_more_points_than_the_disk_holds_are_an_error(tmp_path):
     text = SAMPLED.replace("points = 32", 'points = 100_000_000_000\nmethod = "uniform"')
-    with pytest.raises(InputError, match=r"points need .* GB of memory"):
+    with pytest.raises(InputError, match=r"points need .* GB of disk"):
         run_sweep(sweep_of(text), tmp_path / "out.npz")
 
 
@@ -181,8 +189,7 @@ def test_the_result_does_not_depend_on_chunks_or_threads(tmp_path, text):
     for chunk, threads in ((10, 1), (7, 2), (1000, 3)):
         sweep = sweep_of(text.replace("chunk = 10", f"chunk = {chunk}"))
         out = tmp_path / f"{chunk}.npz"
-        parts = run_sweep(sweep, out, threads=threads)
-        write_result(parts, out)
+        run_sweep(sweep, out, threads=threads)
         numbers.append({n: a.tobytes() for n, a in arrays(out).items()})
     assert numbers[0] == numbers[1] == numbers[2]
 
@@ -224,32 +231,63 @@ def test_an_interrupted_sweep_resumes_without_repeating(tmp_path, monkeypatch):
         run_sweep(sweep, out)
     assert finished(sweep, out) == whole
     assert computed == [0, 10, 20, 20, 30]
-    assert not (tmp_path / "out.npz.parts").exists()
 
 
 def test_a_damaged_chunk_is_computed_again(tmp_path):
     sweep, out = sweep_of(SMALL), tmp_path / "out.npz"
     whole = finished(sweep, tmp_path / "whole.npz")
-    parts = run_sweep(sweep, out)
-    path = parts.path(10)
-    path.write_bytes(path.read_bytes()[:100])
-    assert parts.missing() == [10]
+    folder = written(sweep, out)
+    path, row = folder / "final_theta_dot.npy", sweep.check_run()
+
+    def missing() -> list[int]:
+        with open_store(out, sweep, row) as store:
+            return store.missing()
+
+    assert missing() == []
+    content = bytearray(path.read_bytes())
+    content[-8 * 36 + 8 * 12] ^= 1  # one bit of point 12
+    path.write_bytes(content)
+    assert missing() == [10]
+    path.write_bytes(content[:-100])
+    assert missing() == [0, 10, 20, 30]
+    path.unlink()
+    assert finished(sweep, out) == whole
+
+
+@pytest.mark.parametrize("last", ["stop_reason", "final_theta_dot", sweep_store.SUMS])
+def test_a_chunk_counts_when_all_of_it_is_written(tmp_path, monkeypatch, last):
+    """An end anywhere within the writing of a chunk, also in the middle of a column."""
+    sweep, out = sweep_of(SMALL), tmp_path / "out.npz"
+    whole = finished(sweep, tmp_path / "whole.npz")
+    put = Store._put
+
+    def ended(self, name, first, rows):
+        if name == last and first in (2, 20):  # the third chunk
+            put(self, name, first, rows[: len(rows) // 2])
+            raise KeyboardInterrupt
+        put(self, name, first, rows)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Store, "_put", ended)
+        with pytest.raises(KeyboardInterrupt):
+            run_sweep(sweep, out, threads=1)
+    with open_store(out, sweep, sweep.check_run()) as store:
+        assert store.missing() == [20, 30]
     assert finished(sweep, out) == whole
 
 
 def test_a_full_disk_loses_nothing_and_says_how_to_resume(tmp_path, monkeypatch):
     sweep, out = sweep_of(SMALL), tmp_path / "out.npz"
     whole = finished(sweep, tmp_path / "whole.npz")
-    write, calls = sweep_run.write_beside, []
+    write = Store.write
 
-    def full(path, content):
-        calls.append(path)
-        if len(calls) == 4:
+    def full(self, start, chunk):
+        if start == 20:
             raise OSError(28, os.strerror(28))
-        write(path, content)
+        write(self, start, chunk)
 
     with monkeypatch.context() as patch:
-        patch.setattr(sweep_run, "write_beside", full)
+        patch.setattr(Store, "write", full)
         with pytest.raises(PainleveError, match=r"No space left.*20 of 36.*same command again"):
             run_sweep(sweep, out)
     assert finished(sweep, out) == whole
@@ -257,36 +295,37 @@ def test_a_full_disk_loses_nothing_and_says_how_to_resume(tmp_path, monkeypatch)
 
 def test_chunks_of_another_sweep_or_build_are_not_mixed(tmp_path):
     sweep, out = sweep_of(SMALL), tmp_path / "out.npz"
-    parts = run_sweep(sweep, out)
+    manifest = written(sweep, out) / sweep_store.MANIFEST
     with pytest.raises(InputError, match="another sweep"):
         run_sweep(sweep_of(SMALL.replace("0.95", "0.96")), out)
-    manifest = parts.folder / sweep_run.MANIFEST
     mark = json.loads(manifest.read_text())
-    mark["provenance"]["cache_key"] = "other"
-    manifest.write_text(json.dumps(mark))
-    with pytest.raises(InputError, match="another cache_key"):
+    manifest.write_text(json.dumps(mark | {"provenance_cache_key": "other"}))
+    with pytest.raises(InputError, match="another cache_key, and"):
+        run_sweep(sweep, out)
+    manifest.write_text(json.dumps(mark | {"mechanism_file": "other"}))
+    with pytest.raises(InputError, match="another sweep"):
         run_sweep(sweep, out)
 
 
 def test_a_folder_is_written_by_one_process_at_a_time(tmp_path):
     out = tmp_path / "out.npz"
-    parts = run_sweep(sweep_of(SMALL), out)
-    code = (
-        "import sys, pathlib; from painleve_sym.study.sweeps.lock import FolderLock\n"
-        "from painleve_sym.errors import InputError\n"
-        "try: FolderLock(pathlib.Path(sys.argv[1]))\n"
-        "except InputError as error: print(error)\n"
-        "else: print('free')"
-    )
+    (tmp_path / "s.toml").write_text(SMALL)
 
     def other():
-        command = [sys.executable, "-c", code, str(parts.folder)]
-        where = {"env": os.environ | {"PYTHONPATH": str(Path.cwd())}}
-        return subprocess.run(command, **where, capture_output=True, text=True, check=True).stdout
+        command = [sys.executable, "-m", "painleve_sym", "sweep", "s.toml", "--out", "out.npz"]
+        where = {"cwd": tmp_path, "env": os.environ | {"PYTHONPATH": str(Path.cwd())}}
+        return subprocess.run(command, **where, capture_output=True, text=True)
 
-    assert f"process {os.getpid()} on " in other() and "Fix: wait until it ends" in other()
-    parts.lock.release()
-    assert other() == "free\n"
+    with open_store(out, sweep_of(SMALL), sweep_of(SMALL).check_run()):
+        refused = other()
+        assert refused.returncode == 2 and refused.stderr.count("\n") == 1
+        assert f"process {os.getpid()} on " in refused.stderr
+        assert "Fix: wait until it ends" in refused.stderr and not out.exists()
+    # Of another file with the same points: refused, since its text is another.
+    (tmp_path / "s.toml").write_text(SMALL + "\n")
+    assert "another sweep" in other().stderr
+    (tmp_path / "s.toml").write_text(SMALL)
+    assert other().returncode == 0 and out.exists()
 
 
 @pytest.mark.slow
@@ -296,19 +335,64 @@ def test_a_sweep_killed_outright_resumes_from_what_is_written(tmp_path):
     command = [sys.executable, "-m", "painleve_sym", "sweep", "s.toml", "--threads", "1"]
     where = {"cwd": tmp_path, "env": os.environ | {"PYTHONPATH": str(Path.cwd())}}
     run = subprocess.Popen([*command, "--out", "out.npz"], **where, stderr=subprocess.PIPE)
-    parts = tmp_path / "out.npz.parts"
+    sums, kept = tmp_path / "out.npz.parts" / f"{sweep_store.SUMS}.npy", 0
     limit = time.monotonic() + 120
-    while len(list(parts.glob("chunk-*.npz"))) < 3 and time.monotonic() < limit:
+    while kept < 3 and time.monotonic() < limit:
         time.sleep(0.01)
+        with contextlib.suppress(OSError, ValueError, EOFError):
+            kept = np.count_nonzero(np.load(sums))
     run.send_signal(signal.SIGKILL)
     run.communicate()
-    kept = {p: p.stat().st_mtime_ns for p in parts.glob("chunk-*.npz")}
-    assert 3 <= len(kept) < 18
+    assert 3 <= np.count_nonzero(np.load(sums)) < 18
     again = subprocess.run([*command, "--out", "out.npz"], **where, capture_output=True, text=True)
     assert again.returncode == 0, again.stderr
     assert "painleve: 0 of" not in again.stderr
     subprocess.run([*command, "--out", "whole.npz"], **where, check=True, capture_output=True)
     assert (tmp_path / "out.npz").read_bytes() == (tmp_path / "whole.npz").read_bytes()
+
+
+KILLED = """
+import os, pathlib, signal, sys
+from painleve_sym.study.sweeps.runner import run_sweep
+from painleve_sym.study.sweeps.sweep import Sweep
+from tests.study.sweep_cases import SMALL
+
+sweep, out = Sweep.from_text(SMALL, "small.toml"), pathlib.Path("out.npz")
+run_sweep(sweep, out, threads=1)
+whole, kills = out.read_bytes(), 0
+while True:
+    out.unlink()
+    child = os.fork()
+    if not child:
+        left = kills + 1
+
+        def hook(event, given):
+            global left
+            if any(".parts" in str(g) for g in given):
+                left -= 1
+                if left == 0:
+                    os.kill(os.getpid(), signal.SIGKILL)
+
+        sys.addaudithook(hook)
+        run_sweep(sweep, out, threads=1)
+        os._exit(0)
+    if os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0:
+        break
+    kills += 1
+    run_sweep(sweep, out, threads=1)
+    assert out.read_bytes() == whole and os.listdir() == ["out.npz"], (kills, os.listdir())
+print(kills)
+"""
+
+
+@pytest.mark.slow
+def test_a_sweep_killed_at_any_file_operation_resumes(tmp_path):
+    """The process kills itself at each file operation in its folder, one after another."""
+    command = [sys.executable, "-c", KILLED]
+    where = {"cwd": tmp_path, "env": os.environ | {"PYTHONPATH": str(Path.cwd())}}
+    ended = subprocess.run(command, **where, capture_output=True, text=True)
+    assert ended.returncode == 0, ended.stderr
+    assert int(ended.stdout) >= 50
 
 
 # ---- results ----
@@ -356,9 +440,10 @@ def test_a_mechanism_file_travels_with_the_sweep(tmp_path):
     # A worker elsewhere has the texts alone.
     there = Sweep.from_text(text, "x", sweep.mechanism_text)
     assert there.mechanism.name == "rod-from-file"
-    assert there.fingerprint == sweep.fingerprint != sweep_of(SMALL).fingerprint
+    about = sweep_store.attributes(sweep)
+    assert sweep_store.attributes(there) == about != sweep_store.attributes(sweep_of(SMALL))
     changed = Sweep.from_text(text, "x", sweep.mechanism_text + "\n")
-    assert changed.fingerprint != sweep.fingerprint
+    assert sweep_store.attributes(changed) != about
 
 
 def test_progress_shows_rate_and_time_left():
@@ -389,9 +474,11 @@ def test_progress_shows_rate_and_time_left():
     assert len(lines) == 3
 
 
-def test_parts_take_up_a_folder_only_if_it_is_one(tmp_path):
+@pytest.mark.parametrize("name", [sweep_store.MANIFEST, "notes.txt"])
+def test_a_folder_is_taken_up_only_if_it_is_one_of_a_sweep(tmp_path, name):
     folder = tmp_path / "out.npz.parts"
     folder.mkdir()
-    (folder / sweep_run.MANIFEST).write_text("[]")
+    (folder / name).write_text("[]")
     with pytest.raises(InputError, match="not one of a sweep"):
-        Parts.beside(tmp_path / "out.npz", sweep_of(SMALL))
+        run_sweep(sweep_of(SMALL), tmp_path / "out.npz")
+    assert (folder / name).read_text() == "[]"

@@ -14,7 +14,6 @@ from painleve_sym.errors import InputError, PainleveError, PainleveWarning
 from painleve_sym.study.sweeps import dask_backend as sweep_dask
 from painleve_sym.study.sweeps.runner import run_sweep
 from painleve_sym.study.sweeps.sweep import Sweep
-from painleve_sym.study.sweeps.writers import write_result
 from tests.study.sweep_cases import SAMPLED, SMALL
 
 distributed = pytest.importorskip("distributed")
@@ -28,9 +27,7 @@ pytestmark = [
 
 
 def result(sweep: Sweep, out: Path, **options) -> bytes:
-    parts = run_sweep(sweep, out, **options)
-    write_result(parts, out)
-    parts.remove()
+    run_sweep(sweep, out, **options)
     return out.read_bytes()
 
 

@@ -13,10 +13,9 @@ from painleve_sym.cli import main
 from painleve_sym.errors import InputError, PainleveError
 from painleve_sym.mechanics.models import model
 from painleve_sym.simulate.rigid import RigidSimulator
-from painleve_sym.study.sweeps import writers as sweep_file
 from painleve_sym.study.sweeps.runner import run_sweep
+from painleve_sym.study.sweeps.store import Store, check_format, open_store
 from painleve_sym.study.sweeps.sweep import Sweep
-from painleve_sym.study.sweeps.writers import check_format, write_result
 from tests.study.sweep_cases import SAMPLED, SMALL
 
 BOUNCES = """
@@ -35,9 +34,7 @@ e_energetic = [0.2, 0.5]
 
 
 def written(text: str, out: Path) -> Path:
-    parts = run_sweep(Sweep.from_text(text, "small.toml"), out, threads=1)
-    write_result(parts, out)
-    parts.remove()
+    run_sweep(Sweep.from_text(text, "small.toml"), out, threads=1)
     return out
 
 
@@ -127,20 +124,15 @@ def test_faults_in_events_and_format_are_found_at_once(tmp_path, old, new, messa
     assert not list(tmp_path.iterdir())
 
 
-def test_lists_of_events_count_for_the_memory(tmp_path):
-    points = "y_A = { from = 0, to = 1, points = 2000 }"
-    text = (
-        BOUNCES.replace("y_A = [0.01, 0.02, -0.01]", points)
-        .replace("[0.2, 0.5]", str([k / 1000 for k in range(1000)]))
-        .replace("events = 4", "events = 1000")
-    )
-    with pytest.raises(InputError, match=r"2,000,000 points need 624 GB of memory"):
-        run_sweep(Sweep.from_text(text, "x"), tmp_path / "a.npz")
-    chunky = BOUNCES.replace("events = 4", "events = 10_000").replace(
-        "chunk = 3", "chunk = 10_000_000"
-    )
-    chunky = chunky.replace("y_A = [0.01, 0.02, -0.01]", points).replace("[0.2, 0.5]", "[0.2]")
-    assert Sweep.from_text(chunky, "x").width("event_times") == 130_000
+def test_lists_of_events_count_for_disk_and_memory(tmp_path, monkeypatch):
+    many = BOUNCES.replace("[0.2, 0.5]", "{ from = 0.1, to = 0.9, points = 10_000_000 }")
+    many = many.replace("events = 4", "events = 1000")
+    # Twice 13 kinds and the list of one, 1000 numbers each, at each of 30 million points.
+    with pytest.raises(InputError, match=r"30,000,000 points need 6\.7\de\+03 GB of disk"):
+        run_sweep(Sweep.from_text(many, "x"), tmp_path / "a.npz")
+    monkeypatch.setattr("painleve_sym.simulate.batch.memory.available_memory", lambda: 10**9)
+    with pytest.raises(InputError, match=r"chunks of 10,000 points need .* GB of memory"):
+        run_sweep(Sweep.from_text(many.replace("chunk = 3", "chunk = 10_000"), "x"), tmp_path / "a")
 
 
 def test_a_store_takes_the_place_of_an_older_one_only(tmp_path, monkeypatch):
@@ -152,19 +144,20 @@ def test_a_store_takes_the_place_of_an_older_one_only(tmp_path, monkeypatch):
         assert dict(data.sizes) == {"point": 32}
     assert [p.name for p in tmp_path.iterdir()] == ["a.zarr"]
     # A fault at the very end leaves the older one and the chunks.
-    parts = run_sweep(Sweep.from_text(SMALL, "x"), out)
+    sweep = Sweep.from_text(SMALL, "x")
 
-    def full(parts, path):
+    def full(store, path):
         path.mkdir()
         raise OSError(28, "No space left on device")
 
     with monkeypatch.context() as patch:
-        patch.setattr(sweep_file, "_write_zarr", full)
+        patch.setattr(Store, "_write", full)
         with pytest.raises(PainleveError, match="No space left"):
-            write_result(parts, out)
+            run_sweep(sweep, out)
     with xarray.open_zarr(out) as data:
         assert dict(data.sizes) == {"point": 32}
-    assert parts.missing() == [] and not parts.unfinished.exists()
+    with open_store(out, sweep, sweep.check_run()) as store:
+        assert store.missing() == [] and not (store.folder / "result").exists()
 
 
 def test_formats_without_their_package_are_one_clear_error(tmp_path, monkeypatch):

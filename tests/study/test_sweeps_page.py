@@ -29,4 +29,4 @@ def test_example_files_are_sweeps_that_run(path):
     sweep = Sweep.read(path)
     found = sweep.compute(0, 8)
     assert {len(v) for v in found.values()} == {8}
-    assert tuple(found) == sweep.kept
+    assert tuple(found) == tuple(sweep.columns)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import importlib
 import logging
 import os
@@ -10,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from painleve_sym.errors import InputError, PainleveError, PainleveWarning
-from painleve_sym.study.sweeps.sweep import Sweep, sweep_of_texts
+from painleve_sym.study.sweeps.sweep import Columns, Sweep
 
 LOCAL = "local"
 CONNECT_SECONDS = 20
@@ -18,11 +19,16 @@ CONNECT_SECONDS = 20
 ANY_PORT = "127.0.0.1:0"
 
 
-def compute_part(
-    text: str, where: str, mechanism_text: str | None, start: int, stop: int
-) -> dict[str, Any]:
-    """Return the points start..stop − 1 of the sweep of a text; what a worker runs."""
-    return dict(sweep_of_texts(text, where, mechanism_text).compute(start, stop, threads=1))
+sweep_of_texts = functools.lru_cache(maxsize=4)(Sweep.from_text)
+"""The sweep of its texts, built once per process."""
+
+
+def compute_chunk(
+    text: str, where: str, mechanism_text: str | None, start: int
+) -> tuple[int, Columns]:
+    """Return the chunk of a sweep that begins at a point, and this point; what a worker runs."""
+    sweep = sweep_of_texts(text, where, mechanism_text)
+    return start, sweep.compute(start, sweep.stop(start), threads=1)
 
 
 def check_cluster(address: str) -> Any:
@@ -55,7 +61,7 @@ def check_cluster(address: str) -> Any:
 
 def chunks_on_dask(
     sweep: Sweep, starts: Sequence[int], address: str
-) -> Iterator[tuple[int, dict[str, Any]]]:
+) -> Iterator[tuple[int, Columns]]:
     """Yield chunks as a cluster finishes them, in any order.
 
     Workers get the sweep's text and point numbers, and return arrays: they share no files with
@@ -102,37 +108,23 @@ def chunks_on_dask(
 
 def _finished(
     client: Any, sweep: Sweep, starts: Sequence[int], address: str
-) -> Iterator[tuple[int, dict[str, Any]]]:
-    as_completed: Any = importlib.import_module("dask.distributed").as_completed
+) -> Iterator[tuple[int, Columns]]:
     given = (sweep.text, sweep.scenario.where, sweep.mechanism_text)
-    started: dict[str, int] = {}
-    waiting = iter(starts)
-
-    def submit() -> Any:
-        start = next(waiting, None)
-        if start is None:
-            return None
-        stop = min(start + sweep.chunk, sweep.space.points)
-        future = client.submit(compute_part, *given, start, stop, pure=False)
-        started[future.key] = start
-        return future
-
-    def more() -> Iterator[Any]:
-        # Some chunks wait at the cluster, not all: the results held there stay few. Workers may
-        # join later.
-        ahead = 2 * sum(client.nthreads().values()) + 2
-        while len(started) < ahead and (future := submit()) is not None:
-            yield future
-
     if not client.nthreads():
         warnings.warn(
             PainleveWarning(f"--cluster {address}: no workers there yet; waiting for them."),
             stacklevel=2,
         )
-    running = as_completed(list(more()))
-    for future in running:
+    running: Any = importlib.import_module("dask.distributed").as_completed()
+    waiting = list(reversed(starts))
+    while waiting or running.count():
+        # Some chunks wait at the cluster, not all: the results held there stay few. Workers may
+        # join later.
+        ahead = 2 * sum(client.nthreads().values()) + 2
+        while waiting and running.count() < ahead:
+            running.add(client.submit(compute_chunk, *given, waiting.pop(), pure=False))
         try:
-            chunk = future.result()
+            chunk: tuple[int, Columns] = next(running).result()
         except (InputError, MemoryError):
             raise
         except Exception as error:  # whatever a worker or the connection raised
@@ -140,5 +132,4 @@ def _finished(
             if "scheduler-connection-lost" in reason:
                 reason = "the connection to the scheduler was lost"
             raise PainleveError(f"--cluster {address}: {reason}") from error
-        yield started.pop(future.key), chunk
-        running.update(list(more()))
+        yield chunk

@@ -46,6 +46,11 @@ class Grid:
         return float(self.axes[name].min()), float(self.axes[name].max())
 
     @property
+    def dims(self) -> tuple[str, ...]:
+        """Names of the dimensions of a result."""
+        return self.names
+
+    @property
     def shape(self) -> tuple[int, ...]:
         """Points of each axis."""
         return tuple(len(a) for a in self.axes.values())
@@ -97,6 +102,21 @@ class Sample:
     def names(self) -> tuple[str, ...]:
         """What is varied."""
         return tuple(self.ranges)
+
+    @property
+    def axes(self) -> dict[str, Array]:
+        """None: the coordinates of the points are columns of a result."""
+        return {}
+
+    @property
+    def dims(self) -> tuple[str, ...]:
+        """Names of the dimensions of a result."""
+        return ("point",)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Lengths of the dimensions."""
+        return (self.points,)
 
     def ends(self, name: str) -> tuple[float, float]:
         """Return the ends of a range, the smaller one first."""

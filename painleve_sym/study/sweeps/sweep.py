@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import functools
-import hashlib
-import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -16,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from painleve_sym.checks import whole_number
-from painleve_sym.codegen.quantities import quantities
 from painleve_sym.contacts.contact_numbers import contact_numbers, contact_tolerances
+from painleve_sym.contacts.local_mode import rounded_difference
 from painleve_sym.engines.batch import MAX_EVENTS_KEPT, BatchWish
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import parse_toml, read_text
@@ -40,6 +37,8 @@ DEFAULT_CHUNK = 20_000
 MAX_CHUNK = 10_000_000
 FORMATS = ("nc", "npz", "zarr")
 """Of the result, by the ending of its name."""
+Columns = dict[str, NDArray[Any]]
+"""Quantities by their names in the result; the first dimension is that of the points."""
 CASES: dict[str, int] = {**LEGEND, "apart": -2, "no_slip": -3}
 """Codes of ``case``: the rigid contact problem at the start; apart: the contact is not closed."""
 
@@ -124,11 +123,6 @@ class Sweep:
         with _placed(where):
             return sweep._checked()
 
-    @property
-    def fingerprint(self) -> str:
-        """Hash of the texts: the same for the same sweep, wherever it runs."""
-        return hashlib.sha256(f"{self.text}\n{self.mechanism_text or ''}".encode()).hexdigest()
-
     @cached_property
     def mechanism(self) -> Mechanism:
         """The mechanism, with the chosen contact alone where one is named."""
@@ -147,6 +141,21 @@ class Sweep:
     def starts(self) -> range:
         """First points of the chunks."""
         return range(0, self.space.points, self.chunk)
+
+    def stop(self, start: int) -> int:
+        """Return the first point after a chunk."""
+        return min(start + self.chunk, self.space.points)
+
+    @property
+    def columns(self) -> dict[str, str]:
+        """Name in the result → quantity, of everything written of a point.
+
+        The coordinates of a sampled point come first. A final state that is also varied is called
+        ``final_…``.
+        """
+        drawn = {name: name for name in self.space.names if name not in self.space.axes}
+        final = {f"final_{name}" if name in self.space.names else name: name for name in self.kept}
+        return drawn | final
 
     @property
     def kept(self) -> tuple[str, ...]:
@@ -167,19 +176,28 @@ class Sweep:
             for dim in event_dims(name)
         }
 
-    def width(self, name: str) -> int:
-        """Return how many numbers a quantity has at each point."""
-        return math.prod(len(labels) for labels in self.labels(name).values())
+    @cached_property
+    def wish(self) -> BatchWish:
+        """What is asked of each run besides its end."""
+        names = [name.removesuffix("_time") for name in self.keep]
+        watched = {
+            kind: tuple(dict.fromkeys(n.removeprefix(p) for n in names if n.startswith(p)))
+            for kind, p in (("maxima", "max_"), ("minima", "min_"), ("integrals", "integral_"))
+        }
+        return BatchWish(self.events, **watched)
 
     # ---- checks, before anything runs ----
 
     def _checked(self) -> Sweep:
         where, scenario = self.scenario.where, self.scenario
-        parameters = (*self.mechanism.system.parameters, *self.simulator.own_parameters)
-        states, names = self.mechanism.state_names, [p.name for p in parameters]
+        own = {p.name: p for p in self.simulator.own_parameters}
+        for name in scenario.law_parameters:
+            if name not in own:
+                raise InputError(f"{where}: " + unknown_name("parameter of the law", name, own))
+        declared = {p.name: p for p in self.mechanism.system.parameters} | own
+        known = (*self.mechanism.state_names, *declared, "initial_force")
         given = {*(scenario.state or {}), *scenario.parameters, *scenario.law_parameters}
         given |= {"initial_force"} if scenario.initial_force is not None else set()
-        known = (*states, *names, "initial_force")
         for name in self.space.names:
             if name not in known:
                 raise InputError(f"{where}: " + unknown_name("axis", name, known))
@@ -187,8 +205,6 @@ class Sweep:
                 raise InputError(
                     f"{where}: {name} is both given and varied. Fix: leave it out of one."
                 )
-        declared = {p.name: p for p in parameters}
-        for name in self.space.names:
             for value in self.space.ends(name):
                 fault = declared[name].fault(value) if name in declared else None
                 if name == "initial_force" and value < 0:
@@ -197,20 +213,14 @@ class Sweep:
                     raise InputError(f"{where}: {fault}")
         if scenario.t_end is None:
             raise InputError(f"{where}: no end time. Fix: add t_end, in s.")
-        if scenario.engine == "erk" and any(map(_is_watched, self.keep)):
+        if scenario.engine == "erk" and self.wish.watched:
             raise InputError(f"{where}: keep: extremes and integrals need the compiled engine.")
-        self._check_law_parameters()
         return self
 
-    def _check_law_parameters(self) -> None:
-        own = [p.name for p in self.simulator.own_parameters]
-        for name in self.scenario.law_parameters:
-            if name not in own:
-                message = unknown_name("parameter of the law", name, own)
-                raise InputError(f"{self.scenario.where}: {message}")
+    def check_run(self) -> Columns:
+        """Compile what is needed, run the first and the last point, and return the latter.
 
-    def check_run(self) -> None:
-        """Compile what is needed and run one point, so that faults show before the sweep.
+        Faults show here, before the sweep.
 
         Raises
         ------
@@ -218,23 +228,21 @@ class Sweep:
             What `simulate_many` refuses, unknown names to keep, no memory for a chunk.
         """
         chunk = min(self.chunk, self.space.points)
-        need = 2 * chunk * row_bytes(self.simulator, self._wish())
+        need = 2 * chunk * row_bytes(self.simulator, self.wish)
         what, fix = f"chunks of {chunk:,} points", "a smaller chunk, or fewer events"
         check_memory(self.scenario.where, what, need, fix)
         with _placed(self.scenario.where):
             self.compute(0, 1, threads=1)
-            last = self.space.points - 1
-            self.compute(last, last + 1, threads=1)
+            return self.compute(self.space.points - 1, self.space.points, threads=1)
 
     # ---- the work ----
 
-    def compute(self, start: int, stop: int, threads: int | None = None) -> dict[str, NDArray[Any]]:
-        """Return what is kept of the points start..stop − 1, each name of shape (stop − start,).
+    def compute(self, start: int, stop: int, threads: int | None = None) -> Columns:
+        """Return the columns of the points start..stop − 1.
 
         Stop reasons and cases are codes (`codes`).
         """
         scenario, varied = self.scenario, self.space.values(start, stop)
-        force: Any = varied.get("initial_force", scenario.initial_force)
         states: dict[str, Any] = dict(scenario.state or {})
         states |= {n: v for n, v in varied.items() if n in self.mechanism.state_names}
         parameters: dict[str, Any] = {**scenario.parameters, **scenario.law_parameters}
@@ -242,41 +250,35 @@ class Sweep:
         parameters |= {n: v for n, v in varied.items() if n not in others}
         limits = {n: getattr(scenario, n) for n in ("max_steps", "max_events")}
         assert scenario.t_end is not None
-        found = simulate_many(
+        ends = simulate_many(
             self.simulator,
             states,
             parameters,
             t_end=scenario.t_end,
             until=scenario.until,
-            initial_force=force,
+            initial_force=varied.get("initial_force", scenario.initial_force),
             rtol=scenario.rtol,
             threads=threads,
-            **vars(self._wish()),
+            **vars(self.wish),
             **{n: v for n, v in limits.items() if v is not None},
         )
-        kept: dict[str, NDArray[Any]] = {}
-        for name in self.kept:
-            if name == "stop_reason":
-                kept[name] = found.rows.reason.astype(np.int8)
-            elif name == "mode":
-                kept[name] = found.rows.mode.astype(np.int16)
-            elif name == "case":
-                kept[name] = self._case({**found.inputs}, stop - start)
-            elif name not in found.names:
-                raise InputError(f"{scenario.where}: keep: {_unknown(name, found)}")
-            else:
-                kept[name] = np.ascontiguousarray(found[name])
-        return kept
+        return {
+            name: np.ascontiguousarray(
+                varied[name] if name in varied else self._quantity(ends, quantity)
+            )
+            for name, quantity in self.columns.items()
+        }
 
-    def _wish(self) -> BatchWish:
-        wish: dict[str, tuple[str, ...]] = {}
-        for name in self.keep:
-            name = name.removesuffix("_time")
-            for prefix, kind in _WATCHED.items():
-                if name.startswith(prefix):
-                    wish[kind] = (*wish.get(kind, ()), name.removeprefix(prefix))
-        watched = {kind: tuple(dict.fromkeys(names)) for kind, names in wish.items()}
-        return BatchWish(self.events, **watched)
+    def _quantity(self, ends: ManyResult, name: str) -> NDArray[Any]:
+        if name == "stop_reason":
+            return ends.rows.reason.astype(np.int8)
+        if name == "mode":
+            return ends.rows.mode.astype(np.int16)
+        if name == "case":
+            return self._case(ends.inputs, len(ends.rows.time))
+        if name not in ends.names:
+            raise InputError(f"{self.scenario.where}: keep: {_unknown(name, ends)}")
+        return ends[name]
 
     def _case(self, inputs: Mapping[str, Any], n: int) -> NDArray[np.int8]:
         mechanism = self.mechanism
@@ -285,21 +287,17 @@ class Sweep:
                 f"{self.scenario.where}: keep: case needs one contact that can open. "
                 "Fix: leave it out, or name one contact."
             )
-        c = mechanism.coefficients
         symbols = (*mechanism.motion, *(p.symbol for p in mechanism.system.parameters))
-        numbers = quantities(
-            "case of a start",
-            mechanism.definition,
-            symbols,
-            lambda: {"A_pos": c.A(1), "A_neg": c.A(-1), "B": c.B},
-        )
         with np.errstate(all="ignore"):
-            values = {s: np.broadcast_to(inputs[s.name], (n,)) for s in symbols}
-            at, moves = numbers.at(values), contact_numbers(mechanism).at(values)
-            slip, (near, slow) = moves["slip_velocity"], contact_tolerances(moves)
-            codes = opening_case(np.where(slip > 0, at["A_pos"], at["A_neg"]), at["B"])
-        codes = np.where(np.isfinite(at["A_pos"] + at["A_neg"] + at["B"]), codes, CASES["outside"])
-        closed = (np.abs(moves["gap"]) <= near) & (np.abs(moves["gap_rate"]) <= slow)
+            at = contact_numbers(mechanism).at(
+                {s: np.broadcast_to(inputs[s.name], (n,)) for s in symbols}
+            )
+            slip, (near, slow) = at["slip_velocity"], contact_tolerances(at)
+            mu = inputs[mechanism.contact.friction.name]
+            A = rounded_difference(at["W_nn"], np.sign(slip) * mu * at["W_nt"])
+            codes = opening_case(A, at["b_n"])
+        codes = np.where(np.isfinite(A + at["b_n"]), codes, CASES["outside"])
+        closed = (np.abs(at["gap"]) <= near) & (np.abs(at["gap_rate"]) <= slow)
         codes = np.where(slip == 0, CASES["no_slip"], codes)
         return np.where(closed, codes, CASES["apart"]).astype(np.int8)
 
@@ -317,13 +315,6 @@ class Sweep:
             return "N"
         own = {p.name: p.unit for p in self.simulator.own_parameters}
         return unit_of(name, self.mechanism.units | own)
-
-
-_WATCHED = {"max_": "maxima", "min_": "minima", "integral_": "integrals"}
-
-
-def _is_watched(name: str) -> bool:
-    return name.startswith(tuple(_WATCHED))
 
 
 @contextmanager
@@ -348,9 +339,3 @@ def _unknown(name: str, found: ManyResult) -> str:
 
 def _lists_events(name: str) -> bool:
     return name == "event_times" or name.startswith("times_of_")
-
-
-@functools.lru_cache(maxsize=4)
-def sweep_of_texts(text: str, where: str, mechanism_text: str | None) -> Sweep:
-    """Return the sweep of a text, built once per process: what a distant worker starts from."""
-    return Sweep.from_text(text, where, mechanism_text)
