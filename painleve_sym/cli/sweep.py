@@ -37,8 +37,8 @@ def sweep(arguments: argparse.Namespace) -> int:
         folder = parts_folder(out)
         if folder.exists():
             sys.stderr.write(
-                f"\npainleve: note: finished chunks stay in {folder}; the same command goes on "
-                "from there.\n"
+                f"\npainleve: note: finished chunks stay in {folder}; the same command resumes "
+                "there.\n"
             )
         raise
     summary |= {"seconds": time.monotonic() - begun, "file": str(out)}

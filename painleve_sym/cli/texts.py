@@ -107,4 +107,4 @@ times, times_of_EVENT or event_times (all kinds). stop_reason is always kept.
 
 A failed motion is a point with its stop_reason, never left out.
 Chunks are written to FILE.parts as they finish. After any interruption the same
-command goes on from there. How to read the result: docs/sweeps.md."""
+command resumes there. How to read the result: docs/sweeps.md."""

@@ -60,7 +60,7 @@ def test_an_interrupted_sweep_says_that_the_same_command_resumes(capsys, file, m
         patch.setattr(Store, "write", stopped)
         code, _, err = run(capsys, "sweep", file, "--out", "small.npz")
     assert code == 130
-    assert "small.npz.parts; the same command goes on from there" in err
+    assert "small.npz.parts; the same command resumes there" in err
     code, _, err = run(capsys, "sweep", file, "--out", "small.npz")
     assert code == 0
     assert "painleve: 20 of 36 points" in err

@@ -78,7 +78,7 @@ def test_an_interrupt_says_how_to_go_on(file, capsys, monkeypatch, where):
     with monkeypatch.context() as patch:
         patch.setattr(Store, {"chunks": "write", "result": "_write"}[where], stop)
         assert main(whole) == 130
-    assert "a.npz.parts; the same command goes on" in capsys.readouterr().err
+    assert "a.npz.parts; the same command resumes there" in capsys.readouterr().err
     assert main(whole) == 0
     assert sorted(p.name for p in file.parent.iterdir()) == ["a.npz", "drops.toml"]
 

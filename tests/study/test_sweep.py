@@ -368,7 +368,7 @@ while True:
 
         def hook(event, given):
             global left
-            if any(".parts" in str(g) for g in given):
+            if event in ("os.remove", "os.rmdir") or any(".parts" in str(g) for g in given):
                 left -= 1
                 if left == 0:
                     os.kill(os.getpid(), signal.SIGKILL)
@@ -469,7 +469,7 @@ def test_progress_shows_rate_and_time_left():
     report(1000, 1000)
     lines = stream.text.splitlines()
     assert lines[0] == "painleve: 100 of 1,000 points"
-    assert lines[1] == "painleve: 300 of 1,000 points, 10 per second, 70 s left"
+    assert lines[1] == "painleve: 300 of 1,000 points, 10 per second, 0:01:10 left"
     assert lines[2].startswith("painleve: 1,000 of 1,000 points")
     assert len(lines) == 3
 

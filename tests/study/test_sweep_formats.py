@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -158,6 +159,24 @@ def test_a_store_takes_the_place_of_an_older_one_only(tmp_path, monkeypatch):
         assert dict(data.sizes) == {"point": 32}
     with open_store(out, sweep, sweep.check_run()) as store:
         assert store.missing() == [] and not (store.folder / "result").exists()
+
+
+@pytest.mark.parametrize("form", ["npz", "nc", "zarr"])
+def test_a_disk_too_full_for_the_result_is_one_clear_error(tmp_path, monkeypatch, form):
+    """HDF5 ends the process where a disk becomes full while it writes."""
+    pytest.importorskip("xarray")
+    pytest.importorskip("zarr")
+    out, sweep = tmp_path / f"a.{form}", Sweep.from_text(SMALL, "x")
+    free = iter([10**9, 0])
+    with monkeypatch.context() as patch:
+        patch.setattr("shutil.disk_usage", lambda path: SimpleNamespace(free=next(free)))
+        with pytest.raises(
+            PainleveError, match=r"No space left on device\. All points are written"
+        ):
+            run_sweep(sweep, out)
+    done = []
+    run_sweep(sweep, out, progress=lambda points, of: done.append((points, of)))
+    assert done == [(36, 36)] and [p.name for p in tmp_path.iterdir()] == [out.name]
 
 
 def test_formats_without_their_package_are_one_clear_error(tmp_path, monkeypatch):

@@ -8,6 +8,7 @@ import logging
 import os
 import warnings
 from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
 from typing import Any
 
 from painleve_sym.errors import InputError, PainleveError, PainleveWarning
@@ -86,24 +87,22 @@ def chunks_on_dask(
     distributed = check_cluster(address)
     # What is wrong is said once, by the error below, and not in tracebacks of its own threads.
     logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
-    cluster = None
-    if address == LOCAL:
-        count = len(os.sched_getaffinity(0))
-        cluster = distributed.LocalCluster(
-            n_workers=count, threads_per_worker=1, dashboard_address=ANY_PORT
-        )
-    try:
+    with ExitStack() as stack:
+        scheduler: Any = address
+        if address == LOCAL:
+            count = len(os.sched_getaffinity(0))
+            scheduler = stack.enter_context(
+                distributed.LocalCluster(
+                    n_workers=count, threads_per_worker=1, dashboard_address=ANY_PORT
+                )
+            )
         try:
-            client = distributed.Client(cluster or address, timeout=CONNECT_SECONDS)
+            client = distributed.Client(scheduler, timeout=CONNECT_SECONDS)
         except (OSError, TimeoutError, ValueError) as error:
             raise PainleveError(
                 f"--cluster {address}: the scheduler cannot be reached ({error})"
             ) from error
-        with client:
-            yield from _finished(client, sweep, starts, address)
-    finally:
-        if cluster is not None:
-            cluster.close()
+        yield from _finished(stack.enter_context(client), sweep, starts, address)
 
 
 def _finished(
@@ -115,7 +114,7 @@ def _finished(
             PainleveWarning(f"--cluster {address}: no workers there yet; waiting for them."),
             stacklevel=2,
         )
-    running: Any = importlib.import_module("dask.distributed").as_completed()
+    running: Any = importlib.import_module("dask.distributed").as_completed(loop=client.loop)
     waiting = list(reversed(starts))
     while waiting or running.count():
         # Some chunks wait at the cluster, not all: the results held there stay few. Workers may

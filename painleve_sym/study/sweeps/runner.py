@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import time
 from collections.abc import Callable, Iterator
+from datetime import timedelta
 from pathlib import Path
 from typing import Any
 
@@ -97,7 +98,7 @@ def _compute(store: Store, threads: int | None, cluster: str | None, progress: P
         raise PainleveError(
             f"sweep {sweep.scenario.where}: {reason.rstrip('.')}. {done:,} of {points:,} "
             f"points are written to {store.folder}. Fix: remove the cause and give the same "
-            "command again; it goes on from there."
+            "command again; it resumes there."
         ) from error
 
 
@@ -130,15 +131,8 @@ class Reporter:
         text = f"painleve: {done:,} of {points:,} points"
         if rate > 0:
             text += f", {rate:,.0f} per second"
-            text += f", {_duration((points - done) / rate)} left" if done < points else ""
+            left = timedelta(seconds=round((points - done) / rate))
+            text += f", {left} left" if left else ""
         end = "\r" if self._live and done < points else "\n"
         self._stream.write(text.ljust(78 if self._live else 0) + end)
         self._stream.flush()
-
-
-def _duration(seconds: float) -> str:
-    if seconds < 90:
-        return f"{seconds:.0f} s"
-    if seconds < 5400:
-        return f"{seconds / 60:.0f} min"
-    return f"{seconds / 3600:.1f} h"

@@ -6,7 +6,7 @@ import math
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from scipy.stats import qmc
@@ -46,18 +46,13 @@ class Grid:
         return float(self.axes[name].min()), float(self.axes[name].max())
 
     @property
-    def dims(self) -> tuple[str, ...]:
-        """Names of the dimensions of a result."""
-        return self.names
-
-    @property
     def shape(self) -> tuple[int, ...]:
         """Points of each axis."""
         return tuple(len(a) for a in self.axes.values())
 
     @property
     def points(self) -> int:
-        """How many points."""
+        """Number of points."""
         return math.prod(self.shape)
 
     def values(self, start: int, stop: int) -> dict[str, Array]:
@@ -97,31 +92,17 @@ class Sample:
     points: int
     method: str = "sobol"
     seed: int = 0
+    axes: ClassVar[dict[str, Array]] = {}
 
     @property
     def names(self) -> tuple[str, ...]:
         """What is varied."""
         return tuple(self.ranges)
 
-    @property
-    def axes(self) -> dict[str, Array]:
-        """None: the coordinates of the points are columns of a result."""
-        return {}
-
-    @property
-    def dims(self) -> tuple[str, ...]:
-        """Names of the dimensions of a result."""
-        return ("point",)
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Lengths of the dimensions."""
-        return (self.points,)
-
     def ends(self, name: str) -> tuple[float, float]:
         """Return the ends of a range, the smaller one first."""
-        found = self.ranges[name]
-        return min(found.low, found.high), max(found.low, found.high)
+        drawn = self.ranges[name]
+        return min(drawn.low, drawn.high), max(drawn.low, drawn.high)
 
     def values(self, start: int, stop: int) -> dict[str, Array]:
         """Return points start..stop − 1 by name; a point does not depend on where parts begin."""
@@ -158,12 +139,12 @@ def read_space(where: str, axes: Any, sample: Any) -> Grid | Sample:
     return _grid(where, axes) if sample is None else _sample(where, sample)
 
 
-def _table(where: str, place: str, given: Any, known: tuple[str, ...] | None) -> dict[str, Any]:
+def _table(where: str, place: str, given: Any, *known: str) -> dict[str, Any]:
     if not isinstance(given, Mapping) or not given:
         raise InputError(f"{where}: {place}: got {given!r}, need a table with entries.")
-    for key in given if known else ():
-        if key not in (known or ()):
-            raise InputError(f"{where}: {place}: " + unknown_name("key", key, known or ()))
+    for key in given:
+        if known and key not in known:
+            raise InputError(f"{where}: {place}: " + unknown_name("key", key, known))
     return dict(given)
 
 
@@ -193,7 +174,7 @@ def _axis(where: str, place: str, given: Any) -> Array:
         if len(set(listed)) < len(listed):
             raise InputError(f"{where}: {place}: got a value twice. Fix: give each once.")
         return np.array(listed)
-    table = _table(where, place, given, ("from", "to", "points", "scale"))
+    table = _table(where, place, given, "from", "to", "points", "scale")
     ends = _range(where, place, table)
     points = whole_number(
         table.get("points"), f"{place}.points", where=where, lower=2, upper=MAX_AXIS
@@ -204,21 +185,21 @@ def _axis(where: str, place: str, given: Any) -> Array:
 
 
 def _grid(where: str, axes: Any) -> Grid:
-    table = _table(where, "[axes]", axes, None)
+    table = _table(where, "[axes]", axes)
     return Grid({name: _axis(where, f"axes.{name}", given) for name, given in table.items()})
 
 
 def _sample(where: str, sample: Any) -> Sample:
-    table = _table(where, "[sample]", sample, ("method", "points", "seed", "ranges"))
+    table = _table(where, "[sample]", sample, "method", "points", "seed", "ranges")
     method = _choice(where, "sample.method", table.get("method", "sobol"), METHODS)
     most = 2**SOBOL_BITS if method == "sobol" else 10**12
     points = whole_number(table.get("points"), "sample.points", where=where, lower=1, upper=most)
     seed = whole_number(table.get("seed", 0), "sample.seed", where=where, lower=0, upper=2**63)
-    ranges = _table(where, "[sample.ranges]", table.get("ranges"), None)
-    found = {}
+    ranges = _table(where, "[sample.ranges]", table.get("ranges"))
+    drawn = {}
     for name, given in ranges.items():
         place = f"sample.ranges.{name}"
         if isinstance(given, list) and len(given) == 2:
             given = {"from": given[0], "to": given[1]}
-        found[name] = _range(where, place, _table(where, place, given, ("from", "to", "scale")))
-    return Sample(found, points, method, seed)
+        drawn[name] = _range(where, place, _table(where, place, given, "from", "to", "scale"))
+    return Sample(drawn, points, method, seed)

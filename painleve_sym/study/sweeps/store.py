@@ -181,7 +181,7 @@ def _check_manifest(folder: Path, new: dict[str, str]) -> None:
 
 def _mapped(path: Path, shape: tuple[int, ...], dtype: np.dtype[Any]) -> NDArray[Any]:
     """Return the array of a file; one that is missing or damaged is made of zeros."""
-    with suppress(OSError, ValueError, EOFError):
+    with suppress(FileNotFoundError, ValueError, EOFError):
         array = np.load(path, mmap_mode="r")
         if array.shape == shape and array.dtype == dtype:
             return np.asanyarray(array)
@@ -264,6 +264,10 @@ class Store:
         shutil.rmtree(new.parent, ignore_errors=True)
         try:
             new.parent.mkdir()
+            # HDF5 crashes on a full disk; a megabyte is for texts and metadata.
+            need = sum(column.nbytes for column in self.columns.values()) + 2**20
+            if shutil.disk_usage(self.folder).free < need:
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
             self._write(new)
             if out.is_dir():  # an older Zarr store: folders do not replace each other
                 os.replace(out, new.parent / "replaced")
@@ -275,7 +279,10 @@ class Store:
             ) from error
         finally:
             shutil.rmtree(new.parent, ignore_errors=True)
-        shutil.rmtree(self.folder)
+        # In an order in which this too can be interrupted; the lock goes last.
+        for path in (*self.folder.glob("*.npy"), self.folder / MANIFEST):
+            path.unlink()
+        shutil.rmtree(self.folder, ignore_errors=True)
 
     def _write(self, path: Path) -> None:
         table, texts = self._table(), attributes(self.sweep)
@@ -284,7 +291,7 @@ class Store:
             sweep = self.sweep
             texts |= {
                 "codes": json.dumps({n: c for n in sweep.kept if (c := sweep.codes(n))}),
-                "dimensions": json.dumps(sweep.space.dims),
+                "dimensions": json.dumps(list(sweep.space.axes) or ["point"]),
                 "event_dimensions": json.dumps({n: list(sweep.labels(n)) for n in sweep.kept}),
             }
             arrays: dict[str, Any] = {name: array for name, (_, array, _) in table.items()}
@@ -308,18 +315,18 @@ class Store:
     def _table(self) -> dict[str, tuple[tuple[str, ...], NDArray[Any], dict[str, Any]]]:
         """Return dimensions, values and attributes of all axes, labels and quantities by name."""
         sweep, axes = self.sweep, self.sweep.space.axes
+        dims, lengths = tuple(axes) or ("point",), tuple(map(len, axes.values())) or (-1,)
         table: dict[str, Any] = {n: ((n,), a, {"units": sweep.unit(n)}) for n, a in axes.items()}
         for quantity in sweep.kept:
             table |= {dim: ((dim,), labels, {}) for dim, labels in sweep.labels(quantity).items()}
         for name, quantity in sweep.columns.items():
             values, codes = self.columns[name], sweep.codes(quantity)
-            shape = (*sweep.space.shape, *values.shape[1:])
             about: dict[str, Any] = {"units": sweep.unit(quantity)}
             if codes is not None:
                 flags = np.array(list(codes.values()), values.dtype)
                 about = {"flag_values": flags, "flag_meanings": " ".join(codes)}
-            dims = (*sweep.space.dims, *sweep.labels(quantity))
-            table[name] = (dims, values.reshape(shape), about)
+            shaped = values.reshape(*lengths, *values.shape[1:])
+            table[name] = ((*dims, *sweep.labels(quantity)), shaped, about)
         return table
 
 

@@ -163,7 +163,7 @@ class Sweep:
         named = ["stop_reason"]
         for name in self.keep or ("time", *self.mechanism.state_names):
             named.append(name)
-            if _lists_events(name):  # the numbers found come with the times
+            if _lists_events(name):  # the counts come with the times
                 named.append(name.replace("times_of_", "count_of_").replace("_times", "_counts"))
         return tuple(dict.fromkeys(named))
 
@@ -244,10 +244,10 @@ class Sweep:
         """
         scenario, varied = self.scenario, self.space.values(start, stop)
         states: dict[str, Any] = dict(scenario.state or {})
-        states |= {n: v for n, v in varied.items() if n in self.mechanism.state_names}
         parameters: dict[str, Any] = {**scenario.parameters, **scenario.law_parameters}
-        others = {"initial_force", *states}
-        parameters |= {n: v for n, v in varied.items() if n not in others}
+        for name, values in varied.items():
+            if name != "initial_force":
+                (states if name in self.mechanism.state_names else parameters)[name] = values
         limits = {n: getattr(scenario, n) for n in ("max_steps", "max_events")}
         assert scenario.t_end is not None
         ends = simulate_many(
@@ -327,13 +327,13 @@ def _placed(where: str) -> Iterator[None]:
         raise InputError(text if text.startswith(where) else f"{where}: {text}") from error
 
 
-def _unknown(name: str, found: ManyResult) -> str:
+def _unknown(name: str, ends: ManyResult) -> str:
     """Return a sentence on an unknown quantity; kinds of events are named once."""
-    sentence = unknown_name("quantity", name, (*found.names, "case")).partition(" Known:")[0]
-    plain = sorted(n for n in (*found.names, "case") if "_of_" not in n)
+    sentence = unknown_name("quantity", name, (*ends.names, "case")).partition(" Known:")[0]
+    plain = sorted(n for n in (*ends.names, "case") if "_of_" not in n)
     return (
         f"{sentence} Known: {', '.join(plain)}; time_of_, times_of_ and count_of_ with "
-        f"{', '.join(found.kinds)}; max_, min_ and integral_ with an output."
+        f"{', '.join(ends.kinds)}; max_, min_ and integral_ with an output."
     )
 
 
