@@ -317,6 +317,8 @@ class _Path:
             impulses = U @ _solution_in_range(self.W[rows] @ U, -aim[rows])
             impulses[::2] = np.where(self.held, impulses[::2], np.maximum(0.0, impulses[::2]))
         rates = aim + self.W @ impulses
+        terms = np.abs(aim) + np.abs(self.W) @ np.abs(impulses)
+        rates[np.abs(rates) <= _ROUNDING * terms] = 0.0
         rates[rows] = 0.0
         return impulses, rates
 

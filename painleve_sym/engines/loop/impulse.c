@@ -446,7 +446,12 @@ static int impulses_at_once(const ps_path *path, const double *aim, int moving, 
     for (int entry = 0; entry < 2; entry++) P[(held[c] & ~1) + entry] += along[c][entry] * x[c];
   for (int i = 0; i < n; i++)
     if (!path->held[i]) P[2 * i] = PS_MAX(P[2 * i], 0);
-  for (int i = 0; i < rows; i++) a[i] = aim[i] + dot(rows, path->W[i], P);
+  for (int i = 0; i < rows; i++) {
+    double terms = fabs(aim[i]);
+    for (int j = 0; j < rows; j++) terms += fabs(path->W[i][j]) * fabs(P[j]);
+    a[i] = aim[i] + dot(rows, path->W[i], P);
+    if (fabs(a[i]) <= PS_RATE_ROUNDING * terms) a[i] = 0;
+  }
   for (int c = 0; c < k; c++) a[held[c]] = 0;
   return 1;
 }
