@@ -318,6 +318,9 @@ class _Path:
             impulses[::2] = np.where(self.held, impulses[::2], np.maximum(0.0, impulses[::2]))
         rates = aim + self.W @ impulses
         terms = np.abs(aim) + np.abs(self.W) @ np.abs(impulses)
+        # No finite impulses have this effect: those of the mobility added grow beyond all bounds.
+        if np.any(np.abs(rates[rows]) > _TOLERANCE * terms[rows]):
+            return None
         rates[np.abs(rates) <= _ROUNDING * terms] = 0.0
         rates[rows] = 0.0
         return impulses, rates

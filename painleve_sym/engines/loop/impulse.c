@@ -450,6 +450,9 @@ static int impulses_at_once(const ps_path *path, const double *aim, int moving, 
     double terms = fabs(aim[i]);
     for (int j = 0; j < rows; j++) terms += fabs(path->W[i][j]) * fabs(P[j]);
     a[i] = aim[i] + dot(rows, path->W[i], P);
+    /* No finite impulses have this effect: those of the mobility added grow beyond all bounds. */
+    for (int c = 0; c < k; c++)
+      if (held[c] == i && fabs(a[i]) > PS_MISSED * terms) return 0;
     if (fabs(a[i]) <= PS_RATE_ROUNDING * terms) a[i] = 0;
   }
   for (int c = 0; c < k; c++) a[held[c]] = 0;
