@@ -23,9 +23,9 @@ complementarity problem, 0 ≤ P_n ⟂ v_n⁺ + e v_n⁻ ≥ 0 with friction aga
 one pushes, the border is −e v_n⁻ in place of 0.
 
 A guide holds from both sides: its v_n is 0 all along the path, and its dP_n, of either sign, is
-what keeps it there, with |dP_t| ≤ μ |dP_n|. It takes no energy but by friction. With friction such a dP
-need not exist: then what slips stops at once, 0 ≤ P_n ⟂ v_n⁺ ≥ 0 of the contacts that open and
-v_n⁺ = 0 of the guides with friction against v_t⁺, as in the tangential impact of one guide.
+what keeps it there, with |dP_t| ≤ μ |dP_n|. It takes no energy but by friction. With friction such
+a dP need not exist: then what slips stops at once, 0 ≤ P_n ⟂ v_n⁺ ≥ 0 of the contacts that open
+and v_n⁺ = 0 of the guides with friction against v_t⁺, as in the tangential impact of one guide.
 
 References
 ----------
