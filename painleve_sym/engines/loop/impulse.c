@@ -786,7 +786,7 @@ static double piece_length(const ps_path *path, const double *push, const double
 /* Newton's law for all contacts at once from the present velocity, and `moving` where it has to change;
  * 0 without a solution. */
 static int take_at_once(ps_path *path, double e, int moving) {
-  double aim[PS_ROWS], P[PS_ROWS], a[PS_ROWS], rebound[PS_ROWS];
+  double aim[PS_ROWS] = {0}, P[PS_ROWS] = {0}, a[PS_ROWS], rebound[PS_ROWS];
   for (int i = 0; i < 2 * path->n; i++) {
     rebound[i] = i & 1 ? 0 : -e * path->v[i];
     aim[i] = path->v[i] - rebound[i];
