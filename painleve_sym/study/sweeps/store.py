@@ -185,8 +185,7 @@ def _mapped(path: Path, shape: tuple[int, ...], dtype: np.dtype[Any]) -> NDArray
         array = np.load(path, mmap_mode="r")
         if array.shape == shape and array.dtype == dtype:
             return np.asanyarray(array)
-    np.lib.format.open_memmap(path, "w+", dtype, shape)
-    return np.asanyarray(np.load(path, mmap_mode="r"))
+    return np.asanyarray(np.lib.format.open_memmap(path, "w+", dtype, shape))
 
 
 @dataclass(frozen=True)
@@ -201,7 +200,7 @@ class Store:
     folder : Path
     sweep : Sweep
     columns : dict of str to ndarray
-        Read-only maps of the files.
+        Maps of the files, and of the sums.
     """
 
     folder: Path
