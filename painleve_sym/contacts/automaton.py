@@ -123,7 +123,7 @@ class PluralContacts:
 
     @cached_property
     def own_laws(self) -> tuple[ContactLaw | RigidLaw, ...]:
-        """The law of each contact, in symbols of its own."""
+        """The law of each contact, in its own symbols."""
         if len(self.laws) == 1:
             return self.laws * len(self.rows)
         pairs = zip(self.laws, self.mechanism.contacts, strict=True)

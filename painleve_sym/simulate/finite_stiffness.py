@@ -56,7 +56,7 @@ class CorrectedJumpRule:
         With exactly one contact.
     law : ContactLaw
     engine : {"auto", "compiled", "taylor", "erk"}
-        As for `SoftenedSimulator`.
+        As for `Simulator`.
 
     References
     ----------

@@ -12,8 +12,7 @@ from painleve_sym.errors import InputError, StopReason
 from painleve_sym.files import write_beside
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import rod
-from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.simulate.factory import simulate_softened
+from painleve_sym.simulate.simulator import Simulator, simulate_softened
 from painleve_sym.simulate.trajectory import Trajectory
 
 START = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
@@ -21,7 +20,7 @@ START = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
 
 @pytest.fixture(scope="module")
 def simulator():
-    return SoftenedSimulator(rod(), law("bilinear-hertz"))
+    return Simulator(rod(), law("bilinear-hertz"))
 
 
 @pytest.fixture(scope="module")

@@ -23,9 +23,9 @@ from painleve_sym.contacts.problem import ContactCase
 from painleve_sym.errors import InputError, StopReason, unknown_name
 from painleve_sym.laws.catalogue import compliant_law
 from painleve_sym.laws.restitution import restitution_law
+from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.simulate.rigid import RigidSimulator
+from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.simulate.time_stepping.step_solvers import SOLVERS
 from painleve_sym.simulate.time_stepping.stepping import SteppingRun, TimeStepper
 from painleve_sym.simulate.trajectory import Trajectory
@@ -196,7 +196,7 @@ class Case:
         answers: list[Answer] = []
         for rule in RULES:
             for policy in POLICIES if several else POLICIES[:1]:
-                simulator = RigidSimulator(self.mechanism, rule, policy, self.engine)
+                simulator = Simulator(self.mechanism, RigidLaw(rule, policy), self.engine)
                 given = {**self.parameters, f"e_{rule}": self.restitution}
                 run = simulator.run(self.state, parameters=given, t_end=self.t_end)
                 name = f"{rule}, {policy}" if several else rule
@@ -207,7 +207,7 @@ class Case:
     def softened_answers(self, stiffness: Sequence[float]) -> tuple[list[Answer], float]:
         """Return the answers, and the exponent of the law."""
         chosen = compliant_law("bilinear-hertz", reload="virgin")
-        simulator = SoftenedSimulator(self.mechanism, chosen, self.engine)
+        simulator = Simulator(self.mechanism, chosen, self.engine)
         answers = []
         for value in stiffness:
             given = {**self.parameters, "E": value, "e_energetic": self.restitution}
