@@ -16,7 +16,6 @@ from painleve_sym.codegen.compile import Compiler, find_compiler
 from painleve_sym.errors import InputError
 from painleve_sym.export_c.files import Case, files
 from painleve_sym.export_c.text import identifier
-from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.simulate.trajectory import Trajectory
 from painleve_sym.study.scenario import Scenario
@@ -81,7 +80,7 @@ def export_c(scenario: Scenario, folder: str | Path, name: str | None = None) ->
     mechanism, law = scenario.mechanism(), scenario.contact_law()
     prefix = _checked_name(identifier(mechanism.name) if name is None else name, name is None)
     laws = law.values() if isinstance(law, Mapping) else (law,)
-    rigid = any(isinstance(one, RigidLaw) for one in laws)
+    rigid = not all(one.is_compliant for one in laws)
     if scenario.engine == "erk":
         raise InputError("export: engine: got 'erk', which is no C. Fix: auto, taylor or compiled.")
     given: dict[str, Any] = {}

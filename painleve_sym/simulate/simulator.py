@@ -199,7 +199,7 @@ class Simulator:
 
     def is_compliant(self, i: int) -> bool:
         """Whether a contact may start compressed."""
-        return isinstance(self.contact.own_laws[i], ContactLaw)
+        return self.contact.own_laws[i].is_compliant
 
     @cached_property
     def rigid(self) -> tuple[int, ...]:

@@ -47,7 +47,7 @@ def test_simulate_rigid_bad_settings_are_one_sentence(capsys, settings, message)
 
 def test_simulate_rigid_refuses_a_stored_force_and_a_start_in_the_ground(capsys):
     assert main([*STATE, "--law", "rigid", "--initial-force", "3"]) == 2
-    assert "stores no force" in capsys.readouterr().err
+    assert "a rigid contact has no compression" in capsys.readouterr().err
     inside = ("--state", "theta=1,x_A_dot=-1,y_A=-1e-6", "--t-end", "1e-3", "--law", "rigid")
     assert main(["simulate", "rod", *inside]) == 2
     assert "inside the ground" in capsys.readouterr().err
