@@ -193,7 +193,7 @@ def _draw_errors(axes: Axes, answers: tuple[Answer, ...], label: str, slope: flo
             0.5,
             "equals the rigid motion\nto its accuracy"
             if compared
-            else "no rigid motion reached\nthe end time beside these",
+            else "no error: the rigid motion,\nor each of these, ended early",
             transform=axes.transAxes,
             ha="center",
             va="center",
