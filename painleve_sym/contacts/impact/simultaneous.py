@@ -259,7 +259,7 @@ class _Path:
         """Return impulses P and rates a = aim + W P with 0 ≤ P_n ⟂ a_n ≥ 0, friction against a_t.
 
         Those of least normal impulse; where the bodies' rigidity leaves them open, those that a
-        little more mobility of every contact selects.
+        little more mobility of every contact selects. None where there are none.
         """
         W = self.W
         if self._is_singular:
@@ -285,7 +285,14 @@ class _Path:
             U = np.array(columns).T
             impulses = U @ _solution_in_range(self.W[rows] @ U, -aim[rows])
             impulses[::2] = np.maximum(0.0, impulses[::2])
+        size = np.sqrt(np.diag(self.W)) * np.abs(impulses)
+        impulses[size <= _ROUNDING * np.max(size)] = 0.0
+        # Where impulses grow without bound in these modes, there is no such limit.
+        if self._problem(self.W, aim).residual(impulses) > _TOLERANCE:
+            return None
         rates = aim + self.W @ impulses
+        terms = np.abs(aim) + np.abs(self.W) @ np.abs(impulses)
+        rates[np.abs(rates) <= _ROUNDING * terms] = 0.0
         rates[rows] = 0.0
         return impulses, rates
 
@@ -297,9 +304,11 @@ class _Path:
         unit = np.divide(self.W, size, out=np.zeros_like(self.W), where=size > 0)
         return not np.linalg.svd(unit, compute_uv=False)[-1] > _SINGULAR
 
+    def _problem(self, W: Array, aim: Array) -> ContactProblem:
+        return ContactProblem(W, aim, self.mu, np.zeros(len(self.mu)))
+
     def _least(self, W: Array, aim: Array) -> ContactSolution | None:
-        problem = ContactProblem(W, aim, self.mu, np.zeros(len(self.mu)))
-        solutions = problem.solutions()
+        solutions = self._problem(W, aim).solutions()
         return min(solutions, key=lambda s: round(float(s.normal_forces.sum()), 9), default=None)
 
     def take_at_once(self, e: float) -> bool:
@@ -459,6 +468,8 @@ class _Path:
         """Follow the present piece over `length`; what vanishes there vanishes exactly."""
         before, impulses = self.v, push * length
         after = before + rates * length
+        # What leaves the border under a push leaves it under a full one, and keeps it.
+        self.weights[(before[::2] == self.border) & (self.budget == 0)] = 1.0
         budget = self.budget.copy()
         reached = length * (1 + _COINCIDENT)
         for i in range(len(self.mu)):

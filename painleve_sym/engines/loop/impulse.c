@@ -369,6 +369,24 @@ static int least_impulses(int n, ps_square W, const double *aim, const double *m
   return 1;
 }
 
+/* Removes from impulses what a solve may have left of zeros. Where impulses of the modes they are made
+ * of grow without bound, there is no limit, and 0 is returned. */
+static int is_solution(const ps_path *path, const double *aim, double *P) {
+  const int rows = 2 * path->n;
+  ps_problem p;
+  ps_square W;
+  double size[PS_ROWS], largest = 0, scaled[PS_ROWS];
+  memcpy(W, path->W, sizeof W);
+  scaled_problem(path->n, W, aim, path->mu, &p);
+  for (int i = 0; i < rows; i++)
+    largest = PS_MAX(largest, size[i] = sqrt(path->W[i][i]) * fabs(P[i]));
+  for (int i = 0; i < rows; i++) {
+    if (size[i] <= PS_RATE_ROUNDING * largest) P[i] = 0;
+    scaled[i] = P[i] / p.unit[i];
+  }
+  return residual(&p, scaled) <= PS_MISSED;
+}
+
 /* Impulses P and rates a = aim + W P, also where the bodies' rigidity leaves them open; 0: none. */
 static int impulses_at_once(const ps_path *path, const double *aim, double *P, double *a) {
   const int n = path->n, rows = 2 * n;
@@ -402,7 +420,13 @@ static int impulses_at_once(const ps_path *path, const double *aim, double *P, d
   for (int c = 0; c < k; c++)
     for (int entry = 0; entry < 2; entry++) P[(held[c] & ~1) + entry] += along[c][entry] * x[c];
   for (int i = 0; i < rows; i += 2) P[i] = PS_MAX(P[i], 0);
-  for (int i = 0; i < rows; i++) a[i] = aim[i] + dot(rows, path->W[i], P);
+  if (!is_solution(path, aim, P)) return 0;
+  for (int i = 0; i < rows; i++) {
+    double terms = fabs(aim[i]);
+    for (int j = 0; j < rows; j++) terms += fabs(path->W[i][j]) * fabs(P[j]);
+    a[i] = aim[i] + dot(rows, path->W[i], P);
+    if (fabs(a[i]) <= PS_RATE_ROUNDING * terms) a[i] = 0;
+  }
   for (int c = 0; c < k; c++) a[held[c]] = 0;
   return 1;
 }
@@ -655,6 +679,8 @@ static void follow_piece(ps_path *path, const double *push, const double *rates,
   int small = 1;
   for (int i = 0; i < n; i++) {
     const int a = 2 * i, t = a + 1;
+    /* What leaves the border under a push leaves it under a full one, and keeps it. */
+    if (path->v[a] == path->border[i] && path->budget[i] == 0) path->weight[i] = 1;
     after[a] = path->v[a] + rates[a] * length;
     after[t] = path->v[t] + rates[t] * length;
     budget[i] = restitution_after(path, i, length, path->v[a] + after[a], push, rates);
