@@ -285,16 +285,25 @@ class _Path:
             U = np.array(columns).T
             impulses = U @ _solution_in_range(self.W[rows] @ U, -aim[rows])
             impulses[::2] = np.maximum(0.0, impulses[::2])
-        size = np.sqrt(np.diag(self.W)) * np.abs(impulses)
-        impulses[size <= _ROUNDING * np.max(size)] = 0.0
-        # Where impulses grow without bound in these modes, there is no such limit.
-        if self._problem(self.W, aim).residual(impulses) > _TOLERANCE:
+        # There is no limit where the impulses of these modes grow without bound.
+        rates, share = aim + self.W @ impulses, self._share(impulses, aim)
+        size = np.sqrt(np.diag(self.W))
+        largest = float(np.max(size * np.abs(impulses))) or 1.0
+        normal, tangential = impulses[::2], impulses[1::2]
+        beyond = size[1::2] * (np.abs(tangential) - self.mu * normal) / largest
+        along = size[1::2] * tangential / largest * share[1::2]
+        missed = [*np.abs(share[rows]), *-share[::2], *along, *beyond]
+        if max(missed) > _TOLERANCE:
             return None
-        rates = aim + self.W @ impulses
-        terms = np.abs(aim) + np.abs(self.W) @ np.abs(impulses)
-        rates[np.abs(rates) <= _ROUNDING * terms] = 0.0
+        rates[np.abs(share) <= _ROUNDING] = 0.0
         rates[rows] = 0.0
         return impulses, rates
+
+    def _share(self, impulses: Array, aim: Array) -> Array:
+        """Return aim + W P as parts of the largest that terms of such impulses can be."""
+        size = np.sqrt(np.diag(self.W))
+        terms = np.abs(aim) + size * (size @ np.abs(impulses))
+        return np.divide(aim + self.W @ impulses, terms, out=np.zeros_like(aim), where=terms > 0)
 
     @cached_property
     def _is_singular(self) -> bool:

@@ -24,7 +24,7 @@ static const double PS_SINGULAR_MOBILITY = 1e-12, PS_MORE_MOBILITY = 1e-8;
 static const int PS_PIECES = 1000;
 /* Residuals, roundings and noise of a contact problem, as in contacts/problem.py. */
 static const double PS_RESIDUAL = 1e-10, PS_SUM_ROUNDING = 1e-14, PS_NOISE = 1e-13,
-                    PS_DIFFERENCE_ROUNDING = 8.881784197001252e-16;
+                    PS_DIFFERENCE_ROUNDING = 8.881784197001252e-16, PS_DISTINCT = 1e-8;
 
 typedef double ps_square[PS_ROWS][PS_ROWS];
 
@@ -283,7 +283,7 @@ static void shown_modes(const ps_problem *p, const double *P, int *mode) {
   for (int i = 0; i < p->n; i++) {
     const int t = 2 * i + 1;
     if (P[2 * i] == 0) mode[i] = PS_APART;
-    else if (mode[i] != PS_STUCK)
+    else if (mode[i] != PS_STUCK || fabs(a[t]) > PS_RESIDUAL * terms[t])
       mode[i] = fabs(a[t]) <= PS_SUM_ROUNDING * terms[t] ? PS_STUCK
                 : a[t] > 0                               ? PS_SLIP_POS
                                                          : PS_SLIP_NEG;
@@ -328,7 +328,7 @@ static int is_less(const ps_problem *p, double sum, const double *P, double leas
   if (sum != least) return sum < least;
   for (int entry = 0; entry < 2; entry++)
     for (int i = entry; i < 2 * p->n; i += 2)
-      if (P[i] != Q[i]) return P[i] < Q[i];
+      if (fabs(P[i] - Q[i]) > PS_DISTINCT * PS_MAX(fabs(P[i]), fabs(Q[i]))) return P[i] < Q[i];
   return 0;
 }
 
@@ -369,22 +369,30 @@ static int least_impulses(int n, ps_square W, const double *aim, const double *m
   return 1;
 }
 
-/* Removes from impulses what a solve may have left of zeros. Where impulses of the modes they are made
- * of grow without bound, there is no limit, and 0 is returned. */
-static int is_solution(const ps_path *path, const double *aim, double *P) {
+/* Whether impulses meet the laws of the contacts with `held` rates that vanish; writes the rates, 0 where
+ * they are rounding. There is no limit where the impulses of their modes grow without bound. */
+static int is_limit(const ps_path *path, const double *aim, const double *P, const int *held, int k,
+                    double *a) {
   const int rows = 2 * path->n;
-  ps_problem p;
-  ps_square W;
-  double size[PS_ROWS], largest = 0, scaled[PS_ROWS];
-  memcpy(W, path->W, sizeof W);
-  scaled_problem(path->n, W, aim, path->mu, &p);
-  for (int i = 0; i < rows; i++)
-    largest = PS_MAX(largest, size[i] = sqrt(path->W[i][i]) * fabs(P[i]));
+  double share[PS_ROWS], size[PS_ROWS], sum = 0, largest = 0, worst = 0;
   for (int i = 0; i < rows; i++) {
-    if (size[i] <= PS_RATE_ROUNDING * largest) P[i] = 0;
-    scaled[i] = P[i] / p.unit[i];
+    size[i] = sqrt(path->W[i][i]);
+    sum += size[i] * fabs(P[i]);
+    largest = PS_MAX(largest, size[i] * fabs(P[i]));
   }
-  return residual(&p, scaled) <= PS_MISSED;
+  for (int i = 0; i < rows; i++) {
+    a[i] = aim[i] + dot(rows, path->W[i], P);
+    share[i] = ratio(a[i], fabs(aim[i]) + size[i] * sum);
+    if (fabs(share[i]) <= PS_RATE_ROUNDING) a[i] = 0;
+  }
+  for (int c = 0; c < k; c++) worst = PS_MAX(worst, fabs(share[held[c]]));
+  for (int i = 0; i < path->n; i++) {
+    const int n = 2 * i, t = n + 1;
+    const double beyond = size[t] * (fabs(P[t]) - path->mu[i] * P[n]);
+    worst = PS_MAX(worst, PS_MAX(-share[n], ratio(beyond, largest)));
+    worst = PS_MAX(worst, ratio(size[t] * P[t], largest) * share[t]);
+  }
+  return worst <= PS_MISSED;
 }
 
 /* Impulses P and rates a = aim + W P, also where the bodies' rigidity leaves them open; 0: none. */
@@ -420,13 +428,7 @@ static int impulses_at_once(const ps_path *path, const double *aim, double *P, d
   for (int c = 0; c < k; c++)
     for (int entry = 0; entry < 2; entry++) P[(held[c] & ~1) + entry] += along[c][entry] * x[c];
   for (int i = 0; i < rows; i += 2) P[i] = PS_MAX(P[i], 0);
-  if (!is_solution(path, aim, P)) return 0;
-  for (int i = 0; i < rows; i++) {
-    double terms = fabs(aim[i]);
-    for (int j = 0; j < rows; j++) terms += fabs(path->W[i][j]) * fabs(P[j]);
-    a[i] = aim[i] + dot(rows, path->W[i], P);
-    if (fabs(a[i]) <= PS_RATE_ROUNDING * terms) a[i] = 0;
-  }
+  if (!is_limit(path, aim, P, held, k, a)) return 0;
   for (int c = 0; c < k; c++) a[held[c]] = 0;
   return 1;
 }
