@@ -1,8 +1,9 @@
 """Moreau's time stepping for planar bodies with frictional contacts, and two tables by hand.
 
 Independent of the package: mass matrices, forces and contact rows are derived by hand with vectors,
-and the contact problem of a step is solved by enumeration. A step of length h goes half a step ahead
-in place, takes M, J and the forces there, and the velocities from u to u⁺ (Moreau 1988; Jean 1999)::
+and the contact problem of a step is solved by enumeration. A step of length h goes half a step
+ahead in place, takes M, J and the forces there, and changes the velocities from u to u⁺ (Moreau
+1988; Jean 1999)::
 
     M (u⁺ − u) = h f + Jᵀ P
     0 <= P_n  ⟂  v_n⁺ + e v_n >= 0    |P_t| <= μ P_n, and P_t = −μ P_n sign(v_t⁺) where v_t⁺ ≠ 0
@@ -112,7 +113,6 @@ class Stepping:
     def __init__(self, table: Table, e: float = 0.0, closed: float = 1e-12) -> None:
         self.table, self.e, self.closed = table, e, closed
         self.last: dict[tuple[int, ...], tuple[str, ...]] = {}
-        self.seen: set[tuple[str, ...]] = set()
 
     def run(self, q: Array, u: Array, h: float, steps: int) -> tuple[Array, Array]:
         """Return coordinates and velocities after that many steps of length h."""
@@ -128,7 +128,6 @@ class Stepping:
         free = u + h * np.linalg.solve(mass, self.table.force(q, u))
         gaps, rows = self.table.contacts(q)
         active = tuple(int(i) for i in np.flatnonzero(gaps <= self.closed))
-        names = [OPEN] * len(gaps)
         if active:
             pairs = [r for i in active for r in (2 * i, 2 * i + 1)]
             J = rows[pairs]
@@ -136,17 +135,11 @@ class Stepping:
             shift[::2] = self.e * (J @ u)[::2]
             spread = np.linalg.solve(mass, J.T)
             mu = np.array(self.table.mu)[list(active)]
-            P, states = self.impulses(active, J @ spread, J @ free + shift, mu)
-            free = free + spread @ P
-            for i, state in zip(active, states, strict=True):
-                names[i] = state
-        self.seen.add(tuple(names))
+            free = free + spread @ self.impulses(active, J @ spread, J @ free + shift, mu)
         return free
 
-    def impulses(
-        self, active: tuple[int, ...], W: Array, aim: Array, mu: Array
-    ) -> tuple[Array, tuple[str, ...]]:
-        """Return P with v = aim + W P within the laws, and what each contact does."""
+    def impulses(self, active: tuple[int, ...], W: Array, aim: Array, mu: Array) -> Array:
+        """Return P with v = aim + W P within the laws of the active contacts."""
         choices = list(itertools.product((OPEN, STICK, RIGHT, LEFT), repeat=len(mu)))
         if active in self.last:
             choices.insert(0, self.last[active])
@@ -154,7 +147,7 @@ class Stepping:
             P = _of(states, W, aim, mu)
             if _holds(states, P, aim + W @ P, mu):
                 self.last[active] = states
-                return P, states
+                return P
         raise ArithmeticError(f"no impulses for {aim}")
 
 
