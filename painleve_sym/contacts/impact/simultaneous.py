@@ -6,12 +6,16 @@ moment, as in Routh's construction for one contact. With the path parameter τ, 
 
 - pushes with dP_n/dτ = w_i while it approaches (v_n < 0) or has restitution left to give;
 - does not push where it parts (v_n > 0) and has no restitution left;
-- on the border, at v_n = 0 without restitution, pushes with 0 ≤ dP_n/dτ ≤ 1: it is held or let go.
+- on the border, at v_n = 0 without restitution, pushes with 0 ≤ dP_n/dτ ≤ 1: it is held or let go,
+  or pressed in against a full push, and then w_i = 1.
 
-dP_t = −μ sign(v_t) dP_n in slip, and |dP_t| ≤ μ dP_n in sticking. The weights w_i are constant: the
-normal impulses that would stop all approaches at once, 0 ≤ P_n ⟂ v_n⁺ ≥ 0 with friction against
-v_t⁺ (Moreau; Glocker & Pfeiffer), in parts of the largest. Rigid bodies do not tell the ratio of
-two contact forces; with these, all contacts end compression together where no slip stops or turns.
+dP_t = −μ sign(v_t) dP_n in slip, and |dP_t| ≤ μ dP_n in sticking. The weights w_i are otherwise
+constant: the normal impulses that would stop all approaches at once, 0 ≤ P_n ⟂ v_n⁺ ≥ 0 with
+friction against v_t⁺ (Moreau; Glocker & Pfeiffer), in parts of the largest, or all 1 where there are
+none. Rigid bodies do not tell the ratio of two contact forces; with these, all contacts end
+compression together where no slip stops or turns. A weight may be 0: what would be stopped by the
+others does not push until it is on the border. So only contacts with w_i > 0 store energy, and a
+path that ends has given back all that is due.
 
 The right side is a bounded, convex and upper semicontinuous function of v (Filippov), so that a
 path begins at every v; it is made of straight pieces. Each contact has its own budget of
