@@ -24,8 +24,7 @@ from painleve_sym.simulate.batch.result import ManyResult, run_row
 from painleve_sym.simulate.batch.serial import run_one_by_one
 from painleve_sym.simulate.batch.starts import RUNS, Starts, blocks, starts_of
 from painleve_sym.simulate.locate_limit import jams
-from painleve_sym.simulate.rigid import RigidSimulator
-from painleve_sym.simulate.simulator import DEFAULT_RTOL, ContactSimulator
+from painleve_sym.simulate.simulator import DEFAULT_RTOL, Simulator
 from painleve_sym.simulate.trajectory import Trajectory
 
 BLOCK = 4096
@@ -35,7 +34,7 @@ LEAST_BLOCK = 64
 
 
 def simulate_many(
-    simulator: ContactSimulator,
+    simulator: Simulator,
     states: Mapping[str, ArrayLike],
     parameters: Mapping[str, ArrayLike] | None = None,
     *,
@@ -61,14 +60,14 @@ def simulate_many(
 
     Parameters
     ----------
-    simulator : ContactSimulator
+    simulator : Simulator
         With any number and kinds of contacts. The engine ``erk`` runs row after row in Python.
     states : mapping of str to array_like
         Coordinates and velocities by name; absent ones are 0. SI units, rad.
     parameters : mapping of str to array_like
         Of mechanism and law; absent ones have their defaults.
     t_end, until, rtol
-        As for `SoftenedSimulator.run`.
+        As for `Simulator.run`.
     initial_force : array_like
         Of a softened contact that starts with gap 0: the compression that carries it; N.
     threads : int
@@ -117,7 +116,7 @@ def simulate_many(
 
 
 def _one_by_one(
-    simulator: ContactSimulator, rows: ManyInputs, o: RunOptions, wish: BatchWish
+    simulator: Simulator, rows: ManyInputs, o: RunOptions, wish: BatchWish
 ) -> BatchRows:
     def run(i: int) -> Trajectory:
         more: dict[str, Any] = {}
@@ -136,11 +135,11 @@ def _thread_count(threads: int | None) -> int:
     return threads
 
 
-def _is_batched(simulator: ContactSimulator) -> bool:
+def _is_batched(simulator: Simulator) -> bool:
     return isinstance(simulator.integrator, CompiledEngine)
 
 
-def _check_outputs(simulator: ContactSimulator, wish: BatchWish) -> None:
+def _check_outputs(simulator: Simulator, wish: BatchWish) -> None:
     wish.indices(simulator.outline.output_names)
     if wish.watched and not _is_batched(simulator):
         raise InputError(
@@ -150,7 +149,7 @@ def _check_outputs(simulator: ContactSimulator, wish: BatchWish) -> None:
 
 
 def _shared_options(
-    simulator: ContactSimulator,
+    simulator: Simulator,
     t_end: float,
     until: str | tuple[str, ...],
     rtol: float,
@@ -165,7 +164,7 @@ def _shared_options(
 
 
 def _in_threads(
-    simulator: ContactSimulator, rows: ManyInputs, o: RunOptions, wish: BatchWish, threads: int
+    simulator: Simulator, rows: ManyInputs, o: RunOptions, wish: BatchWish, threads: int
 ) -> BatchRows:
     engine = simulator.integrator
     assert isinstance(engine, CompiledEngine)
@@ -208,7 +207,7 @@ def _spans(count: int, threads: int) -> Iterator[tuple[int, int]]:
 
 
 def _integrate(
-    simulator: ContactSimulator,
+    simulator: Simulator,
     engine: CompiledEngine,
     block: Starts,
     o: RunOptions,
@@ -226,16 +225,17 @@ def _integrate(
         return
     atol, t_end = o.rtol * block.scales, np.full(len(block.states), o.t_end)
     engine.run_batch(block.states, block.parameters, t_end, atol, o, wish, rows)
-    if isinstance(simulator, RigidSimulator) and not simulator.mechanism.contact.bilateral:
-        _name_jams(simulator, block.parameters, rows)
+    if isinstance(simulator.contact, RigidContact):
+        _name_jams(simulator, simulator.contact, block.parameters, rows)
 
 
-def _name_jams(simulator: RigidSimulator, parameters: Array, rows: BatchRows) -> None:
+def _name_jams(
+    simulator: Simulator, contact: RigidContact, parameters: Array, rows: BatchRows
+) -> None:
     """Name the slips that jam dynamically among those that meet A = 0."""
     met = np.flatnonzero(rows.reason == SINGULAR)
     for mode in np.unique(rows.mode[met]):
         index = met[rows.mode[met] == mode]
         values = dict(zip(simulator.outline.parameters, parameters[index].T, strict=True))
         name = simulator.outline.modes[int(mode)].name
-        contact = RigidContact(simulator.mechanism, simulator.restitution, simulator.policy)
         rows.reason[index[jams(contact, name, rows.state[index], values)]] = DYNAMIC_JAM

@@ -9,12 +9,12 @@ import numpy as np
 from painleve_sym.engines.batch import COUNTERS, BatchRows, BatchWish
 from painleve_sym.simulate.batch.reason_codes import ROW_REASONS
 from painleve_sym.simulate.batch.starts import RUNS, Starts
-from painleve_sym.simulate.simulator import ContactSimulator
+from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.simulate.trajectory import Trajectory
 
 
 def run_one_by_one(
-    simulator: ContactSimulator,
+    simulator: Simulator,
     run: Callable[[int], Trajectory],
     blocks: Iterable[Starts],
     count: int,
