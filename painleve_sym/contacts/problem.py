@@ -925,7 +925,7 @@ class _ScaledLaw:
             word = mode
             if forces[2 * i] == 0 and not self.problem.bilateral[i]:
                 word = ContactMode.LIFTOFF
-            elif not s and mode is not ContactMode.STICK:
+            elif not s and (mode is not ContactMode.STICK or abs(rate) > RESIDUAL_TOLERANCE * size):
                 # Without friction, or where F_n = 0, the acceleration alone tells the direction.
                 word = ContactMode.STICK if abs(rate) <= _ROUNDING * size else slip_mode(rate)
             named.append(word)

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from painleve_sym.contacts.impact.one_contact import ImpactEnd, solve_impact
 from painleve_sym.contacts.impact.simultaneous import solve_simultaneous_impact
+from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.errors import InputError
 from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.mechanics.impact.classes import ImpactClass
@@ -115,7 +116,7 @@ def test_impact_obeys_momentum_cone_slip_and_law(impact, e, law):
     check(W, mu, v, law, e, solve_simultaneous_impact(W, mu, v, law, e))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(impacts(contacts=3), unit, LAW)
 def test_impact_of_three_contacts_obeys_the_same(impact, e, law):
     W, mu, v = impact
@@ -291,6 +292,65 @@ def test_without_friction_and_with_e_1_no_energy_is_lost_by_the_energetic_law(im
     assert after <= before * (1 + 1e-9)
     if law == "energetic":
         assert after == pytest.approx(before, rel=1e-9)
+
+
+# ---- contacts that share what one of them could bear ----
+
+
+def test_a_contact_that_is_lifted_and_pressed_again_gives_back_what_it_stored():
+    """Stopping all three at once takes nothing from the second; the others' rebound presses it."""
+    J = np.array([[1, 0, 0.25], [0, 1, 0], [0, 1, 0.5], [1, 0, 0], [0, 1, -0.5], [1, 0, 1]])
+    W, mu = J @ J.T, np.array([2.0, 0.0, 1.0])
+    v = np.array([-0.25, -1.0, -0.5, 0.0, -1.5, 1.0])
+    found = solve_simultaneous_impact(W, mu, v, "energetic", 1.0)
+    check(W, mu, v, "energetic", 1.0, found)
+    assert found.pieces[0].impulses[2] == 0 < found.impulses[2]
+    np.testing.assert_allclose(found.works[::2], 0, atol=1e-12)
+
+
+def test_newtons_problem_without_a_solution_jams():
+    """Two walls and moving ground: what closes one contact opens no other one."""
+    J = np.array([[0, 1, 0], [1, 0, 0], [1, 0, -1], [0, 1, 0], [1, 0, 1], [0, 1, 1]])
+    W, mu = (J @ J.T).astype(float), np.array([1.0, 0.0, 1.0])
+    v = np.array([0.0, 0.0, -1.0, 0.0, -1.0, 1.0])
+    assert not ContactProblem(W, v, mu, np.zeros(3)).solutions()
+    found = solve_simultaneous_impact(W, mu, v, "newton", 0.0)
+    assert (found.end, found.pieces) == (ImpactEnd.JAM, ())
+
+
+def test_newtons_problem_where_one_foot_alone_is_hit():
+    """A coupling that is rounding alone, to the foot on a spring, matters to nothing."""
+    J = np.array(
+        [
+            [0, 1, -0.6, 0],
+            [1, 0, 0.7, 0],
+            [1e-17, 1, 0, -1],
+            [1, 0, 0.75, 1e-17],
+            [0, 1, 0.6, 0],
+            [1, 0, 0.65, 0],
+        ]
+    )
+    foot = np.array([[1, 0, 0.75, 0], [0, 1, 0, -1]])
+    mass = np.diag([10.0, 10.0, 1.5, 0.0]) + 2 * foot.T @ foot
+    W = J @ np.linalg.solve(mass, J.T)
+    mu = np.array([0.3, 0.4, 0.5])
+    v = np.array([0.0, 0.0, 0.0, -0.044, -1.055, 0.044])
+    found = solve_simultaneous_impact(W, mu, v, "newton", 0.0)
+    assert found.end is ImpactEnd.SEPARATION
+    check(W, mu, v, "newton", 0.0, found)
+    impulses = [0, 0, 0, 0, found.impulses[4], -0.5 * found.impulses[4]]
+    np.testing.assert_allclose(found.impulses, impulses, atol=1e-12)
+
+
+@pytest.mark.parametrize("e", [0.0, 0.6])
+def test_two_contacts_with_equal_normals_share_newtons_impulse(e):
+    """Uncoupled friction: each slips against its own μ F_n, and half the weight is on each."""
+    W = np.array([[1.0, 0, 1, 0], [0, 1, 0, 1], [1, 0, 1, 0], [0, 1, 0, 1.13]])
+    mu, v = np.array([0.06, 0.03]), np.array([-0.5, -0.5, -0.5, -1.0])
+    half = 0.25 * (1 + e)
+    found = solve_simultaneous_impact(W, mu, v, "newton", e)
+    np.testing.assert_allclose(found.impulses, [half, 0.06 * half, half, 0.03 * half], rtol=1e-9)
+    check(W, mu, v, "newton", e, found)
 
 
 # ---- known results ----

@@ -6,12 +6,16 @@ moment, as in Routh's construction for one contact. With the path parameter τ, 
 
 - pushes with dP_n/dτ = w_i while it approaches (v_n < 0) or has restitution left to give;
 - does not push where it parts (v_n > 0) and has no restitution left;
-- on the border, at v_n = 0 without restitution, pushes with 0 ≤ dP_n/dτ ≤ 1: it is held or let go.
+- on the border, at v_n = 0 without restitution, pushes with 0 ≤ dP_n/dτ ≤ 1: it is held or let go,
+  or pressed in against a full push, and then w_i = 1.
 
-dP_t = −μ sign(v_t) dP_n in slip, and |dP_t| ≤ μ dP_n in sticking. The weights w_i are constant: the
-normal impulses that would stop all approaches at once, 0 ≤ P_n ⟂ v_n⁺ ≥ 0 with friction against
-v_t⁺ (Moreau; Glocker & Pfeiffer), in parts of the largest. Rigid bodies do not tell the ratio of
-two contact forces; with these, all contacts end compression together where no slip stops or turns.
+dP_t = −μ sign(v_t) dP_n in slip, and |dP_t| ≤ μ dP_n in sticking. The weights w_i are otherwise
+constant: the normal impulses that would stop all approaches at once, 0 ≤ P_n ⟂ v_n⁺ ≥ 0 with
+friction against v_t⁺ (Moreau; Glocker & Pfeiffer), in parts of the largest, or all 1 where there
+are none. Rigid bodies do not tell the ratio of two contact forces; with these, all contacts end
+compression together where no slip stops or turns. A weight may be 0: what would be stopped by the
+others does not push until it is on the border. So only contacts with w_i > 0 store energy, and a
+path that ends has given back all that is due.
 
 The right side is a bounded, convex and upper semicontinuous function of v (Filippov), so that a
 path begins at every v; it is made of straight pieces. Each contact has its own budget of
@@ -282,7 +286,7 @@ class _Path:
 
         A guide has a_n = 0 and |P_n| in its friction. Those of least normal impulse of the
         contacts that open; where the bodies' rigidity leaves them open, those that a little more
-        mobility of every contact selects.
+        mobility of every contact selects. None where there are none.
 
         Parameters
         ----------
@@ -316,14 +320,38 @@ class _Path:
             U = np.array(columns).T
             impulses = U @ _solution_in_range(self.W[rows] @ U, -aim[rows])
             impulses[::2] = np.where(self.held, impulses[::2], np.maximum(0.0, impulses[::2]))
-        rates = aim + self.W @ impulses
-        terms = np.abs(aim) + np.abs(self.W) @ np.abs(impulses)
-        # No finite impulses have this effect: those of the mobility added grow beyond all bounds.
-        if np.any(np.abs(rates[rows]) > _TOLERANCE * terms[rows]):
+        # Impulses of the mobility added may grow beyond all bounds: they have no limit.
+        rates, share = aim + self.W @ impulses, self._share(impulses, aim)
+        if self._missed(impulses, share, rows) > _TOLERANCE:
             return None
-        rates[np.abs(rates) <= _ROUNDING * terms] = 0.0
+        rates[np.abs(share) <= _ROUNDING] = 0.0
         rates[rows] = 0.0
         return impulses, rates
+
+    def _share(self, impulses: Array, aim: Array) -> Array:
+        """Return aim + W P as parts of the largest that terms of such impulses can be."""
+        size = np.sqrt(np.diag(self.W))
+        terms = np.abs(aim) + size * (size @ np.abs(impulses))
+        share: Array = np.zeros_like(aim)
+        np.divide(aim + self.W @ impulses, terms, out=share, where=terms > 0)
+        return share
+
+    def _missed(self, impulses: Array, share: Array, rows: list[int]) -> float:
+        """Return by how much impulses of one mode for each contact miss the laws of the contacts.
+
+        Parameters
+        ----------
+        impulses, share : ndarray, shape (2 n,)
+            P in N s, and `_share` of it.
+        rows : list of int
+            Rates that the modes make vanish.
+        """
+        size = np.sqrt(np.diag(self.W))
+        largest = float(np.max(size * np.abs(impulses))) or 1.0
+        normal, tangential = np.abs(impulses[::2]), impulses[1::2]
+        beyond = size[1::2] * (np.abs(tangential) - self.mu * normal) / largest
+        along = size[1::2] * tangential / largest * share[1::2]
+        return float(max([*np.abs(share[rows]), *-share[::2][~self.held], *along, *beyond]))
 
     @cached_property
     def _is_singular(self) -> bool:
@@ -537,6 +565,8 @@ class _Path:
         """Follow the present piece over `length`; what vanishes there vanishes exactly."""
         before, impulses = self.v, push * length
         after = before + rates * length
+        # What leaves the border under a push leaves it under a full one, and keeps it.
+        self.weights[(before[::2] == self.border) & (self.budget == 0)] = 1.0
         budget = self.budget.copy()
         reached = length * (1 + _COINCIDENT)
         for i in range(len(self.mu)):

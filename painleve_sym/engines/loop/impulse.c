@@ -24,7 +24,7 @@ static const double PS_SINGULAR_MOBILITY = 1e-12, PS_MORE_MOBILITY = 1e-8;
 static const int PS_PIECES = 1000;
 /* Residuals, roundings and noise of a contact problem, as in contacts/problem.py. */
 static const double PS_RESIDUAL = 1e-10, PS_SUM_ROUNDING = 1e-14, PS_NOISE = 1e-13,
-                    PS_DIFFERENCE_ROUNDING = 8.881784197001252e-16;
+                    PS_DIFFERENCE_ROUNDING = 8.881784197001252e-16, PS_DISTINCT = 1e-8;
 
 typedef double ps_square[PS_ROWS][PS_ROWS];
 
@@ -288,7 +288,7 @@ static void shown_modes(const ps_problem *p, const double *P, int *mode) {
   for (int i = 0; i < p->n; i++) {
     const int t = 2 * i + 1;
     if (P[2 * i] == 0 && !p->held[i]) mode[i] = PS_APART;
-    else if (mode[i] != PS_STUCK)
+    else if (mode[i] != PS_STUCK || fabs(a[t]) > PS_RESIDUAL * terms[t])
       mode[i] = fabs(a[t]) <= PS_SUM_ROUNDING * terms[t] ? PS_STUCK
                 : a[t] > 0                               ? PS_SLIP_POS
                                                          : PS_SLIP_NEG;
@@ -337,7 +337,7 @@ static int is_less(const ps_problem *p, const double *sum, const double *P, cons
     if (sum[i] != least[i]) return sum[i] < least[i];
   for (int entry = 0; entry < 2; entry++)
     for (int i = entry; i < 2 * p->n; i += 2)
-      if (P[i] != Q[i]) return P[i] < Q[i];
+      if (fabs(P[i] - Q[i]) > PS_DISTINCT * PS_MAX(fabs(P[i]), fabs(Q[i]))) return P[i] < Q[i];
   return 0;
 }
 
@@ -410,6 +410,33 @@ static int least_impulses(const ps_path *path, ps_square W, const double *aim, i
   return 1;
 }
 
+/* Whether impulses meet the laws of the contacts with `still` rates that vanish; writes the rates, 0 where
+ * they are rounding. There is no limit where the impulses of their modes grow without bound. */
+static int is_limit(const ps_path *path, const double *aim, const double *P, const int *still, int k,
+                    double *a) {
+  const int rows = 2 * path->n;
+  double share[PS_ROWS], size[PS_ROWS], sum = 0, largest = 0, worst = 0;
+  for (int i = 0; i < rows; i++) {
+    size[i] = sqrt(path->W[i][i]);
+    sum += size[i] * fabs(P[i]);
+    largest = PS_MAX(largest, size[i] * fabs(P[i]));
+  }
+  for (int i = 0; i < rows; i++) {
+    a[i] = aim[i] + dot(rows, path->W[i], P);
+    share[i] = ratio(a[i], fabs(aim[i]) + size[i] * sum);
+    if (fabs(share[i]) <= PS_RATE_ROUNDING) a[i] = 0;
+  }
+  for (int c = 0; c < k; c++) worst = PS_MAX(worst, fabs(share[still[c]]));
+  for (int i = 0; i < path->n; i++) {
+    const int n = 2 * i, t = n + 1;
+    const double beyond = size[t] * (fabs(P[t]) - path->mu[i] * fabs(P[n]));
+    if (!path->held[i]) worst = PS_MAX(worst, -share[n]);
+    worst = PS_MAX(worst, ratio(beyond, largest));
+    worst = PS_MAX(worst, ratio(size[t] * P[t], largest) * share[t]);
+  }
+  return worst <= PS_MISSED;
+}
+
 /* Impulses P and rates a = aim + W P, also where the bodies' rigidity leaves them open, and `moving`
  * where they have to change a velocity; 0: there are none. */
 static int impulses_at_once(const ps_path *path, const double *aim, int moving, double *P, double *a) {
@@ -446,15 +473,7 @@ static int impulses_at_once(const ps_path *path, const double *aim, int moving, 
     for (int entry = 0; entry < 2; entry++) P[(held[c] & ~1) + entry] += along[c][entry] * x[c];
   for (int i = 0; i < n; i++)
     if (!path->held[i]) P[2 * i] = PS_MAX(P[2 * i], 0);
-  for (int i = 0; i < rows; i++) {
-    double terms = fabs(aim[i]);
-    for (int j = 0; j < rows; j++) terms += fabs(path->W[i][j]) * fabs(P[j]);
-    a[i] = aim[i] + dot(rows, path->W[i], P);
-    /* No finite impulses have this effect: those of the mobility added grow beyond all bounds. */
-    for (int c = 0; c < k; c++)
-      if (held[c] == i && fabs(a[i]) > PS_MISSED * terms) return 0;
-    if (fabs(a[i]) <= PS_RATE_ROUNDING * terms) a[i] = 0;
-  }
+  if (!is_limit(path, aim, P, held, k, a)) return 0;
   for (int c = 0; c < k; c++) a[held[c]] = 0;
   return 1;
 }
@@ -747,6 +766,8 @@ static void follow_piece(ps_path *path, const double *push, const double *rates,
   int small = 1;
   for (int i = 0; i < n; i++) {
     const int a = 2 * i, t = a + 1;
+    /* What leaves the border under a push leaves it under a full one, and keeps it. */
+    if (path->v[a] == path->border[i] && path->budget[i] == 0) path->weight[i] = 1;
     after[a] = path->v[a] + rates[a] * length;
     after[t] = path->v[t] + rates[t] * length;
     budget[i] = restitution_after(path, i, length, path->v[a] + after[a], push, rates);
