@@ -25,6 +25,7 @@ from painleve_sym.engines.protocol import (
 from painleve_sym.engines.records import EventRecords, StepRecords
 from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton
+from painleve_sym.hybrid.signature import Outline
 
 _HUGE = 1e300
 """Stands for inf, so that 0·inf is no nan."""
@@ -409,7 +410,7 @@ class ErkEngine:
     def __init__(
         self, automaton: HybridAutomaton, functions: AutomatonFunctions | None = None
     ) -> None:
-        self.automaton = automaton
+        self.automaton, self.outline = automaton, Outline.of(automaton)
         self.functions = functions or AutomatonFunctions(automaton)
         self._runners: dict[tuple[int, float], ModeRunner] = {}
         self._many: dict[int, Call] = {}

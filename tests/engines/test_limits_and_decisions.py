@@ -166,7 +166,7 @@ def test_run_goes_on_from_the_answers_to_its_questions(engine):
     assert all(q.kind is EventKind.TOUCHDOWN and q.contact == "floor" for q in asked)
     assert {q.mode for q in asked} == {0}
     assert asked[1].spent == pytest.approx(FALL, rel=1e-10)
-    kinds = [made.automaton.kinds[k] for k in raw.event_records.kind]
+    kinds = [made.outline.kinds[k] for k in raw.event_records.kind]
     assert kinds == [EventKind.TOUCHDOWN, EventKind.IMPACT] * 3
     assert raw.counters["events"] == 6
     since = 1.2 - 2.5 * FALL
