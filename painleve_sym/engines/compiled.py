@@ -260,10 +260,6 @@ class CompiledEngine:
         self._library.ps_many_constants(len(p), p.ctypes.data, c.ctypes.data)
         return c
 
-    def batch_rows(self, rows: int, wish: BatchWish) -> BatchRows:
-        """Return room for the ends of so many runs."""
-        return BatchRows.empty(rows, self.outline, wish)
-
     def run_batch(
         self,
         states: Array,
