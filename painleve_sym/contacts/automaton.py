@@ -410,6 +410,7 @@ class PluralContacts:
         own, given, law = self._symbols, self.contact_set, self.rigid_law
         return Impacts(
             rigid=self._unknown,
+            bilateral=tuple(i for i, row in enumerate(self.rows) if row.contact.bilateral),
             contacts=tuple((r.gap, r.gap_rate, r.slip) for r in self.rows),
             velocities=tuple(self.mechanism.system.q_dot),
             works=(

@@ -159,11 +159,13 @@ class ContactImpacts:
         values : mapping of str to float
             Parameters.
         contacts : sequence of int
-            Contacts whose gap and normal velocity are all but 0.
+            Contacts whose gap and normal velocity are all but 0. Guides stay closed with them.
         """
+        guides = [i for i in self.rigid if self.mechanism.contacts[i].bilateral]
+        contacts = sorted({*contacts, *guides})
         terms, normals = self.terms(state, values), [2 * i for i in contacts]
         _, rates, _ = self.contact_values(state)
-        arriving = rates[list(contacts)]
+        arriving = rates[contacts]
         block = terms.W[np.ix_(normals, normals)]
         impulses = np.zeros(len(terms.b))
         impulses[normals] = np.linalg.lstsq(block, -arriving, rcond=1e-12)[0]
@@ -196,8 +198,9 @@ class ContactImpacts:
         terms, rows = self.terms(state, values), rows_of(closed)
         velocity = np.ravel([rates, slips], order="F")
         W, mu = terms.W[np.ix_(rows, rows)], terms.mu[closed]
+        bilateral = np.array([self.mechanism.contacts[i].bilateral for i in closed])
         impact = solve_simultaneous_impact(
-            W, mu, velocity[rows], restitution, e, load=terms.b[rows]
+            W, mu, velocity[rows], restitution, e, load=terms.b[rows], bilateral=bilateral
         )
         if impact.end is ImpactEnd.JAM:
             return None

@@ -230,10 +230,12 @@ def _impacts(functions: AutomatonFunctions) -> list[str]:
     lines = [f"#define PS_{name} {value}" for name, value in sizes.items()]
     rows = ", ".join(f"{{{at(gap)}, {at(rate)}, {at(slip)}}}" for gap, rate, slip in given.contacts)
     speeds = ", ".join(str(at(s)) for s in given.velocities)
+    sides = ", ".join(str(int(i in given.bilateral)) for i in given.rigid)
     works = ", ".join(str(-1 if s is None else at(s)) for s in given.works)
     return [
         *lines,
         f"static const int PS_RIGID_CONTACT[PS_RIGID] = {{{', '.join(map(str, given.rigid))}}};",
+        f"static const int PS_BILATERAL[PS_RIGID] = {{{sides}}};",
         f"static const int PS_CONTACT_STATES[PS_CONTACTS][3] = {{{rows}}};",
         f"static const int PS_SPEED[PS_SPEEDS] = {{{speeds}}};",
         f"static const int PS_WORKS[3] = {{{works}}};",

@@ -267,6 +267,8 @@ class Impacts:
     ----------
     rigid : tuple of int
         Indices of the contacts that take part; the other ones only change their velocities.
+    bilateral : tuple of int
+        Those of them that hold from both sides.
     contacts : tuple of (sympy.Symbol, sympy.Symbol, sympy.Symbol)
         States of every contact: gap, gap rate and slip velocity.
     velocities : tuple of sympy.Symbol, shape (nq,)
@@ -293,6 +295,7 @@ class Impacts:
     """
 
     rigid: tuple[int, ...]
+    bilateral: tuple[int, ...]
     contacts: tuple[tuple[sp.Symbol, sp.Symbol, sp.Symbol], ...]
     velocities: tuple[sp.Symbol, ...]
     works: tuple[sp.Symbol, sp.Symbol, sp.Symbol | None]

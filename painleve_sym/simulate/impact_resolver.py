@@ -53,7 +53,6 @@ class ImpactResolver:
         Times of the touchdowns; s.
     impulses : list of tuple of float
         Per event of the answers.
-    stop_detail : str
     """
 
     simulator: HasImpacts
@@ -61,7 +60,6 @@ class ImpactResolver:
     scale: Array
     touchdowns: list[float] = field(default_factory=list)
     impulses: list[tuple[float, ...]] = field(default_factory=list)
-    stop_detail: str = ""
 
     def __call__(self, question: Question) -> Answer:
         """Return what follows: the limit of bounces, an impact, or a jam."""
@@ -80,10 +78,6 @@ class ImpactResolver:
         e = self.values[law.parameters[0].name]
         result = impacts.impact(state, self.values, law.restitution, e)
         if result is None:
-            self.stop_detail = (
-                "the impact of the rigid contacts has no end: their friction carries any impulse; "
-                "use one contact at a time, or a softened law"
-            )
             return Answer(contact, state, stop=StopReason.JAM)
         self.impulses.append(tuple(map(float, result.impulses)))
         short = impacts.short_bounces(result.state, self.values, REMAINDER * question.time)
@@ -102,7 +96,7 @@ class ImpactResolver:
 
     def _settled(self, state: Array) -> Array | None:
         """Return the state with the contacts closed whose bounces have died out; None for none."""
-        settled = list[int]()
+        settled, moves = list[int](), False
         states = list(self.simulator.outline.states)
         for i in self.simulator.impacts.rigid:
             row = self.simulator.contact.rows[i]
@@ -110,7 +104,8 @@ class ImpactResolver:
             near = abs(state[gap]) < SETTLED * self.scale[gap]
             if near and abs(state[rate]) < SETTLED * self.scale[rate]:
                 settled.append(i)
-        return self.simulator.impacts.closed(state, self.values, settled) if settled else None
+                moves = moves or state[rate] != 0
+        return self.simulator.impacts.closed(state, self.values, settled) if moves else None
 
 
 def accumulates(times: list[float]) -> bool:

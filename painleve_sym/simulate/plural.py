@@ -25,8 +25,8 @@ from painleve_sym.simulate.simulator import ContactSimulator
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 
 _JAM = (
-    "the impact of the rigid contacts has no end: their friction carries any impulse; use one "
-    "contact at a time, or a softened law"
+    "the impact of the rigid contacts has no end: their friction carries any impulse, or leaves "
+    "none possible; use one contact at a time, or a softened law"
 )
 
 
@@ -46,11 +46,19 @@ class PluralSimulator(ContactSimulator):
     laws : tuple of (ContactLaw or RigidLaw)
         One for all contacts, or one for each in the mechanism's order; see `PluralContacts`.
     engine : {"auto", "compiled", "taylor"}
+
+    Raises
+    ------
+    InputError
+        Laws that do not go together; see `PluralContacts`.
     """
 
     mechanism: Mechanism
     laws: tuple[ContactLaw | RigidLaw, ...]
     engine: str = "auto"
+
+    def __post_init__(self) -> None:
+        _ = self.contact  # refuses laws that do not go together
 
     @property
     def start_events(self) -> bool:

@@ -62,7 +62,6 @@ def test_export_takes_a_scenario_file(capsys, tmp_path):
         ((*ROD, *LAW, "--out", "new", "--t-end", "-1"), "need a finite number > 0"),
         ((*ROD, *LAW, "--out", "new", "--until", "landing"), "unknown event 'landing'"),
         ((*ROD, *LAW, "--out", "new", "--law-set", "E=-1"), "need"),
-        (("export", "block-two-feet", "--law", "rigid", "--out", "new"), "(--contact)"),
         (("export", "painleve-klein", *LAW, "--out", "new"), "use the law rigid"),
         (("export", "rod", *LAW, "--engine", "erk", "--out", "new"), "no C. Fix: auto"),
     ],

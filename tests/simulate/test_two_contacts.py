@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from painleve_sym.contacts.classify import classify
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.models import model
+from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
 from painleve_sym.simulate.factory import make_simulator
 from painleve_sym.simulate.plural import PluralSimulator
 from painleve_sym.simulate.rigid import RigidSimulator
@@ -165,3 +167,16 @@ def test_an_open_contact_is_left_out():
         classify(model("block-two-feet"), {"y_A": 0.1})
     with pytest.raises(InputError, match="contact 'A' approaches with 1 m/s"):
         classify(model("block-two-feet"), {"y_A_dot": -1.0})
+
+
+def test_rigid_contacts_of_one_mechanism_follow_one_law():
+    for other in (RigidLaw("newton"), RigidLaw("poisson", "slip")):
+        with pytest.raises(InputError, match="the same restitution law and policy"):
+            make_simulator(model("block-two-feet"), {"A": RigidLaw("poisson"), "B": other})
+
+
+def test_law_whose_parameter_the_mechanism_has_is_refused():
+    legs = Path(__file__).parents[2] / "examples/mechanisms/three-legged-table.toml"
+    text = legs.read_text("utf-8").replace("mu_left", "e_energetic")
+    with pytest.raises(InputError, match="both have a parameter 'e_energetic'"):
+        make_simulator(mechanism_from_text(text, name="legs"), RigidLaw())

@@ -22,6 +22,11 @@ Newton's law has no path of several contacts: where more than one of them pushes
 complementarity problem, 0 ≤ P_n ⟂ v_n⁺ + e v_n⁻ ≥ 0 with friction against v_t⁺ (Moreau). Where only
 one pushes, the border is −e v_n⁻ in place of 0.
 
+A guide holds from both sides: its v_n is 0 all along the path, and its dP_n, of either sign, is
+what keeps it there, with |dP_t| ≤ μ |dP_n|. It takes no energy but by friction. With friction such
+a dP need not exist: then what slips stops at once, 0 ≤ P_n ⟂ v_n⁺ ≥ 0 of the contacts that open
+and v_n⁺ = 0 of the guides with friction against v_t⁺, as in the tangential impact of one guide.
+
 References
 ----------
 Keller, J. Appl. Mech. 53 (1986) 1–4, for the path of one contact.
@@ -44,6 +49,7 @@ from typing import NamedTuple
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.complementarity.solution_sets import BoolArray
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
 from painleve_sym.contacts.local_mode import ContactMode
 from painleve_sym.contacts.problem import ContactProblem, ContactSolution
@@ -134,6 +140,7 @@ def solve_simultaneous_impact(
     e: float = 0.75,
     *,
     load: Array | None = None,
+    bilateral: BoolArray | None = None,
 ) -> SimultaneousImpact:
     """Return the impact of n closed contacts; with one contact it is that of `solve_impact`.
 
@@ -144,8 +151,8 @@ def solve_simultaneous_impact(
     mu : ndarray, shape (n,)
         Friction coefficients.
     velocity : ndarray, shape (2 n,)
-        v_n, v_t of each contact, v_n ≤ 0; exactly 0 means at rest. With all v_n = 0 the impact
-        without collision is meant; m/s.
+        v_n, v_t of each contact, v_n ≤ 0, and 0 of a bilateral one; exactly 0 means at rest. With
+        all v_n = 0 the impact without collision is meant; m/s.
     restitution : {"energetic", "poisson", "newton"}
         The first two never add energy, Newton's can.
     e : float
@@ -153,6 +160,8 @@ def solve_simultaneous_impact(
     load : ndarray, shape (2 n,), optional
         Accelerations without contact forces; where several impacts without collision are possible,
         the one whose contacts they press most is taken; m/s².
+    bilateral : ndarray of bool, shape (n,), optional
+        Contacts that hold from both sides: their v_n stays 0, and P_n has either sign.
 
     Returns
     -------
@@ -166,14 +175,16 @@ def solve_simultaneous_impact(
     if restitution not in RESTITUTIONS:
         raise InputError(unknown_name("restitution law", restitution, RESTITUTIONS))
     W, mu, v = (np.asarray(a, dtype=float) for a in (W, mu, velocity))
+    held = np.zeros(len(mu), dtype=bool) if bilateral is None else np.asarray(bilateral, dtype=bool)
     # Powers of two leave every digit.
     mass, speed = _exponent(np.diag(W)), _exponent(v)
-    path = _Path(np.ldexp(W, -mass), mu, np.ldexp(v, -speed), restitution, e)
+    path = _Path(np.ldexp(W, -mass), mu, np.ldexp(v, -speed), held, restitution, e)
     pressing = np.zeros(len(mu)) if load is None else np.asarray(load, dtype=float)[::2]
-    ended = path.follow(pressing)
-    active = {int(i) for piece in path.pieces for i in np.flatnonzero(piece.impulses[::2])}
+    ended = path.follow(np.where(held, 0.0, pressing))
+    pushed = (~held & (piece.impulses[::2] != 0) for piece in path.pieces)
+    active = {int(i) for pushing in pushed for i in np.flatnonzero(pushing)}
     if restitution == "newton" and len(active) > 1 and np.any(v[::2] < 0):
-        ended = path.take_at_once(e)
+        ended = path.restart_at_once()
     pieces = tuple(
         ImpulsePiece(
             np.ldexp(piece.impulses, speed - mass),
@@ -204,19 +215,24 @@ class _Local(NamedTuple):
         The rates, 0 of v_n and 1 of v_t, that the unknowns make vanish.
     signs : tuple of (int, int)
         ``(entry, sign)`` for sign · dv_entry/dτ ≥ 0.
+    side : int
+        Sign of dP_n/dτ of a bilateral contact that slips; 0 for either.
     """
 
     fixed: tuple[float, float]
     directions: tuple[tuple[float, float], ...] = ()
     vanishing: tuple[int, ...] = ()
     signs: tuple[tuple[int, int], ...] = ()
+    side: int = 0
 
 
 class _Path:
     """The path of an impact as it is followed; its numbers are of order 1."""
 
-    def __init__(self, W: Array, mu: Array, v: Array, restitution: str, e: float) -> None:
-        self.W, self.mu, self.restitution, self.e = W, mu, restitution, e
+    def __init__(
+        self, W: Array, mu: Array, v: Array, held: BoolArray, restitution: str, e: float
+    ) -> None:
+        self.W, self.mu, self.held, self.restitution, self.e = W, mu, held, restitution, e
         self.v, self.start = v.copy(), v
         newton = restitution == "newton"
         self.border = -e * v[::2] + 0.0 if newton else np.zeros(len(mu))
@@ -233,7 +249,11 @@ class _Path:
         for _ in range(_PIECE_LIMIT):
             push = self._push(pressing if without_collision else None)
             if push is None:
-                return False
+                # Friction of a guide leaves no slow way: it stops the slip at once.
+                if not (np.any(self.held) and self.take_at_once(None)):
+                    return False
+                without_collision = False
+                continue
             without_collision = False
             if not np.any(push):
                 if np.all(self.v[::2] >= self.border):
@@ -252,19 +272,28 @@ class _Path:
         self.weights = np.ones(len(self.mu))
         if len(self.mu) > 1:
             solution = self._at_once(self.v)
-            if solution is not None and np.any(solution[0][::2] > 0):
-                self.weights = solution[0][::2] / np.max(solution[0][::2])
+            if solution is not None:
+                stops = np.where(self.held, 0.0, solution[0][::2])
+                if np.any(stops > 0):
+                    self.weights = stops / np.max(stops)
 
-    def _at_once(self, aim: Array) -> tuple[Array, Array] | None:
+    def _at_once(self, aim: Array, moving: bool = False) -> tuple[Array, Array] | None:
         """Return impulses P and rates a = aim + W P with 0 ≤ P_n ⟂ a_n ≥ 0, friction against a_t.
 
-        Those of least normal impulse; where the bodies' rigidity leaves them open, those that a
-        little more mobility of every contact selects.
+        A guide has a_n = 0 and |P_n| in its friction. Those of least normal impulse of the
+        contacts that open; where the bodies' rigidity leaves them open, those that a little more
+        mobility of every contact selects.
+
+        Parameters
+        ----------
+        aim : ndarray, shape (2 n,)
+        moving : bool
+            Whether the impulses have to change a rate.
         """
         W = self.W
         if self._is_singular:
             W = W + _REGULAR * float(np.max(np.diag(W))) * np.eye(len(aim))
-        solution = self._least(W, aim)
+        solution = self._least(W, aim, moving)
         if solution is None:
             return None
         if not self._is_singular:
@@ -278,14 +307,21 @@ class _Path:
             own = np.zeros((len(aim), 2))
             own[2 * i : 2 * i + 2] = np.eye(2)
             sticks = mode is ContactMode.STICK and self.mu[i] > 0
-            slope = {ContactMode.SLIP_POS: -self.mu[i], ContactMode.SLIP_NEG: self.mu[i]}
+            side = -1.0 if solution.normal_forces[i] < 0 else 1.0
+            friction = side * self.mu[i]
+            slope = {ContactMode.SLIP_POS: -friction, ContactMode.SLIP_NEG: friction}
             columns += list(own.T) if sticks else [own @ (1.0, slope.get(mode, 0.0))]
             rows += [2 * i, 2 * i + 1] if sticks else [2 * i]
         if rows:
             U = np.array(columns).T
             impulses = U @ _solution_in_range(self.W[rows] @ U, -aim[rows])
-            impulses[::2] = np.maximum(0.0, impulses[::2])
+            impulses[::2] = np.where(self.held, impulses[::2], np.maximum(0.0, impulses[::2]))
         rates = aim + self.W @ impulses
+        terms = np.abs(aim) + np.abs(self.W) @ np.abs(impulses)
+        # No finite impulses have this effect: those of the mobility added grow beyond all bounds.
+        if np.any(np.abs(rates[rows]) > _TOLERANCE * terms[rows]):
+            return None
+        rates[np.abs(rates) <= _ROUNDING * terms] = 0.0
         rates[rows] = 0.0
         return impulses, rates
 
@@ -297,22 +333,39 @@ class _Path:
         unit = np.divide(self.W, size, out=np.zeros_like(self.W), where=size > 0)
         return not np.linalg.svd(unit, compute_uv=False)[-1] > _SINGULAR
 
-    def _least(self, W: Array, aim: Array) -> ContactSolution | None:
-        problem = ContactProblem(W, aim, self.mu, np.zeros(len(self.mu)))
+    def _least(self, W: Array, aim: Array, moving: bool) -> ContactSolution | None:
+        problem = ContactProblem(W, aim, self.mu, np.zeros(len(self.mu)), self.held)
         solutions = problem.solutions()
-        return min(solutions, key=lambda s: round(float(s.normal_forces.sum()), 9), default=None)
+        if moving:
+            solutions = tuple(s for s in solutions if np.any(self._rates(_forces(s))))
 
-    def take_at_once(self, e: float) -> bool:
+        def size(s: ContactSolution) -> tuple[float, float]:
+            opening, guided = s.normal_forces[~self.held], np.abs(s.normal_forces[self.held])
+            return round(float(opening.sum()), 9), round(float(guided.sum()), 9)
+
+        return min(solutions, key=size, default=None)
+
+    def restart_at_once(self) -> bool:
         """Replace the path by Newton's law for all contacts at once; False without a solution."""
         self.pieces, self.v = [], self.start
-        rebound = np.zeros_like(self.start)
-        rebound[::2] = -e * self.start[::2]
-        solution = self._at_once(self.start - rebound)
+        return self.take_at_once(self.e)
+
+    def take_at_once(self, e: float | None) -> bool:
+        """Continue by Newton's law for all contacts at once; False without a solution.
+
+        Parameters
+        ----------
+        e : float or None
+            Of all contacts; None for a stop that has to change the velocities.
+        """
+        before, rebound = self.v, np.zeros_like(self.v)
+        rebound[::2] = -(e or 0.0) * before[::2]
+        solution = self._at_once(before - rebound, moving=e is None)
         if solution is None:
             return False
         impulses, rates = solution
         self.v = rates + rebound
-        works = impulses * (self.start + self.v) / 2
+        works = impulses * (before + self.v) / 2
         self.pieces.append(ImpulsePiece(impulses, self.v, works))
         return True
 
@@ -340,16 +393,30 @@ class _Path:
             moving = [c for c in candidates if c[0] <= _TOLERANCE and np.any(self._rates(c[1]))]
             return min(
                 (push for _, push in moving),
-                key=lambda p: (round(float(p[::2] @ pressing) / size, 9), *_order(p)),
+                key=lambda p: (round(float(p[::2] @ pressing) / size, 9), *self._order(p)),
                 default=None,
             )
-        # One exists, by Kakutani's theorem: where rounding hides it, the nearest is taken.
-        bound = max(_TOLERANCE, min(violation for violation, _ in candidates))
-        return min((p for violation, p in candidates if violation <= bound), key=_order)
+        # Without guides one exists, by Kakutani's theorem: where rounding hides it, the nearest is
+        # taken.
+        bound = _TOLERANCE
+        if not np.any(self.held):
+            bound = max(bound, min(violation for violation, _ in candidates))
+        possible = (p for violation, p in candidates if violation <= bound)
+        return min(possible, key=self._order, default=None)
 
     def _local(self, i: int) -> list[_Local]:
         """Return the ways in which contact i may push at the present velocity."""
         v_n, v_t = self.v[2 * i], self.v[2 * i + 1]
+        stuck = [_Local((0.0, 0.0), ((1.0, 0.0), (0.0, 1.0)), (0, 1))]
+        if v_t != 0 or self.mu[i] == 0:
+            stuck = []
+        if self.held[i]:
+            sides = (1, -1) if self.mu[i] > 0 else (0,)
+            slips = product(self._slips(i), sides)
+            return stuck + [
+                _Local((0.0, 0.0), ((1.0, (side or 1) * r),), (0,), s, side)
+                for (r, s), side in slips
+            ]
         if v_n < self.border[i] or self.budget[i] > 0:
             return list(self._pushing(i, float(self.weights[i]), ()))
         parts = _Local((0.0, 0.0))
@@ -357,9 +424,7 @@ class _Path:
             return [parts]
         parts = _Local((0.0, 0.0), (), (), ((0, 1),))
         held = [_Local((0.0, 0.0), ((1.0, r),), (0,), s) for r, s in self._slips(i)]
-        if v_t == 0 and self.mu[i] > 0:
-            held.append(_Local((0.0, 0.0), ((1.0, 0.0), (0.0, 1.0)), (0, 1)))
-        return [parts, *held, *self._pushing(i, 1.0, ((0, -1),))]
+        return [parts, *held, *stuck, *self._pushing(i, 1.0, ((0, -1),))]
 
     def _pushing(
         self, i: int, weight: float, signs: tuple[tuple[int, int], ...]
@@ -403,11 +468,13 @@ class _Path:
 
     def _violation(self, choice: tuple[_Local, ...], rows: list[int], push: Array) -> float:
         normal, tangential = push[::2], push[1::2]
-        size = 1.0 + float(np.max(self.mu))
+        size, free = 1.0 + float(np.max(self.mu)), normal[~self.held]
+        beyond = np.abs(tangential) - self.mu * np.where(self.held, np.abs(normal), normal)
         worst = [
-            float(np.max(-normal)),
-            float(np.max(normal - 1.0)),
-            float(np.max(np.abs(tangential) - self.mu * normal)) / size,
+            float(np.max(-free, initial=-math.inf)),
+            float(np.max(free - 1.0, initial=-math.inf)),
+            float(np.max(beyond)) / size,
+            *(-w.side * float(normal[i]) for i, w in enumerate(choice) if w.side),
         ]
         terms = np.abs(self.W) @ np.abs(push)
         share = np.divide(self.W @ push, terms, out=np.zeros_like(terms), where=terms > 0)
@@ -416,17 +483,26 @@ class _Path:
             worst += [-sign * float(share[2 * i + entry]) for entry, sign in local.signs]
         return max(worst)
 
+    def _order(self, push: Array) -> tuple[float, float]:
+        """Return what is least in the preferred one of several pushes, but for rounding."""
+        return round(float(push[::2][~self.held].sum()), 9), round(float(push @ push), 9)
+
     # ---- one piece ----
 
     def _events(self, push: Array, rates: Array) -> Iterator[float]:
         """Yield the lengths after which something changes on the present piece."""
         for i in range(len(self.mu)):
             yield from _crossing(self.v[2 * i] - self.border[i], rates[2 * i])
-            if push[2 * i] > 0:
+            if self._rubs(push)[i]:
                 yield from _crossing(self.v[2 * i + 1], rates[2 * i + 1])
             yield from self._spent(i, push, rates)
         if self.restitution == "poisson":
             yield from self._energy_is_back(push, rates)
+
+    def _rubs(self, push: Array) -> BoolArray:
+        """Return which contacts have a normal force, shape (n,)."""
+        normal = push[::2]
+        return np.where(self.held, normal != 0, normal > 0)
 
     def _spent(self, i: int, push: Array, rates: Array) -> Iterator[float]:
         """Yield the length at which contact i has given back its restitution."""
@@ -443,6 +519,8 @@ class _Path:
 
     def _compresses(self, i: int, push: Array, rates: Array) -> bool:
         """Tell whether contact i compresses; also where it pushes fully at v_n = 0 to no effect."""
+        if self.held[i]:
+            return False
         v_n, a_n = self.v[2 * i], rates[2 * i]
         begins = a_n == 0 and push[2 * i] == 1 and self.budget[i] == 0
         return bool(v_n < 0 or (v_n == 0 and (a_n < 0 or begins)))
@@ -468,14 +546,14 @@ class _Path:
                 budget[i] = 0.0
             if any(x <= reached for x in _crossing(before[n] - self.border[i], rates[n])):
                 after[n] = self.border[i]
-            if push[n] > 0 and any(x <= reached for x in _crossing(before[t], rates[t])):
+            if self._rubs(push)[i] and any(x <= reached for x in _crossing(before[t], rates[t])):
                 after[t] = 0.0
         lapses = self.restitution == "poisson" and any(
             x <= reached for x in self._energy_is_back(push, rates)
         )
         works = impulses * (before + after) / 2
         self.pieces.append(ImpulsePiece(impulses, after, works))
-        pushing = np.repeat(push[::2] > 0, 2)
+        pushing = np.repeat(self._rubs(push), 2)
         small = _ALL_REST if np.all(np.abs(after[pushing]) <= _ALL_REST) else _REST
         after = np.where(pushing & (np.abs(after) <= small), 0.0, after)
         budget[budget <= (_REST if self.restitution == "poisson" else _REST**2)] = 0.0
@@ -517,8 +595,3 @@ def _solution_in_range(matrix: Array, right: Array) -> Array:
 
 def _forces(solution: ContactSolution) -> Array:
     return np.ravel([solution.normal_forces, solution.tangential_forces], order="F")
-
-
-def _order(push: Array) -> tuple[float, float]:
-    """Return what is least in the preferred one of several pushes, but for rounding."""
-    return round(float(push[::2].sum()), 9), round(float(push @ push), 9)

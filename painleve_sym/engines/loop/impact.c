@@ -71,7 +71,8 @@ static void push_contacts(const ps_contact_numbers *c, const double *impulses, d
   if (PS_WORKS[2] >= 0) x[PS_WORKS[2]] -= driven;
 }
 
-/* Closes contacts whose gap and normal velocity are all but 0, by normal impulses. */
+/* Closes contacts whose gap and normal velocity are all but 0, by normal impulses; guides, which stay
+ * closed, are among them. */
 static void close_contacts(const ps_contact_numbers *c, int n, const int *contact, double *x) {
   ps_square W;
   double P[PS_ROWS] = {0}, arriving[PS_RIGID] = {0}, stop[PS_RIGID] = {0};
@@ -95,14 +96,16 @@ static void close_contacts(const ps_contact_numbers *c, int n, const int *contac
 /* Closes the contacts whose bounces have died out; 0 where there is none. */
 static int close_settled(ps_run *s, const ps_options *o, double *x) {
   ps_contact_numbers c;
-  int contact[PS_RIGID], n = 0;
+  int contact[PS_RIGID], n = 0, moves = 0;
   for (int k = 0; k < PS_RIGID; k++) {
     const int *at = PS_CONTACT_STATES[PS_RIGID_CONTACT[k]], gap = at[PS_GAP], rate = at[PS_GAP_RATE];
     if (fabs(x[gap]) < PS_SETTLED * state_scale(o, gap) &&
-        fabs(x[rate]) < PS_SETTLED * state_scale(o, rate))
+        fabs(x[rate]) < PS_SETTLED * state_scale(o, rate)) {
       contact[n++] = PS_RIGID_CONTACT[k];
+      moves |= x[rate] != 0;
+    }
   }
-  if (!n) return 0;
+  if (!moves) return 0;
   contact_numbers_of(s, x, &c);
   close_contacts(&c, n, contact, x);
   return 1;
@@ -111,14 +114,16 @@ static int close_settled(ps_run *s, const ps_options *o, double *x) {
 /* Closes the contacts that leave but would be back within `time`; 0 where there is none. */
 static int close_short(ps_run *s, double time, double *x) {
   ps_contact_numbers c;
-  int contact[PS_RIGID], n = 0;
+  int contact[PS_RIGID], n = 0, moves = 0;
   contact_numbers_of(s, x, &c);
   for (int k = 0; k < PS_RIGID; k++) {
     const int i = PS_RIGID_CONTACT[k], *at = PS_CONTACT_STATES[i];
     const double rate = x[at[PS_GAP_RATE]];
-    if (x[at[PS_GAP]] <= 0 && rate > 0 && 2 * rate < time * -c.load[2 * i]) contact[n++] = i;
+    const int is_short = x[at[PS_GAP]] <= 0 && rate > 0 && 2 * rate < time * -c.load[2 * i];
+    moves |= is_short;
+    if (is_short || PS_BILATERAL[k]) contact[n++] = i;
   }
-  if (!n) return 0;
+  if (!moves) return 0;
   close_contacts(&c, n, contact, x);
   return 1;
 }
@@ -126,13 +131,15 @@ static int close_short(ps_run *s, double time, double *x) {
 /* The impact of the closed contacts, from and to the state x; its impulses (2 n). 0 where it jams. */
 static int impact_at(ps_run *s, double *x, double *impulses) {
   ps_contact_numbers c;
-  int closed[PS_RIGID], n = 0, ended;
+  int closed[PS_RIGID], held[PS_RIGID], n = 0, ended;
   double W[PS_ROWS * PS_ROWS], mu[PS_RIGID], v[PS_ROWS], load[PS_RIGID], after[PS_ROWS];
   double P[PS_ROWS], work[PS_ROWS], normal = 0, tangential = 0;
   contact_numbers_of(s, x, &c);
   for (int k = 0; k < PS_RIGID; k++) {
     const int *at = PS_CONTACT_STATES[PS_RIGID_CONTACT[k]];
-    if (x[at[PS_GAP]] <= 0 && x[at[PS_GAP_RATE]] <= 0) closed[n++] = PS_RIGID_CONTACT[k];
+    if (x[at[PS_GAP]] > 0 || x[at[PS_GAP_RATE]] > 0) continue;
+    held[n] = PS_BILATERAL[k];
+    closed[n++] = PS_RIGID_CONTACT[k];
   }
   for (int i = 0; i < 2 * n; i++) {
     const int row = 2 * closed[i / 2] + i % 2;
@@ -144,7 +151,7 @@ static int impact_at(ps_run *s, double *x, double *impulses) {
     mu[i] = c.mu[closed[i]];
     load[i] = c.load[2 * closed[i]];
   }
-  ended = follow_impact(n, W, mu, v, load, PS_IMPACT_LAW, c.e[0], after, P, work);
+  ended = follow_impact(n, W, mu, v, held, load, PS_IMPACT_LAW, c.e[0], after, P, work);
   if (!ended) return 0;
   for (int i = 0; i < PS_CONTACT_ROWS; i++) impulses[i] = 0;
   for (int i = 0; i < n; i++) {

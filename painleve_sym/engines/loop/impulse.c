@@ -30,7 +30,8 @@ typedef double ps_square[PS_ROWS][PS_ROWS];
 
 /* What is given is of order 1. */
 typedef struct {
-  int n, law, singular;
+  int n, law, singular, guides;
+  const int *held; /* contacts that hold from both sides */
   double e;
   ps_square W;
   double mu[PS_RIGID], v[PS_ROWS], start[PS_ROWS];
@@ -39,10 +40,11 @@ typedef struct {
 } ps_path;
 
 /* One way to push: dP/dtau = fixed + directions * unknowns, rates that the unknowns make vanish, and
- * `sign * dv_entry/dtau >= 0`. Entries are 0 normal, 1 tangential. */
+ * `sign * dv_entry/dtau >= 0`. Entries are 0 normal, 1 tangential. `side` is the sign of dP_n/dtau of
+ * a guide that slips, or 0 for either. */
 typedef struct {
   double fixed[2], direction[2][2];
-  int unknowns, vanishing[2], inequalities, entry[2], sign[2];
+  int unknowns, vanishing[2], inequalities, entry[2], sign[2], side;
 } ps_way;
 
 /* ---- small linear systems ---- */
@@ -172,18 +174,21 @@ static double rounded_to_nine(double x) { return nearbyint(x * 1e9); }
 
 enum { PS_APART, PS_SLIP_POS, PS_SLIP_NEG, PS_STUCK };
 
-/* The contact problem of contacts without slip, a = aim + W P with 0 <= P_n, a_n >= 0, P_n a_n = 0 and
- * friction against a_t, scaled row by row by powers of two. */
+/* The contact problem of contacts without slip, a = aim + W P with 0 <= P_n, a_n >= 0, P_n a_n = 0, or
+ * a_n = 0 where held, and friction against a_t, scaled row by row by powers of two. */
 typedef struct {
   int n;
+  const int *held;
   ps_square W;
   double aim[PS_ROWS], mu[PS_RIGID], unit[PS_ROWS];
 } ps_problem;
 
-static void scaled_problem(int n, ps_square W, const double *aim, const double *mu, ps_problem *p) {
+static void scaled_problem(int n, ps_square W, const double *aim, const double *mu, const int *held,
+                           ps_problem *p) {
   double d[PS_ROWS], largest = 0;
   int exponent;
   p->n = n;
+  p->held = held;
   for (int i = 0; i < 2 * n; i++) {
     frexp(W[i][i], &exponent);
     /* Rounded down, also below zero. */
@@ -235,7 +240,7 @@ static double residual(const ps_problem *p, const double *P) {
     double weight = matters(p, n, fabs(P[n]), terms), limit = p->mu[i] * fabs(P[n]);
     double span = fabs(P[t]) + limit, s = (slip > 0) - (slip < 0);
     double missed = ratio(fabs(P[t] + s * limit), span);
-    worst = PS_MAX(worst, PS_MIN(weight, fabs(gap)));
+    worst = PS_MAX(worst, p->held[i] ? fabs(gap) : PS_MIN(weight, fabs(gap)));
     worst = PS_MAX(worst, -gap);
     worst = PS_MAX(worst, ratio(fabs(P[t]) - limit, span));
     worst = PS_MAX(worst, PS_MIN(missed, fabs(slip)));
@@ -263,7 +268,7 @@ static double cleaned_impulses(const ps_problem *p, const int *mode, double *P) 
     }
     for (int i = 0; i < p->n; i++) {
       double *n = &P_try[2 * i], *t = n + 1, limit = p->mu[i] * fabs(*n);
-      if (*n <= 0) *n = *t = 0;
+      if (*n <= 0 && !p->held[i]) *n = *t = 0;
       else if (mode[i] == PS_STUCK) *t = PS_MIN(PS_MAX(*t, -limit), limit);
       else *t = mode[i] == PS_SLIP_POS ? -limit : limit;
     }
@@ -282,7 +287,7 @@ static void shown_modes(const ps_problem *p, const double *P, int *mode) {
   accelerations(p, P, a, terms);
   for (int i = 0; i < p->n; i++) {
     const int t = 2 * i + 1;
-    if (P[2 * i] == 0) mode[i] = PS_APART;
+    if (P[2 * i] == 0 && !p->held[i]) mode[i] = PS_APART;
     else if (mode[i] != PS_STUCK)
       mode[i] = fabs(a[t]) <= PS_SUM_ROUNDING * terms[t] ? PS_STUCK
                 : a[t] > 0                               ? PS_SLIP_POS
@@ -290,8 +295,8 @@ static void shown_modes(const ps_problem *p, const double *P, int *mode) {
   }
 }
 
-/* Impulses of the local modes given; 0 where they are none. */
-static int impulses_of(const ps_problem *p, const int *mode, double *P) {
+/* Impulses of the local modes given, slips with normal impulses to the sides given; 0: there are none. */
+static int impulses_of(const ps_problem *p, const int *mode, const int *side, double *P) {
   ps_square block;
   int k = 0, rows[PS_ROWS], contact[PS_ROWS];
   double along[PS_ROWS][2], right[PS_ROWS], x[PS_ROWS];
@@ -301,7 +306,9 @@ static int impulses_of(const ps_problem *p, const int *mode, double *P) {
       rows[k] = 2 * i + entry;
       contact[k] = i;
       along[k][0] = !entry;
-      along[k][1] = mode[i] == PS_STUCK ? entry : mode[i] == PS_SLIP_POS ? -p->mu[i] : p->mu[i];
+      along[k][1] = mode[i] == PS_STUCK      ? entry
+                    : mode[i] == PS_SLIP_POS ? -side[i] * p->mu[i]
+                                             : side[i] * p->mu[i];
       k++;
     }
   }
@@ -323,41 +330,75 @@ static int impulses_of(const ps_problem *p, const int *mode, double *P) {
   return 1;
 }
 
-/* Whether the first impulses are less by their rounded sum, and then in their order. */
-static int is_less(const ps_problem *p, double sum, const double *P, double least, const double *Q) {
-  if (sum != least) return sum < least;
+/* Whether the first impulses are less by their rounded sums, and then in their order. */
+static int is_less(const ps_problem *p, const double *sum, const double *P, const double *least,
+                   const double *Q) {
+  for (int i = 0; i < 2; i++)
+    if (sum[i] != least[i]) return sum[i] < least[i];
   for (int entry = 0; entry < 2; entry++)
     for (int i = entry; i < 2 * p->n; i += 2)
       if (P[i] != Q[i]) return P[i] < Q[i];
   return 0;
 }
 
-/* Solution of least normal impulse, with its modes and accelerations; 0: there is none. */
-static int least_impulses(int n, ps_square W, const double *aim, const double *mu, double *P,
+/* Modes that a contact may have, with the sides of the normal impulse. */
+static const int PS_OPENING[4][2] = {
+    {PS_APART, 1}, {PS_SLIP_POS, 1}, {PS_SLIP_NEG, 1}, {PS_STUCK, 1}};
+static const int PS_GUIDED[5][2] = {
+    {PS_SLIP_POS, 1}, {PS_SLIP_NEG, 1}, {PS_STUCK, 1}, {PS_SLIP_POS, -1}, {PS_SLIP_NEG, -1}};
+
+/* Whether impulses change a velocity by more than rounding. */
+static int changes_velocity(const ps_problem *p, const double *P) {
+  int changes = 0;
+  for (int i = 0; i < 2 * p->n; i++) {
+    double rate = 0, terms = 0;
+    for (int j = 0; j < 2 * p->n; j++) {
+      rate += p->W[i][j] * P[j];
+      terms += fabs(p->W[i][j]) * fabs(P[j]);
+    }
+    changes |= fabs(rate) > PS_RATE_ROUNDING * terms;
+  }
+  return changes;
+}
+
+/* Solution of least normal impulse of the contacts that open, with its modes and accelerations; where
+ * `moving`, of those that change a velocity. 0: there is none. */
+static int least_impulses(const ps_path *path, ps_square W, const double *aim, int moving, double *P,
                           double *a, int *mode) {
+  const int n = path->n;
   ps_problem p;
-  int choice[PS_RIGID] = {0}, offered[PS_RIGID], shown[PS_RIGID], count = 1, found = 0;
-  double best[PS_ROWS], least = 0, now[PS_ROWS], terms;
-  scaled_problem(n, W, aim, mu, &p);
+  int choice[PS_RIGID] = {0}, offered[PS_RIGID], shown[PS_RIGID], side[PS_RIGID], count = 1;
+  int possible = 0;
+  double best[PS_ROWS], least[2] = {0}, now[PS_ROWS], terms;
+  scaled_problem(n, W, aim, path->mu, path->held, &p);
   /* Without friction no mode depends on a direction. */
-  for (int i = 0; i < n; i++) count *= offered[i] = mu[i] > 0 ? 4 : 2;
+  for (int i = 0; i < n; i++) {
+    offered[i] = path->held[i] ? (path->mu[i] > 0 ? 5 : 1) : path->mu[i] > 0 ? 4 : 2;
+    count *= offered[i];
+  }
   for (int k = 0; k < count; k++) {
-    double sum = 0;
-    memcpy(shown, choice, sizeof shown);
-    if (impulses_of(&p, choice, now) && cleaned_impulses(&p, choice, now) <= PS_RESIDUAL) {
-      for (int i = 0; i < n; i++) sum += now[2 * i] * p.unit[2 * i];
-      sum = rounded_to_nine(sum);
-      if (!found || is_less(&p, sum, now, least, best)) {
+    double sum[2] = {0};
+    for (int i = 0; i < n; i++) {
+      const int *offer = path->held[i] ? PS_GUIDED[choice[i]] : PS_OPENING[choice[i]];
+      shown[i] = offer[0];
+      side[i] = offer[1];
+    }
+    if (impulses_of(&p, shown, side, now) && cleaned_impulses(&p, shown, now) <= PS_RESIDUAL &&
+        (!moving || changes_velocity(&p, now))) {
+      for (int i = 0; i < n; i++)
+        sum[path->held[i] != 0] += (path->held[i] ? fabs(now[2 * i]) : now[2 * i]) * p.unit[2 * i];
+      for (int i = 0; i < 2; i++) sum[i] = rounded_to_nine(sum[i]);
+      if (!possible || is_less(&p, sum, now, least, best)) {
         shown_modes(&p, now, shown);
         memcpy(mode, shown, sizeof shown);
         memcpy(best, now, sizeof best);
-        least = sum;
-        found = 1;
+        memcpy(least, sum, sizeof least);
+        possible = 1;
       }
     }
     for (int i = n - 1; i >= 0 && ++choice[i] == offered[i]; i--) choice[i] = 0;
   }
-  if (!found) return 0;
+  if (!possible) return 0;
   for (int i = 0; i < 2 * n; i++) P[i] = best[i] * p.unit[i];
   for (int i = 0; i < 2 * n; i++) {
     const int held = mode[i / 2] == PS_STUCK || (!(i & 1) && mode[i / 2] != PS_APART);
@@ -369,21 +410,23 @@ static int least_impulses(int n, ps_square W, const double *aim, const double *m
   return 1;
 }
 
-/* Impulses P and rates a = aim + W P, also where the bodies' rigidity leaves them open; 0: none. */
-static int impulses_at_once(const ps_path *path, const double *aim, double *P, double *a) {
+/* Impulses P and rates a = aim + W P, also where the bodies' rigidity leaves them open, and `moving`
+ * where they have to change a velocity; 0: there are none. */
+static int impulses_at_once(const ps_path *path, const double *aim, int moving, double *P, double *a) {
   const int n = path->n, rows = 2 * n;
   int mode[PS_RIGID], k = 0, held[PS_ROWS];
   double along[PS_ROWS][2], right[PS_ROWS], x[PS_ROWS], largest = 0;
   ps_square W, matrix;
   memcpy(W, path->W, sizeof W);
-  if (!path->singular) return least_impulses(n, W, aim, path->mu, P, a, mode);
+  if (!path->singular) return least_impulses(path, W, aim, moving, P, a, mode);
   for (int i = 0; i < rows; i++) largest = PS_MAX(largest, W[i][i]);
   for (int i = 0; i < rows; i++) W[i][i] += PS_MORE_MOBILITY * largest;
-  if (!least_impulses(n, W, aim, path->mu, P, a, mode)) return 0;
+  if (!least_impulses(path, W, aim, moving, P, a, mode)) return 0;
   /* The limit of ever less mobility added, in the same modes. */
   for (int i = 0; i < n; i++) {
     const int sticks = mode[i] == PS_STUCK && path->mu[i] > 0;
-    const double mu = path->mu[i], slope = mode[i] == PS_SLIP_POS ? -mu : mode[i] == PS_SLIP_NEG ? mu : 0;
+    const double mu = P[2 * i] < 0 ? -path->mu[i] : path->mu[i];
+    const double slope = mode[i] == PS_SLIP_POS ? -mu : mode[i] == PS_SLIP_NEG ? mu : 0;
     for (int entry = 0; mode[i] != PS_APART && entry < 1 + sticks; entry++) {
       held[k] = 2 * i + entry;
       along[k][0] = !entry;
@@ -401,8 +444,17 @@ static int impulses_at_once(const ps_path *path, const double *aim, double *P, d
   if (k) solve_in_range(k, matrix, right, x);
   for (int c = 0; c < k; c++)
     for (int entry = 0; entry < 2; entry++) P[(held[c] & ~1) + entry] += along[c][entry] * x[c];
-  for (int i = 0; i < rows; i += 2) P[i] = PS_MAX(P[i], 0);
-  for (int i = 0; i < rows; i++) a[i] = aim[i] + dot(rows, path->W[i], P);
+  for (int i = 0; i < n; i++)
+    if (!path->held[i]) P[2 * i] = PS_MAX(P[2 * i], 0);
+  for (int i = 0; i < rows; i++) {
+    double terms = fabs(aim[i]);
+    for (int j = 0; j < rows; j++) terms += fabs(path->W[i][j]) * fabs(P[j]);
+    a[i] = aim[i] + dot(rows, path->W[i], P);
+    /* No finite impulses have this effect: those of the mobility added grow beyond all bounds. */
+    for (int c = 0; c < k; c++)
+      if (held[c] == i && fabs(a[i]) > PS_MISSED * terms) return 0;
+    if (fabs(a[i]) <= PS_RATE_ROUNDING * terms) a[i] = 0;
+  }
   for (int c = 0; c < k; c++) a[held[c]] = 0;
   return 1;
 }
@@ -411,8 +463,11 @@ static int impulses_at_once(const ps_path *path, const double *aim, double *P, d
 static void weigh(ps_path *path) {
   double P[PS_ROWS], a[PS_ROWS], largest = 0;
   for (int i = 0; i < path->n; i++) path->weight[i] = 1;
-  if (path->n < 2 || !impulses_at_once(path, path->v, P, a)) return;
-  for (int i = 0; i < path->n; i++) largest = PS_MAX(largest, P[2 * i]);
+  if (path->n < 2 || !impulses_at_once(path, path->v, 0, P, a)) return;
+  for (int i = 0; i < path->n; i++) {
+    if (path->held[i]) P[2 * i] = 0;
+    largest = PS_MAX(largest, P[2 * i]);
+  }
   for (int i = 0; i < path->n && largest > 0; i++) path->weight[i] = P[2 * i] / largest;
 }
 
@@ -474,9 +529,35 @@ static int pushing_ways(const ps_path *path, int i, double weight, int held, ps_
   return n;
 }
 
+/* The ways in which a guide may push: held with slip to either side and either sign of P_n, or stuck. */
+static int guided_ways(const ps_path *path, int i, ps_way *ways) {
+  double slope[2];
+  int sign[2], slips = slips_of(path, i, slope, sign), n = 0;
+  if (path->mu[i] == 0) return pushing_ways(path, i, 0, 1, ways);
+  for (int k = 0; k < slips; k++)
+    for (int side = 1; side >= -1; side -= 2) {
+      ps_way *w = &ways[n++];
+      memset(w, 0, sizeof *w);
+      w->unknowns = 1;
+      w->direction[0][0] = 1;
+      w->direction[0][1] = side * slope[k];
+      w->side = side;
+      if (sign[k]) with_sign(w, 1, sign[k]);
+    }
+  if (path->v[2 * i + 1] == 0) {
+    ps_way *w = &ways[n++];
+    memset(w, 0, sizeof *w);
+    w->unknowns = 2;
+    w->vanishing[1] = 1;
+    w->direction[0][0] = w->direction[1][1] = 1;
+  }
+  return n;
+}
+
 /* The ways in which contact i may push at the present velocity. */
 static int ways_of(const ps_path *path, int i, ps_way *ways) {
   double v_n = path->v[2 * i];
+  if (path->held[i]) return guided_ways(path, i, ways);
   if (v_n < path->border[i] || path->budget[i] > 0)
     return pushing_ways(path, i, path->weight[i], 0, ways);
   memset(ways, 0, sizeof *ways);
@@ -499,8 +580,10 @@ static double missed_by(const ps_path *path, const ps_way *const *way, const dou
     share[i] = ratio(dot(rows, path->W[i], push), terms);
   }
   for (int i = 0; i < n; i++) {
-    double normal = push[2 * i], beyond = fabs(push[2 * i + 1]) - path->mu[i] * normal;
-    worst = PS_MAX(worst, PS_MAX(-normal, normal - 1));
+    double normal = push[2 * i], force = path->held[i] ? fabs(normal) : normal;
+    double beyond = fabs(push[2 * i + 1]) - path->mu[i] * force;
+    if (!path->held[i]) worst = PS_MAX(worst, PS_MAX(-normal, normal - 1));
+    if (way[i]->side) worst = PS_MAX(worst, -way[i]->side * normal);
     worst = PS_MAX(worst, beyond / (1 + size));
     for (int k = 0; k < way[i]->unknowns; k++)
       worst = PS_MAX(worst, fabs(share[2 * i + way[i]->vanishing[k]]));
@@ -566,7 +649,8 @@ static int choose_push(const ps_path *path, const double *pressing, double *push
   double now[PS_ROWS], rates[PS_ROWS], nearest[PS_ROWS] = {0}, size = 0;
   ps_rank best = {0}, near = {0};
   for (int i = 0; i < n; i++) combinations *= count[i] = ways_of(path, i, ways[i]);
-  for (int i = 0; i < n && pressing; i++) size = PS_MAX(size, fabs(pressing[i]));
+  for (int i = 0; i < n && pressing; i++)
+    if (!path->held[i]) size = PS_MAX(size, fabs(pressing[i]));
   if (size == 0) size = 1;
   for (long k = 0; k < combinations; k++) {
     ps_rank rank = {0, {0}};
@@ -574,6 +658,7 @@ static int choose_push(const ps_path *path, const double *pressing, double *push
     push_of(path, way, now);
     rank.missed = missed_by(path, way, now);
     for (int i = 0; i < n; i++) {
+      if (path->held[i]) continue;
       rank.order[1] += now[2 * i];
       if (pressing) rank.order[0] += now[2 * i] * pressing[i];
     }
@@ -598,9 +683,10 @@ static int choose_push(const ps_path *path, const double *pressing, double *push
     }
     for (int i = n - 1; i >= 0 && ++at[i] == count[i]; i--) at[i] = 0;
   }
-  /* One exists, by Kakutani's theorem: where rounding hides it, the nearest is taken. */
-  if (!possible && !pressing) memcpy(push, nearest, sizeof nearest);
-  return possible || !pressing;
+  /* Without guides one exists, by Kakutani's theorem: where rounding hides it, the nearest is taken. */
+  const int exists = !pressing && !path->guides;
+  if (!possible && exists) memcpy(push, nearest, sizeof nearest);
+  return possible || exists;
 }
 
 /* ---- one piece ---- */
@@ -610,8 +696,14 @@ static double crossing(double value, double rate) {
   return value * rate < 0 ? -value / rate : HUGE_VAL;
 }
 
+/* Whether contact i has a normal force. */
+static int rubs(const ps_path *path, int i, const double *push) {
+  return path->held[i] ? push[2 * i] != 0 : push[2 * i] > 0;
+}
+
 /* Whether contact i compresses; also where it pushes fully at v_n = 0 to no effect. */
 static int compresses(const ps_path *path, int i, const double *push, const double *rates) {
+  if (path->held[i]) return 0;
   double v_n = path->v[2 * i], a_n = rates[2 * i];
   int begins = a_n == 0 && push[2 * i] == 1 && path->budget[i] == 0;
   return v_n < 0 || (v_n == 0 && (a_n < 0 || begins));
@@ -660,7 +752,7 @@ static void follow_piece(ps_path *path, const double *push, const double *rates,
     budget[i] = restitution_after(path, i, length, path->v[a] + after[a], push, rates);
     if (spent(path, i, push, rates) <= reached) budget[i] = 0;
     if (crossing(path->v[a] - path->border[i], rates[a]) <= reached) after[a] = path->border[i];
-    if (push[a] > 0 && crossing(path->v[t], rates[t]) <= reached) after[t] = 0;
+    if (rubs(path, i, push) && crossing(path->v[t], rates[t]) <= reached) after[t] = 0;
   }
   const int lapses = energy_is_back(path, push, rates) <= reached;
   for (int i = 0; i < 2 * n; i++) {
@@ -668,11 +760,11 @@ static void follow_piece(ps_path *path, const double *push, const double *rates,
     path->impulses[i] += push[i] * length;
     path->works[i] += part;
     work += part;
-    if (push[i & ~1] > 0 && fabs(after[i]) > PS_ALL_REST_SPEED) small = 0;
+    if (rubs(path, i / 2, push) && fabs(after[i]) > PS_ALL_REST_SPEED) small = 0;
   }
   for (int i = 0; i < 2 * n; i++) {
     double rest = small ? PS_ALL_REST_SPEED : PS_REST_SPEED;
-    path->v[i] = push[i & ~1] > 0 && fabs(after[i]) <= rest ? 0 : after[i];
+    path->v[i] = rubs(path, i / 2, push) && fabs(after[i]) <= rest ? 0 : after[i];
   }
   double least = path->law == PS_POISSON ? PS_REST_SPEED : PS_REST_SPEED * PS_REST_SPEED;
   for (int i = 0; i < n; i++) path->budget[i] = lapses || budget[i] <= least ? 0 : budget[i];
@@ -685,10 +777,37 @@ static double piece_length(const ps_path *path, const double *push, const double
   for (int i = 0; i < path->n; i++) {
     const int n = 2 * i, t = n + 1;
     length = PS_MIN(length, crossing(path->v[n] - path->border[i], rates[n]));
-    if (push[n] > 0) length = PS_MIN(length, crossing(path->v[t], rates[t]));
+    if (rubs(path, i, push)) length = PS_MIN(length, crossing(path->v[t], rates[t]));
     length = PS_MIN(length, spent(path, i, push, rates));
   }
   return length;
+}
+
+/* Newton's law for all contacts at once from the present velocity, and `moving` where it has to change;
+ * 0 without a solution. */
+static int take_at_once(ps_path *path, double e, int moving) {
+  double aim[PS_ROWS] = {0}, P[PS_ROWS] = {0}, a[PS_ROWS], rebound[PS_ROWS];
+  for (int i = 0; i < 2 * path->n; i++) {
+    rebound[i] = i & 1 ? 0 : -e * path->v[i];
+    aim[i] = path->v[i] - rebound[i];
+  }
+  if (!impulses_at_once(path, aim, moving, P, a)) return 0;
+  for (int i = 0; i < 2 * path->n; i++) {
+    double after = a[i] + rebound[i];
+    path->impulses[i] += P[i];
+    path->works[i] += P[i] * (path->v[i] + after) / 2;
+    path->v[i] = after;
+  }
+  return 1;
+}
+
+/* The same for the whole impact, in place of the path. */
+static int restart_at_once(ps_path *path) {
+  for (int i = 0; i < 2 * path->n; i++) {
+    path->v[i] = path->start[i];
+    path->impulses[i] = path->works[i] = 0;
+  }
+  return take_at_once(path, path->e, 0);
 }
 
 /* Follows the path to where no contact pushes; 0 where it never gets there. */
@@ -698,7 +817,12 @@ static int follow_path(ps_path *path, const double *pressing) {
   for (int i = 0; i < path->n; i++) collides |= path->v[2 * i] < 0;
   if (collides) weigh(path);
   for (int piece = 0; piece < PS_PIECES; piece++) {
-    if (!choose_push(path, first && !collides ? pressing : NULL, push)) return 0;
+    if (!choose_push(path, first && !collides ? pressing : NULL, push)) {
+      /* Friction of a guide leaves no slow way: it stops the slip at once. */
+      if (!path->guides || !take_at_once(path, 0, 1)) return 0;
+      first = 0;
+      continue;
+    }
     first = 0;
     int pushes = 0, ended = 1;
     for (int i = 0; i < 2 * path->n; i++) pushes |= push[i] != 0;
@@ -716,26 +840,6 @@ static int follow_path(ps_path *path, const double *pressing) {
   return 0;
 }
 
-/* Newton's law for all contacts at once in place of the path; 0 without a solution. */
-static int take_at_once(ps_path *path) {
-  double aim[PS_ROWS], a[PS_ROWS], rebound[PS_ROWS];
-  for (int i = 0; i < 2 * path->n; i++) {
-    rebound[i] = i & 1 ? 0 : -path->e * path->start[i];
-    aim[i] = path->start[i] - rebound[i];
-    path->v[i] = path->start[i];
-    path->impulses[i] = path->works[i] = 0;
-  }
-  if (!impulses_at_once(path, aim, path->impulses, a)) {
-    memset(path->impulses, 0, sizeof path->impulses);
-    return 0;
-  }
-  for (int i = 0; i < 2 * path->n; i++) {
-    path->v[i] = a[i] + rebound[i];
-    path->works[i] = path->impulses[i] * (path->start[i] + path->v[i]) / 2;
-  }
-  return 1;
-}
-
 /* Whether the mobility, of unit diagonal, has a singular value that is zero. */
 static int is_singular(int n, ps_square W) {
   ps_square a, turn;
@@ -750,10 +854,10 @@ static int is_singular(int n, ps_square W) {
   return 0;
 }
 
-/* The impact of n closed contacts: W (2n, 2n), mu (n), v_n and v_t (2n) and, for an impact without
- * collision, b_n (n). Writes velocities after it, impulses, and works of the normal and tangential
+/* The impact of n closed contacts, those `held` (n) from both sides: W (2n, 2n), mu (n), v_n and v_t (2n)
+ * and, for an impact without collision, b_n (n). Writes velocities after it, impulses, and works of the normal and tangential
  * impulses, each of shape (2n). 0 where it jams. */
-static int follow_impact(int n, const double *W, const double *mu, const double *v,
+static int follow_impact(int n, const double *W, const double *mu, const double *v, const int *held,
                          const double *pressing, int law, double e, double *velocity,
                          double *impulse, double *work) {
   ps_path path;
@@ -770,6 +874,8 @@ static int follow_impact(int n, const double *W, const double *mu, const double 
   path.n = n;
   path.law = law;
   path.e = e;
+  path.held = held;
+  for (int i = 0; i < n; i++) path.guides |= held[i];
   for (int i = 0; i < 2 * n; i++) {
     for (int j = 0; j < 2 * n; j++) path.W[i][j] = ldexp(W[i * 2 * n + j], -mass);
     path.v[i] = path.start[i] = ldexp(v[i], -speed);
@@ -782,8 +888,8 @@ static int follow_impact(int n, const double *W, const double *mu, const double 
   }
   path.singular = n > 1 && is_singular(n, path.W);
   ended = follow_path(&path, pressing);
-  for (int i = 0; i < n; i++) pushing += path.impulses[2 * i] != 0;
-  if (law == PS_NEWTON && pushing > 1 && collides) ended = take_at_once(&path);
+  for (int i = 0; i < n; i++) pushing += !held[i] && path.impulses[2 * i] != 0;
+  if (law == PS_NEWTON && pushing > 1 && collides) ended = restart_at_once(&path);
   for (int i = 0; i < 2 * n; i++) {
     velocity[i] = ldexp(path.v[i], speed);
     impulse[i] = ldexp(path.impulses[i], speed - mass);
