@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import io
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import matplotlib
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -134,18 +132,10 @@ def save(figure: Figure, stem: Path) -> tuple[Path, Path]:
     png, svg = (stem.with_name(f"{stem.name}.{suffix}") for suffix in ("png", "svg"))
     # The canvases draw once each, where savefig would draw twice.
     with matplotlib.rc_context(STYLE):
-        buffer = io.BytesIO()
-        canvas: Any = FigureCanvasAgg(figure)
-        canvas.print_png(buffer, metadata=_METADATA[".png"])
-        write_beside(png, partial(_copy, buffer.getvalue()))
+        pixels: Any = FigureCanvasAgg(figure)
+        write_beside(png, lambda file: pixels.print_png(file, metadata=_METADATA[".png"]))
         # Laid out once: the second file has the same places.
         figure.set_layout_engine("none")
-        buffer = io.BytesIO()
-        canvas = FigureCanvasSVG(figure)
-        canvas.print_svg(buffer, metadata=_METADATA[".svg"])
-        write_beside(svg, partial(_copy, buffer.getvalue()))
+        lines: Any = FigureCanvasSVG(figure)
+        write_beside(svg, lambda file: lines.print_svg(file, metadata=_METADATA[".svg"]))
     return png, svg
-
-
-def _copy(content: bytes, file: BinaryIO) -> None:
-    file.write(content)
