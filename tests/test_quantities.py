@@ -13,14 +13,14 @@ from painleve_sym.quantities import (
     symbol_latex,
     unit_of,
 )
-from painleve_sym.simulate.factory import make_simulator
+from painleve_sym.simulate.simulator import Simulator
 from tests.mechanics.catalogue import derived
 
 
 @pytest.mark.parametrize("name", ["rod", "block-two-feet"])
 def test_every_state_and_output_of_an_automaton_has_a_unit(name):
     mechanism = derived(name)
-    automaton = make_simulator(mechanism, one_law("hertz")).automaton
+    automaton = Simulator(mechanism, one_law("hertz")).automaton
     outputs = next(iter(automaton.modes)).outputs
     names = [*(s.name for s in automaton.states), *outputs]
     assert len(names) > len(mechanism.state_names)

@@ -7,7 +7,7 @@ different contact forces in N at E = 20.9e14 Pa. The rigid theory says: 0 N, or 
 import painleve_sym as ps
 
 rod = ps.model("rod")
-simulator = ps.SoftenedSimulator(rod, ps.law("bilinear-hertz", reload="virgin"))
+simulator = ps.Simulator(rod, ps.law("bilinear-hertz", reload="virgin"))
 state = {"theta": 1.0, "theta_dot": 5.0, "x_A_dot": -1.0}
 for force in (0.0, 150.0, 300.0, 340.0, 346.87, 346.89, 350.0, 500.0):
     run = simulator.run(state, t_end=5e-3, parameters={"E": 20.9e14}, initial_force=force)

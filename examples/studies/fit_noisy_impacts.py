@@ -18,7 +18,7 @@ TRUTH = {"e_energetic": 0.75, "mu": 1.4, "E": 20.9e10}
 GUESS = {"e_energetic": 0.5, "mu": 1.35, "E": 5e10}
 NOISE = {"y_A_dot": 2e-3, "theta_dot": 4e-3, "normal_force": 5.0}
 FALL = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0, "y_A_dot": -0.02}
-simulator = ps.SoftenedSimulator(ps.model("rod"), ps.law("bilinear-hertz"))
+simulator = ps.Simulator(ps.model("rod"), ps.law("bilinear-hertz"))
 
 
 def write(folder):

@@ -14,7 +14,7 @@ import painleve_sym as ps
 WRT = ("mu", "e_energetic", "E", "n")
 PARAMETERS = {"E": 20.9e14}
 STATE = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
-simulator = ps.SoftenedSimulator(ps.model("rod"), ps.law("bilinear-hertz", reload="virgin"))
+simulator = ps.Simulator(ps.model("rod"), ps.law("bilinear-hertz", reload="virgin"))
 found = simulator.sensitivities(STATE, WRT, parameters=PARAMETERS, t_end=0.01, until="separation")
 
 values = simulator.parameters(PARAMETERS)

@@ -23,7 +23,7 @@ FEET = {2e3: 10.0, 2e4: 30.0, 2e5: 100.0}  # stiffness k in N/m: damping c in N 
 LEVEL = {"beta": 0.0, "mu_A": MU, "mu_B": MU}
 
 BLOCK = ps.model("block-two-feet")
-SOFT = ps.make_simulator(BLOCK, ps.law("linear"))
+SOFT = ps.Simulator(BLOCK, ps.law("linear"))
 GIVEN = {p.name: p.default for p in BLOCK.system.parameters}
 
 

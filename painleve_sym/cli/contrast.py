@@ -8,9 +8,11 @@ from typing import Any
 
 from painleve_sym.cli.case import read_case
 from painleve_sym.cli.options import FIGURES, output_file, read_number
-from painleve_sym.cli.output import number, print_json, quantity, show, show_table
+from painleve_sym.cli.output import assignments, number, print_json, quantity, show, show_table
+from painleve_sym.contacts.impact.one_contact import ImpactEnd
 from painleve_sym.contacts.problem import ContactCase
 from painleve_sym.errors import InputError
+from painleve_sym.files import to_plain
 from painleve_sym.study.compare import comparison as study
 from painleve_sym.study.compare.comparison import Contrast
 from painleve_sym.study.compare.methods import Answer
@@ -86,11 +88,14 @@ def contrast_data(found: Contrast) -> dict[str, Any]:
             for first in found.first_steps
         ],
         "rigid": {
-            "motions": [{"way": a.way, **_motion_data(a)} for a in found.rigid],
+            "motions": [
+                {"way": a.way, **_motion_data(a), "limit": to_plain(a.limit)} for a in found.rigid
+            ],
             "jump": {
                 name: {
                     "velocity": dict(jump.velocity),
-                    "normal_impulse": sum(p.normal_impulse for p in jump.phases),
+                    "normal_impulse": jump.normal_impulse,
+                    "end": jump.end.value,
                 }
                 for name, jump in found.jumps.items()
             },
@@ -137,7 +142,9 @@ def _motion_data(answer: Answer) -> dict[str, Any]:
     return {
         "events": [{"time": time, "kind": kind} for time, kind in answer.events],
         "stop_reason": answer.stop_reason.label,
+        "stop_detail": answer.stop_detail,
         "time": answer.final_time,
+        "state": answer.state,
         "velocity": answer.velocity,
         "normal_impulse": answer.normal_impulse,
         **({"reference": answer.reference or None} if answer.method != "rigid" else {}),
@@ -176,9 +183,7 @@ def _show(found: Contrast, units: dict[str, str]) -> None:
     answers = [*_distinct(found.rigid), *found.stepping, *found.softened]
     rows = [_row(a, names) for a in answers]
     show_table(("method", "setting", *names, "P_n", "error"), rows, left=(0, 1), indent=0)
-    early = dict.fromkeys(_ending(a) for a in answers if not a.complete)
-    if early:
-        show("*) ended early: " + "; ".join(early))
+    _show_early([a for a in answers if not a.complete], units)
     show("error: relative distance to the rigid motion it tends to, by kinetic energy")
     show()
     _show_orders(found)
@@ -186,12 +191,12 @@ def _show(found: Contrast, units: dict[str, str]) -> None:
 
 
 def _row(answer: Answer, names: list[str]) -> list[str]:
-    letter = {"rigid": "", "stepping": "h", "softened": "E"}[answer.method]
-    setting = f"{letter} {number(answer.setting, 4)}" if letter else ""
-    way = {"softened": "softened", "rigid": answer.way}.get(answer.method, answer.way)
+    setting = _setting(answer)
+    if not answer.complete:
+        setting = f"{setting or answer.stop_reason.label} *"
     return [
-        way.replace(",", ""),
-        setting + ("" if answer.complete else " *"),
+        _name(answer),
+        setting,
         *(number(_clean(answer.velocity[n]), 5) for n in names),
         number(answer.normal_impulse, 5),
         number(answer.error, 2) if math.isfinite(answer.error) else "",
@@ -206,14 +211,38 @@ def _clean(value: float) -> float:
 def _distinct(rigid: tuple[Answer, ...]) -> list[Answer]:
     shown: list[Answer] = []
     for answer in rigid:
-        if not any(answer.velocity == other.velocity for other in shown):
+        if not any(answer.same_end(other) for other in shown):
             shown.append(answer)
     return shown
 
 
-def _ending(answer: Answer) -> str:
-    name = f"{answer.way} at t = {number(answer.final_time, 3)} s"
-    return f"{name} ({answer.stop_reason.label})"
+def _setting(answer: Answer) -> str:
+    letter = {"rigid": "", "stepping": "h", "softened": "E"}[answer.method]
+    return f"{letter} {number(answer.setting, 4)}" if letter else ""
+
+
+def _name(answer: Answer) -> str:
+    return "softened" if answer.method == "softened" else answer.way.replace(",", "")
+
+
+def _show_early(answers: list[Answer], units: dict[str, str]) -> None:
+    """Say when, where and why motions ended before the end time: a paragraph for each reason."""
+    reasons = dict.fromkeys((a.stop_reason.label, a.stop_detail) for a in answers)
+    for label, detail in reasons:
+        show(f"*) ended early ({label}): {detail}")
+        same = [a for a in answers if (a.stop_reason.label, a.stop_detail) == (label, detail)]
+        for name in dict.fromkeys(map(_name, same)):
+            ends = dict.fromkeys(_end(a, units) for a in same if _name(a) == name)
+            show(f"   {name} at t = {', '.join(ends)}")
+
+
+def _end(answer: Answer, units: dict[str, str]) -> str:
+    time = f"{number(answer.final_time, 3)} s"
+    if answer.method != "rigid":
+        return f"{time} ({_setting(answer)})"
+    limit = answer.limit
+    arrival = "" if limit is None else f"; A = 0 is met at t = {number(limit.time)} s"
+    return f"{time}, {assignments(answer.state, units)}{arrival}"
 
 
 def _show_accelerations(found: Contrast) -> None:
@@ -247,13 +276,18 @@ def _show_first_steps(found: Contrast) -> None:
 
 def _show_jumps(found: Contrast, units: dict[str, str]) -> None:
     for name, jump in found.jumps.items():
+        if name == "plastic" and found.restitution == 0:
+            continue  # it is the one before
         e = 0.0 if name == "plastic" else found.restitution
         after = ", ".join(f"{n} = {quantity(v, units[n])}" for n, v in jump.velocity.items())
-        impulse = sum(p.normal_impulse for p in jump.phases)
+        impulse = f"P_n = {number(jump.normal_impulse)} N s"
         known = found.acceleration_level
         several = known and known.classification.case is ContactCase.INDETERMINATE
         what = "rigid jump, if one is set off," if several else "rigid jump"
-        show(f"{what} with e = {number(e)}: {after}, P_n = {number(impulse)} N s")
+        if jump.end is ImpactEnd.JAM:
+            after = f"jams at {after}"
+            impulse += ", from where its impulse has no end"
+        show(f"{what} with e = {number(e)}: {after}, {impulse}")
 
 
 def _show_orders(found: Contrast) -> None:
@@ -286,6 +320,7 @@ def _show_findings(found: Contrast) -> None:
         )
         steps = ", ".join(number(h) for h in dict.fromkeys(a.setting for a in found.stepping))
         show(f"The answer of time stepping depends on the solver (h = {steps} s): {listed}.")
-    level = found.acceleration_level
-    if level and level.classification.case is ContactCase.INCONSISTENT:
+    if found.impact_without_collision:
         show("Softened motion tends to the rigid jump with e: the compression stores the energy.")
+    if found.jams:
+        show("The rigid jump jams, so that no rigid motion follows: only softened motion does.")

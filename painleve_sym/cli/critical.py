@@ -21,7 +21,7 @@ from painleve_sym.cli.output import (
 )
 from painleve_sym.errors import InputError
 from painleve_sym.laws.compliance import ContactLaw
-from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.study.critical.bisection import Border, CriticalForce, CriticalForceFinder
 from painleve_sym.study.critical.gradient import ForceDerivative, critical_force_gradient
 from painleve_sym.study.critical.outcome_map import OutcomeMap, outcome_map
@@ -68,7 +68,7 @@ def _finder(scenario: Scenario) -> CriticalForceFinder:
         raise InputError(
             f"--law {law.name}: a rigid contact has no initial force. Fix: name a softened law."
         )
-    return CriticalForceFinder(SoftenedSimulator(scenario.mechanism(), law, scenario.engine))
+    return CriticalForceFinder(Simulator(scenario.mechanism(), law, scenario.engine))
 
 
 def _data(
@@ -82,7 +82,7 @@ def _data(
     terms = dict(zip(("limit", "first", "second"), sliding.expansion, strict=True))
     data: dict[str, Any] = {
         "mechanism": simulator.mechanism.name,
-        "law": simulator.law.name,
+        "law": simulator.contact_law.name,
         "state": dict(scenario.state or {}),
         "parameters": simulator.parameters({**scenario.parameters, **scenario.law_parameters}),
         "sliding": sliding.to_dict(),

@@ -19,7 +19,7 @@ from painleve_sym.laws.restitution import RESTITUTIONS, RestitutionLaw
 from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.models import MODELS, Mechanism, model
 from painleve_sym.mechanics.system import TIME, Parameter
-from painleve_sym.simulate.factory import make_simulator
+from painleve_sym.simulate.simulator import Simulator
 
 
 def checked_format(text: str, known: Sequence[str]) -> str:
@@ -167,7 +167,7 @@ def automaton(arguments: argparse.Namespace) -> int:
     form = checked_format(arguments.format, AUTOMATON_FORMATS)
     mechanism = chosen_mechanism(arguments.model, arguments.contact)
     chosen = chosen_law(arguments.law, arguments.law_set)
-    made = make_simulator(mechanism, chosen).automaton
+    made = Simulator(mechanism, chosen).automaton
     if form == "json":
         print_json(automaton_data(made))
     elif form == "text":

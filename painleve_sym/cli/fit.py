@@ -9,8 +9,7 @@ from painleve_sym.cli.case import read_case
 from painleve_sym.cli.options import FIGURES, output_file, read_number, read_numbers
 from painleve_sym.cli.output import number, print_json, quantity, show, show_table
 from painleve_sym.errors import InputError, PainleveWarning
-from painleve_sym.simulate.factory import make_simulator
-from painleve_sym.simulate.simulator import ContactSimulator
+from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.study.fitting.data import FitData, read_fit_data
 from painleve_sym.study.fitting.problem import FitProblem
 from painleve_sym.study.fitting.result import FitResult
@@ -54,9 +53,9 @@ def fit(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _simulator(scenario: Scenario) -> ContactSimulator:
+def _simulator(scenario: Scenario) -> Simulator:
     mechanism, chosen = scenario.mechanism(), scenario.contact_law()
-    return make_simulator(mechanism, chosen, scenario.engine)
+    return Simulator(mechanism, chosen, scenario.engine)
 
 
 def _show(found: FitResult, data: FitData, units: dict[str, str]) -> None:

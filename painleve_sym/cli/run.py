@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -281,10 +282,11 @@ def _show_end(trajectory: Trajectory, units: Mapping[str, str]) -> None:
     rows += [(n, number(v, 9), "N") for n, v in trajectory.final_forces.items()]
     show_table(("state", "value", "unit"), rows, left=(0, 2))
     _show_findings(trajectory, units)
-    residual = number(trajectory.energy_residual, 2)
+    residual = trajectory.energy_residual
+    closes = f", energy closes to {number(residual, 2)}" if math.isfinite(residual) else ""
     show(
         f"{trajectory.counters['accepted_steps']} steps, {len(trajectory.events)} events, "
-        f"rtol {number(trajectory.rtol)}, energy closes to {residual}, engine {trajectory.engine}"
+        f"rtol {number(trajectory.rtol)}{closes}, engine {trajectory.engine}"
     )
 
 

@@ -22,7 +22,6 @@ from painleve_sym.contacts.contact_states import (
     ContactRow,
     domain_transitions,
 )
-from painleve_sym.contacts.impact_rays import restitution_parameter
 from painleve_sym.contacts.interfaces import (
     CONTACT,
     MOTION,
@@ -123,19 +122,18 @@ class PluralContacts:
 
     @cached_property
     def own_laws(self) -> tuple[ContactLaw | RigidLaw, ...]:
-        """The law of each contact, in symbols of its own."""
+        """The law of each contact, in its own symbols."""
         if len(self.laws) == 1:
             return self.laws * len(self.rows)
         pairs = zip(self.laws, self.mechanism.contacts, strict=True)
-        return tuple(w.of_contact(c.name) if isinstance(w, ContactLaw) else w for w, c in pairs)
+        return tuple(law.of_contact(c.name) for law, c in pairs)
 
     @cached_property
     def interfaces(self) -> tuple[Interface, ...]:
         """What each contact may do."""
-        rigid = any(isinstance(law, RigidLaw) for law in self.own_laws) or any(
-            c.bilateral for c in self.mechanism.contacts
-        )
-        target = CONTACT if rigid else MOTION
+        yields = all(law.is_compliant for law in self.own_laws)
+        guided = any(c.bilateral for c in self.mechanism.contacts)
+        target = MOTION if yields and not guided else CONTACT
 
         def interface(row: ContactRow, law: ContactLaw | RigidLaw) -> Interface:
             if row.contact.bilateral:
@@ -149,12 +147,7 @@ class PluralContacts:
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
         """Parameters of the laws, each once."""
-        every: list[Parameter] = []
-        for law in self.own_laws:
-            if isinstance(law, ContactLaw):
-                every += law.parameters
-            else:
-                every.append(restitution_parameter(law.restitution))
+        every = [p for law in self.own_laws for p in law.parameters]
         return tuple({p.name: p for p in every}.values())
 
     # ---- states ----
@@ -406,7 +399,7 @@ class PluralContacts:
         """Impacts of the rigid contacts; None where there is none."""
         if not self._unknown:
             return None
-        has_law = any(isinstance(law, RigidLaw) for law in self.laws)
+        has_law = not all(w.is_compliant for w in self.laws)
         own, given, law = self._symbols, self.contact_set, self.rigid_law
         return Impacts(
             rigid=self._unknown,
@@ -435,8 +428,7 @@ class PluralContacts:
         """The automaton, validated."""
         mechanism = self.mechanism
         parameters = (*mechanism.system.parameters, *self.parameters)
-        laws = [w for w in self.own_laws if isinstance(w, ContactLaw)]
-        definitions = {s: v for law in laws for s, v in law.definitions.items()}
+        definitions = {s: v for law in self.own_laws for s, v in law.definitions.items()}
         names = dict.fromkeys(w.name for w in self.own_laws)
         return HybridAutomaton(
             name=f"{mechanism.name} with {', '.join(names)}",

@@ -52,6 +52,11 @@ class SoftenedContact(ContactStates):
             )
 
     @property
+    def own_laws(self) -> tuple[ContactLaw]:
+        """The law of the contact."""
+        return (self.law,)
+
+    @property
     def parameters(self) -> tuple[Parameter, ...]:
         """Parameters of the law."""
         return self.law.parameters

@@ -80,7 +80,7 @@ class BilateralContact(ContactStates):
     policy: str = "liftoff"
 
     def __post_init__(self) -> None:
-        RigidLaw(policy=self.policy)  # refuses unknown names
+        _ = self.own_laws  # refuses unknown names
         where = f"mechanism {self.mechanism.name!r}"
         if not self.mechanism.contact.bilateral:
             raise InputError(f"{where}: its contact can open. Fix: use RigidContact.")
@@ -89,6 +89,11 @@ class BilateralContact(ContactStates):
                 f"{where}: the mobility of its bilateral contact has rank one: what holds the gap "
                 "holds the slip, too. Fix: leave the contact out, or let it open."
             )
+
+    @property
+    def own_laws(self) -> tuple[RigidLaw]:
+        """The law of the contact, of which only the policy plays a part."""
+        return (RigidLaw(policy=self.policy),)
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:

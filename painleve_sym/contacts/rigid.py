@@ -64,13 +64,18 @@ class RigidContact(ContactStates):
     rays: ImpactRays = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        RigidLaw(self.restitution, self.policy)  # refuses unknown names
+        _ = self.own_laws  # refuses unknown names
         if self.mechanism.contact.bilateral:
             raise InputError(
                 f"mechanism {self.mechanism.name!r}: its contact is bilateral, and rigid motion "
                 "needs one that can open. Fix: use BilateralContact."
             )
         object.__setattr__(self, "rays", ImpactRays(self, self.restitution))
+
+    @property
+    def own_laws(self) -> tuple[RigidLaw]:
+        """The law of the contact."""
+        return (RigidLaw(self.restitution, self.policy),)
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:

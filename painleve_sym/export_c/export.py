@@ -16,8 +16,7 @@ from painleve_sym.codegen.compile import Compiler, find_compiler
 from painleve_sym.errors import InputError
 from painleve_sym.export_c.files import Case, files
 from painleve_sym.export_c.text import identifier
-from painleve_sym.laws.rigid import RigidLaw
-from painleve_sym.simulate.factory import make_simulator
+from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.simulate.trajectory import Trajectory
 from painleve_sym.study.scenario import Scenario
 
@@ -81,7 +80,7 @@ def export_c(scenario: Scenario, folder: str | Path, name: str | None = None) ->
     mechanism, law = scenario.mechanism(), scenario.contact_law()
     prefix = _checked_name(identifier(mechanism.name) if name is None else name, name is None)
     laws = law.values() if isinstance(law, Mapping) else (law,)
-    rigid = any(isinstance(one, RigidLaw) for one in laws)
+    rigid = not all(one.is_compliant for one in laws)
     if scenario.engine == "erk":
         raise InputError("export: engine: got 'erk', which is no C. Fix: auto, taylor or compiled.")
     given: dict[str, Any] = {}
@@ -98,7 +97,7 @@ def export_c(scenario: Scenario, folder: str | Path, name: str | None = None) ->
 def _case(scenario: Scenario, name: str) -> Case:
     compiler, trajectory = find_compiler(), scenario.simulate()
     mechanism, law = scenario.mechanism(), scenario.contact_law()
-    simulator = make_simulator(mechanism, law, scenario.engine)
+    simulator = Simulator(mechanism, law, scenario.engine)
     vector, _ = simulator.start(scenario.start(), trajectory.parameters)
     limits = {"max_steps": scenario.max_steps, "max_events": scenario.max_events}
     return Case(

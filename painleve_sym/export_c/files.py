@@ -31,10 +31,8 @@ from painleve_sym.export_c.text import (
 )
 from painleve_sym.hybrid.signature import Outline
 from painleve_sym.mechanics.system import Parameter
-from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.simulate.plural import PluralSimulator
 from painleve_sym.simulate.scales import AT_REST
-from painleve_sym.simulate.simulator import DEFAULT_RTOL, ContactSimulator
+from painleve_sym.simulate.simulator import DEFAULT_RTOL, Simulator
 from painleve_sym.simulate.trajectory import Trajectory
 
 
@@ -46,7 +44,7 @@ class Case:
     ----------
     name : str
         Prefix of all C names.
-    simulator : ContactSimulator
+    simulator : Simulator
     trajectory : Trajectory
         What the package computed for the example.
     motion : ndarray, shape (2 n,)
@@ -60,7 +58,7 @@ class Case:
     """
 
     name: str
-    simulator: ContactSimulator
+    simulator: Simulator
     trajectory: Trajectory
     motion: Array
     t_end: float
@@ -153,7 +151,7 @@ def _example(case: Case) -> str:
 def _header(case: Case) -> str:
     outline, mechanism = case.outline, case.simulator.mechanism
     memory, extra = [s.name for s in outline.memory], list(case.states)[len(case.motion) :]
-    loads = isinstance(case.simulator, SoftenedSimulator)
+    loads = not case.simulator.initial_force_fault()
     counts: dict[str, Sized] = {
         "states": outline.states,
         "parameters": outline.parameters,
@@ -379,12 +377,8 @@ def _start(case: Case) -> str:
     simulator, system = case.simulator, case.simulator.mechanism.system
     count = len(case.places)
     numbers = [contact_numbers(simulator.mechanism, i) for i in range(count)]
-    loading: Sequence[Any] = (0, 0)  # of a rigid contact
     timed = simulator.mechanism.depends_on_time
-    if isinstance(simulator, SoftenedSimulator):
-        loading = (simulator.law.stiffness, simulator.law.exponent)
-    elif isinstance(simulator, PluralSimulator):
-        loading = simulator.loading_curves
+    loading = simulator.loading_curves
     functions, work = start_functions(numbers, simulator.automaton, loading)
     states = ", ".join(f"{{{', '.join(map(str, place.values()))}}}" for place in case.places)
     values = case.shared | {"work": work, "at_rest": repr(AT_REST)}
@@ -400,7 +394,7 @@ def _start(case: Case) -> str:
         "own_parameters": len(system.parameters),
         "found": ", ".join([*(f"FOUND_{n}" for n in numbers[0].names), "FOUND"]),
         "complete": _complete(case),
-        "press": _filled(_PRESSING, case) if isinstance(simulator, SoftenedSimulator) else "",
+        "press": "" if simulator.initial_force_fault() else _filled(_PRESSING, case),
         "max_steps": RunOptions.max_steps,
         "max_events": RunOptions.max_events,
     }

@@ -15,7 +15,6 @@ from painleve_sym.laws.compliance import (
 )
 from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.laws.rigid import POLICIES, RigidLaw
-from painleve_sym.mechanics.system import Parameter
 
 COMPLIANT_LAWS: Mapping[str, Callable[..., ContactLaw]] = {
     "bilinear-hertz": bilinear_hertz,
@@ -59,7 +58,8 @@ class LawsByContact(Mapping[str, Law]):
     def __init__(self, laws: Mapping[str, Law]) -> None:
         self._laws = dict(laws)
         self.name = ",".join(f"{contact}={chosen.name}" for contact, chosen in self._laws.items())
-        every = [p for contact, chosen in self._laws.items() for p in _own(chosen, contact)]
+        own = [chosen.of_contact(contact) for contact, chosen in self._laws.items()]
+        every = [p for chosen in own for p in chosen.parameters]
         self.parameters = tuple({p.name: p for p in every}.values())
         self.choices = {k: v for chosen in self._laws.values() for k, v in chosen.choices.items()}
 
@@ -71,11 +71,6 @@ class LawsByContact(Mapping[str, Law]):
 
     def __len__(self) -> int:
         return len(self._laws)
-
-
-def _own(chosen: Law, contact: str) -> tuple[Parameter, ...]:
-    own = chosen.of_contact(contact) if isinstance(chosen, ContactLaw) else chosen
-    return tuple(own.parameters)
 
 
 def law(name: str, **choices: str) -> Law | LawsByContact:

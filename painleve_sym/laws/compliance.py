@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import sympy as sp
 
@@ -118,6 +118,9 @@ class ContactLaw:
     ModelError
         Branch names repeated, exits to unknown branches, undeclared symbols.
     """
+
+    is_compliant: ClassVar[bool] = True
+    """Whether the contact yields."""
 
     name: str
     title: str

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import ClassVar
+
+from sympy import Expr, Symbol
 
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.laws.restitution import restitution_law
@@ -35,6 +38,10 @@ class RigidLaw:
     name = "rigid"
     title = "rigid contact: contact problem between impacts, Routh's construction at them"
     source = "Routh (1905); Génot & Brogliato, Eur. J. Mech. A 18 (1999)"
+    is_compliant: ClassVar[bool] = False
+    """Whether the contact yields."""
+    definitions: ClassVar[Mapping[Symbol, Expr]] = {}
+    """Abbreviations in the parameters: none."""
 
     def __post_init__(self) -> None:
         if self.policy not in POLICIES:
@@ -45,6 +52,10 @@ class RigidLaw:
     def parameters(self) -> tuple[Parameter, ...]:
         """The coefficient of restitution of the chosen law."""
         return (restitution_law(self.restitution).parameter,)
+
+    def of_contact(self, contact: str) -> RigidLaw:
+        """Return the law itself: all rigid contacts of a mechanism share its parameter."""
+        return self
 
     @property
     def choices(self) -> Mapping[str, str]:

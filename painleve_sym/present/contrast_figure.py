@@ -24,6 +24,8 @@ _SOLVERS: dict[str, tuple[str, str, float]] = {
     "mpcc": (PALETTE[0], "x", 3.6),
 }
 _SOFTENED = PALETTE[2]
+_EARLY = {"marker": "X", "markersize": 5.0, "markevery": [-1], "clip_on": False}
+"""The cross where a motion ended before the end time."""
 
 
 def contrast_figure(found: Contrast) -> Figure:
@@ -56,6 +58,8 @@ def contrast_figure(found: Contrast) -> Figure:
 def _draw_motion(axes: Axes, found: Contrast, column: int) -> None:
     for answer, label, look in _lines(found):
         values = answer.contact_velocities[:, column]
+        if not answer.complete:
+            look = look | _EARLY
         axes.plot(answer.times * 1e3, values, label=label, **look)
     longest = max(a.setting for a in found.stepping)
     for answer in sorted(found.stepping, key=_size, reverse=True):
@@ -83,15 +87,21 @@ def _lines(found: Contrast) -> list[tuple[Answer, str, dict[str, Any]]]:
     """Return rigid motions that differ, then softened ones, with label and look."""
     lines: list[tuple[Answer, str, dict[str, Any]]] = []
     for answer in found.rigid:
-        if not any(answer.velocity == other.velocity for other, _, _ in lines):
+        if not any(answer.same_end(other) for other, _, _ in lines):
             style = DASHES[len(lines) % len(DASHES)]
             look = {"color": PALETTE[0], "linestyle": style, "linewidth": 0.9, "zorder": 2}
-            lines.append((answer, f"rigid, {answer.way}", look))
+            lines.append((answer, f"rigid, {answer.way}{_stopped(answer)}", look))
     for i, answer in enumerate(found.softened):
         look = {"color": _SOFTENED, "linestyle": DASHES[i % len(DASHES)], "zorder": 1}
         look["linewidth"] = 1.8
-        lines.append((answer, f"softened, $E$ = {_power(answer.setting)} Pa", look))
+        label = f"softened, $E$ = {_power(answer.setting)} Pa{_stopped(answer)}"
+        lines.append((answer, label, look))
     return lines
+
+
+def _stopped(answer: Answer) -> str:
+    """Return why a motion ended early, for its label."""
+    return "" if answer.complete else f" ({answer.stop_reason.label.replace('_', ' ')})"
 
 
 def _size(answer: Answer) -> float:
@@ -150,10 +160,13 @@ def _draw_errors(axes: Axes, answers: tuple[Answer, ...], label: str, slope: flo
         drawn = chosen if joined and len(chosen) > len(drawn) else drawn
         empty = empty and not chosen
     if empty:
+        compared = any(a.reference for a in answers)
         axes.text(
             0.5,
             0.5,
-            "equals the rigid motion\nto its accuracy",
+            "equals the rigid motion\nto its accuracy"
+            if compared
+            else "no error: the rigid motion,\nor each of these, ended early",
             transform=axes.transAxes,
             ha="center",
             va="center",

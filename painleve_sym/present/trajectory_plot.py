@@ -38,7 +38,12 @@ def trajectory_figure(trajectory: Trajectory, mechanism: Mechanism) -> Figure:
         The trajectory holds no steps.
     """
     if not len(trajectory.step_time):
-        raise InputError("figure: the trajectory holds no steps. Fix: plot one that went on.")
+        why = f"the run ended at its start ({trajectory.stop_reason.label})"
+        raise InputError(
+            f"figure: {why}: there is no motion to draw. Fix: start elsewhere."
+            if trajectory.ended_at_start
+            else "figure: the trajectory holds no steps. Fix: simulate with record='dense'."
+        )
     rows = 1 + len(mechanism.system.coordinates)
     with rc_context(STYLE):
         figure = Figure(figsize=(PAGE, 0.6 + 1.45 * rows), layout="constrained")

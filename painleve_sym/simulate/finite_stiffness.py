@@ -56,7 +56,12 @@ class CorrectedJumpRule:
         With exactly one contact.
     law : ContactLaw
     engine : {"auto", "compiled", "taylor", "erk"}
-        As for `SoftenedSimulator`.
+        As for `Simulator`.
+
+    Raises
+    ------
+    InputError
+        W has rank one, as with one coordinate: A' = 0.
 
     References
     ----------
@@ -66,6 +71,14 @@ class CorrectedJumpRule:
     mechanism: Mechanism
     law: ContactLaw
     engine: str = "auto"
+
+    def __post_init__(self) -> None:
+        if self.mechanism.coefficients.rank_one:
+            raise InputError(
+                f"corrected jump of {self.mechanism.name!r}: its W has rank one (A' = 0), so that "
+                "velocities do not determine the impulse while the contact sticks. Fix: follow the "
+                "motion (simulate) with the law, or take the jump of the rigid contact (no law)."
+            )
 
     @cached_property
     def solver(self) -> FrozenImpactSolver:

@@ -24,7 +24,7 @@ from painleve_sym.laws.chatter import general_contact
 from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.simulate.batch.inputs import ManyInputs
 from painleve_sym.simulate.batch.starts import RUNS, starts_of
-from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.simulator import Simulator
 
 COEFFICIENTS = ("W_nn", "W_nt", "W_tt", "b_n", "b_t")
 """What the contact feels: g̈ = W_nn F_n + W_nt F_t + b_n, v̇_t = W_nt F_n + W_tt F_t + b_t."""
@@ -134,16 +134,16 @@ class FrozenImpactSolver:
     ----------
     law : ContactLaw
     engine : {"auto", "compiled", "taylor", "erk"}
-        As for `SoftenedSimulator`.
+        As for `Simulator`.
     """
 
     law: ContactLaw
     engine: str = "auto"
 
     @cached_property
-    def simulator(self) -> SoftenedSimulator:
+    def simulator(self) -> Simulator:
         """Of the general contact with the law."""
-        return SoftenedSimulator(general_contact(), self.law, self.engine)
+        return Simulator(general_contact(), self.law, self.engine)
 
     def __call__(
         self,

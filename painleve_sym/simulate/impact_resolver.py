@@ -4,36 +4,17 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass, field
-from typing import Protocol
 
 from painleve_sym.arrays import Array
-from painleve_sym.contacts.automaton import PluralContacts
-from painleve_sym.contacts.interfaces import CONTACT
 from painleve_sym.contacts.terms import ContactImpacts
 from painleve_sym.engines.protocol import REMAINDER, SHRINKING, Answer, Question
 from painleve_sym.errors import EventKind, StopReason
-from painleve_sym.hybrid.signature import Outline
+from painleve_sym.laws.rigid import RigidLaw
 
 WINDOWS = (1, 2, 3, 5, 8)
 """Numbers of touchdowns whose time, taken together, may shrink from each to the next."""
 SETTLED = 1e-9
 """Gap and normal speed, in parts of the state's scale, at which bounces have died out."""
-
-
-class HasImpacts(Protocol):
-    """What the resolver asks of a simulator."""
-
-    @property
-    def contact(self) -> PluralContacts:
-        """The contacts with their laws."""
-
-    @property
-    def impacts(self) -> ContactImpacts:
-        """Impacts of the rigid contacts."""
-
-    @property
-    def outline(self) -> Outline:
-        """Names and structure of the automaton."""
 
 
 @dataclass
@@ -44,7 +25,11 @@ class ImpactResolver:
 
     Attributes
     ----------
-    simulator : HasImpacts
+    impacts : ContactImpacts
+    law : RigidLaw
+        Of all rigid contacts.
+    target : int
+        The mode in which the motion continues.
     values : dict of str to float
         Parameters.
     scale : ndarray, shape (nx,)
@@ -55,7 +40,9 @@ class ImpactResolver:
         Per event of the answers.
     """
 
-    simulator: HasImpacts
+    impacts: ContactImpacts
+    law: RigidLaw
+    target: int
     values: dict[str, float]
     scale: Array
     touchdowns: list[float] = field(default_factory=list)
@@ -63,10 +50,8 @@ class ImpactResolver:
 
     def __call__(self, question: Question) -> Answer:
         """Return what follows: the limit of bounces, an impact, or a jam."""
-        sim, impacts = self.simulator, self.simulator.impacts
+        impacts, contact = self.impacts, self.target
         state = impacts.touching(question.state, self.scale)
-        names = [m.name for m in sim.outline.modes]
-        contact = names.index(CONTACT)
         if self._accumulates(question):
             closed = self._settled(state)
             if closed is not None:
@@ -74,9 +59,9 @@ class ImpactResolver:
                 events = ((EventKind.SETTLE, closed, contact),)
                 return Answer(contact, closed, (), events)
             return Answer(contact, state, stop=StopReason.ACCUMULATION)
-        law = sim.contact.rigid_law
-        e = self.values[law.parameters[0].name]
-        result = impacts.impact(state, self.values, law.restitution, e)
+        # Guides among compliant contacts have no law, and nothing approaches them.
+        e = self.values.get(self.law.parameters[0].name, 0.0)
+        result = impacts.impact(state, self.values, self.law.restitution, e)
         if result is None:
             return Answer(contact, state, stop=StopReason.JAM)
         self.impulses.append(tuple(map(float, result.impulses)))
@@ -97,15 +82,15 @@ class ImpactResolver:
     def _settled(self, state: Array) -> Array | None:
         """Return the state with the contacts closed whose bounces have died out; None for none."""
         settled, moves = list[int](), False
-        states = list(self.simulator.outline.states)
-        for i in self.simulator.impacts.rigid:
-            row = self.simulator.contact.rows[i]
+        states = self.impacts.states
+        for i in self.impacts.rigid:
+            row = self.impacts.rows[i]
             gap, rate = states.index(row.gap), states.index(row.gap_rate)
             near = abs(state[gap]) < SETTLED * self.scale[gap]
             if near and abs(state[rate]) < SETTLED * self.scale[rate]:
                 settled.append(i)
                 moves = moves or state[rate] != 0
-        return self.simulator.impacts.closed(state, self.values, settled) if moves else None
+        return self.impacts.closed(state, self.values, settled) if moves else None
 
 
 def accumulates(times: list[float]) -> bool:

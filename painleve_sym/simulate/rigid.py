@@ -1,25 +1,30 @@
-"""Rigid motion: the contact problem between impacts, Routh's construction at them."""
+"""What a motion of rigid contacts tells besides its events.
+
+All solutions of a contact problem that has several, impulses, growing bounces, and the limit of a
+slip that meets A = 0.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import Any
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
-from painleve_sym.arrays import Array
+import numpy as np
+
 from painleve_sym.contacts.chatter import REVERSE_CHATTER, Chatter, chatter
-from painleve_sym.contacts.classify import contact_problem, held_faults, solution_name
-from painleve_sym.contacts.guide import BilateralContact
+from painleve_sym.contacts.classify import contact_problem, solution_name
+from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.contacts.rigid import RigidContact
+from painleve_sym.contacts.terms import rows_of
 from painleve_sym.engines.protocol import RawRun
-from painleve_sym.errors import EventKind, InputError, StopReason
-from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.simulate.locate_limit import locate_limit
-from painleve_sym.simulate.scales import rigid_scales
-from painleve_sym.simulate.simulator import ContactSimulator
 from painleve_sym.simulate.singular_limit import LimitKind, ReverseChatter
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
+
+if TYPE_CHECKING:
+    from painleve_sym.simulate.simulator import Simulator
 
 GROWING_BOUNCES = 4
 """Touchdowns in a row, each faster than the one before, that count as growth."""
@@ -35,161 +40,110 @@ _MEETINGS = {
 """What a slip that meets A = 0 without dynamic jam does there."""
 
 
-@dataclass(frozen=True)
-class RigidSimulator(ContactSimulator):
-    """A mechanism with one rigid contact, ready to run.
+def complete_motion(
+    simulator: Simulator, run: Trajectory, values: Mapping[str, float]
+) -> Trajectory:
+    """Return the motion of one contact with its limit and its growing bounces, if it is rigid."""
+    contact = simulator.contact
+    if not isinstance(contact, RigidContact):
+        return run
+    growth = growing_bounces(
+        run.events, contact.gap_rate.name, lambda state: chatter_at(contact, state, values)
+    )
+    return _with_limit(contact, replace(run, reverse_chatter=growth), values)
 
-    In the inconsistent state the impact without collision happens. In the indeterminate state the
-    policy chooses, and the event of that choice lists all solutions as `alternatives`. Bounces
-    that accumulate end in contact at their limit time (event ``settle``). A slip that runs into
-    A = B = 0, where the contact force grows without bound, ends the run with
-    StopReason.DYNAMIC_JAM, any other that meets A = 0 with SINGULAR; `Trajectory.limit` holds time
-    and state it would arrive at. A contact at rest that can also leave in growing bounces lists
-    ``reverse_chatter`` among its `alternatives`, and `Trajectory.reverse_chatter` tells of bounces
-    that do grow.
 
-    A bilateral contact keeps its gap 0: see `BilateralContact` for its modes, its tangential
-    impacts and what the policies mean there. Restitution plays no part.
+def with_impulses(
+    run: Trajectory, raw: RawRun, count: int, told: Sequence[tuple[float, ...]]
+) -> Trajectory:
+    """Return the motion of several contacts with the impulses of its impacts.
 
     Parameters
     ----------
-    mechanism : Mechanism
-        With exactly one contact.
-    restitution : {"energetic", "poisson", "newton"}
-    policy : {"liftoff", "slip", "impact"}
-    engine : {"auto", "compiled", "taylor", "erk"}
+    run : Trajectory
+    raw : RawRun
+    count : int
+        Number of the impulses: two of each contact.
+    told : sequence of tuple of float
+        Impulses of the events that a resolver answered, in order.
     """
+    records = raw.event_records
+    # The last entries of the memory are the impulses of the last impact.
+    impulses = records.memory_after[:, -count:].tolist()
+    for i, own in zip(np.flatnonzero(records.transition < 0), told, strict=False):
+        impulses[i] = own
+    events = tuple(
+        replace(e, impulses=tuple(own)) if e.kind is EventKind.IMPACT else e
+        for e, own in zip(run.events, impulses, strict=True)
+    )
+    return replace(run, events=events)
 
-    mechanism: Mechanism
-    restitution: str = "energetic"
-    policy: str = "liftoff"
-    engine: str = "auto"
 
-    @property
-    def start_events(self) -> bool:
-        """Whether what a start makes happen at once are events: an impact without collision."""
-        return True
+def chatter_at(
+    contact: RigidContact, state: Mapping[str, float], values: Mapping[str, float]
+) -> Chatter | None:
+    """Return how small bounces near a contact at rest follow each other (see `chatter`).
 
-    @cached_property
-    def contact(self) -> RigidContact | BilateralContact:
-        """The rigid contact, or the guide that holds it from both sides."""
-        if self.mechanism.contact.bilateral:
-            return BilateralContact(self.mechanism, self.policy)
-        return RigidContact(self.mechanism, self.restitution, self.policy)
+    Parameters
+    ----------
+    contact : RigidContact
+    state, values : mapping of str to float
+        Coordinates and velocities, and all parameters.
+    """
+    problem = contact_problem(contact.mechanism, state, values)
+    return chatter(problem, contact.restitution, values[contact.parameters[0].name])
 
-    @property
-    def label(self) -> str:
-        """Name of the contact law."""
-        return "rigid"
 
-    @property
-    def choices(self) -> dict[str, str]:
-        """Restitution law (of a contact that can open) and policy."""
-        if self.mechanism.contact.bilateral:
-            return {"policy": self.policy}
-        return {"restitution": self.restitution, "policy": self.policy}
+def with_alternatives(
+    simulator: Simulator, event: EventRecord, values: Mapping[str, float]
+) -> EventRecord:
+    """Return the event of a contact problem of rigid contacts with all solutions, if several."""
+    if event.kind is not EventKind.CONTACT or not simulator.rigid:
+        return event
+    several = len(simulator.mechanism.contacts) > 1
+    names = (_of_several if several else _of_one)(simulator, event, values)
+    return replace(event, alternatives=names) if names else event
 
-    def contact_scales(
-        self, i: int, values: Mapping[Any, Array], numbers: Mapping[str, Array]
-    ) -> tuple[Array, ...]:
-        """Return the scales of gap (m), gap rate (m/s) and the energy (J) of a contact."""
-        return rigid_scales(numbers)
 
-    def run(
-        self,
-        state: Mapping[str, float],
-        *,
-        parameters: Mapping[str, float] | None = None,
-        **options: Any,
-    ) -> Trajectory:
-        """Integrate the rigid motion from t = 0.
+def _of_one(
+    simulator: Simulator, event: EventRecord, values: Mapping[str, float]
+) -> tuple[str, ...]:
+    """Return the names of several solutions of the only contact; none for less than two."""
+    contact = simulator.contact
+    problem = contact_problem(simulator.mechanism, event.state, values)
+    modes = tuple(dict.fromkeys(solution_name(s, problem) for s in problem.solutions()))
+    if isinstance(contact, RigidContact) and modes and event.state[contact.slip.name] == 0:
+        bounces = chatter_at(contact, event.state, values)
+        modes += (REVERSE_CHATTER,) if bounces is not None and bounces.reverse else ()
+    return modes if len(modes) > 1 else ()
 
-        Parameters
-        ----------
-        state, parameters, **options
-            As for `SoftenedSimulator.run`; the gap must not be negative.
 
-        Returns
-        -------
-        Trajectory
-            Also when it stopped early: `stop_reason` says why.
-
-        Raises
-        ------
-        InputError
-            Unknown names, numbers out of range, a start outside the domain or inside the ground.
-        """
-        vector, values = self.start(state, parameters)
-        vector = self.checked_start(vector, values, None)
-        checked = self.options(vector, values, **options)
-        raw = self.integrator.run(vector, self._vector_of(values), checked)
-        trajectory = self.trajectory(raw, values, checked.rtol)
-        if isinstance(self.contact, BilateralContact):
-            return trajectory
-        growth = growing_bounces(
-            trajectory.events,
-            self.contact.gap_rate.name,
-            lambda state: self.chatter(state, values),
-        )
-        return _with_limit(self.contact, replace(trajectory, reverse_chatter=growth), values)
-
-    def trajectory(self, raw: RawRun, values: dict[str, float], rtol: float) -> Trajectory:
-        """Return the raw run as a trajectory; events with several solutions list them."""
-        found = super().trajectory(raw, values, rtol)
-        return replace(
-            found, events=tuple(self._with_alternatives(e, values) for e in found.events)
-        )
-
-    def checked_start(self, vector: Array, values: Mapping[str, float], force: Any) -> Array:
-        """Return the start vector; InputError where it is inside the ground."""
-        vector = super().checked_start(vector, values, force)
-        gap = float(vector[self._index(self.contact.gap)])
-        if self.mechanism.contact.bilateral:
-            rate = float(vector[self._index(self.contact.gap_rate)])
-            near, slow = self.closed_within(vector, values)[0]
-            for fault in held_faults("a bilateral contact", (gap, near), (rate, slow)):
-                raise InputError(f"{self.where}: {fault}")
-        elif gap < 0:
-            raise InputError(
-                f"{self.where}: the start is inside the ground, gap = {gap:g} m, and a rigid "
-                "contact has no compression. Fix: start with gap >= 0, or give a contact law."
-            )
-        return vector
-
-    def _index(self, symbol: Any) -> int:
-        return self.outline.states.index(symbol)
-
-    def _detail(self, raw: RawRun) -> str:
-        if self.mechanism.contact.bilateral and raw.stop_reason is StopReason.SINGULAR:
-            return (
-                "the slip meets A = 0, where the force of the guide grows without bound and rigid "
-                "theory ends; end earlier, or start elsewhere"
-            )
-        return super()._detail(raw)
-
-    # ---- several solutions ----
-
-    def chatter(self, state: Mapping[str, float], values: Mapping[str, float]) -> Chatter | None:
-        """Return how small bounces near a contact at rest follow each other (see `chatter`).
-
-        Parameters
-        ----------
-        state, values : mapping of str to float
-            Coordinates and velocities, and all parameters.
-        """
-        problem = contact_problem(self.mechanism, state, values)
-        return chatter(problem, self.restitution, values[self.own_parameters[0].name])
-
-    def _with_alternatives(self, event: EventRecord, values: dict[str, float]) -> EventRecord:
-        if event.kind is not EventKind.CONTACT:
-            return event
-        problem = contact_problem(self.mechanism, event.state, values)
-        modes = tuple(dict.fromkeys(solution_name(s, problem) for s in problem.solutions()))
-        opens = not problem.bilateral[0]
-        if opens and modes and event.state[self.contact.slip.name] == 0:
-            bounces = self.chatter(event.state, values)
-            modes += (REVERSE_CHATTER,) if bounces is not None and bounces.reverse else ()
-        return replace(event, alternatives=modes) if len(modes) > 1 else event
+def _of_several(
+    simulator: Simulator, event: EventRecord, values: Mapping[str, float]
+) -> tuple[str, ...]:
+    """Return the names of several solutions of the closed contacts; none for less than two."""
+    impacts = simulator.impacts
+    state = np.array([event.state[s.name] for s in simulator.outline.states])
+    gaps, rates, slips = impacts.contact_values(state)
+    closed = [i for i in simulator.rigid if gaps[i] <= 0 and rates[i] == 0]
+    if len(simulator.rigid) < len(gaps) or not closed:
+        return ()
+    terms, rows = impacts.terms(state, values), rows_of(closed)
+    held = np.array([simulator.mechanism.contacts[i].bilateral for i in closed])
+    problem = ContactProblem(
+        terms.W[np.ix_(rows, rows)], terms.b[rows], terms.mu[closed], slips[closed], held
+    )
+    solutions = problem.solutions()
+    if len(solutions) < 2:
+        return ()
+    names = []
+    for solution in solutions:
+        modes = ["flight"] * len(gaps)
+        for i, mode in zip(closed, solution.modes, strict=True):
+            modes[i] = "flight" if mode.value == "liftoff" else mode.value
+        names.append(" + ".join(modes))
+    several = (*dict.fromkeys(names), "impact")
+    return several if len(several) > 2 else ()
 
 
 def _with_limit(contact: RigidContact, run: Trajectory, values: Mapping[str, float]) -> Trajectory:

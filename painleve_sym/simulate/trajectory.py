@@ -143,23 +143,41 @@ class Trajectory:
     # ---- evaluation ----
 
     def _locate(self, t: Array) -> Any:
-        if not len(self.step_time):
-            raise InputError(
-                "trajectory: it holds no steps, so it cannot be evaluated between events. "
-                "Fix: simulate with record='dense' and an end time after the start."
-            )
-        outside = (t < self.step_time[0]) | (t > self.final_time) | ~np.isfinite(t)
+        start = float(self.step_time[0]) if len(self.step_time) else self.final_time
+        outside = (t < start) | (t > self.final_time) | ~np.isfinite(t)
         if outside.any():
+            got = f"trajectory: time: got {float(t[outside][0])!r}, need"
+            if len(self.step_time):
+                raise InputError(f"{got} a number in [{start!r}, {self.final_time!r}].")
+            if self.ended_at_start:
+                raise InputError(
+                    f"{got} {self.final_time!r}: the run ended at its start "
+                    f"({self.stop_reason.label})."
+                )
             raise InputError(
-                f"trajectory: time: got {float(t[outside][0])!r}, need a number in "
-                f"[{float(self.step_time[0])!r}, {self.final_time!r}]."
+                f"{got} {self.final_time!r}: the trajectory holds no steps, so only its end can be "
+                "evaluated. Fix: simulate with record='dense'."
             )
         return np.searchsorted(self.step_time, t, side="right") - 1
 
+    @property
+    def ended_at_start(self) -> bool:
+        """Whether the run took no step: it ended where it began."""
+        return self.counters["accepted_steps"] == 0
+
+    def _located(self, times: Array) -> tuple[Any, Array, Array]:
+        """Return modes, states and memory at times, a row each; at the end, the final ones."""
+        index, n = self._locate(times), len(times)
+        modes = np.full(n, self.final_mode)
+        states, memory = np.tile(self.final_state, (n, 1)), np.tile(self.final_memory, (n, 1))
+        on = times < self.final_time
+        modes[on], memory[on] = self.step_mode[index[on]], self.step_memory[index[on]]
+        states[on] = self._states(times[on], index[on])
+        return modes, states, memory
+
     def __call__(self, t: ArrayLike) -> Array:
         """Return the states at times `t`, shape (len(t), nx); at an event, those after it."""
-        times = np.atleast_1d(np.asarray(t, dtype=float))
-        return self._states(times, self._locate(times))
+        return self._located(np.atleast_1d(np.asarray(t, dtype=float)))[1]
 
     def _states(self, times: Array, index: Any) -> Array:
         w = np.clip((times - self.step_time[index]) / self.step_length[index], 0.0, 1.0)
@@ -177,11 +195,7 @@ class Trajectory:
 
     def outputs(self, t: ArrayLike) -> dict[str, Array]:
         """Return forces, gap, energies … at times `t`, each of shape (len(t),)."""
-        times = np.atleast_1d(np.asarray(t, dtype=float))
-        index = self._locate(times)
-        return self._outputs(
-            self.step_mode[index], self._states(times, index), self.step_memory[index]
-        )
+        return self._outputs(*self._located(np.atleast_1d(np.asarray(t, dtype=float))))
 
     def _outputs(self, modes: Any, states: Array, memory: Array) -> dict[str, Array]:
         if self.evaluator is None:

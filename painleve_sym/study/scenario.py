@@ -24,11 +24,9 @@ from painleve_sym.files import parse_toml, read_text
 from painleve_sym.laws.catalogue import Law, LawsByContact, law
 from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.laws.restitution import RestitutionLaw, restitution_law
-from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.models import Mechanism, model
-from painleve_sym.simulate.factory import make_simulator
 from painleve_sym.simulate.finite_stiffness import CorrectedJump, evaluate_corrected_jump
-from painleve_sym.simulate.simulator import DEFAULT_RTOL
+from painleve_sym.simulate.simulator import DEFAULT_RTOL, Simulator
 from painleve_sym.simulate.trajectory import Trajectory
 
 DEFAULT_RULE = "energetic"
@@ -227,7 +225,7 @@ class Scenario:
         # Built for its checks: the simulator makes its own once the code is compiled.
         RunOptions(self.t_end, self.rtol, np.zeros(0), **limits)
         given = self._given(mechanism)
-        simulator = make_simulator(mechanism, chosen, self.engine)
+        simulator = Simulator(mechanism, chosen, self.engine)
         of_law = resolve_parameters(
             f"law {simulator.label!r}", simulator.own_parameters, self.law_parameters
         )
@@ -240,11 +238,6 @@ class Scenario:
             **limits,
         }
         if self.initial_force is not None:
-            if isinstance(chosen, RigidLaw):
-                raise InputError(
-                    f"{self.where}: initial_force: a rigid contact stores no force. "
-                    "Fix: leave it out, or name a softened law."
-                )
             options["initial_force"] = self.initial_force
         return simulator.run(state, **options)
 

@@ -34,7 +34,7 @@ from painleve_sym.mechanics.models import model, rod
 from painleve_sym.simulate.batch import run as many
 from painleve_sym.simulate.batch.result import ManyResult
 from painleve_sym.simulate.batch.run import simulate_many
-from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.simulator import Simulator
 from tests.benchmarks import cases, peers
 from tests.benchmarks.cases import ROD, Rod
 
@@ -60,7 +60,7 @@ def package_batch(
     given: dict[str, np.ndarray], tol: float, threads: int, engine: str = "compiled"
 ) -> tuple[ManyResult, float, float]:
     """Return result, processor time and wall time."""
-    simulator = SoftenedSimulator(rod(), law("bilinear-hertz", reload="virgin"), engine)
+    simulator = Simulator(rod(), law("bilinear-hertz", reload="virgin"), engine)
     return timed(simulator, *rod_rows(given), tol, threads)
 
 
@@ -80,7 +80,7 @@ def arm_rows(count: int) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def timed(
-    simulator: SoftenedSimulator,
+    simulator: Simulator,
     states: dict[str, Any],
     parameters: dict[str, Any],
     tol: float,
@@ -308,7 +308,7 @@ def lanes(count: int, repeats: int = 3) -> dict[str, dict[str, float]]:
     found = {}
     given = impacts(round(count**0.25))
     for name, rows in (("rod", rod_rows(given)), ("two-link-arm", arm_rows(count))):
-        simulator = SoftenedSimulator(model(name), law("bilinear-hertz", reload="virgin"), "taylor")
+        simulator = Simulator(model(name), law("bilinear-hertz", reload="virgin"), "taylor")
         engine = simulator.integrator
         assert isinstance(engine, TaylorEngine)
         best = {"one": np.inf, "all": np.inf}

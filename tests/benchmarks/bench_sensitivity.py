@@ -18,7 +18,7 @@ import pytest
 
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
-from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.simulator import Simulator
 
 STATE = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
 WRT = ("mu", "e_energetic", "E", "n", "m", "l", "alpha", "g")
@@ -41,11 +41,9 @@ def ratio(plain: Callable[[], Any], whole: Callable[[], Any], runs: int, rounds:
     return float(np.median(ratios))
 
 
-def loops(rtol: float) -> tuple[Callable[[], Any], Callable[[], Any], SoftenedSimulator]:
+def loops(rtol: float) -> tuple[Callable[[], Any], Callable[[], Any], Simulator]:
     """Return calls of the event loop alone: the plain one, and that with derivatives."""
-    sim = SoftenedSimulator(
-        model("rod-inertia"), law("bilinear-hertz", reload="virgin"), "compiled"
-    )
+    sim = Simulator(model("rod-inertia"), law("bilinear-hertz", reload="virgin"), "compiled")
     sim.sensitivities(STATE, WRT, rtol=rtol, **OPTIONS)
     engine, _ = next(iter(sim.variational_engines.values()))
     captured: list[Any] = []

@@ -25,12 +25,13 @@ def now():
     return time.perf_counter(), t.user + t.system + t.children_user + t.children_system
 stages = [now()]
 import sympy.tensor.tensor  # SymPy loads it at the first sum of expressions
-from painleve_sym import RigidSimulator, SoftenedSimulator, law, model
+from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym import Simulator, Simulator, law, model
 stages.append(now())
 mechanism = model(sys.argv[1])
 stages.append(now())
 rigid = sys.argv[2] == "rigid"
-made = RigidSimulator(mechanism) if rigid else SoftenedSimulator(mechanism, law(sys.argv[2]))
+made = Simulator(mechanism, RigidLaw()) if rigid else Simulator(mechanism, law(sys.argv[2]))
 trajectory = made.run(mechanism.start, t_end=1e-3)
 stages.append(now())
 again = made.run(mechanism.start, t_end=1e-3)

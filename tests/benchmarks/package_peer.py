@@ -10,7 +10,7 @@ import numpy as np
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
-from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.simulator import Simulator
 from tests.benchmarks.cases import ARM, ROD, Case
 
 STIFF = {"E": 20.9e14}
@@ -42,7 +42,7 @@ class PackagePeer:
         """Derive, generate, compile or take from the cache."""
         name, parameters = SETUPS[self.case.name]
         law_ = law("bilinear-hertz", reload="virgin")
-        simulator = SoftenedSimulator(model(name), law_, self.engine)
+        simulator = Simulator(model(name), law_, self.engine)
         values = simulator.parameters(parameters)
         mechanism = simulator.mechanism
         given = dict(zip(self.case.states, self.case.start, strict=True))

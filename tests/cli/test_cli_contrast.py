@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.cli.cli_helpers import TABLE_3, TABLE_4, run, run_json
+from tests.cli.cli_helpers import ROOT, TABLE_3, TABLE_4, run, run_json
 
 QUICK = ("--steps", "1e-3", "--stiffness", "20.9e14", "--solvers", "least-impulse,lemke")
 
@@ -44,6 +44,57 @@ def test_figure_is_written_whole(capsys, tmp_path):
     assert f"drawn: {file}" in " ".join(out.split())  # a long path goes on the next line
     assert file.read_bytes().startswith(b"\x89PNG")
     assert list(tmp_path.iterdir()) == [file]
+
+
+JAMMED = ("contrast", "strut", "--state", "theta=0.9272952180016122", "--set", "mu=2", *QUICK)
+
+
+def test_rigid_motion_that_jams_is_a_row(capsys):
+    code, out, err = run(capsys, *JAMMED)
+    assert (code, err) == (0, "")
+    lines = out.splitlines()
+    (row,) = [line for line in lines if line.startswith("energetic ")]
+    assert row.split() == ["energetic", "jam", "*", "1.25", "0.41667"]
+    assert any(line.split()[:3] == ["softened", "E", "2.09e+15"] for line in lines)
+    assert sum("h 0.001 *" in line for line in lines) == 2
+    said = " ".join(out.split())
+    assert "*) ended early (jam): the contact impulse grows without end" in said
+    assert "energetic at t = 0 s, theta = 0.927295 rad, theta_dot = 1.25 rad/s" in said
+    assert "lemke at t = 0 s (h 0.001)" in said
+    assert "rigid jump with e = 0.75: jams at theta_dot = 1.25 rad/s" in said
+    assert "tends to the rigid jump" not in said
+    assert "only softened motion does" in said
+
+
+def test_rigid_motion_that_jams_as_json(capsys):
+    data = run_json(capsys, *JAMMED)
+    first, second = data["rigid"]["motions"]
+    assert (first["way"], second["way"]) == ("energetic", "newton")
+    assert (first["stop_reason"], first["time"]) == ("jam", 0)
+    assert "no exit" in first["stop_detail"]
+    assert first["state"] == {"theta": 0.9272952180016122, "theta_dot": pytest.approx(1.25)}
+    assert first["events"][-1] == {"time": 0, "kind": "jam"}
+    assert first["limit"] is None
+    assert data["rigid"]["jump"]["e"]["end"] == "jam"
+    assert [a["stop_reason"] for a in data["stepping"]] == ["no_mode"] * 2
+    assert data["softened"][0]["stop_reason"] == "t_end"
+    assert data["softened"][0]["error"] is None
+    assert data["orders"]["stiffness_expected"] is None
+
+
+def test_figure_of_rigid_motion_that_jams(capsys, tmp_path):
+    file = tmp_path / "jam.svg"
+    code, _, err = run(capsys, *JAMMED, "--out", file)
+    assert (code, err) == (0, "")
+    drawn = file.read_text()
+    assert "no error: the rigid motion," in drawn and "rigid, energetic (jam)" in drawn
+
+
+@pytest.mark.parametrize("case", ["block-two-feet", ROOT / "examples/mechanisms/ladder.toml"])
+def test_several_contacts_are_refused_in_one_sentence(capsys, case):
+    code, out, err = run(capsys, "contrast", case, "--state", "theta=1")
+    assert (code, out) == (2, "")
+    assert "got 2 contacts, need one, since time stepping" in err and "--contact" in err
 
 
 @pytest.mark.parametrize(

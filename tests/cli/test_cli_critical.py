@@ -13,7 +13,7 @@ from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
 from painleve_sym.present.outcome_figure import outcome_figure
 from painleve_sym.present.style import write_figure
-from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.study.critical.bisection import CriticalForceFinder
 from painleve_sym.study.critical.outcome_map import LEGEND, OutcomeMap, outcome_map
 from tests.cli.cli_helpers import STIFF, TABLE_3, TABLE_4, run, run_json
@@ -81,7 +81,7 @@ def test_critical_map_over_the_approach_as_text(capsys):
 
 
 def test_outcome_map_leaves_out_what_is_not_indeterminate(tmp_path):
-    finder = CriticalForceFinder(SoftenedSimulator(model("rod"), law("bilinear-hertz")))
+    finder = CriticalForceFinder(Simulator(model("rod"), law("bilinear-hertz")))
     told = []
     found = outcome_map(
         finder,

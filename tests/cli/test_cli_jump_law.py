@@ -1,6 +1,7 @@
 """`painleve jump --law`: the jump at finite stiffness as text and JSON, and wrong input."""
 
 import json
+import math
 
 import pytest
 
@@ -37,6 +38,17 @@ def test_jump_json_has_the_documented_keys(capsys):
     ]
     assert found["final"]["velocity"]["y_A_dot"] == pytest.approx(0.0656115, rel=1e-3)
     assert data["final"]["velocity"]["y_A_dot"] == pytest.approx(0.0524701, rel=1e-5)
+
+
+def test_jump_with_a_law_refuses_a_mobility_of_rank_one(capsys):
+    """Of one coordinate A' = 0; rounding used to decide between a refusal and wrong velocities."""
+    case = ["jump", "strut", "--state", "theta=1.3,theta_dot=3", "--law", "bilinear-hertz"]
+    height = f"h={math.sin(1.3)!r},mu=0.3"
+    assert main([*case, "--set", height]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "its W has rank one" in err and "simulate" in err
+    assert main([*case[:4], "--set", height]) == 0
 
 
 def test_jump_without_a_law_has_no_corrected_part(capsys):

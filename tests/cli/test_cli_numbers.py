@@ -12,7 +12,7 @@ from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
 from painleve_sym.papers.impact_resolution.claims import TABLES
-from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.simulate.trajectory import Trajectory
 from tests.cli.cli_helpers import (
     LAW,
@@ -111,7 +111,7 @@ def test_jump_text_lists_phases_and_velocities(capsys):
 def test_simulate_json_is_the_trajectory_of_the_package(capsys):
     options = (*STIFF, "--t-end", "0.01", "--until", "separation")
     data = run_json(capsys, "simulate", "rod", "--state", TABLE_3, *options)
-    simulator = SoftenedSimulator(model("rod"), law("bilinear-hertz", reload="virgin"))
+    simulator = Simulator(model("rod"), law("bilinear-hertz", reload="virgin"))
     parameters = {"E": 20.9e14, "e_energetic": 0.75}
     expected = simulator.run(
         STATE_3, t_end=0.01, parameters=parameters, until="separation"

@@ -20,6 +20,14 @@ def test_simulate_rigid_makes_the_impact_without_collision(capsys):
     assert data["energy_residual"] < 1e-9
 
 
+def test_simulate_rigid_that_jams_at_its_start_shows_its_end(capsys):
+    state = ("strut", "--state", "theta=0.9272952180016122", "--set", "mu=2", "--t-end", "0.01")
+    assert main(["simulate", *state, "--law", "rigid", "--samples", "3"]) == 3
+    text = capsys.readouterr().out
+    assert "stopped at t = 0 s: jam" in text
+    assert "0 steps, 3 events" in text and "nan" not in text
+
+
 def test_simulate_rigid_records_the_alternatives_of_a_choice(capsys):
     state = ("simulate", "rod", "--state", "theta=1,theta_dot=5,x_A_dot=-1", "--t-end", "1e-4")
     assert main([*state, "--law", "rigid", "--law-set", "policy=impact", "--json"]) == 0
@@ -47,7 +55,7 @@ def test_simulate_rigid_bad_settings_are_one_sentence(capsys, settings, message)
 
 def test_simulate_rigid_refuses_a_stored_force_and_a_start_in_the_ground(capsys):
     assert main([*STATE, "--law", "rigid", "--initial-force", "3"]) == 2
-    assert "stores no force" in capsys.readouterr().err
+    assert "a rigid contact has no compression" in capsys.readouterr().err
     inside = ("--state", "theta=1,x_A_dot=-1,y_A=-1e-6", "--t-end", "1e-3", "--law", "rigid")
     assert main(["simulate", "rod", *inside]) == 2
     assert "inside the ground" in capsys.readouterr().err

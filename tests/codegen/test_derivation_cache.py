@@ -26,11 +26,11 @@ from painleve_sym.errors import CompilerMissing
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode
 from painleve_sym.hybrid.signature import Outline
 from painleve_sym.laws.catalogue import law
+from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import Coordinate, LagrangianSystem, Parameter
-from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.simulate.rigid import RigidSimulator
+from painleve_sym.simulate.simulator import Simulator
 
 Y = Coordinate("y", "height", "m")
 X = Coordinate("x", "place", "m")
@@ -69,8 +69,8 @@ def entries(cache):
 
 
 def simulators():
-    softened = SoftenedSimulator(sledge(), law("hertz"))
-    return (softened, RigidSimulator(sledge(), "newton"))
+    softened = Simulator(sledge(), law("hertz"))
+    return (softened, Simulator(sledge(), RigidLaw("newton")))
 
 
 def without_derivation(monkeypatch):
@@ -116,7 +116,7 @@ def test_second_time_nothing_is_derived_where_there_is_no_series(cache, monkeypa
     bent = sledge(forces={"x": -sp.Abs(X.rate) * X.rate})
 
     def run():
-        simulator = SoftenedSimulator(bent, law("hertz"))
+        simulator = Simulator(bent, law("hertz"))
         return simulator, simulator.run(START, t_end=0.05)
 
     _, first = run()
@@ -287,12 +287,12 @@ def test_cache_that_cannot_be_written_is_no_failure(cache, monkeypatch):
 
 RACE = """
 import sys, pathlib, time
-from painleve_sym import model, law, SoftenedSimulator
+from painleve_sym import model, law, Simulator
 mine, other = map(pathlib.Path, sys.argv[1:])
 mine.touch()
 while not other.exists():
     time.sleep(0.001)
-block = SoftenedSimulator(model("block"), law("linear"))
+block = Simulator(model("block"), law("linear"))
 end = block.run({"x_A_dot": 1.0, "theta": 0.5}, t_end=1e-3)
 print(end.final_state.tobytes().hex())
 """

@@ -19,7 +19,7 @@ from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.impact.classes import ImpactClass
 from painleve_sym.mechanics.models import Mechanism, rod
 from painleve_sym.mechanics.system import Coordinate, LagrangianSystem, Parameter
-from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.simulator import Simulator
 from tests.mechanics.made_up import positive
 
 LAWS = sorted(RESTITUTIONS)
@@ -111,7 +111,7 @@ SOFTENED = {
 
 @pytest.fixture(scope="module")
 def softened():
-    return SoftenedSimulator(rod(), law("bilinear-hertz"), "compiled")
+    return Simulator(rod(), law("bilinear-hertz"), "compiled")
 
 
 @pytest.mark.parametrize("name", sorted(SOFTENED))

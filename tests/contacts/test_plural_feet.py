@@ -8,7 +8,7 @@ import pytest
 from painleve_sym.errors import StopReason
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
-from painleve_sym.simulate.plural import PluralSimulator
+from painleve_sym.simulate.simulator import Simulator
 from tests.oracles.feet_scipy import Block, Law
 
 # K_e of the laws' formula, both bodies of one material: (4/3) E/(2 (1 - nu^2)) sqrt(R).
@@ -29,8 +29,9 @@ STARTS = {
 
 @cache
 def _simulator(names, engine):
-    laws = tuple(law(LAWS[n][0]) for n in names)
-    return PluralSimulator(model("block-two-feet"), laws, engine)
+    laws = [law(LAWS[n][0]) for n in names]
+    own = dict(zip("AB", laws, strict=True)) if len(laws) > 1 else laws[0]
+    return Simulator(model("block-two-feet"), own, engine)
 
 
 def _both(names, start, t_end, own, engine):

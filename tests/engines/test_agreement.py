@@ -15,8 +15,8 @@ import pytest
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.contacts.inputs import symbol_values
 from painleve_sym.laws.catalogue import law
-from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.simulate.rigid import RigidSimulator
+from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.simulate.simulator import Simulator
 from tests.mechanics.catalogue import ONE_CONTACT, SOFTENED, derived
 
 ENGINES = ("compiled", "taylor")
@@ -30,9 +30,9 @@ EVERY = [(n, "bilinear-hertz") for n in SOFTENED] + [(n, "rigid") for n in ONE_C
 @cache
 def simulator(name: str, kind: str, engine: str):
     if kind == "rigid":
-        return RigidSimulator(derived(name), engine=engine)
+        return Simulator(derived(name), RigidLaw(), engine)
     reload = "virgin" if name in ONE_ANGLE else "elastic"
-    return SoftenedSimulator(derived(name), law(kind, reload=reload), engine)
+    return Simulator(derived(name), law(kind, reload=reload), engine)
 
 
 def touching_start(name: str, rng: np.random.Generator):
@@ -129,7 +129,7 @@ def test_elastic_reload_of_one_coordinate_ends_where_it_began(engine):
     the elastic curve depends on the compression alone: it comes back to rest at exactly the
     compression it left. ``yield`` and ``max_compression`` tie, and no engine can tell them apart.
     """
-    strut = SoftenedSimulator(derived("strut"), law("bilinear-hertz"), engine)
+    strut = Simulator(derived("strut"), law("bilinear-hertz"), engine)
     run = strut.run(derived("strut").start, t_end=0.007, record="events")
     first, second = run.events_of("max_compression")
     assert second.compression == pytest.approx(first.compression, rel=1e-11)

@@ -18,7 +18,7 @@ from painleve_sym.errors import CompilerMissing, InputError, PainleveWarning, St
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import rod
-from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.simulator import Simulator
 
 TABLE_1 = {"theta": 0.5, "theta_dot": 1.0, "x_A_dot": -1.0}
 TABLE_3 = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
@@ -28,7 +28,7 @@ TABLE_4 = {"theta": 1.0, "theta_dot": 5.0, "x_A_dot": -1.0}
 @functools.cache
 def simulator(name, engine, reload=None):
     choices = {"reload": reload} if reload else {}
-    return SoftenedSimulator(rod(), law(name, **choices), engine)
+    return Simulator(rod(), law(name, **choices), engine)
 
 
 def both(name, reload, state, **options):
@@ -363,7 +363,7 @@ def no_compiler(monkeypatch):
 
 
 def test_auto_without_a_compiler_warns_and_works(no_compiler):
-    s = SoftenedSimulator(rod(), law("bilinear-hertz", reload="virgin"), engine="auto")
+    s = Simulator(rod(), law("bilinear-hertz", reload="virgin"), engine="auto")
     with pytest.warns(PainleveWarning, match=r"no working C compiler.*'erk'"):
         run = s.run(TABLE_3, t_end=1e-3, parameters=HARD, until="separation")
     assert run.engine == "erk"

@@ -19,7 +19,7 @@ from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transit
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
 from painleve_sym.simulate.batch.run import simulate_many
-from painleve_sym.simulate.factory import make_simulator
+from painleve_sym.simulate.simulator import Simulator
 
 LAWS = ("energetic", "poisson", "newton")
 _FRAME = """
@@ -131,7 +131,7 @@ def test_c_follows_the_path_of_numpy(restitution, n, count, guided):
 
 
 def feet(*names, engine="auto"):
-    return make_simulator(
+    return Simulator(
         model("block-two-feet"),
         dict(zip("AB", map(law, names), strict=True)) if len(names) > 1 else law(names[0]),
         engine,
@@ -164,7 +164,7 @@ def test_rows_of_a_batch_are_single_runs_bit_for_bit(names, engine):
 
 @pytest.mark.parametrize("restitution", LAWS)
 def test_impacts_of_a_run_are_those_of_numpy(restitution):
-    simulator = make_simulator(model("block-two-feet"), law("rigid", restitution=restitution))
+    simulator = Simulator(model("block-two-feet"), law("rigid", restitution=restitution))
     run = simulator.run({"y_A": 0.05, "theta": 0.1, "x_A_dot": 0.3}, t_end=0.4)
     e = run.parameters[f"e_{restitution}"]
     events, seen = run.events, 0

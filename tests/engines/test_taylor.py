@@ -27,9 +27,9 @@ from painleve_sym.errors import NoRecurrence, PainleveWarning, StopReason
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
 from painleve_sym.laws.catalogue import law
 from painleve_sym.laws.compliance import ramp
+from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.models import rod
-from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.simulate.rigid import RigidSimulator
+from painleve_sym.simulate.simulator import Simulator
 from tests.engines.test_erk import CASES
 from tests.mechanics.catalogue import SOFTENED, derived
 
@@ -276,7 +276,7 @@ def _combined(tape, a, values):
 
 @pytest.mark.parametrize("name", SOFTENED)
 def test_simplified_tape_equals_field_and_guards(name):
-    contact = SoftenedSimulator(derived(name), law("bilinear-hertz")).contact
+    contact = Simulator(derived(name), law("bilinear-hertz")).contact
     functions, rng = AutomatonFunctions(contact.automaton), np.random.default_rng(5)
     x, z, c = functions.x, functions.z, functions.c
     for mode, short in zip(functions.modes, tapes(functions), strict=True):
@@ -314,9 +314,9 @@ def operations():
     found = {}
     for name in SOFTENED:
         for title, a in (
-            ("hertz", SoftenedSimulator(derived(name), law("hertz")).automaton),
-            ("bilinear-hertz", SoftenedSimulator(derived(name), law("bilinear-hertz")).automaton),
-            ("rigid", RigidSimulator(derived(name)).automaton),
+            ("hertz", Simulator(derived(name), law("hertz")).automaton),
+            ("bilinear-hertz", Simulator(derived(name), law("bilinear-hertz")).automaton),
+            ("rigid", Simulator(derived(name), RigidLaw()).automaton),
         ):
             codes = [SeriesCode(t, "series") for t in tapes(AutomatonFunctions(a))]
             found[f"{name}, {title}"] = {
@@ -345,7 +345,7 @@ def test_operations_of_generated_series_have_not_grown():
 def rod_run(engine, case):
     name, reload, state, more = CASES[case]
     chosen = law(name, reload=reload) if reload else law(name)
-    return SoftenedSimulator(rod(), chosen, engine).run(state, **more)
+    return Simulator(rod(), chosen, engine).run(state, **more)
 
 
 def assert_same(a, b, rtol=3e-9):
@@ -380,7 +380,7 @@ def test_taylor_agrees_with_runge_kutta_on_the_rod(case):
 
 def test_separation_of_table_3_is_that_of_the_80_bit_solution():
     state = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
-    run = SoftenedSimulator(rod(), law("bilinear-hertz", reload="virgin"), "taylor").run(
+    run = Simulator(rod(), law("bilinear-hertz", reload="virgin"), "taylor").run(
         state, t_end=1e-3, parameters={"E": 20.9e14}, until="separation", rtol=1e-13
     )
     assert run.final_time == pytest.approx(0.0004281634640972055, rel=2e-13)
@@ -393,10 +393,7 @@ def test_separation_of_table_3_is_that_of_the_80_bit_solution():
 @pytest.mark.parametrize("law_name", ["hertz", "bilinear-hertz"])
 def test_taylor_agrees_with_runge_kutta_on_every_mechanism(name, law_name):
     m = derived(name)
-    a, b = (
-        SoftenedSimulator(m, law(law_name), e).run(m.start, t_end=0.02)
-        for e in ("compiled", "taylor")
-    )
+    a, b = (Simulator(m, law(law_name), e).run(m.start, t_end=0.02) for e in ("compiled", "taylor"))
     assert_same(a, b, rtol=1e-7)
     assert b.energy_residual < 1e-10
 
@@ -405,7 +402,7 @@ def test_taylor_agrees_with_runge_kutta_on_every_mechanism(name, law_name):
 @pytest.mark.parametrize("name", SOFTENED)
 def test_taylor_agrees_with_runge_kutta_on_rigid_motion(name):
     m = derived(name)
-    a, b = (RigidSimulator(m, engine=e).run(m.start, t_end=0.1) for e in ("compiled", "taylor"))
+    a, b = (Simulator(m, RigidLaw(), e).run(m.start, t_end=0.1) for e in ("compiled", "taylor"))
     assert_same(a, b, rtol=1e-7)
 
 

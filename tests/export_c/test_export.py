@@ -21,10 +21,9 @@ from painleve_sym.export_c.files import expected
 from painleve_sym.export_c.standalone import NUMERIC_FLAGS
 from painleve_sym.export_c.text import comment, enum, quoted
 from painleve_sym.laws.catalogue import law
+from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.models import model
-from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.simulate.plural import PluralSimulator
-from painleve_sym.simulate.rigid import RigidSimulator
+from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.study.scenario import Scenario
 
 ROOT = Path(__file__).parents[2]
@@ -175,8 +174,8 @@ def test_export_states_and_tolerances_of_any_start_are_the_packages(bouncing, pr
 def simulator_of(done):
     mechanism = model(str(next(done.folder.parent.parent.glob("mechanism*/sledge.toml"))))
     if done.trajectory.law == "rigid":
-        return RigidSimulator(mechanism)
-    return SoftenedSimulator(mechanism, law(done.trajectory.law))
+        return Simulator(mechanism, RigidLaw())
+    return Simulator(mechanism, law(done.trajectory.law))
 
 
 def address(array):
@@ -306,7 +305,7 @@ def test_program_of_the_page_builds_and_finds_what_the_package_finds(tmp_path):
     program = re.search(r"```c\n(.*?)```", page, re.S).group(1)
     (done.folder / "main.c").write_text(program, "utf-8")
     found = float(built_by_compiler(done, *STRICT, "-O2").split()[0])
-    simulator = SoftenedSimulator(model("rod"), law("bilinear-hertz"))
+    simulator = Simulator(model("rod"), law("bilinear-hertz"))
     options = {"t_end": 0.01, "parameters": {"E": 20.9e14}}
     for spin, stops in ((found - 1e-5, True), (found + 1e-5, False)):
         run_ = simulator.run({"theta": 1.0, "x_A_dot": -1.0, "theta_dot": spin}, **options)
@@ -339,7 +338,7 @@ def test_export_of_several_contacts_is_the_package_to_the_last_bit(scenario, kin
     done = export_c(scenario, tmp_path / "c")
     assert kinds <= {str(e.kind) for e in done.trajectory.events}
     assert built_by_compiler(done, *STRICT, "-O1") == expected(done.trajectory)
-    c, simulator = library(done), PluralSimulator(model("block-two-feet"), (law(scenario.law),))
+    c, simulator = library(done), Simulator(model("block-two-feet"), law(scenario.law))
     values, rng = done.trajectory.parameters, np.random.default_rng(3)
     p = np.array([values[s.name] for s in simulator.outline.parameters])
     for _ in range(50):

@@ -12,7 +12,7 @@ from painleve_sym.contacts.compliant import SoftenedContact
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.laws.catalogue import law
-from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.simulator import Simulator
 from tests.mechanics.catalogue import NAMES, SOFTENED, derived, random_numbers
 from tests.mechanics.forced import accelerations, directions, forced_automaton, forces
 
@@ -93,7 +93,7 @@ def test_mechanism_values_and_slopes_are_the_same_in_every_form(name):
 )
 def test_mechanism_moves_softened_from_its_start_and_keeps_its_energy(name):
     mechanism = derived(name)
-    simulator = SoftenedSimulator(mechanism, law("hertz"))
+    simulator = Simulator(mechanism, law("hertz"))
     run = simulator.run(mechanism.start, t_end=4e-3)
     assert run.stop_reason is StopReason.T_END
     assert run.energy_residual < 1e-8

@@ -19,7 +19,7 @@ from painleve_sym.mechanics.toml.mechanism_file import (
     load_mechanism,
     mechanism_from_text,
 )
-from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.simulator import Simulator
 from tests.mechanics.catalogue import by_symbol, derived, random_numbers
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "mechanisms"
@@ -99,7 +99,7 @@ def test_example_rod_is_the_named_rod(examples):
 @pytest.mark.parametrize("file", ["belt-oscillator.toml", "rod-in-bowl.toml"])
 def test_example_moves_softened_and_keeps_its_energy(examples, file):
     mechanism = examples[file]
-    run = SoftenedSimulator(mechanism, law("hertz")).run(mechanism.start, t_end=3e-3)
+    run = Simulator(mechanism, law("hertz")).run(mechanism.start, t_end=3e-3)
     assert run.energy_residual < 1e-8
     assert max(e.compression for e in run.events) > 0
 

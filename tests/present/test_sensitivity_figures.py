@@ -12,7 +12,7 @@ from painleve_sym.mechanics.models import model
 from painleve_sym.present.fit_figure import fit_figure
 from painleve_sym.present.sensitivity_figure import sensitivity_figure
 from painleve_sym.present.style import save, write_figure
-from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.study.fitting.result import FitResult
 
 STATE = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
@@ -20,7 +20,7 @@ STATE = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
 
 @functools.cache
 def motion():
-    simulator = SoftenedSimulator(model("rod"), law("bilinear-hertz", reload="virgin"))
+    simulator = Simulator(model("rod"), law("bilinear-hertz", reload="virgin"))
     return simulator.sensitivities(STATE, ("mu", "E"), parameters={"E": 20.9e14}, t_end=4.5e-4)
 
 

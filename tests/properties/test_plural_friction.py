@@ -15,13 +15,13 @@ from scipy.optimize import lsq_linear
 
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
-from painleve_sym.simulate.plural import PluralSimulator
+from painleve_sym.simulate.simulator import Simulator
 from tests.oracles.feet_scipy import Block, Foot, Law
 
 
 @cache
 def _simulator(engine):
-    return PluralSimulator(model("block-two-feet"), (law("linear"), law("linear")), engine)
+    return Simulator(model("block-two-feet"), {"A": law("linear"), "B": law("linear")}, engine)
 
 
 def _expected(block, state, N):

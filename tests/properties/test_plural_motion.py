@@ -12,7 +12,7 @@ from painleve_sym.errors import StopReason
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
 from painleve_sym.simulate.batch.run import simulate_many
-from painleve_sym.simulate.plural import PluralSimulator
+from painleve_sym.simulate.simulator import Simulator
 
 TABLE = "examples/mechanisms/three-legged-table.toml"
 LADDER = "examples/mechanisms/ladder.toml"
@@ -45,12 +45,12 @@ def _table(engine, name="linear", backwards=False):
     table = model(TABLE)
     if backwards:
         table = replace(table, contacts=table.contacts[::-1])
-    return PluralSimulator(table, (law(name),), engine)
+    return Simulator(table, law(name), engine)
 
 
 @cache
 def _ladder(engine):
-    return PluralSimulator(model(LADDER), (law("hertz"), law("linear")), engine)
+    return Simulator(model(LADDER), {"floor": law("hertz"), "wall": law("linear")}, engine)
 
 
 def _end(run):
@@ -155,7 +155,7 @@ def test_a_batch_is_its_single_runs_with_any_number_of_threads(engine):
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_derivatives_of_a_motion_of_two_feet_are_those_of_runs_beside(engine):
-    feet = PluralSimulator(model("block-two-feet"), (law("linear"),), engine)
+    feet = Simulator(model("block-two-feet"), law("linear"), engine)
     start, parameters = {"y_A": 1e-3, "theta": 0.02, "x_A_dot": -0.3}, {"k": 1e5, "c": 40.0}
     directions = ("theta", "x_A_dot", "mu_A")
     found = feet.sensitivities(start, directions, parameters=parameters, t_end=0.05)

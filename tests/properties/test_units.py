@@ -23,9 +23,7 @@ from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.models import model
 from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
 from painleve_sym.simulate.batch.run import simulate_many
-from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.simulate.factory import make_simulator
-from painleve_sym.simulate.plural import PluralSimulator
+from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.simulate.time_stepping.stepping import TimeStepper
 
 DECADES = st.floats(-6.0, 6.0)
@@ -36,7 +34,7 @@ _BASE = {"m": (1, 0, 0), "kg": (0, 1, 0), "s": (0, 0, 1), "rad": (0, 0, 0), "1":
 
 
 def rigid_simulator(mechanism, engine="auto"):
-    return make_simulator(mechanism, RigidLaw(), engine)
+    return Simulator(mechanism, RigidLaw(), engine)
 
 
 @functools.cache
@@ -90,11 +88,16 @@ def _rigid(engine: str) -> Callable[[Mechanism], Any]:
 
 
 def _plural(*laws: Any) -> Callable[[Mechanism], Any]:
-    return lambda mechanism: PluralSimulator(mechanism, laws)
+    def simulator(mechanism: Mechanism) -> Any:
+        names = [c.name for c in mechanism.contacts]
+        own = dict(zip(names, laws, strict=True)) if len(laws) > 1 else laws[0]
+        return Simulator(mechanism, own)
+
+    return simulator
 
 
 def _compliant(name: str) -> Callable[[Mechanism], Any]:
-    return lambda mechanism: SoftenedSimulator(mechanism, law(name))
+    return lambda mechanism: Simulator(mechanism, law(name))
 
 
 MOTIONS = {

@@ -11,28 +11,28 @@ from scipy.integrate import solve_ivp
 
 from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import law
+from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.models import model
 from painleve_sym.simulate.batch.run import simulate_many
-from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.simulate.rigid import RigidSimulator
+from painleve_sym.simulate.simulator import Simulator
 
 ROWS = 300
 OPTIONS = {"t_end": 0.01, "until": ("separation",), "rtol": 1e-9}
 
 
 @pytest.fixture(scope="module", params=["taylor", "compiled"])
-def softened(request) -> SoftenedSimulator:
-    return SoftenedSimulator(model("rod"), law("bilinear-hertz", reload="virgin"), request.param)
+def softened(request) -> Simulator:
+    return Simulator(model("rod"), law("bilinear-hertz", reload="virgin"), request.param)
 
 
 @pytest.fixture(scope="module")
-def rigid() -> RigidSimulator:
-    return RigidSimulator(model("rod"))
+def rigid() -> Simulator:
+    return Simulator(model("rod"), RigidLaw())
 
 
 @pytest.fixture(scope="module")
-def damped() -> SoftenedSimulator:
-    return SoftenedSimulator(model("rod"), law("hunt-crossley"))
+def damped() -> Simulator:
+    return Simulator(model("rod"), law("hunt-crossley"))
 
 
 def impacts(rows: int = ROWS) -> tuple[dict, dict]:
@@ -154,7 +154,7 @@ def test_extremes_and_integrals_of_both_engines_are_the_same(law_name):
     parameters = {"mu": parameters["mu"]}
     ends = {}
     for name in ("compiled", "taylor"):
-        simulator = SoftenedSimulator(model("rod"), law(law_name), name)
+        simulator = Simulator(model("rod"), law(law_name), name)
         ends[name] = simulate_many(
             simulator, states, parameters, t_end=0.01, rtol=1e-12, **WATCHED
         ).rows
@@ -276,7 +276,7 @@ def test_initial_force_is_that_of_the_single_run(softened):
 
 @pytest.mark.parametrize("policy", ["liftoff", "impact"])
 def test_rigid_rows_are_the_single_runs(policy):
-    simulator = RigidSimulator(model("rod"), policy=policy)
+    simulator = Simulator(model("rod"), RigidLaw(policy=policy))
     draw = np.random.default_rng(3)
     states = {
         "y_A": draw.choice([0.0, 0.0, 0.02], 30),
@@ -314,7 +314,7 @@ def test_rigid_bounces_are_followed_beyond_their_limit(rigid):
 
 
 def test_the_second_engine_gives_the_same_rows(softened):
-    other = SoftenedSimulator(softened.mechanism, softened.law, "erk")
+    other = Simulator(softened.mechanism, softened.law, "erk")
     states = {"theta": [1.0, -1.0, 1.05], "theta_dot": 1.0, "x_A_dot": -1.0}
     found = [
         simulate_many(simulator, states, {"E": 20.9e14}, **OPTIONS)
@@ -368,7 +368,7 @@ def test_rows_compressed_and_under_a_force_say_so(softened):
 
 @pytest.mark.slow
 def test_rows_off_their_guide_say_so():
-    simulator = RigidSimulator(model("painleve-klein"), engine="compiled")
+    simulator = Simulator(model("painleve-klein"), RigidLaw(), "compiled")
     start = dict(simulator.mechanism.start)
     whole = simulate_many(simulator, start, t_end=0.01)
     assert whole["stop_reason"] != "invalid_start"

@@ -16,9 +16,10 @@ from painleve_sym.contacts.guide import TANGENTIAL_IMPACT, BilateralContact
 from painleve_sym.contacts.impact.tangential import tangential_impact
 from painleve_sym.contacts.problem import ContactCase, ContactProblem
 from painleve_sym.errors import InputError, StopReason
+from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.models import model
 from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
-from painleve_sym.simulate.rigid import RigidSimulator
+from painleve_sym.simulate.simulator import Simulator
 from tests.oracles.bead_scipy import accelerations, motion, slip_forces, yielding
 
 BEAD = Path(__file__).parents[2] / "examples" / "mechanisms" / "bead-in-groove.toml"
@@ -39,7 +40,7 @@ def bead():
 
 @cache
 def simulator(policy="liftoff", of=bead):
-    return RigidSimulator(of(), policy=policy)
+    return Simulator(of(), RigidLaw(policy=policy))
 
 
 def by_hand(phi, s, m_1, m_2, mu, P_1, P_2, g=9.8):
@@ -209,7 +210,7 @@ def test_motion_and_events_agree_with_scipy(mu, w):
 def test_second_engine_agrees():
     start, options = {"phi": 1.0, "x_dot": 1.0, "phi_dot": 12.0}, {"parameters": {"mu": 0.6}}
     run = simulator().run(start, t_end=0.3, **options)
-    other = RigidSimulator(bead(), engine="erk").run(start, t_end=0.3, **options)
+    other = Simulator(bead(), RigidLaw(), "erk").run(start, t_end=0.3, **options)
     assert [e.kind for e in other.events] == [e.kind for e in run.events]
     times = [e.time for e in other.events]
     assert [e.time for e in run.events] == pytest.approx(times, abs=1e-9)

@@ -11,8 +11,9 @@ from scipy.integrate import solve_ivp
 
 from painleve_sym.contacts.impact.tangential import tangential_impact
 from painleve_sym.errors import InputError
+from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
-from painleve_sym.simulate.rigid import RigidSimulator
+from painleve_sym.simulate.simulator import Simulator
 
 BEAD = (Path(__file__).parents[2] / "examples" / "mechanisms" / "bead-in-groove.toml").read_text(
     "utf-8"
@@ -64,7 +65,7 @@ bilateral = true
 
 @pytest.fixture(scope="module")
 def carriage():
-    return RigidSimulator(mechanism_from_text(CARRIAGE))
+    return Simulator(mechanism_from_text(CARRIAGE), RigidLaw())
 
 
 def test_force_that_turns_in_sticking_changes_the_side(carriage):
@@ -92,7 +93,7 @@ def test_without_any_load_nothing_happens(carriage, speed):
 
 def test_bead_on_a_hoop_agrees_with_its_angle_by_hand():
     """The gap is no coordinate; from the top, N = m g cos a − m R a'^2 outwards."""
-    run = RigidSimulator(mechanism_from_text(HOOP)).run({"y": 1.0, "x_dot": 0.7}, t_end=3.0)
+    run = Simulator(mechanism_from_text(HOOP), RigidLaw()).run({"y": 1.0, "x_dot": 0.7}, t_end=3.0)
     mu, g = 0.2, 9.8
 
     def field(_, z):
@@ -120,7 +121,7 @@ def test_moving_guide_does_work_in_the_tangential_impact():
     mechanism, state = mechanism_from_text(text), {"phi": 0.4, "x_dot": 3.0, "phi_dot": 9.0}
     jump = tangential_impact(mechanism, state, {"mu": 1.5})
     assert jump.velocity["x_dot"] == pytest.approx(2.0, rel=1e-12)
-    run = RigidSimulator(mechanism).run(state, t_end=0.02, parameters={"mu": 1.5})
+    run = Simulator(mechanism, RigidLaw()).run(state, t_end=0.02, parameters={"mu": 1.5})
     (event,) = run.events_of("tangential_impact")
     M, m, L, phi = 0.2, 1.0, 0.5, 0.4
     energies = []
@@ -138,4 +139,4 @@ def test_moving_guide_does_work_in_the_tangential_impact():
 def test_guide_that_leaves_no_slip_is_refused():
     tied = CARRIAGE.replace('gap = "y"', 'gap = "x"')
     with pytest.raises(InputError, match="rank one"):
-        _ = RigidSimulator(mechanism_from_text(tied)).contact
+        _ = Simulator(mechanism_from_text(tied), RigidLaw()).contact

@@ -13,8 +13,9 @@ from painleve_sym.contacts.impact.one_contact import solve_impact
 from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.laws.chatter import chatter_ratio, symbols_of
 from painleve_sym.laws.restitution import restitution_law
+from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.models import model, rod
-from painleve_sym.simulate.rigid import RigidSimulator
+from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.simulate.trajectory import Trajectory
 
 PUSHED = {"F": -10.0}
@@ -23,7 +24,7 @@ START = {"phi": 2.9}
 
 @pytest.fixture(scope="module")
 def cart():
-    return RigidSimulator(model("cart-pendulum"), engine="compiled")
+    return Simulator(model("cart-pendulum"), RigidLaw(), "compiled")
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +68,7 @@ def test_threshold_separates_growth_from_decay(cart):
 
 
 def test_ordinary_bounces_are_no_reverse_chatter():
-    run = RigidSimulator(rod()).run({"theta": 1.5, "y_A": 0.3, "theta_dot": 3.0}, t_end=2.0)
+    run = Simulator(rod(), RigidLaw()).run({"theta": 1.5, "y_A": 0.3, "theta_dot": 3.0}, t_end=2.0)
     assert run.reverse_chatter == ()
 
 

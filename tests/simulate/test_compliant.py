@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.laws.catalogue import COMPLIANT_LAWS, law
 from painleve_sym.mechanics.models import rod
-from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.simulator import Simulator
 from tests.oracles import rod_scipy
 
 TABLE_1 = {"theta": 0.5, "theta_dot": 1.0, "x_A_dot": -1.0}
@@ -23,12 +23,12 @@ TABLE_4 = {"theta": 1.0, "theta_dot": 5.0, "x_A_dot": -1.0}
 
 @pytest.fixture(scope="module")
 def virgin():
-    return SoftenedSimulator(rod(), law("bilinear-hertz", reload="virgin"), "compiled")
+    return Simulator(rod(), law("bilinear-hertz", reload="virgin"), "compiled")
 
 
 @pytest.fixture(scope="module")
 def elastic():
-    return SoftenedSimulator(rod(), law("bilinear-hertz"), "compiled")
+    return Simulator(rod(), law("bilinear-hertz"), "compiled")
 
 
 def kinds(trajectory):
@@ -217,7 +217,7 @@ _cache = {}
 
 def _simulator(name):
     if name not in _cache:
-        _cache[name] = SoftenedSimulator(rod(), law(name), "compiled")
+        _cache[name] = Simulator(rod(), law(name), "compiled")
     return _cache[name]
 
 

@@ -11,9 +11,9 @@ from painleve_sym.errors import InputError
 from painleve_sym.laws import finite_stiffness as forms
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
-from painleve_sym.simulate.compliant import SoftenedSimulator
 from painleve_sym.simulate.finite_stiffness import CorrectedJumpRule, evaluate_corrected_jump
 from painleve_sym.simulate.frozen_impact import FrozenEnd, FrozenImpactSolver
+from painleve_sym.simulate.simulator import Simulator
 
 TABLE_3 = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
 SIN, COS = math.sin(1.0), math.cos(1.0)
@@ -36,7 +36,7 @@ def rule(rod):
 
 @pytest.fixture(scope="module")
 def simulator(rod):
-    return SoftenedSimulator(rod, law("bilinear-hertz", reload="virgin"))
+    return Simulator(rod, law("bilinear-hertz", reload="virgin"))
 
 
 def values(rule, **changes):
@@ -132,7 +132,7 @@ def test_another_mechanism_is_corrected_too():
     contact_law = law("bilinear-hertz", reload="virgin")
     rule = CorrectedJumpRule(mechanism, contact_law)
     given = values(rule, E=20.9e14)
-    run = SoftenedSimulator(mechanism, contact_law).run(
+    run = Simulator(mechanism, contact_law).run(
         state, t_end=0.1, parameters={"E": 20.9e14}, until="separation"
     )
     classical = evaluate_jump(mechanism, "energetic", state)
@@ -231,7 +231,7 @@ def test_dashpots_lower_the_rebound(rod):
 @pytest.mark.slow
 def test_hunt_crossley_agrees_with_the_softened_run(rod):
     parameters = {"E": 20.9e15, "c": 1.0}
-    run = SoftenedSimulator(rod, law("hunt-crossley")).run(
+    run = Simulator(rod, law("hunt-crossley")).run(
         TABLE_3, t_end=0.1, parameters=parameters, until="separation"
     )
     found = evaluate_corrected_jump(rod, law("hunt-crossley"), TABLE_3, parameters)

@@ -204,8 +204,9 @@ def test_mirrored_impacts_have_mirrored_ends(solver, case):
     turned = {**case, **{name: -case[name] for name in ("W_nt", "b_t", "slip_velocity")}}
     one, other = solver(*inputs(case)), solver(*inputs(turned))
     assert one.ends == other.ends
-    assert one.head["normal_velocity"] == other.head["normal_velocity"]
-    assert one.head["slip_velocity"] == -other.head["slip_velocity"]
+    # Slips to either side are compiled apart: the last digit may differ.
+    for name, sign in (("normal_velocity", 1), ("slip_velocity", -1)):
+        assert sign * other.head[name] == pytest.approx(float(one.head[name]), rel=1e-13)
 
 
 @settings(max_examples=40, deadline=None)

@@ -8,7 +8,7 @@ import pytest
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
 from painleve_sym.simulate.batch.run import simulate_many
-from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.simulator import Simulator
 
 CASES = {
     "rod": {"theta": (0.1, 3.0), "y_A_dot": (-1.0, 0.0)},
@@ -27,7 +27,7 @@ def landings(name, seed=5):
 def both(name, law_name):
     found = []
     for engine in ("taylor", "compiled"):
-        made = SoftenedSimulator(model(name), law(law_name), engine)
+        made = Simulator(model(name), law(law_name), engine)
         found.append(simulate_many(made, *landings(name), t_end=0.01, rtol=1e-10, max_steps=2000))
     return found
 
@@ -52,7 +52,7 @@ def test_cone_within_its_round_off_does_not_stop_the_time():
         name: arm.start.get(name, 0.0) + draw.normal(0, 1.0 if "dot" in name else 0.2, 20_000)
         for name in arm.state_names
     }
-    made = SoftenedSimulator(arm, law("hunt-crossley"), "taylor")
+    made = Simulator(arm, law("hunt-crossley"), "taylor")
     parameters = {"mu": draw.uniform(0, 2, 20_000)}
     found = simulate_many(made, states, parameters, t_end=2e-5, rtol=1e-10, max_steps=2000)
     assert found.counts() == {"t_end": 20_000}

@@ -11,22 +11,22 @@ import pytest
 from painleve_sym.codegen.compile import find_compiler
 from painleve_sym.engines.taylor.runner import TaylorEngine
 from painleve_sym.laws.catalogue import law
+from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.models import model
 from painleve_sym.simulate.batch.run import simulate_many
-from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.simulate.rigid import RigidSimulator
+from painleve_sym.simulate.simulator import Simulator
 
 ROWS = 250
 
 
 @pytest.fixture(scope="module")
-def softened() -> SoftenedSimulator:
-    return SoftenedSimulator(model("rod"), law("bilinear-hertz", reload="virgin"), "taylor")
+def softened() -> Simulator:
+    return Simulator(model("rod"), law("bilinear-hertz", reload="virgin"), "taylor")
 
 
 @pytest.fixture(scope="module")
-def rigid() -> RigidSimulator:
-    return RigidSimulator(model("rod"), engine="taylor")
+def rigid() -> Simulator:
+    return Simulator(model("rod"), RigidLaw(), "taylor")
 
 
 def touching(rows: int = ROWS) -> tuple[dict, dict]:
@@ -135,7 +135,7 @@ def test_rows_in_lanes_are_the_single_runs_of_another_compiler(monkeypatch, tmp_
         pytest.skip(f"{other} is not installed")
     monkeypatch.setenv("CC", other)
     monkeypatch.setenv("PAINLEVE_CACHE", str(tmp_path))
-    made = SoftenedSimulator(model("rod"), law("bilinear-hertz", reload="virgin"), "taylor")
+    made = Simulator(model("rod"), law("bilinear-hertz", reload="virgin"), "taylor")
     states, parameters = touching()
     one = with_lanes(made, 1, states, parameters, monkeypatch, **OPTIONS["until"])
     assert_same_bits(with_lanes(made, 8, states, parameters, monkeypatch, **OPTIONS["until"]), one)
@@ -158,7 +158,7 @@ def test_vectors_of_any_width_give_the_same_bits(softened, width, monkeypatch):
 
 @pytest.mark.slow
 def test_bits_of_the_arm_do_not_depend_on_lanes(monkeypatch):
-    arm = SoftenedSimulator(model("two-link-arm"), law("bilinear-hertz", reload="virgin"), "taylor")
+    arm = Simulator(model("two-link-arm"), law("bilinear-hertz", reload="virgin"), "taylor")
     draw = np.random.default_rng(13)
     angles = draw.uniform(-1.35, -1.25, ROWS), draw.uniform(-1.85, -1.75, ROWS)
     states = {"theta_1": angles[0], "theta_2": angles[1]}

@@ -19,9 +19,7 @@ from painleve_sym.laws.catalogue import law
 from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.toml.mechanism_file import load_mechanism, mechanism_from_text
 from painleve_sym.simulate.batch.run import simulate_many
-from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.simulate.plural import PluralSimulator
-from painleve_sym.simulate.rigid import RigidSimulator
+from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.simulate.time_stepping.stepping import TimeStepper
 
 G = 9.8
@@ -53,12 +51,12 @@ theta = { unit = "rad" }
 
 @cache
 def on_table(restitution="energetic", engine="auto"):
-    return RigidSimulator(TABLE, restitution, engine=engine)
+    return Simulator(TABLE, RigidLaw(restitution), engine)
 
 
 @cache
 def softened(engine="auto"):
-    return SoftenedSimulator(TABLE, law("hunt-crossley"), engine)
+    return Simulator(TABLE, law("hunt-crossley"), engine)
 
 
 # ---- closed forms ----
@@ -174,7 +172,7 @@ def rod(surface):
 @cache
 def rod_simulator(surface, name):
     mechanism = rod(surface)
-    return RigidSimulator(mechanism) if name == "rigid" else SoftenedSimulator(mechanism, law(name))
+    return Simulator(mechanism, RigidLaw()) if name == "rigid" else Simulator(mechanism, law(name))
 
 
 LIFTED = 'through = ["0", "a*t**2/2"]'
@@ -248,7 +246,7 @@ friction = "mu"
     )
     moving = mechanism_from_text(text, name="on the table")
     rigid = name == "rigid"
-    sim = RigidSimulator(moving) if rigid else SoftenedSimulator(moving, law(name))
+    sim = Simulator(moving, RigidLaw()) if rigid else Simulator(moving, law(name))
     values = {"a": 0.01, "b": 0.02, "omega": 40.0}
     start = {"x": 0.0, "y": 0.05, "x_dot": 0.3 - 0.02 * 40, "y_dot": -0.01 * 40}
     found = sim.run(start, parameters=values, t_end=0.2)
@@ -312,7 +310,7 @@ friction = "mu"
 def test_energy_of_a_driven_pivot_above_a_rocking_floor_closes(name):
     mechanism = mechanism_from_text(HEAD + PENDULUM, name="driven")
     rigid = name == "rigid"
-    sim = RigidSimulator(mechanism) if rigid else SoftenedSimulator(mechanism, law(name))
+    sim = Simulator(mechanism, RigidLaw()) if rigid else Simulator(mechanism, law(name))
     run = sim.run({"phi": 1.4}, t_end=1.0)
     assert any(e.kind == "touchdown" for e in run.events)
     assert abs(run.final["force_dissipation"]) > 0.1
@@ -320,7 +318,7 @@ def test_energy_of_a_driven_pivot_above_a_rocking_floor_closes(name):
 
 
 def test_energy_of_a_pendulum_under_a_shaken_rail_closes_through_tangential_impacts():
-    sim = RigidSimulator(mechanism_from_text(HEAD + GUIDE, name="rail"))
+    sim = Simulator(mechanism_from_text(HEAD + GUIDE, name="rail"), RigidLaw())
     start = {"theta": 1.0, "x_dot": 0.5, "y_dot": 0.4}
     for mu, impacts in ((0.4, False), (3.0, True)):
         run = sim.run(start, parameters={"mu": mu}, t_end=1.5)
@@ -332,7 +330,7 @@ def test_energy_of_a_pendulum_under_a_shaken_rail_closes_through_tangential_impa
 
 @cache
 def two_feet():
-    return PluralSimulator(mechanism_from_text(HEAD + FEET, name="feet"), (RigidLaw(),))
+    return Simulator(mechanism_from_text(HEAD + FEET, name="feet"), RigidLaw())
 
 
 def test_energy_of_two_feet_on_a_shaken_table_closes_through_impacts_and_slip():

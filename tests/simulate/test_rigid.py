@@ -14,9 +14,9 @@ from painleve_sym.contacts.classify import contact_problem
 from painleve_sym.contacts.impact.one_contact import solve_impact
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.laws.catalogue import law
+from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.models import model, rod
-from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.simulate.rigid import RigidSimulator
+from painleve_sym.simulate.simulator import Simulator
 
 SLIDING = {"theta": 0.5, "theta_dot": 1.0, "x_A_dot": -1.0}
 LIFTING = {"theta": 0.5, "theta_dot": 5.0, "x_A_dot": -1.0}
@@ -26,7 +26,7 @@ INDETERMINATE = {"theta": 1.0, "theta_dot": 5.0, "x_A_dot": -1.0}
 
 @pytest.fixture(scope="module")
 def rigid():
-    return RigidSimulator(rod(), engine="compiled")
+    return Simulator(rod(), RigidLaw(), "compiled")
 
 
 def test_unique_slip_stays_closed_and_carries_the_lcp_force(rigid):
@@ -86,13 +86,13 @@ def test_inconsistent_state_makes_the_impact_without_collision(rigid):
     ],
 )
 def test_indeterminate_state_follows_the_policy_and_records_all(policy, mode):
-    run = RigidSimulator(rod(), policy=policy).run(INDETERMINATE, t_end=1e-4)
+    run = Simulator(rod(), RigidLaw(policy=policy)).run(INDETERMINATE, t_end=1e-4)
     assert run.events[0].mode_after == mode
     assert run.events[0].alternatives == ("liftoff", "slip_neg")
 
 
 def test_unstable_slip_carries_the_second_solution():
-    run = RigidSimulator(rod(), policy="slip").run(INDETERMINATE, t_end=1e-4)
+    run = Simulator(rod(), RigidLaw(policy="slip")).run(INDETERMINATE, t_end=1e-4)
     assert run.values("normal_force", 0.0)[0] == pytest.approx(332.99227098, rel=1e-10)
 
 
@@ -156,7 +156,7 @@ def test_mirrored_start_gives_the_mirrored_motion(rigid, theta, theta_dot, speed
 
 @pytest.mark.parametrize("E", [20.9e12, 20.9e14, 20.9e16])
 def test_softened_impact_tends_to_the_rigid_one(rigid, E):
-    soft = SoftenedSimulator(rod(), law("bilinear-hertz"), "compiled")
+    soft = Simulator(rod(), law("bilinear-hertz"), "compiled")
     run = soft.run(INCONSISTENT, t_end=0.01, parameters={"E": E}, until="separation")
     hard = rigid.run(INCONSISTENT, t_end=1e-3).events[-1].state
     error = abs(run.final["y_A_dot"] - hard["y_A_dot"])
@@ -165,7 +165,7 @@ def test_softened_impact_tends_to_the_rigid_one(rigid, E):
 
 
 def test_newton_gives_no_rebound_without_collision():
-    run = RigidSimulator(rod(), restitution="newton").run(INCONSISTENT, t_end=1e-6)
+    run = Simulator(rod(), RigidLaw("newton")).run(INCONSISTENT, t_end=1e-6)
     impact = run.events_of("impact_end")[0]
     assert impact.state["y_A_dot"] == pytest.approx(0.0, abs=1e-15)
 
@@ -178,7 +178,7 @@ def test_start_inside_the_ground_is_refused(rigid):
 @pytest.mark.parametrize("bad", [{"policy": "lift"}, {"restitution": "newtom"}])
 def test_unknown_choices_suggest_the_nearest(bad):
     with pytest.raises(InputError, match="Did you mean"):
-        _ = RigidSimulator(rod(), **bad).contact
+        _ = Simulator(rod(), RigidLaw(**bad)).contact
 
 
 @pytest.mark.parametrize("restitution", ["energetic", "poisson", "newton"])
@@ -217,14 +217,14 @@ _cache = {}
 
 def _simulator(restitution):
     if restitution not in _cache:
-        _cache[restitution] = RigidSimulator(rod(), restitution, engine="compiled")
+        _cache[restitution] = Simulator(rod(), RigidLaw(restitution), "compiled")
     return _cache[restitution]
 
 
 def test_wedged_strut_jams_and_says_so():
     """Rank one: once friction exceeds cot θ no finite force or impulse is a rigid answer."""
     strut = model("strut")
-    run = RigidSimulator(strut).run(strut.start, t_end=0.1, parameters={"mu": 1.0})
+    run = Simulator(strut, RigidLaw()).run(strut.start, t_end=0.1, parameters={"mu": 1.0})
     assert run.stop_reason is StopReason.JAM
     assert "no exit" in run.stop_detail
     assert len(run.events) < 50
@@ -241,7 +241,7 @@ def test_wedged_strut_jams_and_says_so():
 )
 def test_named_mechanisms_move_and_keep_their_energy_balance(name):
     mechanism = model(name)
-    run = RigidSimulator(mechanism).run(mechanism.start, t_end=0.05)
+    run = Simulator(mechanism, RigidLaw()).run(mechanism.start, t_end=0.05)
     assert run.stop_reason in (StopReason.T_END, StopReason.LEFT_DOMAIN)
     assert run.energy_residual < 1e-9
 
@@ -249,7 +249,7 @@ def test_named_mechanisms_move_and_keep_their_energy_balance(name):
 @pytest.mark.parametrize("name", ["pr-robot", "strut"])
 def test_touching_start_where_the_gap_is_no_coordinate_is_no_fall(name):
     mechanism = model(name)
-    run = RigidSimulator(mechanism).run(mechanism.start, t_end=1e-6)
+    run = Simulator(mechanism, RigidLaw()).run(mechanism.start, t_end=1e-6)
     assert not run.events_of("touchdown")
 
 

@@ -11,10 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from painleve_sym.errors import InputError
+from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.models import model
 from painleve_sym.simulate.batch.result import ManyResult
 from painleve_sym.simulate.batch.run import simulate_many
-from painleve_sym.simulate.rigid import RigidSimulator
+from painleve_sym.simulate.simulator import Simulator
 
 KEPT = 3
 AT_START = ("left_domain", "invalid_start", "non_finite")
@@ -22,8 +23,8 @@ COUNTERS = ("accepted_steps", "rejected_steps", "guard_evaluations", "events")
 
 
 @pytest.fixture(scope="module", params=["taylor", "compiled"])
-def rigid(request) -> RigidSimulator:
-    return RigidSimulator(model("rod"), engine=request.param)
+def rigid(request) -> Simulator:
+    return Simulator(model("rod"), RigidLaw(), request.param)
 
 
 def check_row(found: ManyResult, i: int) -> None:
@@ -106,7 +107,7 @@ def test_bounces_that_settle_are_among_the_events(rigid):
 
 def test_the_second_engine_names_the_same_ends():
     states = {"theta": np.radians([31.0, 40.0]), "x_A_dot": -30.0, "y_A": [0.0, -0.1]}
-    second = RigidSimulator(model("rod"), engine="erk")
+    second = Simulator(model("rod"), RigidLaw(), "erk")
     found = simulate_many(second, states, {"g": 10.0, "mu": 5 / 3}, t_end=3.0, events=KEPT)
     assert found["stop_reason"].tolist() == ["dynamic_jam", "invalid_start"]
     check_row(found, 0)

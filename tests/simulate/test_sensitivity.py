@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 
 from painleve_sym.errors import InputError, PainleveWarning, StopReason
 from painleve_sym.laws.catalogue import law
+from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.models import model
-from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.simulate.rigid import RigidSimulator
 from painleve_sym.simulate.sensitivity.variational import _Marked, _verdict
+from painleve_sym.simulate.simulator import Simulator
 
 TABLE_3 = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
 TABLE_4 = {"theta": 1.0, "theta_dot": 5.0, "x_A_dot": -1.0}
@@ -26,7 +26,7 @@ WRT = ("theta", "y_A", "mu", "e_energetic", "E")
 
 @functools.cache
 def softened(name="rod"):
-    return SoftenedSimulator(model(name), law("bilinear-hertz", reload="virgin"))
+    return Simulator(model(name), law("bilinear-hertz", reload="virgin"))
 
 
 def richardson(simulator, state, name, parameters, values, *, step=4e-4, levels=3, **options):
@@ -189,7 +189,7 @@ def test_eight_parameters_of_a_tangential_impact():
 
 
 def test_engines_agree():
-    other = SoftenedSimulator(model("rod"), law("bilinear-hertz", reload="virgin"), "erk")
+    other = Simulator(model("rod"), law("bilinear-hertz", reload="virgin"), "erk")
     options = {"parameters": HARD, "t_end": 0.01, "until": "separation", "rtol": 1e-12}
     start = TABLE_3 | {"y_A_dot": -0.01}
     a, b = (s.sensitivities(start, WRT, **options) for s in (softened(), other))
@@ -216,7 +216,7 @@ def test_the_gap_of_a_touching_start_is_differentiated_towards_compression():
 @pytest.mark.slow
 @pytest.mark.parametrize("rule", ["energetic", "newton", "poisson"])
 def test_rigid_impacts(rule):
-    sim, wrt = RigidSimulator(model("rod"), rule), ("y_A", "theta", "mu", f"e_{rule}")
+    sim, wrt = Simulator(model("rod"), RigidLaw(rule)), ("y_A", "theta", "mu", f"e_{rule}")
     assert_derivatives(sim, TABLE_3 | {"y_A": 0.01, "y_A_dot": -0.5}, wrt, {}, t_end=0.15)
 
 
@@ -224,7 +224,7 @@ def test_rigid_impacts(rule):
 def test_bounces_that_die_out_and_the_slip_after_them():
     start = {"theta": 0.7, "y_A": 0.01, "x_A_dot": -0.3}
     found = assert_derivatives(
-        RigidSimulator(model("rod")),
+        Simulator(model("rod"), RigidLaw()),
         start,
         ("y_A", "theta", "mu", "e_energetic"),
         {"mu": 0.3, "e_energetic": 0.3},
@@ -321,7 +321,9 @@ def test_directions_are_checked(wrt, said):
 
 def test_a_rigid_contact_takes_no_initial_force():
     with pytest.raises(InputError, match="no compression"):
-        RigidSimulator(model("rod")).sensitivities(TABLE_3, ("mu",), t_end=0.01, initial_force=1.0)
+        Simulator(model("rod"), RigidLaw()).sensitivities(
+            TABLE_3, ("mu",), t_end=0.01, initial_force=1.0
+        )
 
 
 def test_unknown_quantities_are_named():
@@ -339,7 +341,7 @@ def test_unknown_quantities_are_named():
 @pytest.mark.slow
 def test_a_reset_without_a_derivative_is_reported():
     """At e = 0 the speed after an impact is a square root at zero."""
-    sim, state = RigidSimulator(model("rod")), TABLE_3 | {"y_A": 0.01, "y_A_dot": -0.5}
+    sim, state = Simulator(model("rod"), RigidLaw()), TABLE_3 | {"y_A": 0.01, "y_A_dot": -0.5}
     with pytest.warns(PainleveWarning, match="impact_end.*no finite derivative"):
         found = sim.sensitivities(
             state, ("y_A", "theta", "mu", "e_energetic"), parameters={"e_energetic": 0.0},

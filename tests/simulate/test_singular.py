@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from painleve_sym.errors import StopReason
+from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.models import model, rod
-from painleve_sym.simulate.rigid import RigidSimulator
+from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.simulate.singular_limit import LimitKind
 from painleve_sym.simulate.trajectory import Trajectory
 
@@ -21,7 +22,7 @@ PARAMETERS = {"g": 10.0, "mu": 5 / 3}
 
 @pytest.fixture(scope="module")
 def rigid():
-    return RigidSimulator(rod(), engine="compiled")
+    return Simulator(rod(), RigidLaw(), "compiled")
 
 
 @pytest.fixture(scope="module")
@@ -114,7 +115,7 @@ def test_mirrored_slip_jams_at_the_mirrored_place(rigid, jam):
 @pytest.mark.slow
 def test_other_mechanisms_jam_too():
     """A block slipping to the right near θ = 1.39 rad, where r = 0.29 at μ = 2."""
-    simulator = RigidSimulator(model("block"), engine="compiled")
+    simulator = Simulator(model("block"), RigidLaw(), "compiled")
     start = {"theta": 1.41, "theta_dot": -5.6, "x_A_dot": 20.0}
     run = simulator.run(start, t_end=0.1, parameters={"mu": 2.0})
     assert run.stop_reason is StopReason.DYNAMIC_JAM
@@ -138,10 +139,10 @@ def test_runs_without_dense_output_have_no_measured_exponent(rigid, jam):
 
 
 def test_second_engine_finds_the_same_limit(jam):
-    run = RigidSimulator(rod(), engine="erk").run(
+    run = Simulator(rod(), RigidLaw(), "erk").run(
         GLOCKER | {"theta": 0.7, "theta_dot": 3.6}, t_end=1.0, parameters=PARAMETERS
     )
-    other = RigidSimulator(rod(), engine="compiled").run(
+    other = Simulator(rod(), RigidLaw(), "compiled").run(
         GLOCKER | {"theta": 0.7, "theta_dot": 3.6}, t_end=1.0, parameters=PARAMETERS
     )
     assert run.stop_reason is other.stop_reason

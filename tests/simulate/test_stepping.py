@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 from painleve_sym.contacts.classify import classify
 from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.errors import InputError, StopReason
+from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.models import model, rod
-from painleve_sym.simulate.rigid import RigidSimulator
+from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.simulate.time_stepping.stepping import SCHEMES, TimeStepper, simulate_stepping
 
 SLIDING = {"theta": 0.5, "theta_dot": 1.0, "x_A_dot": -1.0}
@@ -29,7 +30,7 @@ def stepper():
 
 @pytest.fixture(scope="module")
 def rigid():
-    return RigidSimulator(rod(), "newton", engine="compiled")
+    return Simulator(rod(), RigidLaw("newton"), "compiled")
 
 
 def _orders(stepper, reference, state, steps, t_end, **options):
@@ -171,7 +172,7 @@ def test_plain_bounce_has_newtons_restitution(stepper, e):
 def test_other_mechanisms_converge_to_their_rigid_motion(name):
     mechanism = model(name)
     names = [f"{c.name}_dot" for c in mechanism.system.coordinates]
-    reference = RigidSimulator(mechanism, "newton").run(mechanism.start, t_end=0.01).final
+    reference = Simulator(mechanism, RigidLaw("newton")).run(mechanism.start, t_end=0.01).final
     errors = []
     for h in (1e-3, 1e-4):
         run = TimeStepper(mechanism).run(mechanism.start, step=h, t_end=0.01)

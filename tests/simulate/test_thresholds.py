@@ -14,7 +14,7 @@ from painleve_sym.mechanics.bodies import Body, Load
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import Coordinate, LagrangianSystem, Parameter
-from painleve_sym.simulate.factory import make_simulator
+from painleve_sym.simulate.simulator import Simulator
 from tests.mechanics.made_up import skew_block
 
 NEAR = [0.995, 1.005]
@@ -55,12 +55,12 @@ def points(count: int, guided: bool = False) -> Mechanism:
 @functools.cache
 def simulator(count: int, name: str):
     own = law(name) if name == "linear" else RigidLaw()
-    return make_simulator(points(count, name == "guide"), own, "compiled")
+    return Simulator(points(count, name == "guide"), own, "compiled")
 
 
 @functools.cache
 def skew(restitution: str):
-    return make_simulator(skew_block(), RigidLaw(restitution), "compiled")
+    return Simulator(skew_block(), RigidLaw(restitution), "compiled")
 
 
 # ---- the friction cone ----

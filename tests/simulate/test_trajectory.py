@@ -11,9 +11,8 @@ from scipy.integrate import cumulative_simpson
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.files import write_beside
 from painleve_sym.laws.catalogue import law
-from painleve_sym.mechanics.models import rod
-from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.simulate.factory import simulate_softened
+from painleve_sym.mechanics.models import model, rod
+from painleve_sym.simulate.simulator import Simulator, simulate_rigid, simulate_softened
 from painleve_sym.simulate.trajectory import Trajectory
 
 START = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
@@ -21,7 +20,7 @@ START = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
 
 @pytest.fixture(scope="module")
 def simulator():
-    return SoftenedSimulator(rod(), law("bilinear-hertz"))
+    return Simulator(rod(), law("bilinear-hertz"))
 
 
 @pytest.fixture(scope="module")
@@ -92,6 +91,32 @@ def test_run_without_dense_record_says_why_it_cannot_be_evaluated(simulator):
     assert np.isnan(run.energy_residual)
     with pytest.raises(InputError, match="record='dense'"):
         run(0.0)
+
+
+def test_end_of_a_run_without_dense_record_can_be_evaluated(simulator):
+    run = simulator.run(START, t_end=1e-3, record="events")
+    assert run.state(1e-3) == run.final
+    assert run.outputs(1e-3)["normal_force"][0] == run.final_outputs["normal_force"]
+
+
+def test_run_that_ended_at_its_start_can_be_evaluated_there():
+    run = simulate_rigid(
+        model("strut"), {"theta": 0.9272952180016122}, t_end=1e-2, parameters={"mu": 2.0}
+    )
+    assert run.stop_reason is StopReason.JAM and run.ended_at_start
+    assert run.state(0.0) == run.final
+    assert run.sample(3) == pytest.approx([0, 0, 0])
+    with pytest.raises(InputError, match=r"need 0.0: the run ended at its start \(jam\)"):
+        run(1e-3)
+
+
+def test_evaluation_at_an_event_that_ends_the_run_is_the_state_after_it():
+    start = {"theta": 0.9, "theta_dot": 4.0}
+    run = simulate_rigid(model("strut"), start, t_end=1e-2, parameters={"mu": 2.0})
+    assert run.stop_reason is StopReason.JAM and len(run.step_time)
+    assert run.state(run.final_time) == run.final == run.events[-1].state
+    before = run.state(float(np.nextafter(run.final_time, 0)))
+    assert abs(before["theta_dot"] - run.final["theta_dot"]) > 2
 
 
 def test_saved_trajectory_is_the_same_when_loaded(impact, simulator, tmp_path):

@@ -13,16 +13,14 @@ from painleve_sym.errors import InputError, StopReason
 from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.models import model
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
-from painleve_sym.simulate.factory import make_simulator
-from painleve_sym.simulate.plural import PluralSimulator
-from painleve_sym.simulate.rigid import RigidSimulator
+from painleve_sym.simulate.simulator import Simulator
 
 FLAT = {"beta": 0.0}
 
 
 @pytest.fixture(scope="module")
-def feet() -> PluralSimulator:
-    return PluralSimulator(model("block-two-feet"), (RigidLaw(),))
+def feet() -> Simulator:
+    return Simulator(model("block-two-feet"), RigidLaw())
 
 
 def test_both_feet_slide_to_rest(feet):
@@ -50,7 +48,7 @@ def test_too_much_friction_tips_the_block(feet):
 def test_one_foot_moves_as_the_mechanism_with_that_contact_alone(feet):
     """While A is in the air the motion is that of B alone, also through its impacts."""
     start, p = {"y_A": 0.1, "theta": -0.4, "x_A_dot": 1.0}, FLAT | {"mu_B": 0.7}
-    alone = RigidSimulator(feet.mechanism.only("B"))
+    alone = Simulator(feet.mechanism.only("B"), RigidLaw())
     both = feet.run(start, t_end=0.3, parameters=p)
     one = alone.run(start, t_end=0.3, parameters=p)
     first = next((e.time for e in both.events if e.contact == "A"), both.final_time)
@@ -77,7 +75,7 @@ def test_rocking_loses_what_housner_says(feet, h):
 @pytest.mark.parametrize("law", ["energetic", "poisson", "newton"])
 def test_a_falling_block_comes_to_rest(law):
     """Bounces and rocking accumulate and end; the energy closes through hundreds of impacts."""
-    simulator = PluralSimulator(model("block-two-feet"), (RigidLaw(law),))
+    simulator = Simulator(model("block-two-feet"), RigidLaw(law))
     p = FLAT | {"h": 0.1, "mu_A": 0.8, "mu_B": 0.8, simulator.own_parameters[0].name: 0.3}
     found = simulator.run({"y_A": 0.05, "theta": 0.3}, t_end=3.0, parameters=p)
     assert found.stop_reason is StopReason.T_END
@@ -101,7 +99,7 @@ def test_the_inconsistent_foot_has_its_impact_without_collision(feet):
     p = FLAT | {"h": 0.2, "J": 0.01, "mu_B": 3.0, "mu_A": 3.0}
     start = {"theta": -0.8, "y_A": 2 * 0.1 * math.sin(0.8), "x_A_dot": -1.0}
     alone = feet.mechanism.only("B")
-    rigid = RigidSimulator(alone).run(start, t_end=1e-4, parameters=p)
+    rigid = Simulator(alone, RigidLaw()).run(start, t_end=1e-4, parameters=p)
     found = feet.run(start, t_end=1e-4, parameters=p)
     assert rigid.events_of("impact_slip_stop"), "the state is not the one meant"
     assert found.events_of("impact")[0].time == 0
@@ -111,7 +109,7 @@ def test_the_inconsistent_foot_has_its_impact_without_collision(feet):
 
 def test_the_second_engine_agrees(feet):
     start, p = {"theta": 0.2}, FLAT | {"h": 0.3, "mu_A": 1.0, "mu_B": 1.0, "e_energetic": 0.0}
-    other = PluralSimulator(feet.mechanism, (RigidLaw(),), "erk")
+    other = Simulator(feet.mechanism, RigidLaw(), "erk")
     runs = [s.run(start, t_end=0.8, parameters=p, rtol=1e-9) for s in (feet, other)]
     kinds = [[(e.kind, e.contact, e.mode_after) for e in r.events] for r in runs]
     assert kinds[0] == kinds[1]
@@ -136,11 +134,6 @@ def test_a_run_ends_where_it_is_asked_to(feet):
     assert found.final_time == found.events_of("impact")[0].time
     limited = feet.run({"y_A": 0.1, "theta": 0.1}, t_end=1.0, parameters=FLAT, max_events=3)
     assert limited.stop_reason is StopReason.EVENT_LIMIT
-
-
-def test_the_number_of_contacts_chooses_the_simulator():
-    assert isinstance(make_simulator(model("rod"), RigidLaw()), RigidSimulator)
-    assert isinstance(make_simulator(model("block-two-feet"), RigidLaw()), PluralSimulator)
 
 
 # ---- the contact problem at a state ----
@@ -172,11 +165,11 @@ def test_an_open_contact_is_left_out():
 def test_rigid_contacts_of_one_mechanism_follow_one_law():
     for other in (RigidLaw("newton"), RigidLaw("poisson", "slip")):
         with pytest.raises(InputError, match="the same restitution law and policy"):
-            make_simulator(model("block-two-feet"), {"A": RigidLaw("poisson"), "B": other})
+            Simulator(model("block-two-feet"), {"A": RigidLaw("poisson"), "B": other})
 
 
 def test_law_whose_parameter_the_mechanism_has_is_refused():
     legs = Path(__file__).parents[2] / "examples/mechanisms/three-legged-table.toml"
     text = legs.read_text("utf-8").replace("mu_left", "e_energetic")
     with pytest.raises(InputError, match="both have a parameter 'e_energetic'"):
-        make_simulator(mechanism_from_text(text, name="legs"), RigidLaw())
+        Simulator(mechanism_from_text(text, name="legs"), RigidLaw())

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
-from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.study.critical.bisection import (
     Border,
     CriticalForceFinder,
@@ -36,9 +36,7 @@ CASES = {
 
 @pytest.fixture(scope="module")
 def finder():
-    return CriticalForceFinder(
-        SoftenedSimulator(model("rod"), law("bilinear-hertz", reload="virgin"))
-    )
+    return CriticalForceFinder(Simulator(model("rod"), law("bilinear-hertz", reload="virgin")))
 
 
 # ---- the numbers of the paper's Table 4 ----
@@ -83,7 +81,7 @@ def test_scipy_sees_the_border_where_the_compiled_runs_do(finder, border, first)
 
 @pytest.mark.slow
 def test_the_other_engine_finds_the_same_force(finder):
-    other = SoftenedSimulator(model("rod"), law("bilinear-hertz", reload="virgin"), "erk")
+    other = Simulator(model("rod"), law("bilinear-hertz", reload="virgin"), "erk")
     found = CriticalForceFinder(other, rtol=1e-10).find(
         TABLE_4, {"E": STIFF}, check_tolerance=False
     )
@@ -127,7 +125,7 @@ def test_the_borders_draw_together_as_the_sliding_solution_lasts_longer(finder):
 )
 def test_expansion_holds_for_any_mechanism(name, law_name):
     state, parameters = CASES[name]
-    finder = CriticalForceFinder(SoftenedSimulator(model(name), law(law_name)))
+    finder = CriticalForceFinder(Simulator(model(name), law(law_name)))
     left = []
     for E in (20.9e14, 20.9e18):
         found = finder.find(state, {**parameters, "E": E}, check_tolerance=False)
@@ -143,7 +141,7 @@ def test_expansion_holds_for_any_mechanism(name, law_name):
 
 @pytest.mark.parametrize("name", ["linear", "hunt-crossley"])
 def test_first_term_holds_for_laws_with_damping(name):
-    finder = CriticalForceFinder(SoftenedSimulator(model("rod"), law(name)))
+    finder = CriticalForceFinder(Simulator(model("rod"), law(name)))
     left = []
     for scale in (1.0, 1e4):
         hard = {"k": 1e12 * scale, "c": 3e4 * scale**0.5}
@@ -267,6 +265,6 @@ def test_a_run_that_is_not_decided_says_why(finder):
 
 def test_initial_force_of_a_gap_that_is_no_coordinate():
     state, parameters = {"theta": math.asin(0.8)}, {"mu": 1.5, "k_s": 40.0, "theta_0": 0.5}
-    simulator = SoftenedSimulator(model("strut"), law("bilinear-hertz"))
+    simulator = Simulator(model("strut"), law("bilinear-hertz"))
     run = simulator.run(state, parameters=parameters, t_end=1e-8, initial_force=100.0)
     assert run.values("normal_force", np.array([0.0]))[0] == pytest.approx(100.0, rel=1e-12)

@@ -7,7 +7,7 @@ from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import rod
 from painleve_sym.papers.impact_resolution.jump import extrapolated
-from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.study.compare.jump_convergence import compare_jump
 
 TABLE_3 = {"x_A_dot": -1.0, "theta": 1.0, "theta_dot": 1.0}
@@ -17,7 +17,7 @@ MODULI = [20.9e12, 20.9e14, 20.9e16, 20.9e18]
 
 @pytest.fixture(scope="module")
 def simulator():
-    return SoftenedSimulator(rod(), law("bilinear-hertz", reload="virgin"))
+    return Simulator(rod(), law("bilinear-hertz", reload="virgin"))
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ import pytest
 from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
-from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.study.critical.bisection import Border, CriticalForceFinder
 from painleve_sym.study.critical.continuation import Setting, critical_curve
 from painleve_sym.study.critical.gradient import critical_force_gradient
@@ -27,9 +27,7 @@ PAGE = (ROOT / "docs" / "critical-force.md").read_text(encoding="utf-8")
 
 @pytest.fixture(scope="module")
 def finder():
-    return CriticalForceFinder(
-        SoftenedSimulator(model("rod"), law("bilinear-hertz", reload="virgin"))
-    )
+    return CriticalForceFinder(Simulator(model("rod"), law("bilinear-hertz", reload="virgin")))
 
 
 @pytest.fixture(scope="module")
@@ -161,7 +159,7 @@ def test_growth_of_a_deviation_tends_to_the_closed_form(finder):
 
 @pytest.mark.parametrize("damping", [0.0, 3e4])
 def test_growth_with_a_dashpot_is_the_larger_root(damping):
-    finder = CriticalForceFinder(SoftenedSimulator(model("rod"), law("linear")))
+    finder = CriticalForceFinder(Simulator(model("rod"), law("linear")))
     found = compare_growth(finder, TABLE_4, {"k": 1e12, "c": damping})
     assert found.measured == pytest.approx(found.predicted, rel=5e-3)
 

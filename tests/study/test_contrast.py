@@ -5,8 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from painleve_sym.errors import InputError
-from painleve_sym.mechanics.models import rod
+from painleve_sym.contacts.impact.jump import evaluate_jump
+from painleve_sym.errors import InputError, StopReason
+from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.mechanics.models import model, rod
+from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
+from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.study.compare.comparison import contrast
 
 STEPS = (1e-3, 5e-4)
@@ -114,6 +118,150 @@ def test_falling_rod_has_no_contact_problem_of_accelerations():
     assert found.acceleration_level is None
     assert found.first_steps == ()
     assert all(a.normal_impulse == 0 for a in (*found.rigid, *found.stepping, *found.softened))
+
+
+# ---- rigid motion that ends early ----
+
+WEDGED = {"theta": 0.9272952180016122}  # the tip of the strut touches the surface
+ONE = {"steps": (1e-3,), "stiffness": (20.9e14,), "solvers": ("least-impulse", "lemke")}
+
+# A sprag held by a spring between a pivot and a belt, to the right (side = 1) or its mirror image.
+SPRAG = """
+name = "sprag"
+[coordinates]
+phi = { unit = "rad", meaning = "angle of the sprag from the upright" }
+[parameters]
+J = { default = 0.3, unit = "kg m^2", meaning = "inertia", positive = true }
+L = { default = 0.5, unit = "m", meaning = "length", positive = true }
+k = { default = 4.0, unit = "N m/rad", meaning = "stiffness", lower = 0 }
+side = { default = 1.0, unit = "1", meaning = "1 to the right, -1 to the left" }
+u = { default = 0.8, unit = "m/s", meaning = "speed of the belt" }
+mu = { default = 1.5, unit = "1", meaning = "friction coefficient" }
+[[bodies]]
+mass = "J"
+inertia = "J"
+angle = "phi"
+centre = [0, 0]
+[[springs]]
+extension = "phi - 0.2"
+stiffness = "k"
+[[contacts]]
+name = "tip"
+point = ["side*L*sin(phi)", "0.4 - L*cos(phi)"]
+surface_speed = "-side*u"
+friction = "mu"
+"""
+
+
+def test_rigid_motion_that_jams_is_an_answer_beside_the_others():
+    """Rank one: cos θ (v_n, v_t + u) ∝ θ̇, so that the slip stops at θ̇ = u/(2 l sin θ) = 1.25."""
+    wedged = contrast(model("strut"), WEDGED, parameters={"mu": 2.0}, **ONE)
+    assert [a.way for a in wedged.rigid] == ["energetic", "newton"]
+    for answer in wedged.rigid:
+        assert answer.stop_reason is StopReason.JAM
+        assert "no exit" in answer.stop_detail
+        assert answer.events[-1] == (0.0, "jam")
+        assert answer.final_time == 0
+        assert answer.state == pytest.approx(WEDGED | {"theta_dot": 1.25}, rel=1e-12)
+        # J Δθ̇ = 2 l (μ sin θ − cos θ) P_n with J = 4 m l²/3 about the pivot.
+        assert answer.normal_impulse == pytest.approx(1.25 / 3 / (1.6 - 0.6), rel=1e-12)
+        assert len(answer.times) == len(answer.contact_velocities) >= 2
+    assert all(a.stop_reason is StopReason.NO_MODE for a in wedged.stepping)
+    assert all("gives no impulses" in a.stop_detail for a in wedged.stepping)
+    (softened,) = wedged.softened
+    assert softened.complete and softened.peak_force > 1e6
+    assert np.isnan(softened.error)
+    assert wedged.jams and not wedged.impact_without_collision
+    assert np.isnan(wedged.expected_stiffness_order)
+    assert wedged.jumps["e"].normal_impulse == wedged.rigid[0].normal_impulse
+
+
+def test_rigid_motion_that_jams_on_its_way_ends_after_the_impulse_up_to_there():
+    start = {"theta": 0.9, "theta_dot": 4.0}
+    found = contrast(model("strut"), start, parameters={"mu": 2.0}, **ONE)
+    jammed = found.rigid[0]
+    assert jammed.stop_reason is StopReason.JAM
+    assert 0 < jammed.final_time < found.t_end
+    assert jammed.velocity["theta_dot"] == pytest.approx(1.25, rel=1e-12)
+    # The drawn curve ends after the impulse, too: at v_t = 0 and v_n = −2 l cos θ θ̇.
+    assert jammed.contact_velocities[-1] == pytest.approx([-0.75, 0], abs=1e-12)
+    landing = Simulator(model("strut"), RigidLaw()).run(start, parameters={"mu": 2.0}, t_end=1e-2)
+    (touchdown,) = landing.events_of("touchdown")
+    at = {name: touchdown.state[name] for name in ("theta", "theta_dot")}
+    jump = evaluate_jump(model("strut"), "energetic", at, {"mu": 2.0})
+    assert jammed.normal_impulse == pytest.approx(jump.normal_impulse, rel=1e-9)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_another_mechanism_jams_as_does_its_mirror_image(side):
+    start = {"phi": float(np.arccos(0.8))}
+    mechanism = mechanism_from_text(SPRAG)
+    found = contrast(mechanism, start, parameters={"side": side}, **ONE)
+    answer = found.rigid[0]
+    # v_t = side (L cos φ φ̇ + u) stops at φ̇ = −2, where J Δφ̇ = L (sin φ − μ cos φ) P_n.
+    assert (answer.stop_reason, answer.final_time) == (StopReason.JAM, 0)
+    assert answer.velocity["phi_dot"] == pytest.approx(-2, rel=1e-12)
+    assert answer.normal_impulse == pytest.approx(0.6 / 0.3, rel=1e-12)
+    normal, slip = answer.contact_velocities.T
+    assert slip[0] == pytest.approx(0.8 * side)
+    assert (normal[-1], slip[-1]) == pytest.approx((-0.6, 0), abs=1e-12)
+    assert found.softened[0].complete
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_rigid_motion_that_jams_dynamically_says_where_it_would_arrive(sign):
+    """Glocker's rod (A = B = 0 at θ = 45° with g = 10, μ = 5/3), and its mirror image."""
+    given = {"g": 10.0, "mu": 5 / 3}
+    start = {"theta": np.radians(31), "x_A_dot": -30.0}
+    near = Simulator(rod(), RigidLaw()).run(start, parameters=given, t_end=0.8).final
+    state = {n: near[n] for n in rod().state_names}
+    if sign < 0:
+        state = {n: -v if n in ("x_A", "x_A_dot", "theta_dot") else v for n, v in state.items()}
+        state["theta"] = np.pi - state["theta"]
+    found = contrast(rod(), state, parameters=given, t_end=0.02, **ONE)
+    answer = found.rigid[0]
+    assert answer.stop_reason is StopReason.DYNAMIC_JAM
+    assert answer.limit.time == pytest.approx(0.8145496574 - 0.8, abs=2e-9)
+    assert np.cos(answer.limit.state["theta"]) == pytest.approx(sign * np.sqrt(0.5), abs=1e-8)
+    assert answer.state["theta"] == pytest.approx(answer.limit.state["theta"], abs=1e-6)
+    assert all(a.complete and np.isnan(a.error) for a in (*found.stepping, *found.softened))
+
+
+# ---- the impulse and the ruler ----
+
+
+@pytest.mark.parametrize("theta_dot", [1.0, 5.0])
+def test_impulse_of_every_motion_is_that_of_the_momentum_balance(theta_dot):
+    """P_n = m (v_y⁺ − v_y⁻ + g t) with v_y = ẏ_A + l cos θ θ̇ of the centre."""
+    found = _contrast(theta_dot=theta_dot, stiffness=(20.9e12,))
+    for answer in (*found.rigid, *found.softened):
+        lift = [
+            s["y_A_dot"] + np.cos(s["theta"]) * s["theta_dot"] for s in (found.state, answer.state)
+        ]
+        balance = lift[1] - lift[0] + 9.8 * answer.final_time
+        assert answer.normal_impulse == pytest.approx(balance, rel=1e-10, abs=1e-12)
+
+
+def test_impulse_of_impacts_that_reverse_the_slip_of_a_pivoted_strut():
+    """W has rank one: only along the path of the impulse do velocities tell P_n."""
+    found = contrast(model("strut"), {"theta": 0.9, "theta_dot": 4.0}, **ONE)
+    energetic = found.rigid[0]
+    assert energetic.complete
+    assert energetic.normal_impulse == pytest.approx(found.softened[0].normal_impulse, rel=2e-4)
+
+
+def test_error_of_a_body_held_at_rest_is_relative_to_what_the_contact_stops():
+    start = {"theta": WEDGED["theta"] - 1e-7}
+    found = contrast(model("strut"), start, **(ONE | {"steps": (1e-4,)}))
+    assert found.rigid[0].normal_impulse == pytest.approx(
+        found.stepping[0].normal_impulse, rel=1e-3
+    )
+    assert all(a.complete and a.error < 1e-3 for a in found.stepping)
+
+
+def test_several_contacts_are_refused_with_their_names():
+    with pytest.raises(InputError, match=r"got 2 contacts, need one.*'A', 'B'"):
+        contrast(model("block-two-feet"), {"theta": 0.3})
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ import pytest
 from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
-from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.study.fitting.data import FitData, read_fit_data
 from painleve_sym.study.fitting.problem import FitProblem
 
@@ -24,7 +24,7 @@ TIMES = np.arange(0, 101) * 4e-5
 
 @functools.cache
 def simulator():
-    return SoftenedSimulator(model("rod"), law("bilinear-hertz"))
+    return Simulator(model("rod"), law("bilinear-hertz"))
 
 
 @functools.cache

@@ -7,7 +7,7 @@ import pytest
 from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
-from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.study.critical.bisection import Border, CriticalForceFinder
 from painleve_sym.study.critical.gradient import critical_force_gradient
 
@@ -17,9 +17,7 @@ HARD = {"E": 20.9e14}
 
 @pytest.fixture(scope="module")
 def finder() -> CriticalForceFinder:
-    return CriticalForceFinder(
-        SoftenedSimulator(model("rod"), law("bilinear-hertz", reload="virgin"))
-    )
+    return CriticalForceFinder(Simulator(model("rod"), law("bilinear-hertz", reload="virgin")))
 
 
 @pytest.mark.parametrize("border", list(Border))

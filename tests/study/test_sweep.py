@@ -20,7 +20,7 @@ from painleve_sym.contacts.classify import classify
 from painleve_sym.errors import InputError, PainleveError
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
-from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.study.sweeps import runner as sweep_run
 from painleve_sym.study.sweeps.runner import Parts, Reporter, run_sweep
 from painleve_sym.study.sweeps.space import Grid, Range, Sample, read_space
@@ -155,7 +155,7 @@ def test_a_sweep_is_the_single_runs_bit_for_bit(tmp_path):
     sweep, out = sweep_of(SMALL), tmp_path / "out.npz"
     finished(sweep, out)
     found = arrays(out)
-    simulator = SoftenedSimulator(model("rod"), law("bilinear-hertz", reload="virgin"))
+    simulator = Simulator(model("rod"), law("bilinear-hertz", reload="virgin"))
     for i, j, k in ((0, 0, 0), (3, 1, 2), (2, 2, 1)):
         start = {
             "theta": float(found["theta"][i]),

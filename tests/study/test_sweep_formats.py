@@ -11,8 +11,9 @@ import pytest
 
 from painleve_sym.cli import main
 from painleve_sym.errors import InputError, PainleveError
+from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.models import model
-from painleve_sym.simulate.rigid import RigidSimulator
+from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.study.sweeps import writers as sweep_file
 from painleve_sym.study.sweeps.runner import run_sweep
 from painleve_sym.study.sweeps.sweep import Sweep
@@ -79,7 +80,7 @@ def test_lists_of_event_times_are_those_of_single_runs(tmp_path):
     xarray = pytest.importorskip("xarray")
     data = opened(xarray, written(BOUNCES, tmp_path / "a.nc"))
     assert dict(data.sizes) == {"y_A": 3, "e_energetic": 2, "event": 13, "occurrence": 4}
-    simulator = RigidSimulator(model("rod"))
+    simulator = Simulator(model("rod"), RigidLaw())
     for i in range(2):
         for j in range(2):
             point = data.isel(y_A=i, e_energetic=j)

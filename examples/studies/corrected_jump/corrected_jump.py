@@ -35,7 +35,7 @@ for velocity, drift in outcome.data["drift"].items():
     )
 
 rod, law = ps.model("rod"), ps.law("bilinear-hertz", reload="virgin")
-simulator = ps.SoftenedSimulator(rod, law)
+simulator = ps.Simulator(rod, law)
 print("\nother starts: y_A_dot after the impact")
 print(f"{'start':40} {'classical':>10} {'frozen':>10} {'carried':>10} {'softened':>10}")
 table_3 = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}

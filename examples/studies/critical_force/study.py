@@ -36,7 +36,7 @@ POINTS = 81
 
 def finder_of(name):
     law = ps.law("bilinear-hertz", reload="virgin")
-    return CriticalForceFinder(ps.SoftenedSimulator(ps.model(name), law))
+    return CriticalForceFinder(ps.Simulator(ps.model(name), law))
 
 
 def write(folder, name, head, rows):

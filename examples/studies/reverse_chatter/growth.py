@@ -45,9 +45,9 @@ def closed_form(law: str, e: float, what: str = "ratio") -> float:
 
 
 @cache
-def simulator(law: str) -> ps.RigidSimulator:
+def simulator(law: str) -> ps.Simulator:
     """Return the rigid cart with a restitution law, made once."""
-    return ps.RigidSimulator(CART, law)
+    return ps.Simulator(CART, ps.law("rigid", restitution=law))
 
 
 def speeds(law: str, e: float, t_end: float) -> tuple[Any, Any, Any]:

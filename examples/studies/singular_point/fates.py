@@ -35,7 +35,7 @@ FATES = {"until": "lifts off", "dynamic_jam": "jams"}
 CLOSE = {"liftoff": "lifts off", "bounded": "stays bounded", "stop": "stops"}
 
 ROD = ps.model("rod")
-SIMULATOR = ps.RigidSimulator(ROD)
+SIMULATOR = ps.Simulator(ROD, ps.law("rigid"))
 POINT = SingularPoint(ROD.coefficients, slip=-1)
 PARAMETERS = {p.name: p.default for p in ROD.system.parameters}
 

@@ -94,6 +94,11 @@ class JumpResult:
         """Velocities of the mechanism after the jump (up to the jam), by state name."""
         return self.phases[-1].velocity if self.phases else self.velocity_before
 
+    @property
+    def normal_impulse(self) -> float:
+        """P_n of the jump (up to the jam); N s."""
+        return math.fsum(phase.normal_impulse for phase in self.phases)
+
 
 def evaluate_jump(
     mechanism: Mechanism,

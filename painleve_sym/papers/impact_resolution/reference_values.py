@@ -46,7 +46,7 @@ def compute_reference(name: str, bench: Workbench) -> Outcome:
         Verdict.of(agree == len(rows)),
         data={
             "E": modulus,
-            "K_e": float(numbers([simulator.law.stiffness], constants)[0]),
+            "K_e": float(numbers([simulator.contact_law.stiffness], constants)[0]),
             "largest_relative_difference": largest,
             "source": reference["source"],
             "table": table(["event", "quantity", "reference", "computed", "agrees"], rows),

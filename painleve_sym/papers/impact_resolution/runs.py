@@ -26,8 +26,7 @@ from painleve_sym.papers.impact_resolution.claims import (
     TABLES,
 )
 from painleve_sym.papers.panels import Axis, Mark, Panel, events_as_marks, line, window
-from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.simulate.simulator import DEFAULT_RTOL
+from painleve_sym.simulate.simulator import DEFAULT_RTOL, Simulator
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 
 T = TypeVar("T")
@@ -69,7 +68,7 @@ class Case:
 class Workbench:
     """The rod with its simulators; runs are kept, so that items share them."""
 
-    _simulators: dict[str, SoftenedSimulator] = field(default_factory=dict, repr=False)
+    _simulators: dict[str, Simulator] = field(default_factory=dict, repr=False)
     _runs: dict[Case, Trajectory] = field(default_factory=dict, repr=False)
     _shared: dict[str, Any] = field(default_factory=dict, repr=False)
 
@@ -78,11 +77,11 @@ class Workbench:
         """The paper's rod."""
         return rod()
 
-    def simulator(self, reload: str = "virgin") -> SoftenedSimulator:
+    def simulator(self, reload: str = "virgin") -> Simulator:
         """Return the rod with the paper's law under a reload rule, built on first use."""
         if reload not in self._simulators:
             contact_law = compliant_law("bilinear-hertz", reload=reload)
-            self._simulators[reload] = SoftenedSimulator(self.rod, contact_law)
+            self._simulators[reload] = Simulator(self.rod, contact_law)
         return self._simulators[reload]
 
     def state(self, table: int) -> dict[str, float]:

@@ -52,7 +52,7 @@ def _force(bench: Workbench, modulus: float, compression: float, radius: float =
     values = simulator.parameters({"E": modulus})
     values = simulator.parameters({"E": modulus, "R": values["R"] * radius})
     symbols = simulator.constants(values)
-    k, n = numbers([simulator.law.stiffness, simulator.law.exponent], symbols)
+    k, n = numbers([simulator.contact_law.stiffness, simulator.contact_law.exponent], symbols)
     return float(k * compression**n)
 
 

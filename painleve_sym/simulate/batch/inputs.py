@@ -14,8 +14,7 @@ from painleve_sym.arrays import Array
 from painleve_sym.codegen.quantities import Quantities
 from painleve_sym.contacts.contact_numbers import domain_margins
 from painleve_sym.errors import InputError, unknown_name
-from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.simulate.simulator import ContactSimulator
+from painleve_sym.simulate.simulator import Simulator
 
 
 @dataclass(frozen=True)
@@ -24,7 +23,7 @@ class ManyInputs:
 
     Attributes
     ----------
-    simulator : ContactSimulator
+    simulator : Simulator
     shape : tuple of int
         What all arrays broadcast to; rows are numbered in its C order.
     inputs : dict of str to ndarray
@@ -33,7 +32,7 @@ class ManyInputs:
         Initial force; N.
     """
 
-    simulator: ContactSimulator
+    simulator: Simulator
     shape: tuple[int, ...]
     inputs: dict[str, Array]
     force: Array | None
@@ -41,7 +40,7 @@ class ManyInputs:
     @classmethod
     def of(
         cls,
-        simulator: ContactSimulator,
+        simulator: Simulator,
         states: Mapping[str, ArrayLike],
         parameters: Mapping[str, ArrayLike],
         force: ArrayLike | None,
@@ -70,8 +69,8 @@ class ManyInputs:
             faults += [fault] if fault else []
             if not fault and float(force.min()) < 0:
                 faults.append(f"initial_force: got {float(force.min())!r}, need >= 0.")
-            if not isinstance(simulator, SoftenedSimulator):
-                faults.append("initial_force: a rigid contact stores no force. Fix: leave it out.")
+            refused = simulator.initial_force_fault()
+            faults += [refused] if refused else []
         if faults:
             raise InputError(f"{where}: " + " ".join(faults))
         every = (*values.values(), *(() if force is None else (force,)))

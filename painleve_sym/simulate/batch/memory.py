@@ -8,7 +8,7 @@ from pathlib import Path
 
 from painleve_sym.engines.batch import BatchRows, BatchWish
 from painleve_sym.errors import InputError
-from painleve_sym.simulate.simulator import ContactSimulator
+from painleve_sym.simulate.simulator import Simulator
 
 
 def available_memory() -> int:
@@ -22,7 +22,7 @@ def available_memory() -> int:
     return os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
 
 
-def row_bytes(simulator: ContactSimulator, wish: BatchWish) -> int:
+def row_bytes(simulator: Simulator, wish: BatchWish) -> int:
     """Return the bytes that a batch keeps of one motion."""
     row = BatchRows.empty(1, simulator.outline, wish)
     return sum(int(getattr(row, f.name).nbytes) for f in fields(row))

@@ -18,7 +18,7 @@ from painleve_sym.hybrid.signature import mode_name
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.quantities import unit_of
 from painleve_sym.simulate.batch.reason_codes import ROW_REASONS
-from painleve_sym.simulate.simulator import ContactSimulator
+from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.simulate.trajectory import Trajectory
 
 
@@ -38,7 +38,7 @@ class ManyResult:
 
     Attributes
     ----------
-    simulator : ContactSimulator
+    simulator : Simulator
     shape : tuple of int
     inputs : dict of str to ndarray
         States and parameters as given, defaults put in; they broadcast to `shape`.
@@ -51,7 +51,7 @@ class ManyResult:
         All that was kept, one row per motion, in C order of `shape`.
     """
 
-    simulator: ContactSimulator
+    simulator: Simulator
     shape: tuple[int, ...]
     inputs: dict[str, Array]
     initial_force: Array | None
@@ -194,7 +194,7 @@ def event_dims(name: str) -> tuple[str, ...]:
 
 
 def run_row(
-    simulator: ContactSimulator,
+    simulator: Simulator,
     mechanism: Mechanism,
     row: dict[str, float],
     o: RunOptions,

@@ -23,8 +23,7 @@ from painleve_sym.simulate.batch.reason_codes import DYNAMIC_JAM, ROW_REASONS, S
 from painleve_sym.simulate.batch.result import ManyResult, run_row
 from painleve_sym.simulate.batch.starts import RUNS, Starts, starts_of
 from painleve_sym.simulate.locate_limit import jams
-from painleve_sym.simulate.rigid import RigidSimulator
-from painleve_sym.simulate.simulator import DEFAULT_RTOL, ContactSimulator
+from painleve_sym.simulate.simulator import DEFAULT_RTOL, Simulator
 from painleve_sym.simulate.trajectory import Trajectory
 
 BLOCK = 4096
@@ -34,7 +33,7 @@ LEAST_BLOCK = 64
 
 
 def simulate_many(
-    simulator: ContactSimulator,
+    simulator: Simulator,
     states: Mapping[str, ArrayLike],
     parameters: Mapping[str, ArrayLike] | None = None,
     *,
@@ -60,14 +59,14 @@ def simulate_many(
 
     Parameters
     ----------
-    simulator : ContactSimulator
+    simulator : Simulator
         With any number and kinds of contacts. The engine ``erk`` runs row after row in Python.
     states : mapping of str to array_like
         Coordinates and velocities by name; absent ones are 0. SI units, rad.
     parameters : mapping of str to array_like
         Of mechanism and law; absent ones have their defaults.
     t_end, until, rtol
-        As for `SoftenedSimulator.run`.
+        As for `Simulator.run`.
     initial_force : array_like
         Of a softened contact that starts with gap 0: the compression that carries it; N.
     threads : int
@@ -123,11 +122,11 @@ def _thread_count(threads: int | None) -> int:
     return threads
 
 
-def _is_batched(simulator: ContactSimulator) -> bool:
+def _is_batched(simulator: Simulator) -> bool:
     return isinstance(simulator.integrator, CompiledEngine)
 
 
-def _check_outputs(simulator: ContactSimulator, wish: BatchWish) -> None:
+def _check_outputs(simulator: Simulator, wish: BatchWish) -> None:
     wish.indices(simulator.outline.output_names)
     if wish.watched and not _is_batched(simulator):
         raise InputError(
@@ -137,7 +136,7 @@ def _check_outputs(simulator: ContactSimulator, wish: BatchWish) -> None:
 
 
 def _shared_options(
-    simulator: ContactSimulator,
+    simulator: Simulator,
     t_end: float,
     until: str | tuple[str, ...],
     rtol: float,
@@ -152,7 +151,7 @@ def _shared_options(
 
 
 def _one_by_one(
-    simulator: ContactSimulator, rows: ManyInputs, o: RunOptions, wish: BatchWish
+    simulator: Simulator, rows: ManyInputs, o: RunOptions, wish: BatchWish
 ) -> BatchRows:
     """Return the ends of single runs in Python, where no compiled batch serves the engine."""
     ends = BatchRows.empty(rows.count, simulator.outline, wish)
@@ -184,7 +183,7 @@ def _fill(row: BatchRows, run: Trajectory, kinds: tuple[str, ...], events: int) 
 
 
 def _in_threads(
-    simulator: ContactSimulator, rows: ManyInputs, o: RunOptions, wish: BatchWish, threads: int
+    simulator: Simulator, rows: ManyInputs, o: RunOptions, wish: BatchWish, threads: int
 ) -> BatchRows:
     engine = simulator.integrator
     assert isinstance(engine, CompiledEngine)
@@ -227,7 +226,7 @@ def _spans(count: int, threads: int) -> Iterator[tuple[int, int]]:
 
 
 def _integrate(
-    simulator: ContactSimulator,
+    simulator: Simulator,
     engine: CompiledEngine,
     block: Starts,
     o: RunOptions,
@@ -245,16 +244,17 @@ def _integrate(
         return
     atol, t_end = o.rtol * block.scales, np.full(len(block.states), o.t_end)
     engine.run_batch(block.states, block.parameters, t_end, atol, o, wish, rows)
-    if isinstance(simulator, RigidSimulator) and not simulator.mechanism.contact.bilateral:
-        _name_jams(simulator, block.parameters, rows)
+    if isinstance(simulator.contact, RigidContact):
+        _name_jams(simulator, simulator.contact, block.parameters, rows)
 
 
-def _name_jams(simulator: RigidSimulator, parameters: Array, rows: BatchRows) -> None:
+def _name_jams(
+    simulator: Simulator, contact: RigidContact, parameters: Array, rows: BatchRows
+) -> None:
     """Name the slips that jam dynamically among those that meet A = 0."""
     met = np.flatnonzero(rows.reason == SINGULAR)
     for mode in np.unique(rows.mode[met]):
         index = met[rows.mode[met] == mode]
         values = dict(zip(simulator.outline.parameters, parameters[index].T, strict=True))
         name = simulator.outline.modes[int(mode)].name
-        contact = RigidContact(simulator.mechanism, simulator.restitution, simulator.policy)
         rows.reason[index[jams(contact, name, rows.state[index], values)]] = DYNAMIC_JAM

@@ -14,8 +14,7 @@ from painleve_sym.contacts.contact_numbers import contact_tolerances
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.simulate.batch.inputs import ManyInputs
 from painleve_sym.simulate.batch.reason_codes import INVALID_START, LEFT_DOMAIN, NON_FINITE
-from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.simulate.simulator import ContactSimulator
+from painleve_sym.simulate.simulator import Simulator
 
 RUNS = -1
 """Refusal of a row that can run."""
@@ -49,14 +48,14 @@ class Starts:
         return Starts(self.first, *(a[rows] for a in arrays))
 
 
-def starts_of(simulator: ContactSimulator, rows: ManyInputs, first: int, stop: int) -> Starts:
+def starts_of(simulator: Simulator, rows: ManyInputs, first: int, stop: int) -> Starts:
     """Return the rows first..stop − 1."""
     # Outside the domain formulas may well divide by zero; those rows are not integrated.
     with np.errstate(all="ignore"):
         return _starts_of(simulator, rows, first, stop)
 
 
-def _starts_of(simulator: ContactSimulator, rows: ManyInputs, first: int, stop: int) -> Starts:
+def _starts_of(simulator: Simulator, rows: ManyInputs, first: int, stop: int) -> Starts:
     values = rows.symbols(first, stop)
     parameters = np.array([values[s] for s in simulator.outline.parameters]).T.copy()
     constants = _constants(simulator, parameters)
@@ -68,7 +67,6 @@ def _starts_of(simulator: ContactSimulator, rows: ManyInputs, first: int, stop: 
     refusal[~np.isfinite(constants).all(axis=1)] = NON_FINITE
     refusal[rows.outside(values)] = LEFT_DOMAIN
     if force is not None:
-        assert isinstance(simulator, SoftenedSimulator)
         run = refusal == RUNS
         states[run] = simulator.with_forces(states[run], force[run], constants[run])
         numbers = simulator.contact_values(simulator.at_states(states, constants))
@@ -76,7 +74,7 @@ def _starts_of(simulator: ContactSimulator, rows: ManyInputs, first: int, stop: 
     return Starts(first, states, parameters, scales, refusal)
 
 
-def _constants(simulator: ContactSimulator, parameters: Array) -> Array:
+def _constants(simulator: Simulator, parameters: Array) -> Array:
     engine = simulator.integrator
     if isinstance(engine, CompiledEngine):
         return engine.many_constants(parameters)
@@ -84,7 +82,7 @@ def _constants(simulator: ContactSimulator, parameters: Array) -> Array:
 
 
 def _invalid(
-    simulator: ContactSimulator,
+    simulator: Simulator,
     states: Array,
     numbers: Sequence[Mapping[str, Array]],
     force: Array | None,

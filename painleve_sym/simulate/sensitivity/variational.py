@@ -22,7 +22,7 @@ from painleve_sym.simulate.sensitivity.result import (
     SensitiveTrajectory,
     split_outputs,
 )
-from painleve_sym.simulate.simulator import ContactSimulator
+from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 
 INITIAL_FORCE = "initial_force"
@@ -42,7 +42,7 @@ _AT_EVENT = (StopReason.UNTIL, StopReason.EVENT_LIMIT, StopReason.ACCUMULATION)
 
 
 def differentiated(
-    simulator: ContactSimulator,
+    simulator: Simulator,
     state: Mapping[str, float],
     wrt: tuple[str, ...],
     *,
@@ -51,7 +51,7 @@ def differentiated(
     record: str = "dense",
     **options: Any,
 ) -> SensitiveTrajectory:
-    """Return the motion with its derivatives; see `ContactSimulator.sensitivities`."""
+    """Return the motion with its derivatives; see `Simulator.sensitivities`."""
     vector, values = simulator.start(state, parameters)
     vector = simulator.checked_start(vector, values, initial_force)
     _check_directions(simulator, wrt, values, initial_force is not None)
@@ -73,7 +73,7 @@ def differentiated(
 
 
 def _check_directions(
-    simulator: ContactSimulator, wrt: tuple[str, ...], values: Mapping[str, float], forced: bool
+    simulator: Simulator, wrt: tuple[str, ...], values: Mapping[str, float], forced: bool
 ) -> None:
     known = [*simulator.mechanism.state_names, *values, *([INITIAL_FORCE] if forced else [])]
     where = f"{simulator.where}: derivatives"
@@ -130,7 +130,7 @@ class _Marked:
 class _Differentiated:
     """One start, with the directions in which it is differentiated."""
 
-    simulator: ContactSimulator
+    simulator: Simulator
     wrt: tuple[str, ...]
     vector: Array
     values: dict[str, float]

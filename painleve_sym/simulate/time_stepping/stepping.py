@@ -42,6 +42,11 @@ from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.simulate.time_stepping.step_solvers import SOLVERS, Answer, Impulse
 
 SCHEMES = ("moreau-jean", "stewart-trinkle")
+_ENDS = {
+    StopReason.NO_MODE: "the solver gives no impulses for the contact problem of the next step",
+    StopReason.STEP_LIMIT: "as many contact problems were solved as max_solves allows",
+}
+"""What these reasons mean in time stepping; the others mean what their advice says."""
 MAX_STEPS = 1_000_000
 """States of so many steps still fit into memory; smaller steps drown in round-off anyway."""
 
@@ -95,6 +100,11 @@ class SteppingRun:
     def final(self) -> dict[str, float]:
         """The last state by name."""
         return dict(zip(self.state_names, map(float, self.states[-1]), strict=True))
+
+    @property
+    def stop_detail(self) -> str:
+        """Why it ended, in words."""
+        return _ENDS.get(self.stop_reason, self.stop_reason.advice)
 
     @property
     def normal_impulse(self) -> float:

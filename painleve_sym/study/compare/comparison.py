@@ -14,6 +14,7 @@ from itertools import groupby, pairwise
 import numpy as np
 
 from painleve_sym.contacts.impact.jump import JumpResult
+from painleve_sym.contacts.impact.one_contact import ImpactEnd
 from painleve_sym.contacts.inputs import resolve_parameters, resolve_state
 from painleve_sym.contacts.problem import ContactCase, ContactSolution
 from painleve_sym.errors import InputError
@@ -95,10 +96,20 @@ class Contrast:
 
     @property
     def expected_stiffness_order(self) -> float:
-        """−1/(2n), of an impact without collision; nan elsewhere."""
-        found = self.acceleration_level
-        impact = found and found.classification.case is ContactCase.INCONSISTENT
-        return -1 / (2 * self.exponent) if impact else float("nan")
+        """−1/(2n), of an impact without collision; nan elsewhere, and where it jams."""
+        return -1 / (2 * self.exponent) if self.impact_without_collision else float("nan")
+
+    @property
+    def impact_without_collision(self) -> bool:
+        """Whether accelerations have no solution and the rigid jump is the answer."""
+        level = self.acceleration_level
+        none = level is not None and level.classification.case is ContactCase.INCONSISTENT
+        return none and not self.jams
+
+    @property
+    def jams(self) -> bool:
+        """Whether the impulse of the rigid jump has no end."""
+        return any(jump.end is ImpactEnd.JAM for jump in self.jumps.values())
 
     @cached_property
     def solver_dependent(self) -> bool:
@@ -193,6 +204,14 @@ def _case(
     engine: str,
 ) -> Case:
     declared = mechanism.system.parameters
+    names = [contact.name for contact in mechanism.contacts]
+    if len(names) > 1:
+        raise InputError(
+            f"contrast of {mechanism.name!r}: got {len(names)} contacts, need one, since time "
+            "stepping and the jump rules take one. Fix: choose one of "
+            f"{', '.join(map(repr, names))} (--contact, Mechanism.only; the others stay open), or "
+            "use classify and simulate."
+        )
     if mechanism.contact.bilateral:
         raise InputError(
             f"contrast of {mechanism.name!r}: its contact is bilateral, and stepping, relaxation "

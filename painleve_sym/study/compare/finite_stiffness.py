@@ -12,8 +12,8 @@ from painleve_sym.arrays import Array
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.mechanics.system import TIME
-from painleve_sym.simulate.compliant import SoftenedSimulator
 from painleve_sym.simulate.finite_stiffness import CorrectedJumpRule
+from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.study.compare.jump_convergence import compare_jump
 
 RULES = ("classical", "frozen", "carried")
@@ -63,7 +63,7 @@ class CorrectedComparison:
 
 
 def compare_corrected(
-    simulator: SoftenedSimulator,
+    simulator: Simulator,
     state: Mapping[str, float],
     stiffness: Sequence[float],
     *,
@@ -79,7 +79,7 @@ def compare_corrected(
     )
     values: dict[str, ArrayLike] = {**simulator.parameters(parameters)}
     values[parameter] = np.array(stiffness, dtype=float)
-    rule = CorrectedJumpRule(simulator.mechanism, simulator.law)
+    rule = CorrectedJumpRule(simulator.mechanism, simulator.contact_law)
     found = {name: rule(state, values, configuration=name) for name in ("frozen", "carried")}
     names = classical.velocities
     shape = (len(stiffness), len(names))
@@ -93,12 +93,12 @@ def compare_corrected(
         rules,
         classical.softened[:, -1],
         found["frozen"].impacts.phase["duration"][:, 0],
-        float(numbers([simulator.law.exponent], symbols)[0]),
+        float(numbers([simulator.contact_law.exponent], symbols)[0]),
     )
 
 
 def drift_of_the_rule(
-    simulator: SoftenedSimulator, state: Mapping[str, float], velocity: str, step: float = 1e-5
+    simulator: Simulator, state: Mapping[str, float], velocity: str, step: float = 1e-5
 ) -> float:
     """Return d/dτ of a velocity after the classical jump, had it happened τ later; m/s² or 1/s².
 

@@ -13,7 +13,7 @@ from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.impact.classes import ImpactClass
-from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.simulate.trajectory import Trajectory
 
 PHASE_ENDS = ("slip_stop", "max_compression", "separation")
@@ -70,7 +70,7 @@ class JumpComparison:
 
 
 def compare_jump(
-    simulator: SoftenedSimulator,
+    simulator: Simulator,
     state: Mapping[str, float],
     stiffness: Sequence[float],
     *,
@@ -82,7 +82,7 @@ def compare_jump(
 
     Parameters
     ----------
-    simulator : SoftenedSimulator
+    simulator : Simulator
     state : mapping of str to float
         Coordinates and velocities; absent ones are 0.
     stiffness : sequence of float
@@ -120,7 +120,7 @@ def compare_jump(
         )
         runs.append(_at_ends(run, names, f"{parameter} = {value:g}"))
     symbols = simulator.constants(values)
-    exponent = float(numbers([simulator.law.exponent], symbols)[0])
+    exponent = float(numbers([simulator.contact_law.exponent], symbols)[0])
     return JumpComparison(
         velocities=names,
         stiffness=np.array(stiffness, dtype=float),

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import groupby
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -18,14 +18,17 @@ from painleve_sym.complementarity.mpcc import MPCCSurvey, solve_mpcc_all
 from painleve_sym.contacts.classify import Classification, classify
 from painleve_sym.contacts.contact_numbers import contact_numbers, contact_tolerances
 from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
+from painleve_sym.contacts.impact_rays import Ray
 from painleve_sym.contacts.inputs import resolve_parameters, symbol_values
 from painleve_sym.contacts.problem import ContactCase
-from painleve_sym.errors import InputError, StopReason, unknown_name
+from painleve_sym.contacts.rigid import RigidContact
+from painleve_sym.errors import EventKind, InputError, StopReason, unknown_name
 from painleve_sym.laws.catalogue import compliant_law
 from painleve_sym.laws.restitution import restitution_law
+from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.simulate.compliant import SoftenedSimulator
-from painleve_sym.simulate.rigid import RigidSimulator
+from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.simulate.singular_limit import SingularLimit
 from painleve_sym.simulate.time_stepping.step_solvers import SOLVERS
 from painleve_sym.simulate.time_stepping.stepping import SteppingRun, TimeStepper
 from painleve_sym.simulate.trajectory import Trajectory
@@ -34,6 +37,8 @@ POLICIES = ("liftoff", "slip", "impact")
 RULES = ("energetic", "newton")
 SINGLE = ("lemke", "mpcc")
 """Solvers that end at one solution; the others enumerate all and choose."""
+GAUSS_POINTS = 16
+"""Of the impulse of a step: as many as a Taylor series over it has good terms."""
 MPCC_SOLVES = 12
 """IPOPT takes some 0.1 s per problem: enough for ten steps in contact."""
 
@@ -59,12 +64,17 @@ class Answer:
     setting : float
         Step in s, or Young's modulus in Pa; nan for a rigid motion.
     stop_reason : StopReason
+    stop_detail : str
+        Why it ended, in words.
     final_time : float
-        s.
+        s; before the end time where the motion ended early.
+    state : dict of str to float
+        Coordinates and velocities at the final time.
     velocity : dict of str to float
-        At the final time, by state name.
+        The velocities among them.
     normal_impulse : float
-        ∫F_n dt and the impulses of impacts; N s.
+        ∫F_n dt and the impulses of impacts up to the final time; of an impact that jams, up to
+        where its impulse begins to grow without end; N s.
     peak_force : float
         N; nan where forces are not told from impulses.
     events : tuple of (float, str)
@@ -78,19 +88,24 @@ class Answer:
         Normal impulse of the first step; nan elsewhere.
     first_mode : str
         What the contact does in the first step: open, liftoff, slip or stick; empty elsewhere.
+    limit : SingularLimit or None
+        Of a rigid motion that ended where its slip meets A = 0: where it would arrive.
     reference : str
         The rigid motion nearest to the finest answer of this way: of the energetic rule for
         softened motion, of Newton's for time stepping. Empty for a rigid motion and for a motion
         that ended early.
     error : float
-        Distance to it in the metric of the kinetic energy, relative to the speed; else nan.
+        Distance to it in the metric of the kinetic energy, relative to the largest of the speeds
+        of the start, of the rigid motion and of what its P_n alone would give, √W_nn P_n; else nan.
     """
 
     method: str
     way: str
     setting: float
     stop_reason: StopReason
+    stop_detail: str
     final_time: float
+    state: dict[str, float]
     velocity: dict[str, float]
     normal_impulse: float
     peak_force: float
@@ -100,6 +115,7 @@ class Answer:
     solutions_first_step: int = -1
     first_impulse: float = float("nan")
     first_mode: str = ""
+    limit: SingularLimit | None = None
     reference: str = ""
     error: float = float("nan")
 
@@ -107,6 +123,11 @@ class Answer:
     def complete(self) -> bool:
         """Whether it reached the end time."""
         return self.stop_reason is StopReason.T_END
+
+    def same_end(self, other: Answer) -> bool:
+        """Whether both end at one time, for one reason, with the same state."""
+        ends = [(a.final_time, a.stop_reason, a.state) for a in (self, other)]
+        return ends[0] == ends[1]
 
 
 @dataclass(frozen=True)
@@ -196,18 +217,19 @@ class Case:
         answers: list[Answer] = []
         for rule in RULES:
             for policy in POLICIES if several else POLICIES[:1]:
-                simulator = RigidSimulator(self.mechanism, rule, policy, self.engine)
+                simulator = Simulator(self.mechanism, RigidLaw(rule, policy), self.engine)
                 given = {**self.parameters, f"e_{rule}": self.restitution}
                 run = simulator.run(self.state, parameters=given, t_end=self.t_end)
                 name = f"{rule}, {policy}" if several else rule
                 answer = self._answer("rigid", name, float("nan"), run)
-                answers.append(replace(answer, normal_impulse=self._rigid_impulse(run)))
+                total = answer.normal_impulse + self._impact_impulse(run)
+                answers.append(replace(answer, normal_impulse=total))
         return answers
 
     def softened_answers(self, stiffness: Sequence[float]) -> tuple[list[Answer], float]:
         """Return the answers, and the exponent of the law."""
         chosen = compliant_law("bilinear-hertz", reload="virgin")
-        simulator = SoftenedSimulator(self.mechanism, chosen, self.engine)
+        simulator = Simulator(self.mechanism, chosen, self.engine)
         answers = []
         for value in stiffness:
             given = {**self.parameters, "E": value, "e_energetic": self.restitution}
@@ -222,11 +244,9 @@ class Case:
         times = np.concatenate([run.fine_times(8), events, np.nextafter(events, -np.inf)])
         times = np.unique(times[times >= 0])
         found = run.outputs(times)
-        force = found["normal_force"]
         rigid = method == "rigid"
         contact_velocities = np.column_stack([found["gap_rate"], found["slip_velocity"]])
         # A rigid jump at t = 0 is drawn from the start.
-        integral = float(np.trapezoid(force, times))
         times = np.append(0.0, times)
         contact_velocities = np.vstack([self.contact_velocities, contact_velocities])
         return Answer(
@@ -234,36 +254,50 @@ class Case:
             way=way,
             setting=setting,
             stop_reason=run.stop_reason,
+            stop_detail=run.stop_detail,
             final_time=run.final_time,
+            state={n: run.final[n] for n in self.state},
             velocity={n: run.final[n] for n in self.velocities},
-            normal_impulse=integral,
-            peak_force=float("nan") if rigid else float(np.max(force)),
+            normal_impulse=_impulse_of_forces(run),
+            peak_force=float("nan") if rigid else float(np.max(found["normal_force"])),
             events=tuple((e.time, e.kind) for e in run.events),
             times=times,
             contact_velocities=contact_velocities,
+            limit=run.limit,
         )
 
-    def _rigid_impulse(self, run: Trajectory) -> float:
-        """Return ∫F_n dt between impacts and the normal impulses of the impacts; N s."""
-        total = 0.0
-        times = run.fine_times(8)
-        total += float(np.trapezoid(run.outputs(times)["normal_force"], times))
-        c, contact = self.mechanism.coefficients, self.mechanism.contact
-        for time, group in groupby(run.events, lambda e: e.time):
-            after = list(group)[-1].state
-            before = self.state if time == 0 else run.state(float(np.nextafter(time, -np.inf)))
-            W_nn, W_nt, W_tt, *rates = numbers(
-                [c.W_nn, c.W_nt, c.W_tt, contact.gap_rate, contact.slip_velocity],
-                symbol_values(self.mechanism, after, self.parameters),
-            )
-            same = {n: before[n] if n in self.velocities else v for n, v in after.items()}
-            old = numbers(
-                [contact.gap_rate, contact.slip_velocity],
-                symbol_values(self.mechanism, same, self.parameters),
-            )
-            jump = np.array(rates) - old
-            total += float(np.linalg.solve([[W_nn, W_nt], [W_nt, W_tt]], jump)[0])
+    def _impact_impulse(self, run: Trajectory) -> float:
+        """Return the sum of the normal impulses of the impacts of a rigid motion; N s."""
+        rigid = RigidContact(self.mechanism)
+        rays, slip_velocity, total = rigid.rays.rays, rigid.slip.name, 0.0
+        for before, after in pairwise(run.events):
+            family, _, phase = before.mode_after.partition("/")
+            if family == "impact":
+                ray = rays[phase.partition("/")[0]]
+            elif after.kind is EventKind.SETTLE:
+                # What the bounces left is round-off: one ray stands for their last impacts.
+                slip = int(np.sign(before.state[slip_velocity]))
+                ray = rays[{-1: "slip_neg", 0: "stick", 1: "slip_pos"}[slip]]
+            else:
+                continue
+            total += self._impulse(ray, before.state, after.state)
         return total
+
+    def _impulse(self, ray: Ray, before: Mapping[str, float], after: Mapping[str, float]) -> float:
+        """Return P_n of a phase of an impact, by the contact velocities at its ends; N s.
+
+        Along the ray, since W, which may have rank one (a pivoted strut), need not have an inverse.
+        """
+        contact = self.mechanism.contact
+        rates = [contact.gap_rate, contact.slip_velocity]
+        old = numbers(rates, symbol_values(self.mechanism, before, self.parameters))
+        *per_impulse, v_n, v_t = numbers(
+            [ray.a_n, ray.a_t, *rates], symbol_values(self.mechanism, after, self.parameters)
+        )
+        direction = np.array(per_impulse)
+        size = float(direction @ direction)
+        # A ray that changes no velocity (a jam) has no impulse that velocities could tell.
+        return float(direction @ ([v_n, v_t] - old)) / size if size > 0 else 0.0
 
     def stepping(
         self, stepper: TimeStepper, steps: Sequence[float], solvers: Sequence[str]
@@ -299,7 +333,9 @@ class Case:
             way=solver,
             setting=run.step,
             stop_reason=run.stop_reason,
+            stop_detail=run.stop_detail,
             final_time=float(run.times[-1]),
+            state=run.final,
             velocity={n: run.final[n] for n in self.velocities},
             normal_impulse=run.normal_impulse,
             peak_force=float("nan"),
@@ -344,10 +380,26 @@ class Case:
         symbols = symbol_values(self.mechanism, self.state, self.parameters)
         return numbers(list(M), symbols).reshape(M.shape)
 
-    def _distance(self, a: Answer, b: Answer) -> float:
-        ends = [np.array([x.velocity[n] for n in self.velocities]) for x in (a, b)]
+    @cached_property
+    def normal_mobility(self) -> float:
+        """W_nn at the start; 1/kg."""
+        symbols = symbol_values(self.mechanism, self.state, self.parameters)
+        return float(numbers([self.mechanism.coefficients.W_nn], symbols)[0])
+
+    def _distance(self, a: Answer, rigid: Answer) -> float:
+        ends = [np.array([x.velocity[n] for n in self.velocities]) for x in (a, rigid)]
         begin = np.array([self.state[n] for n in self.velocities])
         difference, *sizes = (
             float(np.sqrt(u @ self.mass @ u)) for u in (ends[0] - ends[1], ends[1], begin)
         )
+        # A body held at rest has no speed but round-off: what its contact has stopped counts too.
+        sizes.append(rigid.normal_impulse * float(np.sqrt(self.normal_mobility)))
         return difference / max(sizes) if max(sizes) > 0 else difference
+
+
+def _impulse_of_forces(run: Trajectory) -> float:
+    """Return ∫F_n dt over all steps, by Gauss's rule in each; N s."""
+    nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
+    times = run.step_time[:, None] + (1 + nodes) / 2 * run.step_length[:, None]
+    force = run.outputs(times.ravel())["normal_force"].reshape(times.shape)
+    return float(run.step_length @ force @ weights) / 2

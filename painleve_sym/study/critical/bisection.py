@@ -23,7 +23,7 @@ from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.files import plain_fields
-from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.study.critical.sliding_solution import SlidingAnalysis, SlidingSolution
 
 ENDS = ("separation", "slip_stop")
@@ -127,7 +127,7 @@ class CriticalForce:
 class _Start:
     """A state with its numbers, ready to be started with any compression."""
 
-    simulator: SoftenedSimulator
+    simulator: Simulator
     vector: Array
     parameters: Array
     options: RunOptions
@@ -136,7 +136,7 @@ class _Start:
 
     def run(self, force: float) -> tuple[Outcome, StopReason]:
         """Return what follows from an initial force, and why the run ended."""
-        automaton, contact = self.simulator.automaton, self.simulator.contact
+        automaton, contact = self.simulator.automaton, self.simulator.contact.rows[0]
         vector = self.vector.copy()
         if force == 0 and vector[automaton.states.index(contact.gap_rate)] >= 0:
             # B > 0 opens it at once: a flight, which no separation precedes.
@@ -155,7 +155,7 @@ class _Start:
                 break
         if kind == "separation":
             return Outcome.LIFTS_OFF, raw.stop_reason
-        loading = mode.name.endswith(f"/{self.simulator.law.loading.name}")
+        loading = mode.name.endswith(f"/{self.simulator.contact_law.loading.name}")
         outcome = Outcome.STOPS_IN_COMPRESSION if loading else Outcome.STOPS_IN_RESTITUTION
         return outcome, raw.stop_reason
 
@@ -166,14 +166,14 @@ class CriticalForceFinder:
 
     Parameters
     ----------
-    simulator : SoftenedSimulator
+    simulator : Simulator
     rtol : float
         Relative tolerance of the runs.
     t_end : float
         By when each run has to be decided; s.
     """
 
-    simulator: SoftenedSimulator
+    simulator: Simulator
     rtol: float = RTOL
     t_end: float = T_END
 
@@ -205,7 +205,7 @@ class CriticalForceFinder:
             max_events=MAX_EVENTS,
             start_events=True,
         )
-        law = simulator.law
+        law = simulator.contact_law
         constants = simulator.constants(values)
         stiffness, exponent = numbers([law.stiffness, law.exponent], constants)
         own = np.array([values[s.name] for s in simulator.automaton.parameters])
@@ -342,7 +342,7 @@ class _Bisection:
 
 
 def critical_force(
-    simulator: SoftenedSimulator,
+    simulator: Simulator,
     state: Mapping[str, float],
     parameters: Mapping[str, float] | None = None,
     *,

@@ -136,7 +136,7 @@ def critical_curve(
     simulator = finder.simulator
     return CriticalCurve(
         mechanism=simulator.mechanism.name,
-        law=simulator.law.name,
+        law=simulator.contact_law.name,
         over=over,
         border=border,
         values=np.array(values[: len(points)], dtype=float),

@@ -134,6 +134,6 @@ def _implicit(
             "Fix: use method='differences'."
         )
     names_of_states = found.trajectory.state_names
-    row = found.final_jacobian[names_of_states.index(finder.simulator.contact.slip.name)]
+    row = found.final_jacobian[names_of_states.index(finder.simulator.contact.rows[0].slip.name)]
     gradient: Array = -row[1:] / row[0]
     return gradient

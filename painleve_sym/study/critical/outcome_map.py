@@ -208,7 +208,7 @@ def outcome_map(
     simulator = finder.simulator
     return OutcomeMap(
         mechanism=simulator.mechanism.name,
-        law=simulator.law.name,
+        law=simulator.contact_law.name,
         over=over,
         unit=unit,
         forces=grid,

@@ -27,7 +27,7 @@ from painleve_sym.mechanics.paradox.sliding import (
     sliding_force,
     sliding_force_rate,
 )
-from painleve_sym.simulate.compliant import SoftenedSimulator
+from painleve_sym.simulate.simulator import Simulator
 
 SERIES_WITHIN = 0.1
 """Where the energy of the saddle is a difference of nearly equal numbers, a series replaces it."""
@@ -183,14 +183,14 @@ class SlidingAnalysis:
 
     Parameters
     ----------
-    simulator : SoftenedSimulator
+    simulator : Simulator
     """
 
-    simulator: SoftenedSimulator
+    simulator: Simulator
 
     @cached_property
     def _saddles(self) -> tuple[LawSaddle, LawSaddle]:
-        law = self.simulator.law
+        law = self.simulator.contact_law
         return loading_saddle(law), unloading_saddle(law)
 
     @cached_property
@@ -229,7 +229,7 @@ class SlidingAnalysis:
 
     @cached_property
     def _linearised(self) -> Pointwise:
-        automaton, law = self.simulator.automaton, self.simulator.law
+        automaton, law = self.simulator.automaton, self.simulator.contact_law
         own = (*automaton.parameters, *automaton.definitions)
         parts = [law.exponent, self._saddles[0].slope]
         for saddle in self._saddles:

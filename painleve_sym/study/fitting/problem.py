@@ -17,7 +17,7 @@ from painleve_sym.checks import number
 from painleve_sym.errors import InputError, StopReason, unknown_name
 from painleve_sym.mechanics.system import Parameter
 from painleve_sym.simulate.sensitivity.result import SensitiveTrajectory
-from painleve_sym.simulate.simulator import ContactSimulator
+from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.study.fitting.data import FitData
 from painleve_sym.study.fitting.result import FitResult
 
@@ -49,7 +49,7 @@ class FitProblem:
 
     Parameters
     ----------
-    simulator : ContactSimulator
+    simulator : Simulator
     data : FitData
     estimate : tuple of str
         Parameters of mechanism and law, or start values of a history.
@@ -67,7 +67,7 @@ class FitProblem:
         Of the confidence intervals, in (0, 1).
     """
 
-    simulator: ContactSimulator
+    simulator: Simulator
     data: FitData
     estimate: tuple[str, ...]
     state: Mapping[str, float]

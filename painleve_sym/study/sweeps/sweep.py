@@ -28,8 +28,7 @@ from painleve_sym.simulate.batch.memory import check_memory, row_bytes
 from painleve_sym.simulate.batch.reason_codes import ROW_REASONS
 from painleve_sym.simulate.batch.result import ManyResult, event_dims
 from painleve_sym.simulate.batch.run import simulate_many
-from painleve_sym.simulate.factory import make_simulator
-from painleve_sym.simulate.simulator import ContactSimulator
+from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.study.maps.case_codes import LEGEND, opening_case
 from painleve_sym.study.scenario import MAX_FILE, Scenario
 from painleve_sym.study.sweeps.space import Grid, Sample, read_space
@@ -139,9 +138,9 @@ class Sweep:
         return whole if self.scenario.contact is None else whole.only(self.scenario.contact)
 
     @cached_property
-    def simulator(self) -> ContactSimulator:
+    def simulator(self) -> Simulator:
         """The simulator of the mechanism with the law."""
-        return make_simulator(self.mechanism, self.scenario.contact_law(), self.scenario.engine)
+        return Simulator(self.mechanism, self.scenario.contact_law(), self.scenario.engine)
 
     @property
     def starts(self) -> range:
