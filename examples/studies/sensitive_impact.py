@@ -40,12 +40,10 @@ for name, slope in slopes.items():
     print(f"  by {name:12s} {slope.value: .6e} N per unit (+- {slope.error:.1e})")
 
 if len(sys.argv) > 1:
-    from painleve_sym.present.sensitivity_figure import (
-        save_sensitivity_figure,
-        sensitivity_figure,
-    )
+    from painleve_sym.present.sensitivity_figure import sensitivity_figure
+    from painleve_sym.present.style import save
 
     symbols = {"e_energetic": "e", "mu": r"\mu"}
     drawn = simulator.sensitivities(STATE, WRT, parameters=PARAMETERS, t_end=4.5e-4)
     figure = sensitivity_figure(drawn, "y_A_dot", r"$\dot{y}_A$ [m/s]", symbols, 3.95e-4)
-    save_sensitivity_figure(figure, Path(sys.argv[1]))
+    save(figure, Path(sys.argv[1]))

@@ -7,9 +7,8 @@ import math
 from typing import Any
 
 from painleve_sym.cli.case import read_case
-from painleve_sym.cli.options import output_file, read_number
+from painleve_sym.cli.options import FIGURES, output_file, read_number
 from painleve_sym.cli.output import assignments, number, print_json, quantity, show, show_table
-from painleve_sym.cli.run import PLOT_SUFFIXES
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
 from painleve_sym.contacts.problem import ContactCase
 from painleve_sym.errors import InputError
@@ -23,7 +22,7 @@ _OPEN = "open or closing, so there is no contact problem of accelerations"
 
 def contrast(arguments: argparse.Namespace) -> int:
     """Print what every method makes of a state; draw it where a file is named."""
-    out = None if arguments.out is None else output_file("--out", arguments.out, PLOT_SUFFIXES)
+    out = None if arguments.out is None else output_file("--out", arguments.out, FIGURES)
     scenario = read_case(arguments)
     options: dict[str, Any] = {}
     for name in ("steps", "stiffness"):
@@ -40,9 +39,10 @@ def contrast(arguments: argparse.Namespace) -> int:
         mechanism, scenario.start(), parameters=scenario.parameters, engine="auto", **options
     )
     if out is not None:
-        from painleve_sym.present.contrast_figure import write_contrast_figure
+        from painleve_sym.present.contrast_figure import contrast_figure
+        from painleve_sym.present.style import write_figure
 
-        write_contrast_figure(found, out)
+        write_figure(contrast_figure(found), out)
     if arguments.json:
         print_json(contrast_data(found) | ({} if out is None else {"files": {"out": out}}))
         return 0

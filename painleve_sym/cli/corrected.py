@@ -7,6 +7,7 @@ from typing import Any
 
 from painleve_sym.cli.output import number, quantity, show, show_table
 from painleve_sym.contacts.impact.jump import JumpResult
+from painleve_sym.files import plain_fields
 from painleve_sym.simulate.finite_stiffness import CorrectedJump
 from painleve_sym.simulate.frozen_impact import FrozenEnd
 
@@ -17,31 +18,19 @@ _ENDS = {
     FrozenEnd.FAILED: "the numbers leave the range of floating point",
 }
 
+_PHASE = (
+    *("name", "duration", "normal_impulse", "tangential_impulse"),
+    *("compression", "slip_velocity", "normal_velocity"),
+)
+
 
 def corrected_data(found: CorrectedJump) -> dict[str, Any]:
     """Return the jump as plain data with the documented keys."""
+    shape = ("stiffness", "exponent", "initial_compression", "largest_compression", "duration")
     return {
-        "law": found.law,
-        "configuration": found.configuration,
-        "method": found.method,
-        "stiffness": found.stiffness,
-        "exponent": found.exponent,
-        "initial_compression": found.initial_compression,
-        "largest_compression": found.largest_compression,
-        "duration": found.duration,
+        **plain_fields(found, "law", "configuration", "method", *shape),
         "end": found.end.name.lower(),
-        "phases": [
-            {
-                "name": p.name,
-                "duration": p.duration,
-                "normal_impulse": p.normal_impulse,
-                "tangential_impulse": p.tangential_impulse,
-                "compression": p.compression,
-                "slip_velocity": p.slip_velocity,
-                "normal_velocity": p.normal_velocity,
-            }
-            for p in found.phases
-        ],
+        "phases": [plain_fields(phase, *_PHASE) for phase in found.phases],
         "final": {"velocity": dict(found.velocity)},
     }
 

@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from painleve_sym.cli.case import read_case
-from painleve_sym.cli.options import output_file, read_assignments, read_count, read_number
-from painleve_sym.cli.output import assignments, number, print_json, quantity, show, show_table
+from painleve_sym.cli.options import MAPS, output_file, read_assignments, read_count, read_range
+from painleve_sym.cli.output import (
+    assignments,
+    number,
+    print_json,
+    quantity,
+    show,
+    show_table,
+    write_map,
+)
 from painleve_sym.errors import InputError
-from painleve_sym.files import write_beside
 from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.study.critical.bisection import Border, CriticalForce, CriticalForceFinder
@@ -21,11 +27,10 @@ from painleve_sym.study.critical.gradient import ForceDerivative, critical_force
 from painleve_sym.study.critical.outcome_map import OutcomeMap, outcome_map
 from painleve_sym.study.scenario import Scenario
 
-FIGURES = (".png", ".svg", ".pdf")
-SUFFIXES = (*FIGURES, ".npz", ".json")
 DEFAULT_LAW = "bilinear-hertz"
 SHOWN = 13
 """Rows of a map that are printed."""
+_RANGE = "1e14:1e18"
 
 _BORDERS = {
     Border.SLIP_STOP: "the slip stops at all: impact, not lift-off",
@@ -38,7 +43,7 @@ def critical(arguments: argparse.Namespace) -> int:
     if arguments.law is None and not arguments.case.endswith(".toml"):
         arguments.law = DEFAULT_LAW
     scenario = read_case(arguments)
-    files = [output_file("--out", text, SUFFIXES) for text in arguments.out or ()]
+    files = [output_file("--out", text, MAPS) for text in arguments.out or ()]
     finder = _finder(scenario)
     given = {**scenario.parameters, **scenario.law_parameters}
     if arguments.over is not None:
@@ -170,13 +175,13 @@ def _map(
     ((over, text),) = pairs.items()
     options: dict[str, Any] = {"parameters": given}
     if arguments.forces is not None:
-        options["forces"] = _range("--forces", arguments.forces)
+        options["forces"] = read_range("--forces", arguments.forces, _RANGE)
     if arguments.points is not None:
         options["points"] = read_count("--points", arguments.points)
-    ends = _range(f"--over {over}", text)
+    ends = read_range(f"--over {over}", text, _RANGE)
     found = outcome_map(finder, scenario.state or {}, over, ends, progress=_progress, **options)
     for path in files:
-        _write(found, path)
+        write_map(found, path, _figure)
     if arguments.json:
         written = {"files": [str(path) for path in files]} if files else {}
         print_json(found.summary() | written)
@@ -188,24 +193,10 @@ def _map(
     return 0
 
 
-def _range(where: str, text: str) -> tuple[float, float]:
-    low, colon, high = text.partition(":")
-    if not (colon and low.strip() and high.strip()):
-        raise InputError(f"{where}: got {text!r}, need FROM:TO, such as 1e14:1e18.")
-    return read_number(where, low), read_number(where, high)
+def _figure(found: OutcomeMap) -> Any:
+    from painleve_sym.present.outcome_figure import outcome_figure
 
-
-def _write(found: OutcomeMap, path: Path) -> None:
-    suffix = path.suffix.lower()
-    if suffix in FIGURES:
-        from painleve_sym.present.outcome_figure import write_outcome_figure
-
-        write_outcome_figure(found, path)
-    elif suffix == ".npz":
-        found.save(path)
-    else:
-        content = json.dumps(found.to_dict(), allow_nan=False) + "\n"
-        write_beside(path, lambda file: file.write(content.encode("ascii")))
+    return outcome_figure(found)
 
 
 def _show_map(found: OutcomeMap) -> None:

@@ -6,7 +6,7 @@ import argparse
 import warnings
 
 from painleve_sym.cli.case import read_case
-from painleve_sym.cli.options import output_file, read_number, read_numbers
+from painleve_sym.cli.options import FIGURES, output_file, read_number, read_numbers
 from painleve_sym.cli.output import number, print_json, quantity, show, show_table
 from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.simulate.simulator import Simulator
@@ -14,8 +14,6 @@ from painleve_sym.study.fitting.data import FitData, read_fit_data
 from painleve_sym.study.fitting.problem import FitProblem
 from painleve_sym.study.fitting.result import FitResult
 from painleve_sym.study.scenario import Scenario
-
-FIGURES = (".png", ".svg", ".pdf")
 
 
 def fit(arguments: argparse.Namespace) -> int:
@@ -41,9 +39,10 @@ def fit(arguments: argparse.Namespace) -> int:
     found = problem.solve()
     units = {**scenario.mechanism().state_units, **data.units}
     if out is not None:
-        from painleve_sym.present.fit_figure import write_fit_figure
+        from painleve_sym.present.fit_figure import fit_figure
+        from painleve_sym.present.style import write_figure
 
-        write_fit_figure(found, units, out)
+        write_figure(fit_figure(found, units), out)
     if arguments.json:
         written = {"files": [str(out)]} if out else {}
         print_json({"mechanism": scenario.model, "law": scenario.law, **found.to_dict()} | written)

@@ -39,48 +39,36 @@ class Parser(argparse.ArgumentParser):
         return [o for a in self._actions for o in a.option_strings if o.startswith("--")]
 
 
-def _contact(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--contact", metavar="NAME", help="of several contacts, consider this one alone"
-    )
+def _texts(parser: argparse.ArgumentParser, *options: tuple[str, str, str], **more: Any) -> None:
+    """Add options that take a text: name, metavar and help of each."""
+    for option, metavar, text in options:
+        parser.add_argument(option, metavar=metavar, help=text, **more)
+
+
+def _lists(parser: argparse.ArgumentParser, *options: tuple[str, str, str]) -> None:
+    """Add options that may be given several times."""
+    _texts(parser, *options, action="append")
+
+
+_CONTACT = ("--contact", "NAME", "of several contacts, consider this one alone")
+_SET = ("--set", "NAME=VALUE,...", "parameters of the mechanism")
 
 
 def _case(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("case", metavar="CASE", help="mechanism, or a scenario file (see below)")
-    parser.add_argument(
-        "--state",
-        action="append",
-        metavar="NAME=VALUE,...",
-        help="coordinates and velocities (theta, theta_dot, ...); what is left out is 0",
-    )
-    _set(parser)
-    _contact(parser)
-
-
-def _set(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--set", action="append", metavar="NAME=VALUE,...", help="parameters of the mechanism"
-    )
+    text = "coordinates and velocities (theta, theta_dot, ...); what is left out is 0"
+    _lists(parser, ("--state", "NAME=VALUE,...", text), _SET)
+    _texts(parser, _CONTACT)
 
 
 def _law(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--law", metavar="NAME", help="contact law (`painleve laws` lists them)")
-    parser.add_argument(
-        "--law-set",
-        action="append",
-        metavar="NAME=VALUE,...",
-        help="parameters and choices of the law, such as E=20.9e14,reload=virgin",
-    )
+    _texts(parser, ("--law", "NAME", "contact law (`painleve laws` lists them)"))
+    text = "parameters and choices of the law, such as E=20.9e14,reload=virgin"
+    _lists(parser, ("--law-set", "NAME=VALUE,...", text))
 
 
 def _json(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print JSON with full precision")
-
-
-def _texts(parser: argparse.ArgumentParser, *options: tuple[str, str, str]) -> None:
-    """Add options that take a text: name, metavar and help of each."""
-    for option, metavar, text in options:
-        parser.add_argument(option, metavar=metavar, help=text)
 
 
 def _describe_options(sub: dict[str, Parser]) -> None:
@@ -90,7 +78,7 @@ def _describe_options(sub: dict[str, Parser]) -> None:
     for parser, formats in ((derive, DERIVE_FORMATS), (automaton, AUTOMATON_FORMATS)):
         parser.add_argument("model", metavar="MODEL", help="mechanism (`painleve models`)")
         parser.add_argument("--format", default="text", metavar="FORMAT", help=", ".join(formats))
-        _contact(parser)
+        _texts(parser, _CONTACT)
         parser.add_argument(
             "--json",
             action="store_const",
@@ -111,20 +99,16 @@ def _run_options(sub: dict[str, Parser]) -> None:
         _case(sub[name])
         sub[name].epilog = SCENARIO + (STOPS if name == "simulate" else "")
     jump, simulate = sub["jump"], sub["simulate"]
-    jump.add_argument("--restitution", metavar="E", help="coefficient in [0, 1], by default 0.75")
-    jump.add_argument("--rule", metavar="RULE", help="energetic (default), poisson or newton")
+    _texts(
+        jump,
+        ("--restitution", "E", "coefficient in [0, 1], by default 0.75"),
+        ("--rule", "RULE", "energetic (default), poisson or newton"),
+    )
     _law(jump)
-    jump.add_argument(
-        "--initial-force",
-        metavar="N",
-        help="with a law: the contact starts compressed so that it carries this force, N",
-    )
-    jump.add_argument(
-        "--configuration",
-        default="frozen",
-        metavar="NAME",
-        help="with a law: frozen (default), or carried along to where the impulse acts",
-    )
+    force = "with a law: the contact starts compressed so that it carries this force, N"
+    _texts(jump, ("--initial-force", "N", force))
+    text = "with a law: frozen (default), or carried along to where the impulse acts"
+    _texts(jump, ("--configuration", "NAME", text), default="frozen")
     jump.epilog = JUMP + SCENARIO
     _motion(simulate)
     _texts(
@@ -154,13 +138,12 @@ def _motion(parser: Parser) -> None:
 def _export_options(parser: Parser) -> None:
     _case(parser)
     _motion(parser)
-    parser.add_argument(
-        "--out", required=True, metavar="DIR", help="folder to write, absent or empty"
+    _texts(parser, ("--out", "DIR", "folder to write, absent or empty"), required=True)
+    _texts(
+        parser,
+        ("--name", "NAME", "prefix of the C names, by default the mechanism's name"),
+        ("--engine", "NAME", "auto (default), taylor or compiled"),
     )
-    parser.add_argument(
-        "--name", metavar="NAME", help="prefix of the C names, by default the mechanism's name"
-    )
-    parser.add_argument("--engine", metavar="NAME", help="auto (default), taylor or compiled")
     _json(parser)
     parser.epilog = (
         "CASE, state, parameters and law are those of `painleve simulate`; they are what\n"
@@ -173,37 +156,23 @@ def _export_options(parser: Parser) -> None:
 
 def _map_options(parser: Parser) -> None:
     parser.add_argument("model", metavar="MODEL", help="mechanism (`painleve models`)")
-    parser.add_argument(
-        "--over",
-        required=True,
-        metavar="NAME,NAME",
-        help="the axes: two coordinates, velocities (theta_dot) or parameters",
+    text = "the axes: two coordinates, velocities (theta_dot) or parameters"
+    _texts(parser, ("--over", "NAME,NAME", text), required=True)
+    ranges = "ends of the axes, such as theta=0.1:1.5,theta_dot=-5:5; chosen where left out"
+    held = "coordinates and velocities that are held; what is left out is 0"
+    _lists(
+        parser,
+        ("--range", "NAME=FROM:TO,...", ranges),
+        ("--state", "NAME=VALUE,...", held),
+        _SET,
     )
-    parser.add_argument(
-        "--range",
-        action="append",
-        metavar="NAME=FROM:TO,...",
-        help="ends of the axes, such as theta=0.1:1.5,theta_dot=-5:5; chosen where left out",
-    )
-    parser.add_argument(
-        "--state",
-        action="append",
-        metavar="NAME=VALUE,...",
-        help="coordinates and velocities that are held; what is left out is 0",
-    )
-    _set(parser)
-    _contact(parser)
-    for option, default, metavar, text in (
-        ("--points", "400", "N", "points along each axis, from 5 to 2000, by default 400"),
-        ("--slip", "-1", "SIGN", "sign of the slip velocity, -1 (default) or 1"),
-    ):
-        parser.add_argument(option, default=default, metavar=metavar, help=text)
-    parser.add_argument(
-        "--out",
-        action="append",
-        metavar="FILE",
-        help="draw it (.png, .svg, .pdf) or save it (.npz, .json); may be given several times",
-    )
+    _texts(parser, _CONTACT)
+    points = "points along each axis, from 5 to 2000, by default 400"
+    _texts(parser, ("--points", "N", points), default="400")
+    slip = "sign of the slip velocity, -1 (default) or 1"
+    _texts(parser, ("--slip", "SIGN", slip), default="-1")
+    files = "draw it (.png, .svg, .pdf) or save it (.npz, .json); may be given several times"
+    _lists(parser, ("--out", "FILE", files))
     _json(parser)
     parser.epilog = (
         "--json prints what the map holds without its grids; --out FILE.json has them too."
@@ -215,22 +184,14 @@ def _critical_options(parser: Parser) -> None:
     _law(parser)
     _texts(
         parser,
-        (
-            "--over",
-            "NAME=FROM:TO",
-            "map the outcomes over the force and this (E, y_A_dot)",
-        ),
+        ("--over", "NAME=FROM:TO", "map the outcomes over the force and this (E, y_A_dot)"),
         ("--forces", "FROM:TO", "initial forces of the map, N; chosen where left out"),
         ("--points", "N", "points along each axis of the map, from 2 to 400, by default 61"),
         ("--gradient", "NAME,...", "also the derivatives of the critical force by these"),
         ("--engine", "NAME", "auto (default), compiled or erk"),
     )
-    parser.add_argument(
-        "--out",
-        action="append",
-        metavar="FILE",
-        help="draw the map (.png, .svg, .pdf) or save it (.npz, .json); may be given several times",
-    )
+    files = "draw the map (.png, .svg, .pdf) or save it (.npz, .json); may be given several times"
+    _lists(parser, ("--out", "FILE", files))
     _json(parser)
     parser.epilog = (
         "The state must be indeterminate: on the surface, slipping, A < 0 and B > 0. The law\n"
@@ -310,13 +271,8 @@ def _reproduce_options(parser: Parser) -> None:
     parser.add_argument(
         "paper", nargs="?", metavar="PAPER", help="name of the paper (--list shows it); default all"
     )
-    parser.add_argument("--out", metavar="DIR", help="also write a report with figures here")
-    parser.add_argument(
-        "--only",
-        action="append",
-        metavar="ID,...",
-        help="only these items or groups (--list shows them)",
-    )
+    _texts(parser, ("--out", "DIR", "also write a report with figures here"))
+    _lists(parser, ("--only", "ID,...", "only these items or groups (--list shows them)"))
     parser.add_argument("--list", action="store_true", help="list the items and end")
     _json(parser)
     parser.epilog = (

@@ -3,27 +3,31 @@
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 from painleve_sym.cli.case import chosen_mechanism
 from painleve_sym.cli.options import (
+    MAPS,
     output_file,
     read_assignments,
     read_count,
     read_number,
     read_numbers,
+    read_range,
 )
-from painleve_sym.cli.output import assignments, number, print_json, quantity, show, show_table
+from painleve_sym.cli.output import (
+    assignments,
+    number,
+    print_json,
+    quantity,
+    show,
+    show_table,
+    write_map,
+)
 from painleve_sym.errors import InputError
-from painleve_sym.files import write_beside
 from painleve_sym.mechanics.models import Mechanism
 from painleve_sym.study.maps.region_map import RegionMap, region_map
-
-FIGURES = (".png", ".svg", ".pdf")
-SUFFIXES = (*FIGURES, ".npz", ".json")
 
 _CASES = {
     "slip": "one solution, the contact slides on",
@@ -40,7 +44,7 @@ _BILATERAL_CASES = _CASES | {
 
 def map(arguments: argparse.Namespace) -> int:
     """Compute the map, write the files asked for and print what it holds."""
-    files = [output_file("--out", text, SUFFIXES) for text in arguments.out or ()]
+    files = [output_file("--out", text, MAPS) for text in arguments.out or ()]
     options: dict[str, Any] = {
         "ranges": _read_ranges(arguments.range or ()),
         "points": read_count("--points", arguments.points),
@@ -52,7 +56,7 @@ def map(arguments: argparse.Namespace) -> int:
     mechanism = chosen_mechanism(arguments.model, arguments.contact)
     found = region_map(mechanism, over, **options)
     for path in files:
-        _write(found, path)
+        write_map(found, path, _figure)
     if arguments.json:
         written = {"files": [str(path) for path in files]} if files else {}
         print_json(found.summary() | written)
@@ -68,11 +72,7 @@ def _read_ranges(texts: list[str] | tuple[str, ...]) -> dict[str, tuple[float, f
         return {}
     found = {}
     for name, text in read_assignments("--range", texts).items():
-        low, colon, high = text.partition(":")
-        if not (colon and low.strip() and high.strip()):
-            raise InputError(f"--range {name}: got {text!r}, need FROM:TO, such as {name}=0.1:1.5.")
-        where = f"--range {name}"
-        found[name] = (read_number(where, low), read_number(where, high))
+        found[name] = read_range(f"--range {name}", text, f"{name}=0.1:1.5")
     return found
 
 
@@ -83,17 +83,10 @@ def _read_slip(text: str) -> int:
     return int(value)
 
 
-def _write(found: RegionMap, path: Path) -> None:
-    suffix = path.suffix.lower()
-    if suffix in FIGURES:
-        from painleve_sym.present.map_figure import write_map_figure
+def _figure(found: RegionMap) -> Any:
+    from painleve_sym.present.map_figure import map_figure
 
-        write_map_figure(found, path)
-    elif suffix == ".npz":
-        found.save(path)
-    else:
-        content = json.dumps(found.to_dict(), allow_nan=False) + "\n"
-        write_beside(path, lambda file: file.write(content.encode("ascii")))
+    return map_figure(found)
 
 
 def _show(found: RegionMap, mechanism: Mechanism) -> None:

@@ -10,6 +10,9 @@ from pathlib import Path
 
 from painleve_sym.errors import InputError
 
+FIGURES = (".png", ".svg", ".pdf")
+MAPS = (*FIGURES, ".npz", ".json")
+"""Suffixes of what a map is written as."""
 OTHER_FORMATS = (".csv", ".json", ".mat", ".h5", ".txt", ".toml", ".png", ".svg", ".pdf", ".py")
 
 
@@ -53,6 +56,14 @@ def read_numbers(where: str, texts: Iterable[str]) -> dict[str, float]:
     """Return name → number of comma-separated ``name=value`` entries."""
     pairs = read_assignments(where, texts)
     return {name: read_number(f"{where} {name}", value) for name, value in pairs.items()}
+
+
+def read_range(where: str, text: str, example: str) -> tuple[float, float]:
+    """Return the ends of ``FROM:TO``; the message of an InputError shows the example."""
+    low, colon, high = text.partition(":")
+    if not (colon and low.strip() and high.strip()):
+        raise InputError(f"{where}: got {text!r}, need FROM:TO, such as {example}.")
+    return read_number(where, low), read_number(where, high)
 
 
 def output_file(where: str, text: str, suffixes: tuple[str, ...] = ()) -> Path:

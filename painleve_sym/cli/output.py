@@ -6,10 +6,16 @@ import json
 import math
 import sys
 import textwrap
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from enum import Enum
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+from painleve_sym.files import write_beside
+
+if TYPE_CHECKING:
+    from painleve_sym.study.critical.outcome_map import OutcomeMap
+    from painleve_sym.study.maps.region_map import RegionMap
 
 WIDTH = 80
 
@@ -25,6 +31,20 @@ def print_json(data: Mapping[str, Any]) -> None:
     if lost:
         clean["not_finite"] = lost
     sys.stdout.write(_laid_out(clean, "") + "\n")
+
+
+def write_map(found: RegionMap | OutcomeMap, path: Path, draw: Callable[[Any], Any]) -> None:
+    """Write a map as JSON, as arrays (``.npz``) or as the figure that `draw` makes of it."""
+    suffix = path.suffix.lower()
+    if suffix == ".npz":
+        found.save(path)
+    elif suffix == ".json":
+        content = json.dumps(found.to_dict(), allow_nan=False) + "\n"
+        write_beside(path, lambda file: file.write(content.encode("ascii")))
+    else:
+        from painleve_sym.present.style import write_figure
+
+        write_figure(draw(found), path)
 
 
 def _laid_out(value: Any, indent: str) -> str:

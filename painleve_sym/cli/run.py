@@ -11,7 +11,7 @@ from typing import Any
 
 from painleve_sym.cli.case import read_case
 from painleve_sym.cli.corrected import corrected_data, show_corrected
-from painleve_sym.cli.options import OTHER_FORMATS, output_file
+from painleve_sym.cli.options import FIGURES, OTHER_FORMATS, output_file
 from painleve_sym.cli.output import assignments, number, print_json, quantity, show, show_table
 from painleve_sym.contacts.impact.jump import JumpResult
 from painleve_sym.contacts.impact.tangential import TangentialImpact
@@ -24,7 +24,6 @@ from painleve_sym.study.scenario import Scenario
 
 EXIT_STOPPED_EARLY = 3
 ORDINARY = (StopReason.T_END, StopReason.UNTIL, StopReason.LEFT_DOMAIN)
-PLOT_SUFFIXES = (".png", ".svg", ".pdf")
 SHOWN_EVENTS = 40
 
 
@@ -169,7 +168,7 @@ def _output_files(arguments: argparse.Namespace) -> dict[str, Path]:
                 f"--save: got {arguments.save}, need a name ending in .npz, the format written."
             )
     if arguments.plot is not None:
-        files["plot"] = output_file("--plot", arguments.plot, PLOT_SUFFIXES)
+        files["plot"] = output_file("--plot", arguments.plot, FIGURES)
     return files
 
 
@@ -183,9 +182,10 @@ def _write_files(
     if "plot" in files and not len(trajectory.step_time):
         warnings.warn("nothing to plot: no step was taken.", PainleveWarning, stacklevel=2)
     elif "plot" in files:
-        from painleve_sym.present.trajectory_plot import write_trajectory_plot
+        from painleve_sym.present.style import write_figure
+        from painleve_sym.present.trajectory_plot import trajectory_figure
 
-        write_trajectory_plot(trajectory, files["plot"], scenario.mechanism())
+        write_figure(trajectory_figure(trajectory, scenario.mechanism()), files["plot"])
         written["plot"] = str(files["plot"])
     return written
 

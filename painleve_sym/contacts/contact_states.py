@@ -9,7 +9,7 @@ from typing import Any
 import sympy as sp
 
 from painleve_sym.errors import EventKind, StopReason
-from painleve_sym.hybrid.automaton import Choice, Reset, Transition
+from painleve_sym.hybrid.automaton import Choice, Mode, Reset, Transition
 from painleve_sym.mechanics.coefficients import F_N, F_T
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.models import Mechanism
@@ -220,6 +220,15 @@ class ContactStates:
             "potential_energy": system.potential_energy,
             "stored_energy": stored,
         }
+
+    def held_mode(
+        self, name: str, contact: str, force: sp.Expr, transitions: tuple[Transition, ...]
+    ) -> Mode:
+        """Return a mode in which F_n = `force` keeps the gap at 0; the domain ends it, too."""
+        zero = sp.Integer(0)
+        rates = self.field(contact, force, normal=zero) | {self.gap: zero}
+        outputs = self.outputs(contact, force, zero)
+        return Mode(name, rates, (*transitions, *domain_transitions(self.mechanism)), outputs)
 
 
 def _along(jacobian: sp.Matrix, accelerations: sp.Matrix, bias: sp.Expr) -> sp.Expr:

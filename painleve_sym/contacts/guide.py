@@ -17,7 +17,6 @@ from painleve_sym.contacts.contact_states import (
     FORCE_WORK,
     FRICTION_WORK,
     ContactStates,
-    domain_transitions,
 )
 from painleve_sym.contacts.rigid import DECISION, SINGULAR_MARGIN
 from painleve_sym.errors import EventKind, InputError, StopReason
@@ -25,7 +24,6 @@ from painleve_sym.hybrid.automaton import (
     Choice,
     HybridAutomaton,
     Mode,
-    Transition,
     all_positive,
     is_zero,
     positive,
@@ -171,13 +169,6 @@ class BilateralContact(ContactStates):
 
     # ---- modes ----
 
-    def _held(
-        self, name: str, contact: str, force: sp.Expr, transitions: tuple[Transition, ...]
-    ) -> Mode:
-        rates = self.field(contact, force, normal=_ZERO) | {self.gap: _ZERO}
-        outputs = self.outputs(contact, force, _ZERO)
-        return Mode(name, rates, (*transitions, *domain_transitions(self.mechanism)), outputs)
-
     def _slip(self, slip: int, side: int, unstable: bool) -> Mode:
         c, sign = self.mechanism.coefficients, -1 if unstable else 1
         still = {self.slip: _ZERO}
@@ -200,7 +191,7 @@ class BilateralContact(ContactStates):
         meet = self.transition("singular", EventKind.SINGULAR, margin, stop=StopReason.SINGULAR)
         # A force that pulls rubs as one that pushes in slip the other way: F_t = −μ s σ F_n.
         rubbing, force = _SLIPS[slip * side], self.forms.slip_force(slip, side)
-        return self._held(slip_mode(slip, side, unstable), rubbing, force, (stop, turn, meet))
+        return self.held_mode(slip_mode(slip, side, unstable), rubbing, force, (stop, turn, meet))
 
     def _stick_margins(self, side: int) -> dict[int, sp.Expr]:
         """Return μ |F_n| ∓ F_t by the direction of the slip that begins where it ends."""
@@ -224,7 +215,7 @@ class BilateralContact(ContactStates):
         turn = self.transition(
             "force_reversal", EventKind.FORCE_REVERSAL, side * self.forms.stick_force, other
         )
-        return self._held(stick_mode(side), "stick", self.forms.stick_force, (turn, *changes))
+        return self.held_mode(stick_mode(side), "stick", self.forms.stick_force, (turn, *changes))
 
     @cached_property
     def automaton(self) -> HybridAutomaton:

@@ -15,8 +15,7 @@ from painleve_sym.contacts.contact_states import (
     ContactStates,
 )
 from painleve_sym.errors import EventKind, StopReason
-from painleve_sym.hybrid.automaton import Choice, Mode, Transition, positive
-from painleve_sym.hybrid.guards import greatest, least
+from painleve_sym.hybrid.automaton import Choice, Mode, Transition, greatest, least, positive
 from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.mechanics.system import Parameter
 

@@ -26,7 +26,6 @@ from painleve_sym.hybrid.automaton import (
     Choice,
     HybridAutomaton,
     Mode,
-    Transition,
     all_positive,
     is_zero,
     positive,
@@ -183,14 +182,6 @@ class RigidContact(ContactStates):
             FLIGHT, self.field(None, zero), (land, *domain_transitions(self.mechanism)), outputs
         )
 
-    def _constrained(
-        self, name: str, contact: str, force: sp.Expr, transitions: tuple[Transition, ...]
-    ) -> Mode:
-        zero = sp.Integer(0)
-        rates = self.field(contact, force, normal=zero) | {self.gap: zero}
-        outputs = self.outputs(contact, force, zero)
-        return Mode(name, rates, (*transitions, *domain_transitions(self.mechanism)), outputs)
-
     def _slip(self, contact: str, unstable: bool) -> Mode:
         c, s = self.mechanism.coefficients, CONTACTS[contact]
         sign = -1 if unstable else 1
@@ -208,7 +199,7 @@ class RigidContact(ContactStates):
         margin = sign * c.A(s) / c.W_nn - SINGULAR_MARGIN
         meet = self.transition("singular", EventKind.SINGULAR, margin, stop=StopReason.SINGULAR)
         name = f"{contact}_unstable" if unstable else contact
-        return self._constrained(name, contact, self.slip_force(s), (stop, lift, meet))
+        return self.held_mode(name, contact, self.slip_force(s), (stop, lift, meet))
 
     def _stick(self) -> Mode:
         c = self.mechanism.coefficients
@@ -227,7 +218,7 @@ class RigidContact(ContactStates):
             )
             changes.append(self.transition(name, EventKind.SLIP_START, margin, enter))
         lift = self.transition("liftoff", EventKind.LIFTOFF, self.stick_force, (Choice(DECISION),))
-        return self._constrained("stick", "stick", self.stick_force, (*changes, lift))
+        return self.held_mode("stick", "stick", self.stick_force, (*changes, lift))
 
     @cached_property
     def automaton(self) -> HybridAutomaton:

@@ -99,13 +99,13 @@ class BatchRows:
     integrals: Array
 
     @classmethod
-    def empty(cls, n: int, automaton: Outline, wish: BatchWish) -> BatchRows:
+    def empty(cls, n: int, outline: Outline, wish: BatchWish) -> BatchRows:
         """Return uninitialised rows."""
-        kinds = max(1, len(automaton.kinds))
+        kinds = max(1, len(outline.kinds))
         return cls(
             np.empty(n),
-            np.empty((n, len(automaton.states))),
-            np.empty((n, len(automaton.memory))),
+            np.empty((n, len(outline.states))),
+            np.empty((n, len(outline.memory))),
             mode=np.empty(n, np.int32),
             reason=np.empty(n, np.int32),
             transition=np.empty(n, np.int32),

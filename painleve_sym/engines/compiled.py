@@ -33,7 +33,7 @@ from painleve_sym.engines.records import EventRecords, StepRecords
 from painleve_sym.engines.source import ENGINE_REASONS, source
 from painleve_sym.errors import NoRecurrence, StopReason
 from painleve_sym.hybrid.automaton import HybridAutomaton
-from painleve_sym.hybrid.signature import AutomatonBuilder, Outline, outline_data, outline_of
+from painleve_sym.hybrid.signature import AutomatonBuilder, Outline
 
 _DECISION = -2
 """Reason of a run that asks for a decision (PS_DECISION)."""
@@ -115,7 +115,7 @@ class CompiledEngine:
         functions = functions or AutomatonFunctions(automaton)
         sizes = functions.x.numel(), functions.z.numel(), functions.c.numel()
         library = compiled_library(self._source(functions))
-        self._open(automaton, library, (*sizes, functions.output_size))
+        self._open(Outline.of(automaton), library, (*sizes, functions.output_size))
 
     @classmethod
     def of_builder(cls, builder: AutomatonBuilder) -> CompiledEngine:
@@ -133,8 +133,7 @@ class CompiledEngine:
             raise NoRecurrence(entry["no_recurrence"])
         library = library_named(entry["library"]) if entry else None
         if entry and library:
-            outline = outline_of(entry["outline"])
-            engine._open(outline, library, _plain_sizes(outline))
+            engine._open(Outline.of_data(entry["outline"]), library)
             return engine
         automaton = builder.automaton
         try:
@@ -144,16 +143,18 @@ class CompiledEngine:
                 write_entry(key, {"no_recurrence": str(error)})
             raise
         library = compiled_library(text)
-        engine._open(automaton, library, _plain_sizes(automaton))
+        engine._open(Outline.of(automaton), library)
         if key:
-            write_entry(key, {"library": library.name, "outline": outline_data(automaton)})
+            write_entry(key, {"library": library.name, "outline": engine.outline.to_data()})
         return engine
 
-    def _open(self, automaton: Outline, library: Path, sizes: tuple[int, int, int, int]) -> None:
+    def _open(
+        self, outline: Outline, library: Path, sizes: tuple[int, int, int, int] | None = None
+    ) -> None:
         self.library = library
-        self.automaton = automaton
-        self._nx, self._nz, self._nc, self._no = sizes
-        self._options, self._run = _structures(self._nx, self._nz, max(1, len(automaton.kinds)))
+        self.outline = outline
+        self._nx, self._nz, self._nc, self._no = sizes or _plain_sizes(outline)
+        self._options, self._run = _structures(self._nx, self._nz, max(1, len(outline.kinds)))
         self._library = ctypes.CDLL(str(library))
         self._end = ctypes.c_double * (_HEAD + self._nx + self._nz)
         self._no_steps = np.empty((0, StepRecords.width(self._nx, self._nz, self.dense_rows)))
@@ -192,7 +193,7 @@ class CompiledEngine:
         # 1e100 stands for inf: a state left out must not turn 0·inf into nan in the norm, nor into
         # a number too small to be normal, which processors are slow with.
         atol = np.minimum(o.atol, 1e100)
-        until = [kind in o.until for kind in self.automaton.kinds] or [False]
+        until = [kind in o.until for kind in self.outline.kinds] or [False]
         return self._options(
             o.rtol,
             o.first_step,
@@ -259,10 +260,6 @@ class CompiledEngine:
         self._library.ps_many_constants(len(p), p.ctypes.data, c.ctypes.data)
         return c
 
-    def batch_rows(self, rows: int, wish: BatchWish) -> BatchRows:
-        """Return room for the ends of so many runs."""
-        return BatchRows.empty(rows, self.automaton, wish)
-
     def run_batch(
         self,
         states: Array,
@@ -291,7 +288,7 @@ class CompiledEngine:
         x, p, t = _plain(states), _plain(parameters), _plain(t_end)
         scales = np.minimum(_plain(atol), 1e100)
         shared = self._options_of(replace(options, atol=scales[0], record="end"))
-        chosen = np.array(wish.indices(self.automaton.output_names), dtype=np.int32)
+        chosen = np.array(wish.indices(self.outline.output_names), dtype=np.int32)
         counts = (len(wish.maxima), len(wish.minima), len(wish.integrals))
         asked = Wish(wish.events, *counts, chosen.ctypes.data)
         ends = Ends(*pointers(rows))
@@ -302,7 +299,7 @@ class CompiledEngine:
 
     def field(self, mode: int, state: Array, memory: Array, constants: Array) -> Array:
         """Return the rates of all states in a mode, shape (nx,)."""
-        count = max(1, *(len(m.transitions) for m in self.automaton.modes))
+        count = max(1, *(len(m.transitions) for m in self.outline.modes))
         rates, guards = np.empty(self._nx), np.empty((2, count))
         inputs = [_plain(a) for a in (state, memory, constants)]
         addresses = [a.ctypes.data for a in (*inputs, rates, guards[0], guards[1])]
@@ -314,16 +311,16 @@ class CompiledEngine:
         n = len(states)
         out = np.empty((n, self._no))
         # Where local modes are data every mode has the same outputs.
-        index = np.ascontiguousarray(modes, dtype=np.int64) * (not self.automaton.parts)
+        index = np.ascontiguousarray(modes, dtype=np.int64) * (not self.outline.parts)
         x, z, c = _plain(states), _plain(memory), _plain(constants)
         addresses = (a.ctypes.data for a in (index, x, z, c, out))
         self._library.ps_outputs(n, *addresses)
         return out
 
 
-def _plain_sizes(automaton: Outline) -> tuple[int, int, int, int]:
-    constants = len(automaton.parameters) + len(automaton.definitions)
-    return len(automaton.states), len(automaton.memory), constants, len(automaton.output_names)
+def _plain_sizes(outline: Outline) -> tuple[int, int, int, int]:
+    constants = len(outline.parameters) + len(outline.definitions)
+    return len(outline.states), len(outline.memory), constants, len(outline.output_names)
 
 
 def _plain(values: Array) -> Array:

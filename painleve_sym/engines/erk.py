@@ -11,7 +11,15 @@ import numpy as np
 
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.modes import AutomatonFunctions
-from painleve_sym.engines.erk_choice import REST_ERRORS, ZERO_TIME, Parts, guard_side, tests_hold
+from painleve_sym.engines.batch import COUNTERS
+from painleve_sym.engines.erk_choice import (
+    HUGE,
+    REST_ERRORS,
+    ZERO_TIME,
+    Parts,
+    guard_side,
+    tests_hold,
+)
 from painleve_sym.engines.erk_mode import GRID, Call, ModeRunner, Window
 from painleve_sym.engines.protocol import (
     CLOSED,
@@ -25,9 +33,8 @@ from painleve_sym.engines.protocol import (
 from painleve_sym.engines.records import EventRecords, StepRecords
 from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton
+from painleve_sym.hybrid.signature import Outline
 
-_HUGE = 1e300
-"""Stands for inf, so that 0·inf is no nan."""
 _CHUNK = 256
 """Points per call of the outputs: many enough to hide the cost of a call."""
 _ROUGH, _ROUGHEST = 10.0, 1e-12
@@ -38,9 +45,6 @@ _REPLACEMENTS = 8
 # As in the compiled engine, whose decisions are repeated here.
 _FROM_REST = 1e-4
 _CHAIN = 64
-
-_COUNTERS = ("accepted_steps", "rejected_steps", "field_evaluations", "guard_evaluations")
-_MORE_COUNTERS = ("dense_outputs", "events")
 
 
 class _Run:
@@ -59,12 +63,12 @@ class _Run:
         self.modes, self.x, self.z = engine.automaton.modes, x, z
         chosen = options.start_mode < 0
         self.mode = engine.start(x, z, c) if chosen else options.start_mode
-        self.counters = Counter(dict.fromkeys(_COUNTERS + _MORE_COUNTERS, 0))
+        self.counters = Counter(dict.fromkeys(COUNTERS, 0))
         self.steps: list[Array] = []
         self.events: list[Array] = []
         self.armed = np.zeros(0, dtype=bool)
         self.history: dict[tuple[int, int], IntervalHistory] = {}
-        self.atol = np.minimum(options.atol, _HUGE)
+        self.atol = np.minimum(options.atol, HUGE)
         # Powers of two: scaling then rounds nothing. 2^500 leaves a state out of the error norm.
         exponent = np.round(np.log2(options.atol / options.rtol))
         self.scale = np.exp2(np.clip(exponent, -500, 500))
@@ -253,7 +257,7 @@ class _Run:
         """Integrate the current mode from here; return the window and the steps it took."""
         window, work = self.runner.window(self.x, self.z, self.c, self.scale, length, watch)
         done = work["n_steps"], work["n_reject"], work["n_rhs"], work.get("n_call_zeroF", 0) + GRID
-        self.counters.update(dict(zip(_COUNTERS, done, strict=True)), dense_outputs=GRID)
+        self.counters.update(dict(zip(COUNTERS, (*done, GRID), strict=False)))
         return window, done[0] + done[1]
 
     def advance(self) -> None:
@@ -409,7 +413,7 @@ class ErkEngine:
     def __init__(
         self, automaton: HybridAutomaton, functions: AutomatonFunctions | None = None
     ) -> None:
-        self.automaton = automaton
+        self.automaton, self.outline = automaton, Outline.of(automaton)
         self.functions = functions or AutomatonFunctions(automaton)
         self._runners: dict[tuple[int, float], ModeRunner] = {}
         self._many: dict[int, Call] = {}

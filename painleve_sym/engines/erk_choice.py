@@ -20,13 +20,13 @@ _ZERO_TERMS, _ZERO_SLOPE, _SAME_MOTION = 1e-12, 1e-10, 1e-8
 REST_ERRORS = 10.0
 """Errors of a state, by its tolerance, below which it is at rest."""
 
-_HUGE = 1e300
+HUGE = 1e300
 """Stands for inf, so that 0·inf is no nan."""
 
 
 def guard_side(g: float, d: float, d2: float, h: float, departs: bool) -> int:
     """1: on the positive side, armed; 0: at zero and leaving upwards; -1: fires now."""
-    d = float(np.nan_to_num(d, nan=0.0, posinf=_HUGE, neginf=-_HUGE))
+    d = float(np.nan_to_num(d, nan=0.0, posinf=HUGE, neginf=-HUGE))
     d2 = d2 if np.isfinite(d2) else 0.0
     first, second = d * ZERO_TIME * h, 0.5 * d2 * (ZERO_TIME * h) ** 2
     if abs(g) > abs(first) + abs(second):

@@ -206,11 +206,11 @@ def run_resolved(
         if raw.time >= options.t_end:
             raw = raw._replace(stop_reason=StopReason.T_END, decision=False)
             break
-        answer = resolve(_question(engine.automaton, raw, start))
+        answer = resolve(_question(engine.outline, raw, start))
         counters["events"] += len(answer.events)
-        events.append(_rows_of(engine.automaton, raw, answer))
+        events.append(_rows_of(engine.outline, raw, answer))
         count = sum(map(len, events))
-        hit = any(engine.automaton.kinds[int(k)] in options.until for k in _kinds(raw, events))
+        hit = any(engine.outline.kinds[int(k)] in options.until for k in _kinds(raw, events))
         stop = answer.stop or (StopReason.UNTIL if hit else None)
         if stop is None and count >= options.max_events:
             stop = StopReason.EVENT_LIMIT
@@ -232,7 +232,7 @@ def run_resolved(
     return raw._replace(steps=whole, events=told, counters=dict(counters))
 
 
-def _question(automaton: Outline, raw: RawRun, start: float) -> Question:
+def _question(outline: Outline, raw: RawRun, start: float) -> Question:
     at = raw.time, raw.state, raw.memory
     if not len(raw.events):
         return Question(*at, mode=raw.mode, kind=None, contact="", spent=raw.time - start)
@@ -241,13 +241,13 @@ def _question(automaton: Outline, raw: RawRun, start: float) -> Question:
     return Question(
         *at,
         mode=int(last.mode_before[-1]),
-        kind=automaton.kinds[last.kind[-1]],
-        contact=automaton.contacts[place] if place >= 0 else "",
+        kind=outline.kinds[last.kind[-1]],
+        contact=outline.contacts[place] if place >= 0 else "",
         spent=raw.time - start,
     )
 
 
-def _rows_of(automaton: Outline, raw: RawRun, answer: Answer) -> Array:
+def _rows_of(outline: Outline, raw: RawRun, answer: Answer) -> Array:
     """Return the events of an answer, shape (events, width)."""
     n, before = len(answer.events), raw.state
     if not n:
@@ -260,7 +260,7 @@ def _rows_of(automaton: Outline, raw: RawRun, answer: Answer) -> Array:
         mode_before=np.full(n, raw.mode),
         transition=none,
         mode_after=np.array([mode for _, _, mode in answer.events]),
-        kind=np.array([automaton.kinds.index(kind) for kind, _, _ in answer.events]),
+        kind=np.array([outline.kinds.index(kind) for kind, _, _ in answer.events]),
         contact=none,
         state_before=np.vstack([before, states[:-1]]),
         memory_before=memory,
@@ -303,8 +303,8 @@ class Engine(Protocol):
     name: str
 
     @property
-    def automaton(self) -> Outline:
-        """What is integrated: names and structure at least."""
+    def outline(self) -> Outline:
+        """Names and structure of the automaton."""
         ...
 
     def constants(self, parameters: Array) -> Array:

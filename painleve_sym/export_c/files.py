@@ -195,6 +195,13 @@ void {name}_press(const double *p, double *x, double force);
 
 """
 
+_PRESSING = """
+void ${name}_press(const double *p, double *x, double force) {
+  double curve[2];
+  loading_curves(p, curve);
+  x[CONTACT_STATES[0][0]] = -pow(force / curve[0], 1 / curve[1]);
+}
+"""
 
 _CONTACTS = """\
 #define ${NAME}_CONTACTS $count
@@ -370,16 +377,14 @@ def _start(case: Case) -> str:
     simulator, system = case.simulator, case.simulator.mechanism.system
     count = len(case.places)
     numbers = [contact_numbers(simulator.mechanism, i) for i in range(count)]
-    found = numbers[0]
     timed = simulator.mechanism.depends_on_time
-    loading = simulator.loading_curves if count > 1 or simulator.is_compliant(0) else []
+    loading = simulator.loading_curves
     functions, work = start_functions(numbers, simulator.automaton, loading)
     states = ", ".join(f"{{{', '.join(map(str, place.values()))}}}" for place in case.places)
-    values = case.shared | case.places[0] | {"work": work, "at_rest": repr(AT_REST)}
-    values |= {"contact_count": count, "contact_states": states}
-    scales = "scales_softened.c" if loading else "scales_rigid.c"
-    scales = "scales_several.c" if count > 1 else scales
+    values = case.shared | {"work": work, "at_rest": repr(AT_REST)}
     values |= {
+        "contact_count": count,
+        "contact_states": states,
         "functions": functions,
         "coordinates": len(system.q),
         "motion": "2 * COORDINATES" + " + 1" * timed,
@@ -387,9 +392,9 @@ def _start(case: Case) -> str:
         "clock": _CLOCK * timed,
         "in_metres": ", ".join(str(int(c.unit == "m")) for c in system.coordinates),
         "own_parameters": len(system.parameters),
-        "found": ", ".join([*(f"FOUND_{n}" for n in found.names), "FOUND"]),
+        "found": ", ".join([*(f"FOUND_{n}" for n in numbers[0].names), "FOUND"]),
         "complete": _complete(case),
-        "scales": filled(scales, values).rstrip(),
+        "press": "" if simulator.initial_force_fault() else _filled(_PRESSING, case),
         "max_steps": RunOptions.max_steps,
         "max_events": RunOptions.max_events,
     }

@@ -55,17 +55,15 @@ def start_functions(
         The numbers of each contact, see `contact_numbers`.
     automaton : HybridAutomaton
     loading : sequence of sympy.Expr
-        Stiffness and exponent in parameters and definitions, which the function ``loading`` takes
-        in this order; empty: there is no such function.
+        Stiffness and exponent of each contact in parameters and definitions, which the function
+        ``loading`` takes in this order.
     """
     functions = [found[0].function]
     if len(found) > 1:
         x = ca.SX.sym("x", len(found[0].symbols))
         functions = [ca.Function("quantities", [x], [ca.vertcat(*(f.function(x) for f in found))])]
-    if loading:
-        constants = (*automaton.parameters, *automaton.definitions)
-        c = ca.SX.sym("c", len(constants))
-        translate = Translator({s: c[i] for i, s in enumerate(constants)}, floor=0.0)
-        column = ca.densify(translate.vector(list(loading)))
-        functions.append(ca.Function("loading", [c], [column]))
+    constants = (*automaton.parameters, *automaton.definitions)
+    c = ca.SX.sym("c", len(constants))
+    translate = Translator({s: c[i] for i, s in enumerate(constants)}, floor=0.0)
+    functions.append(ca.Function("loading", [c], [ca.densify(translate.vector(list(loading)))]))
     return c_functions(functions), 1 + max(f.sz_w() for f in functions)

@@ -27,6 +27,21 @@ def is_zero(expr: sp.Expr) -> Boolean:
     return sp.Eq(expr, 0, evaluate=False)
 
 
+def least(*formulas: sp.Expr) -> sp.Expr:
+    """Return the least of formulas, unevaluated: positive where every one is."""
+    return sp.Min(*_opened(sp.Min, formulas), evaluate=False)
+
+
+def greatest(*formulas: sp.Expr) -> sp.Expr:
+    """Return the greatest of formulas, unevaluated: positive where any one is."""
+    return sp.Max(*_opened(sp.Max, formulas), evaluate=False)
+
+
+def _opened(kind: type[sp.Expr], formulas: tuple[sp.Expr, ...]) -> list[sp.Expr]:
+    """Return the arguments with nested extremes of the same kind opened."""
+    return [part for f in formulas for part in (f.args if isinstance(f, kind) else (f,))]
+
+
 Reset = Mapping[sp.Symbol, sp.Expr]
 """Simultaneous assignment to states and memory; what is absent is kept."""
 

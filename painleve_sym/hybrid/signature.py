@@ -2,118 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import sympy as sp
 
 from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.hybrid.automaton import HybridAutomaton
-
-
-class TransitionOutline(Protocol):
-    """An event by its names."""
-
-    @property
-    def label(self) -> str:
-        """Unique in its mode."""
-
-    @property
-    def kind(self) -> EventKind:
-        """What users see."""
-
-    @property
-    def stop(self) -> StopReason | None:
-        """Why the run ends there, or None."""
-
-    @property
-    def contact(self) -> str:
-        """Name of the contact, or nothing."""
-
-    @property
-    def bound(self) -> int | None:
-        """Index of the bound of the domain that is watched, or None."""
-
-    @property
-    def decides(self) -> tuple[EventKind, ...]:
-        """Kinds of events of the decision that is asked for; empty for no decision."""
-
-
-class ModeOutline(Protocol):
-    """A mode by its names."""
-
-    @property
-    def name(self) -> str:
-        """Unique."""
-
-    @property
-    def transitions(self) -> Sequence[TransitionOutline]:
-        """In the automaton's order."""
-
-
-class PartOutline(Protocol):
-    """A part by its names."""
-
-    @property
-    def name(self) -> str:
-        """Unique."""
-
-    @property
-    def memory(self) -> tuple[sp.Symbol, ...]:
-        """Its own memory; the first entry holds the index of its local mode."""
-
-    @property
-    def local_modes(self) -> tuple[str, ...]:
-        """Names of its local modes."""
-
-
-class Outline(Protocol):
-    """Names and structure of an automaton; a `HybridAutomaton` is one, and so is a `Skeleton`."""
-
-    @property
-    def name(self) -> str:
-        """Name of the automaton."""
-
-    @property
-    def states(self) -> tuple[sp.Symbol, ...]:
-        """Integrated quantities."""
-
-    @property
-    def memory(self) -> tuple[sp.Symbol, ...]:
-        """Constants within a mode."""
-
-    @property
-    def parameters(self) -> tuple[sp.Symbol, ...]:
-        """Given constants."""
-
-    @property
-    def definitions(self) -> Collection[sp.Symbol]:
-        """Constants computed from the parameters."""
-
-    @property
-    def modes(self) -> Sequence[ModeOutline]:
-        """Smooth regimes."""
-
-    @property
-    def uncontrolled(self) -> tuple[sp.Symbol, ...]:
-        """States that do not steer the step size."""
-
-    @property
-    def parts(self) -> Sequence[PartOutline]:
-        """Parts whose local modes are data."""
-
-    @property
-    def kinds(self) -> tuple[EventKind, ...]:
-        """Kinds of events, in order of appearance."""
-
-    @property
-    def contacts(self) -> tuple[str, ...]:
-        """Names of the contacts that events concern."""
-
-    @property
-    def output_names(self) -> tuple[str, ...]:
-        """Names of the outputs."""
 
 
 class AutomatonBuilder(Protocol):
@@ -124,9 +20,8 @@ class AutomatonBuilder(Protocol):
         """The automaton, derived when first asked for."""
 
 
-@dataclass(frozen=True)
-class TransitionSkeleton:
-    """A transition without guard, choices and reset."""
+class TransitionOutline(NamedTuple):
+    """A `Transition` without guard, choices and reset."""
 
     label: str
     kind: EventKind
@@ -136,17 +31,15 @@ class TransitionSkeleton:
     decides: tuple[EventKind, ...]
 
 
-@dataclass(frozen=True)
-class ModeSkeleton:
-    """A mode without field and outputs."""
+class ModeOutline(NamedTuple):
+    """A `Mode` without field and outputs."""
 
     name: str
-    transitions: tuple[TransitionSkeleton, ...]
+    transitions: tuple[TransitionOutline, ...]
 
 
-@dataclass(frozen=True)
-class PartSkeleton:
-    """A part without its alternatives."""
+class PartOutline(NamedTuple):
+    """A `Part` without its alternatives."""
 
     name: str
     memory: tuple[sp.Symbol, ...]
@@ -154,108 +47,115 @@ class PartSkeleton:
 
 
 @dataclass(frozen=True)
-class Skeleton:
-    """The outline of an automaton that need not have been derived; see `HybridAutomaton`."""
+class Outline:
+    """Names and structure of an automaton; stored beside its library, it needs no derivation.
+
+    Attributes as those of `HybridAutomaton`; `definitions` has the symbols alone.
+    """
 
     name: str
     states: tuple[sp.Symbol, ...]
     memory: tuple[sp.Symbol, ...]
     parameters: tuple[sp.Symbol, ...]
     definitions: tuple[sp.Symbol, ...]
-    modes: tuple[ModeSkeleton, ...]
+    modes: tuple[ModeOutline, ...]
     uncontrolled: tuple[sp.Symbol, ...]
     kinds: tuple[EventKind, ...]
     contacts: tuple[str, ...]
     output_names: tuple[str, ...]
-    parts: tuple[PartSkeleton, ...] = ()
+    parts: tuple[PartOutline, ...]
 
+    @classmethod
+    def of(cls, automaton: HybridAutomaton) -> Outline:
+        """Return the outline of an automaton."""
+        modes = tuple(
+            ModeOutline(
+                m.name,
+                tuple(
+                    TransitionOutline(t.label, t.kind, t.stop, t.contact, t.bound, t.decides)
+                    for t in m.transitions
+                ),
+            )
+            for m in automaton.modes
+        )
+        return cls(
+            name=automaton.name,
+            states=automaton.states,
+            memory=automaton.memory,
+            parameters=automaton.parameters,
+            definitions=tuple(automaton.definitions),
+            modes=modes,
+            uncontrolled=automaton.uncontrolled,
+            kinds=automaton.kinds,
+            contacts=automaton.contacts,
+            output_names=automaton.output_names,
+            parts=tuple(PartOutline(p.name, p.memory, p.local_modes) for p in automaton.parts),
+        )
 
-def mode_name(automaton: Outline, mode: int, memory: Sequence[float]) -> str:
-    """Return the name of a mode; where local modes are data, those of all parts in their order.
+    def to_data(self) -> dict[str, Any]:
+        """Return JSON-ready data; a symbol is its name and its assumptions."""
+        symbols = {field: list(map(_named, getattr(self, field))) for field in _SYMBOLS}
+        modes = [
+            (name, [(*t[:2], t.stop.name if t.stop else None, *t[3:]) for t in transitions])
+            for name, transitions in self.modes
+        ]
+        parts = [(name, list(map(_named, memory)), modes) for name, memory, modes in self.parts]
+        return vars(self) | symbols | {"modes": modes, "parts": parts}
 
-    Parameters
-    ----------
-    automaton : Outline
-    mode : int
-    memory : sequence of float, shape (nz,)
-    """
-    if not automaton.parts:
-        return automaton.modes[mode].name
-    names, first = [], 0
-    for part in automaton.parts:
-        names.append(part.local_modes[round(memory[first])])
-        first += len(part.memory)
-    return " + ".join(names)
+    @classmethod
+    def of_data(cls, data: Mapping[str, Any]) -> Outline:
+        """Return the outline that `to_data` wrote; its symbols equal those of the automaton."""
+        modes = tuple(
+            ModeOutline(name, tuple(map(_transition, transitions)))
+            for name, transitions in data["modes"]
+        )
+        return cls(
+            name=data["name"],
+            modes=modes,
+            kinds=tuple(map(EventKind, data["kinds"])),
+            contacts=tuple(data["contacts"]),
+            output_names=tuple(data["output_names"]),
+            parts=tuple(PartOutline(n, _symbols(m), tuple(own)) for n, m, own in data["parts"]),
+            **{field: _symbols(data[field]) for field in _SYMBOLS},
+        )
 
 
 _SYMBOLS = ("states", "memory", "parameters", "definitions", "uncontrolled")
 
 
-def outline_data(automaton: Outline) -> dict[str, Any]:
-    """Return names and structure as JSON-ready data; a symbol is its name and its assumptions."""
-    data: dict[str, Any] = {
-        field: [_named(s) for s in getattr(automaton, field)] for field in _SYMBOLS
-    }
-    modes = [
-        (
-            m.name,
-            [
-                (t.label, t.kind, t.stop.name if t.stop else None, t.contact, t.bound, t.decides)
-                for t in m.transitions
-            ],
-        )
-        for m in automaton.modes
-    ]
-    names = {n: getattr(automaton, n) for n in ("kinds", "contacts", "output_names")}
-    parts = [(p.name, [_named(s) for s in p.memory], p.local_modes) for p in automaton.parts]
-    return data | {"name": automaton.name, "modes": modes, "parts": parts} | names
-
-
 def _named(symbol: sp.Symbol) -> tuple[str, dict[str, bool | None]]:
-    return symbol.name, _assumed(symbol)
-
-
-def _assumed(symbol: sp.Symbol) -> dict[str, bool | None]:
-    """Return what a symbol is declared with: one word, where the others follow from it."""
+    """Return a symbol as data: with one assumption, where the others follow from it."""
     for word in ("real", "positive", "nonnegative"):
         if sp.Symbol(symbol.name, **{word: True}) == symbol:
-            return {word: True}
-    everything: dict[str, bool | None] = symbol.assumptions0
-    return everything
+            return symbol.name, {word: True}
+    return symbol.name, symbol.assumptions0
 
 
-def outline_of(data: dict[str, Any]) -> Skeleton:
-    """Return the outline that `outline_data` wrote; its symbols equal those of the automaton."""
-    modes = tuple(
-        ModeSkeleton(
-            name,
-            tuple(
-                TransitionSkeleton(
-                    label,
-                    EventKind(kind),
-                    StopReason[stop] if stop else None,
-                    contact,
-                    bound,
-                    tuple(map(EventKind, decides)),
-                )
-                for label, kind, stop, contact, bound, decides in transitions
-            ),
-        )
-        for name, transitions in data["modes"]
+def _symbols(data: Iterable[tuple[str, Mapping[str, bool]]]) -> tuple[sp.Symbol, ...]:
+    return tuple(sp.Symbol(name, **assumptions) for name, assumptions in data)
+
+
+def _transition(data: Sequence[Any]) -> TransitionOutline:
+    label, kind, stop, contact, bound, decides = data
+    reason = StopReason[stop] if stop else None
+    return TransitionOutline(
+        label, EventKind(kind), reason, contact, bound, tuple(map(EventKind, decides))
     )
-    symbols = {
-        field: tuple(sp.Symbol(name, **assumptions) for name, assumptions in data[field])
-        for field in _SYMBOLS
-    }
-    return Skeleton(
-        name=data["name"],
-        modes=modes,
-        kinds=tuple(map(EventKind, data["kinds"])),
-        contacts=tuple(data["contacts"]),
-        output_names=tuple(data["output_names"]),
-        parts=tuple(
-            PartSkeleton(name, tuple(sp.Symbol(n, **a) for n, a in memory), tuple(local_modes))
-            for name, memory, local_modes in data["parts"]
-        ),
-        **symbols,
-    )
+
+
+def mode_name(outline: Outline, mode: int, memory: Sequence[float]) -> str:
+    """Return the name of a mode; where local modes are data, those of all parts in their order.
+
+    Parameters
+    ----------
+    outline : Outline
+    mode : int
+    memory : sequence of float, shape (nz,)
+    """
+    if not outline.parts:
+        return outline.modes[mode].name
+    names, first = [], 0
+    for part in outline.parts:
+        names.append(part.local_modes[round(memory[first])])
+        first += len(part.memory)
+    return " + ".join(names)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,9 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from painleve_sym.files import write_beside
 from painleve_sym.present.style import DASHES, PAGE, PALETTE, REFERENCE, STYLE
-from painleve_sym.present.trajectory_plot import SUFFIXES
 from painleve_sym.study.compare.comparison import ROUND_OFF, Contrast
 from painleve_sym.study.compare.methods import Answer
 
@@ -29,12 +26,6 @@ _SOLVERS: dict[str, tuple[str, str, float]] = {
 _SOFTENED = PALETTE[2]
 _EARLY = {"marker": "X", "markersize": 5.0, "markevery": [-1], "clip_on": False}
 """The cross where a motion ended before the end time."""
-_METADATA: dict[str, dict[str, Any]] = {
-    # Neither a date nor a version: the same answers give the same file.
-    ".png": {"Software": None},
-    ".svg": {"Date": None},
-    ".pdf": {"CreationDate": None},
-}
 
 
 def contrast_figure(found: Contrast) -> Figure:
@@ -62,24 +53,6 @@ def contrast_figure(found: Contrast) -> Figure:
         handles, names = _columns(normal)
         figure.legend(handles, names, loc="outside lower center", ncols=3)
     return figure
-
-
-def write_contrast_figure(found: Contrast, path: Path) -> None:
-    """Write the figure as PNG, SVG or PDF by the suffix: whole, or not at all.
-
-    Raises
-    ------
-    InputError
-        The folder cannot be written.
-    """
-    suffix = path.suffix.lower()
-    assert suffix in SUFFIXES  # checked with the options
-    figure = contrast_figure(found)
-    with rc_context(STYLE):
-        write_beside(
-            path,
-            lambda f: figure.savefig(f, format=suffix[1:], metadata=_METADATA[suffix]),
-        )
 
 
 def _draw_motion(axes: Axes, found: Contrast, column: int) -> None:

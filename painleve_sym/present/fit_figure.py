@@ -3,27 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from painleve_sym.files import write_beside
 from painleve_sym.present.style import COLUMN, PALETTE, REFERENCE, STYLE
 from painleve_sym.quantities import symbol_latex
 from painleve_sym.study.fitting.data import MEASURABLE
 from painleve_sym.study.fitting.result import FitResult
 
-SUFFIXES = (".png", ".svg", ".pdf")
-# No date and no version: equal results give equal files.
-_METADATA: dict[str, dict[str, Any]] = {
-    ".png": {"Software": None},
-    ".svg": {"Date": None, "Creator": None},
-    ".pdf": {"CreationDate": None, "Creator": None, "Producer": None},
-}
 _HEIGHT, _MARGIN = 1.75, 0.5
 
 
@@ -83,21 +73,3 @@ def _draw_rows(axes: Axes, found: FitResult, name: str, label: str) -> None:
     )
     axes.set_xlabel(f"measured {label}")
     axes.set_ylabel(f"model {label}")
-
-
-def write_fit_figure(found: FitResult, units: Mapping[str, str], path: Path) -> None:
-    """Write the figure as PNG, SVG or PDF by the suffix: whole, or not at all.
-
-    Raises
-    ------
-    InputError
-        The folder cannot be written.
-    """
-    suffix = path.suffix.lower()
-    assert suffix in SUFFIXES  # checked with the options
-    figure = fit_figure(found, units)
-    with rc_context(STYLE):
-        write_beside(
-            path,
-            lambda f: figure.savefig(f, format=suffix[1:], metadata=_METADATA[suffix]),
-        )

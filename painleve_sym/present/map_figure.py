@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,13 +16,10 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 
 from painleve_sym.arrays import Array
-from painleve_sym.errors import InputError
-from painleve_sym.files import write_beside
 from painleve_sym.present.style import DASHES, PALETTE, REFERENCE, STYLE
 from painleve_sym.study.maps.case_codes import LEGEND
 from painleve_sym.study.maps.region_map import RegionMap
 
-SUFFIXES = (".png", ".svg", ".pdf")
 # Tints of Okabe & Ito's colours, each of another lightness: told apart in grey too.
 FILLS = {
     "outside": "#FFFFFF",
@@ -55,13 +51,6 @@ WIDTH, HEIGHT = 4.2, 3.25
 FLOW_GRID = 120
 """Points along an axis of the flow: finer ones do not show."""
 
-_SAVING: dict[str, dict[str, Any]] = {
-    # Neither a date nor a version: the same map gives the same file.
-    ".png": {"metadata": {"Software": None}, "pil_kwargs": {"optimize": True}},
-    ".svg": {"metadata": {"Date": None, "Creator": None}},
-    ".pdf": {"metadata": {"CreationDate": None}},
-}
-
 
 def map_figure(found: RegionMap) -> Figure:
     """Return the figure of a map, wider than a column, narrower than a page.
@@ -84,23 +73,6 @@ def map_figure(found: RegionMap) -> Figure:
         columns = 3 if len(handles) > 4 else 2
         figure.legend(handles=handles, loc="outside lower center", ncols=columns)
     return figure
-
-
-def write_map_figure(found: RegionMap, path: str | Path) -> None:
-    """Write the figure as PNG, SVG or PDF, as the suffix says: whole, or not at all.
-
-    Raises
-    ------
-    InputError
-        Another suffix, or a folder that cannot be written.
-    """
-    path = Path(path)
-    suffix = path.suffix.lower()
-    if suffix not in SUFFIXES:
-        raise InputError(f"figure {path}: got {suffix!r}, need one of {', '.join(SUFFIXES)}.")
-    figure = map_figure(found)
-    with rc_context(STYLE):
-        write_beside(path, lambda f: figure.savefig(f, format=suffix[1:], **_SAVING[suffix]))
 
 
 def _present(found: RegionMap) -> list[str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,9 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from painleve_sym.arrays import Array
-from painleve_sym.errors import InputError
-from painleve_sym.files import write_beside
-from painleve_sym.present.map_figure import HEIGHT, SUFFIXES, WIDTH
+from painleve_sym.present.map_figure import HEIGHT, WIDTH
 from painleve_sym.present.style import DASHES, PALETTE, REFERENCE, STYLE
 from painleve_sym.quantities import axis_label, symbol_latex
 from painleve_sym.study.critical.outcome_map import LEGEND, OutcomeMap
@@ -44,13 +41,6 @@ LINES: dict[str, tuple[str, dict[str, Any]]] = {
 }
 """The other critical force is the border of the fills."""
 
-_SAVING: dict[str, dict[str, Any]] = {
-    # Neither a date nor a version: the same map gives the same file.
-    ".png": {"metadata": {"Software": None}},
-    ".svg": {"metadata": {"Date": None, "Creator": None}},
-    ".pdf": {"metadata": {"CreationDate": None}},
-}
-
 
 def outcome_figure(found: OutcomeMap) -> Figure:
     """Return the figure of an outcome map, wider than a column, narrower than a page."""
@@ -77,23 +67,6 @@ def outcome_figure(found: OutcomeMap) -> Figure:
         handles += [Line2D([], [], label=label, **look) for label, look in LINES.values()]
         figure.legend(handles=handles, loc="outside lower center", ncols=2)
     return figure
-
-
-def write_outcome_figure(found: OutcomeMap, path: str | Path) -> None:
-    """Write the figure as PNG, SVG or PDF, as the suffix says: whole, or not at all.
-
-    Raises
-    ------
-    InputError
-        Another suffix, or a folder that cannot be written.
-    """
-    path = Path(path)
-    suffix = path.suffix.lower()
-    if suffix not in SUFFIXES:
-        raise InputError(f"figure {path}: got {suffix!r}, need one of {', '.join(SUFFIXES)}.")
-    figure = outcome_figure(found)
-    with rc_context(STYLE):
-        write_beside(path, lambda f: figure.savefig(f, format=suffix[1:], **_SAVING[suffix]))
 
 
 def _fill(axes: Axes, found: OutcomeMap) -> None:

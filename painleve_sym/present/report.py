@@ -5,9 +5,8 @@ from __future__ import annotations
 import json
 import textwrap
 import unicodedata
-from functools import partial
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 from painleve_sym.errors import InputError
 from painleve_sym.files import write_beside
@@ -66,11 +65,7 @@ def write_report(reproduction: Reproduction, out_dir: str | Path) -> tuple[Path,
 
 
 def _write(path: Path, text: str) -> None:
-    write_beside(path, partial(_encode, text))
-
-
-def _encode(text: str, file: BinaryIO) -> None:
-    file.write(text.encode())
+    write_beside(path, lambda file: file.write(text.encode()))
 
 
 def _results(reproduction: Reproduction, figures: dict[str, tuple[Path, Path]], out: Path) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,7 +10,7 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 from sympy import Symbol, latex
 
-from painleve_sym.present.style import COLUMN, DASHES, PALETTE, REFERENCE, STYLE, save
+from painleve_sym.present.style import COLUMN, DASHES, PALETTE, REFERENCE, STYLE
 from painleve_sym.simulate.sensitivity.result import SensitiveTrajectory
 
 _MARGIN = 1.02
@@ -64,8 +63,3 @@ def sensitivity_figure(
         panels[1].set_xlabel("time [ms]")
         panels[1].legend(loc="best")
     return figure
-
-
-def save_sensitivity_figure(figure: Figure, stem: Path) -> tuple[Path, Path]:
-    """Write the figure as PNG and SVG beside `stem`; return both paths."""
-    return save(figure, stem)

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-import io
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import matplotlib
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
+from painleve_sym.errors import InputError
 from painleve_sym.files import write_beside
 
+_METADATA: dict[str, dict[str, Any]] = {
+    # Neither a date nor a version.
+    ".png": {"Software": None},
+    ".svg": {"Date": None, "Creator": None},
+    ".pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+}
 COLUMN, PAGE = 3.4, 7.0
 """Widths of one column and of the page; inch."""
 DPI = 200
@@ -91,10 +96,27 @@ STYLE: Any = {
 }
 
 
-def save(figure: Figure, stem: Path) -> tuple[Path, Path]:
-    """Write a figure as PNG and SVG beside the names, then rename; return both paths.
+def write_figure(figure: Figure, path: str | Path) -> None:
+    """Write a figure as PNG, SVG or PDF, as the suffix says: whole, or not at all.
 
     Equal figures give equal files: no date, no version, no random ids.
+
+    Raises
+    ------
+    InputError
+        Another suffix, or a folder that cannot be written.
+    """
+    path = Path(path)
+    suffix = path.suffix.lower()
+    if suffix not in _METADATA:
+        raise InputError(f"figure {path}: got {suffix!r}, need one of {', '.join(_METADATA)}.")
+    look: dict[str, Any] = {"format": suffix[1:], "metadata": _METADATA[suffix]}
+    with matplotlib.rc_context(STYLE):
+        write_beside(path, lambda file: figure.savefig(file, **look))
+
+
+def save(figure: Figure, stem: Path) -> tuple[Path, Path]:
+    """Write a figure as PNG and SVG, as `write_figure` does; return both paths.
 
     Parameters
     ----------
@@ -110,18 +132,10 @@ def save(figure: Figure, stem: Path) -> tuple[Path, Path]:
     png, svg = (stem.with_name(f"{stem.name}.{suffix}") for suffix in ("png", "svg"))
     # The canvases draw once each, where savefig would draw twice.
     with matplotlib.rc_context(STYLE):
-        buffer = io.BytesIO()
-        canvas: Any = FigureCanvasAgg(figure)
-        canvas.print_png(buffer, metadata={"Software": None})
-        write_beside(png, partial(_copy, buffer.getvalue()))
+        pixels: Any = FigureCanvasAgg(figure)
+        write_beside(png, lambda file: pixels.print_png(file, metadata=_METADATA[".png"]))
         # Laid out once: the second file has the same places.
         figure.set_layout_engine("none")
-        buffer = io.BytesIO()
-        canvas = FigureCanvasSVG(figure)
-        canvas.print_svg(buffer, metadata={"Date": None, "Creator": None})
-        write_beside(svg, partial(_copy, buffer.getvalue()))
+        lines: Any = FigureCanvasSVG(figure)
+        write_beside(svg, lambda file: lines.print_svg(file, metadata=_METADATA[".svg"]))
     return png, svg
-
-
-def _copy(content: bytes, file: BinaryIO) -> None:
-    file.write(content)

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Any
-
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
@@ -12,24 +9,16 @@ from matplotlib.figure import Figure
 
 from painleve_sym.arrays import Array
 from painleve_sym.errors import InputError
-from painleve_sym.files import write_beside
 from painleve_sym.mechanics.models import Mechanism
 from painleve_sym.present.style import MARKERS, PAGE, PALETTE, REFERENCE, STYLE, Marker
 from painleve_sym.quantities import axis_label
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 
-SUFFIXES = (".png", ".svg", ".pdf")
 MAX_POINTS = 20_000
 """More points than this no screen can show."""
 MAX_LINES = 60
 """More lines than this hide the curves; the events are then marked on the force only."""
 
-_METADATA: dict[str, dict[str, Any]] = {
-    # Neither a date nor a version: the same motion gives the same file.
-    ".png": {"Software": None},
-    ".svg": {"Date": None},
-    ".pdf": {"CreationDate": None},
-}
 _FORCES = {"normal_force": ("F_n", "solid"), "tangential_force": ("F_t", (0, (5, 1.5)))}
 
 
@@ -68,26 +57,6 @@ def trajectory_figure(trajectory: Trajectory, mechanism: Mechanism) -> Figure:
         top.set_title(f"{trajectory.mechanism}, {law}")
         figure.legend(loc="outside lower center", ncols=4)
     return figure
-
-
-def write_trajectory_plot(trajectory: Trajectory, path: str | Path, mechanism: Mechanism) -> None:
-    """Write the figure as PNG, SVG or PDF, as the suffix says: whole, or not at all.
-
-    Raises
-    ------
-    InputError
-        Another suffix, a folder that cannot be written, a trajectory without steps.
-    """
-    path = Path(path)
-    suffix = path.suffix.lower()
-    if suffix not in SUFFIXES:
-        raise InputError(f"figure {path}: got {suffix!r}, need one of {', '.join(SUFFIXES)}.")
-    figure = trajectory_figure(trajectory, mechanism)
-    with rc_context(STYLE):
-        write_beside(
-            path,
-            lambda f: figure.savefig(f, format=suffix[1:], metadata=_METADATA[suffix]),
-        )
 
 
 def _draw(trajectory: Trajectory, mechanism: Mechanism, top: Axes, below: list[Axes]) -> None:

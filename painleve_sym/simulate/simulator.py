@@ -433,7 +433,7 @@ class Simulator:
     @property
     def outline(self) -> Outline:
         """Names and structure of the automaton, known without deriving it."""
-        return self.integrator.automaton
+        return self.integrator.outline
 
     @property
     def where(self) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -146,7 +147,11 @@ class Scenario:
     # ---- parts ----
 
     def mechanism(self) -> Mechanism:
-        """Return the mechanism; InputError suggests the nearest name."""
+        """Return the mechanism, built once; InputError suggests the nearest name."""
+        return self._mechanism
+
+    @cached_property
+    def _mechanism(self) -> Mechanism:
         whole = model(self.model)
         return whole if self.contact is None else whole.only(self.contact)
 

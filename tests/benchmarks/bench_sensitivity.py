@@ -49,7 +49,7 @@ def loops(rtol: float) -> tuple[Callable[[], Any], Callable[[], Any], Simulator]
     captured: list[Any] = []
 
     class Spy:
-        automaton, constants, outputs = engine.automaton, engine.constants, engine.outputs
+        outline, constants, outputs = engine.outline, engine.constants, engine.outputs
 
         def run(self, *arguments: Any) -> Any:
             captured.append(arguments)

@@ -11,7 +11,8 @@ import pytest
 from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
-from painleve_sym.present.outcome_figure import outcome_figure, write_outcome_figure
+from painleve_sym.present.outcome_figure import outcome_figure
+from painleve_sym.present.style import write_figure
 from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.study.critical.bisection import CriticalForceFinder
 from painleve_sym.study.critical.outcome_map import LEGEND, OutcomeMap, outcome_map
@@ -67,7 +68,7 @@ def test_critical_map_over_the_stiffness(capsys, tmp_path):
     impacts = back.outcome == LEGEND["stops_in_compression"]
     np.testing.assert_array_equal(lifts, back.forces[:, None] < back.slip_stop)
     np.testing.assert_array_equal(impacts, back.forces[:, None] >= back.compression)
-    write_outcome_figure(back, tmp_path / "b.png")
+    write_figure(outcome_figure(back), tmp_path / "b.png")
     assert (tmp_path / "b.png").read_bytes() == (tmp_path / "a.png").read_bytes()
 
 
@@ -99,7 +100,7 @@ def test_outcome_map_leaves_out_what_is_not_indeterminate(tmp_path):
     texts = [t.get_text() for t in outcome_figure(found).legends[0].get_texts()]
     assert "not indeterminate, or undecided" in texts
     with pytest.raises(InputError, match=r"need one of \.png"):
-        write_outcome_figure(found, tmp_path / "a.txt")
+        write_figure(outcome_figure(found), tmp_path / "a.txt")
     (tmp_path / "no.npz").write_bytes(b"nothing")
     with pytest.raises(InputError, match="written by save"):
         OutcomeMap.load(tmp_path / "no.npz")

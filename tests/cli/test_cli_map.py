@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from painleve_sym.mechanics.models import model
-from painleve_sym.present.map_figure import map_figure, write_map_figure
+from painleve_sym.present.map_figure import map_figure
+from painleve_sym.present.style import write_figure
 from painleve_sym.study.maps.region_map import RegionMap, region_map
 from tests.cli.cli_helpers import run, run_json
 
@@ -61,7 +62,7 @@ def test_map_writes_every_kind_of_file(capsys, tmp_path):
     back = RegionMap.load(tmp_path / "a.npz")
     np.testing.assert_array_equal(whole["case"], back.case)
     assert whole["flow"][0][20][39] is None
-    write_map_figure(back, tmp_path / "b.png")
+    write_figure(map_figure(back), tmp_path / "b.png")
     assert (tmp_path / "b.png").read_bytes() == (tmp_path / "a.png").read_bytes()
 
 
@@ -78,7 +79,7 @@ def test_map_figure_of_parameters_marks_the_thresholds(capsys, tmp_path):
 def test_map_figure_of_few_points_is_drawn(over, tmp_path):
     state = {} if "theta" in over else {"theta": 1.0}
     found = region_map(model("rod"), over.split(","), points=5, state=state)
-    write_map_figure(found, tmp_path / "a.png")
+    write_figure(map_figure(found), tmp_path / "a.png")
     assert (tmp_path / "a.png").stat().st_size > 5000
 
 

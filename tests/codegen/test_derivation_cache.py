@@ -24,7 +24,7 @@ from painleve_sym.engines.factory import make_engine
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.errors import CompilerMissing
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode
-from painleve_sym.hybrid.signature import outline_data, outline_of
+from painleve_sym.hybrid.signature import Outline
 from painleve_sym.laws.catalogue import law
 from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.contact import Contact
@@ -129,9 +129,9 @@ def test_coefficients_stay_at_hand_beside_a_cached_engine(cache):
     for simulator in (simulators()[0], simulators()[0]):
         simulator.run(START, t_end=0.01)
     assert simulator.mechanism.coefficients.W_nn == 1 / M.symbol
-    assert outline_of(json.loads(json.dumps(outline_data(simulator.automaton)))) == outline_of(
-        outline_data(simulator.outline)
-    )
+    outline = Outline.of(simulator.automaton)
+    assert simulator.outline == outline
+    assert Outline.of_data(json.loads(json.dumps(outline.to_data()))) == outline
 
 
 def changed():
@@ -178,7 +178,7 @@ def test_builder_without_a_definition_is_derived_each_time(cache):
     class Bare:
         automaton = SoftenedContact(sledge(), law("hertz")).automaton
 
-    assert make_engine(Bare()).automaton is Bare.automaton
+    assert make_engine(Bare()).outline == Outline.of(Bare.automaton)
     assert entries(cache) == []
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from painleve_sym.engines.batch import BatchWish
+from painleve_sym.engines.batch import BatchRows, BatchWish
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.erk import ErkEngine
 from painleve_sym.engines.protocol import Answer, RunOptions
@@ -124,7 +124,7 @@ def test_batch_passes_limits_bit_for_bit_like_single_runs(kind):
     states = np.column_stack([heights, np.zeros(23)])
     parameters = np.column_stack([np.linspace(0.1, 0.8, 23), np.full(23, 10.0)])
     o, wish = options(9.0), BatchWish(2, maxima=("energy",), integrals=("position",))
-    rows = engine.batch_rows(23, wish)
+    rows = BatchRows.empty(23, engine.outline, wish)
     atol = np.tile(o.atol, (23, 1))
     engine.run_batch(states, parameters, np.full(23, 9.0), atol, o, wish, rows)
     for i in range(23):
@@ -166,7 +166,7 @@ def test_run_goes_on_from_the_answers_to_its_questions(engine):
     assert all(q.kind is EventKind.TOUCHDOWN and q.contact == "floor" for q in asked)
     assert {q.mode for q in asked} == {0}
     assert asked[1].spent == pytest.approx(FALL, rel=1e-10)
-    kinds = [made.automaton.kinds[k] for k in raw.event_records.kind]
+    kinds = [made.outline.kinds[k] for k in raw.event_records.kind]
     assert kinds == [EventKind.TOUCHDOWN, EventKind.IMPACT] * 3
     assert raw.counters["events"] == 6
     since = 1.2 - 2.5 * FALL

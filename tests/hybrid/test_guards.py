@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from painleve_sym.hybrid.guards import greatest, least
+from painleve_sym.hybrid.automaton import greatest, least
 
 X, Y, Z = sp.symbols("x y z", real=True)
 

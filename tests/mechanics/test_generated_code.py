@@ -56,7 +56,7 @@ def _by_casadi(mechanism, at):
 
 def _by_compiled_code(mechanism, at):
     engine = CompiledEngine(forced_automaton(mechanism))
-    automaton = engine.automaton
+    automaton = engine.outline
     x = np.array([at[s] for s in automaton.states])
     c = engine.constants(np.array([at[p] for p in automaton.parameters]))
     n = len(x) // 2

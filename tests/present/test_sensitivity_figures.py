@@ -9,8 +9,9 @@ import pytest
 
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
-from painleve_sym.present.fit_figure import fit_figure, write_fit_figure
-from painleve_sym.present.sensitivity_figure import save_sensitivity_figure, sensitivity_figure
+from painleve_sym.present.fit_figure import fit_figure
+from painleve_sym.present.sensitivity_figure import sensitivity_figure
+from painleve_sym.present.style import save, write_figure
 from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.study.fitting.result import FitResult
 
@@ -36,7 +37,7 @@ def test_derivatives_are_drawn_per_relative_change_with_every_event(tmp_path):
     times, drawn = below.lines[0].get_data()
     expected = 1.4 * found.gradient("y_A_dot", np.asarray(times) / 1e3)[:, 0]
     np.testing.assert_allclose(drawn, expected, rtol=1e-6, atol=1e-9)
-    first, second = (save_sensitivity_figure(draw(), tmp_path / n) for n in "ab")
+    first, second = (save(draw(), tmp_path / n) for n in "ab")
     for one, other in zip(first, second, strict=True):
         assert one.read_bytes() == other.read_bytes()
 
@@ -68,9 +69,9 @@ def test_a_history_is_drawn_over_time():
 @pytest.mark.parametrize("suffix", ["png", "svg", "pdf"])
 def test_motions_row_by_row_are_drawn_against_the_data(tmp_path, suffix):
     path = tmp_path / f"fit.{suffix}"
-    write_fit_figure(result(None), UNITS, path)
+    write_figure(fit_figure(result(None), UNITS), path)
     first = path.read_bytes()
-    write_fit_figure(result(None), UNITS, path)
+    write_figure(fit_figure(result(None), UNITS), path)
     assert path.read_bytes() == first
     figure = fit_figure(result(None), UNITS)
     assert figure.axes[0].get_xlabel() == r"measured $\dot{\theta}$ [rad/s]"

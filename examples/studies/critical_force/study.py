@@ -15,8 +15,8 @@ import numpy as np
 import painleve_sym as ps
 from painleve_sym.papers.panels import MODULUS, Axis, Panel, line
 from painleve_sym.present.figures import draw
-from painleve_sym.present.outcome_figure import write_outcome_figure
-from painleve_sym.present.style import save
+from painleve_sym.present.outcome_figure import outcome_figure
+from painleve_sym.present.style import save, write_figure
 from painleve_sym.study.critical.bisection import Border, CriticalForceFinder
 from painleve_sym.study.critical.continuation import critical_curve
 from painleve_sym.study.critical.gradient import critical_force_gradient
@@ -116,7 +116,7 @@ def maps(folder, finder):
     )
     for name, found in (("E", over_E), ("y_A_dot", over_v)):
         found.save(folder / f"critical-force-map-{name}.npz")
-        write_outcome_figure(found, folder / f"critical-force-map-{name}.png")
+        write_figure(outcome_figure(found), folder / f"critical-force-map-{name}.png")
         print(f"map over {name}: {found.counts}")
 
 

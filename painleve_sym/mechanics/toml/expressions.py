@@ -10,9 +10,11 @@ from __future__ import annotations
 
 import ast
 import math
+import operator
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import sympy as sp
 
@@ -40,12 +42,12 @@ _FUNCTIONS: Mapping[str, tuple[int, Callable[..., sp.Expr], Callable[..., float]
     "abs": (1, sp.Abs, abs),
 }
 CONSTANTS: Mapping[str, sp.Expr] = {"pi": sp.pi}
-_OPERATORS: Mapping[type[ast.operator], str] = {
-    ast.Add: "+",
-    ast.Sub: "-",
-    ast.Mult: "*",
-    ast.Div: "/",
-    ast.Pow: "**",
+_OPERATORS: Mapping[type[ast.operator], tuple[str, Callable[..., Any]]] = {
+    ast.Add: ("+", operator.add),
+    ast.Sub: ("-", operator.sub),
+    ast.Mult: ("*", operator.mul),
+    ast.Div: ("/", operator.truediv),
+    ast.Pow: ("**", operator.pow),
 }
 _OTHER_OPERATORS: Mapping[type[ast.operator], str] = {
     ast.BitXor: "write ** for a power",
@@ -91,22 +93,29 @@ class Formulas:
     ----------
     names : mapping of str to sympy.Expr
         Symbols of coordinates, velocities and parameters.
+
+    Attributes
+    ----------
+    sizes : dict of str to int
+        How many parts each definition stands for.
+    broken : set of str
+        Names defined by a formula with faults.
     """
 
     names: dict[str, sp.Expr]
-    _sizes: dict[str, int] = field(default_factory=dict)
-    _broken: set[str] = field(default_factory=set)
+    sizes: dict[str, int] = field(default_factory=dict)
+    broken: set[str] = field(default_factory=set)
 
     def define(self, name: str, text: object) -> list[TextFault]:
         """Make `name` stand for a formula from now on; return what is wrong with the formula."""
         part, faults = self._translate(text)
         if part is None:
             # Later uses are not faults of their own.
-            self._broken.add(name)
+            self.broken.add(name)
             self.names[name] = sp.Symbol(name, real=True)
         else:
             self.names[name] = part.expr
-            self._sizes[name] = part.size
+            self.sizes[name] = part.size
         return faults
 
     def read(self, text: object) -> tuple[sp.Expr | None, list[TextFault]]:
@@ -143,14 +152,6 @@ class Formulas:
         if part.expr.has(sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I):
             return None, [TextFault(f"got {part.expr}, need finite real values.")]
         return part, []
-
-    def size(self, name: str) -> int:
-        """Return how many parts a name stands for."""
-        return self._sizes.get(name, 1)
-
-    def is_broken(self, name: str) -> bool:
-        """Return whether the name was defined by a formula with faults."""
-        return name in self._broken
 
 
 def _text_fault(source: str) -> TextFault | None:
@@ -268,9 +269,9 @@ class _Walk:
     def _name(self, node: ast.Name) -> _Part:
         known = self.formulas.names
         if node.id in known:
-            if self.formulas.is_broken(node.id):
+            if node.id in self.formulas.broken:
                 raise _Refused
-            return _Part(known[node.id], self.formulas.size(node.id))
+            return _Part(known[node.id], self.formulas.sizes.get(node.id, 1))
         if node.id in CONSTANTS:
             return _Part(CONSTANTS[node.id], 1, float(CONSTANTS[node.id]))
         if node.id in _FUNCTIONS:
@@ -289,24 +290,19 @@ class _Walk:
         if node.keywords or len(node.args) != count:
             need = "one argument" if count == 1 else f"{count} arguments"
             raise self.refuse(node, f"{name}: got {len(node.args)}, need {need}.")
-        parts = self._all(node.args, depth)
-        values = [p.value for p in parts]
-        value = self._value(node, name, numeric, values)
-        return self._sized(node, symbolic(*(p.expr for p in parts)), parts, value)
+        return self._combined(node, name, symbolic, numeric, self._all(node.args, depth))
 
     def _join(self, node: ast.BinOp, left: _Part, right: _Part) -> _Part:
-        sign = _OPERATORS.get(type(node.op))
-        if sign is None:
+        if type(node.op) not in _OPERATORS:
             fix = _OTHER_OPERATORS.get(type(node.op), "use + - * / **")
             name = type(node.op).__name__
             raise self.refuse(node, f"operator {name} has no place in a formula. Fix: {fix}.")
+        sign, apply = _OPERATORS[type(node.op)]
         if sign == "/" and right.expr == 0:
             raise self.refuse(node, "division by zero.")
         if sign == "**":
             self._check_power(node, left, right)
-        value = self._value(node, sign, _NUMERIC[sign], [left.value, right.value])
-        expr = _SYMBOLIC[sign](left.expr, right.expr)
-        return self._sized(node, expr, [left, right], value)
+        return self._combined(node, sign, apply, apply, [left, right])
 
     def _check_power(self, node: ast.BinOp, base: _Part, exponent: _Part) -> None:
         """Refuse powers that would take long to form, or to multiply out later."""
@@ -320,6 +316,31 @@ class _Walk:
         bits = _bits(base.expr) * abs(exponent.value)
         if bits > MAX_DIGITS_BITS:
             raise self.refuse(node, "the power has too many digits.")
+
+    def _combined(
+        self,
+        node: ast.expr,
+        name: str,
+        symbolic: Callable[..., sp.Expr],
+        numeric: Callable[..., float],
+        parts: list[_Part],
+    ) -> _Part:
+        """Return an operator or a function of parts; refuse what is too large to go on with."""
+        value = self._value(node, name, numeric, [p.value for p in parts])
+        expr, size = symbolic(*(p.expr for p in parts)), 1 + sum(p.size for p in parts)
+        if size > MAX_NODES:
+            raise self.refuse(
+                node,
+                f"with its definitions put in, the formula has more than {MAX_NODES} parts. "
+                "Fix: use fewer coordinates, or shorter definitions.",
+            )
+        # A product of equal factors is a power, too.
+        powers = [a.exp for a in sp.Mul.make_args(expr) if a.is_Pow and a.exp.is_Integer]
+        if any(abs(int(p)) > MAX_EXPONENT for p in powers):
+            raise self.refuse(node, f"a power in all higher than {MAX_EXPONENT}.")
+        if value is not None and _bits(expr) > MAX_DIGITS_BITS:
+            raise self.refuse(node, "the number has too many digits.")
+        return _Part(expr, size, value)
 
     def _value(
         self,
@@ -342,40 +363,6 @@ class _Walk:
         if value == 0 and name in ("**", "exp", "*", "/") and known[0] != 0 and known[-1] != 0:
             raise self.refuse(node, f"the number is too small: {name} gives less than 1e-308.")
         return value
-
-    def _sized(
-        self, node: ast.expr, expr: sp.Expr, parts: list[_Part], value: float | None
-    ) -> _Part:
-        size = 1 + sum(p.size for p in parts)
-        if size > MAX_NODES:
-            raise self.refuse(
-                node,
-                f"with its definitions put in, the formula has more than {MAX_NODES} parts. "
-                "Fix: use fewer coordinates, or shorter definitions.",
-            )
-        # A product of equal factors is a power, too.
-        powers = [a.exp for a in sp.Mul.make_args(expr) if a.is_Pow and a.exp.is_Integer]
-        if any(abs(int(p)) > MAX_EXPONENT for p in powers):
-            raise self.refuse(node, f"a power in all higher than {MAX_EXPONENT}.")
-        if value is not None and _bits(expr) > MAX_DIGITS_BITS:
-            raise self.refuse(node, "the number has too many digits.")
-        return _Part(expr, size, value)
-
-
-_NUMERIC: Mapping[str, Callable[[float, float], float]] = {
-    "+": lambda a, b: a + b,
-    "-": lambda a, b: a - b,
-    "*": lambda a, b: a * b,
-    "/": lambda a, b: a / b,
-    "**": lambda a, b: a**b,
-}
-_SYMBOLIC: Mapping[str, Callable[[sp.Expr, sp.Expr], sp.Expr]] = {
-    "+": lambda a, b: a + b,
-    "-": lambda a, b: a - b,
-    "*": lambda a, b: a * b,
-    "/": lambda a, b: a / b,
-    "**": lambda a, b: a**b,
-}
 
 
 def _bits(expr: sp.Expr) -> int:

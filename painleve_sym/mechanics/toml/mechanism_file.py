@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -10,6 +12,7 @@ import sympy as sp
 
 from painleve_sym.errors import ModelError, unknown_name
 from painleve_sym.files import parse_toml, read_text
+from painleve_sym.mechanics.bodies import Body, Load, Spring
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.mechanism import DomainBound, Mechanism
 from painleve_sym.mechanics.system import (
@@ -20,18 +23,8 @@ from painleve_sym.mechanics.system import (
     name_fault,
 )
 from painleve_sym.mechanics.toml.expressions import CONSTANTS, Formulas
-from painleve_sym.mechanics.toml.lines import Path, TomlLines, toml_lines
-from painleve_sym.mechanics.toml.parts import (
-    BODY_KEYS,
-    CONTACT_KEYS,
-    LOAD_KEYS,
-    SPRING_KEYS,
-    ContactReader,
-    read_bodies,
-    read_loads,
-    read_springs,
-)
-from painleve_sym.mechanics.toml.reader import Entries, Faults
+from painleve_sym.mechanics.toml.lines import toml_lines
+from painleve_sym.mechanics.toml.reader import Source, Table
 
 MAX_BYTES = 200_000
 """Of a file: a mechanism takes a few thousand, a wrong file may be of any size."""
@@ -44,7 +37,18 @@ _TOP = (
 _COORDINATE = ("unit", "meaning", "latex")
 _RANGE = ("lower", "upper", "lower_closed", "upper_closed", "positive")
 _PARAMETER = ("default", "unit", "meaning", *_RANGE)
-_ENERGY = ("kinetic", "potential")
+_BODY = ("name", "mass", "inertia", "centre", "angle")
+_SPRING = ("name", "extension", "stiffness", "damping")
+_LOAD = ("name", "point", "force", "angle", "torque")
+_SURFACE = ("slope", "through", "surface_speed")
+_KINDS: Mapping[str, tuple[str, ...]] = {
+    "point": (*_SURFACE, "curve"),
+    "disc": _SURFACE,
+    "gap": ("slip_velocity",),
+}
+"""What a contact is given by, and which further keys belong to that."""
+_ALWAYS = ("name", "friction", "bilateral")
+_CONTACT = (*_ALWAYS, *_KINDS, *_SURFACE, "curve", "slip_velocity")
 
 
 def load_mechanism(path: str | FilePath) -> Mechanism:
@@ -77,19 +81,17 @@ def mechanism_from_text(text: str, where: str = "mechanism", name: str = "mechan
     name : str
         Name of the mechanism where the text gives none.
     """
-    return _Reader(parse_toml(text, where), toml_lines(text), where, name).mechanism()
+    data = parse_toml(text, where)
+    return _Reader(Source(where, toml_lines(text)), data, name).mechanism()
 
 
 class _Reader:
     """Builds the parts of a mechanism from the data of one file."""
 
-    def __init__(self, data: dict[str, Any], lines: TomlLines, where: str, name: str) -> None:
-        self.faults = Faults(where, lines)
-        self.formulas = Formulas({})
-        self.entries = Entries(self.faults, self.formulas)
-        self.data = self.entries.table((), data, _TOP)
-        self.name = self.entries.text((), self.data, "name", name) or name
-        self.where = where
+    def __init__(self, source: Source, data: dict[str, Any], name: str) -> None:
+        self.source, self.formulas = source, source.formulas
+        self.top = Table.of(source, (), data, _TOP)
+        self.name = self.top.text("name", name) or name
 
     def mechanism(self) -> Mechanism:
         """Return the mechanism, or raise ModelError with every fault of the file."""
@@ -100,121 +102,82 @@ class _Reader:
             system = _stand_in(self.name, coordinates, parameters)
         contacts = self.contacts(system, parameters)
         domain, start = self.domain(), self.start(coordinates)
-        title = self.entries.text((), self.data, "title", self.name)
-        source = self.entries.text((), self.data, "source", self.where)
-        sketch = self.entries.text((), self.data, "sketch", "")
-        self.faults.raise_if_any()
+        title = self.top.text("title", self.name)
+        source = self.top.text("source", self.source.where)
+        sketch = self.top.text("sketch", "")
+        self.source.raise_if_faulty()
         assert system is not None
         try:
             return Mechanism(self.name, title, source, system, contacts, domain, sketch, start)
         except ModelError as error:
-            self.faults.add_all(("contacts",), error)
-            self.faults.raise_if_any()
+            self.source.model_faults(("contacts",), error)
+            self.source.raise_if_faulty()
             raise
 
     # ---- names ----
 
     def coordinates(self) -> tuple[Coordinate, ...]:
-        if not self.data.get("coordinates"):
-            self.faults.add((), 'no coordinates. Fix: add [coordinates] with x = { unit = "m" }.')
+        if not self.top.entries.get("coordinates"):
+            self.top.fault('no coordinates. Fix: add [coordinates] with x = { unit = "m" }.')
             return ()
-        found = []
-        for name, value in self.entries.table(("coordinates",), self.data["coordinates"]).items():
-            path: Path = ("coordinates", name)
-            table = self.entries.table(path, value, _COORDINATE)
-            unit = self.unit(path, table)
-            meaning = self.entries.text(path, table, "meaning", name)
-            latex = self.entries.text(path, table, "latex", "")
-            found.append(Coordinate(name, meaning, unit, latex))
-        return tuple(found)
+        tables, coordinates = self.top.table("coordinates"), []
+        for name in tables:
+            table = tables.table(name, _COORDINATE)
+            unit, meaning = _unit(table), table.text("meaning", name)
+            coordinates.append(Coordinate(name, meaning, unit, table.text("latex", "")))
+        return tuple(coordinates)
 
     def parameters(self) -> tuple[Parameter, ...]:
-        given = self.entries.table(("parameters",), self.data.get("parameters", {}))
-        contacts = self.data.get("contacts", [])
+        contacts = self.top.entries.get("contacts", [])
         tables = [c for c in contacts if isinstance(c, dict)] if isinstance(contacts, list) else []
         frictions = [c.get("friction") for c in tables]
-        return tuple(self.parameter(n, v, n in frictions) for n, v in given.items())
-
-    def parameter(self, name: str, value: Any, is_friction: bool) -> Parameter:
-        path: Path = ("parameters", name)
-        table = self.entries.table(path, value, _PARAMETER)
-        positive = self.entries.flag(path, table, "positive", False)
-        if positive and "lower" in table:
-            self.faults.add((*path, "lower"), "positive = true says lower already. Fix: keep one.")
-        lowest = 0.0 if positive or is_friction else -math.inf
-        parameter = Parameter(
-            name,
-            self.entries.number(path, table, "default", None),
-            self.unit(path, table),
-            self.entries.text(path, table, "meaning", name),
-            self.bound(path, table, "lower", lowest),
-            self.bound(path, table, "upper", math.inf),
-            self.entries.flag(path, table, "lower_closed", not positive),
-            self.entries.flag(path, table, "upper_closed", True),
-        )
-        fault = parameter.fault(parameter.default) if "default" in table else None
-        if fault:
-            self.faults.add((*path, "default"), fault)
-        return parameter
-
-    def bound(self, path: Path, table: dict[str, Any], key: str, default: float) -> float:
-        return self.entries.number(path, table, key, default)
-
-    def unit(self, path: Path, table: dict[str, Any]) -> str:
-        unit = self.entries.text(path, table, "unit", "")
-        if "unit" not in table or (isinstance(table["unit"], str) and not unit.strip()):
-            fix = 'Fix: add unit = "...", in SI, or "1" for a number without unit.'
-            self.faults.add(path, f"unit is missing. {fix}")
-        return unit or "1"
+        given = self.top.table("parameters")
+        return tuple(_parameter(name, given, name in frictions) for name in given)
 
     def declare(
         self, coordinates: tuple[Coordinate, ...], parameters: tuple[Parameter, ...]
     ) -> bool:
         """Make names known to formulas, check them, read definitions; True if all is well."""
-        names, before = self.formulas.names, len(self.faults.found)
+        names, before = self.formulas.names, len(self.source.faults)
         for c in coordinates:
-            self.check_name(("coordinates", c.name), c.name)
+            self.check_name("coordinates", c.name)
             names |= {c.name: c.symbol, c.rate.name: c.rate}
         for p in parameters:
-            self.check_name(("parameters", p.name), p.name)
+            self.check_name("parameters", p.name)
             names[p.name] = p.symbol
-        given = self.entries.table(("definitions",), self.data.get("definitions", {}))
+        given = self.top.table("definitions")
         if TIME.name not in {*names, *given}:
             names[TIME.name] = TIME
-        for name, text in given.items():
-            path: Path = ("definitions", name)
-            self.check_name(path, name)
-            for fault in self.formulas.define(name, text):
-                line = self.faults.lines.of_text(path, fault.line)
-                self.faults.add(path, fault.message, line)
-        return bool(coordinates) and len(self.faults.found) == before
+        for name, text in given.entries.items():
+            self.check_name("definitions", name)
+            self.source.text_faults(("definitions", name), self.formulas.define(name, text))
+        return bool(coordinates) and len(self.source.faults) == before
 
-    def check_name(self, path: Path, name: str) -> None:
+    def check_name(self, table: str, name: str) -> None:
         fault = name_fault(name)
         if fault:
-            self.faults.add(path, fault)
+            self.top.fault(fault, table, name)
         elif name in self.formulas.names or name in CONSTANTS:
-            self.faults.add(path, f"name {name!r} is declared twice. Fix: rename one.")
+            self.top.fault(f"name {name!r} is declared twice. Fix: rename one.", table, name)
 
     # ---- the system ----
 
     def system(
         self, coordinates: tuple[Coordinate, ...], parameters: tuple[Parameter, ...], named: bool
     ) -> LagrangianSystem | None:
-        before = len(self.faults.found)
-        bodies = read_bodies(self.entries, self.tables("bodies", BODY_KEYS))
-        springs = read_springs(self.entries, self.tables("springs", SPRING_KEYS))
-        loads = read_loads(self.entries, self.tables("loads", LOAD_KEYS))
+        before = len(self.source.faults)
+        bodies = [_body(table) for table in self.top.tables("bodies", _BODY)]
+        springs = [_spring(table) for table in self.top.tables("springs", _SPRING)]
+        loads = [_load(table) for table in self.top.tables("loads", _LOAD)]
         gravity = self.gravity()
-        energy = self.entries.table(("energy",), self.data.get("energy", {}), _ENERGY)
-        kinetic = self.entries.formula(("energy",), energy, "kinetic", 0)
-        potential = self.entries.formula(("energy",), energy, "potential", 0)
+        energy = self.top.table("energy", ("kinetic", "potential"))
+        kinetic, potential = energy.formula("kinetic", 0), energy.formula("potential", 0)
         forces = self.forces(coordinates)
-        if not self.data.get("bodies") and "kinetic" not in energy:
-            self.faults.add((), "no mass. Fix: add [[bodies]], or [energy] with kinetic.")
-        if not named or len(self.faults.found) > before or kinetic is None or potential is None:
+        if not self.top.entries.get("bodies") and "kinetic" not in energy:
+            self.top.fault("no mass. Fix: add [[bodies]], or [energy] with kinetic.")
+        if not named or len(self.source.faults) > before:
             return None
-        first = next((k for k in ("energy", "bodies") if k in self.data), "coordinates")
+        first = next((k for k in ("energy", "bodies") if k in self.top), "coordinates")
         try:
             return LagrangianSystem.of_bodies(
                 self.name,
@@ -223,72 +186,57 @@ class _Reader:
                 bodies,
                 gravity=gravity,
                 springs=springs,
-                loads=loads,
+                loads=[load for load in loads if load is not None],
                 kinetic_energy=kinetic,
                 potential_energy=potential,
                 generalized_forces=forces,
             )
         except ModelError as error:
-            self.faults.add_all((first,), error)
+            self.source.model_faults((first,), error)
             return None
 
     def gravity(self) -> sp.Expr | tuple[sp.Expr, sp.Expr]:
-        given = self.data.get("gravity", 0)
-        if isinstance(given, list):
-            return self.entries.pair((), self.data, "gravity", (0, 0)) or sp.Integer(0)
-        return self.entries.written(("gravity",), given) or sp.Integer(0)
-
-    def tables(self, key: str, known: tuple[str, ...]) -> list[dict[str, Any]]:
-        return self.entries.tables((key,), self.data.get(key, []), known)
+        if isinstance(self.top.entries.get("gravity"), list):
+            return self.top.pair("gravity")
+        return self.top.formula("gravity", 0)
 
     def forces(self, coordinates: tuple[Coordinate, ...]) -> dict[str, sp.Expr]:
-        names = [c.name for c in coordinates]
-        found = {}
-        for name, text in self.entries.table(("forces",), self.data.get("forces", {})).items():
+        names, given = [c.name for c in coordinates], self.top.table("forces")
+        for name in given:
             if name not in names:
-                self.faults.add(("forces", name), unknown_name("coordinate", name, names))
-            formula = self.entries.written(("forces", name), text)
-            if formula is not None:
-                found[name] = formula
-        return found
+                given.fault(unknown_name("coordinate", name, names), name)
+        return {name: given.formula(name) for name in given}
 
     # ---- contacts and the rest ----
 
     def contacts(
         self, system: LagrangianSystem | None, parameters: tuple[Parameter, ...]
     ) -> tuple[Contact, ...]:
-        reader = ContactReader(self.entries, parameters)
-        tables = self.tables("contacts", CONTACT_KEYS)
+        tables = self.top.tables("contacts", _CONTACT)
         if not tables:
-            self.faults.add(
-                ("contacts",), "no contact. Fix: add [[contacts]] with point, friction."
-            )
-        found = [reader.read(("contacts", i), table, system) for i, table in enumerate(tables)]
-        names = [c.name for c in found if c]
-        for i, contact in enumerate(found):
+            self.top.fault("no contact. Fix: add [[contacts]] with point, friction.", "contacts")
+        read = [_contact(table, parameters, system) for table in tables]
+        names = [c.name for c in read if c]
+        for i, (table, contact) in enumerate(zip(tables, read, strict=True)):
             if contact and contact.name in names[:i]:
                 fix = "Fix: give each its own name."
-                self.faults.add(("contacts", i), f"name {contact.name!r} is declared twice. {fix}")
-        return tuple(c for c in found if c)
+                table.fault(f"name {contact.name!r} is declared twice. {fix}")
+        return tuple(c for c in read if c)
 
     def domain(self) -> tuple[DomainBound, ...]:
-        found = []
-        for i, table in enumerate(self.tables("domain", ("margin", "meaning"))):
-            path: Path = ("domain", i)
-            margin = self.entries.formula(path, table, "margin", None)
-            meaning = self.entries.text(path, table, "meaning", None)
-            if margin is not None:
-                found.append(DomainBound(margin, meaning))
-        return tuple(found)
+        tables = self.top.tables("domain", ("margin", "meaning"))
+        return tuple(
+            DomainBound(table.formula("margin"), table.text("meaning")) for table in tables
+        )
 
     def start(self, coordinates: tuple[Coordinate, ...]) -> dict[str, float]:
-        table = self.entries.table(("start",), self.data.get("start", {}))
+        table = self.top.table("start")
         names = [c.name for c in coordinates] + [c.rate.name for c in coordinates]
         names += [TIME.name] if self.formulas.names.get(TIME.name) == TIME else []
         for name in table:
             if name not in names:
-                self.faults.add(("start", name), unknown_name("state", name, names))
-        return {name: self.entries.number(("start",), table, name, None) for name in table}
+                table.fault(unknown_name("state", name, names), name)
+        return {name: table.number(name) for name in table}
 
 
 def _stand_in(
@@ -300,3 +248,133 @@ def _stand_in(
         return LagrangianSystem(name, coordinates, parameters, kinetic, sp.Integer(0))
     except ModelError:
         return None
+
+
+def _unit(table: Table) -> str:
+    unit = table.text("unit", "")
+    # A unit that is no text is a fault of its own.
+    if "unit" not in table or (isinstance(table.entries["unit"], str) and not unit.strip()):
+        fix = 'Fix: add unit = "...", in SI, or "1" for a number without unit.'
+        table.fault(f"unit is missing. {fix}")
+    return unit or "1"
+
+
+def _parameter(name: str, given: Table, is_friction: bool) -> Parameter:
+    table = given.table(name, _PARAMETER)
+    positive = table.flag("positive", False)
+    if positive and "lower" in table:
+        table.fault("positive = true says lower already. Fix: keep one.", "lower")
+    parameter = Parameter(
+        name,
+        table.number("default"),
+        _unit(table),
+        table.text("meaning", name),
+        table.number("lower", 0.0 if positive or is_friction else -math.inf),
+        table.number("upper", math.inf),
+        table.flag("lower_closed", not positive),
+        table.flag("upper_closed", True),
+    )
+    fault = parameter.fault(parameter.default) if "default" in table else None
+    if fault:
+        table.fault(fault, "default")
+    return parameter
+
+
+def _body(table: Table) -> Body:
+    table.text("name", "")
+    if ("inertia" in table) != ("angle" in table):
+        table.fault("inertia and angle belong together. Fix: give both or none.")
+    mass, inertia, angle = (
+        table.formula("mass"),
+        table.formula("inertia", 0),
+        table.formula("angle", 0),
+    )
+    return Body(mass, table.pair("centre"), inertia, angle)
+
+
+def _spring(table: Table) -> Spring:
+    table.text("name", "")
+    extension = table.formula("extension")
+    return Spring(extension, table.formula("stiffness", 0), table.formula("damping", 0))
+
+
+def _load(table: Table) -> Load | None:
+    table.text("name", "")
+    given = set(table) & set(_LOAD) - {"name"}
+    if given == {"point", "force"}:
+        return Load.force(table.pair("point"), table.pair("force"))
+    if given == {"angle", "torque"}:
+        return Load.torque(table.formula("angle"), table.formula("torque"))
+    table.fault("need point and force, or angle and torque.")
+    return None
+
+
+# ---- contacts ----
+
+Maker = Callable[..., Contact]
+"""Makes the contact once its name, system, friction and bilateral are given."""
+
+
+def _contact(
+    table: Table, parameters: Sequence[Parameter], system: LagrangianSystem | None
+) -> Contact | None:
+    """Return the contact, or None where it has faults or there is no system."""
+    before, kinds = table.source.stand_ins, [kind for kind in _KINDS if kind in table]
+    symbols = {p.name: p.symbol for p in parameters}
+    name, bilateral = table.text("name"), table.flag("bilateral", False)
+    friction = table.text("friction")
+    if isinstance(table.entries.get("friction"), str) and friction not in symbols:
+        table.fault(unknown_name("parameter", friction, symbols), "friction")
+    if len(kinds) != 1:
+        table.fault(f"got {' and '.join(kinds) or 'none'}, need one of point, disc, gap.")
+        return None
+    (kind,) = kinds
+    for key in table:
+        if key in _CONTACT and key not in (*_ALWAYS, kind, *_KINDS[kind]):
+            table.fault(f"{key} does not belong to a contact with {kind}.", key)
+    if kind == "gap":
+        gap, slip = table.formula("gap"), table.formula("slip_velocity")
+        make: Maker = partial(Contact, gap=gap, slip_velocity=slip)
+    elif kind == "disc":
+        make = partial(Contact.of_disc, **_disc(table), **_surface(table))
+    else:
+        clock = {s.name: s for s in system.clock} if system else {TIME.name: TIME}
+        make = _point(table, {**clock, **symbols})
+    if table.source.stand_ins > before or friction not in symbols or system is None:
+        return None
+    try:
+        return make(name=name, system=system, friction=symbols[friction], bilateral=bilateral)
+    except ModelError as error:
+        table.source.model_faults(table.path, error)
+        return None
+
+
+def _surface(table: Table) -> dict[str, Any]:
+    slope, speed = table.formula("slope", 0), table.formula("surface_speed", 0)
+    return {"slope": slope, "surface_speed": speed, "through": table.pair("through", (0, 0))}
+
+
+def _disc(table: Table) -> dict[str, Any]:
+    disc = table.table("disc", ("centre", "radius", "angle"))
+    centre, radius = disc.pair("centre"), disc.formula("radius")
+    return {"centre": centre, "radius": radius, "angle": disc.formula("angle")}
+
+
+def _point(table: Table, names: Mapping[str, sp.Expr]) -> Maker:
+    """Return the contact of a point; a curve may use `names` beside its place x, y."""
+    point, surface = table.pair("point"), _surface(table)
+    if "curve" not in table:
+        return partial(Contact.of_point, point=point, **surface)
+    if "slope" in table:
+        table.fault("a curve says this. Fix: leave out slope or curve.", "slope")
+    for name in set(names) & {"x", "y"}:
+        fix = "Fix: rename the parameter."
+        table.fault(f"{name} means the place, not the parameter. {fix}", "curve")
+    place = {name: sp.Dummy(name, real=True) for name in ("x", "y")}
+    formula = table.formula("curve", formulas=Formulas({**names, **place}))
+
+    def curve(x: sp.Expr, y: sp.Expr) -> sp.Expr:
+        return formula.subs({place["x"]: x, place["y"]: y}, simultaneous=True)
+
+    del surface["slope"]
+    return partial(Contact.of_point, point=point, curve=curve, **surface)

@@ -1,16 +1,16 @@
-"""Entries of a mechanism file: plain data with their lines, and all faults in one list."""
+"""Tables of a mechanism file: typed entries, and all faults with their lines in one list."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import sympy as sp
 
 from painleve_sym.checks import checked_number
 from painleve_sym.errors import ModelError, unknown_name
-from painleve_sym.mechanics.toml.expressions import Formulas
+from painleve_sym.mechanics.toml.expressions import Formulas, TextFault
 from painleve_sym.mechanics.toml.lines import Path, TomlLines
 
 
@@ -22,150 +22,157 @@ def shown(path: Path) -> str:
     return text
 
 
-@dataclass
-class Faults:
-    """Faults of a file, each with its line.
+class Source:
+    """The text of a mechanism while it is read.
 
     Attributes
     ----------
     where : str
-        What the message calls the file.
+        What messages call it.
     lines : TomlLines
+    formulas : Formulas
+        Names that its formulas may use.
+    faults : list of (int, str)
+        Line and message of each.
+    stand_ins : int
+        How many values so far stand in for entries that could not be read.
     """
 
-    where: str
-    lines: TomlLines
-    found: list[tuple[int, str]] = field(default_factory=list)
+    def __init__(self, where: str, lines: TomlLines) -> None:
+        self.where, self.lines, self.formulas = where, lines, Formulas({})
+        self.faults: list[tuple[int, str]] = []
+        self.stand_ins = 0
 
-    def add(self, path: Path, message: str, line: int | None = None) -> None:
+    def fault(self, path: Path, message: str, line: int | None = None) -> None:
         """Note a fault of an entry; one of the same line and text only once."""
         place = self.lines.of(path) if line is None else line
         name = shown(path)
         entry = (place, f"line {place}{f', {name}' if name else ''}: {message}")
-        if entry not in self.found:
-            self.found.append(entry)
+        if entry not in self.faults:
+            self.faults.append(entry)
 
-    def add_all(self, path: Path, error: ModelError) -> None:
+    def text_faults(self, path: Path, faults: Iterable[TextFault]) -> None:
+        """Note the faults of a formula, each in its own line."""
+        for fault in faults:
+            self.fault(path, fault.message, self.lines.of_text(path, fault.line))
+
+    def model_faults(self, path: Path, error: ModelError) -> None:
         """Note every fault of a part that could not be made."""
         for message in error.faults:
-            self.add(path, message)
+            self.fault(path, message)
 
-    def raise_if_any(self) -> None:
+    def raise_if_faulty(self) -> None:
         """Raise ModelError with all faults in the order of the file."""
-        if self.found:
-            raise ModelError(self.where, [text for _, text in sorted(self.found)])
+        if self.faults:
+            raise ModelError(self.where, [text for _, text in sorted(self.faults)])
 
 
-@dataclass
-class Entries:
-    """Typed access to the data of a file; what is missing or wrong is noted, not raised.
+@dataclass(frozen=True)
+class Table:
+    """One table of a file. What is missing or wrong is noted, and something stands in for it.
 
     Attributes
     ----------
-    faults : Faults
-    formulas : Formulas
-        Names that formulas of the file may use.
+    source : Source
+    path : tuple of str or int
+    entries : mapping of str to value
     """
 
-    faults: Faults
-    formulas: Formulas
+    source: Source
+    path: Path
+    entries: Mapping[str, Any]
 
-    def table(self, path: Path, value: Any, known: Iterable[str] | None = None) -> dict[str, Any]:
-        """Return a table, empty where it is none; keys that are not `known` are faults."""
+    @classmethod
+    def of(cls, source: Source, path: Path, value: Any, known: Iterable[str] | None) -> Table:
+        """Return a table, empty where `value` is none; keys that are not `known` are faults."""
         if not isinstance(value, Mapping):
-            self.faults.add(path, f"got {value!r}, need a table [{shown(path)}].")
-            return {}
+            source.fault(path, f"got {value!r}, need a table [{shown(path)}].")
+            return cls(source, path, {})
         names = None if known is None else list(known)
         for key in value:
             if names is not None and key not in names:
-                self.faults.add((*path, key), unknown_name("key", key, names))
-        return dict(value)
+                source.fault((*path, key), unknown_name("key", key, names))
+        return cls(source, path, value)
 
-    def tables(self, path: Path, value: Any, known: Iterable[str]) -> list[dict[str, Any]]:
-        """Return the tables of an array [[…]]; a single table [ ] counts as one."""
-        if isinstance(value, Mapping) or not isinstance(value, list):
-            self.faults.add(path, f"got {value!r}, need an array of tables [[{shown(path)}]].")
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.entries)
+
+    def fault(self, message: str, *keys: str) -> None:
+        """Note a fault of the table, or of an entry in it."""
+        self.source.fault((*self.path, *keys), message)
+
+    def table(self, key: str, known: Iterable[str] | None = None) -> Table:
+        """Return the table of that key, empty where there is none."""
+        return Table.of(self.source, (*self.path, key), self.entries.get(key, {}), known)
+
+    def tables(self, key: str, known: Iterable[str]) -> list[Table]:
+        """Return the tables of an array [[…]]."""
+        value, names = self.entries.get(key, []), list(known)
+        if not isinstance(value, list):
+            self.fault(f"got {value!r}, need an array of tables [[{key}]].", key)
             return []
-        names = list(known)
-        return [self.table((*path, i), entry, names) for i, entry in enumerate(value)]
+        path = (*self.path, key)
+        return [Table.of(self.source, (*path, i), entry, names) for i, entry in enumerate(value)]
 
-    def text(self, path: Path, table: Mapping[str, Any], key: str, default: str | None) -> str:
+    def text(self, key: str, default: str | None = None) -> str:
         """Return a text; a missing one is a fault where there is no default."""
-        if key not in table:
-            if default is None:
-                self.faults.add(path, f'{key} is missing. Fix: add {key} = "...".')
-            return default or ""
-        if not isinstance(table[key], str):
-            self.faults.add((*path, key), f"got {table[key]!r}, need text in quotes.")
-            return default or ""
-        return str(table[key])
-
-    def number(
-        self, path: Path, table: Mapping[str, Any], key: str, default: float | None
-    ) -> float:
-        """Return a finite number; a missing one is a fault where there is no default."""
-        value = table.get(key, default)
+        value = self.entries.get(key, default)
         if value is None:
-            self.faults.add(path, f"{key} is missing. Fix: add {key} = ..., a number.")
-            return 1.0
-        fallback = 1.0 if default is None else default
-        if key not in table:
-            return fallback
-        number, fault = checked_number(value, key)
-        if fault:
-            self.faults.add((*path, key), fault.removeprefix(f"{key}: "))
-            return fallback
-        return number
+            self.fault(f'{key} is missing. Fix: add {key} = "...".')
+        elif not isinstance(value, str):
+            self.fault(f"got {value!r}, need text in quotes.", key)
+        else:
+            return value
+        return default or ""
 
-    def flag(self, path: Path, table: Mapping[str, Any], key: str, default: bool) -> bool:
+    def number(self, key: str, default: float | None = None) -> float:
+        """Return a finite number; a missing one is a fault where there is no default."""
+        if key in self.entries:
+            number, fault = checked_number(self.entries[key], key)
+            if not fault:
+                return number
+            self.fault(fault.removeprefix(f"{key}: "), key)
+        elif default is None:
+            self.fault(f"{key} is missing. Fix: add {key} = ..., a number.")
+        return 1.0 if default is None else default
+
+    def flag(self, key: str, default: bool) -> bool:
         """Return a truth value."""
-        value = table.get(key, default)
+        value = self.entries.get(key, default)
         if not isinstance(value, bool):
-            self.faults.add((*path, key), f"got {value!r}, need true or false.")
+            self.fault(f"got {value!r}, need true or false.", key)
             return default
         return value
 
     def formula(
-        self,
-        path: Path,
-        table: Mapping[str, Any],
-        key: str,
-        default: int | None,
-        formulas: Formulas | None = None,
-    ) -> sp.Expr | None:
-        """Return a formula, or None where it is missing or has faults."""
-        if key not in table:
-            if default is None:
-                self.faults.add(path, f'{key} is missing. Fix: add {key} = "...", a formula.')
-                return None
-            return sp.Integer(default)
-        return self.written((*path, key), table[key], formulas)
+        self, key: str, default: int | None = None, formulas: Formulas | None = None
+    ) -> sp.Expr:
+        """Return a formula; a missing one is a fault where there is no default."""
+        if key in self.entries:
+            return self.written(self.entries[key], key, formulas=formulas)
+        if default is None:
+            self.fault(f'{key} is missing. Fix: add {key} = "...", a formula.')
+            self.source.stand_ins += 1
+        return sp.Integer(1 if default is None else default)
 
-    def written(self, path: Path, value: Any, formulas: Formulas | None = None) -> sp.Expr | None:
-        """Return the formula of a value, or None where it has faults."""
-        expr, faults = (formulas or self.formulas).read(value)
-        for fault in faults:
-            line = self.faults.lines.of_text(path, fault.line)
-            self.faults.add(path, fault.message, line)
+    def pair(self, key: str, default: tuple[int, int] | None = None) -> tuple[sp.Expr, sp.Expr]:
+        """Return two formulas, such as the x and y of a point."""
+        value = self.entries.get(key, default)
+        if value is None:
+            self.fault(f'{key} is missing. Fix: add {key} = ["...", "..."].')
+        elif key in self.entries and (not isinstance(value, list) or len(value) != 2):
+            self.fault(f'got {value!r}, need two formulas ["...", "..."].', key)
+        else:
+            first, second = (self.written(v, key, i) for i, v in enumerate(value))
+            return first, second
+        self.source.stand_ins += 1
+        return sp.Integer(1), sp.Integer(1)
+
+    def written(self, value: Any, *keys: str | int, formulas: Formulas | None = None) -> sp.Expr:
+        """Return the formula that a value is, under these keys; its faults are noted."""
+        expr, faults = (formulas or self.source.formulas).read(value)
+        self.source.text_faults((*self.path, *keys), faults)
+        if expr is None:
+            self.source.stand_ins += 1
+            return sp.Integer(1)
         return expr
-
-    def pair(
-        self,
-        path: Path,
-        table: Mapping[str, Any],
-        key: str,
-        default: tuple[int, int] | None,
-    ) -> tuple[sp.Expr, sp.Expr] | None:
-        """Return two formulas, such as the x and y of a point, or None where one has faults."""
-        if key not in table:
-            if default is None:
-                fix = f'Fix: add {key} = ["...", "..."].'
-                self.faults.add(path, f"{key} is missing. {fix}")
-                return None
-            return sp.Integer(default[0]), sp.Integer(default[1])
-        value = table[key]
-        if not isinstance(value, list) or len(value) != 2:
-            self.faults.add((*path, key), f'got {value!r}, need two formulas ["...", "..."].')
-            return None
-        first, second = (self.written((*path, key, i), v) for i, v in enumerate(value))
-        return None if first is None or second is None else (first, second)

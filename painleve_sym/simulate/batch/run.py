@@ -13,16 +13,15 @@ from numpy.typing import ArrayLike
 
 from painleve_sym.arrays import Array
 from painleve_sym.contacts.rigid import RigidContact
-from painleve_sym.engines.batch import BatchRows, BatchWish
+from painleve_sym.engines.batch import COUNTERS, BatchRows, BatchWish
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.errors import InputError
 from painleve_sym.simulate.batch.inputs import ManyInputs
 from painleve_sym.simulate.batch.memory import check_memory, row_bytes
-from painleve_sym.simulate.batch.reason_codes import DYNAMIC_JAM, SINGULAR
+from painleve_sym.simulate.batch.reason_codes import DYNAMIC_JAM, ROW_REASONS, SINGULAR
 from painleve_sym.simulate.batch.result import ManyResult, run_row
-from painleve_sym.simulate.batch.serial import run_one_by_one
-from painleve_sym.simulate.batch.starts import RUNS, Starts, blocks, starts_of
+from painleve_sym.simulate.batch.starts import RUNS, Starts, starts_of
 from painleve_sym.simulate.locate_limit import jams
 from painleve_sym.simulate.simulator import DEFAULT_RTOL, Simulator
 from painleve_sym.simulate.trajectory import Trajectory
@@ -115,18 +114,6 @@ def simulate_many(
     )
 
 
-def _one_by_one(
-    simulator: Simulator, rows: ManyInputs, o: RunOptions, wish: BatchWish
-) -> BatchRows:
-    def run(i: int) -> Trajectory:
-        more: dict[str, Any] = {}
-        if rows.force is not None:
-            more["initial_force"] = float(rows.part(rows.force, i, i + 1)[0])
-        return run_row(simulator, simulator.mechanism, rows.row(i), o, "events", **more)
-
-    return run_one_by_one(simulator, run, blocks(simulator, rows), rows.count, wish)
-
-
 def _thread_count(threads: int | None) -> int:
     if threads is None:
         return len(os.sched_getaffinity(0))
@@ -161,6 +148,38 @@ def _shared_options(
 
 
 # ---- the work ----
+
+
+def _one_by_one(
+    simulator: Simulator, rows: ManyInputs, o: RunOptions, wish: BatchWish
+) -> BatchRows:
+    """Return the ends of single runs in Python, where no compiled batch serves the engine."""
+    ends = BatchRows.empty(rows.count, simulator.outline, wish)
+    for first, stop in _spans(rows.count, 1):
+        block = starts_of(simulator, rows, first, stop)
+        for i, refusal in enumerate(block.refusal.tolist(), first):
+            end = ends.part(slice(i, i + 1))
+            if refusal != RUNS:
+                end.fill_unmoved(np.array([True]), block.states[i - first][None], refusal)
+                continue
+            more: dict[str, Any] = {}
+            if rows.force is not None:
+                more["initial_force"] = float(rows.part(rows.force, i, i + 1)[0])
+            run = run_row(simulator, simulator.mechanism, rows.row(i), o, "events", **more)
+            _fill(end, run, simulator.outline.kinds, wish.events)
+    return ends
+
+
+def _fill(row: BatchRows, run: Trajectory, kinds: tuple[str, ...], events: int) -> None:
+    row.time[:], row.state[0], row.memory[0] = run.final_time, run.final_state, run.final_memory
+    row.mode[:], row.transition[:] = run.final_mode, -1
+    row.reason[:] = ROW_REASONS.index(run.stop_reason)
+    row.counters[0] = [run.counters.get(name, 0) for name in COUNTERS]
+    row.event_times[:] = np.nan
+    for k, kind in enumerate(kinds):
+        times = [e.time for e in run.events_of(kind)]
+        row.event_counts[0, k] = len(times)
+        row.event_times[0, k, : len(times[:events])] = times[:events]
 
 
 def _in_threads(

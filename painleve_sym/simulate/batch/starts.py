@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,8 +16,6 @@ from painleve_sym.simulate.batch.inputs import ManyInputs
 from painleve_sym.simulate.batch.reason_codes import INVALID_START, LEFT_DOMAIN, NON_FINITE
 from painleve_sym.simulate.simulator import Simulator
 
-BLOCK = 4096
-"""Rows prepared at a time."""
 RUNS = -1
 """Refusal of a row that can run."""
 
@@ -48,12 +46,6 @@ class Starts:
         """Return the rows of a slice or a mask."""
         arrays = (self.states, self.parameters, self.scales, self.refusal)
         return Starts(self.first, *(a[rows] for a in arrays))
-
-
-def blocks(simulator: Simulator, rows: ManyInputs) -> Iterator[Starts]:
-    """Yield all rows, block by block."""
-    for first in range(0, rows.count, BLOCK):
-        yield starts_of(simulator, rows, first, min(first + BLOCK, rows.count))
 
 
 def starts_of(simulator: Simulator, rows: ManyInputs, first: int, stop: int) -> Starts:

@@ -201,8 +201,8 @@ def outcome_map(
     outcome = np.full((points, points), LEGEND[Outcome.UNDECIDED.value], dtype=np.int8)
     for i, value in enumerate(values):
         if not np.isnan(lines[0, i]):
-            found_here = finder.outcomes(*_swapped(setting.with_value(over, float(value)), grid))
-            outcome[:, i] = [LEGEND[o.value] for o in found_here]
+            start, given = setting.with_value(over, float(value))
+            outcome[:, i] = [LEGEND[o.value] for o in finder.outcomes(start, grid, given)]
         if progress:
             progress(points + i + 1, 2 * points)
     simulator = finder.simulator
@@ -221,12 +221,6 @@ def outcome_map(
         state={n: float(v) for n, v in state.items() if n != over},
         parameters={n: v for n, v in simulator.parameters(parameters).items() if n != over},
     )
-
-
-def _swapped(
-    at: tuple[Mapping[str, float], Mapping[str, float]], forces: Array
-) -> tuple[Mapping[str, float], Array, Mapping[str, float]]:
-    return at[0], forces, at[1]
 
 
 def _axis(finder: CriticalForceFinder, name: str, ends: tuple[float, float], points: int) -> Array:
