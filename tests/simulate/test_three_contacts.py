@@ -17,7 +17,7 @@ import pytest
 from painleve_sym.errors import StopReason
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
-from painleve_sym.simulate.factory import make_simulator
+from painleve_sym.simulate.simulator import Simulator
 from tests.oracles.moreau import SprungTable, Stepping, Table
 
 LEVEL = "examples/mechanisms/three-legged-table.toml"
@@ -100,7 +100,7 @@ def simulator(tmp_path_factory):
     @cache
     def made(table):
         mechanism = model(str(path) if table is SprungTable else LEVEL)
-        return make_simulator(mechanism, law("rigid", restitution="newton"))
+        return Simulator(mechanism, law("rigid", restitution="newton"))
 
     return made
 
