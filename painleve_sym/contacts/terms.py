@@ -159,12 +159,13 @@ class ContactImpacts:
         values : mapping of str to float
             Parameters.
         contacts : sequence of int
-            Contacts whose gap and normal velocity are all but 0. Guides stay closed with them.
+            Contacts whose gap and normal velocity are all but 0. Those at rest stay closed with
+            them, guides too.
         """
-        guides = [i for i in self.rigid if self.mechanism.contacts[i].bilateral]
-        contacts = sorted({*contacts, *guides})
+        gaps, rates, _ = self.contact_values(state)
+        resting = [i for i in self.rigid if gaps[i] <= 0 and rates[i] == 0]
+        contacts = sorted({*contacts, *resting})
         terms, normals = self.terms(state, values), [2 * i for i in contacts]
-        _, rates, _ = self.contact_values(state)
         arriving = rates[contacts]
         block = terms.W[np.ix_(normals, normals)]
         impulses = np.zeros(len(terms.b))

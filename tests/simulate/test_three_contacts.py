@@ -228,3 +228,20 @@ def test_stepping_keeps_the_energy_of_a_sprung_table_in_flight():
         there = Stepping(table).run(q, u, 0.1 / count, count)
         errors.append(abs(energy(*there) - energy(q, u)))
     assert errors[1] < 0.55 * errors[0] and errors[1] < 1e-2 * energy(q, u)
+
+
+@pytest.mark.parametrize("restitution", ["newton", "energetic"])
+@pytest.mark.parametrize("engine", ["taylor", "compiled"])
+def test_feet_that_stop_together_do_not_bounce_in_rounding(tmp_path, engine, restitution):
+    """Feet at rest keep a normal velocity of exactly 0 where another one lands beside them."""
+    path = tmp_path / "level.toml"
+    path.write_text(SPRUNG)
+    given = {f"h_{foot}": 0.7 for foot in FEET} | {f"mu_{foot}": 0.9 for foot in FEET}
+    simulator = Simulator(model(str(path)), law("rigid", restitution=restitution), engine)
+    run = simulator.run(
+        {"x_dot": 1.5}, parameters=given | {f"e_{restitution}": 0.0}, t_end=0.6, max_events=200
+    )
+    assert run.stop_reason is StopReason.T_END
+    assert run.energy_residual < 1e-9
+    rates = [e.state[f"gap_{foot}_dot"] for e in run.events for foot in FEET]
+    assert min(abs(rate) for rate in rates if rate != 0) > 1e-12

@@ -197,6 +197,8 @@ def solve_simultaneous_impact(
         )
         for piece in path.pieces
     )
+    # Of a contact that others held, rounding may be left.
+    path.v = np.where(np.abs(path.v) <= _REST, 0.0, path.v)
     parted = bool(np.any(path.v[::2] > 0))
     end = ImpactEnd.SEPARATION if parted else ImpactEnd.PERSISTENT
     return SimultaneousImpact(end if ended else ImpactEnd.JAM, v, np.ldexp(path.v, speed), pieces)

@@ -71,8 +71,8 @@ static void push_contacts(const ps_contact_numbers *c, const double *impulses, d
   if (PS_WORKS[2] >= 0) x[PS_WORKS[2]] -= driven;
 }
 
-/* Closes contacts whose gap and normal velocity are all but 0, by normal impulses; guides, which stay
- * closed, are among them. */
+/* Closes contacts whose gap and normal velocity are all but 0, by normal impulses; those at rest, guides
+ * too, are among them and stay closed. */
 static void close_contacts(const ps_contact_numbers *c, int n, const int *contact, double *x) {
   ps_square W;
   double P[PS_ROWS] = {0}, arriving[PS_RIGID] = {0}, stop[PS_RIGID] = {0};
@@ -121,7 +121,7 @@ static int close_short(ps_run *s, double time, double *x) {
     const double rate = x[at[PS_GAP_RATE]];
     const int is_short = x[at[PS_GAP]] <= 0 && rate > 0 && 2 * rate < time * -c.load[2 * i];
     moves |= is_short;
-    if (is_short || PS_BILATERAL[k]) contact[n++] = i;
+    if (is_short || (x[at[PS_GAP]] <= 0 && rate == 0)) contact[n++] = i;
   }
   if (!moves) return 0;
   close_contacts(&c, n, contact, x);

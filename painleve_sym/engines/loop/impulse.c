@@ -912,7 +912,8 @@ static int follow_impact(int n, const double *W, const double *mu, const double 
   for (int i = 0; i < n; i++) pushing += !held[i] && path.impulses[2 * i] != 0;
   if (law == PS_NEWTON && pushing > 1 && collides) ended = restart_at_once(&path);
   for (int i = 0; i < 2 * n; i++) {
-    velocity[i] = ldexp(path.v[i], speed);
+    /* Of a contact that others held, rounding may be left. */
+    velocity[i] = fabs(path.v[i]) <= PS_REST_SPEED ? 0 : ldexp(path.v[i], speed);
     impulse[i] = ldexp(path.impulses[i], speed - mass);
     work[i] = ldexp(path.works[i], 2 * speed - mass);
   }
