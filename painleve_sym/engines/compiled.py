@@ -157,6 +157,7 @@ class CompiledEngine:
         self._options, self._run = _structures(self._nx, self._nz, max(1, len(outline.kinds)))
         self._library = ctypes.CDLL(str(library))
         self._end = ctypes.c_double * (_HEAD + self._nx + self._nz)
+        self._tolerances = ctypes.c_double * self._nx
         self._no_steps = np.empty((0, StepRecords.width(self._nx, self._nz, self.dense_rows)))
         self._no_events = np.empty((0, EventRecords.width(self._nx, self._nz)))
         self._no_memory = bytes(8 * (self._nz + 1))
@@ -192,14 +193,14 @@ class CompiledEngine:
     def _options_of(self, o: RunOptions) -> Any:
         # 1e100 stands for inf: a state left out must not turn 0·inf into nan in the norm, nor into
         # a number too small to be normal, which processors are slow with.
-        atol = np.minimum(o.atol, 1e100)
+        atol = _plain(np.minimum(o.atol, 1e100))
         until = [kind in o.until for kind in self.outline.kinds] or [False]
         return self._options(
             o.rtol,
             o.first_step,
             min(o.max_step, 1e300),
             o.t_end,
-            (ctypes.c_double * self._nx)(*atol),
+            self._tolerances.from_buffer_copy(atol),
             o.max_steps,
             o.max_events,
             (ctypes.c_ubyte * len(until))(*until),

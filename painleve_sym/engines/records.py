@@ -102,8 +102,16 @@ class EventRecords:
     def of(cls, rows: Array, nx: int, nz: int) -> EventRecords:
         """Return what the rows of an engine say, shape (n, width)."""
         head = rows[:, 1:EVENT_HEAD].astype(np.int64).T
-        cuts = EVENT_HEAD + np.cumsum([0, nx, nz, nx])
-        return cls(rows[:, 0], *head, *np.split(rows, cuts, axis=1)[1:])
+        # Slices cost a tenth of `np.split`, which matters for loops of short runs.
+        before, after = EVENT_HEAD + nx, EVENT_HEAD + nx + nz
+        return cls(
+            rows[:, 0],
+            *head,
+            rows[:, EVENT_HEAD:before],
+            rows[:, before:after],
+            rows[:, after : after + nx],
+            rows[:, after + nx :],
+        )
 
     def rows(self) -> Array:
         """Return the rows that `of` reads, shape (n, width)."""
