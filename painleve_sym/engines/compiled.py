@@ -200,7 +200,7 @@ class CompiledEngine:
             o.first_step,
             min(o.max_step, 1e300),
             o.t_end,
-            self._tolerances.from_buffer_copy(atol),
+            self._tolerances.from_buffer_copy(atol.tobytes()),
             o.max_steps,
             o.max_events,
             (ctypes.c_ubyte * len(until))(*until),

@@ -101,12 +101,16 @@ class EventRecords:
     @classmethod
     def of(cls, rows: Array, nx: int, nz: int) -> EventRecords:
         """Return what the rows of an engine say, shape (n, width)."""
-        head = rows[:, 1:EVENT_HEAD].astype(np.int64).T
+        mode, transition, target, kind, contact = rows[:, 1:EVENT_HEAD].astype(np.int64).T
         # Slices cost a tenth of `np.split`, which matters for loops of short runs.
         before, after = EVENT_HEAD + nx, EVENT_HEAD + nx + nz
         return cls(
             rows[:, 0],
-            *head,
+            mode,
+            transition,
+            target,
+            kind,
+            contact,
             rows[:, EVENT_HEAD:before],
             rows[:, before:after],
             rows[:, after : after + nx],
