@@ -498,7 +498,11 @@ class CompliantInterface(Interface):
             Alternative(at_rest, self._rub(sp.Integer(sign), sp.Integer(0 if sign else 1)))
             for sign in (0, -1, 1)
         ]
-        return Part(self.name, self.memory, self.local_modes, tuple(choices), (self.row.slip,))
+        # Of a slip that begins only: compliant contacts open and close by their law.
+        leaving = self._leaving[:1]
+        return Part(
+            self.name, self.memory, self.local_modes, tuple(choices), (self.row.slip,), leaving
+        )
 
     def start(self) -> Memory:
         """Return the memory at the start: loading where the gap is negative, else open."""

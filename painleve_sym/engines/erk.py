@@ -83,6 +83,8 @@ class _Run:
     def enter(self, departs: tuple[int, ...], visible: bool) -> None:
         """Begin at t = 0 in the present state and mode; what must happen at once does."""
         self.t, self.t_event, self.at_once = 0.0, -np.inf, 0
+        # Memory chosen at one instant, and the instant.
+        self.entered, self.entered_at = list[Array](), -np.inf
         self.t_end = self.options.t_end - self.t_base
         self.limit: tuple[int, int, float] | None = None
         self.history.clear()
@@ -169,19 +171,23 @@ class _Run:
                 sides.append(-1)
             if -1 not in sides:
                 return
-            departs = self.apply(sides.index(-1), visible, timed=False)
+            departs = self.apply(sides.index(-1), visible, False, departs)
         if self.reason is None:
             self.reason = StopReason.ACCUMULATION
 
-    def apply(self, j: int, visible: bool, timed: bool) -> tuple[int, ...]:
+    def apply(
+        self, j: int, visible: bool, timed: bool, departs: tuple[int, ...] = ()
+    ) -> tuple[int, ...]:
         """Apply transition j, whose guard came down to zero (`timed`) or fired at once.
 
-        Returns the guards of the new mode that are known to leave zero.
+        Returns the guards of the new mode that are known to leave zero: in a mode whose local modes
+        are data, also those that were so before at this instant, `departs`.
         """
         transition, before = self.modes[self.mode].transitions[j], self.mode
         at = (self.x, self.z, self.c, np.array([float(timed)]))
         x, z, conditions = self.runner.events[j](*at)
-        departs: tuple[int, ...] = ()
+        kept = departs if self.engine.parts is not None and not timed else ()
+        departs = ()
         if transition.decides or transition.strikes:
             # That no mode follows is how a run ends whose question nobody answers.
             self.reason, self.decision = StopReason.NO_MODE, True
@@ -190,6 +196,8 @@ class _Run:
             choice = _chosen(conditions, transition.choices)
             self.mode = self.engine.functions.mode_index[choice.target]
             departs = self.engine.functions.departures(choice)
+            if self.mode == before:
+                departs += tuple(k for k in kept if k != j)
             if transition.chooses:
                 x, z, leaving = self.choose(x, z)
                 departs += leaving
@@ -215,19 +223,25 @@ class _Run:
         still = [i for i in parts.rest if abs(x[i]) <= REST_ERRORS * self.options.atol[i]]
         x[still] = 0.0
         self.x = x
-        chosen = parts.choose(parts.combinations(x, z, self.c), self.held, at[1])
+        if self.entered_at != self.t:
+            self.entered_at, self.entered = self.t, []
+        every = parts.combinations(x, z, self.c)
+        chosen = parts.choose(every, self.held, at[1], self.entered)
         self.x, self.z = at
         if chosen is None:
             self.reason, self.decision = StopReason.NO_MODE, True
+        else:
+            self.entered.append(chosen)
         return x, z if chosen is None else chosen, parts.leaving(self.mode)
 
-    def held(self, memory: Array) -> tuple[int, Array]:
-        """Return whether the tests of the mode hold with a memory, and the rates of the states."""
+    def held(self, memory: Array) -> tuple[int, float, Array]:
+        """Return the results of `tests_hold` with a memory, and the rates of the states."""
         self.z = memory
         h, at = self.first_step(), (self.x, memory, self.c)
-        tests = self.runner.tests
-        hold = tests_hold(tests(*at), h) if tests is not None and np.isfinite(h) else 0
-        return hold, self.runner.field(*at)[0]
+        tests, hold = self.runner.tests, (0, np.inf)
+        if tests is not None and np.isfinite(h):
+            hold = tests_hold(tests(*at), h)
+        return *hold, self.runner.field(*at)[0]
 
     def note(self, kind: EventKind, before: int, j: int, contact: str, x: Array, z: Array) -> None:
         """Count and record an event; x and z are those after it."""

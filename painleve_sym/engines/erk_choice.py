@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable, Iterator
 from functools import cached_property
 
@@ -36,8 +37,10 @@ def guard_side(g: float, d: float, d2: float, h: float, departs: bool) -> int:
     return -1 if (first if abs(first) > abs(second) else second) < 0 else 0
 
 
-def tests_hold(values: list[Array], h: float) -> int:
-    """Return whether tests hold: 0 no, 1 yes, 2 also by the measure by which guards are armed.
+def tests_hold(values: list[Array], h: float) -> tuple[int, float]:
+    """Return whether tests hold, and by how much they are missed, in parts of their scales.
+
+    They hold: 0 no, 1 yes, 2 also by the measure by which guards are armed.
 
     Parameters
     ----------
@@ -46,22 +49,21 @@ def tests_hold(values: list[Array], h: float) -> int:
     h : float
         First step of the motion; s.
     """
-    held = 2
+    lasts, missed = True, 0.0
     for v, d, d2, scale in zip(*values, strict=True):
         first, second, slope = h * d, 0.5 * h * h * d2, _ZERO_SLOPE * scale
         if not np.isfinite(v):
-            return 0
+            missed = math.inf
         if abs(v) > _ZERO_TERMS * scale + ZERO_TIME * abs(first):
             decides = v
         elif abs(first) > slope:
             decides = first
         else:
-            decides = min(second + slope, 0.0)
+            decides = second if second < -slope else 0.0
         if decides < 0:
-            return 0
-        if guard_side(v, d, d2, h, False) < 0:
-            held = 1
-    return held
+            missed = max(missed, -decides / scale if scale > 0 else math.inf)
+        lasts &= guard_side(v, d, d2, h, False) >= 0
+    return (0 if missed > 0 else 1 + lasts), missed
 
 
 def same_motion(a: Array, b: Array) -> bool:
@@ -120,37 +122,51 @@ class Parts:
     def choose(
         self,
         combinations: list[tuple[Array, int]],
-        held: Callable[[Array], tuple[int, Array]],
+        held: Callable[[Array], tuple[int, float, Array]],
         before: Array,
+        entered: list[Array],
     ) -> Array | None:
         """Return the memory that is entered; None where no combination satisfies the tests.
+
+        Forces that are all given leave one motion: where rounding hides it, that is the nearest. A
+        motion that ends where it begins is not the one that lasts.
 
         Parameters
         ----------
         combinations : list of (ndarray, int)
         held : callable
-            Memory to the result of `tests_hold` and the rates of the states.
+            Memory to the results of `tests_hold` and the rates of the states.
         before : ndarray, shape (nz,)
             Memory before the event.
+        entered : list of ndarray, shape (nz,)
+            Memory that was chosen before at this instant.
         """
         policy, parts = self.automaton.preference, len(self.automaton.parts)
-        best, motions, chosen, rate = -1, 0, None, before
-        for memory, is_open, hold, rates in self._tested(combinations, held):
+        best, motions, chosen, rate, repeats = -1, 0, None, before, True
+        nearest, exists = (math.inf, before), self.automaton.impacts is None
+        for memory, is_open, hold, missed, rates in self._tested(combinations, held):
+            left = np.array_equal(memory, before)
+            again = exists and (left or any(np.array_equal(memory, m) for m in entered))
             if not hold:
+                if not again and missed < nearest[0]:
+                    nearest = missed, memory
                 continue
+            repeats &= again
             # Of those that rounding alone cannot tell apart, one that lasts; last what was left.
             rank = 3 * (parts - is_open if policy < 0 else is_open)
-            rank += 0 if np.array_equal(memory, before) else hold
+            rank += 0 if left or again else hold
             motions += not motions or not same_motion(rates, rate)
             if rank > best:
                 best, chosen, rate = rank, memory, rates
+        if exists and (not motions or repeats) and nearest[0] < math.inf:
+            return nearest[1]
         return None if policy == 0 and motions > 1 else chosen
 
     @staticmethod
     def _tested(
-        combinations: list[tuple[Array, int]], held: Callable[[Array], tuple[int, Array]]
-    ) -> Iterator[tuple[Array, int, int, Array]]:
+        combinations: list[tuple[Array, int]], held: Callable[[Array], tuple[int, float, Array]]
+    ) -> Iterator[tuple[Array, int, int, float, Array]]:
         for memory, is_open in combinations:
-            hold, rates = held(memory)
+            hold, missed, rates = held(memory)
             # What alone is possible needs no test.
-            yield memory, is_open, hold if len(combinations) > 1 else 1, rates
+            yield memory, is_open, hold if len(combinations) > 1 else 1, missed, rates

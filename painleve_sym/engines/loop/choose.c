@@ -16,27 +16,43 @@ static int guard_side(double g, double d, double d2, double zero, int departs);
 
 /* Whether the tests of the mode hold in the memory of the run: each is positive, or zero but for
  * rounding with the first derivative that is not zero positive. 2 where they also hold by the measure
- * by which guards are armed: none of these then fires at once. */
-static int consistent(ps_run *s, const ps_options *o) {
+ * by which guards are armed: none of these then fires at once. Where they do not hold, `missed` is by
+ * how much, in parts of their scales. */
+static int consistent(ps_run *s, const ps_options *o, double *missed) {
   const ps_mode *m = &PS_MODES[s->mode];
   double v[PS_NTEST], d[PS_NTEST], d2[PS_NTEST], scale[PS_NTEST], h = first_step(s, o);
   double *res[4] = {v, d, d2, scale};
-  int held = 2;
+  int lasts = 1;
+  *missed = HUGE_VAL;
   if (!isfinite(h)) return 0;
+  *missed = 0;
   call(s, m->tests, s->x, res);
   for (int j = 0; j < m->tested; j++) {
     double first = h * d[j], second = 0.5 * h * h * d2[j], slope = PS_ZERO_SLOPE * scale[j];
-    if (!isfinite(v[j])) return 0;
-    if (fabs(v[j]) > PS_ZERO_TERMS * scale[j] + PS_ZERO_TIME * fabs(first)) {
-      if (v[j] < 0) return 0;
-    } else if (fabs(first) > slope) {
-      if (first < 0) return 0;
-    } else if (second < -slope) {
-      return 0;
-    }
-    if (guard_side(v[j], d[j], d2[j], PS_ZERO_TIME * h, 0) < 0) held = 1;
+    double decides = second < -slope ? second : 0;
+    if (!isfinite(v[j])) *missed = HUGE_VAL;
+    if (fabs(v[j]) > PS_ZERO_TERMS * scale[j] + PS_ZERO_TIME * fabs(first)) decides = v[j];
+    else if (fabs(first) > slope) decides = first;
+    if (decides < 0) *missed = PS_MAX(*missed, -decides / scale[j]);
+    if (guard_side(v[j], d[j], d2[j], PS_ZERO_TIME * h, 0) < 0) lasts = 0;
   }
-  return held;
+  return *missed > 0 ? 0 : 1 + lasts;
+}
+
+/* Whether a memory was chosen before at this instant. A motion that ends where it begins is not the one
+ * that lasts, though rounding hides which other one is. */
+static int entered_before(const ps_run *s, const double *z) {
+  const int count = s->t_entered == s->t_base + s->t ? PS_MIN(s->choices, PS_ENTERED) : 0;
+  for (int k = 0; k < count; k++)
+    if (!memcmp(s->entered[k], z, PS_OWNED_SIZE * sizeof(double))) return 1;
+  return 0;
+}
+
+static void note_entered(ps_run *s, const double *z) {
+  const double t = s->t_base + s->t;
+  if (s->t_entered != t) s->choices = 0;
+  s->t_entered = t;
+  memcpy(s->entered[s->choices++ % PS_ENTERED], z, sizeof s->entered[0]);
 }
 
 static int same_motion(const double *a, const double *b) {
@@ -53,10 +69,10 @@ static int same_motion(const double *a, const double *b) {
  * there are. */
 static int choose(ps_run *s, const ps_options *o, double *x, double *z) {
   double condition[PS_NALT], memory[PS_NALT][PS_OWNED_SIZE], x_before[PS_NX], z_before[PS_NZ];
-  double best_rate[PS_NX];
+  double best_rate[PS_NX], nearest = HUGE_VAL, near[PS_NZ], missed = 0;
   double *res[2] = {condition, &memory[0][0]};
   int offered[PS_NPART][PS_NALT], count[PS_NPART], at[PS_NPART] = {0};
-  int motions = 0, best = -1, first = 0, combinations = 1;
+  int motions = 0, best = -1, first = 0, combinations = 1, repeats = 1;
   memcpy(x_before, s->x, sizeof x_before);
   memcpy(z_before, s->z, sizeof z_before);
   for (int i = 0; i < PS_NREST; i++)
@@ -79,22 +95,33 @@ static int choose(ps_run *s, const ps_options *o, double *x, double *z) {
       for (int i = PS_OWNED[p]; i < PS_OWNED[p + 1]; i++) s->z[i] = memory[a][i];
     }
     rank = PS_POLICY < 0 ? PS_NPART - rank : rank;
-    int held = combinations == 1 ? 1 : consistent(s, o);
+    int held = combinations == 1 ? 1 : consistent(s, o, &missed);
+    const int left = !memcmp(s->z, z_before, PS_OWNED_SIZE * sizeof(double));
+    const int again = PS_EXISTS && (left || entered_before(s, s->z));
     if (held) {
       /* Among those that rounding alone cannot tell apart, one that lasts, and last what was left. */
-      int left = !memcmp(s->z, z_before, PS_OWNED_SIZE * sizeof(double));
-      rank = 3 * rank + (left ? 0 : held);
+      rank = 3 * rank + (left || again ? 0 : held);
+      repeats &= again;
       motions += !motions || !same_motion(s->k[0], best_rate);
       if (rank > best) {
         best = rank;
         memcpy(best_rate, s->k[0], sizeof best_rate);
         memcpy(z, s->z, sizeof z_before);
       }
+    } else if (!again && missed < nearest) {
+      nearest = missed;
+      memcpy(near, s->z, sizeof near);
     }
     for (int p = PS_NPART - 1; p >= 0 && ++at[p] == count[p]; p--) at[p] = 0;
   }
   memcpy(s->x, x_before, sizeof x_before);
   memcpy(s->z, z_before, sizeof z_before);
+  if (PS_EXISTS && (!motions || repeats) && nearest < HUGE_VAL) {
+    /* Forces that are all given leave one motion: where rounding hides it, the nearest is taken. */
+    memcpy(z, near, sizeof near);
+    motions = 1;
+  }
+  if (motions) note_entered(s, z);
   return PS_POLICY == 0 && motions > 1 ? 0 : motions;
 }
 #endif

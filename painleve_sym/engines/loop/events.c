@@ -35,7 +35,8 @@ static void note_event(ps_run *s, const ps_options *o, int from, int j, int kind
 }
 
 /* Applies transition j of the current mode, whose guard came down to zero (`timed`) or fired at once;
- * `departs` returns the guards known to leave zero. */
+ * `departs` returns the guards known to leave zero: in a mode whose local modes are data, also those
+ * that were so before at this instant. */
 static void apply(ps_run *s, const ps_options *o, int j, int visible, double timed,
                   ps_bits *departs) {
   const ps_transition *tr = &PS_MODES[s->mode].transitions[j];
@@ -44,11 +45,12 @@ static void apply(ps_run *s, const ps_options *o, int j, int visible, double tim
   const double *arg[4] = {s->x, s->z, s->c, &timed};
   int choice = 0, from = (int)s->mode;
   tr->event(arg, res, s->iw, s->w, 0);
+  ps_bits kept = PS_NPART && !timed && tr->target[0] == from ? *departs & ~((ps_bits)1 << j) : 0;
   *departs = 0;
   if (tr->stop == PS_RUNNING) {
     while (choice < tr->n - 1 && condition[choice] == 0) choice++;
     s->mode = tr->target[choice];
-    *departs = tr->departs[choice];
+    *departs = tr->departs[choice] | kept;
 #if PS_NPART
     if (tr->chooses && !choose(s, o, xn, zn)) s->reason = PS_DECISION;
     if (tr->chooses) *departs |= PS_LEAVING[s->mode];
@@ -154,6 +156,9 @@ static void enter(ps_run *s, const ps_options *o, ps_bits departs, int visible) 
   s->at_once = 0;
   s->limit = NULL;
   s->last_kind = -1;
+#if PS_NPART
+  s->t_entered = -HUGE_VAL;
+#endif
   s->reason = PS_RUNNING;
   s->stop_transition = -1;
   memset(s->history, 0, sizeof s->history);

@@ -30,6 +30,8 @@ static const double PS_START = 40;
 static const double PS_AT_ONCE = 1e-14;
 /* Events at one instant before it is called an accumulation: far above any real chain. */
 static const int PS_CHAIN = 64;
+/* Choices of local modes at one instant that are known. */
+enum { PS_ENTERED = 32 };
 /* Places from which a guard that starts at zero is looked at, going back to the start. */
 #define PS_SAMPLES 8
 /* Accumulation: so many intervals in a row shrink geometrically ... */
@@ -99,6 +101,10 @@ typedef struct {
   ps_watch *watch; /* NULL: nothing is watched */
   ps_history history[PS_NM][PS_NT];
   int last_kind; /* of the last event since the run began or went on from an impact, or -1 */
+#if PS_NPART
+  double entered[PS_ENTERED][PS_NZ], t_entered; /* memory chosen at one instant, and the instant */
+  int choices;
+#endif
 #ifdef PS_IMPACTS
   double touchdown[PS_TOUCHDOWNS]; /* the last times, the latest first */
   long touchdowns;

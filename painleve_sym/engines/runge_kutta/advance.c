@@ -103,7 +103,7 @@ static void enter_end_of_step(ps_run *s, double h, const double *y, const double
 static void take_event(ps_run *s, const ps_options *o, int j, double where, double h, double *y,
                        double row[8][PS_NX]) {
   int found = 1;
-  ps_bits departs;
+  ps_bits departs = 0;
   h *= where;
   if (where > PS_AT_ONCE) {
     h = step_to_zero(s, j, h, y, &found);

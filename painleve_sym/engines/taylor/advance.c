@@ -180,7 +180,7 @@ static int polish(ps_run *s, int j, double whole, double *h, double *y) {
 /* Ends the step at the event of guard j, at the part `where` of h units, and takes it. */
 static void take_event(ps_run *s, const ps_options *o, int j, double where, double h) {
   double y[PS_NX];
-  ps_bits departs;
+  ps_bits departs = 0;
   int found = 1;
   const double whole = h;
   h *= where;
