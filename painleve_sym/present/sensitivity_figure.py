@@ -14,7 +14,7 @@ from painleve_sym.present.style import COLUMN, DASHES, PALETTE, REFERENCE, STYLE
 from painleve_sym.simulate.sensitivity.result import SensitiveTrajectory
 
 _MARGIN = 1.02
-"""The end of the drawn motion, in times of its last event."""
+"""The end of the drawn motion, in units of the time of its last event."""
 
 
 def sensitivity_figure(
