@@ -35,18 +35,18 @@ def contrast(arguments: argparse.Namespace) -> int:
     if scenario.restitution is not None:
         options["restitution"] = scenario.restitution
     mechanism = scenario.mechanism()
-    found = study.contrast(
+    comparison = study.contrast(
         mechanism, scenario.start(), parameters=scenario.parameters, engine="auto", **options
     )
     if out is not None:
         from painleve_sym.present.contrast_figure import contrast_figure
         from painleve_sym.present.style import write_figure
 
-        write_figure(contrast_figure(found), out)
+        write_figure(contrast_figure(comparison), out)
     if arguments.json:
-        print_json(contrast_data(found) | ({} if out is None else {"files": {"out": out}}))
+        print_json(contrast_data(comparison) | ({} if out is None else {"files": {"out": out}}))
         return 0
-    _show(found, mechanism.state_units)
+    _show(comparison, mechanism.state_units)
     if out is not None:
         show(f"drawn: {out}")
     return 0
@@ -63,15 +63,15 @@ def _numbers(where: str, text: str) -> list[float]:
 # ---- JSON ----
 
 
-def contrast_data(found: Contrast) -> dict[str, Any]:
+def contrast_data(comparison: Contrast) -> dict[str, Any]:
     """Return plain data with the documented keys."""
     return {
-        "mechanism": found.mechanism,
-        "state": found.state,
-        "parameters": found.parameters,
-        "restitution": found.restitution,
-        "t_end": found.t_end,
-        "acceleration_level": _acceleration_data(found),
+        "mechanism": comparison.mechanism,
+        "state": comparison.state,
+        "parameters": comparison.parameters,
+        "restitution": comparison.restitution,
+        "t_end": comparison.t_end,
+        "acceleration_level": _acceleration_data(comparison),
         "velocity_level": [
             {
                 "step": first.step,
@@ -85,11 +85,12 @@ def contrast_data(found: Contrast) -> dict[str, Any]:
                     for s in first.solutions
                 ],
             }
-            for first in found.first_steps
+            for first in comparison.first_steps
         ],
         "rigid": {
             "motions": [
-                {"way": a.way, **_motion_data(a), "limit": to_plain(a.limit)} for a in found.rigid
+                {"way": a.way, **_motion_data(a), "limit": to_plain(a.limit)}
+                for a in comparison.rigid
             ],
             "jump": {
                 name: {
@@ -97,20 +98,21 @@ def contrast_data(found: Contrast) -> dict[str, Any]:
                     "normal_impulse": jump.normal_impulse,
                     "end": jump.end.value,
                 }
-                for name, jump in found.jumps.items()
+                for name, jump in comparison.jumps.items()
             },
         },
-        "stepping": [_stepping_data(a) for a in found.stepping],
+        "stepping": [_stepping_data(a) for a in comparison.stepping],
         "softened": [
-            {"E": a.setting, "peak_force": a.peak_force, **_motion_data(a)} for a in found.softened
+            {"E": a.setting, "peak_force": a.peak_force, **_motion_data(a)}
+            for a in comparison.softened
         ],
         "orders": {
-            "step": {way: list(map(_known, p)) for way, p in found.step_orders.items()},
-            "stiffness": list(map(_known, found.stiffness_orders)),
-            "stiffness_expected": _known(found.expected_stiffness_order),
+            "step": {way: list(map(_known, p)) for way, p in comparison.step_orders.items()},
+            "stiffness": list(map(_known, comparison.stiffness_orders)),
+            "stiffness_expected": _known(comparison.expected_stiffness_order),
         },
-        "plastic_jump_unnoticed": found.plastic_jump_unnoticed,
-        "solver_dependent": found.solver_dependent,
+        "plastic_jump_unnoticed": comparison.plastic_jump_unnoticed,
+        "solver_dependent": comparison.solver_dependent,
     }
 
 
@@ -118,8 +120,8 @@ def _known(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def _acceleration_data(found: Contrast) -> dict[str, Any] | None:
-    level = found.acceleration_level
+def _acceleration_data(comparison: Contrast) -> dict[str, Any] | None:
+    level = comparison.acceleration_level
     if level is None:
         return None
     data = level.classification.to_dict()
@@ -168,26 +170,29 @@ def _stepping_data(answer: Answer) -> dict[str, Any]:
 # ---- text ----
 
 
-def _show(found: Contrast, units: dict[str, str]) -> None:
-    given = ", ".join(f"{n} = {quantity(v, units[n])}" for n, v in found.state.items() if v != 0)
-    show(f"{found.mechanism} at {given or 'rest'} (others 0), e = {number(found.restitution)}")
+def _show(comparison: Contrast, units: dict[str, str]) -> None:
+    given = ", ".join(
+        f"{n} = {quantity(v, units[n])}" for n, v in comparison.state.items() if v != 0
+    )
+    e = number(comparison.restitution)
+    show(f"{comparison.mechanism} at {given or 'rest'} (others 0), e = {e}")
     show()
-    _show_accelerations(found)
-    _show_first_steps(found)
-    _show_jumps(found, units)
+    _show_accelerations(comparison)
+    _show_first_steps(comparison)
+    _show_jumps(comparison, units)
     show()
-    names = list(found.rigid[0].velocity)
+    names = list(comparison.rigid[0].velocity)
     listed = ", ".join(f"{n} in {units[n]}" for n in names)
-    show(f"velocities at t = {number(found.t_end)} s: {listed}; impulse P_n in N s")
+    show(f"velocities at t = {number(comparison.t_end)} s: {listed}; impulse P_n in N s")
     show("rigid motion first, by its restitution and policy")
-    answers = [*_distinct(found.rigid), *found.stepping, *found.softened]
+    answers = [*_distinct(comparison.rigid), *comparison.stepping, *comparison.softened]
     rows = [_row(a, names) for a in answers]
     show_table(("method", "setting", *names, "P_n", "error"), rows, left=(0, 1), indent=0)
     _show_early([a for a in answers if not a.complete], units)
     show("error: relative distance to the rigid motion it tends to, by kinetic energy")
     show()
-    _show_orders(found)
-    _show_findings(found)
+    _show_orders(comparison)
+    _show_findings(comparison)
 
 
 def _row(answer: Answer, names: list[str]) -> list[str]:
@@ -245,8 +250,8 @@ def _end(answer: Answer, units: dict[str, str]) -> str:
     return f"{time}, {assignments(answer.state, units)}{arrival}"
 
 
-def _show_accelerations(found: Contrast) -> None:
-    level = found.acceleration_level
+def _show_accelerations(comparison: Contrast) -> None:
+    level = comparison.acceleration_level
     if level is None:
         show(f"accelerations: the contact is {_OPEN}")
         return
@@ -266,61 +271,61 @@ def _show_accelerations(found: Contrast) -> None:
     )
 
 
-def _show_first_steps(found: Contrast) -> None:
-    for first in found.first_steps:
+def _show_first_steps(comparison: Contrast) -> None:
+    for first in comparison.first_steps:
         listed = ", ".join(
             f"{s.mode.value} with P_n = {number(s.normal_force)} N s" for s in first.solutions
         )
         show(f"velocities after one step of {number(first.step)} s: {listed or 'none'}")
 
 
-def _show_jumps(found: Contrast, units: dict[str, str]) -> None:
-    for name, jump in found.jumps.items():
-        if name == "plastic" and found.restitution == 0:
+def _show_jumps(comparison: Contrast, units: dict[str, str]) -> None:
+    for name, jump in comparison.jumps.items():
+        if name == "plastic" and comparison.restitution == 0:
             continue  # it is the one before
-        e = 0.0 if name == "plastic" else found.restitution
+        e = 0.0 if name == "plastic" else comparison.restitution
         after = ", ".join(f"{n} = {quantity(v, units[n])}" for n, v in jump.velocity.items())
         impulse = f"P_n = {number(jump.normal_impulse)} N s"
-        known = found.acceleration_level
+        known = comparison.acceleration_level
         several = known and known.classification.case is ContactCase.INDETERMINATE
-        what = "rigid jump, if one is set off," if several else "rigid jump"
+        subject = "rigid jump, if one is set off," if several else "rigid jump"
         if jump.end is ImpactEnd.JAM:
             after = f"jams at {after}"
             impulse += ", from where its impulse has no end"
-        show(f"{what} with e = {number(e)}: {after}, {impulse}")
+        show(f"{subject} with e = {number(e)}: {after}, {impulse}")
 
 
-def _show_orders(found: Contrast) -> None:
-    for way, orders in found.step_orders.items():
+def _show_orders(comparison: Contrast) -> None:
+    for way, orders in comparison.step_orders.items():
         if any(map(math.isfinite, orders)):
             show(f"order in the step, {way}: {_listed(orders)}")
-    if any(map(math.isfinite, found.stiffness_orders)):
-        expected = found.expected_stiffness_order
+    if any(map(math.isfinite, comparison.stiffness_orders)):
+        expected = comparison.expected_stiffness_order
         limit = f" (an impact tends to {number(expected, 3)})" if math.isfinite(expected) else ""
-        show(f"order in E: {_listed(found.stiffness_orders)}{limit}")
+        show(f"order in E: {_listed(comparison.stiffness_orders)}{limit}")
 
 
 def _listed(orders: tuple[float, ...]) -> str:
     return ", ".join(number(p, 4) if math.isfinite(p) else "-" for p in orders)
 
 
-def _show_findings(found: Contrast) -> None:
-    if found.plastic_jump_unnoticed:
+def _show_findings(comparison: Contrast) -> None:
+    if comparison.plastic_jump_unnoticed:
         show(
             "Time stepping meets no paradox: each first step has one solution, the jump to rest in "
             "contact (e = 0). The approach speed is 0, so Newton's restitution changes nothing."
         )
-    if found.solver_dependent:
+    if comparison.solver_dependent:
         taken: dict[str, list[str]] = {}
-        for answer in found.stepping:
+        for answer in comparison.stepping:
             taken.setdefault(answer.way, []).append(answer.first_mode or "none")
         listed = "; ".join(
             f"{way}: {modes[0] if len(set(modes)) == 1 else ', '.join(modes)}"
             for way, modes in taken.items()
         )
-        steps = ", ".join(number(h) for h in dict.fromkeys(a.setting for a in found.stepping))
+        steps = ", ".join(number(h) for h in dict.fromkeys(a.setting for a in comparison.stepping))
         show(f"The answer of time stepping depends on the solver (h = {steps} s): {listed}.")
-    if found.impact_without_collision:
+    if comparison.impact_without_collision:
         show("Softened motion tends to the rigid jump with e: the compression stores the energy.")
-    if found.jams:
+    if comparison.jams:
         show("The rigid jump jams, so that no rigid motion follows: only softened motion does.")

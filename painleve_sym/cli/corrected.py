@@ -24,22 +24,23 @@ _PHASE = (
 )
 
 
-def corrected_data(found: CorrectedJump) -> dict[str, Any]:
+def corrected_data(corrected: CorrectedJump) -> dict[str, Any]:
     """Return the jump as plain data with the documented keys."""
     shape = ("stiffness", "exponent", "initial_compression", "largest_compression", "duration")
     return {
-        **plain_fields(found, "law", "configuration", "method", *shape),
-        "end": found.end.name.lower(),
-        "phases": [plain_fields(phase, *_PHASE) for phase in found.phases],
-        "final": {"velocity": dict(found.velocity)},
+        **plain_fields(corrected, "law", "configuration", "method", *shape),
+        "end": corrected.end.name.lower(),
+        "phases": [plain_fields(phase, *_PHASE) for phase in corrected.phases],
+        "final": {"velocity": dict(corrected.velocity)},
     }
 
 
-def show_corrected(found: CorrectedJump, rigid: JumpResult, units: Mapping[str, str]) -> None:
+def show_corrected(corrected: CorrectedJump, rigid: JumpResult, units: Mapping[str, str]) -> None:
     """Print the phases at finite stiffness and both jumps side by side."""
     show()
-    text = f"law {found.law}, K = {number(found.stiffness)} N/m^n, n = {number(found.exponent)}"
-    show(f"at finite stiffness: {text}, configuration {found.configuration}")
+    K, n = number(corrected.stiffness), number(corrected.exponent)
+    text = f"law {corrected.law}, K = {K} N/m^n, n = {n}"
+    show(f"at finite stiffness: {text}, configuration {corrected.configuration}")
     show()
     head = ("phase", "time [s]", "P_n [N s]", "P_t [N s]", "depth [m]", "v_t [m/s]", "v_n [m/s]")
     rows = [
@@ -52,15 +53,15 @@ def show_corrected(found: CorrectedJump, rigid: JumpResult, units: Mapping[str, 
             number(p.slip_velocity, 4),
             number(p.normal_velocity, 5),
         )
-        for p in found.phases
+        for p in corrected.phases
     ]
     show_table(head, rows, indent=0)
     show()
-    names = list(found.velocity)
+    names = list(corrected.velocity)
     after = [
         ("classical rule", *(number(rigid.velocity[n]) for n in names)),
-        ("at this stiffness", *(number(found.velocity[n]) for n in names)),
+        ("at this stiffness", *(number(corrected.velocity[n]) for n in names)),
     ]
     show_table(("velocity after", *(f"{n} [{units[n]}]" for n in names)), after)
     show()
-    show(f"{_ENDS[found.end]} after {quantity(found.duration, 's')}; by {found.method}")
+    show(f"{_ENDS[corrected.end]} after {quantity(corrected.duration, 's')}; by {corrected.method}")

@@ -87,7 +87,7 @@ def _data(
         "parameters": simulator.parameters({**scenario.parameters, **scenario.law_parameters}),
         "sliding": sliding.to_dict(),
         "expansion": terms,
-        "critical": {border.value: found.to_dict() for border, found in forces.items()},
+        "critical": {border.value: force.to_dict() for border, force in forces.items()},
     }
     if gradient:
         data["gradient"] = {
@@ -118,8 +118,8 @@ def _show(
     )
     show()
     rows = [
-        (number(found.value, 15), number(found.tolerance_effect, 1), _BORDERS[border])
-        for border, found in forces.items()
+        (number(force.value, 15), number(force.tolerance_effect, 1), _BORDERS[border])
+        for border, force in forces.items()
     ]
     show_table(("critical force [N]", "+-", "least initial force from which"), rows, left=(2,))
     first = sliding.expansion
@@ -179,43 +179,49 @@ def _map(
     if arguments.points is not None:
         options["points"] = read_count("--points", arguments.points)
     ends = read_range(f"--over {over}", text, _RANGE)
-    found = outcome_map(finder, scenario.state or {}, over, ends, progress=_progress, **options)
+    outcomes = outcome_map(finder, scenario.state or {}, over, ends, progress=_progress, **options)
     for path in files:
-        write_map(found, path, _figure)
+        write_map(outcomes, path, _figure)
     if arguments.json:
         written = {"files": [str(path) for path in files]} if files else {}
-        print_json(found.summary() | written)
+        print_json(outcomes.summary() | written)
     else:
         _show_case(scenario, finder, {over: 0.0})
-        _show_map(found)
+        _show_map(outcomes)
         for path in files:
             show(f"written: {path}")
     return 0
 
 
-def _figure(found: OutcomeMap) -> Any:
+def _figure(outcomes: OutcomeMap) -> Any:
     from painleve_sym.present.outcome_figure import outcome_figure
 
-    return outcome_figure(found)
+    return outcome_figure(outcomes)
 
 
-def _show_map(found: OutcomeMap) -> None:
+def _show_map(outcomes: OutcomeMap) -> None:
     show()
-    total = found.outcome.size
-    rows = [(n, f"{100 * c / total:.2f} %") for n, c in found.counts.items() if c]
+    total = outcomes.outcome.size
+    rows = [(n, f"{100 * c / total:.2f} %") for n, c in outcomes.counts.items() if c]
     show_table(("outcome", "points"), rows)
     show()
-    every = max(1, -(-len(found.values) // SHOWN))
-    columns = (found.values, found.limit, found.predicted, found.slip_stop, found.compression)
+    every = max(1, -(-len(outcomes.values) // SHOWN))
+    columns = (
+        outcomes.values,
+        outcomes.limit,
+        outcomes.predicted,
+        outcomes.slip_stop,
+        outcomes.compression,
+    )
     table = [
         [number(v, 9) if v == v else "none" for v in row]
         for row in list(zip(*(c.tolist() for c in columns), strict=True))[::every]
     ]
-    unit = "" if found.unit == "1" else f" [{found.unit}]"
-    head = (f"{found.over}{unit}", "F_n* [N]", "closed form", *(b.value for b in Border))
+    unit = "" if outcomes.unit == "1" else f" [{outcomes.unit}]"
+    head = (f"{outcomes.over}{unit}", "F_n* [N]", "closed form", *(b.value for b in Border))
     show_table(head, table, left=())
     if every > 1:
-        show(f"every {every}th of {len(found.values)}")
+        show(f"every {every}th of {len(outcomes.values)}")
 
 
 def _progress(done: int, total: int) -> None:

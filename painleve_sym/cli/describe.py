@@ -34,11 +34,11 @@ def checked_format(text: str, known: Sequence[str]) -> str:
 
 def models(arguments: argparse.Namespace) -> int:
     """List the mechanisms."""
-    found = [model(name) for name in MODELS]
+    mechanisms = [model(name) for name in MODELS]
     if arguments.json:
-        print_json({"models": [model_data(m) for m in found]})
+        print_json({"models": [model_data(m) for m in mechanisms]})
         return 0
-    for i, mechanism in enumerate(found):
+    for i, mechanism in enumerate(mechanisms):
         if i:
             show()
         _show_model(mechanism)
@@ -113,14 +113,14 @@ def _range(parameter: Parameter) -> str:
 
 def laws(arguments: argparse.Namespace) -> int:
     """List the contact laws and the restitution rules."""
-    found = [one_law(name) for name in LAWS]
+    catalogue = [one_law(name) for name in LAWS]
     rules = [make() for make in RESTITUTIONS.values()]
     if arguments.json:
-        data = [law_data(one) for one in found]
+        data = [law_data(one) for one in catalogue]
         print_json({"laws": data, "restitution_rules": [rule_data(r) for r in rules]})
         return 0
     show("contact laws (simulate, automaton): --law NAME --law-set PARAMETER=VALUE,...")
-    for one in found:
+    for one in catalogue:
         show()
         show(f"{one.name}: {one.title}")
         _show_parameters(one.parameters)
@@ -215,10 +215,10 @@ def _show_automaton(made: HybridAutomaton) -> None:
     show()
     rows = []
     for mode in made.modes:
-        found: dict[str, list[str]] = {}
+        targets_by_kind: dict[str, list[str]] = {}
         for t in mode.transitions:
-            found.setdefault(t.kind, []).extend(_targets(t))
-        names = [mode.name] + [""] * len(found)
-        for name, (kind, targets) in zip(names, found.items(), strict=False):
+            targets_by_kind.setdefault(t.kind, []).extend(_targets(t))
+        names = [mode.name] + [""] * len(targets_by_kind)
+        for name, (kind, targets) in zip(names, targets_by_kind.items(), strict=False):
             rows.append((name, kind, ", ".join(dict.fromkeys(targets))))
     show_table(("mode", "event", "next mode"), rows, left=(0, 1, 2), indent=0)

@@ -36,18 +36,20 @@ def fit(arguments: argparse.Namespace) -> int:
         sigma=sigma,
         level=level,
     )
-    found = problem.solve()
+    fit_result = problem.solve()
     units = {**scenario.mechanism().state_units, **data.units}
     if out is not None:
         from painleve_sym.present.fit_figure import fit_figure
         from painleve_sym.present.style import write_figure
 
-        write_figure(fit_figure(found, units), out)
+        write_figure(fit_figure(fit_result, units), out)
     if arguments.json:
         written = {"files": [str(out)]} if out else {}
-        print_json({"mechanism": scenario.model, "law": scenario.law, **found.to_dict()} | written)
+        print_json(
+            {"mechanism": scenario.model, "law": scenario.law, **fit_result.to_dict()} | written
+        )
         return 0
-    _show(found, data, units)
+    _show(fit_result, data, units)
     if out is not None:
         show(f"drawn: {out}")
     return 0
@@ -58,21 +60,21 @@ def _simulator(scenario: Scenario) -> Simulator:
     return Simulator(mechanism, chosen, scenario.engine)
 
 
-def _show(found: FitResult, data: FitData, units: dict[str, str]) -> None:
+def _show(fit_result: FitResult, data: FitData, units: dict[str, str]) -> None:
     kind = "history" if data.times is not None else "motion row by row"
-    values = found.freedom + len(found.names)
-    show(f"{kind}, {values} measured values, {len(found.names)} unknowns")
+    values = fit_result.freedom + len(fit_result.names)
+    show(f"{kind}, {values} measured values, {len(fit_result.names)} unknowns")
     show()
-    percent = f"{100 * found.level:g} %"
+    percent = f"{100 * fit_result.level:g} %"
     rows = []
-    for i, (name, unit) in enumerate(zip(found.names, found.units, strict=True)):
-        low, high = found.interval[i]
+    for i, (name, unit) in enumerate(zip(fit_result.names, fit_result.units, strict=True)):
+        low, high = fit_result.interval[i]
         rows.append(
             (
                 name,
-                number(float(found.start[i])),
-                number(float(found.estimate[i]), 7),
-                number(float(found.standard_error[i]), 3),
+                number(float(fit_result.start[i])),
+                number(float(fit_result.estimate[i]), 7),
+                number(float(fit_result.standard_error[i]), 3),
                 f"{number(float(low), 7)} to {number(float(high), 7)}",
                 "" if unit == "1" else unit,
             )
@@ -80,19 +82,19 @@ def _show(found: FitResult, data: FitData, units: dict[str, str]) -> None:
     head = ("", "start", "estimate", "std. error", f"{percent} interval", "unit")
     show_table(head, rows, left=(0, 5), indent=0)
     show()
-    origin = "given" if found.noise_given else "from the residuals"
-    noise = ", ".join(f"{n} {quantity(s, units[n], 3)}" for n, s in found.noise.items())
+    origin = "given" if fit_result.noise_given else "from the residuals"
+    noise = ", ".join(f"{n} {quantity(s, units[n], 3)}" for n, s in fit_result.noise.items())
     show(f"standard deviations, {origin}: {noise}")
-    if len(found.names) > 1:
-        size = len(found.names)
+    if len(fit_result.names) > 1:
+        size = len(fit_result.names)
         pairs = [(i, j) for i in range(size) for j in range(i)]
-        i, j = max(pairs, key=lambda p: abs(found.correlation[p]))
-        value = number(float(found.correlation[i, j]), 3)
-        show(f"largest correlation: {found.names[j]} with {found.names[i]}, {value}")
-    show(f"{found.evaluations} evaluations; {found.message}")
-    if found.condition > 1e4:
+        i, j = max(pairs, key=lambda p: abs(fit_result.correlation[p]))
+        value = number(float(fit_result.correlation[i, j]), 3)
+        show(f"largest correlation: {fit_result.names[j]} with {fit_result.names[i]}, {value}")
+    show(f"{fit_result.evaluations} evaluations; {fit_result.message}")
+    if fit_result.condition > 1e4:
         warnings.warn(
-            f"the data hardly tell the unknowns apart (condition {found.condition:.1e}).",
+            f"the data hardly tell the unknowns apart (condition {fit_result.condition:.1e}).",
             PainleveWarning,
             stacklevel=2,
         )

@@ -31,8 +31,10 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """Raise `InputError` with the command, what is wrong, and where its options are shown."""
         command = self.prog.removeprefix(PROGRAM).strip()
-        what = message.removeprefix("argument ")
-        raise InputError(f"{f'{command}: ' if command else ''}{what}. Fix: see `{self.prog} -h`.")
+        problem = message.removeprefix("argument ")
+        raise InputError(
+            f"{f'{command}: ' if command else ''}{problem}. Fix: see `{self.prog} -h`."
+        )
 
     def options(self) -> list[str]:
         """Return the long options."""

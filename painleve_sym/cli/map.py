@@ -54,14 +54,14 @@ def map(arguments: argparse.Namespace) -> int:
     }
     over = [name.strip() for name in arguments.over.split(",")]
     mechanism = chosen_mechanism(arguments.model, arguments.contact)
-    found = region_map(mechanism, over, **options)
+    regions = region_map(mechanism, over, **options)
     for path in files:
-        write_map(found, path, _figure)
+        write_map(regions, path, _figure)
     if arguments.json:
         written = {"files": [str(path) for path in files]} if files else {}
-        print_json(found.summary() | written)
+        print_json(regions.summary() | written)
     else:
-        _show(found, mechanism)
+        _show(regions, mechanism)
         for path in files:
             show(f"written: {path}")
     return 0
@@ -70,10 +70,10 @@ def map(arguments: argparse.Namespace) -> int:
 def _read_ranges(texts: list[str] | tuple[str, ...]) -> dict[str, tuple[float, float]]:
     if not texts:
         return {}
-    found = {}
+    ranges = {}
     for name, text in read_assignments("--range", texts).items():
-        found[name] = read_range(f"--range {name}", text, f"{name}=0.1:1.5")
-    return found
+        ranges[name] = read_range(f"--range {name}", text, f"{name}=0.1:1.5")
+    return ranges
 
 
 def _read_slip(text: str) -> int:
@@ -83,43 +83,43 @@ def _read_slip(text: str) -> int:
     return int(value)
 
 
-def _figure(found: RegionMap) -> Any:
+def _figure(regions: RegionMap) -> Any:
     from painleve_sym.present.map_figure import map_figure
 
-    return map_figure(found)
+    return map_figure(regions)
 
 
-def _show(found: RegionMap, mechanism: Mechanism) -> None:
+def _show(regions: RegionMap, mechanism: Mechanism) -> None:
     units: Mapping[str, str] = {p.name: p.unit for p in mechanism.system.parameters}
-    show(f"{mechanism.name} with {assignments(found.parameters, units)}")
-    held = {name: value for name, value in found.state.items() if value != 0}
+    show(f"{mechanism.name} with {assignments(regions.parameters, units)}")
+    held = {name: value for name, value in regions.state.items() if value != 0}
     if held:
         show(f"at {assignments(held, mechanism.state_units)} (others 0)")
-    data: dict[str, Any] = found.summary()
+    data: dict[str, Any] = regions.summary()
     for axis in data["axes"]:
         ends = f"{number(axis['from'])} to {quantity(axis['to'], axis['unit'])}"
         show(f"over {axis['name']} from {ends}, {axis['points']} points")
-    show(f"slip velocity {'<' if found.slip < 0 else '>'} 0")
+    show(f"slip velocity {'<' if regions.slip < 0 else '>'} 0")
     show()
-    total = found.case.size
-    cases = _BILATERAL_CASES if found.bilateral else _CASES
+    total = regions.case.size
+    cases = _BILATERAL_CASES if regions.bilateral else _CASES
     rows = [
-        (name, f"{100 * found.counts[name] / total:.2f} %", text)
+        (name, f"{100 * regions.counts[name] / total:.2f} %", text)
         for name, text in cases.items()
-        if found.counts[name] or name not in ("outside", *("liftoff",) * found.bilateral)
+        if regions.counts[name] or name not in ("outside", *("liftoff",) * regions.bilateral)
     ]
     show_table(("case", "points", ""), rows, left=(0, 2))
     share = 100 * data["stick_feasible_count"] / total
     show(f"a contact without slip velocity could stick at {share:.2f} % of the points")
     show()
-    if len(found.crossings):
+    if len(regions.crossings):
         show("A = 0 and B = 0 cross at")
-        head = [f"{n} [{u}]" for n, u in zip(found.over, found.units, strict=True)]
-        rows_of_numbers = [[number(v, 15) for v in row] for row in found.crossings.tolist()]
+        head = [f"{n} [{u}]" for n, u in zip(regions.over, regions.units, strict=True)]
+        rows_of_numbers = [[number(v, 15) for v in row] for row in regions.crossings.tolist()]
         show_table(head, rows_of_numbers, left=())
     else:
         show("A = 0 and B = 0 do not cross here")
-    if "mu_P" in found.thresholds:
-        show(f"A < 0 is possible for mu > mu_P = {number(found.thresholds['mu_P'], 9)}")
-    if "mu_C" in found.thresholds:
-        show(f"second threshold mu_C = 2/sqrt(3) mu_P = {number(found.thresholds['mu_C'], 9)}")
+    if "mu_P" in regions.thresholds:
+        show(f"A < 0 is possible for mu > mu_P = {number(regions.thresholds['mu_P'], 9)}")
+    if "mu_C" in regions.thresholds:
+        show(f"second threshold mu_C = 2/sqrt(3) mu_P = {number(regions.thresholds['mu_C'], 9)}")

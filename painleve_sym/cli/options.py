@@ -39,17 +39,17 @@ def read_count(where: str, text: str) -> int:
 
 def read_assignments(where: str, texts: Iterable[str]) -> dict[str, str]:
     """Return name → value of comma-separated ``name=value`` entries, no name twice."""
-    found: dict[str, str] = {}
+    pairs: dict[str, str] = {}
     for entry in ",".join(texts).split(","):
         name, equals, value = (part.strip() for part in entry.partition("="))
         if not (equals and name and value):
             raise InputError(
                 f"{where}: got {entry.strip()!r}, need name=value, several separated by commas."
             )
-        if name in found:
+        if name in pairs:
             raise InputError(f"{where}: got {name} twice. Fix: give it once.")
-        found[name] = value
-    return found
+        pairs[name] = value
+    return pairs
 
 
 def read_numbers(where: str, texts: Iterable[str]) -> dict[str, float]:
@@ -110,12 +110,12 @@ def output_store(where: str, text: str) -> Path:
     Raises
     ------
     InputError
-        A file, or a folder that is no Zarr store; a folder around it that cannot be written.
+        A file, or a folder that is not a Zarr store; a folder around it that cannot be written.
     """
     path = Path(os.path.realpath(text))
     if os.path.exists(path) and not any((path / n).is_file() for n in (".zgroup", "zarr.json")):
         raise InputError(
-            f"{where}: {text} exists and is no Zarr store. Fix: name another one, or remove it."
+            f"{where}: {text} exists and is not a Zarr store. Fix: name another one, or remove it."
         )
     _check_name(where, text, path)
     _check_folder(where, text, path.parent)

@@ -33,18 +33,18 @@ def print_json(data: Mapping[str, Any]) -> None:
     sys.stdout.write(_laid_out(clean, "") + "\n")
 
 
-def write_map(found: RegionMap | OutcomeMap, path: Path, draw: Callable[[Any], Any]) -> None:
+def write_map(computed_map: RegionMap | OutcomeMap, path: Path, draw: Callable[[Any], Any]) -> None:
     """Write a map as JSON, as arrays (``.npz``) or as the figure that `draw` makes of it."""
     suffix = path.suffix.lower()
     if suffix == ".npz":
-        found.save(path)
+        computed_map.save(path)
     elif suffix == ".json":
-        content = json.dumps(found.to_dict(), allow_nan=False) + "\n"
+        content = json.dumps(computed_map.to_dict(), allow_nan=False) + "\n"
         write_beside(path, lambda file: file.write(content.encode("ascii")))
     else:
         from painleve_sym.present.style import write_figure
 
-        write_figure(draw(found), path)
+        write_figure(draw(computed_map), path)
 
 
 def _laid_out(value: Any, indent: str) -> str:

@@ -47,13 +47,13 @@ def show_case(
 def jump(arguments: argparse.Namespace) -> int:
     """Print the phases of the velocity jump, and with a law those at its stiffness."""
     scenario = read_case(arguments)
-    found = scenario.jump()
-    if isinstance(found, TangentialImpact):
+    impact = scenario.jump()
+    if isinstance(impact, TangentialImpact):
         if arguments.json:
-            print_json(found.to_dict())
+            print_json(impact.to_dict())
             return 0
         show_case(scenario.mechanism(), scenario)
-        _show_tangential_impact(found, scenario.mechanism().state_units)
+        _show_tangential_impact(impact, scenario.mechanism().state_units)
         return 0
     corrected = scenario.corrected_jump(arguments.configuration)
     if corrected is None and (arguments.initial_force or arguments.configuration != "frozen"):
@@ -62,36 +62,36 @@ def jump(arguments: argparse.Namespace) -> int:
             "Fix: name its law, such as --law bilinear-hertz."
         )
     if arguments.json:
-        data = jump_data(found)
+        data = jump_data(impact)
         if corrected is not None:
             data["corrected"] = corrected_data(corrected)
         print_json(data)
         return 0
     show_case(scenario.mechanism(), scenario)
-    _show_jump(found, scenario)
+    _show_jump(impact, scenario)
     if corrected is not None:
-        show_corrected(corrected, found, scenario.mechanism().state_units)
+        show_corrected(corrected, impact, scenario.mechanism().state_units)
     return 0
 
 
-def jump_data(found: JumpResult) -> dict[str, Any]:
+def jump_data(impact: JumpResult) -> dict[str, Any]:
     """Return a jump as plain data with the documented keys."""
     return {
-        "mechanism": found.mechanism,
-        "rule": found.restitution,
-        "slip": found.slip,
-        "case": found.case.value,
-        "end": found.end.value,
-        "phases": to_plain(found.phases),
-        "final": {"velocity": dict(found.velocity)},
-        "energy_change": found.energy_change,
+        "mechanism": impact.mechanism,
+        "rule": impact.restitution,
+        "slip": impact.slip,
+        "case": impact.case.value,
+        "end": impact.end.value,
+        "phases": to_plain(impact.phases),
+        "final": {"velocity": dict(impact.velocity)},
+        "energy_change": impact.energy_change,
     }
 
 
-def _show_jump(found: JumpResult, scenario: Scenario) -> None:
+def _show_jump(impact: JumpResult, scenario: Scenario) -> None:
     from painleve_sym.laws.restitution import restitution_law
 
-    rule = restitution_law(found.restitution)
+    rule = restitution_law(impact.restitution)
     value = scenario.coefficient_of(rule)
     show(f"{rule.title}, {rule.parameter.name} = {number(value)}")
     show()
@@ -105,42 +105,42 @@ def _show_jump(found: JumpResult, scenario: Scenario) -> None:
                 number(p.tangential_impulse),
                 number(p.stored_energy),
             )
-            for p in found.phases
+            for p in impact.phases
         ],
     )
     show()
     show("velocities at the end of each phase")
     units = scenario.mechanism().state_units
-    names = list(found.velocity)
+    names = list(impact.velocity)
     before = {n: (scenario.state or {}).get(n, 0.0) for n in names}
     rows = [("before", *(number(before[n]) for n in names))]
-    rows += [(p.name, *(number(p.velocity[n]) for n in names)) for p in found.phases]
+    rows += [(p.name, *(number(p.velocity[n]) for n in names)) for p in impact.phases]
     show_table(("", *(f"{n} [{units[n]}]" for n in names)), rows)
     show()
-    show(f"course {found.case.value}, ends in {found.end.value}")
-    if found.end.value == "jam":
+    show(f"course {impact.case.value}, ends in {impact.end.value}")
+    if impact.end.value == "jam":
         show("No rigid jump answers here: the impulse has no end. A softened contact does.")
-    show(f"energy change {quantity(found.energy_change, 'J')}")
-    if found.energy_change > 0:
+    show(f"energy change {quantity(impact.energy_change, 'J')}")
+    if impact.energy_change > 0:
         show(f"Energy was gained: {rule.note}.")
 
 
-def _show_tangential_impact(found: TangentialImpact, units: dict[str, str]) -> None:
+def _show_tangential_impact(impact: TangentialImpact, units: dict[str, str]) -> None:
     """Print the impulse that stops the slip and the velocities around it."""
     show("tangential impact: the slip stops at once, the normal velocity stays 0")
     show()
-    impulses = (number(found.normal_impulse), number(found.tangential_impulse))
+    impulses = (number(impact.normal_impulse), number(impact.tangential_impulse))
     show_table(("P_n [N s]", "P_t [N s]"), [impulses], left=())
     show()
-    names = list(found.velocity)
+    names = list(impact.velocity)
     rows = [
-        ("before", *(number(found.velocity_before[n]) for n in names)),
-        ("after", *(number(found.velocity[n]) for n in names)),
+        ("before", *(number(impact.velocity_before[n]) for n in names)),
+        ("after", *(number(impact.velocity[n]) for n in names)),
     ]
     show_table(("", *(f"{n} [{units[n]}]" for n in names)), rows)
     show()
-    show(f"case before: {found.case.value} ({found.case.sentence})")
-    show(f"energy change {quantity(found.energy_change, 'J')}")
+    show(f"case before: {impact.case.value} ({impact.case.sentence})")
+    show(f"energy change {quantity(impact.energy_change, 'J')}")
 
 
 # ---- simulate ----

@@ -28,21 +28,21 @@ _EARLY = {"marker": "X", "markersize": 5.0, "markevery": [-1], "clip_on": False}
 """The cross where a motion ended before the end time."""
 
 
-def contrast_figure(found: Contrast) -> Figure:
+def contrast_figure(comparison: Contrast) -> Figure:
     """Return the figure: normal and slip velocity over time, error over step and over stiffness.
 
     Parameters
     ----------
-    found : Contrast
+    comparison : Contrast
     """
     with rc_context(STYLE):
         figure = Figure(figsize=(PAGE, 5.0), layout="constrained")
         (normal, slip), (steps, stiffness) = figure.subplots(2, 2)
-        _draw_motion(normal, found, 0)
-        _draw_motion(slip, found, 1)
-        _draw_errors(steps, found.stepping, "step $h$ (s)", 1.0)
-        expected = found.expected_stiffness_order
-        _draw_errors(stiffness, found.softened, "modulus $E$ (Pa)", expected)
+        _draw_motion(normal, comparison, 0)
+        _draw_motion(slip, comparison, 1)
+        _draw_errors(steps, comparison.stepping, "step $h$ (s)", 1.0)
+        expected = comparison.expected_stiffness_order
+        _draw_errors(stiffness, comparison.softened, "modulus $E$ (Pa)", expected)
         for letter, axes, title in zip(
             "abcd",
             (normal, slip, steps, stiffness),
@@ -55,14 +55,14 @@ def contrast_figure(found: Contrast) -> Figure:
     return figure
 
 
-def _draw_motion(axes: Axes, found: Contrast, column: int) -> None:
-    for answer, label, look in _lines(found):
+def _draw_motion(axes: Axes, comparison: Contrast, column: int) -> None:
+    for answer, label, look in _lines(comparison):
         values = answer.contact_velocities[:, column]
         if not answer.complete:
             look = look | _EARLY
         axes.plot(answer.times * 1e3, values, label=label, **look)
-    longest = max(a.setting for a in found.stepping)
-    for answer in sorted(found.stepping, key=_size, reverse=True):
+    longest = max(a.setting for a in comparison.stepping)
+    for answer in sorted(comparison.stepping, key=_size, reverse=True):
         if answer.setting != longest:
             continue
         values = answer.contact_velocities[:, column]
@@ -83,15 +83,15 @@ def _draw_motion(axes: Axes, found: Contrast, column: int) -> None:
     axes.set_ylabel((r"$\dot{g}_N$ (m/s)", "$v_t$ (m/s)")[column])
 
 
-def _lines(found: Contrast) -> list[tuple[Answer, str, dict[str, Any]]]:
+def _lines(comparison: Contrast) -> list[tuple[Answer, str, dict[str, Any]]]:
     """Return rigid motions that differ, then softened ones, with label and look."""
     lines: list[tuple[Answer, str, dict[str, Any]]] = []
-    for answer in found.rigid:
+    for answer in comparison.rigid:
         if not any(answer.same_end(other) for other, _, _ in lines):
             style = DASHES[len(lines) % len(DASHES)]
             look = {"color": PALETTE[0], "linestyle": style, "linewidth": 0.9, "zorder": 2}
             lines.append((answer, f"rigid, {answer.way}{_stopped(answer)}", look))
-    for i, answer in enumerate(found.softened):
+    for i, answer in enumerate(comparison.softened):
         look = {"color": _SOFTENED, "linestyle": DASHES[i % len(DASHES)], "zorder": 1}
         look["linewidth"] = 1.8
         label = f"softened, $E$ = {_power(answer.setting)} Pa{_stopped(answer)}"
@@ -143,7 +143,7 @@ def _draw_errors(axes: Axes, answers: tuple[Answer, ...], label: str, slope: flo
     drawn: list[Answer] = []
     empty = True
     for way in dict.fromkeys(a.way for a in answers):
-        # What is below the accuracy of the reference is no error.
+        # What is below the accuracy of the reference is not an error.
         chosen = [a for a in answers if a.way == way and a.error > ROUND_OFF]
         look = (
             {**_symbol(way), "linewidth": 0.8}

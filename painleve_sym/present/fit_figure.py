@@ -17,27 +17,27 @@ from painleve_sym.study.fitting.result import FitResult
 _HEIGHT, _MARGIN = 1.75, 0.5
 
 
-def fit_figure(found: FitResult, units: Mapping[str, str]) -> Figure:
+def fit_figure(fit_result: FitResult, units: Mapping[str, str]) -> Figure:
     """Return one panel per measured quantity.
 
     A history shows data and model over time; motions row by row show the model against the data,
     where a perfect fit lies on the diagonal.
     """
-    names = list(found.measured)
+    names = list(fit_result.measured)
     with rc_context(STYLE):
         height = _HEIGHT * len(names) + _MARGIN
-        if found.times is None:
+        if fit_result.times is None:
             height = COLUMN * len(names)
         figure = Figure(figsize=(COLUMN, height), layout="constrained")
-        share = found.times is not None
+        share = fit_result.times is not None
         panels = figure.subplots(len(names), 1, sharex=share, squeeze=False)[:, 0]
         for axes, name in zip(panels, names, strict=True):
             label = f"{_symbol(name)} [{units[name]}]"
-            if found.times is None:
-                _draw_rows(axes, found, name, label)
+            if fit_result.times is None:
+                _draw_rows(axes, fit_result, name, label)
             else:
-                _draw_history(axes, found, name, label)
-        if found.times is not None:
+                _draw_history(axes, fit_result, name, label)
+        if fit_result.times is not None:
             panels[-1].set_xlabel("time [ms]")
         panels[0].legend(loc="best")
     return figure
@@ -48,23 +48,23 @@ def _symbol(name: str) -> str:
     return name.replace("_", " ") if name in MEASURABLE else f"${symbol_latex(name)}$"
 
 
-def _draw_history(axes: Axes, found: FitResult, name: str, label: str) -> None:
-    assert found.times is not None
-    times, data = found.times * 1e3, found.measured[name]
+def _draw_history(axes: Axes, fit_result: FitResult, name: str, label: str) -> None:
+    assert fit_result.times is not None
+    times, data = fit_result.times * 1e3, fit_result.measured[name]
     axes.plot(times, data, ".", color=REFERENCE, markersize=3.0, label="measured")
-    axes.plot(times, found.model[name], color=PALETTE[2], label="fitted model")
+    axes.plot(times, fit_result.model[name], color=PALETTE[2], label="fitted model")
     axes.set_ylabel(label)
 
 
-def _draw_rows(axes: Axes, found: FitResult, name: str, label: str) -> None:
-    data, model = found.measured[name], found.model[name]
+def _draw_rows(axes: Axes, fit_result: FitResult, name: str, label: str) -> None:
+    data, model = fit_result.measured[name], fit_result.model[name]
     kept = np.isfinite(data)
     ends = [float(f(np.concatenate([data[kept], model[kept]]))) for f in (np.min, np.max)]
     axes.plot(ends, ends, color=REFERENCE, linewidth=0.8, label="equal")
     axes.errorbar(
         data[kept],
         model[kept],
-        xerr=found.noise[name],
+        xerr=fit_result.noise[name],
         fmt="o",
         color=PALETTE[1],
         markersize=3.0,

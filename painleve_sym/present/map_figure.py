@@ -20,7 +20,7 @@ from painleve_sym.present.style import DASHES, PALETTE, REFERENCE, STYLE
 from painleve_sym.study.maps.case_codes import LEGEND
 from painleve_sym.study.maps.region_map import RegionMap
 
-# Tints of Okabe & Ito's colours, each of another lightness: told apart in grey too.
+# Tints of Okabe & Ito's colours, each of another lightness: distinct in grey too.
 FILLS = {
     "outside": "#FFFFFF",
     "slip": "#E6F0F7",
@@ -52,40 +52,40 @@ FLOW_GRID = 120
 """Points along an axis of the flow: finer ones do not show."""
 
 
-def map_figure(found: RegionMap) -> Figure:
+def map_figure(regions: RegionMap) -> Figure:
     """Return the figure of a map, wider than a column, narrower than a page.
 
     Parameters
     ----------
-    found : RegionMap
+    regions : RegionMap
     """
     with rc_context(STYLE):
         figure = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
         axes = figure.add_subplot()
-        _fill(axes, found)
-        if _flows(found):
-            _draw_flow(axes, found)
-        _draw_curves(axes, found)
-        _draw_crossings(axes, found)
-        _draw_thresholds(axes, found)
-        _label(axes, found)
-        handles = _legend(found)
+        _fill(axes, regions)
+        if _flows(regions):
+            _draw_flow(axes, regions)
+        _draw_curves(axes, regions)
+        _draw_crossings(axes, regions)
+        _draw_thresholds(axes, regions)
+        _label(axes, regions)
+        handles = _legend(regions)
         columns = 3 if len(handles) > 4 else 2
         figure.legend(handles=handles, loc="outside lower center", ncols=columns)
     return figure
 
 
-def _present(found: RegionMap) -> list[str]:
-    return [name for name, count in found.counts.items() if count]
+def _present(regions: RegionMap) -> list[str]:
+    return [name for name, count in regions.counts.items() if count]
 
 
-def _fill(axes: Axes, found: RegionMap) -> None:
+def _fill(axes: Axes, regions: RegionMap) -> None:
     codes = sorted(LEGEND.values())
     colours = [FILLS[name] for name in sorted(LEGEND, key=LEGEND.__getitem__)]
     norm = BoundaryNorm([c - 0.5 for c in (*codes, codes[-1] + 1)], len(codes))
-    x, y = found.values
+    x, y = regions.values
     axes.imshow(
-        found.case.T,
+        regions.case.T,
         origin="lower",
         aspect="auto",
         interpolation="nearest",
@@ -104,17 +104,17 @@ def _ends(values: Array) -> tuple[float, float]:
     return float(values[0] - half), float(values[-1] + half)
 
 
-def _flows(found: RegionMap) -> bool:
+def _flows(regions: RegionMap) -> bool:
     """Tell whether anything flows: with both velocities held at 0 nothing does."""
-    return found.flow is not None and bool((np.nan_to_num(found.flow) != 0).any())
+    return regions.flow is not None and bool((np.nan_to_num(regions.flow) != 0).any())
 
 
-def _draw_flow(axes: Axes, found: RegionMap) -> None:
-    assert found.flow is not None
-    every = [max(1, len(v) // FLOW_GRID) for v in found.values]
-    u, v = found.flow[:, :: every[0], :: every[1]]
+def _draw_flow(axes: Axes, regions: RegionMap) -> None:
+    assert regions.flow is not None
+    every = [max(1, len(v) // FLOW_GRID) for v in regions.values]
+    u, v = regions.flow[:, :: every[0], :: every[1]]
     # streamplot wants evenly spaced numbers exactly; it follows a direction, speed plays no part.
-    thinned = [w[::step] for w, step in zip(found.values, every, strict=True)]
+    thinned = [w[::step] for w, step in zip(regions.values, every, strict=True)]
     x, y = (np.linspace(w[0], w[-1], len(w)) for w in thinned)
     span = [float(w[-1] - w[0]) for w in (x, y)]
     size = np.hypot(u / span[0], v / span[1])
@@ -134,8 +134,8 @@ def _draw_flow(axes: Axes, found: RegionMap) -> None:
     )
 
 
-def _draw_curves(axes: Axes, found: RegionMap) -> None:
-    for name, pieces in found.curves.items():
+def _draw_curves(axes: Axes, regions: RegionMap) -> None:
+    for name, pieces in regions.curves.items():
         if len(pieces):
             axes.add_collection(
                 LineCollection(_joined(pieces), zorder=3, capstyle="round", **LOOKS[name]),
@@ -144,7 +144,7 @@ def _draw_curves(axes: Axes, found: RegionMap) -> None:
 
 
 def _joined(pieces: Array) -> list[Array]:
-    """Join the pieces that share an end into lines, so that dashes run on."""
+    """Join the pieces that share an end into lines, so that dashes continue."""
     ends: dict[tuple[float, ...], list[int]] = {}
     for i, piece in enumerate(pieces):
         for end in piece:
@@ -170,10 +170,10 @@ def _joined(pieces: Array) -> list[Array]:
     return lines
 
 
-def _draw_crossings(axes: Axes, found: RegionMap) -> None:
-    if len(found.crossings):
+def _draw_crossings(axes: Axes, regions: RegionMap) -> None:
+    if len(regions.crossings):
         axes.plot(
-            *found.crossings.T,
+            *regions.crossings.T,
             linestyle="none",
             marker="o",
             markersize=4.6,
@@ -184,13 +184,13 @@ def _draw_crossings(axes: Axes, found: RegionMap) -> None:
         )
 
 
-def _draw_thresholds(axes: Axes, found: RegionMap) -> None:
+def _draw_thresholds(axes: Axes, regions: RegionMap) -> None:
     """Mark the thresholds of friction where it is an axis."""
-    if "mu" not in found.over:
+    if "mu" not in regions.over:
         return
-    place = found.over.index("mu")
-    values = found.values[place]
-    for name, value in found.thresholds.items():
+    place = regions.over.index("mu")
+    values = regions.values[place]
+    for name, value in regions.thresholds.items():
         if not values[0] < value < values[-1]:
             continue
         draw = axes.axvline if place == 0 else axes.axhline
@@ -206,24 +206,24 @@ def _draw_thresholds(axes: Axes, found: RegionMap) -> None:
         )
 
 
-def _label(axes: Axes, found: RegionMap) -> None:
+def _label(axes: Axes, regions: RegionMap) -> None:
     for i, (ticks, label, unit) in enumerate(
-        zip((axes.xaxis, axes.yaxis), found.labels, found.units, strict=True)
+        zip((axes.xaxis, axes.yaxis), regions.labels, regions.units, strict=True)
     ):
-        span = float(found.values[i][-1] - found.values[i][0])
+        span = float(regions.values[i][-1] - regions.values[i][0])
         if unit == "rad" and span > 0.9 * math.pi:
             ticks.set_major_locator(MultipleLocator(math.pi / (4 if span < 1.1 * math.pi else 2)))
             ticks.set_major_formatter(FuncFormatter(_in_pi))
         else:
             ticks.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]))
         ticks.set_label_text(f"${label}$" + (f" ({unit})" if unit != "1" else ""))
-    sign = "<" if found.slip < 0 else ">"
-    held = [f"$\\mu = {found.parameters['mu']:g}$"] if "mu" in found.parameters else []
-    held += [f"{name} = {value:g}" for name, value in found.state.items() if value != 0]
-    axes.set_title(", ".join([found.mechanism, f"$v_t {sign} 0$", *held]))
-    for name, pieces in found.curves.items():
+    sign = "<" if regions.slip < 0 else ">"
+    held = [f"$\\mu = {regions.parameters['mu']:g}$"] if "mu" in regions.parameters else []
+    held += [f"{name} = {value:g}" for name, value in regions.state.items() if value != 0]
+    axes.set_title(", ".join([regions.mechanism, f"$v_t {sign} 0$", *held]))
+    for name, pieces in regions.curves.items():
         if len(pieces):
-            _name_curve(axes, found, name, pieces)
+            _name_curve(axes, regions, name, pieces)
 
 
 def _in_pi(value: float, _position: int | None = None) -> str:
@@ -236,13 +236,13 @@ def _in_pi(value: float, _position: int | None = None) -> str:
     return f"${'-' if quarters < 0 else ''}{text}$"
 
 
-def _name_curve(axes: Axes, found: RegionMap, name: str, pieces: Array) -> None:
+def _name_curve(axes: Axes, regions: RegionMap, name: str, pieces: Array) -> None:
     """Write A = 0 or B = 0 onto the curve, far from borders, crossings and the other curve."""
-    low = np.array([v[0] for v in found.values])
-    span = np.array([v[-1] for v in found.values]) - low
+    low = np.array([v[0] for v in regions.values])
+    span = np.array([v[-1] for v in regions.values]) - low
     places = (pieces.mean(axis=1) - low) / span
-    others = [found.curves[k].mean(axis=1) for k in found.curves if k != name]
-    marks = np.concatenate([found.crossings, *others])
+    others = [regions.curves[k].mean(axis=1) for k in regions.curves if k != name]
+    marks = np.concatenate([regions.crossings, *others])
     room = np.minimum(places, 1 - places).min(axis=1)
     if len(marks):
         gaps = np.array([np.hypot(*((marks - low) / span - p).T).min() for p in places])
@@ -256,7 +256,7 @@ def _name_curve(axes: Axes, found: RegionMap, name: str, pieces: Array) -> None:
     text = axes.text(
         x,
         y,
-        f"${_curve_label(found, name)} = 0$",
+        f"${_curve_label(regions, name)} = 0$",
         rotation=angle,
         rotation_mode="anchor",
         transform_rotates_text=True,
@@ -269,23 +269,23 @@ def _name_curve(axes: Axes, found: RegionMap, name: str, pieces: Array) -> None:
     text.set_path_effects([patheffects.withStroke(linewidth=2.6, foreground="white")])
 
 
-def _curve_label(found: RegionMap, name: str) -> str:
+def _curve_label(regions: RegionMap, name: str) -> str:
     """Return A or B; of a bilateral contact, A with the side: F_n > 0 or F_n < 0."""
-    if not found.bilateral or name == "B":
+    if not regions.bilateral or name == "B":
         return name
     return r"A_\mathrm{pull}" if name == "A_pull" else r"A_\mathrm{push}"
 
 
-def _legend(found: RegionMap) -> list[Any]:
-    names = BILATERAL_NAMES if found.bilateral else NAMES
+def _legend(regions: RegionMap) -> list[Any]:
+    names = BILATERAL_NAMES if regions.bilateral else NAMES
     handles: list[Any] = [
         Patch(facecolor=FILLS[n], edgecolor="black", linewidth=0.4, label=names[n])
         for n in (*(n for n in LEGEND if n != "outside"), "outside")
-        if n in _present(found)
+        if n in _present(regions)
     ]
-    if _flows(found):
+    if _flows(regions):
         handles.append(Line2D([], [], color=FLOW, linewidth=0.6, label="flow of slip"))
-    if len(found.crossings):
+    if len(regions.crossings):
         handles.append(
             Line2D(
                 [],

@@ -18,7 +18,7 @@ from painleve_sym.present.style import DASHES, PALETTE, REFERENCE, STYLE
 from painleve_sym.quantities import axis_label, symbol_latex
 from painleve_sym.study.critical.outcome_map import LEGEND, OutcomeMap
 
-# Tints of Okabe & Ito's colours, each of another lightness: told apart in grey too.
+# Tints of Okabe & Ito's colours, each of another lightness: distinct in grey too.
 FILLS = {
     "undecided": "#FFFFFF",
     "lifts_off": "#A9D5F0",
@@ -42,24 +42,24 @@ LINES: dict[str, tuple[str, dict[str, Any]]] = {
 """The other critical force is the border of the fills."""
 
 
-def outcome_figure(found: OutcomeMap) -> Figure:
+def outcome_figure(outcomes: OutcomeMap) -> Figure:
     """Return the figure of an outcome map, wider than a column, narrower than a page."""
     with rc_context(STYLE):
         figure = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
         axes = figure.add_subplot()
-        _fill(axes, found)
+        _fill(axes, outcomes)
         for name, (_, look) in LINES.items():
-            forces = getattr(found, name)
+            forces = getattr(outcomes, name)
             # 0 stands for no critical force.
-            axes.plot(found.values, np.where(forces > 0, forces, np.nan), zorder=3, **look)
-        if found.logarithmic:
+            axes.plot(outcomes.values, np.where(forces > 0, forces, np.nan), zorder=3, **look)
+        if outcomes.logarithmic:
             axes.set_xscale("log")
-        axes.set_xlim(found.values[0], found.values[-1])
-        axes.set_ylim(found.forces[0], found.forces[-1])
-        axes.set_xlabel(axis_label(symbol_latex(found.over), found.unit))
+        axes.set_xlim(outcomes.values[0], outcomes.values[-1])
+        axes.set_ylim(outcomes.forces[0], outcomes.forces[-1])
+        axes.set_xlabel(axis_label(symbol_latex(outcomes.over), outcomes.unit))
         axes.set_ylabel(axis_label("F_{n0}", "N"))
-        axes.set_title(f"{found.mechanism}, {found.law}")
-        present = [n for n in FILLS if found.counts[n]]
+        axes.set_title(f"{outcomes.mechanism}, {outcomes.law}")
+        present = [n for n in FILLS if outcomes.counts[n]]
         handles: list[Any] = [
             Patch(facecolor=FILLS[n], edgecolor="black", linewidth=0.4, label=NAMES[n])
             for n in present
@@ -69,13 +69,13 @@ def outcome_figure(found: OutcomeMap) -> Figure:
     return figure
 
 
-def _fill(axes: Axes, found: OutcomeMap) -> None:
+def _fill(axes: Axes, outcomes: OutcomeMap) -> None:
     codes = sorted(LEGEND.values())
     colours = [FILLS[name] for name in sorted(LEGEND, key=LEGEND.__getitem__)]
     axes.pcolormesh(
-        _edges(found.values, found.logarithmic),
-        _edges(found.forces, logarithmic=False),
-        found.outcome,
+        _edges(outcomes.values, outcomes.logarithmic),
+        _edges(outcomes.forces, logarithmic=False),
+        outcomes.outcome,
         cmap=ListedColormap(colours),
         norm=BoundaryNorm([c - 0.5 for c in (*codes, codes[-1] + 1)], len(codes)),
         rasterized=True,

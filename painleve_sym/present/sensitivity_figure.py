@@ -14,11 +14,11 @@ from painleve_sym.present.style import COLUMN, DASHES, PALETTE, REFERENCE, STYLE
 from painleve_sym.simulate.sensitivity.result import SensitiveTrajectory
 
 _MARGIN = 1.02
-"""The motion is followed so far past its last event, in parts of that event's time."""
+"""The end of the drawn motion, in units of the time of its last event."""
 
 
 def sensitivity_figure(
-    found: SensitiveTrajectory,
+    sensitivity: SensitiveTrajectory,
     quantity: str,
     label: str,
     symbols: Mapping[str, str] | None = None,
@@ -28,7 +28,7 @@ def sensitivity_figure(
 
     Parameters
     ----------
-    found : SensitiveTrajectory
+    sensitivity : SensitiveTrajectory
         With dense steps; its directions are parameters.
     quantity : str
         State or output.
@@ -39,25 +39,25 @@ def sensitivity_figure(
     start : float
         From when on it is drawn; s.
     """
-    run = found.trajectory
+    run = sensitivity.trajectory
     times = run.fine_times(24)
     times = times[times >= start]
-    if found.events:
-        times = times[times <= _MARGIN * found.events[-1].event.time]
-    values, slopes = run.values(quantity, times), found.gradient(quantity, times)
-    sizes = np.array([run.parameters.get(name, 1.0) for name in found.wrt])
+    if sensitivity.events:
+        times = times[times <= _MARGIN * sensitivity.events[-1].event.time]
+    values, slopes = run.values(quantity, times), sensitivity.gradient(quantity, times)
+    sizes = np.array([run.parameters.get(name, 1.0) for name in sensitivity.wrt])
     with rc_context(STYLE):
         figure = Figure(figsize=(COLUMN, 3.6), layout="constrained")
         panels: Any = figure.subplots(2, 1, sharex=True)
         panels[0].plot(times * 1e3, values, color=PALETTE[0])
         panels[0].set_ylabel(label)
-        for k, name in enumerate(found.wrt):
+        for k, name in enumerate(sensitivity.wrt):
             symbol = (symbols or {}).get(name) or latex(Symbol(name))
             text = rf"${symbol}\,\partial/\partial {symbol}$"
             look: Any = {"color": PALETTE[1 + k % 4], "linestyle": DASHES[k % len(DASHES)]}
             panels[1].plot(times * 1e3, slopes[:, k] * sizes[k], label=text, **look)
         for axes in panels:
-            for e in found.events:
+            for e in sensitivity.events:
                 axes.axvline(e.event.time * 1e3, color=REFERENCE, linewidth=0.6, zorder=0)
         panels[1].set_ylabel(f"change of {label}")
         panels[1].set_xlabel("time [ms]")

@@ -25,7 +25,7 @@ COLUMN, PAGE = 3.4, 7.0
 DPI = 200
 """Resolution of the PNG: 680 or 1400 pixels wide."""
 
-# Okabe & Ito (2008): told apart with any colour vision. The dashes tell them apart in grey.
+# Okabe & Ito (2008): distinct to any colour vision. The dashes distinguish them in grey.
 PALETTE = ("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7")
 DASHES: tuple[Any, ...] = (
     "solid",

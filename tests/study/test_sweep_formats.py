@@ -205,5 +205,5 @@ def test_what_is_no_store_is_not_replaced(tmp_path, capsys, made):
     out.write_text("mine") if made == "file" else out.mkdir()
     (tmp_path / "s.toml").write_text(BOUNCES)
     assert main(["sweep", str(tmp_path / "s.toml"), "--out", str(out)]) == 2
-    assert "exists and is no Zarr store" in capsys.readouterr().err
+    assert "exists and is not a Zarr store" in capsys.readouterr().err
     assert out.exists() and not (tmp_path / "a.zarr.parts").exists()
