@@ -25,12 +25,12 @@ _DERIVING = ("mechanics", "laws", "hybrid", "contacts", "codegen", "engines", "s
 _AT_ONCE = 1 << 20
 
 
-def entry_key(what: str, *things: Any) -> str | None:
+def entry_key(title: str, *things: Any) -> str | None:
     """Return the name of an entry, or None where a thing has no definition to go by.
 
     Parameters
     ----------
-    what : str
+    title : str
         What the entry holds, and all else that it depends on.
     *things : object
         What it is derived from; see `definition_text`.
@@ -39,7 +39,7 @@ def entry_key(what: str, *things: Any) -> str | None:
         texts = [definition_text(thing) for thing in things]
     except TypeError:
         return None
-    return _hash("\n".join((_origin(), what, *texts)))[:40]
+    return _hash("\n".join((_origin(), title, *texts)))[:40]
 
 
 @functools.lru_cache(maxsize=1)
