@@ -378,15 +378,15 @@ class _Run:
         if window.fired >= 0:
             return None
         end = float(window.times[-1])
-        found, limit = None, end
+        first, limit = None, end
         for j, armed in enumerate(self.armed):
             tau = self.runner.first_zero(window, j, bool(armed), GRID - (j == ended))
             if tau is None:
                 continue
             # Of guards at one instant the first in the list fires, as in the compiled engine.
-            if tau < limit * (1 - 1e-12) or (found is None and ended < 0):
-                found, limit = (j, tau), tau
-        return found
+            if tau < limit * (1 - 1e-12) or (first is None and ended < 0):
+                first, limit = (j, tau), tau
+        return first
 
 
 def _chosen(conditions: Array, choices: tuple[Choice, ...]) -> Choice:
@@ -416,7 +416,7 @@ class ErkEngine:
         self.automaton, self.outline = automaton, Outline.of(automaton)
         self.functions = functions or AutomatonFunctions(automaton)
         self._runners: dict[tuple[int, float], ModeRunner] = {}
-        self._many: dict[int, Call] = {}
+        self._mapped: dict[int, Call] = {}
         # The functions work on arrays of their own: one run at a time.
         self._lock = threading.RLock()
 
@@ -505,7 +505,7 @@ class ErkEngine:
         return out
 
     def _outputs(self, mode: int) -> Call:
-        if mode not in self._many:
+        if mode not in self._mapped:
             function = self.functions.modes[mode].outputs
-            self._many[mode] = Call(function.map("many", "serial", _CHUNK, [2], []))
-        return self._many[mode]
+            self._mapped[mode] = Call(function.map("many", "serial", _CHUNK, [2], []))
+        return self._mapped[mode]

@@ -323,8 +323,8 @@ class ModeRunner:
             g, dg = at.g[:, j], at.dg[:, j]
             below = np.flatnonzero(g[1:] <= 0)
             crossed = below.size > 0
-            found = below if crossed else np.flatnonzero(_may_touch(g, dg, h * (b - a) / GRID))
-            if not found.size:
+            parts = below if crossed else np.flatnonzero(_may_touch(g, dg, h * (b - a) / GRID))
+            if not parts.size:
                 return None
-            a, b = float(u[found[0]]), float(u[found[0] + 1])
+            a, b = float(u[parts[0]]), float(u[parts[0] + 1])
         return b if crossed else None

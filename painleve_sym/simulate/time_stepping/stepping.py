@@ -385,7 +385,7 @@ class _Stepping:
         for h in np.diff(times):
             problem, made = self.problem(states[-1], float(h))
             place, free, normal, tangential, rates, scalars = made
-            found, impulse = -1, (0.0, 0.0)
+            count, impulse = -1, (0.0, 0.0)
             if not (np.all(np.isfinite(free)) and np.all(np.isfinite(scalars))):
                 return states, impulses, counts, works, StopReason.NON_FINITE
             if np.any(scalars[4:] <= 0):
@@ -394,7 +394,7 @@ class _Stepping:
                 if solves == self.max_solves:
                     return states, impulses, counts, works, StopReason.STEP_LIMIT
                 solves += 1
-                found, answer = self.solve(problem)
+                count, answer = self.solve(problem)
                 if answer is None:
                     return states, impulses, counts, works, StopReason.NO_MODE
                 impulse = answer
@@ -403,7 +403,7 @@ class _Stepping:
             after = states[-1][2 * self.size :] + h
             states.append(np.concatenate([place + forward * u, u, after]))
             impulses.append(impulse)
-            counts.append(found)
+            counts.append(count)
             works.append(_work(impulse, rates, scalars[1:4]))
         return states, impulses, counts, works, StopReason.T_END
 
