@@ -2,7 +2,7 @@
 
 An entry is a text file: the hash of its content, then the content as JSON. Nothing in it is ever
 executed. Its name is the hash of what the derivation starts from and of what derives it; an entry
-whose content does not have its hash is removed and made anew.
+whose content does not have its hash is removed and made again.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def read_entry(key: str) -> dict[str, Any] | None:
 def write_entry(key: str, entry: dict[str, Any]) -> None:
     """Store an entry in one step: a process that reads at the same time sees all or nothing.
 
-    A cache that cannot be written (a full disk) only costs time, and is no failure.
+    A cache that cannot be written (a full disk) only costs time, and is not a failure.
     """
     content = json.dumps(entry)
     path = _path(key)

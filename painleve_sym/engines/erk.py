@@ -36,9 +36,9 @@ from painleve_sym.hybrid.automaton import Choice, HybridAutomaton
 from painleve_sym.hybrid.signature import Outline
 
 _CHUNK = 256
-"""Points per call of the outputs: many enough to hide the cost of a call."""
+"""Points per call of the outputs: enough to hide the cost of a call."""
 _ROUGH, _ROUGHEST = 10.0, 1e-12
-"""Error between the points of a grid: so many tolerances, and not less than this."""
+"""Error between the points of a grid: this multiple of rtol, and not less than the second."""
 _REPLACEMENTS = 8
 """Times that an earlier event may replace one; each is earlier still, so one or two are usual."""
 
@@ -53,7 +53,7 @@ class _Run:
     reason: StopReason | None = None
     stop_transition = -1
     hit = decision = False
-    # The time since the start is t + t_base: t begins anew at the limit of an accumulation.
+    # The time since the start is t + t_base: t begins again at the limit of an accumulation.
     t_base, h_ref, limits = 0.0, 0.0, 0
 
     def __init__(
@@ -92,13 +92,13 @@ class _Run:
         self.length = self.options.first_step or self.h_ref
 
     def running(self) -> bool:
-        """Whether the run goes on."""
+        """Whether the run continues."""
         while self.reason is StopReason.ACCUMULATION and self.pass_limit():
             pass
         return self.reason is None
 
     def pass_limit(self) -> bool:
-        """Go on from the limit of events that accumulate; False: the run ends here."""
+        """Continue from the limit of events that accumulate; False: the run ends here."""
         again = self.limits and self.t_base + self.t == self.t_base
         if self.limit is None or self.limit[2] != self.t or again:
             return False

@@ -115,7 +115,7 @@ class _Course:
     numbers : mapping of str to ndarray, shape (phases,)
         `PHASE`.
     end : ndarray of int, shape (motions,)
-        Number of a `FrozenEnd`; `_RESUMES` where the slip has stopped and the motion goes on.
+        Number of a `FrozenEnd`; `_RESUMES` where the slip has stopped and the motion continues.
     later : _Begin
         There the state at which the slip has stopped.
     """

@@ -299,8 +299,8 @@ class Simulator:
             Of mechanism and laws; absent ones have their defaults.
         initial_force : float
             Sets the initial compression so that the only, compliant contact carries this force; N.
-            Where the gap is no coordinate, the coordinates stay and the surface counts as raised by
-            it.
+            Where the gap is not a coordinate, the coordinates stay and the surface counts as raised
+            by it.
         t_end : float
             s, > 0.
         until : str or tuple of str

@@ -1,4 +1,4 @@
-"""Every engine passes the limit of accumulating events, and goes on from decisions."""
+"""Every engine passes the limit of accumulating events, and continues from decisions."""
 
 from __future__ import annotations
 

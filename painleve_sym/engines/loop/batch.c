@@ -4,7 +4,7 @@
 #ifndef PS_LANES
 #define PS_LANES 1
 #endif
-/* With so many runs open, some mode has as many as there are lanes. */
+/* With this number of runs open, some mode has at least PS_LANES of them. */
 #define PS_OPEN (PS_NM * (PS_LANES - 1) + 1)
 
 /* One row of each array per run; `times` (rows, kinds, events), `extremes` (rows, maxima + minima,
@@ -96,8 +96,8 @@ static void advance_open(ps_open **open, int n) {
   for (int i = 0; i < n; i++) advance(&open[i]->run, &open[i]->options);
 }
 
-/* Integrates the rows, at most so many lanes side by side. Returns the rows done, fewer than n where
- * there is no memory for the runs. */
+/* Integrates the rows, at most `lanes` of them side by side. Returns the rows done, fewer than n
+ * where there is no memory for the runs. */
 PS_EXPORT long ps_batch(const ps_given *given, const ps_options *o, const ps_kept *kept, int lanes,
                         const ps_ends *e) {
   ps_open *all = (ps_open *)malloc(PS_OPEN * sizeof(ps_open));

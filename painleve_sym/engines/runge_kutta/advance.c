@@ -69,7 +69,7 @@ static double time_to_event(const ps_run *s) {
 }
 
 /* Next step size after a good step of size h (Gustafsson, ACM Trans. Math. Softw. 20 (1994)
- * 496-517): the error per size to the eighth goes on changing as it did. */
+ * 496-517): the error per size to the eighth continues to change as it did. */
 static double next_size(ps_run *s, double h, double err) {
   double grow = err > 0 ? 0.9 * pow(err, -0.125) : 6;
   if (s->h_last > 0 && err > 0) {

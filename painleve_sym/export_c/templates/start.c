@@ -69,7 +69,7 @@ static void loading_curves(const double *p, double *curves) {
 }
 
 /* Scales of gap and gap rate of one contact, and its energy: of a compliant one the compression
- * under the free normal force, that over the time of a contact, and the energy at hand. */
+ * under the free normal force, that over the time of a contact, and the available energy. */
 static void own_scales(const double *curve, const double *numbers, double x_gap, double *gap,
                        double *rate, double *energy) {
   const double k = curve[0], n = curve[1], kinetic = numbers[NUMBER_kinetic_energy];
@@ -85,7 +85,7 @@ static void own_scales(const double *curve, const double *numbers, double x_gap,
   stored = k * pow(depth, n + 1) / (n + 1);
   if (force > 0)
     delta = pow(force / k, 1 / n);
-  else /* nothing presses: a hundredth of what the energy at hand can compress */
+  else /* nothing presses: a hundredth of what the available energy can compress */
     delta = 0.01 * pow((n + 1) * (kinetic + stored) / k, 1 / (n + 1));
   *energy = kinetic + stored + force * delta;
   if (*energy == 0) { /* nothing moves and nothing pushes */

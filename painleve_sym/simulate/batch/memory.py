@@ -29,7 +29,7 @@ def row_bytes(simulator: Simulator, kept: BatchOutputs) -> int:
 
 
 def check_memory(where: str, subject: str, need: int, fix: str) -> None:
-    """Raise InputError where there is no memory for `subject`, which needs so many bytes."""
+    """Raise InputError where there is no memory for `subject`, which needs `need` bytes."""
     have = available_memory()
     if need > have:
         raise InputError(

@@ -64,7 +64,7 @@ def differentiated(
     _notify(result)
     if result.trajectory.stop_reason is not StopReason.NON_FINITE:
         return result
-    # Only the derivatives ended there: the motion itself goes on.
+    # Only the derivatives ended there: the motion itself continues.
     given: dict[str, Any] = {"parameters": parameters, "record": record, **options}
     if initial_force is not None:
         given[INITIAL_FORCE] = initial_force
