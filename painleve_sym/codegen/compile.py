@@ -106,9 +106,9 @@ def compiler_mark() -> str | None:
     The files of the compilers that `find_compiler` would try, by place, size and time; None where
     there is none.
     """
-    found = [p for p in map(shutil.which, _candidates(os.environ.get("CC") or None)) if p]
+    compilers = [p for p in map(shutil.which, _candidates(os.environ.get("CC") or None)) if p]
     try:
-        files = [(p, os.path.realpath(p), os.stat(p)) for p in found]
+        files = [(p, os.path.realpath(p), os.stat(p)) for p in compilers]
     except OSError:
         return None
     marks = [f"{p} {real} {s.st_size} {s.st_mtime_ns}" for p, real, s in files]

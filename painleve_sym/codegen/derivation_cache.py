@@ -2,7 +2,7 @@
 
 An entry is a text file: the hash of its content, then the content as JSON. Nothing in it is ever
 executed. Its name is the hash of what the derivation starts from and of what derives it; an entry
-whose content does not have its hash is removed and made anew.
+whose content does not have its hash is removed and made again.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ _DERIVING = ("mechanics", "laws", "hybrid", "contacts", "codegen", "engines", "s
 _AT_ONCE = 1 << 20
 
 
-def entry_key(what: str, *things: Any) -> str | None:
+def entry_key(title: str, *things: Any) -> str | None:
     """Return the name of an entry, or None where a thing has no definition to go by.
 
     Parameters
     ----------
-    what : str
+    title : str
         What the entry holds, and all else that it depends on.
     *things : object
         What it is derived from; see `definition_text`.
@@ -39,7 +39,7 @@ def entry_key(what: str, *things: Any) -> str | None:
         texts = [definition_text(thing) for thing in things]
     except TypeError:
         return None
-    return _hash("\n".join((_origin(), what, *texts)))[:40]
+    return _hash("\n".join((_origin(), title, *texts)))[:40]
 
 
 @functools.lru_cache(maxsize=1)
@@ -91,7 +91,7 @@ def read_entry(key: str) -> dict[str, Any] | None:
 def write_entry(key: str, entry: dict[str, Any]) -> None:
     """Store an entry in one step: a process that reads at the same time sees all or nothing.
 
-    A cache that cannot be written (a full disk) only costs time, and is no failure.
+    A cache that cannot be written (a full disk) only costs time, and is not a failure.
     """
     content = json.dumps(entry)
     path = _path(key)

@@ -34,8 +34,8 @@ class Quantities:
 
     def __call__(self, values: Mapping[Any, float]) -> dict[str, float]:
         """Return the numbers by name; `values` holds every symbol and may hold others."""
-        found = np.array(self.function([values[s] for s in self.symbols])).reshape(-1)
-        return dict(zip(self.names, map(float, found), strict=True))
+        numbers = np.array(self.function([values[s] for s in self.symbols])).reshape(-1)
+        return dict(zip(self.names, map(float, numbers), strict=True))
 
     def at(self, values: Mapping[Any, Array]) -> dict[str, Array]:
         """Return the numbers at n points, each of shape (n,), the same bits as one by one.
@@ -46,18 +46,18 @@ class Quantities:
             Every symbol, and maybe others.
         """
         points = np.array([values[s] for s in self.symbols], dtype=np.float64).T.copy()
-        found = at_points(self.function, points)
-        return dict(zip(self.names, found.T, strict=True))
+        numbers = at_points(self.function, points)
+        return dict(zip(self.names, numbers.T, strict=True))
 
 
 def quantities(
-    what: str, of: Any, symbols: Sequence[Any], derive: Callable[[], Mapping[str, Any]]
+    title: str, of: Any, symbols: Sequence[Any], derive: Callable[[], Mapping[str, Any]]
 ) -> Quantities:
     """Return formulas ready to be evaluated; `derive` is called only where the cache lacks them.
 
     Parameters
     ----------
-    what : str
+    title : str
         Tells these formulas from others of the same thing.
     of : object
         What they are derived from (`definition_text`).
@@ -66,8 +66,8 @@ def quantities(
     derive : callable
         Returns the formulas by name.
     """
-    title = f"quantities\n{what}"
-    key = _text_key(title, of) if isinstance(of, str) else entry_key(title, of)
+    text = f"quantities\n{title}"
+    key = _text_key(text, of) if isinstance(of, str) else entry_key(text, of)
     names, function = _stored(key) if key else ((), None)
     if function is None:
         formulas = derive()

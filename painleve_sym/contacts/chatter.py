@@ -81,10 +81,10 @@ def chatter(
     """
     if problem.b_n >= 0:
         return None
-    found = _cycle(problem, restitution, e)
-    if found is None:
+    cycle = _cycle(problem, restitution, e)
+    if cycle is None:
         return None
-    ratio, case = found
+    ratio, case = cycle
     return Chatter(ratio, case, restitution, e, _threshold(problem, restitution))
 
 

@@ -202,12 +202,14 @@ def contact_problem(
     The slip velocity of an only contact that is held as a state of its own (``slip_velocity`` of an
     event) is taken from there.
     """
-    found = all_contact_numbers(mechanism, symbol_values(mechanism, state, parameters), parameters)
-    slip = found.slip_velocity
+    numbers = all_contact_numbers(
+        mechanism, symbol_values(mechanism, state, parameters), parameters
+    )
+    slip = numbers.slip_velocity
     if len(slip) == 1:
         slip = np.array([state.get("slip_velocity", slip[0])])
     bilateral = np.array([c.bilateral for c in mechanism.contacts])
-    return ContactProblem(found.W, found.b, found.mu, slip, bilateral)
+    return ContactProblem(numbers.W, numbers.b, numbers.mu, slip, bilateral)
 
 
 def classify(
@@ -241,14 +243,14 @@ def classify(
     declared = mechanism.system.parameters
     values = resolve_parameters(f"{mechanism.name!r}", declared, parameters or {})
     start = resolve_state(mechanism, state, values)
-    found = all_contact_numbers(mechanism, symbol_values(mechanism, start, values), values)
-    closed = closed_contacts(f"classify {mechanism.name!r}", mechanism, found)
+    numbers = all_contact_numbers(mechanism, symbol_values(mechanism, start, values), values)
+    closed = closed_contacts(f"classify {mechanism.name!r}", mechanism, numbers)
     rows = [row for i in closed for row in (2 * i, 2 * i + 1)]
     problem = ContactProblem(
-        found.W[np.ix_(rows, rows)],
-        found.b[rows],
-        found.mu[closed],
-        found.slip_velocity[closed],
+        numbers.W[np.ix_(rows, rows)],
+        numbers.b[rows],
+        numbers.mu[closed],
+        numbers.slip_velocity[closed],
         np.array([mechanism.contacts[i].bilateral for i in closed]),
     )
     names = [c.name for c in mechanism.contacts]
@@ -260,8 +262,8 @@ def classify(
         open=tuple(name for i, name in enumerate(names) if i not in closed),
         problem=problem,
         solutions=problem.solutions(),
-        A_sticks=found.A_stick[closed],
-        B_sticks=found.B_stick[closed],
+        A_sticks=numbers.A_stick[closed],
+        B_sticks=numbers.B_stick[closed],
         chatter=_bounces(problem) if len(names) == 1 else (),
     )
 
@@ -271,11 +273,11 @@ def _bounces(problem: ContactProblem) -> tuple[Chatter, ...]:
     if problem.slip_direction or problem.bilateral[0]:
         return ()
     laws = [make() for make in RESTITUTIONS.values()]
-    found = [chatter(problem, law.name, law.parameter.default) for law in laws]
-    return tuple(c for c in found if c is not None)
+    chatters = [chatter(problem, law.name, law.parameter.default) for law in laws]
+    return tuple(c for c in chatters if c is not None)
 
 
-def closed_contacts(where: str, mechanism: Mechanism, found: ContactNumbers) -> list[int]:
+def closed_contacts(where: str, mechanism: Mechanism, numbers: ContactNumbers) -> list[int]:
     """Return the indices of the closed contacts.
 
     Raises
@@ -288,8 +290,8 @@ def closed_contacts(where: str, mechanism: Mechanism, found: ContactNumbers) -> 
     closed: list[int] = []
     single = len(mechanism.contacts) == 1
     for i, contact in enumerate(mechanism.contacts):
-        gap, rate = float(found.gap[i]), float(found.gap_rate[i])
-        near, slow = float(found.gap_tolerance[i]), float(found.rate_tolerance[i])
+        gap, rate = float(numbers.gap[i]), float(numbers.gap_rate[i])
+        near, slow = float(numbers.gap_tolerance[i]), float(numbers.rate_tolerance[i])
         name = "the contact" if single else f"contact {contact.name!r}"
         if contact.bilateral:
             subject = "a bilateral contact" if single else f"bilateral {name}"

@@ -64,9 +64,9 @@ def all_contact_numbers(
         By name.
     """
     n = len(mechanism.contacts)
-    found = [contact_numbers(mechanism, i)(values) for i in range(n)]
+    numbers = [contact_numbers(mechanism, i)(values) for i in range(n)]
     W = np.zeros((2 * n, 2 * n))
-    for i, own in enumerate(found):
+    for i, own in enumerate(numbers):
         block = [[own["W_nn"], own["W_nt"]], [own["W_nt"], own["W_tt"]]]
         W[2 * i : 2 * i + 2, 2 * i : 2 * i + 2] = block
     if n > 1:
@@ -74,15 +74,15 @@ def all_contact_numbers(
             row, column = map(int, name.split("_")[1:])
             W[row, column] = W[column, row] = value
     motion = {
-        name: np.array([own[name] for own in found])
+        name: np.array([own[name] for own in numbers])
         for name in ("gap", "gap_rate", "slip_velocity", "A_stick", "B_stick")
     }
-    tolerances = np.array([contact_tolerances(own) for own in found])
+    tolerances = np.array([contact_tolerances(own) for own in numbers])
     return ContactNumbers(
         W=W,
         gap_tolerance=tolerances[:, 0],
         rate_tolerance=tolerances[:, 1],
-        b=np.array([own[name] for own in found for name in ("b_n", "b_t")]),
+        b=np.array([own[name] for own in numbers for name in ("b_n", "b_t")]),
         mu=np.array([float(parameters[c.friction.name]) for c in mechanism.contacts]),
         **motion,
     )

@@ -208,9 +208,9 @@ class _Box:
             forces[index] = unit * solve_refined(scaled, goal)
         else:
             basis = vectors[:, kept]
-            found = unit * (basis @ (basis.T @ goal / values[kept]))
+            particular = unit * (basis @ (basis.T @ goal / values[kept]))
             null = np.linalg.qr(unit[:, None] * vectors[:, ~kept])[0]
-            forces[index] = found - null @ (null.T @ found)
+            forces[index] = particular - null @ (null.T @ particular)
         return np.clip(forces, -self.limit, self.limit)
 
     def _residual(self, forces: FloatArray, choice: tuple[int, ...]) -> float:

@@ -104,8 +104,8 @@ class Interface(ABC):
         """Name of the contact."""
         return self.row.contact.name
 
-    def _symbol(self, what: str) -> sp.Symbol:
-        return sp.Symbol(f"{what}_{self.name}", real=True)
+    def _symbol(self, prefix: str) -> sp.Symbol:
+        return sp.Symbol(f"{prefix}_{self.name}", real=True)
 
     @cached_property
     def local(self) -> sp.Symbol:

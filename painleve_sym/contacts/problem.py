@@ -548,7 +548,7 @@ class ContactProblem:
         Raises
         ------
         InputError
-            For bilateral contacts, whose law ``a_n = 0`` with ``|F_n|`` in the friction is no
+            For bilateral contacts, whose law ``a_n = 0`` with ``|F_n|`` in the friction is not a
             complementarity. Fix: call `solutions`.
         """
         self._refuse_bilateral("lcp")
@@ -843,7 +843,7 @@ class _ScaledLaw:
         return float(np.max([held, cone, opposing]))
 
     def check(self, forces: FloatArray, choice: tuple[int, ...] | None = None) -> _Checked | None:
-        """Return the forces with negligible parts removed, or None if they are no solution.
+        """Return the forces with negligible parts removed, or None if they are not a solution.
 
         Parameters
         ----------

@@ -27,7 +27,7 @@ MAX_EVENTS_KEPT = 10_000
 
 
 @dataclass(frozen=True)
-class BatchWish:
+class BatchOutputs:
     """What is kept of each run besides its end.
 
     Attributes
@@ -99,7 +99,7 @@ class BatchRows:
     integrals: Array
 
     @classmethod
-    def empty(cls, n: int, outline: Outline, wish: BatchWish) -> BatchRows:
+    def empty(cls, n: int, outline: Outline, kept: BatchOutputs) -> BatchRows:
         """Return uninitialised rows."""
         kinds = max(1, len(outline.kinds))
         return cls(
@@ -111,9 +111,9 @@ class BatchRows:
             transition=np.empty(n, np.int32),
             counters=np.empty((n, len(COUNTERS)), np.int64),
             event_counts=np.empty((n, kinds), np.int64),
-            event_times=np.empty((n, kinds, wish.events)),
-            extremes=np.empty((n, len(wish.maxima + wish.minima), 2)),
-            integrals=np.empty((n, len(wish.integrals))),
+            event_times=np.empty((n, kinds, kept.events)),
+            extremes=np.empty((n, len(kept.maxima + kept.minima), 2)),
+            integrals=np.empty((n, len(kept.integrals))),
         )
 
     def part(self, rows: Any) -> BatchRows:
@@ -160,8 +160,8 @@ class Given(ctypes.Structure):
     )
 
 
-class Wish(ctypes.Structure):
-    """`BatchWish` as C reads it."""
+class Kept(ctypes.Structure):
+    """`BatchOutputs` as C reads it."""
 
     _fields_ = (
         *((name, ctypes.c_int) for name in ("events", "maxima", "minima", "integrals")),

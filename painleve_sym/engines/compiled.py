@@ -15,11 +15,11 @@ from painleve_sym.codegen.derivation_cache import entry_key, read_entry, write_e
 from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.engines.batch import (
     COUNTERS,
+    BatchOutputs,
     BatchRows,
-    BatchWish,
     Ends,
     Given,
-    Wish,
+    Kept,
     pointers,
 )
 from painleve_sym.engines.protocol import (
@@ -167,7 +167,7 @@ class CompiledEngine:
         self._library.ps_batch.argtypes = (
             ctypes.POINTER(Given),
             ctypes.POINTER(self._options),
-            ctypes.POINTER(Wish),
+            ctypes.POINTER(Kept),
             ctypes.c_int,
             ctypes.POINTER(Ends),
         )
@@ -268,7 +268,7 @@ class CompiledEngine:
         t_end: Array,
         atol: Array,
         options: RunOptions,
-        wish: BatchWish,
+        kept: BatchOutputs,
         rows: BatchRows,
     ) -> None:
         """Integrate every row from t = 0 as `run` would, in one call that holds no Python lock.
@@ -281,7 +281,7 @@ class CompiledEngine:
         atol : ndarray, shape (n, nx)
         options : RunOptions
             What all rows share; its t_end, atol and record are not used.
-        wish : BatchWish
+        kept : BatchOutputs
         rows : BatchRows
             Filled; of n rows.
         """
@@ -289,12 +289,12 @@ class CompiledEngine:
         x, p, t = _plain(states), _plain(parameters), _plain(t_end)
         scales = np.minimum(_plain(atol), 1e100)
         shared = self._options_of(replace(options, atol=scales[0], record="end"))
-        chosen = np.array(wish.indices(self.outline.output_names), dtype=np.int32)
-        counts = (len(wish.maxima), len(wish.minima), len(wish.integrals))
-        asked = Wish(wish.events, *counts, chosen.ctypes.data)
+        chosen = np.array(kept.indices(self.outline.output_names), dtype=np.int32)
+        counts = (len(kept.maxima), len(kept.minima), len(kept.integrals))
+        kept_in_c = Kept(kept.events, *counts, chosen.ctypes.data)
         ends = Ends(*pointers(rows))
         given = Given(n, *(a.ctypes.data for a in (x, p, t, scales)))
-        done = self._library.ps_batch(given, shared, asked, self.lanes, ends)
+        done = self._library.ps_batch(given, shared, kept_in_c, self.lanes, ends)
         if done < n:
             raise MemoryError("compiled engine: no memory for a run.")
 

@@ -36,9 +36,9 @@ from painleve_sym.hybrid.automaton import Choice, HybridAutomaton
 from painleve_sym.hybrid.signature import Outline
 
 _CHUNK = 256
-"""Points per call of the outputs: many enough to hide the cost of a call."""
+"""Points per call of the outputs: enough to hide the cost of a call."""
 _ROUGH, _ROUGHEST = 10.0, 1e-12
-"""Error between the points of a grid: so many tolerances, and not less than this."""
+"""Error between the points of a grid: this multiple of rtol, and not less than the second."""
 _REPLACEMENTS = 8
 """Times that an earlier event may replace one; each is earlier still, so one or two are usual."""
 
@@ -53,7 +53,7 @@ class _Run:
     reason: StopReason | None = None
     stop_transition = -1
     hit = decision = False
-    # The time since the start is t + t_base: t begins anew at the limit of an accumulation.
+    # The time since the start is t + t_base: t begins again at the limit of an accumulation.
     t_base, h_ref, limits = 0.0, 0.0, 0
 
     def __init__(
@@ -94,13 +94,13 @@ class _Run:
         self.length = self.options.first_step or self.h_ref
 
     def running(self) -> bool:
-        """Whether the run goes on."""
+        """Whether the run continues."""
         while self.reason is StopReason.ACCUMULATION and self.pass_limit():
             pass
         return self.reason is None
 
     def pass_limit(self) -> bool:
-        """Go on from the limit of events that accumulate; False: the run ends here."""
+        """Continue from the limit of events that accumulate; False: the run ends here."""
         again = self.limits and self.t_base + self.t == self.t_base
         if self.limit is None or self.limit[2] != self.t or again:
             return False
@@ -392,15 +392,15 @@ class _Run:
         if window.fired >= 0:
             return None
         end = float(window.times[-1])
-        found, limit = None, end
+        first, limit = None, end
         for j, armed in enumerate(self.armed):
             tau = self.runner.first_zero(window, j, bool(armed), GRID - (j == ended))
             if tau is None:
                 continue
             # Of guards at one instant the first in the list fires, as in the compiled engine.
-            if tau < limit * (1 - 1e-12) or (found is None and ended < 0):
-                found, limit = (j, tau), tau
-        return found
+            if tau < limit * (1 - 1e-12) or (first is None and ended < 0):
+                first, limit = (j, tau), tau
+        return first
 
 
 def _chosen(conditions: Array, choices: tuple[Choice, ...]) -> Choice:
@@ -430,7 +430,7 @@ class ErkEngine:
         self.automaton, self.outline = automaton, Outline.of(automaton)
         self.functions = functions or AutomatonFunctions(automaton)
         self._runners: dict[tuple[int, float], ModeRunner] = {}
-        self._many: dict[int, Call] = {}
+        self._mapped: dict[int, Call] = {}
         # The functions work on arrays of their own: one run at a time.
         self._lock = threading.RLock()
 
@@ -519,7 +519,7 @@ class ErkEngine:
         return out
 
     def _outputs(self, mode: int) -> Call:
-        if mode not in self._many:
+        if mode not in self._mapped:
             function = self.functions.modes[mode].outputs
-            self._many[mode] = Call(function.map("many", "serial", _CHUNK, [2], []))
-        return self._many[mode]
+            self._mapped[mode] = Call(function.map("many", "serial", _CHUNK, [2], []))
+        return self._mapped[mode]

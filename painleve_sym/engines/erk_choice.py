@@ -22,7 +22,7 @@ REST_ERRORS = 10.0
 """Errors of a state, by its tolerance, below which it is at rest."""
 
 HUGE = 1e300
-"""Stands for inf, so that 0·inf is no nan."""
+"""Stands for inf, so that 0·inf is not nan."""
 
 
 def guard_side(g: float, d: float, d2: float, h: float, departs: bool) -> int:

@@ -22,9 +22,9 @@ _TIGHTER = 0.05
 _TIGHTEST = 1e-14
 """Below it the error estimate of a step is round-off."""
 _EVENT_TOL = 1e-14
-"""Of a window: the event is located anew afterwards, so this only has to be small."""
+"""Of a window: the event is located again afterwards, so this only has to be small."""
 _ZERO_WIDTH = 1e-13
-"""Of an interval: a zero this near is where a step is ended, and Newton goes on from there."""
+"""Of an interval: a zero this near is where a step is ended, and Newton continues from there."""
 _KINK = 100.0
 """Second derivative over change and slopes, in an interval, that no resolved motion reaches."""
 _MAX_STEPS = 1000
@@ -323,8 +323,8 @@ class ModeRunner:
             g, dg = at.g[:, j], at.dg[:, j]
             below = np.flatnonzero(g[1:] <= 0)
             crossed = below.size > 0
-            found = below if crossed else np.flatnonzero(_may_touch(g, dg, h * (b - a) / GRID))
-            if not found.size:
+            parts = below if crossed else np.flatnonzero(_may_touch(g, dg, h * (b - a) / GRID))
+            if not parts.size:
                 return None
-            a, b = float(u[found[0]]), float(u[found[0] + 1])
+            a, b = float(u[parts[0]]), float(u[parts[0] + 1])
         return b if crossed else None

@@ -161,7 +161,7 @@ class Answer:
     Attributes
     ----------
     mode : int
-        In which the run goes on, or ends where there is a reason to `stop`.
+        In which the run continues, or ends where there is a reason to `stop`.
     state : ndarray, shape (nx,)
     departs : tuple of int
         Guards of that mode that are zero and known to become positive.
@@ -188,7 +188,7 @@ def run_resolved(
     memory: Array | None,
     resolve: Resolver,
 ) -> RawRun:
-    """Integrate from t = 0 and go on from every question with its answer; see `Engine.run`.
+    """Integrate from t = 0 and continue from every question with its answer; see `Engine.run`.
 
     Each stretch between two answers has a time of its own, which keeps its events sharp.
     """
@@ -291,7 +291,7 @@ class IntervalHistory:
         if not before > 0 or not interval < 0.9999 * before:
             self.shrinking = 0
             return False
-        # The slower of the last two ratios: one short interval alone is no accumulation.
+        # The slower of the last two ratios: one short interval alone is not an accumulation.
         ratio, self.ratio = max(interval / before, self.ratio), interval / before
         self.shrinking += 1
         return self.shrinking >= SHRINKING and interval * ratio / (1 - ratio) < REMAINDER * t
@@ -321,7 +321,7 @@ class Engine(Protocol):
     ) -> RawRun:
         """Integrate from t = 0; the memory is 0 or given.
 
-        Where the automaton asks for a decision, `resolve` answers and the run goes on; without it
+        Where the automaton asks for a decision, `resolve` answers and the run continues; without it
         the run ends there, with `RawRun.decision` and the reason NO_MODE.
         """
         ...

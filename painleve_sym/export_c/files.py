@@ -392,7 +392,7 @@ def _start(case: Case) -> str:
         "clock": _CLOCK * timed,
         "in_metres": ", ".join(str(int(c.unit == "m")) for c in system.coordinates),
         "own_parameters": len(system.parameters),
-        "found": ", ".join([*(f"FOUND_{n}" for n in numbers[0].names), "FOUND"]),
+        "number_names": ", ".join([*(f"NUMBER_{n}" for n in numbers[0].names), "NUMBERS"]),
         "complete": _complete(case),
         "press": "" if simulator.initial_force_fault() else _filled(_PRESSING, case),
         "max_steps": RunOptions.max_steps,
@@ -404,17 +404,17 @@ def _start(case: Case) -> str:
 _CLEANED = f"""\
 /* A gap or its rate: computed from the coordinates they cancel, and a touching start must not
  * become a tiny fall. */
-static double cleaned(const double *found, int which) {{
-  double length = characteristic_length(found), gain = fabs(found[FOUND_b_n]) * length;
-  double speed = sqrt(2 * (found[FOUND_kinetic_energy] * found[FOUND_W_nn] + gain));
-  double tolerance = {CONTACT_TOLERANCE!r} * (which == FOUND_gap ? length : speed);
-  return fabs(found[which]) <= tolerance ? 0.0 : found[which];
+static double cleaned(const double *numbers, int which) {{
+  double length = characteristic_length(numbers), gain = fabs(numbers[NUMBER_b_n]) * length;
+  double speed = sqrt(2 * (numbers[NUMBER_kinetic_energy] * numbers[NUMBER_W_nn] + gain));
+  double tolerance = {CONTACT_TOLERANCE!r} * (which == NUMBER_gap ? length : speed);
+  return fabs(numbers[which]) <= tolerance ? 0.0 : numbers[which];
 }}
 """
 
 
 _CLOCK = """\
-  atol[2 * COORDINATES] = length / sqrt(2 * energy * found[FOUND_W_nn]); /* the time */
+  atol[2 * COORDINATES] = length / sqrt(2 * energy * numbers[NUMBER_W_nn]); /* the time */
 """
 
 
@@ -422,13 +422,17 @@ def _complete(case: Case) -> str:
     """Return the function that completes a state; where all follow as 0, it asks for nothing."""
     own, derived = range(len(case.motion), len(case.states)), dict[int, str]()
     for i, place in enumerate(case.places):
-        derived[place["slip"]] = f"found[{i} * FOUND + FOUND_slip_velocity]"
+        derived[place["slip"]] = f"numbers[{i} * NUMBERS + NUMBER_slip_velocity]"
         for name in ("gap", "gap_rate"):
-            derived[place[name]] = f"cleaned(found + {i} * FOUND, FOUND_{name})"
+            derived[place[name]] = f"cleaned(numbers + {i} * NUMBERS, NUMBER_{name})"
     lines = [f"  x[{i}] = {derived.get(i, '0')};" for i in own]
     cleans = [_CLEANED] if any("cleaned" in line for line in lines) else []
     if any(i in own for i in derived):
-        lines = ["  double found[CONTACTS * FOUND];", "  contact_numbers(p, x, found);", *lines]
+        lines = [
+            "  double numbers[CONTACTS * NUMBERS];",
+            "  contact_numbers(p, x, numbers);",
+            *lines,
+        ]
     head = f"void {case.name}_complete_state(const double *p, double *x) {{"
     return "\n".join([*cleans, head, *lines, "}"])
 
@@ -479,8 +483,8 @@ def expected(trajectory: Trajectory) -> str:
     several = "normal_force" not in trajectory.output_names
     impulses = [n for n in trajectory.memory_names if "_impulse_" in n]
 
-    def values(found: Mapping[str, float]) -> None:
-        lines.extend(f"  {name} {value:.17g}" for name, value in found.items())
+    def values(by_name: Mapping[str, float]) -> None:
+        lines.extend(f"  {name} {value:.17g}" for name, value in by_name.items())
 
     for e in trajectory.events:
         contact = f" {e.contact or 'all'}" if several else ""

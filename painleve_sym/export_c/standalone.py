@@ -45,23 +45,25 @@ def engine_text(automaton: HybridAutomaton, engine: str) -> str:
 
 
 def start_functions(
-    found: Sequence[Quantities], automaton: HybridAutomaton, loading: Sequence[Any]
+    numbers: Sequence[Quantities], automaton: HybridAutomaton, loading: Sequence[Any]
 ) -> tuple[str, int]:
     """Return the C functions ``quantities`` and ``loading``, and the size of their work space.
 
     Parameters
     ----------
-    found : sequence of Quantities
+    numbers : sequence of Quantities
         The numbers of each contact, see `contact_numbers`.
     automaton : HybridAutomaton
     loading : sequence of sympy.Expr
         Stiffness and exponent of each contact in parameters and definitions, which the function
         ``loading`` takes in this order.
     """
-    functions = [found[0].function]
-    if len(found) > 1:
-        x = ca.SX.sym("x", len(found[0].symbols))
-        functions = [ca.Function("quantities", [x], [ca.vertcat(*(f.function(x) for f in found))])]
+    functions = [numbers[0].function]
+    if len(numbers) > 1:
+        x = ca.SX.sym("x", len(numbers[0].symbols))
+        functions = [
+            ca.Function("quantities", [x], [ca.vertcat(*(f.function(x) for f in numbers))])
+        ]
     constants = (*automaton.parameters, *automaton.definitions)
     c = ca.SX.sym("c", len(constants))
     translate = Translator({s: c[i] for i, s in enumerate(constants)}, floor=0.0)

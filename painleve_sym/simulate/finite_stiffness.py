@@ -162,10 +162,10 @@ class CorrectedJumpRule:
         rows = self._evaluate(point)
         size = len(self.mechanism.system.q_dot)
         names = (*COEFFICIENTS, "mu", "slip_velocity", "normal_velocity")
-        found = dict(zip(names, rows, strict=False))
+        coefficients = dict(zip(names, rows, strict=False))
         for k, name in enumerate(("normal", "tangential", "free")):
-            found[name] = rows[8 + k * size : 8 + (k + 1) * size]
-        return found
+            coefficients[name] = rows[8 + k * size : 8 + (k + 1) * size]
+        return coefficients
 
     def _moved(
         self, coefficients: Mapping[str, Array], P: Array, P_t: Array, t: Array
@@ -203,7 +203,7 @@ class CorrectedJumpRule:
         W belongs to the mean time of the impulse, T − ∫P dt/P; b to the mean time and velocities.
         """
         system = self.mechanism.system
-        now, found = dict(point), []
+        now, carried = dict(point), []
         for part in _halves(impacts, start["slip_velocity"] != 0):
             t, P, P_t = part["duration"], part["normal_impulse"], part["tangential_impulse"]
             moment = part["impulse_time"]
@@ -222,9 +222,9 @@ class CorrectedJumpRule:
                     by_impulse[clock], by_time[clock] = now[clock] + mean, now[clock] + t / 2
                     end[clock] = now[clock] + t
             mobile, free = self._coefficients(by_impulse), self._coefficients(by_time)
-            found.append(mobile | {name: free[name] for name in ("b_n", "b_t", "free")})
+            carried.append(mobile | {name: free[name] for name in ("b_n", "b_t", "free")})
             now = end
-        return found[0], found[1]
+        return carried[0], carried[1]
 
 
 def _halves(impacts: FrozenImpacts, moving: Array) -> tuple[dict[str, Array], dict[str, Array]]:
@@ -232,15 +232,15 @@ def _halves(impacts: FrozenImpacts, moving: Array) -> tuple[dict[str, Array], di
     phase = {name: np.nan_to_num(values) for name, values in impacts.phase.items()}
     slip, real = impacts.phase["slip"], ~np.isnan(impacts.phase["slip"])
     first = np.logical_and.accumulate((slip == slip[..., :1]) & moving[..., None], axis=-1)
-    found = []
+    sums_of_parts = []
     for part in (first & real, ~first & real):
         own = np.where(part, phase["normal_impulse"], 0.0)
         # The impulse of the earlier phases of this part acts throughout a phase.
         moment = phase["impulse_time"] + (np.cumsum(own, axis=-1) - own) * phase["duration"]
         sums = {n: phase[n] for n in SUMS}
         sums["impulse_time"] = moment
-        found.append({n: np.where(part, v, 0.0).sum(axis=-1) for n, v in sums.items()})
-    return found[0], found[1]
+        sums_of_parts.append({n: np.where(part, v, 0.0).sum(axis=-1) for n, v in sums.items()})
+    return sums_of_parts[0], sums_of_parts[1]
 
 
 @dataclass(frozen=True)

@@ -115,7 +115,7 @@ class _Course:
     numbers : mapping of str to ndarray, shape (phases,)
         `PHASE`.
     end : ndarray of int, shape (motions,)
-        Number of a `FrozenEnd`; `_RESUMES` where the slip has stopped and the motion goes on.
+        Number of a `FrozenEnd`; `_RESUMES` where the slip has stopped and the motion continues.
     later : _Begin
         There the state at which the slip has stopped.
     """
@@ -409,11 +409,11 @@ def _impacts(
     )
 
 
-def _checked(what: str, given: Mapping[str, ArrayLike], names: Sequence[str]) -> dict[str, Array]:
+def _checked(group: str, given: Mapping[str, ArrayLike], names: Sequence[str]) -> dict[str, Array]:
     for name in given:
         if name not in names:
-            raise InputError(f"impact: {what}: {unknown_name('input', name, names)}")
+            raise InputError(f"impact: {group}: {unknown_name('input', name, names)}")
     absent = [name for name in names if name not in given]
     if absent:
-        raise InputError(f"impact: {what}: no value of {', '.join(absent)}. Fix: give it.")
+        raise InputError(f"impact: {group}: no value of {', '.join(absent)}. Fix: give it.")
     return {name: np.asarray(given[name], dtype=float) for name in names}

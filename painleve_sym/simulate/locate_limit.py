@@ -46,20 +46,20 @@ def locate_limit(
     if run.stop_reason is not StopReason.SINGULAR or mode is None:
         return None
     constants = {p.symbol: np.array([values[p.name]]) for p in contact.mechanism.system.parameters}
-    found = _Approach(contact, mode, constants).limits(np.asarray(run.final_state)[None])
-    time = run.final_time + float(found.left[0])
-    ratio = float(found.ratio[0])
+    limits = _Approach(contact, mode, constants).limits(np.asarray(run.final_state)[None])
+    time = run.final_time + float(limits.left[0])
+    ratio = float(limits.ratio[0])
     return SingularLimit(
-        kind=found.kind(0),
+        kind=limits.kind(0),
         time=time,
-        state={s.name: float(v) for s, v in zip(contact.states, found.states[0], strict=True)},
-        A=float(found.A[0]),
-        B=float(found.B[0]),
-        eigenvalues=(float(found.alpha[0]), -float(found.beta_1[0])),
+        state={s.name: float(v) for s, v in zip(contact.states, limits.states[0], strict=True)},
+        A=float(limits.A[0]),
+        B=float(limits.B[0]),
+        eigenvalues=(float(limits.alpha[0]), -float(limits.beta_1[0])),
         eigenvalue_ratio=ratio,
         force_exponent=1 - ratio,
         measured_exponent=_measured_exponent(run, time),
-        bounded_force=float(found.bounded[0]),
+        bounded_force=float(limits.bounded[0]),
     )
 
 
@@ -78,8 +78,8 @@ def jams(contact: RigidContact, mode: str, states: Array, values: Mapping[Any, A
     slip = _slip(mode)
     if slip is None:
         return np.zeros(len(states), bool)
-    found = _Approach(contact, slip, values).limits(states)
-    return np.array([found.kind(i) is LimitKind.DYNAMIC_JAM for i in range(len(states))])
+    limits = _Approach(contact, slip, values).limits(states)
+    return np.array([limits.kind(i) is LimitKind.DYNAMIC_JAM for i in range(len(states))])
 
 
 def _slip(mode: str) -> str | None:
@@ -134,8 +134,8 @@ class _Approach:
 
     def _at(self, states: Array, force: Array) -> tuple[dict[str, Array], Array]:
         symbols = dict(zip(self._states, states.T, strict=True))
-        found = list(self._numbers.at({**self._constants, **symbols, F_N: force}).values())
-        return dict(zip(self._names[:5], found[:5], strict=True)), np.array(found[5:]).T
+        numbers = list(self._numbers.at({**self._constants, **symbols, F_N: force}).values())
+        return dict(zip(self._names[:5], numbers[:5], strict=True)), np.array(numbers[5:]).T
 
     def limits(self, states: Array) -> _Limits:
         """Return where the runs that stopped at the states (n, nx) arrive."""

@@ -174,7 +174,7 @@ def growing_bounces(
     """
     touchdowns = [e for e in events if e.kind is EventKind.TOUCHDOWN]
     speeds = [-e.state[gap_rate] for e in touchdowns]
-    found, first = [], 0
+    chatters, first = [], 0
     for i in range(1, len(touchdowns) + 1):
         if i < len(touchdowns) and speeds[i] > speeds[i - 1] > 0:
             continue
@@ -183,6 +183,6 @@ def growing_bounces(
             if expected is not None and expected.reverse:
                 ratio = (speeds[i - 1] / speeds[first]) ** (1 / (i - 1 - first))
                 times = touchdowns[first].time, touchdowns[i - 1].time
-                found.append(ReverseChatter(*times, i - first, ratio, expected.ratio))
+                chatters.append(ReverseChatter(*times, i - first, ratio, expected.ratio))
         first = i
-    return tuple(found)
+    return tuple(chatters)

@@ -58,7 +58,7 @@ def compliant_scales(
     kinetic = numbers["kinetic_energy"]
     stored = k * power(depth, n + 1) / (n + 1)
     pressed = force > 0
-    # Where nothing presses: a hundredth of what the energy at hand can compress.
+    # Where nothing presses: a hundredth of what the available energy can compress.
     delta, root = force / k, 1 / n
     delta[~pressed] = ((n + 1) * (kinetic + stored) / k)[~pressed]
     root[~pressed] = 1 / (n + 1)[~pressed]

@@ -299,8 +299,8 @@ class Simulator:
             Of mechanism and laws; absent ones have their defaults.
         initial_force : float
             Sets the initial compression so that the only, compliant contact carries this force; N.
-            Where the gap is no coordinate, the coordinates stay and the surface counts as raised by
-            it.
+            Where the gap is not a coordinate, the coordinates stay and the surface counts as raised
+            by it.
         t_end : float
             s, > 0.
         until : str or tuple of str
@@ -487,12 +487,10 @@ class Simulator:
             `contact_values` there.
         """
         extra: dict[Any, Array] = {}
-        for row, found in zip(self.contact.rows, numbers, strict=True):
-            derived = [found[name] for name in ("gap", "gap_rate", "slip_velocity")]
+        for row, own in zip(self.contact.rows, numbers, strict=True):
+            derived = [own[name] for name in ("gap", "gap_rate", "slip_velocity")]
             extra |= dict(zip(row.symbols, derived, strict=True))
-            for s, tolerance in zip(
-                (row.gap, row.gap_rate), contact_tolerances(found), strict=True
-            ):
+            for s, tolerance in zip((row.gap, row.gap_rate), contact_tolerances(own), strict=True):
                 # Computed from q these cancel: a touching start must not become a tiny fall.
                 extra[s] = np.where(np.abs(extra[s]) <= tolerance, 0.0, extra[s])
         zero = np.zeros(len(next(iter(values.values()))))
@@ -580,8 +578,8 @@ class Simulator:
         """
         constants = self.integrator.constants(self._vector_of(parameters))
         vectors, constants = np.asarray(vector)[None], constants[None]
-        found = self.contact_values(self.at_states(vectors, constants))
-        scale: Array = self.all_tolerances(vectors, constants, found)[0]
+        numbers = self.contact_values(self.at_states(vectors, constants))
+        scale: Array = self.all_tolerances(vectors, constants, numbers)[0]
         return scale
 
     def closed_within(
@@ -589,8 +587,8 @@ class Simulator:
     ) -> list[tuple[float, float]]:
         """Return gap and gap rate up to which each contact is closed (`contact_tolerances`)."""
         constants = self.integrator.constants(self._vector_of(parameters))
-        found = self.contact_values(self.at_states(np.asarray(vector)[None], constants[None]))
-        pairs = [contact_tolerances(numbers) for numbers in found]
+        numbers = self.contact_values(self.at_states(np.asarray(vector)[None], constants[None]))
+        pairs = [contact_tolerances(own) for own in numbers]
         return [(float(near.item()), float(slow.item())) for near, slow in pairs]
 
     def at_states(self, vectors: Array, constants: Array) -> dict[Any, Array]:
@@ -600,23 +598,23 @@ class Simulator:
         return states | dict(zip(given, constants.T, strict=True))
 
     def all_tolerances(
-        self, vectors: Array, constants: Array, found: Sequence[Mapping[str, Array]]
+        self, vectors: Array, constants: Array, numbers: Sequence[Mapping[str, Array]]
     ) -> Array:
         """Return what `tolerances` returns for n states, constants (n, nc) and `contact_values`."""
         system = self.mechanism.system
         symbols, rows = self.at_states(vectors, constants), self.contact.rows
-        scales = self.all_scales(symbols, found)
+        scales = self.all_scales(symbols, numbers)
         energy = np.maximum.reduce([own[2] for own in scales])
-        length, ones = characteristic_length(found[0]), np.ones(len(vectors))
-        masses = [found[0][f"mass_{k}"] for k in range(len(system.q))]
+        length, ones = characteristic_length(numbers[0]), np.ones(len(vectors))
+        masses = [numbers[0][f"mass_{k}"] for k in range(len(system.q))]
         scale: dict[Any, Array] = {
             c.symbol: length if c.unit == "m" else ones for c in system.coordinates
         }
-        scale[TIME] = length / np.sqrt(2 * energy * found[0]["W_nn"])
+        scale[TIME] = length / np.sqrt(2 * energy * numbers[0]["W_nn"])
         scale |= {s: np.sqrt(2 * energy / m) for s, m in zip(system.q_dot, masses, strict=True)}
-        for row, numbers, (delta, rate, _) in zip(rows, found, scales, strict=True):
-            slip = np.sqrt(2 * energy * numbers["W_tt"])
-            scale[row.slip] = np.where(slip == 0, np.sqrt(2 * energy * numbers["W_nn"]), slip)
+        for row, own, (delta, rate, _) in zip(rows, numbers, scales, strict=True):
+            slip = np.sqrt(2 * energy * own["W_tt"])
+            scale[row.slip] = np.where(slip == 0, np.sqrt(2 * energy * own["W_nn"]), slip)
             scale |= {row.gap: delta, row.gap_rate: rate}
         scale |= dict.fromkeys(self.outline.uncontrolled, np.full(len(vectors), np.inf))
         tolerances: Array = np.array([scale[s] for s in self.outline.states]).T.copy()

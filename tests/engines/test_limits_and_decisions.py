@@ -1,4 +1,4 @@
-"""Every engine passes the limit of accumulating events, and goes on from decisions."""
+"""Every engine passes the limit of accumulating events, and continues from decisions."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from painleve_sym.engines.batch import BatchRows, BatchWish
+from painleve_sym.engines.batch import BatchOutputs, BatchRows
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.erk import ErkEngine
 from painleve_sym.engines.protocol import Answer, RunOptions
@@ -123,10 +123,10 @@ def test_batch_passes_limits_bit_for_bit_like_single_runs(kind):
     heights = np.linspace(0.1, 2.0, 23)
     states = np.column_stack([heights, np.zeros(23)])
     parameters = np.column_stack([np.linspace(0.1, 0.8, 23), np.full(23, 10.0)])
-    o, wish = options(9.0), BatchWish(2, maxima=("energy",), integrals=("position",))
-    rows = BatchRows.empty(23, engine.outline, wish)
+    o, kept = options(9.0), BatchOutputs(2, maxima=("energy",), integrals=("position",))
+    rows = BatchRows.empty(23, engine.outline, kept)
     atol = np.tile(o.atol, (23, 1))
-    engine.run_batch(states, parameters, np.full(23, 9.0), atol, o, wish, rows)
+    engine.run_batch(states, parameters, np.full(23, 9.0), atol, o, kept, rows)
     for i in range(23):
         raw = engine.run(states[i], parameters[i], o)
         assert rows.time[i] == raw.time and rows.mode[i] == raw.mode == 1

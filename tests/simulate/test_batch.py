@@ -59,9 +59,9 @@ def same_bits(a, b) -> bool:
 @pytest.mark.parametrize("threads", [2, 3, 8])
 def test_rows_do_not_depend_on_the_number_of_threads(softened, threads):
     states, parameters = impacts(700)
-    wish = {"maxima": ("normal_force",), "integrals": ("normal_force",), "events": 2}
-    one = simulate_many(softened, states, parameters, **OPTIONS, threads=1, **wish)
-    many = simulate_many(softened, states, parameters, **OPTIONS, threads=threads, **wish)
+    kept = {"maxima": ("normal_force",), "integrals": ("normal_force",), "events": 2}
+    one = simulate_many(softened, states, parameters, **OPTIONS, threads=1, **kept)
+    many = simulate_many(softened, states, parameters, **OPTIONS, threads=threads, **kept)
     assert same_bits(one.rows, many.rows)
 
 

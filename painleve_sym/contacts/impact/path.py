@@ -120,7 +120,7 @@ class ImpactPath:
         self.v_t, self.v_n = v_t, v_n
 
     def _turn(self, sticking: ImpactClass, reversed_: ImpactClass) -> None:
-        """Go on from v_t = 0."""
+        """Continue from v_t = 0."""
         self.ray = self._ray_at_rest("reverse slip")
         self.case = sticking if self.ray.mode is ContactMode.STICK else reversed_
 

@@ -100,8 +100,10 @@ def tangential_impact(
         )
     forms = BilateralForms(mechanism.coefficients)
     parts = [forms.normal_impulse, forms.tangential_impulse, forms.friction_loss]
-    found = numbers([*parts, *forms.velocity_after], symbols | {V_T: problem.slip_velocity.item()})
-    P_n, P_t, loss, *velocity = (float(v) + 0.0 for v in found)
+    results = numbers(
+        [*parts, *forms.velocity_after], symbols | {V_T: problem.slip_velocity.item()}
+    )
+    P_n, P_t, loss, *velocity = (float(v) + 0.0 for v in results)
     names = [s.name for s in mechanism.system.q_dot]
     return TangentialImpact(
         mechanism=mechanism.name,

@@ -4,7 +4,7 @@
 #ifndef PS_LANES
 #define PS_LANES 1
 #endif
-/* With so many runs open, some mode has as many as there are lanes. */
+/* With this number of runs open, some mode has at least PS_LANES of them. */
 #define PS_OPEN (PS_NM * (PS_LANES - 1) + 1)
 
 /* One row of each array per run; `times` (rows, kinds, events), `extremes` (rows, maxima + minima,
@@ -20,24 +20,24 @@ typedef struct {
 typedef struct {
   int events, maxima, minima, integrals;
   const int *of;
-} ps_wish;
+} ps_kept;
 
-static void watch_start(ps_watch *w, const ps_wish *wish, const ps_ends *e, long i) {
-  int extremes = wish->maxima + wish->minima;
-  w->events = wish->events;
-  w->maxima = wish->maxima;
-  w->minima = wish->minima;
-  w->integrals = wish->integrals;
-  w->of = wish->of;
-  w->dense = extremes + wish->integrals > 0;
+static void watch_start(ps_watch *w, const ps_kept *kept, const ps_ends *e, long i) {
+  int extremes = kept->maxima + kept->minima;
+  w->events = kept->events;
+  w->maxima = kept->maxima;
+  w->minima = kept->minima;
+  w->integrals = kept->integrals;
+  w->of = kept->of;
+  w->dense = extremes + kept->integrals > 0;
   w->count = e->counts + i * PS_NKIND;
-  w->times = e->times + i * PS_NKIND * wish->events;
+  w->times = e->times + i * PS_NKIND * kept->events;
   w->extreme = (ps_extreme *)(e->extremes + i * 2 * extremes);
-  w->integral = e->integrals + i * wish->integrals;
+  w->integral = e->integrals + i * kept->integrals;
   for (int k = 0; k < PS_NKIND; k++) w->count[k] = 0;
-  for (int k = 0; k < PS_NKIND * wish->events; k++) w->times[k] = NAN;
+  for (int k = 0; k < PS_NKIND * kept->events; k++) w->times[k] = NAN;
   for (int k = 0; k < extremes; k++) w->extreme[k].value = w->extreme[k].time = NAN;
-  for (int k = 0; k < wish->integrals; k++) w->integral[k] = 0;
+  for (int k = 0; k < kept->integrals; k++) w->integral[k] = 0;
 }
 
 /* n rows: states x (n, nx), parameters p (n, np), end times (n), absolute tolerances (n, nx). */
@@ -54,13 +54,13 @@ typedef struct {
   long row;
 } ps_open;
 
-static void open_row(ps_open *a, long i, const ps_given *given, const ps_wish *wish,
+static void open_row(ps_open *a, long i, const ps_given *given, const ps_kept *kept,
                      const ps_ends *e) {
   const double z[PS_NZ + 1] = {0};
   memset(&a->run, 0, sizeof a->run);
   a->row = i;
   a->run.watch = &a->watch;
-  watch_start(&a->watch, wish, e, i);
+  watch_start(&a->watch, kept, e, i);
   a->options.t_end = given->t_end[i];
   memcpy(a->options.atol, given->atol + i * PS_NX, sizeof a->options.atol);
   begin(&a->run, given->x + i * PS_NX, z, given->p + i * PS_NP, &a->options);
@@ -96,9 +96,9 @@ static void advance_open(ps_open **open, int n) {
   for (int i = 0; i < n; i++) advance(&open[i]->run, &open[i]->options);
 }
 
-/* Integrates the rows, at most so many lanes side by side. Returns the rows done, fewer than n where
- * there is no memory for the runs. */
-PS_EXPORT long ps_batch(const ps_given *given, const ps_options *o, const ps_wish *wish, int lanes,
+/* Integrates the rows, at most `lanes` of them side by side. Returns the rows done, fewer than n
+ * where there is no memory for the runs. */
+PS_EXPORT long ps_batch(const ps_given *given, const ps_options *o, const ps_kept *kept, int lanes,
                         const ps_ends *e) {
   ps_open *all = (ps_open *)malloc(PS_OPEN * sizeof(ps_open));
   ps_open *idle[PS_OPEN], *open[PS_NM][PS_OPEN];
@@ -118,7 +118,7 @@ PS_EXPORT long ps_batch(const ps_given *given, const ps_options *o, const ps_wis
     int n = 0;
     if (count[mode] < lanes && next < given->n) {
       now[n++] = idle[--free_count];
-      open_row(now[0], next++, given, wish, e);
+      open_row(now[0], next++, given, kept, e);
     } else {
       if (count[mode] == 0) break;
       while (n < lanes && count[mode] > 0) now[n++] = open[mode][--count[mode]];

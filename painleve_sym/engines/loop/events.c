@@ -12,7 +12,7 @@ static int geometric_accumulation(ps_run *s, int mode, int j, double t) {
     y->shrinking = 0;
     return 0;
   }
-  /* The slower of the last two ratios: one short interval alone is no accumulation. */
+  /* The slower of the last two ratios: one short interval alone is not an accumulation. */
   double now = interval / before, ratio = PS_MAX(now, y->ratio);
   y->ratio = now;
   if (++y->shrinking < PS_SHRINKING) return 0;
@@ -55,7 +55,7 @@ static void apply(ps_run *s, const ps_options *o, int j, int visible, double tim
     if (tr->chooses && !choose(s, o, xn, zn)) s->reason = PS_DECISION;
     if (tr->chooses) *departs |= PS_LEAVING[s->mode];
 #endif
-  } else { /* also where a decision is asked for: the caller goes on from here */
+  } else { /* also where a decision is asked for: the caller continues from here */
     s->reason = tr->stop;
     s->stop_transition = j;
   }
@@ -103,7 +103,7 @@ static double first_step(ps_run *s, const ps_options *o) {
   }
   double tau = PS_FROM_REST * s->t_end, h;
   if (d1 > 0) tau = d0 > 1e-10 ? sqrt(d0 / d1) : PS_FROM_REST / (o->rtol * sqrt(d1));
-  /* Beyond the end of the run no time is told from another. */
+  /* Beyond the end of the run no time is distinguished from another. */
   tau = PS_MIN(tau, 100 * s->t_end);
   h = 0.01 * tau;
   if (h > o->h_max) h = o->h_max;
@@ -168,7 +168,7 @@ static void enter(ps_run *s, const ps_options *o, ps_bits departs, int visible) 
   s->h = o->h0 > 0 ? o->h0 : PS_START * s->h_ref;
 }
 
-/* Goes on from the present state and mode with a time of its own, which keeps events sharp. */
+/* Continues from the present state and mode with a time of its own, which keeps events sharp. */
 static void begin_again(ps_run *s, const ps_options *o) {
   s->t_base += s->t;
   s->t = 0;
@@ -178,8 +178,8 @@ static void begin_again(ps_run *s, const ps_options *o) {
   if (s->reason == PS_RUNNING) enter(s, o, 0, 1);
 }
 
-/* Goes on from the limit of events that accumulate, where the last of them says how and has come so
- * close to it that its state is that of the limit; 0: the run ends here. */
+/* Continues from the limit of events that accumulate, where the last of them says how and has come
+ * so close to it that its state is that of the limit; 0: the run ends here. */
 static int pass_limit(ps_run *s, const ps_options *o) {
   const ps_transition *tr = s->limit;
   double xn[PS_NX], zn[PS_NZ + 1] = {0}, *res[2] = {xn, zn};
@@ -204,7 +204,7 @@ static int pass_limit(ps_run *s, const ps_options *o) {
 static int strike(ps_run *s, const ps_options *o);
 #endif
 
-/* Whether the run goes on. */
+/* Whether the run continues. */
 static int running(ps_run *s, const ps_options *o) {
   for (;;) {
     if (s->reason == PS_ACCUMULATION && pass_limit(s, o)) continue;

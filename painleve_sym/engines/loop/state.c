@@ -24,7 +24,7 @@ static const double PS_TIE = 1e-12;
 /* tau of a state at the origin, in parts of the time in which it would come to its scale, or, where it
  * stands still, of the time left. */
 static const double PS_FROM_REST = 1e-4;
-/* Runge-Kutta starts with so many of the first steps by which guards are armed: the error decides. */
+/* Runge-Kutta starts with this multiple of the step by which guards are armed: the error decides. */
 static const double PS_START = 40;
 /* Part of a step that stands for no time at all. */
 static const double PS_AT_ONCE = 1e-14;
@@ -34,12 +34,12 @@ static const int PS_CHAIN = 64;
 enum { PS_ENTERED = 32 };
 /* Places from which a guard that starts at zero is looked at, going back to the start. */
 #define PS_SAMPLES 8
-/* Accumulation: so many intervals in a row shrink geometrically ... */
+/* Accumulation: this number of intervals in a row shrink geometrically ... */
 static const int PS_SHRINKING = 6;
 /* ... and what is left until their limit is below this part of the time integrated so far. */
 static const double PS_REMAINDER = 1e-11;
 #ifdef PS_IMPACTS
-/* Accumulations of several contacts: windows of at most so many touchdowns shrink, so many times. */
+/* Accumulations of several contacts: 6 windows in a row, of at most 8 touchdowns, shrink. */
 #define PS_TOUCHDOWNS (8 * 6 + 1)
 #endif
 /* What happens at the limit of an accumulation changes states by less than this part of their scale. */
@@ -100,7 +100,7 @@ typedef struct {
   const ps_transition *limit; /* the last one that says what follows where it accumulates, at t_limit */
   ps_watch *watch; /* NULL: nothing is watched */
   ps_history history[PS_NM][PS_NT];
-  int last_kind; /* of the last event since the run began or went on from an impact, or -1 */
+  int last_kind; /* of the last event since the run began or continued from an impact, or -1 */
 #if PS_NPART
   double entered[PS_ENTERED][PS_NZ], t_entered; /* memory chosen at one instant, and the instant */
   int choices;

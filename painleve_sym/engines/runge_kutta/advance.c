@@ -32,17 +32,17 @@ static int keep_step(ps_run *s, const ps_options *o, double h, double row[8][PS_
 /* Repeats the step so that it ends where guard j is zero, to round-off; returns its length.
  * s->k is left as a whole step needs it (k[0] at the start, k[12] at the end in y). The dense
  * output has the error of the whole step: where the repeated, shorter step shows the guard positive
- * and not coming down, there is no zero and `found` is 0. */
-static double step_to_zero(ps_run *s, int j, double h, double *y, int *found) {
+ * and not coming down, there is no zero and `is_zero` is 0. */
+static double step_to_zero(ps_run *s, int j, double h, double *y, int *is_zero) {
   double g[PS_NG], dg[PS_NG];
-  *found = 1;
+  *is_zero = 1;
   for (int it = 0; it < 60; it++) {
     step(s, s->x, h, y);
     field(s, y, s->k[12]);
     guards(s, y, g, dg);
     double dh = dg[j] < 0 ? -g[j] / dg[j] : 0;
     if (g[j] > 0 && (!(dg[j] < 0) || dh > 0.5 * h)) {
-      *found = 0;
+      *is_zero = 0;
       return h;
     }
     if (!(dh > -0.5 * h)) dh = -0.5 * h;
@@ -69,7 +69,7 @@ static double time_to_event(const ps_run *s) {
 }
 
 /* Next step size after a good step of size h (Gustafsson, ACM Trans. Math. Softw. 20 (1994)
- * 496-517): the error per size to the eighth goes on changing as it did. */
+ * 496-517): the error per size to the eighth continues to change as it did. */
 static double next_size(ps_run *s, double h, double err) {
   double grow = err > 0 ? 0.9 * pow(err, -0.125) : 6;
   if (s->h_last > 0 && err > 0) {
@@ -102,11 +102,11 @@ static void enter_end_of_step(ps_run *s, double h, const double *y, const double
 /* Ends the step just made at the event of guard j, near the part `where` of it, and takes it. */
 static void take_event(ps_run *s, const ps_options *o, int j, double where, double h, double *y,
                        double row[8][PS_NX]) {
-  int found = 1;
+  int is_zero = 1;
   ps_bits departs = 0;
   h *= where;
   if (where > PS_AT_ONCE) {
-    h = step_to_zero(s, j, h, y, &found);
+    h = step_to_zero(s, j, h, y, &is_zero);
     /* A step beyond the event can pass by chance, where its two error estimates cancel or where
      * it left the domain of the law: the part that is taken must pass as well. */
     double err = error_norm(s, o, s->x, y, h);
@@ -123,7 +123,7 @@ static void take_event(ps_run *s, const ps_options *o, int j, double where, doub
   }
   if (wants_dense(s, o)) dense_rows(s, s->x, y, h, row);
   if (!keep_step(s, o, h, row)) return;
-  if (!found) {
+  if (!is_zero) {
     double g[PS_NG], dg[PS_NG];
     guards(s, y, g, dg);
     enter_end_of_step(s, h, y, g, dg);

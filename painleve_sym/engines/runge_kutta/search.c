@@ -1,6 +1,6 @@
 /* The search for the first event inside a Runge-Kutta step, on its dense output. */
 
-/* Answer of find_event; any number that is no guard and not -1. */
+/* Answer of find_event; any number that is neither that of a guard nor -1. */
 #define PS_RETAKE -2
 
 typedef struct {

@@ -181,16 +181,16 @@ static int polish(ps_run *s, int j, double whole, double *h, double *y) {
 static void take_event(ps_run *s, const ps_options *o, int j, double where, double h) {
   double y[PS_NX];
   ps_bits departs = 0;
-  int found = 1;
+  int fires = 1;
   const double whole = h;
   h *= where;
-  if (where > PS_AT_ONCE) found = polish(s, j, whole, &h, y) || s->missed == PS_MISSES;
-  s->missed = found ? 0 : s->missed + 1;
+  if (where > PS_AT_ONCE) fires = polish(s, j, whole, &h, y) || s->missed == PS_MISSES;
+  s->missed = fires ? 0 : s->missed + 1;
   state_at(s, h, y);
   if (!keep_step(s, o, h)) return;
   s->t += time_at(s, h);
   memcpy(s->x, y, sizeof s->x);
-  if (!found) return;
+  if (!fires) return;
   apply(s, o, j, 1, 1, &departs);
   settle(s, o, departs, 1);
   s->ready = s->left_out = 0;

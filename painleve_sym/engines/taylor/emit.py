@@ -321,7 +321,7 @@ class SeriesCode:
         else:
             lines = self._call(i, kind)
         if i in self._columns:
-            # Of a ramp what is kept is its argument, which goes on where the ramp is dead.
+            # Of a ramp what is kept is its argument, which continues where the ramp is dead.
             kept = f"{'a' if node.op == 'ramp' else 'o'}{i}"
             lines.append(f"v[0][{self._columns[i]}] = {kept};")
         if node.op in _FACTOR:

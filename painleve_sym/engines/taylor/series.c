@@ -16,7 +16,7 @@ typedef double ps_lanes __attribute__((vector_size(8 * PS_LANES)));
 typedef long long ps_mask __attribute__((vector_size(8 * PS_LANES)));
 typedef unsigned long long ps_lane_bits __attribute__((vector_size(8 * PS_LANES)));
 
-#define PS_EACH_LANE(what) for (int l = 0; l < PS_LANES; l++) what;
+#define PS_EACH_LANE(statement) for (int l = 0; l < PS_LANES; l++) statement;
 #define PS_SPREAD(a) ((a) - (ps_lanes){0})
 #define PS_LANES_ABS(a) ((ps_lanes)((ps_mask)(a) & 0x7fffffffffffffffLL))
 #define PS_LANES_CHOOSE(test, a, b) \

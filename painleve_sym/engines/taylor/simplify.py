@@ -107,11 +107,11 @@ class _Rebuild:
             if node.op == "div" and top.op == "mul" and self._uses[node.args[0]] == 1:
                 for b in top.args:
                     by.setdefault((b, node.args[1]), []).append(i)
-        found: dict[int, int] = {}
+        shared: dict[int, int] = {}
         for (b, _), quotients in sorted(by.items(), key=lambda item: -len(item[1])):
-            free = [i for i in quotients if i not in found]
-            found |= dict.fromkeys(free, b) if len(free) > 1 else {}
-        return found
+            free = [i for i in quotients if i not in shared]
+            shared |= dict.fromkeys(free, b) if len(free) > 1 else {}
+        return shared
 
     def _product(self, m: int, n: int) -> Combination:
         new = self._new

@@ -4,9 +4,9 @@
  * the rates at the end of the step decides how long it may be. */
 static const double PS_SMALL_BASE = 1e-2;
 
-/* The zero of a base is near when it is so many of the last steps away. */
+/* The zero of a base is near when it is at most this multiple of the last step away. */
 static const double PS_NEAR = 2;
-/* ... and taken to be a little farther: a series cannot go on beyond it. */
+/* ... and taken to be a little farther: a series cannot continue beyond it. */
 static const double PS_MARGIN = 1.02;
 /* A step along the root of the time since a zero should be this part of that time; else the zero is
  * no longer what limits it. */
@@ -179,7 +179,7 @@ static int begin_step(ps_run *s, const ps_options *o) {
 }
 
 /* How far the series are good, in units; `h` is what their last terms say. Where a base vanishes
- * they are made anew. */
+ * they are made again. */
 static double good_for(ps_run *s, const ps_options *o, double h) {
   const ps_series *m = &PS_SERIES[s->mode];
   const double moment = PS_MOMENT * fabs(s->t) / s->unit;

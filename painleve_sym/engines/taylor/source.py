@@ -55,16 +55,16 @@ def tapes(functions: AutomatonFunctions) -> list[Tape]:
         Names the mode and the operation.
     """
     x, z, c = functions.x, functions.z, functions.c
-    found = []
+    tapes_of_modes = []
     for mode, f in zip(functions.automaton.modes, functions.modes, strict=True):
         expressions = ca.vertcat(f.field(x, z, c), f.guards(x, z, c)[0])
         try:
-            found.append(simplify(build(expressions, x, z, c, x.numel())))
+            tapes_of_modes.append(simplify(build(expressions, x, z, c, x.numel())))
         except NoRecurrence as error:
             raise NoRecurrence(
                 f"mode {mode.name!r} uses {error} of a state, which has no Taylor series"
             ) from error
-    return found
+    return tapes_of_modes
 
 
 def source(functions: AutomatonFunctions) -> str:
@@ -90,8 +90,8 @@ def source(functions: AutomatonFunctions) -> str:
 def _series(codes: list[SeriesCode]) -> dict[str, str]:
     """Return the functions of every mode by name; modes of the same motion share theirs."""
     texts = [t for c in codes for t in (c.text, c.guards_text, c.lanes_text)]
-    found = {m[1]: m[0] for text in texts for m in _FUNCTION.finditer(text)}
-    return {name: text.replace("static", "PS_SHARED", 1) for name, text in found.items()}
+    functions = {m[1]: m[0] for text in texts for m in _FUNCTION.finditer(text)}
+    return {name: text.replace("static", "PS_SHARED", 1) for name, text in functions.items()}
 
 
 def _first_of_equals(texts: Mapping[str, str]) -> dict[str, str]:

@@ -105,14 +105,14 @@ class Tape:
 
     def reachable(self) -> list[int]:
         """Return the states and every node that rates and guards need, in order."""
-        found = set(range(len(self.rates)))
+        reached = set(range(len(self.rates)))
         front = [n for c in (*self.rates, *self.guards) for n, _ in c.terms]
         while front:
             n = front.pop()
-            if n not in found:
-                found.add(n)
+            if n not in reached:
+                reached.add(n)
                 front += [*self.nodes[n].operands, self.pair(n)]
-        return sorted(found)
+        return sorted(reached)
 
     def pair(self, i: int) -> int:
         """Return the partner of a node, itself where it has none."""

@@ -81,7 +81,7 @@ typedef struct {
   ${name}_event *events; /* in the order in which they happened */
   long step_count;       /* 0 unless options.keep_steps */
   double *steps;         /* for ${name}_at, */
-  long step_width;       /* so many numbers for each */
+  long step_width;       /* numbers of each step */
 } ${name}_run;
 
 /* Completes a state: coordinates and velocities (the first $motion_count entries of x) are read, every
@@ -89,7 +89,7 @@ typedef struct {
 void ${name}_complete_state(const double *p, double *x);
 
 $press/* Writes the absolute tolerances that the package uses for a run from the state x: scaled to the
- * contact and to the energy at hand. */
+ * contact and to the available energy. */
 void ${name}_tolerances(const double *p, const double *x, double rtol, double *atol);
 
 /* Writes the options that the package uses for a run from the state x: those tolerances, at most

@@ -23,15 +23,15 @@ $functions
 /* Coordinates and as many velocities; the mechanism's own parameters, which come first. */
 enum { COORDINATES = $coordinates, OWN_PARAMETERS = $own_parameters };
 /* Results of the generated function for each contact; mass_i is the diagonal of the mass matrix. */
-enum { $found };
+enum { $number_names };
 /* Contacts, and the states of each: gap, gap rate, slip velocity. */
 enum { CONTACTS = $contact_count };
 static const int CONTACT_STATES[CONTACTS][3] = {$contact_states};
 
-static void contact_numbers(const double *p, const double *x, double *found) {
+static void contact_numbers(const double *p, const double *x, double *numbers) {
   double v[$motion + OWN_PARAMETERS], w[$work];
   const double *arg[1] = {v};
-  double *res[1] = {found};
+  double *res[1] = {numbers};
   casadi_int iw[8];
   memcpy(v, x, $span * sizeof(double));
   memcpy(v + $motion, p, OWN_PARAMETERS * sizeof(double));
@@ -39,18 +39,19 @@ static void contact_numbers(const double *p, const double *x, double *found) {
 }
 
 /* The length by which coordinates and gap are measured. */
-static double characteristic_length(const double *found) {
-  double pull = fabs(found[FOUND_b_n]);
-  double height = 2 * found[FOUND_kinetic_energy] * found[FOUND_W_nn];
-  if (found[FOUND_length] > 0) return found[FOUND_length];
+static double characteristic_length(const double *numbers) {
+  double pull = fabs(numbers[NUMBER_b_n]);
+  double height = 2 * numbers[NUMBER_kinetic_energy] * numbers[NUMBER_W_nn];
+  if (numbers[NUMBER_length] > 0) return numbers[NUMBER_length];
   return pull > 0 && height > 0 ? height / pull : 1.0;
 }
 
 /* What the free contact forces would give to a motion over a length. */
-static double gained_energy(const double *found, double length) {
-  double normal = fabs(found[FOUND_b_n]) / found[FOUND_W_nn] * length;
+static double gained_energy(const double *numbers, double length) {
+  double normal = fabs(numbers[NUMBER_b_n]) / numbers[NUMBER_W_nn] * length;
   double tangential = 0.0;
-  if (found[FOUND_W_tt] > 0) tangential = fabs(found[FOUND_b_t]) / found[FOUND_W_tt] * length;
+  if (numbers[NUMBER_W_tt] > 0)
+    tangential = fabs(numbers[NUMBER_b_t]) / numbers[NUMBER_W_tt] * length;
   if (!(normal > tangential)) normal = tangential;
   return normal > 0 ? normal : 1.0;
 }
@@ -68,13 +69,13 @@ static void loading_curves(const double *p, double *curves) {
 }
 
 /* Scales of gap and gap rate of one contact, and its energy: of a compliant one the compression
- * under the free normal force, that over the time of a contact, and the energy at hand. */
-static void own_scales(const double *curve, const double *found, double x_gap, double *gap,
+ * under the free normal force, that over the time of a contact, and the available energy. */
+static void own_scales(const double *curve, const double *numbers, double x_gap, double *gap,
                        double *rate, double *energy) {
-  const double k = curve[0], n = curve[1], kinetic = found[FOUND_kinetic_energy];
-  const double W_nn = found[FOUND_W_nn], b_n = fabs(found[FOUND_b_n]), force = b_n / W_nn;
-  double depth = -x_gap > 0 ? -x_gap : 0.0, length = characteristic_length(found), delta, stored;
-  double gained = gained_energy(found, length);
+  const double k = curve[0], n = curve[1], kinetic = numbers[NUMBER_kinetic_energy];
+  const double W_nn = numbers[NUMBER_W_nn], b_n = fabs(numbers[NUMBER_b_n]), force = b_n / W_nn;
+  double depth = -x_gap > 0 ? -x_gap : 0.0, length = characteristic_length(numbers), delta, stored;
+  double gained = gained_energy(numbers, length);
   if (n == 0) {
     *gap = length;
     *energy = kinetic > $at_rest * gained ? kinetic : gained; /* below: a motion from rest */
@@ -84,7 +85,7 @@ static void own_scales(const double *curve, const double *found, double x_gap, d
   stored = k * pow(depth, n + 1) / (n + 1);
   if (force > 0)
     delta = pow(force / k, 1 / n);
-  else /* nothing presses: a hundredth of what the energy at hand can compress */
+  else /* nothing presses: a hundredth of what the available energy can compress */
     delta = 0.01 * pow((n + 1) * (kinetic + stored) / k, 1 / (n + 1));
   *energy = kinetic + stored + force * delta;
   if (*energy == 0) { /* nothing moves and nothing pushes */
@@ -98,45 +99,46 @@ static void own_scales(const double *curve, const double *found, double x_gap, d
 /* Scales of gap and gap rate of each contact, of several all with the largest energy of any. Where
  * hardly anything presses one of them, it is hit yet by what presses the others: its free
  * acceleration counts as a hundredth of theirs at least. */
-static void scales(const double *p, const double *x, const double *found, double *gap,
+static void scales(const double *p, const double *x, const double *numbers, double *gap,
                    double *rate, double *energy) {
-  double curves[2 * CONTACTS], pressed[CONTACTS * FOUND], least = 0, own, largest = 0;
+  double curves[2 * CONTACTS], pressed[CONTACTS * NUMBERS], least = 0, own, largest = 0;
   loading_curves(p, curves);
   if (CONTACTS == 1) {
-    own_scales(curves, found, x[CONTACT_STATES[0][0]], gap, rate, energy);
+    own_scales(curves, numbers, x[CONTACT_STATES[0][0]], gap, rate, energy);
     return;
   }
-  memcpy(pressed, found, sizeof pressed);
-  for (int i = 0; i < CONTACTS; i++) least = fmax(least, fabs(found[i * FOUND + FOUND_b_n]));
+  memcpy(pressed, numbers, sizeof pressed);
+  for (int i = 0; i < CONTACTS; i++) least = fmax(least, fabs(numbers[i * NUMBERS + NUMBER_b_n]));
   least = 0.01 * least;
   for (int i = 0; i < CONTACTS; i++) {
-    double *f = pressed + i * FOUND, x_gap = x[CONTACT_STATES[i][0]];
-    f[FOUND_b_n] = fmax(fabs(f[FOUND_b_n]), least);
+    double *f = pressed + i * NUMBERS, x_gap = x[CONTACT_STATES[i][0]];
+    f[NUMBER_b_n] = fmax(fabs(f[NUMBER_b_n]), least);
     own_scales(curves + 2 * i, f, x_gap, &gap[i], &rate[i], &own);
-    if (f[FOUND_kinetic_energy] > 0 || f[FOUND_b_n] != 0 || x_gap < 0) largest = fmax(largest, own);
+    if (f[NUMBER_kinetic_energy] > 0 || f[NUMBER_b_n] != 0 || x_gap < 0)
+      largest = fmax(largest, own);
   }
   *energy = largest > 0 ? largest : 1.0;
   for (int i = 0; i < CONTACTS; i++) {
-    pressed[i * FOUND + FOUND_kinetic_energy] = *energy;
-    own_scales(curves + 2 * i, pressed + i * FOUND, x[CONTACT_STATES[i][0]], &gap[i], &rate[i],
+    pressed[i * NUMBERS + NUMBER_kinetic_energy] = *energy;
+    own_scales(curves + 2 * i, pressed + i * NUMBERS, x[CONTACT_STATES[i][0]], &gap[i], &rate[i],
                &own);
   }
 }
 $press
 void ${name}_tolerances(const double *p, const double *x, double rtol, double *atol) {
   static const unsigned char in_metres[COORDINATES] = {$in_metres};
-  double found[CONTACTS * FOUND], gap[CONTACTS], rate[CONTACTS], energy, length;
-  contact_numbers(p, x, found);
-  scales(p, x, found, gap, rate, &energy);
-  length = characteristic_length(found);
+  double numbers[CONTACTS * NUMBERS], gap[CONTACTS], rate[CONTACTS], energy, length;
+  contact_numbers(p, x, numbers);
+  scales(p, x, numbers, gap, rate, &energy);
+  length = characteristic_length(numbers);
   for (int i = 0; i < ${NAME}_STATES; i++) atol[i] = HUGE_VAL;
   for (int i = 0; i < COORDINATES; i++) {
     atol[i] = in_metres[i] ? length : 1.0;
-    atol[COORDINATES + i] = sqrt(2 * energy / found[FOUND_mass_0 + i]);
+    atol[COORDINATES + i] = sqrt(2 * energy / numbers[NUMBER_mass_0 + i]);
   }
 $clock  for (int i = 0; i < CONTACTS; i++) {
-    const double *f = found + i * FOUND, slip = sqrt(2 * energy * f[FOUND_W_tt]);
-    atol[CONTACT_STATES[i][2]] = slip != 0 ? slip : sqrt(2 * energy * f[FOUND_W_nn]);
+    const double *f = numbers + i * NUMBERS, slip = sqrt(2 * energy * f[NUMBER_W_tt]);
+    atol[CONTACT_STATES[i][2]] = slip != 0 ? slip : sqrt(2 * energy * f[NUMBER_W_nn]);
     atol[CONTACT_STATES[i][0]] = gap[i];
     atol[CONTACT_STATES[i][1]] = rate[i];
   }

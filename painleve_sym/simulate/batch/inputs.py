@@ -119,15 +119,15 @@ class ManyInputs:
         return domain_margins(mechanism) if mechanism.domain else None
 
 
-def _numbers(what: str, given: ArrayLike) -> tuple[Array, str | None]:
+def _numbers(name: str, given: ArrayLike) -> tuple[Array, str | None]:
     try:
         values = np.asarray(given, dtype=np.float64)
     except (TypeError, ValueError):
-        return np.zeros(()), f"{what}: got {given!r}, need numbers."
+        return np.zeros(()), f"{name}: got {given!r}, need numbers."
     if not values.size:
-        return np.zeros(()), f"{what}: got no numbers, need at least one."
+        return np.zeros(()), f"{name}: got no numbers, need at least one."
     if not np.isfinite(values).all():
         place = np.unravel_index(np.argmin(np.isfinite(values)), values.shape)
         at = f" at {list(map(int, place))}" if place else ""
-        return np.zeros(()), f"{what}: got {float(values[place])!r}{at}, need finite numbers."
+        return np.zeros(()), f"{name}: got {float(values[place])!r}{at}, need finite numbers."
     return values, None

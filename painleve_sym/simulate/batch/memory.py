@@ -6,7 +6,7 @@ import os
 from dataclasses import fields
 from pathlib import Path
 
-from painleve_sym.engines.batch import BatchRows, BatchWish
+from painleve_sym.engines.batch import BatchOutputs, BatchRows
 from painleve_sym.errors import InputError
 from painleve_sym.simulate.simulator import Simulator
 
@@ -22,17 +22,17 @@ def available_memory() -> int:
     return os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
 
 
-def row_bytes(simulator: Simulator, wish: BatchWish) -> int:
+def row_bytes(simulator: Simulator, kept: BatchOutputs) -> int:
     """Return the bytes that a batch keeps of one motion."""
-    row = BatchRows.empty(1, simulator.outline, wish)
+    row = BatchRows.empty(1, simulator.outline, kept)
     return sum(int(getattr(row, f.name).nbytes) for f in fields(row))
 
 
-def check_memory(where: str, what: str, need: int, fix: str) -> None:
-    """Raise InputError where there is no memory for `what`, which needs so many bytes."""
+def check_memory(where: str, subject: str, need: int, fix: str) -> None:
+    """Raise InputError where there is no memory for `subject`, which needs `need` bytes."""
     have = available_memory()
     if need > have:
         raise InputError(
-            f"{where}: {what} need {need / 1e9:.3g} GB of memory, there are "
+            f"{where}: {subject} need {need / 1e9:.3g} GB of memory, there are "
             f"{have / 1e9:.3g} GB. Fix: {fix}."
         )

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from painleve_sym.arrays import Array
-from painleve_sym.engines.batch import COUNTERS, BatchRows, BatchWish
+from painleve_sym.engines.batch import COUNTERS, BatchOutputs, BatchRows
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.hybrid.signature import mode_name
@@ -46,7 +46,7 @@ class ManyResult:
         N.
     options : RunOptions
         What all rows shared.
-    wish : BatchWish
+    kept : BatchOutputs
     rows : BatchRows
         All that was kept, one row per motion, in C order of `shape`.
     """
@@ -56,7 +56,7 @@ class ManyResult:
     inputs: dict[str, Array]
     initial_force: Array | None
     options: RunOptions
-    wish: BatchWish
+    kept: BatchOutputs
     rows: BatchRows
 
     @property
@@ -67,24 +67,24 @@ class ManyResult:
     @cached_property
     def _names(self) -> dict[str, Any]:
         """Name → array of n rows, not yet in the shape of the inputs; texts are made on demand."""
-        rows, wish = self.rows, self.wish
-        found: dict[str, Any] = {"time": rows.time}
-        found |= {s.name: rows.state[:, i] for i, s in enumerate(self.simulator.outline.states)}
-        found |= {s.name: rows.memory[:, i] for i, s in enumerate(self.simulator.outline.memory)}
+        rows, kept = self.rows, self.kept
+        arrays: dict[str, Any] = {"time": rows.time}
+        arrays |= {s.name: rows.state[:, i] for i, s in enumerate(self.simulator.outline.states)}
+        arrays |= {s.name: rows.memory[:, i] for i, s in enumerate(self.simulator.outline.memory)}
         for k, kind in enumerate(self.kinds):
-            if wish.events:
-                found[f"time_of_{kind}"] = rows.event_times[:, k, 0]
-                found[f"times_of_{kind}"] = rows.event_times[:, k]
-            found[f"count_of_{kind}"] = rows.event_counts[:, k]
-        if wish.events:
-            found["event_times"] = rows.event_times
-        found["event_counts"] = rows.event_counts
-        extremes = [*(f"max_{n}" for n in wish.maxima), *(f"min_{n}" for n in wish.minima)]
+            if kept.events:
+                arrays[f"time_of_{kind}"] = rows.event_times[:, k, 0]
+                arrays[f"times_of_{kind}"] = rows.event_times[:, k]
+            arrays[f"count_of_{kind}"] = rows.event_counts[:, k]
+        if kept.events:
+            arrays["event_times"] = rows.event_times
+        arrays["event_counts"] = rows.event_counts
+        extremes = [*(f"max_{n}" for n in kept.maxima), *(f"min_{n}" for n in kept.minima)]
         for k, name in enumerate(extremes):
-            found |= {name: rows.extremes[:, k, 0], f"{name}_time": rows.extremes[:, k, 1]}
-        found |= {f"integral_{n}": rows.integrals[:, k] for k, n in enumerate(wish.integrals)}
+            arrays |= {name: rows.extremes[:, k, 0], f"{name}_time": rows.extremes[:, k, 1]}
+        arrays |= {f"integral_{n}": rows.integrals[:, k] for k, n in enumerate(kept.integrals)}
         counters = COUNTERS
-        return found | {name: rows.counters[:, k] for k, name in enumerate(counters)}
+        return arrays | {name: rows.counters[:, k] for k, name in enumerate(counters)}
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -106,20 +106,20 @@ class ManyResult:
             return np.asarray(modes.reshape(self.shape))
         if name not in self._names:
             raise InputError("batch result: " + unknown_name("quantity", name, self.names))
-        found = self._names[name]
-        return np.asarray(found.reshape(self.shape + found.shape[1:]))
+        array = self._names[name]
+        return np.asarray(array.reshape(self.shape + array.shape[1:]))
 
     def event_times(self, kind: str) -> Array:
         """Return the kept times of one kind of event, shape (*shape, events), nan where none; s."""
         if kind not in self.kinds:
             raise InputError("batch result: " + unknown_name("event", kind, self.kinds))
         times = self.rows.event_times[:, self.kinds.index(kind)]
-        return np.asarray(times.reshape(*self.shape, self.wish.events))
+        return np.asarray(times.reshape(*self.shape, self.kept.events))
 
     def counts(self) -> dict[str, int]:
         """Return how many motions ended for each stop reason that occurred."""
-        found = np.bincount(self.rows.reason, minlength=len(ROW_REASONS))
-        return {r.label: int(n) for r, n in zip(ROW_REASONS, found, strict=True) if n}
+        numbers = np.bincount(self.rows.reason, minlength=len(ROW_REASONS))
+        return {r.label: int(n) for r, n in zip(ROW_REASONS, numbers, strict=True) if n}
 
     def trajectory(self, *index: int) -> Trajectory:
         """Return the whole motion of one row, run again: the same bits, with every step.
@@ -176,7 +176,7 @@ class ManyResult:
         used = {d for name in names for d in event_dims(name)}
         labels = {
             "event": ("event", np.array(self.kinds)),
-            "occurrence": ("occurrence", np.arange(1, self.wish.events + 1)),
+            "occurrence": ("occurrence", np.arange(1, self.kept.events + 1)),
         }
         where = {"mechanism": self.simulator.mechanism.name, "law": self.simulator.label}
         return xarray.Dataset(
@@ -206,7 +206,7 @@ def run_row(
     parameters = {n: v for n, v in row.items() if n not in states}
     limits = {n: getattr(o, n) for n in ("first_step", "max_step", "max_steps", "max_events")}
     run: Any = getattr(simulator, "run")  # noqa: B009 - each simulator has one, of its own type
-    found: Trajectory = run(
+    trajectory: Trajectory = run(
         states,
         parameters=parameters,
         t_end=o.t_end,
@@ -216,4 +216,4 @@ def run_row(
         **limits,
         **more,
     )
-    return found
+    return trajectory

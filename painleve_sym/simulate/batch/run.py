@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from painleve_sym.arrays import Array
 from painleve_sym.contacts.rigid import RigidContact
-from painleve_sym.engines.batch import COUNTERS, BatchRows, BatchWish
+from painleve_sym.engines.batch import COUNTERS, BatchOutputs, BatchRows
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.errors import InputError
@@ -92,25 +92,25 @@ def simulate_many(
         Unknown names, shapes that do not fit, numbers that are not finite or out of range, more
         rows than memory holds: before anything runs.
     """
-    wish = BatchWish(events, tuple(maxima), tuple(minima), tuple(integrals))
+    kept = BatchOutputs(events, tuple(maxima), tuple(minima), tuple(integrals))
     rows = ManyInputs.of(simulator, states, parameters or {}, initial_force)
     shared = _shared_options(simulator, t_end, until, rtol, limits)
-    _check_outputs(simulator, wish)
-    need = rows.count * row_bytes(simulator, wish)
+    _check_outputs(simulator, kept)
+    need = rows.count * row_bytes(simulator, kept)
     fix = "fewer rows at a time, or fewer event times"
     check_memory(f"batch of {simulator.where}", f"{rows.count:,} rows", need, fix)
     if _is_batched(simulator):
-        found = _in_threads(simulator, rows, shared, wish, _thread_count(threads))
+        ends = _in_threads(simulator, rows, shared, kept, _thread_count(threads))
     else:
-        found = _one_by_one(simulator, rows, shared, wish)
+        ends = _one_by_one(simulator, rows, shared, kept)
     return ManyResult(
         simulator=simulator,
         shape=rows.shape,
         inputs=rows.inputs,
         initial_force=rows.force,
         options=shared,
-        wish=wish,
-        rows=found,
+        kept=kept,
+        rows=ends,
     )
 
 
@@ -126,11 +126,11 @@ def _is_batched(simulator: Simulator) -> bool:
     return isinstance(simulator.integrator, CompiledEngine)
 
 
-def _check_outputs(simulator: Simulator, wish: BatchWish) -> None:
-    wish.indices(simulator.outline.output_names)
-    if wish.watched and not _is_batched(simulator):
+def _check_outputs(simulator: Simulator, kept: BatchOutputs) -> None:
+    kept.indices(simulator.outline.output_names)
+    if kept.watched and not _is_batched(simulator):
         raise InputError(
-            f"{simulator.where}: {wish.watched[0]}: extremes and integrals need the compiled "
+            f"{simulator.where}: {kept.watched[0]}: extremes and integrals need the compiled "
             "engine. Fix: leave them out, or take them from single runs."
         )
 
@@ -151,10 +151,10 @@ def _shared_options(
 
 
 def _one_by_one(
-    simulator: Simulator, rows: ManyInputs, o: RunOptions, wish: BatchWish
+    simulator: Simulator, rows: ManyInputs, o: RunOptions, kept: BatchOutputs
 ) -> BatchRows:
     """Return the ends of single runs in Python, where no compiled batch serves the engine."""
-    ends = BatchRows.empty(rows.count, simulator.outline, wish)
+    ends = BatchRows.empty(rows.count, simulator.outline, kept)
     for first, stop in _spans(rows.count, 1):
         block = starts_of(simulator, rows, first, stop)
         for i, refusal in enumerate(block.refusal.tolist(), first):
@@ -166,7 +166,7 @@ def _one_by_one(
             if rows.force is not None:
                 more["initial_force"] = float(rows.part(rows.force, i, i + 1)[0])
             run = run_row(simulator, simulator.mechanism, rows.row(i), o, "events", **more)
-            _fill(end, run, simulator.outline.kinds, wish.events)
+            _fill(end, run, simulator.outline.kinds, kept.events)
     return ends
 
 
@@ -183,11 +183,11 @@ def _fill(row: BatchRows, run: Trajectory, kinds: tuple[str, ...], events: int) 
 
 
 def _in_threads(
-    simulator: Simulator, rows: ManyInputs, o: RunOptions, wish: BatchWish, threads: int
+    simulator: Simulator, rows: ManyInputs, o: RunOptions, kept: BatchOutputs, threads: int
 ) -> BatchRows:
     engine = simulator.integrator
     assert isinstance(engine, CompiledEngine)
-    found = BatchRows.empty(rows.count, simulator.outline, wish)
+    ends = BatchRows.empty(rows.count, simulator.outline, kept)
     preparing = threading.Lock()
 
     def work(span: tuple[int, int]) -> None:
@@ -195,18 +195,18 @@ def _in_threads(
         # Python's share: threads in turn, so that they do not fight over its one lock.
         with preparing:
             block = starts_of(simulator, rows, start, stop)
-        _integrate(simulator, engine, block, o, wish, found.part(slice(start, stop)))
+        _integrate(simulator, engine, block, o, kept, ends.part(slice(start, stop)))
 
     spans = list(_spans(rows.count, threads))
     if min(threads, len(spans)) == 1:
         for span in spans:
             work(span)
-        return found
+        return ends
     with ThreadPoolExecutor(threads) as pool:
         # The first block that fails is the one that is heard of; no others begin after it.
         for _ in pool.map(work, spans):
             pass
-    return found
+    return ends
 
 
 def _spans(count: int, threads: int) -> Iterator[tuple[int, int]]:
@@ -230,7 +230,7 @@ def _integrate(
     engine: CompiledEngine,
     block: Starts,
     o: RunOptions,
-    wish: BatchWish,
+    kept: BatchOutputs,
     rows: BatchRows,
 ) -> None:
     """Fill the rows: those that cannot run at once, the others by the engine."""
@@ -238,12 +238,12 @@ def _integrate(
     if not runs.all():
         rows.fill_unmoved(~runs, block.states, block.refusal[~runs])
         if runs.any():
-            part = BatchRows.empty(int(runs.sum()), simulator.outline, wish)
-            _integrate(simulator, engine, block.chosen(runs), o, wish, part)
+            part = BatchRows.empty(int(runs.sum()), simulator.outline, kept)
+            _integrate(simulator, engine, block.chosen(runs), o, kept, part)
             rows.put(runs, part)
         return
     atol, t_end = o.rtol * block.scales, np.full(len(block.states), o.t_end)
-    engine.run_batch(block.states, block.parameters, t_end, atol, o, wish, rows)
+    engine.run_batch(block.states, block.parameters, t_end, atol, o, kept, rows)
     if isinstance(simulator.contact, RigidContact):
         _name_jams(simulator, simulator.contact, block.parameters, rows)
 

@@ -88,15 +88,15 @@ def _invalid(
     force: Array | None,
 ) -> Any:
     """Return which states the contact law does not admit, shape (n,)."""
-    found = np.zeros(len(states), bool)
+    invalid = np.zeros(len(states), bool)
     names = simulator.outline.states
     for i, (row, own) in enumerate(zip(simulator.contact.rows, numbers, strict=True)):
         gap, rate = (states[:, names.index(s)] for s in (row.gap, row.gap_rate))
         if simulator.is_compliant(i):
-            found |= False if force is None else gap != 0
+            invalid |= False if force is None else gap != 0
         elif row.contact.bilateral:
             near, slow = contact_tolerances(own)
-            found |= ~((np.abs(gap) <= near) & (np.abs(rate) <= slow))
+            invalid |= ~((np.abs(gap) <= near) & (np.abs(rate) <= slow))
         else:
-            found |= gap < 0
-    return found
+            invalid |= gap < 0
+    return invalid

@@ -64,7 +64,7 @@ def differentiated(
     _notify(result)
     if result.trajectory.stop_reason is not StopReason.NON_FINITE:
         return result
-    # Only the derivatives ended there: the motion itself goes on.
+    # Only the derivatives ended there: the motion itself continues.
     given: dict[str, Any] = {"parameters": parameters, "record": record, **options}
     if initial_force is not None:
         given[INITIAL_FORCE] = initial_force
@@ -91,9 +91,9 @@ def _notify(result: SensitiveTrajectory) -> None:
     if singular is None:
         text = f"not finite from t = {result.valid_until:g} s on; nan from there on"
     else:
-        what = "is met tangentially" if singular.note == "grazing" else "has no finite derivative"
+        fault = "is met tangentially" if singular.note == "grazing" else "has no finite derivative"
         text = (
-            f"event {str(singular.event.kind)!r} at t = {singular.event.time:g} s {what} "
+            f"event {str(singular.event.kind)!r} at t = {singular.event.time:g} s {fault} "
             f"(condition {singular.condition:.1e}); nan from there on"
         )
     fix = "Fix: end before it, or move the start or the parameters."
@@ -141,13 +141,13 @@ class _Differentiated:
     def _start_expressions(self) -> dict[Any, Any]:
         """Dependent start values, written in states and parameters only."""
         automaton = self.simulator.automaton
-        found = {}
+        expressions = {}
         for s, e in self.simulator.start_expressions(self.initial_force is not None).items():
             expr = sympify(e)
             for symbol, definition in reversed(list(automaton.definitions.items())):
                 expr = expr.xreplace({symbol: definition})
-            found[s] = expr
-        return found
+            expressions[s] = expr
+        return expressions
 
     def start_jacobian(self) -> tuple[Array, Any]:
         """Return d(start)/dw, shape (nx, k), and which entries can be different from zero."""
@@ -346,13 +346,13 @@ def _judged(
     marked: list[_Marked], directions: Array, scale: Array, rtol: float
 ) -> tuple[EventSensitivity, ...]:
     """Return the events with what is singular about them named."""
-    found: list[EventSensitivity] = []
+    judged: list[EventSensitivity] = []
     lost = False
     for m in marked:
         condition, note = _verdict(m, directions, rtol)
         lost |= note in ("grazing", "singular")
         sized = m.jacobian * directions / scale[:, None]
-        found.append(
+        judged.append(
             EventSensitivity(
                 event=m.record,
                 time_gradient=np.full_like(m.time_gradient, np.nan) if lost else m.time_gradient,
@@ -362,7 +362,7 @@ def _judged(
                 note=note,
             )
         )
-    return tuple(found)
+    return tuple(judged)
 
 
 def _verdict(m: _Marked, directions: Array, rtol: float) -> tuple[float, str]:

@@ -30,36 +30,36 @@ def _read(problem: ContactProblem, solution: LCPSolution) -> Impulse:
 
 def first_solution(problem: ContactProblem) -> Answer:
     """Enumerate and take the solution whose complementary cone is tried first."""
-    found = [_read(problem, solution) for solution in solve_all(problem.lcp())]
+    impulses = [_read(problem, solution) for solution in solve_all(problem.lcp())]
     # One set of forces may be found in several cones, which differ in how v_t is divided.
-    return len(dict.fromkeys(found)), found[0] if found else None
+    return len(dict.fromkeys(impulses)), impulses[0] if impulses else None
 
 
 def least_impulse(problem: ContactProblem) -> Answer:
     """Enumerate and take the solution with the least normal impulse."""
-    found = problem.solutions()
-    return len(found), _impulse(found[0]) if found else None
+    solutions = problem.solutions()
+    return len(solutions), _impulse(solutions[0]) if solutions else None
 
 
 def largest_impulse(problem: ContactProblem) -> Answer:
     """Enumerate and take the solution with the largest normal impulse."""
-    found = problem.solutions()
-    return len(found), _impulse(found[-1]) if found else None
+    solutions = problem.solutions()
+    return len(solutions), _impulse(solutions[-1]) if solutions else None
 
 
 def lemke(problem: ContactProblem) -> Answer:
     """Take what Lemke's pivots end at."""
-    found = solve_lemke(problem.lcp()).solution
-    return (0, None) if found is None else (1, _read(problem, found))
+    solution = solve_lemke(problem.lcp()).solution
+    return (0, None) if solution is None else (1, _read(problem, solution))
 
 
 def mpcc(problem: ContactProblem) -> Answer:
     """Take what the relaxation through IPOPT ends at, from the first start that succeeds."""
-    found = solve_mpcc(problem.lcp())
-    if found.status is not MPCCStatus.SOLVED:
+    relaxed = solve_mpcc(problem.lcp())
+    if relaxed.status is not MPCCStatus.SOLVED:
         return 0, None
-    normal = float(found.z[0])
-    return 1, (normal, float(found.z[1]) - problem.friction * normal)
+    normal = float(relaxed.z[0])
+    return 1, (normal, float(relaxed.z[1]) - problem.friction * normal)
 
 
 SOLVERS: Mapping[str, Callable[[ContactProblem], Answer]] = {

@@ -5,7 +5,7 @@ A step of length h takes the velocities u to u⁺ with the impulses Λ of the wh
     u_free = u + h M⁻¹ h(q, u)        u⁺ = u_free + M⁻¹ (J_Nᵀ Λ_n + J_Tᵀ Λ_t)
     0 <= Λ_n  ⟂  v_n⁺ + c >= 0        |Λ_t| <= μ Λ_n, against v_t⁺, at its limit where v_t⁺ ≠ 0
 
-Forces and impacts are not told apart. With impulses for forces and velocities after the step for
+Forces and impacts are not distinguished. With impulses for forces and velocities after the step for
 accelerations this is the contact problem of `ContactProblem` at v_t = 0: three complementary pairs.
 For a positive definite mobility it always has a solution, also where the accelerations have none:
 the jump of the impact without collision then takes one step and looks like any other.
@@ -48,7 +48,7 @@ _ENDS = {
 }
 """What these reasons mean in time stepping; the others mean what their advice says."""
 MAX_STEPS = 1_000_000
-"""States of so many steps still fit into memory; smaller steps drown in round-off anyway."""
+"""States of this number of steps still fit into memory; smaller steps drown in round-off anyway."""
 
 
 @dataclass(frozen=True)
@@ -306,7 +306,7 @@ class TimeStepper:
 
 
 def _times(step: float, t_end: float) -> Array:
-    """Return the ends of the steps; what is left of round-off below 1e-9 steps is no step."""
+    """Return the ends of the steps; what is left of round-off below 1e-9 steps is not a step."""
     number = max(1, math.ceil(t_end / step - 1e-9))
     return np.append(step * np.arange(number), t_end)
 
@@ -385,7 +385,7 @@ class _Stepping:
         for h in np.diff(times):
             problem, made = self.problem(states[-1], float(h))
             place, free, normal, tangential, rates, scalars = made
-            found, impulse = -1, (0.0, 0.0)
+            count, impulse = -1, (0.0, 0.0)
             if not (np.all(np.isfinite(free)) and np.all(np.isfinite(scalars))):
                 return states, impulses, counts, works, StopReason.NON_FINITE
             if np.any(scalars[4:] <= 0):
@@ -394,7 +394,7 @@ class _Stepping:
                 if solves == self.max_solves:
                     return states, impulses, counts, works, StopReason.STEP_LIMIT
                 solves += 1
-                found, answer = self.solve(problem)
+                count, answer = self.solve(problem)
                 if answer is None:
                     return states, impulses, counts, works, StopReason.NO_MODE
                 impulse = answer
@@ -403,7 +403,7 @@ class _Stepping:
             after = states[-1][2 * self.size :] + h
             states.append(np.concatenate([place + forward * u, u, after]))
             impulses.append(impulse)
-            counts.append(found)
+            counts.append(count)
             works.append(_work(impulse, rates, scalars[1:4]))
         return states, impulses, counts, works, StopReason.T_END
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from painleve_sym.checks import whole_number
 from painleve_sym.contacts.contact_numbers import contact_numbers, contact_tolerances
 from painleve_sym.contacts.local_mode import rounded_difference
-from painleve_sym.engines.batch import MAX_EVENTS_KEPT, BatchWish
+from painleve_sym.engines.batch import MAX_EVENTS_KEPT, BatchOutputs
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import parse_toml, read_text
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -176,14 +176,14 @@ class Sweep:
         }
 
     @cached_property
-    def wish(self) -> BatchWish:
+    def batch_outputs(self) -> BatchOutputs:
         """What is asked of each run besides its end."""
         names = [name.removesuffix("_time") for name in self.keep]
         watched = {
             kind: tuple(dict.fromkeys(n.removeprefix(p) for n in names if n.startswith(p)))
             for kind, p in (("maxima", "max_"), ("minima", "min_"), ("integrals", "integral_"))
         }
-        return BatchWish(self.events, **watched)
+        return BatchOutputs(self.events, **watched)
 
     # ---- checks, before anything runs ----
 
@@ -212,7 +212,7 @@ class Sweep:
                     raise InputError(f"{where}: {fault}")
         if scenario.t_end is None:
             raise InputError(f"{where}: no end time. Fix: add t_end, in s.")
-        if scenario.engine == "erk" and self.wish.watched:
+        if scenario.engine == "erk" and self.batch_outputs.watched:
             raise InputError(f"{where}: keep: extremes and integrals need the compiled engine.")
         return self
 
@@ -227,7 +227,7 @@ class Sweep:
             What `simulate_many` refuses, unknown names to keep, no memory for a chunk.
         """
         chunk = min(self.chunk, self.space.points)
-        need = 2 * chunk * row_bytes(self.simulator, self.wish)
+        need = 2 * chunk * row_bytes(self.simulator, self.batch_outputs)
         what, fix = f"chunks of {chunk:,} points", "a smaller chunk, or fewer events"
         check_memory(self.scenario.where, what, need, fix)
         with _placed(self.scenario.where):
@@ -258,7 +258,7 @@ class Sweep:
             initial_force=varied.get("initial_force", scenario.initial_force),
             rtol=scenario.rtol,
             threads=threads,
-            **vars(self.wish),
+            **vars(self.batch_outputs),
             **{n: v for n, v in limits.items() if v is not None},
         )
         return {
