@@ -192,13 +192,13 @@ def solve_all(lcp: LCP, tol: float = RESIDUAL_TOLERANCE) -> tuple[LCPSolution, .
             "Fix: call solve_lemke for one solution."
         )
     scaled, unit = equilibrate(lcp)
-    found: list[FloatArray] = []
+    points: list[FloatArray] = []
     for support in _between(np.zeros(lcp.size, bool), np.ones(lcp.size, bool)):
         face = _cone_face(scaled, support)
         point = None if face is None else cleaned(scaled, face[0], tol)
-        if point is not None and not any(_same(scaled, point, other, tol) for other in found):
-            found.append(point)
-    return tuple(solution_at(lcp, scaled, unit, point) for point in found)
+        if point is not None and not any(_same(scaled, point, other, tol) for other in points):
+            points.append(point)
+    return tuple(solution_at(lcp, scaled, unit, point) for point in points)
 
 
 def equilibrate(lcp: LCP) -> tuple[LCP, FloatArray]:

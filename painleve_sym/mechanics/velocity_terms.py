@@ -48,10 +48,10 @@ def velocity_terms(
 
 
 def _terms(expr: sp.Expr, known: dict[sp.Basic, Terms]) -> Terms:
-    found = known.get(expr)
-    if found is None:
-        found = known[expr] = _made(expr, [_terms(a, known) for a in expr.args])
-    return found
+    terms = known.get(expr)
+    if terms is None:
+        terms = known[expr] = _made(expr, [_terms(a, known) for a in expr.args])
+    return terms
 
 
 def _made(expr: sp.Expr, parts: list[Terms]) -> Terms:

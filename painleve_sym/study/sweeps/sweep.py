@@ -176,7 +176,7 @@ class Sweep:
         }
 
     @cached_property
-    def wish(self) -> BatchWish:
+    def quantities(self) -> BatchWish:
         """What is asked of each run besides its end."""
         names = [name.removesuffix("_time") for name in self.keep]
         watched = {
@@ -212,7 +212,7 @@ class Sweep:
                     raise InputError(f"{where}: {fault}")
         if scenario.t_end is None:
             raise InputError(f"{where}: no end time. Fix: add t_end, in s.")
-        if scenario.engine == "erk" and self.wish.watched:
+        if scenario.engine == "erk" and self.quantities.watched:
             raise InputError(f"{where}: keep: extremes and integrals need the compiled engine.")
         return self
 
@@ -227,9 +227,9 @@ class Sweep:
             What `simulate_many` refuses, unknown names to keep, no memory for a chunk.
         """
         chunk = min(self.chunk, self.space.points)
-        need = 2 * chunk * row_bytes(self.simulator, self.wish)
-        what, fix = f"chunks of {chunk:,} points", "a smaller chunk, or fewer events"
-        check_memory(self.scenario.where, what, need, fix)
+        need = 2 * chunk * row_bytes(self.simulator, self.quantities)
+        size, fix = f"chunks of {chunk:,} points", "a smaller chunk, or fewer events"
+        check_memory(self.scenario.where, size, need, fix)
         with _placed(self.scenario.where):
             self.compute(0, 1, threads=1)
             return self.compute(self.space.points - 1, self.space.points, threads=1)
@@ -258,7 +258,7 @@ class Sweep:
             initial_force=varied.get("initial_force", scenario.initial_force),
             rtol=scenario.rtol,
             threads=threads,
-            **vars(self.wish),
+            **vars(self.quantities),
             **{n: v for n, v in limits.items() if v is not None},
         )
         return {
