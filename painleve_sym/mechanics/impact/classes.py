@@ -170,7 +170,7 @@ def impact_course(
     Raises
     ------
     InputError
-        `slip` is no sign, or `case` is ``NO_IMPACT``.
+        `slip` is not a sign, or `case` is ``NO_IMPACT``.
 
     References
     ----------

@@ -286,7 +286,7 @@ def least_over_directions(coefficients: ContactCoefficients) -> sp.Expr:
 
         μ_P = (λ₁ + λ₂ tan²ψ)/((λ₂ − λ₁) |tanψ|),  least at tan²ψ = λ₁/λ₂.
 
-    It is a lower bound of μ_P in the configuration at hand, and its minimum over a coordinate that
+    It is a lower bound of μ_P in the given configuration, and its minimum over a coordinate that
     turns W without changing the eigenvalues. It is 0 for a W of rank one.
 
     Parameters

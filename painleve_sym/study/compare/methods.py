@@ -76,7 +76,7 @@ class Answer:
         ∫F_n dt and the impulses of impacts up to the final time; of an impact that jams, up to
         where its impulse begins to grow without end; N s.
     peak_force : float
-        N; nan where forces are not told from impulses.
+        N; nan where forces are not distinguished from impulses.
     events : tuple of (float, str)
         Time and kind; empty for time stepping, which has none.
     times : ndarray, shape (k,)
@@ -197,7 +197,7 @@ class Case:
         return AccelerationLevel(classification, solve_lemke(lcp), solve_mpcc_all(lcp, compared=2))
 
     def jumps(self) -> dict[str, JumpResult]:
-        """Return the energetic jump with e and with 0; nothing where the state is no impact."""
+        """Return the energetic jump with e and with 0; nothing where the state is not an impact."""
         if not self.closed_at_rest[0]:
             return {}
         jumps = {}

@@ -58,8 +58,8 @@ def critical_force_gradient(
     1e-13; six bisections for each name. ``sensitivities``: at the critical force F* the slip
     velocity v vanishes just when the contact separates (or, for Border.COMPRESSION, turns), so that
     ∂F*/∂w = −(∂v/∂w)/(∂v/∂F), from one motion with its derivatives through the events on the side
-    where the slip goes on. Where the motion takes another branch of the law beside the state, as at
-    ġ_N = 0, only the first derivative is continuous and the estimated error tells so.
+    where the slip continues. Where the motion takes another branch of the law beside the state, as
+    at ġ_N = 0, only the first derivative is continuous and the estimated error tells so.
 
     Parameters
     ----------
