@@ -88,9 +88,9 @@ def slip_steps() -> list[Step]:
             ),
         ),
         Step(
-            "From there on $\\int d\\delta/\\dot\\delta$ with its third term is no hypergeometric "
-            "function of one variable: the package integrates it by quadrature and says so. From "
-            "rest at $\\delta = 0$, the first term over the second is",
+            "From there on $\\int d\\delta/\\dot\\delta$ with its third term is not a "
+            "hypergeometric function of one variable: the package integrates it by quadrature and "
+            "says so. From rest at $\\delta = 0$, the first term over the second is",
             sp.Eq(Z, sp.simplify(-A * K * DELTA ** (N + 1) / (N + 1) / (-B * DELTA))),
             package=package.ratio_of_terms(),
         ),

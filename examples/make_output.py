@@ -51,16 +51,16 @@ def commands(name: str) -> dict[str, list[str]]:
     # Of several contacts these commands take one.
     alone = ["--contact", contacts[0].name] if len(contacts) > 1 else []
     hit = [*_state({**start, **approach}), *alone]
-    found = {
+    lines = {
         "derive": ["derive", case, "--format", "json"],
         "classify": ["classify", case, *state, "--json"],
         "simulate-rigid": ["simulate", case, *falling, "--law", "rigid", "--json"],
         "map": ["map", case, *axes, *held, *alone, "--json"],
     }
     if contacts[0].bilateral:
-        return {**found, "jump": ["jump", case, *hit, "--json"]}
+        return {**lines, "jump": ["jump", case, *hit, "--json"]}
     return {
-        **found,
+        **lines,
         "jump": ["jump", case, *hit, "--restitution", "0.5", "--json"],
         "simulate-softened": ["simulate", case, *falling, *alone, "--law", "hertz", "--json"],
     }
@@ -76,12 +76,12 @@ def output(arguments: list[str]) -> dict[str, Any]:
     with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(faults):
         code = main(arguments)
     shown = [word.removeprefix(f"{HERE}/") for word in arguments]
-    found: dict[str, Any] = {"command": " ".join(["painleve", *shown]), "exit_code": code}
+    report: dict[str, Any] = {"command": " ".join(["painleve", *shown]), "exit_code": code}
     if printed.getvalue():
-        found["output"] = json.loads(printed.getvalue())
+        report["output"] = json.loads(printed.getvalue())
     if faults.getvalue():
-        found["messages"] = faults.getvalue().replace(f"{HERE}/", "").splitlines()
-    return found
+        report["messages"] = faults.getvalue().replace(f"{HERE}/", "").splitlines()
+    return report
 
 
 def write(name: str, only: tuple[str, ...] = ()) -> None:

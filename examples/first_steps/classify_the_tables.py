@@ -9,7 +9,8 @@ TABLES = {1: (0.5, 1.0), 2: (0.5, 5.0), 3: (1.0, 1.0), 4: (1.0, 5.0)}
 
 rod = ps.model("rod")
 for number, (theta, theta_dot) in TABLES.items():
-    found = ps.classify(rod, {"theta": theta, "theta_dot": theta_dot, "x_A_dot": -1.0})
-    forces = [f"{s.mode.value} {s.normal_force:.3f} N" for s in found.solutions]
+    contact = ps.classify(rod, {"theta": theta, "theta_dot": theta_dot, "x_A_dot": -1.0})
+    forces = [f"{s.mode.value} {s.normal_force:.3f} N" for s in contact.solutions]
     answers = " or ".join(forces) or "no solution"
-    print(f"Table {number}: A = {found.A:8.5f}, B = {found.B:8.4f}: {found.case.value}: {answers}")
+    case = contact.case.value
+    print(f"Table {number}: A = {contact.A:8.5f}, B = {contact.B:8.4f}: {case}: {answers}")

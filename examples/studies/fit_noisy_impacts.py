@@ -45,11 +45,11 @@ def write(folder):
 
 def estimate(name, folder, state):
     data = ps.read_fit_data(folder / name, simulator.mechanism)
-    found = ps.FitProblem(simulator, data, tuple(TRUTH), state, GUESS).solve()
-    print(f"{name}: {data.count} values, {found.evaluations} evaluations")
-    for i, parameter in enumerate(found.names):
-        low, high = found.interval[i]
-        print(f"  {parameter:12s} true {TRUTH[parameter]:8.4g}  estimate {found.estimate[i]:10.5g}"
+    fit = ps.FitProblem(simulator, data, tuple(TRUTH), state, GUESS).solve()
+    print(f"{name}: {data.count} values, {fit.evaluations} evaluations")
+    for i, parameter in enumerate(fit.names):
+        low, high = fit.interval[i]
+        print(f"  {parameter:12s} true {TRUTH[parameter]:8.4g}  estimate {fit.estimate[i]:10.5g}"
               f"  95 % interval {low:.5g} to {high:.5g}")  # fmt: skip
 
 

@@ -15,15 +15,17 @@ WRT = ("mu", "e_energetic", "E", "n")
 PARAMETERS = {"E": 20.9e14}
 STATE = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
 simulator = ps.Simulator(ps.model("rod"), ps.law("bilinear-hertz", reload="virgin"))
-found = simulator.sensitivities(STATE, WRT, parameters=PARAMETERS, t_end=0.01, until="separation")
+sensitivities = simulator.sensitivities(
+    STATE, WRT, parameters=PARAMETERS, t_end=0.01, until="separation"
+)
 
 values = simulator.parameters(PARAMETERS)
 print("change per relative change of  " + "".join(f"{w:>14s}" for w in WRT))
-for event in found.events:
+for event in sensitivities.events:
     row = [event.time_gradient[k] * values[w] for k, w in enumerate(WRT)]
     print(f"  t({event.event.kind}) [s]".ljust(31) + "".join(f"{v:14.5e}" for v in row))
 for name in ("y_A_dot", "theta_dot"):
-    gradient = found.final_gradient(name)
+    gradient = sensitivities.final_gradient(name)
     row = [gradient[w] * values[w] for w in WRT]
     print(f"  {name} at separation".ljust(31) + "".join(f"{v:14.5e}" for v in row))
 

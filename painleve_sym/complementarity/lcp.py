@@ -192,13 +192,13 @@ def solve_all(lcp: LCP, tol: float = RESIDUAL_TOLERANCE) -> tuple[LCPSolution, .
             "Fix: call solve_lemke for one solution."
         )
     scaled, unit = equilibrate(lcp)
-    found: list[FloatArray] = []
+    points: list[FloatArray] = []
     for support in _between(np.zeros(lcp.size, bool), np.ones(lcp.size, bool)):
         face = _cone_face(scaled, support)
         point = None if face is None else cleaned(scaled, face[0], tol)
-        if point is not None and not any(_same(scaled, point, other, tol) for other in found):
-            found.append(point)
-    return tuple(solution_at(lcp, scaled, unit, point) for point in found)
+        if point is not None and not any(_same(scaled, point, other, tol) for other in points):
+            points.append(point)
+    return tuple(solution_at(lcp, scaled, unit, point) for point in points)
 
 
 def equilibrate(lcp: LCP) -> tuple[LCP, FloatArray]:
@@ -220,7 +220,7 @@ def equilibrate(lcp: LCP) -> tuple[LCP, FloatArray]:
 
 
 def _numbers(name: str, value: npt.ArrayLike, faults: list[str]) -> FloatArray:
-    """Return a float copy; note in `faults` what is no real, finite number."""
+    """Return a float copy; note in `faults` what is not a real, finite number."""
     try:
         array = np.array(value)
         if np.iscomplexobj(array):
@@ -266,7 +266,7 @@ def _same(lcp: LCP, a: FloatArray, b: FloatArray, tol: float) -> bool:
 
 
 def cleaned(lcp: LCP, z: FloatArray, tol: float) -> FloatArray | None:
-    """Return z with negligible entries set to zero, or None if that is no solution."""
+    """Return z with negligible entries set to zero, or None if that is not a solution."""
     negligible = shares(lcp, z)[0] <= tol
     # What a solve leaves of an exact zero may be all there is in a row; so try without it, too.
     for noise in (0.0, _NOISE * float(np.max(np.abs(z)))):

@@ -247,8 +247,8 @@ def solve_mpcc_all(
     options : MPCCOptions, optional
         The relaxation.
     compared : int, optional
-        Solutions are distinct if their first so many entries are; all when not given. The forces of
-        one contact at rest are the first two: how a_t divides into two parts does not count.
+        Solutions are distinct if their first `compared` entries are; all when not given. The forces
+        of one contact at rest are the first two: how a_t divides into two parts does not count.
 
     Returns
     -------

@@ -111,7 +111,7 @@ class Transition:
         None: a run ends where its events accumulate.
     decides : tuple of EventKind
         Where not empty, no condition tells what follows: the engine asks whoever started the run
-        (`Resolver`), who answers with events of these kinds and the mode to go on in.
+        (`Resolver`), who answers with events of these kinds and the mode to continue in.
     chooses : bool
         Whether the parts of the automaton choose their local modes after the reset: a combination
         of alternatives that satisfies the tests of the target. Where there is none, the contacts

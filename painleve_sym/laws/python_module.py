@@ -59,15 +59,15 @@ def python_module(mechanism: Mechanism, sections: Sequence[Section] | None = Non
 def _meanings(mechanism: Mechanism) -> dict[sp.Symbol, str]:
     """Return what each possible argument means, in the order arguments are given."""
     system = mechanism.system
-    found = {c.symbol: f"{c.meaning}; {c.unit}" for c in system.coordinates}
-    found |= {c.rate: f"velocity of {c.name}; {c.unit}/s" for c in system.coordinates}
-    found |= dict.fromkeys(system.clock, "time; s")
-    found |= _CONTACT
-    found |= {p.symbol: f"{p.meaning}; {p.unit}" for p in system.parameters}
+    meanings = {c.symbol: f"{c.meaning}; {c.unit}" for c in system.coordinates}
+    meanings |= {c.rate: f"velocity of {c.name}; {c.unit}/s" for c in system.coordinates}
+    meanings |= dict.fromkeys(system.clock, "time; s")
+    meanings |= _CONTACT
+    meanings |= {p.symbol: f"{p.meaning}; {p.unit}" for p in system.parameters}
     for name in ("newton", "poisson", "energetic"):
         parameter = restitution_law(name).parameter
-        found[parameter.symbol] = parameter.meaning
-    return found
+        meanings[parameter.symbol] = parameter.meaning
+    return meanings
 
 
 def _arguments(
@@ -144,11 +144,11 @@ def _phase_arguments(phase: ImpulsePhase, meanings: dict[sp.Symbol, str]) -> lis
 def _phase(phase: ImpulsePhase, meanings: dict[sp.Symbol, str], mechanism: Mechanism) -> str:
     arguments = _phase_arguments(phase, meanings)
     units = impulse_units(mechanism)
-    what = phase.name.replace("_neg", "").replace("_pos", "").replace("_", " ")
+    stage = phase.name.replace("_neg", "").replace("_pos", "").replace("_", " ")
     after = f" with {phase.meaning}" if phase.meaning else ""
     lines = _head(phase.name, arguments, "dict[str, float]")
     lines += _docstring(
-        f"Return impulses, energy and velocities after the {what} phase{after}.",
+        f"Return impulses, energy and velocities after the {stage} phase{after}.",
         arguments,
         meanings,
         [f"{name} [{unit}]" for name, unit in units.items()],

@@ -42,7 +42,7 @@ class Contact:
     Raises
     ------
     ModelError
-        Undeclared symbols, a friction that is no parameter, a gap that depends on velocities or
+        Undeclared symbols, a friction that is not a parameter, a gap that depends on velocities or
         does not change with any coordinate, a slip velocity that is not affine in the velocities.
     """
 

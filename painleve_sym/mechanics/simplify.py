@@ -203,7 +203,7 @@ def _pythagorean(expr: sp.Expr) -> tuple[sp.Expr, ...]:
 
 
 def _without_squares(expanded: sp.Expr, atom: sp.Expr, square: sp.Expr) -> sp.Expr:
-    """Put `square` for every atom² of an expanded sum; unchanged where it is no polynomial."""
+    """Put `square` for every atom² of an expanded sum; unchanged where it is not a polynomial."""
     powers = (p for p in expanded.atoms(sp.Pow) if p.base == atom and p.exp.is_Integer)
     if not any(p.exp > 1 for p in powers):
         return expanded

@@ -47,7 +47,7 @@ def name_fault(name: str) -> str | None:
 
 
 def sample_point(matrix: sp.Matrix, seed: int) -> dict[sp.Symbol, sp.Expr]:
-    """Return exact values for the symbols of a matrix, to tell zero from what is not zero.
+    """Return exact values for the symbols of a matrix, to distinguish zero from what is not zero.
 
     What vanishes at the points of two seeds vanishes identically.
     """

@@ -14,11 +14,11 @@ _DEGREE = 2
 _QUICK: dict[type[sp.Basic], Callable[..., float]] = {sp.sin: math.sin, sp.cos: math.cos}
 """What SymPy would take long for."""
 _CLEARLY = 1e-6
-"""A pivot above this part of the diagonal is no sum of rounding errors."""
+"""A pivot above this part of the diagonal is not a sum of rounding errors."""
 
 
 class _NotSeen(Exception):
-    """The formula is no such polynomial as it is written."""
+    """The formula is not such a polynomial as it is written."""
 
 
 def velocity_terms(
@@ -48,10 +48,10 @@ def velocity_terms(
 
 
 def _terms(expr: sp.Expr, known: dict[sp.Basic, Terms]) -> Terms:
-    found = known.get(expr)
-    if found is None:
-        found = known[expr] = _made(expr, [_terms(a, known) for a in expr.args])
-    return found
+    terms = known.get(expr)
+    if terms is None:
+        terms = known[expr] = _made(expr, [_terms(a, known) for a in expr.args])
+    return terms
 
 
 def _made(expr: sp.Expr, parts: list[Terms]) -> Terms:

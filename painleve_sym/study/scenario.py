@@ -32,7 +32,7 @@ from painleve_sym.simulate.trajectory import Trajectory
 DEFAULT_RULE = "energetic"
 MAX_SAMPLES = 1_000_000
 MAX_FILE = 1_000_000
-"""Bytes of a scenario file: a device that never ends must not be read for ever."""
+"""Bytes of a scenario file: a device that never ends must not be read without end."""
 MAX_COUNT = 1_000_000_000
 """Of steps and events: what still fits into memory and into the engine's integers."""
 

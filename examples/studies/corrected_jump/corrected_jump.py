@@ -49,10 +49,10 @@ for name, state, force, E in (
 ):
     values = [ps.evaluate_jump(rod, "energetic", state).velocity["y_A_dot"]]
     for configuration in ("frozen", "carried"):
-        found = ps.evaluate_corrected_jump(
+        jump = ps.evaluate_corrected_jump(
             rod, law, state, {"E": E}, initial_force=force, configuration=configuration
         )
-        values.append(found.velocity["y_A_dot"])
+        values.append(jump.velocity["y_A_dot"])
     run = simulator.run(
         state,
         t_end=1.0,

@@ -90,15 +90,25 @@ def growth(folder, finder):
     """A deviation of 1e-10 of the force, in two runs, against the closed form."""
     rows, curves = [], []
     for E in (20.9e16, 20.9e18, 20.9e20):
-        found = compare_growth(finder, TABLE_4, {"E": E})
-        rows.append([E, found.growth_rate[0], found.measured, found.predicted, found.error])
+        comparison = compare_growth(finder, TABLE_4, {"E": E})
+        rows.append(
+            [
+                E,
+                comparison.growth_rate[0],
+                comparison.measured,
+                comparison.predicted,
+                comparison.error,
+            ]
+        )
         print("E = {:8.2e}: lambda {:.5e} 1/s, grew by exp({:.5f}), closed form exp({:.5f})".format(
             *rows[-1][:4]
         ))  # fmt: skip
-        folds = found.growth_rate[0] * found.times
-        rate = np.gradient(np.log(found.deviation), found.times, edge_order=2)
+        folds = comparison.growth_rate[0] * comparison.times
+        rate = np.gradient(np.log(comparison.deviation), comparison.times, edge_order=2)
         power = round(np.log10(E / 20.9))
-        curves.append(line(rf"$20.9\times 10^{{{power}}}$ Pa", folds, rate / found.growth_rate))
+        curves.append(
+            line(rf"$20.9\times 10^{{{power}}}$ Pa", folds, rate / comparison.growth_rate)
+        )
     curves.append(line("closed form", folds, np.ones_like(folds), "reference"))
     write(folder, "growth", ["E", "lambda", "measured", "predicted", "error"], rows)
     ratio = Axis(r"measured rate / $\lambda(t)$", limits=(0.985, 1.002))
@@ -114,21 +124,21 @@ def maps(folder, finder):
     over_v = outcome_map(
         finder, TABLE_4, "y_A_dot", (-3e-3, 2e-3), points=POINTS, parameters={"E": STIFF}
     )
-    for name, found in (("E", over_E), ("y_A_dot", over_v)):
-        found.save(folder / f"critical-force-map-{name}.npz")
-        write_figure(outcome_figure(found), folder / f"critical-force-map-{name}.png")
-        print(f"map over {name}: {found.counts}")
+    for name, outcomes in (("E", over_E), ("y_A_dot", over_v)):
+        outcomes.save(folder / f"critical-force-map-{name}.npz")
+        write_figure(outcome_figure(outcomes), folder / f"critical-force-map-{name}.png")
+        print(f"map over {name}: {outcomes.counts}")
 
 
 def derivatives(folder, finder):
     """What the critical force of Table 4 depends on."""
     names = ["mu", "theta", "theta_dot", "x_A_dot", "y_A_dot", "m", "E", "e_energetic"]
-    found = critical_force_gradient(finder, TABLE_4, names, parameters={"E": STIFF})
-    for g in found.values():
+    gradient = critical_force_gradient(finder, TABLE_4, names, parameters={"E": STIFF})
+    for g in gradient.values():
         print(f"dF/d{g.name:12s} {g.value:18.9g} +- {g.error:.1e}")
     write(
         folder, "gradient", ["name", "value", "error"],
-        [[g.name, g.value, g.error] for g in found.values()],
+        [[g.name, g.value, g.error] for g in gradient.values()],
     )  # fmt: skip
 
 
@@ -136,9 +146,9 @@ def others(folder):
     """The same expansion for other mechanisms."""
     rows = []
     for name, (state, parameters) in OTHERS.items():
-        found = finder_of(name).find(state, {**parameters, "E": STIFF})
-        terms = found.sliding.expansion
-        rows.append([name, *terms, sum(terms), found.value])
+        critical = finder_of(name).find(state, {**parameters, "E": STIFF})
+        terms = critical.sliding.expansion
+        rows.append([name, *terms, sum(terms), critical.value])
         print("{}: {:.5f} {:+.5f} {:+.6f} = {:.6f} N; runs: {:.6f} N".format(*rows[-1]))
     write(folder, "others", ["mechanism", "limit", "first", "second", "sum", "computed"], rows)
 

@@ -30,17 +30,17 @@ CART = ps.model("cart-pendulum")
 
 
 @cache
-def in_numbers(law: str, what: str) -> Any:
+def in_numbers(law: str, quantity: str) -> Any:
     """Return a closed form with the cart's numbers in, but for the restitution."""
     form = chatter_ratio(restitution=restitution_law(law), slip=-1)
     values = {p.name: p.default for p in CART.system.parameters} | PUSH | STATE | {"phi_dot": 0.0}
-    expr = getattr(form, what).subs(symbols_of(CART.coefficients))
+    expr = getattr(form, quantity).subs(symbols_of(CART.coefficients))
     return expr.subs({s: values[s.name] for s in expr.free_symbols if s.name in values})
 
 
-def closed_form(law: str, e: float, what: str = "ratio") -> float:
+def closed_form(law: str, e: float, quantity: str = "ratio") -> float:
     """Return the ratio, or the restitution with ratio 1, from the closed form."""
-    expr = in_numbers(law, what)
+    expr = in_numbers(law, quantity)
     return float(expr.subs(dict.fromkeys(expr.free_symbols, e)))
 
 
@@ -60,7 +60,7 @@ def speeds(law: str, e: float, t_end: float) -> tuple[Any, Any, Any]:
 
 def study(points: int) -> dict[str, Any]:
     """Return all numbers of the study."""
-    found: dict[str, Any] = {"mechanism": CART.name, "state": STATE, "push": PUSH, "laws": {}}
+    numbers: dict[str, Any] = {"mechanism": CART.name, "state": STATE, "push": PUSH, "laws": {}}
     for law in LAWS:
         rows = []
         for e in np.linspace(0.2, 1.0, points):
@@ -69,11 +69,16 @@ def study(points: int) -> dict[str, Any]:
                 {"e": float(e), "measured": v[2] / v[1], "expected": closed_form(law, float(e))}
             )
         threshold = closed_form(law, 1.0, "restitution_threshold")
-        found["laws"][law] = {"threshold": threshold, "ratios": rows}
+        numbers["laws"][law] = {"threshold": threshold, "ratios": rows}
     times, v, run = speeds("energetic", 0.75, 0.2)
     (chatter,) = run.reverse_chatter
-    found["run"] = {"times": times, "speeds": v, "ratio": chatter.ratio, "bounces": chatter.bounces}
-    return found
+    numbers["run"] = {
+        "times": times,
+        "speeds": v,
+        "ratio": chatter.ratio,
+        "bounces": chatter.bounces,
+    }
+    return numbers
 
 
 def figure(data: dict[str, Any]) -> Figure:
@@ -110,9 +115,9 @@ def main() -> None:
     (options.out / "growth.json").write_text(json.dumps(data, indent=1) + "\n", "utf-8")
     save(figure(data), options.out / "growth")
     print("law        threshold  largest relative difference of measured and expected ratio")
-    for law, found in data["laws"].items():
-        worst = max(abs(r["measured"] / r["expected"] - 1) for r in found["ratios"])
-        print(f"{law:10s} {found['threshold']:9.6f}  {worst:.1e}")
+    for law, entry in data["laws"].items():
+        worst = max(abs(r["measured"] / r["expected"] - 1) for r in entry["ratios"])
+        print(f"{law:10s} {entry['threshold']:9.6f}  {worst:.1e}")
     run = data["run"]
     print(f"energetic, e = 0.75: {run['bounces']} bounces from 1e-8 to {run['speeds'][-1]:.3g} m/s")
 

@@ -81,7 +81,7 @@ def start(mu: float, theta_end: float, A: float, force: float) -> dict[str, floa
 
 def fates(mu: float, points: int) -> list[dict[str, Any]]:
     """Return the fate of every slip of the grid."""
-    found, end = [], singular_point(mu)["theta"]
+    slips, end = [], singular_point(mu)["theta"]
     for A in np.geomspace(*A_RANGE, points):
         for force in np.geomspace(*F_RANGE, points):
             # B = -A F needs theta_dot^2 > 0.
@@ -91,7 +91,7 @@ def fates(mu: float, points: int) -> list[dict[str, Any]]:
             run = SIMULATOR.run(state, t_end=2.0, parameters={"mu": mu}, until="liftoff")
             limit, reason = run.limit, run.stop_reason.label
             close = CLOSE.get(limit.kind.value) if limit else None
-            found.append(
+            slips.append(
                 {
                     "A": float(A),
                     "force": float(force),
@@ -100,7 +100,7 @@ def fates(mu: float, points: int) -> list[dict[str, Any]]:
                     "measured_exponent": limit.measured_exponent if limit else None,
                 }
             )
-    return found
+    return slips
 
 
 def path(mu: float, A: float, force: float) -> tuple[Any, Any]:
@@ -112,7 +112,7 @@ def path(mu: float, A: float, force: float) -> tuple[Any, Any]:
     return np.array(mobility), run.values("normal_force", times)
 
 
-def draw_fates(axes: Axes, mu: float, found: list[dict[str, Any]], point: dict[str, float]) -> None:
+def draw_fates(axes: Axes, mu: float, slips: list[dict[str, Any]], point: dict[str, float]) -> None:
     """Draw starts by fate, some slips, and the bounded force, over A and F."""
     for force in np.geomspace(0.3, 25, 9):
         mobility, forces = path(mu, A_RANGE[1], float(force))
@@ -120,7 +120,7 @@ def draw_fates(axes: Axes, mu: float, found: list[dict[str, Any]], point: dict[s
         axes.plot(mobility[keep], forces[keep], color=REFERENCE, linewidth=0.6)
     looks = {"lifts off": (PALETTE[1], "o", "none"), "jams": (PALETTE[2], "s", PALETTE[2])}
     for fate, (color, symbol, face) in looks.items():
-        dots = [f for f in found if f["fate"] == fate]
+        dots = [f for f in slips if f["fate"] == fate]
         x, y = [d["A"] for d in dots], [d["force"] for d in dots]
         style = {"color": color, "markerfacecolor": face, "markersize": 2.6, "markeredgewidth": 0.6}
         if dots:
@@ -135,15 +135,15 @@ def draw_fates(axes: Axes, mu: float, found: list[dict[str, Any]], point: dict[s
 
 def exponents(points: int) -> list[dict[str, float]]:
     """Return exponents measured in jams over friction, with the closed form."""
-    found = []
+    jams = []
     for mu in np.linspace(1.56, 3.0, points):
         point = singular_point(float(mu))
         state = start(float(mu), point["theta"], 0.02, 4 * point["bounded_force"])
         run = SIMULATOR.run(state, t_end=2.0, parameters={"mu": float(mu)}, until="liftoff")
         if run.limit is not None and run.limit.measured_exponent is not None:
             measured = run.limit.measured_exponent
-            found.append({"mu": float(mu), "exponent": measured} | point)
-    return found
+            jams.append({"mu": float(mu), "exponent": measured} | point)
+    return jams
 
 
 def figure(data: dict[str, Any]) -> Figure:

@@ -173,10 +173,10 @@ def _critical(mechanism: Mechanism) -> Section:
     except InputError:
         return Section(title, note="W_nt = 0: A > 0 for every friction, there is no paradox.")
     meaning = "critical friction: A < 0 is possible only above it"
-    found = [Formula("mu_critical", critical.value, "1", meaning, r"\mu_P")]
+    formulas = [Formula("mu_critical", critical.value, "1", meaning, r"\mu_P")]
     directions = least_over_directions(c)
     if directions.is_finite is not False:
-        found.append(
+        formulas.append(
             Formula(
                 "mu_critical_any_direction",
                 directions,
@@ -187,17 +187,17 @@ def _critical(mechanism: Mechanism) -> Section:
             )
         )
     minima = list(_minima(mechanism, critical))
-    found += [form for _, forms in minima for form in forms]
+    formulas += [form for _, forms in minima for form in forms]
     notes = [note for note, _ in minima if note]
     open_contact = ""
     try:
         closed = critical.in_contact()
-        what = "critical friction where the contact is closed: the gap fixes the configuration"
-        found.append(Formula("mu_critical_in_contact", closed, "1", what, r"\mu_P(g_N = 0)"))
+        meaning = "critical friction where the contact is closed: the gap fixes the configuration"
+        formulas.append(Formula("mu_critical_in_contact", closed, "1", meaning, r"\mu_P(g_N = 0)"))
     except InputError:
         if any(note.endswith(_NO_FORM) for note in notes):
             open_contact = mechanism.contact.name
-    return Section(title, tuple(found), note=" ".join(notes), contact=open_contact)
+    return Section(title, tuple(formulas), note=" ".join(notes), contact=open_contact)
 
 
 def _minima(
@@ -243,10 +243,10 @@ def _minimum(
 ) -> tuple[str, tuple[Formula, ...]]:
     name = coordinate.name
     left = rf"\min_{{{coordinate.latex or name}}} \mu_P"
-    key, what = f"mu_critical_min_{name}", f"smallest critical friction over {name}"
+    key, smallest = f"mu_critical_min_{name}", f"smallest critical friction over {name}"
     if lowest.equation is None:
         where = " or ".join(_at(coordinate.symbol, lowest))
-        return "", (Formula(key, lowest.value, "1", f"{what}, at {where}", left),)
+        return "", (Formula(key, lowest.value, "1", f"{smallest}, at {where}", left),)
     defaults = {p.symbol: p.default for p in mechanism.system.parameters}
     value, places = lowest.number(defaults)
     meaning = {lowest.root: f"{lowest.variable} at the minimum, a root of {key}_equation"}
@@ -260,7 +260,7 @@ def _minimum(
             key,
             lowest.value,
             "1",
-            f"{what}, with {lowest.root} = {lowest.variable} at a root of {key}_equation",
+            f"{smallest}, with {lowest.root} = {lowest.variable} at a root of {key}_equation",
             left,
             meaning,
         ),

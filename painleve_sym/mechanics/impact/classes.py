@@ -74,13 +74,13 @@ class ImpactClass(enum.Enum):
         InputError
             No impact of one contact has these rays.
         """
-        found = [c for c in CLASSES if c.rays == tuple(rays)]
-        if not found:
+        candidates = [c for c in CLASSES if c.rays == tuple(rays)]
+        if not candidates:
             raise InputError(
                 f"course of an impact: got rays {tuple(rays)!r}, need one of "
                 f"{sorted(set(_RAYS.values()) - {()})}. Fix: name slip first; at most one follows."
             )
-        return found[0] if in_compression else found[-1]
+        return candidates[0] if in_compression else candidates[-1]
 
 
 _RAYS: dict[ImpactClass, tuple[str, ...]] = {
@@ -170,7 +170,7 @@ def impact_course(
     Raises
     ------
     InputError
-        `slip` is no sign, or `case` is ``NO_IMPACT``.
+        `slip` is not a sign, or `case` is ``NO_IMPACT``.
 
     References
     ----------

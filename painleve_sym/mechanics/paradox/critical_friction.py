@@ -125,16 +125,16 @@ class CriticalFriction:
         form, variable = (None, q) if self._long else in_one_variable(ratio, q, t)
         if form is not None and variable == sp.tan(q) and self._turns(q):
             return self._by_eigenvalues(form, variable, t)
-        found = form is not None and self._by_comparison(form, variable, t)
-        if not found and not self._long and not self.value.free_symbols & set(system.q) - {q}:
-            found = self._by_equation(q)
-        if not found:
+        minimum = form is not None and self._by_comparison(form, variable, t)
+        if not minimum and not self._long and not self.value.free_symbols & set(system.q) - {q}:
+            minimum = self._by_equation(q)
+        if not minimum:
             raise InputError(
                 f"{self.where}: got {ratio}, need it to vary with {coordinate!r}, to be rational "
                 "in its sine, cosine or tangent, and its stationary values to be comparable. Fix: "
                 "evaluate `value` on a grid."
             )
-        return found
+        return minimum
 
     def in_contact(self) -> sp.Expr:
         """Return |μ_P| at the closed gap, where that fixes all of the coordinates in it.
@@ -210,7 +210,7 @@ class CriticalFriction:
     ) -> list[tuple[sp.Expr, dict[sp.Expr, sp.Expr], sp.Expr]]:
         """Return μ_P² as a rational function of x = sin q, cos q or q, and how it got there."""
         c = self.coefficients
-        found: list[tuple[sp.Expr, dict[sp.Expr, sp.Expr], sp.Expr]] = []
+        squares: list[tuple[sp.Expr, dict[sp.Expr, sp.Expr], sp.Expr]] = []
         rest = sp.sqrt(1 - x**2)
         for swap, variable in (
             ({sp.sin(q): x, sp.cos(q): rest}, sp.sin(q)),
@@ -219,8 +219,8 @@ class CriticalFriction:
         ):
             square = sp.cancel(sp.together(sp.expand((c.W_nn / c.W_nt) ** 2).subs(swap)))
             if square.has(x) and square.is_rational_function(x) and q not in square.free_symbols:
-                found.append((square, swap, variable))
-        return found
+                squares.append((square, swap, variable))
+        return squares
 
     def _by_equation(self, q: sp.Symbol) -> CriticalMinimum | None:
         """Return the minimum by the polynomial of least degree whose root it is."""
@@ -241,8 +241,8 @@ class CriticalFriction:
             root = sp.Symbol(f"{prefix}{q}", real=True)
             value = (c.W_nn / sp.Abs(c.W_nt)).subs(swap).subs(x, root)
             equation = equation.subs(x, root)
-            found = CriticalMinimum(value, variable, (), equation=equation, root=root)
-            best = (degree, found)
+            minimum = CriticalMinimum(value, variable, (), equation=equation, root=root)
+            best = (degree, minimum)
         return best[1] if best else None
 
 
@@ -286,7 +286,7 @@ def least_over_directions(coefficients: ContactCoefficients) -> sp.Expr:
 
         μ_P = (λ₁ + λ₂ tan²ψ)/((λ₂ − λ₁) |tanψ|),  least at tan²ψ = λ₁/λ₂.
 
-    It is a lower bound of μ_P in the configuration at hand, and its minimum over a coordinate that
+    It is a lower bound of μ_P in the given configuration, and its minimum over a coordinate that
     turns W without changing the eigenvalues. It is 0 for a W of rank one.
 
     Parameters

@@ -195,5 +195,5 @@ class SingularPoint:
             for p in places
             if p.is_real is not False
         ]
-        found = [JamThreshold(mu, variable, p) for p, mu in pairs if not mu.is_nonpositive]
-        return tuple(sorted(found, key=lambda x: sp.default_sort_key(x.friction)))
+        thresholds = [JamThreshold(mu, variable, p) for p, mu in pairs if not mu.is_nonpositive]
+        return tuple(sorted(thresholds, key=lambda x: sp.default_sort_key(x.friction)))

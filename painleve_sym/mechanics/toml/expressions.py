@@ -27,7 +27,7 @@ MAX_DEPTH = 40
 MAX_NODES = 4000
 """Parts of a formula with its definitions put in: they could double at each use."""
 MAX_EXPONENT = 40
-"""Size of a whole exponent: higher powers are no mechanics, and multiply out to millions."""
+"""Size of a whole exponent: higher powers are not mechanics, and multiply out to millions."""
 MAX_DIGITS_BITS = 4000
 """Size of the whole numbers in an exact fraction."""
 
@@ -325,7 +325,7 @@ class _Walk:
         numeric: Callable[..., float],
         parts: list[_Part],
     ) -> _Part:
-        """Return an operator or a function of parts; refuse what is too large to go on with."""
+        """Return an operator or a function of parts; refuse what is too large to continue with."""
         value = self._value(node, name, numeric, [p.value for p in parts])
         expr, size = symbolic(*(p.expr for p in parts)), 1 + sum(p.size for p in parts)
         if size > MAX_NODES:

@@ -133,7 +133,7 @@ class _Scanner:
         self.value(path)
 
     def value(self, path: Path) -> None:
-        # A line end right after the opening quotes is no part of the text.
+        # A line end right after the opening quotes is not part of the text.
         self.texts[path] = self.line + self.token.startswith(('"""\n', "'''\n"))
         if self.token in ("[", "{"):
             self.sequence(path, "]" if self.token == "[" else "}")

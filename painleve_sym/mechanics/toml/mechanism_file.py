@@ -63,7 +63,7 @@ def load_mechanism(path: str | FilePath) -> Mechanism:
     InputError
         The file cannot be read, or is not TOML.
     ModelError
-        What it describes is no mechanism: every fault, with its line.
+        What it describes is not a mechanism: every fault, with its line.
     """
     where = f"mechanism file {path}"
     text = read_text(path, where, MAX_BYTES)
@@ -252,7 +252,7 @@ def _stand_in(
 
 def _unit(table: Table) -> str:
     unit = table.text("unit", "")
-    # A unit that is no text is a fault of its own.
+    # A unit that is not a text is a fault of its own.
     if "unit" not in table or (isinstance(table.entries["unit"], str) and not unit.strip()):
         fix = 'Fix: add unit = "...", in SI, or "1" for a number without unit.'
         table.fault(f"unit is missing. {fix}")

@@ -124,8 +124,8 @@ class Contrast:
     @cached_property
     def plastic_jump_unnoticed(self) -> bool:
         """Whether accelerations have no solution, and every first step one: to rest in contact."""
-        found = self.acceleration_level
-        if found is None or found.classification.solutions or not self.first_steps:
+        level = self.acceleration_level
+        if level is None or level.classification.solutions or not self.first_steps:
             return False
         return all(
             len(first.solutions) == 1 and first.solutions[0].mode.value == "stick"
@@ -224,21 +224,21 @@ def _case(
 
 
 def _first_steps(stepper: TimeStepper, case: Case, steps: Sequence[float]) -> tuple[FirstStep, ...]:
-    found = []
+    first_steps = []
     for h in steps:
         problem = stepper.first_problem(
             case.state, h, e_newton=case.restitution, parameters=case.parameters
         )
         if problem is not None:
-            found.append(FirstStep(h, problem.solutions()))
-    return tuple(found)
+            first_steps.append(FirstStep(h, problem.solutions()))
+    return tuple(first_steps)
 
 
 def _orders(answers: list[Answer]) -> tuple[float, ...]:
-    found = []
+    orders = []
     for a, b in pairwise(answers):
         # False with nan, too. Where the first steps took different solutions there is no order.
         usable = min(a.error, b.error) > ROUND_OFF and a.first_mode == b.first_mode
         ratios = b.error / a.error if usable else np.nan, b.setting / a.setting
-        found.append(float(np.log(ratios[0]) / np.log(ratios[1])))
-    return tuple(found)
+        orders.append(float(np.log(ratios[0]) / np.log(ratios[1])))
+    return tuple(orders)

@@ -80,11 +80,11 @@ def compare_corrected(
     values: dict[str, ArrayLike] = {**simulator.parameters(parameters)}
     values[parameter] = np.array(stiffness, dtype=float)
     rule = CorrectedJumpRule(simulator.mechanism, simulator.contact_law)
-    found = {name: rule(state, values, configuration=name) for name in ("frozen", "carried")}
+    corrected = {name: rule(state, values, configuration=name) for name in ("frozen", "carried")}
     names = classical.velocities
     shape = (len(stiffness), len(names))
     rules = {"classical": np.broadcast_to(classical.rule[-1], shape)}
-    for name, jumps in found.items():
+    for name, jumps in corrected.items():
         rules[name] = np.stack([jumps.velocity[v] for v in names], axis=-1)
     symbols = simulator.constants(simulator.parameters(parameters))
     return CorrectedComparison(
@@ -92,7 +92,7 @@ def compare_corrected(
         classical.stiffness,
         rules,
         classical.softened[:, -1],
-        found["frozen"].impacts.phase["duration"][:, 0],
+        corrected["frozen"].impacts.phase["duration"][:, 0],
         float(numbers([simulator.contact_law.exponent], symbols)[0]),
     )
 

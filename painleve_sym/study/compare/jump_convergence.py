@@ -137,13 +137,13 @@ def _at_ends(
 ) -> tuple[list[list[float]], list[float]]:
     ends, times = [], []
     for kind in PHASE_ENDS:
-        found = run.events_of(kind)
-        if not found:
+        events = run.events_of(kind)
+        if not events:
             kinds = ", ".join(e.kind for e in run.events) or "none"
             raise InputError(
                 f"compare jump of {run.mechanism!r}, {where}: no event {kind!r} (events: {kinds}; "
                 f"{run.stop_reason.advice}). Fix: start from an impact, or give a later t_end."
             )
-        ends.append([found[0].state[name] for name in names])
-        times.append(found[0].time)
+        ends.append([events[0].state[name] for name in names])
+        times.append(events[0].time)
     return ends, times

@@ -76,7 +76,7 @@ class Answer:
         ∫F_n dt and the impulses of impacts up to the final time; of an impact that jams, up to
         where its impulse begins to grow without end; N s.
     peak_force : float
-        N; nan where forces are not told from impulses.
+        N; nan where forces are not distinguished from impulses.
     events : tuple of (float, str)
         Time and kind; empty for time stepping, which has none.
     times : ndarray, shape (k,)
@@ -192,22 +192,22 @@ class Case:
         """Return the contact problem of the state, solved; None where there is none."""
         if not all(self.closed_at_rest):
             return None
-        found = classify(self.mechanism, self.state, self.parameters)
-        lcp = found.problem.lcp()
-        return AccelerationLevel(found, solve_lemke(lcp), solve_mpcc_all(lcp, compared=2))
+        classification = classify(self.mechanism, self.state, self.parameters)
+        lcp = classification.problem.lcp()
+        return AccelerationLevel(classification, solve_lemke(lcp), solve_mpcc_all(lcp, compared=2))
 
     def jumps(self) -> dict[str, JumpResult]:
-        """Return the energetic jump with e and with 0; nothing where the state is no impact."""
+        """Return the energetic jump with e and with 0; nothing where the state is not an impact."""
         if not self.closed_at_rest[0]:
             return {}
-        found = {}
+        jumps = {}
         for name, e in (("e", self.restitution), ("plastic", 0.0)):
             try:
                 given = {**self.parameters, "e_energetic": e}
-                found[name] = evaluate_jump(self.mechanism, "energetic", self.state, given)
+                jumps[name] = evaluate_jump(self.mechanism, "energetic", self.state, given)
             except InputError:  # the state is not an impact: the contact problem says what it is
                 return {}
-        return found
+        return jumps
 
     # ---- motions ----
 
@@ -243,9 +243,9 @@ class Case:
         events = np.array([e.time for e in run.events])
         times = np.concatenate([run.fine_times(8), events, np.nextafter(events, -np.inf)])
         times = np.unique(times[times >= 0])
-        found = run.outputs(times)
+        outputs = run.outputs(times)
         rigid = method == "rigid"
-        contact_velocities = np.column_stack([found["gap_rate"], found["slip_velocity"]])
+        contact_velocities = np.column_stack([outputs["gap_rate"], outputs["slip_velocity"]])
         # A rigid jump at t = 0 is drawn from the start.
         times = np.append(0.0, times)
         contact_velocities = np.vstack([self.contact_velocities, contact_velocities])
@@ -259,7 +259,7 @@ class Case:
             state={n: run.final[n] for n in self.state},
             velocity={n: run.final[n] for n in self.velocities},
             normal_impulse=_impulse_of_forces(run),
-            peak_force=float("nan") if rigid else float(np.max(found["normal_force"])),
+            peak_force=float("nan") if rigid else float(np.max(outputs["normal_force"])),
             events=tuple((e.time, e.kind) for e in run.events),
             times=times,
             contact_velocities=contact_velocities,
@@ -304,7 +304,7 @@ class Case:
     ) -> list[Answer]:
         """Return the answers of each solver, from the longest step to the shortest."""
         enumerated: dict[float, SteppingRun] = {}
-        found = []
+        answers = []
         for solver in solvers:
             for h in steps:
                 run = enumerated.get(h)
@@ -323,8 +323,8 @@ class Case:
                     )
                     if solver not in SINGLE and np.all(run.solutions_found <= 1):
                         enumerated[h] = run  # no choice anywhere: every rule gives this run
-                found.append(self._stepped(run, solver))
-        return found
+                answers.append(self._stepped(run, solver))
+        return answers
 
     def _stepped(self, run: SteppingRun, solver: str) -> Answer:
         none = not len(run.impulses)

@@ -35,11 +35,11 @@ LOOSER = 100.0
 T_END = 1.0
 """By when a run is decided, s: contacts last milliseconds and less."""
 MAX_EVENTS = 2000
-"""A contact that neither opens nor stops within so many events keeps sliding."""
+"""A contact that neither opens nor stops within this number of events keeps sliding."""
 RESTING = 1e-12
 """Relative width below which a run that is not decided rests on the sliding solution."""
 LEAST, WIDEST = 1e-9, 1e6
-"""Forces from and up to so many times F_n* are tried."""
+"""Forces from and up to these multiples of F_n* are tried."""
 
 
 class Outcome(enum.Enum):

@@ -58,8 +58,8 @@ def critical_force_gradient(
     1e-13; six bisections for each name. ``sensitivities``: at the critical force F* the slip
     velocity v vanishes just when the contact separates (or, for Border.COMPRESSION, turns), so that
     ∂F*/∂w = −(∂v/∂w)/(∂v/∂F), from one motion with its derivatives through the events on the side
-    where the slip goes on. Where the motion takes another branch of the law beside the state, as at
-    ġ_N = 0, only the first derivative is continuous and the estimated error tells so.
+    where the slip continues. Where the motion takes another branch of the law beside the state, as
+    at ġ_N = 0, only the first derivative is continuous and the estimated error tells so.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def _implicit(
     setting: Setting, centre: CriticalForce, names: tuple[str, ...], below: float
 ) -> Array:
     finder, end = setting.finder, _ENDS[centre.border]
-    found = finder.simulator.sensitivities(
+    sensitivities = finder.simulator.sensitivities(
         setting.state,
         (INITIAL_FORCE, *names),
         parameters=setting.parameters,
@@ -126,14 +126,20 @@ def _implicit(
         record="events",
     )
     # What follows in the same instant, such as the gap's opening, is recorded after it.
-    kinds = [e.kind for e in found.trajectory.events if e.time == found.trajectory.final_time]
-    if end not in kinds or "slip_stop" in kinds or found.singular is not None:
-        got = ", ".join(kinds) or found.trajectory.stop_reason.label
+    kinds = [
+        e.kind
+        for e in sensitivities.trajectory.events
+        if e.time == sensitivities.trajectory.final_time
+    ]
+    if end not in kinds or "slip_stop" in kinds or sensitivities.singular is not None:
+        got = ", ".join(kinds) or sensitivities.trajectory.stop_reason.label
         raise InputError(
             f"{finder.where}: just below {centre.value:g} N the motion ends in {got}, need {end}. "
             "Fix: use method='differences'."
         )
-    names_of_states = found.trajectory.state_names
-    row = found.final_jacobian[names_of_states.index(finder.simulator.contact.rows[0].slip.name)]
+    names_of_states = sensitivities.trajectory.state_names
+    row = sensitivities.final_jacobian[
+        names_of_states.index(finder.simulator.contact.rows[0].slip.name)
+    ]
     gradient: Array = -row[1:] / row[0]
     return gradient

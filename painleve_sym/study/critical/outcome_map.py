@@ -188,8 +188,8 @@ def outcome_map(
         for row, border in enumerate(Border, start=2):
             # Where every force leads to impact there is no critical one.
             try:
-                found = finder.find(*at, border=border, check_tolerance=False)
-                lines[row, i] = found.value
+                critical = finder.find(*at, border=border, check_tolerance=False)
+                lines[row, i] = critical.value
             except InputError as error:
                 reasons.append(str(error))
         if progress:

@@ -213,10 +213,10 @@ class SlidingAnalysis:
         """By slip direction: dF_n*/dt with its gradient, and the rates of the state."""
         mechanism = self.simulator.mechanism
         c, moving = mechanism.coefficients, mechanism.motion
-        found = {}
+        drift = {}
         for slip in (-1, 1):
             rates = mechanism.system.rates | sliding_field(c, slip)
-            found[slip] = (
+            drift[slip] = (
                 Pointwise(
                     [sliding_force_rate(c, slip)],
                     self._symbols,
@@ -225,7 +225,7 @@ class SlidingAnalysis:
                 ),
                 Pointwise([rates[s] for s in moving], self._symbols, engine="casadi"),
             )
-        return found
+        return drift
 
     @cached_property
     def _linearised(self) -> Pointwise:
@@ -254,13 +254,13 @@ class SlidingAnalysis:
             Unknown names, numbers out of range, an open contact, no slip, or a state that is not
             indeterminate.
         """
-        found, gap = self._at(state, parameters)
+        solution, gap = self._at(state, parameters)
         if gap != 0:
             raise InputError(
                 f"{self._where}: got gap = {gap:g} m, need 0: the initial force sets the "
                 "compression. Fix: start on the surface."
             )
-        return found
+        return solution
 
     def along(
         self, state: Mapping[str, float], parameters: Mapping[str, float] | None = None

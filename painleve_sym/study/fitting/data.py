@@ -18,7 +18,7 @@ from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.quantities import QUANTITIES
 
 MAX_FILE = 50_000_000
-"""Bytes of a data file: one that never ends must not be read for ever."""
+"""Bytes of a data file: one that never ends must not be read without end."""
 MEASURABLE = (
     "normal_force",
     "tangential_force",
@@ -81,7 +81,7 @@ def read_fit_data(path: str | Path, mechanism: Mechanism) -> FitData:
     ------
     InputError
         Not readable, a header without units, unknown quantities, another unit than SI, cells that
-        are no numbers, missing columns, times out of order.
+        are not numbers, missing columns, times out of order.
     """
     where = f"data file {path}"
     rows = _rows(where, Path(path))

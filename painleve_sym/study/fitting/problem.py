@@ -128,16 +128,17 @@ class FitProblem:
     def _run(
         self, state: Mapping[str, float], parameters: Mapping[str, float], row: str, **options: Any
     ) -> SensitiveTrajectory:
-        found = self.simulator.sensitivities(
+        sensitivities = self.simulator.sensitivities(
             state, self.estimate, parameters=parameters, rtol=RTOL, **options
         )
-        if found.singular is not None or found.valid_until < math.inf:
-            kind = found.singular.event.kind if found.singular else "the start"
+        if sensitivities.singular is not None or sensitivities.valid_until < math.inf:
+            kind = sensitivities.singular.event.kind if sensitivities.singular else "the start"
             raise InputError(
-                f"fit, {row}: derivatives are singular at {kind}, t = {found.valid_until:g} s. "
+                f"fit, {row}: derivatives are singular at {kind}, "
+                f"t = {sensitivities.valid_until:g} s. "
                 "Fix: leave this row out, or start from other values."
             )
-        return found
+        return sensitivities
 
     def _history(
         self, state: Mapping[str, float], parameters: Mapping[str, float]
@@ -145,8 +146,8 @@ class FitProblem:
         times = self.data.times
         assert times is not None
         end = float(times[-1]) * (1 + 1e-12) or 1e-12
-        found = self._run(state, parameters, "history", t_end=end)
-        run = found.trajectory
+        sensitivities = self._run(state, parameters, "history", t_end=end)
+        run = sensitivities.trajectory
         if run.final_time < times[-1]:
             raise InputError(
                 f"fit: the motion stops at t = {run.final_time:g} s ({run.stop_reason.label}), "
@@ -156,7 +157,7 @@ class FitProblem:
         names = self.data.measured
         return (
             {n: run.values(n, times) for n in names},
-            {n: found.gradient(n, times) for n in names},
+            {n: sensitivities.gradient(n, times) for n in names},
         )
 
     def _ends(
@@ -168,11 +169,11 @@ class FitProblem:
         slopes = {n: np.empty((rows, len(self.estimate))) for n in names}
         for i in range(rows):
             start = {**state, **{n: float(v[i]) for n, v in self.data.starts.items()}}
-            found = self._run(
+            sensitivities = self._run(
                 start, parameters, f"row {i + 1}",
                 t_end=self.t_end, until=self.until, record="events",
             )  # fmt: skip
-            run = found.trajectory
+            run = sensitivities.trajectory
             if run.stop_reason is not StopReason.UNTIL:
                 raise InputError(
                     f"fit, row {i + 1}: the motion ends by {run.stop_reason.label} at t = "
@@ -182,7 +183,7 @@ class FitProblem:
             for n in names:
                 j = run.state_names.index(n)
                 values[n][i] = run.final_state[j]
-                slopes[n][i] = found.final_jacobian[j]
+                slopes[n][i] = sensitivities.final_jacobian[j]
         return values, slopes
 
     def _state_columns(self) -> Sequence[str]:
@@ -261,11 +262,11 @@ class FitProblem:
         x = np.where(logarithmic, np.log(np.where(logarithmic, start, 1.0)), start)
         x = np.clip(x, *_inside(low, high))
         for _ in range(1 if self.sigma else REWEIGHTINGS):
-            found = least_squares(
+            fit = least_squares(
                 residuals, x, jac=jacobian, bounds=(low, high), x_scale="jac",
                 xtol=TOLERANCE, ftol=TOLERANCE, gtol=TOLERANCE,
             )  # fmt: skip
-            x = found.x
+            x = fit.x
             if self.sigma:
                 break
             model = predicted(x)[0]
@@ -277,7 +278,7 @@ class FitProblem:
         plain = jacobian(x) / np.where(logarithmic, values_of(x), 1.0)
         return self._result(
             start, values_of(x), plain, residuals(x), noise, predicted(x)[0], len(memory),
-            _ENDINGS.get(int(found.status), str(found.message)),
+            _ENDINGS.get(int(fit.status), str(fit.message)),
         )  # fmt: skip
 
     def _result(

@@ -39,5 +39,5 @@ def bilateral_case(A_push: Array, A_pull: Array, B: Array) -> Codes:
         count += np.sign(A_pull) * np.sign(B) > 0
     count = np.where(B == 0, np.where((A_push == 0) | (A_pull == 0), 2, 1), count)
     codes = np.array([LEGEND["inconsistent"], LEGEND["slip"], LEGEND["indeterminate"]])
-    found: Codes = codes[count]
-    return found
+    cases: Codes = codes[count]
+    return cases

@@ -94,7 +94,7 @@ def least_critical_friction(
     for _ in range(_STARTS):
         guess = start + rng.uniform(-np.pi, np.pi, len(q))
         with np.errstate(all="ignore"):
-            found = minimize(
+            end = minimize(
                 lambda at: float(aim.value(at)[0]),
                 guess,
                 jac=lambda at: aim.slope(at)[0],
@@ -102,11 +102,11 @@ def least_critical_friction(
                 constraints=limits,
                 options={"ftol": 1e-14, "maxiter": 200},
             ).x
-        if abs(closed.value(found)[0]) > _CLOSED or np.any(inside.value(found) < -_CLOSED):
+        if abs(closed.value(end)[0]) > _CLOSED or np.any(inside.value(end) < -_CLOSED):
             continue
-        reached = float(np.exp(aim.value(found)[0] / 2))
+        reached = float(np.exp(aim.value(end)[0] / 2))
         if reached < best:
-            best, place = reached, found
+            best, place = reached, end
     if not np.isfinite(best):
         raise InputError(
             f"{where}: no configuration in contact was found. Fix: check the gap and the domain."

@@ -281,10 +281,10 @@ def _grids(
     parts += [contact.gap, contact.gap_rate, mechanism.system.kinetic_energy]
     parts += [length_formula(mechanism), *margins, *flow]
     function = Pointwise(parts, place.all_symbols, engine=engine)
-    found = function(place.grid())
-    W_nn, W_nt, W_tt, B, b_t, A_stick, B_stick, mu, gap, gap_rate, kinetic, length = found[:12]
-    inside = (found[12 : 12 + len(margins)] > 0).all(axis=0)
-    inside &= np.isfinite(found[:8]).all(axis=0)
+    values = function(place.grid())
+    W_nn, W_nt, W_tt, B, b_t, A_stick, B_stick, mu, gap, gap_rate, kinetic, length = values[:12]
+    inside = (values[12 : 12 + len(margins)] > 0).all(axis=0)
+    inside &= np.isfinite(values[:8]).all(axis=0)
     with np.errstate(all="ignore"):
         A = rounded_difference(W_nn, slip * mu * W_nt)
         force = -B_stick / A_stick
@@ -299,7 +299,7 @@ def _grids(
     grids |= {"case": case, "stick_feasible": sticks, "flow": None}
     grids["A_pull"] = None if A_pull is None else np.where(inside, A_pull, np.nan)
     if flow:
-        rates = found[-len(flow) :]
+        rates = values[-len(flow) :]
         if contact.bilateral:
             # Where there is one solution, F_n has the sign of −B.
             rates = np.where(B <= 0, rates[:2], rates[2:])
@@ -378,7 +378,7 @@ def _thresholds(mechanism: Mechanism, place: MapPlace, slip: int) -> dict[str, f
         return {}  # no closed form, or it depends on an axis
     if not (math.isfinite(least) and least > 0):
         return {}
-    found = {"mu_P": least}
+    thresholds = {"mu_P": least}
     if mechanism.name in ROD_FAMILY:
-        found["mu_C"] = 2 / math.sqrt(3) * least
-    return found
+        thresholds["mu_C"] = 2 / math.sqrt(3) * least
+    return thresholds

@@ -54,10 +54,10 @@ def zero_segments(function: Function, x: Array, y: Array, values: Array) -> Arra
 
 def _zeros_between(function: Function, a: Array, b: Array, at_a: Array, at_b: Array) -> Array:
     """Return the zero between neighbouring points, nan where the sign does not change."""
-    found = np.full(a.shape, np.nan)
+    zeros = np.full(a.shape, np.nan)
     change = np.isfinite(at_a) & np.isfinite(at_b) & ((at_a > 0) != (at_b > 0))
     if not change.any():
-        return found
+        return zeros
     above = (at_a > 0)[change][:, None]
     low = np.where(above, b[change], a[change])
     high = np.where(above, a[change], b[change])
@@ -69,8 +69,8 @@ def _zeros_between(function: Function, a: Array, b: Array, at_a: Array, at_b: Ar
     size = np.abs(function(low[:, 0], low[:, 1]))
     largest = np.maximum(np.abs(at_a[change]), np.abs(at_b[change]))
     low[~(size <= largest)] = np.nan
-    found[change] = low
-    return found
+    zeros[change] = low
+    return zeros
 
 
 def common_zeros(system: Function, x: Array, y: Array, first: Array, second: Array) -> Array:

@@ -38,7 +38,7 @@ def check_cluster(address: str) -> Any:
     Raises
     ------
     InputError
-        It is not installed, or this is no address; whether something answers is not tried.
+        It is not installed, or this is not an address; whether something answers is not tried.
     """
     try:
         distributed: Any = importlib.import_module("dask.distributed")

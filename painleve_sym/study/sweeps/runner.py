@@ -119,7 +119,7 @@ class Reporter:
         self._live = bool(getattr(stream, "isatty", lambda: False)())
 
     def __call__(self, done: int, points: int) -> None:
-        """Show the progress, at most once a second, or every ten where it is no terminal."""
+        """Show the progress, at most once a second, or every ten where it is not a terminal."""
         now = self._clock()
         if self._begun is None:
             self._begun = (now, done)

@@ -109,7 +109,7 @@ class Sample:
         n, d = stop - start, len(self.ranges)
         if self.method == "sobol":
             engine = qmc.Sobol(d, rng=np.random.default_rng(self.seed))
-            # SciPy notes that the first points are no power of two; the whole set may well be one.
+            # SciPy notes that the first points are not a power of two; the whole set may be one.
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", UserWarning)
                 if start:

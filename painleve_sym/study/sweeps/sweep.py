@@ -228,8 +228,8 @@ class Sweep:
         """
         chunk = min(self.chunk, self.space.points)
         need = 2 * chunk * row_bytes(self.simulator, self.batch_outputs)
-        what, fix = f"chunks of {chunk:,} points", "a smaller chunk, or fewer events"
-        check_memory(self.scenario.where, what, need, fix)
+        size, fix = f"chunks of {chunk:,} points", "a smaller chunk, or fewer events"
+        check_memory(self.scenario.where, size, need, fix)
         with _placed(self.scenario.where):
             self.compute(0, 1, threads=1)
             return self.compute(self.space.points - 1, self.space.points, threads=1)
