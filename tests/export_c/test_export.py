@@ -331,13 +331,23 @@ def test_program_of_the_page_builds_and_finds_what_the_package_finds(tmp_path):
             Scenario("block-two-feet", {"y_A": 0.005, "theta": 0.02}, law="linear", t_end=0.2),
             {"touchdown", "separation"},
         ),
+        (
+            Scenario(
+                "block-two-feet",
+                {"y_A": 0.05, "theta": 0.1, "x_A_dot": 0.3},
+                law="A=linear,B=rigid",
+                t_end=0.4,
+            ),
+            {"touchdown", "separation", "impact"},
+        ),
     ],
-    ids=["rigid", "compliant"],
+    ids=["rigid", "compliant", "mixed"],
 )
 def test_export_of_several_contacts_is_the_package_to_the_last_bit(scenario, kinds, tmp_path):
     done = export_c(scenario, tmp_path / "c")
     assert kinds <= {str(e.kind) for e in done.trajectory.events}
-    assert built_by_compiler(done, *STRICT, "-O1") == expected(done.trajectory)
+    for level in ("-O1", "-O2"):
+        assert built_by_compiler(done, *STRICT, level) == expected(done.trajectory)
     c, simulator = library(done), Simulator(model("block-two-feet"), law(scenario.law))
     values, rng = done.trajectory.parameters, np.random.default_rng(3)
     p = np.array([values[s.name] for s in simulator.outline.parameters])

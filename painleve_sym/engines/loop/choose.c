@@ -69,7 +69,7 @@ static int same_motion(const double *a, const double *b) {
  * there are. */
 static int choose(ps_run *s, const ps_options *o, double *x, double *z) {
   double condition[PS_NALT], memory[PS_NALT][PS_OWNED_SIZE], x_before[PS_NX], z_before[PS_NZ];
-  double best_rate[PS_NX], nearest = HUGE_VAL, near[PS_NZ], missed = 0;
+  double best_rate[PS_NX] = {0}, nearest = HUGE_VAL, near[PS_NZ], missed = 0;
   double *res[2] = {condition, &memory[0][0]};
   int offered[PS_NPART][PS_NALT], count[PS_NPART], at[PS_NPART] = {0};
   int motions = 0, best = -1, first = 0, combinations = 1, repeats = 1;

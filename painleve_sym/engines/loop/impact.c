@@ -132,7 +132,7 @@ static int close_short(ps_run *s, double time, double *x) {
 static int impact_at(ps_run *s, double *x, double *impulses) {
   ps_contact_numbers c;
   int closed[PS_RIGID], held[PS_RIGID], n = 0, ended;
-  double W[PS_ROWS * PS_ROWS], mu[PS_RIGID], v[PS_ROWS], load[PS_RIGID], after[PS_ROWS];
+  double W[PS_ROWS * PS_ROWS], mu[PS_RIGID] = {0}, v[PS_ROWS], load[PS_RIGID], after[PS_ROWS];
   double P[PS_ROWS], work[PS_ROWS], normal = 0, tangential = 0;
   contact_numbers_of(s, x, &c);
   for (int k = 0; k < PS_RIGID; k++) {

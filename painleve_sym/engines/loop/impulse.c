@@ -367,7 +367,8 @@ static int least_impulses(const ps_path *path, ps_square W, const double *aim, i
                           double *a, int *mode) {
   const int n = path->n;
   ps_problem p;
-  int choice[PS_RIGID] = {0}, offered[PS_RIGID], shown[PS_RIGID], side[PS_RIGID], count = 1;
+  int choice[PS_RIGID] = {0}, offered[PS_RIGID] = {0}, shown[PS_RIGID] = {0}, side[PS_RIGID] = {0};
+  int count = 1;
   int possible = 0;
   double best[PS_ROWS], least[2] = {0}, now[PS_ROWS], terms;
   scaled_problem(n, W, aim, path->mu, path->held, &p);
@@ -663,7 +664,7 @@ static int choose_push(const ps_path *path, const double *pressing, double *push
   const int n = path->n, rows = 2 * n;
   ps_way ways[PS_RIGID][PS_WAYS];
   const ps_way *way[PS_RIGID];
-  int count[PS_RIGID], at[PS_RIGID] = {0}, possible = 0, any = 0;
+  int count[PS_RIGID] = {0}, at[PS_RIGID] = {0}, possible = 0, any = 0;
   long combinations = 1;
   double now[PS_ROWS], rates[PS_ROWS], nearest[PS_ROWS] = {0}, size = 0;
   ps_rank best = {0}, near = {0};
@@ -762,7 +763,7 @@ static double restitution_after(const ps_path *path, int i, double length, doubl
 /* Follows the present piece over `length`; what vanishes there vanishes exactly. */
 static void follow_piece(ps_path *path, const double *push, const double *rates, double length) {
   const int n = path->n;
-  double after[PS_ROWS], budget[PS_RIGID], reached = length * (1 + PS_COINCIDENT), work = 0;
+  double after[PS_ROWS], budget[PS_RIGID] = {0}, reached = length * (1 + PS_COINCIDENT), work = 0;
   int small = 1;
   for (int i = 0; i < n; i++) {
     const int a = 2 * i, t = a + 1;
