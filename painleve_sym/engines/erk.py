@@ -506,7 +506,8 @@ class ErkEngine:
 
     def outputs(self, modes: Any, states: Array, memory: Array, constants: Array) -> Array:
         """Return the automaton's outputs at n points, shape (n, no)."""
-        index = np.asarray(modes, dtype=np.int64)
+        # Where local modes are data every mode has the same outputs.
+        index = np.asarray(modes, dtype=np.int64) * (not self.outline.parts)
         out = np.empty((len(index), self.functions.output_size))
         for mode in np.unique(index):
             where = np.flatnonzero(index == mode)
