@@ -18,6 +18,7 @@ ENGINE_PARTS = (
     "loop/state",
     "loop/watch",
     "loop/choose",
+    "loop/linear",
     "loop/impulse",
     "loop/events",
     "loop/impact",

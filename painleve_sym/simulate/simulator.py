@@ -328,16 +328,17 @@ class Simulator:
         vector = self.checked_start(vector, values, initial_force)
         checked = self.options(vector, values, **options)
         p = self._vector_of(values)
-        if len(self.contact.rows) == 1 or not self.rigid:
+        contact = self.contact
+        if not (isinstance(contact, PluralContacts) and self.rigid):
             raw = self.integrator.run(vector, p, checked)
             return complete_motion(self, self.trajectory(raw, values, checked.rtol), values)
         compiled = isinstance(self.integrator, CompiledEngine)
         target = [m.name for m in self.outline.modes].index(CONTACT)
-        law = next((law for law in self.laws if isinstance(law, RigidLaw)), RigidLaw())
-        resolver = ImpactResolver(self.impacts, law, target, values, checked.atol / checked.rtol)
+        scale = checked.atol / checked.rtol
+        resolver = ImpactResolver(self.impacts, contact.rigid_law, target, values, scale)
         raw = self.integrator.run(vector, p, checked, resolve=None if compiled else resolver)
         trajectory = self.trajectory(raw, values, checked.rtol)
-        return with_impulses(trajectory, raw, 2 * len(self.contact.rows), resolver.impulses)
+        return with_impulses(trajectory, raw, 2 * len(contact.rows), resolver.impulses)
 
     def checked_start(self, vector: Array, values: Mapping[str, float], force: Any) -> Array:
         """Return the start vector, compressed so that it carries `force` where that is given.

@@ -39,7 +39,7 @@ __attribute__((visibility("default"))) int impact(
 
 @cache
 def library():
-    found = load(_FRAME.format(*engine_texts("loop/impulse")))
+    found = load(_FRAME.format("\n".join(engine_texts("loop/linear", "loop/impulse"))))
     found.impact.argtypes = (
         ctypes.c_int,
         *[ctypes.c_void_p] * 5,

@@ -73,8 +73,8 @@ def source(functions: AutomatonFunctions) -> str:
     more = [_scalars(functions, code, i) for i, code in enumerate(codes)]
     series, roots = engine_texts("taylor/series", "taylor/roots")
     first = engine_texts(
-        *("loop/state", "loop/watch", "loop/choose", "loop/impulse", "loop/events"),
-        *("loop/impact", "runge_kutta/extremes"),
+        *("loop/state", "loop/watch", "loop/choose", "loop/linear", "loop/impulse"),
+        *("loop/events", "loop/impact", "runge_kutta/extremes"),
     )
     last = engine_texts("loop/loop", "loop/batch")
     (along,) = engine_texts("taylor/along")
