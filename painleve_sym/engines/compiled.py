@@ -23,7 +23,9 @@ from painleve_sym.engines.batch import (
     pointers,
 )
 from painleve_sym.engines.protocol import (
+    ADMITS,
     DENSE_ROWS,
+    Prepared,
     RawRun,
     Resolver,
     RunOptions,
@@ -175,6 +177,9 @@ class CompiledEngine:
         self._library.ps_free.restype = None
         self._library.ps_many_constants.argtypes = (ctypes.c_long, _address, _address)
         self._library.ps_many_constants.restype = None
+        if hasattr(self._library, "ps_prepare"):
+            self._library.ps_prepare.argtypes = (ctypes.c_long, *[_address] * 4)
+            self._library.ps_scales.argtypes = (_address,) * 3
         self._library.ps_constants.argtypes = (_address, _address)
         self._library.ps_outputs.argtypes = (ctypes.c_long, *[_address] * 5)
         self._library.ps_evaluate.argtypes = (ctypes.c_int, *[_address] * 6)
@@ -189,6 +194,20 @@ class CompiledEngine:
         p, c = _plain(parameters), np.empty(self._nc)
         self._library.ps_constants(p.ctypes.data, c.ctypes.data)
         return c
+
+    def prepare(self, parameters: Array, given: Array, forces: Array) -> Prepared:
+        """Return whole start states with their scales, of n rows; see `Engine.prepare`."""
+        rows = np.empty((len(given), 2 * self._nx + ADMITS))
+        inputs = (_plain(a).tobytes() for a in (parameters, given, forces))
+        self._library.ps_prepare(len(given), *inputs, rows.ctypes.data)
+        return Prepared.of(rows)
+
+    def scales(self, parameters: Array, state: Array) -> Array:
+        """Return the scale of each state at a state, shape (nx,)."""
+        scales = np.empty(self._nx)
+        inputs = (_plain(a).tobytes() for a in (parameters, state))
+        self._library.ps_scales(*inputs, scales.ctypes.data)
+        return scales
 
     def _options_of(self, o: RunOptions) -> Any:
         # 1e100 stands for inf: a state left out must not turn 0·inf into nan in the norm, nor into

@@ -2,28 +2,29 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 from sympy import Symbol
 
 from painleve_sym.arrays import Array
-from painleve_sym.codegen.evaluate import power
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.contacts.automaton import PluralContacts
 from painleve_sym.contacts.classify import held_faults
 from painleve_sym.contacts.compliant import SoftenedContact
-from painleve_sym.contacts.contact_numbers import (
-    characteristic_length,
-    contact_numbers,
-    contact_tolerances,
-)
+from painleve_sym.contacts.contact_numbers import contact_numbers
 from painleve_sym.contacts.contact_states import ContactRow
 from painleve_sym.contacts.guide import BilateralContact
-from painleve_sym.contacts.inputs import resolve_parameters, resolve_state, symbol_values
+from painleve_sym.contacts.inputs import (
+    resolve_parameters,
+    resolve_state,
+    state_values,
+    symbol_values,
+)
 from painleve_sym.contacts.interfaces import CONTACT
 from painleve_sym.contacts.rigid import RigidContact
 from painleve_sym.contacts.terms import ContactImpacts
@@ -38,10 +39,9 @@ from painleve_sym.laws.catalogue import Law
 from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.system import TIME, Parameter
+from painleve_sym.mechanics.system import Parameter
 from painleve_sym.simulate.impact_resolver import ImpactResolver
 from painleve_sym.simulate.rigid import complete_motion, with_alternatives, with_impulses
-from painleve_sym.simulate.scales import compliant_scales, rigid_scales
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 
 if TYPE_CHECKING:
@@ -49,6 +49,8 @@ if TYPE_CHECKING:
 
 DEFAULT_RTOL = 1e-11
 """The reference impacts then hold eight digits through all events, energy closes to 1e-9."""
+NO_FORCE = -1.0
+"""Initial force that stands for none."""
 INITIAL_FORCE = Symbol("initial_force", positive=True)
 _JAM = (
     "the impact of the rigid contacts has no end: their friction carries any impulse, or leaves "
@@ -74,6 +76,26 @@ class Contacts(AutomatonBuilder, Protocol):
     @property
     def parameters(self) -> tuple[Parameter, ...]:
         """Parameters of the laws."""
+
+
+class Start(NamedTuple):
+    """What a run starts with.
+
+    Attributes
+    ----------
+    state : ndarray, shape (nx,)
+    values : dict of str to float
+        Parameters by name, and
+    parameters : ndarray, shape (np,)
+        in the engine's order.
+    scale : ndarray, shape (nx,)
+        Of each state: below it only its absolute error counts.
+    """
+
+    state: Array
+    values: dict[str, float]
+    parameters: Array
+    scale: Array
 
 
 @dataclass(frozen=True)
@@ -222,15 +244,6 @@ class Simulator:
 
     # ---- the loading curves of compliant contacts ----
 
-    @property
-    def loading_curves(self) -> list[Any]:
-        """Stiffness and exponent of each contact's loading curve, 0 of a rigid one, in turn."""
-        curves = [
-            (law.stiffness, law.exponent) if isinstance(law, ContactLaw) else (0, 0)
-            for law in self.contact.own_laws
-        ]
-        return [entry for curve in curves for entry in curve]
-
     def loading_curve(self, values: Mapping[Any, Array], i: int = 0) -> tuple[Array, Array]:
         """Return K and n of a compliant contact's loading curve K δⁿ, each of shape (n,)."""
         curve = self._loading.at(values)
@@ -324,56 +337,114 @@ class Simulator:
         InputError
             Unknown names, numbers out of range, a start outside the domain or inside the ground.
         """
-        vector, values = self.start(state, parameters)
-        vector = self.checked_start(vector, values, initial_force)
-        checked = self.options(vector, values, **options)
-        p = self._vector_of(values)
-        contact = self.contact
+        start = self.start(state, parameters, initial_force)
+        checked = self.options(start.scale, **options)
+        contact, values, given = self.contact, start.values, (start.state, start.parameters)
         if not (isinstance(contact, PluralContacts) and self.rigid):
-            raw = self.integrator.run(vector, p, checked)
+            raw = self.integrator.run(*given, checked)
             return complete_motion(self, self.trajectory(raw, values, checked.rtol), values)
         compiled = isinstance(self.integrator, CompiledEngine)
         target = [m.name for m in self.outline.modes].index(CONTACT)
         scale = checked.atol / checked.rtol
         resolver = ImpactResolver(self.impacts, contact.rigid_law, target, values, scale)
-        raw = self.integrator.run(vector, p, checked, resolve=None if compiled else resolver)
+        raw = self.integrator.run(*given, checked, resolve=None if compiled else resolver)
         trajectory = self.trajectory(raw, values, checked.rtol)
         return with_impulses(trajectory, raw, 2 * len(contact.rows), resolver.impulses)
 
-    def checked_start(self, vector: Array, values: Mapping[str, float], force: Any) -> Array:
-        """Return the start vector, compressed so that it carries `force` where that is given.
+    def start(
+        self,
+        state: Mapping[str, float],
+        parameters: Mapping[str, float] | None = None,
+        initial_force: float | None = None,
+    ) -> Start:
+        """Return the checked start of a run; see `run` for the arguments and errors."""
+        values, given = self.parameters(parameters), self._state_values(state)
+        if initial_force is None:
+            force = NO_FORCE
+        else:
+            force = self._checked_force(initial_force)
+        start, admits = self.prepared(given, values, force)
+        if not admits.all():
+            self._refuse(start, given, force)
+        return start
 
-        Raises
-        ------
-        InputError
-            A force that no contact can store, a rigid contact inside the ground, or a guide off its
-            place.
+    def prepared(
+        self, given: Mapping[str, float], values: Mapping[str, float], force: float = NO_FORCE
+    ) -> tuple[Start, Array]:
+        """Return the start of a run, unchecked, and `Prepared.admits` of it, shape (3,).
+
+        Parameters
+        ----------
+        given : mapping of str to float
+            Every coordinate and velocity, and ``t`` where it occurs.
+        values : mapping of str to float
+            Every parameter.
+        force : float
+            Initial force, N; negative for none.
         """
-        if force is not None:
-            fault = self.initial_force_fault()
-            if fault:
-                raise InputError(f"{self.where}: {fault}")
-            self.compression_of_force(force, values)  # checks the force
-            constants = self.integrator.constants(self._vector_of(values))
-            compressed: Array = self.with_forces(vector[None], np.array([force]), constants[None])
-            vector = compressed[0]
-        place, several = self.outline.states.index, len(self.contact.rows) > 1
-        for i in self.rigid:
-            row = self.contact.rows[i]
-            gap, rate = float(vector[place(row.gap)]), float(vector[place(row.gap_rate)])
-            name = f"contact {row.contact.name!r}"
-            if row.contact.bilateral:
-                near, slow = self.closed_within(vector, values)[i]
-                subject = f"the bilateral {name}" if several else "a bilateral contact"
-                for fault in held_faults(subject, (gap, near), (rate, slow)):
-                    raise InputError(f"{self.where}: {fault}")
-            elif gap < 0:
-                subject = f"{name} starts" if several else "the start is"
+        p, motion = self._vector_of(values), np.array([[given[n] for n in self._at_rest]])
+        states, admits, scales = self.integrator.prepare(p[None], motion, np.array([force]))
+        return Start(states[0], dict(values), p, scales[0]), admits[0]
+
+    def _state_values(self, state: Mapping[str, float]) -> dict[str, float]:
+        values = {**self._at_rest, **state}
+        numbers = state.values()
+        known = len(values) == len(self._at_rest)
+        if known and all(type(v) is float and math.isfinite(v) for v in numbers):
+            return values
+        return state_values(self.mechanism, state)
+
+    @cached_property
+    def _at_rest(self) -> dict[str, float]:
+        return dict.fromkeys(self.mechanism.state_names, 0.0)
+
+    def _checked_force(self, force: float) -> float:
+        fault = self.initial_force_fault()
+        if fault:
+            raise InputError(f"{self.where}: {fault}")
+        if not (math.isfinite(force) and force >= 0):
+            raise InputError(f"{self.where}: initial force: got {force!r}, need >= 0 and finite.")
+        return float(force)
+
+    def _refuse(self, start: Start, given: Mapping[str, float], force: float) -> None:
+        """Raise InputError with the reason why a start is not admitted."""
+        for symbol, value in self.constants(start.values).items():
+            if not math.isfinite(value):
                 raise InputError(
-                    f"{self.where}: {subject} inside the ground, gap = {gap:g} m, and a rigid "
-                    "contact has no compression. Fix: start with gap >= 0, or give a compliant law."
+                    f"{self.where}: {symbol} comes out as {value!r}, need a finite number. "
+                    "Fix: check the parameters it is made of (stiffness, curvatures)."
                 )
-        return vector
+        resolve_state(self.mechanism, given, start.values)  # refuses what is outside the domain
+        names = [s.name for s in self.outline.states]
+        state = dict(zip(names, start.state.tolist(), strict=True))
+        if force >= 0:
+            raise InputError(
+                f"{self.where}: initial_force: got a start with gap "
+                f"{state[self.contact.rows[0].gap.name]!r}, need 0. Fix: give the force or the "
+                "compression, not both."
+            )
+        for i in self.rigid:
+            self._refuse_contact(i, state, symbol_values(self.mechanism, given, start.values))
+
+    def _refuse_contact(
+        self, i: int, state: Mapping[str, float], symbols: Mapping[Any, float]
+    ) -> None:
+        """Raise InputError where a rigid contact is inside the ground, or a guide off its place."""
+        row, several = self.contact.rows[i], len(self.contact.rows) > 1
+        gap, rate = state[row.gap.name], state[row.gap_rate.name]
+        name = f"contact {row.contact.name!r}"
+        if row.contact.bilateral:
+            at = contact_numbers(self.mechanism, i)(symbols)
+            subject = f"the bilateral {name}" if several else "a bilateral contact"
+            within = (gap, at["gap_tolerance"]), (rate, at["rate_tolerance"])
+            for fault in held_faults(subject, *within):
+                raise InputError(f"{self.where}: {fault}")
+        elif gap < 0:
+            subject = f"{name} starts" if several else "the start is"
+            raise InputError(
+                f"{self.where}: {subject} inside the ground, gap = {gap:g} m, and a rigid "
+                "contact has no compression. Fix: start with gap >= 0, or give a compliant law."
+            )
 
     def initial_force_fault(self) -> str:
         """Return why no initial force can be given, a sentence; empty where it can."""
@@ -388,22 +459,6 @@ class Simulator:
                 "compliant law."
             )
         return ""
-
-    def with_forces(self, vectors: Array, forces: Array, constants: Array) -> Array:
-        """Return states (n, nx) compressed so that the only contact carries the forces (n,); N."""
-        index = self.outline.states.index(self.contact.rows[0].gap)
-        gaps = vectors[:, index]
-        if gaps.any():
-            raise InputError(
-                f"{self.where}: initial_force: got a start with gap "
-                f"{float(gaps[gaps != 0][0])!r}, need 0. Fix: give the force or the compression, "
-                "not both."
-            )
-        given = (*self.outline.parameters, *self.outline.definitions)
-        k, n = self.loading_curve(dict(zip(given, constants.T, strict=True)))
-        compressed = vectors.copy()
-        compressed[:, index] = -power(forces / k, 1 / n)
-        return compressed
 
     def start_expressions(self, forced: bool) -> dict[Any, Any]:
         """Return the start values that follow from other ones: states to SymPy expressions.
@@ -455,50 +510,6 @@ class Simulator:
     def _vector_of(self, parameters: Mapping[str, float]) -> Array:
         return np.array([parameters[s.name] for s in self.outline.parameters])
 
-    def initial_state(self, state: Mapping[str, float], parameters: Mapping[str, float]) -> Array:
-        """Return the automaton's state vector for coordinates and velocities by name."""
-        values = symbol_values(self.mechanism, state, parameters)
-        arrays = {s: np.array([v]) for s, v in values.items()}
-        vector: Array = self.initial_states(arrays, self.contact_values(arrays))[0]
-        return vector
-
-    @cached_property
-    def _contact_numbers(self) -> tuple[Quantities, ...]:
-        return tuple(contact_numbers(self.mechanism, i) for i in range(len(self.contact.rows)))
-
-    def contact_values(self, values: Mapping[Any, Array]) -> list[dict[str, Array]]:
-        """Return `contact_numbers` of each contact at n points, arrays of shape (n,).
-
-        Parameters
-        ----------
-        values : mapping of sympy.Symbol to ndarray, shape (n,)
-            Of coordinates, velocities and parameters.
-        """
-        return [numbers.at(values) for numbers in self._contact_numbers]
-
-    def initial_states(
-        self, values: Mapping[Any, Array], numbers: Sequence[Mapping[str, Array]]
-    ) -> Array:
-        """Return state vectors, shape (n, nx), for coordinates, velocities and parameters.
-
-        Parameters
-        ----------
-        values : mapping of sympy.Symbol to ndarray, shape (n,)
-        numbers : sequence of dict
-            `contact_values` there.
-        """
-        extra: dict[Any, Array] = {}
-        for row, own in zip(self.contact.rows, numbers, strict=True):
-            derived = [own[name] for name in ("gap", "gap_rate", "slip_velocity")]
-            extra |= dict(zip(row.symbols, derived, strict=True))
-            for s, tolerance in zip((row.gap, row.gap_rate), contact_tolerances(own), strict=True):
-                # Computed from q these cancel: a touching start must not become a tiny fall.
-                extra[s] = np.where(np.abs(extra[s]) <= tolerance, 0.0, extra[s])
-        zero = np.zeros(len(next(iter(values.values()))))
-        columns = [values.get(s, extra.get(s, zero)) for s in self.outline.states]
-        vectors: Array = np.array(columns).T.copy()
-        return vectors
-
     def sensitivities(
         self, state: Mapping[str, float], wrt: Sequence[str], **options: Any
     ) -> SensitiveTrajectory:
@@ -534,8 +545,7 @@ class Simulator:
 
     def options(
         self,
-        vector: Array,
-        parameters: Mapping[str, float],
+        scale: Array,
         *,
         t_end: float,
         until: str | tuple[str, ...] = (),
@@ -544,122 +554,24 @@ class Simulator:
         record: str = "dense",
         **limits: Any,
     ) -> RunOptions:
-        """Return checked options of a run from the state `vector`; see `run`."""
-        if not (np.isfinite(t_end) and t_end > 0):
+        """Return checked options of a run from a state with this scale, shape (nx,); see `run`."""
+        if not (math.isfinite(t_end) and t_end > 0):
             raise InputError(f"{self.where}: t_end: got {t_end!r}, need a finite number > 0.")
         kinds = (until,) if isinstance(until, str) else tuple(until)
         for kind in kinds:
             if kind not in self.outline.kinds:
                 message = unknown_name("event", kind, self.outline.kinds)
                 raise InputError(f"{self.where}: until: {message}")
-        scale = self.tolerances(vector, parameters) if atol is None else np.asarray(atol) / rtol
+        own = rtol * scale if atol is None else np.asarray(atol)
         limits = {"start_events": self.start_events, **limits}
-        return RunOptions(t_end, rtol, rtol * scale, kinds, record, **limits)
-
-    def start(
-        self, state: Mapping[str, float], parameters: Mapping[str, float] | None
-    ) -> tuple[Array, dict[str, float]]:
-        """Return the checked state vector and all parameters."""
-        values = self.parameters(parameters)
-        for symbol, value in self.constants(values).items():
-            if not np.isfinite(value):
-                raise InputError(
-                    f"{self.where}: {symbol} comes out as {value!r}, need a finite number. "
-                    "Fix: check the parameters it is made of (stiffness, curvatures)."
-                )
-        return self.initial_state(resolve_state(self.mechanism, state, values), values), values
+        return RunOptions(t_end, rtol, own, kinds, record, **limits)
 
     def tolerances(self, vector: Array, parameters: Mapping[str, float]) -> Array:
         """Return the scale of each state below which only its absolute error counts, shape (nx,).
 
-        Gap and its rate have the scales of the contact; other velocities that of the kinetic
-        energy plus the energy of the contact; coordinates in m the `characteristic_length`, angles
-        1, and the time that length over the speed of the energy. Dissipated energies are left out
-        (inf).
+        See `Preparation.scales`.
         """
-        constants = self.integrator.constants(self._vector_of(parameters))
-        vectors, constants = np.asarray(vector)[None], constants[None]
-        numbers = self.contact_values(self.at_states(vectors, constants))
-        scale: Array = self.all_tolerances(vectors, constants, numbers)[0]
-        return scale
-
-    def closed_within(
-        self, vector: Array, parameters: Mapping[str, float]
-    ) -> list[tuple[float, float]]:
-        """Return gap and gap rate up to which each contact is closed (`contact_tolerances`)."""
-        constants = self.integrator.constants(self._vector_of(parameters))
-        numbers = self.contact_values(self.at_states(np.asarray(vector)[None], constants[None]))
-        pairs = [contact_tolerances(own) for own in numbers]
-        return [(float(near.item()), float(slow.item())) for near, slow in pairs]
-
-    def at_states(self, vectors: Array, constants: Array) -> dict[Any, Array]:
-        """Return the values of all symbols, shape (n,), for n states and constants (n, nc)."""
-        given = (*self.outline.parameters, *self.outline.definitions)
-        states = dict(zip(self.outline.states, vectors.T, strict=True))
-        return states | dict(zip(given, constants.T, strict=True))
-
-    def all_tolerances(
-        self, vectors: Array, constants: Array, numbers: Sequence[Mapping[str, Array]]
-    ) -> Array:
-        """Return what `tolerances` returns for n states, constants (n, nc) and `contact_values`."""
-        system = self.mechanism.system
-        symbols, rows = self.at_states(vectors, constants), self.contact.rows
-        scales = self.all_scales(symbols, numbers)
-        energy = np.maximum.reduce([own[2] for own in scales])
-        length, ones = characteristic_length(numbers[0]), np.ones(len(vectors))
-        masses = [numbers[0][f"mass_{k}"] for k in range(len(system.q))]
-        scale: dict[Any, Array] = {
-            c.symbol: length if c.unit == "m" else ones for c in system.coordinates
-        }
-        scale[TIME] = length / np.sqrt(2 * energy * numbers[0]["W_nn"])
-        scale |= {s: np.sqrt(2 * energy / m) for s, m in zip(system.q_dot, masses, strict=True)}
-        for row, own, (delta, rate, _) in zip(rows, numbers, scales, strict=True):
-            slip = np.sqrt(2 * energy * own["W_tt"])
-            scale[row.slip] = np.where(slip == 0, np.sqrt(2 * energy * own["W_nn"]), slip)
-            scale |= {row.gap: delta, row.gap_rate: rate}
-        scale |= dict.fromkeys(self.outline.uncontrolled, np.full(len(vectors), np.inf))
-        tolerances: Array = np.array([scale[s] for s in self.outline.states]).T.copy()
-        return tolerances
-
-    def contact_scales(
-        self, i: int, values: Mapping[Any, Array], numbers: Mapping[str, Array]
-    ) -> tuple[Array, ...]:
-        """Return the scales of gap (m), gap rate (m/s) and the energy (J) of a contact.
-
-        Parameters
-        ----------
-        i : int
-            Which of the contacts.
-        values : mapping of sympy.Symbol to ndarray, shape (n,)
-            States, parameters and definitions.
-        numbers : mapping of str to ndarray, shape (n,)
-            What `contact_numbers` of the contact gives at them.
-        """
-        if not self.is_compliant(i):
-            return rigid_scales(numbers)
-        gap = values[self.contact.rows[i].gap]
-        return compliant_scales(numbers, gap, *self.loading_curve(values, i))
-
-    def all_scales(
-        self, values: Mapping[Any, Array], numbers: Sequence[Mapping[str, Array]]
-    ) -> list[tuple[Array, ...]]:
-        """Return `contact_scales` of every contact; several all have the largest energy of any.
-
-        One of several that hardly anything presses yet, such as a wall, is hit by what moves or
-        presses the others: its free acceleration counts as a hundredth of theirs at least.
-        """
-        if len(numbers) == 1:
-            return [self.contact_scales(0, values, numbers[0])]
-        least = 0.01 * np.max([np.abs(own["b_n"]) for own in numbers], axis=0)
-        pressed = [{**own, "b_n": np.maximum(np.abs(own["b_n"]), least)} for own in numbers]
-        energy = np.zeros(1)
-        for i, (row, own) in enumerate(zip(self.contact.rows, pressed, strict=True)):
-            idle = (own["kinetic_energy"] <= 0) & (own["b_n"] == 0)
-            *_, gained = self.contact_scales(i, values, own)
-            energy = np.maximum(energy, np.where(idle & (values[row.gap] >= 0), 0.0, gained))
-        energy = np.where(energy > 0, energy, 1.0)
-        shared = [{**own, "kinetic_energy": energy} for own in pressed]
-        return [(*self.contact_scales(i, values, own)[:2], energy) for i, own in enumerate(shared)]
+        return self.integrator.scales(self._vector_of(parameters), np.asarray(vector))
 
     def trajectory(self, raw: RawRun, values: dict[str, float], rtol: float) -> Trajectory:
         """Return the raw run as a trajectory."""

@@ -19,6 +19,39 @@ PS_EXPORT void ps_constants(const double *p, double *c) {
   PS_CONSTANTS(arg, res, iw, w, 0);
 }
 
+#ifdef PS_PREPARED
+/* A whole start state x from the given states and the initial force (negative: none); `admits` is 1
+ * or 0 for contact laws, definitions and domain. */
+PS_EXPORT void ps_start(const double *p, const double *given, const double *force, double *x,
+                        double *admits) {
+  double c[PS_NC], w[PS_WORK + 1];
+  const double *arg[3] = {given, force, c};
+  double *res[2] = {x, admits};
+  casadi_int iw[8];
+  ps_constants(p, c);
+  PS_PREPARED(arg, res, iw, w, 0);
+}
+
+/* The scales of the states x, below which only absolute errors count. */
+PS_EXPORT void ps_scales(const double *p, const double *x, double *scales) {
+  double c[PS_NC], w[PS_WORK + 1];
+  const double *arg[2] = {x, c};
+  double *res[1] = {scales};
+  casadi_int iw[8];
+  ps_constants(p, c);
+  PS_SCALES(arg, res, iw, w, 0);
+}
+
+/* Both for n rows; a row of `out` holds state, admits and scales in turn. */
+PS_EXPORT void ps_prepare(long n, const double *p, const double *given, const double *force,
+                          double *out) {
+  for (long i = 0; i < n; i++, out += 2 * PS_NX + PS_ADMITS) {
+    ps_start(p + i * PS_NP, given + i * PS_GIVEN, force + i, out, out + PS_NX);
+    ps_scales(p + i * PS_NP, out, out + PS_NX + PS_ADMITS);
+  }
+}
+#endif
+
 /* Begins at t = 0 a run of which all is zero but what watches it. */
 static void begin(ps_run *s, const double *x, const double *z, const double *p,
                   const ps_options *o) {

@@ -1,6 +1,6 @@
 /* $title
  *
- * Generated: the rates, guards, resets and outputs of every mode. Then the event loop, the same for
+ * Generated: the rates, guards, resets and outputs of every mode, start states and scales. Then the event loop, the same for
  * every mechanism, and the functions that ${name}_model.h describes.
  *
  * SPDX-License-Identifier: BSD-3-Clause
@@ -31,6 +31,30 @@ $names
 
 $local_modes
 void ${name}_constants(const double *p, double *c) { ps_constants(p, c); }
+
+/* Completes a start state for an initial force, negative for none. */
+static void complete(const double *p, double force, double *x) {
+  double given[PS_GIVEN], admits[PS_ADMITS];
+  memcpy(given, x, sizeof given);
+  ps_start(p, given, &force, x, admits);
+}
+
+void ${name}_complete_state(const double *p, double *x) { complete(p, -1.0, x); }
+
+${press}void ${name}_tolerances(const double *p, const double *x, double rtol, double *atol) {
+  ps_scales(p, x, atol);
+  for (int i = 0; i < PS_NX; i++) atol[i] *= rtol;
+}
+
+void ${name}_default_options(const double *p, const double *x, double t_end, double rtol,
+                     ${name}_options *o) {
+  memset(o, 0, sizeof *o);
+  o->t_end = t_end;
+  o->rtol = rtol;
+  ${name}_tolerances(p, x, rtol, o->atol);
+  o->max_steps = $max_steps;
+  o->max_events = $max_events;
+}
 
 void ${name}_outputs(const double *p, int mode, const double *x, const double *z, double *out) {
   const long modes[1] = {mode};

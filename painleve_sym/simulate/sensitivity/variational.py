@@ -22,7 +22,7 @@ from painleve_sym.simulate.sensitivity.result import (
     SensitiveTrajectory,
     split_outputs,
 )
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.simulate.simulator import Simulator, Start
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 
 INITIAL_FORCE = "initial_force"
@@ -52,10 +52,9 @@ def differentiated(
     **options: Any,
 ) -> SensitiveTrajectory:
     """Return the motion with its derivatives; see `Simulator.sensitivities`."""
-    vector, values = simulator.start(state, parameters)
-    vector = simulator.checked_start(vector, values, initial_force)
-    _check_directions(simulator, wrt, values, initial_force is not None)
-    run = _Differentiated(simulator, wrt, vector, values, initial_force)
+    start = simulator.start(state, parameters, initial_force)
+    _check_directions(simulator, wrt, start.values, initial_force is not None)
+    run = _Differentiated(simulator, wrt, start, initial_force)
     # Without its events nothing would tell which of them are singular.
     record = "events" if record == "end" else record
     result = run.result(record, options)
@@ -132,8 +131,7 @@ class _Differentiated:
 
     simulator: Simulator
     wrt: tuple[str, ...]
-    vector: Array
-    values: dict[str, float]
+    start: Start
     initial_force: float | None
 
     # ---- the start and the engine ----
@@ -153,11 +151,11 @@ class _Differentiated:
         """Return d(start)/dw, shape (nx, k), and which entries can be different from zero."""
         sim = self.simulator
         symbols = {s.name: s for s in (*sim.automaton.states, *sim.automaton.parameters)}
-        jacobian = np.zeros((len(self.vector), len(self.wrt)))
+        jacobian = np.zeros((len(self.start.state), len(self.wrt)))
         values: dict[Any, float] = dict(
-            zip(sim.automaton.states, map(float, self.vector), strict=True)
+            zip(sim.automaton.states, map(float, self.start.state), strict=True)
         )
-        values |= {s: self.values[s.name] for s in sim.automaton.parameters}
+        values |= {s: self.start.values[s.name] for s in sim.automaton.parameters}
         if self.initial_force is not None:
             force = next(
                 s
@@ -200,9 +198,9 @@ class _Differentiated:
         for name in self.wrt:
             if name in names:
                 i = names.index(name)
-                sizes.append(max(abs(float(self.vector[i])), float(scale[i])))
+                sizes.append(max(abs(float(self.start.state[i])), float(scale[i])))
             else:
-                value = self.initial_force if name == INITIAL_FORCE else self.values[name]
+                value = self.initial_force if name == INITIAL_FORCE else self.start.values[name]
                 sizes.append(abs(value or 0.0) or 1.0)
         return np.array(sizes)
 
@@ -211,7 +209,7 @@ class _Differentiated:
     def result(self, record: str, options: dict[str, Any]) -> SensitiveTrajectory:
         """Run and assemble."""
         sim = self.simulator
-        plain = sim.options(self.vector, self.values, record=record, **options)
+        plain = sim.options(self.start.scale, record=record, **options)
         jacobian, pattern = self.start_jacobian()
         engine, functions = self.engine(pattern)
         scale = plain.atol / plain.rtol
@@ -220,9 +218,8 @@ class _Differentiated:
         sizes = LOOSER * scale[:, None] / directions
         extended = replace(plain, atol=functions.packed(plain.atol, plain.rtol * sizes))
 
-        parameters = np.array([self.values[s.name] for s in sim.automaton.parameters])
-        start = functions.packed(self.vector, jacobian)
-        raw = engine.run(start, parameters, extended)
+        start = functions.packed(self.start.state, jacobian)
+        raw = engine.run(start, self.start.parameters, extended)
         if raw.decision:
             raise InputError(
                 f"{sim.where}: derivatives: impacts of several contacts have none, and one "
@@ -240,11 +237,11 @@ class _Differentiated:
         rtol: float,
     ) -> SensitiveTrajectory:
         sim = self.simulator
-        nx, nz, k = len(self.vector), len(sim.automaton.memory), len(self.wrt)
-        trajectory = sim.trajectory(_plain(raw, nx, nz), self.values, rtol)
+        nx, nz, k = len(self.start.state), len(sim.automaton.memory), len(self.wrt)
+        trajectory = sim.trajectory(_plain(raw, nx, nz), self.start.values, rtol)
         marked = _marked(raw, trajectory, functions)
         events = _judged(marked, directions, scale, rtol)
-        c = engine.constants(np.array([self.values[s.name] for s in sim.automaton.parameters]))
+        c = engine.constants(self.start.parameters)
         singular = next((e for e in events if e.note in ("grazing", "singular")), None)
         valid = math.inf if singular is None else singular.event.time
         if not np.isfinite(raw.state).all() and singular is None:
