@@ -31,18 +31,18 @@ from painleve_sym.contacts.terms import ContactImpacts
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.factory import make_engine
 from painleve_sym.engines.protocol import Engine, RawRun, RunOptions
-from painleve_sym.engines.records import EventRecords
 from painleve_sym.errors import InputError, StopReason, unknown_name
 from painleve_sym.hybrid.automaton import HybridAutomaton
-from painleve_sym.hybrid.signature import AutomatonBuilder, Outline, mode_name
+from painleve_sym.hybrid.signature import AutomatonBuilder, Outline
 from painleve_sym.laws.catalogue import Law
 from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import Parameter
 from painleve_sym.simulate.impact_resolver import ImpactResolver
-from painleve_sym.simulate.rigid import complete_motion, with_alternatives, with_impulses
-from painleve_sym.simulate.trajectory import EventRecord, Trajectory
+from painleve_sym.simulate.rigid import with_limit
+from painleve_sym.simulate.run_record import RunRecord
+from painleve_sym.simulate.trajectory import MotionNames, Trajectory
 
 if TYPE_CHECKING:
     from painleve_sym.simulate.sensitivity.result import SensitiveTrajectory
@@ -238,6 +238,11 @@ class Simulator:
         return bool(self.rigid)
 
     @cached_property
+    def strikes(self) -> bool:
+        """Whether several contacts can have an impact: at least one of them is rigid."""
+        return isinstance(self.contact, PluralContacts) and bool(self.rigid)
+
+    @cached_property
     def impacts(self) -> ContactImpacts:
         """Impacts of the rigid contacts of several."""
         return ContactImpacts(self.mechanism, self.outline.states, self.contact.rows, self.rigid)
@@ -339,17 +344,24 @@ class Simulator:
         """
         start = self.start(state, parameters, initial_force)
         checked = self.options(start.scale, **options)
-        contact, values, given = self.contact, start.values, (start.state, start.parameters)
-        if not (isinstance(contact, PluralContacts) and self.rigid):
-            raw = self.integrator.run(*given, checked)
-            return complete_motion(self, self.trajectory(raw, values, checked.rtol), values)
-        compiled = isinstance(self.integrator, CompiledEngine)
+        resolver = self._resolver(start, checked)
+        raw = self.integrator.run(start.state, start.parameters, checked, resolve=resolver)
+        trajectory = self.trajectory(
+            raw, start, checked.rtol, resolver.impulses if resolver else ()
+        )
+        if raw.stop_reason is StopReason.SINGULAR and isinstance(self.contact, RigidContact):
+            return with_limit(self.contact, trajectory, start.values)
+        return trajectory
+
+    def _resolver(self, start: Start, options: RunOptions) -> ImpactResolver | None:
+        """Return what answers for impacts of several contacts where the engine does not."""
+        contact = self.contact
+        if isinstance(self.integrator, CompiledEngine) or not self.strikes:
+            return None
+        assert isinstance(contact, PluralContacts)
         target = [m.name for m in self.outline.modes].index(CONTACT)
-        scale = checked.atol / checked.rtol
-        resolver = ImpactResolver(self.impacts, contact.rigid_law, target, values, scale)
-        raw = self.integrator.run(*given, checked, resolve=None if compiled else resolver)
-        trajectory = self.trajectory(raw, values, checked.rtol)
-        return with_impulses(trajectory, raw, 2 * len(contact.rows), resolver.impulses)
+        scale = options.atol / options.rtol
+        return ImpactResolver(self.impacts, contact.rigid_law, target, start.values, scale)
 
     def start(
         self,
@@ -364,14 +376,14 @@ class Simulator:
         else:
             force = self._checked_force(initial_force)
         start, admits = self.prepared(given, values, force)
-        if not admits.all():
+        if 0.0 in admits:
             self._refuse(start, given, force)
         return start
 
     def prepared(
         self, given: Mapping[str, float], values: Mapping[str, float], force: float = NO_FORCE
-    ) -> tuple[Start, Array]:
-        """Return the start of a run, unchecked, and `Prepared.admits` of it, shape (3,).
+    ) -> tuple[Start, list[float]]:
+        """Return the start of a run, unchecked, and `Prepared.admits` of it.
 
         Parameters
         ----------
@@ -382,9 +394,10 @@ class Simulator:
         force : float
             Initial force, N; negative for none.
         """
-        p, motion = self._vector_of(values), np.array([[given[n] for n in self._at_rest]])
-        states, admits, scales = self.integrator.prepare(p[None], motion, np.array([force]))
-        return Start(states[0], dict(values), p, scales[0]), admits[0]
+        p, motion = self._vector_of(values), np.array([given[name] for name in self._at_rest])
+        prepared = self.integrator.prepare(p[None], motion[None], np.array([force]))
+        state, admits, scale = (array[0] for array in prepared)
+        return Start(state, dict(values), p, scale), admits.tolist()
 
     def _state_values(self, state: Mapping[str, float]) -> dict[str, float]:
         values = {**self._at_rest, **state}
@@ -498,8 +511,23 @@ class Simulator:
 
     def parameters(self, given: Mapping[str, float] | None = None) -> dict[str, float]:
         """Return all parameters of mechanism and law with `given` put in, checked."""
-        declared = (*self.mechanism.system.parameters, *self.own_parameters)
-        return resolve_parameters(self.where, declared, given or {})
+        known = self._declared
+        given = given or {}
+        values = {**self._defaults, **given}
+        # A check of all at once; where it fails, each is looked at.
+        if len(values) == len(known) and all(
+            type(v) is float and known[n].fault(v) is None for n, v in given.items()
+        ):
+            return values
+        return resolve_parameters(self.where, tuple(known.values()), given)
+
+    @cached_property
+    def _declared(self) -> dict[str, Parameter]:
+        return {p.name: p for p in (*self.mechanism.system.parameters, *self.own_parameters)}
+
+    @cached_property
+    def _defaults(self) -> dict[str, float]:
+        return {name: p.default for name, p in self._declared.items()}
 
     def constants(self, parameters: Mapping[str, float]) -> dict[Any, float]:
         """Return the values of all parameter symbols and definitions."""
@@ -508,7 +536,12 @@ class Simulator:
         return dict(zip(symbols, map(float, c), strict=True))
 
     def _vector_of(self, parameters: Mapping[str, float]) -> Array:
-        return np.array([parameters[s.name] for s in self.outline.parameters])
+        return np.array([parameters[name] for name in self._order])
+
+    @cached_property
+    def _order(self) -> tuple[str, ...]:
+        """Names of the parameters in the engine's order."""
+        return tuple(s.name for s in self.outline.parameters)
 
     def sensitivities(
         self, state: Mapping[str, float], wrt: Sequence[str], **options: Any
@@ -573,88 +606,40 @@ class Simulator:
         """
         return self.integrator.scales(self._vector_of(parameters), np.asarray(vector))
 
-    def trajectory(self, raw: RawRun, values: dict[str, float], rtol: float) -> Trajectory:
-        """Return the raw run as a trajectory."""
-        automaton, steps = self.outline, raw.step_records
-        c = self.integrator.constants(self._vector_of(values))
-        memory = np.vstack([steps.memory, raw.memory])
-        modes = np.append(steps.mode, raw.mode)
-        names, modes = self._named(modes, memory)
+    def trajectory(
+        self, raw: RawRun, start: Start, rtol: float, told: Sequence[tuple[float, ...]] = ()
+    ) -> Trajectory:
+        """Return a run as a trajectory; `told` are the impulses that a resolver answered with."""
         return Trajectory(
-            mechanism=self.mechanism.name,
-            law=self.label,
-            choices=self.choices,
-            parameters=values,
-            state_names=tuple(s.name for s in automaton.states),
-            memory_names=tuple(s.name for s in automaton.memory),
-            mode_names=names,
-            output_names=automaton.output_names,
-            step_time=steps.time,
-            step_length=steps.length,
-            step_mode=modes[:-1],
-            step_memory=steps.memory,
-            step_rows=steps.polynomial,
-            step_bend=steps.bend,
-            events=tuple(
-                with_alternatives(self, e, values) for e in self._events(raw.event_records, c)
-            ),
+            names=self._names,
+            parameters=start.values,
+            rtol=rtol,
+            record=RunRecord(self, start, raw, told),
             final_time=raw.time,
             final_state=raw.state,
             final_memory=raw.memory,
-            final_mode=int(modes[-1]),
             stop_reason=raw.stop_reason,
             stop_detail=self._detail(raw),
             counters=raw.counters,
-            engine=self.integrator.name,
-            rtol=rtol,
-            constants=c,
             evaluator=self.integrator,
         )
 
-    def _named(self, modes: Array, memory: Array) -> tuple[tuple[str, ...], Array]:
-        """Return names of modes, and the index of each of n modes among them."""
-        automaton = self.outline
-        if not automaton.parts:
-            return tuple(m.name for m in automaton.modes), modes
-        every = [mode_name(automaton, int(m), z) for m, z in zip(modes, memory, strict=True)]
-        names = tuple(dict.fromkeys(every))
-        return names, np.array([names.index(name) for name in every])
-
-    def _events(self, rows: EventRecords, constants: Array) -> tuple[EventRecord, ...]:
-        automaton = self.outline
-        names = [s.name for s in automaton.states]
-        outputs = self.integrator.outputs(
-            rows.mode_before, rows.state_before, rows.memory_before, constants
+    @cached_property
+    def _names(self) -> MotionNames:
+        outline = self.outline
+        return MotionNames(
+            mechanism=self.mechanism.name,
+            law=self.label,
+            choices=self.choices,
+            states=tuple(s.name for s in outline.states),
+            memory=tuple(s.name for s in outline.memory),
+            outputs=outline.output_names,
+            engine=self.integrator.name,
         )
-        at = {name: outputs[:, i] for i, name in enumerate(automaton.output_names)}
-        own = [c.name for c in self.mechanism.contacts]
-        records = []
-        for i, after in enumerate(rows.state_after.tolist()):
-            place = int(rows.contact[i])
-            contact = automaton.contacts[place] if place >= 0 else ""
-            end = f"_{contact or own[0]}" if len(own) > 1 else ""
-            # A decision for several contacts at once has no force of its own.
-            decided = place < 0 and rows.transition[i] < 0
-            carried = ("normal_force", "tangential_force", "gap")
-            force, friction, gap = (0.0 if decided else float(at[f"{n}{end}"][i]) for n in carried)
-            records.append(
-                EventRecord(
-                    time=float(rows.time[i]),
-                    kind=automaton.kinds[rows.kind[i]],
-                    mode_before=mode_name(
-                        automaton, int(rows.mode_before[i]), rows.memory_before[i]
-                    ),
-                    mode_after=mode_name(automaton, int(rows.mode_after[i]), rows.memory_after[i]),
-                    state=dict(zip(names, after, strict=True)),
-                    normal_force=force,
-                    tangential_force=friction,
-                    compression=-gap,
-                    contact=contact if len(own) > 1 else own[0],
-                )
-            )
-        return tuple(records)
 
     def _detail(self, raw: RawRun) -> str:
+        if raw.stop_reason in (StopReason.T_END, StopReason.UNTIL):
+            return ""
         if raw.stop_reason is StopReason.LEFT_DOMAIN:
             mode = self.outline.modes[raw.mode]
             bound = mode.transitions[raw.stop_transition].bound
@@ -664,8 +649,7 @@ class Simulator:
             return _GUIDE_MEETS
         if len(self.contact.rows) > 1 and raw.stop_reason is StopReason.JAM:
             return _JAM
-        ordinary = (StopReason.T_END, StopReason.UNTIL)
-        return "" if raw.stop_reason in ordinary else raw.stop_reason.advice
+        return raw.stop_reason.advice
 
 
 def simulate_softened(

@@ -22,10 +22,8 @@ $engine
 
 /* Whether what the start makes happen at once is an event. */
 enum { START_EVENTS = $start_events };
-/* Stand for infinity: a state left out must not turn 0 * inf into nan in a norm, nor into a number
- * too small to be normal, which processors are slow with. */
+/* Stands for infinity. */
 #define ENDLESS 1e300
-#define LEFT_OUT 1e100
 
 $names
 
@@ -75,7 +73,7 @@ static void engine_options(const ${name}_options *o, ps_options *e) {
   e->h0 = o->first_step;
   e->h_max = o->max_step > 0 ? fmin(o->max_step, ENDLESS) : ENDLESS;
   e->t_end = o->t_end;
-  for (int i = 0; i < PS_NX; i++) e->atol[i] = fmin(o->atol[i], LEFT_OUT);
+  set_tolerances(e, o->atol);
   e->max_steps = o->max_steps;
   e->max_events = o->max_events;
   memcpy(e->until, o->until, sizeof e->until);

@@ -23,7 +23,7 @@ from painleve_sym.simulate.sensitivity.result import (
     split_outputs,
 )
 from painleve_sym.simulate.simulator import Simulator, Start
-from painleve_sym.simulate.trajectory import EventRecord, Trajectory
+from painleve_sym.simulate.trajectory import EventRecord, StoredRecord, Trajectory
 
 INITIAL_FORCE = "initial_force"
 
@@ -238,7 +238,7 @@ class _Differentiated:
     ) -> SensitiveTrajectory:
         sim = self.simulator
         nx, nz, k = len(self.start.state), len(sim.automaton.memory), len(self.wrt)
-        trajectory = sim.trajectory(_plain(raw, nx, nz), self.start.values, rtol)
+        trajectory = sim.trajectory(_plain(raw, nx, nz), self.start, rtol)
         marked = _marked(raw, trajectory, functions)
         events = _judged(marked, directions, scale, rtol)
         c = engine.constants(self.start.parameters)
@@ -274,7 +274,6 @@ class _Differentiated:
         functions: VariationalFunctions,
         constants: Array,
     ) -> Trajectory:
-        steps = raw.step_records
         rows, columns = functions.entries
         names = trajectory.state_names
         slopes = [f"d {names[i]}/d {self.wrt[k]}" for i, k in zip(rows, columns, strict=True)]
@@ -284,16 +283,23 @@ class _Differentiated:
             for w in self.wrt
             for name in group
         ]
+        record, states = trajectory.record, (*names, *slopes)
+        memory = tuple(f"memory {i}" for i in range(len(raw.memory)))
         return replace(
             trajectory,
-            state_names=(*names, *slopes),
-            memory_names=tuple(f"memory {i}" for i in range(len(raw.memory))),
-            output_names=(*trajectory.output_names, *outputs),
-            step_memory=steps.memory,
-            step_rows=steps.polynomial,
+            names=replace(
+                trajectory.names,
+                states=states,
+                memory=memory,
+                outputs=(*trajectory.output_names, *outputs),
+            ),
+            record=replace(
+                StoredRecord.of(record),
+                steps=replace(raw.step_records, mode=record.steps.mode),
+                constants=constants,
+            ),
             final_state=raw.state,
             final_memory=raw.memory,
-            constants=constants,
             evaluator=engine,
         )
 
