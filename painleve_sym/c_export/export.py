@@ -106,13 +106,13 @@ def _case(scenario: Scenario, name: str) -> Case:
     compiler, trajectory = find_compiler(), scenario.simulate()
     mechanism, law = scenario.mechanism(), scenario.contact_law()
     simulator = Simulator(mechanism, law, scenario.engine)
-    vector, _ = simulator.start(scenario.start(), trajectory.parameters)
+    start = simulator.start(scenario.start(), trajectory.parameters)
     limits = {"max_steps": scenario.max_steps, "max_events": scenario.max_events}
     return Case(
         name=name,
         simulator=simulator,
         trajectory=trajectory,
-        motion=vector[: len(mechanism.state_names)],
+        motion=start.state[: len(mechanism.state_names)],
         t_end=float(scenario.t_end or 0.0),
         rtol=scenario.rtol,
         until=scenario.until,

@@ -92,6 +92,14 @@ class VariationalFunctions(AutomatonFunctions):
         """None: impacts of several contacts are not differentiated, a run ends before them."""
 
     @property
+    def prepared(self) -> None:
+        """None: whole start states are given, with their derivatives."""
+
+    @property
+    def scales(self) -> None:
+        """None, as `prepared`."""
+
+    @property
     def event_entries(self) -> dict[str, slice]:
         """Where the memory holds what the last event was.
 

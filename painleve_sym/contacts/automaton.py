@@ -33,6 +33,7 @@ from painleve_sym.contacts.interfaces import (
     RigidInterface,
     zero_factor,
 )
+from painleve_sym.contacts.preparation import preparation
 from painleve_sym.contacts.rigid import SINGULAR_MARGIN
 from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.hybrid.automaton import (
@@ -437,6 +438,7 @@ class PluralContacts:
             parts=tuple(c.part for c in self.interfaces),
             preference=self._preference,
             impacts=self.impacts,
+            preparation=preparation(self),
         )
 
     @property

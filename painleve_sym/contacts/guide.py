@@ -19,6 +19,7 @@ from painleve_sym.contacts.contact_states import (
     FRICTION_WORK,
     ContactStates,
 )
+from painleve_sym.contacts.preparation import preparation
 from painleve_sym.contacts.rigid import DECISION, SINGULAR_MARGIN
 from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.hybrid.automaton import (
@@ -237,4 +238,5 @@ class BilateralContact(ContactStates):
             modes=(self._decision(), self._impact(), *sticks, *slips),
             starts=(Choice(DECISION),),
             uncontrolled=self.dissipations,
+            preparation=preparation(self),
         )

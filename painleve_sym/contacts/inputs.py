@@ -25,16 +25,8 @@ def resolve_state(
     InputError
         Unknown names, values that are not finite, a state outside the mechanism's domain.
     """
-    where, faults = f"state of {mechanism.name!r}", []
-    values = dict.fromkeys(mechanism.state_names, 0.0)
-    for name, value in given.items():
-        if name not in values:
-            faults.append(unknown_name("state", name, values))
-            continue
-        values[name], fault = checked_number(value, f"state {name}")
-        if fault:
-            faults.append(fault)
-    _raise(where, faults)
+    where, faults = f"state of {mechanism.name!r}", list[str]()
+    values = state_values(mechanism, given)
     symbols = symbol_values(mechanism, values, parameters)
     margins = domain_margins(mechanism)(symbols).values() if mechanism.domain else ()
     for bound, margin in zip(mechanism.domain, margins, strict=True):
@@ -43,6 +35,20 @@ def resolve_state(
             got = ", ".join(f"{n} = {values.get(n, parameters.get(n))!r}" for n in names)
             faults.append(f"got {got}, need {bound.margin} > 0 ({bound.meaning}).")
     _raise(where, faults)
+    return values
+
+
+def state_values(mechanism: Mechanism, given: Mapping[str, float]) -> dict[str, float]:
+    """Return what `resolve_state` returns, without a look at the domain."""
+    values, faults = dict.fromkeys(mechanism.state_names, 0.0), []
+    for name, value in given.items():
+        if name not in values:
+            faults.append(unknown_name("state", name, values))
+            continue
+        values[name], fault = checked_number(value, f"state {name}")
+        if fault:
+            faults.append(fault)
+    _raise(f"state of {mechanism.name!r}", faults)
     return values
 
 

@@ -21,6 +21,7 @@ from painleve_sym.contacts.impact_rays import (
     ImpactRays,
     restitution_parameter,
 )
+from painleve_sym.contacts.preparation import preparation
 from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.hybrid.automaton import (
     Accumulation,
@@ -238,4 +239,5 @@ class RigidContact(ContactStates):
             modes=tuple(modes),
             starts=(Choice(FLIGHT, positive(self.gap)), Choice(DECISION)),
             uncontrolled=self.dissipations,
+            preparation=preparation(self),
         )

@@ -25,6 +25,7 @@ from painleve_sym.engines.protocol import (
     CLOSED,
     DENSE_ROWS,
     IntervalHistory,
+    Prepared,
     RawRun,
     Resolver,
     RunOptions,
@@ -439,6 +440,16 @@ class ErkEngine:
         return Call(self.functions.constants)
 
     @cached_property
+    def _prepared(self) -> Call:
+        assert self.functions.prepared is not None
+        return Call(self.functions.prepared)
+
+    @cached_property
+    def _scales(self) -> Call:
+        assert self.functions.scales is not None
+        return Call(self.functions.scales)
+
+    @cached_property
     def parts(self) -> Parts | None:
         """What the parts of the automaton may do; None where it has none."""
         alternatives = self.functions.alternatives
@@ -464,6 +475,21 @@ class ErkEngine:
         """Return the parameters followed by the definitions, shape (nc,)."""
         with self._lock:
             return self._constants(parameters)[0]
+
+    def prepare(self, parameters: Array, given: Array, forces: Array) -> Prepared:
+        """Return whole start states with their scales, of n rows; see `Engine.prepare`."""
+        rows = []
+        with self._lock:
+            for p, own, force in zip(parameters, given, forces, strict=True):
+                c = self.constants(p)
+                state, admits = self._prepared(own, force, c)
+                rows.append(np.concatenate([state, admits, self._scales(state, c)[0]]))
+        return Prepared.of(np.array(rows))
+
+    def scales(self, parameters: Array, state: Array) -> Array:
+        """Return the scale of each state at a state, shape (nx,)."""
+        with self._lock:
+            return self._scales(state, self.constants(parameters))[0]
 
     def run(
         self,

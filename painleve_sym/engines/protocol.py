@@ -22,6 +22,9 @@ passed where that changes states by less than this part of their scale. As in th
 MAX_STEPS, MAX_EVENTS = 1_000_000, 100_000
 """Limits of a run where none are given."""
 
+ADMITS = 3
+"""Answers of `Prepared.admits` to a start."""
+
 DENSE_ROWS = 8
 """Rows of a Runge–Kutta step's dense polynomial, the start value first (see `Trajectory`)."""
 
@@ -75,6 +78,30 @@ class RunOptions:
             raise InputError("integration: max_step and first_step: need positive numbers.")
         if self.max_steps < 1 or self.max_events < 1:
             raise InputError("integration: max_steps and max_events: need at least 1.")
+
+
+class Prepared(NamedTuple):
+    """What n runs start with.
+
+    Attributes
+    ----------
+    states : ndarray, shape (n, nx)
+    admits : ndarray, shape (n, 3)
+        1 or 0: whether the contact laws admit a start, every constant is finite, and the start is
+        inside the domain.
+    scales : ndarray, shape (n, nx)
+        Of the states: below them only absolute errors count.
+    """
+
+    states: Array
+    admits: Array
+    scales: Array
+
+    @classmethod
+    def of(cls, rows: Array) -> Prepared:
+        """Return views of rows that hold states, admits and scales in turn."""
+        nx = (rows.shape[1] - ADMITS) // 2
+        return cls(rows[:, :nx], rows[:, nx : nx + ADMITS], rows[:, nx + ADMITS :])
 
 
 class RawRun(NamedTuple):
@@ -310,6 +337,23 @@ class Engine(Protocol):
 
     def constants(self, parameters: Array) -> Array:
         """Return the parameters followed by the definitions, shape (nc,)."""
+        ...
+
+    def prepare(self, parameters: Array, given: Array, forces: Array) -> Prepared:
+        """Return whole start states with their scales; see `Preparation`.
+
+        Parameters
+        ----------
+        parameters : ndarray, shape (n, np)
+        given : ndarray, shape (n, given)
+            The first states; the others follow.
+        forces : ndarray, shape (n,)
+            Initial forces, N; negative for none.
+        """
+        ...
+
+    def scales(self, parameters: Array, state: Array) -> Array:
+        """Return the scale of each state at a state, shape (nx,)."""
         ...
 
     def run(

@@ -314,6 +314,37 @@ class Impacts:
 
 
 @dataclass(frozen=True)
+class Preparation:
+    """What a run starts with: the whole start state, and the scale of every state.
+
+    Attributes
+    ----------
+    given : tuple of sympy.Symbol
+        The first of the automaton's states, which the others follow from.
+    force : sympy.Symbol
+        Initial force of the only contact, N; negative where none is given.
+    states : mapping of symbol to sympy.Expr
+        In given states, parameters, definitions and `force`; what is absent keeps its given value,
+        or is 0.
+    admits : tuple of sympy.Expr
+        1 or 0: whether the contact laws admit the start, whether every definition is finite, and
+        whether the start is inside the domain.
+    scales : mapping of symbol to sympy.Expr
+        Of every state, in states, parameters and definitions: below it only the absolute error
+        counts. oo leaves a state out of the step control.
+    terms : tuple of Definition
+        Abbreviations that all these formulas may use, each in terms of those before it.
+    """
+
+    given: tuple[sp.Symbol, ...]
+    force: sp.Symbol
+    states: Mapping[sp.Symbol, sp.Expr]
+    admits: tuple[sp.Expr, ...]
+    scales: Mapping[sp.Symbol, sp.Expr]
+    terms: tuple[Definition, ...] = ()
+
+
+@dataclass(frozen=True)
 class Mode:
     """A smooth regime.
 
@@ -365,6 +396,8 @@ class HybridAutomaton:
         Which of several motions a decision takes: 1 the one with most open parts, -1 that with
         fewest, 0 none.
     impacts : Impacts or None
+    preparation : Preparation or None
+        None: whoever runs it gives whole start states and tolerances.
 
     Raises
     ------
@@ -385,6 +418,7 @@ class HybridAutomaton:
     parts: tuple[Part, ...] = ()
     preference: int = 1
     impacts: Impacts | None = None
+    preparation: Preparation | None = None
 
     def __post_init__(self) -> None:
         faults = list(self._faults())

@@ -16,7 +16,13 @@ from pathlib import Path
 from typing import Any
 
 from painleve_sym.codegen.compile import FLAGS, find_compiler
-from tests.benchmarks import bench_corrected_jump, bench_many, bench_sensitivity, bench_start
+from tests.benchmarks import (
+    bench_call,
+    bench_corrected_jump,
+    bench_many,
+    bench_sensitivity,
+    bench_start,
+)
 from tests.benchmarks import bench_table3 as single
 from tests.benchmarks.cases import CASES
 
@@ -98,6 +104,16 @@ def starts() -> dict[str, Any]:
     return {"cases": found, "wanted": wanted | {"rod from the cache, s": cached}}
 
 
+def calls() -> dict[str, Any]:
+    """Return the times of engines and of whole calls, s."""
+    found = bench_call.measure()
+    for title, line in found.items():
+        engine, whole = (1e6 * line[name] for name in ("engine", "call"))
+        print(f"{title:30} engine {engine:7.1f} us, call {whole:7.1f} us", flush=True)
+    impact = {"found": found["rod, compliant"]["call"], "at_most": bench_call.LIMIT}
+    return {"cases": found, "wanted": {"call for an impact of the rod, s": impact}}
+
+
 def derivatives() -> dict[str, Any]:
     """Return the cost of an 8 × 8 Jacobian of Table 3 in plain runs."""
     found = bench_sensitivity.measure(1e-11)
@@ -123,6 +139,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "start": starts,
         "impacts": lambda: impacts(o.repeats),
         "batches": lambda: batches(o.per_axis),
+        "calls": calls,
         "derivatives": derivatives,
         "corrected_jump": jumps,
     }

@@ -86,14 +86,14 @@ def built_by_cmake(done):
 
 def built_by_compiler(done, *flags):
     """Return what the example prints, built by one call of the compiler."""
-    sources = ("main.c", f"{done.name}_model.c", f"{done.name}_start.c")
+    sources = ("main.c", f"{done.name}_model.c")
     run(find_compiler().path, *flags, "-o", "example", *sources, "-lm", cwd=done.folder)
     return run("./example", cwd=done.folder)
 
 
 def library(done):
     """Return the export as a shared library."""
-    sources = [f"{done.name}_{part}.c" for part in ("model", "start")]
+    sources = [f"{done.name}_model.c"]
     run(
         find_compiler().path,
         "-O0",
@@ -162,7 +162,7 @@ def test_export_states_and_tolerances_of_any_start_are_the_packages(bouncing, pr
         for _ in range(50):
             motion = rng.normal(size=4) * 10.0 ** rng.integers(-12, 3)
             names = simulator.mechanism.state_names
-            whole = simulator.initial_state(dict(zip(names, motion, strict=True)), values)
+            whole = simulator.prepared(dict(zip(names, motion, strict=True)), values)[0].state
             x, atol = np.full(len(whole), np.nan), np.full(len(whole), np.nan)
             x[:4] = motion
             complete(address(p), address(x))
@@ -223,10 +223,9 @@ int main() {{
         "utf-8",
     )
     cc, flags = find_compiler().path, ("-Wall", "-Wextra", "-Werror", "-c")
-    for part in ("model", "start"):
-        run(cc, "-O0", "-march=native", *SANITIZE, "-c", f"sledge_{part}.c", cwd=bouncing.folder)
+    run(cc, "-O0", "-march=native", *SANITIZE, "-c", "sledge_model.c", cwd=bouncing.folder)
     run(compiler, *flags, "mine.cc", cwd=bouncing.folder)
-    objects = ("mine.o", "sledge_model.o", "sledge_start.o")
+    objects = ("mine.o", "sledge_model.o")
     run(compiler, *SANITIZE, "-o", "mine", *objects, "-lm", cwd=bouncing.folder)
     found = np.array(run("./mine", cwd=bouncing.folder).split(), dtype=float)
     np.testing.assert_array_equal(found.reshape(60, -1), bouncing.trajectory(times))
@@ -354,7 +353,7 @@ def test_export_of_several_contacts_is_the_package_to_the_last_bit(scenario, kin
     for _ in range(50):
         motion = rng.normal(size=6) * 10.0 ** rng.integers(-12, 3)
         given = dict(zip(simulator.mechanism.state_names, motion, strict=True))
-        whole = simulator.initial_state(given, values)
+        whole = simulator.prepared(given, values)[0].state
         x, atol = np.full(len(whole), np.nan), np.full(len(whole), np.nan)
         x[:6] = motion
         c.block_two_feet_complete_state(address(p), address(x))

@@ -153,7 +153,7 @@ def _shared_options(
 ) -> RunOptions:
     nothing = np.zeros(len(simulator.outline.states))
     options = {"t_end": t_end, "until": until, "rtol": rtol, "record": "events", **limits}
-    return simulator.options(nothing, {}, atol=nothing, **options)
+    return simulator.options(nothing, **options)
 
 
 # ---- the work ----

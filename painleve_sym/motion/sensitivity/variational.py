@@ -23,8 +23,8 @@ from painleve_sym.motion.sensitivity.result import (
     SensitiveTrajectory,
     split_outputs,
 )
-from painleve_sym.motion.simulator import Simulator
-from painleve_sym.motion.trajectory import EventRecord, Trajectory
+from painleve_sym.motion.simulator import Simulator, Start
+from painleve_sym.motion.trajectory import EventRecord, StoredRecord, Trajectory
 
 INITIAL_FORCE = "initial_force"
 
@@ -53,10 +53,9 @@ def differentiated(
     **options: Any,
 ) -> SensitiveTrajectory:
     """Return the motion with its derivatives; see `Simulator.sensitivities`."""
-    vector, values = simulator.start(state, parameters)
-    vector = simulator.checked_start(vector, values, initial_force)
-    _check_directions(simulator, wrt, values, initial_force is not None)
-    run = _Differentiated(simulator, wrt, vector, values, initial_force)
+    start = simulator.start(state, parameters, initial_force)
+    _check_directions(simulator, wrt, start.values, initial_force is not None)
+    run = _Differentiated(simulator, wrt, start, initial_force)
     # Without its events nothing would tell which of them are singular.
     record = Record.EVENTS if record == "end" else record
     result = run.result(record, options)
@@ -133,8 +132,7 @@ class _Differentiated:
 
     simulator: Simulator
     wrt: tuple[str, ...]
-    vector: Array
-    values: dict[str, float]
+    start: Start
     initial_force: float | None
 
     # ---- the start and the engine ----
@@ -154,11 +152,11 @@ class _Differentiated:
         """Return d(start)/dw, shape (nx, k), and which entries can be different from zero."""
         sim = self.simulator
         symbols = {s.name: s for s in (*sim.automaton.states, *sim.automaton.parameters)}
-        jacobian = np.zeros((len(self.vector), len(self.wrt)))
+        jacobian = np.zeros((len(self.start.state), len(self.wrt)))
         values: dict[Any, float] = dict(
-            zip(sim.automaton.states, map(float, self.vector), strict=True)
+            zip(sim.automaton.states, map(float, self.start.state), strict=True)
         )
-        values |= {s: self.values[s.name] for s in sim.automaton.parameters}
+        values |= {s: self.start.values[s.name] for s in sim.automaton.parameters}
         if self.initial_force is not None:
             force = next(
                 s
@@ -201,9 +199,9 @@ class _Differentiated:
         for name in self.wrt:
             if name in names:
                 i = names.index(name)
-                sizes.append(max(abs(float(self.vector[i])), float(scale[i])))
+                sizes.append(max(abs(float(self.start.state[i])), float(scale[i])))
             else:
-                value = self.initial_force if name == INITIAL_FORCE else self.values[name]
+                value = self.initial_force if name == INITIAL_FORCE else self.start.values[name]
                 sizes.append(abs(value or 0.0) or 1.0)
         return np.array(sizes)
 
@@ -212,7 +210,7 @@ class _Differentiated:
     def result(self, record: RecordLike, options: dict[str, Any]) -> SensitiveTrajectory:
         """Run and assemble."""
         sim = self.simulator
-        plain = sim.options(self.vector, self.values, record=record, **options)
+        plain = sim.options(self.start.scale, record=record, **options)
         jacobian, pattern = self.start_jacobian()
         engine, functions = self.engine(pattern)
         scale = plain.atol / plain.rtol
@@ -221,9 +219,8 @@ class _Differentiated:
         sizes = LOOSER * scale[:, None] / directions
         extended = replace(plain, atol=functions.packed(plain.atol, plain.rtol * sizes))
 
-        parameters = np.array([self.values[s.name] for s in sim.automaton.parameters])
-        start = functions.packed(self.vector, jacobian)
-        raw = engine.run(start, parameters, extended)
+        start = functions.packed(self.start.state, jacobian)
+        raw = engine.run(start, self.start.parameters, extended)
         if raw.decision:
             raise InputError(
                 f"{sim.where}: derivatives: impacts of several contacts have none, and one "
@@ -241,11 +238,11 @@ class _Differentiated:
         rtol: float,
     ) -> SensitiveTrajectory:
         sim = self.simulator
-        nx, nz, k = len(self.vector), len(sim.automaton.memory), len(self.wrt)
-        trajectory = sim.trajectory(_plain(raw, nx, nz), self.values, rtol)
+        nx, nz, k = len(self.start.state), len(sim.automaton.memory), len(self.wrt)
+        trajectory = sim.trajectory(_plain(raw, nx, nz), self.start, rtol)
         marked = _marked(raw, trajectory, functions)
         events = _judged(marked, directions, scale, rtol)
-        c = engine.constants(np.array([self.values[s.name] for s in sim.automaton.parameters]))
+        c = engine.constants(self.start.parameters)
         singular = next((e for e in events if e.note in ("grazing", "singular")), None)
         valid = math.inf if singular is None else singular.event.time
         if not np.isfinite(raw.state).all() and singular is None:
@@ -278,7 +275,6 @@ class _Differentiated:
         functions: VariationalFunctions,
         constants: Array,
     ) -> Trajectory:
-        steps = raw.step_records
         rows, columns = functions.entries
         names = trajectory.state_names
         slopes = [f"d {names[i]}/d {self.wrt[k]}" for i, k in zip(rows, columns, strict=True)]
@@ -288,16 +284,23 @@ class _Differentiated:
             for w in self.wrt
             for name in group
         ]
+        record, states = trajectory.record, (*names, *slopes)
+        memory = tuple(f"memory {i}" for i in range(len(raw.memory)))
         return replace(
             trajectory,
-            state_names=(*names, *slopes),
-            memory_names=tuple(f"memory {i}" for i in range(len(raw.memory))),
-            output_names=(*trajectory.output_names, *outputs),
-            step_memory=steps.memory,
-            step_rows=steps.polynomial,
+            names=replace(
+                trajectory.names,
+                states=states,
+                memory=memory,
+                outputs=(*trajectory.output_names, *outputs),
+            ),
+            record=replace(
+                StoredRecord.of(record),
+                steps=replace(raw.step_records, mode=record.steps.mode),
+                constants=constants,
+            ),
             final_state=raw.state,
             final_memory=raw.memory,
-            constants=constants,
             evaluator=engine,
         )
 

@@ -17,7 +17,7 @@ from painleve_sym.complementarity.lcp import LCPSolution
 from painleve_sym.complementarity.lemke import LemkeResult, solve_lemke
 from painleve_sym.complementarity.mpcc import MPCCSurvey, solve_mpcc_all
 from painleve_sym.contacts.classify import Classification, classify
-from painleve_sym.contacts.contact_numbers import contact_numbers, contact_tolerances
+from painleve_sym.contacts.contact_numbers import contact_numbers
 from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
 from painleve_sym.contacts.impact_rays import Ray
 from painleve_sym.contacts.inputs import symbol_values
@@ -148,8 +148,7 @@ class Case:
         at = contact_numbers(self.mechanism)(
             symbol_values(self.mechanism, self.state, self.parameters)
         )
-        near, slow = contact_tolerances(at)
-        return bool(abs(at["gap"]) <= near), bool(abs(at["gap_rate"]) <= slow)
+        return abs(at["gap"]) <= at["gap_tolerance"], abs(at["gap_rate"]) <= at["rate_tolerance"]
 
     @cached_property
     def contact_velocities(self) -> Array:

@@ -198,10 +198,9 @@ class CriticalForceFinder:
         rtol: float,
     ) -> _Start:
         simulator = self.simulator
-        vector, values = simulator.start(state, parameters)
+        start = simulator.start(state, parameters)
         options = simulator.options(
-            vector,
-            values,
+            start.scale,
             t_end=self.t_end,
             until=ENDS,
             rtol=rtol,
@@ -210,10 +209,10 @@ class CriticalForceFinder:
         )
         options = replace(options, start_events=True)
         law = simulator.contact_law
-        constants = simulator.constants(values)
+        constants = simulator.constants(start.values)
         stiffness, exponent = numbers([law.stiffness, law.exponent], constants)
-        own = np.array([values[s.name] for s in simulator.automaton.parameters])
-        return _Start(simulator, vector, own, options, float(stiffness), float(exponent))
+        given = start.state, start.parameters
+        return _Start(simulator, *given, options, float(stiffness), float(exponent))
 
     def outcomes(
         self,

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from painleve_sym.checks import whole_number
-from painleve_sym.contacts.contact_numbers import contact_numbers, contact_tolerances
+from painleve_sym.contacts.contact_numbers import contact_numbers
 from painleve_sym.contacts.local_mode import rounded_difference
 from painleve_sym.engines.batch import MAX_EVENTS_KEPT, BatchOutputs
 from painleve_sym.errors import InputError, unknown_name
@@ -291,12 +291,13 @@ class Sweep:
             at = contact_numbers(mechanism).at(
                 {s: np.broadcast_to(inputs[s.name], (n,)) for s in symbols}
             )
-            slip, (near, slow) = at["slip_velocity"], contact_tolerances(at)
+            slip = at["slip_velocity"]
             mu = inputs[mechanism.contact.friction.name]
             A = rounded_difference(at["W_nn"], np.sign(slip) * mu * at["W_nt"])
             codes = opening_case(A, at["b_n"])
         codes = np.where(np.isfinite(A + at["b_n"]), codes, CASES["outside"])
-        closed = (np.abs(at["gap"]) <= near) & (np.abs(at["gap_rate"]) <= slow)
+        closed = np.abs(at["gap"]) <= at["gap_tolerance"]
+        closed &= np.abs(at["gap_rate"]) <= at["rate_tolerance"]
         codes = np.where(slip == 0, CASES["no_slip"], codes)
         return np.where(closed, codes, CASES["apart"]).astype(np.int8)
 
