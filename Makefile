@@ -32,7 +32,7 @@ lint: $(VENV)/.installed ## check style, types and import layers
 	$(BIN)/mypy --no-error-summary
 	@$(BIN)/lint-imports --no-logo > $(VENV)/lint-imports.log 2>&1 || { cat $(VENV)/lint-imports.log; exit 1; }
 
-# pytest ends with 5 when it selects nothing: having no slow tests is no failure.
+# pytest ends with 5 when it selects nothing: having no slow tests is not a failure.
 slow: $(VENV)/.installed ## run the slow tests
 	$(PYTEST) -q $(PARALLEL) -m slow || [ $$? -eq 5 ]
 

@@ -22,7 +22,8 @@ FOLDERS = ("painleve_sym", "derivations", "docs", "examples", "tests", "tools", 
 # Outputs of commands, which have the words of the commands.
 EXCLUDED = ("examples/output", "tools/prose.toml")
 DEFINITIONS = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
-CODE_OR_TARGET = re.compile(r"(`+)((?!\n\n).)+?(?<!`)\1(?!`)|(?<=\])\([^)]*\)", re.DOTALL)
+# Code, the target of a link, and the names before the types in a numpydoc section.
+CODE = r"(`+)((?!\n\n).)+?(?<!`)\1(?!`)|(?<=\])\([^)]*\)|(?<=\n)[\w*]+(, [\w*]+)* : "
 SCOPES = ("text", "summary", "name")
 
 
@@ -144,9 +145,9 @@ def offences(path: Path, habits: list[Habit]) -> list[str]:
     for passage in passages(path):
         text = passage.text
         if passage.scope == "text":
-            # Words are apart by one blank or line end; code and targets of links are not prose.
+            # Words are apart by one blank or line end.
             text = re.sub(r"[ \t]*\n[ \t]*", "\n", text)
-            text = CODE_OR_TARGET.sub(_blank, text)
+            text = re.sub(CODE, _blank, text, flags=re.DOTALL)
         for habit in habits:
             for match in habit.avoid.finditer(text) if habit.scope == passage.scope else ():
                 line = passage.line + text.count("\n", 0, match.start())

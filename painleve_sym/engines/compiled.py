@@ -225,7 +225,7 @@ class CompiledEngine:
         if self._last_options is None or self._last_options[0] is not options:
             self._last_options = (options, self._options_of(options))
         out: Any = self._end()
-        # Bytes are passed by address at a fraction of the price of `ndarray.ctypes`.
+        # Passing `bytes` avoids the overhead of `ndarray.ctypes`.
         x, p = _plain(state).tobytes(), _plain(parameters).tobytes()
         z = self._no_memory if memory is None else _plain(memory).tobytes()
         kept = self._library.ps_complete(x, z, p, ctypes.byref(self._last_options[1]), out)

@@ -15,7 +15,7 @@ from painleve_sym.quantities import axis_label
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 
 MAX_POINTS = 20_000
-"""More points than this no screen can show."""
+"""Maximum number of plotted points."""
 MAX_LINES = 60
 """More lines than this hide the curves; the events are then marked on the force only."""
 

@@ -1,4 +1,4 @@
-"""What a motion of rigid contacts tells besides its events.
+"""Details of the motion of rigid contacts besides its events.
 
 All solutions of a contact problem that has several, impulses, growing bounces, and the limit of a
 slip that meets A = 0.
@@ -54,7 +54,7 @@ def complete_motion(
 
 
 def with_impulses(
-    run: Trajectory, raw: RawRun, count: int, told: Sequence[tuple[float, ...]]
+    run: Trajectory, raw: RawRun, count: int, resolved: Sequence[tuple[float, ...]]
 ) -> Trajectory:
     """Return the motion of several contacts with the impulses of its impacts.
 
@@ -64,13 +64,13 @@ def with_impulses(
     raw : RawRun
     count : int
         Number of the impulses: two of each contact.
-    told : sequence of tuple of float
+    resolved : sequence of tuple of float
         Impulses of the events that a resolver answered, in order.
     """
     records = raw.event_records
     # The last entries of the memory are the impulses of the last impact.
     impulses = records.memory_after[:, -count:].tolist()
-    for i, own in zip(np.flatnonzero(records.transition < 0), told, strict=False):
+    for i, own in zip(np.flatnonzero(records.transition < 0), resolved, strict=False):
         impulses[i] = own
     events = tuple(
         replace(e, impulses=tuple(own)) if e.kind is EventKind.IMPACT else e

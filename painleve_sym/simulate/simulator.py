@@ -61,7 +61,7 @@ _GUIDE_MEETS = (
 
 
 class Contacts(AutomatonBuilder, Protocol):
-    """What a simulator asks of its contacts: their automaton, states, laws and parameters."""
+    """Contacts of a simulator: their automaton, states, laws and parameters."""
 
     @property
     def rows(self) -> tuple[ContactRow, ...]:
@@ -125,7 +125,7 @@ class Simulator:
     engine: str = "auto"
 
     def __post_init__(self) -> None:
-        _ = self.contact  # refuses laws that do not fit the contacts, or each other
+        _ = self.contact  # rejects laws that do not fit the contacts, or each other
 
     @cached_property
     def laws(self) -> tuple[Law, ...]:
@@ -273,7 +273,7 @@ class Simulator:
         return float(k * depth ** (n + 1) / (n + 1))
 
     def _curve(self, parameters: Mapping[str, float]) -> tuple[float, float]:
-        _ = self.contact_law  # refuses what has no loading curve
+        _ = self.contact_law  # rejects laws without a loading curve
         values = {s: np.array([v]) for s, v in self.constants(parameters).items()}
         k, n = self.loading_curve(values)
         return float(k[0]), float(n[0])
@@ -438,11 +438,11 @@ class Simulator:
 
     @property
     def where(self) -> str:
-        """What messages name as the place of a fault."""
+        """Place of a fault, as messages name it."""
         return f"{self.mechanism.name!r} with law {self.label!r}"
 
     def parameters(self, given: Mapping[str, float] | None = None) -> dict[str, float]:
-        """Return all parameters of mechanism and law with `given` put in, checked."""
+        """Return all parameters of mechanism and law, those in `given` replaced, checked."""
         declared = (*self.mechanism.system.parameters, *self.own_parameters)
         return resolve_parameters(self.where, declared, given or {})
 
@@ -564,7 +564,7 @@ class Simulator:
         for symbol, value in self.constants(values).items():
             if not np.isfinite(value):
                 raise InputError(
-                    f"{self.where}: {symbol} comes out as {value!r}, need a finite number. "
+                    f"{self.where}: {symbol} evaluates to {value!r}, need a finite number. "
                     "Fix: check the parameters it is made of (stiffness, curvatures)."
                 )
         return self.initial_state(resolve_state(self.mechanism, state, values), values), values

@@ -89,4 +89,4 @@ def test_wrong_input_is_named(capsys, extra, text):
 @pytest.mark.parametrize("extra", [["--configuration", "carried"], ["--initial-force", "10"]])
 def test_options_of_a_law_without_one_are_named(capsys, extra):
     assert main([*CASE, *extra]) == 2
-    assert "need a softened contact" in capsys.readouterr().err
+    assert "need a compliant contact" in capsys.readouterr().err

@@ -62,7 +62,7 @@ def one_mode(mode, mu, s):
 
 
 def obeys(mode, mu, s, F, a):
-    """Tell whether exact forces and accelerations obey one contact's mode, borders included."""
+    """Return whether exact forces and accelerations obey one contact's mode, borders included."""
     if mode is LIFT:
         return a[0] >= 0
     if mode is STICK:
@@ -123,7 +123,7 @@ def violates_coulomb(problem, s):
 
 
 def same_sets(first, second):
-    """Tell whether two collections of force vectors agree, in any order."""
+    """Return whether two collections of force vectors agree, in any order."""
     first, second = ([np.array(v, float) for v in vs] for vs in (first, second))
     near = [[np.allclose(v, w, rtol=1e-8, atol=1e-10) for w in second] for v in first]
     return len(first) == len(second) and all(map(any, near))

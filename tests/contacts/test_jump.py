@@ -216,7 +216,7 @@ def test_jump_refuses_what_is_not_an_impact(case):
 
 
 OTHERS = {
-    "slip goes on": (
+    "slip continues": (
         ROD,
         {"theta": 0.2, "x_A_dot": -1.0, "y_A_dot": -1.0},
         {"mu": 0.2},

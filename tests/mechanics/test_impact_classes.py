@@ -147,9 +147,9 @@ def test_course_c_sticking_is_the_three_phase_jump():
 def test_course_conditions_are_named():
     names = [[c.name for c in p.conditions] for p in _course(ImpactClass.R_REVERSED).phases]
     assert names == [
-        ["slip direction", "approach", "compression ends", "slip goes on"],
+        ["slip direction", "approach", "compression ends", "slip continues"],
         ["slip stops"],
-        ["slip reverses", "restitution goes on"],
+        ["slip reverses", "restitution continues"],
     ]
     reverse = _course(ImpactClass.R_REVERSED).phases[-1].conditions[0]
     c = BLOCK.coefficients

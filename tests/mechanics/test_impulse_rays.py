@@ -150,7 +150,7 @@ def test_phase_conditions_are_named_and_signed():
         "slip direction",
         "approach",
         "slip stops",
-        "compression goes on",
+        "compression continues",
     ]
     assert _zero(conditions["slip stops"].margin - c.slip_rate_coefficient(-1))
     stick = sticking_restitution(c, raw).conditions[0]

@@ -206,7 +206,7 @@ def test_file_with_energies_and_a_formula_of_several_lines():
             "line 5, parameters.m.default: parameter m (m): got -2",
         ),
         ("positive = true", "positive = 1", "line 5, parameters.m.positive: got 1, need true or"),
-        ("positive = true", "positive = true, lower = 1", "positive = true says lower already."),
+        ("positive = true", "positive = true, lower = 1", "'positive' and 'lower' are mutually"),
         ("positive = true", "meanin = 1", "unknown key 'meanin'. Did you mean 'meaning'?"),
         ("\nmu =", "\nx =", "line 6, parameters.x: name 'x' is declared twice."),
         ("\nmu =", "\nx_dot =", "line 6, parameters.x_dot: name 'x_dot' is declared twice."),
@@ -310,7 +310,7 @@ def test_file_that_is_no_toml_is_refused(tmp_path, data, message):
     path.write_bytes(data)
     with pytest.raises(InputError, match="mechanism file") as caught:
         load_mechanism(path)
-    assert message in str(caught.value) and "Fix:" in str(caught.value)
+    assert message in str(caught.value)
 
 
 def test_file_that_is_a_folder_or_missing_is_refused(tmp_path):

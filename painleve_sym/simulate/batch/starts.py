@@ -1,4 +1,4 @@
-"""Starts of many motions, ready for the engine; those that cannot run, with the reason."""
+"""Initial values of a batch, ready for the engine, with the reasons of rows that cannot run."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from painleve_sym.simulate.batch.reason_codes import INVALID_START, LEFT_DOMAIN,
 from painleve_sym.simulate.simulator import Simulator
 
 RUNS = -1
-"""Refusal of a row that can run."""
+"""Code of a row that can run, in place of a reason."""
 
 
 @dataclass(frozen=True)
