@@ -70,6 +70,11 @@ def test_code_links_and_numbers_of_lines_in_pages(offences):
     assert offences("page.md", page) == [(10, "text", "is no")]
 
 
+def test_headings(offences):
+    page = "# How it is built\n\n## How is it built?\n\n## Building\n"
+    assert offences("page.md", page) == [(1, "summary", "How")]
+
+
 def test_comments_of_c(offences):
     assert offences("code.c", "int anew; /* one\n * told */\n// so many\n") == [
         (2, "text", "told"),

@@ -73,6 +73,9 @@ def passages(path: Path) -> list[Passage]:
         return [Passage("text", text.count("\n", 0, m.start()) + 1, m[0]) for m in comments]
     if path.suffix == ".md":
         text = re.sub(r"^```.*?^```", _blank, text, flags=re.DOTALL | re.MULTILINE)
+        headings = re.finditer(r"^#+ (.*)", text, re.MULTILINE)
+        summaries = [(text.count("\n", 0, m.start()) + 1, m[1]) for m in headings]
+        return [Passage("text", 1, text), *(Passage("summary", *s) for s in summaries)]
     return [Passage("text", 1, text)]
 
 
