@@ -11,7 +11,7 @@ import pytest
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 SCRIPT = runpy.run_path(str(EXAMPLES / "make_output.py"))
 FAST = [("rod", "classify"), ("rod", "jump"), ("strut", "classify")]
-# How an answer took its steps is the machine's business, what it found is not.
+# The steps of a solver depend on the machine, its results do not.
 COUNTED = {"counters", "energy_residual", "wall_time"}
 FILES = sorted(
     (name, path.stem)

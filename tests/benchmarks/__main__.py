@@ -84,7 +84,7 @@ def batches(per_axis: int) -> dict[str, Any]:
 
 
 def starts() -> dict[str, Any]:
-    """Return seconds of `bench_start`, with what is wanted of them."""
+    """Return seconds of `bench_start`, with their limits."""
     found = {f"{m}, {law}": bench_start.measure(m, law) for m, law in bench_start.CASES}
     rod = found["rod, bilinear-hertz"]
     wanted = {
@@ -113,7 +113,7 @@ def jumps() -> dict[str, Any]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Measure, print, and write the file anew after every part."""
+    """Measure, print, and rewrite the file after every part."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, required=True, metavar="FILE")
     parser.add_argument("--repeats", type=int, default=101, help="of single impacts")

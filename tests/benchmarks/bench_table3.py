@@ -123,7 +123,7 @@ def measure(
                 lines.append(Line(peer.case.name, peer.name, target))
                 continue
             tol, looser = found
-            # Imports are done by now; what the chosen tolerance costs to compile is timed afresh.
+            # Imports are done by now; what the chosen tolerance costs to compile is timed again.
             start = time.perf_counter()
             peer.prepare()
             error = peer.case.end_error(peer.run(tol), peer.reverse_slip)

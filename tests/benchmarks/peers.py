@@ -407,7 +407,7 @@ def tune(
 ) -> tuple[float, float | None] | None:
     """Return the loosest tolerance with an end-state error of at most `target`, and the one before.
 
-    The error is no monotone function of the tolerance, so the tolerances of the next half decade
+    The error is not a monotone function of the tolerance, so the tolerances of the next half decade
     must reach the target too: a lucky hit does not count.
 
     Parameters

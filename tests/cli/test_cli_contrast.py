@@ -41,7 +41,7 @@ def test_figure_is_written_whole(capsys, tmp_path):
     shown = ("contrast", "rod", "--state", TABLE_3, *QUICK, "--t-end", "2e-3", "--out", file)
     code, out, _ = run(capsys, *shown)
     assert code == 0
-    assert f"drawn: {file}" in " ".join(out.split())  # a long path goes on the next line
+    assert f"drawn: {file}" in " ".join(out.split())  # a long path is on a line of its own
     assert file.read_bytes().startswith(b"\x89PNG")
     assert list(tmp_path.iterdir()) == [file]
 

@@ -1,4 +1,4 @@
-"""The command critical: what it prints, writes and refuses."""
+"""The command critical: its output, files and errors."""
 
 from __future__ import annotations
 

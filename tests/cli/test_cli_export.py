@@ -1,4 +1,4 @@
-"""The command export: what it writes and says, and what it refuses in one sentence."""
+"""The command export: its files, messages and errors."""
 
 from __future__ import annotations
 

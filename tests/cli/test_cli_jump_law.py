@@ -41,7 +41,7 @@ def test_jump_json_has_the_documented_keys(capsys):
 
 
 def test_jump_with_a_law_refuses_a_mobility_of_rank_one(capsys):
-    """Of one coordinate A' = 0; rounding used to decide between a refusal and wrong velocities."""
+    """Of one coordinate A' = 0; rounding used to decide between an error and wrong velocities."""
     case = ["jump", "strut", "--state", "theta=1.3,theta_dot=3", "--law", "bilinear-hertz"]
     height = f"h={math.sin(1.3)!r},mu=0.3"
     assert main([*case, "--set", height]) == 2

@@ -1,4 +1,4 @@
-"""The command map: what it prints, writes and refuses."""
+"""The command map: its output, files and errors."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """A mechanism that is nowhere in the package goes through every command from its file alone.
 
 A compound pendulum with a torsion spring and a drive hangs from a block on a level spring; its tip
-rubs on a belt that runs up a slope. Independent numbers come from Newton and Euler by hand.
+slides with friction on a belt that runs up a slope. Independent numbers come from Newton and Euler by hand.
 """
 
 from __future__ import annotations

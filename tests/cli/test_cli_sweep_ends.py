@@ -1,4 +1,4 @@
-"""The command sweep: failed points, refusals before anything runs, interrupts."""
+"""The command sweep: failed points, errors before anything runs, interrupts."""
 
 from __future__ import annotations
 

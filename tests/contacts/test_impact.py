@@ -1,4 +1,4 @@
-"""The complete impact in numbers: known solutions, independent oracles, borders and refusals."""
+"""The complete impact in numbers: known solutions, independent oracles, borders, errors."""
 
 from __future__ import annotations
 
@@ -288,7 +288,7 @@ def test_impact_of_a_contact_that_cannot_slip_differently_bounces(rule):
         assert found.velocity == (pytest.approx(0.5), v_t)
 
 
-# ---- refusals and extremes ----
+# ---- rejected input and extremes ----
 
 REFUSED = {
     "opening": (W, 0.5, (0.1, 1.0), "energetic", 0.5, "need v_n <= 0"),

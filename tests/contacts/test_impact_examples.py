@@ -97,7 +97,7 @@ def _kinetic(mechanism, state):
     return float(system.kinetic_energy.subs(values))
 
 
-# ---- the softened contact as the limit of growing stiffness ----
+# ---- the compliant contact as the limit of growing stiffness ----
 
 SOFTENED = {
     "slides": ({"theta": 0.2, "x_A_dot": -1.0, "y_A_dot": -1.0}, 0.2, ImpactClass.SLIDING),

@@ -1,4 +1,4 @@
-"""The jump in numbers: reference values, balances, the other classes of impact, refusals."""
+"""The jump in numbers: reference values, balances, the other classes of impact, rejected input."""
 
 from __future__ import annotations
 
@@ -276,7 +276,7 @@ def test_jump_of_every_other_class_balances_and_moves_the_contact_as_it_says(nam
 def test_jump_that_ends_sticking_leaves_no_slip_behind(name):
     mechanism, state, parameters, _ = OTHERS[name]
     result = evaluate_jump(mechanism, "energetic", state, parameters)
-    # Exactly 0, so that a motion may go on from there in sticking.
+    # Exactly 0, so that a motion may continue from there in sticking.
     assert result.velocity["x_A_dot"] == 0.0
     assert result.slip == (-1 if state.get("x_A_dot") else 0)
 

@@ -127,7 +127,7 @@ def test_elastic_reload_of_one_coordinate_ends_where_it_began(engine):
 
     One coordinate and slip of one sign make a motion that has a first integral, as the force along
     the elastic curve depends on the compression alone: it comes back to rest at exactly the
-    compression it left. ``yield`` and ``max_compression`` tie, and no engine can tell them apart.
+    compression it left. ``yield`` and ``max_compression`` tie, and no engine can distinguish them.
     """
     strut = Simulator(derived("strut"), law("bilinear-hertz"), engine)
     run = strut.run(derived("strut").start, t_end=0.007, record="events")

@@ -140,7 +140,7 @@ def test_batch_passes_limits_bit_for_bit_like_single_runs(kind):
 
 
 def deciding():
-    """A ball whose fate on the ground nobody but the caller knows."""
+    """A ball whose motion after the landing only the caller determines."""
     land = Transition("land", EventKind.TOUCHDOWN, X, (Choice("ask"),), {X: ZERO}, contact="floor")
     ask = Transition("ask", EventKind.CONTACT, None, decides=(EventKind.IMPACT,))
     return automaton((Mode("air", {X: V, V: -G}, (land,), OUT), Mode("ask", {}, (ask,), OUT)))

@@ -27,11 +27,11 @@ from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.study.scenario import Scenario
 
 ROOT = Path(__file__).parents[2]
-# clang contracts unless told not to.
+# clang contracts by default.
 STRICT = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-march=native")
 STRICT += ("-ffp-contract=off",)
 SANITIZE = ("-fsanitize=undefined", "-fno-sanitize-recover=undefined")
-# Its gap is no coordinate, and its words try to end a comment.
+# Its gap is not a coordinate, and its words try to end a comment.
 SLEDGE = """
 name = "sledge"
 title = "a mass point above level ground */ int"
@@ -124,7 +124,7 @@ def bouncing(sledge_file, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def pressed(sledge_file, tmp_path_factory):
-    """A softened export that starts compressed."""
+    """A compliant export that starts compressed."""
     state = {"x": 0.0, "x_dot": 1.0}
     scenario = Scenario(sledge_file, state, law="linear", initial_force=60.0, t_end=0.02)
     return export_c(scenario, tmp_path_factory.mktemp("softened") / "c", "spring")
@@ -363,7 +363,7 @@ def test_export_of_several_contacts_is_the_package_to_the_last_bit(scenario, kin
         np.testing.assert_array_equal(atol, 1e-9 * simulator.tolerances(whole, values))
 
 
-# ---- refusals ----
+# ---- rejected input ----
 
 
 def test_export_refuses_names_that_are_none(sledge_file, tmp_path):

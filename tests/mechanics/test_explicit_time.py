@@ -226,7 +226,7 @@ def test_rate_of_the_singular_point_contains_the_time():
     assert sp.simplify(difference + sp.diff(MOVES[1], t, 3)) == 0
 
 
-# ---- names and refusals ----
+# ---- names and rejected input ----
 
 FILE = """
 [coordinates]

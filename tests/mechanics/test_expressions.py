@@ -1,4 +1,4 @@
-"""Formulas as text: what is allowed, what is refused, and that nothing takes long."""
+"""Formulas as text: allowed and rejected ones, within bounded time."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ from tests.mechanics.catalogue import NAMES, SOFTENED, derived, random_numbers
 from tests.mechanics.forced import accelerations, directions, forced_automaton, forces
 
 LONG = ("two-link-arm", "pr-robot", "block")
-"""Whose softened automata take many seconds to derive and compile."""
+"""Whose compliant automata take many seconds to derive and compile."""
 BELTS = [n for n in SOFTENED if derived(n).contact.surface_speed != 0]
 
 

@@ -193,7 +193,7 @@ def test_block_with_two_feet_names_its_contacts_but_has_no_only_one():
 
 
 def _coefficients_at(name, **values):
-    """Return W as a function of nothing but what is left open, the rest at its default."""
+    """Return W as a function of the free quantities, the rest at its default."""
     mechanism = derived(name)
     at = {p.symbol: sp.nsimplify(p.default) for p in mechanism.system.parameters}
     at |= {s: v for s in mechanism.system.symbols for n, v in values.items() if s.name == n}

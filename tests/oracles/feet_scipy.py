@@ -82,7 +82,7 @@ class Law:
 
 @dataclass
 class Foot:
-    """What one foot does: branch of its law, deepest compression, sign of slip (0: sticks)."""
+    """Mode of one foot: branch of its law, deepest compression, sign of slip (0: sticks)."""
 
     branch: str = "flight"
     deepest: float = 0.0

@@ -1,4 +1,4 @@
-"""Simulate Painlevé's rod with a softened contact, by hand and with SciPy alone.
+"""Simulate Painlevé's rod with a compliant contact, by hand and with SciPy alone.
 
 This module is the test oracle: it shares no code with the package it checks. The motion is written
 as Newton-Euler equations about the centre of mass, integrated by SciPy's DOP853 one step at a time,
@@ -580,7 +580,7 @@ def simulate(
     rtol: float = 1e-12,
     max_events: int = 1000,
 ) -> RodRun:
-    """Simulate the rod with the softened bilinear contact, from event to event.
+    """Simulate the rod with the compliant bilinear contact, from event to event.
 
     In contact ``F_n = K delta^n`` while compressing and equation (5) while restoring; the friction
     is Coulomb's, and at zero slip the end sticks if and only if ``|F_t_stick| <= mu F_n``.

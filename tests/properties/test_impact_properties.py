@@ -1,4 +1,4 @@
-"""What holds for every planar impact of one contact, and for its closed forms."""
+"""Properties of every planar impact of one contact, and of its closed forms."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Many motions at once: each row the same as the single run, whatever runs beside it."""
+"""Batches: each row equals the single run, independent of the other rows."""
 
 from __future__ import annotations
 

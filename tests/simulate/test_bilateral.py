@@ -269,7 +269,7 @@ def test_force_that_falls_to_zero_without_a_successor_ends_in_an_impact():
     assert first.alternatives == ("slip_pos/pull_unstable", "slip_pos/push")
     for time, count in ((turn.time - 1e-6, 2), (turn.time, None)):
         z = run.state(time) if count else turn.state
-        # A little beyond the turn, as if the slip went on.
+        # A little beyond the turn, as if the slip continued.
         ahead = 0.0 if count else 1e-6
         phi, w = z["phi"] + ahead * z["phi_dot"], z["phi_dot"] + ahead * _turning(z, values)
         assert len(slip_forces(1, phi, w, 1.5, 0.0)) == (count or 0)

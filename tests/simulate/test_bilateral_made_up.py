@@ -92,7 +92,7 @@ def test_without_any_load_nothing_happens(carriage, speed):
 
 
 def test_bead_on_a_hoop_agrees_with_its_angle_by_hand():
-    """The gap is no coordinate; from the top, N = m g cos a − m R a'^2 outwards."""
+    """The gap is not a coordinate; from the top, N = m g cos a − m R a'^2 outwards."""
     run = Simulator(mechanism_from_text(HOOP), RigidLaw()).run({"y": 1.0, "x_dot": 0.7}, t_end=3.0)
     mu, g = 0.2, 9.8
 

@@ -1,4 +1,4 @@
-"""The jump at finite stiffness: against softened runs, its limit, and a contact with a dashpot."""
+"""The jump at finite stiffness: against compliant runs, its limit, and a contact with a dashpot."""
 
 import math
 
@@ -48,7 +48,7 @@ def test_rebound_of_table_3_is_the_softened_one(rule):
     stiff = values(rule, E=20.9e14)
     frozen = rule(TABLE_3, stiff).velocity
     carried = rule(TABLE_3, stiff, configuration="carried").velocity
-    # 0.0656115 and 1.6029856: softened runs computed outside the project.
+    # 0.0656115 and 1.6029856: compliant runs computed outside the project.
     assert frozen["y_A_dot"] == pytest.approx(0.0656115, rel=1e-3)
     assert carried["y_A_dot"] == pytest.approx(0.0656115, rel=1e-4)
     assert carried["theta_dot"] == pytest.approx(1.6029856, rel=2e-5)
@@ -64,7 +64,7 @@ def test_limit_is_the_classical_rule_and_the_leading_correction_its_approach(rod
     leading = np.array([float(forms.leading_correction().subs({**numbers, forms.K: k})) for k in K])
     left = (found - classical) / leading - 1
     assert np.all(np.diff(np.abs(found - classical)) < 0)
-    # What is left falls like K^(−(n−1)/(2n(n+1))), 0.72 over four decades.
+    # The error falls like K^(−(n−1)/(2n(n+1))), 0.72 over four decades.
     orders = np.diff(np.log(np.abs(left))) / np.diff(np.log(K))
     assert orders[-1] == pytest.approx(-0.764 / (2 * 1.764 * 2.764), rel=0.1)
 
@@ -235,7 +235,7 @@ def test_hunt_crossley_agrees_with_the_softened_run(rod):
         TABLE_3, t_end=0.1, parameters=parameters, until="separation"
     )
     found = evaluate_corrected_jump(rod, law("hunt-crossley"), TABLE_3, parameters)
-    # What is left is the drift of the configuration.
+    # The rest is the drift of the configuration.
     assert found.velocity["y_A_dot"] == pytest.approx(run.final["y_A_dot"], rel=2e-3)
 
 

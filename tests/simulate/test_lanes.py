@@ -1,4 +1,4 @@
-"""Motions side by side in the lanes of a vector: no bit depends on who is beside whom."""
+"""Motions in the lanes of a vector: results are bitwise independent of the other lanes."""
 
 from __future__ import annotations
 

@@ -74,7 +74,7 @@ def assert_derivatives(simulator, state, wrt, parameters, tolerance=1e-8, step=4
     return found
 
 
-# ---- softened ----
+# ---- compliant ----
 
 
 def test_table_3_impact_through_every_event():

@@ -24,7 +24,7 @@ from tests.oracles import rod_scipy
 STIFF = 20.9e14
 TABLE_4 = {"x_A_dot": -1.0, "theta": 1.0, "theta_dot": 5.0}
 BOTH = pytest.mark.parametrize("border", Border)
-# Indeterminate states: F_n* rises in some and falls in others; one gap is no coordinate.
+# Indeterminate states: F_n* rises in some and falls in others; one gap is not a coordinate.
 CASES = {
     "rod": ({"x_A_dot": -1.0, "theta": 1.05, "theta_dot": -4.0}, {}),
     "rod-inertia": ({"x_A_dot": -1.0, "theta": 1.1, "theta_dot": 5.0}, {"alpha": 3.5}),
@@ -235,7 +235,7 @@ def test_closed_form_with_an_approach_holds_to_first_order(finder, share):
     assert order == pytest.approx(-1 / (2 * 1.764), abs=0.03)
 
 
-# ---- refusals ----
+# ---- rejected input ----
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""The jump rule against softened impacts."""
+"""The jump rule against compliant impacts."""
 
 import numpy as np
 import pytest

@@ -152,7 +152,7 @@ def test_growth_of_a_deviation_tends_to_the_closed_form(finder):
         assert np.all(np.diff(found.deviation) > 0)
         errors.append(found.error)
     orders = np.diff(np.log(np.abs(errors))) / math.log(100)
-    # What is left, 1/λ, falls like E^(−1/(2n)); 1/λ² disturbs the order by some hundredths.
+    # The remainder, 1/λ, falls like E^(−1/(2n)); 1/λ² disturbs the order by some hundredths.
     assert orders == pytest.approx(-1 / (2 * N), abs=0.02)
     assert abs(errors[-1]) < 1e-3
 

@@ -1,4 +1,4 @@
-"""Every method on the starts of the paper's tables: who finds what, and at which order."""
+"""Every method on the starts of the paper's tables: the solutions and the orders."""
 
 from __future__ import annotations
 

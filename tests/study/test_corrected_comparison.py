@@ -1,4 +1,4 @@
-"""Orders of the jump rules against softened impacts, and what a frozen configuration leaves."""
+"""Orders of the jump rules against compliant impacts, and what a frozen configuration leaves."""
 
 import numpy as np
 import pytest

@@ -321,7 +321,7 @@ def test_a_folder_is_written_by_one_process_at_a_time(tmp_path):
         assert refused.returncode == 2 and refused.stderr.count("\n") == 1
         assert f"process {os.getpid()} on " in refused.stderr
         assert "Fix: wait until it ends" in refused.stderr and not out.exists()
-    # Of another file with the same points: refused, since its text is another.
+    # Of another file with the same points: rejected, since its text differs.
     (tmp_path / "s.toml").write_text(SMALL + "\n")
     assert "another sweep" in other().stderr
     (tmp_path / "s.toml").write_text(SMALL)
