@@ -74,7 +74,7 @@ def obeys(mode, mu, s, F, a):
 def exact_solutions(W, b, mu, slip):
     """Return the set of exact forces of all regular choices of modes, and whether all are."""
     n = len(mu)
-    found, complete = set(), True
+    solutions, complete = set(), True
     for modes in itertools.product((LIFT, RIGHT, LEFT, STICK), repeat=n):
         parts = [one_mode(mode, mu[i], slip[i]) for i, mode in enumerate(modes)]
         if any(part is None for part in parts):
@@ -99,8 +99,8 @@ def exact_solutions(W, b, mu, slip):
             obeys(mode, mu[i], slip[i], F[pair], a[pair])
             for i, (mode, pair) in enumerate(zip(modes, pairs, strict=True))
         ):
-            found.add(tuple(F))
-    return found, complete
+            solutions.add(tuple(F))
+    return solutions, complete
 
 
 def violates_coulomb(problem, s):

@@ -295,9 +295,9 @@ def test_jump_of_three_phases_equals_the_complete_solution(impact, e, law):
     mass, J_N, J_T, before = _numbers(mechanism, state, parameters)
     J = np.vstack([J_N, J_T])
     W, v = J @ np.linalg.solve(mass, J.T), J @ before
-    found = solve_impact(W, parameters["mu"], tuple(v), law, e)
-    assert result.end is found.end
-    for phase, other in zip(result.phases, found.phases, strict=True):
+    solution = solve_impact(W, parameters["mu"], tuple(v), law, e)
+    assert result.end is solution.end
+    for phase, other in zip(result.phases, solution.phases, strict=True):
         size = 1e-10 * (1 + np.abs(v).max()) * (1 + 1 / np.diag(W).min())
         assert math.isclose(phase.normal_impulse, other.normal_impulse, rel_tol=1e-9, abs_tol=size)
         assert math.isclose(phase.normal_velocity, other.velocity[0], rel_tol=1e-9, abs_tol=size)

@@ -78,8 +78,8 @@ def distance(a, b, scale):
 def scales(name, kind, start):
     sim = simulator(name, kind, "compiled")
     vector, values = sim.start(*start)
-    found = sim.tolerances(vector, values)
-    return np.where(np.isinf(found), 1.0, found)  # energies: J
+    tolerances = sim.tolerances(vector, values)
+    return np.where(np.isinf(tolerances), 1.0, tolerances)  # energies: J
 
 
 def assert_engines_agree(name, kind, start):

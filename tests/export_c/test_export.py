@@ -228,8 +228,8 @@ int main() {{
     run(compiler, *flags, "mine.cc", cwd=bouncing.folder)
     objects = ("mine.o", "sledge_model.o", "sledge_start.o")
     run(compiler, *SANITIZE, "-o", "mine", *objects, "-lm", cwd=bouncing.folder)
-    found = np.array(run("./mine", cwd=bouncing.folder).split(), dtype=float)
-    np.testing.assert_array_equal(found.reshape(60, -1), bouncing.trajectory(times))
+    computed = np.array(run("./mine", cwd=bouncing.folder).split(), dtype=float)
+    np.testing.assert_array_equal(computed.reshape(60, -1), bouncing.trajectory(times))
 
 
 def test_export_header_says_units_meanings_compiler_and_flags(pressed):
@@ -304,10 +304,10 @@ def test_program_of_the_page_builds_and_finds_what_the_package_finds(tmp_path):
     done = export_c(Scenario("rod", law="bilinear-hertz"), tmp_path / "c")
     program = re.search(r"```c\n(.*?)```", page, re.S).group(1)
     (done.folder / "main.c").write_text(program, "utf-8")
-    found = float(built_by_compiler(done, *STRICT, "-O2").split()[0])
+    computed = float(built_by_compiler(done, *STRICT, "-O2").split()[0])
     simulator = Simulator(model("rod"), law("bilinear-hertz"))
     options = {"t_end": 0.01, "parameters": {"E": 20.9e14}}
-    for spin, stops in ((found - 1e-5, True), (found + 1e-5, False)):
+    for spin, stops in ((computed - 1e-5, True), (computed + 1e-5, False)):
         run_ = simulator.run({"theta": 1.0, "x_A_dot": -1.0, "theta_dot": spin}, **options)
         assert bool(run_.events_of("slip_stop")) is stops
 

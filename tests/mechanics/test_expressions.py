@@ -109,9 +109,9 @@ def test_formula_with_a_fault_says_what_to_do(text, message):
     assert any(message in m for m in faults_of(text)), faults_of(text)
 
 
-@pytest.mark.parametrize("thing", [True, None, [1], {"a": 1}, math.nan, math.inf])
-def test_formula_that_is_neither_text_nor_number_is_refused(thing):
-    assert "need a f" in faults_of(thing)[0]
+@pytest.mark.parametrize("entry", [True, None, [1], {"a": 1}, math.nan, math.inf])
+def test_formula_that_is_neither_text_nor_number_is_refused(entry):
+    assert "need a f" in faults_of(entry)[0]
 
 
 def test_formula_faults_are_all_told_with_their_lines():
@@ -210,8 +210,8 @@ TEXTS = st.recursive(
 def test_formula_has_the_value_python_gives_it(text, x, y, theta):
     known = {n: getattr(math, n) for n in ("sin", "cos", "exp", "pi")}
     expected = eval(text, {"__builtins__": {}}, {**known, "x": x, "y": y, "theta": theta})
-    found = float(sp.N(value(text).subs({X: x, Y: y, THETA: theta}), 30))
-    assert math.isclose(found, expected, rel_tol=1e-9, abs_tol=1e-9)
+    computed = float(sp.N(value(text).subs({X: x, Y: y, THETA: theta}), 30))
+    assert math.isclose(computed, expected, rel_tol=1e-9, abs_tol=1e-9)
 
 
 @settings(max_examples=200, deadline=None)

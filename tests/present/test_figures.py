@@ -30,16 +30,16 @@ def figures():
 
 def texts_of(figure):
     """Return every text that shows, with what it is."""
-    found = []
+    texts = []
     for axes in figure.axes:
         low, high = axes.get_xlim(), axes.get_ylim()
-        found += [axes.xaxis.label, axes.yaxis.label, axes.title, axes._left_title, *axes.texts]
+        texts += [axes.xaxis.label, axes.yaxis.label, axes.title, axes._left_title, *axes.texts]
         for axis, (a, b) in ((axes.xaxis, low), (axes.yaxis, high)):
             ticks = zip(axis.get_majorticklocs(), axis.get_majorticklabels(), strict=True)
-            found += [label for place, label in ticks if min(a, b) <= place <= max(a, b)]
+            texts += [label for place, label in ticks if min(a, b) <= place <= max(a, b)]
     for legend in figure.legends:
-        found += legend.get_texts()
-    return [t for t in found if t.get_text() and t.get_visible()]
+        texts += legend.get_texts()
+    return [t for t in texts if t.get_text() and t.get_visible()]
 
 
 def assert_texts_apart(figure, name):

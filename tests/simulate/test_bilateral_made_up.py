@@ -105,9 +105,9 @@ def test_bead_on_a_hoop_agrees_with_its_angle_by_hand():
     other = solve_ivp(field, (0, 3), [0, 0.7], method="DOP853", **tight)
     angle, rate = other.y[:, -1]
     expected = [math.sin(angle), math.cos(angle), rate * math.cos(angle), -rate * math.sin(angle)]
-    found = [run.final[n] for n in ("x", "y", "x_dot", "y_dot")]
-    assert found == pytest.approx(expected, abs=1e-8)
-    assert abs(math.hypot(found[0], found[1]) - 1) < 1e-9
+    final = [run.final[n] for n in ("x", "y", "x_dot", "y_dot")]
+    assert final == pytest.approx(expected, abs=1e-8)
+    assert abs(math.hypot(final[0], final[1]) - 1) < 1e-9
     kinds = [e.kind for e in run.events if e.kind != "contact"]
     assert kinds == ["force_reversal", "slip_stop"]
     assert run.energy_residual < 1e-9
