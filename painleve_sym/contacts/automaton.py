@@ -45,7 +45,7 @@ from painleve_sym.hybrid.automaton import (
     Transition,
 )
 from painleve_sym.laws.compliance import ContactLaw
-from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.contact_set import ContactSet
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.simplify import readable

@@ -24,7 +24,7 @@ INDENTED = "flight_indented"
 
 
 @dataclass(frozen=True)
-class SoftenedContact(ContactStates):
+class CompliantContact(ContactStates):
     """Builds the automaton: flight, slip ±, stick, each with the branches of the law.
 
     Parameters

@@ -28,7 +28,7 @@ from painleve_sym.hybrid.automaton import (
     is_zero,
     positive,
 )
-from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.impact.impulse_rays import V_T
 from painleve_sym.mechanics.paradox.bilateral import SIDES, BilateralForms
 from painleve_sym.mechanics.system import Parameter

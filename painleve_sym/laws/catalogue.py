@@ -14,7 +14,7 @@ from painleve_sym.laws.compliance import (
     linear,
 )
 from painleve_sym.laws.restitution import RESTITUTIONS
-from painleve_sym.laws.rigid import POLICIES, RigidLaw
+from painleve_sym.laws.rigid_contact import POLICIES, RigidLaw
 
 COMPLIANT_LAWS: Mapping[str, Callable[..., ContactLaw]] = {
     "bilinear-hertz": bilinear_hertz,

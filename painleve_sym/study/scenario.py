@@ -25,9 +25,9 @@ from painleve_sym.laws.catalogue import Law, LawsByContact, law
 from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.laws.restitution import RestitutionLaw, restitution_law
 from painleve_sym.mechanics.models import Mechanism, model
-from painleve_sym.simulate.finite_stiffness import CorrectedJump, evaluate_corrected_jump
-from painleve_sym.simulate.simulator import DEFAULT_RTOL, Simulator
-from painleve_sym.simulate.trajectory import Trajectory
+from painleve_sym.motion.finite_stiffness import CorrectedJump, evaluate_corrected_jump
+from painleve_sym.motion.simulator import DEFAULT_RTOL, Simulator
+from painleve_sym.motion.trajectory import Trajectory
 
 DEFAULT_RULE = "energetic"
 MAX_SAMPLES = 1_000_000

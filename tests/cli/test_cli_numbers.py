@@ -11,9 +11,9 @@ from painleve_sym.contacts.classify import classify
 from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
+from painleve_sym.motion.simulator import Simulator
+from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.papers.impact_resolution.claims import TABLES
-from painleve_sym.simulate.simulator import Simulator
-from painleve_sym.simulate.trajectory import Trajectory
 from tests.cli.cli_helpers import (
     LAW,
     STIFF,

@@ -19,7 +19,7 @@ from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.impact.classes import ImpactClass
 from painleve_sym.mechanics.models import Mechanism, rod
 from painleve_sym.mechanics.system import Coordinate, LagrangianSystem, Parameter
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.motion.simulator import Simulator
 from tests.mechanics.made_up import positive
 
 LAWS = sorted(RESTITUTIONS)

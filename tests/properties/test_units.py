@@ -18,13 +18,13 @@ from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.contacts.impact.tangential import tangential_impact
 from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import law
-from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.models import model
 from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
-from painleve_sym.simulate.batch.run import simulate_many
-from painleve_sym.simulate.simulator import Simulator
-from painleve_sym.simulate.time_stepping.stepping import TimeStepper
+from painleve_sym.motion.batch.run import run_batch
+from painleve_sym.motion.simulator import Simulator
+from painleve_sym.motion.time_stepping.stepping import TimeStepper
 
 DECADES = st.floats(-6.0, 6.0)
 FACTORS = st.tuples(DECADES, DECADES, DECADES).map(lambda d: tuple(10.0**x for x in d))
@@ -272,7 +272,7 @@ def test_batch_has_the_same_rows_in_any_units(name, units):
         own = [_scaled(values, declared, f) for f in factors]
         return {n: np.array([row[n] for row in own]) for n in values}
 
-    batch = simulate_many(
+    batch = run_batch(
         simulator,
         rows(motion.state),
         parameters=rows(simulator.parameters(motion.parameters)),

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.critical.bisection import (
     Border,
     CriticalForceFinder,

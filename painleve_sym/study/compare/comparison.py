@@ -19,7 +19,7 @@ from painleve_sym.contacts.inputs import resolve_parameters, resolve_state
 from painleve_sym.contacts.problem import ContactCase, ContactSolution
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.simulate.time_stepping.stepping import TimeStepper
+from painleve_sym.motion.time_stepping.stepping import TimeStepper
 from painleve_sym.study.compare.methods import AccelerationLevel, Answer, Case
 
 STEPS_TO_END = (10, 100, 1000)

@@ -25,13 +25,13 @@ from painleve_sym.contacts.rigid import RigidContact
 from painleve_sym.errors import EventKind, InputError, StopReason, unknown_name
 from painleve_sym.laws.catalogue import compliant_law
 from painleve_sym.laws.restitution import restitution_law
-from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.simulate.simulator import Simulator
-from painleve_sym.simulate.singular_limit import SingularLimit
-from painleve_sym.simulate.time_stepping.step_solvers import SOLVERS
-from painleve_sym.simulate.time_stepping.stepping import SteppingRun, TimeStepper
-from painleve_sym.simulate.trajectory import Trajectory
+from painleve_sym.motion.simulator import Simulator
+from painleve_sym.motion.singular_limit import SingularLimit
+from painleve_sym.motion.time_stepping.step_solvers import SOLVERS
+from painleve_sym.motion.time_stepping.stepping import SteppingRun, TimeStepper
+from painleve_sym.motion.trajectory import Trajectory
 
 POLICIES = ("liftoff", "slip", "impact")
 RULES = ("energetic", "newton")

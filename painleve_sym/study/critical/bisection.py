@@ -23,7 +23,7 @@ from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.files import plain_fields
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.critical.sliding_solution import SlidingAnalysis, SlidingSolution
 
 ENDS = ("separation", "slip_stop")

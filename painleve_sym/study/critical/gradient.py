@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from painleve_sym.arrays import Array
 from painleve_sym.errors import InputError, unknown_name
-from painleve_sym.simulate.sensitivity.variational import INITIAL_FORCE
+from painleve_sym.motion.sensitivity.variational import INITIAL_FORCE
 from painleve_sym.study.critical.bisection import Border, CriticalForce, CriticalForceFinder
 from painleve_sym.study.critical.continuation import Setting
 
