@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, Protocol
 
 import numpy as np
 from sympy import Symbol
@@ -419,7 +419,7 @@ class Simulator:
             raise InputError(f"{self.where}: initial force: got {force!r}, need >= 0 and finite.")
         return float(force)
 
-    def _refuse(self, start: Start, given: Mapping[str, float], force: float) -> None:
+    def _refuse(self, start: Start, given: Mapping[str, float], force: float) -> NoReturn:
         """Raise InputError with the reason why a start is not admitted."""
         for symbol, value in self.constants(start.values).items():
             if not math.isfinite(value):
@@ -438,6 +438,7 @@ class Simulator:
             )
         for i in self.rigid:
             self._refuse_contact(i, state, symbol_values(self.mechanism, given, start.values))
+        raise InputError(f"{self.where}: the contact law does not admit the start.")
 
     def _refuse_contact(
         self, i: int, state: Mapping[str, float], symbols: Mapping[Any, float]
