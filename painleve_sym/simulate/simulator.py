@@ -333,12 +333,21 @@ class Simulator:
             raw = self.integrator.run(vector, p, checked)
             return complete_motion(self, self.trajectory(raw, values, checked.rtol), values)
         compiled = isinstance(self.integrator, CompiledEngine)
-        target = [m.name for m in self.outline.modes].index(CONTACT)
-        scale = checked.atol / checked.rtol
-        resolver = ImpactResolver(self.impacts, contact.rigid_law, target, values, scale)
+        resolver = ImpactResolver(**self.resolver_inputs(values, checked))
         raw = self.integrator.run(vector, p, checked, resolve=None if compiled else resolver)
         trajectory = self.trajectory(raw, values, checked.rtol)
         return with_impulses(trajectory, raw, 2 * len(contact.rows), resolver.impulses)
+
+    def resolver_inputs(self, values: dict[str, float], options: RunOptions) -> dict[str, Any]:
+        """Return the inputs of an `ImpactResolver` of a run with the parameters `values`."""
+        assert isinstance(self.contact, PluralContacts)
+        return {
+            "impacts": self.impacts,
+            "law": self.contact.rigid_law,
+            "target": [m.name for m in self.outline.modes].index(CONTACT),
+            "values": values,
+            "scale": options.atol / options.rtol,
+        }
 
     def checked_start(self, vector: Array, values: Mapping[str, float], force: Any) -> Array:
         """Return the start vector, compressed so that it carries `force` where that is given.

@@ -51,7 +51,7 @@ class ImpactData:
 
 @dataclass(frozen=True)
 class ImpactSlopes:
-    """Derivatives of an impact, each of shape (2 n, k): nan where they do not exist.
+    """Derivatives of an impact, each of shape (2 n, k); nan where they do not exist.
 
     Attributes
     ----------
@@ -154,13 +154,8 @@ class _Slopes:
         moved = self._columns(U)
         matrix = W[rows] @ U
         slopes = _both(self.W[rows], U) + np.einsum("rj,jck->rck", W[rows], moved)
-        inverse = np.linalg.pinv(matrix, rcond=_ROUNDING)
-        x = -inverse @ (W[rows] @ step.fixed)
         right = -_applied(self.W[rows], step.fixed) - W[rows] @ fixed
-        # Of the solution of least norm, where the matrix is singular all along.
-        change = inverse @ (right - _applied(slopes, x))
-        beyond = np.eye(len(x)) - inverse @ matrix
-        change += beyond @ np.einsum("rck,r->ck", slopes, inverse.T @ x)
+        x, change = least_norm_slopes(matrix, slopes, -W[rows] @ step.fixed, right)
         return fixed + _applied(moved, x) + U @ change
 
     def _columns(self, columns: Array) -> Array:
@@ -176,20 +171,23 @@ class _Slopes:
         n, t = 2 * i, 2 * i + 1
         if kind in ("border", "slip"):
             row, border = (n, self.border[i]) if kind == "border" else (t, 0.0)
-            moved: Array = self.velocity[row] - border + rates[row] * length
-            return -moved / step.rates[row]
+            moved = self.velocity[row] - border + rates[row] * length
+            change: Array = -moved / step.rates[row]
+            return change
         if kind == "spent" and self.path.restitution == "poisson":
-            spent: Array = self.budget[i] - push[n] * length
-            return spent / step.push[n]
+            change = (self.budget[i] - push[n] * length) / step.push[n]
+            return change
         v, force = step.velocities, step.push
         if kind == "spent":
             mean, end = v[n] + step.rates[n] * length / 2, v[n] + step.rates[n] * length
             given = push[n] * mean + force[n] * (self.velocity[n] + rates[n] * length / 2)
-            return (self.budget[i] - given * length) / (force[n] * end)
+            change = (self.budget[i] - given * length) / (force[n] * end)
+            return change
         power = v @ push + force @ self.velocity
         slope = step.rates @ push + force @ rates
-        taken: Array = self.work + power * length + slope * length**2 / 2
-        return -taken / (force @ v + force @ step.rates * length)
+        taken = self.work + power * length + slope * length**2 / 2
+        change = -taken / (force @ v + force @ step.rates * length)
+        return change
 
     def _spend(self, step: Straight, works: Array, moved: Array, impulses: Array) -> None:
         """Follow what the contacts have left to give back, and the energy of all."""
@@ -225,15 +223,17 @@ class _Slopes:
         aim, impulses = self.velocity - rebound, np.zeros_like(self.velocity)
         if rows:
             moved = self._columns(U)
-            x = np.linalg.lstsq(U, step.impulses, rcond=None)[0]
+            x = np.linalg.pinv(U) @ step.impulses
             slopes = _both(self.W[rows], U) + np.einsum("rj,jck->rck", W[rows], moved)
             right = -aim[rows] - _applied(slopes, x)
             impulses = _applied(moved, x) + U @ _change_in_range(W[rows] @ U, slopes, x, right)
         if step.weighs:
             stops = np.where(self.path.held, 0.0, step.impulses[::2])
             top = int(np.argmax(stops))
-            relative = impulses[::2] - np.outer(stops, impulses[2 * top] / stops[top])
-            self.weights = np.where(self.path.held[:, None], 0.0, relative / stops[top])
+            self.weights = np.zeros_like(self.weights)
+            if stops[top] > 0:
+                relative = impulses[::2] - np.outer(stops, impulses[2 * top] / stops[top])
+                self.weights = np.where(self.path.held[:, None], 0.0, relative / stops[top])
             return
         rates = aim + _applied(self.W, step.impulses) + W @ impulses
         rates[rows] = 0.0
@@ -275,6 +275,28 @@ def _applied(matrix: Array, vector: Array) -> Array:
 def _both(matrix: Array, columns: Array) -> Array:
     product: Array = np.einsum("rjk,jc->rck", matrix, columns)
     return product
+
+
+def least_norm_slopes(
+    matrix: Array, slopes: Array, right: Array, right_slopes: Array
+) -> tuple[Array, Array]:
+    """Return the solution of least norm and its derivatives, where the rank stays as it is.
+
+    Parameters
+    ----------
+    matrix, slopes : ndarray, shapes (m, n) and (m, n, k)
+    right, right_slopes : ndarray, shapes (m,) and (m, k)
+        In the range of the matrix.
+
+    References
+    ----------
+    Golub & Pereyra, SIAM J. Numer. Anal. 10 (1973) 413–432.
+    """
+    inverse = np.linalg.pinv(matrix, rcond=_ROUNDING)
+    x = inverse @ right
+    beyond = np.eye(len(x)) - inverse @ matrix
+    change = inverse @ (right_slopes - _applied(slopes, x))
+    return x, change + beyond @ np.einsum("rck,r->ck", slopes, inverse.T @ x)
 
 
 def _change_in_range(matrix: Array, slopes: Array, x: Array, right: Array) -> Array:

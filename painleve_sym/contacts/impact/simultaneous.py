@@ -126,8 +126,7 @@ class Straight(NamedTuple):
     rows : tuple of int
         the rates that they make vanish.
     velocities : ndarray, shape (2 n,)
-    budget, weights : ndarray, shape (n,)
-    work : float
+    budget : ndarray, shape (n,)
     push, rates : ndarray, shape (2 n,)
         dP/dτ and dv/dτ.
     compresses, rubs : ndarray of bool, shape (n,)
@@ -143,8 +142,6 @@ class Straight(NamedTuple):
     rows: tuple[int, ...]
     velocities: Array
     budget: Array
-    weights: Array
-    work: float
     push: Array
     rates: Array
     compresses: BoolArray
@@ -414,13 +411,25 @@ class _Path:
             events = sorted(self._events(push, rates))
             if not events or events[0].length == math.inf:
                 return False
-            before = self.v, self.budget.copy(), self.weights.copy(), self.work
+            v, budget = self.v, self.budget.copy()
             compresses = np.array([self._compresses(i, push, rates) for i in range(len(self.mu))])
             self._advance(push, rates, events[0].length)
-            after = self.v, self.budget.copy(), self.work
-            rubs = self._rubs(push)
             self.steps.append(
-                Straight(*chosen[2:], *before, push, rates, compresses, rubs, events[0], *after)
+                Straight(
+                    fixed=chosen.fixed,
+                    columns=chosen.columns,
+                    rows=chosen.rows,
+                    velocities=v,
+                    budget=budget,
+                    push=push,
+                    rates=rates,
+                    compresses=compresses,
+                    rubs=self._rubs(push),
+                    event=events[0],
+                    velocities_after=self.v,
+                    budget_after=self.budget.copy(),
+                    work_after=self.work,
+                )
             )
         return False
 
@@ -428,12 +437,13 @@ class _Path:
         """Set dP_n/dτ of the contacts that push, the largest 1, by what would stop them at once."""
         self.weights = np.ones(len(self.mu))
         if len(self.mu) > 1:
-            solution = self._at_once(0.0, weighs=True)
-            if solution is not None:
-                stops = np.where(self.held, 0.0, solution.impulses[::2])
-                if np.any(stops > 0):
-                    self.weights = stops / np.max(stops)
-                    self.steps.append(solution)
+            none = np.zeros_like(self.v)
+            nothing = AtOnce(True, 0.0, self.v, none, none, (), np.empty((len(none), 0)))
+            solution = self._at_once(0.0, weighs=True) or nothing
+            stops = np.where(self.held, 0.0, solution.impulses[::2])
+            if np.any(stops > 0):
+                self.weights = stops / np.max(stops)
+            self.steps.append(solution)
 
     def _at_once(self, e: float | None, weighs: bool = False) -> AtOnce | None:
         """Return impulses P and rates a = aim + W P with 0 ≤ P_n ⟂ a_n ≥ 0, friction against a_t.
