@@ -8,8 +8,9 @@ from the other: those of dP/dτ from the linear system, that of L from the polyn
 function), and those of what is reached from both.
 
 The impact is differentiable where the sequence stays the same nearby. Where two events end a piece
-together, or the impact begins with a velocity that is exactly 0, all derivatives have to agree with
-that, as those of a symmetric impact in a symmetric direction do; else they do not exist.
+together, or an impact begins with a slip that is exactly 0 and does not stick, all derivatives have
+to agree with that, as those of a symmetric impact in a symmetric direction do; else they do not
+exist.
 """
 
 from __future__ import annotations
@@ -115,6 +116,7 @@ class _Slopes:
 
     def follow(self, step: Straight) -> None:
         """Follow a straight piece."""
+        self._stick(step)
         self._pin_velocities(step.velocities, step)
         push = self._push(step)
         rates = _applied(self.W, step.push) + self.path.W @ push
@@ -137,6 +139,23 @@ class _Slopes:
         largest = np.max(np.abs(works) + np.outer(np.abs(done), self.floor), axis=0)
         self.energy_size += largest + np.max(np.abs(impulses), axis=0)
         self._spend(step, done * mean, works, impulses)
+
+    def _stick(self, step: Straight) -> None:
+        """Stop the slips that a direction gives to contacts which stick from their beginning.
+
+        A slip ε, to either side, stops after an impulse of first order in ε. Friction to that side
+        adds to the impulses of sticking what stops ε, whatever μ is.
+        """
+        rows, W, U = list(step.rows), self.path.W, step.columns
+        slips = np.array([self.velocity[r] if r % 2 else np.zeros_like(self.e) for r in rows])
+        if not np.any(slips):
+            return
+        impulses = -U @ np.linalg.pinv(W[rows] @ U, rcond=_ROUNDING) @ slips
+        works = impulses * step.velocities[:, None]
+        self.velocity = self.velocity + W @ impulses
+        self.impulses += impulses
+        self.works += works
+        self.work = self.work + works.sum(axis=0)
 
     def _push(self, step: Straight) -> Array:
         """Return the derivatives of dP/dτ."""
