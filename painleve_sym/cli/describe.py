@@ -16,10 +16,10 @@ from painleve_sym.hybrid.automaton import HybridAutomaton, Transition
 from painleve_sym.laws.catalogue import CHOICES, LAWS, one_law
 from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.laws.restitution import RESTITUTIONS, RestitutionLaw
-from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.models import MODELS, Mechanism, model
 from painleve_sym.mechanics.system import TIME, Parameter
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.motion.simulator import Simulator
 
 
 def checked_format(text: str, known: Sequence[str]) -> str:

@@ -18,8 +18,8 @@ from painleve_sym.contacts.impact.tangential import TangentialImpact
 from painleve_sym.errors import InputError, PainleveWarning, StopReason
 from painleve_sym.files import to_plain
 from painleve_sym.mechanics.models import Mechanism
-from painleve_sym.simulate.singular_limit import LimitKind
-from painleve_sym.simulate.trajectory import EventRecord, Trajectory
+from painleve_sym.motion.singular_limit import LimitKind
+from painleve_sym.motion.trajectory import EventRecord, Trajectory
 from painleve_sym.study.scenario import Scenario
 
 EXIT_STOPPED_EARLY = 3

@@ -21,7 +21,7 @@ import painleve_sym
 from painleve_sym.codegen.compile import cache_folder
 from painleve_sym.mechanics.definition import SYMPY_VERSION, definition_text
 
-_DERIVING = ("mechanics", "laws", "hybrid", "contacts", "codegen", "engines", "simulate")
+_DERIVING = ("mechanics", "laws", "hybrid", "contacts", "codegen", "engines", "motion")
 _AT_ONCE = 1 << 20
 
 

@@ -45,7 +45,7 @@ from painleve_sym.hybrid.automaton import (
     Transition,
 )
 from painleve_sym.laws.compliance import ContactLaw
-from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.contact_set import ContactSet
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.simplify import readable
@@ -89,13 +89,6 @@ class PluralContacts:
                 "and contacts that have an impact together follow one law. "
                 "Fix: give all rigid contacts the same restitution law and policy."
             )
-        taken = {p.name for p in self.mechanism.system.parameters}
-        clash = sorted(taken & {p.name for p in self.parameters})
-        if clash:
-            raise InputError(
-                f"{self.mechanism.name}: the mechanism and the law of a contact both have a "
-                f"parameter {clash[0]!r}. Fix: rename it in the mechanism."
-            )
 
     @property
     def rigid_law(self) -> RigidLaw:
@@ -123,10 +116,11 @@ class PluralContacts:
     @cached_property
     def own_laws(self) -> tuple[ContactLaw | RigidLaw, ...]:
         """The law of each contact, in its own symbols."""
+        taken = [p.name for p in self.mechanism.system.parameters]
         if len(self.laws) == 1:
-            return self.laws * len(self.rows)
+            return (self.laws[0].apart_from(taken),) * len(self.rows)
         pairs = zip(self.laws, self.mechanism.contacts, strict=True)
-        return tuple(law.of_contact(c.name) for law, c in pairs)
+        return tuple(law.of_contact(c.name).apart_from(taken) for law, c in pairs)
 
     @cached_property
     def interfaces(self) -> tuple[Interface, ...]:

@@ -24,7 +24,7 @@ INDENTED = "flight_indented"
 
 
 @dataclass(frozen=True)
-class SoftenedContact(ContactStates):
+class CompliantContact(ContactStates):
     """Builds the automaton: flight, slip ±, stick, each with the branches of the law.
 
     Parameters
@@ -43,13 +43,8 @@ class SoftenedContact(ContactStates):
                 "from both sides, and a law only pushes. Fix: use the law rigid, or describe the "
                 "guide as two contacts."
             )
-        taken = {p.name for p in self.mechanism.system.parameters}
-        clash = sorted(taken & {p.name for p in self.law.parameters})
-        if clash:
-            raise InputError(
-                f"mechanism {self.mechanism.name!r} with law {self.law.name!r}: both have a "
-                f"parameter {clash[0]!r}. Fix: rename it in the mechanism."
-            )
+        taken = [p.name for p in self.mechanism.system.parameters]
+        self.__dict__["law"] = self.law.apart_from(taken)
 
     @property
     def own_laws(self) -> tuple[ContactLaw]:

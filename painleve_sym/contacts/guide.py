@@ -12,6 +12,7 @@ from functools import cached_property
 
 import sympy as sp
 
+from painleve_sym.choices import Policy, PolicyLike
 from painleve_sym.contacts.contact_states import (
     CONTACTS,
     FORCE_WORK,
@@ -28,7 +29,7 @@ from painleve_sym.hybrid.automaton import (
     is_zero,
     positive,
 )
-from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.impact.impulse_rays import V_T
 from painleve_sym.mechanics.paradox.bilateral import SIDES, BilateralForms
 from painleve_sym.mechanics.system import Parameter
@@ -62,7 +63,7 @@ class BilateralContact(ContactStates):
     ----------
     mechanism : Mechanism
         With exactly one contact, bilateral.
-    policy : {"liftoff", "slip", "impact"}
+    policy : Policy or its text
         Followed where a slip has two solutions: the one with A > 0 (there is no lift-off here),
         the one with A < 0, or the tangential impact. At v_t = 0 it sticks where that is possible.
 
@@ -77,7 +78,7 @@ class BilateralContact(ContactStates):
     Klein (1909); Génot & Brogliato, Eur. J. Mech. A 18 (1999) 653–677, on tangential impacts.
     """
 
-    policy: str = "liftoff"
+    policy: PolicyLike = Policy.LIFTOFF
 
     def __post_init__(self) -> None:
         _ = self.own_laws  # refuses unknown names

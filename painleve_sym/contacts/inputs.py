@@ -8,36 +8,11 @@ from painleve_sym.checks import checked_number
 from painleve_sym.contacts.contact_numbers import domain_margins
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.mechanics.models import Mechanism
-from painleve_sym.mechanics.system import Parameter
 
 
 def _raise(where: str, faults: Sequence[str]) -> None:
     if faults:
         raise InputError(f"{where}: " + " ".join(faults))
-
-
-def resolve_parameters(
-    where: str, declared: Sequence[Parameter], given: Mapping[str, float]
-) -> dict[str, float]:
-    """Return every declared parameter's value: the given one, else its default.
-
-    Raises
-    ------
-    InputError
-        Unknown names, values that are not finite or out of range; all faults at once.
-    """
-    known, faults = {p.name: p for p in declared}, []
-    values = {p.name: p.default for p in declared}
-    for name, value in given.items():
-        if name not in known:
-            faults.append(unknown_name("parameter", name, known))
-            continue
-        values[name], fault = checked_number(value, f"parameter {name}")
-        fault = fault or known[name].fault(values[name]) or ""
-        if fault:
-            faults.append(fault)
-    _raise(where, faults)
-    return values
 
 
 def resolve_state(

@@ -12,6 +12,7 @@ from functools import cached_property
 import sympy as sp
 from sympy.logic.boolalg import Boolean
 
+from painleve_sym.choices import Policy, PolicyLike, Restitution, RestitutionLike
 from painleve_sym.contacts.contact_states import CONTACTS, FLIGHT, ContactStates, domain_transitions
 from painleve_sym.contacts.impact_rays import (
     APPROACH,
@@ -30,7 +31,7 @@ from painleve_sym.hybrid.automaton import (
     is_zero,
     positive,
 )
-from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.impact.impulse_rays import raw
 from painleve_sym.mechanics.paradox.singular_point import SingularPoint
 from painleve_sym.mechanics.system import Parameter
@@ -50,8 +51,8 @@ class RigidContact(ContactStates):
     ----------
     mechanism : Mechanism
         With exactly one contact.
-    restitution : {"energetic", "poisson", "newton"}
-    policy : {"liftoff", "slip", "impact"}
+    restitution : Restitution or its text
+    policy : Policy or its text
         Followed where the contact problem has several solutions.
 
     References
@@ -59,8 +60,8 @@ class RigidContact(ContactStates):
     Génot & Brogliato, Eur. J. Mech. A 18 (1999); Champneys & Várkonyi (2016).
     """
 
-    restitution: str = "energetic"
-    policy: str = "liftoff"
+    restitution: RestitutionLike = Restitution.ENERGETIC
+    policy: PolicyLike = Policy.LIFTOFF
     rays: ImpactRays = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:

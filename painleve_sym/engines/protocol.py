@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.choices import Record, RecordLike, chosen
 from painleve_sym.engines.records import EventRecords, StepRecords
 from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.hybrid.signature import Outline
@@ -17,6 +18,9 @@ from painleve_sym.hybrid.signature import Outline
 SHRINKING, REMAINDER, CLOSED = 6, 1e-11, 1e-6
 """Accumulation: this many intervals shrink, the rest is this part of the time so far; its limit is
 passed where that changes states by less than this part of their scale. As in the compiled loop."""
+
+MAX_STEPS, MAX_EVENTS = 1_000_000, 100_000
+"""Limits of a run where none are given."""
 
 DENSE_ROWS = 8
 """Rows of a Runge–Kutta step's dense polynomial, the start value first (see `Trajectory`)."""
@@ -54,11 +58,11 @@ class RunOptions:
     rtol: float
     atol: Array
     until: tuple[str, ...] = ()
-    record: str = "dense"
+    record: RecordLike = Record.DENSE
     first_step: float = 0.0
     max_step: float = float("inf")
-    max_steps: int = 1_000_000
-    max_events: int = 100_000
+    max_steps: int = MAX_STEPS
+    max_events: int = MAX_EVENTS
     start_events: bool = False
     start_mode: int = -1
     start_departs: tuple[int, ...] = ()
@@ -66,10 +70,7 @@ class RunOptions:
     def __post_init__(self) -> None:
         if not self.rtol >= 1e-15 or not self.rtol < 1:
             raise InputError(f"integration: rtol: got {self.rtol!r}, need 1e-15 <= rtol < 1.")
-        if self.record not in ("end", "events", "dense"):
-            raise InputError(
-                f"integration: record: got {self.record!r}, need end, events or dense."
-            )
+        chosen(Record, self.record, "record", "integration")
         if not self.max_step > 0 or not self.first_step >= 0:
             raise InputError("integration: max_step and first_step: need positive numbers.")
         if self.max_steps < 1 or self.max_events < 1:

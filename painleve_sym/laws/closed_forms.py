@@ -48,6 +48,12 @@ def closed_forms(mechanism: Mechanism) -> tuple[Section, ...]:
     ------
     InputError
         The mechanism has no contact.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> ps.closed_forms(ps.models.rod())[0].title
+    'energies'
     """
     if len(mechanism.contacts) > 1:
         return joint_sections(mechanism)

@@ -13,6 +13,10 @@ import sympy as sp
 SYMPY_VERSION = str(sp.__version__)
 """Another version may write the same derivation another way."""
 
+_PLAYS_NO_PART = "plays no part in derivations"
+NOT_DERIVED_FROM: Mapping[str, bool] = {_PLAYS_NO_PART: True}
+"""Metadata of a dataclass field that no derivation depends on, such as a default value."""
+
 
 def definition_text(thing: Any) -> str:
     """Return a text that tells everything the derivations of a thing start from.
@@ -23,8 +27,8 @@ def definition_text(thing: Any) -> str:
     Parameters
     ----------
     thing : object
-        Dataclasses (fields that take part in comparisons), SymPy expressions, mappings,
-        sequences, enums, texts and numbers, nested in any way.
+        Dataclasses, SymPy expressions, mappings, sequences, enums, texts and numbers, nested in
+        any way. Fields marked as `NOT_DERIVED_FROM`, or left out of comparisons, play no part.
 
     Raises
     ------
@@ -59,6 +63,8 @@ class _Writer:
     def text(self, thing: Any) -> str:
         if isinstance(thing, sp.Basic):
             return self._formula(thing)
+        if isinstance(thing, enum.StrEnum):
+            return repr(thing.value)
         if thing is None or isinstance(thing, bool | int | float | str):
             return repr(thing)
         if isinstance(thing, enum.Enum):
@@ -82,7 +88,7 @@ class _Writer:
         entries = (
             f"{f.name}={self.text(getattr(thing, f.name))}"
             for f in dataclasses.fields(thing)
-            if f.compare
+            if f.compare and not f.metadata.get(_PLAYS_NO_PART)
         )
         kind = type(thing)
         return f"{kind.__module__}.{kind.__qualname__}({','.join(entries)})"

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from painleve_sym.present.style import DASHES, PAGE, PALETTE, REFERENCE, STYLE
-from painleve_sym.study.compare.comparison import ROUND_OFF, Contrast
+from painleve_sym.study.compare.comparison import ROUND_OFF, Comparison
 from painleve_sym.study.compare.methods import Answer
 
 # Colour, symbol and size of a solver: open symbols that fit into each other where answers agree.
@@ -28,12 +28,12 @@ _EARLY = {"marker": "X", "markersize": 5.0, "markevery": [-1], "clip_on": False}
 """The cross where a motion ended before the end time."""
 
 
-def contrast_figure(comparison: Contrast) -> Figure:
+def contrast_figure(comparison: Comparison) -> Figure:
     """Return the figure: normal and slip velocity over time, error over step and over stiffness.
 
     Parameters
     ----------
-    comparison : Contrast
+    comparison : Comparison
     """
     with rc_context(STYLE):
         figure = Figure(figsize=(PAGE, 5.0), layout="constrained")
@@ -55,7 +55,7 @@ def contrast_figure(comparison: Contrast) -> Figure:
     return figure
 
 
-def _draw_motion(axes: Axes, comparison: Contrast, column: int) -> None:
+def _draw_motion(axes: Axes, comparison: Comparison, column: int) -> None:
     for answer, label, look in _lines(comparison):
         values = answer.contact_velocities[:, column]
         if not answer.complete:
@@ -83,7 +83,7 @@ def _draw_motion(axes: Axes, comparison: Contrast, column: int) -> None:
     axes.set_ylabel((r"$\dot{g}_N$ (m/s)", "$v_t$ (m/s)")[column])
 
 
-def _lines(comparison: Contrast) -> list[tuple[Answer, str, dict[str, Any]]]:
+def _lines(comparison: Comparison) -> list[tuple[Answer, str, dict[str, Any]]]:
     """Return rigid motions that differ, then softened ones, with label and look."""
     lines: list[tuple[Answer, str, dict[str, Any]]] = []
     for answer in comparison.rigid:

@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.checks import number, whole_number
+from painleve_sym.choices import EngineLike, EngineName, chosen
 from painleve_sym.contacts.classify import Classification, classify
 from painleve_sym.contacts.contact_numbers import contact_numbers, contact_tolerances
 from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
 from painleve_sym.contacts.impact.tangential import TangentialImpact, tangential_impact
-from painleve_sym.contacts.inputs import resolve_parameters, resolve_state, symbol_values
-from painleve_sym.engines.factory import ENGINES
+from painleve_sym.contacts.inputs import resolve_state, symbol_values
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import parse_toml, read_text
@@ -25,9 +25,10 @@ from painleve_sym.laws.catalogue import Law, LawsByContact, law
 from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.laws.restitution import RestitutionLaw, restitution_law
 from painleve_sym.mechanics.models import Mechanism, model
-from painleve_sym.simulate.finite_stiffness import CorrectedJump, evaluate_corrected_jump
-from painleve_sym.simulate.simulator import DEFAULT_RTOL, Simulator
-from painleve_sym.simulate.trajectory import Trajectory
+from painleve_sym.mechanics.system import resolve_parameters
+from painleve_sym.motion.finite_stiffness import CorrectedJump, evaluate_corrected_jump
+from painleve_sym.motion.simulator import DEFAULT_RTOL, Simulator
+from painleve_sym.motion.trajectory import Trajectory
 
 DEFAULT_RULE = "energetic"
 MAX_SAMPLES = 1_000_000
@@ -60,7 +61,7 @@ class Scenario:
         Kinds of events that end the motion.
     initial_force : float
         Sets the initial compression so that the contact carries this force; N.
-    engine : {"auto", "compiled", "taylor", "erk"}
+    engine : EngineName or its text
     rtol : float
         Relative tolerance.
     max_steps, max_events : int
@@ -87,7 +88,7 @@ class Scenario:
     t_end: float | None = None
     until: tuple[str, ...] = ()
     initial_force: float | None = None
-    engine: str = "auto"
+    engine: EngineLike = EngineName.AUTO
     rtol: float = DEFAULT_RTOL
     max_steps: int | None = None
     max_events: int | None = None
@@ -199,7 +200,9 @@ class Scenario:
     def classify(self) -> Classification:
         """Return the rigid contact problem at the state, with every solution."""
         mechanism = self.mechanism()
-        return classify(mechanism, self._state(mechanism, self._given(mechanism)), self.parameters)
+        return classify(
+            mechanism, self._state(mechanism, self._given(mechanism)), parameters=self.parameters
+        )
 
     def simulate(self) -> Trajectory:
         """Return the softened or rigid motion from the state.
@@ -209,7 +212,7 @@ class Scenario:
         InputError
             What is missing, unknown or out of range, before anything is compiled.
         """
-        mechanism, chosen, _ = self.mechanism(), self.contact_law(), self.start()
+        mechanism, contact_law, _ = self.mechanism(), self.contact_law(), self.start()
         if self.t_end is None:
             raise InputError(
                 f"{self.where}: no end time, and a motion needs one. "
@@ -220,14 +223,15 @@ class Scenario:
         number(self.t_end, "t_end", where=self.where, above=0.0)
         if self.samples is not None and not 2 <= self.samples <= MAX_SAMPLES:
             raise InputError(f"{self.where}: samples: got {self.samples}, need 2 to {MAX_SAMPLES}.")
-        if self.engine not in ENGINES:
-            raise InputError(f"{self.where}: " + unknown_name("engine", self.engine, ENGINES))
+        chosen(EngineName, self.engine, "engine", self.where)
         # Built for its checks: the simulator makes its own once the code is compiled.
         RunOptions(self.t_end, self.rtol, np.zeros(0), **limits)
         given = self._given(mechanism)
-        simulator = Simulator(mechanism, chosen, self.engine)
+        simulator = Simulator(mechanism, contact_law, self.engine)
         of_law = resolve_parameters(
-            f"law {simulator.label!r}", simulator.own_parameters, self.law_parameters
+            f"law {simulator.label!r}",
+            simulator.own_parameters,
+            simulator.given(law_parameters=self.law_parameters),
         )
         state = self._state(mechanism, given)
         options: dict[str, Any] = {
@@ -251,7 +255,7 @@ class Scenario:
                     f"jump of {mechanism.name!r}: restitution: got {self.restitution!r}, need none:"
                     " a bilateral contact does not separate. Fix: leave it out."
                 )
-            return tangential_impact(mechanism, self._state(mechanism, given), given)
+            return tangential_impact(mechanism, self._state(mechanism, given), parameters=given)
         coefficient = {rule.parameter.name: self.coefficient_of(rule)}
         given |= resolve_parameters(f"{rule.title}", [rule.parameter], coefficient)
         state = self._state(mechanism, given)
@@ -264,7 +268,7 @@ class Scenario:
                 "Fix: start on the surface, or use simulate with a law."
             )
         try:
-            return evaluate_jump(mechanism, rule, state, given)
+            return evaluate_jump(mechanism, rule, state, parameters=given)
         except InputError:
             raise
         except (ValueError, ArithmeticError) as error:
@@ -281,20 +285,20 @@ class Scenario:
 
     def corrected_jump(self, configuration: str = "frozen") -> CorrectedJump | None:
         """Return the jump at finite stiffness; None where no softened law is named."""
-        chosen = self.contact_law() if self.law is not None else None
-        if not isinstance(chosen, ContactLaw):
+        contact_law = self.contact_law() if self.law is not None else None
+        if not isinstance(contact_law, ContactLaw):
             return None
         mechanism, of_law = self.mechanism(), dict(self.law_parameters)
-        own = {p.name for p in chosen.parameters}
+        own = {p.name for p in contact_law.parameters}
         if self.restitution is not None and f"e_{self.rule}" in own:
             of_law.setdefault(f"e_{self.rule}", self.restitution)
-        of_law = resolve_parameters(f"law {chosen.name!r}", chosen.parameters, of_law)
+        of_law = resolve_parameters(f"law {contact_law.name!r}", contact_law.parameters, of_law)
         given = self._given(mechanism)
         return evaluate_corrected_jump(
             mechanism,
-            chosen,
+            contact_law,
             self._state(mechanism, given),
-            {**given, **of_law},
+            parameters={**given, **of_law},
             initial_force=self.initial_force or 0.0,
             configuration=configuration,
         )

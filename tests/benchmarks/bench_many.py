@@ -31,10 +31,10 @@ import pytest
 from painleve_sym.engines.taylor.runner import TaylorEngine
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model, rod
-from painleve_sym.simulate.batch import run as many
-from painleve_sym.simulate.batch.result import ManyResult
-from painleve_sym.simulate.batch.run import simulate_many
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.motion.batch import run as many
+from painleve_sym.motion.batch.result import BatchResult
+from painleve_sym.motion.batch.run import run_batch
+from painleve_sym.motion.simulator import Simulator
 from tests.benchmarks import cases, peers
 from tests.benchmarks.cases import ROD, Rod
 
@@ -58,7 +58,7 @@ def impacts(per_axis: int) -> dict[str, np.ndarray]:
 
 def package_batch(
     given: dict[str, np.ndarray], tol: float, threads: int, engine: str = "compiled"
-) -> tuple[ManyResult, float, float]:
+) -> tuple[BatchResult, float, float]:
     """Return result, processor time and wall time."""
     simulator = Simulator(rod(), law("bilinear-hertz", reload="virgin"), engine)
     return timed(simulator, *rod_rows(given), tol, threads)
@@ -85,13 +85,13 @@ def timed(
     parameters: dict[str, Any],
     tol: float,
     threads: int,
-) -> tuple[ManyResult, float, float]:
+) -> tuple[BatchResult, float, float]:
     """Return result, processor time and wall time of impacts until separation."""
     options: dict[str, Any] = {"t_end": 0.01, "until": "separation", "threads": threads}
     first = [{n: np.ravel(v)[:1] for n, v in a.items()} for a in (states, parameters)]
-    simulate_many(simulator, *first, **options)
+    run_batch(simulator, *first, **options)
     cpu, wall = time.process_time(), time.perf_counter()
-    found = simulate_many(simulator, states, parameters, rtol=tol, **options)
+    found = run_batch(simulator, states, parameters, rtol=tol, **options)
     return found, time.process_time() - cpu, time.perf_counter() - wall
 
 

@@ -18,7 +18,7 @@ import pytest
 
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.motion.simulator import Simulator
 
 STATE = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
 WRT = ("mu", "e_energetic", "E", "n", "m", "l", "alpha", "g")

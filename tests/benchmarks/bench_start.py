@@ -25,7 +25,7 @@ def now():
     return time.perf_counter(), t.user + t.system + t.children_user + t.children_system
 stages = [now()]
 import sympy.tensor.tensor  # SymPy loads it at the first sum of expressions
-from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym import Simulator, Simulator, law, model
 stages.append(now())
 mechanism = model(sys.argv[1])

@@ -10,7 +10,7 @@ import numpy as np
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.motion.simulator import Simulator
 from tests.benchmarks.cases import ARM, ROD, Case
 
 STIFF = {"E": 20.9e14}

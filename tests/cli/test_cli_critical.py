@@ -11,9 +11,9 @@ import pytest
 from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
+from painleve_sym.motion.simulator import Simulator
 from painleve_sym.present.outcome_figure import outcome_figure
 from painleve_sym.present.style import write_figure
-from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.study.critical.bisection import CriticalForceFinder
 from painleve_sym.study.critical.outcome_map import LEGEND, OutcomeMap, outcome_map
 from tests.cli.cli_helpers import STIFF, TABLE_3, TABLE_4, run, run_json

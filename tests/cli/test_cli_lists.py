@@ -153,7 +153,7 @@ def test_derive_python_gives_the_coefficients_of_the_package(module):
 )
 def test_derive_python_jump_equals_the_package(module, state):
     velocities = {"x_A_dot": 0.0, "y_A_dot": 0.0, "theta_dot": 0.0, **state}
-    found = evaluate_jump(model("rod"), "energetic", velocities, {"e_energetic": 0.6})
+    found = evaluate_jump(model("rod"), "energetic", velocities, parameters={"e_energetic": 0.6})
     phases = module["jump"](m=1.0, l=1.0, mu=1.4, e_energetic=0.6, **velocities)
     for phase, expected in zip(phases, found.phases, strict=True):
         assert phase["normal_impulse"] == pytest.approx(expected.normal_impulse, rel=1e-12)

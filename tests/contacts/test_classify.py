@@ -24,7 +24,7 @@ def test_friction_of_any_size_has_its_solution():
     rod = model("rod")
     for power in range(-12, 0):
         mu = 10.0**power
-        found = ps.classify(rod, {"theta": 1.0}, {"mu": mu})
+        found = ps.classify(rod, {"theta": 1.0}, parameters={"mu": mu})
         (solution,) = found.solutions
         assert found.case is ContactCase.SLIP
         assert solution.tangential_force == mu * solution.normal_force
@@ -136,8 +136,8 @@ def test_foot_in_a_guide_pulls_where_a_free_one_lifts_off():
 def test_guide_jams_where_friction_passes_the_tipping_limit(mu):
     # By hand: a pulling rear foot asks for a (N_1 - N_0) = mu h (N_1 - N_0), so mu h = a.
     values = {"mu": mu, "J": 5.0}
-    assert len(ps.classify(table((-1, 1)), {"x_dot": 1.0}, values).solutions) == 1
-    held = ps.classify(table((-1, 1), (-1,)), {"x_dot": 1.0}, values)
+    assert len(ps.classify(table((-1, 1)), {"x_dot": 1.0}, parameters=values).solutions) == 1
+    held = ps.classify(table((-1, 1), (-1,)), {"x_dot": 1.0}, parameters=values)
     assert held.case is (ContactCase.INCONSISTENT if mu * 0.4 > 0.5 else ContactCase.UNIQUE)
 
 

@@ -19,7 +19,7 @@ from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.impact.classes import ImpactClass
 from painleve_sym.mechanics.models import Mechanism, rod
 from painleve_sym.mechanics.system import Coordinate, LagrangianSystem, Parameter
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.motion.simulator import Simulator
 from tests.mechanics.made_up import positive
 
 LAWS = sorted(RESTITUTIONS)
@@ -64,7 +64,7 @@ def test_double_pendulum_gains_energy_by_newtons_law_only():
     pendulum, e, gain = double_pendulum(), 0.5, {}
     before = _kinetic(pendulum, KANE)
     for rule in LAWS:
-        found = evaluate_jump(pendulum, rule, KANE, {f"e_{rule}": e})
+        found = evaluate_jump(pendulum, rule, KANE, parameters={f"e_{rule}": e})
         assert found.case is ImpactClass.R_STICKING
         after = _kinetic(pendulum, KANE | dict(found.velocity))
         assert found.energy_change == pytest.approx(after - before, rel=1e-12)
@@ -118,7 +118,7 @@ def softened():
 def test_impact_is_the_limit_of_stiff_softened_contacts(softened, name):
     state, mu, case = SOFTENED[name]
     state = {"theta_dot": 0.5, **state}
-    rule = evaluate_jump(rod(), "energetic", state, {"mu": mu})
+    rule = evaluate_jump(rod(), "energetic", state, parameters={"mu": mu})
     assert rule.case is case
     errors = []
     for E in (20.9e10, 20.9e16):

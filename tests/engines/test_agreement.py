@@ -15,8 +15,8 @@ import pytest
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.contacts.inputs import symbol_values
 from painleve_sym.laws.catalogue import law
-from painleve_sym.laws.rigid import RigidLaw
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.laws.rigid_contact import RigidLaw
+from painleve_sym.motion.simulator import Simulator
 from tests.mechanics.catalogue import ONE_CONTACT, SOFTENED, derived
 
 ENGINES = ("compiled", "taylor")

@@ -18,8 +18,8 @@ from painleve_sym.errors import EventKind, ModelError, StopReason
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
-from painleve_sym.simulate.batch.run import simulate_many
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.motion.batch.run import run_batch
+from painleve_sym.motion.simulator import Simulator
 
 LAWS = ("energetic", "poisson", "newton")
 _FRAME = """
@@ -170,7 +170,7 @@ def test_rows_of_a_batch_are_single_runs_bit_for_bit(names, engine):
     start, own = {"y_A": 0.3, "x_A_dot": 0.2}, {"mu_A": 0.5}
     options = {"t_end": 0.6, "events": 2, "maxima": ("normal_force_A",)}
     one, two = (
-        simulate_many(simulator, start | {"theta": tilt}, own, threads=threads, **options)
+        run_batch(simulator, start | {"theta": tilt}, own, threads=threads, **options)
         for threads in (1, 2)
     )
     assert one.rows.state.tobytes() == two.rows.state.tobytes()

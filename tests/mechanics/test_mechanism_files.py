@@ -19,7 +19,7 @@ from painleve_sym.mechanics.toml.mechanism_file import (
     load_mechanism,
     mechanism_from_text,
 )
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.motion.simulator import Simulator
 from tests.mechanics.catalogue import by_symbol, derived, random_numbers
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "mechanisms"

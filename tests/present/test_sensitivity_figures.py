@@ -9,10 +9,10 @@ import pytest
 
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
+from painleve_sym.motion.simulator import Simulator
 from painleve_sym.present.fit_figure import fit_figure
 from painleve_sym.present.sensitivity_figure import sensitivity_figure
 from painleve_sym.present.style import save, write_figure
-from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.study.fitting.result import FitResult
 
 STATE = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}

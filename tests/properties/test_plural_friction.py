@@ -15,7 +15,7 @@ from scipy.optimize import lsq_linear
 
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.motion.simulator import Simulator
 from tests.oracles.feet_scipy import Block, Foot, Law
 
 

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from painleve_sym.errors import StopReason
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
-from painleve_sym.simulate.batch.run import simulate_many
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.motion.batch.run import run_batch
+from painleve_sym.motion.simulator import Simulator
 
 TABLE = "examples/mechanisms/three-legged-table.toml"
 LADDER = "examples/mechanisms/ladder.toml"
@@ -166,9 +166,7 @@ def test_a_batch_is_its_single_runs_with_any_number_of_threads(engine):
         "x_dot": rng.uniform(-0.5, 0.5, count),
         "theta_dot": rng.uniform(-1, 1, count),
     }
-    batches = [
-        simulate_many(simulator, start, SOFT, t_end=0.1, threads=k).rows.state for k in (1, 3)
-    ]
+    batches = [run_batch(simulator, start, SOFT, t_end=0.1, threads=k).rows.state for k in (1, 3)]
     assert np.array_equal(*batches)
     for i in range(count):
         single = {k: float(v[i]) for k, v in start.items()}

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.critical.bisection import (
     Border,
     CriticalForceFinder,
@@ -249,7 +249,7 @@ def test_closed_form_with_an_approach_holds_to_first_order(finder, share):
 )
 def test_states_that_are_not_indeterminate_are_refused(finder, state, message):
     with pytest.raises(InputError, match=message):
-        critical_force(finder.simulator, state)
+        critical_force(finder.simulator.mechanism, finder.simulator.contact_law, state)
 
 
 def test_forces_must_be_numbers(finder):

@@ -6,8 +6,8 @@ import pytest
 from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import rod
+from painleve_sym.motion.simulator import Simulator
 from painleve_sym.papers.impact_resolution.jump import extrapolated
-from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.study.compare.jump_convergence import compare_jump
 
 TABLE_3 = {"x_A_dot": -1.0, "theta": 1.0, "theta_dot": 1.0}

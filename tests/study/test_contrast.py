@@ -7,11 +7,11 @@ import pytest
 
 from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.errors import InputError, StopReason
-from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.models import model, rod
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
-from painleve_sym.simulate.simulator import Simulator
-from painleve_sym.study.compare.comparison import contrast
+from painleve_sym.motion.simulator import Simulator
+from painleve_sym.study.compare.comparison import compare
 
 STEPS = (1e-3, 5e-4)
 SOLVERS = ("least-impulse", "largest-impulse", "lemke")
@@ -20,7 +20,7 @@ SOLVERS = ("least-impulse", "largest-impulse", "lemke")
 def _contrast(**options):
     state = {"theta": options.pop("theta", 1.0), "x_A_dot": -1.0}
     state["theta_dot"] = options.pop("theta_dot")
-    return contrast(rod(), state, **({"steps": STEPS, "solvers": SOLVERS} | options))
+    return compare(rod(), state, **({"steps": STEPS, "solvers": SOLVERS} | options))
 
 
 @pytest.fixture(scope="module")
@@ -102,7 +102,7 @@ def test_unique_slip_is_found_by_all():
 
 
 def test_steps_follow_the_end_time_where_none_are_given():
-    found = contrast(
+    found = compare(
         rod(),
         {"theta": 1.0, "y_A": 0.01},
         t_end=1e-3,
@@ -114,7 +114,7 @@ def test_steps_follow_the_end_time_where_none_are_given():
 
 def test_falling_rod_has_no_contact_problem_of_accelerations():
     state = {"theta": 1.0, "y_A": 0.01, "x_A_dot": -1.0}
-    found = contrast(rod(), state, steps=STEPS, stiffness=(20.9e14,), solvers=("lemke",))
+    found = compare(rod(), state, steps=STEPS, stiffness=(20.9e14,), solvers=("lemke",))
     assert found.acceleration_level is None
     assert found.first_steps == ()
     assert all(a.normal_impulse == 0 for a in (*found.rigid, *found.stepping, *found.softened))
@@ -155,7 +155,7 @@ friction = "mu"
 
 def test_rigid_motion_that_jams_is_an_answer_beside_the_others():
     """Rank one: cos θ (v_n, v_t + u) ∝ θ̇, so that the slip stops at θ̇ = u/(2 l sin θ) = 1.25."""
-    wedged = contrast(model("strut"), WEDGED, parameters={"mu": 2.0}, **ONE)
+    wedged = compare(model("strut"), WEDGED, parameters={"mu": 2.0}, **ONE)
     assert [a.way for a in wedged.rigid] == ["energetic", "newton"]
     for answer in wedged.rigid:
         assert answer.stop_reason is StopReason.JAM
@@ -178,7 +178,7 @@ def test_rigid_motion_that_jams_is_an_answer_beside_the_others():
 
 def test_rigid_motion_that_jams_on_its_way_ends_after_the_impulse_up_to_there():
     start = {"theta": 0.9, "theta_dot": 4.0}
-    found = contrast(model("strut"), start, parameters={"mu": 2.0}, **ONE)
+    found = compare(model("strut"), start, parameters={"mu": 2.0}, **ONE)
     jammed = found.rigid[0]
     assert jammed.stop_reason is StopReason.JAM
     assert 0 < jammed.final_time < found.t_end
@@ -188,7 +188,7 @@ def test_rigid_motion_that_jams_on_its_way_ends_after_the_impulse_up_to_there():
     landing = Simulator(model("strut"), RigidLaw()).run(start, parameters={"mu": 2.0}, t_end=1e-2)
     (touchdown,) = landing.events_of("touchdown")
     at = {name: touchdown.state[name] for name in ("theta", "theta_dot")}
-    jump = evaluate_jump(model("strut"), "energetic", at, {"mu": 2.0})
+    jump = evaluate_jump(model("strut"), "energetic", at, parameters={"mu": 2.0})
     assert jammed.normal_impulse == pytest.approx(jump.normal_impulse, rel=1e-9)
 
 
@@ -196,7 +196,7 @@ def test_rigid_motion_that_jams_on_its_way_ends_after_the_impulse_up_to_there():
 def test_another_mechanism_jams_as_does_its_mirror_image(side):
     start = {"phi": float(np.arccos(0.8))}
     mechanism = mechanism_from_text(SPRAG)
-    found = contrast(mechanism, start, parameters={"side": side}, **ONE)
+    found = compare(mechanism, start, parameters={"side": side}, **ONE)
     answer = found.rigid[0]
     # v_t = side (L cos φ φ̇ + u) stops at φ̇ = −2, where J Δφ̇ = L (sin φ − μ cos φ) P_n.
     assert (answer.stop_reason, answer.final_time) == (StopReason.JAM, 0)
@@ -218,7 +218,7 @@ def test_rigid_motion_that_jams_dynamically_says_where_it_would_arrive(sign):
     if sign < 0:
         state = {n: -v if n in ("x_A", "x_A_dot", "theta_dot") else v for n, v in state.items()}
         state["theta"] = np.pi - state["theta"]
-    found = contrast(rod(), state, parameters=given, t_end=0.02, **ONE)
+    found = compare(rod(), state, parameters=given, t_end=0.02, **ONE)
     answer = found.rigid[0]
     assert answer.stop_reason is StopReason.DYNAMIC_JAM
     assert answer.limit.time == pytest.approx(0.8145496574 - 0.8, abs=2e-9)
@@ -244,7 +244,7 @@ def test_impulse_of_every_motion_is_that_of_the_momentum_balance(theta_dot):
 
 def test_impulse_of_impacts_that_reverse_the_slip_of_a_pivoted_strut():
     """W has rank one: only along the path of the impulse do velocities tell P_n."""
-    found = contrast(model("strut"), {"theta": 0.9, "theta_dot": 4.0}, **ONE)
+    found = compare(model("strut"), {"theta": 0.9, "theta_dot": 4.0}, **ONE)
     energetic = found.rigid[0]
     assert energetic.complete
     assert energetic.normal_impulse == pytest.approx(found.softened[0].normal_impulse, rel=2e-4)
@@ -252,7 +252,7 @@ def test_impulse_of_impacts_that_reverse_the_slip_of_a_pivoted_strut():
 
 def test_error_of_a_body_held_at_rest_is_relative_to_what_the_contact_stops():
     start = {"theta": WEDGED["theta"] - 1e-7}
-    found = contrast(model("strut"), start, **(ONE | {"steps": (1e-4,)}))
+    found = compare(model("strut"), start, **(ONE | {"steps": (1e-4,)}))
     assert found.rigid[0].normal_impulse == pytest.approx(
         found.stepping[0].normal_impulse, rel=1e-3
     )
@@ -261,7 +261,7 @@ def test_error_of_a_body_held_at_rest_is_relative_to_what_the_contact_stops():
 
 def test_several_contacts_are_refused_with_their_names():
     with pytest.raises(InputError, match=r"got 2 contacts, need one.*'A', 'B'"):
-        contrast(model("block-two-feet"), {"theta": 0.3})
+        compare(model("block-two-feet"), {"theta": 0.3})
 
 
 @pytest.mark.parametrize(

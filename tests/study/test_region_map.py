@@ -62,7 +62,7 @@ def test_map_codes_equal_classify_at_random_points(name, over, slip, slip_name, 
     for i, j in rng.integers(0, 61, (25, 2)):
         # 40 m/s outweighs r φ̇ of the disc, whose slip also depends on φ̇.
         point, parameters = at_point(found, i, j, slip_name, 40.0 * slip)
-        single = classify(mechanism, point, parameters)
+        single = classify(mechanism, point, parameters=parameters)
         assert CASE_OF[int(found.case[i, j])] == single.case.value
         for grid, value in (("A", single.A), ("B", single.B), ("A_stick", single.A_stick)):
             assert getattr(found, grid)[i, j] == pytest.approx(value, rel=1e-12, abs=1e-12)
@@ -73,7 +73,7 @@ def test_map_sticking_equals_classify_at_rest(rod, rod_map):
     seen = set()
     for i, j in rng.integers(0, 81, (30, 2)):
         point, parameters = at_point(rod_map, i, j, "x_A_dot", 0.0)
-        modes = {s.mode.value for s in classify(rod, point, parameters).solutions}
+        modes = {s.mode.value for s in classify(rod, point, parameters=parameters).solutions}
         assert bool(rod_map.stick_feasible[i, j]) == ("stick" in modes)
         seen.add("stick" in modes)
     assert seen == {True, False}
@@ -291,7 +291,9 @@ def test_bilateral_map_counts_solutions(tmp_path):
         for i in (0, 9, 15, 22):
             for j in range(0, 23, 3):
                 values = {"mu": found.values[0][i], "P_2": found.values[1][j]}
-                solutions = classify(mechanism, state | {"x_dot": slip}, values).solutions
+                solutions = classify(
+                    mechanism, state | {"x_dot": slip}, parameters=values
+                ).solutions
                 name = ("inconsistent", "slip", "indeterminate")[len(solutions)]
                 assert found.case[i, j] == LEGEND[name]
         # Klein's condition with equal masses, and the load at which the guide is free.

@@ -21,7 +21,7 @@ from painleve_sym.contacts.classify import classify
 from painleve_sym.errors import InputError, PainleveError
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.sweeps import store as sweep_store
 from painleve_sym.study.sweeps.runner import Reporter, run_sweep
 from painleve_sym.study.sweeps.space import Grid, Range, Sample, read_space
@@ -179,7 +179,7 @@ def test_a_sweep_is_the_single_runs_bit_for_bit(tmp_path):
         )
         assert found["final_theta_dot"][i, j, k] == single.final["theta_dot"]
         assert found["time_of_separation"][i, j, k] == single.final_time
-        case = classify(model("rod"), start, {"mu": float(found["mu"][k])}).case.value
+        case = classify(model("rod"), start, parameters={"mu": float(found["mu"][k])}).case.value
         assert found["case"][i, j, k] == CASES[case]
 
 

@@ -12,9 +12,9 @@ import pytest
 
 from painleve_sym.cli import main
 from painleve_sym.errors import InputError, PainleveError
-from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.models import model
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.sweeps.runner import run_sweep
 from painleve_sym.study.sweeps.store import Store, check_format, open_store
 from painleve_sym.study.sweeps.sweep import Sweep
@@ -132,7 +132,7 @@ def test_lists_of_events_count_for_disk_and_memory(tmp_path, monkeypatch):
     # Twice 13 kinds and the list of one, 1000 numbers each, at each of 30 million points.
     with pytest.raises(InputError, match=r"30,000,000 points need 6\.7\de\+03 GB of disk"):
         run_sweep(Sweep.from_text(many, "x"), tmp_path / "a.npz")
-    monkeypatch.setattr("painleve_sym.simulate.batch.memory.available_memory", lambda: 10**9)
+    monkeypatch.setattr("painleve_sym.motion.batch.memory.available_memory", lambda: 10**9)
     with pytest.raises(InputError, match=r"chunks of 10,000 points need .* GB of memory"):
         run_sweep(Sweep.from_text(many.replace("chunk = 3", "chunk = 10_000"), "x"), tmp_path / "a")
 

@@ -50,7 +50,7 @@ for name, state, force, E in (
     values = [ps.evaluate_jump(rod, "energetic", state).velocity["y_A_dot"]]
     for configuration in ("frozen", "carried"):
         jump = ps.evaluate_corrected_jump(
-            rod, law, state, {"E": E}, initial_force=force, configuration=configuration
+            rod, law, state, parameters={"E": E}, initial_force=force, configuration=configuration
         )
         values.append(jump.velocity["y_A_dot"])
     run = simulator.run(

@@ -64,6 +64,12 @@ def load_mechanism(path: str | FilePath) -> Mechanism:
         The file cannot be read, or is not TOML.
     ModelError
         What it describes is not a mechanism: every fault, with its line.
+
+    Examples
+    --------
+    >>> from painleve_sym import load_mechanism
+    >>> load_mechanism("examples/mechanisms/ladder.toml")
+    Mechanism 'ladder': coordinates x, y, theta; contacts floor, wall
     """
     where = f"mechanism file {path}"
     text = read_text(path, where, MAX_BYTES)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
+from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.papers.impact_resolution.claims import (
     NUMBERS,
     SETTLING_TIMES,
@@ -39,7 +40,6 @@ from painleve_sym.papers.panels import (
     line,
     window,
 )
-from painleve_sym.simulate.trajectory import Trajectory
 
 SETTLED = 0.05
 """Part of −B/A within which the force counts as settled; from 1 to 5 % the times are the same."""

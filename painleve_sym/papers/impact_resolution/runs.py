@@ -18,6 +18,8 @@ from painleve_sym.arrays import Array
 from painleve_sym.contacts.classify import Classification, classify
 from painleve_sym.laws.catalogue import compliant_law
 from painleve_sym.mechanics.models import Mechanism, rod
+from painleve_sym.motion.simulator import DEFAULT_RTOL, Simulator
+from painleve_sym.motion.trajectory import EventRecord, Trajectory
 from painleve_sym.papers.impact_resolution.claims import (
     INITIAL_FORCES,
     SOFT,
@@ -26,8 +28,6 @@ from painleve_sym.papers.impact_resolution.claims import (
     TABLES,
 )
 from painleve_sym.papers.panels import Axis, Mark, Panel, events_as_marks, line, window
-from painleve_sym.simulate.simulator import DEFAULT_RTOL, Simulator
-from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 
 T = TypeVar("T")
 

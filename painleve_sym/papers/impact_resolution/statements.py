@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.contacts.problem import ContactCase
+from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.papers.impact_resolution.claims import NUMBERS, SOFT, STABLE_FORCES, STIFF
 from painleve_sym.papers.impact_resolution.figures import reading_time, settling_time
 from painleve_sym.papers.impact_resolution.impacts import EVENTS
@@ -34,7 +35,6 @@ from painleve_sym.papers.panels import (
     line,
     window,
 )
-from painleve_sym.simulate.trajectory import Trajectory
 
 
 def compute_stable(bench: Workbench) -> Outcome:

@@ -13,13 +13,15 @@ from itertools import groupby, pairwise
 
 import numpy as np
 
+from painleve_sym.choices import EngineLike, EngineName
 from painleve_sym.contacts.impact.jump import JumpResult
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
-from painleve_sym.contacts.inputs import resolve_parameters, resolve_state
+from painleve_sym.contacts.inputs import resolve_state
 from painleve_sym.contacts.problem import ContactCase, ContactSolution
 from painleve_sym.errors import InputError
-from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.simulate.time_stepping.stepping import TimeStepper
+from painleve_sym.mechanics.models import Mechanism, MechanismLike, as_mechanism
+from painleve_sym.mechanics.system import resolve_parameters
+from painleve_sym.motion.time_stepping.stepping import TimeStepper
 from painleve_sym.study.compare.methods import AccelerationLevel, Answer, Case
 
 STEPS_TO_END = (10, 100, 1000)
@@ -50,7 +52,7 @@ class FirstStep:
 
 
 @dataclass(frozen=True)
-class Contrast:
+class Comparison:
     """Every method's answer for one state.
 
     Attributes
@@ -133,8 +135,8 @@ class Contrast:
         )
 
 
-def contrast(
-    mechanism: Mechanism,
+def compare(
+    mechanism: MechanismLike,
     state: Mapping[str, float],
     *,
     parameters: Mapping[str, float] | None = None,
@@ -143,13 +145,13 @@ def contrast(
     stiffness: Sequence[float] = STIFFNESS,
     t_end: float = T_END,
     solvers: Sequence[str] = CONTRAST_SOLVERS,
-    engine: str = "auto",
-) -> Contrast:
+    engine: EngineLike = EngineName.AUTO,
+) -> Comparison:
     """Ask every method what follows from one state.
 
     Parameters
     ----------
-    mechanism : Mechanism
+    mechanism : Mechanism, or its name, or the path of a mechanism file
         With one contact that can open.
     state, parameters : mapping of str to float
         Absent coordinates and velocities are 0, absent parameters have their defaults.
@@ -169,7 +171,16 @@ def contrast(
     ------
     InputError
         Unknown names, numbers out of range, a start inside the ground.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> state = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
+    >>> answers = ps.compare("rod", state, solvers=("lemke",), stiffness=(20.9e14,))
+    >>> answers.impact_without_collision
+    True
     """
+    mechanism = as_mechanism(mechanism)
     case = _case(mechanism, state, parameters, restitution, t_end, engine)
     stepper = TimeStepper(mechanism)
     steps = [t_end / n for n in STEPS_TO_END] if steps is None else sorted(set(steps))[::-1]
@@ -179,7 +190,7 @@ def contrast(
     rigid = case.rigid_answers(level)
     stepped = groupby(case.stepping(stepper, steps, solvers), lambda a: a.way)
     softened, exponent = case.softened_answers(stiffness)
-    return Contrast(
+    return Comparison(
         mechanism=mechanism.name,
         state=case.state,
         parameters=case.parameters,
@@ -201,7 +212,7 @@ def _case(
     parameters: Mapping[str, float] | None,
     restitution: float,
     t_end: float,
-    engine: str,
+    engine: EngineLike,
 ) -> Case:
     declared = mechanism.system.parameters
     names = [contact.name for contact in mechanism.contacts]

@@ -12,8 +12,8 @@ from painleve_sym.arrays import Array
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.mechanics.system import TIME
-from painleve_sym.simulate.finite_stiffness import CorrectedJumpRule
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.motion.finite_stiffness import CorrectedJumpRule
+from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.compare.jump_convergence import compare_jump
 
 RULES = ("classical", "frozen", "carried")
@@ -118,5 +118,7 @@ def drift_of_the_rule(
         }
         if mechanism.depends_on_time:
             moved[TIME.name] = full[TIME.name] + tau
-        after.append(evaluate_jump(mechanism, "energetic", full | moved, given).velocity[velocity])
+        after.append(
+            evaluate_jump(mechanism, "energetic", full | moved, parameters=given).velocity[velocity]
+        )
     return (after[1] - after[0]) / (2 * step)

@@ -13,8 +13,8 @@ from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.impact.classes import ImpactClass
-from painleve_sym.simulate.simulator import Simulator
-from painleve_sym.simulate.trajectory import Trajectory
+from painleve_sym.motion.simulator import Simulator
+from painleve_sym.motion.trajectory import Trajectory
 
 PHASE_ENDS = ("slip_stop", "max_compression", "separation")
 """Events of a softened impact at which the three phases of the jump end."""
@@ -104,7 +104,7 @@ def compare_jump(
     values = simulator.parameters(parameters)
     own = {p.name for p in mechanism.system.parameters} | {"e_energetic"}
     jump = evaluate_jump(
-        mechanism, "energetic", complete, {k: v for k, v in values.items() if k in own}
+        mechanism, "energetic", complete, parameters={k: v for k, v in values.items() if k in own}
     )
     if jump.case is not ImpactClass.C_STICKING or jump.slip == 0:
         raise InputError(

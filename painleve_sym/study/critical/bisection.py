@@ -12,18 +12,22 @@ from __future__ import annotations
 import enum
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.choices import EngineLike, EngineName
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.files import plain_fields
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.laws.catalogue import LawLike
+from painleve_sym.mechanics.models import MechanismLike
+from painleve_sym.motion.simulate import simulator_of
+from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.critical.sliding_solution import SlidingAnalysis, SlidingSolution
 
 ENDS = ("separation", "slip_stop")
@@ -203,8 +207,8 @@ class CriticalForceFinder:
             rtol=rtol,
             record="events",
             max_events=MAX_EVENTS,
-            start_events=True,
         )
+        options = replace(options, start_events=True)
         law = simulator.contact_law
         constants = simulator.constants(values)
         stiffness, exponent = numbers([law.stiffness, law.exponent], constants)
@@ -342,11 +346,40 @@ class _Bisection:
 
 
 def critical_force(
-    simulator: Simulator,
+    mechanism: MechanismLike,
+    law: LawLike,
     state: Mapping[str, float],
-    parameters: Mapping[str, float] | None = None,
     *,
+    parameters: Mapping[str, float] | None = None,
+    law_parameters: Mapping[str, float] | None = None,
     border: Border = Border.SLIP_STOP,
+    engine: EngineLike = EngineName.AUTO,
 ) -> CriticalForce:
-    """Return the critical initial force of an indeterminate state; see `CriticalForceFinder`."""
-    return CriticalForceFinder(simulator).find(state, parameters, border=border)
+    """Return the critical initial force of an indeterminate state; see `CriticalForceFinder`.
+
+    Parameters
+    ----------
+    mechanism : Mechanism, or its name, or the path of a mechanism file
+        With one contact.
+    law : ContactLaw or its name
+    state, parameters, law_parameters : mapping of str to float
+        As for `simulate`. Gap 0, slipping, A < 0 < B.
+    border : Border
+    engine : EngineName or its text
+
+    Raises
+    ------
+    InputError
+        What `CriticalForceFinder.find` refuses.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> state = {"theta": 1.0, "theta_dot": 5.0, "x_A_dot": -1.0}
+    >>> force = ps.critical_force("rod", ps.laws.bilinear_hertz(E=20.9e14), state)
+    >>> force.value > force.sliding.force
+    True
+    """
+    simulator = simulator_of(mechanism, law, engine)
+    given = simulator.given(parameters, law_parameters)
+    return CriticalForceFinder(simulator).find(state, given, border=border)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from painleve_sym.arrays import Array
 from painleve_sym.errors import InputError, unknown_name
-from painleve_sym.simulate.sensitivity.variational import INITIAL_FORCE
+from painleve_sym.motion.sensitivity.variational import INITIAL_FORCE
 from painleve_sym.study.critical.bisection import Border, CriticalForce, CriticalForceFinder
 from painleve_sym.study.critical.continuation import Setting
 
@@ -76,6 +76,15 @@ def critical_force_gradient(
     InputError
         As for `CriticalForceFinder.find`, also a little beside the state; an unknown method; for
         sensitivities, where something else than the slip decides.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> simulator = ps.Simulator(ps.models.rod(), ps.laws.bilinear_hertz(E=20.9e14))
+    >>> state = {"theta": 1.0, "theta_dot": 5.0, "x_A_dot": -1.0}
+    >>> gradient = ps.critical_force_gradient(ps.CriticalForceFinder(simulator), state, ["mu"])
+    >>> gradient["mu"].value < 0
+    True
     """
     if method not in METHODS:
         raise InputError(f"{finder.where}: " + unknown_name("method", method, METHODS))

@@ -9,7 +9,7 @@ import numpy as np
 
 from painleve_sym.arrays import Array
 from painleve_sym.errors import InputError
-from painleve_sym.simulate.trajectory import Trajectory
+from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.study.critical.bisection import CriticalForceFinder
 
 OFFSET = 1e-10

@@ -27,7 +27,7 @@ from painleve_sym.mechanics.paradox.sliding import (
     sliding_force,
     sliding_force_rate,
 )
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.motion.simulator import Simulator
 
 SERIES_WITHIN = 0.1
 """Where the energy of the saddle is a difference of nearly equal numbers, a series replaces it."""

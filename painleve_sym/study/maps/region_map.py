@@ -18,7 +18,7 @@ from painleve_sym.codegen.pointwise import Pointwise
 from painleve_sym.contacts.contact_numbers import contact_tolerances, length_formula
 from painleve_sym.contacts.local_mode import rounded_difference
 from painleve_sym.errors import InputError, PainleveWarning
-from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.models import Mechanism, MechanismLike, as_mechanism
 from painleve_sym.mechanics.paradox.critical_friction import critical_friction
 from painleve_sym.study.maps.axes import MapPlace, map_place
 from painleve_sym.study.maps.case_codes import LEGEND, bilateral_case, opening_case
@@ -187,7 +187,7 @@ def _without_nan(array: Array | None) -> Any:
 
 
 def region_map(
-    mechanism: Mechanism,
+    mechanism: MechanismLike,
     over: Sequence[str],
     *,
     ranges: Mapping[str, tuple[float, float]] | None = None,
@@ -204,7 +204,7 @@ def region_map(
 
     Parameters
     ----------
-    mechanism : Mechanism
+    mechanism : Mechanism, or its name, or the path of a mechanism file
         With one contact.
     over : two str
         Coordinates, velocities or parameters.
@@ -227,7 +227,15 @@ def region_map(
     References
     ----------
     Génot & Brogliato, Eur. J. Mech. A/Solids 18 (1999); Zhao, Liu & Chen, (1)–(3), Fig. 2.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> regions = ps.region_map("rod", ("theta", "theta_dot"), points=20)
+    >>> sum(regions.counts.values())
+    400
     """
+    mechanism = as_mechanism(mechanism)
     place = map_place(mechanism, over, ranges or {}, points, slip, state or {}, parameters or {})
     grids, is_open, used = _grids(mechanism, place, slip, engine)
     if not (grids["case"] >= 0).any():

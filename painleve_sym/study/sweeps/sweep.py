@@ -20,12 +20,12 @@ from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import parse_toml, read_text
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
+from painleve_sym.motion.batch.memory import check_memory, row_bytes
+from painleve_sym.motion.batch.reason_codes import ROW_REASONS
+from painleve_sym.motion.batch.result import BatchResult, event_dims
+from painleve_sym.motion.batch.run import run_batch
+from painleve_sym.motion.simulator import Simulator
 from painleve_sym.quantities import unit_of
-from painleve_sym.simulate.batch.memory import check_memory, row_bytes
-from painleve_sym.simulate.batch.reason_codes import ROW_REASONS
-from painleve_sym.simulate.batch.result import ManyResult, event_dims
-from painleve_sym.simulate.batch.run import simulate_many
-from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.study.maps.case_codes import LEGEND, opening_case
 from painleve_sym.study.scenario import MAX_FILE, Scenario
 from painleve_sym.study.sweeps.space import Grid, Sample, read_space
@@ -52,7 +52,7 @@ class Sweep:
         What all points share.
     space : Grid or Sample
     keep : tuple of str
-        Names of `ManyResult`, and ``case``.
+        Names of `BatchResult`, and ``case``.
     events : int
         How many times of each kind of event are kept where all are asked for.
     chunk : int
@@ -224,7 +224,7 @@ class Sweep:
         Raises
         ------
         InputError
-            What `simulate_many` refuses, unknown names to keep, no memory for a chunk.
+            What `run_batch` refuses, unknown names to keep, no memory for a chunk.
         """
         chunk = min(self.chunk, self.space.points)
         need = 2 * chunk * row_bytes(self.simulator, self.batch_outputs)
@@ -249,7 +249,7 @@ class Sweep:
                 (states if name in self.mechanism.state_names else parameters)[name] = values
         limits = {n: getattr(scenario, n) for n in ("max_steps", "max_events")}
         assert scenario.t_end is not None
-        ends = simulate_many(
+        ends = run_batch(
             self.simulator,
             states,
             parameters,
@@ -268,7 +268,7 @@ class Sweep:
             for name, quantity in self.columns.items()
         }
 
-    def _quantity(self, ends: ManyResult, name: str) -> NDArray[Any]:
+    def _quantity(self, ends: BatchResult, name: str) -> NDArray[Any]:
         if name == "stop_reason":
             return ends.rows.reason.astype(np.int8)
         if name == "mode":
@@ -326,7 +326,7 @@ def _placed(where: str) -> Iterator[None]:
         raise InputError(text if text.startswith(where) else f"{where}: {text}") from error
 
 
-def _unknown(name: str, ends: ManyResult) -> str:
+def _unknown(name: str, ends: BatchResult) -> str:
     """Return a sentence on an unknown quantity; kinds of events are named once."""
     sentence = unknown_name("quantity", name, (*ends.names, "case")).partition(" Known:")[0]
     plain = sorted(n for n in (*ends.names, "case") if "_of_" not in n)

@@ -1,0 +1,188 @@
+"""What a motion of rigid contacts tells besides its events.
+
+All solutions of a contact problem that has several, impulses, growing bounces, and the limit of a
+slip that meets A = 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from painleve_sym.contacts.chatter import REVERSE_CHATTER, Chatter, chatter
+from painleve_sym.contacts.classify import contact_problem, solution_name
+from painleve_sym.contacts.problem import ContactProblem
+from painleve_sym.contacts.rigid import RigidContact
+from painleve_sym.contacts.terms import rows_of
+from painleve_sym.engines.protocol import RawRun
+from painleve_sym.errors import EventKind, StopReason
+from painleve_sym.motion.locate_limit import locate_limit
+from painleve_sym.motion.singular_limit import LimitKind, ReverseChatter
+from painleve_sym.motion.trajectory import EventRecord, Trajectory
+
+if TYPE_CHECKING:
+    from painleve_sym.motion.simulator import Simulator
+
+GROWING_BOUNCES = 4
+"""Touchdowns in a row, each faster than the one before, that count as growth."""
+
+_MEETINGS = {
+    LimitKind.BOUNDED: "the slip runs into A = B = 0 with a bounded force (see limit); beyond it "
+    "the contact can slip on, open or have an impact",
+    LimitKind.LIFTOFF: "the slip meets A = B = 0 to within rounding, but its force falls to 0 "
+    "before; the contact opens there",
+    LimitKind.STOP: "the slip comes to A = 0 with B < 0, where the contact force presses it to a "
+    "stop; start again with slip velocity 0",
+}
+"""What a slip that meets A = 0 without dynamic jam does there."""
+
+
+def complete_motion(
+    simulator: Simulator, run: Trajectory, values: Mapping[str, float]
+) -> Trajectory:
+    """Return the motion of one contact with its limit and its growing bounces, if it is rigid."""
+    contact = simulator.contact
+    if not isinstance(contact, RigidContact):
+        return run
+    growth = growing_bounces(
+        run.events, contact.gap_rate.name, lambda state: chatter_at(contact, state, values)
+    )
+    return _with_limit(contact, replace(run, reverse_chatter=growth), values)
+
+
+def with_impulses(
+    run: Trajectory, raw: RawRun, count: int, told: Sequence[tuple[float, ...]]
+) -> Trajectory:
+    """Return the motion of several contacts with the impulses of its impacts.
+
+    Parameters
+    ----------
+    run : Trajectory
+    raw : RawRun
+    count : int
+        Number of the impulses: two of each contact.
+    told : sequence of tuple of float
+        Impulses of the events that a resolver answered, in order.
+    """
+    records = raw.event_records
+    # The last entries of the memory are the impulses of the last impact.
+    impulses = records.memory_after[:, -count:].tolist()
+    for i, own in zip(np.flatnonzero(records.transition < 0), told, strict=False):
+        impulses[i] = own
+    events = tuple(
+        replace(e, impulses=tuple(own)) if e.kind is EventKind.IMPACT else e
+        for e, own in zip(run.events, impulses, strict=True)
+    )
+    return replace(run, events=events)
+
+
+def chatter_at(
+    contact: RigidContact, state: Mapping[str, float], values: Mapping[str, float]
+) -> Chatter | None:
+    """Return how small bounces near a contact at rest follow each other (see `chatter`).
+
+    Parameters
+    ----------
+    contact : RigidContact
+    state, values : mapping of str to float
+        Coordinates and velocities, and all parameters.
+    """
+    problem = contact_problem(contact.mechanism, state, values)
+    return chatter(problem, contact.restitution, values[contact.parameters[0].name])
+
+
+def with_alternatives(
+    simulator: Simulator, event: EventRecord, values: Mapping[str, float]
+) -> EventRecord:
+    """Return the event of a contact problem of rigid contacts with all solutions, if several."""
+    if event.kind is not EventKind.CONTACT or not simulator.rigid:
+        return event
+    several = len(simulator.mechanism.contacts) > 1
+    names = (_of_several if several else _of_one)(simulator, event, values)
+    return replace(event, alternatives=names) if names else event
+
+
+def _of_one(
+    simulator: Simulator, event: EventRecord, values: Mapping[str, float]
+) -> tuple[str, ...]:
+    """Return the names of several solutions of the only contact; none for less than two."""
+    contact = simulator.contact
+    problem = contact_problem(simulator.mechanism, event.state, values)
+    modes = tuple(dict.fromkeys(solution_name(s, problem) for s in problem.solutions()))
+    if isinstance(contact, RigidContact) and modes and event.state[contact.slip.name] == 0:
+        bounces = chatter_at(contact, event.state, values)
+        modes += (REVERSE_CHATTER,) if bounces is not None and bounces.reverse else ()
+    return modes if len(modes) > 1 else ()
+
+
+def _of_several(
+    simulator: Simulator, event: EventRecord, values: Mapping[str, float]
+) -> tuple[str, ...]:
+    """Return the names of several solutions of the closed contacts; none for less than two."""
+    impacts = simulator.impacts
+    state = np.array([event.state[s.name] for s in simulator.outline.states])
+    gaps, rates, slips = impacts.contact_values(state)
+    closed = [i for i in simulator.rigid if gaps[i] <= 0 and rates[i] == 0]
+    if len(simulator.rigid) < len(gaps) or not closed:
+        return ()
+    terms, rows = impacts.terms(state, values), rows_of(closed)
+    held = np.array([simulator.mechanism.contacts[i].bilateral for i in closed])
+    problem = ContactProblem(
+        terms.W[np.ix_(rows, rows)], terms.b[rows], terms.mu[closed], slips[closed], held
+    )
+    solutions = problem.solutions()
+    if len(solutions) < 2:
+        return ()
+    names = []
+    for solution in solutions:
+        modes = ["flight"] * len(gaps)
+        for i, mode in zip(closed, solution.modes, strict=True):
+            modes[i] = "flight" if mode.value == "liftoff" else mode.value
+        names.append(" + ".join(modes))
+    several = (*dict.fromkeys(names), "impact")
+    return several if len(several) > 2 else ()
+
+
+def _with_limit(contact: RigidContact, run: Trajectory, values: Mapping[str, float]) -> Trajectory:
+    limit = locate_limit(contact, run, values)
+    if limit is None:
+        return run
+    jam = limit.kind is LimitKind.DYNAMIC_JAM
+    reason = StopReason.DYNAMIC_JAM if jam else run.stop_reason
+    detail = reason.advice if jam else _MEETINGS[limit.kind]
+    return replace(run, limit=limit, stop_reason=reason, stop_detail=detail)
+
+
+def growing_bounces(
+    events: Sequence[EventRecord],
+    gap_rate: str,
+    at_contact: Callable[[Mapping[str, float]], Chatter | None],
+) -> tuple[ReverseChatter, ...]:
+    """Return the stretches of bounces that grow out of contact.
+
+    Parameters
+    ----------
+    events : sequence of EventRecord
+    gap_rate : str
+        Name of the state that holds ġ_N.
+    at_contact : callable
+        Tells of a state how small bounces near it follow each other. Growth where it expects none
+        is not reverse chatter but a motion that falls harder (a rod that tumbles).
+    """
+    touchdowns = [e for e in events if e.kind is EventKind.TOUCHDOWN]
+    speeds = [-e.state[gap_rate] for e in touchdowns]
+    chatters, first = [], 0
+    for i in range(1, len(touchdowns) + 1):
+        if i < len(touchdowns) and speeds[i] > speeds[i - 1] > 0:
+            continue
+        if i - first >= GROWING_BOUNCES:
+            expected = at_contact(touchdowns[first].state)
+            if expected is not None and expected.reverse:
+                ratio = (speeds[i - 1] / speeds[first]) ** (1 / (i - 1 - first))
+                times = touchdowns[first].time, touchdowns[i - 1].time
+                chatters.append(ReverseChatter(*times, i - first, ratio, expected.ratio))
+        first = i
+    return tuple(chatters)

@@ -1,0 +1,872 @@
+"""A mechanism with its contact laws, ready to run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+from sympy import Symbol
+
+from painleve_sym.arrays import Array
+from painleve_sym.choices import EngineLike, EngineName, Record, RecordLike
+from painleve_sym.codegen.evaluate import power
+from painleve_sym.codegen.quantities import Quantities, quantities
+from painleve_sym.contacts.automaton import PluralContacts
+from painleve_sym.contacts.classify import held_faults
+from painleve_sym.contacts.compliant import CompliantContact
+from painleve_sym.contacts.contact_numbers import (
+    characteristic_length,
+    contact_numbers,
+    contact_tolerances,
+)
+from painleve_sym.contacts.contact_states import ContactRow
+from painleve_sym.contacts.guide import BilateralContact
+from painleve_sym.contacts.inputs import resolve_state, symbol_values
+from painleve_sym.contacts.interfaces import CONTACT
+from painleve_sym.contacts.rigid import RigidContact
+from painleve_sym.contacts.terms import ContactImpacts
+from painleve_sym.engines.compiled import CompiledEngine
+from painleve_sym.engines.factory import make_engine
+from painleve_sym.engines.protocol import MAX_EVENTS, MAX_STEPS, Engine, RawRun, RunOptions
+from painleve_sym.engines.records import EventRecords
+from painleve_sym.errors import InputError, StopReason, unknown_name
+from painleve_sym.hybrid.automaton import HybridAutomaton
+from painleve_sym.hybrid.signature import AutomatonBuilder, Outline, mode_name
+from painleve_sym.laws.catalogue import Law
+from painleve_sym.laws.compliance import ContactLaw
+from painleve_sym.laws.rigid_contact import RigidLaw
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.system import TIME, Parameter, resolve_parameters
+from painleve_sym.motion.impact_resolver import ImpactResolver
+from painleve_sym.motion.rigid import complete_motion, with_alternatives, with_impulses
+from painleve_sym.motion.scales import compliant_scales, rigid_scales
+from painleve_sym.motion.trajectory import EventRecord, Trajectory
+
+if TYPE_CHECKING:
+    from painleve_sym.motion.sensitivity.result import SensitiveTrajectory
+
+DEFAULT_RTOL = 1e-11
+"""The reference impacts then hold eight digits through all events, energy closes to 1e-9."""
+INITIAL_FORCE = Symbol("initial_force", positive=True)
+_JAM = (
+    "the impact of the rigid contacts has no end: their friction carries any impulse, or leaves "
+    "none possible; use one contact at a time, or a compliant law"
+)
+_GUIDE_MEETS = (
+    "the slip meets A = 0, where the force of the guide grows without bound and rigid theory ends; "
+    "end earlier, or start elsewhere"
+)
+
+
+class Contacts(AutomatonBuilder, Protocol):
+    """What a simulator asks of its contacts: their automaton, states, laws and parameters."""
+
+    @property
+    def rows(self) -> tuple[ContactRow, ...]:
+        """States of each contact."""
+
+    @property
+    def own_laws(self) -> tuple[Law, ...]:
+        """The law of each contact, in its own symbols."""
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Parameters of the laws."""
+
+
+@dataclass(frozen=True)
+class Simulator:
+    """A mechanism with its contact laws, ready to run; build once, run often.
+
+    **One compliant contact** follows the branches of its law. **One rigid contact**: in the
+    inconsistent state the impact without collision happens. In the indeterminate state the policy
+    chooses, and the event of that choice lists all solutions as `alternatives`. Bounces that
+    accumulate end in contact at their limit time (event ``settle``). A slip that runs into
+    A = B = 0, where the contact force grows without bound, ends the run with
+    StopReason.DYNAMIC_JAM, any other that meets A = 0 with SINGULAR; `Trajectory.limit` holds time
+    and state it would arrive at. A contact at rest that can also leave in growing bounces lists
+    ``reverse_chatter`` among its `alternatives`, and `Trajectory.reverse_chatter` tells of bounces
+    that do grow. A bilateral contact keeps its gap 0; see `BilateralContact`.
+
+    **Several contacts**, of any kinds: at an event every combination of what the closed contacts
+    may do is held against their contact problem, and where several motions are possible the policy
+    of the rigid law chooses; the event ``contact`` lists all. Rigid contacts that touch down, or
+    for which no forces are possible, have an impact, which follows the path of
+    `solve_simultaneous_impact`; the event ``impact`` has the impulses.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    law : ContactLaw or RigidLaw, or mapping of str to these
+        One law for all contacts, or the law of each by the contact's name. Of several contacts,
+        parameters of laws that are given by contact have its name behind theirs: ``E_A``.
+    engine : {"auto", "compiled", "taylor", "erk"}
+        ``auto``: compiled code, or CasADi's ``erk`` with a notice where there is no compiler.
+
+    Raises
+    ------
+    InputError
+        A contact without a law, a law for a contact that there is not, or laws that do not go
+        together.
+
+    Examples
+    --------
+    >>> from painleve_sym import law, model
+    >>> block = model("block-two-feet")
+    >>> simulator = Simulator(block, {"A": law("rigid"), "B": law("hertz")})
+    >>> [p.name for p in simulator.own_parameters]
+    ['e_energetic', 'E_B', 'nu_B', 'R_B', 'n_B']
+    """
+
+    mechanism: Mechanism
+    law: Law | Mapping[str, Law] = field(hash=False)
+    engine: EngineLike = EngineName.AUTO
+
+    def __post_init__(self) -> None:
+        _ = self.contact  # refuses laws that do not fit the contacts, or each other
+
+    @cached_property
+    def laws(self) -> tuple[Law, ...]:
+        """One law for all contacts, or one for each in the mechanism's order."""
+        taken = [p.name for p in self.mechanism.system.parameters]
+        if not isinstance(self.law, Mapping):
+            return (self.law.apart_from(taken),)
+        names = [c.name for c in self.mechanism.contacts]
+        for name in self.law:
+            if name not in names:
+                message = unknown_name("contact", name, names)
+                raise InputError(f"mechanism {self.mechanism.name!r}: law: {message}")
+        for name in names:
+            if name not in self.law:
+                raise InputError(
+                    f"mechanism {self.mechanism.name!r}: law: contact {name!r} has none. "
+                    "Fix: give each contact its law."
+                )
+        return tuple(self.law[name] for name in names)
+
+    @cached_property
+    def contact(self) -> Contacts:
+        """The contact or contacts, joined with their laws."""
+        if len(self.mechanism.contacts) > 1:
+            return PluralContacts(self.mechanism, self.laws)
+        (law,) = self.laws
+        if not isinstance(law, RigidLaw):
+            return CompliantContact(self.mechanism, law)
+        if self.mechanism.contact.bilateral:
+            return BilateralContact(self.mechanism, law.policy)
+        return RigidContact(self.mechanism, law.restitution, law.policy)
+
+    @property
+    def automaton(self) -> HybridAutomaton:
+        """The automaton that is run."""
+        return self.contact.automaton
+
+    @property
+    def own_parameters(self) -> tuple[Parameter, ...]:
+        """Parameters besides the mechanism's: those of the laws."""
+        known = {p.name for p in self.contact.parameters}
+        if len(self.mechanism.contacts) > 1:
+            return self.contact.parameters
+        return tuple(p for p in self.laws[0].parameters if p.name in known)
+
+    def given(
+        self,
+        parameters: Mapping[str, Any] | None = None,
+        law_parameters: Mapping[str, Any] | None = None,
+    ) -> dict[str, Any]:
+        """Return parameters of mechanism and laws as one mapping; see `run` for the names.
+
+        Raises
+        ------
+        InputError
+            Unknown names of parameters of the laws.
+        """
+        given = dict(parameters or {})
+        if law_parameters:
+            own = [p.name for p in self.own_parameters]
+            for name, value in law_parameters.items():
+                here = f"{name}_law" if f"{name}_law" in own else name
+                if here not in own:
+                    message = unknown_name("parameter", name, own)
+                    raise InputError(f"law {self.label!r}: {message}")
+                given[here] = value
+        return given
+
+    @property
+    def label(self) -> str:
+        """Names of the laws, for messages and results."""
+        return ", ".join(law.name for law in self.laws)
+
+    @property
+    def choices(self) -> dict[str, str]:
+        """Named choices of the laws; a guide alone has no restitution."""
+        choices = {k: v for law in self.laws for k, v in law.choices.items()}
+        if all(c.bilateral for c in self.mechanism.contacts):
+            choices.pop("restitution", None)
+        return choices
+
+    @property
+    def contact_law(self) -> ContactLaw:
+        """The compliant law of the only contact.
+
+        Raises
+        ------
+        InputError
+            A rigid contact, or several contacts.
+        """
+        law, *more = self.contact.own_laws
+        if more or not isinstance(law, ContactLaw):
+            raise InputError(
+                f"{self.where}: need one contact with a compliant law. Fix: take such a law, and "
+                "one contact of several (Mechanism.only)."
+            )
+        return law
+
+    def is_compliant(self, i: int) -> bool:
+        """Whether a contact may start compressed."""
+        return self.contact.own_laws[i].is_compliant
+
+    @cached_property
+    def rigid(self) -> tuple[int, ...]:
+        """Indices of the contacts that do not yield: rigid ones and guides."""
+        return tuple(
+            i
+            for i, row in enumerate(self.contact.rows)
+            if row.contact.bilateral or not self.is_compliant(i)
+        )
+
+    @property
+    def start_events(self) -> bool:
+        """Whether what a start makes happen at once are events: where a contact is rigid."""
+        return bool(self.rigid)
+
+    @cached_property
+    def impacts(self) -> ContactImpacts:
+        """Impacts of the rigid contacts of several."""
+        return ContactImpacts(self.mechanism, self.outline.states, self.contact.rows, self.rigid)
+
+    # ---- the loading curves of compliant contacts ----
+
+    @property
+    def loading_curves(self) -> list[Any]:
+        """Stiffness and exponent of each contact's loading curve, 0 of a rigid one, in turn."""
+        curves = [
+            (law.stiffness, law.exponent) if isinstance(law, ContactLaw) else (0, 0)
+            for law in self.contact.own_laws
+        ]
+        return [entry for curve in curves for entry in curve]
+
+    def loading_curve(self, values: Mapping[Any, Array], i: int = 0) -> tuple[Array, Array]:
+        """Return K and n of a compliant contact's loading curve K δⁿ, each of shape (n,)."""
+        curve = self._loading.at(values)
+        return curve[f"stiffness_{i}"], curve[f"exponent_{i}"]
+
+    @cached_property
+    def _loading(self) -> Quantities:
+        laws = self.contact.own_laws
+        symbols = (*self.outline.parameters, *self.outline.definitions)
+        return quantities(
+            "loading curves",
+            self.contact,
+            symbols,
+            lambda: {
+                f"{name}_{i}": getattr(law, name)
+                for i, law in enumerate(laws)
+                for name in ("stiffness", "exponent")
+                if isinstance(law, ContactLaw)
+            },
+        )
+
+    def compression_of_force(self, force: float, parameters: Mapping[str, float]) -> float:
+        """Return δ₀ > 0 with F_n(δ₀) = `force` on the loading curve at rest; m.
+
+        The initial surface energy of the paper, (10), is given this way.
+        """
+        if not (np.isfinite(force) and force >= 0):
+            raise InputError(f"{self.where}: initial force: got {force!r}, need >= 0 and finite.")
+        k, n = self._curve(parameters)
+        return float((force / k) ** (1 / n))
+
+    def surface_energy(self, depth: float, parameters: Mapping[str, float]) -> float:
+        """Return the initial surface energy (10) of a compression δ₀ ≥ 0, K δ₀^(n+1)/(n+1); J.
+
+        The whole work of the loading curve. Of it an elasto-plastic law counts e² as stored.
+        """
+        if not (np.isfinite(depth) and depth >= 0):
+            raise InputError(f"{self.where}: compression: got {depth!r}, need >= 0 and finite.")
+        k, n = self._curve(parameters)
+        return float(k * depth ** (n + 1) / (n + 1))
+
+    def _curve(self, parameters: Mapping[str, float]) -> tuple[float, float]:
+        _ = self.contact_law  # refuses what has no loading curve
+        values = {s: np.array([v]) for s, v in self.constants(parameters).items()}
+        k, n = self.loading_curve(values)
+        return float(k[0]), float(n[0])
+
+    # ---- one motion ----
+
+    def run(
+        self,
+        state: Mapping[str, float] | None = None,
+        *,
+        t_end: float,
+        until: str | Sequence[str] = (),
+        parameters: Mapping[str, float] | None = None,
+        law_parameters: Mapping[str, float] | None = None,
+        initial_force: float | None = None,
+        rtol: float = DEFAULT_RTOL,
+        atol: Array | None = None,
+        record: RecordLike = Record.DENSE,
+        first_step: float = 0.0,
+        max_step: float = float("inf"),
+        max_steps: int = MAX_STEPS,
+        max_events: int = MAX_EVENTS,
+    ) -> Trajectory:
+        """Integrate the motion from t = 0.
+
+        Parameters
+        ----------
+        state : mapping of str to float, optional
+            Coordinates and velocities by name, SI units and rad; absent ones are 0. The
+            mechanism's `start` where no state is given. A negative gap is a compression, which
+            only a compliant contact may have.
+        t_end : float
+            s, > 0.
+        until : EventKind, its text, or several
+            Kinds of events that end the run.
+        parameters : mapping of str to float
+            Of mechanism and laws; absent ones have their defaults. A name that both have is the
+            mechanism's here, and the law's has ``_law`` behind it.
+        law_parameters : mapping of str to float
+            Of the laws, by the names that the laws themselves give them.
+        initial_force : float
+            Sets the initial compression so that the only, compliant contact carries this force; N.
+            Where the gap is not a coordinate, the coordinates stay and the surface counts as raised
+            by it.
+        rtol : float
+            Relative tolerance of every state, in [1e-15, 1).
+        atol : ndarray, shape (nx,)
+            Per state; by default scaled to the contact (see `tolerances`).
+        record : Record or its text
+            What is kept: ``dense``, ``events`` or ``end``.
+        first_step, max_step : float
+            s; a first step of 0 lets the engine choose it.
+        max_steps, max_events : int
+            Where they are reached the run stops and says so.
+
+        Returns
+        -------
+        Trajectory
+            Also when it stopped early: `stop_reason` says why. Of several contacts, forces and gaps
+            of each are the outputs ``normal_force_<contact>``, …; where the bodies' rigidity leaves
+            forces open, contacts share them in proportion to what their friction carries.
+
+        Raises
+        ------
+        InputError
+            Unknown names, numbers out of range, a start outside the domain or inside the ground.
+
+        Examples
+        --------
+        >>> from painleve_sym import Simulator, laws, models
+        >>> simulator = Simulator(models.rod(), laws.bilinear_hertz(E=20.9e14, reload="virgin"))
+        >>> run = simulator.run({"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}, t_end=1e-3)
+        >>> [str(event.kind) for event in run.events[:2]]
+        ['slip_stop', 'max_compression']
+        """
+        state = self.mechanism.start if state is None else state
+        given = self.given(parameters, law_parameters)
+        options: dict[str, Any] = {
+            "t_end": t_end,
+            "until": until,
+            "rtol": rtol,
+            "atol": atol,
+            "record": record,
+            "first_step": first_step,
+            "max_step": max_step,
+            "max_steps": max_steps,
+            "max_events": max_events,
+        }
+        vector, values = self.start(state, given)
+        vector = self.checked_start(vector, values, initial_force)
+        checked = self.options(vector, values, **options)
+        p = self._vector_of(values)
+        contact = self.contact
+        if not (isinstance(contact, PluralContacts) and self.rigid):
+            raw = self.integrator.run(vector, p, checked)
+            return complete_motion(self, self.trajectory(raw, values, checked.rtol), values)
+        compiled = isinstance(self.integrator, CompiledEngine)
+        resolver = ImpactResolver(**self.resolver_inputs(values, checked))
+        raw = self.integrator.run(vector, p, checked, resolve=None if compiled else resolver)
+        trajectory = self.trajectory(raw, values, checked.rtol)
+        return with_impulses(trajectory, raw, 2 * len(contact.rows), resolver.impulses)
+
+    def resolver_inputs(self, values: dict[str, float], options: RunOptions) -> dict[str, Any]:
+        """Return the inputs of an `ImpactResolver` of a run with the parameters `values`."""
+        assert isinstance(self.contact, PluralContacts)
+        return {
+            "impacts": self.impacts,
+            "law": self.contact.rigid_law,
+            "target": [m.name for m in self.outline.modes].index(CONTACT),
+            "values": values,
+            "scale": options.atol / options.rtol,
+        }
+
+    def checked_start(self, vector: Array, values: Mapping[str, float], force: Any) -> Array:
+        """Return the start vector, compressed so that it carries `force` where that is given.
+
+        Raises
+        ------
+        InputError
+            A force that no contact can store, a rigid contact inside the ground, or a guide off its
+            place.
+        """
+        if force is not None:
+            fault = self.initial_force_fault()
+            if fault:
+                raise InputError(f"{self.where}: {fault}")
+            self.compression_of_force(force, values)  # checks the force
+            constants = self.integrator.constants(self._vector_of(values))
+            compressed: Array = self.with_forces(vector[None], np.array([force]), constants[None])
+            vector = compressed[0]
+        place, several = self.outline.states.index, len(self.contact.rows) > 1
+        for i in self.rigid:
+            row = self.contact.rows[i]
+            gap, rate = float(vector[place(row.gap)]), float(vector[place(row.gap_rate)])
+            name = f"contact {row.contact.name!r}"
+            if row.contact.bilateral:
+                near, slow = self.closed_within(vector, values)[i]
+                subject = f"the bilateral {name}" if several else "a bilateral contact"
+                for fault in held_faults(subject, (gap, near), (rate, slow)):
+                    raise InputError(f"{self.where}: {fault}")
+            elif gap < 0:
+                subject = f"{name} starts" if several else "the start is"
+                raise InputError(
+                    f"{self.where}: {subject} inside the ground, gap = {gap:g} m, and a rigid "
+                    "contact has no compression. Fix: start with gap >= 0, or give a compliant law."
+                )
+        return vector
+
+    def initial_force_fault(self) -> str:
+        """Return why no initial force can be given, a sentence; empty where it can."""
+        if len(self.contact.rows) > 1:
+            return (
+                "initial_force: several contacts share no force. Fix: give the compression of each "
+                "by the state."
+            )
+        if not self.is_compliant(0):
+            return (
+                "initial_force: a rigid contact has no compression. Fix: leave it out, or give a "
+                "compliant law."
+            )
+        return ""
+
+    def with_forces(self, vectors: Array, forces: Array, constants: Array) -> Array:
+        """Return states (n, nx) compressed so that the only contact carries the forces (n,); N."""
+        index = self.outline.states.index(self.contact.rows[0].gap)
+        gaps = vectors[:, index]
+        if gaps.any():
+            raise InputError(
+                f"{self.where}: initial_force: got a start with gap "
+                f"{float(gaps[gaps != 0][0])!r}, need 0. Fix: give the force or the compression, "
+                "not both."
+            )
+        given = (*self.outline.parameters, *self.outline.definitions)
+        k, n = self.loading_curve(dict(zip(given, constants.T, strict=True)))
+        compressed = vectors.copy()
+        compressed[:, index] = -power(forces / k, 1 / n)
+        return compressed
+
+    def start_expressions(self, forced: bool) -> dict[Any, Any]:
+        """Return the start values that follow from other ones: states to SymPy expressions.
+
+        Where `forced`, the compression is the one that carries the symbol ``initial_force``.
+        """
+        own = set(self.mechanism.motion)
+        known = {
+            symbol: expr
+            for row in self.contact.rows
+            for symbol, expr in zip(row.symbols, row.expressions, strict=True)
+            if symbol not in own
+        }
+        if not forced:
+            return known
+        law = self.contact_law
+        return known | {
+            self.contact.rows[0].gap: -((INITIAL_FORCE / law.stiffness) ** (1 / law.exponent))
+        }
+
+    # ---- numbers ----
+
+    @cached_property
+    def integrator(self) -> Engine:
+        """The engine, compiled or taken from the cache on first use."""
+        return make_engine(self.contact, self.engine)
+
+    @property
+    def outline(self) -> Outline:
+        """Names and structure of the automaton, known without deriving it."""
+        return self.integrator.outline
+
+    @property
+    def where(self) -> str:
+        """What messages name as the place of a fault."""
+        return f"{self.mechanism.name!r} with law {self.label!r}"
+
+    def parameters(self, given: Mapping[str, float] | None = None) -> dict[str, float]:
+        """Return all parameters of mechanism and law with `given` put in, checked."""
+        declared = (*self.mechanism.system.parameters, *self.own_parameters)
+        return resolve_parameters(self.where, declared, given or {})
+
+    def constants(self, parameters: Mapping[str, float]) -> dict[Any, float]:
+        """Return the values of all parameter symbols and definitions."""
+        c = self.integrator.constants(self._vector_of(parameters))
+        symbols = (*self.outline.parameters, *self.outline.definitions)
+        return dict(zip(symbols, map(float, c), strict=True))
+
+    def _vector_of(self, parameters: Mapping[str, float]) -> Array:
+        return np.array([parameters[s.name] for s in self.outline.parameters])
+
+    def initial_state(self, state: Mapping[str, float], parameters: Mapping[str, float]) -> Array:
+        """Return the automaton's state vector for coordinates and velocities by name."""
+        values = symbol_values(self.mechanism, state, parameters)
+        arrays = {s: np.array([v]) for s, v in values.items()}
+        vector: Array = self.initial_states(arrays, self.contact_values(arrays))[0]
+        return vector
+
+    @cached_property
+    def _contact_numbers(self) -> tuple[Quantities, ...]:
+        return tuple(contact_numbers(self.mechanism, i) for i in range(len(self.contact.rows)))
+
+    def contact_values(self, values: Mapping[Any, Array]) -> list[dict[str, Array]]:
+        """Return `contact_numbers` of each contact at n points, arrays of shape (n,).
+
+        Parameters
+        ----------
+        values : mapping of sympy.Symbol to ndarray, shape (n,)
+            Of coordinates, velocities and parameters.
+        """
+        return [numbers.at(values) for numbers in self._contact_numbers]
+
+    def initial_states(
+        self, values: Mapping[Any, Array], numbers: Sequence[Mapping[str, Array]]
+    ) -> Array:
+        """Return state vectors, shape (n, nx), for coordinates, velocities and parameters.
+
+        Parameters
+        ----------
+        values : mapping of sympy.Symbol to ndarray, shape (n,)
+        numbers : sequence of dict
+            `contact_values` there.
+        """
+        extra: dict[Any, Array] = {}
+        for row, own in zip(self.contact.rows, numbers, strict=True):
+            derived = [own[name] for name in ("gap", "gap_rate", "slip_velocity")]
+            extra |= dict(zip(row.symbols, derived, strict=True))
+            for s, tolerance in zip((row.gap, row.gap_rate), contact_tolerances(own), strict=True):
+                # Computed from q these cancel: a touching start must not become a tiny fall.
+                extra[s] = np.where(np.abs(extra[s]) <= tolerance, 0.0, extra[s])
+        zero = np.zeros(len(next(iter(values.values()))))
+        columns = [values.get(s, extra.get(s, zero)) for s in self.outline.states]
+        vectors: Array = np.array(columns).T.copy()
+        return vectors
+
+    def sensitivities(
+        self,
+        state: Mapping[str, float],
+        wrt: Sequence[str],
+        *,
+        t_end: float,
+        until: str | Sequence[str] = (),
+        parameters: Mapping[str, float] | None = None,
+        law_parameters: Mapping[str, float] | None = None,
+        initial_force: float | None = None,
+        rtol: float = DEFAULT_RTOL,
+        atol: Array | None = None,
+        record: RecordLike = Record.DENSE,
+        first_step: float = 0.0,
+        max_step: float = float("inf"),
+        max_steps: int = MAX_STEPS,
+        max_events: int = MAX_EVENTS,
+    ) -> SensitiveTrajectory:
+        """Integrate the motion together with its first derivatives, through every event.
+
+        Parameters
+        ----------
+        state : mapping of str to float
+        wrt : sequence of str
+            Directions: names of coordinates and velocities (their start values), of parameters of
+            mechanism and law, and ``initial_force`` where that is given.
+        t_end, until, parameters, law_parameters, initial_force
+            As for `run`; so are those that follow.
+
+        Returns
+        -------
+        SensitiveTrajectory
+            A start on the surface is differentiated within the mode that it starts in.
+
+        Raises
+        ------
+        InputError
+            As for `run`; unknown names of directions.
+        """
+        from painleve_sym.motion.sensitivity.variational import differentiated
+
+        options: dict[str, Any] = {
+            "parameters": self.given(parameters, law_parameters),
+            "initial_force": initial_force,
+            "t_end": t_end,
+            "until": until,
+            "rtol": rtol,
+            "atol": atol,
+            "record": record,
+            "first_step": first_step,
+            "max_step": max_step,
+            "max_steps": max_steps,
+            "max_events": max_events,
+        }
+        return differentiated(self, state, tuple(wrt), **options)
+
+    @cached_property
+    def variational_engines(self) -> dict[Any, Any]:
+        """Engines of state and derivatives, by direction; filled when used."""
+        return {}
+
+    def options(
+        self,
+        vector: Array,
+        parameters: Mapping[str, float],
+        *,
+        t_end: float,
+        until: str | Sequence[str] = (),
+        rtol: float = DEFAULT_RTOL,
+        atol: Array | None = None,
+        record: RecordLike = Record.DENSE,
+        first_step: float = 0.0,
+        max_step: float = float("inf"),
+        max_steps: int = MAX_STEPS,
+        max_events: int = MAX_EVENTS,
+    ) -> RunOptions:
+        """Return checked options of a run from the state `vector`; see `run`."""
+        if not (np.isfinite(t_end) and t_end > 0):
+            raise InputError(f"{self.where}: t_end: got {t_end!r}, need a finite number > 0.")
+        kinds = (until,) if isinstance(until, str) else tuple(until)
+        for kind in kinds:
+            if kind not in self.outline.kinds:
+                message = unknown_name("event", kind, self.outline.kinds)
+                raise InputError(f"{self.where}: until: {message}")
+        scale = self.tolerances(vector, parameters) if atol is None else np.asarray(atol) / rtol
+        return RunOptions(
+            t_end,
+            rtol,
+            rtol * scale,
+            kinds,
+            record,
+            first_step,
+            max_step,
+            max_steps,
+            max_events,
+            start_events=self.start_events,
+        )
+
+    def start(
+        self, state: Mapping[str, float], parameters: Mapping[str, float] | None
+    ) -> tuple[Array, dict[str, float]]:
+        """Return the checked state vector and all parameters."""
+        values = self.parameters(parameters)
+        for symbol, value in self.constants(values).items():
+            if not np.isfinite(value):
+                raise InputError(
+                    f"{self.where}: {symbol} comes out as {value!r}, need a finite number. "
+                    "Fix: check the parameters it is made of (stiffness, curvatures)."
+                )
+        return self.initial_state(resolve_state(self.mechanism, state, values), values), values
+
+    def tolerances(self, vector: Array, parameters: Mapping[str, float]) -> Array:
+        """Return the scale of each state below which only its absolute error counts, shape (nx,).
+
+        Gap and its rate have the scales of the contact; other velocities that of the kinetic
+        energy plus the energy of the contact; coordinates in m the `characteristic_length`, angles
+        1, and the time that length over the speed of the energy. Dissipated energies are left out
+        (inf).
+        """
+        constants = self.integrator.constants(self._vector_of(parameters))
+        vectors, constants = np.asarray(vector)[None], constants[None]
+        numbers = self.contact_values(self.at_states(vectors, constants))
+        scale: Array = self.all_tolerances(vectors, constants, numbers)[0]
+        return scale
+
+    def closed_within(
+        self, vector: Array, parameters: Mapping[str, float]
+    ) -> list[tuple[float, float]]:
+        """Return gap and gap rate up to which each contact is closed (`contact_tolerances`)."""
+        constants = self.integrator.constants(self._vector_of(parameters))
+        numbers = self.contact_values(self.at_states(np.asarray(vector)[None], constants[None]))
+        pairs = [contact_tolerances(own) for own in numbers]
+        return [(float(near.item()), float(slow.item())) for near, slow in pairs]
+
+    def at_states(self, vectors: Array, constants: Array) -> dict[Any, Array]:
+        """Return the values of all symbols, shape (n,), for n states and constants (n, nc)."""
+        given = (*self.outline.parameters, *self.outline.definitions)
+        states = dict(zip(self.outline.states, vectors.T, strict=True))
+        return states | dict(zip(given, constants.T, strict=True))
+
+    def all_tolerances(
+        self, vectors: Array, constants: Array, numbers: Sequence[Mapping[str, Array]]
+    ) -> Array:
+        """Return what `tolerances` returns for n states, constants (n, nc) and `contact_values`."""
+        system = self.mechanism.system
+        symbols, rows = self.at_states(vectors, constants), self.contact.rows
+        scales = self.all_scales(symbols, numbers)
+        energy = np.maximum.reduce([own[2] for own in scales])
+        length, ones = characteristic_length(numbers[0]), np.ones(len(vectors))
+        masses = [numbers[0][f"mass_{k}"] for k in range(len(system.q))]
+        scale: dict[Any, Array] = {
+            c.symbol: length if c.unit == "m" else ones for c in system.coordinates
+        }
+        scale[TIME] = length / np.sqrt(2 * energy * numbers[0]["W_nn"])
+        scale |= {s: np.sqrt(2 * energy / m) for s, m in zip(system.q_dot, masses, strict=True)}
+        for row, own, (delta, rate, _) in zip(rows, numbers, scales, strict=True):
+            slip = np.sqrt(2 * energy * own["W_tt"])
+            scale[row.slip] = np.where(slip == 0, np.sqrt(2 * energy * own["W_nn"]), slip)
+            scale |= {row.gap: delta, row.gap_rate: rate}
+        scale |= dict.fromkeys(self.outline.uncontrolled, np.full(len(vectors), np.inf))
+        tolerances: Array = np.array([scale[s] for s in self.outline.states]).T.copy()
+        return tolerances
+
+    def contact_scales(
+        self, i: int, values: Mapping[Any, Array], numbers: Mapping[str, Array]
+    ) -> tuple[Array, ...]:
+        """Return the scales of gap (m), gap rate (m/s) and the energy (J) of a contact.
+
+        Parameters
+        ----------
+        i : int
+            Which of the contacts.
+        values : mapping of sympy.Symbol to ndarray, shape (n,)
+            States, parameters and definitions.
+        numbers : mapping of str to ndarray, shape (n,)
+            What `contact_numbers` of the contact gives at them.
+        """
+        if not self.is_compliant(i):
+            return rigid_scales(numbers)
+        gap = values[self.contact.rows[i].gap]
+        return compliant_scales(numbers, gap, *self.loading_curve(values, i))
+
+    def all_scales(
+        self, values: Mapping[Any, Array], numbers: Sequence[Mapping[str, Array]]
+    ) -> list[tuple[Array, ...]]:
+        """Return `contact_scales` of every contact; several all have the largest energy of any.
+
+        One of several that hardly anything presses yet, such as a wall, is hit by what moves or
+        presses the others: its free acceleration counts as a hundredth of theirs at least.
+        """
+        if len(numbers) == 1:
+            return [self.contact_scales(0, values, numbers[0])]
+        least = 0.01 * np.max([np.abs(own["b_n"]) for own in numbers], axis=0)
+        pressed = [{**own, "b_n": np.maximum(np.abs(own["b_n"]), least)} for own in numbers]
+        energy = np.zeros(1)
+        for i, (row, own) in enumerate(zip(self.contact.rows, pressed, strict=True)):
+            idle = (own["kinetic_energy"] <= 0) & (own["b_n"] == 0)
+            *_, gained = self.contact_scales(i, values, own)
+            energy = np.maximum(energy, np.where(idle & (values[row.gap] >= 0), 0.0, gained))
+        energy = np.where(energy > 0, energy, 1.0)
+        shared = [{**own, "kinetic_energy": energy} for own in pressed]
+        return [(*self.contact_scales(i, values, own)[:2], energy) for i, own in enumerate(shared)]
+
+    def trajectory(self, raw: RawRun, values: dict[str, float], rtol: float) -> Trajectory:
+        """Return the raw run as a trajectory."""
+        automaton, steps = self.outline, raw.step_records
+        c = self.integrator.constants(self._vector_of(values))
+        memory = np.vstack([steps.memory, raw.memory])
+        modes = np.append(steps.mode, raw.mode)
+        names, modes = self._named(modes, memory)
+        return Trajectory(
+            mechanism=self.mechanism.name,
+            law=self.label,
+            choices=self.choices,
+            parameters=values,
+            state_names=tuple(s.name for s in automaton.states),
+            memory_names=tuple(s.name for s in automaton.memory),
+            mode_names=names,
+            output_names=automaton.output_names,
+            step_time=steps.time,
+            step_length=steps.length,
+            step_mode=modes[:-1],
+            step_memory=steps.memory,
+            step_rows=steps.polynomial,
+            step_bend=steps.bend,
+            events=tuple(
+                with_alternatives(self, e, values) for e in self._events(raw.event_records, c)
+            ),
+            final_time=raw.time,
+            final_state=raw.state,
+            final_memory=raw.memory,
+            final_mode=int(modes[-1]),
+            stop_reason=raw.stop_reason,
+            stop_detail=self._detail(raw),
+            counters=raw.counters,
+            engine=self.integrator.name,
+            rtol=rtol,
+            constants=c,
+            evaluator=self.integrator,
+        )
+
+    def _named(self, modes: Array, memory: Array) -> tuple[tuple[str, ...], Array]:
+        """Return names of modes, and the index of each of n modes among them."""
+        automaton = self.outline
+        if not automaton.parts:
+            return tuple(m.name for m in automaton.modes), modes
+        every = [mode_name(automaton, int(m), z) for m, z in zip(modes, memory, strict=True)]
+        names = tuple(dict.fromkeys(every))
+        return names, np.array([names.index(name) for name in every])
+
+    def _events(self, rows: EventRecords, constants: Array) -> tuple[EventRecord, ...]:
+        automaton = self.outline
+        names = [s.name for s in automaton.states]
+        outputs = self.integrator.outputs(
+            rows.mode_before, rows.state_before, rows.memory_before, constants
+        )
+        at = {name: outputs[:, i] for i, name in enumerate(automaton.output_names)}
+        own = [c.name for c in self.mechanism.contacts]
+        records = []
+        for i, after in enumerate(rows.state_after.tolist()):
+            place = int(rows.contact[i])
+            contact = automaton.contacts[place] if place >= 0 else ""
+            end = f"_{contact or own[0]}" if len(own) > 1 else ""
+            # A decision for several contacts at once has no force of its own.
+            decided = place < 0 and rows.transition[i] < 0
+            carried = ("normal_force", "tangential_force", "gap")
+            force, friction, gap = (0.0 if decided else float(at[f"{n}{end}"][i]) for n in carried)
+            records.append(
+                EventRecord(
+                    time=float(rows.time[i]),
+                    kind=automaton.kinds[rows.kind[i]],
+                    mode_before=mode_name(
+                        automaton, int(rows.mode_before[i]), rows.memory_before[i]
+                    ),
+                    mode_after=mode_name(automaton, int(rows.mode_after[i]), rows.memory_after[i]),
+                    state=dict(zip(names, after, strict=True)),
+                    normal_force=force,
+                    tangential_force=friction,
+                    compression=-gap,
+                    contact=contact if len(own) > 1 else own[0],
+                )
+            )
+        return tuple(records)
+
+    def _detail(self, raw: RawRun) -> str:
+        if raw.stop_reason is StopReason.LEFT_DOMAIN:
+            mode = self.outline.modes[raw.mode]
+            bound = mode.transitions[raw.stop_transition].bound
+            return self.mechanism.domain[bound].meaning if bound is not None else ""
+        guide = all(c.bilateral for c in self.mechanism.contacts)
+        if guide and raw.stop_reason is StopReason.SINGULAR:
+            return _GUIDE_MEETS
+        if len(self.contact.rows) > 1 and raw.stop_reason is StopReason.JAM:
+            return _JAM
+        ordinary = (StopReason.T_END, StopReason.UNTIL)
+        return "" if raw.stop_reason in ordinary else raw.stop_reason.advice
