@@ -16,7 +16,6 @@ import pytest
 
 from painleve_sym.codegen import compile as compiling
 from painleve_sym.codegen.compile import (
-    cache_folder,
     compiled_library,
     find_compiler,
     library_key,
@@ -149,62 +148,6 @@ def test_two_processes_may_compile_at_once(cache, tmp_path):
     assert compiled_library(SOURCE % 13) in found
 
 
-def used_instead(named, monkeypatch):
-    monkeypatch.setenv("PAINLEVE_CACHE", str(named))
-    with pytest.warns(PainleveWarning, match=r"temporary folder.*Fix: set PAINLEVE_CACHE"):
-        folder = cache_folder()
-    try:
-        assert folder != named
-        assert mode(folder) == 0o700
-        # The second time it is the same folder, and there is no second notice.
-        assert cache_folder() == folder
-        assert compiled_library(SOURCE % 3).parent == folder
-        assert load(SOURCE % 3).answer() == 3
-    finally:
-        shutil.rmtree(folder)
-        compiling._temporary_cache.cache_clear()
-
-
-def test_file_in_place_of_the_cache_gives_a_temporary_one(tmp_path, monkeypatch):
-    place = tmp_path / "taken"
-    place.write_text("a file")
-    used_instead(place, monkeypatch)
-    assert place.read_text() == "a file"
-
-
-def test_folder_that_cannot_be_created_gives_a_temporary_one(tmp_path, monkeypatch):
-    (tmp_path / "taken").write_text("a file")
-    used_instead(tmp_path / "taken" / "below", monkeypatch)
-
-
-@pytest.mark.skipif(not Path("/proc/self").exists(), reason="there is no /proc")
-def test_folder_of_a_read_only_file_system_gives_a_temporary_one(monkeypatch):
-    used_instead(Path("/proc/painleve-sym"), monkeypatch)
-
-
-@pytest.mark.skipif(os.geteuid() == 0, reason="for root no folder is read-only")
-def test_read_only_folder_gives_a_temporary_one(tmp_path, monkeypatch):
-    place = tmp_path / "closed"
-    place.mkdir()
-    place.chmod(0o500)
-    used_instead(place, monkeypatch)
-
-
-def test_folder_of_another_user_gives_a_temporary_one(tmp_path, monkeypatch):
-    place = tmp_path / "theirs"
-    monkeypatch.setattr(os, "getuid", lambda: place.stat().st_uid + 1)
-    used_instead(place, monkeypatch)
-
-
-def test_cache_follows_the_environment(tmp_path, monkeypatch):
-    monkeypatch.delenv("PAINLEVE_CACHE", raising=False)
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "xdg"))
-    assert cache_folder() == tmp_path / "xdg" / "painleve-sym"
-    monkeypatch.delenv("XDG_CACHE_HOME")
-    monkeypatch.setenv("HOME", str(tmp_path / "home"))
-    assert cache_folder() == tmp_path / "home" / ".cache" / "painleve-sym"
-
-
 def test_products_are_rounded_before_they_are_added(cache):
     """Sums and differences in turn: what a compiler may turn into vfmaddsub."""
     lines = [
@@ -248,7 +191,7 @@ def test_compiler_that_does_not_run_is_no_compiler(tmp_path, monkeypatch):
 
 
 def test_compiler_is_the_one_named_by_cc(tmp_path, monkeypatch, cache):
-    real = find_compiler().path
+    (real,) = find_compiler().command
     own = tmp_path / "own-cc"
     own.write_text(f'#!/bin/sh\necho "$@" >> {tmp_path}/calls\nexec {real} "$@"\n')
     own.chmod(0o755)

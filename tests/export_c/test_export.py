@@ -87,7 +87,7 @@ def built_by_cmake(done):
 def built_by_compiler(done, *flags):
     """Return what the example prints, built by one call of the compiler."""
     sources = ("main.c", f"{done.name}_model.c", f"{done.name}_start.c")
-    run(find_compiler().path, *flags, "-o", "example", *sources, "-lm", cwd=done.folder)
+    run(*find_compiler().command, *flags, "-o", "example", *sources, "-lm", cwd=done.folder)
     return run("./example", cwd=done.folder)
 
 
@@ -95,7 +95,7 @@ def library(done):
     """Return the export as a shared library."""
     sources = [f"{done.name}_{part}.c" for part in ("model", "start")]
     run(
-        find_compiler().path,
+        *find_compiler().command,
         "-O0",
         "-fPIC",
         "-shared",
@@ -222,9 +222,9 @@ int main() {{
 """,
         "utf-8",
     )
-    cc, flags = find_compiler().path, ("-Wall", "-Wextra", "-Werror", "-c")
+    cc, flags = find_compiler().command, ("-Wall", "-Wextra", "-Werror", "-c")
     for part in ("model", "start"):
-        run(cc, "-O0", "-march=native", *SANITIZE, "-c", f"sledge_{part}.c", cwd=bouncing.folder)
+        run(*cc, "-O0", "-march=native", *SANITIZE, "-c", f"sledge_{part}.c", cwd=bouncing.folder)
     run(compiler, *flags, "mine.cc", cwd=bouncing.folder)
     objects = ("mine.o", "sledge_model.o", "sledge_start.o")
     run(compiler, *SANITIZE, "-o", "mine", *objects, "-lm", cwd=bouncing.folder)
