@@ -9,7 +9,6 @@ import shutil
 import stat
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,7 +20,7 @@ from painleve_sym.codegen.compile import (
     library_key,
     load,
 )
-from painleve_sym.errors import CompileError, CompilerMissing, PainleveWarning
+from painleve_sym.errors import CompileError, CompilerMissing
 
 SOURCE = '__attribute__((visibility("default"))) int answer(void) { return %d; }\n'
 
