@@ -21,20 +21,20 @@
 $functions
 
 /* Coordinates and as many velocities; the mechanism's own parameters, which come first. */
-enum { COORDINATES = $coordinates, OWN_PARAMETERS = $own_parameters };
+enum { COORDINATES = $coordinates, OWN = $own_parameters };
 /* Results of the generated function for each contact; mass_i is the diagonal of the mass matrix. */
 enum { $number_names };
 /* Contacts, and the states of each: gap, gap rate, slip velocity. */
 enum { CONTACTS = $contact_count };
-static const int CONTACT_STATES[CONTACTS][3] = {$contact_states};
+static const int PLACES[CONTACTS][3] = {$contact_states};
 
 static void contact_numbers(const double *p, const double *x, double *numbers) {
-  double v[$motion + OWN_PARAMETERS], w[$work];
+  double v[$motion + OWN], w[$work];
   const double *arg[1] = {v};
   double *res[1] = {numbers};
   casadi_int iw[8];
   memcpy(v, x, $span * sizeof(double));
-  memcpy(v + $motion, p, OWN_PARAMETERS * sizeof(double));
+  memcpy(v + $motion, p, OWN * sizeof(double));
   quantities(arg, res, iw, w, 0);
 }
 
@@ -104,14 +104,14 @@ static void scales(const double *p, const double *x, const double *numbers, doub
   double curves[2 * CONTACTS], pressed[CONTACTS * NUMBERS], least = 0, own, largest = 0;
   loading_curves(p, curves);
   if (CONTACTS == 1) {
-    own_scales(curves, numbers, x[CONTACT_STATES[0][0]], gap, rate, energy);
+    own_scales(curves, numbers, x[PLACES[0][0]], gap, rate, energy);
     return;
   }
   memcpy(pressed, numbers, sizeof pressed);
   for (int i = 0; i < CONTACTS; i++) least = fmax(least, fabs(numbers[i * NUMBERS + NUMBER_b_n]));
   least = 0.01 * least;
   for (int i = 0; i < CONTACTS; i++) {
-    double *f = pressed + i * NUMBERS, x_gap = x[CONTACT_STATES[i][0]];
+    double *f = pressed + i * NUMBERS, x_gap = x[PLACES[i][0]];
     f[NUMBER_b_n] = fmax(fabs(f[NUMBER_b_n]), least);
     own_scales(curves + 2 * i, f, x_gap, &gap[i], &rate[i], &own);
     if (f[NUMBER_kinetic_energy] > 0 || f[NUMBER_b_n] != 0 || x_gap < 0)
@@ -120,7 +120,7 @@ static void scales(const double *p, const double *x, const double *numbers, doub
   *energy = largest > 0 ? largest : 1.0;
   for (int i = 0; i < CONTACTS; i++) {
     pressed[i * NUMBERS + NUMBER_kinetic_energy] = *energy;
-    own_scales(curves + 2 * i, pressed + i * NUMBERS, x[CONTACT_STATES[i][0]], &gap[i], &rate[i],
+    own_scales(curves + 2 * i, pressed + i * NUMBERS, x[PLACES[i][0]], &gap[i], &rate[i],
                &own);
   }
 }
@@ -138,9 +138,9 @@ void ${name}_tolerances(const double *p, const double *x, double rtol, double *a
   }
 $clock  for (int i = 0; i < CONTACTS; i++) {
     const double *f = numbers + i * NUMBERS, slip = sqrt(2 * energy * f[NUMBER_W_tt]);
-    atol[CONTACT_STATES[i][2]] = slip != 0 ? slip : sqrt(2 * energy * f[NUMBER_W_nn]);
-    atol[CONTACT_STATES[i][0]] = gap[i];
-    atol[CONTACT_STATES[i][1]] = rate[i];
+    atol[PLACES[i][2]] = slip != 0 ? slip : sqrt(2 * energy * f[NUMBER_W_nn]);
+    atol[PLACES[i][0]] = gap[i];
+    atol[PLACES[i][1]] = rate[i];
   }
   for (int i = 0; i < ${NAME}_STATES; i++) atol[i] *= rtol;
 }
