@@ -83,6 +83,14 @@ def _processor() -> str:
         with open("/proc/cpuinfo", encoding="utf-8") as lines:
             return next((line for line in lines if line.startswith(("flags", "Features"))), "")
     except OSError:
+        pass
+    try:
+        # macOS.
+        command = ["sysctl", "-n", "machdep.cpu.brand_string"]
+        return subprocess.run(
+            command, capture_output=True, text=True, timeout=30, check=True
+        ).stdout.strip()
+    except (OSError, subprocess.SubprocessError):
         return platform.processor()
 
 

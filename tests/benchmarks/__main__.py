@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from painleve_sym.codegen.compile import FLAGS, find_compiler
+from painleve_sym.simulate.batch.machine import processor_count
 from tests.benchmarks import bench_corrected_jump, bench_many, bench_sensitivity, bench_start
 from tests.benchmarks import bench_table3 as single
 from tests.benchmarks.cases import CASES
@@ -33,7 +34,7 @@ def machine() -> dict[str, Any]:
         "compiler": compiler.version,
         "flags": list(FLAGS),
         "processor": _processor(),
-        "processors": len(os.sched_getaffinity(0)),
+        "processors": processor_count(),
         "load": os.getloadavg()[0],
     }
 
@@ -74,7 +75,7 @@ def batches(per_axis: int) -> dict[str, Any]:
     """Return what `bench_many` measures, with its wanted ratios."""
     found = bench_many.measure(per_axis, 2000)
     found["lanes"] = bench_many.lanes(per_axis**4)
-    count = len(os.sched_getaffinity(0))
+    count = processor_count()
     found["threads"] = bench_many.threads(per_axis, range(1, count + 1))
     found["wanted"] = {"heyoka's batch mode": {"found": found["heyoka"]["ratio"], "at_least": 2.0}}
     if count > 1:

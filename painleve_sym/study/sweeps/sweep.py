@@ -21,7 +21,7 @@ from painleve_sym.files import parse_toml, read_text
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
 from painleve_sym.quantities import unit_of
-from painleve_sym.simulate.batch.memory import check_memory, row_bytes
+from painleve_sym.simulate.batch.machine import check_memory, row_bytes
 from painleve_sym.simulate.batch.reason_codes import ROW_REASONS
 from painleve_sym.simulate.batch.result import ManyResult, event_dims
 from painleve_sym.simulate.batch.run import simulate_many
