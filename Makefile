@@ -24,23 +24,24 @@ help: ## show this list
 
 setup: $(VENV)/.installed ## create .venv and install the package with its test tools
 
-test: lint ## check style, types and import layers, then run all but the slow tests
+test: lint ## check style, types, import layers and prose, then run all but the slow tests
 	$(PYTEST) -q $(PARALLEL) -m "not slow"
 
-lint: $(VENV)/.installed ## check style, types and import layers
+lint: $(VENV)/.installed ## check style, types, import layers and prose
 	$(BIN)/ruff check --quiet .
 	$(BIN)/mypy --no-error-summary
 	@$(BIN)/lint-imports --no-logo > $(VENV)/lint-imports.log 2>&1 || { cat $(VENV)/lint-imports.log; exit 1; }
+	$(BIN)/python tools/prose.py
 
-# pytest ends with 5 when it selects nothing: having no slow tests is no failure.
+# pytest ends with 5 when it selects nothing: having no slow tests is not a failure.
 slow: $(VENV)/.installed ## run the slow tests
 	$(PYTEST) -q $(PARALLEL) -m slow || [ $$? -eq 5 ]
 
 # One test file of each stage: what an old release lacks is missed at once.
 OLDEST_TESTS := tests/mechanics/test_coefficients.py tests/codegen/test_bridge.py \
 	tests/complementarity/test_lcp.py tests/contacts/test_classify.py tests/engines/test_engine.py \
-	tests/simulate/test_rigid.py tests/simulate/test_trajectory.py tests/study/test_fit.py \
-	tests/study/test_region_map.py tests/present/test_figures.py tests/export_c/test_export_names.py
+	tests/motion/test_rigid.py tests/motion/test_trajectory.py tests/study/test_fit.py \
+	tests/study/test_region_map.py tests/present/test_figures.py tests/c_export/test_export_names.py
 
 oldest: ## test the oldest versions of the dependencies, in .venv-oldest
 	@$(PYTHON) -m venv $(VENV)-oldest

@@ -185,7 +185,7 @@ def _fault(compiler: Compiler) -> str | None:
 
 
 def compiler_mark() -> str | None:
-    """Return what tells one compiler, flags and processor from another, without running any.
+    """Return a text that differs between compilers, flags and processors, without running any.
 
     The files of the compilers that `find_compiler` would try, by place, size and time, and their
     arguments; None where there is none.

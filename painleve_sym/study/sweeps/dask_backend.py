@@ -11,7 +11,7 @@ from contextlib import ExitStack
 from typing import Any
 
 from painleve_sym.errors import InputError, PainleveError, PainleveWarning
-from painleve_sym.simulate.batch.machine import processor_count
+from painleve_sym.motion.batch.machine import processor_count
 from painleve_sym.study.sweeps.sweep import Columns, Sweep
 
 LOCAL = "local"
