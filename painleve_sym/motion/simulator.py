@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, Protocol
 
 import numpy as np
 from sympy import Symbol
@@ -407,9 +407,8 @@ class Simulator:
         )
         resolver = self._resolver(start, checked)
         raw = self.integrator.run(start.state, start.parameters, checked, resolve=resolver)
-        trajectory = self.trajectory(
-            raw, start, checked.rtol, resolver.impulses if resolver else ()
-        )
+        told = resolver.impulses if resolver else ()
+        trajectory = self.trajectory(raw, start, checked.rtol, told)
         if raw.stop_reason is StopReason.SINGULAR and isinstance(self.contact, RigidContact):
             return with_limit(self.contact, trajectory, start.values)
         return trajectory
@@ -480,7 +479,7 @@ class Simulator:
             raise InputError(f"{self.where}: initial force: got {force!r}, need >= 0 and finite.")
         return float(force)
 
-    def _refuse(self, start: Start, given: Mapping[str, float], force: float) -> None:
+    def _refuse(self, start: Start, given: Mapping[str, float], force: float) -> NoReturn:
         """Raise InputError with the reason why a start is not admitted."""
         for symbol, value in self.constants(start.values).items():
             if not math.isfinite(value):
@@ -499,6 +498,7 @@ class Simulator:
             )
         for i in self.rigid:
             self._refuse_contact(i, state, symbol_values(self.mechanism, given, start.values))
+        raise InputError(f"{self.where}: the contact law does not admit the start.")
 
     def _refuse_contact(
         self, i: int, state: Mapping[str, float], symbols: Mapping[Any, float]
@@ -687,11 +687,10 @@ class Simulator:
             if kind not in self.outline.kinds:
                 message = unknown_name("event", kind, self.outline.kinds)
                 raise InputError(f"{self.where}: until: {message}")
-        own = rtol * scale if atol is None else np.asarray(atol)
         return RunOptions(
             t_end,
             rtol,
-            own,
+            rtol * scale if atol is None else np.asarray(atol),
             kinds,
             record,
             first_step,

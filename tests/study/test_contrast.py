@@ -199,7 +199,7 @@ def test_rigid_motion_that_jams_on_its_way_ends_after_the_impulse_up_to_there():
 def test_another_mechanism_jams_as_does_its_mirror_image(side):
     start = {"phi": float(np.arccos(0.8))}
     mechanism = mechanism_from_text(SPRAG)
-    comparison = contrast(mechanism, start, parameters={"side": side}, **ONE)
+    comparison = compare(mechanism, start, parameters={"side": side}, **ONE)
     answer = comparison.rigid[0]
     # v_t = side (L cos φ φ̇ + u) stops at φ̇ = −2, where J Δφ̇ = L (sin φ − μ cos φ) P_n.
     assert (answer.stop_reason, answer.final_time) == (StopReason.JAM, 0)
