@@ -46,7 +46,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 @contextmanager
 def _standard_error() -> Iterator[None]:
-    """Let what is said to a closed standard error vanish: `print` would take standard output."""
+    """Discard messages where standard error is closed: `print` would use standard output."""
     _occupy_closed_streams()
     if sys.stderr is not None:
         yield

@@ -22,15 +22,19 @@ def cache(arguments: argparse.Namespace) -> int:
             }
         )
     elif arguments.clear:
-        show(f"removed: {_told(content)}" if content.size else "The cache holds nothing to remove.")
+        show(
+            f"removed: {_summary(content)}"
+            if content.size
+            else "The cache holds nothing to remove."
+        )
     else:
         show(str(content.folder))
-        show(_told(content))
+        show(_summary(content))
         show("`painleve cache --clear` removes them; they are made again when they are needed.")
     return 0
 
 
-def _told(content: CacheContent) -> str:
+def _summary(content: CacheContent) -> str:
     libraries = "1 library" if content.libraries == 1 else f"{content.libraries} libraries"
     derived = "1 derivation" if content.derivations == 1 else f"{content.derivations} derivations"
     return f"{libraries}, {derived}, {content.size / 1e6:.1f} MB"

@@ -114,7 +114,7 @@ def _remove_at_exit(path: Path, owner: int) -> None:
 
 
 def own_content(path: Path) -> bytes | None:
-    """Return the content of a file that nobody but this user can have written, else None.
+    """Return the content of a file that only this user can have written, else None.
 
     None also where there is no such file: links and special files are not read.
     """
@@ -144,7 +144,7 @@ def full(folder: Path) -> str | None:
 
 @dataclass(frozen=True)
 class CacheContent:
-    """What the cache holds.
+    """Sizes of the cache.
 
     Attributes
     ----------

@@ -213,7 +213,7 @@ def compiled_library(source: str) -> Path:
 
     A source in parts (`c_functions.c_file`) keeps several processors busy.
 
-    A cached file is used only if nobody but its user can have written it and its content has the
+    A cached file is used only if its user alone can have written it and its content has the
     hash that is part of its name; any other is removed and rebuilt. Two processes may build at
     once: each writes a file of its own and renames it.
 
@@ -222,7 +222,7 @@ def compiled_library(source: str) -> Path:
     CompilerMissing
         Also where a compiler makes nothing, even of a small program.
     CompileError
-        A compiler that works refuses the source.
+        A compiler that works rejects the source.
     """
     faults = []
     for compiler in _compilers():

@@ -11,8 +11,8 @@ import pytest
 from painleve_sym.c_export.contacts import CASES
 from painleve_sym.c_export.export import export_c
 from painleve_sym.contacts.classify import contact_problem
-from painleve_sym.contacts.inputs import resolve_parameters
 from painleve_sym.contacts.problem import ContactCase, ContactProblem
+from painleve_sym.mechanics.system import resolve_parameters
 from painleve_sym.study.scenario import Scenario
 from tests.c_export.test_export import address, library
 
@@ -72,16 +72,18 @@ def test_contact_problem_coefficients_and_case_are_the_packages(exported):
             one = ContactProblem(
                 W[rows, rows], b[rows], mu[i : i + 1], x[slips[i : i + 1]], bilateral
             )
-            got = Coefficients()
-            c.mine_contact_coefficients(address(p), address(x), i, ctypes.byref(got))
-            assert got.A[0] == one.A_slip(-1) and got.A[1] == one.A_slip(1)
-            assert (got.B, got.mu) == (one.B, one.friction)
-            if got.W_tt > 0:
+            numbers = Coefficients()
+            c.mine_contact_coefficients(address(p), address(x), i, ctypes.byref(numbers))
+            assert numbers.A[0] == one.A_slip(-1) and numbers.A[1] == one.A_slip(1)
+            assert (numbers.B, numbers.mu) == (one.B, one.friction)
+            if numbers.W_tt > 0:
                 wanted = (
                     one.W_nn - one.W_nt**2 / one.W_tt,
                     one.b_n - one.W_nt * one.b_t / one.W_tt,
                 )
-                np.testing.assert_allclose((got.A_stick, got.B_stick), wanted, rtol=1e-9, atol=1e-9)
+                np.testing.assert_allclose(
+                    (numbers.A_stick, numbers.B_stick), wanted, rtol=1e-9, atol=1e-9
+                )
             case = CASES[c.mine_classify(address(p), address(x), i)]
             assert case is one.case_of(one.solutions()), (state, parameters, i)
             seen.add(case)
@@ -114,9 +116,9 @@ def test_cases_of_the_paper_are_those_of_its_tables(tmp_path):
     assert case(theta=1.0, theta_dot=1.0) is ContactCase.INCONSISTENT
     assert case(theta=1.0, theta_dot=5.0) is ContactCase.INDETERMINATE
     # Vertical, A = (3 cos(theta) (cos(theta) - mu sin(theta)) + 1)/m is 1/m.
-    got = Coefficients()
+    numbers = Coefficients()
     x = np.zeros(len(names))
     x[names.index("theta")] = math.pi / 2
-    c.rod_contact_coefficients(address(p), address(x), 0, ctypes.byref(got))
+    c.rod_contact_coefficients(address(p), address(x), 0, ctypes.byref(numbers))
     mass = done.trajectory.parameters["m"]
-    np.testing.assert_allclose(got.A[:], 1 / mass, rtol=1e-14)
+    np.testing.assert_allclose(numbers.A[:], 1 / mass, rtol=1e-14)

@@ -1,4 +1,4 @@
-"""Names of an export: each works, or is refused in one sentence."""
+"""Names of an export: each works, or is rejected in one sentence."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def case(tmp_path_factory):
 
 
 def faults(case, name, folder):
-    """Return what the compiler says of the export under that name; None where it is refused."""
+    """Return what the compiler says of the export under that name; None where it is rejected."""
     named = replace(case, name=export._checked_name(name, False))
     # What it costs to generate does not depend on the name.
     named.__dict__["engine"] = case.engine

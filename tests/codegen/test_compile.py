@@ -269,7 +269,7 @@ def test_cc_may_be_a_path_with_spaces(tmp_path, monkeypatch, cache):
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "fault"),
     [
         ("exit 0", "wrote no file"),
         ('case "$*" in *--version) exit 0;; esac; echo no headers >&2; exit 1', "no headers"),
@@ -279,13 +279,13 @@ def test_cc_may_be_a_path_with_spaces(tmp_path, monkeypatch, cache):
         ),
     ],
 )
-def test_compiler_that_makes_nothing_is_told_by_name(tmp_path, monkeypatch, cache, text, told):
+def test_compiler_that_makes_nothing_is_told_by_name(tmp_path, monkeypatch, cache, text, fault):
     broken = script(tmp_path / "broken-cc", text)
     monkeypatch.setenv("CC", f"{broken} -O1")
     for call in (find_compiler, lambda: compiled_library(SOURCE % 1)):
         with pytest.raises(CompilerMissing, match=r"broken-cc -O1.*Fix: ") as caught:
             call()
-        assert told in str(caught.value)
+        assert fault in str(caught.value)
     assert not cache.exists() or list(cache.iterdir()) == []
 
 

@@ -1,4 +1,4 @@
-"""What the machine has, memory and processors, and how much rows of a batch take."""
+"""Memory and processors of the machine, and the memory that a batch takes."""
 
 from __future__ import annotations
 
