@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from painleve_sym.codegen.compile import FLAGS, find_compiler
+from painleve_sym.motion.batch.machine import processor_count
 from tests.benchmarks import (
     bench_call,
     bench_corrected_jump,
@@ -39,7 +40,7 @@ def machine() -> dict[str, Any]:
         "compiler": compiler.version,
         "flags": list(FLAGS),
         "processor": _processor(),
-        "processors": len(os.sched_getaffinity(0)),
+        "processors": processor_count(),
         "load": os.getloadavg()[0],
     }
 
@@ -80,7 +81,7 @@ def batches(per_axis: int) -> dict[str, Any]:
     """Return what `bench_many` measures, with its wanted ratios."""
     times = bench_many.measure(per_axis, 2000)
     times["lanes"] = bench_many.lanes(per_axis**4)
-    count = len(os.sched_getaffinity(0))
+    count = processor_count()
     times["threads"] = bench_many.threads(per_axis, range(1, count + 1))
     times["wanted"] = {"heyoka's batch mode": {"found": times["heyoka"]["ratio"], "at_least": 2.0}}
     if count > 1:
