@@ -75,7 +75,7 @@ class Contacts(AutomatonBuilder, Protocol):
 
 
 class Start(NamedTuple):
-    """What a run starts with.
+    """Start of a run.
 
     Attributes
     ----------
@@ -364,7 +364,7 @@ class Simulator:
         atol : ndarray, shape (nx,)
             Per state; by default scaled to the contact (see `tolerances`).
         record : Record or its text
-            What is kept: ``dense``, ``events`` or ``end``.
+            Extent of the recorded run: ``dense``, ``events`` or ``end``.
         first_step, max_step : float
             s; a first step of 0 lets the engine choose it.
         max_steps, max_events : int
@@ -407,8 +407,8 @@ class Simulator:
         )
         resolver = self._resolver(start, checked)
         raw = self.integrator.run(start.state, start.parameters, checked, resolve=resolver)
-        told = resolver.impulses if resolver else ()
-        trajectory = self.trajectory(raw, start, checked.rtol, told)
+        resolved = resolver.impulses if resolver else ()
+        trajectory = self.trajectory(raw, start, checked.rtol, resolved)
         if raw.stop_reason is StopReason.SINGULAR and isinstance(self.contact, RigidContact):
             return with_limit(self.contact, trajectory, start.values)
         return trajectory
@@ -491,10 +491,10 @@ class Simulator:
         for symbol, value in self.constants(start.values).items():
             if not math.isfinite(value):
                 raise InputError(
-                    f"{self.where}: {symbol} comes out as {value!r}, need a finite number. "
+                    f"{self.where}: {symbol} evaluates to {value!r}, need a finite number. "
                     "Fix: check the parameters it is made of (stiffness, curvatures)."
                 )
-        resolve_state(self.mechanism, given, start.values)  # refuses what is outside the domain
+        resolve_state(self.mechanism, given, start.values)  # rejects a state outside the domain
         names = [s.name for s in self.outline.states]
         state = dict(zip(names, start.state.tolist(), strict=True))
         if force >= 0:
@@ -715,14 +715,14 @@ class Simulator:
         return self.integrator.scales(self._vector_of(parameters), np.asarray(vector))
 
     def trajectory(
-        self, raw: RawRun, start: Start, rtol: float, told: Sequence[tuple[float, ...]] = ()
+        self, raw: RawRun, start: Start, rtol: float, resolved: Sequence[tuple[float, ...]] = ()
     ) -> Trajectory:
-        """Return a run as a trajectory; `told` are the impulses that a resolver answered with."""
+        """Return a run as a trajectory; `resolved` are the impulses of a resolver."""
         return Trajectory(
             names=self._names,
             parameters=start.values,
             rtol=rtol,
-            record=RunRecord(self, start, raw, told),
+            record=RunRecord(self, start, raw, resolved),
             final_time=raw.time,
             final_state=raw.state,
             final_memory=raw.memory,

@@ -1,4 +1,4 @@
-"""What a run starts with: the same from every engine, alone and in a batch, in any case."""
+"""Start of a run: the same from every engine, alone and in a batch, in any case."""
 
 from __future__ import annotations
 
