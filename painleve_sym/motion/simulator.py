@@ -415,13 +415,20 @@ class Simulator:
 
     def _resolver(self, start: Start, options: RunOptions) -> ImpactResolver | None:
         """Return what answers for impacts of several contacts where the engine does not."""
-        contact = self.contact
         if isinstance(self.integrator, CompiledEngine) or not self.strikes:
             return None
-        assert isinstance(contact, PluralContacts)
-        target = [m.name for m in self.outline.modes].index(CONTACT)
-        scale = options.atol / options.rtol
-        return ImpactResolver(self.impacts, contact.rigid_law, target, start.values, scale)
+        return ImpactResolver(**self.resolver_inputs(start.values, options))
+
+    def resolver_inputs(self, values: dict[str, float], options: RunOptions) -> dict[str, Any]:
+        """Return the inputs of an `ImpactResolver` of a run with the parameters `values`."""
+        assert isinstance(self.contact, PluralContacts)
+        return {
+            "impacts": self.impacts,
+            "law": self.contact.rigid_law,
+            "target": [m.name for m in self.outline.modes].index(CONTACT),
+            "values": values,
+            "scale": options.atol / options.rtol,
+        }
 
     def start(
         self,
