@@ -10,7 +10,7 @@ from contextlib import contextmanager, suppress
 from typing import Any, TextIO
 
 from painleve_sym.cli.parser import read_arguments, run_command
-from painleve_sym.errors import InputError, PainleveError, PainleveWarning
+from painleve_sym.errors import InputError, PainleveError, PainleveWarning, shortened
 
 EXIT_FAILURE, EXIT_USAGE = 1, 2
 # As a shell reports a program that ended by SIGINT or SIGPIPE.
@@ -63,7 +63,7 @@ def _guarded(arguments: list[str]) -> int:
     except OSError as error:
         _abandon_output()
         place = error.filename or "standard output"
-        return _fail(f"{place}: {error.strerror or error}.", EXIT_FAILURE)
+        return _fail(shortened(f"{place}: {error.strerror or error}."), EXIT_FAILURE)
 
 
 def _say(text: str) -> None:

@@ -100,15 +100,21 @@ def read_fit_data(path: str | Path, mechanism: Mechanism) -> FitData:
 
 
 def _rows(where: str, path: Path) -> list[tuple[int, list[str]]]:
-    lines = read_text(path, where, MAX_FILE, "CSV file").splitlines()
-    try:
-        kept = [
-            (i, line) for i, line in enumerate(lines, 1) if line.strip() and line.strip()[0] != "#"
-        ]
-        read = list(csv.reader([line for _, line in kept], skipinitialspace=True))
-    except (ValueError, csv.Error) as error:
-        raise InputError(f"{where}: not a CSV file in UTF-8 ({error}).") from error
-    return [(i, [c.strip() for c in row]) for (i, _), row in zip(kept, read, strict=True)]
+    """Return the number and the cells of each line that is neither blank nor a comment."""
+    rows = []
+    for i, line in enumerate(read_text(path, where, MAX_FILE, "CSV file").splitlines(), 1):
+        if not line.strip() or line.strip()[0] == "#":
+            continue
+        try:
+            # Line by line: no cell of numbers or names needs a line end in quotes.
+            (row,) = csv.reader([line], skipinitialspace=True, strict=True)
+        except csv.Error as error:
+            reason = "quotes are not closed" if "end of data" in str(error) else error
+            raise InputError(
+                f"{where}: line {i}: not a row of a CSV file ({reason}). Fix: correct that line."
+            ) from error
+        rows.append((i, [cell.strip() for cell in row]))
+    return rows
 
 
 def _column(where: str, text: str, known: Mapping[str, str]) -> tuple[str, str]:
