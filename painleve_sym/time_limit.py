@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import os
 import threading
+import time
 from collections.abc import Callable
 from typing import TypeVar
 
@@ -13,9 +14,10 @@ from painleve_sym.errors import DerivationTimeout, InputError
 VARIABLE = "PAINLEVE_DERIVE_SECONDS"
 """Environment variable that replaces `DEFAULT_SECONDS`."""
 DEFAULT_SECONDS = 300.0
-"""Five coordinates take ten seconds, six a minute; formulas that take longer are not readable."""
+"""Of processor time: five coordinates take ten seconds, six a minute; what takes longer is not
+readable."""
 _AGAIN = 0.5
-"""Seconds after which a thread that went on is interrupted once more."""
+"""Seconds after which a thread that continued is interrupted once more."""
 
 Result = TypeVar("Result")
 _active = threading.local()
@@ -42,7 +44,7 @@ def seconds_allowed() -> float:
 def within_time(what: str, derive: Callable[[], Result]) -> Result:
     """Return what `derive` returns, within the time allowed; a call within another adds nothing.
 
-    A second thread interrupts this one between two steps of the Python interpreter, so that the
+    The time is the processor's, so that a busy machine changes nothing. A second thread interrupts this one between two steps of the Python interpreter, so that the
     limit also holds outside the main thread and where there is no SIGALRM. Another interpreter
     than CPython has no limit.
 
@@ -73,7 +75,7 @@ def within_time(what: str, derive: Callable[[], Result]) -> Result:
     finally:
         _active.on = False
     raise DerivationTimeout(
-        f"{what}: deriving its closed forms was not done within {seconds:g} s. Fix: use shorter "
+        f"{what}: deriving its closed forms was not done within {seconds:g} s of processor time. Fix: use shorter "
         f"formulas, lower powers or fewer coordinates, or set {VARIABLE} to more seconds."
     )
 
@@ -87,12 +89,12 @@ class _Watch:
         threading.Thread(target=self._wait, name="painleve time limit", daemon=True).start()
 
     def _wait(self) -> None:
-        wait = self.seconds
-        while not self.ended.wait(wait):
+        begun, left = time.process_time(), self.seconds
+        while not self.ended.wait(max(left, _AGAIN if left <= 0 else 0.0)):
+            left = self.seconds - (time.process_time() - begun)
             with self.lock:
-                if not self.ended.is_set():
+                if left <= 0 and not self.ended.is_set():
                     self._interrupt(_Expired)
-            wait = _AGAIN
 
     def end(self) -> None:
         """Interrupt no more, and take back what has not arrived yet."""

@@ -101,11 +101,9 @@ def without_high_powers(expr: sp.Expr) -> tuple[sp.Expr, dict[sp.Symbol, sp.Expr
     """
     swaps: dict[sp.Expr, sp.Expr] = {}
     powers: dict[sp.Symbol, sp.Expr] = {}
-    for power in sorted(expr.atoms(sp.Pow, sp.exp), key=sp.default_sort_key):
+    high = [power for power in expr.atoms(sp.Pow, sp.exp) if _is_high(power)]
+    for power in sorted(high, key=sp.default_sort_key):
         base, exponent = power.as_base_exp()
-        numbers = [t.as_coeff_Mul(rational=True)[0] for t in sp.Add.make_args(exponent)]
-        if all(abs(n.p) <= _POWER and n.q <= _ROOT for n in numbers):
-            continue
         number, rest = exponent.as_coeff_Mul(rational=True)
         # What differs by whole powers shares its symbol: x**1.333 is x times that of x**0.333.
         whole = sp.floor(number) if rest == 1 and abs(number) <= _POWER else sp.Integer(0)
@@ -121,6 +119,14 @@ def without_high_powers(expr: sp.Expr) -> tuple[sp.Expr, dict[sp.Symbol, sp.Expr
     while (swapped := expr.xreplace(swaps)) != expr:
         expr = swapped
     return expr, powers
+
+
+def _is_high(power: sp.Expr) -> bool:
+    exponent = power.as_base_exp()[1]
+    if exponent.is_Integer:
+        return bool(abs(exponent.p) > _POWER)
+    numbers = (t.as_coeff_Mul(rational=True)[0] for t in sp.Add.make_args(exponent))
+    return any(abs(n.p) > _POWER or n.q > _ROOT for n in numbers)
 
 
 def _too_many_terms(expr: sp.Expr, limit: int) -> bool:

@@ -164,6 +164,7 @@ GOOD = "t [s],normal_force [N]\n0,1\n1e-3,2\n"
         ("t [s],normal_force [N]\n1\n", "line 2: got 1 cells, need 2"),
         ("t [s],normal_force [N]\n1,x\n", "line 2, column normal_force .N.: got 'x'"),
         ("t [s],normal_force [N]\n1,nan\n", "need a finite number"),
+        ("t [s],normal_force [N]\n1,1e200\n", r"need a finite number of at most 1e\+100"),
         ("t [s],normal_force [N]\n,2\n", "column t: got an empty cell"),
         ("t [s],normal_force [N]\n2,2\n1,2\n", "do not decrease"),
         ("t [s],normal_force [N]\n1,\n", "no measured values"),

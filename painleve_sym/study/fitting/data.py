@@ -19,6 +19,8 @@ from painleve_sym.quantities import QUANTITIES
 
 MAX_FILE = 50_000_000
 """Bytes of a data file: one that never ends must not be read without end."""
+MAX_SIZE = 1e100
+"""Of a measured value: squares of it are added up."""
 MEASURABLE = (
     "normal_force",
     "tangential_force",
@@ -144,10 +146,10 @@ def _numbers(where: str, header: list[str], body: list[tuple[int, list[str]]]) -
                 values[i, j] = float(cell)
             except ValueError:
                 values[i, j] = math.inf
-            if not math.isfinite(values[i, j]):
+            if not abs(values[i, j]) <= MAX_SIZE:
                 raise InputError(
                     f"{where}: line {line}, column {header[j]}: got {cell!r}, need a finite "
-                    "number, or nothing where there is none."
+                    f"number of at most {MAX_SIZE:g} in size, or nothing where there is none."
                 )
     return values
 
