@@ -69,8 +69,8 @@ def read_text(path: str | Path, where: str, most: int, kind: str = "TOML file") 
 MAX_NESTING = 32
 """Tables and arrays within each other, and parts of a dotted key."""
 _LONG_KEY = re.compile(
-    r"""(?:^|[\[{,])[ \t]*(?:(?:[A-Za-z0-9_-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){%d}"""
-    % MAX_NESTING,
+    r"""(?:^|[\[{,])[ \t]*(?:(?:[A-Za-z0-9_-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*)"""
+    f"{{{MAX_NESTING}}}",
     re.MULTILINE,
 )
 
@@ -85,7 +85,7 @@ def parse_toml(text: str, where: str) -> dict[str, Any]:
     """
     deep = InputError(
         f"{where}: tables, arrays or the parts of a dotted key are nested too deeply, need at "
-        f"most {MAX_NESTING} within each other. Fix: correct that place."
+        f"most {MAX_NESTING} within each other."
     )
     # The reader takes the square of the length of a dotted key.
     if _LONG_KEY.search(text):
@@ -95,7 +95,7 @@ def parse_toml(text: str, where: str) -> dict[str, Any]:
     except RecursionError as error:
         raise deep from error
     except ValueError as error:
-        raise InputError(f"{where}: not valid TOML: {error}. Fix: correct that place.") from error
+        raise InputError(f"{where}: not valid TOML: {error}.") from error
     level: list[Any] = [data]
     for _ in range(MAX_NESTING + 1):
         if any(isinstance(v, int) and not -(2**63) <= v < 2**63 for v in level):

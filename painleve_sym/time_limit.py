@@ -41,17 +41,17 @@ def seconds_allowed() -> float:
     return seconds
 
 
-def within_time(what: str, derive: Callable[[], Result]) -> Result:
+def within_time(label: str, derive: Callable[[], Result]) -> Result:
     """Return what `derive` returns, within the time allowed; a call within another adds nothing.
 
-    The time is the processor's, so that a busy machine changes nothing. A second thread interrupts this one between two steps of the Python interpreter, so that the
-    limit also holds outside the main thread and where there is no SIGALRM. Another interpreter
-    than CPython has no limit.
+    The time is the processor's, so that a busy machine changes nothing. A second thread interrupts
+    this one between two steps of the Python interpreter, so that the limit also holds outside the
+    main thread and where there is no SIGALRM. Another interpreter than CPython has no limit.
 
     Parameters
     ----------
-    what : str
-        What is derived, for the message.
+    label : str
+        Name of the derivation in the message.
     derive : callable
 
     Raises
@@ -75,8 +75,9 @@ def within_time(what: str, derive: Callable[[], Result]) -> Result:
     finally:
         _active.on = False
     raise DerivationTimeout(
-        f"{what}: deriving its closed forms was not done within {seconds:g} s of processor time. Fix: use shorter "
-        f"formulas, lower powers or fewer coordinates, or set {VARIABLE} to more seconds."
+        f"{label}: deriving its closed forms was not done within {seconds:g} s of processor time. "
+        "Fix: use shorter formulas, lower powers or fewer coordinates, or set "
+        f"{VARIABLE} to more seconds."
     )
 
 
@@ -97,7 +98,7 @@ class _Watch:
                     self._interrupt(_Expired)
 
     def end(self) -> None:
-        """Interrupt no more, and take back what has not arrived yet."""
+        """Stop interrupting, and cancel an interruption that has not arrived yet."""
         self.ended.set()
         with self.lock:
             self._interrupt(None)

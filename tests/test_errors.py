@@ -1,4 +1,4 @@
-"""Exceptions: they survive a pickle with all their data, and their messages have a limited length."""
+"""Exceptions: a pickle keeps all their data, and their messages have a limited length."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ CLASSES = sorted(
 )
 
 
-def made(kind):
+def example_of(kind):
     return kind("file a.toml", FAULTS) if issubclass(kind, ModelError) else kind("what failed.")
 
 
@@ -52,7 +52,7 @@ def test_the_walk_meets_every_public_exception():
 
 @pytest.mark.parametrize("kind", CLASSES, ids=lambda c: c.__qualname__)
 def test_an_exception_is_the_same_after_a_pickle(kind):
-    error = made(kind)
+    error = example_of(kind)
     error.seen = "by a test"
     for protocol in range(2, pickle.HIGHEST_PROTOCOL + 1):
         copy = pickle.loads(pickle.dumps(error, protocol))
@@ -62,7 +62,7 @@ def test_an_exception_is_the_same_after_a_pickle(kind):
 
 
 def fail(kind):
-    raise made(kind)
+    raise example_of(kind)
 
 
 def test_a_pool_hands_a_model_error_on():

@@ -1,4 +1,4 @@
-"""The limit on the time of deriving: it ends what takes too long, in any thread, and nothing else."""
+"""The time limit of derivations: it ends long ones, in any thread, and nothing else."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.cli.cli_helpers import run
 
 
 def forever():
-    """Work that also goes on after an ordinary exception."""
+    """Work that also continues after an ordinary exception."""
     while True:
         try:
             sum(range(1000))
@@ -25,7 +25,7 @@ def forever():
 
 def ended(seconds, monkeypatch):
     monkeypatch.setenv(VARIABLE, str(seconds))
-    with pytest.raises(DerivationTimeout, match=f"the work: .* within {seconds:g} s of.*{VARIABLE}"):
+    with pytest.raises(DerivationTimeout, match=f"the work: .* {seconds:g} s of.*{VARIABLE}"):
         within_time("the work", forever)
 
 
@@ -34,7 +34,7 @@ def test_work_without_end_is_ended(monkeypatch):
 
 
 def test_work_without_end_is_ended_in_another_thread_too(monkeypatch):
-    """Where signals of an alarm do not arrive."""
+    """Signals of an alarm do not arrive there."""
     monkeypatch.setenv(VARIABLE, "0.05")
     raised = []
 
@@ -112,7 +112,7 @@ def slow_derivative(monkeypatch):
 
 def test_a_mechanism_that_takes_too_long_is_named(monkeypatch, slow_derivative):
     monkeypatch.setenv(VARIABLE, "0.1")
-    with pytest.raises(DerivationTimeout, match="table.toml: deriving its closed forms"):
+    with pytest.raises(DerivationTimeout, match=r"table\.toml: deriving its closed forms"):
         mechanism_from_text(MECHANISM.format(x="x**2", y="y"), "table.toml")
 
 

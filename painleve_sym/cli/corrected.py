@@ -8,8 +8,8 @@ from typing import Any
 from painleve_sym.cli.output import number, quantity, show, show_table
 from painleve_sym.contacts.impact.jump import JumpResult
 from painleve_sym.files import plain_fields
-from painleve_sym.simulate.finite_stiffness import CorrectedJump
-from painleve_sym.simulate.frozen_impact import FrozenEnd
+from painleve_sym.motion.finite_stiffness import CorrectedJump
+from painleve_sym.motion.frozen_impact import FrozenEnd
 
 _ENDS = {
     FrozenEnd.SEPARATION: "the contact opens",

@@ -33,6 +33,7 @@ from painleve_sym.contacts.interfaces import (
     RigidInterface,
     zero_factor,
 )
+from painleve_sym.contacts.preparation import preparation
 from painleve_sym.contacts.rigid import SINGULAR_MARGIN
 from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.hybrid.automaton import (
@@ -45,7 +46,7 @@ from painleve_sym.hybrid.automaton import (
     Transition,
 )
 from painleve_sym.laws.compliance import ContactLaw
-from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.contact_set import ContactSet
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.simplify import readable
@@ -89,13 +90,6 @@ class PluralContacts:
                 "and contacts that have an impact together follow one law. "
                 "Fix: give all rigid contacts the same restitution law and policy."
             )
-        taken = {p.name for p in self.mechanism.system.parameters}
-        clash = sorted(taken & {p.name for p in self.parameters})
-        if clash:
-            raise InputError(
-                f"{self.mechanism.name}: the mechanism and the law of a contact both have a "
-                f"parameter {clash[0]!r}. Fix: rename it in the mechanism."
-            )
 
     @property
     def rigid_law(self) -> RigidLaw:
@@ -123,14 +117,15 @@ class PluralContacts:
     @cached_property
     def own_laws(self) -> tuple[ContactLaw | RigidLaw, ...]:
         """The law of each contact, in its own symbols."""
+        taken = [p.name for p in self.mechanism.system.parameters]
         if len(self.laws) == 1:
-            return self.laws * len(self.rows)
+            return (self.laws[0].apart_from(taken),) * len(self.rows)
         pairs = zip(self.laws, self.mechanism.contacts, strict=True)
-        return tuple(law.of_contact(c.name) for law, c in pairs)
+        return tuple(law.of_contact(c.name).apart_from(taken) for law, c in pairs)
 
     @cached_property
     def interfaces(self) -> tuple[Interface, ...]:
-        """What each contact may do."""
+        """The interface of each contact: its memory, local modes and transitions."""
         yields = all(law.is_compliant for law in self.own_laws)
         guided = any(c.bilateral for c in self.mechanism.contacts)
         target = MOTION if yields and not guided else CONTACT
@@ -161,7 +156,7 @@ class PluralContacts:
 
     @cached_property
     def states(self) -> tuple[sp.Symbol, ...]:
-        """What `Mechanism.motion` has, contact states where needed, then dissipated energies."""
+        """States of `Mechanism.motion`, contact states where needed, then dissipated energies."""
         own = self.mechanism.motion
         extra = [s for row in self.rows for s in row.symbols if s not in own]
         return (*own, *extra, *self.dissipations)
@@ -443,6 +438,7 @@ class PluralContacts:
             parts=tuple(c.part for c in self.interfaces),
             preference=self._preference,
             impacts=self.impacts,
+            preparation=preparation(self),
         )
 
     @property

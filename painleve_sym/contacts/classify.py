@@ -14,12 +14,13 @@ from painleve_sym.complementarity.uniqueness import Uniqueness
 from painleve_sym.contacts import guide
 from painleve_sym.contacts.chatter import Chatter, chatter
 from painleve_sym.contacts.contact_numbers import ContactNumbers, all_contact_numbers
-from painleve_sym.contacts.inputs import resolve_parameters, resolve_state, symbol_values
+from painleve_sym.contacts.inputs import resolve_state, symbol_values
 from painleve_sym.contacts.local_mode import ContactMode
 from painleve_sym.contacts.problem import ContactCase, ContactProblem, ContactSolution
 from painleve_sym.errors import InputError
 from painleve_sym.laws.restitution import RESTITUTIONS
-from painleve_sym.mechanics.models import Mechanism
+from painleve_sym.mechanics.models import Mechanism, MechanismLike, as_mechanism
+from painleve_sym.mechanics.system import resolve_parameters
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,12 +61,12 @@ class Classification:
 
     @cached_property
     def case(self) -> ContactCase:
-        """What the solutions are called."""
+        """The case, by number and kind of the solutions."""
         return self.problem.case_of(self.solutions, plural=not self.single)
 
     @cached_property
     def promise(self) -> Uniqueness:
-        """What W, μ and the slip directions promise for all loads."""
+        """Existence and uniqueness for all loads, from W, μ and the slip directions."""
         return self.problem.uniqueness()
 
     @property
@@ -213,18 +214,20 @@ def contact_problem(
 
 
 def classify(
-    mechanism: Mechanism,
-    state: Mapping[str, float],
+    mechanism: MechanismLike,
+    state: Mapping[str, float] | None = None,
+    *,
     parameters: Mapping[str, float] | None = None,
 ) -> Classification:
     """Return the rigid contact problem of the closed contacts at a state, with every solution.
 
     Parameters
     ----------
-    mechanism : Mechanism
+    mechanism : Mechanism, or its name, or the path of a mechanism file
         With any number of contacts, unilateral or bilateral.
-    state : mapping of str to float
-        Coordinates and velocities; absent ones are 0. Where there is one contact, its gap and
+    state : mapping of str to float, optional
+        Coordinates and velocities; absent ones are 0. The mechanism's `start` where no state is
+        given. Where there is one contact, its gap and
         normal velocity must be 0. Of several, one must be closed and none may approach; bilateral
         ones must be held.
     parameters : mapping of str to float
@@ -239,7 +242,15 @@ def classify(
     References
     ----------
     Zhao, Liu & Chen, (1)–(3) and Fig. 2.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> ps.classify("rod", {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}).case
+    <ContactCase.INCONSISTENT: 'inconsistent'>
     """
+    mechanism = as_mechanism(mechanism)
+    state = mechanism.start if state is None else state
     declared = mechanism.system.parameters
     values = resolve_parameters(f"{mechanism.name!r}", declared, parameters or {})
     start = resolve_state(mechanism, state, values)

@@ -1,4 +1,4 @@
-"""The automaton of a mechanism with one softened frictional contact."""
+"""The automaton of a mechanism with one compliant frictional contact."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from painleve_sym.contacts.contact_states import (
     ContactStates,
     domain_transitions,
 )
+from painleve_sym.contacts.preparation import preparation
 from painleve_sym.errors import EventKind, InputError
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition, positive
 from painleve_sym.laws.compliance import DELTA, DELTA_DOT, SEPARATED, Branch, ContactLaw, Exit
@@ -24,7 +25,7 @@ INDENTED = "flight_indented"
 
 
 @dataclass(frozen=True)
-class SoftenedContact(ContactStates):
+class CompliantContact(ContactStates):
     """Builds the automaton: flight, slip ±, stick, each with the branches of the law.
 
     Parameters
@@ -43,13 +44,8 @@ class SoftenedContact(ContactStates):
                 "from both sides, and a law only pushes. Fix: use the law rigid, or describe the "
                 "guide as two contacts."
             )
-        taken = {p.name for p in self.mechanism.system.parameters}
-        clash = sorted(taken & {p.name for p in self.law.parameters})
-        if clash:
-            raise InputError(
-                f"mechanism {self.mechanism.name!r} with law {self.law.name!r}: both have a "
-                f"parameter {clash[0]!r}. Fix: rename it in the mechanism."
-            )
+        taken = [p.name for p in self.mechanism.system.parameters]
+        self.__dict__["law"] = self.law.apart_from(taken)
 
     @property
     def own_laws(self) -> tuple[ContactLaw]:
@@ -169,6 +165,7 @@ class SoftenedContact(ContactStates):
             modes=(*self._flight_modes(), *contact_modes),
             starts=self._start_choices(),
             uncontrolled=self.dissipations,
+            preparation=preparation(self),
         )
 
     def _start_choices(self) -> tuple[Choice, ...]:

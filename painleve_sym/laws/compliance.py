@@ -1,17 +1,18 @@
-"""Force–compression laws of a softened contact, branch by branch."""
+"""Force–compression laws of a compliant contact, branch by branch."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import sympy as sp
 
+from painleve_sym.choices import Reload, ReloadLike, chosen
 from painleve_sym.errors import EventKind, InputError, ModelError, unknown_name
 from painleve_sym.mechanics.definition import definition_text
-from painleve_sym.mechanics.system import Parameter
+from painleve_sym.mechanics.system import Parameter, settings_text, with_defaults, with_fields
 
 DELTA = sp.Symbol("delta", real=True)
 """Compression δ = −g_N; m."""
@@ -48,7 +49,7 @@ def without_ramps(expr: sp.Expr) -> sp.Expr:
 
 @dataclass(frozen=True)
 class Exit:
-    """How a branch ends: when `guard` crosses from + to −.
+    """End of a branch, where `guard` crosses from + to −.
 
     Attributes
     ----------
@@ -91,7 +92,7 @@ class Branch:
     exits: tuple[Exit, ...]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ContactLaw:
     """A normal contact law made of branches.
 
@@ -159,8 +160,8 @@ class ContactLaw:
         ----------
         make : callable
         **known
-            Fields of the law that are known before, and its `definition`: a run from the cache
-            needs no more.
+            Fields of the law that are known before, and its `definition`: sufficient for
+            a run from the cache.
         """
         law = object.__new__(cls)
         law.__dict__.update(known, _make=make)
@@ -172,21 +173,52 @@ class ContactLaw:
             # Asked for what is not there: a field of a deferred law.
             if name not in self.__dataclass_fields__ or "_make" not in self.__dict__:
                 raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
-            made = vars(self._make())
-            for other in made:
-                self.__dict__.setdefault(other, made[other])
-            return made[name]
+            values = vars(self._make())
+            for other in values:
+                self.__dict__.setdefault(other, values[other])
+            return values[name]
 
     @cached_property
     def definition(self) -> str:
         """Everything its derivations start from, as one text (`definition_text`)."""
         return definition_text(self)
 
+    def __repr__(self) -> str:
+        """Return name, choices and parameters."""
+        space = " " if self.choices else ""
+        return f"ContactLaw {self.name!r}{space}{settings_text(self.choices, self.parameters)}"
+
+    def with_parameters(self, **values: float) -> ContactLaw:
+        """Return the law with other defaults of its parameters; see `Mechanism.with_parameters`.
+
+        Examples
+        --------
+        >>> from painleve_sym import laws
+        >>> soft = laws.hertz().with_parameters(E=1e9)
+        >>> {p.name: p.default for p in soft.parameters}["E"]
+        1000000000.0
+        """
+        return with_fields(
+            self, parameters=with_defaults(f"law {self.name!r}", self.parameters, values)
+        )
+
     def of_contact(self, contact: str) -> ContactLaw:
         """Return the law with the contact's name behind those of its parameters and constants."""
-        parameters = [replace(p, name=f"{p.name}_{contact}") for p in self.parameters]
+        return self._renamed(lambda name: f"{name}_{contact}")
+
+    def apart_from(self, names: Collection[str]) -> ContactLaw:
+        """Return the law with ``_law`` behind the names of its parameters that are taken.
+
+        So a drum of radius ``R`` goes with a law whose parameter is ``R``.
+        """
+        if not any(p.name in names for p in self.parameters):
+            return self
+        return self._renamed(lambda name: f"{name}_law" if name in names else name)
+
+    def _renamed(self, new_name: Callable[[str], str]) -> ContactLaw:
+        parameters = [replace(p, name=new_name(p.name)) for p in self.parameters]
         symbols = {p.symbol: q.symbol for p, q in zip(self.parameters, parameters, strict=True)}
-        symbols |= {s: sp.Symbol(f"{s.name}_{contact}", **s.assumptions0) for s in self.definitions}
+        symbols |= {s: sp.Symbol(new_name(s.name), **s.assumptions0) for s in self.definitions}
 
         def own(expr: sp.Expr) -> sp.Expr:
             return sp.sympify(expr).xreplace(symbols)
@@ -277,7 +309,7 @@ K_E = sp.Symbol("K_e", positive=True)
 _E2 = sp.Symbol("e_squared", positive=True)
 
 
-def bilinear_hertz(reload: str = "elastic", bodies: int = 1) -> ContactLaw:
+def bilinear_hertz(reload: ReloadLike = Reload.ELASTIC, bodies: int = 1) -> ContactLaw:
     """Return the paper's elasto-plastic law: F_n = K_e δⁿ, and (5) after δ_max.
 
     With δ_p = δ_max (1 − e²) the unloading curve (5) is F_n = K_e ((δ − δ_p)/e²)ⁿ. Of the work
@@ -298,17 +330,14 @@ def bilinear_hertz(reload: str = "elastic", bodies: int = 1) -> ContactLaw:
     ----------
     Zhao, Liu & Chen, (4)–(10). Walton & Braun, J. Rheology 30 (1986) 949–980.
     """
-    if reload not in ("elastic", "virgin"):
-        raise InputError(
-            "law bilinear-hertz: " + unknown_name("reload rule", reload, ["elastic", "virgin"])
-        )
+    reload = chosen(Reload, reload, "reload rule", "law bilinear-hertz")
     e = Parameter("e_energetic", 0.75, "1", "energetic coefficient of restitution", 0.0, 1.0)
     known: dict[str, Any] = {
         "name": "bilinear-hertz" if bodies == 1 else "bilinear-hertz-two-bodies",
         "title": "elasto-plastic Hertz law, loading K δⁿ, unloading from the energetic restitution",
         "source": "Zhao, Liu & Chen, (4)–(10)",
         "parameters": (*_body_parameters(bodies), _exponent(1.764), e),
-        "choices": {"reload": reload},
+        "choices": {"reload": str(reload)},
     }
     # What the formulas are is written below, and the cache knows this text from any other.
     definition = f"bilinear-hertz {bodies} {reload}"

@@ -12,7 +12,7 @@ from painleve_sym.errors import InputError, ModelError, unknown_name
 from painleve_sym.mechanics.coefficients import ContactCoefficients
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.definition import definition_text
-from painleve_sym.mechanics.system import TIME, LagrangianSystem
+from painleve_sym.mechanics.system import TIME, LagrangianSystem, with_defaults, with_fields
 from painleve_sym.quantities import derivative_latex
 
 
@@ -24,7 +24,7 @@ class DomainBound:
     meaning: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Mechanism:
     """A Lagrangian system with its contacts and the domain it is valid in.
 
@@ -61,6 +61,13 @@ class Mechanism:
         if faults:
             raise ModelError(f"mechanism {self.name!r}", faults)
 
+    def __repr__(self) -> str:
+        """Return name, coordinates and contacts."""
+        coordinates = ", ".join(c.name for c in self.system.coordinates)
+        names = ", ".join(c.name for c in self.contacts)
+        several = "s" * (len(self.contacts) > 1)
+        return f"Mechanism {self.name!r}: coordinates {coordinates}; contact{several} {names}"
+
     def _faults(self) -> Iterator[str]:
         if not self.contacts:
             yield "it has no contact; need at least one."
@@ -95,6 +102,37 @@ class Mechanism:
                 return replace(self, contacts=(contact,))
         known = [c.name for c in self.contacts]
         raise InputError(f"mechanism {self.name!r}: " + unknown_name("contact", name, known))
+
+    def with_parameters(self, **values: float) -> Mechanism:
+        """Return the mechanism with other defaults of its parameters; nothing is derived again.
+
+        Parameters
+        ----------
+        **values : float
+            By the parameter's name, in its unit.
+
+        Raises
+        ------
+        InputError
+            Unknown names, values out of range.
+
+        Examples
+        --------
+        >>> from painleve_sym import models
+        >>> rough = models.rod(mu=1.5)
+        >>> rough.with_parameters(mu=1.2).parameters["mu"]
+        1.2
+        """
+        where = f"mechanism {self.name!r}"
+        parameters = with_defaults(where, self.system.parameters, values)
+        system = with_fields(self.system, parameters=parameters)
+        contacts = tuple(with_fields(c, system=system) for c in self.contacts)
+        return with_fields(self, system=system, contacts=contacts)
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Default of every parameter by name, in its unit."""
+        return {p.name: p.default for p in self.system.parameters}
 
     @cached_property
     def coefficients(self) -> ContactCoefficients:

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import copy
 import keyword
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import TypeVar
 
 import sympy as sp
 
-from painleve_sym.errors import ModelError, unknown_name
+from painleve_sym.checks import checked_number
+from painleve_sym.errors import InputError, ModelError, unknown_name
 from painleve_sym.mechanics.bodies import Body, Load, Scalar, Spring, expr, rate, weight
+from painleve_sym.mechanics.definition import NOT_DERIVED_FROM
 from painleve_sym.mechanics.simplify import readable, reduced
 from painleve_sym.mechanics.velocity_terms import clearly_positive, velocity_terms
 
@@ -129,7 +133,7 @@ class Parameter:
     """
 
     name: str
-    default: float
+    default: float = field(metadata=NOT_DERIVED_FROM)
     unit: str
     meaning: str
     lower: float = -float("inf")
@@ -163,6 +167,58 @@ class Parameter:
         if self.upper != float("inf"):
             text = f"{text} {'<=' if self.upper_closed else '<'} {self.upper:g}"
         return f"a finite number with {text}" if text != self.name else "a finite number"
+
+
+def resolve_parameters(
+    where: str, declared: Sequence[Parameter], given: Mapping[str, float]
+) -> dict[str, float]:
+    """Return every declared parameter's value: the given one, else its default.
+
+    Raises
+    ------
+    InputError
+        Unknown names, values that are not finite or out of range; all faults at once.
+    """
+    known, faults = {p.name: p for p in declared}, []
+    values = {p.name: p.default for p in declared}
+    for name, value in given.items():
+        if name not in known:
+            faults.append(unknown_name("parameter", name, known))
+            continue
+        values[name], fault = checked_number(value, f"parameter {name}")
+        fault = fault or known[name].fault(values[name]) or ""
+        if fault:
+            faults.append(fault)
+    if faults:
+        raise InputError(f"{where}: " + " ".join(faults))
+    return values
+
+
+def with_defaults(
+    where: str, declared: Sequence[Parameter], given: Mapping[str, float]
+) -> tuple[Parameter, ...]:
+    """Return the parameters with the `given` values as their defaults; see `resolve_parameters`."""
+    values = resolve_parameters(where, declared, given)
+    return tuple(replace(p, default=values[p.name]) for p in declared)
+
+
+def settings_text(choices: Mapping[str, str], parameters: Sequence[Parameter]) -> str:
+    """Return choices and defaults in one line, such as ``(reload=virgin): E=2.09e+11, nu=0.3``."""
+    chosen = f"({', '.join(f'{k}={v}' for k, v in choices.items())})" if choices else ""
+    return f"{chosen}: " + ", ".join(f"{p.name}={p.default:g}" for p in parameters)
+
+
+_Thing = TypeVar("_Thing")
+
+
+def with_fields(thing: _Thing, **fields: object) -> _Thing:
+    """Return a copy of a frozen dataclass that keeps everything it has derived.
+
+    Only for fields that no derivation depends on (`NOT_DERIVED_FROM`); for others `replace`.
+    """
+    changed = copy.copy(thing)
+    changed.__dict__.update(fields)
+    return changed
 
 
 @dataclass(frozen=True)
@@ -356,7 +412,7 @@ class LagrangianSystem:
 
     @cached_property
     def rates(self) -> dict[sp.Symbol, sp.Expr]:
-        """What d/dt of a function of coordinates and time is made of: q_i to q̇_i, t to 1."""
+        """Time derivatives of coordinates and time: q_i to q̇_i, t to 1."""
         return _rates(self.coordinates, self.parameters)
 
     @property

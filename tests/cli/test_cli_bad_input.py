@@ -135,7 +135,7 @@ def test_an_error_line_has_a_limited_length(capsys, arguments):
     assert len(err) < 3000
 
 
-# ---- output files: refused before anything is computed ----
+# ---- output files: rejected before anything is computed ----
 
 
 @pytest.fixture

@@ -3,7 +3,7 @@
 Each input is run in a worker process that answers one after the other. An input that takes more
 processor time than `MOST_SECONDS` is a hang, and one that ends the worker is a crash; both are
 faults, as is what `tests.fuzz.calls` lists. Inputs with faults are written to `--keep`; after the
-fault is mended they go to `tests/fuzz/corpus`, which the tests run.
+fault is corrected they go to `tests/fuzz/corpus`, which the tests run.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from pathlib import Path
 from random import Random
 
 from tests.fuzz.calls import Outcome, make_store
-from tests.fuzz.inputs import ROOT, SHARES, FuzzInput, made
+from tests.fuzz.inputs import ROOT, SHARES, FuzzInput, input_of
 
 MOST_SECONDS = 60.0
 """Processor time of one input; deriving may take `DERIVE_SECONDS` of it."""
@@ -96,7 +96,7 @@ def drawn(seed: int, kinds: list[str]) -> Iterator[tuple[int, FuzzInput]]:
     while True:
         kind = order.choices(kinds, [SHARES[k] for k in kinds])[0]
         number = order.randrange(10**9)
-        yield number, made(kind, number)
+        yield number, input_of(kind, number)
 
 
 def main() -> int:
@@ -106,7 +106,7 @@ def main() -> int:
     parser.add_argument("--seconds", type=float, default=3600, help="end after this time")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--kind", action="append", choices=list(SHARES))
-    parser.add_argument("--keep", type=Path, default=ROOT / "out/fuzz", help="for inputs with faults")
+    parser.add_argument("--keep", type=Path, default=ROOT / "out/fuzz", help="folder")
     options = parser.parse_args()
     # A cache of its own: mechanisms that are made up are used once.
     os.environ["PAINLEVE_CACHE"] = str(options.keep / "cache")

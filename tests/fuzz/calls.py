@@ -31,7 +31,7 @@ MAX_LINE = 12_000
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a call did.
+    """Answer of one call.
 
     Attributes
     ----------
@@ -169,14 +169,14 @@ def _captured() -> Iterator[list[str]]:
 
 def make_store(store: Path) -> None:
     """Write what inputs of the kinds cache and chunk damage, unless it is there."""
-    from tests.fuzz.inputs import made
+    from tests.fuzz.inputs import input_of
 
     if (store / "whole.npz").exists():
         return
     (store / "cache").mkdir(parents=True, exist_ok=True)
     with _cache(store / "cache"):
-        call(FuzzInput("command", made("cache", 0).arguments), store)
-    text = made("chunk", 0).files["f.toml"].decode()
+        call(FuzzInput("command", input_of("cache", 0).arguments), store)
+    text = input_of("chunk", 0).files["f.toml"].decode()
     sweep, out = Sweep.from_text(text, "f.toml"), store / "o.npz"
     with open_store(out, sweep, sweep.check_run()) as chunks:
         for start in chunks.missing():

@@ -7,7 +7,7 @@ import time
 import pytest
 
 from tests.fuzz.calls import call, make_store
-from tests.fuzz.inputs import CORPUS, KINDS, SHARES, FuzzInput, made
+from tests.fuzz.inputs import CORPUS, KINDS, SHARES, FuzzInput, input_of
 
 KEPT = sorted(CORPUS.glob("*.json"))
 
@@ -30,7 +30,7 @@ def test_a_kept_input_has_no_fault_and_does_not_hang(store, path):
 @pytest.mark.parametrize("kind", [k for k in KINDS if k not in ("mechanism", "sweep")])
 def test_some_new_inputs_have_no_fault(store, kind):
     for seed in range(5):
-        given = made(kind, seed)
+        given = input_of(kind, seed)
         assert given == FuzzInput.from_text(given.to_text())
         if "simulate" not in given.arguments:  # may compile
             assert call(given, store).faults == ()

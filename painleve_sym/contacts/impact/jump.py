@@ -7,9 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from painleve_sym.choices import RestitutionLike
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.contacts.impact.one_contact import Impact, ImpactEnd, solve_impact
-from painleve_sym.contacts.inputs import resolve_parameters, resolve_state, symbol_values
+from painleve_sym.contacts.inputs import resolve_state, symbol_values
 from painleve_sym.errors import InputError
 from painleve_sym.laws.restitution import (
     RESTITUTIONS,
@@ -20,7 +21,8 @@ from painleve_sym.laws.restitution import (
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.impact.classes import ImpactClass
 from painleve_sym.mechanics.impact.impulse_rays import V_N, V_T, raw
-from painleve_sym.mechanics.models import Mechanism
+from painleve_sym.mechanics.models import Mechanism, MechanismLike, as_mechanism
+from painleve_sym.mechanics.system import resolve_parameters
 
 # A velocity that is a sum of rounded products counts as zero below this part of its terms.
 ROUND_OFF = 1e-14
@@ -101,22 +103,23 @@ class JumpResult:
 
 
 def evaluate_jump(
-    mechanism: Mechanism,
-    restitution: RestitutionLaw | str,
+    mechanism: MechanismLike,
+    restitution: RestitutionLaw | RestitutionLike,
     state: Mapping[str, float],
+    *,
     parameters: Mapping[str, float] | None = None,
 ) -> JumpResult:
     """Evaluate the jump at one state: the phases of the impact's class.
 
-    The contact is taken as closed whatever its gap, since a softened contact is compressed. With
+    The contact is taken as closed whatever its gap, since a compliant contact is compressed. With
     A < 0 and B > 0 (the indeterminate case) the jump is the answer only if the contact carries
     more than −B/A; that is for the caller to know.
 
     Parameters
     ----------
-    mechanism : Mechanism
+    mechanism : Mechanism, or its name, or the path of a mechanism file
         With one contact.
-    restitution : RestitutionLaw or str
+    restitution : RestitutionLaw, or Restitution or its text
         ``energetic`` is the paper's.
     state : mapping of str to float
         Coordinates and velocities by name, those absent are 0; SI units, rad.
@@ -136,7 +139,16 @@ def evaluate_jump(
     References
     ----------
     Zhao, Liu & Chen, section 4; Wang & Mason (1992) for the other classes.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> state = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
+    >>> jump = ps.evaluate_jump("rod", "energetic", state)
+    >>> [phase.name for phase in jump.phases]
+    ['tangential', 'sticking compression', 'sticking restitution']
     """
+    mechanism = as_mechanism(mechanism)
     law = restitution_law(restitution) if isinstance(restitution, str) else restitution
     where = f"jump of mechanism {mechanism.name!r}"
     declared = (*mechanism.system.parameters, law.parameter)
@@ -152,7 +164,7 @@ def _jump(mechanism: Mechanism, law: RestitutionLaw, values: Values, where: str)
     if v_n > 0:
         raise InputError(
             f"{where}: got v_n = {v_n:g} m/s, need v_n <= 0: the contact is opening. "
-            f"Fix: let it fly until it touches again."
+            f"Fix: simulate the flight up to the next contact."
         )
     slip = (v_t > 0) - (v_t < 0)
     impact = _solved(mechanism, law, values, (v_n, v_t))

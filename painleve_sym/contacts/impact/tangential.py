@@ -11,12 +11,13 @@ import numpy as np
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.contacts.classify import closed_contacts
 from painleve_sym.contacts.contact_numbers import all_contact_numbers
-from painleve_sym.contacts.inputs import resolve_parameters, resolve_state, symbol_values
+from painleve_sym.contacts.inputs import resolve_state, symbol_values
 from painleve_sym.contacts.problem import ContactCase, ContactProblem
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.impact.impulse_rays import V_T
-from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.models import MechanismLike, as_mechanism
 from painleve_sym.mechanics.paradox.bilateral import BilateralForms
+from painleve_sym.mechanics.system import resolve_parameters
 
 
 @dataclass(frozen=True)
@@ -60,8 +61,9 @@ class TangentialImpact:
 
 
 def tangential_impact(
-    mechanism: Mechanism,
+    mechanism: MechanismLike,
     state: Mapping[str, float],
+    *,
     parameters: Mapping[str, float] | None = None,
 ) -> TangentialImpact:
     """Return the tangential impact of a bilateral contact at a state of slip.
@@ -78,7 +80,15 @@ def tangential_impact(
     ------
     InputError
         Also for v_t = 0 and for μ |W_nt| < W_nn, where finite forces answer.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> impact = ps.tangential_impact("painleve-klein", {"phi": 1.2, "x_dot": -1.0})
+    >>> impact.energy_change < 0
+    True
     """
+    mechanism = as_mechanism(mechanism)
     where = f"jump of mechanism {mechanism.name!r}"
     declared = mechanism.system.parameters
     values = resolve_parameters(f"{mechanism.name!r}", declared, parameters or {})

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
+from pathlib import Path
 
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.mechanics.mechanism import DomainBound, Mechanism
@@ -14,7 +16,7 @@ from painleve_sym.mechanics.models.rods import rod, rod_inertia
 from painleve_sym.mechanics.models.sliders import painleve_klein
 from painleve_sym.mechanics.models.struts import strut
 
-__all__ = ["MODELS", "DomainBound", "Mechanism", "model", "rod"]
+__all__ = ["MODELS", "DomainBound", "Mechanism", "MechanismLike", "as_mechanism", "model", "rod"]
 
 MODELS: dict[str, Callable[[], Mechanism]] = {
     "rod": rod,
@@ -30,18 +32,54 @@ MODELS: dict[str, Callable[[], Mechanism]] = {
 }
 
 
-def model(name: str) -> Mechanism:
+MechanismLike = Mechanism | str | Path
+"""A mechanism, its name, or the path of a mechanism file."""
+
+
+def model(name: str | Path, **parameters: float) -> Mechanism:
     """Return the named mechanism, or the one a mechanism file ending in .toml describes.
+
+    Parameters
+    ----------
+    name : str or path
+        A named mechanism is made once.
+    **parameters : float
+        Other defaults of its parameters; see `Mechanism.with_parameters`.
 
     Raises
     ------
     InputError
         Suggests the nearest name; for a file, what is wrong and in which line.
+
+    Examples
+    --------
+    >>> from painleve_sym import model
+    >>> model("rod", mu=1.5).parameters["mu"]
+    1.5
     """
+    made = _made(str(name))
+    return made.with_parameters(**parameters) if parameters else made
+
+
+def as_mechanism(given: MechanismLike) -> Mechanism:
+    """Return the mechanism itself, or the one of that name or file; see `model`."""
+    if isinstance(given, Mechanism):
+        return given
+    if isinstance(given, str | Path):
+        return model(given)
+    raise InputError(f"mechanism: got {type(given).__name__}, need a mechanism, a name or a file.")
+
+
+def _made(name: str) -> Mechanism:
     if name.endswith(".toml"):
         from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
 
         return load_mechanism(name)
     if name not in MODELS:
         raise InputError(unknown_name("model", name, MODELS))
+    return _named(name)
+
+
+@functools.cache
+def _named(name: str) -> Mechanism:
     return MODELS[name]()

@@ -18,6 +18,8 @@ from painleve_sym.arrays import Array
 from painleve_sym.contacts.classify import Classification, classify
 from painleve_sym.laws.catalogue import compliant_law
 from painleve_sym.mechanics.models import Mechanism, rod
+from painleve_sym.motion.simulator import DEFAULT_RTOL, Simulator
+from painleve_sym.motion.trajectory import EventRecord, Trajectory
 from painleve_sym.papers.impact_resolution.claims import (
     INITIAL_FORCES,
     SOFT,
@@ -26,15 +28,13 @@ from painleve_sym.papers.impact_resolution.claims import (
     TABLES,
 )
 from painleve_sym.papers.panels import Axis, Mark, Panel, events_as_marks, line, window
-from painleve_sym.simulate.simulator import DEFAULT_RTOL, Simulator
-from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 
 T = TypeVar("T")
 
 
 @dataclass(frozen=True)
 class Case:
-    """A softened run of the rod.
+    """A compliant run of the rod.
 
     Attributes
     ----------
@@ -204,7 +204,7 @@ def modulus_label(modulus: float) -> str:
 
 
 def modulus_text(modulus: float) -> str:
-    """Return 20.9e14 and the like."""
+    """Return the text of a modulus, such as 20.9e14."""
     return f"20.9e{round(math.log10(modulus / 20.9))}"
 
 
