@@ -17,7 +17,7 @@ export MPLBACKEND ?= Agg
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup test lint slow oldest mutants reproduce derivations bench clean distclean
+.PHONY: help setup test lint slow oldest mutants fuzz reproduce derivations bench clean distclean
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -55,6 +55,10 @@ mutants: $(VENV)/.installed ## check that the tests notice each of a list of sma
 
 reproduce: $(VENV)/.installed ## redo every table, figure and formula of the paper into out/reproduce
 	$(BIN)/painleve reproduce --out out/reproduce
+
+# An input with a fault goes from out/fuzz to tests/fuzz/corpus, which `make test` runs.
+fuzz: $(VENV)/.installed ## call the program with 10 000 made-up inputs, at most an hour; SEED=1 for others
+	$(BIN)/python -m tests.fuzz --inputs 10000 --seconds 3600 --seed $(or $(SEED),0)
 
 derivations: $(VENV)/.installed ## run every derivation; each asserts that it agrees with the package
 	$(BIN)/python -m derivations

@@ -11,7 +11,7 @@ from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppres
 from typing import Any, TextIO
 
 from painleve_sym.cli.parser import read_arguments, run_command
-from painleve_sym.errors import InputError, PainleveError, PainleveWarning
+from painleve_sym.errors import InputError, PainleveError, PainleveWarning, shortened
 
 EXIT_FAILURE, EXIT_USAGE = 1, 2
 # As a shell reports a program that ended by SIGINT or SIGPIPE.
@@ -79,7 +79,7 @@ def _guarded(arguments: list[str]) -> int:
         _abandon_output()
         reason = error.strerror or str(error)
         place = f"{error.filename}: " if error.filename else ""
-        return _fail(f"{place}{reason}.", EXIT_FAILURE)
+        return _fail(shortened(f"{place}{reason}."), EXIT_FAILURE)
 
 
 class _NamedOutput(io.TextIOBase):

@@ -13,6 +13,7 @@ import numpy as np
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.derivation_cache import entry_key, read_entry, write_entry
 from painleve_sym.codegen.evaluate import at_points, expression_function
+from painleve_sym.time_limit import within_time
 
 
 @dataclass(frozen=True)
@@ -70,11 +71,14 @@ def quantities(
     key = _text_key(text, of) if isinstance(of, str) else entry_key(text, of)
     names, function = _stored(key) if key else ((), None)
     if function is None:
-        formulas = derive()
-        names, function = (
-            tuple(formulas),
-            expression_function("quantities", tuple(formulas.values()), symbols),
-        )
+
+
+        def derived() -> tuple[tuple[str, ...], ca.Function]:
+            formulas = derive()
+            values = tuple(formulas.values())
+            return tuple(formulas), expression_function("quantities", values, symbols)
+
+        names, function = within_time(title, derived)
         if key:
             write_entry(key, {"names": names, "function": function.serialize()})
             _stored.cache_clear()

@@ -38,6 +38,7 @@ from painleve_sym.engines.source import ENGINE_REASONS, source
 from painleve_sym.errors import NoRecurrence, StopReason
 from painleve_sym.hybrid.automaton import HybridAutomaton
 from painleve_sym.hybrid.signature import AutomatonBuilder, Outline
+from painleve_sym.time_limit import within_time
 
 _DECISION = -2
 """Reason of a run that asks for a decision (PS_DECISION)."""
@@ -115,9 +116,13 @@ class CompiledEngine:
         if entry and library:
             engine._open(Outline.of_data(entry["outline"]), library)
             return engine
-        automaton = builder.automaton
+
+        def derived() -> tuple[HybridAutomaton, str]:
+            automaton = builder.automaton
+            return automaton, cls._source(AutomatonFunctions(automaton))
+
         try:
-            text = cls._source(AutomatonFunctions(automaton))
+            automaton, text = within_time("automaton", derived)
         except NoRecurrence as error:
             if key:
                 write_entry(key, {"no_recurrence": str(error)})
