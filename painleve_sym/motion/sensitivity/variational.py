@@ -128,7 +128,7 @@ class _Marked:
     rate: float
     bend: float
     timed: bool
-    note: str
+    note: str = ""
 
 
 @dataclass(frozen=True)
