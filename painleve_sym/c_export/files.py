@@ -10,12 +10,7 @@ from typing import Any
 
 import painleve_sym
 from painleve_sym.arrays import Array
-from painleve_sym.c_export.standalone import (
-    NUMERIC_FLAGS,
-    engine_text,
-    filled,
-    start_functions,
-)
+from painleve_sym.c_export.standalone import NUMERIC_FLAGS, engine_text, filled
 from painleve_sym.c_export.text import (
     comment,
     described,
@@ -26,12 +21,10 @@ from painleve_sym.c_export.text import (
     quoted,
 )
 from painleve_sym.codegen.compile import Compiler
-from painleve_sym.contacts.contact_numbers import CONTACT_TOLERANCE, contact_numbers
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.engines.source import ENGINE_REASONS
 from painleve_sym.hybrid.signature import Outline
 from painleve_sym.mechanics.system import Parameter
-from painleve_sym.motion.scales import AT_REST
 from painleve_sym.motion.simulator import DEFAULT_RTOL, Simulator
 from painleve_sym.motion.trajectory import Trajectory
 
@@ -90,15 +83,6 @@ class Case:
             known[clock.name] = meaning_and_unit("s", "time of what moves as prescribed")
         return {s.name: known.get(s.name) or described(s.name) for s in self.outline.states}
 
-    @cached_property
-    def places(self) -> list[dict[str, int]]:
-        """Indices of each contact's states."""
-        names = ("gap", "gap_rate", "slip")
-        return [
-            {n: self.outline.states.index(s) for n, s in zip(names, row.symbols, strict=True)}
-            for row in self.simulator.contact.rows
-        ]
-
     @property
     def title(self) -> str:
         """One line: mechanism and law."""
@@ -108,9 +92,9 @@ class Case:
 
     @property
     def shared(self) -> dict[str, Any]:
-        """What every file says."""
+        """Values that all files share."""
         name, flags = self.name, " ".join(NUMERIC_FLAGS)
-        sources = f"main.c {name}_model.c {name}_start.c"
+        sources = f"main.c {name}_model.c"
         return {
             "name": name,
             "NAME": name.upper(),
@@ -128,7 +112,6 @@ def files(case: Case) -> dict[str, str]:
     return {
         f"{name}_model.h": _header(case),
         f"{name}_model.c": _model(case),
-        f"{name}_start.c": _start(case),
         "main.c": _main(case),
         "expected.txt": expected(case.trajectory),
         "CMakeLists.txt": filled("CMakeLists.txt", case.shared),
@@ -195,12 +178,9 @@ void {name}_press(const double *p, double *x, double force);
 
 """
 
-_PRESSING = """
-void ${name}_press(const double *p, double *x, double force) {
-  double curve[2];
-  loading_curves(p, curve);
-  x[CONTACT_STATES[0][0]] = -pow(force / curve[0], 1 / curve[1]);
-}
+_PRESSING = """\
+void {name}_press(const double *p, double *x, double force) {{ complete(p, force, x); }}
+
 """
 
 _CONTACTS = """\
@@ -346,6 +326,9 @@ def _model(case: Case) -> str:
     outline, modes = case.outline, [m.name for m in case.outline.modes]
     values = {
         "engine": engine_text(case.simulator.automaton, case.trajectory.engine),
+        "press": "" if case.simulator.initial_force_fault() else _PRESSING.format(name=case.name),
+        "max_steps": RunOptions.max_steps,
+        "max_events": RunOptions.max_events,
         "start_events": int(case.simulator.start_events),
         "names": _names(case, outline, modes),
         "local_modes": _filled(_LOCAL_MODES, case) if outline.parts else "",
@@ -371,70 +354,6 @@ def _names(case: Case, outline: Outline, modes: Sequence[str]) -> str:
     defaults = ", ".join(repr(case.declared[s.name].default) for s in outline.parameters)
     head = f"const double {case.name}_default_parameters[{case.name.upper()}_PARAMETERS]"
     return "\n".join([*lines, f"{head} = {{{defaults}}};"])
-
-
-def _start(case: Case) -> str:
-    simulator, system = case.simulator, case.simulator.mechanism.system
-    count = len(case.places)
-    numbers = [contact_numbers(simulator.mechanism, i) for i in range(count)]
-    timed = simulator.mechanism.depends_on_time
-    loading = simulator.loading_curves
-    functions, work = start_functions(numbers, simulator.automaton, loading)
-    states = ", ".join(f"{{{', '.join(map(str, place.values()))}}}" for place in case.places)
-    values = case.shared | {"work": work, "at_rest": repr(AT_REST)}
-    values |= {
-        "contact_count": count,
-        "contact_states": states,
-        "functions": functions,
-        "coordinates": len(system.q),
-        "motion": "2 * COORDINATES" + " + 1" * timed,
-        "span": "(2 * COORDINATES + 1)" if timed else "2 * COORDINATES",
-        "clock": _CLOCK * timed,
-        "in_metres": ", ".join(str(int(c.unit == "m")) for c in system.coordinates),
-        "own_parameters": len(system.parameters),
-        "number_names": ", ".join([*(f"NUMBER_{n}" for n in numbers[0].names), "NUMBERS"]),
-        "complete": _complete(case),
-        "press": "" if simulator.initial_force_fault() else _filled(_PRESSING, case),
-        "max_steps": RunOptions.max_steps,
-        "max_events": RunOptions.max_events,
-    }
-    return filled("start.c", values)
-
-
-_CLEANED = f"""\
-/* A gap or its rate: computed from the coordinates they cancel, and a touching start must not
- * become a tiny fall. */
-static double cleaned(const double *numbers, int which) {{
-  double length = characteristic_length(numbers), gain = fabs(numbers[NUMBER_b_n]) * length;
-  double speed = sqrt(2 * (numbers[NUMBER_kinetic_energy] * numbers[NUMBER_W_nn] + gain));
-  double tolerance = {CONTACT_TOLERANCE!r} * (which == NUMBER_gap ? length : speed);
-  return fabs(numbers[which]) <= tolerance ? 0.0 : numbers[which];
-}}
-"""
-
-
-_CLOCK = """\
-  atol[2 * COORDINATES] = length / sqrt(2 * energy * numbers[NUMBER_W_nn]); /* the time */
-"""
-
-
-def _complete(case: Case) -> str:
-    """Return the function that completes a state; where all follow as 0, it asks for nothing."""
-    own, derived = range(len(case.motion), len(case.states)), dict[int, str]()
-    for i, place in enumerate(case.places):
-        derived[place["slip"]] = f"numbers[{i} * NUMBERS + NUMBER_slip_velocity]"
-        for name in ("gap", "gap_rate"):
-            derived[place[name]] = f"cleaned(numbers + {i} * NUMBERS, NUMBER_{name})"
-    lines = [f"  x[{i}] = {derived.get(i, '0')};" for i in own]
-    cleans = [_CLEANED] if any("cleaned" in line for line in lines) else []
-    if any(i in own for i in derived):
-        lines = [
-            "  double numbers[CONTACTS * NUMBERS];",
-            "  contact_numbers(p, x, numbers);",
-            *lines,
-        ]
-    head = f"void {case.name}_complete_state(const double *p, double *x) {{"
-    return "\n".join([*cleans, head, *lines, "}"])
 
 
 def _main(case: Case) -> str:

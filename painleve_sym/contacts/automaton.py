@@ -33,6 +33,7 @@ from painleve_sym.contacts.interfaces import (
     RigidInterface,
     zero_factor,
 )
+from painleve_sym.contacts.preparation import preparation
 from painleve_sym.contacts.rigid import SINGULAR_MARGIN
 from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.hybrid.automaton import (
@@ -124,7 +125,7 @@ class PluralContacts:
 
     @cached_property
     def interfaces(self) -> tuple[Interface, ...]:
-        """What each contact may do."""
+        """The interface of each contact: its memory, local modes and transitions."""
         yields = all(law.is_compliant for law in self.own_laws)
         guided = any(c.bilateral for c in self.mechanism.contacts)
         target = MOTION if yields and not guided else CONTACT
@@ -155,7 +156,7 @@ class PluralContacts:
 
     @cached_property
     def states(self) -> tuple[sp.Symbol, ...]:
-        """What `Mechanism.motion` has, contact states where needed, then dissipated energies."""
+        """States of `Mechanism.motion`, contact states where needed, then dissipated energies."""
         own = self.mechanism.motion
         extra = [s for row in self.rows for s in row.symbols if s not in own]
         return (*own, *extra, *self.dissipations)
@@ -437,6 +438,7 @@ class PluralContacts:
             parts=tuple(c.part for c in self.interfaces),
             preference=self._preference,
             impacts=self.impacts,
+            preparation=preparation(self),
         )
 
     @property

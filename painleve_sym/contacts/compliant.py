@@ -1,4 +1,4 @@
-"""The automaton of a mechanism with one softened frictional contact."""
+"""The automaton of a mechanism with one compliant frictional contact."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from painleve_sym.contacts.contact_states import (
     ContactStates,
     domain_transitions,
 )
+from painleve_sym.contacts.preparation import preparation
 from painleve_sym.errors import EventKind, InputError
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition, positive
 from painleve_sym.laws.compliance import DELTA, DELTA_DOT, SEPARATED, Branch, ContactLaw, Exit
@@ -164,6 +165,7 @@ class CompliantContact(ContactStates):
             modes=(*self._flight_modes(), *contact_modes),
             starts=self._start_choices(),
             uncontrolled=self.dissipations,
+            preparation=preparation(self),
         )
 
     def _start_choices(self) -> tuple[Choice, ...]:

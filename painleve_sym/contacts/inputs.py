@@ -25,8 +25,22 @@ def resolve_state(
     InputError
         Unknown names, values that are not finite, a state outside the mechanism's domain.
     """
-    where, faults = f"state of {mechanism.name!r}", []
-    values = dict.fromkeys(mechanism.state_names, 0.0)
+    where, faults = f"state of {mechanism.name!r}", list[str]()
+    values = state_values(mechanism, given)
+    symbols = symbol_values(mechanism, values, parameters)
+    margins = domain_margins(mechanism)(symbols).values() if mechanism.domain else ()
+    for bound, margin in zip(mechanism.domain, margins, strict=True):
+        if not margin > 0:
+            names = sorted(str(s) for s in bound.margin.free_symbols)
+            received = ", ".join(f"{n} = {values.get(n, parameters.get(n))!r}" for n in names)
+            faults.append(f"got {received}, need {bound.margin} > 0 ({bound.meaning}).")
+    _raise(where, faults)
+    return values
+
+
+def state_values(mechanism: Mechanism, given: Mapping[str, float]) -> dict[str, float]:
+    """Return what `resolve_state` returns, without a look at the domain."""
+    values, faults = dict.fromkeys(mechanism.state_names, 0.0), []
     for name, value in given.items():
         if name not in values:
             faults.append(unknown_name("state", name, values))
@@ -34,15 +48,7 @@ def resolve_state(
         values[name], fault = checked_number(value, f"state {name}")
         if fault:
             faults.append(fault)
-    _raise(where, faults)
-    symbols = symbol_values(mechanism, values, parameters)
-    margins = domain_margins(mechanism)(symbols).values() if mechanism.domain else ()
-    for bound, margin in zip(mechanism.domain, margins, strict=True):
-        if not margin > 0:
-            names = sorted(str(s) for s in bound.margin.free_symbols)
-            got = ", ".join(f"{n} = {values.get(n, parameters.get(n))!r}" for n in names)
-            faults.append(f"got {got}, need {bound.margin} > 0 ({bound.meaning}).")
-    _raise(where, faults)
+    _raise(f"state of {mechanism.name!r}", faults)
     return values
 
 

@@ -1,4 +1,4 @@
-"""What every engine takes and returns: options in, one raw run out."""
+"""Interface of all engines: options of a run, and its raw result."""
 
 from __future__ import annotations
 
@@ -22,13 +22,16 @@ passed where that changes states by less than this part of their scale. As in th
 MAX_STEPS, MAX_EVENTS = 1_000_000, 100_000
 """Limits of a run where none are given."""
 
+ADMITS = 3
+"""Answers of `Prepared.admits` to a start."""
+
 DENSE_ROWS = 8
 """Rows of a Runge–Kutta step's dense polynomial, the start value first (see `Trajectory`)."""
 
 
 @dataclass(frozen=True)
 class RunOptions:
-    """How to integrate.
+    """Options of one integration.
 
     Attributes
     ----------
@@ -41,7 +44,7 @@ class RunOptions:
     until : tuple of str
         Kinds of events that end the run.
     record : {"end", "events", "dense"}
-        What is kept.
+        Extent of the result: the end, the events, or every step.
     first_step, max_step : float
         Bounds of the step; 0 lets the engine choose the first one. s.
     max_steps, max_events : int
@@ -77,8 +80,32 @@ class RunOptions:
             raise InputError("integration: max_steps and max_events: need at least 1.")
 
 
+class Prepared(NamedTuple):
+    """What n runs start with.
+
+    Attributes
+    ----------
+    states : ndarray, shape (n, nx)
+    admits : ndarray, shape (n, 3)
+        1 or 0: whether the contact laws admit a start, every constant is finite, and the start is
+        inside the domain.
+    scales : ndarray, shape (n, nx)
+        Of the states: below them only absolute errors count.
+    """
+
+    states: Array
+    admits: Array
+    scales: Array
+
+    @classmethod
+    def of(cls, rows: Array) -> Prepared:
+        """Return views of rows that hold states, admits and scales in turn."""
+        nx = (rows.shape[1] - ADMITS) // 2
+        return cls(rows[:, :nx], rows[:, nx : nx + ADMITS], rows[:, nx + ADMITS :])
+
+
 class RawRun(NamedTuple):
-    """What an engine returns.
+    """Raw result of an engine.
 
     Attributes
     ----------
@@ -94,7 +121,7 @@ class RawRun(NamedTuple):
         Rows that `step_records` and `event_records` read.
     counters : dict
     decision : bool
-        Whether it ended in a mode that asks what follows, and nobody was there to answer.
+        Whether it ended in a mode that needs a resolver, without one.
     """
 
     time: float
@@ -129,7 +156,7 @@ class RawRun(NamedTuple):
 
 @dataclass(frozen=True)
 class Question:
-    """Where a run asks what follows.
+    """State of a run that asks a resolver how to continue.
 
     Attributes
     ----------
@@ -157,7 +184,7 @@ class Question:
 
 @dataclass(frozen=True)
 class Answer:
-    """What follows.
+    """Continuation that a resolver returns.
 
     Attributes
     ----------
@@ -229,8 +256,8 @@ def run_resolved(
         )
     # A run without steps does not know how many rows each would have.
     whole = np.vstack([s for s in steps if len(s)] or steps[-1:])
-    told = np.vstack(events if options.record != "end" else [raw.events[:0]])
-    return raw._replace(steps=whole, events=told, counters=dict(counters))
+    recorded = np.vstack(events if options.record != "end" else [raw.events[:0]])
+    return raw._replace(steps=whole, events=recorded, counters=dict(counters))
 
 
 def _question(outline: Outline, raw: RawRun, start: float) -> Question:
@@ -278,7 +305,7 @@ def _kinds(raw: RawRun, events: Sequence[Array]) -> Any:
 
 @dataclass
 class IntervalHistory:
-    """When one transition happened before."""
+    """Previous times of one transition."""
 
     last: float = 0.0
     interval: float = 0.0
@@ -310,6 +337,23 @@ class Engine(Protocol):
 
     def constants(self, parameters: Array) -> Array:
         """Return the parameters followed by the definitions, shape (nc,)."""
+        ...
+
+    def prepare(self, parameters: Array, given: Array, forces: Array) -> Prepared:
+        """Return whole start states with their scales; see `Preparation`.
+
+        Parameters
+        ----------
+        parameters : ndarray, shape (n, np)
+        given : ndarray, shape (n, given)
+            The first states; the others follow.
+        forces : ndarray, shape (n,)
+            Initial forces, N; negative for none.
+        """
+        ...
+
+    def scales(self, parameters: Array, state: Array) -> Array:
+        """Return the scale of each state at a state, shape (nx,)."""
         ...
 
     def run(

@@ -1,4 +1,4 @@
-"""What a motion of rigid contacts tells besides its events.
+"""Details of the motion of rigid contacts besides its events.
 
 All solutions of a contact problem that has several, impulses, growing bounces, and the limit of a
 slip that meets A = 0.
@@ -17,7 +17,6 @@ from painleve_sym.contacts.classify import contact_problem, solution_name
 from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.contacts.rigid import RigidContact
 from painleve_sym.contacts.terms import rows_of
-from painleve_sym.engines.protocol import RawRun
 from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.motion.locate_limit import locate_limit
 from painleve_sym.motion.singular_limit import LimitKind, ReverseChatter
@@ -40,45 +39,6 @@ _MEETINGS = {
 """What a slip that meets A = 0 without dynamic jam does there."""
 
 
-def complete_motion(
-    simulator: Simulator, run: Trajectory, values: Mapping[str, float]
-) -> Trajectory:
-    """Return the motion of one contact with its limit and its growing bounces, if it is rigid."""
-    contact = simulator.contact
-    if not isinstance(contact, RigidContact):
-        return run
-    growth = growing_bounces(
-        run.events, contact.gap_rate.name, lambda state: chatter_at(contact, state, values)
-    )
-    return _with_limit(contact, replace(run, reverse_chatter=growth), values)
-
-
-def with_impulses(
-    run: Trajectory, raw: RawRun, count: int, told: Sequence[tuple[float, ...]]
-) -> Trajectory:
-    """Return the motion of several contacts with the impulses of its impacts.
-
-    Parameters
-    ----------
-    run : Trajectory
-    raw : RawRun
-    count : int
-        Number of the impulses: two of each contact.
-    told : sequence of tuple of float
-        Impulses of the events that a resolver answered, in order.
-    """
-    records = raw.event_records
-    # The last entries of the memory are the impulses of the last impact.
-    impulses = records.memory_after[:, -count:].tolist()
-    for i, own in zip(np.flatnonzero(records.transition < 0), told, strict=False):
-        impulses[i] = own
-    events = tuple(
-        replace(e, impulses=tuple(own)) if e.kind is EventKind.IMPACT else e
-        for e, own in zip(run.events, impulses, strict=True)
-    )
-    return replace(run, events=events)
-
-
 def chatter_at(
     contact: RigidContact, state: Mapping[str, float], values: Mapping[str, float]
 ) -> Chatter | None:
@@ -94,15 +54,12 @@ def chatter_at(
     return chatter(problem, contact.restitution, values[contact.parameters[0].name])
 
 
-def with_alternatives(
+def alternatives(
     simulator: Simulator, event: EventRecord, values: Mapping[str, float]
-) -> EventRecord:
-    """Return the event of a contact problem of rigid contacts with all solutions, if several."""
-    if event.kind is not EventKind.CONTACT or not simulator.rigid:
-        return event
+) -> tuple[str, ...]:
+    """Return all solutions of the contact problem of an event, if there are several."""
     several = len(simulator.mechanism.contacts) > 1
-    names = (_of_several if several else _of_one)(simulator, event, values)
-    return replace(event, alternatives=names) if names else event
+    return (_of_several if several else _of_one)(simulator, event, values)
 
 
 def _of_one(
@@ -146,7 +103,8 @@ def _of_several(
     return several if len(several) > 2 else ()
 
 
-def _with_limit(contact: RigidContact, run: Trajectory, values: Mapping[str, float]) -> Trajectory:
+def with_limit(contact: RigidContact, run: Trajectory, values: Mapping[str, float]) -> Trajectory:
+    """Return a motion that stopped where a slip meets A = 0 with the limit it would arrive at."""
     limit = locate_limit(contact, run, values)
     if limit is None:
         return run

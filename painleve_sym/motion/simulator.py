@@ -2,54 +2,51 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, Protocol
 
 import numpy as np
 from sympy import Symbol
 
 from painleve_sym.arrays import Array
 from painleve_sym.choices import EngineLike, EngineName, Record, RecordLike
-from painleve_sym.codegen.evaluate import power
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.contacts.automaton import PluralContacts
 from painleve_sym.contacts.classify import held_faults
 from painleve_sym.contacts.compliant import CompliantContact
-from painleve_sym.contacts.contact_numbers import (
-    characteristic_length,
-    contact_numbers,
-    contact_tolerances,
-)
+from painleve_sym.contacts.contact_numbers import contact_numbers
 from painleve_sym.contacts.contact_states import ContactRow
 from painleve_sym.contacts.guide import BilateralContact
-from painleve_sym.contacts.inputs import resolve_state, symbol_values
+from painleve_sym.contacts.inputs import resolve_state, state_values, symbol_values
 from painleve_sym.contacts.interfaces import CONTACT
 from painleve_sym.contacts.rigid import RigidContact
 from painleve_sym.contacts.terms import ContactImpacts
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.factory import make_engine
 from painleve_sym.engines.protocol import MAX_EVENTS, MAX_STEPS, Engine, RawRun, RunOptions
-from painleve_sym.engines.records import EventRecords
 from painleve_sym.errors import InputError, StopReason, unknown_name
 from painleve_sym.hybrid.automaton import HybridAutomaton
-from painleve_sym.hybrid.signature import AutomatonBuilder, Outline, mode_name
-from painleve_sym.laws.catalogue import Law
+from painleve_sym.hybrid.signature import AutomatonBuilder, Outline
+from painleve_sym.laws.catalogue import Law, choices_by_contact
 from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.system import TIME, Parameter, resolve_parameters
+from painleve_sym.mechanics.system import Parameter, resolve_parameters
 from painleve_sym.motion.impact_resolver import ImpactResolver
-from painleve_sym.motion.rigid import complete_motion, with_alternatives, with_impulses
-from painleve_sym.motion.scales import compliant_scales, rigid_scales
-from painleve_sym.motion.trajectory import EventRecord, Trajectory
+from painleve_sym.motion.rigid import with_limit
+from painleve_sym.motion.run_record import RunRecord
+from painleve_sym.motion.trajectory import MotionNames, Trajectory
 
 if TYPE_CHECKING:
     from painleve_sym.motion.sensitivity.result import SensitiveTrajectory
 
 DEFAULT_RTOL = 1e-11
 """The reference impacts then hold eight digits through all events, energy closes to 1e-9."""
+NO_FORCE = -1.0
+"""Initial force that stands for none."""
 INITIAL_FORCE = Symbol("initial_force", positive=True)
 _JAM = (
     "the impact of the rigid contacts has no end: their friction carries any impulse, or leaves "
@@ -62,7 +59,7 @@ _GUIDE_MEETS = (
 
 
 class Contacts(AutomatonBuilder, Protocol):
-    """What a simulator asks of its contacts: their automaton, states, laws and parameters."""
+    """Contacts of a simulator: their automaton, states, laws and parameters."""
 
     @property
     def rows(self) -> tuple[ContactRow, ...]:
@@ -75,6 +72,26 @@ class Contacts(AutomatonBuilder, Protocol):
     @property
     def parameters(self) -> tuple[Parameter, ...]:
         """Parameters of the laws."""
+
+
+class Start(NamedTuple):
+    """What a run starts with.
+
+    Attributes
+    ----------
+    state : ndarray, shape (nx,)
+    values : dict of str to float
+        Parameters by name, and
+    parameters : ndarray, shape (np,)
+        in the engine's order.
+    scale : ndarray, shape (nx,)
+        Of each state: below it only its absolute error counts.
+    """
+
+    state: Array
+    values: dict[str, float]
+    parameters: Array
+    scale: Array
 
 
 @dataclass(frozen=True)
@@ -126,7 +143,7 @@ class Simulator:
     engine: EngineLike = EngineName.AUTO
 
     def __post_init__(self) -> None:
-        _ = self.contact  # refuses laws that do not fit the contacts, or each other
+        _ = self.contact  # rejects laws that do not fit the contacts, or each other
 
     @cached_property
     def laws(self) -> tuple[Law, ...]:
@@ -203,7 +220,8 @@ class Simulator:
     @property
     def choices(self) -> dict[str, str]:
         """Named choices of the laws; a guide alone has no restitution."""
-        choices = {k: v for law in self.laws for k, v in law.choices.items()}
+        names = (c.name for c in self.mechanism.contacts)
+        choices = choices_by_contact(dict(zip(names, self.laws, strict=False)))
         if all(c.bilateral for c in self.mechanism.contacts):
             choices.pop("restitution", None)
         return choices
@@ -244,20 +262,16 @@ class Simulator:
         return bool(self.rigid)
 
     @cached_property
+    def strikes(self) -> bool:
+        """Whether several contacts can have an impact: at least one of them is rigid."""
+        return isinstance(self.contact, PluralContacts) and bool(self.rigid)
+
+    @cached_property
     def impacts(self) -> ContactImpacts:
         """Impacts of the rigid contacts of several."""
         return ContactImpacts(self.mechanism, self.outline.states, self.contact.rows, self.rigid)
 
     # ---- the loading curves of compliant contacts ----
-
-    @property
-    def loading_curves(self) -> list[Any]:
-        """Stiffness and exponent of each contact's loading curve, 0 of a rigid one, in turn."""
-        curves = [
-            (law.stiffness, law.exponent) if isinstance(law, ContactLaw) else (0, 0)
-            for law in self.contact.own_laws
-        ]
-        return [entry for curve in curves for entry in curve]
 
     def loading_curve(self, values: Mapping[Any, Array], i: int = 0) -> tuple[Array, Array]:
         """Return K and n of a compliant contact's loading curve K δⁿ, each of shape (n,)."""
@@ -301,7 +315,7 @@ class Simulator:
         return float(k * depth ** (n + 1) / (n + 1))
 
     def _curve(self, parameters: Mapping[str, float]) -> tuple[float, float]:
-        _ = self.contact_law  # refuses what has no loading curve
+        _ = self.contact_law  # rejects laws without a loading curve
         values = {s: np.array([v]) for s, v in self.constants(parameters).items()}
         k, n = self.loading_curve(values)
         return float(k[0]), float(n[0])
@@ -379,30 +393,32 @@ class Simulator:
         """
         state = self.mechanism.start if state is None else state
         given = self.given(parameters, law_parameters)
-        options: dict[str, Any] = {
-            "t_end": t_end,
-            "until": until,
-            "rtol": rtol,
-            "atol": atol,
-            "record": record,
-            "first_step": first_step,
-            "max_step": max_step,
-            "max_steps": max_steps,
-            "max_events": max_events,
-        }
-        vector, values = self.start(state, given)
-        vector = self.checked_start(vector, values, initial_force)
-        checked = self.options(vector, values, **options)
-        p = self._vector_of(values)
-        contact = self.contact
-        if not (isinstance(contact, PluralContacts) and self.rigid):
-            raw = self.integrator.run(vector, p, checked)
-            return complete_motion(self, self.trajectory(raw, values, checked.rtol), values)
-        compiled = isinstance(self.integrator, CompiledEngine)
-        resolver = ImpactResolver(**self.resolver_inputs(values, checked))
-        raw = self.integrator.run(vector, p, checked, resolve=None if compiled else resolver)
-        trajectory = self.trajectory(raw, values, checked.rtol)
-        return with_impulses(trajectory, raw, 2 * len(contact.rows), resolver.impulses)
+        start = self.start(state, given, initial_force)
+        checked = self.options(
+            start.scale,
+            t_end=t_end,
+            until=until,
+            rtol=rtol,
+            atol=atol,
+            record=record,
+            first_step=first_step,
+            max_step=max_step,
+            max_steps=max_steps,
+            max_events=max_events,
+        )
+        resolver = self._resolver(start, checked)
+        raw = self.integrator.run(start.state, start.parameters, checked, resolve=resolver)
+        told = resolver.impulses if resolver else ()
+        trajectory = self.trajectory(raw, start, checked.rtol, told)
+        if raw.stop_reason is StopReason.SINGULAR and isinstance(self.contact, RigidContact):
+            return with_limit(self.contact, trajectory, start.values)
+        return trajectory
+
+    def _resolver(self, start: Start, options: RunOptions) -> ImpactResolver | None:
+        """Return what answers for impacts of several contacts where the engine does not."""
+        if isinstance(self.integrator, CompiledEngine) or not self.strikes:
+            return None
+        return ImpactResolver(**self.resolver_inputs(start.values, options))
 
     def resolver_inputs(self, values: dict[str, float], options: RunOptions) -> dict[str, Any]:
         """Return the inputs of an `ImpactResolver` of a run with the parameters `values`."""
@@ -415,40 +431,102 @@ class Simulator:
             "scale": options.atol / options.rtol,
         }
 
-    def checked_start(self, vector: Array, values: Mapping[str, float], force: Any) -> Array:
-        """Return the start vector, compressed so that it carries `force` where that is given.
+    def start(
+        self,
+        state: Mapping[str, float],
+        parameters: Mapping[str, float] | None = None,
+        initial_force: float | None = None,
+    ) -> Start:
+        """Return the checked start of a run; see `run` for the arguments and errors."""
+        values, given = self.parameters(parameters), self._state_values(state)
+        if initial_force is None:
+            force = NO_FORCE
+        else:
+            force = self._checked_force(initial_force)
+        start, admits = self.prepared(given, values, force)
+        if 0.0 in admits:
+            self._refuse(start, given, force)
+        return start
 
-        Raises
-        ------
-        InputError
-            A force that no contact can store, a rigid contact inside the ground, or a guide off its
-            place.
+    def prepared(
+        self, given: Mapping[str, float], values: Mapping[str, float], force: float = NO_FORCE
+    ) -> tuple[Start, list[float]]:
+        """Return the start of a run, unchecked, and `Prepared.admits` of it.
+
+        Parameters
+        ----------
+        given : mapping of str to float
+            Every coordinate and velocity, and ``t`` where it occurs.
+        values : mapping of str to float
+            Every parameter.
+        force : float
+            Initial force, N; negative for none.
         """
-        if force is not None:
-            fault = self.initial_force_fault()
-            if fault:
-                raise InputError(f"{self.where}: {fault}")
-            self.compression_of_force(force, values)  # checks the force
-            constants = self.integrator.constants(self._vector_of(values))
-            compressed: Array = self.with_forces(vector[None], np.array([force]), constants[None])
-            vector = compressed[0]
-        place, several = self.outline.states.index, len(self.contact.rows) > 1
-        for i in self.rigid:
-            row = self.contact.rows[i]
-            gap, rate = float(vector[place(row.gap)]), float(vector[place(row.gap_rate)])
-            name = f"contact {row.contact.name!r}"
-            if row.contact.bilateral:
-                near, slow = self.closed_within(vector, values)[i]
-                subject = f"the bilateral {name}" if several else "a bilateral contact"
-                for fault in held_faults(subject, (gap, near), (rate, slow)):
-                    raise InputError(f"{self.where}: {fault}")
-            elif gap < 0:
-                subject = f"{name} starts" if several else "the start is"
+        p, motion = self._vector_of(values), np.array([given[name] for name in self._at_rest])
+        prepared = self.integrator.prepare(p[None], motion[None], np.array([force]))
+        state, admits, scale = (array[0] for array in prepared)
+        return Start(state, dict(values), p, scale), admits.tolist()
+
+    def _state_values(self, state: Mapping[str, float]) -> dict[str, float]:
+        values = {**self._at_rest, **state}
+        numbers = state.values()
+        known = len(values) == len(self._at_rest)
+        if known and all(type(v) is float and math.isfinite(v) for v in numbers):
+            return values
+        return state_values(self.mechanism, state)
+
+    @cached_property
+    def _at_rest(self) -> dict[str, float]:
+        return dict.fromkeys(self.mechanism.state_names, 0.0)
+
+    def _checked_force(self, force: float) -> float:
+        fault = self.initial_force_fault()
+        if fault:
+            raise InputError(f"{self.where}: {fault}")
+        if not (math.isfinite(force) and force >= 0):
+            raise InputError(f"{self.where}: initial force: got {force!r}, need >= 0 and finite.")
+        return float(force)
+
+    def _refuse(self, start: Start, given: Mapping[str, float], force: float) -> NoReturn:
+        """Raise InputError with the reason why a start is not admitted."""
+        for symbol, value in self.constants(start.values).items():
+            if not math.isfinite(value):
                 raise InputError(
-                    f"{self.where}: {subject} inside the ground, gap = {gap:g} m, and a rigid "
-                    "contact has no compression. Fix: start with gap >= 0, or give a compliant law."
+                    f"{self.where}: {symbol} comes out as {value!r}, need a finite number. "
+                    "Fix: check the parameters it is made of (stiffness, curvatures)."
                 )
-        return vector
+        resolve_state(self.mechanism, given, start.values)  # refuses what is outside the domain
+        names = [s.name for s in self.outline.states]
+        state = dict(zip(names, start.state.tolist(), strict=True))
+        if force >= 0:
+            raise InputError(
+                f"{self.where}: initial_force: got a start with gap "
+                f"{state[self.contact.rows[0].gap.name]!r}, need 0. Fix: give the force or the "
+                "compression, not both."
+            )
+        for i in self.rigid:
+            self._refuse_contact(i, state, symbol_values(self.mechanism, given, start.values))
+        raise InputError(f"{self.where}: the contact law does not admit the start.")
+
+    def _refuse_contact(
+        self, i: int, state: Mapping[str, float], symbols: Mapping[Any, float]
+    ) -> None:
+        """Raise InputError where a rigid contact is inside the ground, or a guide off its place."""
+        row, several = self.contact.rows[i], len(self.contact.rows) > 1
+        gap, rate = state[row.gap.name], state[row.gap_rate.name]
+        name = f"contact {row.contact.name!r}"
+        if row.contact.bilateral:
+            at = contact_numbers(self.mechanism, i)(symbols)
+            subject = f"the bilateral {name}" if several else "a bilateral contact"
+            within = (gap, at["gap_tolerance"]), (rate, at["rate_tolerance"])
+            for fault in held_faults(subject, *within):
+                raise InputError(f"{self.where}: {fault}")
+        elif gap < 0:
+            subject = f"{name} starts" if several else "the start is"
+            raise InputError(
+                f"{self.where}: {subject} inside the ground, gap = {gap:g} m, and a rigid "
+                "contact has no compression. Fix: start with gap >= 0, or give a compliant law."
+            )
 
     def initial_force_fault(self) -> str:
         """Return why no initial force can be given, a sentence; empty where it can."""
@@ -463,22 +541,6 @@ class Simulator:
                 "compliant law."
             )
         return ""
-
-    def with_forces(self, vectors: Array, forces: Array, constants: Array) -> Array:
-        """Return states (n, nx) compressed so that the only contact carries the forces (n,); N."""
-        index = self.outline.states.index(self.contact.rows[0].gap)
-        gaps = vectors[:, index]
-        if gaps.any():
-            raise InputError(
-                f"{self.where}: initial_force: got a start with gap "
-                f"{float(gaps[gaps != 0][0])!r}, need 0. Fix: give the force or the compression, "
-                "not both."
-            )
-        given = (*self.outline.parameters, *self.outline.definitions)
-        k, n = self.loading_curve(dict(zip(given, constants.T, strict=True)))
-        compressed = vectors.copy()
-        compressed[:, index] = -power(forces / k, 1 / n)
-        return compressed
 
     def start_expressions(self, forced: bool) -> dict[Any, Any]:
         """Return the start values that follow from other ones: states to SymPy expressions.
@@ -513,13 +575,28 @@ class Simulator:
 
     @property
     def where(self) -> str:
-        """What messages name as the place of a fault."""
+        """Place of a fault, as messages name it."""
         return f"{self.mechanism.name!r} with law {self.label!r}"
 
     def parameters(self, given: Mapping[str, float] | None = None) -> dict[str, float]:
-        """Return all parameters of mechanism and law with `given` put in, checked."""
-        declared = (*self.mechanism.system.parameters, *self.own_parameters)
-        return resolve_parameters(self.where, declared, given or {})
+        """Return all parameters of mechanism and law those in `given` replaced, checked."""
+        known = self._declared
+        given = given or {}
+        values = {**self._defaults, **given}
+        # A check of all at once; where it fails, each is looked at.
+        if len(values) == len(known) and all(
+            type(v) is float and known[n].fault(v) is None for n, v in given.items()
+        ):
+            return values
+        return resolve_parameters(self.where, tuple(known.values()), given)
+
+    @cached_property
+    def _declared(self) -> dict[str, Parameter]:
+        return {p.name: p for p in (*self.mechanism.system.parameters, *self.own_parameters)}
+
+    @cached_property
+    def _defaults(self) -> dict[str, float]:
+        return {name: p.default for name, p in self._declared.items()}
 
     def constants(self, parameters: Mapping[str, float]) -> dict[Any, float]:
         """Return the values of all parameter symbols and definitions."""
@@ -528,51 +605,12 @@ class Simulator:
         return dict(zip(symbols, map(float, c), strict=True))
 
     def _vector_of(self, parameters: Mapping[str, float]) -> Array:
-        return np.array([parameters[s.name] for s in self.outline.parameters])
-
-    def initial_state(self, state: Mapping[str, float], parameters: Mapping[str, float]) -> Array:
-        """Return the automaton's state vector for coordinates and velocities by name."""
-        values = symbol_values(self.mechanism, state, parameters)
-        arrays = {s: np.array([v]) for s, v in values.items()}
-        vector: Array = self.initial_states(arrays, self.contact_values(arrays))[0]
-        return vector
+        return np.array([parameters[name] for name in self._order])
 
     @cached_property
-    def _contact_numbers(self) -> tuple[Quantities, ...]:
-        return tuple(contact_numbers(self.mechanism, i) for i in range(len(self.contact.rows)))
-
-    def contact_values(self, values: Mapping[Any, Array]) -> list[dict[str, Array]]:
-        """Return `contact_numbers` of each contact at n points, arrays of shape (n,).
-
-        Parameters
-        ----------
-        values : mapping of sympy.Symbol to ndarray, shape (n,)
-            Of coordinates, velocities and parameters.
-        """
-        return [numbers.at(values) for numbers in self._contact_numbers]
-
-    def initial_states(
-        self, values: Mapping[Any, Array], numbers: Sequence[Mapping[str, Array]]
-    ) -> Array:
-        """Return state vectors, shape (n, nx), for coordinates, velocities and parameters.
-
-        Parameters
-        ----------
-        values : mapping of sympy.Symbol to ndarray, shape (n,)
-        numbers : sequence of dict
-            `contact_values` there.
-        """
-        extra: dict[Any, Array] = {}
-        for row, own in zip(self.contact.rows, numbers, strict=True):
-            derived = [own[name] for name in ("gap", "gap_rate", "slip_velocity")]
-            extra |= dict(zip(row.symbols, derived, strict=True))
-            for s, tolerance in zip((row.gap, row.gap_rate), contact_tolerances(own), strict=True):
-                # Computed from q these cancel: a touching start must not become a tiny fall.
-                extra[s] = np.where(np.abs(extra[s]) <= tolerance, 0.0, extra[s])
-        zero = np.zeros(len(next(iter(values.values()))))
-        columns = [values.get(s, extra.get(s, zero)) for s in self.outline.states]
-        vectors: Array = np.array(columns).T.copy()
-        return vectors
+    def _order(self) -> tuple[str, ...]:
+        """Names of the parameters in the engine's order."""
+        return tuple(s.name for s in self.outline.parameters)
 
     def sensitivities(
         self,
@@ -637,8 +675,7 @@ class Simulator:
 
     def options(
         self,
-        vector: Array,
-        parameters: Mapping[str, float],
+        scale: Array,
         *,
         t_end: float,
         until: str | Sequence[str] = (),
@@ -650,19 +687,18 @@ class Simulator:
         max_steps: int = MAX_STEPS,
         max_events: int = MAX_EVENTS,
     ) -> RunOptions:
-        """Return checked options of a run from the state `vector`; see `run`."""
-        if not (np.isfinite(t_end) and t_end > 0):
+        """Return checked options of a run from a state with this scale, shape (nx,); see `run`."""
+        if not (math.isfinite(t_end) and t_end > 0):
             raise InputError(f"{self.where}: t_end: got {t_end!r}, need a finite number > 0.")
         kinds = (until,) if isinstance(until, str) else tuple(until)
         for kind in kinds:
             if kind not in self.outline.kinds:
                 message = unknown_name("event", kind, self.outline.kinds)
                 raise InputError(f"{self.where}: until: {message}")
-        scale = self.tolerances(vector, parameters) if atol is None else np.asarray(atol) / rtol
         return RunOptions(
             t_end,
             rtol,
-            rtol * scale,
+            rtol * scale if atol is None else np.asarray(atol),
             kinds,
             record,
             first_step,
@@ -672,193 +708,47 @@ class Simulator:
             start_events=self.start_events,
         )
 
-    def start(
-        self, state: Mapping[str, float], parameters: Mapping[str, float] | None
-    ) -> tuple[Array, dict[str, float]]:
-        """Return the checked state vector and all parameters."""
-        values = self.parameters(parameters)
-        for symbol, value in self.constants(values).items():
-            if not np.isfinite(value):
-                raise InputError(
-                    f"{self.where}: {symbol} comes out as {value!r}, need a finite number. "
-                    "Fix: check the parameters it is made of (stiffness, curvatures)."
-                )
-        return self.initial_state(resolve_state(self.mechanism, state, values), values), values
-
     def tolerances(self, vector: Array, parameters: Mapping[str, float]) -> Array:
         """Return the scale of each state below which only its absolute error counts, shape (nx,).
 
-        Gap and its rate have the scales of the contact; other velocities that of the kinetic
-        energy plus the energy of the contact; coordinates in m the `characteristic_length`, angles
-        1, and the time that length over the speed of the energy. Dissipated energies are left out
-        (inf).
+        See `Preparation.scales`.
         """
-        constants = self.integrator.constants(self._vector_of(parameters))
-        vectors, constants = np.asarray(vector)[None], constants[None]
-        numbers = self.contact_values(self.at_states(vectors, constants))
-        scale: Array = self.all_tolerances(vectors, constants, numbers)[0]
-        return scale
+        return self.integrator.scales(self._vector_of(parameters), np.asarray(vector))
 
-    def closed_within(
-        self, vector: Array, parameters: Mapping[str, float]
-    ) -> list[tuple[float, float]]:
-        """Return gap and gap rate up to which each contact is closed (`contact_tolerances`)."""
-        constants = self.integrator.constants(self._vector_of(parameters))
-        numbers = self.contact_values(self.at_states(np.asarray(vector)[None], constants[None]))
-        pairs = [contact_tolerances(own) for own in numbers]
-        return [(float(near.item()), float(slow.item())) for near, slow in pairs]
-
-    def at_states(self, vectors: Array, constants: Array) -> dict[Any, Array]:
-        """Return the values of all symbols, shape (n,), for n states and constants (n, nc)."""
-        given = (*self.outline.parameters, *self.outline.definitions)
-        states = dict(zip(self.outline.states, vectors.T, strict=True))
-        return states | dict(zip(given, constants.T, strict=True))
-
-    def all_tolerances(
-        self, vectors: Array, constants: Array, numbers: Sequence[Mapping[str, Array]]
-    ) -> Array:
-        """Return what `tolerances` returns for n states, constants (n, nc) and `contact_values`."""
-        system = self.mechanism.system
-        symbols, rows = self.at_states(vectors, constants), self.contact.rows
-        scales = self.all_scales(symbols, numbers)
-        energy = np.maximum.reduce([own[2] for own in scales])
-        length, ones = characteristic_length(numbers[0]), np.ones(len(vectors))
-        masses = [numbers[0][f"mass_{k}"] for k in range(len(system.q))]
-        scale: dict[Any, Array] = {
-            c.symbol: length if c.unit == "m" else ones for c in system.coordinates
-        }
-        scale[TIME] = length / np.sqrt(2 * energy * numbers[0]["W_nn"])
-        scale |= {s: np.sqrt(2 * energy / m) for s, m in zip(system.q_dot, masses, strict=True)}
-        for row, own, (delta, rate, _) in zip(rows, numbers, scales, strict=True):
-            slip = np.sqrt(2 * energy * own["W_tt"])
-            scale[row.slip] = np.where(slip == 0, np.sqrt(2 * energy * own["W_nn"]), slip)
-            scale |= {row.gap: delta, row.gap_rate: rate}
-        scale |= dict.fromkeys(self.outline.uncontrolled, np.full(len(vectors), np.inf))
-        tolerances: Array = np.array([scale[s] for s in self.outline.states]).T.copy()
-        return tolerances
-
-    def contact_scales(
-        self, i: int, values: Mapping[Any, Array], numbers: Mapping[str, Array]
-    ) -> tuple[Array, ...]:
-        """Return the scales of gap (m), gap rate (m/s) and the energy (J) of a contact.
-
-        Parameters
-        ----------
-        i : int
-            Which of the contacts.
-        values : mapping of sympy.Symbol to ndarray, shape (n,)
-            States, parameters and definitions.
-        numbers : mapping of str to ndarray, shape (n,)
-            What `contact_numbers` of the contact gives at them.
-        """
-        if not self.is_compliant(i):
-            return rigid_scales(numbers)
-        gap = values[self.contact.rows[i].gap]
-        return compliant_scales(numbers, gap, *self.loading_curve(values, i))
-
-    def all_scales(
-        self, values: Mapping[Any, Array], numbers: Sequence[Mapping[str, Array]]
-    ) -> list[tuple[Array, ...]]:
-        """Return `contact_scales` of every contact; several all have the largest energy of any.
-
-        One of several that hardly anything presses yet, such as a wall, is hit by what moves or
-        presses the others: its free acceleration counts as a hundredth of theirs at least.
-        """
-        if len(numbers) == 1:
-            return [self.contact_scales(0, values, numbers[0])]
-        least = 0.01 * np.max([np.abs(own["b_n"]) for own in numbers], axis=0)
-        pressed = [{**own, "b_n": np.maximum(np.abs(own["b_n"]), least)} for own in numbers]
-        energy = np.zeros(1)
-        for i, (row, own) in enumerate(zip(self.contact.rows, pressed, strict=True)):
-            idle = (own["kinetic_energy"] <= 0) & (own["b_n"] == 0)
-            *_, gained = self.contact_scales(i, values, own)
-            energy = np.maximum(energy, np.where(idle & (values[row.gap] >= 0), 0.0, gained))
-        energy = np.where(energy > 0, energy, 1.0)
-        shared = [{**own, "kinetic_energy": energy} for own in pressed]
-        return [(*self.contact_scales(i, values, own)[:2], energy) for i, own in enumerate(shared)]
-
-    def trajectory(self, raw: RawRun, values: dict[str, float], rtol: float) -> Trajectory:
-        """Return the raw run as a trajectory."""
-        automaton, steps = self.outline, raw.step_records
-        c = self.integrator.constants(self._vector_of(values))
-        memory = np.vstack([steps.memory, raw.memory])
-        modes = np.append(steps.mode, raw.mode)
-        names, modes = self._named(modes, memory)
+    def trajectory(
+        self, raw: RawRun, start: Start, rtol: float, told: Sequence[tuple[float, ...]] = ()
+    ) -> Trajectory:
+        """Return a run as a trajectory; `told` are the impulses that a resolver answered with."""
         return Trajectory(
-            mechanism=self.mechanism.name,
-            law=self.label,
-            choices=self.choices,
-            parameters=values,
-            state_names=tuple(s.name for s in automaton.states),
-            memory_names=tuple(s.name for s in automaton.memory),
-            mode_names=names,
-            output_names=automaton.output_names,
-            step_time=steps.time,
-            step_length=steps.length,
-            step_mode=modes[:-1],
-            step_memory=steps.memory,
-            step_rows=steps.polynomial,
-            step_bend=steps.bend,
-            events=tuple(
-                with_alternatives(self, e, values) for e in self._events(raw.event_records, c)
-            ),
+            names=self._names,
+            parameters=start.values,
+            rtol=rtol,
+            record=RunRecord(self, start, raw, told),
             final_time=raw.time,
             final_state=raw.state,
             final_memory=raw.memory,
-            final_mode=int(modes[-1]),
             stop_reason=raw.stop_reason,
             stop_detail=self._detail(raw),
             counters=raw.counters,
-            engine=self.integrator.name,
-            rtol=rtol,
-            constants=c,
             evaluator=self.integrator,
         )
 
-    def _named(self, modes: Array, memory: Array) -> tuple[tuple[str, ...], Array]:
-        """Return names of modes, and the index of each of n modes among them."""
-        automaton = self.outline
-        if not automaton.parts:
-            return tuple(m.name for m in automaton.modes), modes
-        every = [mode_name(automaton, int(m), z) for m, z in zip(modes, memory, strict=True)]
-        names = tuple(dict.fromkeys(every))
-        return names, np.array([names.index(name) for name in every])
-
-    def _events(self, rows: EventRecords, constants: Array) -> tuple[EventRecord, ...]:
-        automaton = self.outline
-        names = [s.name for s in automaton.states]
-        outputs = self.integrator.outputs(
-            rows.mode_before, rows.state_before, rows.memory_before, constants
+    @cached_property
+    def _names(self) -> MotionNames:
+        outline = self.outline
+        return MotionNames(
+            mechanism=self.mechanism.name,
+            law=self.label,
+            choices=self.choices,
+            states=tuple(s.name for s in outline.states),
+            memory=tuple(s.name for s in outline.memory),
+            outputs=outline.output_names,
+            engine=self.integrator.name,
         )
-        at = {name: outputs[:, i] for i, name in enumerate(automaton.output_names)}
-        own = [c.name for c in self.mechanism.contacts]
-        records = []
-        for i, after in enumerate(rows.state_after.tolist()):
-            place = int(rows.contact[i])
-            contact = automaton.contacts[place] if place >= 0 else ""
-            end = f"_{contact or own[0]}" if len(own) > 1 else ""
-            # A decision for several contacts at once has no force of its own.
-            decided = place < 0 and rows.transition[i] < 0
-            carried = ("normal_force", "tangential_force", "gap")
-            force, friction, gap = (0.0 if decided else float(at[f"{n}{end}"][i]) for n in carried)
-            records.append(
-                EventRecord(
-                    time=float(rows.time[i]),
-                    kind=automaton.kinds[rows.kind[i]],
-                    mode_before=mode_name(
-                        automaton, int(rows.mode_before[i]), rows.memory_before[i]
-                    ),
-                    mode_after=mode_name(automaton, int(rows.mode_after[i]), rows.memory_after[i]),
-                    state=dict(zip(names, after, strict=True)),
-                    normal_force=force,
-                    tangential_force=friction,
-                    compression=-gap,
-                    contact=contact if len(own) > 1 else own[0],
-                )
-            )
-        return tuple(records)
 
     def _detail(self, raw: RawRun) -> str:
+        if raw.stop_reason in (StopReason.T_END, StopReason.UNTIL):
+            return ""
         if raw.stop_reason is StopReason.LEFT_DOMAIN:
             mode = self.outline.modes[raw.mode]
             bound = mode.transitions[raw.stop_transition].bound
@@ -868,5 +758,4 @@ class Simulator:
             return _GUIDE_MEETS
         if len(self.contact.rows) > 1 and raw.stop_reason is StopReason.JAM:
             return _JAM
-        ordinary = (StopReason.T_END, StopReason.UNTIL)
-        return "" if raw.stop_reason in ordinary else raw.stop_reason.advice
+        return raw.stop_reason.advice

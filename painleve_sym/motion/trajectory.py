@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from painleve_sym.arrays import Array, load_npz, save_npz
 from painleve_sym.engines.protocol import Engine
+from painleve_sym.engines.records import StepRecords
 from painleve_sym.errors import EventKind, InputError, StopReason, unknown_name
 from painleve_sym.files import plain_fields, to_plain
 from painleve_sym.motion.singular_limit import ReverseChatter, SingularLimit
@@ -72,6 +73,73 @@ class Segment:
 
 
 @dataclass(frozen=True)
+class MotionNames:
+    """What all motions of a simulator are called.
+
+    Attributes
+    ----------
+    mechanism, law : str
+    choices : dict of str to str
+        The law's named choices.
+    states, memory, outputs : tuple of str
+    engine : str
+    """
+
+    mechanism: str
+    law: str
+    choices: dict[str, str]
+    states: tuple[str, ...]
+    memory: tuple[str, ...]
+    outputs: tuple[str, ...]
+    engine: str
+
+
+class MotionRecord(Protocol):
+    """What is kept of a motion on its way, read when first asked for."""
+
+    @property
+    def steps(self) -> StepRecords:
+        """The steps; their modes are indices into `mode_names`."""
+
+    @property
+    def mode_names(self) -> tuple[str, ...]:
+        """Names of the modes."""
+
+    @property
+    def final_mode(self) -> int:
+        """Index into `mode_names`."""
+
+    @property
+    def events(self) -> tuple[EventRecord, ...]:
+        """The events, in order."""
+
+    @property
+    def reverse_chatter(self) -> tuple[ReverseChatter, ...]:
+        """Rigid motion: stretches of bounces that grow out of contact."""
+
+    @property
+    def constants(self) -> Array:
+        """Parameters and definitions, as the engine takes them."""
+
+
+@dataclass(frozen=True)
+class StoredRecord:
+    """A `MotionRecord` that has been read, such as one from a file."""
+
+    steps: StepRecords
+    mode_names: tuple[str, ...]
+    final_mode: int
+    events: tuple[EventRecord, ...]
+    reverse_chatter: tuple[ReverseChatter, ...]
+    constants: Array
+
+    @classmethod
+    def of(cls, record: MotionRecord) -> StoredRecord:
+        """Return all that a record gives."""
+        return cls(**{f.name: getattr(record, f.name) for f in fields(cls)})
+
+
+@dataclass(frozen=True)
 class Trajectory:
     """A motion, piecewise polynomial in time.
 
@@ -82,33 +150,24 @@ class Trajectory:
 
     Attributes
     ----------
-    mechanism, law : str
-        Names; `choices` are the law's named choices.
+    names : MotionNames
     parameters : dict of str to float
         Of mechanism and law, as used.
-    state_names, memory_names, mode_names, output_names : tuple of str
-    step_time, step_length : ndarray, shape (steps,)
-    step_mode : ndarray of int, shape (steps,)
-    step_memory : ndarray, shape (steps, nz)
-    step_rows : ndarray, shape (steps, rows, nx)
-    step_bend : ndarray, shape (steps,), or None
-        β; None where it is 0 everywhere.
-    events : tuple of EventRecord
+    rtol : float
+    record : MotionRecord
+        Steps and events.
     final_time : float
     final_state : ndarray, shape (nx,)
     final_memory : ndarray, shape (nz,)
-    final_mode : int
     stop_reason : StopReason
     stop_detail : str
         What is particular to this stop; empty where the reason says all.
     counters : dict of str to int
         Work done.
-    engine : str
-    rtol : float
+    evaluator : Engine or None
+        Computes forces.
     limit : SingularLimit or None
         Rigid motion that stopped where a slip meets A = 0: where it would arrive.
-    reverse_chatter : tuple of ReverseChatter
-        Rigid motion: stretches of bounces that grow out of contact.
 
     Examples
     --------
@@ -119,34 +178,110 @@ class Trajectory:
     >>> height = run.values("y_A", [0.0, 0.1])
     """
 
-    mechanism: str
-    law: str
-    choices: dict[str, str]
+    names: MotionNames
     parameters: dict[str, float]
-    state_names: tuple[str, ...]
-    memory_names: tuple[str, ...]
-    mode_names: tuple[str, ...]
-    output_names: tuple[str, ...]
-    step_time: Array
-    step_length: Array
-    step_mode: Any
-    step_memory: Array
-    step_rows: Array
-    events: tuple[EventRecord, ...]
+    rtol: float
+    record: MotionRecord = field(repr=False)
     final_time: float
     final_state: Array
     final_memory: Array
-    final_mode: int
     stop_reason: StopReason
     stop_detail: str
     counters: dict[str, int]
-    engine: str
-    rtol: float
-    constants: Array
     evaluator: Engine | None = field(default=None, repr=False, compare=False)
     limit: SingularLimit | None = None
-    reverse_chatter: tuple[ReverseChatter, ...] = ()
-    step_bend: Array | None = None
+
+    # ---- what it is called, and what was kept ----
+
+    @property
+    def mechanism(self) -> str:
+        """Name of the mechanism."""
+        return self.names.mechanism
+
+    @property
+    def law(self) -> str:
+        """Name of the law."""
+        return self.names.law
+
+    @property
+    def choices(self) -> dict[str, str]:
+        """The law's named choices."""
+        return self.names.choices
+
+    @property
+    def engine(self) -> str:
+        """Name of the engine."""
+        return self.names.engine
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the states."""
+        return self.names.states
+
+    @property
+    def memory_names(self) -> tuple[str, ...]:
+        """Names of the memory, constant within a mode."""
+        return self.names.memory
+
+    @property
+    def output_names(self) -> tuple[str, ...]:
+        """Names of forces, gaps, energies …."""
+        return self.names.outputs
+
+    @property
+    def mode_names(self) -> tuple[str, ...]:
+        """Names of the modes."""
+        return self.record.mode_names
+
+    @property
+    def final_mode(self) -> int:
+        """Index into `mode_names` at the end."""
+        return self.record.final_mode
+
+    @property
+    def events(self) -> tuple[EventRecord, ...]:
+        """The events, in order."""
+        return self.record.events
+
+    @property
+    def reverse_chatter(self) -> tuple[ReverseChatter, ...]:
+        """Rigid motion: stretches of bounces that grow out of contact."""
+        return self.record.reverse_chatter
+
+    @property
+    def constants(self) -> Array:
+        """Parameters and definitions, as the engine takes them, shape (nc,)."""
+        return self.record.constants
+
+    @property
+    def step_time(self) -> Array:
+        """Where the steps begin, shape (steps,); s."""
+        return self.record.steps.time
+
+    @property
+    def step_length(self) -> Array:
+        """How long the steps are, shape (steps,); s."""
+        return self.record.steps.length
+
+    @property
+    def step_mode(self) -> Any:
+        """Indices into `mode_names`, shape (steps,)."""
+        return self.record.steps.mode
+
+    @property
+    def step_memory(self) -> Array:
+        """Memory during the steps, shape (steps, nz)."""
+        return self.record.steps.memory
+
+    @property
+    def step_rows(self) -> Array:
+        """Polynomials r of the steps, shape (steps, rows, nx)."""
+        return self.record.steps.polynomial
+
+    @property
+    def step_bend(self) -> Array:
+        """Bends β of the steps, shape (steps,)."""
+        return self.record.steps.bend
 
     # ---- evaluation ----
 
@@ -154,17 +289,17 @@ class Trajectory:
         start = float(self.step_time[0]) if len(self.step_time) else self.final_time
         outside = (t < start) | (t > self.final_time) | ~np.isfinite(t)
         if outside.any():
-            got = f"trajectory: time: got {float(t[outside][0])!r}, need"
+            fault = f"trajectory: time: got {float(t[outside][0])!r}, need"
             if len(self.step_time):
-                raise InputError(f"{got} a number in [{start!r}, {self.final_time!r}].")
+                raise InputError(f"{fault} a number in [{start!r}, {self.final_time!r}].")
             if self.ended_at_start:
                 raise InputError(
-                    f"{got} {self.final_time!r}: the run ended at its start "
+                    f"{fault} {self.final_time!r}: the run ended at its start "
                     f"({self.stop_reason.label})."
                 )
             raise InputError(
-                f"{got} {self.final_time!r}: the trajectory holds no steps, so only its end can be "
-                "evaluated. Fix: simulate with record='dense'."
+                f"{fault} {self.final_time!r}: the trajectory holds no steps, so only its end can "
+                "be evaluated.  Fix: simulate with record='dense'."
             )
         return np.searchsorted(self.step_time, t, side="right") - 1
 
@@ -189,7 +324,7 @@ class Trajectory:
 
     def _states(self, times: Array, index: Any) -> Array:
         w = np.clip((times - self.step_time[index]) / self.step_length[index], 0.0, 1.0)
-        bend = self.step_bend[index] if self.step_bend is not None else np.zeros(len(w))
+        bend = self.step_bend[index]
         u = (2 * w / (1 - bend + np.sqrt((1 - bend) ** 2 + 4 * bend * w)))[:, None]
         rows, value = self.step_rows[index], np.zeros((len(times), len(self.state_names)))
         for k in range(rows.shape[1] - 1, 0, -1):
@@ -374,22 +509,37 @@ class Trajectory:
         InputError
             Not readable, or not a trajectory.
         """
-        keep = ("mechanism", "law", "choices", "parameters", "final_time", "final_mode", *_ENDS)
-        needed = (*keep, "names", "events", "stop_reason")
+        given = ("parameters", "rtol", "final_time", "stop_detail", "counters")
+        names = ("mechanism", "law", "choices", "engine", "names", "events", "stop_reason")
+        needed = (*given, *names, "final_mode")
         text, arrays = load_npz(path, FORMAT, "trajectory", needed, _ARRAYS, ("step_bend",))
-        names = [tuple(n) for n in text["names"]]
-        return cls(
-            **{k: text[k] for k in keep},
-            **arrays,
-            state_names=names[0],
-            memory_names=names[1],
-            mode_names=names[2],
-            output_names=names[3],
+        states, memory, modes, outputs = (tuple(n) for n in text["names"])
+        time, bend = arrays["step_time"], arrays.get("step_bend")
+        steps = StepRecords(
+            time=time,
+            length=arrays["step_length"],
+            mode=arrays["step_mode"],
+            memory=arrays["step_memory"],
+            polynomial=arrays["step_rows"],
+            bend=np.zeros(len(time)) if bend is None else bend,
+        )
+        record = StoredRecord(
+            steps=steps,
+            mode_names=modes,
+            final_mode=text["final_mode"],
             events=tuple(_event(e) for e in text["events"]),
+            reverse_chatter=tuple(ReverseChatter(**c) for c in text.get("reverse_chatter", ())),
+            constants=arrays["constants"],
+        )
+        named = (text["mechanism"], text["law"], text["choices"], states, memory, outputs)
+        return cls(
+            names=MotionNames(*named, engine=text["engine"]),
+            record=record,
+            **{k: text[k] for k in given},
+            **{k: arrays[k] for k in ("final_state", "final_memory")},
             stop_reason=StopReason.from_label(text["stop_reason"]),
             evaluator=engine,
             limit=SingularLimit.from_dict(text["limit"]) if text.get("limit") else None,
-            reverse_chatter=tuple(ReverseChatter(**c) for c in text.get("reverse_chatter", ())),
         )
 
 
@@ -399,7 +549,6 @@ def _event(data: dict[str, Any]) -> EventRecord:
     return EventRecord(**(data | lists | kind))
 
 
-_ENDS = ("stop_detail", "counters", "engine", "rtol")
 _ARRAYS = (
     "step_time",
     "step_length",

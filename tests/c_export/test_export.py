@@ -27,11 +27,11 @@ from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.scenario import Scenario
 
 ROOT = Path(__file__).parents[2]
-# clang contracts unless told not to.
+# clang contracts by default.
 STRICT = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-march=native")
 STRICT += ("-ffp-contract=off",)
 SANITIZE = ("-fsanitize=undefined", "-fno-sanitize-recover=undefined")
-# Its gap is no coordinate, and its words try to end a comment.
+# Its gap is not a coordinate, and its words try to end a comment.
 SLEDGE = """
 name = "sledge"
 title = "a mass point above level ground */ int"
@@ -86,14 +86,14 @@ def built_by_cmake(done):
 
 def built_by_compiler(done, *flags):
     """Return what the example prints, built by one call of the compiler."""
-    sources = ("main.c", f"{done.name}_model.c", f"{done.name}_start.c")
+    sources = ("main.c", f"{done.name}_model.c")
     run(find_compiler().path, *flags, "-o", "example", *sources, "-lm", cwd=done.folder)
     return run("./example", cwd=done.folder)
 
 
 def library(done):
     """Return the export as a shared library."""
-    sources = [f"{done.name}_{part}.c" for part in ("model", "start")]
+    sources = [f"{done.name}_model.c"]
     run(
         find_compiler().path,
         "-O0",
@@ -124,7 +124,7 @@ def bouncing(sledge_file, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def pressed(sledge_file, tmp_path_factory):
-    """A softened export that starts compressed."""
+    """A compliant export that starts compressed."""
     state = {"x": 0.0, "x_dot": 1.0}
     scenario = Scenario(sledge_file, state, law="linear", initial_force=60.0, t_end=0.02)
     return export_c(scenario, tmp_path_factory.mktemp("softened") / "c", "spring")
@@ -162,7 +162,7 @@ def test_export_states_and_tolerances_of_any_start_are_the_packages(bouncing, pr
         for _ in range(50):
             motion = rng.normal(size=4) * 10.0 ** rng.integers(-12, 3)
             names = simulator.mechanism.state_names
-            whole = simulator.initial_state(dict(zip(names, motion, strict=True)), values)
+            whole = simulator.prepared(dict(zip(names, motion, strict=True)), values)[0].state
             x, atol = np.full(len(whole), np.nan), np.full(len(whole), np.nan)
             x[:4] = motion
             complete(address(p), address(x))
@@ -223,13 +223,12 @@ int main() {{
         "utf-8",
     )
     cc, flags = find_compiler().path, ("-Wall", "-Wextra", "-Werror", "-c")
-    for part in ("model", "start"):
-        run(cc, "-O0", "-march=native", *SANITIZE, "-c", f"sledge_{part}.c", cwd=bouncing.folder)
+    run(cc, "-O0", "-march=native", *SANITIZE, "-c", "sledge_model.c", cwd=bouncing.folder)
     run(compiler, *flags, "mine.cc", cwd=bouncing.folder)
-    objects = ("mine.o", "sledge_model.o", "sledge_start.o")
+    objects = ("mine.o", "sledge_model.o")
     run(compiler, *SANITIZE, "-o", "mine", *objects, "-lm", cwd=bouncing.folder)
-    found = np.array(run("./mine", cwd=bouncing.folder).split(), dtype=float)
-    np.testing.assert_array_equal(found.reshape(60, -1), bouncing.trajectory(times))
+    computed = np.array(run("./mine", cwd=bouncing.folder).split(), dtype=float)
+    np.testing.assert_array_equal(computed.reshape(60, -1), bouncing.trajectory(times))
 
 
 def test_export_header_says_units_meanings_compiler_and_flags(pressed):
@@ -304,10 +303,10 @@ def test_program_of_the_page_builds_and_finds_what_the_package_finds(tmp_path):
     done = export_c(Scenario("rod", law="bilinear-hertz"), tmp_path / "c")
     program = re.search(r"```c\n(.*?)```", page, re.S).group(1)
     (done.folder / "main.c").write_text(program, "utf-8")
-    found = float(built_by_compiler(done, *STRICT, "-O2").split()[0])
+    computed = float(built_by_compiler(done, *STRICT, "-O2").split()[0])
     simulator = Simulator(model("rod"), law("bilinear-hertz"))
     options = {"t_end": 0.01, "parameters": {"E": 20.9e14}}
-    for spin, stops in ((found - 1e-5, True), (found + 1e-5, False)):
+    for spin, stops in ((computed - 1e-5, True), (computed + 1e-5, False)):
         run_ = simulator.run({"theta": 1.0, "x_A_dot": -1.0, "theta_dot": spin}, **options)
         assert bool(run_.events_of("slip_stop")) is stops
 
@@ -354,7 +353,7 @@ def test_export_of_several_contacts_is_the_package_to_the_last_bit(scenario, kin
     for _ in range(50):
         motion = rng.normal(size=6) * 10.0 ** rng.integers(-12, 3)
         given = dict(zip(simulator.mechanism.state_names, motion, strict=True))
-        whole = simulator.initial_state(given, values)
+        whole = simulator.prepared(given, values)[0].state
         x, atol = np.full(len(whole), np.nan), np.full(len(whole), np.nan)
         x[:6] = motion
         c.block_two_feet_complete_state(address(p), address(x))
@@ -363,7 +362,7 @@ def test_export_of_several_contacts_is_the_package_to_the_last_bit(scenario, kin
         np.testing.assert_array_equal(atol, 1e-9 * simulator.tolerances(whole, values))
 
 
-# ---- refusals ----
+# ---- rejected input ----
 
 
 def test_export_refuses_names_that_are_none(sledge_file, tmp_path):

@@ -1,6 +1,6 @@
 /* $title
  *
- * Generated: the rates, guards, resets and outputs of every mode. Then the event loop, the same for
+ * Generated: the rates, guards, resets and outputs of every mode, start states and scales. Then the event loop, the same for
  * every mechanism, and the functions that ${name}_model.h describes.
  *
  * SPDX-License-Identifier: BSD-3-Clause
@@ -22,15 +22,37 @@ $engine
 
 /* Whether what the start makes happen at once is an event. */
 enum { START_EVENTS = $start_events };
-/* Stand for infinity: a state left out must not turn 0 * inf into nan in a norm, nor into a number
- * too small to be normal, which processors are slow with. */
+/* Stands for infinity. */
 #define ENDLESS 1e300
-#define LEFT_OUT 1e100
 
 $names
 
 $local_modes
 void ${name}_constants(const double *p, double *c) { ps_constants(p, c); }
+
+/* Completes a start state for an initial force, negative for none. */
+static void complete(const double *p, double force, double *x) {
+  double given[PS_GIVEN], admits[PS_ADMITS];
+  memcpy(given, x, sizeof given);
+  ps_start(p, given, &force, x, admits);
+}
+
+void ${name}_complete_state(const double *p, double *x) { complete(p, -1.0, x); }
+
+${press}void ${name}_tolerances(const double *p, const double *x, double rtol, double *atol) {
+  ps_scales(p, x, atol);
+  for (int i = 0; i < PS_NX; i++) atol[i] *= rtol;
+}
+
+void ${name}_default_options(const double *p, const double *x, double t_end, double rtol,
+                     ${name}_options *o) {
+  memset(o, 0, sizeof *o);
+  o->t_end = t_end;
+  o->rtol = rtol;
+  ${name}_tolerances(p, x, rtol, o->atol);
+  o->max_steps = $max_steps;
+  o->max_events = $max_events;
+}
 
 void ${name}_outputs(const double *p, int mode, const double *x, const double *z, double *out) {
   const long modes[1] = {mode};
@@ -51,7 +73,7 @@ static void engine_options(const ${name}_options *o, ps_options *e) {
   e->h0 = o->first_step;
   e->h_max = o->max_step > 0 ? fmin(o->max_step, ENDLESS) : ENDLESS;
   e->t_end = o->t_end;
-  for (int i = 0; i < PS_NX; i++) e->atol[i] = fmin(o->atol[i], LEFT_OUT);
+  set_tolerances(e, o->atol);
   e->max_steps = o->max_steps;
   e->max_events = o->max_events;
   memcpy(e->until, o->until, sizeof e->until);

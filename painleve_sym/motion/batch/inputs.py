@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from painleve_sym.arrays import Array
-from painleve_sym.codegen.quantities import Quantities
-from painleve_sym.contacts.contact_numbers import domain_margins
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.motion.simulator import Simulator
 
@@ -27,7 +24,7 @@ class BatchInputs:
     shape : tuple of int
         What all arrays broadcast to; rows are numbered in its C order.
     inputs : dict of str to ndarray
-        States and parameters by name, defaults put in.
+        States and parameters by name, with defaults.
     force : ndarray or None
         Initial force; N.
     """
@@ -106,17 +103,6 @@ class BatchInputs:
         names = {s: s.name for s in self.simulator.mechanism.motion}
         names |= {s: s.name for s in self.simulator.outline.parameters}
         return {s: self.part(self.inputs[n], start, stop) for s, n in names.items()}
-
-    def outside(self, values: Mapping[Any, Array]) -> Any:
-        """Return which of n rows, given as by `symbols`, are outside the domain, shape (n,)."""
-        if self._margins is None:
-            return np.zeros(len(next(iter(values.values()))), bool)
-        return ~np.all([m > 0 for m in self._margins.at(values).values()], axis=0)
-
-    @cached_property
-    def _margins(self) -> Quantities | None:
-        mechanism = self.simulator.mechanism
-        return domain_margins(mechanism) if mechanism.domain else None
 
 
 def _numbers(name: str, given: ArrayLike) -> tuple[Array, str | None]:

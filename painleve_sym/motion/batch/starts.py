@@ -1,8 +1,7 @@
-"""Starts of many motions, ready for the engine; those that cannot run, with the reason."""
+"""Initial values of a batch, ready for the engine, with the reasons of rows that cannot run."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from painleve_sym.arrays import Array
-from painleve_sym.contacts.contact_numbers import contact_tolerances
-from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.motion.batch.inputs import BatchInputs
 from painleve_sym.motion.batch.reason_codes import INVALID_START, LEFT_DOMAIN, NON_FINITE
-from painleve_sym.motion.simulator import Simulator
+from painleve_sym.motion.simulator import NO_FORCE, Simulator
 
 RUNS = -1
-"""Refusal of a row that can run."""
+"""Code of a row that can run, in place of a reason."""
+_REFUSALS = (INVALID_START, NON_FINITE, LEFT_DOMAIN)
+"""Reasons for which `Prepared.admits` refuses; the last one counts."""
 
 
 @dataclass(frozen=True)
@@ -50,53 +49,12 @@ class Starts:
 
 def starts_of(simulator: Simulator, rows: BatchInputs, first: int, stop: int) -> Starts:
     """Return the rows first..stop − 1."""
-    # Outside the domain formulas may well divide by zero; those rows are not integrated.
-    with np.errstate(all="ignore"):
-        return _starts_of(simulator, rows, first, stop)
-
-
-def _starts_of(simulator: Simulator, rows: BatchInputs, first: int, stop: int) -> Starts:
-    values = rows.symbols(first, stop)
+    values, n = rows.symbols(first, stop), stop - first
     parameters = np.array([values[s] for s in simulator.outline.parameters]).T.copy()
-    constants = _constants(simulator, parameters)
-    numbers = simulator.contact_values(values)
-    states = simulator.initial_states(values, numbers)
-    force = None if rows.force is None else rows.part(rows.force, first, stop)
-    refusal = np.full(len(states), RUNS, np.int32)
-    refusal[_invalid(simulator, states, numbers, force)] = INVALID_START
-    refusal[~np.isfinite(constants).all(axis=1)] = NON_FINITE
-    refusal[rows.outside(values)] = LEFT_DOMAIN
-    if force is not None:
-        run = refusal == RUNS
-        states[run] = simulator.with_forces(states[run], force[run], constants[run])
-        numbers = simulator.contact_values(simulator.at_states(states, constants))
-    scales = simulator.all_tolerances(states, constants, numbers)
+    given = np.array([values[s] for s in simulator.mechanism.motion]).T.copy()
+    force = np.full(n, NO_FORCE) if rows.force is None else rows.part(rows.force, first, stop)
+    states, admits, scales = simulator.integrator.prepare(parameters, given, force)
+    refusal = np.full(n, RUNS, np.int32)
+    for answers, reason in zip(admits.T, _REFUSALS, strict=True):
+        refusal[answers == 0] = reason
     return Starts(first, states, parameters, scales, refusal)
-
-
-def _constants(simulator: Simulator, parameters: Array) -> Array:
-    engine = simulator.integrator
-    if isinstance(engine, CompiledEngine):
-        return engine.many_constants(parameters)
-    return np.array([engine.constants(row) for row in parameters])
-
-
-def _invalid(
-    simulator: Simulator,
-    states: Array,
-    numbers: Sequence[Mapping[str, Array]],
-    force: Array | None,
-) -> Any:
-    """Return which states the contact law does not admit, shape (n,)."""
-    invalid = np.zeros(len(states), bool)
-    names = simulator.outline.states
-    for i, (row, own) in enumerate(zip(simulator.contact.rows, numbers, strict=True)):
-        gap, rate = (states[:, names.index(s)] for s in (row.gap, row.gap_rate))
-        if simulator.is_compliant(i):
-            invalid |= False if force is None else gap != 0
-        elif row.contact.bilateral:
-            near, slow = contact_tolerances(own)
-            invalid |= ~((np.abs(gap) <= near) & (np.abs(rate) <= slow))
-        else:
-            invalid |= gap < 0
-    return invalid

@@ -18,7 +18,6 @@ from painleve_sym.codegen.variational import VariationalFunctions
 from painleve_sym.engines.factory import make_engine
 from painleve_sym.engines.protocol import Engine, RawRun
 from painleve_sym.errors import InputError, PainleveWarning, StopReason, unknown_name
-from painleve_sym.motion.rigid import with_impulses
 from painleve_sym.motion.sensitivity.impacts import SensitiveImpacts
 from painleve_sym.motion.sensitivity.result import (
     NO_DERIVATIVE,
@@ -26,12 +25,12 @@ from painleve_sym.motion.sensitivity.result import (
     SensitiveTrajectory,
     split_outputs,
 )
-from painleve_sym.motion.simulator import Simulator
-from painleve_sym.motion.trajectory import EventRecord, Trajectory
+from painleve_sym.motion.simulator import Simulator, Start
+from painleve_sym.motion.trajectory import EventRecord, StoredRecord, Trajectory
 
 INITIAL_FORCE = "initial_force"
 
-LOOSER = 100.0
+LOOSENING_FACTOR = 100.0
 """Absolute tolerance of derivatives over that of states, each in parts of its size: then steps are
 about a quarter more, and the derivatives of the reference impacts hold nine digits."""
 
@@ -56,10 +55,9 @@ def differentiated(
     **options: Any,
 ) -> SensitiveTrajectory:
     """Return the motion with its derivatives; see `Simulator.sensitivities`."""
-    vector, values = simulator.start(state, parameters)
-    vector = simulator.checked_start(vector, values, initial_force)
-    _check_directions(simulator, wrt, values, initial_force is not None)
-    run = _Differentiated(simulator, wrt, vector, values, initial_force)
+    start = simulator.start(state, parameters, initial_force)
+    _check_directions(simulator, wrt, start.values, initial_force is not None)
+    run = _Differentiated(simulator, wrt, start, initial_force)
     # Without its events nothing would tell which of them are singular.
     record = Record.EVENTS if record == "end" else record
     result = run.result(record, options)
@@ -68,7 +66,7 @@ def differentiated(
     _notify(result)
     if result.trajectory.stop_reason is not StopReason.NON_FINITE:
         return result
-    # Only the derivatives ended there: the motion itself continues.
+    # Only the sensitivities became singular: repeat the run without them.
     given: dict[str, Any] = {"parameters": parameters, "record": record, **options}
     if initial_force is not None:
         given[INITIAL_FORCE] = initial_force
@@ -137,8 +135,7 @@ class _Differentiated:
 
     simulator: Simulator
     wrt: tuple[str, ...]
-    vector: Array
-    values: dict[str, float]
+    start: Start
     initial_force: float | None
 
     # ---- the start and the engine ----
@@ -158,11 +155,11 @@ class _Differentiated:
         """Return d(start)/dw, shape (nx, k), and which entries can be different from zero."""
         sim = self.simulator
         symbols = {s.name: s for s in (*sim.automaton.states, *sim.automaton.parameters)}
-        jacobian = np.zeros((len(self.vector), len(self.wrt)))
+        jacobian = np.zeros((len(self.start.state), len(self.wrt)))
         values: dict[Any, float] = dict(
-            zip(sim.automaton.states, map(float, self.vector), strict=True)
+            zip(sim.automaton.states, map(float, self.start.state), strict=True)
         )
-        values |= {s: self.values[s.name] for s in sim.automaton.parameters}
+        values |= {s: self.start.values[s.name] for s in sim.automaton.parameters}
         if self.initial_force is not None:
             force = next(
                 s
@@ -205,9 +202,9 @@ class _Differentiated:
         for name in self.wrt:
             if name in names:
                 i = names.index(name)
-                sizes.append(max(abs(float(self.vector[i])), float(scale[i])))
+                sizes.append(max(abs(float(self.start.state[i])), float(scale[i])))
             else:
-                value = self.initial_force if name == INITIAL_FORCE else self.values[name]
+                value = self.initial_force if name == INITIAL_FORCE else self.start.values[name]
                 sizes.append(abs(value or 0.0) or 1.0)
         return np.array(sizes)
 
@@ -216,25 +213,25 @@ class _Differentiated:
     def result(self, record: RecordLike, options: dict[str, Any]) -> SensitiveTrajectory:
         """Run and assemble."""
         sim = self.simulator
-        plain = sim.options(self.vector, self.values, record=record, **options)
+        plain = sim.options(self.start.scale, record=record, **options)
         jacobian, pattern = self.start_jacobian()
         engine, functions = self.engine(pattern)
         scale = plain.atol / plain.rtol
         directions = self.sizes(scale)
         finite = np.where(np.isfinite(scale), scale, 1.0)
-        sizes = LOOSER * scale[:, None] / directions
+        sizes = LOOSENING_FACTOR * scale[:, None] / directions
         extended = replace(plain, atol=functions.packed(plain.atol, plain.rtol * sizes))
 
-        parameters = np.array([self.values[s.name] for s in sim.automaton.parameters])
-        start = functions.packed(self.vector, jacobian)
+        parameters = self.start.parameters
+        start = functions.packed(self.start.state, jacobian)
         resolver = None
         if functions.struck_states:
             resolver = SensitiveImpacts(
-                **sim.resolver_inputs(self.values, plain),
+                **sim.resolver_inputs(self.start.values, plain),
                 functions=functions,
                 constants=engine.constants(parameters),
                 sizes=directions,
-                tolerance=10 * LOOSER * plain.rtol,
+                tolerance=10 * LOOSENING_FACTOR * plain.rtol,
             )
         raw = engine.run(start, parameters, extended, resolve=resolver)
         return self._assembled(raw, engine, functions, directions, finite, plain.rtol, resolver)
@@ -250,15 +247,12 @@ class _Differentiated:
         resolver: SensitiveImpacts | None,
     ) -> SensitiveTrajectory:
         sim = self.simulator
-        nx, nz, k = len(self.vector), len(sim.automaton.memory), len(self.wrt)
-        own = _plain(raw, nx, nz)
-        trajectory = sim.trajectory(own, self.values, rtol)
-        if resolver is not None:
-            count = 2 * len(sim.contact.rows)
-            trajectory = with_impulses(trajectory, own, count, resolver.impulses)
-        marked = _marked(raw, trajectory, functions, resolver.notes if resolver else [])
+        nx, nz, k = len(self.start.state), len(sim.automaton.memory), len(self.wrt)
+        told = resolver.impulses if resolver else ()
+        trajectory = sim.trajectory(_plain(raw, nx, nz), self.start, rtol, told)
+        marked = _marked(raw, trajectory, functions, resolver.notes if resolver else ())
         events = _judged(marked, directions, scale, rtol)
-        c = engine.constants(np.array([self.values[s.name] for s in sim.automaton.parameters]))
+        c = engine.constants(self.start.parameters)
         singular = next((e for e in events if e.note in NO_DERIVATIVE), None)
         valid = math.inf if singular is None else singular.event.time
         if not np.isfinite(raw.state).all() and singular is None:
@@ -291,7 +285,6 @@ class _Differentiated:
         functions: VariationalFunctions,
         constants: Array,
     ) -> Trajectory:
-        steps = raw.step_records
         rows, columns = functions.entries
         names = trajectory.state_names
         slopes = [f"d {names[i]}/d {self.wrt[k]}" for i, k in zip(rows, columns, strict=True)]
@@ -301,16 +294,23 @@ class _Differentiated:
             for w in self.wrt
             for name in group
         ]
+        record, states = trajectory.record, (*names, *slopes)
+        memory = tuple(f"memory {i}" for i in range(len(raw.memory)))
         return replace(
             trajectory,
-            state_names=(*names, *slopes),
-            memory_names=tuple(f"memory {i}" for i in range(len(raw.memory))),
-            output_names=(*trajectory.output_names, *outputs),
-            step_memory=steps.memory,
-            step_rows=steps.polynomial,
+            names=replace(
+                trajectory.names,
+                states=states,
+                memory=memory,
+                outputs=(*trajectory.output_names, *outputs),
+            ),
+            record=replace(
+                StoredRecord.of(record),
+                steps=replace(raw.step_records, mode=record.steps.mode),
+                constants=constants,
+            ),
             final_state=raw.state,
             final_memory=raw.memory,
-            constants=constants,
             evaluator=engine,
         )
 

@@ -17,7 +17,7 @@ from painleve_sym.complementarity.lcp import LCPSolution
 from painleve_sym.complementarity.lemke import LemkeResult, solve_lemke
 from painleve_sym.complementarity.mpcc import MPCCSurvey, solve_mpcc_all
 from painleve_sym.contacts.classify import Classification, classify
-from painleve_sym.contacts.contact_numbers import contact_numbers, contact_tolerances
+from painleve_sym.contacts.contact_numbers import contact_numbers
 from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
 from painleve_sym.contacts.impact_rays import Ray
 from painleve_sym.contacts.inputs import symbol_values
@@ -55,7 +55,7 @@ class AccelerationLevel:
 
 @dataclass(frozen=True)
 class Answer:
-    """What one method says.
+    """Result of one method.
 
     Attributes
     ----------
@@ -84,7 +84,7 @@ class Answer:
     contact_velocities : ndarray, shape (k, 2)
         ġ_N and v_t; m/s.
     solutions_first_step : int
-        Found by the solver of a time step; −1 elsewhere.
+        Number of solutions of a time step; −1 elsewhere.
     first_impulse : float
         Normal impulse of the first step; nan elsewhere.
     first_mode : str
@@ -93,7 +93,7 @@ class Answer:
         Of a rigid motion that ended where its slip meets A = 0: where it would arrive.
     reference : str
         The rigid motion nearest to the finest answer of this way: of the energetic rule for
-        softened motion, of Newton's for time stepping. Empty for a rigid motion and for a motion
+        compliant motion, of Newton's for time stepping. Empty for a rigid motion and for a motion
         that ended early.
     error : float
         Distance to it in the metric of the kinetic energy, relative to the largest of the speeds
@@ -148,8 +148,7 @@ class Case:
         at = contact_numbers(self.mechanism)(
             symbol_values(self.mechanism, self.state, self.parameters)
         )
-        near, slow = contact_tolerances(at)
-        return bool(abs(at["gap"]) <= near), bool(abs(at["gap_rate"]) <= slow)
+        return abs(at["gap"]) <= at["gap_tolerance"], abs(at["gap_rate"]) <= at["rate_tolerance"]
 
     @cached_property
     def contact_velocities(self) -> Array:

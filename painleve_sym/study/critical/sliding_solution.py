@@ -14,7 +14,7 @@ from typing import Any
 
 from painleve_sym.codegen.pointwise import Pointwise
 from painleve_sym.contacts.classify import contact_problem
-from painleve_sym.contacts.contact_numbers import contact_numbers, contact_tolerances
+from painleve_sym.contacts.contact_numbers import contact_numbers
 from painleve_sym.contacts.inputs import resolve_state
 from painleve_sym.errors import InputError
 from painleve_sym.files import to_plain
@@ -286,7 +286,6 @@ class SlidingAnalysis:
         point = {**named, **constants}
         own = list(map(float, self._mechanical(point).reshape(-1)))
         at = contact_numbers(mechanism)(point)
-        near, slow = contact_tolerances(at)
         self._check(problem.A, problem.B)
         A, B, slip = float(problem.A or 0.0), problem.B, problem.slip_direction
         force = -B / A
@@ -308,7 +307,7 @@ class SlidingAnalysis:
             rate_per_force=rate_per_force,
             compression=depth,
             compression_rate=rate / slope,
-            approach=0.0 if abs(at["gap_rate"]) <= slow else -at["gap_rate"],
+            approach=0.0 if abs(at["gap_rate"]) <= at["rate_tolerance"] else -at["gap_rate"],
             exponent=exponent,
             growth_rate=rates[0],
             decay_rate=rates[1],
@@ -316,7 +315,8 @@ class SlidingAnalysis:
             unloading_decay_rate=rates[3],
             conservative=all(s.conservative for s in self._saddles),
         )
-        return solution, 0.0 if abs(at["gap"]) <= near else at["gap"]
+        gap = at["gap"]
+        return solution, 0.0 if abs(gap) <= at["gap_tolerance"] else gap
 
     def _check(self, A: float | None, B: float) -> None:
         if A is None:

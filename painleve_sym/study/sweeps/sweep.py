@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from painleve_sym.checks import whole_number
-from painleve_sym.contacts.contact_numbers import contact_numbers, contact_tolerances
+from painleve_sym.contacts.contact_numbers import contact_numbers
 from painleve_sym.contacts.local_mode import rounded_difference
 from painleve_sym.engines.batch import MAX_EVENTS_KEPT, BatchOutputs
 from painleve_sym.errors import InputError, unknown_name
@@ -44,7 +44,7 @@ CASES: dict[str, int] = {**LEGEND, "apart": -2, "no_slip": -3}
 
 @dataclass(frozen=True)
 class Sweep:
-    """A scenario, the points it is run at, and what is kept of each run.
+    """A scenario, the points at which it is run, and the outputs to record.
 
     Attributes
     ----------
@@ -177,7 +177,7 @@ class Sweep:
 
     @cached_property
     def batch_outputs(self) -> BatchOutputs:
-        """What is asked of each run besides its end."""
+        """Per-run outputs to record, besides the end of the run."""
         names = [name.removesuffix("_time") for name in self.keep]
         watched = {
             kind: tuple(dict.fromkeys(n.removeprefix(p) for n in names if n.startswith(p)))
@@ -217,14 +217,14 @@ class Sweep:
         return self
 
     def check_run(self) -> Columns:
-        """Compile what is needed, run the first and the last point, and return the latter.
+        """Compile the simulator, run the first and the last point, and return the latter.
 
         Faults show here, before the sweep.
 
         Raises
         ------
         InputError
-            What `run_batch` refuses, unknown names to keep, no memory for a chunk.
+            Input that `run_batch` rejects, unknown names to keep, no memory for a chunk.
         """
         chunk = min(self.chunk, self.space.points)
         need = 2 * chunk * row_bytes(self.simulator, self.batch_outputs)
@@ -291,12 +291,13 @@ class Sweep:
             at = contact_numbers(mechanism).at(
                 {s: np.broadcast_to(inputs[s.name], (n,)) for s in symbols}
             )
-            slip, (near, slow) = at["slip_velocity"], contact_tolerances(at)
+            slip = at["slip_velocity"]
             mu = inputs[mechanism.contact.friction.name]
             A = rounded_difference(at["W_nn"], np.sign(slip) * mu * at["W_nt"])
             codes = opening_case(A, at["b_n"])
         codes = np.where(np.isfinite(A + at["b_n"]), codes, CASES["outside"])
-        closed = (np.abs(at["gap"]) <= near) & (np.abs(at["gap_rate"]) <= slow)
+        closed = np.abs(at["gap"]) <= at["gap_tolerance"]
+        closed &= np.abs(at["gap_rate"]) <= at["rate_tolerance"]
         codes = np.where(slip == 0, CASES["no_slip"], codes)
         return np.where(closed, codes, CASES["apart"]).astype(np.int8)
 
