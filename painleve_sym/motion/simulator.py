@@ -30,7 +30,7 @@ from painleve_sym.engines.protocol import MAX_EVENTS, MAX_STEPS, Engine, RawRun,
 from painleve_sym.errors import InputError, StopReason, unknown_name
 from painleve_sym.hybrid.automaton import HybridAutomaton
 from painleve_sym.hybrid.signature import AutomatonBuilder, Outline
-from painleve_sym.laws.catalogue import Law
+from painleve_sym.laws.catalogue import Law, choices_by_contact
 from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -220,7 +220,8 @@ class Simulator:
     @property
     def choices(self) -> dict[str, str]:
         """Named choices of the laws; a guide alone has no restitution."""
-        choices = {k: v for law in self.laws for k, v in law.choices.items()}
+        names = (c.name for c in self.mechanism.contacts)
+        choices = choices_by_contact(dict(zip(names, self.laws, strict=False)))
         if all(c.bilateral for c in self.mechanism.contacts):
             choices.pop("restitution", None)
         return choices

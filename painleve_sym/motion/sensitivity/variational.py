@@ -222,6 +222,7 @@ class _Differentiated:
         sizes = LOOSENING_FACTOR * scale[:, None] / directions
         extended = replace(plain, atol=functions.packed(plain.atol, plain.rtol * sizes))
 
+        parameters = self.start.parameters
         start = functions.packed(self.start.state, jacobian)
         resolver = None
         if functions.struck_states:
@@ -249,7 +250,7 @@ class _Differentiated:
         nx, nz, k = len(self.start.state), len(sim.automaton.memory), len(self.wrt)
         told = resolver.impulses if resolver else ()
         trajectory = sim.trajectory(_plain(raw, nx, nz), self.start, rtol, told)
-        marked = _marked(raw, trajectory, functions, resolver.notes if resolver else [])
+        marked = _marked(raw, trajectory, functions, resolver.notes if resolver else ())
         events = _judged(marked, directions, scale, rtol)
         c = engine.constants(self.start.parameters)
         singular = next((e for e in events if e.note in NO_DERIVATIVE), None)
