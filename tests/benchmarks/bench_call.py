@@ -39,7 +39,7 @@ def cases() -> dict[str, tuple[Mechanism, Law, dict[str, Any]]]:
         "rod, compliant": (rod, hertz, {"state": TABLE_3, **impact}),
         "rod, rigid": (rod, law("rigid"), bounce),
         "block with two feet, rigid": (model("block-two-feet"), law("rigid"), block),
-        "ladder, compliant": (load_mechanism(LADDER), hertz, {"state": FALL, "t_end": 0.2}),
+        "ladder, compliant, in flight": (load_mechanism(LADDER), hertz, {"state": FALL, "t_end": 0.2}),
     }
 
 
