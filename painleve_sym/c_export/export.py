@@ -29,7 +29,7 @@ _RESERVED = ("ps", "casadi", "generated")
 
 @dataclass(frozen=True)
 class Export:
-    """What was written.
+    """Name, folder and files of an export.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ def export_c(scenario: Scenario, folder: str | Path, name: str | None = None) ->
     Raises
     ------
     InputError
-        What `Scenario.simulate` refuses; a name that is none in C; a folder that holds
+        Input that `Scenario.simulate` rejects; an invalid C name; a folder that holds
         something or cannot be written.
     CompilerMissing
 
@@ -90,7 +90,7 @@ def export_c(scenario: Scenario, folder: str | Path, name: str | None = None) ->
     laws = law.values() if isinstance(law, Mapping) else (law,)
     rigid = not all(one.is_compliant for one in laws)
     if scenario.engine == "erk":
-        raise InputError("export: engine: got 'erk', which is no C. Fix: auto, taylor or compiled.")
+        raise InputError("export: engine: got 'erk', need auto, taylor or compiled.")
     given: dict[str, Any] = {}
     if scenario.state is None:
         given["state"] = dict(mechanism.start)
@@ -151,9 +151,9 @@ def empty_folder(path: Path) -> Path:
 
 def write_folder(target: Path, texts: Mapping[str, str]) -> None:
     """Write files into a folder beside `target` and rename it; InputError leaves nothing behind."""
-    work, made = None, []
+    work, new_folders = None, []
     try:
-        made = [p for p in (target.parent, *target.parent.parents) if not p.exists()]
+        new_folders = [p for p in (target.parent, *target.parent.parents) if not p.exists()]
         target.parent.mkdir(parents=True, exist_ok=True)
         work = Path(tempfile.mkdtemp(dir=target.parent, prefix=f".{target.name[:100]}."))
         for name, text in texts.items():
@@ -164,7 +164,7 @@ def write_folder(target: Path, texts: Mapping[str, str]) -> None:
     except BaseException as error:
         if work is not None:
             shutil.rmtree(work, ignore_errors=True)
-        for folder in made:
+        for folder in new_folders:
             with suppress(OSError):
                 folder.rmdir()
         if isinstance(error, OSError):

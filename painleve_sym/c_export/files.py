@@ -92,7 +92,7 @@ class Case:
 
     @property
     def shared(self) -> dict[str, Any]:
-        """What every file says."""
+        """Values that all files share."""
         name, flags = self.name, " ".join(NUMERIC_FLAGS)
         sources = f"main.c {name}_model.c"
         return {

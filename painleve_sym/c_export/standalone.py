@@ -21,7 +21,7 @@ NUMERIC_FLAGS = tuple(flag for flag in FLAGS if flag not in _LIBRARY_ONLY)
 
 
 def filled(template: str, values: Mapping[str, Any]) -> str:
-    """Return the named template (a file in ``templates``) with `values` put in."""
+    """Return the named template (a file in ``templates``) with `values` inserted."""
     folder = resources.files(__package__).joinpath("templates")
     text = Template(folder.joinpath(template).read_text("utf-8")).substitute(values)
     return "\n".join(line.rstrip() for line in text.split("\n")).rstrip() + "\n"

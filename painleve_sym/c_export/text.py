@@ -1,4 +1,4 @@
-"""What the header of an export says about states, outputs, events and stops."""
+"""Comments in the header of an export: states, outputs, events and stop reasons."""
 
 from __future__ import annotations
 

@@ -209,7 +209,7 @@ def _row(answer: Answer, names: list[str]) -> list[str]:
 
 
 def _clean(value: float) -> float:
-    # What is left of an exact zero says nothing and fills the column.
+    # The round-off of an exact zero carries no information and fills the column.
     return 0.0 if abs(value) < 1e-14 else value
 
 
@@ -227,7 +227,7 @@ def _setting(answer: Answer) -> str:
 
 
 def _name(answer: Answer) -> str:
-    return "softened" if answer.method == "softened" else answer.way.replace(",", "")
+    return "compliant" if answer.method == "softened" else answer.way.replace(",", "")
 
 
 def _show_early(answers: list[Answer], units: dict[str, str]) -> None:
@@ -326,6 +326,6 @@ def _show_findings(comparison: Comparison) -> None:
         steps = ", ".join(number(h) for h in dict.fromkeys(a.setting for a in comparison.stepping))
         show(f"The answer of time stepping depends on the solver (h = {steps} s): {listed}.")
     if comparison.impact_without_collision:
-        show("Softened motion tends to the rigid jump with e: the compression stores the energy.")
+        show("Compliant motion tends to the rigid jump with e: the compression stores the energy.")
     if comparison.jams:
-        show("The rigid jump jams, so that no rigid motion follows: only softened motion does.")
+        show("The rigid jump jams, so that no rigid motion follows: only compliant motion does.")

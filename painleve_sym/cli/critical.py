@@ -28,7 +28,7 @@ from painleve_sym.study.critical.outcome_map import OutcomeMap, outcome_map
 from painleve_sym.study.scenario import Scenario
 
 DEFAULT_LAW = "bilinear-hertz"
-SHOWN = 13
+PRINTED_ROWS = 13
 """Rows of a map that are printed."""
 _RANGE = "1e14:1e18"
 
@@ -66,7 +66,7 @@ def _finder(scenario: Scenario) -> CriticalForceFinder:
     law = scenario.contact_law()
     if not isinstance(law, ContactLaw):
         raise InputError(
-            f"--law {law.name}: a rigid contact has no initial force. Fix: name a softened law."
+            f"--law {law.name}: a rigid contact has no initial force. Fix: name a compliant law."
         )
     return CriticalForceFinder(Simulator(scenario.mechanism(), law, scenario.engine))
 
@@ -205,7 +205,7 @@ def _show_map(outcomes: OutcomeMap) -> None:
     rows = [(n, f"{100 * c / total:.2f} %") for n, c in outcomes.counts.items() if c]
     show_table(("outcome", "points"), rows)
     show()
-    every = max(1, -(-len(outcomes.values) // SHOWN))
+    every = max(1, -(-len(outcomes.values) // PRINTED_ROWS))
     columns = (
         outcomes.values,
         outcomes.limit,
@@ -225,7 +225,7 @@ def _show_map(outcomes: OutcomeMap) -> None:
 
 
 def _progress(done: int, total: int) -> None:
-    # One line that is overwritten; nothing where nobody watches.
+    # One line that is overwritten; nothing where the output is not a terminal.
     if sys.stderr.isatty():
         with suppress(OSError):
             end = "\n" if done == total else ""

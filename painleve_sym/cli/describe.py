@@ -167,23 +167,23 @@ def automaton(arguments: argparse.Namespace) -> int:
     form = checked_format(arguments.format, AUTOMATON_FORMATS)
     mechanism = chosen_mechanism(arguments.model, arguments.contact)
     chosen = chosen_law(arguments.law, arguments.law_set)
-    made = Simulator(mechanism, chosen).automaton
+    automaton = Simulator(mechanism, chosen).automaton
     if form == "json":
-        print_json(automaton_data(made))
+        print_json(automaton_data(automaton))
     elif form == "text":
-        _show_automaton(made)
+        _show_automaton(automaton)
     else:
-        print(made.mermaid() if form == "mermaid" else made.graphviz(), end="")
+        print(automaton.mermaid() if form == "mermaid" else automaton.graphviz(), end="")
     return 0
 
 
-def automaton_data(made: HybridAutomaton) -> dict[str, Any]:
+def automaton_data(automaton: HybridAutomaton) -> dict[str, Any]:
     """Return modes and transitions as plain data."""
     return {
-        "name": made.name,
-        "states": [str(s) for s in made.states],
-        "memory": [str(s) for s in made.memory],
-        "starts": [c.target for c in made.starts],
+        "name": automaton.name,
+        "states": [str(s) for s in automaton.states],
+        "memory": [str(s) for s in automaton.memory],
+        "starts": [c.target for c in automaton.starts],
         "modes": [
             {
                 "name": mode.name,
@@ -198,7 +198,7 @@ def automaton_data(made: HybridAutomaton) -> dict[str, Any]:
                     for t in mode.transitions
                 ],
             }
-            for mode in made.modes
+            for mode in automaton.modes
         ],
     }
 
@@ -209,12 +209,12 @@ def _targets(transition: Transition) -> list[str]:
     return list(dict.fromkeys(c.target for c in transition.choices))
 
 
-def _show_automaton(made: HybridAutomaton) -> None:
-    show(f"{made.name}: {len(made.modes)} modes")
-    show(f"starts in {', '.join(dict.fromkeys(c.target for c in made.starts))}")
+def _show_automaton(automaton: HybridAutomaton) -> None:
+    show(f"{automaton.name}: {len(automaton.modes)} modes")
+    show(f"starts in {', '.join(dict.fromkeys(c.target for c in automaton.starts))}")
     show()
     rows = []
-    for mode in made.modes:
+    for mode in automaton.modes:
         targets_by_kind: dict[str, list[str]] = {}
         for t in mode.transitions:
             targets_by_kind.setdefault(t.kind, []).extend(_targets(t))

@@ -94,7 +94,8 @@ def _show(fit_result: FitResult, data: FitData, units: dict[str, str]) -> None:
     show(f"{fit_result.evaluations} evaluations; {fit_result.message}")
     if fit_result.condition > 1e4:
         warnings.warn(
-            f"the data hardly tell the unknowns apart (condition {fit_result.condition:.1e}).",
+            "the parameters are poorly identifiable "
+            f"(condition number {fit_result.condition:.1e}).",
             PainleveWarning,
             stacklevel=2,
         )

@@ -30,7 +30,7 @@ SHOWN_EVENTS = 40
 def show_case(
     mechanism: Mechanism, scenario: Scenario, parameters: Mapping[str, float] | None = None
 ) -> None:
-    """Print what is asked about: the mechanism, its parameters and the state."""
+    """Print the subject of the command: the mechanism, its parameters and the state."""
     if scenario.title:
         show(scenario.title)
     units = {p.name: p.unit for p in mechanism.system.parameters}
@@ -58,7 +58,7 @@ def jump(arguments: argparse.Namespace) -> int:
     corrected = scenario.corrected_jump(arguments.configuration)
     if corrected is None and (arguments.initial_force or arguments.configuration != "frozen"):
         raise InputError(
-            "jump: --initial-force and --configuration need a softened contact. "
+            "jump: --initial-force and --configuration need a compliant contact. "
             "Fix: name its law, such as --law bilinear-hertz."
         )
     if arguments.json:
@@ -119,7 +119,7 @@ def _show_jump(impact: JumpResult, scenario: Scenario) -> None:
     show()
     show(f"course {impact.case.value}, ends in {impact.end.value}")
     if impact.end.value == "jam":
-        show("No rigid jump answers here: the impulse has no end. A softened contact does.")
+        show("The impulse of a rigid contact has no end here. A compliant contact has a solution.")
     show(f"energy change {quantity(impact.energy_change, 'J')}")
     if impact.energy_change > 0:
         show(f"Energy was gained: {rule.note}.")
@@ -147,7 +147,7 @@ def _show_tangential_impact(impact: TangentialImpact, units: dict[str, str]) -> 
 
 
 def simulate(arguments: argparse.Namespace) -> int:
-    """Integrate the softened motion and print its events and its end."""
+    """Integrate the motion and print its events and its end."""
     files = _output_files(arguments)
     scenario = read_case(arguments)
     trajectory = scenario.simulate()

@@ -1,4 +1,4 @@
-"""SymPy expressions become CasADi SX: one operator table, refusing what it cannot translate."""
+"""Translation of SymPy expressions to CasADi SX by one table of operators."""
 
 from __future__ import annotations
 

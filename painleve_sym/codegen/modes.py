@@ -38,7 +38,7 @@ class ModeFunctions:
         Guards with first and second Lie derivatives, three vectors of shape (ng,).
     events : tuple of casadi.Function
         Per transition: x⁺, z⁺ and the conditions of its choices, 1 or 0. The engine passes a fourth
-        argument, 1 where a guard came down to zero in time and 0 where it fired at once.
+        argument, 1 where a guard crossed zero from above in time and 0 where it fired at once.
     limits : dict of int to casadi.Function
         Of the transitions whose accumulation is passed: x⁺ and z⁺ beyond it.
     outputs : casadi.Function

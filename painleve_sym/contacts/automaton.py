@@ -125,7 +125,7 @@ class PluralContacts:
 
     @cached_property
     def interfaces(self) -> tuple[Interface, ...]:
-        """What each contact may do."""
+        """The interface of each contact: its memory, local modes and transitions."""
         yields = all(law.is_compliant for law in self.own_laws)
         guided = any(c.bilateral for c in self.mechanism.contacts)
         target = MOTION if yields and not guided else CONTACT
@@ -156,7 +156,7 @@ class PluralContacts:
 
     @cached_property
     def states(self) -> tuple[sp.Symbol, ...]:
-        """What `Mechanism.motion` has, contact states where needed, then dissipated energies."""
+        """States of `Mechanism.motion`, contact states where needed, then dissipated energies."""
         own = self.mechanism.motion
         extra = [s for row in self.rows for s in row.symbols if s not in own]
         return (*own, *extra, *self.dissipations)

@@ -61,12 +61,12 @@ class Classification:
 
     @cached_property
     def case(self) -> ContactCase:
-        """What the solutions are called."""
+        """The case, by number and kind of the solutions."""
         return self.problem.case_of(self.solutions, plural=not self.single)
 
     @cached_property
     def promise(self) -> Uniqueness:
-        """What W, μ and the slip directions promise for all loads."""
+        """Existence and uniqueness for all loads, from W, μ and the slip directions."""
         return self.problem.uniqueness()
 
     @property

@@ -1,4 +1,4 @@
-"""The automaton of a mechanism with one softened frictional contact."""
+"""The automaton of a mechanism with one compliant frictional contact."""
 
 from __future__ import annotations
 

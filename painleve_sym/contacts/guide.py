@@ -72,7 +72,7 @@ class BilateralContact(ContactStates):
     ------
     InputError
         A contact that can open, an unknown policy, or a W of rank one, where the constraint
-        leaves no slip to be found.
+        leaves no slip.
 
     References
     ----------
@@ -82,7 +82,7 @@ class BilateralContact(ContactStates):
     policy: PolicyLike = Policy.LIFTOFF
 
     def __post_init__(self) -> None:
-        _ = self.own_laws  # refuses unknown names
+        _ = self.own_laws  # rejects unknown names
         where = f"mechanism {self.mechanism.name!r}"
         if not self.mechanism.contact.bilateral:
             raise InputError(f"{where}: its contact can open. Fix: use RigidContact.")
@@ -122,7 +122,7 @@ class BilateralContact(ContactStates):
             yield Choice(taken, all_positive(moving, A, -other, -side * B))
             yield Choice(slip_mode(slip, side), all_positive(moving, A, -side * B))
         for side in _SIDES:
-            # B = 0: the guard of the force tells where it goes from here.
+            # B = 0: the guard of the force decides how the motion continues.
             possible = sp.And(all_positive(moving, self.forms.A[slip * side]), is_zero(B))
             yield Choice(slip_mode(slip, side), possible)
         yield Choice(TANGENTIAL_IMPACT, positive(moving))
@@ -191,7 +191,7 @@ class BilateralContact(ContactStates):
         turn = self.transition("force_reversal", EventKind.FORCE_REVERSAL, -sign * side * c.B, over)
         margin = sign * self.forms.A[slip * side] / c.W_nn - SINGULAR_MARGIN
         meet = self.transition("singular", EventKind.SINGULAR, margin, stop=StopReason.SINGULAR)
-        # A force that pulls rubs as one that pushes in slip the other way: F_t = −μ s σ F_n.
+        # With F_n < 0 friction has the sign of slip in the opposite direction: F_t = −μ s σ F_n.
         rubbing, force = _SLIPS[slip * side], self.forms.slip_force(slip, side)
         return self.held_mode(slip_mode(slip, side, unstable), rubbing, force, (stop, turn, meet))
 

@@ -32,8 +32,8 @@ def resolve_state(
     for bound, margin in zip(mechanism.domain, margins, strict=True):
         if not margin > 0:
             names = sorted(str(s) for s in bound.margin.free_symbols)
-            got = ", ".join(f"{n} = {values.get(n, parameters.get(n))!r}" for n in names)
-            faults.append(f"got {got}, need {bound.margin} > 0 ({bound.meaning}).")
+            received = ", ".join(f"{n} = {values.get(n, parameters.get(n))!r}" for n in names)
+            faults.append(f"got {received}, need {bound.margin} > 0 ({bound.meaning}).")
     _raise(where, faults)
     return values
 

@@ -66,7 +66,7 @@ class RigidContact(ContactStates):
     rays: ImpactRays = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        _ = self.own_laws  # refuses unknown names
+        _ = self.own_laws  # rejects unknown names
         if self.mechanism.contact.bilateral:
             raise InputError(
                 f"mechanism {self.mechanism.name!r}: its contact is bilateral, and rigid motion "
@@ -86,7 +86,7 @@ class RigidContact(ContactStates):
 
     @cached_property
     def singular_points(self) -> dict[int, SingularPoint]:
-        """How slip in each direction meets A = B = 0."""
+        """The singular point A = B = 0 of slip in each direction."""
         return {s: SingularPoint(self.mechanism.coefficients, s, raw) for s in (-1, 1)}
 
     # ---- the contact problem of the accelerations ----
@@ -194,7 +194,7 @@ class RigidContact(ContactStates):
             (Choice(DECISION),),
             {self.slip: sp.Integer(0)},
         )
-        # Where F_n comes down to zero: A > 0, B reaches 0 from below; A < 0, B from above.
+        # Where F_n crosses zero from above: A > 0, B reaches 0 from below; A < 0, B from above.
         # Ḃ > 0 there: the gap opens, though rounding may leave B below 0 at first.
         open_ = Choice(DECISION) if unstable else Choice(FLIGHT, None, ("touchdown",))
         lift = self.transition("liftoff", EventKind.LIFTOFF, -sign * c.B, (open_,))

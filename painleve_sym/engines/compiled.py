@@ -213,6 +213,7 @@ class CompiledEngine:
         if resolve is not None:
             return run_resolved(self, state, parameters, options, memory, resolve)
         out: Any = self._end()
+        # Passing `bytes` avoids the overhead of `ndarray.ctypes`.
         x, p, atol = _bytes(state), _bytes(parameters), _bytes(options.atol)
         z = self._no_memory if memory is None else _bytes(memory)
         shared = ctypes.byref(self._in_c(_shared(options)))

@@ -1,4 +1,4 @@
-"""What every engine takes and returns: options in, one raw run out."""
+"""Interface of all engines: options of a run, and its raw result."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ SHRINKING, REMAINDER, CLOSED = 6, 1e-11, 1e-6
 """Accumulation: this many intervals shrink, the rest is this part of the time so far; its limit is
 passed where that changes states by less than this part of their scale. As in the compiled loop."""
 
-ADMITS = 3
-"""Answers of `Prepared.admits` to a start."""
-
 MAX_STEPS, MAX_EVENTS = 1_000_000, 100_000
 """Limits of a run where none are given."""
+
+ADMITS = 3
+"""Answers of `Prepared.admits` to a start."""
 
 DENSE_ROWS = 8
 """Rows of a Runge–Kutta step's dense polynomial, the start value first (see `Trajectory`)."""
@@ -31,7 +31,7 @@ DENSE_ROWS = 8
 
 @dataclass(frozen=True)
 class RunOptions:
-    """How to integrate.
+    """Options of one integration.
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ class RunOptions:
     until : tuple of str
         Kinds of events that end the run.
     record : {"end", "events", "dense"}
-        What is kept.
+        Extent of the result: the end, the events, or every step.
     first_step, max_step : float
         Bounds of the step; 0 lets the engine choose the first one. s.
     max_steps, max_events : int
@@ -105,7 +105,7 @@ class Prepared(NamedTuple):
 
 
 class RawRun(NamedTuple):
-    """What an engine returns.
+    """Raw result of an engine.
 
     Attributes
     ----------
@@ -121,7 +121,7 @@ class RawRun(NamedTuple):
         Rows that `step_records` and `event_records` read.
     counters : dict
     decision : bool
-        Whether it ended in a mode that asks what follows, and nobody was there to answer.
+        Whether it ended in a mode that needs a resolver, without one.
     """
 
     time: float
@@ -156,7 +156,7 @@ class RawRun(NamedTuple):
 
 @dataclass(frozen=True)
 class Question:
-    """Where a run asks what follows.
+    """State of a run that asks a resolver how to continue.
 
     Attributes
     ----------
@@ -184,7 +184,7 @@ class Question:
 
 @dataclass(frozen=True)
 class Answer:
-    """What follows.
+    """Continuation that a resolver returns.
 
     Attributes
     ----------
@@ -256,8 +256,8 @@ def run_resolved(
         )
     # A run without steps does not know how many rows each would have.
     whole = np.vstack([s for s in steps if len(s)] or steps[-1:])
-    told = np.vstack(events if options.record != "end" else [raw.events[:0]])
-    return raw._replace(steps=whole, events=told, counters=dict(counters))
+    recorded = np.vstack(events if options.record != "end" else [raw.events[:0]])
+    return raw._replace(steps=whole, events=recorded, counters=dict(counters))
 
 
 def _question(outline: Outline, raw: RawRun, start: float) -> Question:
@@ -305,7 +305,7 @@ def _kinds(raw: RawRun, events: Sequence[Array]) -> Any:
 
 @dataclass
 class IntervalHistory:
-    """When one transition happened before."""
+    """Previous times of one transition."""
 
     last: float = 0.0
     interval: float = 0.0

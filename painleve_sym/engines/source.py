@@ -109,7 +109,7 @@ def _sizes(functions: AutomatonFunctions, every: Sequence[ca.Function]) -> str:
         "EVENT_HEAD": EVENT_HEAD,
     }
     lines = [f"#define PS_{name} {value}" for name, value in sizes.items()]
-    # A file around this one may have said already how its functions are seen.
+    # An enclosing file may have set the visibility of its functions already.
     seen = '#define PS_EXPORT __attribute__((visibility("default")))'
     return "\n".join([*lines, "#ifndef PS_EXPORT", seen, "#endif", ""])
 

@@ -67,7 +67,7 @@ class Choice:
 
 @dataclass(frozen=True)
 class Accumulation:
-    """What follows where a transition happens again and again, ever faster, up to a limit time.
+    """Continuation after transitions that repeat ever faster up to a limit time.
 
     It is entered when the transition has come so close to that time that the rest is below
     round-off, and what the reset changes is below round-off of the states.
@@ -110,8 +110,8 @@ class Transition:
     on_accumulation : Accumulation or None
         None: a run ends where its events accumulate.
     decides : tuple of EventKind
-        Where not empty, no condition tells what follows: the engine asks whoever started the run
-        (`Resolver`), who answers with events of these kinds and the mode to continue in.
+        Where not empty, no condition determines what follows: the engine asks the resolver of the
+        run (`Resolver`), which returns events of these kinds and the mode to continue in.
     chooses : bool
         Whether the parts of the automaton choose their local modes after the reset: a combination
         of alternatives that satisfies the tests of the target. Where there is none, the contacts
@@ -384,7 +384,7 @@ class HybridAutomaton:
         Constants computed once from parameters, in order.
     modes : tuple of Mode
     starts : tuple of Choice
-        How the mode of a start state is chosen; the guards of that mode then sort out the rest.
+        Choices of the mode of a start state; the immediate transitions of that mode apply next.
     uncontrolled : tuple of sympy.Symbol
         States that do not steer the step size (quadratures).
     terms : tuple of Definition or LinearSystem
@@ -402,7 +402,7 @@ class HybridAutomaton:
     Raises
     ------
     ModelError
-        Every fault found: repeated names, unknown targets or labels, undeclared symbols, a
+        All faults: repeated names, unknown targets or labels, undeclared symbols, a
         missing unconditional choice, modes that cannot be reached, differing outputs.
     """
 
@@ -503,7 +503,7 @@ class HybridAutomaton:
         for mode in self.modes:
             for s in mode.field:
                 if s not in self.states:
-                    yield f"mode {mode.name!r}: {s} has a rate but is no state."
+                    yield f"mode {mode.name!r}: {s} has a rate but is not a state."
             exprs = [*mode.field.values(), *mode.outputs.values()]
             for t in mode.transitions:
                 exprs += [*([] if t.guard is None else [t.guard]), *t.reset.values()]
@@ -512,7 +512,8 @@ class HybridAutomaton:
                 exprs += limit.values()
                 for s in (*t.reset, *limit):
                     if s not in self.states and s not in self.memory:
-                        yield f"mode {mode.name!r}, {t.label!r}: reset of {s}, which is no state."
+                        place = f"mode {mode.name!r}, {t.label!r}"
+                        yield f"{place}: reset of {s}, which is not a state."
             unknown = {s for e in exprs for s in sp.sympify(e).free_symbols} - known
             for s in sorted(unknown, key=str):
                 yield f"mode {mode.name!r}: " + unknown_name("symbol", str(s), map(str, known))

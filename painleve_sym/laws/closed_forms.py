@@ -16,8 +16,8 @@ from painleve_sym.quantities import QUANTITIES
 
 _JAM = (
     "A' = 0: sticking changes neither velocity, whatever its impulse. An impact whose slip stops "
-    "before the normal velocity is 0 jams: rigid bodies have no exit from it, a softened "
-    "contact has."
+    "before the normal velocity is 0 jams: rigid bodies have no exit from it, a compliant "
+    "contact has one."
 )
 
 

@@ -1,4 +1,4 @@
-"""Force–compression laws of a softened contact, branch by branch."""
+"""Force–compression laws of a compliant contact, branch by branch."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def without_ramps(expr: sp.Expr) -> sp.Expr:
 
 @dataclass(frozen=True)
 class Exit:
-    """How a branch ends: when `guard` crosses from + to −.
+    """End of a branch, where `guard` crosses from + to −.
 
     Attributes
     ----------
@@ -160,8 +160,8 @@ class ContactLaw:
         ----------
         make : callable
         **known
-            Fields of the law that are known before, and its `definition`: a run from the cache
-            needs no more.
+            Fields of the law that are known before, and its `definition`: sufficient for
+            a run from the cache.
         """
         law = object.__new__(cls)
         law.__dict__.update(known, _make=make)
@@ -173,10 +173,10 @@ class ContactLaw:
             # Asked for what is not there: a field of a deferred law.
             if name not in self.__dataclass_fields__ or "_make" not in self.__dict__:
                 raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
-            made = vars(self._make())
-            for other in made:
-                self.__dict__.setdefault(other, made[other])
-            return made[name]
+            values = vars(self._make())
+            for other in values:
+                self.__dict__.setdefault(other, values[other])
+            return values[name]
 
     @cached_property
     def definition(self) -> str:

@@ -78,9 +78,9 @@ class CorrectedJumpRule:
     def __post_init__(self) -> None:
         if self.mechanism.coefficients.rank_one:
             raise InputError(
-                f"corrected jump of {self.mechanism.name!r}: its W has rank one (A' = 0), so that "
-                "velocities do not determine the impulse while the contact sticks. Fix: follow the "
-                "motion (simulate) with the law, or take the jump of the rigid contact (no law)."
+                f"finite-stiffness jump of {self.mechanism.name!r}: its W has rank one (A' = 0), "
+                "so that velocities do not determine the impulse while the contact sticks. "
+                "Fix: simulate the motion with the law, or name no law for the rigid jump."
             )
 
     @cached_property
@@ -125,7 +125,7 @@ class CorrectedJumpRule:
         """
         if configuration not in CONFIGURATIONS:
             raise InputError(
-                f"corrected jump: configuration: got {configuration!r}, need one of "
+                f"finite-stiffness jump: configuration: got {configuration!r}, need one of "
                 f"{', '.join(CONFIGURATIONS)}."
             )
         given = {**state, **parameters}
@@ -360,7 +360,7 @@ def evaluate_corrected_jump(
     """
     mechanism = as_mechanism(mechanism)
     law = compliant_law(law) if isinstance(law, str) else law
-    where = f"corrected jump of {mechanism.name!r}"
+    where = f"finite-stiffness jump of {mechanism.name!r}"
     declared = (*mechanism.system.parameters, *law.parameters)
     given = resolve_parameters(where, declared, parameters or {})
     start = resolve_state(mechanism, state, given)

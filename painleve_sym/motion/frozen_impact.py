@@ -51,7 +51,7 @@ _RESUMES = -1
 
 
 class FrozenEnd(enum.Enum):
-    """How an impact with constant coefficients ends.
+    """End of an impact with constant coefficients.
 
     SEPARATION
         The force is zero and the contact opens.
@@ -92,13 +92,13 @@ class FrozenImpacts:
 
     @property
     def ends(self) -> list[FrozenEnd]:
-        """How each impact ends, flat."""
+        """Ends of all impacts, flat."""
         return [FrozenEnd(int(code)) for code in np.ravel(self.head["end"])]
 
 
 @dataclass(frozen=True)
 class _Begin:
-    """Where motions begin, one per row: states, memory of the law, mode (−1: the state decides)."""
+    """Initial values, one motion per row: states, memory, mode (−1: by the state)."""
 
     states: Array
     memory: Array

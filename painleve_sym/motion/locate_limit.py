@@ -1,4 +1,4 @@
-"""Where a slip that meets A = 0 arrives: time, state and force exponent of the limit."""
+"""Limit of a slip that meets A = 0: its time, state and force exponent."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def _slip(mode: str) -> str | None:
 
 @dataclass(frozen=True)
 class _Limits:
-    """Where n slips arrive; arrays of shape (n,), states (n, nx)."""
+    """Limits of n slips; arrays of shape (n,), states (n, nx)."""
 
     states: Array
     left: Array

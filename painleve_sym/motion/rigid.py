@@ -1,4 +1,4 @@
-"""What a motion of rigid contacts tells besides its events.
+"""Details of the motion of rigid contacts besides its events.
 
 All solutions of a contact problem that has several, impulses, growing bounces, and the limit of a
 slip that meets A = 0.

@@ -59,7 +59,7 @@ _GUIDE_MEETS = (
 
 
 class Contacts(AutomatonBuilder, Protocol):
-    """What a simulator asks of its contacts: their automaton, states, laws and parameters."""
+    """Contacts of a simulator: their automaton, states, laws and parameters."""
 
     @property
     def rows(self) -> tuple[ContactRow, ...]:
@@ -143,7 +143,7 @@ class Simulator:
     engine: EngineLike = EngineName.AUTO
 
     def __post_init__(self) -> None:
-        _ = self.contact  # refuses laws that do not fit the contacts, or each other
+        _ = self.contact  # rejects laws that do not fit the contacts, or each other
 
     @cached_property
     def laws(self) -> tuple[Law, ...]:
@@ -314,7 +314,7 @@ class Simulator:
         return float(k * depth ** (n + 1) / (n + 1))
 
     def _curve(self, parameters: Mapping[str, float]) -> tuple[float, float]:
-        _ = self.contact_law  # refuses what has no loading curve
+        _ = self.contact_law  # rejects laws without a loading curve
         values = {s: np.array([v]) for s, v in self.constants(parameters).items()}
         k, n = self.loading_curve(values)
         return float(k[0]), float(n[0])
@@ -567,11 +567,11 @@ class Simulator:
 
     @property
     def where(self) -> str:
-        """What messages name as the place of a fault."""
+        """Place of a fault, as messages name it."""
         return f"{self.mechanism.name!r} with law {self.label!r}"
 
     def parameters(self, given: Mapping[str, float] | None = None) -> dict[str, float]:
-        """Return all parameters of mechanism and law with `given` put in, checked."""
+        """Return all parameters of mechanism and law those in `given` replaced, checked."""
         known = self._declared
         given = given or {}
         values = {**self._defaults, **given}

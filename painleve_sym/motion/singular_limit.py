@@ -10,7 +10,7 @@ from painleve_sym.files import to_plain
 
 
 class LimitKind(enum.Enum):
-    """How a slip meets A = 0.
+    """Kind of approach of a slip to A = 0.
 
     With r and F* of `SingularPoint` at the limit, and F the force where the run stopped.
 
@@ -33,7 +33,7 @@ class LimitKind(enum.Enum):
 
 @dataclass(frozen=True)
 class SingularLimit:
-    """Where a slip that meets A = 0 would arrive, extrapolated from where the run stopped.
+    """Limit of a slip that meets A = 0, extrapolated from the state where the run stopped.
 
     Attributes
     ----------

@@ -289,17 +289,17 @@ class Trajectory:
         start = float(self.step_time[0]) if len(self.step_time) else self.final_time
         outside = (t < start) | (t > self.final_time) | ~np.isfinite(t)
         if outside.any():
-            got = f"trajectory: time: got {float(t[outside][0])!r}, need"
+            fault = f"trajectory: time: got {float(t[outside][0])!r}, need"
             if len(self.step_time):
-                raise InputError(f"{got} a number in [{start!r}, {self.final_time!r}].")
+                raise InputError(f"{fault} a number in [{start!r}, {self.final_time!r}].")
             if self.ended_at_start:
                 raise InputError(
-                    f"{got} {self.final_time!r}: the run ended at its start "
+                    f"{fault} {self.final_time!r}: the run ended at its start "
                     f"({self.stop_reason.label})."
                 )
             raise InputError(
-                f"{got} {self.final_time!r}: the trajectory holds no steps, so only its end can be "
-                "evaluated. Fix: simulate with record='dense'."
+                f"{fault} {self.final_time!r}: the trajectory holds no steps, so only its end can "
+                "be evaluated.  Fix: simulate with record='dense'."
             )
         return np.searchsorted(self.step_time, t, side="right") - 1
 

@@ -46,7 +46,7 @@ def contrast_figure(comparison: Comparison) -> Figure:
         for letter, axes, title in zip(
             "abcd",
             (normal, slip, steps, stiffness),
-            ("normal velocity", "slip velocity", "time stepping", "softened motion"),
+            ("normal velocity", "slip velocity", "time stepping", "compliant motion"),
             strict=True,
         ):
             axes.set_title(f"({letter}) {title}")
@@ -84,7 +84,7 @@ def _draw_motion(axes: Axes, comparison: Comparison, column: int) -> None:
 
 
 def _lines(comparison: Comparison) -> list[tuple[Answer, str, dict[str, Any]]]:
-    """Return rigid motions that differ, then softened ones, with label and look."""
+    """Return rigid motions that differ, then compliant ones, with label and look."""
     lines: list[tuple[Answer, str, dict[str, Any]]] = []
     for answer in comparison.rigid:
         if not any(answer.same_end(other) for other, _, _ in lines):
@@ -94,7 +94,7 @@ def _lines(comparison: Comparison) -> list[tuple[Answer, str, dict[str, Any]]]:
     for i, answer in enumerate(comparison.softened):
         look = {"color": _SOFTENED, "linestyle": DASHES[i % len(DASHES)], "zorder": 1}
         look["linewidth"] = 1.8
-        label = f"softened, $E$ = {_power(answer.setting)} Pa{_stopped(answer)}"
+        label = f"compliant, $E$ = {_power(answer.setting)} Pa{_stopped(answer)}"
         lines.append((answer, label, look))
     return lines
 
@@ -120,10 +120,10 @@ def _symbol(solver: str) -> dict[str, Any]:
 
 
 def _columns(axes: Axes) -> tuple[list[Any], list[str]]:
-    """Return the legend with a column each for rigid motion, softened motion and stepping."""
+    """Return the legend with a column each for rigid motion, compliant motion and stepping."""
     columns: list[list[tuple[Any, str]]] = [[], [], []]
     for handle, name in zip(*axes.get_legend_handles_labels(), strict=True):
-        family = {"rigid": 0, "softened": 1}.get(name.partition(",")[0], 2)
+        family = {"rigid": 0, "compliant": 1}.get(name.partition(",")[0], 2)
         columns[family].append((handle, name))
     rows = max(map(len, columns))
     blank = Line2D([], [], linestyle="none")

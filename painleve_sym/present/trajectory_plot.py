@@ -15,7 +15,7 @@ from painleve_sym.present.style import MARKERS, PAGE, PALETTE, REFERENCE, STYLE,
 from painleve_sym.quantities import axis_label
 
 MAX_POINTS = 20_000
-"""More points than this no screen can show."""
+"""Maximum number of plotted points."""
 MAX_LINES = 60
 """More lines than this hide the curves; the events are then marked on the force only."""
 

@@ -33,7 +33,7 @@ from painleve_sym.motion.trajectory import Trajectory
 DEFAULT_RULE = "energetic"
 MAX_SAMPLES = 1_000_000
 MAX_FILE = 1_000_000
-"""Bytes of a scenario file: a device that never ends must not be read without end."""
+"""Size limit of a scenario file in bytes; guards against special files."""
 MAX_COUNT = 1_000_000_000
 """Of steps and events: what still fits into memory and into the engine's integers."""
 
@@ -51,7 +51,7 @@ class Scenario:
     parameters : mapping of str to float
         Of the mechanism; absent ones have their defaults.
     law : str
-        Name of the contact law, for a softened motion.
+        Name of the contact law, compliant or rigid.
     law_parameters : mapping of str to float
     law_choices : mapping of str to str
         Named choices of the law, such as ``reload``.
@@ -132,7 +132,7 @@ class Scenario:
         return cls(**values, where=where)
 
     def updated(self, given: Mapping[str, Any]) -> Scenario:
-        """Return a copy with what is `given` put in; mappings are merged entry by entry.
+        """Return a copy with the entries of `given`; mappings are merged entry by entry.
 
         Another law drops the parameters and choices of the one it replaces.
         """
@@ -174,7 +174,7 @@ class Scenario:
             such = f", such as {example}," if example else ""
             raise InputError(
                 f"{self.where}: no state. Fix: give --state{such} or [state] in a file; "
-                "what is left out is 0."
+                "what is not given is 0."
             )
         return self.state
 
@@ -192,7 +192,7 @@ class Scenario:
             if not absent or set(given) - set(mechanism.state_names):
                 raise
             raise InputError(
-                f"{error} Fix: give {', '.join(absent)} too; what is left out is 0."
+                f"{error} Fix: give {', '.join(absent)} too; what is not given is 0."
             ) from error
 
     # ---- questions ----
@@ -205,7 +205,7 @@ class Scenario:
         )
 
     def simulate(self) -> Trajectory:
-        """Return the softened or rigid motion from the state.
+        """Return the compliant or rigid motion from the state.
 
         Raises
         ------
@@ -284,7 +284,7 @@ class Scenario:
         return self.law_parameters.get(rule.parameter.name, rule.parameter.default)
 
     def corrected_jump(self, configuration: str = "frozen") -> CorrectedJump | None:
-        """Return the jump at finite stiffness; None where no softened law is named."""
+        """Return the jump at finite stiffness; None where no compliant law is named."""
         contact_law = self.contact_law() if self.law is not None else None
         if not isinstance(contact_law, ContactLaw):
             return None
@@ -356,20 +356,20 @@ def _read_law(where: str, key: str, value: Any) -> dict[str, Any]:
         return {key: value}
     if not isinstance(value, Mapping) or not isinstance(value.get("name"), str):
         raise _wrong(where, key, value, 'a table [law] with name = "..."')
-    made = law(value["name"])
+    chosen = law(value["name"])
     fields: dict[str, Any] = {"law": value["name"], "law_parameters": {}, "law_choices": {}}
     for name, entry in value.items():
         if name == "parameters":
             read = _read_numbers(where, "law.parameters", entry)
             fields["law_parameters"] = read["law.parameters"]
-        elif name in made.choices:
+        elif name in chosen.choices:
             fields["law_choices"] |= _read_text(where, name, entry)
-        elif name in {p.name for p in made.parameters}:
+        elif name in {p.name for p in chosen.parameters}:
             raise InputError(
                 f"{where}: [law]: {name} is a parameter. Fix: put it in [law.parameters]."
             )
         elif name != "name":
-            known = ["name", "parameters", *made.choices]
+            known = ["name", "parameters", *chosen.choices]
             raise InputError(f"{where}: [law]: " + unknown_name("key", name, known))
     return fields
 

@@ -31,7 +31,7 @@ import pytest
 from painleve_sym.engines.taylor.runner import TaylorEngine
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models import model, rod
-from painleve_sym.motion.batch import run as many
+from painleve_sym.motion.batch import run as batch_run
 from painleve_sym.motion.batch.result import BatchResult
 from painleve_sym.motion.batch.run import run_batch
 from painleve_sym.motion.simulator import Simulator
@@ -91,8 +91,8 @@ def timed(
     first = [{n: np.ravel(v)[:1] for n, v in a.items()} for a in (states, parameters)]
     run_batch(simulator, *first, **options)
     cpu, wall = time.process_time(), time.perf_counter()
-    found = run_batch(simulator, states, parameters, rtol=tol, **options)
-    return found, time.process_time() - cpu, time.perf_counter() - wall
+    batch = run_batch(simulator, states, parameters, rtol=tol, **options)
+    return batch, time.process_time() - cpu, time.perf_counter() - wall
 
 
 class HeyokaBatch:
@@ -172,14 +172,14 @@ def heyoka_batch(
         groups = [np.full(lanes, i) for i in range(0, n, lanes)]
     else:
         groups = [np.arange(i, i + lanes) for i in range(0, n - lanes + 1, lanes)]
-    found = np.full((2, n), np.nan)
+    ends = np.full((2, n), np.nan)
     # The starts in Python floats are not what is measured.
     starts = [batch.start(*columns[:2, group]) for group in groups]
     batch.run(*starts[0], *columns[2:, groups[0]])
     begun = time.process_time()
     for group, start in zip(groups, starts, strict=True):
-        found[:, group] = batch.run(*start, *columns[2:, group])
-    return found, (time.process_time() - begun) / (len(groups) * lanes)
+        ends[:, group] = batch.run(*start, *columns[2:, group])
+    return ends, (time.process_time() - begun) / (len(groups) * lanes)
 
 
 def _error(values: np.ndarray, exact: np.ndarray) -> dict[str, float]:
@@ -215,8 +215,8 @@ def measure(per_axis: int, some: int) -> dict[str, Any]:
     exact = np.array([reference[name] for name in COMPARED])
 
     def own(tol: float, engine: str = "taylor") -> dict[str, float]:
-        found, _, _ = package_batch(part, tol, 1, engine)
-        return _error(np.array([found[name] for name in COMPARED]), exact)
+        ends, _, _ = package_batch(part, tol, 1, engine)
+        return _error(np.array([ends[name] for name in COMPARED]), exact)
 
     def runge_kutta(tol: float) -> dict[str, float]:
         return own(tol, "compiled")
@@ -279,7 +279,7 @@ class Waits:
 
                 return super().map(watched, starts, **more)
 
-        self._patch = mock.patch.object(many, "ThreadPoolExecutor", Watched)
+        self._patch = mock.patch.object(batch_run, "ThreadPoolExecutor", Watched)
         self._patch.start()
         return self
 
@@ -305,7 +305,7 @@ def _scheduled() -> np.ndarray:
 
 def lanes(count: int, repeats: int = 3) -> dict[str, dict[str, float]]:
     """Return processor time per impact of rod and arm with one lane and with all, best of some."""
-    found = {}
+    ratios = {}
     given = impacts(round(count**0.25))
     for name, rows in (("rod", rod_rows(given)), ("two-link-arm", arm_rows(count))):
         simulator = Simulator(model(name), law("bilinear-hertz", reload="virgin"), "taylor")
@@ -316,8 +316,8 @@ def lanes(count: int, repeats: int = 3) -> dict[str, dict[str, float]]:
             with mock.patch.object(engine, "lanes", number):
                 result, cpu, _ = timed(simulator, *rows, 1e-9, 1)
             best[which] = min(best[which], 1e6 * cpu / result["time"].size)
-        found[name] = best | {"ratio": best["one"] / best["all"]}
-    return found
+        ratios[name] = best | {"ratio": best["one"] / best["all"]}
+    return ratios
 
 
 def test_batches_agree_and_their_costs_are_shown():

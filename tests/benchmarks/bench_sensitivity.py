@@ -89,5 +89,5 @@ def test_jacobian_of_eight_states_by_eight_parameters_costs_less_than_four_runs(
 
 if __name__ == "__main__":
     for tolerance in (1e-9, 1e-10, 1e-11, 1e-12):
-        found = measure(tolerance)
-        print(f"rtol {tolerance:g}: loop {found['loop']:.2f}, Python {found['python']:.2f}")
+        times = measure(tolerance)
+        print(f"rtol {tolerance:g}: loop {times['loop']:.2f}, Python {times['python']:.2f}")

@@ -27,11 +27,11 @@ from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.scenario import Scenario
 
 ROOT = Path(__file__).parents[2]
-# clang contracts unless told not to.
+# clang contracts by default.
 STRICT = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-march=native")
 STRICT += ("-ffp-contract=off",)
 SANITIZE = ("-fsanitize=undefined", "-fno-sanitize-recover=undefined")
-# Its gap is no coordinate, and its words try to end a comment.
+# Its gap is not a coordinate, and its words try to end a comment.
 SLEDGE = """
 name = "sledge"
 title = "a mass point above level ground */ int"
@@ -124,7 +124,7 @@ def bouncing(sledge_file, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def pressed(sledge_file, tmp_path_factory):
-    """A softened export that starts compressed."""
+    """A compliant export that starts compressed."""
     state = {"x": 0.0, "x_dot": 1.0}
     scenario = Scenario(sledge_file, state, law="linear", initial_force=60.0, t_end=0.02)
     return export_c(scenario, tmp_path_factory.mktemp("softened") / "c", "spring")
@@ -227,8 +227,8 @@ int main() {{
     run(compiler, *flags, "mine.cc", cwd=bouncing.folder)
     objects = ("mine.o", "sledge_model.o")
     run(compiler, *SANITIZE, "-o", "mine", *objects, "-lm", cwd=bouncing.folder)
-    found = np.array(run("./mine", cwd=bouncing.folder).split(), dtype=float)
-    np.testing.assert_array_equal(found.reshape(60, -1), bouncing.trajectory(times))
+    computed = np.array(run("./mine", cwd=bouncing.folder).split(), dtype=float)
+    np.testing.assert_array_equal(computed.reshape(60, -1), bouncing.trajectory(times))
 
 
 def test_export_header_says_units_meanings_compiler_and_flags(pressed):
@@ -303,10 +303,10 @@ def test_program_of_the_page_builds_and_finds_what_the_package_finds(tmp_path):
     done = export_c(Scenario("rod", law="bilinear-hertz"), tmp_path / "c")
     program = re.search(r"```c\n(.*?)```", page, re.S).group(1)
     (done.folder / "main.c").write_text(program, "utf-8")
-    found = float(built_by_compiler(done, *STRICT, "-O2").split()[0])
+    computed = float(built_by_compiler(done, *STRICT, "-O2").split()[0])
     simulator = Simulator(model("rod"), law("bilinear-hertz"))
     options = {"t_end": 0.01, "parameters": {"E": 20.9e14}}
-    for spin, stops in ((found - 1e-5, True), (found + 1e-5, False)):
+    for spin, stops in ((computed - 1e-5, True), (computed + 1e-5, False)):
         run_ = simulator.run({"theta": 1.0, "x_A_dot": -1.0, "theta_dot": spin}, **options)
         assert bool(run_.events_of("slip_stop")) is stops
 
@@ -362,7 +362,7 @@ def test_export_of_several_contacts_is_the_package_to_the_last_bit(scenario, kin
         np.testing.assert_array_equal(atol, 1e-9 * simulator.tolerances(whole, values))
 
 
-# ---- refusals ----
+# ---- rejected input ----
 
 
 def test_export_refuses_names_that_are_none(sledge_file, tmp_path):

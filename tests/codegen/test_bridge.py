@@ -229,8 +229,8 @@ def test_a_symbol_of_other_assumptions_is_another_symbol():
 
 
 def test_numbers_evaluates_at_a_point():
-    found = numbers([X + Y, sp.sin(X), sp.Integer(3), sp.pi / 2], {X: 0.5, Y: 2.0})
-    np.testing.assert_allclose(found, [2.5, math.sin(0.5), 3.0, math.pi / 2], rtol=1e-15)
+    computed = numbers([X + Y, sp.sin(X), sp.Integer(3), sp.pi / 2], {X: 0.5, Y: 2.0})
+    np.testing.assert_allclose(computed, [2.5, math.sin(0.5), 3.0, math.pi / 2], rtol=1e-15)
 
 
 def test_conditions_are_one_or_zero_and_nan_holds_none():

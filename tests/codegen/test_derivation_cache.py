@@ -1,4 +1,4 @@
-"""What was derived once is found again, exactly as it was; what changed or broke is made anew."""
+"""The derivation cache: exact reuse, and a new derivation after a change or damage."""
 
 from __future__ import annotations
 

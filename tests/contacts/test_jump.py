@@ -1,4 +1,4 @@
-"""The jump in numbers: reference values, balances, the other classes of impact, refusals."""
+"""The jump in numbers: reference values, balances, the other classes of impact, rejected input."""
 
 from __future__ import annotations
 
@@ -222,7 +222,7 @@ def test_jump_refuses_what_is_not_an_impact(case):
 
 
 OTHERS = {
-    "slip goes on": (
+    "slip continues": (
         ROD,
         {"theta": 0.2, "x_A_dot": -1.0, "y_A_dot": -1.0},
         {"mu": 0.2},
@@ -282,7 +282,7 @@ def test_jump_of_every_other_class_balances_and_moves_the_contact_as_it_says(nam
 def test_jump_that_ends_sticking_leaves_no_slip_behind(name):
     mechanism, state, parameters, _ = OTHERS[name]
     result = evaluate_jump(mechanism, "energetic", state, parameters=parameters)
-    # Exactly 0, so that a motion may go on from there in sticking.
+    # Exactly 0, so that a motion may continue from there in sticking.
     assert result.velocity["x_A_dot"] == 0.0
     assert result.slip == (-1 if state.get("x_A_dot") else 0)
 
@@ -301,9 +301,9 @@ def test_jump_of_three_phases_equals_the_complete_solution(impact, e, law):
     mass, J_N, J_T, before = _numbers(mechanism, state, parameters)
     J = np.vstack([J_N, J_T])
     W, v = J @ np.linalg.solve(mass, J.T), J @ before
-    found = solve_impact(W, parameters["mu"], tuple(v), law, e)
-    assert result.end is found.end
-    for phase, other in zip(result.phases, found.phases, strict=True):
+    solution = solve_impact(W, parameters["mu"], tuple(v), law, e)
+    assert result.end is solution.end
+    for phase, other in zip(result.phases, solution.phases, strict=True):
         size = 1e-10 * (1 + np.abs(v).max()) * (1 + 1 / np.diag(W).min())
         assert math.isclose(phase.normal_impulse, other.normal_impulse, rel_tol=1e-9, abs_tol=size)
         assert math.isclose(phase.normal_velocity, other.velocity[0], rel_tol=1e-9, abs_tol=size)

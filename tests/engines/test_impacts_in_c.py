@@ -39,15 +39,15 @@ __attribute__((visibility("default"))) int impact(
 
 @cache
 def library():
-    found = load(_FRAME.format("\n".join(engine_texts("loop/linear", "loop/impulse"))))
-    found.impact.argtypes = (
+    loaded = load(_FRAME.format("\n".join(engine_texts("loop/linear", "loop/impulse"))))
+    loaded.impact.argtypes = (
         ctypes.c_int,
         *[ctypes.c_void_p] * 5,
         ctypes.c_int,
         ctypes.c_double,
         *[ctypes.c_void_p] * 3,
     )
-    return found
+    return loaded
 
 
 def in_c(W, mu, v, held, restitution, e, load_):
@@ -211,8 +211,10 @@ def test_impacts_of_a_run_are_those_of_numpy(restitution):
         )
         after = np.array([impact.state[n] for n in run.state_names])
         _, new_rates, new_slips = simulator.impacts.contact_values(after)
-        found = np.ravel([new_rates, new_slips], order="F")[rows]
-        np.testing.assert_allclose(found, want.velocities, rtol=0, atol=1e-12 * np.max(np.abs(v)))
+        computed = np.ravel([new_rates, new_slips], order="F")[rows]
+        np.testing.assert_allclose(
+            computed, want.velocities, rtol=0, atol=1e-12 * np.max(np.abs(v))
+        )
         q = [after[run.state_names.index(n)] for n in ("x_A_dot", "y_A_dot", "theta_dot")]
         start = [state[run.state_names.index(n)] for n in ("x_A_dot", "y_A_dot", "theta_dot")]
         np.testing.assert_allclose(q, start + terms.directions @ impact.impulses, atol=1e-12)

@@ -1,4 +1,4 @@
-"""Automata validate themselves and can be drawn; the softened contact builds a sound one."""
+"""Validation and drawing of automata; the compliant contact builds a sound one."""
 
 from __future__ import annotations
 

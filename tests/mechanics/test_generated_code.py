@@ -17,7 +17,7 @@ from tests.mechanics.catalogue import NAMES, SOFTENED, derived, random_numbers
 from tests.mechanics.forced import accelerations, directions, forced_automaton, forces
 
 LONG = ("two-link-arm", "pr-robot", "block")
-"""Whose softened automata take many seconds to derive and compile."""
+"""Whose compliant automata take many seconds to derive and compile."""
 BELTS = [n for n in SOFTENED if derived(n).contact.surface_speed != 0]
 
 
@@ -68,12 +68,12 @@ def _by_compiled_code(mechanism, at):
         engine._library.ps_evaluate(mode, *(a.ctypes.data for a in arrays))
 
     evaluate(1)
-    found = rows.copy(), slopes.copy()
+    computed = rows.copy(), slopes.copy()
     rows, slopes = np.empty(1), np.empty(1)
     evaluate(0)
     # The compiler contracts products and sums of two functions differently.
-    np.testing.assert_allclose(rate[n:], found[0], rtol=1e-13, atol=1e-13)
-    return found
+    np.testing.assert_allclose(rate[n:], computed[0], rtol=1e-13, atol=1e-13)
+    return computed
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -81,8 +81,8 @@ def test_mechanism_values_and_slopes_are_the_same_in_every_form(name):
     mechanism = derived(name)
     at = _point(mechanism)
     expected = _by_sympy(mechanism, at)
-    for found in (_by_casadi(mechanism, at), _by_compiled_code(mechanism, at)):
-        for ours, exact in zip(found, expected, strict=True):
+    for computed in (_by_casadi(mechanism, at), _by_compiled_code(mechanism, at)):
+        for ours, exact in zip(computed, expected, strict=True):
             size = max(1.0, float(np.max(np.abs(exact))))
             # A few hundred rounded operations, and no cancellation to speak of.
             assert np.max(np.abs(ours - exact)) < 1e-12 * size

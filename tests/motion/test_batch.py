@@ -1,4 +1,4 @@
-"""Many motions at once: each row the same as the single run, whatever runs beside it."""
+"""Batches: each row equals the single run, independent of the other rows."""
 
 from __future__ import annotations
 
@@ -61,8 +61,8 @@ def test_rows_do_not_depend_on_the_number_of_threads(softened, threads):
     states, parameters = impacts(700)
     kept = {"maxima": ("normal_force",), "integrals": ("normal_force",), "events": 2}
     one = run_batch(softened, states, parameters, **OPTIONS, threads=1, **kept)
-    many = run_batch(softened, states, parameters, **OPTIONS, threads=threads, **kept)
-    assert same_bits(one.rows, many.rows)
+    threaded = run_batch(softened, states, parameters, **OPTIONS, threads=threads, **kept)
+    assert same_bits(one.rows, threaded.rows)
 
 
 def test_a_row_does_not_depend_on_the_other_rows(softened):
@@ -79,20 +79,20 @@ def test_a_row_does_not_depend_on_the_other_rows(softened):
 
 def test_rows_are_the_single_runs_bit_for_bit(softened):
     states, parameters = impacts()
-    found = run_batch(softened, states, parameters, **OPTIONS)
+    batch = run_batch(softened, states, parameters, **OPTIONS)
     for i in range(0, ROWS, 10):
         given = {n: float(np.broadcast_to(v, ROWS)[i]) for n, v in states.items()}
         law_given = {n: float(np.broadcast_to(v, ROWS)[i]) for n, v in parameters.items()}
         single = softened.run(given, parameters=law_given, record="events", **OPTIONS)
-        assert single.final_state.tobytes() == found.rows.state[i].tobytes()
-        assert single.final_memory.tobytes() == found.rows.memory[i].tobytes()
-        assert single.final_time == found["time"][i]
-        assert single.stop_reason.label == found["stop_reason"][i]
-        assert single.mode_names[single.final_mode] == found["mode"][i]
-        for kind in found.kinds:
+        assert single.final_state.tobytes() == batch.rows.state[i].tobytes()
+        assert single.final_memory.tobytes() == batch.rows.memory[i].tobytes()
+        assert single.final_time == batch["time"][i]
+        assert single.stop_reason.label == batch["stop_reason"][i]
+        assert single.mode_names[single.final_mode] == batch["mode"][i]
+        for kind in batch.kinds:
             events = single.events_of(kind)
-            assert found[f"count_of_{kind}"][i] == len(events)
-            first = found[f"time_of_{kind}"][i]
+            assert batch[f"count_of_{kind}"][i] == len(events)
+            first = batch[f"time_of_{kind}"][i]
             assert np.isnan(first) if not events else first == events[0].time
 
 
@@ -115,26 +115,26 @@ def test_watching_changes_no_bit_of_the_motion(softened):
 
 def test_peak_force_of_a_loading_law_is_that_of_maximum_compression(softened):
     states, parameters = impacts(40)
-    found = run_batch(softened, states, parameters, **OPTIONS, maxima=("normal_force",))
+    batch = run_batch(softened, states, parameters, **OPTIONS, maxima=("normal_force",))
     for i in range(0, 40, 4):
-        event = found.trajectory(i).events_of("max_compression")[0]
-        assert found["max_normal_force"][i] == pytest.approx(event.normal_force, rel=1e-14)
-        assert found["max_normal_force_time"][i] == pytest.approx(event.time, rel=1e-12)
+        event = batch.trajectory(i).events_of("max_compression")[0]
+        assert batch["max_normal_force"][i] == pytest.approx(event.normal_force, rel=1e-14)
+        assert batch["max_normal_force_time"][i] == pytest.approx(event.time, rel=1e-12)
 
 
 def test_peak_force_of_a_damped_law_is_the_top_of_the_dense_output(damped):
-    found = run_batch(
+    batch = run_batch(
         damped,
         {"theta": 1.0, "y_A_dot": [-1.0, -2.0]},
         t_end=0.1,
         until="separation",
         maxima=("normal_force",),
     )
-    times, peak = found["max_normal_force_time"], found["max_normal_force"]
-    assert (times > 0).all() and (times < 0.5 * found["time"]).all()
+    times, peak = batch["max_normal_force_time"], batch["max_normal_force"]
+    assert (times > 0).all() and (times < 0.5 * batch["time"]).all()
     for i in range(2):
         t = times[i] * (1 + np.linspace(-1e-3, 1e-3, 201))
-        around = found.trajectory(i).values("normal_force", t)
+        around = batch.trajectory(i).values("normal_force", t)
         assert 0 < np.argmax(around) < 200
         assert around.max() == pytest.approx(peak[i], rel=1e-9)
         assert around.max() <= peak[i] * (1 + 1e-12)
@@ -168,7 +168,7 @@ def test_extremes_and_integrals_of_both_engines_are_the_same(law_name):
 
 def test_normal_impulse_is_the_change_of_momentum(softened):
     states, parameters = impacts(50)
-    found = run_batch(
+    batch = run_batch(
         softened,
         states,
         parameters,
@@ -177,27 +177,27 @@ def test_normal_impulse_is_the_change_of_momentum(softened):
     )
     m, l, g = 1.0, 1.0, 9.8
     theta, omega = (
-        np.array([states["theta"], found["theta"]]),
-        np.array([states["theta_dot"], found["theta_dot"]]),
+        np.array([states["theta"], batch["theta"]]),
+        np.array([states["theta_dot"], batch["theta_dot"]]),
     )
-    v_x = np.array([np.full(50, -1.0), found["x_A_dot"]]) - l * np.sin(theta) * omega
-    v_y = np.array([np.zeros(50), found["y_A_dot"]]) + l * np.cos(theta) * omega
-    normal = m * (v_y[1] - v_y[0]) + m * g * found["time"]
+    v_x = np.array([np.full(50, -1.0), batch["x_A_dot"]]) - l * np.sin(theta) * omega
+    v_y = np.array([np.zeros(50), batch["y_A_dot"]]) + l * np.cos(theta) * omega
+    normal = m * (v_y[1] - v_y[0]) + m * g * batch["time"]
     tangential = m * (v_x[1] - v_x[0])
-    assert found["integral_normal_force"] == pytest.approx(normal, rel=1e-8)
-    assert found["integral_tangential_force"] == pytest.approx(tangential, rel=1e-8)
+    assert batch["integral_normal_force"] == pytest.approx(normal, rel=1e-8)
+    assert batch["integral_tangential_force"] == pytest.approx(tangential, rel=1e-8)
 
 
 def test_integral_of_a_free_fall_is_exact(softened):
     start = {"theta": 1.0, "y_A": [1.0, 2.0]}
-    found = run_batch(softened, start, t_end=0.25, integrals=("gap",), minima=("gap",))
+    batch = run_batch(softened, start, t_end=0.25, integrals=("gap",), minima=("gap",))
     g = 9.8
-    assert found["integral_gap"] == pytest.approx(
+    assert batch["integral_gap"] == pytest.approx(
         np.array([1.0, 2.0]) * 0.25 - g * 0.25**3 / 6, rel=1e-13
     )
-    assert found["min_gap_time"] == pytest.approx(0.25)
+    assert batch["min_gap_time"] == pytest.approx(0.25)
     reference = solve_ivp(lambda t, y: [y[1], -g], (0, 0.25), [1.0, 0.0], rtol=1e-12)
-    assert found["min_gap"][0] == pytest.approx(reference.y[0, -1], rel=1e-9)
+    assert batch["min_gap"][0] == pytest.approx(reference.y[0, -1], rel=1e-9)
 
 
 def test_no_row_of_a_grid_escapes_the_error_control(softened):
@@ -215,9 +215,9 @@ def test_no_row_of_a_grid_escapes_the_error_control(softened):
         "E": 20.9e14,
     }
     tight = run_batch(softened, states, parameters, **(OPTIONS | {"rtol": 1e-13}))
-    found = run_batch(softened, states, parameters, **OPTIONS)
+    batch = run_batch(softened, states, parameters, **OPTIONS)
     for name in ("y_A_dot", "theta_dot"):
-        assert np.abs(found[name] / tight[name] - 1).max() < 1e-8
+        assert np.abs(batch[name] / tight[name] - 1).max() < 1e-8
 
 
 def test_memory_grows_only_with_what_is_kept(softened):
@@ -228,50 +228,50 @@ def test_memory_grows_only_with_what_is_kept(softened):
     for part in (rows // 4, rows):
         states = given | {"theta": given["theta"][:part]}
         tracemalloc.start()
-        found = run_batch(softened, states, t_end=1e-6, events=0, threads=2)
+        batch = run_batch(softened, states, t_end=1e-6, events=0, threads=2)
         peaks.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
-        kept.append(sum(getattr(found.rows, f.name).nbytes for f in dataclasses.fields(found.rows)))
+        kept.append(sum(getattr(batch.rows, f.name).nbytes for f in dataclasses.fields(batch.rows)))
     assert kept[1] == 4 * kept[0]
     assert peaks[1] - peaks[0] < 1.1 * (kept[1] - kept[0])
 
 
 def test_grids_keep_their_shape_and_broadcast(softened):
-    found = run_batch(
+    batch = run_batch(
         softened,
         {"theta": np.linspace(0.9, 1.1, 3)[:, None], "theta_dot": 1.0, "x_A_dot": -1.0},
         {"mu": np.linspace(1.35, 1.5, 4)},
         **OPTIONS,
     )
-    assert found["theta_dot"].shape == found["stop_reason"].shape == (3, 4)
-    assert found.event_times("separation").shape == (3, 4, 1)
-    assert found.trajectory(2, 1).final["theta_dot"] == found["theta_dot"][2, 1]
-    assert found.counts() == {"until": 12}
-    assert "theta_dot" in found and "stop_reason" in found and "theta_dotty" not in found
+    assert batch["theta_dot"].shape == batch["stop_reason"].shape == (3, 4)
+    assert batch.event_times("separation").shape == (3, 4, 1)
+    assert batch.trajectory(2, 1).final["theta_dot"] == batch["theta_dot"][2, 1]
+    assert batch.counts() == {"until": 12}
+    assert "theta_dot" in batch and "stop_reason" in batch and "theta_dotty" not in batch
 
 
 def test_failures_are_rows_with_their_reason(softened):
     states = {"theta": [1.0, -0.5, 1.0], "theta_dot": [1.0, 1.0, 3.0], "x_A_dot": -1.0}
-    found = run_batch(softened, states, {"mu": 1.4}, t_end=0.01, max_steps=6)
-    assert found["stop_reason"].tolist() == ["step_limit", "left_domain", "step_limit"]
-    assert found["time"][1] == 0 and found["theta"][1] == -0.5
+    batch = run_batch(softened, states, {"mu": 1.4}, t_end=0.01, max_steps=6)
+    assert batch["stop_reason"].tolist() == ["step_limit", "left_domain", "step_limit"]
+    assert batch["time"][1] == 0 and batch["theta"][1] == -0.5
     single = softened.run(
         {"theta": 1.0, "theta_dot": 3.0, "x_A_dot": -1.0},
         parameters={"mu": 1.4},
         t_end=0.01,
         max_steps=6,
     )
-    assert single.final_state.tobytes() == found.rows.state[2].tobytes()
+    assert single.final_state.tobytes() == batch.rows.state[2].tobytes()
 
 
 def test_initial_force_is_that_of_the_single_run(softened):
     start = {"theta": 1.0, "theta_dot": 5.0, "x_A_dot": -1.0}
     forces = np.array([300.0, 340.0, 347.5, 400.0])
     parameters = {"E": 20.9e14}
-    found = run_batch(softened, start, parameters, initial_force=forces, t_end=1e-3)
+    batch = run_batch(softened, start, parameters, initial_force=forces, t_end=1e-3)
     for i, force in enumerate(forces):
         single = softened.run(start, parameters=parameters, initial_force=force, t_end=1e-3)
-        assert single.final_state.tobytes() == found.rows.state[i].tobytes()
+        assert single.final_state.tobytes() == batch.rows.state[i].tobytes()
 
 
 @pytest.mark.parametrize("policy", ["liftoff", "impact"])
@@ -285,20 +285,20 @@ def test_rigid_rows_are_the_single_runs(policy):
         "x_A_dot": -1.0,
     }
     parameters = {"mu": 1.4, "e_energetic": draw.uniform(0.0, 0.7, 30)}
-    found = run_batch(simulator, states, parameters, t_end=0.2, events=3, threads=2)
+    batch = run_batch(simulator, states, parameters, t_end=0.2, events=3, threads=2)
     for i in range(30):
-        single = found.trajectory(i)
-        assert single.final_state.tobytes() == found.rows.state[i].tobytes()
-        assert single.final_time == found["time"][i]
-        for kind in found.kinds:
+        single = batch.trajectory(i)
+        assert single.final_state.tobytes() == batch.rows.state[i].tobytes()
+        assert single.final_time == batch["time"][i]
+        for kind in batch.kinds:
             times = [e.time for e in single.events_of(kind)]
-            assert found[f"count_of_{kind}"][i] == len(times)
-            kept = found.event_times(kind)[i]
+            assert batch[f"count_of_{kind}"][i] == len(times)
+            kept = batch.event_times(kind)[i]
             assert kept[: len(times)].tolist() == times[:3]
 
 
 def test_rigid_bounces_are_followed_beyond_their_limit(rigid):
-    found = run_batch(
+    batch = run_batch(
         rigid,
         {"theta": np.pi / 2, "y_A": [0.01, 0.02, 0.05]},
         {"e_energetic": [0.2, 0.5, 0.8]},
@@ -307,22 +307,22 @@ def test_rigid_bounces_are_followed_beyond_their_limit(rigid):
         integrals=("normal_force",),
     )
     for i in range(3):
-        single = found.trajectory(i)
-        assert single.final_state.tobytes() == found.rows.state[i].tobytes()
-        assert single.stop_reason.label == found["stop_reason"][i]
-    assert len(found.trajectory(0).events_of("settle")) == 1
+        single = batch.trajectory(i)
+        assert single.final_state.tobytes() == batch.rows.state[i].tobytes()
+        assert single.stop_reason.label == batch["stop_reason"][i]
+    assert len(batch.trajectory(0).events_of("settle")) == 1
 
 
 def test_the_second_engine_gives_the_same_rows(softened):
     other = Simulator(softened.mechanism, softened.law, "erk")
     states = {"theta": [1.0, -1.0, 1.05], "theta_dot": 1.0, "x_A_dot": -1.0}
-    found = [
+    batches = [
         run_batch(simulator, states, {"E": 20.9e14}, **OPTIONS) for simulator in (softened, other)
     ]
-    assert found[1]["stop_reason"].tolist() == ["until", "left_domain", "until"]
+    assert batches[1]["stop_reason"].tolist() == ["until", "left_domain", "until"]
     for name in ("theta_dot", "y_A_dot", "time_of_separation"):
-        assert found[0][name] == pytest.approx(found[1][name], rel=1e-8, nan_ok=True)
-    assert (found[0]["count_of_slip_stop"] == found[1]["count_of_slip_stop"]).all()
+        assert batches[0][name] == pytest.approx(batches[1][name], rel=1e-8, nan_ok=True)
+    assert (batches[0]["count_of_slip_stop"] == batches[1]["count_of_slip_stop"]).all()
     with pytest.raises(InputError, match="need the compiled engine"):
         run_batch(other, states, t_end=0.01, maxima=("normal_force",))
 
@@ -350,19 +350,19 @@ def test_bad_input_is_one_clear_error(softened, states, parameters, options, mes
 
 
 def test_rigid_rows_inside_the_ground_are_rows_that_say_so(rigid):
-    found = run_batch(rigid, {"theta": 1.0, "y_A": [0.0, -0.1, 0.1]}, t_end=0.01)
-    assert found["stop_reason"].tolist() == ["t_end", "invalid_start", "t_end"]
-    assert found["time"][1] == 0 and found["y_A"][1] == -0.1
+    batch = run_batch(rigid, {"theta": 1.0, "y_A": [0.0, -0.1, 0.1]}, t_end=0.01)
+    assert batch["stop_reason"].tolist() == ["t_end", "invalid_start", "t_end"]
+    assert batch["time"][1] == 0 and batch["y_A"][1] == -0.1
     with pytest.raises(InputError, match="inside the ground"):
-        found.trajectory(1)
+        batch.trajectory(1)
 
 
 def test_rows_compressed_and_under_a_force_say_so(softened):
     start = {"theta": 1.0, "y_A": [0.0, -1e-6, 1e-6]}
-    found = run_batch(softened, start, {}, initial_force=1.0, t_end=1e-4)
-    assert found["stop_reason"].tolist() == ["t_end", "invalid_start", "invalid_start"]
+    batch = run_batch(softened, start, {}, initial_force=1.0, t_end=1e-4)
+    assert batch["stop_reason"].tolist() == ["t_end", "invalid_start", "invalid_start"]
     with pytest.raises(InputError, match="not both"):
-        found.trajectory(1)
+        batch.trajectory(1)
 
 
 @pytest.mark.slow
@@ -373,37 +373,37 @@ def test_rows_off_their_guide_say_so():
     assert whole["stop_reason"] != "invalid_start"
     coordinate = next(n for n in start if not n.endswith("_dot"))
     moved = start | {coordinate: start[coordinate] + np.array([0.0, 0.3])}
-    found = run_batch(simulator, moved, t_end=0.01)
-    for i, reason in enumerate(found["stop_reason"]):
+    batch = run_batch(simulator, moved, t_end=0.01)
+    for i, reason in enumerate(batch["stop_reason"]):
         if reason == "invalid_start":
             with pytest.raises(InputError, match="holds its point"):
-                found.trajectory(i)
+                batch.trajectory(i)
         else:
-            assert found.trajectory(i).final_state.tobytes() == found.rows.state[i].tobytes()
+            assert batch.trajectory(i).final_state.tobytes() == batch.rows.state[i].tobytes()
 
 
 def test_a_constant_that_is_not_finite_is_a_row(softened):
-    found = run_batch(softened, {"theta": 1.0}, {"E": [1e14, 1e308], "R": 1e10}, t_end=1e-9)
-    assert found["stop_reason"].tolist() == ["t_end", "non_finite"]
+    batch = run_batch(softened, {"theta": 1.0}, {"E": [1e14, 1e308], "R": 1e10}, t_end=1e-9)
+    assert batch["stop_reason"].tolist() == ["t_end", "non_finite"]
     with pytest.raises(InputError, match="need a finite number"):
-        found.trajectory(1)
+        batch.trajectory(1)
 
 
 def test_more_rows_than_memory_holds_is_an_error(softened):
-    many = np.broadcast_to(1.0, (1000, 1000))
+    million = np.broadcast_to(1.0, (1000, 1000))
     with pytest.raises(InputError, match="GB of memory"):
-        run_batch(softened, {"theta": many}, t_end=0.01, events=10_000)
+        run_batch(softened, {"theta": million}, t_end=0.01, events=10_000)
 
 
 def test_labelled_arrays_have_units(softened):
     pytest.importorskip("xarray")
     states, parameters = impacts(20)
-    found = run_batch(softened, states, parameters, **OPTIONS, maxima=("normal_force",))
-    data = found.to_xarray()
+    batch = run_batch(softened, states, parameters, **OPTIONS, maxima=("normal_force",))
+    data = batch.to_xarray()
     assert data["max_normal_force"].attrs["units"] == "N"
     assert data["theta_dot"].attrs["units"] == "rad/s"
     assert data["time_of_separation"].attrs["units"] == "s"
-    assert dict(data.sizes) == {"row": 20, "event": len(found.kinds), "occurrence": 1}
-    assert data["theta_dot"].values.tobytes() == found["theta_dot"].tobytes()
+    assert dict(data.sizes) == {"row": 20, "event": len(batch.kinds), "occurrence": 1}
+    assert data["theta_dot"].values.tobytes() == batch["theta_dot"].tobytes()
     with pytest.raises(InputError, match="unknown quantity"):
-        found["no_such_thing"]
+        batch["no_such_thing"]

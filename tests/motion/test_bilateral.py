@@ -48,15 +48,15 @@ def by_hand(phi, s, m_1, m_2, mu, P_1, P_2, g=9.8):
 
     (m_1 + m_2) a = P_1 + P_2 + F_t;  m_2 a = P_2 + S cos phi;  N = m_1 g + S sin phi.
     """
-    found = []
+    events = []
     for side in (1, -1):
         t = math.tan(phi)
         # N = m_1 g + t (m_2 a - P_2) and a = (P_1 + P_2 - mu s side N)/(m_1 + m_2).
         share = m_2 / (m_1 + m_2)
         normal = (m_1 * g + t * (share * (P_1 + P_2) - P_2)) / (1 + t * share * mu * s * side)
         if normal * side > 0:
-            found.append(normal)
-    return sorted(found)
+            events.append(normal)
+    return sorted(events)
 
 
 # ---- states ----
@@ -67,9 +67,9 @@ def by_hand(phi, s, m_1, m_2, mu, P_1, P_2, g=9.8):
 @pytest.mark.parametrize("P_2", [-5.0, 7.0, 8.0, 40.0])
 def test_klein_has_the_forces_of_the_hand_calculation(mu, s, P_2):
     parameters = {"mu": mu, "P_2": P_2, "P_1": 0.7, "m_1": 1.3}
-    found = classify(klein(), KLEIN | {"x_dot": 0.4 * s}, parameters=parameters)
+    classification = classify(klein(), KLEIN | {"x_dot": 0.4 * s}, parameters=parameters)
     expected = by_hand(1.2, s, 1.3, 1.0, mu, 0.7, P_2)
-    assert [x.normal_force for x in found.solutions] == pytest.approx(expected, rel=1e-12)
+    assert [x.normal_force for x in classification.solutions] == pytest.approx(expected, rel=1e-12)
     assert len(expected) == 1 or mu * math.tan(1.2) > 2.3
 
 
@@ -80,12 +80,12 @@ def test_klein_paradox_begins_at_the_ratio_of_the_masses(m_1, m_2, phi):
     masses = {"m_1": m_1, "m_2": m_2, "phi_0": phi}
     for factor, paradox in ((1 - 1e-9, False), (1 + 1e-9, True)):
         state = {"phi": phi, "x_dot": 1.0}
-        found = classify(klein(), state, parameters=masses | {"mu": factor * limit})
-        assert (found.excess > 0) is paradox
+        classification = classify(klein(), state, parameters=masses | {"mu": factor * limit})
+        assert (classification.excess > 0) is paradox
         other = classify(
             klein(), state | {"x_dot": -1.0}, parameters=masses | {"mu": factor * limit}
         )
-        counts = sorted((len(found.solutions), len(other.solutions)))
+        counts = sorted((len(classification.solutions), len(other.solutions)))
         assert counts == ([0, 2] if paradox else [1, 1])
 
 
@@ -98,9 +98,9 @@ def test_klein_cases_are_named():
         ({"P_1": -100.0, "P_2": -90.0}, KLEIN | {"x_dot": 0.0}, ContactCase.SEVERAL),
     ]
     for parameters, state, case in cases:
-        found = classify(klein(), state, parameters=parameters)
-        assert found.case is case, (parameters, state)
-        assert all(s.residual < 1e-12 for s in found.solutions)
+        classification = classify(klein(), state, parameters=parameters)
+        assert classification.case is case, (parameters, state)
+        assert all(s.residual < 1e-12 for s in classification.solutions)
 
 
 def test_classification_as_plain_data():
@@ -149,13 +149,13 @@ parameters = st.fixed_dictionaries({"mu": st.floats(0, 4), "M": st.floats(0.02, 
 @given(states, parameters)
 @settings(max_examples=20, deadline=None)
 def test_tangential_impact_exists_where_a_slip_may_have_no_solution(state, values):
-    found = classify(bead(), state, parameters=values)
-    if found.excess < 0:
+    classification = classify(bead(), state, parameters=values)
+    if classification.excess < 0:
         with pytest.raises(InputError, match="tangential impact"):
             tangential_impact(bead(), state, parameters=values)
         return
     jump = tangential_impact(bead(), state, parameters=values)
-    p = found.problem
+    p = classification.problem
     change = np.array([[p.W_nn, p.W_nt], [p.W_nt, p.W_tt]]) @ [
         jump.normal_impulse,
         jump.tangential_impulse,
@@ -202,9 +202,9 @@ def test_motion_and_events_agree_with_scipy(mu, w):
     )
     final, events = motion((0, 1.0, 1.0, w), 2.0, mu, 0.05)
     assert [run.final[n] for n in MOVES] == pytest.approx(list(final), rel=1e-8, abs=1e-8)
-    found = [e for e in run.events if e.kind != "contact"]
-    assert [e.kind for e in found] == [kind for _, kind in events]
-    assert [e.time for e in found] == pytest.approx([t for t, _ in events], abs=1e-9)
+    own_events = [e for e in run.events if e.kind != "contact"]
+    assert [e.kind for e in own_events] == [kind for _, kind in events]
+    assert [e.time for e in own_events] == pytest.approx([t for t, _ in events], abs=1e-9)
     assert run.energy_residual < 1e-9
     assert run.final["y"] == run.final["y_dot"] == 0
 
@@ -271,7 +271,7 @@ def test_force_that_falls_to_zero_without_a_successor_ends_in_an_impact():
     assert first.alternatives == ("slip_pos/pull_unstable", "slip_pos/push")
     for time, count in ((turn.time - 1e-6, 2), (turn.time, None)):
         z = run.state(time) if count else turn.state
-        # A little beyond the turn, as if the slip went on.
+        # A little beyond the turn, as if the slip continued.
         ahead = 0.0 if count else 1e-6
         phi, w = z["phi"] + ahead * z["phi_dot"], z["phi_dot"] + ahead * _turning(z, values)
         assert len(slip_forces(1, phi, w, 1.5, 0.0)) == (count or 0)
@@ -308,11 +308,14 @@ loads = st.floats(-80, 80)
 def test_motion_begins_with_a_solution_of_the_contact_problem(phi, mu, P_1, P_2, v, policy):
     values = {"mu": mu, "P_1": P_1, "P_2": P_2, "phi_0": phi}
     state = {"phi": phi, "x_dot": v}
-    found = classify(klein(), state, parameters=values)
-    if min(abs(found.A_push), abs(found.A_pull)) < 1e-6 * found.problem.W_nn:
+    classification = classify(klein(), state, parameters=values)
+    if (
+        min(abs(classification.A_push), abs(classification.A_pull))
+        < 1e-6 * classification.problem.W_nn
+    ):
         return  # the force may grow past every bound
     run = simulator(policy, klein).run(state, t_end=1e-9, parameters=values)
-    names = [solution_name(s, found.problem) for s in found.solutions]
+    names = [solution_name(s, classification.problem) for s in classification.solutions]
     first = run.events[0].mode_after
     if not names:
         assert first == TANGENTIAL_IMPACT
@@ -337,8 +340,8 @@ def test_motion_begins_with_a_solution_of_the_contact_problem(phi, mu, P_1, P_2,
 def test_rest_begins_with_sticking_or_with_a_slip_that_speeds_up(phi, mu, P_1, P_2):
     values = {"mu": mu, "P_1": P_1, "P_2": P_2, "phi_0": phi}
     state = {"phi": phi}
-    found = classify(klein(), state, parameters=values)
-    names = [solution_name(s, found.problem) for s in found.solutions]
+    classification = classify(klein(), state, parameters=values)
+    names = [solution_name(s, classification.problem) for s in classification.solutions]
     run = simulator(of=klein).run(state, t_end=1e-6, parameters=values)
     first = run.events[0].mode_after
     assert first in names or len(names) == 0

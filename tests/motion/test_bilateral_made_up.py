@@ -92,7 +92,7 @@ def test_without_any_load_nothing_happens(carriage, speed):
 
 
 def test_bead_on_a_hoop_agrees_with_its_angle_by_hand():
-    """The gap is no coordinate; from the top, N = m g cos a − m R a'^2 outwards."""
+    """The gap is not a coordinate; from the top, N = m g cos a − m R a'^2 outwards."""
     run = Simulator(mechanism_from_text(HOOP), RigidLaw()).run({"y": 1.0, "x_dot": 0.7}, t_end=3.0)
     mu, g = 0.2, 9.8
 
@@ -105,9 +105,9 @@ def test_bead_on_a_hoop_agrees_with_its_angle_by_hand():
     other = solve_ivp(field, (0, 3), [0, 0.7], method="DOP853", **tight)
     angle, rate = other.y[:, -1]
     expected = [math.sin(angle), math.cos(angle), rate * math.cos(angle), -rate * math.sin(angle)]
-    found = [run.final[n] for n in ("x", "y", "x_dot", "y_dot")]
-    assert found == pytest.approx(expected, abs=1e-8)
-    assert abs(math.hypot(found[0], found[1]) - 1) < 1e-9
+    final = [run.final[n] for n in ("x", "y", "x_dot", "y_dot")]
+    assert final == pytest.approx(expected, abs=1e-8)
+    assert abs(math.hypot(final[0], final[1]) - 1) < 1e-9
     kinds = [e.kind for e in run.events if e.kind != "contact"]
     assert kinds == ["force_reversal", "slip_stop"]
     assert run.energy_residual < 1e-9

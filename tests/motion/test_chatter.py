@@ -40,29 +40,29 @@ def test_pushed_cart_at_rest_can_leave_in_reverse_chatter(cart):
 
 
 def test_growing_bounces_are_named_and_have_the_ratio_of_the_closed_form(cart, growing):
-    (found,) = growing.reverse_chatter
-    assert found.bounces > 30
-    assert found.start_time == growing.events_of("touchdown")[0].time
+    (growth,) = growing.reverse_chatter
+    assert growth.bounces > 30
+    assert growth.start_time == growing.events_of("touchdown")[0].time
     speeds = [-e.state["y_dot"] for e in growing.events_of("touchdown")]
     closed = chatter_ratio(slip=-1)
     c = cart.mechanism.coefficients
     values = {"phi": 2.9, "phi_dot": 0.0} | cart.parameters(PUSHED)
     expr = closed.ratio.subs(symbols_of(c))
     ratio = float(expr.subs({s: values[s.name] for s in expr.free_symbols}))
-    assert found.expected_ratio == pytest.approx(ratio, rel=1e-6)
+    assert growth.expected_ratio == pytest.approx(ratio, rel=1e-6)
     # The first bounces are so small that nothing else has changed.
     assert np.array(speeds[1:6]) / speeds[:5] == pytest.approx(np.full(5, ratio), rel=1e-6)
-    assert found.ratio == pytest.approx(ratio, rel=1e-2)
+    assert growth.ratio == pytest.approx(ratio, rel=1e-2)
 
 
 def test_threshold_separates_growth_from_decay(cart):
-    (found,) = (
+    (chatter,) = (
         c
         for c in classify(cart.mechanism, START, parameters=PUSHED).chatter
         if c.restitution == "energetic"
     )
     start = START | {"y_dot": 1e-7}
-    for e, grows in ((found.threshold * 1.02, True), (found.threshold * 0.98, False)):
+    for e, grows in ((chatter.threshold * 1.02, True), (chatter.threshold * 0.98, False)):
         run = cart.run(start, t_end=3e-6, parameters=PUSHED | {"e_energetic": e})
         speeds = [-x.state["y_dot"] for x in run.events_of("touchdown")]
         assert (speeds[-1] > speeds[0]) is grows
@@ -82,9 +82,9 @@ def test_reverse_chatter_is_saved_and_loaded(growing, cart, tmp_path):
 
 
 def test_classification_tells_of_bounces_at_rest_only(cart):
-    found = {c.restitution: c for c in classify(cart.mechanism, START, parameters=PUSHED).chatter}
-    assert found["newton"].ratio == 0.75 and not found["newton"].reverse
-    assert found["poisson"].reverse and found["energetic"].reverse
+    bounces = {c.restitution: c for c in classify(cart.mechanism, START, parameters=PUSHED).chatter}
+    assert bounces["newton"].ratio == 0.75 and not bounces["newton"].reverse
+    assert bounces["poisson"].reverse and bounces["energetic"].reverse
     assert classify(cart.mechanism, START | {"x_dot": 1.0}, parameters=PUSHED).chatter == ()
     assert classify(rod(), {"theta": 1.0, "theta_dot": 5.0}).chatter == ()  # B > 0
 
@@ -102,7 +102,7 @@ def test_classification_tells_of_bounces_at_rest_only(cart):
 def test_bounces_followed_one_by_one_grow_exactly_where_it_says(law, w, a, k, b_t, friction, e):
     """A flight, an impact, a flight …: the size after many, against ρ."""
     problem = ContactProblem.single(a + k * k * w, k * w, w, -9.8, b_t, friction, 0.0)
-    found = chatter(problem, law, e)
+    cycle = chatter(problem, law, e)
     W = ((a + k * k * w, k * w), (k * w, w))
     v_t, v_n, logs = 0.0, 1.0, []
     for _ in range(300):
@@ -112,13 +112,13 @@ def test_bounces_followed_one_by_one_grow_exactly_where_it_says(law, w, a, k, b_
         v_t, v_n = v_t / rebound, 1.0
         if abs(v_t) > 1e100:
             break
-    assert found.ratio == pytest.approx(np.exp(logs[-1]), rel=1e-9)
-    assert found.reverse == (found.ratio > 1)
-    if found.threshold is not None:
-        assert 0 < found.threshold < 1
-        assert chatter(problem, law, found.threshold).ratio == pytest.approx(1, rel=1e-7)
-    elif abs(found.ratio - 1) > 1e-9:
-        assert found.ratio < 1
+    assert cycle.ratio == pytest.approx(np.exp(logs[-1]), rel=1e-9)
+    assert cycle.reverse == (cycle.ratio > 1)
+    if cycle.threshold is not None:
+        assert 0 < cycle.threshold < 1
+        assert chatter(problem, law, cycle.threshold).ratio == pytest.approx(1, rel=1e-7)
+    elif abs(cycle.ratio - 1) > 1e-9:
+        assert cycle.ratio < 1
 
 
 def test_contact_that_opens_has_no_chatter():
@@ -127,11 +127,11 @@ def test_contact_that_opens_has_no_chatter():
 
 def test_threshold_in_the_closed_form_of_the_law():
     problem = ContactProblem.single(1.25, 0.5, 1.0, -9.8, 5.0, 3.0, 0.0)
-    found = chatter(problem, "poisson", 0.6)
+    cycle = chatter(problem, "poisson", 0.6)
     form = chatter_ratio(restitution=restitution_law("poisson"), slip=1)
     at = {"kappa": 0.5, "tau": 10 / 9.8, "e_poisson": 0.6}
-    assert found.ratio == pytest.approx(_number(form.ratio, at), rel=1e-12)
-    assert found.threshold == pytest.approx(_number(form.restitution_threshold, at), rel=1e-12)
+    assert cycle.ratio == pytest.approx(_number(form.ratio, at), rel=1e-12)
+    assert cycle.threshold == pytest.approx(_number(form.restitution_threshold, at), rel=1e-12)
 
 
 def _number(expr, values):

@@ -1,4 +1,4 @@
-"""Softened motion of the rod against an independent oracle, reference values and balances."""
+"""Compliant motion of the rod against an independent oracle, reference values and balances."""
 
 from __future__ import annotations
 
@@ -294,7 +294,7 @@ def test_bad_input_is_one_clear_sentence(virgin, state, keywords, message):
 
 
 def test_two_crossings_that_end_just_before_the_step_does_are_found(elastic):
-    """Reloading past the former maximum for an instant: found by the second engine first."""
+    """Reloading past the former maximum for an instant, which one engine missed at first."""
     run = elastic.run(
         {
             "theta": 1.9118513987376116,

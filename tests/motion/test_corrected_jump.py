@@ -1,4 +1,4 @@
-"""The jump at finite stiffness: against softened runs, its limit, and a contact with a dashpot."""
+"""The jump at finite stiffness: against compliant runs, its limit, and a contact with a dashpot."""
 
 import math
 
@@ -48,7 +48,7 @@ def test_rebound_of_table_3_is_the_softened_one(rule):
     stiff = values(rule, E=20.9e14)
     frozen = rule(TABLE_3, stiff).velocity
     carried = rule(TABLE_3, stiff, configuration="carried").velocity
-    # 0.0656115 and 1.6029856: softened runs computed outside the project.
+    # 0.0656115 and 1.6029856: compliant runs computed outside the project.
     assert frozen["y_A_dot"] == pytest.approx(0.0656115, rel=1e-3)
     assert carried["y_A_dot"] == pytest.approx(0.0656115, rel=1e-4)
     assert carried["theta_dot"] == pytest.approx(1.6029856, rel=2e-5)
@@ -57,23 +57,23 @@ def test_rebound_of_table_3_is_the_softened_one(rule):
 def test_limit_is_the_classical_rule_and_the_leading_correction_its_approach(rod, rule):
     K = np.logspace(20, 32, 4)
     E = K / evaluate_corrected_jump(rod, rule.law, TABLE_3, parameters={"E": 1.0}).stiffness
-    found = rule(TABLE_3, values(rule, E=E)).impacts.head["normal_velocity"]
+    jump = rule(TABLE_3, values(rule, E=E)).impacts.head["normal_velocity"]
     classical = evaluate_jump(rod, "energetic", TABLE_3).velocity["y_A_dot"]
     numbers = {forms.A: A, forms.A_STICK: A_STICK, forms.B: CONTACT["b_n"], forms.C: C}
     numbers |= {forms.B_T: CONTACT["b_t"], forms.N: 1.764, forms.E_S: 0.75}
     leading = np.array([float(forms.leading_correction().subs({**numbers, forms.K: k})) for k in K])
-    left = (found - classical) / leading - 1
-    assert np.all(np.diff(np.abs(found - classical)) < 0)
-    # What is left falls like K^(−(n−1)/(2n(n+1))), 0.72 over four decades.
+    left = (jump - classical) / leading - 1
+    assert np.all(np.diff(np.abs(jump - classical)) < 0)
+    # The error falls like K^(−(n−1)/(2n(n+1))), 0.72 over four decades.
     orders = np.diff(np.log(np.abs(left))) / np.diff(np.log(K))
     assert orders[-1] == pytest.approx(-0.764 / (2 * 1.764 * 2.764), rel=0.1)
 
 
 def test_separation_velocity_needs_neither_time_nor_largest_compression(rule):
-    found = rule(TABLE_3, values(rule, E=20.9e12))
+    jump = rule(TABLE_3, values(rule, E=20.9e12))
     v_1, delta_1 = (
-        -found.impacts.phase["compression_rate"][0],
-        found.impacts.phase["compression"][0],
+        -jump.impacts.phase["compression_rate"][0],
+        jump.impacts.phase["compression"][0],
     )
     B_STICK = CONTACT["b_n"] - CONTACT["W_nt"] * CONTACT["b_t"] / CONTACT["W_tt"]
     numbers = {forms.A: A, forms.A_STICK: A_STICK, forms.B: CONTACT["b_n"]}
@@ -84,8 +84,8 @@ def test_separation_velocity_needs_neither_time_nor_largest_compression(rule):
         .subs({forms.V_1: float(v_1), forms.DELTA_1: float(delta_1)})
     )
     # Reverse slip at the very end takes about 1e-6 of it.
-    assert found.impacts.head["normal_velocity"] == pytest.approx(formula, rel=1e-5)
-    t_1 = float(found.impacts.phase["duration"][0])
+    assert jump.impacts.head["normal_velocity"] == pytest.approx(formula, rel=1e-5)
+    t_1 = float(jump.impacts.phase["duration"][0])
     numbers |= {forms.C: C, forms.B_T: CONTACT["b_t"], forms.V_T: -1.0, forms.TIME: t_1}
     assert v_1 == pytest.approx(float(forms.slip_stop_velocity().subs(numbers)), rel=1e-12)
 
@@ -95,7 +95,7 @@ def test_surface_energy_is_that_of_the_softened_run(rod, rule, simulator):
     run = simulator.run(
         state, t_end=0.1, parameters={"E": 20.9e16}, until="separation", initial_force=500.0
     )
-    found = evaluate_corrected_jump(
+    jump = evaluate_corrected_jump(
         rod,
         rule.law,
         state,
@@ -103,9 +103,9 @@ def test_surface_energy_is_that_of_the_softened_run(rod, rule, simulator):
         initial_force=500.0,
         configuration="carried",
     )
-    assert found.end is FrozenEnd.SEPARATION
+    assert jump.end is FrozenEnd.SEPARATION
     classical = evaluate_jump(rod, "energetic", state).velocity["y_A_dot"]
-    error = abs(found.velocity["y_A_dot"] - run.final["y_A_dot"])
+    error = abs(jump.velocity["y_A_dot"] - run.final["y_A_dot"])
     # Next to the saddle F = −B/A the drift of the configuration counts more: 0.6 % here.
     assert error < 0.1 * abs(classical - run.final["y_A_dot"])
     lifts = evaluate_corrected_jump(
@@ -151,12 +151,12 @@ def test_another_mechanism_is_corrected_too():
 
 def test_arrays_of_states_are_evaluated_at_once(rule):
     theta = np.linspace(0.95, 1.05, 7)
-    found = rule({**TABLE_3, "theta": theta}, values(rule, E=20.9e14), configuration="carried")
+    jump = rule({**TABLE_3, "theta": theta}, values(rule, E=20.9e14), configuration="carried")
     one = rule(
         {**TABLE_3, "theta": float(theta[2])}, values(rule, E=20.9e14), configuration="carried"
     )
-    assert found.velocity["theta_dot"].shape == (7,)
-    assert found.velocity["theta_dot"][2] == one.velocity["theta_dot"]
+    assert jump.velocity["theta_dot"].shape == (7,)
+    assert jump.velocity["theta_dot"][2] == one.velocity["theta_dot"]
 
 
 @pytest.fixture(scope="module")
@@ -166,8 +166,8 @@ def damped():
 
 def test_elastic_limit_is_that_of_hogan_and_kristiansen(damped):
     w_1 = abs(A / C)
-    found = damped(CONTACT, {"slip_velocity": -1.0}, {"k": [1e12, 1e16, 1e20]})
-    left = found.head["normal_velocity"] / (w_1 * math.sqrt(1 + A_STICK / -A)) - 1
+    impact = damped(CONTACT, {"slip_velocity": -1.0}, {"k": [1e12, 1e16, 1e20]})
+    left = impact.head["normal_velocity"] / (w_1 * math.sqrt(1 + A_STICK / -A)) - 1
     # The blow-up time of a linear contact is log K/√K: three digits per four decades.
     assert np.all(left > 0)
     assert left[2] < 1e-5
@@ -176,10 +176,10 @@ def test_elastic_limit_is_that_of_hogan_and_kristiansen(damped):
 
 def test_strong_damping_leaves_the_rebound_of_hogan_and_kristiansen(damped):
     k, damping = 1e20, np.array([30.0, 100.0, 300.0])
-    found = damped(CONTACT, {"slip_velocity": -1.0}, {"k": k, "c": damping * math.sqrt(k)})
-    assert found.ends == [FrozenEnd.SEPARATION] * 3
+    impact = damped(CONTACT, {"slip_velocity": -1.0}, {"k": k, "c": damping * math.sqrt(k)})
+    assert impact.ends == [FrozenEnd.SEPARATION] * 3
     rebound = (1 / -A + 1 / A_STICK) * abs(A / C) / damping**2
-    left = np.abs(found.head["normal_velocity"] / rebound - 1)
+    left = np.abs(impact.head["normal_velocity"] / rebound - 1)
     # The next term of the expansion is log(damping)/damping².
     assert left[2] < 1e-3
     assert left[0] > 5 * left[1] > 25 * left[2]
@@ -201,11 +201,11 @@ def test_separating_surface_separates(damped, c):
 def test_linear_dashpot_agrees_with_the_matrix_exponential(damped, c):
     """Each phase from the end of the one before: (δ, δ̇, ∫F dt) by SciPy's exponential."""
     k = 1e12
-    found = damped(CONTACT, {"slip_velocity": -1.0, "compression_rate": 0.1}, {"k": k, "c": c})
-    assert found.ends == [FrozenEnd.SEPARATION]
+    impact = damped(CONTACT, {"slip_velocity": -1.0, "compression_rate": 0.1}, {"k": k, "c": c})
+    assert impact.ends == [FrozenEnd.SEPARATION]
     y, v_t = np.array([0.0, 0.1, 0.0, 1.0]), -1.0
-    for i in range(int(found.head["phases"])):
-        phase = {name: float(values[i]) for name, values in found.phase.items()}
+    for i in range(int(impact.head["phases"])):
+        phase = {name: float(values[i]) for name, values in impact.phase.items()}
         W_nt, W_tt = CONTACT["W_nt"], CONTACT["W_tt"]
         slip = phase["slip"]
         ratio, offset = -1.4 * slip, 0.0
@@ -227,14 +227,14 @@ def test_linear_dashpot_agrees_with_the_matrix_exponential(damped, c):
 
 def test_dashpots_lower_the_rebound(rod):
     def rebound(c):
-        found = evaluate_corrected_jump(
+        jump = evaluate_corrected_jump(
             rod,
             law("hunt-crossley"),
             TABLE_3,
             parameters={"E": 20.9e14, "c": c},
             configuration="carried",
         )
-        return found.velocity["y_A_dot"]
+        return jump.velocity["y_A_dot"]
 
     assert rebound(2.0) < rebound(1.0) < rebound(0.0)
 
@@ -245,9 +245,9 @@ def test_hunt_crossley_agrees_with_the_softened_run(rod):
     run = Simulator(rod, law("hunt-crossley")).run(
         TABLE_3, t_end=0.1, parameters=parameters, until="separation"
     )
-    found = evaluate_corrected_jump(rod, law("hunt-crossley"), TABLE_3, parameters=parameters)
-    # What is left is the drift of the configuration.
-    assert found.velocity["y_A_dot"] == pytest.approx(run.final["y_A_dot"], rel=2e-3)
+    jump = evaluate_corrected_jump(rod, law("hunt-crossley"), TABLE_3, parameters=parameters)
+    # The rest is the drift of the configuration.
+    assert jump.velocity["y_A_dot"] == pytest.approx(run.final["y_A_dot"], rel=2e-3)
 
 
 @pytest.mark.parametrize(

@@ -70,10 +70,10 @@ def slip_forms(case, delta):
 @pytest.mark.parametrize("speed", [1.0, 1e-3, 1e-6])
 def test_slip_from_rest_is_the_hypergeometric_function(solver, n, speed):
     case = {**ROD, "n": n, "slip_velocity": -speed}
-    found = solver(*inputs(case))
-    t, P = found.phase["duration"][0], found.phase["normal_impulse"][0]
+    impacts = solver(*inputs(case))
+    t, P = impacts.phase["duration"][0], impacts.phase["normal_impulse"][0]
     with mp.workdps(40):
-        exact_t, exact_P = slip_forms(case, found.phase["compression"][0])
+        exact_t, exact_P = slip_forms(case, impacts.phase["compression"][0])
         C = mp.mpf(case["W_nt"]) + mp.mpf(case["mu"]) * mp.mpf(case["W_tt"])
         left = -mp.mpf(speed) + C * exact_P + mp.mpf(case["b_t"]) * exact_t
         momentum = speed + abs(case["b_n"]) * t
@@ -85,13 +85,13 @@ def test_slip_from_rest_is_the_hypergeometric_function(solver, n, speed):
 
 @pytest.mark.parametrize("n", [1.5, 1.764, 4.0])
 def test_restitution_time_and_impulse_are_those_of_mpmath(solver, n):
-    found = solver(*inputs({**ROD, "n": n}))
+    impacts = solver(*inputs({**ROD, "n": n}))
     with mp.workdps(30):
         W_nn, W_nt, W_tt = (mp.mpf(ROD[k]) for k in ("W_nn", "W_nt", "W_tt"))
         a, b = W_nn - W_nt**2 / W_tt, mp.mpf(ROD["b_n"]) - W_nt * mp.mpf(ROD["b_t"]) / W_tt
-        e, largest = mp.mpf("0.75"), mp.mpf(float(found.head["largest_compression"]))
+        e, largest = mp.mpf("0.75"), mp.mpf(float(impacts.head["largest_compression"]))
         kappa, top = mp.mpf(ROD["K"]) / e ** (2 * n), e**2 * largest
-        low = mp.mpf(float(found.phase["compression"][2])) - (largest - top)
+        low = mp.mpf(float(impacts.phase["compression"][2])) - (largest - top)
         p = mp.mpf(n) + 1
 
         def per_q(q):
@@ -103,25 +103,25 @@ def test_restitution_time_and_impulse_are_those_of_mpmath(solver, n):
         ends = [0, 0.5, 0.9, 0.99, 0.999, 1]
         t = mp.quad(lambda q: per_q(q)[0], ends, method="gauss-legendre")
         P = mp.quad(lambda q: per_q(q)[0] * kappa * per_q(q)[1] ** n, ends, method="gauss-legendre")
-        assert abs(found.phase["duration"][2] / t - 1) < 1e-13
-        assert abs(found.phase["normal_impulse"][2] / P - 1) < 1e-13
+        assert abs(impacts.phase["duration"][2] / t - 1) < 1e-13
+        assert abs(impacts.phase["normal_impulse"][2] / P - 1) < 1e-13
 
 
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("e", [1.0, 0.75, 0.2])
 def test_impacts_agree_with_integration_by_scipy(solver, case, e):
     case = {"compression": 0.0, "compression_rate": 0.0, **case, "e": e}
-    found = solver(*inputs(case))
+    impacts = solver(*inputs(case))
     end, (v_t, v_n, P, P_t, time, modes) = integrated(case)
-    assert found.ends[0].name.lower() == end
-    slip, loading = found.phase["slip"], found.phase["loading"] == 1
+    assert impacts.ends[0].name.lower() == end
+    slip, loading = impacts.phase["slip"], impacts.phase["loading"] == 1
     assert list(zip(slip, loading, strict=True)) == modes
     # SciPy's own error over thousands of steps.
-    assert found.head["normal_velocity"] == pytest.approx(v_n, rel=1e-8)
-    assert found.head["normal_impulse"] == pytest.approx(P, rel=1e-8)
-    assert found.head["tangential_impulse"] == pytest.approx(P_t, rel=1e-8, abs=1e-8 * P)
-    assert found.head["duration"] == pytest.approx(time, rel=1e-8)
-    assert found.head["slip_velocity"] == pytest.approx(v_t, rel=1e-6, abs=1e-10)
+    assert impacts.head["normal_velocity"] == pytest.approx(v_n, rel=1e-8)
+    assert impacts.head["normal_impulse"] == pytest.approx(P, rel=1e-8)
+    assert impacts.head["tangential_impulse"] == pytest.approx(P_t, rel=1e-8, abs=1e-8 * P)
+    assert impacts.head["duration"] == pytest.approx(time, rel=1e-8)
+    assert impacts.head["slip_velocity"] == pytest.approx(v_t, rel=1e-6, abs=1e-10)
 
 
 @st.composite
@@ -152,9 +152,9 @@ def cases(draw):
 @settings(max_examples=80, deadline=None)
 @given(case=cases())
 def test_momentum_balance(solver, case):
-    found = solver(*inputs(case))
-    assume(found.ends[0] is FrozenEnd.SEPARATION)
-    h = {name: float(value) for name, value in found.head.items()}
+    impacts = solver(*inputs(case))
+    assume(impacts.ends[0] is FrozenEnd.SEPARATION)
+    h = {name: float(value) for name, value in impacts.head.items()}
     P, P_t, t = h["normal_impulse"], h["tangential_impulse"], h["duration"]
     terms = (case["W_nn"] * P, case["W_nt"] * P_t, case["b_n"] * t, -case["compression_rate"])
     # Quadrature is right to round-off of the whole impact, not of every phase.
@@ -185,17 +185,17 @@ def in_other_units(case, length, time, mass):
 )
 def test_units_do_not_matter(solver, case, units):
     length, time, mass = units
-    found = solver(*inputs(case))
+    impacts = solver(*inputs(case))
     other = solver(*inputs(in_other_units(case, *units)))
-    assert other.ends == found.ends
-    assert np.array_equal(other.phase["slip"], found.phase["slip"])
+    assert other.ends == impacts.ends
+    assert np.array_equal(other.phase["slip"], impacts.phase["slip"])
     for name, unit in (
         ("normal_velocity", length / time),
         ("normal_impulse", mass * length / time),
         ("duration", time),
         ("largest_compression", length),
     ):
-        assert other.head[name] * unit == pytest.approx(float(found.head[name]), rel=1e-11)
+        assert other.head[name] * unit == pytest.approx(float(impacts.head[name]), rel=1e-11)
 
 
 @settings(max_examples=40, deadline=None)
@@ -224,20 +224,20 @@ def test_after_the_slip_the_same_coefficients_change_nothing(solver, case):
 def test_a_touching_contact_at_rest_slips_where_friction_cannot_hold_it(solver):
     """Without friction, and without a tangential acceleration of its own."""
     case = {**ROD, "W_nn": 1.0, "W_nt": 0.3, "W_tt": 1.0, "b_n": -1.0, "b_t": 0.0, "mu": 0.0}
-    found = solver(*inputs({**case, "K": 1e6, "n": 1.5, "e": 1.0, "slip_velocity": 0.0}))
-    assert float(found.head["tangential_impulse"]) == 0.0
-    assert float(found.head["slip_velocity"]) == pytest.approx(
-        0.3 * float(found.head["normal_impulse"]), rel=1e-9
+    impacts = solver(*inputs({**case, "K": 1e6, "n": 1.5, "e": 1.0, "slip_velocity": 0.0}))
+    assert float(impacts.head["tangential_impulse"]) == 0.0
+    assert float(impacts.head["slip_velocity"]) == pytest.approx(
+        0.3 * float(impacts.head["normal_impulse"]), rel=1e-9
     )
 
 
 def test_arrays_are_broadcast_and_agree_with_single_cases(solver):
     K, v = np.logspace(8, 16, 5)[:, None], -np.linspace(0.1, 1, 3)
-    found = solver(*inputs({**ROD, "K": K, "slip_velocity": v}))
-    assert found.head["end"].shape == (5, 3)
-    assert found.phase["slip"].shape == (5, 3, 4)
+    impacts = solver(*inputs({**ROD, "K": K, "slip_velocity": v}))
+    assert impacts.head["end"].shape == (5, 3)
+    assert impacts.phase["slip"].shape == (5, 3, 4)
     one = solver(*inputs({**ROD, "K": float(K[2, 0]), "slip_velocity": float(v[1])}))
-    assert found.head["normal_velocity"][2, 1] == one.head["normal_velocity"]
+    assert impacts.head["normal_velocity"][2, 1] == one.head["normal_velocity"]
 
 
 @pytest.mark.parametrize(
@@ -255,9 +255,9 @@ def test_ends_are_named(solver, change, end):
 
 
 def test_plastic_contact_leaves_with_no_speed(solver):
-    found = solver(*inputs({**ROD, "e": 0.0}))
-    assert found.ends == [FrozenEnd.SEPARATION]
-    assert found.head["normal_velocity"] == 0
+    impacts = solver(*inputs({**ROD, "e": 0.0}))
+    assert impacts.ends == [FrozenEnd.SEPARATION]
+    assert impacts.head["normal_velocity"] == 0
     opens = solver(*inputs({**ROD, "e": 0.0, "compression": 1e-6, "compression_rate": -0.1}))
     assert opens.ends == [FrozenEnd.SEPARATION]
     assert (opens.head["phases"], opens.head["normal_velocity"]) == (0, 0.1)

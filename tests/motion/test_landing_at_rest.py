@@ -25,11 +25,11 @@ def landings(name, seed=5):
 
 
 def both(name, law_name):
-    found = []
+    runs = []
     for engine in ("taylor", "compiled"):
-        made = Simulator(model(name), law(law_name), engine)
-        found.append(run_batch(made, *landings(name), t_end=0.01, rtol=1e-10, max_steps=2000))
-    return found
+        simulator = Simulator(model(name), law(law_name), engine)
+        runs.append(run_batch(simulator, *landings(name), t_end=0.01, rtol=1e-10, max_steps=2000))
+    return runs
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -52,7 +52,7 @@ def test_cone_within_its_round_off_does_not_stop_the_time():
         name: arm.start.get(name, 0.0) + draw.normal(0, 1.0 if "dot" in name else 0.2, 20_000)
         for name in arm.state_names
     }
-    made = Simulator(arm, law("hunt-crossley"), "taylor")
+    simulator = Simulator(arm, law("hunt-crossley"), "taylor")
     parameters = {"mu": draw.uniform(0, 2, 20_000)}
-    found = run_batch(made, states, parameters, t_end=2e-5, rtol=1e-10, max_steps=2000)
-    assert found.counts() == {"t_end": 20_000}
+    batch = run_batch(simulator, states, parameters, t_end=2e-5, rtol=1e-10, max_steps=2000)
+    assert batch.counts() == {"t_end": 20_000}

@@ -1,4 +1,4 @@
-"""Motions side by side in the lanes of a vector: no bit depends on who is beside whom."""
+"""Motions in the lanes of a vector: results are bitwise independent of the other lanes."""
 
 from __future__ import annotations
 
@@ -87,10 +87,10 @@ def test_bits_do_not_depend_on_lanes_threads_and_order(softened, case, monkeypat
     states, parameters = touching()
     one = with_lanes(softened, 1, states, parameters, monkeypatch, threads=1, **OPTIONS[case])
     for lanes, threads in ((2, 1), (3, 2), (8, 1), (8, 3)):
-        many = with_lanes(
+        batch = with_lanes(
             softened, lanes, states, parameters, monkeypatch, threads=threads, **OPTIONS[case]
         )
-        assert_same_bits(many, one)
+        assert_same_bits(batch, one)
     order = np.random.default_rng(1).permutation(ROWS)
     mixed = [chosen(given, order) for given in (states, parameters)]
     assert_same_bits(with_lanes(softened, 8, *mixed, monkeypatch, **OPTIONS[case]), one.part(order))
@@ -107,16 +107,16 @@ def test_the_rows_end_in_many_ways(softened):
 
 def test_rows_in_lanes_are_the_single_runs(softened):
     states, parameters = touching()
-    found = run_batch(softened, states, parameters, **OPTIONS["until"])
+    batch = run_batch(softened, states, parameters, **OPTIONS["until"])
     for i in range(0, ROWS, 8):
         given, law_given = (
             {n: float(v) for n, v in chosen(a, i).items()} for a in (states, parameters)
         )
         single = softened.run(given, parameters=law_given, record="events", **OPTIONS["until"])
-        assert single.final_state.tobytes() == found.rows.state[i].tobytes()
-        assert single.final_memory.tobytes() == found.rows.memory[i].tobytes()
-        assert single.final_time == found["time"][i]
-        assert list(single.counters.values()) == found.rows.counters[i].tolist()
+        assert single.final_state.tobytes() == batch.rows.state[i].tobytes()
+        assert single.final_memory.tobytes() == batch.rows.memory[i].tobytes()
+        assert single.final_time == batch["time"][i]
+        assert list(single.counters.values()) == batch.rows.counters[i].tolist()
 
 
 def test_rigid_motions_and_accumulations_in_lanes(rigid, monkeypatch):
@@ -135,10 +135,12 @@ def test_rows_in_lanes_are_the_single_runs_of_another_compiler(monkeypatch, tmp_
         pytest.skip(f"{other} is not installed")
     monkeypatch.setenv("CC", other)
     monkeypatch.setenv("PAINLEVE_CACHE", str(tmp_path))
-    made = Simulator(model("rod"), law("bilinear-hertz", reload="virgin"), "taylor")
+    simulator = Simulator(model("rod"), law("bilinear-hertz", reload="virgin"), "taylor")
     states, parameters = touching()
-    one = with_lanes(made, 1, states, parameters, monkeypatch, **OPTIONS["until"])
-    assert_same_bits(with_lanes(made, 8, states, parameters, monkeypatch, **OPTIONS["until"]), one)
+    one = with_lanes(simulator, 1, states, parameters, monkeypatch, **OPTIONS["until"])
+    assert_same_bits(
+        with_lanes(simulator, 8, states, parameters, monkeypatch, **OPTIONS["until"]), one
+    )
 
 
 @pytest.mark.slow

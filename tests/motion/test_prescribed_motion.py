@@ -125,11 +125,11 @@ def test_block_shaken_level_sticks_and_slips_as_scipy_finds():
     now, z, slips, changes = 0.0, [0.0, 0.8], 1, []
     while now < end:
         # A step away from the event that has just happened.
-        found = solve_ivp(
+        solution = solve_ivp(
             flow, (now, end), z, "DOP853", events=stops, args=(slips,),
             rtol=1e-12, atol=1e-13, max_step=1e-3,
         )  # fmt: skip
-        now, z = found.t[-1], list(found.y[:, -1])
+        now, z = solution.t[-1], list(solution.y[:, -1])
         if now >= end:
             break
         changes.append(now)
@@ -249,17 +249,17 @@ friction = "mu"
     sim = Simulator(moving, RigidLaw()) if rigid else Simulator(moving, law(name))
     values = {"a": 0.01, "b": 0.02, "omega": 40.0}
     start = {"x": 0.0, "y": 0.05, "x_dot": 0.3 - 0.02 * 40, "y_dot": -0.01 * 40}
-    found = sim.run(start, parameters=values, t_end=0.2)
+    run = sim.run(start, parameters=values, t_end=0.2)
     other = (on_table() if rigid else softened()).run(
         {"y": 0.05, "x_dot": 0.3}, parameters=values, t_end=0.2
     )
-    assert [e.kind for e in found.events] == [e.kind for e in other.events]
-    assert len(found.events) >= 4
-    assert found.final["y"] == pytest.approx(other.final["gap"], rel=1e-7, abs=1e-9)
-    assert found.final["x_dot"] == pytest.approx(other.final["slip_velocity"], rel=1e-6)
+    assert [e.kind for e in run.events] == [e.kind for e in other.events]
+    assert len(run.events) >= 4
+    assert run.final["y"] == pytest.approx(other.final["gap"], rel=1e-7, abs=1e-9)
+    assert run.final["x_dot"] == pytest.approx(other.final["slip_velocity"], rel=1e-6)
     for work in ("force_dissipation", "friction_dissipation", "contact_dissipation"):
-        assert found.final[work] == pytest.approx(other.final[work], rel=1e-6)
-    assert found.energy_residual < 1e-9
+        assert run.final[work] == pytest.approx(other.final[work], rel=1e-6)
+    assert run.energy_residual < 1e-9
 
 
 # ---- energy ----
@@ -402,8 +402,8 @@ def test_rows_of_a_batch_are_the_single_runs_to_the_last_bit(make):
 def test_derivatives_by_amplitude_frequency_and_start_time_are_differences(make):
     sim, names = make(), ("a", "omega", "t")
     state, parameters = {"y": 0.05, "x_dot": 0.3, "t": 0.01}, {"a": 0.01, "omega": 40.0}
-    found = sim.sensitivities(state, names, parameters=parameters, t_end=0.2)
-    assert len(found.trajectory.events) >= 4
+    sensitivities = sim.sensitivities(state, names, parameters=parameters, t_end=0.2)
+    assert len(sensitivities.trajectory.events) >= 4
     for k, name in enumerate(names):
         step = 1e-6 * {"omega": 40.0}.get(name, 1.0)
         ends = []
@@ -412,17 +412,17 @@ def test_derivatives_by_amplitude_frequency_and_start_time_are_differences(make)
             values = parameters | {n: v + sign * step for n, v in parameters.items() if n == name}
             ends.append(sim.run(moved, parameters=values, t_end=0.2).final_state)
         slopes = (ends[1] - ends[0]) / (2 * step)
-        assert found.final_jacobian[:, k] == pytest.approx(slopes, rel=1e-5, abs=1e-5)
+        assert sensitivities.final_jacobian[:, k] == pytest.approx(slopes, rel=1e-5, abs=1e-5)
 
 
 def test_gradients_of_states_and_outputs_of_one_name_are_told_apart():
     """The gap is a state and an output here: its gradient at any time is that of the difference."""
     state, times = {"y": 0.05, "x_dot": 0.3}, np.array([0.05, 0.15, 0.2])
-    found = softened().sensitivities(state, ("a",), parameters={"a": 0.01}, t_end=0.2)
+    run = softened().sensitivities(state, ("a",), parameters={"a": 0.01}, t_end=0.2)
     ends = [softened().run(state, parameters={"a": 0.01 + d}, t_end=0.2) for d in (-1e-6, 1e-6)]
     for name in ("gap", "slip_velocity", "kinetic_energy"):
         slopes = (ends[1].values(name, times) - ends[0].values(name, times)) / 2e-6
-        assert found.gradient(name, times)[:, 0] == pytest.approx(slopes, rel=1e-5, abs=1e-5)
+        assert run.gradient(name, times)[:, 0] == pytest.approx(slopes, rel=1e-5, abs=1e-5)
 
 
 @pytest.mark.parametrize("scheme", ["moreau-jean", "stewart-trinkle"])
@@ -439,8 +439,8 @@ def test_time_stepping_tends_to_the_rigid_motion_on_the_table(scheme):
 
 def test_jump_takes_the_velocity_against_the_table():
     """A block at rest under a table that rises: v⁺ = (1 + e) u."""
-    found = evaluate_jump(TABLE, "newton", {}, parameters={"e_newton": 0.5, "b": 0.0, "a": 0.01})
-    assert found.velocity["y_dot"] == pytest.approx(1.5 * 0.01 * 40.0, rel=1e-14)
+    jump = evaluate_jump(TABLE, "newton", {}, parameters={"e_newton": 0.5, "b": 0.0, "a": 0.01})
+    assert jump.velocity["y_dot"] == pytest.approx(1.5 * 0.01 * 40.0, rel=1e-14)
 
 
 def test_mechanism_without_the_time_refuses_a_state_with_it():

@@ -60,25 +60,27 @@ def end_and_times(run):
 
 def assert_derivatives(simulator, state, wrt, parameters, tolerance=1e-8, step=4e-4, **options):
     """Final state and event times in every direction, in parts of the size of each quantity."""
-    found = simulator.sensitivities(state, wrt, parameters=parameters, rtol=1e-12, **options)
-    assert all(e.note == "" for e in found.events)
-    rows = [found.final_jacobian, *(e.time_gradient[None] for e in found.events)]
-    got, plain = np.vstack(rows), end_and_times(found.trajectory)
+    sensitivities = simulator.sensitivities(
+        state, wrt, parameters=parameters, rtol=1e-12, **options
+    )
+    assert all(e.note == "" for e in sensitivities.events)
+    rows = [sensitivities.final_jacobian, *(e.time_gradient[None] for e in sensitivities.events)]
+    derivatives, plain = np.vstack(rows), end_and_times(sensitivities.trajectory)
     values = simulator.parameters(parameters) | dict(state)
     scale = np.maximum(np.abs(plain), 1e-3)
     for k, name in enumerate(wrt):
         size = abs(values.get(name, options.get(name, 0.0))) or 1.0
         exact = richardson(simulator, state, name, parameters, end_and_times, step=step, **options)
-        error = np.abs(got[:, k] - exact) * size / np.maximum(scale, np.abs(exact) * size)
+        error = np.abs(derivatives[:, k] - exact) * size / np.maximum(scale, np.abs(exact) * size)
         assert np.max(error) < tolerance, (name, error)
-    return found
+    return sensitivities
 
 
-# ---- softened ----
+# ---- compliant ----
 
 
 def test_table_3_impact_through_every_event():
-    found = assert_derivatives(
+    sensitivities = assert_derivatives(
         softened(),
         TABLE_3,
         WRT[:1] + WRT[2:],
@@ -86,24 +88,26 @@ def test_table_3_impact_through_every_event():
         t_end=0.01,
         until="separation",
     )
-    kinds = [e.event.kind for e in found.events]
+    kinds = [e.event.kind for e in sensitivities.events]
     assert kinds == ["slip_stop", "max_compression", "slip_start", "separation"]
-    assert found.trajectory.stop_reason is StopReason.UNTIL
+    assert sensitivities.trajectory.stop_reason is StopReason.UNTIL
 
 
 def test_fall_impact_and_flight_at_a_fixed_end_time():
     start = TABLE_3 | {"y_A": 0.01}
-    found = assert_derivatives(softened(), start, WRT, HARD, t_end=0.06)
-    assert found.trajectory.stop_reason is StopReason.T_END
-    np.testing.assert_array_equal(found.final_time_gradient, 0.0)
-    np.testing.assert_array_equal(found.final_jacobian, found.fixed_time_jacobian)
-    np.testing.assert_allclose(found.at(0.06)[0], found.final_jacobian, rtol=1e-9, atol=1e-12)
+    sensitivities = assert_derivatives(softened(), start, WRT, HARD, t_end=0.06)
+    assert sensitivities.trajectory.stop_reason is StopReason.T_END
+    np.testing.assert_array_equal(sensitivities.final_time_gradient, 0.0)
+    np.testing.assert_array_equal(sensitivities.final_jacobian, sensitivities.fixed_time_jacobian)
+    np.testing.assert_allclose(
+        sensitivities.at(0.06)[0], sensitivities.final_jacobian, rtol=1e-9, atol=1e-12
+    )
 
 
 def test_states_and_forces_between_events():
     start, options = TABLE_3 | {"y_A": 0.01}, {"t_end": 0.05}
-    found = softened().sensitivities(start, WRT, parameters=HARD, rtol=1e-12, **options)
-    events = [e.event.time for e in found.events]
+    motion = softened().sensitivities(start, WRT, parameters=HARD, rtol=1e-12, **options)
+    events = [e.event.time for e in motion.events]
     # Not so near an event that a difference reaches over it.
     times = np.array([0.5 * events[0], events[0] + 2e-4, events[-1] + 1e-3, 0.049])
     for k, name in enumerate(WRT):
@@ -114,25 +118,25 @@ def test_states_and_forces_between_events():
                 softened(), start, name, HARD,
                 lambda run, q=quantity: run.values(q, times), step=1e-5, levels=2, **options,
             )  # fmt: skip
-            got = found.gradient(quantity, times)[:, k]
+            derivative = motion.gradient(quantity, times)[:, k]
             size = (HARD | start | softened().parameters())[name] if name != "E" else HARD["E"]
             bound = 1e-6 * max(1.0, float(np.max(np.abs(exact) * size)))
-            np.testing.assert_allclose(got * size, exact * size, rtol=1e-6, atol=bound)
+            np.testing.assert_allclose(derivative * size, exact * size, rtol=1e-6, atol=bound)
 
 
 def test_where_an_event_ends_the_run_its_time_moves_along():
-    found = softened().sensitivities(
+    run = softened().sensitivities(
         TABLE_3 | {"y_A": 0.01}, WRT, parameters=HARD, t_end=1.0, until="touchdown", rtol=1e-12
     )
-    last = found.events[-1]
-    np.testing.assert_array_equal(found.final_time_gradient, last.time_gradient)
-    np.testing.assert_array_equal(found.final_jacobian, last.state_jacobian)
-    gap = found.trajectory.state_names.index("y_A")
+    last = run.events[-1]
+    np.testing.assert_array_equal(run.final_time_gradient, last.time_gradient)
+    np.testing.assert_array_equal(run.final_jacobian, last.state_jacobian)
+    gap = run.trajectory.state_names.index("y_A")
     # It ends where the gap is 0, whatever the direction.
-    np.testing.assert_allclose(found.final_jacobian[gap], 0.0, atol=1e-12)
-    rate = found.trajectory.final["y_A_dot"]
+    np.testing.assert_allclose(run.final_jacobian[gap], 0.0, atol=1e-12)
+    rate = run.trajectory.final["y_A_dot"]
     np.testing.assert_allclose(
-        found.fixed_time_jacobian[gap], -rate * found.final_time_gradient, rtol=1e-11, atol=1e-14
+        run.fixed_time_jacobian[gap], -rate * run.final_time_gradient, rtol=1e-11, atol=1e-14
     )
 
 
@@ -151,10 +155,10 @@ def test_any_direction_is_a_difference_of_two_runs(theta, theta_dot, slip, fall,
     names = ("theta", "mu", "e_energetic", "E")
     sizes = np.array([1.0, 1.4, 0.75, HARD["E"]])
     options = {"t_end": 0.5, "until": "separation"}
-    found = softened().sensitivities(start, WRT, parameters=HARD, **options)
-    if found.trajectory.stop_reason is not StopReason.UNTIL:
+    motion = softened().sensitivities(start, WRT, parameters=HARD, **options)
+    if motion.trajectory.stop_reason is not StopReason.UNTIL:
         return
-    if max(e.condition for e in found.events) > 1e3:
+    if max(e.condition for e in motion.events) > 1e3:
         return  # a difference would reach beyond where it is linear
     ends = []
     for sign in (1, -1):
@@ -163,11 +167,11 @@ def test_any_direction_is_a_difference_of_two_runs(theta, theta_dot, slip, fall,
         base = softened().parameters(HARD)
         p = {n: base[n] + change[n] for n in names[1:]}
         run = softened().run(moved, parameters=p, rtol=1e-13, **options)
-        if [e.kind for e in run.events] != [e.event.kind for e in found.events]:
+        if [e.kind for e in run.events] != [e.event.kind for e in motion.events]:
             return
         ends.append(run.final_state)
     columns = [WRT.index(n) for n in names]
-    slope = found.final_jacobian[:, columns] @ (sizes * np.array(direction))
+    slope = motion.final_jacobian[:, columns] @ (sizes * np.array(direction))
     difference = (ends[0] - ends[1]) / 2e-6
     np.testing.assert_allclose(slope, difference, rtol=1e-4, atol=2e-5)
 
@@ -223,17 +227,19 @@ def test_rigid_impacts(rule):
 @pytest.mark.slow
 def test_bounces_that_die_out_and_the_slip_after_them():
     start = {"theta": 0.7, "y_A": 0.01, "x_A_dot": -0.3}
-    found = assert_derivatives(
+    sensitivities = assert_derivatives(
         Simulator(model("rod"), RigidLaw()),
         start,
         ("y_A", "theta", "mu", "e_energetic"),
         {"mu": 0.3, "e_energetic": 0.3},
         t_end=0.3,
     )
-    kinds = [e.event.kind for e in found.events]
+    kinds = [e.event.kind for e in sensitivities.events]
     assert "settle" in kinds
-    assert found.events[-1].event.time < 0.2
-    assert found.trajectory.mode_names[found.trajectory.final_mode].startswith("slip")
+    assert sensitivities.events[-1].event.time < 0.2
+    assert sensitivities.trajectory.mode_names[sensitivities.trajectory.final_mode].startswith(
+        "slip"
+    )
 
 
 # ---- what cannot be differentiated ----
@@ -256,23 +262,23 @@ def grazing_start(overshoot):
 def test_a_grazing_event_is_reported_and_nothing_after_it_is_given():
     state, t = grazing_start(2e-12)
     with pytest.warns(PainleveWarning, match="touchdown.*tangentially"):
-        found = softened().sensitivities(state, WRT, parameters=HARD, t_end=0.05)
-    assert found.singular is not None
-    assert (found.singular.event.kind, found.singular.note) == ("touchdown", "grazing")
-    assert found.valid_until == pytest.approx(t, rel=1e-3)
-    assert np.isnan(found.final_jacobian).all()
-    assert np.isnan(found.at(t * 1.1)).all()
-    assert np.isfinite(found.at(t * 0.9)).all()
-    assert np.isnan(found.singular.time_gradient).all()
+        run = softened().sensitivities(state, WRT, parameters=HARD, t_end=0.05)
+    assert run.singular is not None
+    assert (run.singular.event.kind, run.singular.note) == ("touchdown", "grazing")
+    assert run.valid_until == pytest.approx(t, rel=1e-3)
+    assert np.isnan(run.final_jacobian).all()
+    assert np.isnan(run.at(t * 1.1)).all()
+    assert np.isfinite(run.at(t * 0.9)).all()
+    assert np.isnan(run.singular.time_gradient).all()
     # The motion itself is there to its end.
-    assert found.trajectory.final_time == 0.05
+    assert run.trajectory.final_time == 0.05
 
 
 def test_an_event_far_from_grazing_is_not_called_so():
     state, _ = grazing_start(1e-4)
-    found = softened().sensitivities(state, WRT, parameters=HARD, t_end=0.05)
-    assert found.singular is None
-    assert found.events[0].condition < 1e5
+    run = softened().sensitivities(state, WRT, parameters=HARD, t_end=0.05)
+    assert run.singular is None
+    assert run.events[0].condition < 1e5
 
 
 def marked(**given):
@@ -327,15 +333,15 @@ def test_a_rigid_contact_takes_no_initial_force():
 
 
 def test_unknown_quantities_are_named():
-    found = softened().sensitivities(TABLE_3, WRT, parameters=HARD, t_end=1e-4)
+    run = softened().sensitivities(TABLE_3, WRT, parameters=HARD, t_end=1e-4)
     with pytest.raises(InputError, match="normal_force"):
-        found.gradient("normal_forse", 1e-5)
+        run.gradient("normal_forse", 1e-5)
     with pytest.raises(InputError, match="theta_dot"):
-        found.final_gradient("theta_dott")
-    assert set(found.final_gradient("theta")) == set(WRT)
-    data = found.to_dict()
+        run.final_gradient("theta_dott")
+    assert set(run.final_gradient("theta")) == set(WRT)
+    data = run.to_dict()
     assert data["wrt"] == list(WRT)
-    assert set(data["final_jacobian"]) == set(found.trajectory.state_names)
+    assert set(data["final_jacobian"]) == set(run.trajectory.state_names)
 
 
 @pytest.mark.slow
@@ -343,11 +349,11 @@ def test_a_reset_without_a_derivative_is_reported():
     """At e = 0 the speed after an impact is a square root at zero."""
     sim, state = Simulator(model("rod"), RigidLaw()), TABLE_3 | {"y_A": 0.01, "y_A_dot": -0.5}
     with pytest.warns(PainleveWarning, match="impact_end.*no finite derivative"):
-        found = sim.sensitivities(
+        sensitivities = sim.sensitivities(
             state, ("y_A", "theta", "mu", "e_energetic"), parameters={"e_energetic": 0.0},
             t_end=0.05,
         )  # fmt: skip
-    assert found.singular is not None and found.singular.note == "singular"
-    assert found.trajectory.stop_reason is StopReason.T_END
-    assert len(found.events) == len(found.trajectory.events)
-    assert np.isfinite(found.at(0.01)).all() and np.isnan(found.at(0.04)).all()
+    assert sensitivities.singular is not None and sensitivities.singular.note == "singular"
+    assert sensitivities.trajectory.stop_reason is StopReason.T_END
+    assert len(sensitivities.events) == len(sensitivities.trajectory.events)
+    assert np.isfinite(sensitivities.at(0.01)).all() and np.isnan(sensitivities.at(0.04)).all()

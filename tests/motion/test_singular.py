@@ -1,4 +1,4 @@
-"""Where a slip runs into A = B = 0: the located limit, its exponent, and how it is named."""
+"""Slip that runs into A = B = 0: the located limit, its exponent, and how it is named."""
 
 from __future__ import annotations
 

@@ -197,10 +197,12 @@ def test_strut_below_its_critical_friction_rests_under_the_belt():
     """Pressed by spring and weight at rest: F_n = −B/A in every step, and the strut stays."""
     mechanism = model("strut")
     run = TimeStepper(mechanism).run(mechanism.start, step=1e-3, t_end=5e-3)
-    found = classify(mechanism, mechanism.start)
+    classification = classify(mechanism, mechanism.start)
     assert run.stop_reason is StopReason.T_END
     assert run.states == pytest.approx(np.tile(run.states[0], (6, 1)), abs=1e-12)
-    assert run.impulses[:, 0] == pytest.approx(-found.B / found.A * 1e-3, rel=1e-9)
+    assert run.impulses[:, 0] == pytest.approx(
+        -classification.B / classification.A * 1e-3, rel=1e-9
+    )
 
 
 def test_stewart_trinkle_has_order_one_through_a_plastic_impact(rigid):

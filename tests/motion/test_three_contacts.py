@@ -98,11 +98,11 @@ def simulator(tmp_path_factory):
     path.write_text(SPRUNG)
 
     @cache
-    def made(table):
+    def build(table):
         mechanism = model(str(path) if table is SprungTable else LEVEL)
         return Simulator(mechanism, law("rigid", restitution="newton"))
 
-    return made
+    return build
 
 
 def _compared(simulator, table, starts, mu, e, t_end, steps):

@@ -25,24 +25,24 @@ def feet() -> Simulator:
 
 def test_both_feet_slide_to_rest(feet):
     """F = m g (1 ∓ μ h/a)/2 with equal friction, and the deceleration μ g."""
-    found = feet.run({"x_A_dot": 1.0}, t_end=1.0, parameters=FLAT | {"mu_A": 0.3, "mu_B": 0.3})
+    run = feet.run({"x_A_dot": 1.0}, t_end=1.0, parameters=FLAT | {"mu_A": 0.3, "mu_B": 0.3})
     g, mu, h, a = 9.8, 0.3, 0.2, 0.1
-    assert [e.kind for e in found.events] == ["contact", "slip_stop", "contact"]
-    assert found.events[1].time == pytest.approx(1 / (mu * g), rel=1e-11)
-    outputs = found.outputs(0.1)
+    assert [e.kind for e in run.events] == ["contact", "slip_stop", "contact"]
+    assert run.events[1].time == pytest.approx(1 / (mu * g), rel=1e-11)
+    outputs = run.outputs(0.1)
     for name, sign in (("A", -1), ("B", 1)):
         assert outputs[f"normal_force_{name}"][0] == pytest.approx(g / 2 * (1 + sign * mu * h / a))
-    assert found.events[2].mode_after == "stick + stick"
-    assert found.final["x_A"] == pytest.approx(1 / (2 * mu * g), rel=1e-11)
-    assert found.energy_residual < 1e-12
+    assert run.events[2].mode_after == "stick + stick"
+    assert run.final["x_A"] == pytest.approx(1 / (2 * mu * g), rel=1e-11)
+    assert run.energy_residual < 1e-12
 
 
 def test_too_much_friction_tips_the_block(feet):
     """Beyond μ h = a the rear foot would have to pull: it lifts off, the other slides on."""
     start = {"x_A_dot": 1.0}
     for mu, mode in ((0.49, "slip_pos + slip_pos"), (0.51, "flight + slip_pos")):
-        found = feet.run(start, t_end=1e-3, parameters=FLAT | {"mu_A": mu, "mu_B": mu})
-        assert found.segments[0].mode == mode
+        run = feet.run(start, t_end=1e-3, parameters=FLAT | {"mu_A": mu, "mu_B": mu})
+        assert run.segments[0].mode == mode
 
 
 def test_one_foot_moves_as_the_mechanism_with_that_contact_alone(feet):
@@ -62,14 +62,14 @@ def test_one_foot_moves_as_the_mechanism_with_that_contact_alone(feet):
 def test_rocking_loses_what_housner_says(feet, h):
     """θ̇⁺/θ̇⁻ = 1 − 2 m a²/(J + m (a² + h²)) at each change of foot (Housner 1963)."""
     p = FLAT | {"h": h, "mu_A": 1.5, "mu_B": 1.5, "e_energetic": 0.0}
-    found = feet.run({"theta": 0.1}, t_end=1.5, parameters=p)
+    run = feet.run({"theta": 0.1}, t_end=1.5, parameters=p)
     ratio = 1 - 2 * 0.1**2 / (0.02 + 0.1**2 + h**2)
-    touched = [i for i, e in enumerate(found.events) if e.kind == "touchdown"]
+    touched = [i for i, e in enumerate(run.events) if e.kind == "touchdown"]
     assert len(touched) >= 2
     for i in touched:
-        before, after = found.events[i].state, found.events[i + 2].state
+        before, after = run.events[i].state, run.events[i + 2].state
         assert after["theta_dot"] / before["theta_dot"] == pytest.approx(ratio, rel=1e-9)
-    assert found.energy_residual < 1e-9
+    assert run.energy_residual < 1e-9
 
 
 @pytest.mark.parametrize("law", ["energetic", "poisson", "newton"])
@@ -77,18 +77,18 @@ def test_a_falling_block_comes_to_rest(law):
     """Bounces and rocking accumulate and end; the energy closes through hundreds of impacts."""
     simulator = Simulator(model("block-two-feet"), RigidLaw(law))
     p = FLAT | {"h": 0.1, "mu_A": 0.8, "mu_B": 0.8, simulator.own_parameters[0].name: 0.3}
-    found = simulator.run({"y_A": 0.05, "theta": 0.3}, t_end=3.0, parameters=p)
-    assert found.stop_reason is StopReason.T_END
-    assert found.mode_names[found.final_mode] == "stick + stick"
-    assert abs(found.final["theta"]) < 1e-8
-    forces = found.final_forces
+    run = simulator.run({"y_A": 0.05, "theta": 0.3}, t_end=3.0, parameters=p)
+    assert run.stop_reason is StopReason.T_END
+    assert run.mode_names[run.final_mode] == "stick + stick"
+    assert abs(run.final["theta"]) < 1e-8
+    forces = run.final_forces
     assert forces["normal_force_A"] + forces["normal_force_B"] == pytest.approx(9.8)
-    assert found.energy_residual < 1e-8
+    assert run.energy_residual < 1e-8
 
 
 def test_landing_flat_is_one_impact_of_both_feet(feet):
-    found = feet.run({"y_A": 0.1}, t_end=0.2, parameters=FLAT | {"e_energetic": 0.5})
-    impact = found.events_of("impact")[0]
+    run = feet.run({"y_A": 0.1}, t_end=0.2, parameters=FLAT | {"e_energetic": 0.5})
+    impact = run.events_of("impact")[0]
     speed = math.sqrt(2 * 9.8 * 0.1)
     assert impact.impulses == pytest.approx((0.75 * speed, 0, 0.75 * speed, 0), abs=1e-9)
     assert impact.state["y_A_dot"] == pytest.approx(0.5 * speed)
@@ -100,11 +100,11 @@ def test_the_inconsistent_foot_has_its_impact_without_collision(feet):
     start = {"theta": -0.8, "y_A": 2 * 0.1 * math.sin(0.8), "x_A_dot": -1.0}
     alone = feet.mechanism.only("B")
     rigid = Simulator(alone, RigidLaw()).run(start, t_end=1e-4, parameters=p)
-    found = feet.run(start, t_end=1e-4, parameters=p)
+    run = feet.run(start, t_end=1e-4, parameters=p)
     assert rigid.events_of("impact_slip_stop"), "the state is not the one meant"
-    assert found.events_of("impact")[0].time == 0
+    assert run.events_of("impact")[0].time == 0
     for name in ("x_A_dot", "y_A_dot", "theta_dot"):
-        assert found.final[name] == pytest.approx(rigid.final[name], rel=1e-9)
+        assert run.final[name] == pytest.approx(rigid.final[name], rel=1e-9)
 
 
 def test_the_second_engine_agrees(feet):
@@ -129,9 +129,9 @@ def test_what_cannot_be_is_refused(feet):
 
 
 def test_a_run_ends_where_it_is_asked_to(feet):
-    found = feet.run({"y_A": 0.1, "theta": 0.1}, t_end=1.0, parameters=FLAT, until="impact")
-    assert found.stop_reason is StopReason.UNTIL
-    assert found.final_time == found.events_of("impact")[0].time
+    run = feet.run({"y_A": 0.1, "theta": 0.1}, t_end=1.0, parameters=FLAT, until="impact")
+    assert run.stop_reason is StopReason.UNTIL
+    assert run.final_time == run.events_of("impact")[0].time
     limited = feet.run({"y_A": 0.1, "theta": 0.1}, t_end=1.0, parameters=FLAT, max_events=3)
     assert limited.stop_reason is StopReason.EVENT_LIMIT
 
@@ -140,22 +140,26 @@ def test_a_run_ends_where_it_is_asked_to(feet):
 
 
 def test_classification_of_the_sliding_block():
-    found = classify(model("block-two-feet"), {"x_A_dot": -1.0}, parameters=FLAT)
-    assert (found.case.value, found.contacts, found.open) == ("unique", ("A", "B"), ())
-    (solution,) = found.solutions
+    classification = classify(model("block-two-feet"), {"x_A_dot": -1.0}, parameters=FLAT)
+    assert (classification.case.value, classification.contacts, classification.open) == (
+        "unique",
+        ("A", "B"),
+        (),
+    )
+    (solution,) = classification.solutions
     assert solution.normal_forces.sum() == pytest.approx(9.8)
-    assert found.to_dict()["solutions"][0]["contacts"]["A"]["mode"] == "slip_neg"
+    assert classification.to_dict()["solutions"][0]["contacts"]["A"]["mode"] == "slip_neg"
 
 
 def test_the_block_at_rest_is_hyperstatic():
-    found = classify(model("block-two-feet"), {}, parameters=FLAT)
-    assert found.case.value == "hyperstatic"
-    assert not any(s.isolated for s in found.solutions)
+    classification = classify(model("block-two-feet"), {}, parameters=FLAT)
+    assert classification.case.value == "hyperstatic"
+    assert not any(s.isolated for s in classification.solutions)
 
 
 def test_an_open_contact_is_left_out():
-    found = classify(model("block-two-feet"), {"theta": 0.3, "x_A_dot": 1.0})
-    assert (found.contacts, found.open) == (("A",), ("B",))
+    classification = classify(model("block-two-feet"), {"theta": 0.3, "x_A_dot": 1.0})
+    assert (classification.contacts, classification.open) == (("A",), ("B",))
     with pytest.raises(InputError, match="no contact is closed"):
         classify(model("block-two-feet"), {"y_A": 0.1})
     with pytest.raises(InputError, match="contact 'A' approaches with 1 m/s"):

@@ -25,17 +25,17 @@ def motion():
 
 
 def test_derivatives_are_drawn_per_relative_change_with_every_event(tmp_path):
-    found = motion()
+    run = motion()
 
     def draw():
-        return sensitivity_figure(found, "y_A_dot", "velocity [m/s]", {"mu": r"\mu"}, 3.95e-4)
+        return sensitivity_figure(run, "y_A_dot", "velocity [m/s]", {"mu": r"\mu"}, 3.95e-4)
 
     figure = draw()
     above, below = figure.axes
-    events = len(found.events)
+    events = len(run.events)
     assert len(above.lines) == 1 + events and len(below.lines) == 2 + events
     times, drawn = below.lines[0].get_data()
-    expected = 1.4 * found.gradient("y_A_dot", np.asarray(times) / 1e3)[:, 0]
+    expected = 1.4 * run.gradient("y_A_dot", np.asarray(times) / 1e3)[:, 0]
     np.testing.assert_allclose(drawn, expected, rtol=1e-6, atol=1e-9)
     first, second = (save(draw(), tmp_path / n) for n in "ab")
     for one, other in zip(first, second, strict=True):

@@ -179,8 +179,8 @@ def test_derivatives_of_a_motion_of_two_feet_are_those_of_runs_beside(engine):
     feet = Simulator(model("block-two-feet"), law("linear"), engine)
     start, parameters = {"y_A": 1e-3, "theta": 0.02, "x_A_dot": -0.3}, {"k": 1e5, "c": 40.0}
     directions = ("theta", "x_A_dot", "mu_A")
-    found = feet.sensitivities(start, directions, parameters=parameters, t_end=0.05)
-    assert len(found.trajectory.events) >= 5
+    motion = feet.sensitivities(start, directions, parameters=parameters, t_end=0.05)
+    assert len(motion.trajectory.events) >= 5
     for i, name in enumerate(directions):
         ends = []
         for step in (1e-6, -1e-6):
@@ -189,4 +189,4 @@ def test_derivatives_of_a_motion_of_two_feet_are_those_of_runs_beside(engine):
             run = feet.run(moved, parameters=given_, t_end=0.05, rtol=1e-13)
             ends.append(run.final_state)
         slope = (ends[0] - ends[1]) / 2e-6
-        assert np.allclose(found.final_jacobian[:, i], slope, rtol=0, atol=1e-7 * abs(slope).max())
+        assert np.allclose(motion.final_jacobian[:, i], slope, rtol=0, atol=1e-7 * abs(slope).max())

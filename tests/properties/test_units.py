@@ -306,9 +306,9 @@ CONTACTS = {
 }
 
 
-def _forces(found: Any, factors: Any) -> list[np.ndarray]:
+def _forces(solution: Any, factors: Any) -> list[np.ndarray]:
     newton = factor("N", factors)
-    return [np.append(s.normal_forces, s.tangential_forces) / newton for s in found.solutions]
+    return [np.append(s.normal_forces, s.tangential_forces) / newton for s in solution.solutions]
 
 
 @pytest.mark.parametrize("name", CONTACTS)
@@ -319,11 +319,11 @@ def test_contact_problem_is_the_same_in_any_units(name, factors):
     mechanism, one = make(), (1.0, 1.0, 1.0)
     values = {p.name: p.default for p in mechanism.system.parameters} | parameters
 
-    def found(f):
+    def classified(f):
         units = mechanism.units
         return classify(mechanism, _scaled(state, units, f), parameters=_scaled(values, units, f))
 
-    reference, same = found(one), found(factors)
+    reference, same = classified(one), classified(factors)
     assert same.case is reference.case
     assert same.contacts == reference.contacts
     assert [s.modes for s in same.solutions] == [s.modes for s in reference.solutions]
@@ -380,8 +380,8 @@ def test_tangential_impact_is_the_same_in_any_units(factors):
     def impulse(f):
         units = mechanism.units
         state = _scaled(mechanism.start, units, f)
-        found = tangential_impact(mechanism, state, parameters=_scaled(values, units, f))
-        return found.normal_impulse / factor("N s", f)
+        impact = tangential_impact(mechanism, state, parameters=_scaled(values, units, f))
+        return impact.normal_impulse / factor("N s", f)
 
     assert impulse(factors) == pytest.approx(impulse((1.0, 1.0, 1.0)), rel=1e-10)
 

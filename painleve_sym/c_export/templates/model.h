@@ -2,7 +2,7 @@
  *
 $about
  *
- * Units are SI and radians. The numbers of painleve-sym come out to the last bit where this code is
+ * Units are SI and radians. The numbers equal those of painleve-sym to the last bit where this code is
  * compiled as the package compiles it:
  *   $compiler
  *   $flags

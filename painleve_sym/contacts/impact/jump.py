@@ -111,7 +111,7 @@ def evaluate_jump(
 ) -> JumpResult:
     """Evaluate the jump at one state: the phases of the impact's class.
 
-    The contact is taken as closed whatever its gap, since a softened contact is compressed. With
+    The contact is taken as closed whatever its gap, since a compliant contact is compressed. With
     A < 0 and B > 0 (the indeterminate case) the jump is the answer only if the contact carries
     more than −B/A; that is for the caller to know.
 
@@ -164,7 +164,7 @@ def _jump(mechanism: Mechanism, law: RestitutionLaw, values: Values, where: str)
     if v_n > 0:
         raise InputError(
             f"{where}: got v_n = {v_n:g} m/s, need v_n <= 0: the contact is opening. "
-            f"Fix: let it fly until it touches again."
+            f"Fix: simulate the flight up to the next contact."
         )
     slip = (v_t > 0) - (v_t < 0)
     impact = _solved(mechanism, law, values, (v_n, v_t))

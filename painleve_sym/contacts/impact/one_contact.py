@@ -34,7 +34,7 @@ class ImpactEnd(enum.Enum):
     JAM
         The impulse has no end: on the last ray dv_n/dP_n = 0, and the velocity or energy that
         ends the impact is never reached. It needs a W of rank one (a pivoted strut) or W_nn = 0;
-        friction then carries any force. No rigid impact answers, a softened one does.
+        friction then carries any force. There is no rigid impact, but a compliant one.
     """
 
     SEPARATION = "separation"

@@ -269,7 +269,7 @@ def _parameter(name: str, given: Table, is_friction: bool) -> Parameter:
     table = given.table(name, _PARAMETER)
     positive = table.flag("positive", False)
     if positive and "lower" in table:
-        table.fault("positive = true says lower already. Fix: keep one.", "lower")
+        table.fault("'positive' and 'lower' are mutually exclusive. Fix: remove one.", "lower")
     parameter = Parameter(
         name,
         table.number("default"),

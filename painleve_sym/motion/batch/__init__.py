@@ -1,1 +1,1 @@
-"""Batches: many motions of one simulator."""
+"""Batches: motions of one simulator from arrays of inputs."""

@@ -24,7 +24,7 @@ class BatchInputs:
     shape : tuple of int
         What all arrays broadcast to; rows are numbered in its C order.
     inputs : dict of str to ndarray
-        States and parameters by name, defaults put in.
+        States and parameters by name, with defaults.
     force : ndarray or None
         Initial force; N.
     """

@@ -1,4 +1,4 @@
-"""How much memory there is, and how much rows of a batch take."""
+"""Memory estimates for batches."""
 
 from __future__ import annotations
 

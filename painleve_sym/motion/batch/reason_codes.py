@@ -1,4 +1,4 @@
-"""Stop reasons of rows: those of the engine, and what is found out besides."""
+"""Integer codes of stop reasons in batch results."""
 
 from __future__ import annotations
 

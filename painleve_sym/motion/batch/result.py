@@ -1,4 +1,4 @@
-"""Ends of many motions, by name."""
+"""Result of a batch: arrays of final values, by name."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from painleve_sym.quantities import unit_of
 
 @dataclass(frozen=True)
 class BatchResult:
-    """What `run_batch` found; every array has the shape of the inputs, row by row.
+    """Result of `run_batch`; every array has the shape of the inputs, row by row.
 
     ``result["theta_dot"]`` is a final state by name. Other names (`names` lists all):
 
@@ -41,7 +41,7 @@ class BatchResult:
     simulator : Simulator
     shape : tuple of int
     inputs : dict of str to ndarray
-        States and parameters as given, defaults put in; they broadcast to `shape`.
+        States and parameters as given, with defaults; they broadcast to `shape`.
     initial_force : ndarray or None
         N.
     options : RunOptions
@@ -117,7 +117,7 @@ class BatchResult:
         return np.asarray(times.reshape(*self.shape, self.kept.events))
 
     def counts(self) -> dict[str, int]:
-        """Return how many motions ended for each stop reason that occurred."""
+        """Return the number of rows for each stop reason that occurred."""
         numbers = np.bincount(self.rows.reason, minlength=len(ROW_REASONS))
         return {r.label: int(n) for r, n in zip(ROW_REASONS, numbers, strict=True) if n}
 

@@ -1,4 +1,4 @@
-"""Many motions at once: arrays of states and parameters in, arrays of ends out."""
+"""Simulation of batches: arrays of states and parameters in, arrays of final values out."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def run_batch(
     t_end, until, rtol, first_step, max_step, max_steps, max_events
         As for `Simulator.run`; the same for every row.
     initial_force : array_like
-        Of a softened contact that starts with gap 0: the compression that carries it; N.
+        Of a compliant contact that starts with gap 0: the compression that carries it; N.
     threads : int
         By default the processors this process may use.
     events : int
@@ -201,7 +201,7 @@ def _in_threads(
 
     def work(span: tuple[int, int]) -> None:
         start, stop = span
-        # Python's share: threads in turn, so that they do not fight over its one lock.
+        # Serialise the Python part; it holds the GIL anyway.
         with preparing:
             block = starts_of(simulator, rows, start, stop)
         _integrate(simulator, engine, block, o, kept, ends.part(slice(start, stop)))
@@ -212,7 +212,7 @@ def _in_threads(
             work(span)
         return ends
     with ThreadPoolExecutor(threads) as pool:
-        # The first block that fails is the one that is heard of; no others begin after it.
+        # Propagate the first exception; pending blocks are cancelled.
         for _ in pool.map(work, spans):
             pass
     return ends

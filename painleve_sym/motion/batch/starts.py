@@ -1,4 +1,4 @@
-"""Starts of many motions, ready for the engine; those that cannot run, with the reason."""
+"""Initial values of a batch, ready for the engine, with the reasons of rows that cannot run."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from painleve_sym.motion.batch.reason_codes import INVALID_START, LEFT_DOMAIN, N
 from painleve_sym.motion.simulator import NO_FORCE, Simulator
 
 RUNS = -1
-"""Refusal of a row that can run."""
+"""Code of a row that can run, in place of a reason."""
 _REFUSALS = (INVALID_START, NON_FINITE, LEFT_DOMAIN)
 """Reasons for which `Prepared.admits` refuses; the last one counts."""
 

@@ -23,7 +23,7 @@ class EventSensitivity:
     time_gradient : ndarray, shape (k,)
         ∂τ/∂w of its time; s per unit of w.
     state_jacobian : ndarray, shape (nx, k)
-        Of the state just after the event, where its time moves along: of `event.state`.
+        Total derivative of `event.state`, including the shift of the event time.
     condition : float
         Largest relative change of the speed at which the guard is met, per relative change of a
         direction: large near a tangential event; 0 for one that fires at once.
@@ -115,7 +115,7 @@ class SensitiveTrajectory:
 
     def _split(self, t: ArrayLike) -> tuple[Array, Array]:
         times = np.atleast_1d(np.asarray(t, dtype=float))
-        self.trajectory(times)  # refuses times outside the motion
+        self.trajectory(times)  # rejects times outside the motion
         known = times < self.valid_until
         nx, no, k = (
             len(n) for n in (self.trajectory.state_names, self.trajectory.output_names, self.wrt)

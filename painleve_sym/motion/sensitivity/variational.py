@@ -28,7 +28,7 @@ from painleve_sym.motion.trajectory import EventRecord, StoredRecord, Trajectory
 
 INITIAL_FORCE = "initial_force"
 
-LOOSER = 100.0
+LOOSENING_FACTOR = 100.0
 """Absolute tolerance of derivatives over that of states, each in parts of its size: then steps are
 about a quarter more, and the derivatives of the reference impacts hold nine digits."""
 
@@ -64,7 +64,7 @@ def differentiated(
     _notify(result)
     if result.trajectory.stop_reason is not StopReason.NON_FINITE:
         return result
-    # Only the derivatives ended there: the motion itself continues.
+    # Only the sensitivities became singular: repeat the run without them.
     given: dict[str, Any] = {"parameters": parameters, "record": record, **options}
     if initial_force is not None:
         given[INITIAL_FORCE] = initial_force
@@ -216,7 +216,7 @@ class _Differentiated:
         scale = plain.atol / plain.rtol
         directions = self.sizes(scale)
         finite = np.where(np.isfinite(scale), scale, 1.0)
-        sizes = LOOSER * scale[:, None] / directions
+        sizes = LOOSENING_FACTOR * scale[:, None] / directions
         extended = replace(plain, atol=functions.packed(plain.atol, plain.rtol * sizes))
 
         start = functions.packed(self.start.state, jacobian)

@@ -16,7 +16,7 @@ from painleve_sym.contacts.problem import ContactProblem, ContactSolution
 Impulse = tuple[float, float]
 """Normal and tangential impulse of one step; N s."""
 Answer = tuple[int, Impulse | None]
-"""How many solutions a solver found, and the impulses of the one it takes."""
+"""Number of solutions of one step, and the impulses of the chosen one."""
 
 
 def _impulse(solution: ContactSolution) -> Impulse:

@@ -79,7 +79,7 @@ class SteppingRun:
         Work of the impulses on the contact's velocity, Λ·(v⁺ + v_free)/2; J. Never positive with
         `e_newton` = 0 and Moreau–Jean's scheme.
     stop_reason : StopReason
-        T_END; LEFT_DOMAIN; NON_FINITE; NO_MODE where the solver found no impulses; STEP_LIMIT
+        T_END; LEFT_DOMAIN; NON_FINITE; NO_MODE where the solver has no solution; STEP_LIMIT
         where `max_solves` was used up.
     """
 
@@ -104,7 +104,7 @@ class SteppingRun:
 
     @property
     def stop_detail(self) -> str:
-        """Why it ended, in words."""
+        """Reason of the end, in words."""
         return _ENDS.get(self.stop_reason, self.stop_reason.advice)
 
     @property
@@ -153,7 +153,7 @@ class TimeStepper:
 
     @property
     def where(self) -> str:
-        """What messages name as the place of a fault."""
+        """Place of a fault, as messages name it."""
         return f"stepping of {self.mechanism.name!r}"
 
     @cached_property
@@ -307,7 +307,7 @@ class TimeStepper:
 
 
 def _times(step: float, t_end: float) -> Array:
-    """Return the ends of the steps; what is left of round-off below 1e-9 steps is not a step."""
+    """Return the ends of the steps; a remainder below 1e-9 steps is round-off, not a step."""
     number = max(1, math.ceil(t_end / step - 1e-9))
     return np.append(step * np.arange(number), t_end)
 
@@ -355,7 +355,7 @@ class _Stepping:
         return np.array(self.stepper._rates(q, u, self.constants(t))).T
 
     def problem(self, q_u: Array, h: float) -> tuple[ContactProblem | None, Any]:
-        """Return the contact problem of one step and what it was made of."""
+        """Return the contact problem of one step and the terms that it is made of."""
         q, u, t = self.split(q_u)
         ahead = self.stepper.scheme == "moreau-jean"
         place = q + h / 2 * u if ahead else q
@@ -365,17 +365,17 @@ class _Stepping:
         free = u + h * acceleration
         gap, W_nn, W_nt, W_tt = map(float, scalars[:4])
         rates = np.array(self.stepper._rates(place, free, constants)).ravel()
-        made = (place, free, normal, tangential, rates, scalars)
-        finite = all(np.all(np.isfinite(part)) for part in made)
+        terms = (place, free, normal, tangential, rates, scalars)
+        finite = all(np.all(np.isfinite(part)) for part in terms)
         if not finite or (ahead and gap > self.closed):
-            return None, made
+            return None, terms
         if ahead:
             before = np.array(self.stepper._rates(place, u, constants)).ravel()
             shift = self.e_newton * float(before[0])
         else:
             shift = gap / h
         b_n, b_t = float(rates[0]) + shift, float(rates[1])
-        return ContactProblem.single(W_nn, W_nt, W_tt, b_n, b_t, self.mu, 0.0), made
+        return ContactProblem.single(W_nn, W_nt, W_tt, b_n, b_t, self.mu, 0.0), terms
 
     def through(
         self, q_u: Array, times: Array
@@ -384,8 +384,8 @@ class _Stepping:
         states, impulses, counts, works = [q_u], list[Impulse](), list[int](), list[float]()
         solves = 0
         for h in np.diff(times):
-            problem, made = self.problem(states[-1], float(h))
-            place, free, normal, tangential, rates, scalars = made
+            problem, terms = self.problem(states[-1], float(h))
+            place, free, normal, tangential, rates, scalars = terms
             count, impulse = -1, (0.0, 0.0)
             if not (np.all(np.isfinite(free)) and np.all(np.isfinite(scalars))):
                 return states, impulses, counts, works, StopReason.NON_FINITE

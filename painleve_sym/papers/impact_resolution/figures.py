@@ -63,7 +63,7 @@ def reading_time(bench: Workbench, run: Trajectory, force: float) -> float | Non
 
 
 def reload_gain(run: Trajectory) -> float:
-    """Return the energy that the jumps of the force at reloading put in; J."""
+    """Return the energy that the jumps of the force at reloading add; J."""
     gain = 0.0
     for event in run.events_of("reload"):
         before = run.values("contact_dissipation", np.nextafter(event.time, -np.inf))[0]
@@ -120,7 +120,7 @@ def compute_sliding(bench: Workbench) -> Outcome:
     return checked(
         "; ".join(texts),
         checks,
-        {"table": table([*columns, "energy put in at reloading (J)"], rows)},
+        {"table": table([*columns, "energy added at reloading (J)"], rows)},
         _sliding_panels(bench),
         gain=rows[0][-1],
         modulus=modulus_text(SOFT),

@@ -34,7 +34,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Case:
-    """A softened run of the rod.
+    """A compliant run of the rod.
 
     Attributes
     ----------
@@ -204,7 +204,7 @@ def modulus_label(modulus: float) -> str:
 
 
 def modulus_text(modulus: float) -> str:
-    """Return 20.9e14 and the like."""
+    """Return the text of a modulus, such as 20.9e14."""
     return f"20.9e{round(math.log10(modulus / 20.9))}"
 
 

@@ -243,7 +243,7 @@ def compute_conclusions(bench: Workbench) -> Outcome:
     """§4: the three conclusions, without surface energy."""
     impact = bench.run(IMPACT)
     checks = {
-        "(1) one solution: the softened rod takes it": (
+        "(1) one solution: the compliant rod takes it": (
             bench.rigid(1).case is ContactCase.SLIP
             and settling_time(bench, bench.run(SLIDING[STIFF])) < SLIDING[STIFF].t_end
         ),

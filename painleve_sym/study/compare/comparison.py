@@ -1,4 +1,4 @@
-"""One state, every method: accelerations, rigid motion, time stepping, relaxation, softened motion.
+"""Comparison of all methods from one state: accelerations, rigid and compliant motion, stepping.
 
 The methods are asked the same question, the velocities at one time shortly after the start, and
 are measured by one ruler: the distance to a rigid motion in the metric of the kinetic energy.
@@ -61,7 +61,7 @@ class Comparison:
     state, parameters : dict of str to float
         Complete.
     restitution, t_end : float
-        e of the softened and of both rigid rules; s.
+        e of the compliant and of both rigid rules; s.
     acceleration_level : AccelerationLevel or None
         None where the contact is open or closing: there is nothing to solve.
     jumps : dict of str to JumpResult
@@ -156,7 +156,7 @@ def compare(
     state, parameters : mapping of str to float
         Absent coordinates and velocities are 0, absent parameters have their defaults.
     restitution : float
-        In [0, 1]: energetic for rigid and softened motion, Newton's for rigid motion and stepping.
+        In [0, 1]: energetic for rigid and compliant motion, Newton's for rigid motion and stepping.
     steps : sequence of float, optional
         s, in (0, t_end]; a tenth, hundredth and thousandth of t_end when not given.
     stiffness : sequence of float
@@ -226,7 +226,7 @@ def _case(
     if mechanism.contact.bilateral:
         raise InputError(
             f"contrast of {mechanism.name!r}: its contact is bilateral, and stepping, relaxation "
-            "and softened motion need one that can open. Fix: use classify, jump and "
+            "and compliant motion need one that can open. Fix: use classify, jump and "
             "simulate --law rigid."
         )
     values = resolve_parameters(f"{mechanism.name!r}", declared, parameters or {})

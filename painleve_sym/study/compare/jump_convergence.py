@@ -1,4 +1,4 @@
-"""Rigid against softened: the three-phase jump and the impacts that should converge to it."""
+"""Convergence of compliant impacts to the three-phase rigid jump."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.trajectory import Trajectory
 
 PHASE_ENDS = ("slip_stop", "max_compression", "separation")
-"""Events of a softened impact at which the three phases of the jump end."""
+"""Events of a compliant impact at which the three phases of the jump end."""
 RTOL = 1e-12
-"""Of the softened runs: their error then stays far below the difference that is studied."""
+"""Of the compliant runs: their error then stays far below the difference that is studied."""
 
 
 @dataclass(frozen=True)
 class JumpComparison:
-    """A jump and the softened impacts from the same state, for growing stiffness.
+    """A jump and the compliant impacts from the same state, for growing stiffness.
 
     Attributes
     ----------
@@ -54,11 +54,11 @@ class JumpComparison:
 
     @cached_property
     def errors(self) -> Array:
-        """Softened minus rule, shape (k, 3, v)."""
+        """Compliant run minus rule, shape (k, 3, v)."""
         return self.softened - self.rule
 
     def column(self, phase: int, velocity: str) -> tuple[float, Array, Array]:
-        """Return rule, softened values (k,) and errors (k,) of one velocity after one phase."""
+        """Return rule, compliant values (k,) and errors (k,) of one velocity after one phase."""
         index = self.velocities.index(velocity)
         values = self.softened[:, phase - 1, index]
         return float(self.rule[phase - 1, index]), values, self.errors[:, phase - 1, index]
@@ -78,7 +78,7 @@ def compare_jump(
     parameters: Mapping[str, float] | None = None,
     t_end: float = 1.0,
 ) -> JumpComparison:
-    """Return the energetic jump at a state and softened impacts from it.
+    """Return the energetic jump at a state and compliant impacts from it.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def compare_jump(
     Raises
     ------
     InputError
-        As for `evaluate_jump`, and where a softened impact lacks one of the three events.
+        As for `evaluate_jump`, and where a compliant impact lacks one of the three events.
     """
     mechanism = simulator.mechanism
     complete = dict.fromkeys(mechanism.state_names, 0.0) | dict(state)

@@ -55,7 +55,7 @@ class AccelerationLevel:
 
 @dataclass(frozen=True)
 class Answer:
-    """What one method says.
+    """Result of one method.
 
     Attributes
     ----------
@@ -84,7 +84,7 @@ class Answer:
     contact_velocities : ndarray, shape (k, 2)
         ġ_N and v_t; m/s.
     solutions_first_step : int
-        Found by the solver of a time step; −1 elsewhere.
+        Number of solutions of a time step; −1 elsewhere.
     first_impulse : float
         Normal impulse of the first step; nan elsewhere.
     first_mode : str
@@ -93,7 +93,7 @@ class Answer:
         Of a rigid motion that ended where its slip meets A = 0: where it would arrive.
     reference : str
         The rigid motion nearest to the finest answer of this way: of the energetic rule for
-        softened motion, of Newton's for time stepping. Empty for a rigid motion and for a motion
+        compliant motion, of Newton's for time stepping. Empty for a rigid motion and for a motion
         that ended early.
     error : float
         Distance to it in the metric of the kinetic energy, relative to the largest of the speeds

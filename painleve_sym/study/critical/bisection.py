@@ -1,4 +1,4 @@
-"""The critical initial force of the indeterminate state: who lifts off and who impacts.
+"""The critical initial force of the indeterminate state, between lift-off and impact.
 
 Started with little compression a sliding contact with A < 0 < B lifts off; with much it compresses
 until the slip stops. Between lies the stable manifold of the sliding solution F_n* = −B/A. At
@@ -34,7 +34,7 @@ ENDS = ("separation", "slip_stop")
 """Kinds of events that decide a run."""
 RTOL = 1e-13
 """Of the runs: two digits above round-off, where the error no longer falls."""
-LOOSER = 100.0
+LOOSENING_FACTOR = 100.0
 """By this the tolerance is loosened to see how much the force depends on it."""
 T_END = 1.0
 """By when a run is decided, s: contacts last milliseconds and less."""
@@ -42,12 +42,12 @@ MAX_EVENTS = 2000
 """A contact that neither opens nor stops within this number of events keeps sliding."""
 RESTING = 1e-12
 """Relative width below which a run that is not decided rests on the sliding solution."""
-LEAST, WIDEST = 1e-9, 1e6
+LEAST_FACTOR, LARGEST_FACTOR = 1e-9, 1e6
 """Forces from and up to these multiples of F_n* are tried."""
 
 
 class Outcome(enum.Enum):
-    """What follows from an initial force.
+    """Outcome of a motion from an initial force.
 
     LIFTS_OFF
         The contact opens while it slips.
@@ -188,7 +188,7 @@ class CriticalForceFinder:
 
     @property
     def where(self) -> str:
-        """What messages name as the place of a fault."""
+        """Place of a fault, as messages name it."""
         return f"critical force of {self.simulator.where}"
 
     def _start(
@@ -266,7 +266,7 @@ class CriticalForceFinder:
         effect = math.nan
         count = runs.count
         if check_tolerance:
-            looser = min(LOOSER * self.rtol, 1e-6)
+            looser = min(LOOSENING_FACTOR * self.rtol, 1e-6)
             check = _Bisection(self, border, self._start(state, parameters, looser))
             effect = abs(high - check.solve(high, 1e-7, sliding.force)[1])
             count += check.count
@@ -331,10 +331,10 @@ class _Bisection:
                 )
             part *= 8
             lower = guess * (1 - part) if part < 1 else low / 8
-            low, high = (lower if lower > LEAST * scale else 0.0), low
+            low, high = (lower if lower > LEAST_FACTOR * scale else 0.0), low
         part = width
         while not self.beyond(high):
-            if high > WIDEST * scale:
+            if high > LARGEST_FACTOR * scale:
                 raise InputError(
                     f"{self.finder.where}: no impact up to an initial force of {high:g} N. "
                     "Fix: check the state; its slip grows, or it leaves the indeterminate region."

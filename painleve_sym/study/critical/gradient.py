@@ -1,4 +1,4 @@
-"""How the force that separates lift-off from impact depends on the start and the parameters."""
+"""Derivatives of the critical initial force by the initial state and the parameters."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def critical_force_gradient(
         raise InputError(f"{finder.where}: " + unknown_name("method", method, METHODS))
     setting = Setting(finder, state, parameters or {})
     for name in names:
-        setting.value(name)  # refuses unknown names
+        setting.value(name)  # rejects unknown names
     centre = finder.find(state, parameters, border=border, check_tolerance=False)
     if method == "differences":
         return {name: _difference(setting, centre, name) for name in names}
@@ -141,9 +141,10 @@ def _implicit(
         if e.time == sensitivities.trajectory.final_time
     ]
     if end not in kinds or "slip_stop" in kinds or sensitivities.singular is not None:
-        got = ", ".join(kinds) or sensitivities.trajectory.stop_reason.label
+        ending = ", ".join(kinds) or sensitivities.trajectory.stop_reason.label
         raise InputError(
-            f"{finder.where}: just below {centre.value:g} N the motion ends in {got}, need {end}. "
+            f"{finder.where}: just below {centre.value:g} N the motion ends in {ending}, "
+            f"need {end}. "
             "Fix: use method='differences'."
         )
     names_of_states = sensitivities.trajectory.state_names

@@ -18,7 +18,7 @@ from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.quantities import QUANTITIES
 
 MAX_FILE = 50_000_000
-"""Bytes of a data file: one that never ends must not be read without end."""
+"""Size limit of a data file in bytes; guards against special files."""
 MEASURABLE = (
     "normal_force",
     "tangential_force",

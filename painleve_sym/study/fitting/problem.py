@@ -31,10 +31,10 @@ RTOL = 1e-10
 TOLERANCE = 1e-10
 """Relative change of cost, step and gradient at which the least squares end."""
 REWEIGHTINGS = 12
-"""Rounds in which unknown noise levels are estimated; they settle in three to five."""
+"""Rounds in which unknown noise levels are estimated; they converge in three to five."""
 SETTLED = 1e-4
 """Relative change of the noise levels at which no further round is needed."""
-BLIND = 1e-7
+RANK_TOLERANCE = 1e-7
 """Ratio of the singular values of the scaled Jacobian below which the data leave a combination of
 the parameters open: its error would be a million times that of the others."""
 
@@ -50,7 +50,7 @@ _ENDINGS = {
 
 @dataclass(frozen=True)
 class FitProblem:
-    """What is estimated, from which data, with which model.
+    """Parameter estimation: the unknowns, the data and the model.
 
     Parameters
     ----------
@@ -299,7 +299,7 @@ class FitProblem:
     ) -> FitResult:
         freedom = len(residuals) - len(estimate)
         lengths = np.linalg.norm(jacobian, axis=0)
-        self._refuse_blind(jacobian, lengths)
+        self._check_identifiable(jacobian, lengths)
         _, singular, vt = np.linalg.svd(jacobian / lengths, full_matrices=False)
         inverse = (vt.T / singular) / lengths[:, None]
         covariance = inverse @ inverse.T
@@ -333,13 +333,13 @@ class FitProblem:
             return self._declared[name].unit
         return self.simulator.mechanism.state_units[name]
 
-    def _refuse_blind(self, jacobian: Array, lengths: Array) -> None:
-        """Raise InputError where the data say nothing of a combination of the unknowns."""
+    def _check_identifiable(self, jacobian: Array, lengths: Array) -> None:
+        """Raise InputError if the Jacobian is rank deficient."""
         for name, length in zip(self.estimate, lengths, strict=True):
             if not length > 0:
                 raise InputError(f"fit: the data do not depend on {name}. Fix: do not estimate it.")
         _, singular, vt = np.linalg.svd(jacobian / lengths, full_matrices=False)
-        if singular[-1] > BLIND * singular[0]:
+        if singular[-1] > RANK_TOLERANCE * singular[0]:
             return
         share = np.abs(vt[-1])
         names = [n for n, w in zip(self.estimate, share, strict=True) if w > 0.1 * share.max()]

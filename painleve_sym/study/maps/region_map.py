@@ -71,7 +71,7 @@ class RegionMap:
         ``mu_P``: least friction with A < 0 somewhere, where it has a closed form; for the rods also
         ``mu_C`` = (2/√3) μ_P, where at the crossing both rates of approach are equal.
     state, parameters : dict of str to float
-        What is held.
+        Values that are constant over the map.
     A_pull : ndarray or None
         Of a contact that is held from both sides: A where F_n < 0, `A` being that where F_n > 0.
         `curves` then has ``A_pull``, too, and the cases tell the number of solutions: ``slip``
@@ -214,7 +214,7 @@ def region_map(
         Along each axis, 5 to 2000.
     slip : {-1, +1}
     state, parameters : mapping of str to float
-        What is held; absent ones are 0 and the defaults.
+        Constant values; absent ones are 0 and the defaults.
     engine : {"auto", "compiled", "casadi"}
         See `Pointwise`.
 
@@ -262,7 +262,7 @@ def _A(mechanism: Mechanism, slip: int) -> sp.Expr:
 def _flow(mechanism: Mechanism, place: MapPlace, slip: int) -> list[sp.Expr]:
     """Return the rates of both axes in slip; none where an axis is a parameter.
 
-    A bilateral contact that pulls rubs as one that pushes in slip the other way.
+    With F_n < 0 the friction of a bilateral contact has the sign of slip in the opposite direction.
     """
     system, c = mechanism.system, mechanism.coefficients
     rates = dict(system.rates)
@@ -370,7 +370,7 @@ def _zeros_of_pair(
 
 
 def _thresholds(mechanism: Mechanism, place: MapPlace, slip: int) -> dict[str, float]:
-    """Return μ_P, and μ_C of the rods, where they have a closed form with numbers put in."""
+    """Return μ_P, and μ_C of the rods, where they have a closed form, as numbers."""
     c = mechanism.coefficients
     inner = (c.W_nn.free_symbols | c.W_nt.free_symbols) & set(mechanism.system.q)
     names = [s.name for s in inner if s in place.symbols] or [s.name for s in inner]

@@ -44,7 +44,7 @@ CASES: dict[str, int] = {**LEGEND, "apart": -2, "no_slip": -3}
 
 @dataclass(frozen=True)
 class Sweep:
-    """A scenario, the points it is run at, and what is kept of each run.
+    """A scenario, the points at which it is run, and the outputs to record.
 
     Attributes
     ----------
@@ -177,7 +177,7 @@ class Sweep:
 
     @cached_property
     def batch_outputs(self) -> BatchOutputs:
-        """What is asked of each run besides its end."""
+        """Per-run outputs to record, besides the end of the run."""
         names = [name.removesuffix("_time") for name in self.keep]
         watched = {
             kind: tuple(dict.fromkeys(n.removeprefix(p) for n in names if n.startswith(p)))
@@ -217,14 +217,14 @@ class Sweep:
         return self
 
     def check_run(self) -> Columns:
-        """Compile what is needed, run the first and the last point, and return the latter.
+        """Compile the simulator, run the first and the last point, and return the latter.
 
         Faults show here, before the sweep.
 
         Raises
         ------
         InputError
-            What `run_batch` refuses, unknown names to keep, no memory for a chunk.
+            Input that `run_batch` rejects, unknown names to keep, no memory for a chunk.
         """
         chunk = min(self.chunk, self.space.points)
         need = 2 * chunk * row_bytes(self.simulator, self.batch_outputs)
