@@ -106,12 +106,12 @@ def starts() -> dict[str, Any]:
 
 def calls() -> dict[str, Any]:
     """Return the times of engines and of whole calls, s."""
-    found = bench_call.measure()
-    for title, line in found.items():
+    lines = bench_call.measure()
+    for title, line in lines.items():
         engine, whole = (1e6 * line[name] for name in ("engine", "call"))
         print(f"{title:30} engine {engine:7.1f} us, call {whole:7.1f} us", flush=True)
-    impact = {"found": found["rod, compliant"]["call"], "at_most": bench_call.LIMIT}
-    return {"cases": found, "wanted": {"call for an impact of the rod, s": impact}}
+    impact = {"found": lines["rod, compliant"]["call"], "at_most": bench_call.LIMIT}
+    return {"cases": lines, "wanted": {"call for an impact of the rod, s": impact}}
 
 
 def derivatives() -> dict[str, Any]:
