@@ -222,7 +222,6 @@ class _Differentiated:
         sizes = LOOSENING_FACTOR * scale[:, None] / directions
         extended = replace(plain, atol=functions.packed(plain.atol, plain.rtol * sizes))
 
-        parameters = self.start.parameters
         start = functions.packed(self.start.state, jacobian)
         resolver = None
         if functions.struck_states:
