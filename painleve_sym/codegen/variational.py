@@ -93,7 +93,7 @@ class VariationalFunctions(AutomatonFunctions):
 
     @cached_property
     def impact_slopes(self) -> ca.Function:
-        """What `AutomatonFunctions.impacts` returns, then the derivatives of each.
+        """Values of `AutomatonFunctions.impacts`, then the derivatives of each.
 
         Those of a result of shape (r,) have the shape (r, directions).
         """

@@ -59,8 +59,8 @@ def slopes(impact, W, mu, v, e, tolerance=1e-8):
     """Return the derivatives of `numbers` in one direction."""
     floor = np.max(np.abs(impact.velocities_before), keepdims=True)
     columns = W[..., None], mu[:, None], v[:, None], np.array([e])
-    found = impact_slopes(impact.path, ImpactData(*columns, floor, tolerance))
-    return np.concatenate([found.velocities, found.impulses, found.works])[:, 0]
+    slopes = impact_slopes(impact.path, ImpactData(*columns, floor, tolerance))
+    return np.concatenate([slopes.velocities, found.impulses, found.works])[:, 0]
 
 
 def difference(at, step):

@@ -96,7 +96,7 @@ class ImpulsePiece:
 
 
 class PathEvent(NamedTuple):
-    """What ends a straight piece.
+    """End of a straight piece.
 
     Attributes
     ----------
@@ -180,7 +180,7 @@ class AtOnce(NamedTuple):
 
 
 class PathRecord(NamedTuple):
-    """How an impact was followed, in numbers of order 1.
+    """Course of an impact, in numbers of order 1.
 
     Attributes
     ----------

@@ -150,7 +150,7 @@ class SensitiveImpacts(ImpactResolver):
         return _Numbers(*values), _Numbers(*slopes), self.functions.unpacked(state)[1]
 
     def _parted(self, jacobian: Array, state: Array, contacts: Sequence[int]) -> bool:
-        """Tell whether a direction parts contacts that touch down at one instant.
+        """Return whether a direction parts contacts that touch down at one instant.
 
         It leaves them together where their gaps, at the moving time of the touchdown, stay 0.
         """

@@ -247,8 +247,8 @@ class _Differentiated:
     ) -> SensitiveTrajectory:
         sim = self.simulator
         nx, nz, k = len(self.start.state), len(sim.automaton.memory), len(self.wrt)
-        told = resolver.impulses if resolver else ()
-        trajectory = sim.trajectory(_plain(raw, nx, nz), self.start, rtol, told)
+        resolved = resolver.impulses if resolver else ()
+        trajectory = sim.trajectory(_plain(raw, nx, nz), self.start, rtol, resolved)
         marked = _marked(raw, trajectory, functions, resolver.notes if resolver else ())
         events = _judged(marked, directions, scale, rtol)
         c = engine.constants(self.start.parameters)
@@ -338,7 +338,7 @@ def _marked(
 ) -> list[_Marked]:
     """Return the events; `notes` are those of the ones that no transition made, in order."""
     events, places = raw.event_records, functions.event_entries
-    marked, told = [], iter(notes)
+    marked, resolved = [], iter(notes)
     for record, transition, x, z in zip(
         trajectory.events, events.transition, events.state_after, events.memory_after, strict=True
     ):
@@ -357,7 +357,7 @@ def _marked(
                 float(m["rate"][0]),
                 float(m["bend"][0]),
                 bool(m["timed"][0]),
-                next(told, "") if answered else "",
+                next(resolved, "") if answered else "",
             )
         )
     return marked
