@@ -60,7 +60,7 @@ def slopes(impact, W, mu, v, e, tolerance=1e-8):
     floor = np.max(np.abs(impact.velocities_before), keepdims=True)
     columns = W[..., None], mu[:, None], v[:, None], np.array([e])
     slopes = impact_slopes(impact.path, ImpactData(*columns, floor, tolerance))
-    return np.concatenate([slopes.velocities, found.impulses, found.works])[:, 0]
+    return np.concatenate([slopes.velocities, slopes.impulses, slopes.works])[:, 0]
 
 
 def difference(at, step):
