@@ -89,7 +89,7 @@ class VariationalFunctions(AutomatonFunctions):
 
     @property
     def impacts(self) -> None:
-        """None: which runs it answers the impacts of several contacts, from `impact_slopes`."""
+        """None: a resolver answers the impacts of several contacts, from `impact_slopes`."""
 
     @cached_property
     def impact_slopes(self) -> ca.Function:
