@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import zipfile
 from collections.abc import Mapping, Sequence
@@ -16,6 +17,26 @@ from painleve_sym.files import write_beside
 
 Array = NDArray[np.float64]
 """An array of floating-point numbers."""
+
+
+def table_library(name: str, noun: str) -> Any:
+    """Return the library pandas or xarray.
+
+    Parameters
+    ----------
+    name : str
+    noun : str
+        What it is needed for, for the message.
+
+    Raises
+    ------
+    InputError
+        It is not installed.
+    """
+    try:
+        return importlib.import_module(name)
+    except ImportError as error:
+        raise InputError(f"{noun} needs {name}. Fix: pip install 'painleve-sym[sweep]'.") from error
 
 
 def save_npz(

@@ -185,7 +185,7 @@ def _write_files(
         from painleve_sym.present.style import write_figure
         from painleve_sym.present.trajectory_plot import trajectory_figure
 
-        write_figure(trajectory_figure(trajectory, scenario.mechanism()), files["plot"])
+        write_figure(trajectory_figure(trajectory), files["plot"])
         written["plot"] = str(files["plot"])
     return written
 

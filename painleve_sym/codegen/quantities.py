@@ -72,7 +72,6 @@ def quantities(
     names, function = _stored(key) if key else ((), None)
     if function is None:
 
-
         def derived() -> tuple[tuple[str, ...], ca.Function]:
             formulas = derive()
             values = tuple(formulas.values())

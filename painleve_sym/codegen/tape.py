@@ -14,7 +14,10 @@ import numpy as np
 from scipy.special import erf
 
 from painleve_sym.arrays import Array
+from painleve_sym.codegen.derivation_cache import entry_key, read_entry, write_entry
+from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.errors import InputError, TranslationError, unknown_name
+from painleve_sym.hybrid.signature import AutomatonBuilder
 
 _ONE: Mapping[str, Callable[[Any], Any]] = {
     "ASSIGN": lambda x: x,
@@ -54,7 +57,6 @@ _TWO: Mapping[str, Callable[[Any, Any], Any]] = {
     "POW": np.power,
     "CONSTPOW": np.power,
     "FMOD": np.fmod,
-    "REMAINDER": np.remainder,
     "COPYSIGN": np.copysign,
     "FMIN": np.fmin,
     "FMAX": np.fmax,
@@ -208,3 +210,63 @@ def _count(value: Any) -> int:
     if type(value) is not int or not 0 <= value <= 1_000_000:
         raise ValueError(f"got {value!r:.40}, need a count")
     return value
+
+
+@dataclass(frozen=True)
+class TapeOutputs:
+    """Outputs of an automaton, mode by mode, computed from tapes.
+
+    Attributes
+    ----------
+    tapes : tuple of Tape
+        Of each mode; a single one serves all modes. Arguments are state, memory and constants.
+    """
+
+    tapes: tuple[Tape, ...]
+
+    def outputs(self, modes: Any, states: Array, memory: Array, constants: Array) -> Array:
+        """Return the outputs at n points, shape (n, no); see `Engine.outputs`."""
+        n = len(states)
+        values = np.empty((n, self.tapes[0].outputs))
+        held = np.tile(constants, (n, 1))
+        modes = np.asarray(modes) * (len(self.tapes) > 1)
+        for mode in np.unique(modes):
+            rows = modes == mode
+            values[rows] = self.tapes[int(mode)](states[rows], memory[rows], held[rows])
+        return values
+
+    def portable(self) -> TapeOutputs:
+        """Return itself: nothing here depends on a process or a machine."""
+        return self
+
+    def to_data(self) -> list[dict[str, Any]]:
+        """Return the tapes as plain data."""
+        return [tape.to_data() for tape in self.tapes]
+
+    @classmethod
+    def of_data(cls, data: Any) -> TapeOutputs:
+        """Return what `to_data` wrote; InputError where it is not that."""
+        if not isinstance(data, list) or not data:
+            raise InputError("formulas as operations: got no list of them.")
+        return cls(tuple(Tape.of_data(entry) for entry in data))
+
+
+def output_tapes(builder: AutomatonBuilder) -> TapeOutputs:
+    """Return the outputs of an automaton as tapes; derived only where the cache lacks them."""
+    key = entry_key("output tapes", builder)
+    entry = read_entry(key) if key else None
+    if entry is not None:
+        return TapeOutputs.of_data(entry["tapes"])
+    tapes = tapes_of_functions(AutomatonFunctions(builder.automaton))
+    if key:
+        write_entry(key, {"tapes": tapes.to_data()})
+    return tapes
+
+
+def tapes_of_functions(functions: AutomatonFunctions) -> TapeOutputs:
+    """Return the outputs of an automaton's functions as tapes.
+
+    Where local modes are data every mode has the same outputs: then the first one serves all.
+    """
+    modes = functions.modes[:1] if functions.automaton.parts else functions.modes
+    return TapeOutputs(tuple(Tape.of_function(mode.outputs) for mode in modes))

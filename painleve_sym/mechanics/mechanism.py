@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -67,6 +68,12 @@ class Mechanism:
         names = ", ".join(c.name for c in self.contacts)
         several = "s" * (len(self.contacts) > 1)
         return f"Mechanism {self.name!r}: coordinates {coordinates}; contact{several} {names}"
+
+    def __getstate__(self) -> dict[str, object]:
+        """Pickle the definition too: in another process the cache is asked by the same text."""
+        with suppress(TypeError):
+            _ = self.definition
+        return self.__dict__
 
     def _faults(self) -> Iterator[str]:
         if not self.contacts:

@@ -14,6 +14,7 @@ from sympy import Symbol
 from painleve_sym.arrays import Array
 from painleve_sym.choices import EngineLike, EngineName, Record, RecordLike
 from painleve_sym.codegen.quantities import Quantities, quantities
+from painleve_sym.codegen.tape import TapeOutputs, output_tapes
 from painleve_sym.contacts.automaton import PluralContacts
 from painleve_sym.contacts.classify import held_faults
 from painleve_sym.contacts.compliant import CompliantContact
@@ -38,7 +39,7 @@ from painleve_sym.mechanics.system import Parameter, resolve_parameters
 from painleve_sym.motion.impact_resolver import ImpactResolver
 from painleve_sym.motion.rigid import with_limit
 from painleve_sym.motion.run_record import RunRecord
-from painleve_sym.motion.trajectory import MotionNames, Trajectory
+from painleve_sym.motion.trajectory import EngineOutputs, MotionNames, Trajectory
 
 if TYPE_CHECKING:
     from painleve_sym.motion.sensitivity.result import SensitiveTrajectory
@@ -730,8 +731,21 @@ class Simulator:
             stop_reason=raw.stop_reason,
             stop_detail=self._detail(raw),
             counters=raw.counters,
-            evaluator=self.integrator,
+            evaluator=self._evaluator,
         )
+
+    @cached_property
+    def _evaluator(self) -> EngineOutputs:
+        return EngineOutputs(self.integrator, lambda: self.output_tapes)
+
+    @cached_property
+    def output_tapes(self) -> TapeOutputs:
+        """Outputs of the automaton as plain operations, from the cache where it has them."""
+        return output_tapes(self.contact)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Pickle mechanism, law and engine name; the engine comes from the cache again."""
+        return {name: self.__dict__[name] for name in ("mechanism", "law", "engine")}
 
     @cached_property
     def _names(self) -> MotionNames:
@@ -744,6 +758,9 @@ class Simulator:
             memory=tuple(s.name for s in outline.memory),
             outputs=outline.output_names,
             engine=self.integrator.name,
+            contacts=tuple(c.name for c in self.mechanism.contacts),
+            units=self.mechanism.units | {p.name: p.unit for p in self.own_parameters},
+            latex=self.mechanism.latex_names,
         )
 
     def _detail(self, raw: RawRun) -> str:

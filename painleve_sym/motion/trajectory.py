@@ -2,23 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import importlib
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from painleve_sym.arrays import Array, load_npz, save_npz
+from painleve_sym.arrays import Array, load_npz, save_npz, table_library
+from painleve_sym.codegen.tape import TapeOutputs
 from painleve_sym.engines.protocol import Engine
 from painleve_sym.engines.records import StepRecords
 from painleve_sym.errors import EventKind, InputError, StopReason, unknown_name
 from painleve_sym.files import plain_fields, to_plain
 from painleve_sym.motion.singular_limit import ReverseChatter, SingularLimit
+from painleve_sym.quantities import unit_of
 
-FORMAT = "painleve-sym trajectory 1"
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+    from matplotlib.figure import Figure
+
+FORMAT = "painleve-sym trajectory 2"
 ENERGIES = ("kinetic_energy", "potential_energy", "stored_energy")
 DISSIPATIONS = ("friction_dissipation", "contact_dissipation", "force_dissipation")
 
@@ -83,6 +91,10 @@ class MotionNames:
         The law's named choices.
     states, memory, outputs : tuple of str
     engine : str
+    contacts : tuple of str
+        In the mechanism's order.
+    units, latex : dict of str to str
+        Of coordinates, velocities and parameters.
     """
 
     mechanism: str
@@ -92,6 +104,42 @@ class MotionNames:
     memory: tuple[str, ...]
     outputs: tuple[str, ...]
     engine: str
+    contacts: tuple[str, ...]
+    units: dict[str, str]
+    latex: dict[str, str]
+
+
+class Evaluator(Protocol):
+    """Computes the outputs of a motion: forces, gaps, energies."""
+
+    def outputs(self, modes: Any, states: Array, memory: Array, constants: Array) -> Array:
+        """Return the outputs at n points, shape (n, no)."""
+
+    def portable(self) -> TapeOutputs:
+        """Return an evaluator that can be saved and sent to another process."""
+
+
+@dataclass(frozen=True)
+class EngineOutputs:
+    """An `Evaluator` that asks the engine of the run.
+
+    Attributes
+    ----------
+    engine : Engine
+    tapes : callable
+        Returns the outputs of each mode as tapes; called where a motion is saved or pickled.
+    """
+
+    engine: Engine
+    tapes: Callable[[], TapeOutputs]
+
+    def outputs(self, modes: Any, states: Array, memory: Array, constants: Array) -> Array:
+        """Return the outputs at n points, shape (n, no)."""
+        return self.engine.outputs(modes, states, memory, constants)
+
+    def portable(self) -> TapeOutputs:
+        """Return the tapes of the outputs."""
+        return self.tapes()
 
 
 class MotionRecord(Protocol):
@@ -139,7 +187,7 @@ class StoredRecord:
         return cls(**{f.name: getattr(record, f.name) for f in fields(cls)})
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Trajectory:
     """A motion, piecewise polynomial in time.
 
@@ -164,7 +212,7 @@ class Trajectory:
         What is particular to this stop; empty where the reason says all.
     counters : dict of str to int
         Work done.
-    evaluator : Engine or None
+    evaluator : Evaluator or None
         Computes forces.
     limit : SingularLimit or None
         Rigid motion that stopped where a slip meets A = 0: where it would arrive.
@@ -175,7 +223,10 @@ class Trajectory:
     >>> run = ps.simulate("rod", "rigid", {"y_A": 0.1, "theta": 1.0}, t_end=0.2)
     >>> [str(event.kind) for event in run.events[:2]]
     ['touchdown', 'impact']
-    >>> height = run.values("y_A", [0.0, 0.1])
+    >>> run["y_A"].shape == run.t.shape
+    True
+    >>> float(run.values("y_A", 0.1)[0]) < 0.1
+    True
     """
 
     names: MotionNames
@@ -188,10 +239,31 @@ class Trajectory:
     stop_reason: StopReason
     stop_detail: str
     counters: dict[str, int]
-    evaluator: Engine | None = field(default=None, repr=False, compare=False)
+    evaluator: Evaluator | None = field(default=None, compare=False)
     limit: SingularLimit | None = None
 
-    # ---- names, and the recorded arrays ----
+    def __repr__(self) -> str:
+        """Return mechanism, law, number of events and end in one line."""
+        choices = "".join(f", {name} {value}" for name, value in self.choices.items())
+        return (
+            f"Trajectory of {self.mechanism!r} with law {self.law!r}{choices}: "
+            f"{_count(len(self.events), 'event')}, {_count(len(self.step_time), 'step')}, "
+            f"end at t = {self.final_time:.6g} s ({self.stop_reason.label})"
+        )
+
+    def _repr_html_(self) -> str:
+        """Return a table of the events and a small figure, for notebooks."""
+        text: str = _drawing("notebook").trajectory_html(self)
+        return text
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Pickle the outputs as plain operations in place of the engine."""
+        state = dict(self.__dict__)
+        if self.evaluator is not None:
+            state["evaluator"] = self.evaluator.portable()
+        return state
+
+    # ---- names and records ----
 
     @property
     def mechanism(self) -> str:
@@ -285,6 +357,22 @@ class Trajectory:
 
     # ---- evaluation ----
 
+    @cached_property
+    def t(self) -> Array:
+        """Beginnings of the steps and the end, shape (steps + 1,); s."""
+        return np.append(self.step_time, self.final_time)
+
+    def __getitem__(self, name: str) -> Array:
+        """Return a state or output by name at the times `t`, shape (steps + 1,).
+
+        At an event the value just after it; for other times see `values`.
+        """
+        return self.t if name == "time" else self.values(name, self.t)
+
+    def units(self, name: str) -> str:
+        """Return the SI unit of a state, output or parameter; "1" where it has none."""
+        return unit_of(name, self.names.units)
+
     def _locate(self, t: Array) -> Any:
         start = float(self.step_time[0]) if len(self.step_time) else self.final_time
         outside = (t < start) | (t > self.final_time) | ~np.isfinite(t)
@@ -343,8 +431,8 @@ class Trajectory:
     def _outputs(self, modes: Any, states: Array, memory: Array) -> dict[str, Array]:
         if self.evaluator is None:
             raise InputError(
-                "trajectory: forces need the mechanism and the law it was made with. "
-                "Fix: Trajectory.load(path, engine=...)."
+                "trajectory: the outputs were not kept, so forces and energies are not known. "
+                "Fix: simulate and save again."
             )
         values = self.evaluator.outputs(modes, states, memory, self.constants)
         return dict(zip(self.output_names, values.T, strict=True))
@@ -449,6 +537,87 @@ class Trajectory:
         size = max(float(np.max(np.abs(v))) for v in terms.values())
         return float(np.max(np.abs(total - total[0])) / size) if size > 0 else 0.0
 
+    # ---- tables and figures ----
+
+    def _table(self, names: Sequence[str] | None, times: ArrayLike | None) -> dict[str, Array]:
+        every = (*self.state_names, *self.output_names)
+        chosen = every if names is None else tuple(names)
+        at = self.t if times is None else np.atleast_1d(np.asarray(times, dtype=float))
+        states, outputs = self(at), {}
+        if any(name not in self.state_names for name in chosen):
+            outputs = self.outputs(at)
+        known = dict(zip(self.state_names, states.T, strict=True)) | outputs
+        for name in chosen:
+            if name not in known:
+                raise InputError("trajectory: " + unknown_name("quantity", name, every))
+        return {"time": at} | {name: known[name] for name in chosen}
+
+    def to_dataframe(
+        self, names: Sequence[str] | None = None, times: ArrayLike | None = None
+    ) -> pandas.DataFrame:
+        """Return a `pandas.DataFrame` over the time, with units in its ``attrs["units"]``.
+
+        Parameters
+        ----------
+        names : sequence of str, optional
+            States and outputs; all where none are given.
+        times : array_like, optional
+            s; the times `t` where none are given.
+
+        Raises
+        ------
+        InputError
+            pandas is not installed, or an unknown name.
+
+        Examples
+        --------
+        >>> import painleve_sym as ps
+        >>> run = ps.simulate("rod", "rigid", {"y_A": 0.1, "theta": 1.0}, t_end=0.1)
+        >>> frame = run.to_dataframe(["theta", "normal_force"])
+        >>> frame.attrs["units"]
+        {'time': 's', 'theta': 'rad', 'normal_force': 'N'}
+        """
+        frames = table_library("pandas", "a data frame")
+        columns = self._table(names, times)
+        index = frames.Index(columns.pop("time"), name="time")
+        frame: pandas.DataFrame = frames.DataFrame(columns, index=index)
+        frame.attrs["units"] = {name: self.units(name) for name in ("time", *columns)}
+        return frame
+
+    def to_xarray(
+        self, names: Sequence[str] | None = None, times: ArrayLike | None = None
+    ) -> xarray.Dataset:
+        """Return an `xarray.Dataset` over the time, every variable with its unit.
+
+        Parameters
+        ----------
+        names, times
+            As for `to_dataframe`.
+
+        Raises
+        ------
+        InputError
+            xarray is not installed, or an unknown name.
+        """
+        library = table_library("xarray", "a labelled array")
+        columns = self._table(names, times)
+        time = ("time", columns.pop("time"), {"units": "s"})
+        variables = {n: ("time", v, {"units": self.units(n)}) for n, v in columns.items()}
+        attributes = {"mechanism": self.mechanism, "law": self.law, **self.choices}
+        dataset: xarray.Dataset = library.Dataset(variables, {"time": time}, attributes)
+        return dataset
+
+    def plot(self) -> Figure:
+        """Return a Matplotlib figure of forces, coordinates and velocities with the events.
+
+        Raises
+        ------
+        InputError
+            The trajectory holds no steps.
+        """
+        figure: Figure = _drawing("trajectory_plot").trajectory_figure(self)
+        return figure
+
     # ---- files ----
 
     def to_dict(self) -> dict[str, Any]:
@@ -496,13 +665,17 @@ class Trajectory:
             "counters": self.counters,
             "engine": self.engine,
             "rtol": self.rtol,
+            "contacts": self.names.contacts,
+            "units": self.names.units,
+            "latex": self.names.latex,
+            "outputs": self.evaluator.portable().to_data() if self.evaluator else None,
         }
         arrays = {name: getattr(self, name) for name in (*_ARRAYS, "step_bend")}
         save_npz(path, FORMAT, texts, arrays)
 
     @classmethod
-    def load(cls, path: str | Path, engine: Engine | None = None) -> Trajectory:
-        """Read what `save` wrote; `engine` lets it compute forces again.
+    def load(cls, path: str | Path) -> Trajectory:
+        """Read a file written by `save`; forces and energies are computed from the file alone.
 
         Raises
         ------
@@ -510,8 +683,8 @@ class Trajectory:
             Not readable, or not a trajectory.
         """
         given = ("parameters", "rtol", "final_time", "stop_detail", "counters")
-        names = ("mechanism", "law", "choices", "engine", "names", "events", "stop_reason")
-        needed = (*given, *names, "final_mode")
+        names = ("mechanism", "law", "choices", "engine", "contacts", "units", "latex", "names")
+        needed = (*given, *names, "events", "stop_reason", "final_mode", "outputs")
         text, arrays = load_npz(path, FORMAT, "trajectory", needed, _ARRAYS, ("step_bend",))
         states, memory, modes, outputs = (tuple(n) for n in text["names"])
         time, bend = arrays["step_time"], arrays.get("step_bend")
@@ -531,16 +704,34 @@ class Trajectory:
             reverse_chatter=tuple(ReverseChatter(**c) for c in text.get("reverse_chatter", ())),
             constants=arrays["constants"],
         )
-        named = (text["mechanism"], text["law"], text["choices"], states, memory, outputs)
+        named = {name: text[name] for name in ("mechanism", "law", "choices", "engine")}
+        evaluator = TapeOutputs.of_data(text["outputs"]) if text["outputs"] else None
         return cls(
-            names=MotionNames(*named, engine=text["engine"]),
+            names=MotionNames(
+                **named,
+                states=states,
+                memory=memory,
+                outputs=outputs,
+                contacts=tuple(text["contacts"]),
+                units=text["units"],
+                latex=text["latex"],
+            ),
             record=record,
             **{k: text[k] for k in given},
             **{k: arrays[k] for k in ("final_state", "final_memory")},
             stop_reason=StopReason.from_label(text["stop_reason"]),
-            evaluator=engine,
+            evaluator=evaluator,
             limit=SingularLimit.from_dict(text["limit"]) if text.get("limit") else None,
         )
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def _drawing(module: str) -> Any:
+    # Figures stand above motions: loaded when asked for, never needed here.
+    return importlib.import_module(f"painleve_sym.present.{module}")
 
 
 def _event(data: dict[str, Any]) -> EventRecord:

@@ -9,7 +9,6 @@ from matplotlib.figure import Figure
 
 from painleve_sym.arrays import Array
 from painleve_sym.errors import InputError
-from painleve_sym.mechanics.models import Mechanism
 from painleve_sym.motion.trajectory import EventRecord, Trajectory
 from painleve_sym.present.style import MARKERS, PAGE, PALETTE, REFERENCE, STYLE, Marker
 from painleve_sym.quantities import axis_label
@@ -22,15 +21,13 @@ MAX_LINES = 60
 _FORCES = {"normal_force": ("F_n", "solid"), "tangential_force": ("F_t", (0, (5, 1.5)))}
 
 
-def trajectory_figure(trajectory: Trajectory, mechanism: Mechanism) -> Figure:
+def trajectory_figure(trajectory: Trajectory) -> Figure:
     """Return a figure of the forces, every coordinate and every velocity over time.
 
     Parameters
     ----------
     trajectory : Trajectory
-        With steps, and the engine that gives its forces.
-    mechanism : Mechanism
-        The one it was simulated with, for symbols and units.
+        With steps.
 
     Raises
     ------
@@ -44,7 +41,8 @@ def trajectory_figure(trajectory: Trajectory, mechanism: Mechanism) -> Figure:
             if trajectory.ended_at_start
             else "figure: the trajectory holds no steps. Fix: simulate with record='dense'."
         )
-    rows = 1 + len(mechanism.system.coordinates)
+    names = _motion(trajectory)
+    rows = 1 + len(names) // 2
     with rc_context(STYLE):
         figure = Figure(figsize=(PAGE, 0.6 + 1.45 * rows), layout="constrained")
         grid = figure.add_gridspec(rows, 2)
@@ -52,31 +50,38 @@ def trajectory_figure(trajectory: Trajectory, mechanism: Mechanism) -> Figure:
         below = [
             figure.add_subplot(grid[1 + i // 2, i % 2], sharex=top) for i in range(2 * rows - 2)
         ]
-        _draw(trajectory, mechanism, top, below)
+        _draw(trajectory, names, top, below)
         law = trajectory.law + "".join(f" ({k} {v})" for k, v in trajectory.choices.items())
         top.set_title(f"{trajectory.mechanism}, {law}")
         figure.legend(loc="outside lower center", ncols=4)
     return figure
 
 
-def _draw(trajectory: Trajectory, mechanism: Mechanism, top: Axes, below: list[Axes]) -> None:
+def _motion(trajectory: Trajectory) -> list[str]:
+    """Return names of coordinates and velocities in turn."""
+    states = trajectory.state_names
+    coordinates = [n for n in trajectory.names.units if n in states and f"{n}_dot" in states]
+    return [name for c in coordinates for name in (c, f"{c}_dot")]
+
+
+def _draw(trajectory: Trajectory, names: list[str], top: Axes, below: list[Axes]) -> None:
     """Draw forces into `top`, coordinates and velocities side by side into `below`."""
     times = _times(trajectory)
     scale, unit = _time_unit(trajectory.final_time - float(trajectory.step_time[0]))
     outputs, states = trajectory.outputs(times), trajectory(times)
-    for k, contact in enumerate(mechanism.contacts):
-        several = len(mechanism.contacts) > 1
+    contacts = trajectory.names.contacts
+    for k, contact in enumerate(contacts):
+        several = len(contacts) > 1
         for name, (symbol, dashes) in _FORCES.items():
-            values = outputs[f"{name}_{contact.name}" if several else name]
-            label = rf"${symbol}$ of {contact.name}" if several else f"${symbol}$"
+            values = outputs[f"{name}_{contact}" if several else name]
+            label = rf"${symbol}$ of {contact}" if several else f"${symbol}$"
             top.plot(times * scale, values, color=PALETTE[k], linestyle=dashes, label=label)
     top.set_ylabel("force [N]")
     top.set_xlabel(f"time [{unit}]")
-    names = [n for c in mechanism.system.coordinates for n in (c.name, f"{c.name}_dot")]
     for axes, name in zip(below, names, strict=True):
         values = states[:, trajectory.state_names.index(name)]
         axes.plot(times * scale, values, color=PALETTE[0])
-        axes.set_ylabel(axis_label(mechanism.latex_names[name], mechanism.units[name]))
+        axes.set_ylabel(axis_label(trajectory.names.latex[name], trajectory.names.units[name]))
     for axes in below[-2:]:
         axes.set_xlabel(f"time [{unit}]")
     _mark_events(trajectory.events, top, below, scale)

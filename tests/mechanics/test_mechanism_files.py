@@ -329,8 +329,17 @@ def test_file_with_two_contacts_of_one_name_is_refused():
         (b"[[bodies]]\nmass = 1" + b"0" * 4000, "more than the 64 bits"),
         (b"#" * (MAX_BYTES + 1), f"more than {MAX_BYTES} bytes"),
     ],
-    ids=["broken", "not text", "open brackets", "brackets", "dots", "dots inside",
-         "hexadecimal", "digits", "too long"],
+    ids=[
+        "broken",
+        "not text",
+        "open brackets",
+        "brackets",
+        "dots",
+        "dots inside",
+        "hexadecimal",
+        "digits",
+        "too long",
+    ],
 )
 def test_file_that_is_no_toml_is_refused(tmp_path, data, message):
     path = tmp_path / "bad.toml"

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from painleve_sym.arrays import Array
+from painleve_sym.arrays import Array, table_library
 from painleve_sym.engines.batch import COUNTERS, BatchOutputs, BatchRows
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.errors import InputError, unknown_name
@@ -21,8 +21,12 @@ from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.quantities import unit_of
 
+if TYPE_CHECKING:
+    import pandas
+    import xarray
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, repr=False)
 class BatchResult:
     """Result of `run_batch`; every array has the shape of the inputs, row by row.
 
@@ -58,6 +62,12 @@ class BatchResult:
     options: RunOptions
     kept: BatchOutputs
     rows: BatchRows
+
+    def __repr__(self) -> str:
+        """Return mechanism, law, shape and stop reasons in one line."""
+        ends = ", ".join(f"{count} {reason}" for reason, count in self.counts().items())
+        where = f"{self.simulator.mechanism.name!r} with law {self.simulator.label!r}"
+        return f"BatchResult of {where}, shape {self.shape}: {ends}"
 
     @property
     def kinds(self) -> tuple[str, ...]:
@@ -139,11 +149,58 @@ class BatchResult:
 
     def units(self, name: str) -> str:
         """Return the SI unit of a quantity; "1" where it has none."""
-        return unit_of(name, self.simulator.mechanism.units)
+        own = {p.name: p.unit for p in self.simulator.own_parameters}
+        return unit_of(name, self.simulator.mechanism.units | own)
+
+    @property
+    def varied(self) -> dict[str, tuple[tuple[int, ...], Array]]:
+        """Inputs that differ between the rows, by name.
+
+        Each with the dimensions of `shape` along which it differs, and its values along them.
+        """
+        varied = {}
+        force = {} if self.initial_force is None else {"initial_force": self.initial_force}
+        for name, given in {**self.inputs, **force}.items():
+            own = np.asarray(given)
+            own = own.reshape((1,) * (len(self.shape) - own.ndim) + own.shape)
+            axes = tuple(i for i in range(own.ndim) if own.shape[i] > 1)
+            if axes:
+                varied[name] = (axes, own.reshape([own.shape[i] for i in axes]))
+        return varied
+
+    def to_dataframe(self, names: Sequence[str] | None = None) -> pandas.DataFrame:
+        """Return a `pandas.DataFrame` with one row per motion: varied inputs, then quantities.
+
+        Parameters
+        ----------
+        names : sequence of str, optional
+            Quantities of one number per motion; all of these where none are given.
+
+        Raises
+        ------
+        InputError
+            pandas is not installed, an unknown name, or a quantity of several numbers.
+        """
+        frames = table_library("pandas", "a data frame")
+        chosen = [n for n in self.names if not event_dims(n)] if names is None else list(names)
+        columns: dict[str, Any] = {}
+        for name in self.varied:
+            given = self.inputs.get(name, self.initial_force)
+            columns[self._label(name)] = np.broadcast_to(np.asarray(given), self.shape).ravel()
+        for name in chosen:
+            if event_dims(name):
+                raise InputError(
+                    f"batch result: {name} has several numbers per motion, and a data frame has "
+                    "one. Fix: take to_xarray, or time_of_KIND."
+                )
+            columns[name] = self[name].ravel()
+        frame: pandas.DataFrame = frames.DataFrame(columns)
+        frame.attrs["units"] = {c: self.units(c.removeprefix("start_")) for c in columns}
+        return frame
 
     def to_xarray(
         self, names: Sequence[str] | None = None, dims: Sequence[str] | None = None
-    ) -> Any:
+    ) -> xarray.Dataset:
         """Return an `xarray.Dataset` of the quantities `names`, by default all but ``times_of_…``.
 
         ``event_times`` has the further dimensions ``event``, the kinds by name, and ``occurrence``
@@ -153,21 +210,30 @@ class BatchResult:
         ----------
         names : sequence of str, optional
         dims : sequence of str, optional
-            Names of the dimensions; ``row`` for one, else ``axis_0``, ``axis_1``, …
+            Names of the dimensions. Where none are given, a dimension along which a single input
+            varies is called as that input, others are ``row`` or ``axis_0``, ``axis_1``, …
+
+        Returns
+        -------
+        xarray.Dataset
+            Inputs that differ between the rows are coordinates; a state's is ``start_NAME``, since
+            its plain name is that of the final value.
 
         Raises
         ------
         InputError
             xarray is not installed, or an unknown name.
         """
-        try:
-            import xarray
-        except ImportError as error:
-            raise InputError(
-                "batch result: labelled arrays need xarray. Fix: pip install 'painleve-sym[sweep]'."
-            ) from error
-        count = len(self.shape)
-        dims = dims or (("row",) if count == 1 else tuple(f"axis_{i}" for i in range(count)))
+        library = table_library("xarray", "a labelled array")
+        dims = tuple(dims) if dims else self._dims()
+        coordinates = {
+            self._label(name): (
+                tuple(dims[i] for i in axes),
+                values,
+                {"units": self.units(name)},
+            )
+            for name, (axes, values) in self.varied.items()
+        }
         names = names or [n for n in self.names if not n.startswith("times_of_")]
         variables = {
             name: ((*dims, *event_dims(name)), self[name], {"units": self.units(name)})
@@ -179,10 +245,25 @@ class BatchResult:
             "occurrence": ("occurrence", np.arange(1, self.kept.events + 1)),
         }
         where = {"mechanism": self.simulator.mechanism.name, "law": self.simulator.label}
-        return xarray.Dataset(
+        dataset: xarray.Dataset = library.Dataset(
             variables,
-            coords={d: label for d, label in labels.items() if d in used},
+            coords=coordinates | {d: label for d, label in labels.items() if d in used},
             attrs=where | self.simulator.choices,
+        )
+        return dataset
+
+    def _label(self, name: str) -> str:
+        return f"start_{name}" if name in self else name
+
+    def _dims(self) -> tuple[str, ...]:
+        count = len(self.shape)
+        along: dict[int, list[str]] = {i: [] for i in range(count)}
+        for name, (axes, _) in self.varied.items():
+            for i in axes:
+                along[i].append(self._label(name) if len(axes) == 1 else "")
+        plain = ("row",) if count == 1 else tuple(f"axis_{i}" for i in range(count))
+        return tuple(
+            names[0] if len(names) == 1 and names[0] else plain[i] for i, names in along.items()
         )
 
 

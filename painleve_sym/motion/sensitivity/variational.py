@@ -6,6 +6,7 @@ import math
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from sympy import diff, sympify
 from painleve_sym.arrays import Array
 from painleve_sym.choices import Record, RecordLike
 from painleve_sym.codegen.evaluate import numbers
+from painleve_sym.codegen.tape import tapes_of_functions
 from painleve_sym.codegen.variational import VariationalFunctions
 from painleve_sym.engines.factory import make_engine
 from painleve_sym.engines.protocol import Engine, RawRun
@@ -26,7 +28,7 @@ from painleve_sym.motion.sensitivity.result import (
     split_outputs,
 )
 from painleve_sym.motion.simulator import Simulator, Start
-from painleve_sym.motion.trajectory import EventRecord, StoredRecord, Trajectory
+from painleve_sym.motion.trajectory import EngineOutputs, EventRecord, StoredRecord, Trajectory
 
 INITIAL_FORCE = "initial_force"
 
@@ -310,7 +312,7 @@ class _Differentiated:
             ),
             final_state=raw.state,
             final_memory=raw.memory,
-            evaluator=engine,
+            evaluator=EngineOutputs(engine, partial(tapes_of_functions, functions)),
         )
 
 

@@ -1,0 +1,251 @@
+"""Results of runs: short texts, tables, notebooks, pickles and files."""
+
+from __future__ import annotations
+
+import concurrent.futures
+import multiprocessing
+import pickle
+import xml.etree.ElementTree as ElementTree
+
+import numpy as np
+import pytest
+
+import painleve_sym as ps
+from painleve_sym.codegen.tape import Tape, TapeOutputs
+from painleve_sym.errors import InputError
+from painleve_sym.mechanics.models import MODELS
+
+START = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
+STIFF = {"E": 20.9e14}
+
+
+@pytest.fixture(scope="module")
+def impact():
+    return ps.simulate("rod", "bilinear-hertz", START, t_end=1e-3, law_parameters=STIFF)
+
+
+@pytest.fixture(scope="module")
+def batch():
+    states = {"theta": np.array([0.9, 1.0, 1.1])[:, None], "theta_dot": 1.0, "x_A_dot": -1.0}
+    friction = {"mu": np.array([1.4, 1.5])}
+    law = ps.laws.bilinear_hertz(E=20.9e14)
+    return ps.simulate_batch("rod", law, states, parameters=friction, t_end=1e-3, events=2)
+
+
+def test_texts_of_results_are_one_short_line(impact, batch):
+    text = repr(impact)
+    assert text.startswith(
+        "Trajectory of 'rod' with law 'bilinear-hertz', reload elastic: 5 events"
+    )
+    assert "end at t = 0.001 s (t_end)" in text
+    assert repr(batch) == "BatchResult of 'rod' with law 'bilinear-hertz', shape (3, 2): 6 t_end"
+    simulator = ps.Simulator(ps.models.rod(), ps.laws.rigid())
+    for thing in (impact, batch, simulator, simulator.mechanism, ps.classify("rod", START)):
+        assert len(repr(thing)) < 300 and "\n" not in repr(thing)
+
+
+def test_states_and_outputs_by_name_are_those_at_the_times_of_the_steps(impact):
+    assert impact.t[0] == 0.0 and impact.t[-1] == impact.final_time
+    assert impact["time"] is impact.t
+    np.testing.assert_array_equal(impact["theta"], impact(impact.t)[:, 2])
+    np.testing.assert_array_equal(impact["normal_force"], impact.outputs(impact.t)["normal_force"])
+    assert impact.units("theta_dot") == "rad/s" and impact.units("E") == "Pa"
+    with pytest.raises(InputError, match="unknown quantity 'thata'. Did you mean 'theta'"):
+        impact["thata"]
+
+
+def test_notebooks_get_a_table_and_a_figure(impact):
+    page = impact._repr_html_()
+    root = ElementTree.fromstring(f"<div>{page}</div>")
+    rows = root.findall("table/tr")
+    assert len(rows) == 1 + len(impact.events)
+    cells = [cell.text for cell in rows[1]]
+    assert cells[1:3] == ["slip_stop", "A"] and float(cells[0]) == pytest.approx(4.088624e-4)
+    assert root.find("{http://www.w3.org/2000/svg}svg") is not None
+    assert page == impact._repr_html_()
+
+
+def test_a_long_run_is_cut_in_a_notebook_and_says_so():
+    bouncing = ps.simulate("rod", "rigid", {"y_A": 0.2, "theta": 1.5}, t_end=1.5)
+    page = bouncing._repr_html_()
+    assert f"{len(bouncing.events) - 12} more events." in page
+    ended = ps.simulate("rod", "rigid", {"y_A": 0.2, "theta": 1.5}, t_end=0.1, record="end")
+    assert "No events." in ended._repr_html_() and "<svg" not in ended._repr_html_()
+
+
+def test_a_names_markup_is_text_in_a_notebook(impact):
+    from dataclasses import replace
+
+    named = replace(impact, names=replace(impact.names, mechanism="<script>rod"))
+    assert "<script>" not in named._repr_html_() and "&lt;script&gt;rod" in named._repr_html_()
+
+
+def test_table_of_a_motion_has_its_units(impact):
+    frame = impact.to_dataframe(["theta", "normal_force"], times=[0.0, 1e-4, 5e-4])
+    assert frame.attrs["units"] == {"time": "s", "theta": "rad", "normal_force": "N"}
+    np.testing.assert_array_equal(
+        frame["normal_force"], impact.outputs([0.0, 1e-4, 5e-4])["normal_force"]
+    )
+    assert list(impact.to_dataframe().columns) == [*impact.state_names, *impact.output_names]
+    with pytest.raises(InputError, match="unknown quantity 'mass'"):
+        impact.to_dataframe(["mass"])
+
+
+def test_labelled_arrays_of_a_motion(impact):
+    data = impact.to_xarray(["theta", "gap"])
+    assert data.time.attrs["units"] == "s" and data.gap.attrs["units"] == "m"
+    assert data.attrs["mechanism"] == "rod"
+    np.testing.assert_array_equal(data.theta.values, impact["theta"])
+
+
+def test_a_library_that_is_not_installed_is_named(impact, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "pandas", None)
+    with pytest.raises(InputError, match="a data frame needs pandas. Fix: pip install"):
+        impact.to_dataframe()
+
+
+def test_batches_keep_the_varied_inputs_as_coordinates(batch):
+    data = batch.to_xarray(["theta_dot", "time_of_slip_stop"])
+    assert dict(data.sizes) == {"start_theta": 3, "mu": 2}
+    assert data.mu.values.tolist() == [1.4, 1.5] and data.mu.attrs["units"] == "1"
+    one = data.sel(mu=1.5, start_theta=1.0)
+    alone = ps.simulate(ps.models.rod(mu=1.5), ps.laws.bilinear_hertz(E=20.9e14), START, t_end=1e-3)
+    assert float(one.theta_dot) == alone.final["theta_dot"]
+    frame = batch.to_dataframe(["theta_dot"])
+    assert frame.columns.tolist() == ["start_theta", "mu", "theta_dot"]
+    row = frame[(frame.mu == 1.5) & (frame.start_theta == 1.0)]
+    assert float(row.theta_dot.iloc[0]) == alone.final["theta_dot"]
+    with pytest.raises(InputError, match="times_of_slip_stop has several numbers per motion"):
+        batch.to_dataframe(["times_of_slip_stop"])
+
+
+def test_inputs_that_vary_together_share_a_dimension():
+    states = {"theta": [0.9, 1.0], "theta_dot": [1.0, 1.1], "x_A_dot": -1.0}
+    runs = ps.simulate_batch("rod", "bilinear-hertz", states, t_end=1e-4)
+    data = runs.to_xarray(["time"])
+    assert dict(data.sizes) == {"row": 2}
+    assert data.start_theta_dot.values.tolist() == [1.0, 1.1]
+
+
+@pytest.mark.parametrize(
+    ("mechanism", "law", "state"),
+    [
+        ("rod", "bilinear-hertz", START),
+        ("rod", "rigid", {"y_A": 0.1, "theta": 1.0}),
+        ("block-two-feet", {"A": "hertz", "B": "rigid"}, {"y_A": 0.001}),
+        ("painleve-klein", "rigid", {"phi": 1.2, "x_dot": 1.0}),
+    ],
+)
+def test_saved_and_pickled_runs_give_forces_without_their_engine(mechanism, law, state, tmp_path):
+    run = ps.simulate(mechanism, law, state, t_end=0.02)
+    run.save(tmp_path / "run.npz")
+    times = run.sample(40)
+    for again in (ps.Trajectory.load(tmp_path / "run.npz"), pickle.loads(pickle.dumps(run))):
+        assert isinstance(again.evaluator, TapeOutputs)
+        assert [e.kind for e in again.events] == [e.kind for e in run.events]
+        for name, values in run.outputs(times).items():
+            scale = np.max(np.abs(values))
+            np.testing.assert_allclose(
+                again.outputs(times)[name], values, rtol=0, atol=1e-14 * scale
+            )
+        assert again.energy_residual == pytest.approx(run.energy_residual, abs=1e-14)
+        assert again.plot().axes
+        again.save(tmp_path / "again.npz")
+
+
+def forces_of(run):
+    return run.outputs(run.sample(5))["normal_force"]
+
+
+def run_once(simulator):
+    return simulator.run(START, t_end=1e-3)
+
+
+def test_results_pass_between_processes(impact, batch):
+    simulator = ps.Simulator(ps.models.rod(mu=1.5), ps.laws.bilinear_hertz(E=20.9e14))
+    derivatives = simulator.sensitivities(START, ["mu"], t_end=4e-4)
+    context = multiprocessing.get_context("spawn")
+    with concurrent.futures.ProcessPoolExecutor(1, mp_context=context) as pool:
+        forces = pool.submit(forces_of, impact).result(timeout=120)
+        elsewhere = pool.submit(run_once, simulator).result(timeout=120)
+        rows = pool.submit(final_angles, batch).result(timeout=120)
+        slopes = pool.submit(gradient_of, derivatives).result(timeout=120)
+    np.testing.assert_allclose(forces, forces_of(impact), rtol=1e-14)
+    np.testing.assert_array_equal(elsewhere.final_state, run_once(simulator).final_state)
+    np.testing.assert_array_equal(rows, batch["theta"])
+    expected = gradient_of(derivatives)
+    np.testing.assert_allclose(slopes, expected, rtol=1e-12, atol=1e-12 * np.abs(expected).max())
+
+
+def final_angles(runs):
+    return runs["theta"]
+
+
+def gradient_of(derivatives):
+    return derivatives.gradient("normal_force", [1e-4, 3e-4])
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_mechanisms_and_simulators_pickle(name):
+    mechanism = pickle.loads(pickle.dumps(ps.model(name)))
+    assert mechanism.definition == ps.model(name).definition
+    simulator = ps.Simulator(mechanism, ps.law("rigid"))
+    assert pickle.loads(pickle.dumps(simulator)).label == "rigid"
+
+
+def test_results_pass_through_dask(impact):
+    distributed = pytest.importorskip("distributed")
+    with (
+        distributed.LocalCluster(
+            1, threads_per_worker=1, processes=False, dashboard_address=None
+        ) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        np.testing.assert_allclose(
+            client.submit(forces_of, impact).result(timeout=60), forces_of(impact)
+        )
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"operations": [["EXEC", 0, 1]]},
+        {"operations": [["INPUT", 0, 0, 99]]},
+        {"operations": [["ADD", 0, 1, 10**9]]},
+        {"operations": [["CONST", 0, "1"]]},
+        {"operations": [["SIN", 0, 1.5]]},
+        {"work": -1},
+        {"sizes": "abc"},
+        {"operations": 5},
+    ],
+)
+def test_damaged_operations_are_rejected(change):
+    data = {
+        "sizes": [1],
+        "outputs": 1,
+        "work": 2,
+        "operations": [["INPUT", 0, 0, 0], ["OUTPUT", 0, 0]],
+    }
+    assert Tape.of_data(data)(np.array([[2.0]])).tolist() == [[2.0]]
+    with pytest.raises(InputError, match="formulas as operations"):
+        Tape.of_data(data | change)
+
+
+@pytest.mark.parametrize(
+    "name", ["rod", "strut", "block-two-feet", "painleve-klein", "two-link-arm"]
+)
+@pytest.mark.parametrize("law", ["rigid", "bilinear-hertz"])
+def test_operations_are_those_of_the_engine(name, law):
+    if name == "painleve-klein" and law != "rigid":
+        pytest.skip("a guide has no compliant law")
+    simulator = ps.Simulator(ps.model(name), ps.law(law))
+    engine, tapes = simulator.integrator, simulator.output_tapes
+    rng = np.random.default_rng(3)
+    outline = simulator.outline
+    modes = rng.integers(0, len(outline.modes), 50)
+    states = rng.uniform(0.1, 0.9, (50, len(outline.states)))
+    memory = rng.uniform(0.1, 0.9, (50, len(outline.memory)))
+    constants = engine.constants(rng.uniform(0.1, 0.4, len(outline.parameters)))
+    expected = engine.outputs(modes, states, memory, constants)
+    result = tapes.outputs(modes, states, memory, constants)
+    np.testing.assert_allclose(result, expected, rtol=1e-12)
