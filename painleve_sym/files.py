@@ -16,7 +16,21 @@ from painleve_sym.errors import InputError
 
 
 def write_beside(path: Path, write: Any) -> None:
-    """Write through a temporary file in the same folder, then rename; InputError if not."""
+    """Write through a temporary file in the same folder, then rename.
+
+    Parameters
+    ----------
+    path : Path
+    write : callable
+        Takes the open binary file.
+
+    Raises
+    ------
+    InputError
+        No file can be made there.
+    OSError
+        It cannot be written (a full disk), with the name of the file; nothing is left.
+    """
     try:
         handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     except OSError as error:
@@ -28,8 +42,10 @@ def write_beside(path: Path, write: Any) -> None:
             write(f)
         Path(name).chmod(0o644)
         os.replace(name, path)
-    except BaseException:
+    except BaseException as error:
         Path(name).unlink(missing_ok=True)
+        if isinstance(error, OSError):
+            raise OSError(error.errno, error.strerror or str(error), str(path)) from error
         raise
 
 

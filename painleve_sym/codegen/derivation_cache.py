@@ -18,7 +18,7 @@ from typing import Any
 import casadi as ca
 
 import painleve_sym
-from painleve_sym.codegen.compile import cache_folder
+from painleve_sym.codegen.cache import cache_folder, own_content
 from painleve_sym.mechanics.definition import SYMPY_VERSION, definition_text
 
 _DERIVING = ("mechanics", "laws", "hybrid", "contacts", "codegen", "engines", "motion")
@@ -74,10 +74,11 @@ def _code_files() -> list[str]:
 def read_entry(key: str) -> dict[str, Any] | None:
     """Return the content of an entry; None where there is none, or a damaged one was removed."""
     path = _path(key)
-    try:
-        text = path.read_bytes().decode("utf-8")
-    except OSError:
+    stored = own_content(path)
+    if stored is None:
         return None
+    try:
+        text = stored.decode("utf-8")
     except UnicodeDecodeError:
         text = ""
     mark, _, content = text.partition("\n")
@@ -99,6 +100,7 @@ def write_entry(key: str, entry: dict[str, Any]) -> None:
         with tempfile.TemporaryDirectory(dir=path.parent) as work:
             written = Path(work, path.name)
             written.write_text(f"{_hash(content)}\n{content}", "utf-8")
+            written.chmod(0o600)
             os.replace(written, path)
     except OSError:
         return

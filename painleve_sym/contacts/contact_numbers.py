@@ -73,7 +73,7 @@ def all_contact_numbers(
         block = [[own["W_nn"], own["W_nt"]], [own["W_nt"], own["W_tt"]]]
         W[2 * i : 2 * i + 2, 2 * i : 2 * i + 2] = block
     if n > 1:
-        for name, value in _couplings(mechanism)(values).items():
+        for name, value in couplings(mechanism)(values).items():
             row, column = map(int, name.split("_")[1:])
             W[row, column] = W[column, row] = value
     motion = {
@@ -176,7 +176,7 @@ def domain_margins(mechanism: Mechanism) -> Quantities:
     )
 
 
-def _couplings(mechanism: Mechanism) -> Quantities:
+def couplings(mechanism: Mechanism) -> Quantities:
     """Return the entries W_row_column above the diagonal that couple two contacts."""
 
     def formulas() -> dict[str, Any]:

@@ -208,15 +208,15 @@ def settings_text(choices: Mapping[str, str], parameters: Sequence[Parameter]) -
     return f"{chosen}: " + ", ".join(f"{p.name}={p.default:g}" for p in parameters)
 
 
-_Thing = TypeVar("_Thing")
+_Value = TypeVar("_Value")
 
 
-def with_fields(thing: _Thing, **fields: object) -> _Thing:
+def with_fields(value: _Value, **fields: object) -> _Value:
     """Return a copy of a frozen dataclass that keeps everything it has derived.
 
     Only for fields that no derivation depends on (`NOT_DERIVED_FROM`); for others `replace`.
     """
-    changed = copy.copy(thing)
+    changed = copy.copy(value)
     changed.__dict__.update(fields)
     return changed
 

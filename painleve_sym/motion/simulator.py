@@ -30,7 +30,7 @@ from painleve_sym.engines.protocol import MAX_EVENTS, MAX_STEPS, Engine, RawRun,
 from painleve_sym.errors import InputError, StopReason, unknown_name
 from painleve_sym.hybrid.automaton import HybridAutomaton
 from painleve_sym.hybrid.signature import AutomatonBuilder, Outline
-from painleve_sym.laws.catalogue import Law
+from painleve_sym.laws.catalogue import Law, choices_by_contact
 from painleve_sym.laws.compliance import ContactLaw
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -75,7 +75,7 @@ class Contacts(AutomatonBuilder, Protocol):
 
 
 class Start(NamedTuple):
-    """What a run starts with.
+    """Start of a run.
 
     Attributes
     ----------
@@ -220,7 +220,8 @@ class Simulator:
     @property
     def choices(self) -> dict[str, str]:
         """Named choices of the laws; a guide alone has no restitution."""
-        choices = {k: v for law in self.laws for k, v in law.choices.items()}
+        names = (c.name for c in self.mechanism.contacts)
+        choices = choices_by_contact(dict(zip(names, self.laws, strict=False)))
         if all(c.bilateral for c in self.mechanism.contacts):
             choices.pop("restitution", None)
         return choices
@@ -364,7 +365,7 @@ class Simulator:
         atol : ndarray, shape (nx,)
             Per state; by default scaled to the contact (see `tolerances`).
         record : Record or its text
-            What is kept: ``dense``, ``events`` or ``end``.
+            Extent of the recorded run: ``dense``, ``events`` or ``end``.
         first_step, max_step : float
             s; a first step of 0 lets the engine choose it.
         max_steps, max_events : int
@@ -407,21 +408,28 @@ class Simulator:
         )
         resolver = self._resolver(start, checked)
         raw = self.integrator.run(start.state, start.parameters, checked, resolve=resolver)
-        told = resolver.impulses if resolver else ()
-        trajectory = self.trajectory(raw, start, checked.rtol, told)
+        resolved = resolver.impulses if resolver else ()
+        trajectory = self.trajectory(raw, start, checked.rtol, resolved)
         if raw.stop_reason is StopReason.SINGULAR and isinstance(self.contact, RigidContact):
             return with_limit(self.contact, trajectory, start.values)
         return trajectory
 
     def _resolver(self, start: Start, options: RunOptions) -> ImpactResolver | None:
         """Return what answers for impacts of several contacts where the engine does not."""
-        contact = self.contact
         if isinstance(self.integrator, CompiledEngine) or not self.strikes:
             return None
-        assert isinstance(contact, PluralContacts)
-        target = [m.name for m in self.outline.modes].index(CONTACT)
-        scale = options.atol / options.rtol
-        return ImpactResolver(self.impacts, contact.rigid_law, target, start.values, scale)
+        return ImpactResolver(**self.resolver_inputs(start.values, options))
+
+    def resolver_inputs(self, values: dict[str, float], options: RunOptions) -> dict[str, Any]:
+        """Return the inputs of an `ImpactResolver` of a run with the parameters `values`."""
+        assert isinstance(self.contact, PluralContacts)
+        return {
+            "impacts": self.impacts,
+            "law": self.contact.rigid_law,
+            "target": [m.name for m in self.outline.modes].index(CONTACT),
+            "values": values,
+            "scale": options.atol / options.rtol,
+        }
 
     def start(
         self,
@@ -484,10 +492,10 @@ class Simulator:
         for symbol, value in self.constants(start.values).items():
             if not math.isfinite(value):
                 raise InputError(
-                    f"{self.where}: {symbol} comes out as {value!r}, need a finite number. "
+                    f"{self.where}: {symbol} evaluates to {value!r}, need a finite number. "
                     "Fix: check the parameters it is made of (stiffness, curvatures)."
                 )
-        resolve_state(self.mechanism, given, start.values)  # refuses what is outside the domain
+        resolve_state(self.mechanism, given, start.values)  # rejects a state outside the domain
         names = [s.name for s in self.outline.states]
         state = dict(zip(names, start.state.tolist(), strict=True))
         if force >= 0:
@@ -708,14 +716,14 @@ class Simulator:
         return self.integrator.scales(self._vector_of(parameters), np.asarray(vector))
 
     def trajectory(
-        self, raw: RawRun, start: Start, rtol: float, told: Sequence[tuple[float, ...]] = ()
+        self, raw: RawRun, start: Start, rtol: float, resolved: Sequence[tuple[float, ...]] = ()
     ) -> Trajectory:
-        """Return a run as a trajectory; `told` are the impulses that a resolver answered with."""
+        """Return a run as a trajectory; `resolved` are the impulses of a resolver."""
         return Trajectory(
             names=self._names,
             parameters=start.values,
             rtol=rtol,
-            record=RunRecord(self, start, raw, told),
+            record=RunRecord(self, start, raw, resolved),
             final_time=raw.time,
             final_state=raw.state,
             final_memory=raw.memory,

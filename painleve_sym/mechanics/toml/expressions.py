@@ -349,7 +349,7 @@ class _Walk:
         return _Part(expr, size, value)
 
     def _check_size(self, node: ast.expr, number: float) -> None:
-        """Refuse a number that is too large or too small."""
+        """Reject a number that is too large or too small."""
         if number and not 1 / MAX_MAGNITUDE <= abs(number) <= MAX_MAGNITUDE:
             size = "large" if abs(number) > 1 else "small"
             raise self.refuse(

@@ -14,7 +14,7 @@ from painleve_sym.mechanics.toml.expressions import Formulas, TextFault
 from painleve_sym.mechanics.toml.lines import Path, TomlLines
 
 MAX_FAULTS_READ = 200
-"""Faults after which reading stops: nobody reads more, and a file of faults takes long."""
+"""Faults after which reading stops: more would not be read, and a file of faults takes long."""
 
 
 def shown(path: Path) -> str:
