@@ -98,11 +98,15 @@ class ContactCoefficients:
     @cached_property
     def sticking_force(self) -> sp.Expr:
         """F_t(F_n) that keeps v̇_t = 0; N. Sticking needs |F_t| ≤ μ F_n."""
+        if self.W_tt == 0:
+            return sp.Integer(0)
         return readable(-(self.W_nt * F_N + self.b_t) / self.W_tt)
 
     @cached_property
     def A_stick(self) -> sp.Expr:
         """A′ = W_nn − W_nt²/W_tt; 1/kg."""
+        if self.W_tt == 0:  # no motion slides the contact: W_nt = 0, and nothing is to be held
+            return self.W_nn
         return readable(self.W_nn - self.W_nt**2 / self.W_tt)
 
     @property
@@ -113,6 +117,8 @@ class ContactCoefficients:
     @cached_property
     def B_stick(self) -> sp.Expr:
         """B′ = b_n − W_nt b_t/W_tt; m/s²."""
+        if self.W_tt == 0:
+            return self.b_n
         return readable(self.b_n - self.W_nt * self.b_t / self.W_tt)
 
     @cached_property

@@ -305,6 +305,14 @@ def test_file_with_many_faults_is_refused_quickly_and_shortly():
     assert len(str(caught.value)) < 15_000 and str(caught.value).count("nam_") <= 20
 
 
+def test_contact_that_no_motion_slides_has_the_normal_mobility_in_sticking():
+    """A ball that only moves up and down: A' = 1/m and B' = -g by hand."""
+    text = SHORT.replace('x = { unit = "m" }\n', "").replace('"x"', '"0"')
+    c = mechanism_from_text('gravity = "9.8"\n' + text).coefficients
+    m = sp.Symbol("m", positive=True)
+    assert (c.A_stick, c.B_stick, c.sticking_force) == (1 / m, sp.Rational(-49, 5), 0)
+
+
 def test_file_with_too_many_coordinates_is_refused():
     more = "\n".join(f"q_{i} = {{ unit = 'm' }}" for i in range(MAX_COORDINATES))
     faults = faults_of(SHORT.replace("[parameters]", f"{more}\n[parameters]"))

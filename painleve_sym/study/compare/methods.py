@@ -391,9 +391,11 @@ class Case:
     def _distance(self, a: Answer, rigid: Answer) -> float:
         ends = [np.array([x.velocity[n] for n in self.velocities]) for x in (a, rigid)]
         begin = np.array([self.state[n] for n in self.velocities])
-        difference, *sizes = (
-            float(np.sqrt(u @ self.mass @ u)) for u in (ends[0] - ends[1], ends[1], begin)
-        )
+        # Beyond 1e154 m/s an energy has no number, and neither has the distance: inf or nan.
+        with np.errstate(over="ignore", invalid="ignore"):
+            difference, *sizes = (
+                float(np.sqrt(u @ self.mass @ u)) for u in (ends[0] - ends[1], ends[1], begin)
+            )
         # A body held at rest has no speed but round-off: what its contact has stopped counts too.
         sizes.append(rigid.normal_impulse * float(np.sqrt(self.normal_mobility)))
         return difference / max(sizes) if max(sizes) > 0 else difference
