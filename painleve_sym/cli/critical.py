@@ -20,7 +20,7 @@ from painleve_sym.cli.output import (
     write_map,
 )
 from painleve_sym.errors import InputError
-from painleve_sym.laws.compliance import ContactLaw
+from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.study.critical.bisection import Border, CriticalForce, CriticalForceFinder
 from painleve_sym.study.critical.gradient import ForceDerivative, critical_force_gradient

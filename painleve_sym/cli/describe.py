@@ -14,11 +14,12 @@ from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import plain_fields, to_plain
 from painleve_sym.hybrid.automaton import HybridAutomaton, Transition
 from painleve_sym.laws.catalogue import CHOICES, LAWS, one_law
-from painleve_sym.laws.compliance import ContactLaw
+from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.laws.restitution import RESTITUTIONS, RestitutionLaw
 from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.mechanics.models import MODELS, Mechanism, model
-from painleve_sym.mechanics.system import TIME, Parameter
+from painleve_sym.mechanics.system import TIME
 from painleve_sym.simulate.simulator import Simulator
 
 

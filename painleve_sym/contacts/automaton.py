@@ -44,12 +44,13 @@ from painleve_sym.hybrid.automaton import (
     Mode,
     Transition,
 )
-from painleve_sym.laws.compliance import ContactLaw
+from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.contact_set import ContactSet
+from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.simplify import readable
-from painleve_sym.mechanics.system import TIME, Parameter
+from painleve_sym.mechanics.system import TIME
 
 _ZERO = sp.Integer(0)
 

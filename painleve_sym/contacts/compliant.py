@@ -16,9 +16,10 @@ from painleve_sym.contacts.contact_states import (
 )
 from painleve_sym.errors import EventKind, InputError
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition, positive
-from painleve_sym.laws.compliance import DELTA, DELTA_DOT, SEPARATED, Branch, ContactLaw, Exit
+from painleve_sym.laws.compliance import DELTA, DELTA_DOT, SEPARATED, Branch, Exit
+from painleve_sym.laws.contact_law import ContactLaw
+from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.mechanics.simplify import readable
-from painleve_sym.mechanics.system import Parameter
 
 INDENTED = "flight_indented"
 

@@ -29,9 +29,9 @@ from painleve_sym.hybrid.automaton import (
     positive,
 )
 from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.mechanics.impact.impulse_rays import V_T
 from painleve_sym.mechanics.paradox.bilateral import SIDES, BilateralForms
-from painleve_sym.mechanics.system import Parameter
 
 TANGENTIAL_IMPACT = "tangential_impact"
 """The instantaneous mode in which a slip without a solution stops."""

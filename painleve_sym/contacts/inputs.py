@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from painleve_sym.checks import checked_number
 from painleve_sym.contacts.contact_numbers import domain_margins
 from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.mechanics.models import Mechanism
-from painleve_sym.mechanics.system import Parameter
 
 
 def _raise(where: str, faults: Sequence[str]) -> None:

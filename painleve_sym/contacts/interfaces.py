@@ -25,15 +25,8 @@ from painleve_sym.hybrid.automaton import (
     is_zero,
     positive,
 )
-from painleve_sym.laws.compliance import (
-    DELTA,
-    DELTA_DOT,
-    SEPARATED,
-    Branch,
-    ContactLaw,
-    Exit,
-    ramp,
-)
+from painleve_sym.laws.compliance import DELTA, DELTA_DOT, SEPARATED, Branch, Exit, ramp
+from painleve_sym.laws.contact_law import ContactLaw
 
 MOTION = "motion"
 """The one mode in which time passes."""

@@ -31,9 +31,9 @@ from painleve_sym.hybrid.automaton import (
     positive,
 )
 from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.mechanics.impact.impulse_rays import raw
 from painleve_sym.mechanics.paradox.singular_point import SingularPoint
-from painleve_sym.mechanics.system import Parameter
 
 DECISION = "contact"
 """The instantaneous mode in which a closed contact finds its solution."""

@@ -30,7 +30,7 @@ from painleve_sym.export_c.text import (
     quoted,
 )
 from painleve_sym.hybrid.signature import Outline
-from painleve_sym.mechanics.system import Parameter
+from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.simulate.scales import AT_REST
 from painleve_sym.simulate.simulator import DEFAULT_RTOL, Simulator
 from painleve_sym.simulate.trajectory import Trajectory

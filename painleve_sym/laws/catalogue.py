@@ -6,13 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 
 from painleve_sym.errors import InputError, unknown_name
-from painleve_sym.laws.compliance import (
-    ContactLaw,
-    bilinear_hertz,
-    hertz,
-    hunt_crossley,
-    linear,
-)
+from painleve_sym.laws.contact_law import ContactLaw, bilinear_hertz, hertz, hunt_crossley, linear
 from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.laws.rigid import POLICIES, RigidLaw
 

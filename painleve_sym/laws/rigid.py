@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
-
-from sympy import Expr, Symbol
+from typing import TYPE_CHECKING, ClassVar
 
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.laws.restitution import restitution_law
-from painleve_sym.mechanics.system import Parameter
+from painleve_sym.mechanics.declarations import Parameter
+
+if TYPE_CHECKING:
+    from sympy import Expr, Symbol
 
 POLICIES = ("liftoff", "slip", "impact")
 """What to do in the indeterminate state, where several rigid solutions exist."""

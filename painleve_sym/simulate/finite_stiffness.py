@@ -14,7 +14,7 @@ from painleve_sym.arrays import Array
 from painleve_sym.codegen.pointwise import Pointwise
 from painleve_sym.contacts.inputs import resolve_parameters, resolve_state
 from painleve_sym.errors import InputError
-from painleve_sym.laws.compliance import ContactLaw
+from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.simulate.frozen_impact import (
     COEFFICIENTS,

@@ -21,7 +21,7 @@ from painleve_sym.engines.protocol import RawRun, RunOptions
 from painleve_sym.engines.records import EventRecords
 from painleve_sym.errors import EventKind, InputError, StopReason, unknown_name
 from painleve_sym.laws.chatter import general_contact
-from painleve_sym.laws.compliance import ContactLaw
+from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.simulate.batch.inputs import ManyInputs
 from painleve_sym.simulate.batch.starts import RUNS, starts_of
 from painleve_sym.simulate.simulator import Simulator

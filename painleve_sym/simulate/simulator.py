@@ -35,10 +35,11 @@ from painleve_sym.errors import InputError, StopReason, unknown_name
 from painleve_sym.hybrid.automaton import HybridAutomaton
 from painleve_sym.hybrid.signature import AutomatonBuilder, Outline, mode_name
 from painleve_sym.laws.catalogue import Law
-from painleve_sym.laws.compliance import ContactLaw
+from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.system import TIME, Parameter
+from painleve_sym.mechanics.system import TIME
 from painleve_sym.simulate.impact_resolver import ImpactResolver
 from painleve_sym.simulate.rigid import complete_motion, with_alternatives, with_impulses
 from painleve_sym.simulate.scales import compliant_scales, rigid_scales

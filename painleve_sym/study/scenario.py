@@ -22,7 +22,7 @@ from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import parse_toml, read_text
 from painleve_sym.laws.catalogue import Law, LawsByContact, law
-from painleve_sym.laws.compliance import ContactLaw
+from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.laws.restitution import RestitutionLaw, restitution_law
 from painleve_sym.mechanics.models import Mechanism, model
 from painleve_sym.simulate.finite_stiffness import CorrectedJump, evaluate_corrected_jump

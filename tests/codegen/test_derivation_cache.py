@@ -28,8 +28,9 @@ from painleve_sym.hybrid.signature import Outline
 from painleve_sym.laws.catalogue import law
 from painleve_sym.laws.rigid import RigidLaw
 from painleve_sym.mechanics.contact import Contact
+from painleve_sym.mechanics.declarations import Coordinate, Parameter
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.system import Coordinate, LagrangianSystem, Parameter
+from painleve_sym.mechanics.system import LagrangianSystem
 from painleve_sym.simulate.simulator import Simulator
 
 Y = Coordinate("y", "height", "m")

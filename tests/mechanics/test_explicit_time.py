@@ -17,10 +17,11 @@ from painleve_sym.errors import ModelError
 from painleve_sym.mechanics.bodies import Body, Load, Spring
 from painleve_sym.mechanics.coefficients import F_N, F_T, ContactCoefficients
 from painleve_sym.mechanics.contact import Contact
+from painleve_sym.mechanics.declarations import Coordinate, Parameter
 from painleve_sym.mechanics.mechanism import DomainBound, Mechanism
 from painleve_sym.mechanics.models import model
 from painleve_sym.mechanics.paradox.singular_point import SingularPoint
-from painleve_sym.mechanics.system import TIME, Coordinate, LagrangianSystem, Parameter
+from painleve_sym.mechanics.system import TIME, LagrangianSystem
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
 
 t = TIME

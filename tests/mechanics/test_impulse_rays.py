@@ -9,6 +9,7 @@ import sympy as sp
 
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.contact import Contact
+from painleve_sym.mechanics.declarations import Coordinate, Parameter
 from painleve_sym.mechanics.impact.impulse_rays import (
     V_N,
     V_N_PLUS,
@@ -22,7 +23,7 @@ from painleve_sym.mechanics.impact.impulse_rays import (
 )
 from painleve_sym.mechanics.models import Mechanism, rod
 from painleve_sym.mechanics.paradox.critical_friction import critical_friction
-from painleve_sym.mechanics.system import Coordinate, LagrangianSystem, Parameter
+from painleve_sym.mechanics.system import LagrangianSystem
 from tests.mechanics.made_up import skew_block
 
 MECHANISMS = {"rod": rod(), "skew block": skew_block(), "belt": skew_block(belt=True)}

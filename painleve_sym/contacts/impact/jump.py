@@ -11,14 +11,10 @@ from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.contacts.impact.one_contact import Impact, ImpactEnd, solve_impact
 from painleve_sym.contacts.inputs import resolve_parameters, resolve_state, symbol_values
 from painleve_sym.errors import InputError
-from painleve_sym.laws.restitution import (
-    RESTITUTIONS,
-    RestitutionLaw,
-    restitution_law,
-    three_phase_jump,
-)
+from painleve_sym.laws.impact_cases import three_phase_jump
+from painleve_sym.laws.restitution import RESTITUTIONS, RestitutionLaw, restitution_law
 from painleve_sym.mechanics.contact import Contact
-from painleve_sym.mechanics.impact.classes import ImpactClass
+from painleve_sym.mechanics.impact.impact_class import ImpactClass
 from painleve_sym.mechanics.impact.impulse_rays import V_N, V_T, raw
 from painleve_sym.mechanics.models import Mechanism
 

@@ -15,7 +15,7 @@ from scipy.stats import t as student
 from painleve_sym.arrays import Array
 from painleve_sym.checks import number
 from painleve_sym.errors import InputError, StopReason, unknown_name
-from painleve_sym.mechanics.system import Parameter
+from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.simulate.sensitivity.result import SensitiveTrajectory
 from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.study.fitting.data import FitData
