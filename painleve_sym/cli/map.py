@@ -26,7 +26,7 @@ from painleve_sym.cli.output import (
     write_map,
 )
 from painleve_sym.errors import InputError
-from painleve_sym.mechanics.models import Mechanism
+from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.study.maps.region_map import RegionMap, region_map
 
 _CASES = {

@@ -23,9 +23,6 @@ from painleve_sym.contacts.contact_states import (
     domain_transitions,
 )
 from painleve_sym.contacts.interfaces import (
-    CONTACT,
-    MOTION,
-    START,
     CompliantInterface,
     ContactMotion,
     GuideInterface,
@@ -33,8 +30,9 @@ from painleve_sym.contacts.interfaces import (
     RigidInterface,
     zero_factor,
 )
+from painleve_sym.contacts.model import CONTACT, MOTION, START, check_several
 from painleve_sym.contacts.rigid import SINGULAR_MARGIN
-from painleve_sym.errors import EventKind, InputError, StopReason
+from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.hybrid.automaton import (
     Choice,
     Definition,
@@ -80,23 +78,7 @@ class PluralContacts:
     laws: tuple[ContactLaw | RigidLaw, ...]
 
     def __post_init__(self) -> None:
-        rigid = list(dict.fromkeys(law for law in self.laws if isinstance(law, RigidLaw)))
-        if len(rigid) > 1:
-            first, second = (
-                ", ".join(f"{k} {v!r}" for k, v in law.choices.items()) for law in rigid[:2]
-            )
-            raise InputError(
-                f"{self.mechanism.name}: rigid contacts: got laws with {first} and with {second}, "
-                "and contacts that have an impact together follow one law. "
-                "Fix: give all rigid contacts the same restitution law and policy."
-            )
-        taken = {p.name for p in self.mechanism.system.parameters}
-        clash = sorted(taken & {p.name for p in self.parameters})
-        if clash:
-            raise InputError(
-                f"{self.mechanism.name}: the mechanism and the law of a contact both have a "
-                f"parameter {clash[0]!r}. Fix: rename it in the mechanism."
-            )
+        check_several(self.mechanism, self.laws, self.parameters)
 
     @property
     def rigid_law(self) -> RigidLaw:

@@ -7,14 +7,9 @@ from functools import cached_property
 
 import sympy as sp
 
-from painleve_sym.contacts.contact_states import (
-    CONTACT_WORK,
-    CONTACTS,
-    FLIGHT,
-    ContactStates,
-    domain_transitions,
-)
-from painleve_sym.errors import EventKind, InputError
+from painleve_sym.contacts.contact_states import CONTACT_WORK, ContactStates, domain_transitions
+from painleve_sym.contacts.model import CONTACTS, FLIGHT, check_compliant
+from painleve_sym.errors import EventKind
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition, positive
 from painleve_sym.laws.compliance import DELTA, DELTA_DOT, SEPARATED, Branch, Exit
 from painleve_sym.laws.contact_law import ContactLaw
@@ -38,19 +33,7 @@ class SoftenedContact(ContactStates):
     law: ContactLaw
 
     def __post_init__(self) -> None:
-        if any(c.bilateral for c in self.mechanism.contacts):
-            raise InputError(
-                f"mechanism {self.mechanism.name!r} with law {self.law.name!r}: its contact holds "
-                "from both sides, and a law only pushes. Fix: use the law rigid, or describe the "
-                "guide as two contacts."
-            )
-        taken = {p.name for p in self.mechanism.system.parameters}
-        clash = sorted(taken & {p.name for p in self.law.parameters})
-        if clash:
-            raise InputError(
-                f"mechanism {self.mechanism.name!r} with law {self.law.name!r}: both have a "
-                f"parameter {clash[0]!r}. Fix: rename it in the mechanism."
-            )
+        check_compliant(self.mechanism, self.law)
 
     @property
     def own_laws(self) -> tuple[ContactLaw]:

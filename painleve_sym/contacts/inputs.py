@@ -8,7 +8,7 @@ from painleve_sym.checks import checked_number
 from painleve_sym.contacts.contact_numbers import domain_margins
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.mechanics.declarations import Parameter
-from painleve_sym.mechanics.models import Mechanism
+from painleve_sym.mechanics.mechanism import Mechanism
 
 
 def _raise(where: str, faults: Sequence[str]) -> None:
@@ -60,12 +60,11 @@ def resolve_state(
         if fault:
             faults.append(fault)
     _raise(where, faults)
-    symbols = symbol_values(mechanism, values, parameters)
-    margins = domain_margins(mechanism)(symbols).values() if mechanism.domain else ()
-    for bound, margin in zip(mechanism.domain, margins, strict=True):
+    domain = mechanism.outline.domain
+    margins = domain_margins(mechanism)({**values, **parameters}).values() if domain else ()
+    for bound, margin in zip(domain, margins, strict=True):
         if not margin > 0:
-            names = sorted(str(s) for s in bound.margin.free_symbols)
-            got = ", ".join(f"{n} = {values.get(n, parameters.get(n))!r}" for n in names)
+            got = ", ".join(f"{n} = {values.get(n, parameters.get(n))!r}" for n in bound.names)
             faults.append(f"got {got}, need {bound.margin} > 0 ({bound.meaning}).")
     _raise(where, faults)
     return values

@@ -12,7 +12,7 @@ from functools import cached_property
 import sympy as sp
 from sympy.logic.boolalg import Boolean
 
-from painleve_sym.contacts.contact_states import CONTACTS, FLIGHT, ContactStates, domain_transitions
+from painleve_sym.contacts.contact_states import ContactStates, domain_transitions
 from painleve_sym.contacts.impact_rays import (
     APPROACH,
     MEMORY,
@@ -20,6 +20,7 @@ from painleve_sym.contacts.impact_rays import (
     ImpactRays,
     restitution_parameter,
 )
+from painleve_sym.contacts.model import CONTACTS, FLIGHT
 from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.hybrid.automaton import (
     Accumulation,

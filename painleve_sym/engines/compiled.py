@@ -5,14 +5,13 @@ from __future__ import annotations
 import ctypes
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.compile import compiled_library, compiler_mark, library_named
 from painleve_sym.codegen.derivation_cache import entry_key, read_entry, write_entry
-from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.engines.batch import (
     COUNTERS,
     BatchOutputs,
@@ -24,16 +23,19 @@ from painleve_sym.engines.batch import (
 )
 from painleve_sym.engines.protocol import (
     DENSE_ROWS,
+    ENGINE_REASONS,
     RawRun,
     Resolver,
     RunOptions,
     run_resolved,
 )
 from painleve_sym.engines.records import EventRecords, StepRecords
-from painleve_sym.engines.source import ENGINE_REASONS, source
 from painleve_sym.errors import NoRecurrence, StopReason
-from painleve_sym.hybrid.automaton import HybridAutomaton
 from painleve_sym.hybrid.signature import AutomatonBuilder, Outline
+
+if TYPE_CHECKING:
+    from painleve_sym.codegen.modes import AutomatonFunctions
+    from painleve_sym.hybrid.automaton import HybridAutomaton
 
 _DECISION = -2
 """Reason of a run that asks for a decision (PS_DECISION)."""
@@ -112,6 +114,8 @@ class CompiledEngine:
     def __init__(
         self, automaton: HybridAutomaton, functions: AutomatonFunctions | None = None
     ) -> None:
+        from painleve_sym.codegen.modes import AutomatonFunctions
+
         functions = functions or AutomatonFunctions(automaton)
         sizes = functions.x.numel(), functions.z.numel(), functions.c.numel()
         library = compiled_library(self._source(functions))
@@ -135,6 +139,8 @@ class CompiledEngine:
         if entry and library:
             engine._open(Outline.of_data(entry["outline"]), library)
             return engine
+        from painleve_sym.codegen.modes import AutomatonFunctions
+
         automaton = builder.automaton
         try:
             text = cls._source(AutomatonFunctions(automaton))
@@ -182,6 +188,8 @@ class CompiledEngine:
 
     @staticmethod
     def _source(functions: AutomatonFunctions) -> str:
+        from painleve_sym.engines.source import source
+
         return source(functions)
 
     def constants(self, parameters: Array) -> Array:
@@ -320,8 +328,8 @@ class CompiledEngine:
 
 
 def _plain_sizes(outline: Outline) -> tuple[int, int, int, int]:
-    constants = len(outline.parameters) + len(outline.definitions)
-    return len(outline.states), len(outline.memory), constants, len(outline.output_names)
+    names = (outline.state_names, outline.memory_names, outline.constant_names)
+    return len(names[0]), len(names[1]), len(names[2]), len(outline.output_names)
 
 
 def _plain(values: Array) -> Array:

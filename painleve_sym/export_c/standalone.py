@@ -60,7 +60,7 @@ def start_functions(
     """
     functions = [numbers[0].function]
     if len(numbers) > 1:
-        x = ca.SX.sym("x", len(numbers[0].symbols))
+        x = ca.SX.sym("x", len(numbers[0].arguments))
         functions = [
             ca.Function("quantities", [x], [ca.vertcat(*(f.function(x) for f in numbers))])
         ]

@@ -7,7 +7,10 @@ from typing import TYPE_CHECKING, Any, Self
 
 
 class Deferred:
-    """Base of a dataclass of which some fields may be known before the others are made."""
+    """Base of a dataclass of which some fields may be known before the others are made.
+
+    Its fields have no plain defaults, which would stand in the place of what is not made yet.
+    """
 
     @classmethod
     def deferred(cls, make: Callable[[], Self], **known: Any) -> Self:

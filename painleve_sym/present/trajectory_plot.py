@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from painleve_sym.arrays import Array
 from painleve_sym.errors import InputError
-from painleve_sym.mechanics.models import Mechanism
+from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.present.style import MARKERS, PAGE, PALETTE, REFERENCE, STYLE, Marker
 from painleve_sym.quantities import axis_label
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory

@@ -361,7 +361,7 @@ def evaluate_corrected_jump(
     constants = simulator.constants(
         simulator.parameters({p.name: given[p.name] for p in law.parameters})
     )
-    curve = simulator.loading_curve({s: np.array([v]) for s, v in constants.items()})
+    curve = simulator.loading_curve({name: np.array([v]) for name, v in constants.items()})
     K, n = (float(values[0]) for values in curve)
     delta = (initial_force / K) ** (1 / n)
     jump = rule(start, given, delta, configuration)

@@ -14,8 +14,8 @@ import numpy as np
 
 from painleve_sym.contacts.chatter import REVERSE_CHATTER, Chatter, chatter
 from painleve_sym.contacts.classify import contact_problem, solution_name
+from painleve_sym.contacts.model import ContactModel
 from painleve_sym.contacts.problem import ContactProblem
-from painleve_sym.contacts.rigid import RigidContact
 from painleve_sym.contacts.terms import rows_of
 from painleve_sym.engines.protocol import RawRun
 from painleve_sym.errors import EventKind, StopReason
@@ -45,10 +45,10 @@ def complete_motion(
 ) -> Trajectory:
     """Return the motion of one contact with its limit and its growing bounces, if it is rigid."""
     contact = simulator.contact
-    if not isinstance(contact, RigidContact):
+    if not contact.is_rigid or contact.is_guide:
         return run
     growth = growing_bounces(
-        run.events, contact.gap_rate.name, lambda state: chatter_at(contact, state, values)
+        run.events, contact.rows[0].gap_rate, lambda state: chatter_at(contact, state, values)
     )
     return _with_limit(contact, replace(run, reverse_chatter=growth), values)
 
@@ -80,18 +80,18 @@ def with_impulses(
 
 
 def chatter_at(
-    contact: RigidContact, state: Mapping[str, float], values: Mapping[str, float]
+    contact: ContactModel, state: Mapping[str, float], values: Mapping[str, float]
 ) -> Chatter | None:
     """Return how small bounces near a contact at rest follow each other (see `chatter`).
 
     Parameters
     ----------
-    contact : RigidContact
+    contact : ContactModel
     state, values : mapping of str to float
         Coordinates and velocities, and all parameters.
     """
     problem = contact_problem(contact.mechanism, state, values)
-    return chatter(problem, contact.restitution, values[contact.parameters[0].name])
+    return chatter(problem, contact.rigid_law.restitution, values[contact.parameters[0].name])
 
 
 def with_alternatives(
@@ -100,7 +100,7 @@ def with_alternatives(
     """Return the event of a contact problem of rigid contacts with all solutions, if several."""
     if event.kind is not EventKind.CONTACT or not simulator.rigid:
         return event
-    several = len(simulator.mechanism.contacts) > 1
+    several = simulator.contact.several
     names = (_of_several if several else _of_one)(simulator, event, values)
     return replace(event, alternatives=names) if names else event
 
@@ -112,7 +112,7 @@ def _of_one(
     contact = simulator.contact
     problem = contact_problem(simulator.mechanism, event.state, values)
     modes = tuple(dict.fromkeys(solution_name(s, problem) for s in problem.solutions()))
-    if isinstance(contact, RigidContact) and modes and event.state[contact.slip.name] == 0:
+    if contact.parameters and modes and event.state[contact.rows[0].slip] == 0:
         bounces = chatter_at(contact, event.state, values)
         modes += (REVERSE_CHATTER,) if bounces is not None and bounces.reverse else ()
     return modes if len(modes) > 1 else ()
@@ -123,13 +123,13 @@ def _of_several(
 ) -> tuple[str, ...]:
     """Return the names of several solutions of the closed contacts; none for less than two."""
     impacts = simulator.impacts
-    state = np.array([event.state[s.name] for s in simulator.outline.states])
+    state = np.array([event.state[n] for n in simulator.outline.state_names])
     gaps, rates, slips = impacts.contact_values(state)
     closed = [i for i in simulator.rigid if gaps[i] <= 0 and rates[i] == 0]
     if len(simulator.rigid) < len(gaps) or not closed:
         return ()
     terms, rows = impacts.terms(state, values), rows_of(closed)
-    held = np.array([simulator.mechanism.contacts[i].bilateral for i in closed])
+    held = np.array([simulator.mechanism.outline.contacts[i].bilateral for i in closed])
     problem = ContactProblem(
         terms.W[np.ix_(rows, rows)], terms.b[rows], terms.mu[closed], slips[closed], held
     )
@@ -146,7 +146,7 @@ def _of_several(
     return several if len(several) > 2 else ()
 
 
-def _with_limit(contact: RigidContact, run: Trajectory, values: Mapping[str, float]) -> Trajectory:
+def _with_limit(contact: ContactModel, run: Trajectory, values: Mapping[str, float]) -> Trajectory:
     limit = locate_limit(contact, run, values)
     if limit is None:
         return run

@@ -5,52 +5,44 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from sympy import Symbol
 
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.evaluate import power
 from painleve_sym.codegen.quantities import Quantities, quantities
-from painleve_sym.contacts.automaton import PluralContacts
 from painleve_sym.contacts.classify import held_faults
-from painleve_sym.contacts.compliant import SoftenedContact
 from painleve_sym.contacts.contact_numbers import (
     characteristic_length,
     contact_numbers,
     contact_tolerances,
 )
-from painleve_sym.contacts.contact_states import ContactRow
-from painleve_sym.contacts.guide import BilateralContact
-from painleve_sym.contacts.inputs import resolve_parameters, resolve_state, symbol_values
-from painleve_sym.contacts.interfaces import CONTACT
-from painleve_sym.contacts.rigid import RigidContact
+from painleve_sym.contacts.inputs import resolve_parameters, resolve_state
+from painleve_sym.contacts.model import CONTACT, ContactModel
 from painleve_sym.contacts.terms import ContactImpacts
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.factory import make_engine
 from painleve_sym.engines.protocol import Engine, RawRun, RunOptions
 from painleve_sym.engines.records import EventRecords
 from painleve_sym.errors import InputError, StopReason, unknown_name
-from painleve_sym.hybrid.automaton import HybridAutomaton
-from painleve_sym.hybrid.signature import AutomatonBuilder, Outline, mode_name
+from painleve_sym.hybrid.signature import Outline, mode_name
 from painleve_sym.laws.catalogue import Law
 from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.laws.rigid import RigidLaw
-from painleve_sym.mechanics.declarations import Parameter
+from painleve_sym.mechanics.declarations import TIME_NAME, Parameter
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.system import TIME
 from painleve_sym.simulate.impact_resolver import ImpactResolver
 from painleve_sym.simulate.rigid import complete_motion, with_alternatives, with_impulses
 from painleve_sym.simulate.scales import compliant_scales, rigid_scales
 from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 
 if TYPE_CHECKING:
+    from painleve_sym.hybrid.automaton import HybridAutomaton
     from painleve_sym.simulate.sensitivity.result import SensitiveTrajectory
 
 DEFAULT_RTOL = 1e-11
 """The reference impacts then hold eight digits through all events, energy closes to 1e-9."""
-INITIAL_FORCE = Symbol("initial_force", positive=True)
 _JAM = (
     "the impact of the rigid contacts has no end: their friction carries any impulse, or leaves "
     "none possible; use one contact at a time, or a compliant law"
@@ -59,22 +51,6 @@ _GUIDE_MEETS = (
     "the slip meets A = 0, where the force of the guide grows without bound and rigid theory ends; "
     "end earlier, or start elsewhere"
 )
-
-
-class Contacts(AutomatonBuilder, Protocol):
-    """What a simulator asks of its contacts: their automaton, states, laws and parameters."""
-
-    @property
-    def rows(self) -> tuple[ContactRow, ...]:
-        """States of each contact."""
-
-    @property
-    def own_laws(self) -> tuple[Law, ...]:
-        """The law of each contact, in its own symbols."""
-
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        """Parameters of the laws."""
 
 
 @dataclass(frozen=True)
@@ -133,7 +109,7 @@ class Simulator:
         """One law for all contacts, or one for each in the mechanism's order."""
         if not isinstance(self.law, Mapping):
             return (self.law,)
-        names = [c.name for c in self.mechanism.contacts]
+        names = [c.name for c in self.mechanism.outline.contacts]
         for name in self.law:
             if name not in names:
                 message = unknown_name("contact", name, names)
@@ -147,16 +123,9 @@ class Simulator:
         return tuple(self.law[name] for name in names)
 
     @cached_property
-    def contact(self) -> Contacts:
+    def contact(self) -> ContactModel:
         """The contact or contacts, joined with their laws."""
-        if len(self.mechanism.contacts) > 1:
-            return PluralContacts(self.mechanism, self.laws)
-        (law,) = self.laws
-        if not isinstance(law, RigidLaw):
-            return SoftenedContact(self.mechanism, law)
-        if self.mechanism.contact.bilateral:
-            return BilateralContact(self.mechanism, law.policy)
-        return RigidContact(self.mechanism, law.restitution, law.policy)
+        return ContactModel(self.mechanism, self.laws)
 
     @property
     def automaton(self) -> HybridAutomaton:
@@ -177,7 +146,7 @@ class Simulator:
     def choices(self) -> dict[str, str]:
         """Named choices of the laws; a guide alone has no restitution."""
         choices = {k: v for law in self.laws for k, v in law.choices.items()}
-        if all(c.bilateral for c in self.mechanism.contacts):
+        if all(c.bilateral for c in self.mechanism.outline.contacts):
             choices.pop("restitution", None)
         return choices
 
@@ -207,8 +176,8 @@ class Simulator:
         """Indices of the contacts that do not yield: rigid ones and guides."""
         return tuple(
             i
-            for i, row in enumerate(self.contact.rows)
-            if row.contact.bilateral or not self.is_compliant(i)
+            for i, contact in enumerate(self.mechanism.outline.contacts)
+            if contact.bilateral or not self.is_compliant(i)
         )
 
     @property
@@ -219,7 +188,9 @@ class Simulator:
     @cached_property
     def impacts(self) -> ContactImpacts:
         """Impacts of the rigid contacts of several."""
-        return ContactImpacts(self.mechanism, self.outline.states, self.contact.rows, self.rigid)
+        return ContactImpacts(
+            self.mechanism, self.outline.state_names, self.contact.rows, self.rigid
+        )
 
     # ---- the loading curves of compliant contacts ----
 
@@ -232,7 +203,7 @@ class Simulator:
         ]
         return [entry for curve in curves for entry in curve]
 
-    def loading_curve(self, values: Mapping[Any, Array], i: int = 0) -> tuple[Array, Array]:
+    def loading_curve(self, values: Mapping[str, Array], i: int = 0) -> tuple[Array, Array]:
         """Return K and n of a compliant contact's loading curve K δⁿ, each of shape (n,)."""
         curve = self._loading.at(values)
         return curve[f"stiffness_{i}"], curve[f"exponent_{i}"]
@@ -240,18 +211,18 @@ class Simulator:
     @cached_property
     def _loading(self) -> Quantities:
         laws = self.contact.own_laws
-        symbols = (*self.outline.parameters, *self.outline.definitions)
-        return quantities(
-            "loading curves",
-            self.contact,
-            symbols,
-            lambda: {
+
+        def derive() -> tuple[dict[str, Any], tuple[Any, ...]]:
+            curves = {
                 f"{name}_{i}": getattr(law, name)
                 for i, law in enumerate(laws)
                 for name in ("stiffness", "exponent")
                 if isinstance(law, ContactLaw)
-            },
-        )
+            }
+            return curves, (*self.automaton.parameters, *self.automaton.definitions)
+
+        names = self.outline.constant_names
+        return quantities("loading curves", self.contact.definition, names, derive)
 
     def compression_of_force(self, force: float, parameters: Mapping[str, float]) -> float:
         """Return δ₀ > 0 with F_n(δ₀) = `force` on the loading curve at rest; m.
@@ -330,7 +301,7 @@ class Simulator:
         checked = self.options(vector, values, **options)
         p = self._vector_of(values)
         contact = self.contact
-        if not (isinstance(contact, PluralContacts) and self.rigid):
+        if not (contact.several and self.rigid):
             raw = self.integrator.run(vector, p, checked)
             return complete_motion(self, self.trajectory(raw, values, checked.rtol), values)
         compiled = isinstance(self.integrator, CompiledEngine)
@@ -358,12 +329,12 @@ class Simulator:
             constants = self.integrator.constants(self._vector_of(values))
             compressed: Array = self.with_forces(vector[None], np.array([force]), constants[None])
             vector = compressed[0]
-        place, several = self.outline.states.index, len(self.contact.rows) > 1
+        place, several = self.outline.state_names.index, self.contact.several
         for i in self.rigid:
-            row = self.contact.rows[i]
+            row, contact = self.contact.rows[i], self.mechanism.outline.contacts[i]
             gap, rate = float(vector[place(row.gap)]), float(vector[place(row.gap_rate)])
-            name = f"contact {row.contact.name!r}"
-            if row.contact.bilateral:
+            name = f"contact {contact.name!r}"
+            if contact.bilateral:
                 near, slow = self.closed_within(vector, values)[i]
                 subject = f"the bilateral {name}" if several else "a bilateral contact"
                 for fault in held_faults(subject, (gap, near), (rate, slow)):
@@ -392,7 +363,7 @@ class Simulator:
 
     def with_forces(self, vectors: Array, forces: Array, constants: Array) -> Array:
         """Return states (n, nx) compressed so that the only contact carries the forces (n,); N."""
-        index = self.outline.states.index(self.contact.rows[0].gap)
+        index = self.outline.state_names.index(self.contact.rows[0].gap)
         gaps = vectors[:, index]
         if gaps.any():
             raise InputError(
@@ -400,8 +371,7 @@ class Simulator:
                 f"{float(gaps[gaps != 0][0])!r}, need 0. Fix: give the force or the compression, "
                 "not both."
             )
-        given = (*self.outline.parameters, *self.outline.definitions)
-        k, n = self.loading_curve(dict(zip(given, constants.T, strict=True)))
+        k, n = self.loading_curve(dict(zip(self.outline.constant_names, constants.T, strict=True)))
         compressed = vectors.copy()
         compressed[:, index] = -power(forces / k, 1 / n)
         return compressed
@@ -411,19 +381,19 @@ class Simulator:
 
         Where `forced`, the compression is the one that carries the symbol ``initial_force``.
         """
-        own = set(self.mechanism.motion)
+        from sympy import Symbol
+
+        own, rows = set(self.mechanism.motion), self.contact.builder.rows
         known = {
             symbol: expr
-            for row in self.contact.rows
+            for row in rows
             for symbol, expr in zip(row.symbols, row.expressions, strict=True)
             if symbol not in own
         }
         if not forced:
             return known
-        law = self.contact_law
-        return known | {
-            self.contact.rows[0].gap: -((INITIAL_FORCE / law.stiffness) ** (1 / law.exponent))
-        }
+        law, force = self.contact_law, Symbol("initial_force", positive=True)
+        return known | {rows[0].gap: -((force / law.stiffness) ** (1 / law.exponent))}
 
     # ---- numbers ----
 
@@ -444,22 +414,20 @@ class Simulator:
 
     def parameters(self, given: Mapping[str, float] | None = None) -> dict[str, float]:
         """Return all parameters of mechanism and law with `given` put in, checked."""
-        declared = (*self.mechanism.system.parameters, *self.own_parameters)
+        declared = (*self.mechanism.parameters, *self.own_parameters)
         return resolve_parameters(self.where, declared, given or {})
 
-    def constants(self, parameters: Mapping[str, float]) -> dict[Any, float]:
-        """Return the values of all parameter symbols and definitions."""
+    def constants(self, parameters: Mapping[str, float]) -> dict[str, float]:
+        """Return the values of all parameters and definitions by name."""
         c = self.integrator.constants(self._vector_of(parameters))
-        symbols = (*self.outline.parameters, *self.outline.definitions)
-        return dict(zip(symbols, map(float, c), strict=True))
+        return dict(zip(self.outline.constant_names, map(float, c), strict=True))
 
     def _vector_of(self, parameters: Mapping[str, float]) -> Array:
-        return np.array([parameters[s.name] for s in self.outline.parameters])
+        return np.array([parameters[name] for name in self.outline.parameter_names])
 
     def initial_state(self, state: Mapping[str, float], parameters: Mapping[str, float]) -> Array:
         """Return the automaton's state vector for coordinates and velocities by name."""
-        values = symbol_values(self.mechanism, state, parameters)
-        arrays = {s: np.array([v]) for s, v in values.items()}
+        arrays = {name: np.array([v]) for name, v in {**state, **parameters}.items()}
         vector: Array = self.initial_states(arrays, self.contact_values(arrays))[0]
         return vector
 
@@ -467,36 +435,36 @@ class Simulator:
     def _contact_numbers(self) -> tuple[Quantities, ...]:
         return tuple(contact_numbers(self.mechanism, i) for i in range(len(self.contact.rows)))
 
-    def contact_values(self, values: Mapping[Any, Array]) -> list[dict[str, Array]]:
+    def contact_values(self, values: Mapping[str, Array]) -> list[dict[str, Array]]:
         """Return `contact_numbers` of each contact at n points, arrays of shape (n,).
 
         Parameters
         ----------
-        values : mapping of sympy.Symbol to ndarray, shape (n,)
+        values : mapping of str to ndarray, shape (n,)
             Of coordinates, velocities and parameters.
         """
         return [numbers.at(values) for numbers in self._contact_numbers]
 
     def initial_states(
-        self, values: Mapping[Any, Array], numbers: Sequence[Mapping[str, Array]]
+        self, values: Mapping[str, Array], numbers: Sequence[Mapping[str, Array]]
     ) -> Array:
         """Return state vectors, shape (n, nx), for coordinates, velocities and parameters.
 
         Parameters
         ----------
-        values : mapping of sympy.Symbol to ndarray, shape (n,)
+        values : mapping of str to ndarray, shape (n,)
         numbers : sequence of dict
             `contact_values` there.
         """
-        extra: dict[Any, Array] = {}
+        extra: dict[str, Array] = {}
         for row, own in zip(self.contact.rows, numbers, strict=True):
             derived = [own[name] for name in ("gap", "gap_rate", "slip_velocity")]
-            extra |= dict(zip(row.symbols, derived, strict=True))
+            extra |= dict(zip(row, derived, strict=True))
             for s, tolerance in zip((row.gap, row.gap_rate), contact_tolerances(own), strict=True):
                 # Computed from q these cancel: a touching start must not become a tiny fall.
                 extra[s] = np.where(np.abs(extra[s]) <= tolerance, 0.0, extra[s])
         zero = np.zeros(len(next(iter(values.values()))))
-        columns = [values.get(s, extra.get(s, zero)) for s in self.outline.states]
+        columns = [values.get(s, extra.get(s, zero)) for s in self.outline.state_names]
         vectors: Array = np.array(columns).T.copy()
         return vectors
 
@@ -562,10 +530,10 @@ class Simulator:
     ) -> tuple[Array, dict[str, float]]:
         """Return the checked state vector and all parameters."""
         values = self.parameters(parameters)
-        for symbol, value in self.constants(values).items():
+        for name, value in self.constants(values).items():
             if not np.isfinite(value):
                 raise InputError(
-                    f"{self.where}: {symbol} comes out as {value!r}, need a finite number. "
+                    f"{self.where}: {name} comes out as {value!r}, need a finite number. "
                     "Fix: check the parameters it is made of (stiffness, curvatures)."
                 )
         return self.initial_state(resolve_state(self.mechanism, state, values), values), values
@@ -593,37 +561,37 @@ class Simulator:
         pairs = [contact_tolerances(own) for own in numbers]
         return [(float(near.item()), float(slow.item())) for near, slow in pairs]
 
-    def at_states(self, vectors: Array, constants: Array) -> dict[Any, Array]:
-        """Return the values of all symbols, shape (n,), for n states and constants (n, nc)."""
-        given = (*self.outline.parameters, *self.outline.definitions)
-        states = dict(zip(self.outline.states, vectors.T, strict=True))
-        return states | dict(zip(given, constants.T, strict=True))
+    def at_states(self, vectors: Array, constants: Array) -> dict[str, Array]:
+        """Return the values of all names, shape (n,), for n states and constants (n, nc)."""
+        states = dict(zip(self.outline.state_names, vectors.T, strict=True))
+        return states | dict(zip(self.outline.constant_names, constants.T, strict=True))
 
     def all_tolerances(
         self, vectors: Array, constants: Array, numbers: Sequence[Mapping[str, Array]]
     ) -> Array:
         """Return what `tolerances` returns for n states, constants (n, nc) and `contact_values`."""
-        system = self.mechanism.system
-        symbols, rows = self.at_states(vectors, constants), self.contact.rows
-        scales = self.all_scales(symbols, numbers)
+        outline = self.mechanism.outline
+        named, rows = self.at_states(vectors, constants), self.contact.rows
+        scales = self.all_scales(named, numbers)
         energy = np.maximum.reduce([own[2] for own in scales])
         length, ones = characteristic_length(numbers[0]), np.ones(len(vectors))
-        masses = [numbers[0][f"mass_{k}"] for k in range(len(system.q))]
-        scale: dict[Any, Array] = {
-            c.symbol: length if c.unit == "m" else ones for c in system.coordinates
+        masses = [numbers[0][f"mass_{k}"] for k in range(len(outline.coordinates))]
+        scale: dict[str, Array] = {
+            c.name: length if c.unit == "m" else ones for c in outline.coordinates
         }
-        scale[TIME] = length / np.sqrt(2 * energy * numbers[0]["W_nn"])
-        scale |= {s: np.sqrt(2 * energy / m) for s, m in zip(system.q_dot, masses, strict=True)}
+        scale[TIME_NAME] = length / np.sqrt(2 * energy * numbers[0]["W_nn"])
+        velocities = zip(outline.velocity_names, masses, strict=True)
+        scale |= {name: np.sqrt(2 * energy / m) for name, m in velocities}
         for row, own, (delta, rate, _) in zip(rows, numbers, scales, strict=True):
             slip = np.sqrt(2 * energy * own["W_tt"])
             scale[row.slip] = np.where(slip == 0, np.sqrt(2 * energy * own["W_nn"]), slip)
             scale |= {row.gap: delta, row.gap_rate: rate}
-        scale |= dict.fromkeys(self.outline.uncontrolled, np.full(len(vectors), np.inf))
-        tolerances: Array = np.array([scale[s] for s in self.outline.states]).T.copy()
+        scale |= dict.fromkeys(self.outline.uncontrolled_names, np.full(len(vectors), np.inf))
+        tolerances: Array = np.array([scale[s] for s in self.outline.state_names]).T.copy()
         return tolerances
 
     def contact_scales(
-        self, i: int, values: Mapping[Any, Array], numbers: Mapping[str, Array]
+        self, i: int, values: Mapping[str, Array], numbers: Mapping[str, Array]
     ) -> tuple[Array, ...]:
         """Return the scales of gap (m), gap rate (m/s) and the energy (J) of a contact.
 
@@ -631,7 +599,7 @@ class Simulator:
         ----------
         i : int
             Which of the contacts.
-        values : mapping of sympy.Symbol to ndarray, shape (n,)
+        values : mapping of str to ndarray, shape (n,)
             States, parameters and definitions.
         numbers : mapping of str to ndarray, shape (n,)
             What `contact_numbers` of the contact gives at them.
@@ -642,7 +610,7 @@ class Simulator:
         return compliant_scales(numbers, gap, *self.loading_curve(values, i))
 
     def all_scales(
-        self, values: Mapping[Any, Array], numbers: Sequence[Mapping[str, Array]]
+        self, values: Mapping[str, Array], numbers: Sequence[Mapping[str, Array]]
     ) -> list[tuple[Array, ...]]:
         """Return `contact_scales` of every contact; several all have the largest energy of any.
 
@@ -674,8 +642,8 @@ class Simulator:
             law=self.label,
             choices=self.choices,
             parameters=values,
-            state_names=tuple(s.name for s in automaton.states),
-            memory_names=tuple(s.name for s in automaton.memory),
+            state_names=automaton.state_names,
+            memory_names=automaton.memory_names,
             mode_names=names,
             output_names=automaton.output_names,
             step_time=steps.time,
@@ -711,12 +679,12 @@ class Simulator:
 
     def _events(self, rows: EventRecords, constants: Array) -> tuple[EventRecord, ...]:
         automaton = self.outline
-        names = [s.name for s in automaton.states]
+        names = automaton.state_names
         outputs = self.integrator.outputs(
             rows.mode_before, rows.state_before, rows.memory_before, constants
         )
         at = {name: outputs[:, i] for i, name in enumerate(automaton.output_names)}
-        own = [c.name for c in self.mechanism.contacts]
+        own = [c.name for c in self.mechanism.outline.contacts]
         records = []
         for i, after in enumerate(rows.state_after.tolist()):
             place = int(rows.contact[i])
@@ -747,8 +715,8 @@ class Simulator:
         if raw.stop_reason is StopReason.LEFT_DOMAIN:
             mode = self.outline.modes[raw.mode]
             bound = mode.transitions[raw.stop_transition].bound
-            return self.mechanism.domain[bound].meaning if bound is not None else ""
-        guide = all(c.bilateral for c in self.mechanism.contacts)
+            return self.mechanism.outline.domain[bound].meaning if bound is not None else ""
+        guide = all(c.bilateral for c in self.mechanism.outline.contacts)
         if guide and raw.stop_reason is StopReason.SINGULAR:
             return _GUIDE_MEETS
         if len(self.contact.rows) > 1 and raw.stop_reason is StopReason.JAM:

@@ -28,9 +28,10 @@ from unittest import mock
 import numpy as np
 import pytest
 
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.engines.taylor.runner import TaylorEngine
 from painleve_sym.laws.catalogue import law
-from painleve_sym.mechanics.models import model, rod
+from painleve_sym.mechanics.models.rods import rod
 from painleve_sym.simulate.batch import run as many
 from painleve_sym.simulate.batch.result import ManyResult
 from painleve_sym.simulate.batch.run import simulate_many

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.laws.catalogue import law
-from painleve_sym.mechanics.models import model
 from painleve_sym.simulate.simulator import Simulator
 from tests.benchmarks.cases import ARM, ROD, Case
 

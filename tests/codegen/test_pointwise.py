@@ -10,9 +10,9 @@ import sympy as sp
 
 from painleve_sym.codegen import compile as compiling
 from painleve_sym.codegen import evaluate
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.codegen.pointwise import Pointwise
 from painleve_sym.errors import CompilerMissing, InputError, PainleveWarning, TranslationError
-from painleve_sym.mechanics.models import model
 
 X, Y, P = sp.symbols("x y p", real=True)
 FORMULAS = (X * sp.sin(Y) + P, sp.sqrt(X**2 + P) / (1 + Y**2), sp.Integer(3), P**2)

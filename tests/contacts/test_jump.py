@@ -19,7 +19,8 @@ from painleve_sym.laws.restitution import RESTITUTIONS, restitution_law
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.declarations import Coordinate, Parameter
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
-from painleve_sym.mechanics.models import Mechanism, rod
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.models.rods import rod
 from painleve_sym.mechanics.system import LagrangianSystem
 from tests.mechanics.made_up import positive, skew_block
 

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from painleve_sym.codegen.compile import find_compiler
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError
 from painleve_sym.export_c import export
 from painleve_sym.export_c.export import export_c, write_folder
@@ -22,7 +23,6 @@ from painleve_sym.export_c.standalone import NUMERIC_FLAGS
 from painleve_sym.export_c.text import comment, enum, quoted
 from painleve_sym.laws.catalogue import law
 from painleve_sym.laws.rigid import RigidLaw
-from painleve_sym.mechanics.models import model
 from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.study.scenario import Scenario
 

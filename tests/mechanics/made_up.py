@@ -6,7 +6,7 @@ import sympy as sp
 
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.declarations import Coordinate, Parameter
-from painleve_sym.mechanics.models import Mechanism
+from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import LagrangianSystem
 
 

@@ -11,7 +11,7 @@ from painleve_sym.laws.restitution import RESTITUTIONS, restitution_law
 from painleve_sym.mechanics.impact.classes import impact_course
 from painleve_sym.mechanics.impact.impact_class import CLASSES, ImpactClass
 from painleve_sym.mechanics.impact.impulse_rays import V_N, V_N_PLUS, V_T, ImpulseRay, raw
-from painleve_sym.mechanics.models import rod
+from painleve_sym.mechanics.models.rods import rod
 from tests.mechanics.made_up import skew_block
 
 BLOCK, BELT = skew_block(), skew_block(belt=True)

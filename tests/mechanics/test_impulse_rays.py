@@ -21,7 +21,8 @@ from painleve_sym.mechanics.impact.impulse_rays import (
     sticking_restitution,
     tangential_phase,
 )
-from painleve_sym.mechanics.models import Mechanism, rod
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.models.rods import rod
 from painleve_sym.mechanics.paradox.critical_friction import critical_friction
 from painleve_sym.mechanics.system import LagrangianSystem
 from tests.mechanics.made_up import skew_block

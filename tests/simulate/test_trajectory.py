@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from scipy.integrate import cumulative_simpson
 
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.files import write_beside
 from painleve_sym.laws.catalogue import law
-from painleve_sym.mechanics.models import model, rod
+from painleve_sym.mechanics.models.rods import rod
 from painleve_sym.simulate.simulator import Simulator, simulate_rigid, simulate_softened
 from painleve_sym.simulate.trajectory import Trajectory
 

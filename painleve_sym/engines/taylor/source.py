@@ -11,12 +11,11 @@ import casadi as ca
 from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.engines.source import assemble, engine_texts
 from painleve_sym.engines.taylor.emit import WIDTH, SeriesCode
+from painleve_sym.engines.taylor.runner import ORDER
 from painleve_sym.engines.taylor.simplify import simplify
 from painleve_sym.engines.taylor.tape import Tape, build
 from painleve_sym.errors import NoRecurrence
 
-ORDER = 20
-"""Highest order; that for the tightest tolerance, 1e-15, is 19."""
 _FUNCTION = re.compile(r"^static void (\w+)\(.*?^\}\n", re.M | re.S)
 # Compilers make vectors of loops over the states. Those of one motion stay in functions of their
 # own, which clear the registers' upper halves at their end: gcc 12 forgets that before some calls,

@@ -10,7 +10,8 @@ from painleve_sym.errors import InputError
 from painleve_sym.mechanics.declarations import Coordinate
 from painleve_sym.mechanics.formulas.formula import Formula, Section, plain
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.paradox.bilateral import SIDES, BilateralForms
+from painleve_sym.mechanics.outline import SIDES
+from painleve_sym.mechanics.paradox.bilateral import BilateralForms
 from painleve_sym.mechanics.paradox.critical_friction import (
     CriticalFriction,
     CriticalMinimum,

@@ -18,7 +18,7 @@ from painleve_sym.mechanics.coefficients import F_N, ContactCoefficients
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.declarations import Coordinate
 from painleve_sym.mechanics.impact.impulse_rays import V_N, V_N_PLUS, V_T, raw
-from painleve_sym.mechanics.models import Mechanism
+from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.paradox.critical_friction import critical_friction
 from painleve_sym.mechanics.system import LagrangianSystem
 from painleve_sym.papers.claims import Claims

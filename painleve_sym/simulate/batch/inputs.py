@@ -101,14 +101,13 @@ class ManyInputs:
         """Return states and parameters of one row."""
         return {n: float(self.part(a, i, i + 1)[0]) for n, a in self.inputs.items()}
 
-    def symbols(self, start: int, stop: int) -> dict[Any, Array]:
-        """Return rows of coordinates, velocities and parameters by symbol."""
-        names = {s: s.name for s in self.simulator.mechanism.motion}
-        names |= {s: s.name for s in self.simulator.outline.parameters}
-        return {s: self.part(self.inputs[n], start, stop) for s, n in names.items()}
+    def named(self, start: int, stop: int) -> dict[str, Array]:
+        """Return rows of coordinates, velocities and parameters by name."""
+        names = (*self.simulator.mechanism.state_names, *self.simulator.outline.parameter_names)
+        return {n: self.part(self.inputs[n], start, stop) for n in names}
 
-    def outside(self, values: Mapping[Any, Array]) -> Any:
-        """Return which of n rows, given as by `symbols`, are outside the domain, shape (n,)."""
+    def outside(self, values: Mapping[str, Array]) -> Any:
+        """Return which of n rows, given as by `named`, are outside the domain, shape (n,)."""
         if self._margins is None:
             return np.zeros(len(next(iter(values.values()))), bool)
         return ~np.all([m > 0 for m in self._margins.at(values).values()], axis=0)
@@ -116,7 +115,7 @@ class ManyInputs:
     @cached_property
     def _margins(self) -> Quantities | None:
         mechanism = self.simulator.mechanism
-        return domain_margins(mechanism) if mechanism.domain else None
+        return domain_margins(mechanism) if mechanism.outline.domain else None
 
 
 def _numbers(name: str, given: ArrayLike) -> tuple[Array, str | None]:

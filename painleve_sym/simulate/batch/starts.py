@@ -56,8 +56,8 @@ def starts_of(simulator: Simulator, rows: ManyInputs, first: int, stop: int) -> 
 
 
 def _starts_of(simulator: Simulator, rows: ManyInputs, first: int, stop: int) -> Starts:
-    values = rows.symbols(first, stop)
-    parameters = np.array([values[s] for s in simulator.outline.parameters]).T.copy()
+    values = rows.named(first, stop)
+    parameters = np.array([values[s] for s in simulator.outline.parameter_names]).T.copy()
     constants = _constants(simulator, parameters)
     numbers = simulator.contact_values(values)
     states = simulator.initial_states(values, numbers)
@@ -89,12 +89,12 @@ def _invalid(
 ) -> Any:
     """Return which states the contact law does not admit, shape (n,)."""
     invalid = np.zeros(len(states), bool)
-    names = simulator.outline.states
+    names = simulator.outline.state_names
     for i, (row, own) in enumerate(zip(simulator.contact.rows, numbers, strict=True)):
         gap, rate = (states[:, names.index(s)] for s in (row.gap, row.gap_rate))
         if simulator.is_compliant(i):
             invalid |= False if force is None else gap != 0
-        elif row.contact.bilateral:
+        elif simulator.mechanism.outline.contacts[i].bilateral:
             near, slow = contact_tolerances(own)
             invalid |= ~((np.abs(gap) <= near) & (np.abs(rate) <= slow))
         else:

@@ -35,7 +35,7 @@ from painleve_sym.arrays import Array
 from painleve_sym.checks import number
 from painleve_sym.codegen.bridge import Translator
 from painleve_sym.contacts.contact_numbers import contact_numbers, contact_tolerances
-from painleve_sym.contacts.inputs import resolve_parameters, resolve_state, symbol_values
+from painleve_sym.contacts.inputs import resolve_parameters, resolve_state
 from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.errors import InputError, StopReason, unknown_name
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -269,7 +269,7 @@ class TimeStepper:
         values = resolve_parameters(self.where, declared, parameters or {})
         named = resolve_state(self.mechanism, state, values)
         start = np.array([named[name] for name in self.mechanism.state_names])
-        at = contact_numbers(self.mechanism)(symbol_values(self.mechanism, named, values))
+        at = contact_numbers(self.mechanism)({**named, **values})
         closed = float(contact_tolerances(at)[0])
         stepping = _Stepping(self, values, SOLVERS[solver], e_newton, max_solves, closed)
         gap = at["gap"]

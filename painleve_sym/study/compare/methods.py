@@ -144,9 +144,7 @@ class Case:
     @cached_property
     def closed_at_rest(self) -> tuple[bool, bool]:
         """Whether the gap of the start is 0, and whether its normal velocity is."""
-        at = contact_numbers(self.mechanism)(
-            symbol_values(self.mechanism, self.state, self.parameters)
-        )
+        at = contact_numbers(self.mechanism)({**self.state, **self.parameters})
         near, slow = contact_tolerances(at)
         return bool(abs(at["gap"]) <= near), bool(abs(at["gap_rate"]) <= slow)
 

@@ -136,12 +136,12 @@ class _Start:
 
     def run(self, force: float) -> tuple[Outcome, StopReason]:
         """Return what follows from an initial force, and why the run ended."""
-        automaton, contact = self.simulator.automaton, self.simulator.contact.rows[0]
+        outline, contact = self.simulator.outline, self.simulator.contact.rows[0]
         vector = self.vector.copy()
-        if force == 0 and vector[automaton.states.index(contact.gap_rate)] >= 0:
+        if force == 0 and vector[outline.state_names.index(contact.gap_rate)] >= 0:
             # B > 0 opens it at once: a flight, which no separation precedes.
             return Outcome.LIFTS_OFF, StopReason.UNTIL
-        vector[automaton.states.index(contact.gap)] = -(
+        vector[outline.state_names.index(contact.gap)] = -(
             (force / self.stiffness) ** (1 / self.exponent)
         )
         raw = self.simulator.integrator.run(vector, self.parameters, self.options)
@@ -150,7 +150,7 @@ class _Start:
         # What follows in the same instant, such as the gap's opening, is recorded after it.
         events = raw.event_records
         for before, number in zip(events.mode_before, events.kind, strict=True):
-            mode, kind = automaton.modes[before], automaton.kinds[number]
+            mode, kind = outline.modes[before], outline.kinds[number]
             if kind in ENDS:
                 break
         if kind == "separation":
