@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import ctypes
+import threading
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -118,8 +121,13 @@ class CompiledEngine:
 
         functions = functions or AutomatonFunctions(automaton)
         sizes = functions.x.numel(), functions.z.numel(), functions.c.numel()
-        library = compiled_library(self._source(functions))
-        self._open(Outline.of(automaton), library, (*sizes, functions.output_size))
+        text = self._source(functions)
+        self._open(
+            Outline.of(automaton),
+            compiled_library(self._alone(text)),
+            lambda: compiled_library(text),
+            (*sizes, functions.output_size),
+        )
 
     @classmethod
     def of_builder(cls, builder: AutomatonBuilder) -> CompiledEngine:
@@ -137,7 +145,9 @@ class CompiledEngine:
             raise NoRecurrence(entry["no_recurrence"])
         library = library_named(entry["library"]) if entry else None
         if entry and library:
-            engine._open(Outline.of_data(entry["outline"]), library)
+            engine._open(
+                Outline.of_data(entry["outline"]), library, partial(cls._lanes_of, builder)
+            )
             return engine
         from painleve_sym.codegen.modes import AutomatonFunctions
 
@@ -148,16 +158,39 @@ class CompiledEngine:
             if key:
                 write_entry(key, {"no_recurrence": str(error)})
             raise
-        library = compiled_library(text)
-        engine._open(Outline.of(automaton), library)
+        library = compiled_library(cls._alone(text))
+        engine._open(Outline.of(automaton), library, partial(cls._lanes_of, builder, text))
         if key:
             write_entry(key, {"library": library.name, "outline": engine.outline.to_data()})
         return engine
 
+    @classmethod
+    def _lanes_of(cls, builder: AutomatonBuilder, text: str | None = None) -> Path:
+        """Return the library with lanes of what `builder` derives, from the cache where it is."""
+        mark = compiler_mark()
+        key = entry_key(f"lanes of engine {cls.name}\n{mark}", builder) if mark else None
+        entry = read_entry(key) if key else None
+        library = library_named(entry["library"]) if entry else None
+        if library is None:
+            from painleve_sym.codegen.modes import AutomatonFunctions
+
+            text = text or cls._source(AutomatonFunctions(builder.automaton))
+            library = compiled_library(text)
+            if key:
+                write_entry(key, {"library": library.name})
+        return library
+
     def _open(
-        self, outline: Outline, library: Path, sizes: tuple[int, int, int, int] | None = None
+        self,
+        outline: Outline,
+        library: Path,
+        lanes: Callable[[], Path],
+        sizes: tuple[int, int, int, int] | None = None,
     ) -> None:
         self.library = library
+        self._lanes_library = lanes
+        self._lanes_lock = threading.Lock()
+        self._batch: Any = None
         self.outline = outline
         self._nx, self._nz, self._nc, self._no = sizes or _plain_sizes(outline)
         self._options, self._run = _structures(self._nx, self._nz, max(1, len(outline.kinds)))
@@ -169,14 +202,6 @@ class CompiledEngine:
         self._no_memory = bytes(8 * (self._nz + 1))
         self._library.ps_complete.restype = ctypes.POINTER(self._run)
         self._library.ps_complete.argtypes = (_address,) * 5
-        self._library.ps_batch.restype = ctypes.c_long
-        self._library.ps_batch.argtypes = (
-            ctypes.POINTER(Given),
-            ctypes.POINTER(self._options),
-            ctypes.POINTER(Kept),
-            ctypes.c_int,
-            ctypes.POINTER(Ends),
-        )
         self._library.ps_free.argtypes = (ctypes.POINTER(self._run),)
         self._library.ps_free.restype = None
         self._library.ps_many_constants.argtypes = (ctypes.c_long, _address, _address)
@@ -185,6 +210,31 @@ class CompiledEngine:
         self._library.ps_outputs.argtypes = (ctypes.c_long, *[_address] * 5)
         self._library.ps_evaluate.argtypes = (ctypes.c_int, *[_address] * 6)
         self._last_options: tuple[RunOptions, Any] | None = None
+
+    @classmethod
+    def _alone(cls, text: str) -> str:
+        """Return the C of one motion at a time."""
+        return text
+
+    def _batch_of(self, lanes: int) -> Any:
+        """Return the C function of a batch; with lanes, that of a library compiled for them."""
+        if lanes == 1:
+            return self._prepared(self._library.ps_batch)
+        with self._lanes_lock:
+            if self._batch is None:
+                self._batch = ctypes.CDLL(str(self._lanes_library())).ps_batch
+        return self._prepared(self._batch)
+
+    def _prepared(self, batch: Any) -> Any:
+        batch.restype = ctypes.c_long
+        batch.argtypes = (
+            ctypes.POINTER(Given),
+            ctypes.POINTER(self._options),
+            ctypes.POINTER(Kept),
+            ctypes.c_int,
+            ctypes.POINTER(Ends),
+        )
+        return batch
 
     @staticmethod
     def _source(functions: AutomatonFunctions) -> str:
@@ -302,7 +352,9 @@ class CompiledEngine:
         kept_in_c = Kept(kept.events, *counts, chosen.ctypes.data)
         ends = Ends(*pointers(rows))
         given = Given(n, *(a.ctypes.data for a in (x, p, t, scales)))
-        done = self._library.ps_batch(given, shared, kept_in_c, self.lanes, ends)
+        done = self._batch_of(self.lanes if n > 1 else 1)(
+            given, shared, kept_in_c, self.lanes, ends
+        )
         if done < n:
             raise MemoryError("compiled engine: no memory for a run.")
 

@@ -34,6 +34,11 @@ class TaylorEngine(CompiledEngine):
     dense_rows = ORDER + 1
     lanes = MOST_LANES
 
+    @classmethod
+    def _alone(cls, text: str) -> str:
+        # Lanes are compiled when a batch first asks for them: they cost the compiler as much again.
+        return f"#define PS_LANES 1\n{text}"
+
     @staticmethod
     def _source(functions: AutomatonFunctions) -> str:
         from painleve_sym.engines.taylor.source import source
