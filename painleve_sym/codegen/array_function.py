@@ -54,6 +54,30 @@ def array_source(function: ca.Function) -> str:
     return "\n".join((c_functions([function]), *lines, _LOOP))
 
 
+class Selection:
+    """A function whose results are some of its arguments, or numbers: nothing to compile.
+
+    Parameters
+    ----------
+    entries : sequence of int or float
+        The index of an argument, or a number.
+    """
+
+    def __init__(self, entries: Sequence[int | float]) -> None:
+        self.entries = tuple(entries)
+
+    def at_point(self, values: Sequence[float]) -> list[float]:
+        """Return the k numbers at one point."""
+        return [float(values[e]) if isinstance(e, int) else e for e in self.entries]
+
+    def at_points(self, arrays: Sequence[Array], n: int) -> Array:
+        """Return the numbers at n points, shape (k, n); see `ArrayFunction.at_points`."""
+        out = np.empty((len(self.entries), n))
+        for row, e in zip(out, self.entries, strict=True):
+            row[:] = arrays[e] if isinstance(e, int) else e
+        return out
+
+
 class ArrayFunction:
     """A function of m numbers to k numbers from a compiled library.
 

@@ -54,9 +54,9 @@ _DENSE_LENGTH = 30_000
 """Characters of other functions that take it as long: their loops are what it works on."""
 
 
-_FUNCTIONS, _CALLERS = "-O1", "-O2"
-"""How far CasADi's functions and their callers are optimized: more takes the compiler twice as long
-and makes no run faster that was measured."""
+_STRAIGHT = "-O1"
+"""How far CasADi's functions are optimized: more takes the compiler half as long again, and makes
+no run faster that was measured. The event loop and the series gain by all there is."""
 
 
 def c_functions(functions: Iterable[ca.Function]) -> str:
@@ -88,11 +88,11 @@ def c_file(
     arguments = "(const casadi_real **, casadi_real **, casadi_int *, casadi_real *, int);"
     declared += [f"PS_SHARED int {f.name()}{arguments}" for f in functions]
     declared += [f"{head};" for text in more for head in _HEAD.findall(text)]
-    groups = [(text, _FUNCTIONS) for text in _shared_out(blocks, _PART_LENGTH)]
+    groups = [(text, _STRAIGHT) for text in _shared_out(blocks, _PART_LENGTH)]
     groups += [(text, "") for text in _shared_out(more, _DENSE_LENGTH)]
     parts = [_part(i, text, level) for i, (text, level) in enumerate(groups, 1)]
     # The callers come last, where the functions are known.
-    pieces = (_PARTS + head, shared, *declared, "", *parts, end + rest, _part(0, callers, _CALLERS))
+    pieces = (_PARTS + head, shared, *declared, "", *parts, end + rest, _part(0, callers, ""))
     return "\n".join(pieces)
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.codegen.array_function import ArrayFunction
+from painleve_sym.codegen.array_function import ArrayFunction, Selection
 from painleve_sym.codegen.compile import compiler_mark, library_named
 from painleve_sym.codegen.derivation_cache import entry_key, read_entry, write_entry
 from painleve_sym.errors import CompilerMissing
@@ -32,14 +32,14 @@ class Quantities:
         Names of the arguments of the function, in this order.
     text : str
         The function as CasADi writes it.
-    compiled : ArrayFunction or None
+    compiled : ArrayFunction or Selection or None
         None where there is no C compiler: CasADi then evaluates it.
     """
 
     names: tuple[str, ...]
     arguments: tuple[str, ...]
     text: str
-    compiled: ArrayFunction | None
+    compiled: ArrayFunction | Selection | None
 
     @cached_property
     def function(self) -> ca.Function:
@@ -106,13 +106,28 @@ def quantities(
     from painleve_sym.codegen.evaluate import expression_function
 
     function = expression_function("quantities", tuple(formulas.values()), symbols)
-    compiled = _compiled(function) if mark else None
     written = function.serialize()
+    selected = _selected(tuple(formulas.values()), symbols)
+    compiled = _compiled(function) if mark and selected is None else None
     if key:
         library = compiled.library.name if compiled else ""
-        write_entry(key, {"names": list(formulas), "text": written, "library": library})
+        entry = {"names": list(formulas), "text": written, "library": library}
+        write_entry(key, entry | {"selected": selected})
         _stored.cache_clear()
-    return Quantities(tuple(formulas), tuple(arguments), written, compiled)
+    evaluated = compiled if selected is None else Selection(selected)
+    return Quantities(tuple(formulas), tuple(arguments), written, evaluated)
+
+
+def _selected(formulas: Sequence[Any], symbols: Sequence[Any]) -> list[int | float] | None:
+    """Return for every formula the index of its symbol, or its number; None where one is more."""
+    places = {symbol: i for i, symbol in enumerate(symbols)}
+    entries: list[int | float] = []
+    for formula in formulas:
+        place = places.get(formula)
+        if place is None and not getattr(formula, "is_Integer", False):
+            return None
+        entries.append(float(formula) if place is None else place)
+    return entries
 
 
 def _compiled(function: ca.Function) -> ArrayFunction | None:
@@ -139,6 +154,8 @@ def _stored(key: str, arguments: tuple[str, ...]) -> Quantities | None:
     if entry is None:
         return None
     names, text = tuple(entry["names"]), entry["text"]
+    if entry["selected"] is not None:
+        return Quantities(names, arguments, text, Selection(entry["selected"]))
     library = library_named(entry["library"]) if entry["library"] else None
     if library is not None:
         return Quantities(

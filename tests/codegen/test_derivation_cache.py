@@ -312,6 +312,6 @@ def test_two_processes_may_derive_at_once(cache, tmp_path):
     ends = {process.communicate(timeout=280)[0] for process in running}
     assert [process.returncode for process in running] == [0, 0]
     assert len(ends) == 1
-    # Engine, contact numbers, tolerances, margins of the domain.
-    assert len(entries(cache)) == 4
+    # Mechanism, engine, contact numbers, loading curves, margins of the domain.
+    assert len(entries(cache)) == 5
     assert all(read_entry(path.stem) for path in entries(cache))
