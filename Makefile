@@ -24,15 +24,16 @@ help: ## show this list
 
 setup: $(VENV)/.installed ## create .venv and install the package with its test tools
 
-test: lint ## check style, types and import layers, then run all but the slow tests
+test: lint ## check style, types, import layers and prose, then run all but the slow tests
 	$(PYTEST) -q $(PARALLEL) -m "not slow"
 
-lint: $(VENV)/.installed ## check style, types and import layers
+lint: $(VENV)/.installed ## check style, types, import layers and prose
 	$(BIN)/ruff check --quiet .
 	$(BIN)/mypy --no-error-summary
 	@$(BIN)/lint-imports --no-logo > $(VENV)/lint-imports.log 2>&1 || { cat $(VENV)/lint-imports.log; exit 1; }
+	$(BIN)/python tools/prose.py
 
-# pytest ends with 5 when it selects nothing: having no slow tests is no failure.
+# pytest ends with 5 when it selects nothing: having no slow tests is not a failure.
 slow: $(VENV)/.installed ## run the slow tests
 	$(PYTEST) -q $(PARALLEL) -m slow || [ $$? -eq 5 ]
 

@@ -108,7 +108,7 @@ def force_steps() -> list[Step]:
             package=-mechanism().coefficients.B / mechanism().coefficients.A(-1),
         ),
         Step(
-            "On a softened contact the compression obeys $\\ddot\\delta = -(A F_n + B)$ with "
+            "On a compliant contact the compression obeys $\\ddot\\delta = -(A F_n + B)$ with "
             "$F_n = K_e\\delta^n$. A small disturbance of $F_n^*$ grows like $e^{\\lambda t}$: "
             "for $A < 0$ sliding on is unstable, and the side of the disturbance decides between "
             "lift-off and impact.",

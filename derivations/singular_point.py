@@ -57,7 +57,7 @@ def flow_steps() -> list[Step]:
     assert set(flow.eigenvals()) == {ALPHA, -BETA_1}
     (direction,) = next(v for value, _, v in flow.eigenvects() if value == ALPHA)
     bounded = readable(-direction[1] / direction[0])
-    # F = −B/A: its rate with Ȧ, Ḃ = β₀ + β₁F put in, and A = −Ȧ u.
+    # F = −B/A: its rate with Ȧ, Ḃ = β₀ + β₁F and A = −Ȧ u.
     rate = -(BETA_0 + BETA_1 * FORCE + FORCE * ALPHA) / (-ALPHA * LEFT)
     exponent = sp.simplify(rate.diff(FORCE) * LEFT)
     assert sp.simplify(rate - exponent * (FORCE - bounded) / LEFT) == 0

@@ -12,11 +12,11 @@ class PainleveError(Exception):
 
 
 class InputError(PainleveError, ValueError):
-    """What the caller gave cannot be used; the message says where, what was got and the fix."""
+    """Invalid input; the message gives the place, the value received, and how to correct it."""
 
 
 class ModelError(InputError):
-    """A mechanism, contact or law is ill-defined; all faults found are listed at once.
+    """A mechanism, contact or law is ill-defined; the message lists all faults.
 
     Attributes
     ----------
@@ -39,11 +39,11 @@ class NoRecurrence(PainleveError):
 
 
 class CompileError(PainleveError):
-    """The C compiler refused the generated source; the message carries its own words."""
+    """The C compiler rejected the generated source; the message quotes the compiler."""
 
 
 class CompilerMissing(PainleveError):
-    """No working C compiler was found; the slower engine can still be used."""
+    """There is no working C compiler; the slower engine can still be used."""
 
 
 class PainleveWarning(UserWarning):
@@ -51,7 +51,7 @@ class PainleveWarning(UserWarning):
 
 
 class EventKind(enum.StrEnum):
-    """What happens at an event; `sentence` says it in words."""
+    """Kind of an event; `sentence` describes it in words."""
 
     SLIP_STOP = "slip_stop", "the slip velocity comes to zero"
     SLIP_START = "slip_start", "sticking needs more than friction can give"
@@ -84,7 +84,7 @@ class EventKind(enum.StrEnum):
 
 
 class StopReason(enum.Enum):
-    """Why an integration ended; `advice` tells what the reader may change."""
+    """Reason for the end of an integration; `advice` says which change may help."""
 
     T_END = ("t_end", "the end time was reached")
     UNTIL = ("until", "the event asked for happened")
@@ -110,17 +110,17 @@ class StopReason(enum.Enum):
     SINGULAR = (
         "singular",
         "the slip meets A = 0, where the rigid contact problem stops being regular; "
-        "use a softened contact, or another policy, to go on",
+        "use a compliant contact or another policy to continue",
     )
     DYNAMIC_JAM = (
         "dynamic_jam",
         "the slip runs into A = B = 0, where the rigid contact force grows without bound (see "
-        "limit for when and where); use a softened contact to go on",
+        "limit for when and where); use a compliant contact to continue",
     )
     JAM = (
         "jam",
         "the contact impulse grows without end: the rigid impact has no exit; "
-        "use a softened contact",
+        "use a compliant contact",
     )
     INVALID_START = (
         "invalid_start",
@@ -145,9 +145,9 @@ class StopReason(enum.Enum):
         raise InputError(unknown_name("stop reason", label, [m.label for m in cls]))
 
 
-def unknown_name(kind: str, got: str, known: Iterable[str]) -> str:
+def unknown_name(kind: str, name: str, known: Iterable[str]) -> str:
     """Return one sentence naming an unknown name, the nearest known one and all that are known."""
     names = sorted(map(str, known))
-    near = difflib.get_close_matches(got, names, n=1, cutoff=0.5)
+    near = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
     hint = f" Did you mean {near[0]!r}?" if near else ""
-    return f"unknown {kind} {got!r}.{hint} Known: {', '.join(names) if names else 'none'}."
+    return f"unknown {kind} {name!r}.{hint} Known: {', '.join(names) if names else 'none'}."

@@ -71,7 +71,7 @@ def parse_toml(text: str, where: str) -> dict[str, Any]:
         return tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         reason = str(error) or "nested too deeply"
-        raise InputError(f"{where}: not valid TOML: {reason}. Fix: correct that place.") from error
+        raise InputError(f"{where}: not valid TOML: {reason}.") from error
 
 
 def to_plain(value: Any) -> Any:

@@ -4,7 +4,7 @@ import os
 
 from hypothesis import settings
 
-# A red run then tells of the change at hand, not of the draw.
+# Deterministic examples: a failure is caused by the change, not by sampling.
 settings.register_profile("repeatable", derandomize=True, print_blob=True)
 settings.register_profile("explore", print_blob=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))

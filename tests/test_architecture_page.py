@@ -17,7 +17,7 @@ PAGE = (ROOT / "docs" / "architecture.md").read_text("utf-8")
 TERMS = sorted(set(re.findall(r"`([^`\n]+)`", re.sub(r"```.*?```", "", PAGE, flags=re.DOTALL))))
 PATHS = [t for t in TERMS if re.fullmatch(r"(painleve_sym|tests|docs)(/[\w.]+)*", t)]
 NAMES = [t for t in TERMS if re.fullmatch(r"_?[A-Za-z]+(_[a-z]+)*(\(\))?", t) and t not in PATHS]
-# Words in code type that are no Python names: tools, and parts of file names.
+# Words in code type that are not Python names: tools, and parts of file names.
 OTHERS = {"docs", "tests"}
 
 

@@ -70,7 +70,7 @@ def test_generated_functions_give_the_jump_of_the_package():
     theta, mu, m, l, e = 1.0, 1.4, 1.3, 0.9, 0.75
     state = {"theta": theta, "theta_dot": 1.0, "x_A_dot": -1.0, "y_A_dot": -0.05}
     parameters = {"mu": mu, "m": m, "l": l, "e_energetic": e}
-    result = evaluate_jump(rod(), "energetic", state, parameters)
+    result = evaluate_jump(rod(), "energetic", state, parameters=parameters)
     p_1 = f.P_n1(theta=theta, m=m, mu=mu, x_A_dot_0=-1.0)
     y_1 = f.y_A_dot_1(theta=theta, mu=mu, x_A_dot_0=-1.0, y_A_dot_0=-0.05)
     spin_1 = f.theta_dot_1(theta=theta, m=m, l=l, mu=mu, theta_dot_0=1.0, P_n1=p_1)

@@ -11,7 +11,7 @@ import pytest
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 SCRIPT = runpy.run_path(str(EXAMPLES / "make_output.py"))
 FAST = [("rod", "classify"), ("rod", "jump"), ("strut", "classify")]
-# How an answer took its steps is the machine's business, what it found is not.
+# The steps of a solver depend on the machine, its results do not.
 COUNTED = {"counters", "energy_residual", "wall_time"}
 FILES = sorted(
     (name, path.stem)
@@ -20,26 +20,26 @@ FILES = sorted(
 )
 
 
-def _same(found, kept, where=""):
+def _same(actual, kept, where=""):
     if isinstance(kept, dict):
-        assert set(found) == set(kept), where
+        assert set(actual) == set(kept), where
         for key in kept:
             if key not in COUNTED:
-                _same(found[key], kept[key], f"{where}/{key}")
+                _same(actual[key], kept[key], f"{where}/{key}")
     elif isinstance(kept, list):
-        assert len(found) == len(kept), where
-        for i, pair in enumerate(zip(found, kept, strict=True)):
+        assert len(actual) == len(kept), where
+        for i, pair in enumerate(zip(actual, kept, strict=True)):
             _same(*pair, f"{where}/{i}")
     elif isinstance(kept, float):
-        assert found == pytest.approx(kept, rel=1e-9, abs=1e-11), where
+        assert actual == pytest.approx(kept, rel=1e-9, abs=1e-11), where
     else:
-        assert found == kept, where
+        assert actual == kept, where
 
 
 def _check(name, command):
     text = (EXAMPLES / "output" / Path(name).stem / f"{command}.json").read_text("ascii")
-    found = SCRIPT["output"](SCRIPT["commands"](name)[command])
-    _same(json.loads(json.dumps(found)), json.loads(text))
+    output = SCRIPT["output"](SCRIPT["commands"](name)[command])
+    _same(json.loads(json.dumps(output)), json.loads(text))
 
 
 def test_at_least_six_mechanisms_have_outputs():

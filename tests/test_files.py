@@ -1,4 +1,4 @@
-"""Plain data of results, and NPZ files: what is written is read, what is broken is refused."""
+"""Plain data of results, and NPZ files: what is written is read, broken files are rejected."""
 
 from __future__ import annotations
 

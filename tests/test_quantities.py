@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from painleve_sym.laws.catalogue import one_law
+from painleve_sym.motion.simulator import Simulator
 from painleve_sym.quantities import (
     QUANTITIES,
     axis_label,
@@ -13,7 +14,6 @@ from painleve_sym.quantities import (
     symbol_latex,
     unit_of,
 )
-from painleve_sym.simulate.simulator import Simulator
 from tests.mechanics.catalogue import derived
 
 

@@ -8,7 +8,7 @@ import painleve_sym as ps
 
 rod = ps.model("rod")
 state = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
-rigid = ps.simulate_rigid(rod, state, t_end=5.0)
+rigid = ps.simulate(rod, "rigid", state, t_end=5.0)
 print(f"rigid:          flat at {rigid.final_time:.6f} s after {len(rigid.events)} events")
 simulator = ps.Simulator(rod, ps.law("bilinear-hertz"))
 for E in (20.9e12, 20.9e14, 20.9e16):

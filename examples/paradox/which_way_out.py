@@ -1,4 +1,4 @@
-"""The indeterminate state has two rigid solutions: which one does a softened contact take?
+"""The indeterminate state has two rigid solutions: which one does a compliant contact take?
 
 Table 4 of the paper (theta = 1 rad, theta_dot = 5 rad/s, sliding left at 1 m/s), started with
 different contact forces in N at E = 20.9e14 Pa. The rigid theory says: 0 N, or 332.99 N.

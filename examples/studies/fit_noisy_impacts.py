@@ -16,7 +16,7 @@ import painleve_sym as ps
 
 TRUTH = {"e_energetic": 0.75, "mu": 1.4, "E": 20.9e10}
 GUESS = {"e_energetic": 0.5, "mu": 1.35, "E": 5e10}
-NOISE = {"y_A_dot": 2e-3, "theta_dot": 4e-3, "normal_force": 5.0}
+SIGMAS = {"y_A_dot": 2e-3, "theta_dot": 4e-3, "normal_force": 5.0}
 FALL = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0, "y_A_dot": -0.02}
 simulator = ps.Simulator(ps.model("rod"), ps.law("bilinear-hertz"))
 
@@ -32,13 +32,13 @@ def write(folder):
             "x_A_dot": round(rng.uniform(-1.5, -0.7), 3),
         }
         run = simulator.run(start, parameters=TRUTH, t_end=1.0, until="separation")
-        after = [run.final[n] + NOISE[n] * rng.standard_normal() for n in ("y_A_dot", "theta_dot")]
+        after = [run.final[n] + SIGMAS[n] * rng.standard_normal() for n in ("y_A_dot", "theta_dot")]
         rows.append(",".join([*map(str, start.values()), *(f"{v:.5f}" for v in after)]))
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "impacts.csv").write_text("\n".join(rows) + "\n", "utf-8")
     times = np.arange(0, 101) * 4e-5
     run = simulator.run(FALL, parameters=TRUTH, t_end=1.0001 * times[-1])
-    force = run.values("normal_force", times) + NOISE["normal_force"] * rng.standard_normal(101)
+    force = run.values("normal_force", times) + SIGMAS["normal_force"] * rng.standard_normal(101)
     lines = [f"{t:.5e},{f:.2f}" for t, f in zip(times, force, strict=True)]
     (folder / "force.csv").write_text("\n".join(["t [s],normal_force [N]", *lines, ""]), "utf-8")
 

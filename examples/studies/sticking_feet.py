@@ -30,7 +30,7 @@ GIVEN = {p.name: p.default for p in BLOCK.system.parameters}
 def rigid_forces() -> list[float]:
     """Return the normal forces of rigid feet while the block slides, and where it stops."""
     state = {"x_A_dot": -SPEED}
-    (solution,) = ps.classify(BLOCK, state, LEVEL).solutions
+    (solution,) = ps.classify(BLOCK, state, parameters=LEVEL).solutions
     return [float(force) for force in solution.normal_forces]
 
 

@@ -117,7 +117,7 @@ def _check_owners(scenario: Scenario) -> None:
     """Point out a parameter that was given to the mechanism but belongs to the law."""
     if scenario.law is None or scenario.model not in MODELS:
         return
-    own = {p.name for p in model(scenario.model).parameters}
+    own = {p.name for p in model(scenario.model).outline.parameters}
     of_law = {p.name for p in scenario.contact_law().parameters}
     for name in scenario.parameters:
         if name not in own and name in of_law:

@@ -14,7 +14,7 @@ from painleve_sym.contacts.problem import ContactCase
 from painleve_sym.errors import InputError
 from painleve_sym.files import to_plain
 from painleve_sym.study.compare import comparison as study
-from painleve_sym.study.compare.comparison import Contrast
+from painleve_sym.study.compare.comparison import Comparison
 from painleve_sym.study.compare.methods import Answer
 
 _OPEN = "open or closing, so there is no contact problem of accelerations"
@@ -35,7 +35,7 @@ def contrast(arguments: argparse.Namespace) -> int:
     if scenario.restitution is not None:
         options["restitution"] = scenario.restitution
     mechanism = scenario.mechanism()
-    comparison = study.contrast(
+    comparison = study.compare(
         mechanism, scenario.start(), parameters=scenario.parameters, engine="auto", **options
     )
     if out is not None:
@@ -63,7 +63,7 @@ def _numbers(where: str, text: str) -> list[float]:
 # ---- JSON ----
 
 
-def contrast_data(comparison: Contrast) -> dict[str, Any]:
+def contrast_data(comparison: Comparison) -> dict[str, Any]:
     """Return plain data with the documented keys."""
     return {
         "mechanism": comparison.mechanism,
@@ -120,7 +120,7 @@ def _known(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def _acceleration_data(comparison: Contrast) -> dict[str, Any] | None:
+def _acceleration_data(comparison: Comparison) -> dict[str, Any] | None:
     level = comparison.acceleration_level
     if level is None:
         return None
@@ -170,7 +170,7 @@ def _stepping_data(answer: Answer) -> dict[str, Any]:
 # ---- text ----
 
 
-def _show(comparison: Contrast, units: dict[str, str]) -> None:
+def _show(comparison: Comparison, units: dict[str, str]) -> None:
     given = ", ".join(
         f"{n} = {quantity(v, units[n])}" for n, v in comparison.state.items() if v != 0
     )
@@ -209,7 +209,7 @@ def _row(answer: Answer, names: list[str]) -> list[str]:
 
 
 def _clean(value: float) -> float:
-    # What is left of an exact zero says nothing and fills the column.
+    # The round-off of an exact zero carries no information and fills the column.
     return 0.0 if abs(value) < 1e-14 else value
 
 
@@ -227,7 +227,7 @@ def _setting(answer: Answer) -> str:
 
 
 def _name(answer: Answer) -> str:
-    return "softened" if answer.method == "softened" else answer.way.replace(",", "")
+    return "compliant" if answer.method == "softened" else answer.way.replace(",", "")
 
 
 def _show_early(answers: list[Answer], units: dict[str, str]) -> None:
@@ -250,7 +250,7 @@ def _end(answer: Answer, units: dict[str, str]) -> str:
     return f"{time}, {assignments(answer.state, units)}{arrival}"
 
 
-def _show_accelerations(comparison: Contrast) -> None:
+def _show_accelerations(comparison: Comparison) -> None:
     level = comparison.acceleration_level
     if level is None:
         show(f"accelerations: the contact is {_OPEN}")
@@ -271,7 +271,7 @@ def _show_accelerations(comparison: Contrast) -> None:
     )
 
 
-def _show_first_steps(comparison: Contrast) -> None:
+def _show_first_steps(comparison: Comparison) -> None:
     for first in comparison.first_steps:
         listed = ", ".join(
             f"{s.mode.value} with P_n = {number(s.normal_force)} N s" for s in first.solutions
@@ -279,7 +279,7 @@ def _show_first_steps(comparison: Contrast) -> None:
         show(f"velocities after one step of {number(first.step)} s: {listed or 'none'}")
 
 
-def _show_jumps(comparison: Contrast, units: dict[str, str]) -> None:
+def _show_jumps(comparison: Comparison, units: dict[str, str]) -> None:
     for name, jump in comparison.jumps.items():
         if name == "plastic" and comparison.restitution == 0:
             continue  # it is the one before
@@ -295,7 +295,7 @@ def _show_jumps(comparison: Contrast, units: dict[str, str]) -> None:
         show(f"{subject} with e = {number(e)}: {after}, {impulse}")
 
 
-def _show_orders(comparison: Contrast) -> None:
+def _show_orders(comparison: Comparison) -> None:
     for way, orders in comparison.step_orders.items():
         if any(map(math.isfinite, orders)):
             show(f"order in the step, {way}: {_listed(orders)}")
@@ -309,7 +309,7 @@ def _listed(orders: tuple[float, ...]) -> str:
     return ", ".join(number(p, 4) if math.isfinite(p) else "-" for p in orders)
 
 
-def _show_findings(comparison: Contrast) -> None:
+def _show_findings(comparison: Comparison) -> None:
     if comparison.plastic_jump_unnoticed:
         show(
             "Time stepping meets no paradox: each first step has one solution, the jump to rest in "
@@ -326,6 +326,6 @@ def _show_findings(comparison: Contrast) -> None:
         steps = ", ".join(number(h) for h in dict.fromkeys(a.setting for a in comparison.stepping))
         show(f"The answer of time stepping depends on the solver (h = {steps} s): {listed}.")
     if comparison.impact_without_collision:
-        show("Softened motion tends to the rigid jump with e: the compression stores the energy.")
+        show("Compliant motion tends to the rigid jump with e: the compression stores the energy.")
     if comparison.jams:
-        show("The rigid jump jams, so that no rigid motion follows: only softened motion does.")
+        show("The rigid jump jams, so that no rigid motion follows: only compliant motion does.")

@@ -10,7 +10,7 @@ from painleve_sym.contacts.impact.jump import JumpResult
 from painleve_sym.files import plain_fields
 
 if TYPE_CHECKING:
-    from painleve_sym.simulate.finite_stiffness import CorrectedJump
+    from painleve_sym.motion.finite_stiffness import CorrectedJump
 
 _ENDS = {
     "SEPARATION": "the contact opens",

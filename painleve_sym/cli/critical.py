@@ -21,14 +21,14 @@ from painleve_sym.cli.output import (
 )
 from painleve_sym.errors import InputError
 from painleve_sym.laws.contact_law import ContactLaw
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.critical.bisection import Border, CriticalForce, CriticalForceFinder
 from painleve_sym.study.critical.gradient import ForceDerivative, critical_force_gradient
 from painleve_sym.study.critical.outcome_map import OutcomeMap, outcome_map
 from painleve_sym.study.scenario import Scenario
 
 DEFAULT_LAW = "bilinear-hertz"
-SHOWN = 13
+PRINTED_ROWS = 13
 """Rows of a map that are printed."""
 _RANGE = "1e14:1e18"
 
@@ -66,7 +66,7 @@ def _finder(scenario: Scenario) -> CriticalForceFinder:
     law = scenario.contact_law()
     if not isinstance(law, ContactLaw):
         raise InputError(
-            f"--law {law.name}: a rigid contact has no initial force. Fix: name a softened law."
+            f"--law {law.name}: a rigid contact has no initial force. Fix: name a compliant law."
         )
     return CriticalForceFinder(Simulator(scenario.mechanism(), law, scenario.engine))
 
@@ -135,7 +135,7 @@ def _show(
         show(f"closed form with A and B held, approach included: {predicted}")
     if gradient:
         show()
-        units = {p.name: p.unit for p in finder.simulator.mechanism.system.parameters}
+        units = {p.name: p.unit for p in finder.simulator.mechanism.outline.parameters}
         units |= {p.name: p.unit for p in finder.simulator.own_parameters}
         units |= finder.simulator.mechanism.state_units
         table = [
@@ -147,7 +147,7 @@ def _show(
 
 def _show_case(scenario: Scenario, finder: CriticalForceFinder, drop: dict[str, float]) -> None:
     simulator = finder.simulator
-    declared = (*simulator.mechanism.system.parameters, *simulator.own_parameters)
+    declared = (*simulator.mechanism.outline.parameters, *simulator.own_parameters)
     units = {p.name: p.unit for p in declared}
     values = simulator.parameters({**scenario.parameters, **scenario.law_parameters})
     values = {n: v for n, v in values.items() if n not in drop}
@@ -205,7 +205,7 @@ def _show_map(outcomes: OutcomeMap) -> None:
     rows = [(n, f"{100 * c / total:.2f} %") for n, c in outcomes.counts.items() if c]
     show_table(("outcome", "points"), rows)
     show()
-    every = max(1, -(-len(outcomes.values) // SHOWN))
+    every = max(1, -(-len(outcomes.values) // PRINTED_ROWS))
     columns = (
         outcomes.values,
         outcomes.limit,
@@ -225,7 +225,7 @@ def _show_map(outcomes: OutcomeMap) -> None:
 
 
 def _progress(done: int, total: int) -> None:
-    # One line that is overwritten; nothing where nobody watches.
+    # One line that is overwritten; nothing where the output is not a terminal.
     if sys.stderr.isatty():
         with suppress(OSError):
             end = "\n" if done == total else ""

@@ -17,7 +17,7 @@ from painleve_sym.files import plain_fields, to_plain
 from painleve_sym.laws.catalogue import CHOICES, LAWS, one_law
 from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.laws.restitution import RESTITUTIONS, RestitutionLaw
-from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.declarations import TIME_NAME, Parameter
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.models import MODELS
@@ -59,9 +59,9 @@ def model_data(mechanism: Mechanism) -> dict[str, Any]:
                 "velocity": f"{c.name}_dot",
                 "velocity_unit": f"{c.unit}/s",
             }
-            for c in mechanism.coordinates
+            for c in mechanism.outline.coordinates
         ],
-        "parameters": [parameter_data(p) for p in mechanism.parameters],
+        "parameters": [parameter_data(p) for p in mechanism.outline.parameters],
         "contacts": [
             plain_fields(c, "name", "gap", "slip_velocity") for c in mechanism.outline.contacts
         ],
@@ -81,15 +81,16 @@ def _show_model(mechanism: Mechanism) -> None:
     show(f"{mechanism.name}: {mechanism.title}")
     show()
     print(mechanism.sketch)
-    rows = [(c.name, c.unit, c.meaning) for c in mechanism.coordinates]
+    rows = [(c.name, c.unit, c.meaning) for c in mechanism.outline.coordinates]
     rows += [
-        (f"{c.name}_dot", f"{c.unit}/s", f"velocity of {c.name}") for c in mechanism.coordinates
+        (f"{c.name}_dot", f"{c.unit}/s", f"velocity of {c.name}")
+        for c in mechanism.outline.coordinates
     ]
     if mechanism.depends_on_time:
         rows.append((TIME_NAME, "s", "time of what moves as prescribed, at the start"))
     show_table(("state", "unit", "meaning"), rows, left=(0, 1, 2))
     show()
-    _show_parameters(mechanism.parameters)
+    _show_parameters(mechanism.outline.parameters)
     show()
     for bound in mechanism.outline.domain:
         show(f"  valid while {bound.margin} > 0: {bound.meaning}")
@@ -182,25 +183,25 @@ def automaton(arguments: argparse.Namespace) -> int:
     form = checked_format(arguments.format, AUTOMATON_FORMATS)
     mechanism = chosen_mechanism(arguments.model, arguments.contact)
     chosen = chosen_law(arguments.law, arguments.law_set)
-    from painleve_sym.simulate.simulator import Simulator
+    from painleve_sym.motion.simulator import Simulator
 
-    made = Simulator(mechanism, chosen).automaton
+    automaton = Simulator(mechanism, chosen).automaton
     if form == "json":
-        print_json(automaton_data(made))
+        print_json(automaton_data(automaton))
     elif form == "text":
-        _show_automaton(made)
+        _show_automaton(automaton)
     else:
-        print(made.mermaid() if form == "mermaid" else made.graphviz(), end="")
+        print(automaton.mermaid() if form == "mermaid" else automaton.graphviz(), end="")
     return 0
 
 
-def automaton_data(made: HybridAutomaton) -> dict[str, Any]:
+def automaton_data(automaton: HybridAutomaton) -> dict[str, Any]:
     """Return modes and transitions as plain data."""
     return {
-        "name": made.name,
-        "states": [str(s) for s in made.states],
-        "memory": [str(s) for s in made.memory],
-        "starts": [c.target for c in made.starts],
+        "name": automaton.name,
+        "states": [str(s) for s in automaton.states],
+        "memory": [str(s) for s in automaton.memory],
+        "starts": [c.target for c in automaton.starts],
         "modes": [
             {
                 "name": mode.name,
@@ -215,7 +216,7 @@ def automaton_data(made: HybridAutomaton) -> dict[str, Any]:
                     for t in mode.transitions
                 ],
             }
-            for mode in made.modes
+            for mode in automaton.modes
         ],
     }
 
@@ -226,12 +227,12 @@ def _targets(transition: Transition) -> list[str]:
     return list(dict.fromkeys(c.target for c in transition.choices))
 
 
-def _show_automaton(made: HybridAutomaton) -> None:
-    show(f"{made.name}: {len(made.modes)} modes")
-    show(f"starts in {', '.join(dict.fromkeys(c.target for c in made.starts))}")
+def _show_automaton(automaton: HybridAutomaton) -> None:
+    show(f"{automaton.name}: {len(automaton.modes)} modes")
+    show(f"starts in {', '.join(dict.fromkeys(c.target for c in automaton.starts))}")
     show()
     rows = []
-    for mode in made.modes:
+    for mode in automaton.modes:
         targets_by_kind: dict[str, list[str]] = {}
         for t in mode.transitions:
             targets_by_kind.setdefault(t.kind, []).extend(_targets(t))

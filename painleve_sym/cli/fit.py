@@ -9,7 +9,7 @@ from painleve_sym.cli.case import read_case
 from painleve_sym.cli.options import FIGURES, output_file, read_number, read_numbers
 from painleve_sym.cli.output import number, print_json, quantity, show, show_table
 from painleve_sym.errors import InputError, PainleveWarning
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.fitting.data import FitData, read_fit_data
 from painleve_sym.study.fitting.problem import FitProblem
 from painleve_sym.study.fitting.result import FitResult
@@ -94,7 +94,8 @@ def _show(fit_result: FitResult, data: FitData, units: dict[str, str]) -> None:
     show(f"{fit_result.evaluations} evaluations; {fit_result.message}")
     if fit_result.condition > 1e4:
         warnings.warn(
-            f"the data hardly tell the unknowns apart (condition {fit_result.condition:.1e}).",
+            "the parameters are poorly identifiable "
+            f"(condition number {fit_result.condition:.1e}).",
             PainleveWarning,
             stacklevel=2,
         )

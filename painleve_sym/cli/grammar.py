@@ -58,7 +58,7 @@ _SET = ("--set", "NAME=VALUE,...", "parameters of the mechanism")
 
 def _case(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("case", metavar="CASE", help="mechanism, or a scenario file (see below)")
-    text = "coordinates and velocities (theta, theta_dot, ...); what is left out is 0"
+    text = "coordinates and velocities (theta, theta_dot, ...); by default 0"
     _lists(parser, ("--state", "NAME=VALUE,...", text), _SET)
     _texts(parser, _CONTACT)
 
@@ -132,8 +132,8 @@ def _motion(parser: Parser) -> None:
         ("--until", "EVENT,...", "end at the first event of these kinds, such as separation"),
         ("--initial-force", "N", "start compressed so that the contact carries this force, N"),
         ("--rtol", "X", "relative tolerance, from 1e-15 up to 1"),
-        ("--max-steps", "N", "stop after so many steps, by default 1e6"),
-        ("--max-events", "N", "stop after so many events, by default 1e5"),
+        ("--max-steps", "N", "stop after N steps, by default 1e6"),
+        ("--max-events", "N", "stop after N events, by default 1e5"),
     )
 
 
@@ -161,7 +161,7 @@ def _map_options(parser: Parser) -> None:
     text = "the axes: two coordinates, velocities (theta_dot) or parameters"
     _texts(parser, ("--over", "NAME,NAME", text), required=True)
     ranges = "ends of the axes, such as theta=0.1:1.5,theta_dot=-5:5; chosen where left out"
-    held = "coordinates and velocities that are held; what is left out is 0"
+    held = "coordinates and velocities that are held; by default 0"
     _lists(
         parser,
         ("--range", "NAME=FROM:TO,...", ranges),
@@ -243,8 +243,8 @@ def _fit_options(parser: Parser) -> None:
         "DATA is a history of one motion, with a column t [s], or one motion per row:\n\n"
         "  t [s], y_A_dot [m/s], normal_force [N]\n"
         "  start theta [rad], start x_A_dot [m/s], end y_A_dot [m/s]\n\n"
-        "SI units and rad. An empty cell is no measurement; lines that open with # are\n"
-        "comments. --set and --law-set give known values, and where the estimates start."
+        "SI units and rad. An empty cell has no measurement; lines that begin with #\n"
+        "are comments. --set and --law-set give known values, and where the estimates start."
     )
 
 

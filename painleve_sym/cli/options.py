@@ -17,7 +17,7 @@ OTHER_FORMATS = (".csv", ".json", ".mat", ".h5", ".txt", ".toml", ".png", ".svg"
 
 
 def read_number(where: str, text: str) -> float:
-    """Return a finite number; InputError names the option and what was got."""
+    """Return a finite number; InputError names the option and the value received."""
     try:
         value = float(text)
     except ValueError:
@@ -80,8 +80,8 @@ def output_file(where: str, text: str, suffixes: tuple[str, ...] = ()) -> Path:
         raise InputError(f"{where}: {text} is a folder. Fix: name a file in it.")
     suffix = path.suffix.lower()
     if suffixes and suffix not in suffixes:
-        got = f"the suffix {suffix!r}" if suffix else "no suffix"
-        raise InputError(f"{where}: {text} has {got}, need one of {', '.join(suffixes)}.")
+        received = f"the suffix {suffix!r}" if suffix else "no suffix"
+        raise InputError(f"{where}: {text} has {received}, need one of {', '.join(suffixes)}.")
     # A link is followed, so that what it points to is replaced and not the link.
     target = Path(os.path.realpath(path))
     if os.path.exists(target) and not (target.is_file() and os.access(target, os.W_OK)):

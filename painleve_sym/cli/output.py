@@ -1,4 +1,4 @@
-"""What the commands print: exact JSON, aligned text."""
+"""Output of the commands: exact JSON, aligned text."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ def show_table(
 ) -> None:
     """Print aligned columns; those in `left` are flush left, the others flush right.
 
-    The last column is wrapped into what is left of the line where it is flush left.
+    The last column is wrapped into the rest of the line where it is flush left.
     """
     table = [list(head), *(list(row) for row in rows)]
     widths = [max(len(row[i]) for row in table) for i in range(len(head))]

@@ -1,4 +1,4 @@
-"""From the words of the command line to a command; nothing heavy is imported before it runs."""
+"""Command-line parsing and lazy dispatch."""
 
 from __future__ import annotations
 

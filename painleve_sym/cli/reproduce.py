@@ -30,7 +30,7 @@ def reproduce(arguments: argparse.Namespace) -> int:
     if out is not None or not arguments.json:
         # Imported before computing, so that a missing dependency fails first.
         from painleve_sym.present.report import terminal_table, write_report
-    reproduction = registry.reproduce(only, _progress, arguments.paper)
+    reproduction = registry.reproduce(only, progress=_progress, paper=arguments.paper)
     if out is not None:
         write_report(reproduction, out)
         _report(f"report written to {out}")

@@ -18,8 +18,8 @@ from painleve_sym.contacts.impact.tangential import TangentialImpact
 from painleve_sym.errors import InputError, PainleveWarning, StopReason
 from painleve_sym.files import to_plain
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.simulate.singular_limit import LimitKind
-from painleve_sym.simulate.trajectory import EventRecord, Trajectory
+from painleve_sym.motion.singular_limit import LimitKind
+from painleve_sym.motion.trajectory import EventRecord, Trajectory
 from painleve_sym.study.scenario import Scenario
 
 EXIT_STOPPED_EARLY = 3
@@ -30,11 +30,11 @@ SHOWN_EVENTS = 40
 def show_case(
     mechanism: Mechanism, scenario: Scenario, parameters: Mapping[str, float] | None = None
 ) -> None:
-    """Print what is asked about: the mechanism, its parameters and the state."""
+    """Print the subject of the command: the mechanism, its parameters and the state."""
     if scenario.title:
         show(scenario.title)
-    units = {p.name: p.unit for p in mechanism.parameters}
-    values = {p.name: p.default for p in mechanism.parameters} | dict(scenario.parameters)
+    units = {p.name: p.unit for p in mechanism.outline.parameters}
+    values = {p.name: p.default for p in mechanism.outline.parameters} | dict(scenario.parameters)
     show(f"{mechanism.name} with {assignments(parameters or values, units)}")
     start = {k: v for k, v in (scenario.state or {}).items() if v != 0}
     others = "all 0" if not start else "others 0"
@@ -58,7 +58,7 @@ def jump(arguments: argparse.Namespace) -> int:
     corrected = scenario.corrected_jump(arguments.configuration)
     if corrected is None and (arguments.initial_force or arguments.configuration != "frozen"):
         raise InputError(
-            "jump: --initial-force and --configuration need a softened contact. "
+            "jump: --initial-force and --configuration need a compliant contact. "
             "Fix: name its law, such as --law bilinear-hertz."
         )
     if arguments.json:
@@ -119,7 +119,7 @@ def _show_jump(impact: JumpResult, scenario: Scenario) -> None:
     show()
     show(f"course {impact.case.value}, ends in {impact.end.value}")
     if impact.end.value == "jam":
-        show("No rigid jump answers here: the impulse has no end. A softened contact does.")
+        show("The impulse of a rigid contact has no end here. A compliant contact has a solution.")
     show(f"energy change {quantity(impact.energy_change, 'J')}")
     if impact.energy_change > 0:
         show(f"Energy was gained: {rule.note}.")
@@ -147,7 +147,7 @@ def _show_tangential_impact(impact: TangentialImpact, units: dict[str, str]) -> 
 
 
 def simulate(arguments: argparse.Namespace) -> int:
-    """Integrate the softened motion and print its events and its end."""
+    """Integrate the motion and print its events and its end."""
     files = _output_files(arguments)
     scenario = read_case(arguments)
     trajectory = scenario.simulate()
@@ -225,7 +225,7 @@ def samples(trajectory: Trajectory, count: int) -> dict[str, Any]:
 
 def _show_run(trajectory: Trajectory, scenario: Scenario, written: Mapping[str, str]) -> None:
     mechanism, law = scenario.mechanism(), scenario.contact_law()
-    own = {p.name for p in mechanism.parameters}
+    own = {p.name for p in mechanism.outline.parameters}
     values = trajectory.parameters
     show_case(mechanism, scenario, {k: v for k, v in values.items() if k in own})
     units = {p.name: p.unit for p in law.parameters}

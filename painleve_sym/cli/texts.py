@@ -13,13 +13,13 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "derive": ("derive", "show the closed forms of a mechanism: text, LaTeX, Python, JSON"),
     "classify": ("classify", "solve the rigid contact at a state: every solution, or none"),
     "jump": ("run", "compute the velocity jump of an impact at a state"),
-    "simulate": ("run", "follow the motion with a softened contact, event by event"),
+    "simulate": ("run", "compute a compliant or rigid motion, event by event"),
     "map": ("map", "map slip, lift-off and the paradox over two states or parameters"),
     "critical": ("critical", "find the initial force that separates lift-off from impact"),
     "sweep": ("sweep", "run one motion for every point of a grid or a sampled set"),
-    "contrast": ("contrast", "ask every method what follows from one state, side by side"),
+    "contrast": ("contrast", "compare all methods from one initial state"),
     "fit": ("fit", "estimate parameters from measured velocities or force histories"),
-    "export": ("export", "write the motion as C code that needs the package no more"),
+    "export": ("export", "export the simulation as stand-alone C code"),
     "automaton": ("describe", "show the modes and events of a mechanism with a contact law"),
     "reproduce": ("reproduce", "redo the tables, figures and formulas of a paper"),
 }
@@ -63,7 +63,7 @@ takes the keys it needs. Options override the file, --state, --set and
 
 JUMP = """\
 With a contact law the jump is also computed at its stiffness: the free normal
-acceleration B is kept, and the result can be set against a softened motion.
+acceleration B is kept, and the result can be compared with a compliant motion.
 
 """
 

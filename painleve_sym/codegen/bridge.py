@@ -1,4 +1,4 @@
-"""SymPy expressions become CasADi SX: one operator table, refusing what it cannot translate."""
+"""Translation of SymPy expressions to CasADi SX by one table of operators."""
 
 from __future__ import annotations
 
@@ -39,6 +39,7 @@ _CONDITIONS: dict[type[sp.Basic], Callable[[Any, Any], Any]] = {
     sp.Lt: ca.lt,
     sp.Le: ca.le,
     sp.Eq: ca.eq,
+    sp.Ne: ca.ne,
 }
 
 
@@ -89,6 +90,8 @@ class Translator:
             return self._fold(expr.args, ca.fmax)
         if isinstance(expr, sp.Min):
             return self._fold(expr.args, ca.fmin)
+        if isinstance(expr, sp.Piecewise):
+            return self._cases(expr)
         if isinstance(expr, sp.atan2):
             return ca.atan2(self(expr.args[0]), self(expr.args[1]))
         if isinstance(expr, sp.Heaviside):
@@ -103,6 +106,17 @@ class Translator:
             )
         result: ca.SX = operator(self(expr.args[0]))
         return result
+
+    def _cases(self, expr: sp.Piecewise) -> ca.SX:
+        """Return the value of the first case that holds, nan where none does.
+
+        What the other cases give, nan and inf included, does not matter.
+        """
+        value = ca.SX(float("nan"))
+        for case in reversed(expr.args):
+            own = self(case.expr)
+            value = own if case.cond == sp.true else ca.if_else(self(case.cond), own, value)
+        return value
 
     def _condition(self, condition: Boolean) -> ca.SX:
         """Return 1 where the condition holds, 0 where it does not, or a number is nan."""

@@ -1,4 +1,4 @@
-"""CasADi functions as C text, less the code about them that nobody calls."""
+"""C text of CasADi functions, without the unused code around them."""
 
 from __future__ import annotations
 

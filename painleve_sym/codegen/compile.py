@@ -96,13 +96,13 @@ def find_compiler() -> Compiler:
     Raises
     ------
     CompilerMissing
-        Nothing found that runs.
+        There is no compiler that runs.
     """
     return _compiler(os.environ.get("CC") or None)
 
 
 def compiler_mark() -> str | None:
-    """Return what tells one compiler, flags and processor from another, without running any.
+    """Return a text that differs between compilers, flags and processors, without running any.
 
     The files of the compilers that `find_compiler` would try, by place, size and time; None where
     there is none.

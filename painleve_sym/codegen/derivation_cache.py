@@ -1,4 +1,4 @@
-"""What was derived before, as plain data beside the compiled libraries.
+"""Disk cache of derived functions and signatures of automata.
 
 An entry is a text file: the hash of its content, then the content as JSON. Nothing in it is ever
 executed. Its name is the hash of what the derivation starts from and of what derives it; an entry
@@ -19,22 +19,22 @@ from typing import Any
 import painleve_sym
 from painleve_sym.codegen.compile import cache_folder
 
-_DERIVING = ("mechanics", "laws", "hybrid", "contacts", "codegen", "engines", "simulate")
+_DERIVING = ("mechanics", "laws", "hybrid", "contacts", "codegen", "engines", "motion")
 _AT_ONCE = 1 << 20
 
 
-def entry_key(title: str, *things: Any) -> str | None:
-    """Return the name of an entry, or None where a thing has no definition to go by.
+def entry_key(title: str, *objects: Any) -> str | None:
+    """Return the name of an entry, or None where an object has no definition to go by.
 
     Parameters
     ----------
     title : str
         What the entry holds, and all else that it depends on.
-    *things : object
+    *objects : object
         What it is derived from: texts, or what has a `definition` or a `definition_text`.
     """
     try:
-        texts = [_definition(thing) for thing in things]
+        texts = [_definition(thing) for thing in objects]
     except TypeError:
         return None
     return _hash("\n".join((_origin(), title, *texts)))[:40]
@@ -54,7 +54,7 @@ def _origin() -> str:
     """Return what derives: versions, and the content of the package's own deriving modules."""
     code = hashlib.sha256()
     for path in _code_files():
-        # Every start reads them all: by the system's own calls, without the price of file objects.
+        # Read with `os.read`, without the overhead of file objects: this runs at every start.
         file = os.open(path, os.O_RDONLY)
         try:
             while content := os.read(file, _AT_ONCE):
@@ -120,9 +120,9 @@ def write_entry(key: str, entry: dict[str, Any]) -> None:
     path = _path(key)
     try:
         with tempfile.TemporaryDirectory(dir=path.parent) as work:
-            made = Path(work, path.name)
-            made.write_text(f"{_hash(content)}\n{content}", "utf-8")
-            os.replace(made, path)
+            written = Path(work, path.name)
+            written.write_text(f"{_hash(content)}\n{content}", "utf-8")
+            os.replace(written, path)
     except OSError:
         return
 

@@ -17,6 +17,7 @@ from painleve_sym.hybrid.automaton import (
     HybridAutomaton,
     LinearSystem,
     Mode,
+    Preparation,
     Reset,
     Transition,
 )
@@ -37,7 +38,7 @@ class ModeFunctions:
         Guards with first and second Lie derivatives, three vectors of shape (ng,).
     events : tuple of casadi.Function
         Per transition: x⁺, z⁺ and the conditions of its choices, 1 or 0. The engine passes a fourth
-        argument, 1 where a guard came down to zero in time and 0 where it fired at once.
+        argument, 1 where a guard crossed zero from above in time and 0 where it fired at once.
     limits : dict of int to casadi.Function
         Of the transitions whose accumulation is passed: x⁺ and z⁺ beyond it.
     outputs : casadi.Function
@@ -164,6 +165,43 @@ class AutomatonFunctions:
         return self._function("starts", [self._conditions(self.automaton.starts)])
 
     @cached_property
+    def prepared(self) -> ca.Function | None:
+        """Given states, initial force and constants to the start state, and whether it is admitted.
+
+        The second result has shape (3,), see `Preparation.admits`; None without a preparation.
+        """
+        of = self.automaton.preparation
+        if of is None:
+            return None
+        given, force = ca.SX.sym("given", len(of.given)), ca.SX.sym("force")
+        symbols = dict(zip(of.given, ca.vertsplit(given), strict=True)) | {of.force: force}
+        translate = self._preparing(of, symbols)
+        kept = dict.fromkeys(self.automaton.states, 0) | {s: s for s in of.given}
+        states = [of.states.get(s, kept[s]) for s in self.automaton.states]
+        results = [translate.vector(states), translate.vector(of.admits)]
+        return ca.Function("prepared_state", [given, force, self.c], _dense(results))
+
+    @cached_property
+    def scales(self) -> ca.Function | None:
+        """States and constants to the scale of each state; None without a preparation."""
+        of = self.automaton.preparation
+        if of is None:
+            return None
+        symbols = dict(zip(self.automaton.states, ca.vertsplit(self.x), strict=True))
+        translate = self._preparing(of, symbols)
+        scales = translate.vector([of.scales[s] for s in self.automaton.states])
+        return ca.Function("state_scales", [self.x, self.c], _dense([scales]))
+
+    def _preparing(self, of: Preparation, symbols: Mapping[Any, ca.SX]) -> Translator:
+        """Return a translator that knows the symbols, the constants, and the terms made of them."""
+        constants = (*self.automaton.parameters, *self.automaton.definitions)
+        table = dict(symbols) | dict(zip(constants, ca.vertsplit(self.c), strict=True))
+        for term in of.terms:
+            if term.expression.free_symbols <= table.keys():
+                table[term.symbol] = Translator(table, floor=0.0)(term.expression)
+        return Translator(table, floor=0.0)
+
+    @cached_property
     def modes(self) -> tuple[ModeFunctions, ...]:
         """Functions of every mode, in the automaton's order."""
         return tuple(self._mode(i, m) for i, m in enumerate(self.automaton.modes))
@@ -175,13 +213,12 @@ class AutomatonFunctions:
 
     def all(self) -> tuple[ca.Function, ...]:
         """Every function, for code generation."""
-        more = [f for f in (self.alternatives, self.impacts) if f is not None]
+        some = (self.alternatives, self.impacts, self.prepared, self.scales)
+        more = [f for f in some if f is not None]
         return (self.constants, self.starts, *more, *(f for m in self.modes for f in m.all()))
 
     def _function(self, name: str, results: list[ca.SX]) -> ca.Function:
-        # Structural zeros made explicit: the engine reads plain arrays.
-        dense = ca.cse([ca.densify(r) for r in results])
-        return ca.Function(name, [self.x, self.z, self.c], dense)
+        return ca.Function(name, [self.x, self.z, self.c], _dense(results))
 
     def _conditions(self, choices: tuple[Choice, ...]) -> ca.SX:
         translated = [
@@ -238,3 +275,9 @@ class AutomatonFunctions:
         """Return the indices, in the target mode, of guards known to leave zero upwards."""
         labels = [t.label for t in self.automaton.mode(choice.target).transitions]
         return tuple(labels.index(name) for name in choice.departs)
+
+
+def _dense(results: list[ca.SX]) -> list[ca.SX]:
+    """Return results that share common parts, with explicit zeros where they are structural."""
+    dense: list[ca.SX] = ca.cse([ca.densify(r) for r in results])
+    return dense

@@ -88,7 +88,7 @@ def quantities(
     Parameters
     ----------
     title : str
-        Tells these formulas from others of the same thing.
+        Distinguishes these formulas from others of the same object.
     of : object
         What they are derived from (`definition_text`).
     arguments : sequence of str

@@ -2,7 +2,7 @@
 
 Derivatives are taken at a fixed time since the last event: with τ the time of that event,
 S = d x(τ + σ)/dw at fixed σ, the variational equation S' = f_x S + f_z Z + f_c C holds in every
-mode. Where a guard g(x, z, c) comes down to zero, that time shifts by
+mode. Where a guard g(x, z, c) crosses zero from above, that time shifts by
 dσ = −(g_x S + g_z Z + g_c C)/(g_x f), and
 
     S⁺ = R_x (S + f dσ) + R_z Z + R_c C,   T⁺ = T + dσ,
@@ -92,8 +92,16 @@ class VariationalFunctions(AutomatonFunctions):
         """None: impacts of several contacts are not differentiated, a run ends before them."""
 
     @property
+    def prepared(self) -> None:
+        """None: whole start states are given, with their derivatives."""
+
+    @property
+    def scales(self) -> None:
+        """None, as `prepared`."""
+
+    @property
     def event_entries(self) -> dict[str, slice]:
-        """Where the memory holds what the last event was.
+        """Slices of the memory that describe the last event.
 
         ``time``: T. ``shift``: dσ by the formula, also where the event took no time. ``guard``,
         ``rate``, ``bend``: g and its first two derivatives in time just before. ``timed``: 1 or 0.

@@ -39,7 +39,7 @@ __all__ = [
 
 ENUMERATION_LIMIT = 14  # 2**14 cones take a few seconds, and each further pair doubles that
 RESIDUAL_TOLERANCE = 1e-10  # a stable solve leaves some 1e-15; a wrong sign leaves order one
-_NOISE = 1e-13  # of the largest entry: what a solve may leave of a zero, on scaled entries
+_ROUND_OFF = 1e-13  # of the largest entry: what a solve may leave of a zero, on scaled entries
 
 
 @dataclass(frozen=True, eq=False)
@@ -255,7 +255,7 @@ def shares(lcp: LCP, z: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _same(lcp: LCP, a: FloatArray, b: FloatArray, tol: float) -> bool:
-    """Tell whether the step from a to b is negligible in every row."""
+    """Return whether the step from a to b is negligible in every row."""
     both = np.maximum(np.abs(a), np.abs(b))
     scale = np.abs(lcp.offset) + np.abs(lcp.matrix) @ both
     idle = np.all(lcp.matrix == 0, axis=0)
@@ -269,7 +269,7 @@ def cleaned(lcp: LCP, z: FloatArray, tol: float) -> FloatArray | None:
     """Return z with negligible entries set to zero, or None if that is not a solution."""
     negligible = shares(lcp, z)[0] <= tol
     # What a solve leaves of an exact zero may be all there is in a row; so try without it, too.
-    for noise in (0.0, _NOISE * float(np.max(np.abs(z)))):
+    for noise in (0.0, _ROUND_OFF * float(np.max(np.abs(z)))):
         clean = np.where(negligible | (np.abs(z) <= noise), 0.0, z)
         if residual(lcp, clean) <= tol:
             return clean

@@ -71,7 +71,7 @@ def solve_lemke(
 
     ``w = M z + d z_0 + q`` with d of ones starts from a z_0 that makes all w >= 0 and pivots until
     z_0 leaves. Ties are broken lexicographically, so that no basis returns (CPS section 4.9). The
-    solution is computed afresh from the last basis and checked, never read off the tableau.
+    solution is computed again from the last basis and checked, never read off the tableau.
 
     Parameters
     ----------

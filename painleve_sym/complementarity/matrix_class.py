@@ -27,7 +27,7 @@ _MINOR = 1e-13  # a determinant below this part of Hadamard's bound has no certa
 
 
 def is_p_matrix(matrix: npt.ArrayLike) -> bool:
-    """Tell whether every principal minor is positive.
+    """Return whether every principal minor is positive.
 
     Exactly then the LCP has one and only one solution for every offset (CPS theorem 3.3.7), and
     Lemke's method finds it. All ``2**n - 1`` minors are computed; one within rounding of zero
@@ -43,7 +43,7 @@ def is_p_matrix(matrix: npt.ArrayLike) -> bool:
 
 
 def is_copositive(matrix: npt.ArrayLike, strict: bool = False) -> bool:
-    """Tell whether ``x'Mx >= 0`` for every ``x >= 0``; with `strict`, > 0 for every such x != 0.
+    """Return whether ``x'Mx >= 0`` for every ``x >= 0``; with `strict`, > 0 for every such x != 0.
 
     By Hadeler (1983): a symmetric matrix whose smaller principal blocks all pass fails if and only
     if ``det < 0`` and ``adj >= 0`` (strict: ``det <= 0`` and ``adj > 0``). The symmetric part is

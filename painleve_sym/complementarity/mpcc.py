@@ -29,7 +29,7 @@ from painleve_sym.complementarity.solution_sets import FloatArray
 from painleve_sym.errors import InputError
 
 _CORNER_LIMIT = 4  # 2**4 corner starts; for more pairs random corners take their place
-_NEAR = 1e-6  # solutions nearer than this part of themselves are one; IPOPT leaves some 1e-8
+_NEAR = 1e-6  # solutions with a smaller relative distance are one; IPOPT leaves some 1e-8
 
 
 class MPCCStatus(enum.Enum):
@@ -159,12 +159,12 @@ class MPCCResult:
 
 @dataclass(frozen=True, eq=False)
 class MPCCSurvey:
-    """Report many starts: the distinct solutions found, and how many starts failed.
+    """Report many starts: the distinct solutions, and how many starts failed.
 
     Attributes
     ----------
     solutions : tuple of MPCCResult
-        All SOLVED and distinct; ordered as found.
+        All SOLVED and distinct, in the order of their starts.
     failures : tuple of MPCCResult
         The runs that ended without a solution, one for each failed start.
     starts : int
@@ -278,7 +278,7 @@ def solve_mpcc_all(
 
 
 def _near(a: FloatArray, b: FloatArray) -> bool:
-    """Tell whether two solutions are one."""
+    """Return whether two solutions are one."""
     return bool(np.max(np.abs(a - b)) <= _NEAR * max(np.max(np.abs(a)), np.max(np.abs(b))))
 
 
@@ -335,7 +335,7 @@ class _RelaxedProgram:
             yield np.exp(random.uniform(-2.0, 4.0, n))
 
     def run(self, start: FloatArray) -> MPCCResult:
-        """Relax from one start and check what comes out."""
+        """Relax from one start and check the result."""
         z, history = start, list[RelaxationStep]()
         n = self.lcp.size
         upper = np.full(2 * n, np.inf)

@@ -17,7 +17,7 @@ BoolArray = npt.NDArray[np.bool_]
 
 RANK = 1e-14  # per row, on entries scaled to order one: some 50 roundings
 _FACE = 1e-10  # widths and defects of a face, on quantities scaled to order one; HiGHS' best
-_EXTENT = 1e-8  # of a face, above what those defects can feign
+_EXTENT = 1e-8  # least extent of a face, above the tolerance of the LP solver
 _MARGINS = (0.1, 1e-3, -1e-6)  # inside a face by so much; the last: empty beyond all defects
 
 

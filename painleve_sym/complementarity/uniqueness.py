@@ -1,4 +1,4 @@
-"""What the matrix of several frictional contacts promises before anything is solved.
+"""Existence and uniqueness of solutions, from the matrix of several frictional contacts.
 
 The consistent forces and accelerations of contacts with ``v_n = 0`` form a piecewise linear map
 from (force, acceleration) pairs that obey the contact laws to ``b = a - W F``: one linear piece for

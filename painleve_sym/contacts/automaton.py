@@ -31,6 +31,7 @@ from painleve_sym.contacts.interfaces import (
     zero_factor,
 )
 from painleve_sym.contacts.model import CONTACT, MOTION, START, check_several
+from painleve_sym.contacts.preparation import preparation
 from painleve_sym.contacts.rigid import SINGULAR_MARGIN
 from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.hybrid.automaton import (
@@ -43,7 +44,7 @@ from painleve_sym.hybrid.automaton import (
     Transition,
 )
 from painleve_sym.laws.contact_law import ContactLaw
-from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.contact_set import ContactSet
 from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -78,7 +79,7 @@ class PluralContacts:
     laws: tuple[ContactLaw | RigidLaw, ...]
 
     def __post_init__(self) -> None:
-        check_several(self.mechanism, self.laws, self.parameters)
+        check_several(self.mechanism, self.laws)
 
     @property
     def rigid_law(self) -> RigidLaw:
@@ -106,14 +107,15 @@ class PluralContacts:
     @cached_property
     def own_laws(self) -> tuple[ContactLaw | RigidLaw, ...]:
         """The law of each contact, in its own symbols."""
+        taken = [p.name for p in self.mechanism.system.parameters]
         if len(self.laws) == 1:
-            return self.laws * len(self.rows)
+            return (self.laws[0].apart_from(taken),) * len(self.rows)
         pairs = zip(self.laws, self.mechanism.contacts, strict=True)
-        return tuple(law.of_contact(c.name) for law, c in pairs)
+        return tuple(law.of_contact(c.name).apart_from(taken) for law, c in pairs)
 
     @cached_property
     def interfaces(self) -> tuple[Interface, ...]:
-        """What each contact may do."""
+        """The interface of each contact: its memory, local modes and transitions."""
         yields = all(law.is_compliant for law in self.own_laws)
         guided = any(c.bilateral for c in self.mechanism.contacts)
         target = MOTION if yields and not guided else CONTACT
@@ -144,7 +146,7 @@ class PluralContacts:
 
     @cached_property
     def states(self) -> tuple[sp.Symbol, ...]:
-        """What `Mechanism.motion` has, contact states where needed, then dissipated energies."""
+        """States of `Mechanism.motion`, contact states where needed, then dissipated energies."""
         own = self.mechanism.motion
         extra = [s for row in self.rows for s in row.symbols if s not in own]
         return (*own, *extra, *self.dissipations)
@@ -426,6 +428,7 @@ class PluralContacts:
             parts=tuple(c.part for c in self.interfaces),
             preference=self._preference,
             impacts=self.impacts,
+            preparation=preparation(self),
         )
 
     @property

@@ -15,7 +15,7 @@ REVERSE_CHATTER = "reverse_chatter"
 """Name of the way out of contact by growing bounces, beside the modes of the contact problem."""
 
 _BOUNCES = 60
-"""Bounces within which v_t/v_n has settled, or runs off: either happens geometrically."""
+"""Bounces within which v_t/v_n has converged or diverged: both are geometric."""
 
 _SETTLED, _RUN_OFF = 1e-14, 1e6
 """Relative change of v_t/v_n that is rounding; size at which no later impact can stop the slip."""
@@ -25,7 +25,7 @@ _STICKING = (ImpactClass.C_STICKING, ImpactClass.R_STICKING)
 
 @dataclass(frozen=True)
 class Chatter:
-    """How small bounces near a contact at rest (v_t = 0) follow each other, W, b_t, b_n frozen.
+    """Sequence of small bounces near a contact at rest (v_t = 0), with W, b_t, b_n frozen.
 
     Attributes
     ----------

@@ -10,15 +10,17 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.complementarity.uniqueness import Uniqueness
 from painleve_sym.contacts.chatter import Chatter, chatter
 from painleve_sym.contacts.contact_numbers import ContactNumbers, all_contact_numbers
-from painleve_sym.contacts.inputs import resolve_parameters, resolve_state
+from painleve_sym.contacts.inputs import resolve_state
 from painleve_sym.contacts.local_mode import ContactMode
 from painleve_sym.contacts.model import guide_slip_mode, guide_stick_mode
 from painleve_sym.contacts.problem import ContactCase, ContactProblem, ContactSolution
 from painleve_sym.errors import InputError
 from painleve_sym.laws.restitution import RESTITUTIONS
+from painleve_sym.mechanics.declarations import resolve_parameters
 from painleve_sym.mechanics.mechanism import Mechanism
 
 
@@ -60,12 +62,12 @@ class Classification:
 
     @cached_property
     def case(self) -> ContactCase:
-        """What the solutions are called."""
+        """The case, by number and kind of the solutions."""
         return self.problem.case_of(self.solutions, plural=not self.single)
 
     @cached_property
     def promise(self) -> Uniqueness:
-        """What W, μ and the slip directions promise for all loads."""
+        """Existence and uniqueness for all loads, from W, μ and the slip directions."""
         return self.problem.uniqueness()
 
     @property
@@ -211,18 +213,20 @@ def contact_problem(
 
 
 def classify(
-    mechanism: Mechanism,
-    state: Mapping[str, float],
+    mechanism: MechanismLike,
+    state: Mapping[str, float] | None = None,
+    *,
     parameters: Mapping[str, float] | None = None,
 ) -> Classification:
     """Return the rigid contact problem of the closed contacts at a state, with every solution.
 
     Parameters
     ----------
-    mechanism : Mechanism
+    mechanism : Mechanism, or its name, or the path of a mechanism file
         With any number of contacts, unilateral or bilateral.
-    state : mapping of str to float
-        Coordinates and velocities; absent ones are 0. Where there is one contact, its gap and
+    state : mapping of str to float, optional
+        Coordinates and velocities; absent ones are 0. The mechanism's `start` where no state is
+        given. Where there is one contact, its gap and
         normal velocity must be 0. Of several, one must be closed and none may approach; bilateral
         ones must be held.
     parameters : mapping of str to float
@@ -237,8 +241,16 @@ def classify(
     References
     ----------
     Zhao, Liu & Chen, (1)–(3) and Fig. 2.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> ps.classify("rod", {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}).case
+    <ContactCase.INCONSISTENT: 'inconsistent'>
     """
-    declared = mechanism.parameters
+    mechanism = as_mechanism(mechanism)
+    state = mechanism.start if state is None else state
+    declared = mechanism.outline.parameters
     values = resolve_parameters(f"{mechanism.name!r}", declared, parameters or {})
     start = resolve_state(mechanism, state, values)
     numbers = all_contact_numbers(mechanism, {**start, **values})

@@ -1,4 +1,4 @@
-"""The automaton of a mechanism with one softened frictional contact."""
+"""The automaton of a mechanism with one compliant frictional contact."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import sympy as sp
 
 from painleve_sym.contacts.contact_states import CONTACT_WORK, ContactStates, domain_transitions
 from painleve_sym.contacts.model import CONTACTS, FLIGHT, check_compliant
+from painleve_sym.contacts.preparation import preparation
 from painleve_sym.errors import EventKind
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition, positive
 from painleve_sym.laws.compliance import DELTA, DELTA_DOT, SEPARATED, Branch, Exit
@@ -20,7 +21,7 @@ INDENTED = "flight_indented"
 
 
 @dataclass(frozen=True)
-class SoftenedContact(ContactStates):
+class CompliantContact(ContactStates):
     """Builds the automaton: flight, slip ±, stick, each with the branches of the law.
 
     Parameters
@@ -34,6 +35,8 @@ class SoftenedContact(ContactStates):
 
     def __post_init__(self) -> None:
         check_compliant(self.mechanism, self.law)
+        taken = [p.name for p in self.mechanism.outline.parameters]
+        self.__dict__["law"] = self.law.apart_from(taken)
 
     @property
     def own_laws(self) -> tuple[ContactLaw]:
@@ -153,6 +156,7 @@ class SoftenedContact(ContactStates):
             modes=(*self._flight_modes(), *contact_modes),
             starts=self._start_choices(),
             uncontrolled=self.dissipations,
+            preparation=preparation(self),
         )
 
     def _start_choices(self) -> tuple[Choice, ...]:

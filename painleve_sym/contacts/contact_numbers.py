@@ -20,6 +20,9 @@ CONTACT_TOLERANCE = 1e-12
 """Part of the mechanism's length and speed below which gap and its rate are 0: round-off."""
 
 
+_MOTION = ("gap", "gap_rate", "slip_velocity")
+
+
 @dataclass(frozen=True, eq=False)
 class ContactNumbers:
     """Numbers of all n contacts of a mechanism at one state.
@@ -37,7 +40,7 @@ class ContactNumbers:
     A_stick, B_stick : ndarray, shape (n,)
         A′ and B′ of each contact with the others open; 1/kg and m/s².
     gap_tolerance, rate_tolerance : ndarray, shape (n,)
-        See `contact_tolerances`; m, m/s.
+        See `closed_within`; m, m/s.
     """
 
     gap: Array
@@ -73,13 +76,10 @@ def all_contact_numbers(mechanism: Mechanism, values: Mapping[str, float]) -> Co
             W[row, column] = W[column, row] = value
     motion = {
         name: np.array([own[name] for own in numbers])
-        for name in ("gap", "gap_rate", "slip_velocity", "A_stick", "B_stick")
+        for name in (*_MOTION, "A_stick", "B_stick", "gap_tolerance", "rate_tolerance")
     }
-    tolerances = np.array([contact_tolerances(own) for own in numbers])
     return ContactNumbers(
         W=W,
-        gap_tolerance=tolerances[:, 0],
-        rate_tolerance=tolerances[:, 1],
         b=np.array([own[name] for own in numbers for name in ("b_n", "b_t")]),
         mu=np.array([float(values[c.friction]) for c in mechanism.outline.contacts]),
         **motion,
@@ -89,9 +89,9 @@ def all_contact_numbers(mechanism: Mechanism, values: Mapping[str, float]) -> Co
 def contact_numbers(mechanism: Mechanism, i: int = 0) -> Quantities:
     """Return gap, gap_rate, slip_velocity, W_nn, W_nt, W_tt, b_n, b_t, A_stick, B_stick.
 
-    Also kinetic_energy, length (see `length_formula`; m) and the diagonal of M as mass_0, mass_1, …
-    All are functions of coordinates, velocities and parameters; units as in `Contact` and
-    `ContactCoefficients`.
+    Also gap_tolerance and rate_tolerance, up to which the contact counts as closed (see
+    `closed_within`). All are functions of coordinates, velocities and parameters; units as in
+    `Contact` and `ContactCoefficients`.
 
     Parameters
     ----------
@@ -99,12 +99,8 @@ def contact_numbers(mechanism: Mechanism, i: int = 0) -> Quantities:
     i : int
         Which of its contacts.
     """
-    return quantities(
-        f"contact {i}",
-        mechanism.definition,
-        argument_names(mechanism),
-        lambda: _formulas(mechanism, i),
-    )
+    names = argument_names(mechanism)
+    return quantities(f"contact {i}", mechanism.definition, names, lambda: _formulas(mechanism, i))
 
 
 def length_formula(mechanism: Mechanism, i: int = 0) -> Expr:
@@ -135,43 +131,37 @@ def length_formula(mechanism: Mechanism, i: int = 0) -> Expr:
     return sp.Max(*map(sp.Abs, (*lengths, mechanism.contacts[i].gap)))
 
 
-def characteristic_length(numbers: Mapping[str, Any]) -> Array:
-    """Return the length by which coordinates and gap are measured, shape (n,) or (); m.
+def closed_within(length: Expr, kinetic: Expr, W_nn: Expr, b_n: Expr) -> tuple[Expr, Expr, Expr]:
+    """Return the characteristic length L, and the gap and gap rate up to which a contact is closed.
 
-    `length_formula`; where that is 0 the height 2 T W_nn/|b_n| to which the motion could rise, and
-    1 m where nothing moves or nothing pulls back: there is no length to go by.
-
-    Parameters
-    ----------
-    numbers : mapping of str to ndarray, shape (n,), or float
-        What `contact_numbers` gives.
-    """
-    length, pull = np.asarray(numbers["length"]), np.abs(numbers["b_n"])
-    with np.errstate(all="ignore"):
-        speed_squared = 2 * np.asarray(numbers["kinetic_energy"]) * numbers["W_nn"]
-        height = np.divide(speed_squared, pull, out=np.zeros_like(speed_squared), where=pull > 0)
-    result: Array = np.where(length > 0, length, np.where(height > 0, height, 1.0))
-    return result
-
-
-def contact_tolerances(numbers: Mapping[str, Any]) -> tuple[Array, Array]:
-    """Return the gap (m) and the gap rate (m/s) up to which a contact is closed, each (n,) or ().
-
-    Parts of the characteristic length L and of the speed √(2 (T W_nn + |b_n| L)), which the
-    motion has or would gain over L. Both follow a change of the units.
+    L measures coordinates and gap, in m: `length_formula`; where that is 0 the height
+    2 T W_nn/|b_n| to which the motion could rise, and 1 m where nothing moves or nothing pulls
+    back. The tolerances are parts of L, in m, and of the speed √(2 (T W_nn + |b_n| L)), in m/s,
+    which the motion has or would gain over L. All follow a change of the units. Unevaluated:
+    SymPy would rearrange long formulas.
 
     Parameters
     ----------
-    numbers : mapping of str to ndarray, shape (n,), or float
-        What `contact_numbers` gives.
+    length, kinetic, W_nn, b_n : sympy.Expr
+        `length_formula` in m, kinetic energy T in J, mobility in 1/kg, acceleration in m/s².
     """
-    length = characteristic_length(numbers)
-    kinetic = np.asarray(numbers["kinetic_energy"])
-    # Numbers beyond all bounds close no contact.
-    with np.errstate(all="ignore"):
-        gain = np.abs(numbers["b_n"]) * length
-        speed = np.sqrt(2 * (kinetic * numbers["W_nn"] + gain))
-    return CONTACT_TOLERANCE * length, CONTACT_TOLERANCE * speed
+    import sympy as sp
+
+    pull, twice = sp.Abs(b_n, evaluate=False), _product(sp.Integer(2), kinetic, W_nn)
+    height = _product(twice, sp.Pow(pull, -1, evaluate=False))
+    rises = sp.And(sp.Gt(pull, 0, evaluate=False), sp.Gt(height, 0, evaluate=False), evaluate=False)
+    cases = (length, sp.Gt(length, 0, evaluate=False)), (height, rises), (1, True)
+    measure = sp.Piecewise(*cases, evaluate=False)
+    gain = _product(sp.Integer(2), pull, measure)
+    speed = sp.Pow(sp.Add(twice, gain, evaluate=False), sp.Rational(1, 2), evaluate=False)
+    part = sp.Float(CONTACT_TOLERANCE)
+    return measure, _product(part, measure), _product(part, speed)
+
+
+def _product(*factors: Expr) -> Expr:
+    import sympy as sp
+
+    return sp.Mul(*factors, evaluate=False)
 
 
 def domain_margins(mechanism: Mechanism) -> Quantities:
@@ -208,7 +198,7 @@ def _couplings(mechanism: Mechanism) -> Quantities:
 
 def argument_names(mechanism: Mechanism) -> tuple[str, ...]:
     """Return the names of what the numbers of a mechanism depend on: states, then parameters."""
-    return (*mechanism.state_names, *(p.name for p in mechanism.parameters))
+    return (*mechanism.state_names, *(p.name for p in mechanism.outline.parameters))
 
 
 def argument_symbols(mechanism: Mechanism) -> tuple[Any, ...]:
@@ -218,10 +208,10 @@ def argument_symbols(mechanism: Mechanism) -> tuple[Any, ...]:
 
 def _formulas(mechanism: Mechanism, i: int) -> tuple[Mapping[str, Any], tuple[Any, ...]]:
     system, contact, c = mechanism.system, mechanism.contacts[i], mechanism.all_coefficients[i]
-    motion = ("gap", "gap_rate", "slip_velocity")
     forces = ("W_nn", "W_nt", "W_tt", "b_n", "b_t", "A_stick", "B_stick")
-    formulas = {name: getattr(contact, name) for name in motion}
+    formulas = {name: getattr(contact, name) for name in _MOTION}
     formulas |= {name: getattr(c, name) for name in forces}
-    formulas |= {f"mass_{k}": system.mass_matrix[k, k] for k in range(len(system.q))}
-    formulas["length"] = length_formula(mechanism, i)
-    return formulas | {"kinetic_energy": system.kinetic_energy}, argument_symbols(mechanism)
+    given = length_formula(mechanism, i), system.kinetic_energy, c.W_nn, c.b_n
+    _, near, slow = closed_within(*given)
+    formulas |= {"gap_tolerance": near, "rate_tolerance": slow}
+    return formulas, argument_symbols(mechanism)

@@ -1,4 +1,4 @@
-"""The states of a mechanism with one contact, shared by its softened and its rigid automaton."""
+"""The states of a mechanism with one contact, shared by its compliant and its rigid automaton."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class ContactRow:
 
     @property
     def expressions(self) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
-        """What the states are in coordinates and velocities."""
+        """The states as functions of coordinates and velocities."""
         return self.contact.gap, self.contact.gap_rate, self.contact.slip_velocity
 
 
@@ -120,7 +120,7 @@ class ContactStates:
 
     @cached_property
     def states(self) -> tuple[sp.Symbol, ...]:
-        """What `Mechanism.motion` has, contact states where needed, then dissipated energies."""
+        """States of `Mechanism.motion`, contact states where needed, then dissipated energies."""
         extra = [s for s in self.rows[0].symbols if s in (GAP, GAP_RATE, SLIP)]
         return (*self.mechanism.motion, *extra, *self.dissipations)
 

@@ -1,6 +1,6 @@
 """Friction of contacts whose normal forces are given: a convex problem with one motion.
 
-Compliant contacts have their normal forces from their compressions. What is left of Coulomb's law
+Compliant contacts have their normal forces from their compressions. The rest of Coulomb's law
 at the acceleration level, ``a_t = W_tt F_t + b_t + W_tn F_n``, is for each contact at rest
 (v_t = 0)
 
@@ -41,7 +41,7 @@ from painleve_sym.contacts.problem import CONTACT_LIMIT, ContactProblem, Contact
 from painleve_sym.errors import InputError
 
 _ROUNDING = 1e-13  # residuals below this are equal: then the least forces are taken
-_REST = 1e-14  # of the terms of an acceleration: what a solve may leave of a zero
+_ROUND_OFF = 1e-14  # of the terms of an acceleration: what a solve may leave of a zero
 
 FREE, RIGHT, LEFT = 0, -1, 1  # of a contact at rest: sign of F_t at the edge it is held to
 
@@ -112,7 +112,7 @@ def friction_forces(
     tangential[resting] = forces
     accelerations = load + np.sum(problem.W[:, rows] * forces, axis=1)
     terms = sizes + np.abs(problem.W[:, rows]) @ np.abs(forces)
-    accelerations[np.abs(accelerations) <= _REST * terms] = 0.0
+    accelerations[np.abs(accelerations) <= _ROUND_OFF * terms] = 0.0
     accelerations[rows[np.abs(forces) < limit[resting]]] = 0.0
     rates = accelerations[1::2]
     modes = tuple(
@@ -168,7 +168,7 @@ class _Box:
         return best, least
 
     def determined(self, forces: FloatArray) -> bool:
-        """Tell whether no other forces in the box make the same accelerations."""
+        """Return whether no other forces in the box make the same accelerations."""
         rates = self.load + np.sum(self.W * forces, axis=1)
         terms = self.sizes + np.abs(self.W) @ np.abs(forces)
         still: BoolArray = np.abs(rates) <= RESIDUAL_TOLERANCE * terms

@@ -12,8 +12,10 @@ from functools import cached_property
 
 import sympy as sp
 
+from painleve_sym.choices import Policy, PolicyLike
 from painleve_sym.contacts.contact_states import FORCE_WORK, FRICTION_WORK, ContactStates
 from painleve_sym.contacts.model import CONTACTS, guide_slip_mode, guide_stick_mode, locked_guide
+from painleve_sym.contacts.preparation import preparation
 from painleve_sym.contacts.rigid import DECISION, SINGULAR_MARGIN
 from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.hybrid.automaton import (
@@ -24,7 +26,7 @@ from painleve_sym.hybrid.automaton import (
     is_zero,
     positive,
 )
-from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.mechanics.impact.impulse_rays import V_T
 from painleve_sym.mechanics.outline import SIDES
@@ -46,7 +48,7 @@ class BilateralContact(ContactStates):
     ----------
     mechanism : Mechanism
         With exactly one contact, bilateral.
-    policy : {"liftoff", "slip", "impact"}
+    policy : Policy or its text
         Followed where a slip has two solutions: the one with A > 0 (there is no lift-off here),
         the one with A < 0, or the tangential impact. At v_t = 0 it sticks where that is possible.
 
@@ -54,17 +56,17 @@ class BilateralContact(ContactStates):
     ------
     InputError
         A contact that can open, an unknown policy, or a W of rank one, where the constraint
-        leaves no slip to be found.
+        leaves no slip.
 
     References
     ----------
     Klein (1909); Génot & Brogliato, Eur. J. Mech. A 18 (1999) 653–677, on tangential impacts.
     """
 
-    policy: str = "liftoff"
+    policy: PolicyLike = Policy.LIFTOFF
 
     def __post_init__(self) -> None:
-        _ = self.own_laws  # refuses unknown names
+        _ = self.own_laws  # rejects unknown names
         where = f"mechanism {self.mechanism.name!r}"
         if not self.mechanism.contact.bilateral:
             raise InputError(f"{where}: its contact can open. Fix: use RigidContact.")
@@ -101,7 +103,7 @@ class BilateralContact(ContactStates):
             yield Choice(taken, all_positive(moving, A, -other, -side * B))
             yield Choice(guide_slip_mode(slip, side), all_positive(moving, A, -side * B))
         for side in _SIDES:
-            # B = 0: the guard of the force tells where it goes from here.
+            # B = 0: the guard of the force decides how the motion continues.
             possible = sp.And(all_positive(moving, self.forms.A[slip * side]), is_zero(B))
             yield Choice(guide_slip_mode(slip, side), possible)
         yield Choice(TANGENTIAL_IMPACT, positive(moving))
@@ -170,7 +172,7 @@ class BilateralContact(ContactStates):
         turn = self.transition("force_reversal", EventKind.FORCE_REVERSAL, -sign * side * c.B, over)
         margin = sign * self.forms.A[slip * side] / c.W_nn - SINGULAR_MARGIN
         meet = self.transition("singular", EventKind.SINGULAR, margin, stop=StopReason.SINGULAR)
-        # A force that pulls rubs as one that pushes in slip the other way: F_t = −μ s σ F_n.
+        # With F_n < 0 friction has the sign of slip in the opposite direction: F_t = −μ s σ F_n.
         rubbing, force = _SLIPS[slip * side], self.forms.slip_force(slip, side)
         return self.held_mode(
             guide_slip_mode(slip, side, unstable), rubbing, force, (stop, turn, meet)
@@ -221,4 +223,5 @@ class BilateralContact(ContactStates):
             modes=(self._decision(), self._impact(), *sticks, *slips),
             starts=(Choice(DECISION),),
             uncontrolled=self.dissipations,
+            preparation=preparation(self),
         )

@@ -20,7 +20,7 @@ from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.mechanics.declarations import Parameter
 
 BUDGET = sp.Symbol("impact_budget", real=True)
-"""Compression: work or impulse so far. Restitution: what is left of it (energetic, Poisson)."""
+"""Compression: work or impulse so far. Restitution: the remaining part (energetic, Poisson)."""
 APPROACH = sp.Symbol("approach_velocity", real=True)
 """v_n at the start of the impact; m/s."""
 NORMAL_IMPULSE = sp.Symbol("normal_impulse", real=True)

@@ -1,4 +1,4 @@
-"""What one contact may do when several act together: its local modes as data.
+"""Contacts as parts of a motion with several contacts: their local modes as data.
 
 Each interface holds the memory of one contact (which branch it is in, the sign of its slip, whether
 it sticks), by which forces are put together, the transitions that change it, and the inequalities
@@ -29,7 +29,7 @@ from painleve_sym.hybrid.automaton import (
 from painleve_sym.laws.compliance import DELTA, DELTA_DOT, SEPARATED, Branch, Exit, ramp
 from painleve_sym.laws.contact_law import ContactLaw
 
-STILL = sp.Rational(1, 10**6)
+AT_REST = sp.Rational(1, 10**6)
 """Of the terms of v̇_t: what a contact that sticks may keep of it."""
 
 _DENORMAL = sp.Float("1e-300")
@@ -126,7 +126,7 @@ class Interface(ABC):
 
     @property
     def stored_energy(self) -> sp.Expr:
-        """What the contact can still give back; J."""
+        """Energy that the contact can still return; J."""
         return _ZERO
 
     @property
@@ -163,7 +163,7 @@ class Interface(ABC):
         at_rest = self.sign * zero_factor(self.row.slip)
         # A contact that can bear nothing does not stick.
         moving = sp.Abs(motion.tangential_acceleration)
-        slack = STILL * motion.tangential_scale + _DENORMAL
+        slack = AT_REST * motion.tangential_scale + _DENORMAL
         return [
             *(
                 Test(self.sticks * (limit + s * motion.tangential_force), motion.force_scale)
@@ -434,7 +434,7 @@ class CompliantInterface(Interface):
 
     @cached_property
     def stored_energy(self) -> sp.Expr:
-        """What the contact can still give back; J."""
+        """Energy that the contact can still return; J."""
         return self._in_branches("stored_energy")
 
     @cached_property
@@ -474,7 +474,7 @@ class CompliantInterface(Interface):
 
     @cached_property
     def part(self) -> Part:
-        """What it may do where contacts at rest choose: keep on, stick, or slip either way."""
+        """Alternatives where contacts at rest choose: keep on, stick, or slip either way."""
         at_rest = sp.And(positive(self.closed), is_zero(self.row.slip))
         sliding = sp.And(positive(self.closed), positive(sp.Abs(self.row.slip)))
         choices = [

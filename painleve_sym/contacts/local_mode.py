@@ -1,4 +1,4 @@
-"""What one planar contact with Coulomb friction may do, and every combination for n of them.
+"""Local modes of a planar contact with Coulomb friction, and their combinations for n contacts.
 
 The friction law of one contact is piecewise linear. A `LocalMode` is one of its pieces: the
 directions its force ``F = (F_n, F_t)`` may have, the entries of its acceleration ``a = (a_n, a_t)``
@@ -32,8 +32,8 @@ from painleve_sym.complementarity.solution_sets import (
 IntArray = npt.NDArray[np.intp]
 
 NORMAL, TANGENTIAL = 0, 1
-# Refuses only what is beyond doubt wrong; what passes is measured by its residual afterwards.
-_DOUBT = 1e-6
+# Rejects only candidates that are certainly wrong; the residual of the others is checked later.
+_REJECTION_TOLERANCE = 1e-6
 _BORDER = 1e-9  # as parts of forces and of the terms of accelerations, above the residual's 1e-10
 _SMALLEST = 2.0**-1000  # of a friction coefficient in a quotient: its inverse is finite
 _ROUNDING = 4 * float(np.finfo(float).eps)  # two products and their difference, each rounded once
@@ -104,7 +104,7 @@ class LocalMode:
         return cone
 
     def holds(self, force: FloatArray, share: FloatArray) -> bool:
-        """Tell whether the force of the contact lies in this mode or on its border.
+        """Return whether the force of the contact lies in this mode or on its border.
 
         Parameters
         ----------
@@ -363,11 +363,11 @@ class ModeProduct:
         return points + [face for face in faces if face is not None]
 
     def _plausible(self, forces: FloatArray, choices: IntArray) -> BoolArray:
-        """Tell which forces are not certain to break an inequality of their choice."""
+        """Return whether each force may satisfy the inequalities of its choice."""
         good = np.ones(len(forces), bool)
         accelerations = forces @ self.W.T + self.b
         terms = np.abs(forces) @ np.abs(self.W.T) + np.abs(self.b)
-        doubt = _DOUBT * (np.max(np.abs(forces), axis=1) + np.max(np.abs(self.b)))
+        doubt = _REJECTION_TOLERANCE * (np.max(np.abs(forces), axis=1) + np.max(np.abs(self.b)))
         for i, given in enumerate(self.modes):
             force = forces[:, 2 * i : 2 * i + 2]
             for j, mode in enumerate(given):
@@ -377,7 +377,7 @@ class ModeProduct:
                 wrong = np.any(force @ mode.unit_cone.T < -doubt[:, None], axis=1)
                 for entry, sign in mode.signs:
                     row = 2 * i + entry
-                    wrong |= sign * accelerations[:, row] < -_DOUBT * terms[:, row]
+                    wrong |= sign * accelerations[:, row] < -_REJECTION_TOLERANCE * terms[:, row]
                 good &= ~(wrong & chosen)
         return good
 

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from painleve_sym.errors import InputError
-from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.outline import SIDES, ContactOutline
@@ -93,7 +93,7 @@ class ContactModel:
 
     def __post_init__(self) -> None:
         if self.several:
-            check_several(self.mechanism, self.laws, self.parameters)
+            check_several(self.mechanism, self.laws)
         elif not self.is_rigid:
             check_compliant(self.mechanism, self.laws[0])
         elif self.mechanism.locked:
@@ -108,6 +108,11 @@ class ContactModel:
     def is_rigid(self) -> bool:
         """Whether the only contact is rigid and can open, or is a guide."""
         return not self.several and isinstance(self.laws[0], RigidLaw)
+
+    @property
+    def can_open(self) -> bool:
+        """Whether the only contact is rigid and not a guide."""
+        return self.is_rigid and not self.is_guide
 
     @property
     def is_guide(self) -> bool:
@@ -160,9 +165,9 @@ class ContactModel:
             return PluralContacts(self.mechanism, self.laws)
         (law,) = self.laws
         if not isinstance(law, RigidLaw):
-            from painleve_sym.contacts.compliant import SoftenedContact
+            from painleve_sym.contacts.compliant import CompliantContact
 
-            return SoftenedContact(self.mechanism, law)
+            return CompliantContact(self.mechanism, law)
         if self.is_guide:
             from painleve_sym.contacts.guide import BilateralContact
 
@@ -186,16 +191,9 @@ def check_compliant(mechanism: Mechanism, law: Law) -> None:
             f"{where}: its contact holds from both sides, and a law only pushes. Fix: use the law "
             "rigid, or describe the guide as two contacts."
         )
-    clash = _shared_names(mechanism, law.parameters)
-    if clash:
-        raise InputError(
-            f"{where}: both have a parameter {clash[0]!r}. Fix: rename it in the mechanism."
-        )
 
 
-def check_several(
-    mechanism: Mechanism, laws: Sequence[Law], parameters: Sequence[Parameter]
-) -> None:
+def check_several(mechanism: Mechanism, laws: Sequence[Law]) -> None:
     """Raise InputError where several contacts cannot follow their laws together."""
     rigid = list(dict.fromkeys(law for law in laws if isinstance(law, RigidLaw)))
     if len(rigid) > 1:
@@ -207,12 +205,6 @@ def check_several(
             "and contacts that have an impact together follow one law. "
             "Fix: give all rigid contacts the same restitution law and policy."
         )
-    clash = _shared_names(mechanism, parameters)
-    if clash:
-        raise InputError(
-            f"{mechanism.name}: the mechanism and the law of a contact both have a "
-            f"parameter {clash[0]!r}. Fix: rename it in the mechanism."
-        )
 
 
 def locked_guide(mechanism: Mechanism) -> str:
@@ -221,7 +213,3 @@ def locked_guide(mechanism: Mechanism) -> str:
         f"mechanism {mechanism.name!r}: the mobility of its bilateral contact has rank one: what "
         "holds the gap holds the slip, too. Fix: leave the contact out, or let it open."
     )
-
-
-def _shared_names(mechanism: Mechanism, parameters: Sequence[Parameter]) -> list[str]:
-    return sorted({p.name for p in mechanism.parameters} & {p.name for p in parameters})

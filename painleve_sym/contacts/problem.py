@@ -11,7 +11,7 @@ contact, ``F = (F_n1, F_t1, F_n2, F_t2, ...)``, and the mobility W turns forces 
                                                  ///////////////
 
 A unilateral contact has F_n >= 0, a_n >= 0 and F_n a_n = 0. A bilateral one, a slider in a slot or
-a rod between two guides, keeps a_n = 0 with either sign of F_n, and the side that touches rubs.
+a rod between two guides, keeps a_n = 0 with either sign of F_n; friction acts where it touches.
 Friction opposes slip: F_t = -mu s |F_n| with s the sign of v_t, and |F_t| <= mu |F_n| where
 v_t = 0, with the bound reached against the direction of a_t once a_t is not zero.
 
@@ -83,7 +83,7 @@ CONTACT_LIMIT = 6
 _SYMMETRY = 1e-9  # of the roots of the diagonal: roundings of a mass-matrix inverse
 _INDEFINITE = 1e-12  # per row, on a mobility scaled to a diagonal of ones
 _ROUNDING = 1e-14  # of the terms of an acceleration: what a solve may leave of a zero
-_NOISE = 1e-13  # of the largest force: what a solve may leave of a zero, if the residual agrees
+_ROUND_OFF = 1e-13  # of the largest force: what a solve may leave of a zero, if the residual agrees
 _NEAR = 1e-6  # part of the largest force; forces farther apart are not compared by row
 _DISTINCT = 1e-8  # of the terms of every acceleration; nearer solutions are one, met in two modes
 _SAME_MOTION = 1e-9  # of the largest acceleration without forces
@@ -334,9 +334,9 @@ class ContactProblem:
         """Return a sentence for each entry that no mechanism can have."""
         faults: list[str] = []
         if np.any(self.mu < 0):
-            got = self.mu.item() if self.size == 1 else self.mu.tolist()
+            received = self.mu.item() if self.size == 1 else self.mu.tolist()
             faults.append(
-                f"mu: got {got!r}, need mu >= 0. Fix: give the direction by slip_velocity."
+                f"mu: got {received!r}, need mu >= 0. Fix: give the direction by slip_velocity."
             )
         return faults + (self._block_faults() if self.size == 1 else self._matrix_faults())
 
@@ -760,7 +760,7 @@ class ContactProblem:
         return _ScaledLaw(self, W, b, mu, unit)
 
     def _isolated(self, point: _Checked) -> bool | None:
-        """Tell whether no choice of local modes through these forces is wide.
+        """Return whether no choice of local modes through these forces is wide.
 
         None where too many choices meet.
         """
@@ -802,7 +802,7 @@ class _ScaledLaw:
 
     @cached_property
     def modes(self) -> list[tuple[LocalMode, ...]]:
-        """What each contact may do."""
+        """The local modes of each contact."""
         given = zip(self.mu, self.problem.slip_directions, self.problem.bilateral, strict=True)
         return [local_modes(float(mu), s, bool(sides)) for mu, s, sides in given]
 
@@ -850,7 +850,7 @@ class _ScaledLaw:
         forces : ndarray, shape (2 n,)
             Scaled.
         choice : tuple of int, optional
-            The local modes they were computed for; without it they are told by the forces.
+            The local modes they were computed for; without it they follow from the forces.
         """
         best: _Checked | None = None
         for candidate in self._candidates(forces):
@@ -872,7 +872,7 @@ class _ScaledLaw:
         """
         size = np.abs(forces)
         weighted = np.sqrt(np.diag(self.W)) * size
-        noise = (weighted > 0) & (weighted <= _NOISE * np.max(weighted))
+        noise = (weighted > 0) & (weighted <= _ROUND_OFF * np.max(weighted))
         share = self._share(size, self.accelerations(forces)[1])
         idle = np.repeat(np.all(share.reshape(-1, 2) <= RESIDUAL_TOLERANCE, axis=1), 2)
         tried = [np.where(noise, 0.0, forces)] if np.any(noise) else []
@@ -942,11 +942,12 @@ class _ScaledLaw:
         return next((int(k) for k in near if self._same(point.forces, table[k])), None)
 
     def _same(self, first: FloatArray, second: FloatArray) -> bool:
-        """Tell whether the step between two forces is negligible for every acceleration."""
+        """Return whether the step between two forces is negligible for every acceleration."""
         size, step = np.maximum(np.abs(first), np.abs(second)), np.abs(first - second)
         weight = np.sqrt(np.diag(self.W))
         # Where forces balance, every term of an acceleration may be rounding: noise is none.
-        step = np.where((weight > 0) & (weight * step <= _NOISE * np.max(weight * size)), 0.0, step)
+        small = (weight > 0) & (weight * step <= _ROUND_OFF * np.max(weight * size))
+        step = np.where(small, 0.0, step)
         terms = np.abs(self.b) + self._sizes @ size
         return bool(np.all(self._share(step, terms, size) <= _DISTINCT))
 
@@ -1014,7 +1015,7 @@ def _ratio(part: FloatArray, whole: FloatArray) -> FloatArray:
 
 
 def _any_holds(choices: npt.NDArray[np.intp], possible: Sequence[BoolArray]) -> bool:
-    """Tell whether one of the choices holds the forces that are possible in each contact."""
+    """Return whether one of the choices holds the forces that are possible in each contact."""
     flags: BoolArray = np.ones(len(choices), np.bool_)
     for i, held in enumerate(possible):
         flags &= held[choices[:, i]]

@@ -12,6 +12,7 @@ from functools import cached_property
 import sympy as sp
 from sympy.logic.boolalg import Boolean
 
+from painleve_sym.choices import Policy, PolicyLike, Restitution, RestitutionLike
 from painleve_sym.contacts.contact_states import ContactStates, domain_transitions
 from painleve_sym.contacts.impact_rays import (
     APPROACH,
@@ -21,6 +22,7 @@ from painleve_sym.contacts.impact_rays import (
     restitution_parameter,
 )
 from painleve_sym.contacts.model import CONTACTS, FLIGHT
+from painleve_sym.contacts.preparation import preparation
 from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.hybrid.automaton import (
     Accumulation,
@@ -31,7 +33,7 @@ from painleve_sym.hybrid.automaton import (
     is_zero,
     positive,
 )
-from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.mechanics.impact.impulse_rays import raw
 from painleve_sym.mechanics.paradox.singular_point import SingularPoint
@@ -51,8 +53,8 @@ class RigidContact(ContactStates):
     ----------
     mechanism : Mechanism
         With exactly one contact.
-    restitution : {"energetic", "poisson", "newton"}
-    policy : {"liftoff", "slip", "impact"}
+    restitution : Restitution or its text
+    policy : Policy or its text
         Followed where the contact problem has several solutions.
 
     References
@@ -60,12 +62,12 @@ class RigidContact(ContactStates):
     Génot & Brogliato, Eur. J. Mech. A 18 (1999); Champneys & Várkonyi (2016).
     """
 
-    restitution: str = "energetic"
-    policy: str = "liftoff"
+    restitution: RestitutionLike = Restitution.ENERGETIC
+    policy: PolicyLike = Policy.LIFTOFF
     rays: ImpactRays = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        _ = self.own_laws  # refuses unknown names
+        _ = self.own_laws  # rejects unknown names
         if self.mechanism.contact.bilateral:
             raise InputError(
                 f"mechanism {self.mechanism.name!r}: its contact is bilateral, and rigid motion "
@@ -85,7 +87,7 @@ class RigidContact(ContactStates):
 
     @cached_property
     def singular_points(self) -> dict[int, SingularPoint]:
-        """How slip in each direction meets A = B = 0."""
+        """The singular point A = B = 0 of slip in each direction."""
         return {s: SingularPoint(self.mechanism.coefficients, s, raw) for s in (-1, 1)}
 
     # ---- the contact problem of the accelerations ----
@@ -193,7 +195,7 @@ class RigidContact(ContactStates):
             (Choice(DECISION),),
             {self.slip: sp.Integer(0)},
         )
-        # Where F_n comes down to zero: A > 0, B reaches 0 from below; A < 0, B from above.
+        # Where F_n crosses zero from above: A > 0, B reaches 0 from below; A < 0, B from above.
         # Ḃ > 0 there: the gap opens, though rounding may leave B below 0 at first.
         open_ = Choice(DECISION) if unstable else Choice(FLIGHT, None, ("touchdown",))
         lift = self.transition("liftoff", EventKind.LIFTOFF, -sign * c.B, (open_,))
@@ -238,4 +240,5 @@ class RigidContact(ContactStates):
             modes=tuple(modes),
             starts=(Choice(FLIGHT, positive(self.gap)), Choice(DECISION)),
             uncontrolled=self.dissipations,
+            preparation=preparation(self),
         )

@@ -82,7 +82,7 @@ class ContactImpacts:
 
     @cached_property
     def _terms(self) -> Quantities:
-        arguments = (*self.states, *(p.name for p in self.mechanism.parameters))
+        arguments = (*self.states, *(p.name for p in self.mechanism.outline.parameters))
         return quantities("terms", self.mechanism.definition, arguments, self._formulas)
 
     def _formulas(self) -> tuple[dict[str, Any], list[Any]]:
@@ -92,7 +92,7 @@ class ContactImpacts:
 
         known = {s.name: s for s in self.mechanism.motion}
         symbols = [known.get(s) or sp.Symbol(s, real=True) for s in self.states]
-        symbols += [p.symbol for p in self.mechanism.parameters]
+        symbols += [p.symbol for p in self.mechanism.outline.parameters]
         contacts = ContactSet(self.mechanism)
         velocity = [v for c in contacts for v in (c.gap_rate, c.slip_velocity)]
         matrices = {
@@ -107,9 +107,9 @@ class ContactImpacts:
 
     def terms(self, state: Array, values: Mapping[str, float]) -> ContactTerms:
         """Return the numbers of the contacts at a state vector."""
-        parameters = [values[p.name] for p in self.mechanism.parameters]
+        parameters = [values[p.name] for p in self.mechanism.outline.parameters]
         numbers = np.array(self._terms.of_vector([*state.tolist(), *parameters]))
-        n, nq = 2 * len(self.rows), len(self.mechanism.coordinates)
+        n, nq = 2 * len(self.rows), len(self.mechanism.outline.coordinates)
         sizes = (n * n, n, nq * n, n // 2, n)
         W, b, directions, *rest = np.split(numbers, np.cumsum(sizes))
         W = W.reshape(n, n)
@@ -180,7 +180,7 @@ class ContactImpacts:
         """Return the state with the velocities after impulses, and the work of the drives."""
         _, rates, slips = self.contact_values(state)
         velocity = np.ravel([rates, slips], order="F") + terms.W @ impulses
-        after, n = state.copy(), len(self.mechanism.coordinates)
+        after, n = state.copy(), len(self.mechanism.outline.coordinates)
         after[n : 2 * n] += terms.directions @ impulses
         for i, row in enumerate(self.rows):
             after[self._index[row.gap_rate]] = velocity[2 * i]

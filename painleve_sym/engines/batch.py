@@ -1,4 +1,4 @@
-"""What a batch of runs is asked for, and the arrays it fills: one row per run."""
+"""Requested outputs of a batch of runs, and the arrays that hold them: one row per run."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ MAX_EVENTS_KEPT = 10_000
 
 @dataclass(frozen=True)
 class BatchOutputs:
-    """What is kept of each run besides its end.
+    """Per-run outputs to record, besides the end of the run.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class BatchOutputs:
 
     @property
     def watched(self) -> tuple[str, ...]:
-        """Outputs by what is asked of them: maxima, minima, integrals."""
+        """Names of the outputs whose maxima, minima or integrals are requested, in this order."""
         return (*self.maxima, *self.minima, *self.integrals)
 
     def indices(self, outputs: Sequence[str]) -> list[int]:

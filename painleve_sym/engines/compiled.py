@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import ctypes
+import functools
+import operator
 import threading
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,8 +27,10 @@ from painleve_sym.engines.batch import (
     pointers,
 )
 from painleve_sym.engines.protocol import (
+    ADMITS,
     DENSE_ROWS,
     ENGINE_REASONS,
+    Prepared,
     RawRun,
     Resolver,
     RunOptions,
@@ -42,28 +46,17 @@ if TYPE_CHECKING:
 
 _DECISION = -2
 """Reason of a run that asks for a decision (PS_DECISION)."""
-_HEAD = 12
+_HEAD = 13
 """Numbers before the state in what a run returns."""
 _RECORD = {"end": 0, "events": 1, "dense": 2}
-_pointer = ctypes.POINTER(ctypes.c_double)
+_SHARED = tuple(f.name for f in fields(RunOptions) if f.name != "atol")
+_shared = operator.attrgetter(*_SHARED)
 _address = ctypes.c_void_p
+_Filled = ctypes.c_char * 0
+"""Where C fills a buffer: cheaper than the address of an array."""
 
 
-class _Rows(ctypes.Structure):
-    _fields_ = (
-        ("data", _pointer),
-        ("used", ctypes.c_long),
-        ("room", ctypes.c_long),
-        ("width", ctypes.c_long),
-    )
-
-    def array(self) -> Array:
-        if not self.used:
-            return np.empty((0, self.width))
-        return np.ctypeslib.as_array(self.data, (self.used, self.width)).copy()
-
-
-def _structures(nx: int, nz: int, kinds: int) -> tuple[Any, Any]:
+def _options_structure(nx: int, kinds: int) -> type[Any]:
     class Options(ctypes.Structure):
         _fields_ = (
             ("rtol", ctypes.c_double),
@@ -80,20 +73,7 @@ def _structures(nx: int, nz: int, kinds: int) -> tuple[Any, Any]:
             ("start_departs", ctypes.c_uint64),
         )
 
-    class Run(ctypes.Structure):
-        _fields_ = (
-            ("t", ctypes.c_double),
-            ("x", ctypes.c_double * nx),
-            ("z", ctypes.c_double * (nz + 1)),
-            ("mode", ctypes.c_long),
-            ("reason", ctypes.c_long),
-            ("stop_transition", ctypes.c_long),
-            ("counters", ctypes.c_long * 6),
-            ("steps", _Rows),
-            ("events", _Rows),
-        )
-
-    return Options, Run
+    return Options
 
 
 class CompiledEngine:
@@ -193,23 +173,26 @@ class CompiledEngine:
         self._batch: Any = None
         self.outline = outline
         self._nx, self._nz, self._nc, self._no = sizes or _plain_sizes(outline)
-        self._options, self._run = _structures(self._nx, self._nz, max(1, len(outline.kinds)))
+        self._options = _options_structure(self._nx, max(1, len(outline.kinds)))
         self._library = ctypes.CDLL(str(library))
         self._end = ctypes.c_double * (_HEAD + self._nx + self._nz)
-        self._tolerances = ctypes.c_double * self._nx
-        self._no_steps = np.empty((0, StepRecords.width(self._nx, self._nz, self.dense_rows)))
-        self._no_events = np.empty((0, EventRecords.width(self._nx, self._nz)))
+        self._step_width = StepRecords.width(self._nx, self._nz, self.dense_rows)
+        self._event_width = EventRecords.width(self._nx, self._nz)
         self._no_memory = bytes(8 * (self._nz + 1))
-        self._library.ps_complete.restype = ctypes.POINTER(self._run)
-        self._library.ps_complete.argtypes = (_address,) * 5
-        self._library.ps_free.argtypes = (ctypes.POINTER(self._run),)
-        self._library.ps_free.restype = None
+        self._library.ps_complete.restype = _address
+        self._library.ps_complete.argtypes = (_address,) * 6
+        self._library.ps_take.argtypes = (_address,) * 3
+        self._library.ps_free.argtypes = (_address,)
         self._library.ps_many_constants.argtypes = (ctypes.c_long, _address, _address)
         self._library.ps_many_constants.restype = None
+        if hasattr(self._library, "ps_prepare"):
+            self._library.ps_prepare.argtypes = (ctypes.c_long, *[_address] * 4)
+            self._library.ps_scales.argtypes = (_address,) * 3
         self._library.ps_constants.argtypes = (_address, _address)
         self._library.ps_outputs.argtypes = (ctypes.c_long, *[_address] * 5)
         self._library.ps_evaluate.argtypes = (ctypes.c_int, *[_address] * 6)
-        self._last_options: tuple[RunOptions, Any] | None = None
+        # Loops of runs use the same few options.
+        self._in_c = functools.lru_cache(maxsize=64)(self._options_in_c)
 
     @classmethod
     def _alone(cls, text: str) -> str:
@@ -248,24 +231,32 @@ class CompiledEngine:
         self._library.ps_constants(p.ctypes.data, c.ctypes.data)
         return c
 
-    def _options_of(self, o: RunOptions) -> Any:
-        # 1e100 stands for inf: a state left out must not turn 0·inf into nan in the norm, nor into
-        # a number too small to be normal, which processors are slow with.
-        atol = _plain(np.minimum(o.atol, 1e100))
-        until = [kind in o.until for kind in self.outline.kinds] or [False]
+    def prepare(self, parameters: Array, given: Array, forces: Array) -> Prepared:
+        """Return whole start states with their scales, of n rows; see `Engine.prepare`."""
+        n, width = len(given), 2 * self._nx + ADMITS
+        rows = bytearray(8 * n * width)
+        inputs = _bytes(parameters), _bytes(given), _bytes(forces)
+        self._library.ps_prepare(n, *inputs, _Filled.from_buffer(rows))
+        return Prepared.of(np.frombuffer(rows).reshape(n, width))
+
+    def scales(self, parameters: Array, state: Array) -> Array:
+        """Return the scale of each state at a state, shape (nx,)."""
+        scales = bytearray(8 * self._nx)
+        self._library.ps_scales(_bytes(parameters), _bytes(state), _Filled.from_buffer(scales))
+        return np.frombuffer(scales)
+
+    def _options_in_c(self, shared: tuple[Any, ...]) -> Any:
+        """Return what `_shared` gives as C reads it; each run has its own tolerances."""
+        o = dict(zip(_SHARED, shared, strict=True))
+        until = [kind in o["until"] for kind in self.outline.kinds] or [False]
+        same = ("rtol", "t_end", "max_steps", "max_events", "start_events", "start_mode")
         return self._options(
-            o.rtol,
-            o.first_step,
-            min(o.max_step, 1e300),
-            o.t_end,
-            self._tolerances.from_buffer_copy(atol.tobytes()),
-            o.max_steps,
-            o.max_events,
-            (ctypes.c_ubyte * len(until))(*until),
-            _RECORD[o.record],
-            o.start_events,
-            o.start_mode,
-            sum(1 << j for j in o.start_departs),
+            **{name: o[name] for name in same},
+            h0=o["first_step"],
+            h_max=min(o["max_step"], 1e300),
+            until=(ctypes.c_ubyte * len(until))(*until),
+            record=_RECORD[o["record"]],
+            start_departs=sum(1 << j for j in o["start_departs"]),
         )
 
     def run(
@@ -279,39 +270,39 @@ class CompiledEngine:
         """Integrate from t = 0; the memory is 0 or given."""
         if resolve is not None:
             return run_resolved(self, state, parameters, options, memory, resolve)
-        # The same options object is used in loops of runs: its C form is kept.
-        if self._last_options is None or self._last_options[0] is not options:
-            self._last_options = (options, self._options_of(options))
         out: Any = self._end()
-        # Bytes are passed by address at a fraction of the price of `ndarray.ctypes`.
-        x, p = _plain(state).tobytes(), _plain(parameters).tobytes()
-        z = self._no_memory if memory is None else _plain(memory).tobytes()
-        kept = self._library.ps_complete(x, z, p, ctypes.byref(self._last_options[1]), out)
-        try:
-            time, mode, reason, stop, *counters = out[:10]
-            decision = reason == _DECISION
-            if reason < 0 and not decision:
-                raise MemoryError(
-                    f"{self.name} engine: no memory for the record after t = {time:g} s. "
-                    "Fix: record='events' keeps less."
-                )
-            steps, events = (kept.contents.steps, kept.contents.events) if kept else (None, None)
-            values: Array = np.frombuffer(out)[_HEAD:]
-            return RawRun(
-                time=time,
-                state=values[: self._nx],
-                memory=values[self._nx : self._nx + self._nz],
-                mode=int(mode),
-                stop_reason=StopReason.NO_MODE if decision else ENGINE_REASONS[int(reason)],
-                stop_transition=int(stop),
-                steps=steps.array() if steps and steps.used else self._no_steps,
-                events=events.array() if events and events.used else self._no_events,
-                counters=dict(zip(COUNTERS, map(int, counters), strict=True)),
-                decision=decision,
+        # Passing `bytes` avoids the overhead of `ndarray.ctypes`.
+        x, p, atol = _bytes(state), _bytes(parameters), _bytes(options.atol)
+        z = self._no_memory if memory is None else _bytes(memory)
+        shared = ctypes.byref(self._in_c(_shared(options)))
+        kept = self._library.ps_complete(x, z, p, shared, atol, out)
+        time, mode, reason, stop, *counters, step_count, event_count, width = out[:_HEAD]
+        decision = reason == _DECISION
+        if reason < 0 and not decision:
+            self._library.ps_free(kept)
+            raise MemoryError(
+                f"{self.name} engine: no memory for the record after t = {time:g} s. "
+                "Fix: record='events' keeps less."
             )
-        finally:
-            if kept:
-                self._library.ps_free(kept)
+        step_width, event_width = int(width) or self._step_width, self._event_width
+        steps = bytearray(8 * int(step_count) * step_width)
+        events = bytearray(8 * int(event_count) * event_width)
+        if kept:
+            filled = _Filled.from_buffer(steps), _Filled.from_buffer(events)
+            self._library.ps_take(kept, *filled)
+        values: Array = np.frombuffer(out)[_HEAD:]
+        return RawRun(
+            time=time,
+            state=values[: self._nx],
+            memory=values[self._nx :],
+            mode=int(mode),
+            stop_reason=StopReason.NO_MODE if decision else ENGINE_REASONS[int(reason)],
+            stop_transition=int(stop),
+            steps=np.frombuffer(steps).reshape(-1, step_width),
+            events=np.frombuffer(events).reshape(-1, event_width),
+            counters=dict(zip(COUNTERS, map(int, counters), strict=True)),
+            decision=decision,
+        )
 
     def many_constants(self, parameters: Array) -> Array:
         """Return `constants` of n rows of parameters, shape (n, nc)."""
@@ -345,16 +336,15 @@ class CompiledEngine:
         """
         n = len(states)
         x, p, t = _plain(states), _plain(parameters), _plain(t_end)
-        scales = np.minimum(_plain(atol), 1e100)
-        shared = self._options_of(replace(options, atol=scales[0], record="end"))
+        tolerances = _plain(atol)
+        shared = self._in_c(_shared(replace(options, record="end")))
         chosen = np.array(kept.indices(self.outline.output_names), dtype=np.int32)
         counts = (len(kept.maxima), len(kept.minima), len(kept.integrals))
         kept_in_c = Kept(kept.events, *counts, chosen.ctypes.data)
         ends = Ends(*pointers(rows))
-        given = Given(n, *(a.ctypes.data for a in (x, p, t, scales)))
-        done = self._batch_of(self.lanes if n > 1 else 1)(
-            given, shared, kept_in_c, self.lanes, ends
-        )
+        given = Given(n, *(a.ctypes.data for a in (x, p, t, tolerances)))
+        batch = self._batch_of(self.lanes if n > 1 else 1)
+        done = batch(given, shared, kept_in_c, self.lanes, ends)
         if done < n:
             raise MemoryError("compiled engine: no memory for a run.")
 
@@ -382,6 +372,11 @@ class CompiledEngine:
 def _plain_sizes(outline: Outline) -> tuple[int, int, int, int]:
     names = (outline.state_names, outline.memory_names, outline.constant_names)
     return len(names[0]), len(names[1]), len(names[2]), len(outline.output_names)
+
+
+def _bytes(values: Array) -> bytes:
+    """Return an array for C to read: cheaper than the address of its memory."""
+    return np.asarray(values, np.float64).tobytes()
 
 
 def _plain(values: Array) -> Array:

@@ -25,6 +25,7 @@ from painleve_sym.engines.protocol import (
     CLOSED,
     DENSE_ROWS,
     IntervalHistory,
+    Prepared,
     RawRun,
     Resolver,
     RunOptions,
@@ -178,7 +179,7 @@ class _Run:
     def apply(
         self, j: int, visible: bool, timed: bool, departs: tuple[int, ...] = ()
     ) -> tuple[int, ...]:
-        """Apply transition j, whose guard came down to zero (`timed`) or fired at once.
+        """Apply transition j, whose guard crossed zero (`timed`) or fired at once.
 
         Returns the guards of the new mode that are known to leave zero: in a mode whose local modes
         are data, also those that were so before at this instant, `departs`.
@@ -189,7 +190,7 @@ class _Run:
         kept = departs if self.engine.parts is not None and not timed else ()
         departs = ()
         if transition.decides or transition.strikes:
-            # That no mode follows is how a run ends whose question nobody answers.
+            # A run whose question has no answer ends with the reason that no mode follows.
             self.reason, self.decision = StopReason.NO_MODE, True
             self.stop_transition = j
         elif transition.stop is None:
@@ -339,7 +340,7 @@ class _Run:
     # ---- events ----
 
     def run_into(self, j: int, tau: float, length: float) -> None:
-        """Let guard j fire, which is zero at `tau` of a window, or an earlier one found on the way.
+        """Let guard j fire, which is zero at `tau` of a window, or an earlier one met on the way.
 
         Where the window is too long to resolve the event, a shorter one is tried first: a guard
         that does not leave zero as it should (`tau` is 0) may have left it and come back.
@@ -349,7 +350,7 @@ class _Run:
         while True:
             window = self.end_at_zero(j, tau) if tau >= 1e-14 * length else None
             if window is None and length <= nearest:
-                # It fires as soon as time has moved on: at once it might do so for ever.
+                # It fires after time has advanced: without an advance it might repeat without end.
                 window = self.window(length, watch=False)[0]
             if window is None:
                 self.length = length / GRID
@@ -439,8 +440,18 @@ class ErkEngine:
         return Call(self.functions.constants)
 
     @cached_property
+    def _prepared(self) -> Call:
+        assert self.functions.prepared is not None
+        return Call(self.functions.prepared)
+
+    @cached_property
+    def _scales(self) -> Call:
+        assert self.functions.scales is not None
+        return Call(self.functions.scales)
+
+    @cached_property
     def parts(self) -> Parts | None:
-        """What the parts of the automaton may do; None where it has none."""
+        """Alternatives of the parts of the automaton; None where it has no parts."""
         alternatives = self.functions.alternatives
         return None if alternatives is None else Parts(self.functions, alternatives)
 
@@ -464,6 +475,21 @@ class ErkEngine:
         """Return the parameters followed by the definitions, shape (nc,)."""
         with self._lock:
             return self._constants(parameters)[0]
+
+    def prepare(self, parameters: Array, given: Array, forces: Array) -> Prepared:
+        """Return whole start states with their scales, of n rows; see `Engine.prepare`."""
+        rows = []
+        with self._lock:
+            for p, own, force in zip(parameters, given, forces, strict=True):
+                c = self.constants(p)
+                state, admits = self._prepared(own, force, c)
+                rows.append(np.concatenate([state, admits, self._scales(state, c)[0]]))
+        return Prepared.of(np.array(rows))
+
+    def scales(self, parameters: Array, state: Array) -> Array:
+        """Return the scale of each state at a state, shape (nx,)."""
+        with self._lock:
+            return self._scales(state, self.constants(parameters))[0]
 
     def run(
         self,

@@ -152,7 +152,7 @@ class Parts:
                     nearest = missed, memory
                 continue
             repeats &= again
-            # Of those that rounding alone cannot tell apart, one that lasts; last what was left.
+            # Of those that differ by rounding alone, one that lasts; last the one just left.
             rank = 3 * (parts - is_open if policy < 0 else is_open)
             rank += 0 if left or again else hold
             motions += not motions or not same_motion(rates, rate)

@@ -104,7 +104,7 @@ class Window:
     z, c : ndarray
         Memory and constants.
     fired : int
-        The guard that `erk` found to cross zero, -1 for none; the state is constant after it.
+        The guard that crosses zero according to `erk`, -1 for none; the state is constant after it.
     place : float
         Where it did, as a part of the window.
     """
@@ -280,7 +280,7 @@ class ModeRunner:
         return Window(times, at, z, c, round(fired), place), work
 
     def first_zero(self, window: Window, j: int, armed: bool, intervals: int) -> float | None:
-        """Return when guard j first comes down to zero in a window, or None.
+        """Return the time at which guard j first crosses zero from above in a window, or None.
 
         Parameters
         ----------

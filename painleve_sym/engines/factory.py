@@ -5,28 +5,21 @@ from __future__ import annotations
 import warnings
 from typing import TYPE_CHECKING, Any
 
+from painleve_sym.choices import EngineLike, EngineName, chosen
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.protocol import Engine
 from painleve_sym.engines.taylor.runner import TaylorEngine
-from painleve_sym.errors import (
-    CompilerMissing,
-    InputError,
-    NoRecurrence,
-    PainleveWarning,
-    unknown_name,
-)
+from painleve_sym.errors import CompilerMissing, NoRecurrence, PainleveWarning
 from painleve_sym.hybrid.signature import AutomatonBuilder
 
 if TYPE_CHECKING:
     from painleve_sym.codegen.modes import AutomatonFunctions
     from painleve_sym.hybrid.automaton import HybridAutomaton
 
-ENGINES = ("auto", "compiled", "taylor", "erk")
-
 
 def make_engine(
     automaton: HybridAutomaton | AutomatonBuilder,
-    name: str = "auto",
+    name: EngineLike = EngineName.AUTO,
     functions: AutomatonFunctions | None = None,
 ) -> Engine:
     """Return an engine: ``taylor``, ``compiled`` (Runge–Kutta), ``erk`` (CasADi's) or ``auto``.
@@ -45,19 +38,18 @@ def make_engine(
     CompilerMissing
         ``compiled`` or ``taylor`` was asked for and there is none.
     """
-    if name not in ENGINES:
-        raise InputError(unknown_name("engine", name, ENGINES))
+    name = chosen(EngineName, name, "engine")
     try:
-        if functions is None and name in ("auto", "taylor"):
+        if functions is None and name in (EngineName.AUTO, EngineName.TAYLOR):
             try:
                 return _compiled(TaylorEngine, automaton)
             except NoRecurrence as error:
-                if name == "taylor":
+                if name is EngineName.TAYLOR:
                     _notice(f"engine 'taylor': {error}. Engine 'compiled' (Runge–Kutta) is used.")
-        if name != "erk":
+        if name is not EngineName.ERK:
             return _compiled(CompiledEngine, automaton, functions)
     except CompilerMissing as error:
-        if name != "auto":
+        if name is not EngineName.AUTO:
             raise
         _notice(f"{error} Until then the slower engine 'erk' is used.")
     from painleve_sym.engines.erk import ErkEngine

@@ -1,4 +1,4 @@
-"""What every engine takes and returns: options in, one raw run out."""
+"""Interface of all engines: options of a run, and its raw result."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.choices import Record, RecordLike, chosen
 from painleve_sym.engines.records import EventRecords, StepRecords
 from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.hybrid.signature import Outline
@@ -33,13 +34,19 @@ SHRINKING, REMAINDER, CLOSED = 6, 1e-11, 1e-6
 """Accumulation: this many intervals shrink, the rest is this part of the time so far; its limit is
 passed where that changes states by less than this part of their scale. As in the compiled loop."""
 
+MAX_STEPS, MAX_EVENTS = 1_000_000, 100_000
+"""Limits of a run where none are given."""
+
+ADMITS = 3
+"""Answers of `Prepared.admits` to a start."""
+
 DENSE_ROWS = 8
 """Rows of a Runge–Kutta step's dense polynomial, the start value first (see `Trajectory`)."""
 
 
 @dataclass(frozen=True)
 class RunOptions:
-    """How to integrate.
+    """Options of one integration.
 
     Attributes
     ----------
@@ -52,7 +59,7 @@ class RunOptions:
     until : tuple of str
         Kinds of events that end the run.
     record : {"end", "events", "dense"}
-        What is kept.
+        Extent of the result: the end, the events, or every step.
     first_step, max_step : float
         Bounds of the step; 0 lets the engine choose the first one. s.
     max_steps, max_events : int
@@ -69,11 +76,11 @@ class RunOptions:
     rtol: float
     atol: Array
     until: tuple[str, ...] = ()
-    record: str = "dense"
+    record: RecordLike = Record.DENSE
     first_step: float = 0.0
     max_step: float = float("inf")
-    max_steps: int = 1_000_000
-    max_events: int = 100_000
+    max_steps: int = MAX_STEPS
+    max_events: int = MAX_EVENTS
     start_events: bool = False
     start_mode: int = -1
     start_departs: tuple[int, ...] = ()
@@ -81,18 +88,39 @@ class RunOptions:
     def __post_init__(self) -> None:
         if not self.rtol >= 1e-15 or not self.rtol < 1:
             raise InputError(f"integration: rtol: got {self.rtol!r}, need 1e-15 <= rtol < 1.")
-        if self.record not in ("end", "events", "dense"):
-            raise InputError(
-                f"integration: record: got {self.record!r}, need end, events or dense."
-            )
+        chosen(Record, self.record, "record", "integration")
         if not self.max_step > 0 or not self.first_step >= 0:
             raise InputError("integration: max_step and first_step: need positive numbers.")
         if self.max_steps < 1 or self.max_events < 1:
             raise InputError("integration: max_steps and max_events: need at least 1.")
 
 
+class Prepared(NamedTuple):
+    """What n runs start with.
+
+    Attributes
+    ----------
+    states : ndarray, shape (n, nx)
+    admits : ndarray, shape (n, 3)
+        1 or 0: whether the contact laws admit a start, every constant is finite, and the start is
+        inside the domain.
+    scales : ndarray, shape (n, nx)
+        Of the states: below them only absolute errors count.
+    """
+
+    states: Array
+    admits: Array
+    scales: Array
+
+    @classmethod
+    def of(cls, rows: Array) -> Prepared:
+        """Return views of rows that hold states, admits and scales in turn."""
+        nx = (rows.shape[1] - ADMITS) // 2
+        return cls(rows[:, :nx], rows[:, nx : nx + ADMITS], rows[:, nx + ADMITS :])
+
+
 class RawRun(NamedTuple):
-    """What an engine returns.
+    """Raw result of an engine.
 
     Attributes
     ----------
@@ -108,7 +136,7 @@ class RawRun(NamedTuple):
         Rows that `step_records` and `event_records` read.
     counters : dict
     decision : bool
-        Whether it ended in a mode that asks what follows, and nobody was there to answer.
+        Whether it ended in a mode that needs a resolver, without one.
     """
 
     time: float
@@ -143,7 +171,7 @@ class RawRun(NamedTuple):
 
 @dataclass(frozen=True)
 class Question:
-    """Where a run asks what follows.
+    """State of a run that asks a resolver how to continue.
 
     Attributes
     ----------
@@ -171,7 +199,7 @@ class Question:
 
 @dataclass(frozen=True)
 class Answer:
-    """What follows.
+    """Continuation that a resolver returns.
 
     Attributes
     ----------
@@ -243,8 +271,8 @@ def run_resolved(
         )
     # A run without steps does not know how many rows each would have.
     whole = np.vstack([s for s in steps if len(s)] or steps[-1:])
-    told = np.vstack(events if options.record != "end" else [raw.events[:0]])
-    return raw._replace(steps=whole, events=told, counters=dict(counters))
+    recorded = np.vstack(events if options.record != "end" else [raw.events[:0]])
+    return raw._replace(steps=whole, events=recorded, counters=dict(counters))
 
 
 def _question(outline: Outline, raw: RawRun, start: float) -> Question:
@@ -292,7 +320,7 @@ def _kinds(raw: RawRun, events: Sequence[Array]) -> Any:
 
 @dataclass
 class IntervalHistory:
-    """When one transition happened before."""
+    """Previous times of one transition."""
 
     last: float = 0.0
     interval: float = 0.0
@@ -324,6 +352,23 @@ class Engine(Protocol):
 
     def constants(self, parameters: Array) -> Array:
         """Return the parameters followed by the definitions, shape (nc,)."""
+        ...
+
+    def prepare(self, parameters: Array, given: Array, forces: Array) -> Prepared:
+        """Return whole start states with their scales; see `Preparation`.
+
+        Parameters
+        ----------
+        parameters : ndarray, shape (n, np)
+        given : ndarray, shape (n, given)
+            The first states; the others follow.
+        forces : ndarray, shape (n,)
+            Initial forces, N; negative for none.
+        """
+        ...
+
+    def scales(self, parameters: Array, state: Array) -> Array:
+        """Return the scale of each state at a state, shape (nx,)."""
         ...
 
     def run(

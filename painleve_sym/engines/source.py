@@ -95,7 +95,7 @@ def _sizes(functions: AutomatonFunctions, every: Sequence[ca.Function]) -> str:
         "EVENT_HEAD": EVENT_HEAD,
     }
     lines = [f"#define PS_{name} {value}" for name, value in sizes.items()]
-    # A file around this one may have said already how its functions are seen.
+    # An enclosing file may have set the visibility of its functions already.
     seen = '#define PS_EXPORT __attribute__((visibility("default")))'
     return "\n".join([*lines, "#ifndef PS_EXPORT", seen, "#endif", ""])
 
@@ -161,11 +161,25 @@ def _tables(functions: AutomatonFunctions) -> str:
         f"static const int PS_STARTS[PS_NSTART] = {{{starts}}};",
         "#define PS_START_CONDITIONS starts",
         "#define PS_CONSTANTS constants",
+        *_preparation(functions),
         *_parts(automaton),
         *_impacts(functions),
         "",
     ]
     return "\n".join(lines)
+
+
+def _preparation(functions: AutomatonFunctions) -> list[str]:
+    """Return the names of the functions that prepare a run, and what they take and return."""
+    of = functions.automaton.preparation
+    if of is None or functions.prepared is None:
+        return []
+    return [
+        "#define PS_PREPARED prepared_state",
+        "#define PS_SCALES state_scales",
+        f"#define PS_GIVEN {len(of.given)}",
+        f"#define PS_ADMITS {len(of.admits)}",
+    ]
 
 
 def _parts(automaton: HybridAutomaton) -> list[str]:

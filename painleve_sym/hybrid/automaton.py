@@ -67,7 +67,7 @@ class Choice:
 
 @dataclass(frozen=True)
 class Accumulation:
-    """What follows where a transition happens again and again, ever faster, up to a limit time.
+    """Continuation after transitions that repeat ever faster up to a limit time.
 
     It is entered when the transition has come so close to that time that the rest is below
     round-off, and what the reset changes is below round-off of the states.
@@ -110,8 +110,8 @@ class Transition:
     on_accumulation : Accumulation or None
         None: a run ends where its events accumulate.
     decides : tuple of EventKind
-        Where not empty, no condition tells what follows: the engine asks whoever started the run
-        (`Resolver`), who answers with events of these kinds and the mode to continue in.
+        Where not empty, no condition determines what follows: the engine asks the resolver of the
+        run (`Resolver`), which returns events of these kinds and the mode to continue in.
     chooses : bool
         Whether the parts of the automaton choose their local modes after the reset: a combination
         of alternatives that satisfies the tests of the target. Where there is none, the contacts
@@ -314,6 +314,37 @@ class Impacts:
 
 
 @dataclass(frozen=True)
+class Preparation:
+    """What a run starts with: the whole start state, and the scale of every state.
+
+    Attributes
+    ----------
+    given : tuple of sympy.Symbol
+        The first of the automaton's states, which the others follow from.
+    force : sympy.Symbol
+        Initial force of the only contact, N; negative where none is given.
+    states : mapping of symbol to sympy.Expr
+        In given states, parameters, definitions and `force`; what is absent keeps its given value,
+        or is 0.
+    admits : tuple of sympy.Expr
+        1 or 0: whether the contact laws admit the start, whether every definition is finite, and
+        whether the start is inside the domain.
+    scales : mapping of symbol to sympy.Expr
+        Of every state, in states, parameters and definitions: below it only the absolute error
+        counts. oo leaves a state out of the step control.
+    terms : tuple of Definition
+        Abbreviations that all these formulas may use, each in terms of those before it.
+    """
+
+    given: tuple[sp.Symbol, ...]
+    force: sp.Symbol
+    states: Mapping[sp.Symbol, sp.Expr]
+    admits: tuple[sp.Expr, ...]
+    scales: Mapping[sp.Symbol, sp.Expr]
+    terms: tuple[Definition, ...] = ()
+
+
+@dataclass(frozen=True)
 class Mode:
     """A smooth regime.
 
@@ -353,7 +384,7 @@ class HybridAutomaton:
         Constants computed once from parameters, in order.
     modes : tuple of Mode
     starts : tuple of Choice
-        How the mode of a start state is chosen; the guards of that mode then sort out the rest.
+        Choices of the mode of a start state; the immediate transitions of that mode apply next.
     uncontrolled : tuple of sympy.Symbol
         States that do not steer the step size (quadratures).
     terms : tuple of Definition or LinearSystem
@@ -365,11 +396,13 @@ class HybridAutomaton:
         Which of several motions a decision takes: 1 the one with most open parts, -1 that with
         fewest, 0 none.
     impacts : Impacts or None
+    preparation : Preparation or None
+        None: whoever runs it gives whole start states and tolerances.
 
     Raises
     ------
     ModelError
-        Every fault found: repeated names, unknown targets or labels, undeclared symbols, a
+        All faults: repeated names, unknown targets or labels, undeclared symbols, a
         missing unconditional choice, modes that cannot be reached, differing outputs.
     """
 
@@ -385,6 +418,7 @@ class HybridAutomaton:
     parts: tuple[Part, ...] = ()
     preference: int = 1
     impacts: Impacts | None = None
+    preparation: Preparation | None = None
 
     def __post_init__(self) -> None:
         faults = list(self._faults())
@@ -469,7 +503,7 @@ class HybridAutomaton:
         for mode in self.modes:
             for s in mode.field:
                 if s not in self.states:
-                    yield f"mode {mode.name!r}: {s} has a rate but is no state."
+                    yield f"mode {mode.name!r}: {s} has a rate but is not a state."
             exprs = [*mode.field.values(), *mode.outputs.values()]
             for t in mode.transitions:
                 exprs += [*([] if t.guard is None else [t.guard]), *t.reset.values()]
@@ -478,7 +512,8 @@ class HybridAutomaton:
                 exprs += limit.values()
                 for s in (*t.reset, *limit):
                     if s not in self.states and s not in self.memory:
-                        yield f"mode {mode.name!r}, {t.label!r}: reset of {s}, which is no state."
+                        place = f"mode {mode.name!r}, {t.label!r}"
+                        yield f"{place}: reset of {s}, which is not a state."
             unknown = {s for e in exprs for s in sp.sympify(e).free_symbols} - known
             for s in sorted(unknown, key=str):
                 yield f"mode {mode.name!r}: " + unknown_name("symbol", str(s), map(str, known))

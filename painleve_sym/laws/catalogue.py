@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 
+from painleve_sym.choices import Policy, Reload, Restitution
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.laws.contact_law import ContactLaw, bilinear_hertz, hertz, hunt_crossley, linear
-from painleve_sym.laws.restitution import RESTITUTIONS
-from painleve_sym.laws.rigid import POLICIES, RigidLaw
+from painleve_sym.laws.rigid_contact import RigidLaw
 
 COMPLIANT_LAWS: Mapping[str, Callable[..., ContactLaw]] = {
     "bilinear-hertz": bilinear_hertz,
@@ -23,14 +23,18 @@ LAWS = (*COMPLIANT_LAWS, RigidLaw.name)
 """Names that `law` knows."""
 
 CHOICES: Mapping[str, tuple[str, ...]] = {
-    "reload": ("elastic", "virgin"),
-    "restitution": tuple(RESTITUTIONS),
-    "policy": POLICIES,
+    "reload": tuple(Reload),
+    "restitution": tuple(Restitution),
+    "policy": tuple(Policy),
 }
 """Every named choice of a contact law and its values."""
 
 
 Law = ContactLaw | RigidLaw
+LawLike = Law | str
+"""A law or its name."""
+LawsLike = LawLike | Mapping[str, LawLike]
+"""One law for all contacts, or the law of each by the contact's name."""
 
 
 class LawsByContact(Mapping[str, Law]):
@@ -82,8 +86,35 @@ def law(name: str, **choices: str) -> Law | LawsByContact:
     ------
     InputError
         Unknown name, a choice that the law does not have, or a value it cannot have.
+
+    Examples
+    --------
+    >>> from painleve_sym import law
+    >>> law("bilinear-hertz", reload="virgin").choices
+    {'reload': 'virgin'}
+    >>> law("A=hertz,B=rigid").name
+    'A=hertz,B=rigid'
     """
     return _laws_by_contact(name, choices) if "=" in name else one_law(name, **choices)
+
+
+def as_law(given: LawsLike) -> Law | Mapping[str, Law]:
+    """Return the law or the laws by contact; a text is what `law` knows.
+
+    Raises
+    ------
+    InputError
+        Unknown name.
+    """
+    if isinstance(given, str):
+        return law(given)
+    if isinstance(given, Mapping):
+        return {name: one_law(own) if isinstance(own, str) else own for name, own in given.items()}
+    if not isinstance(given, ContactLaw | RigidLaw):
+        raise InputError(
+            f"contact law: got {type(given).__name__}, need a law, its name, or one by contact."
+        )
+    return given
 
 
 def one_law(name: str, **choices: str) -> Law:
@@ -93,7 +124,7 @@ def one_law(name: str, **choices: str) -> Law:
     if name in COMPLIANT_LAWS:
         return compliant_law(name, **choices)
     _check_choices(name, choices, RigidLaw().choices)
-    return RigidLaw(**choices)
+    return RigidLaw(**choices)  # type: ignore[arg-type]
 
 
 def _laws_by_contact(text: str, choices: Mapping[str, str]) -> LawsByContact:

@@ -89,10 +89,10 @@ class ChatterRatio:
 
     @cached_property
     def conditions(self) -> tuple[Condition, ...]:
-        """What must hold for the bounces to have this class.
+        """Conditions for the bounces to have this class.
 
-        Of a slip that outlasts the impact only the class is told, not its slip velocity: that grows
-        from bounce to bounce.
+        Of a slip that outlasts the impact they determine the class, not its slip velocity, which
+        grows from bounce to bounce.
         """
         return tuple(
             Condition(c.name, readable(self._in_cycle(c.margin)), c.meaning, c.strict)
@@ -151,7 +151,7 @@ def chatter_ratio(
     if case not in CYCLES:
         raise InputError(
             f"ratio of bounces: got class {case.value}, need one of "
-            f"{', '.join(c.value for c in CYCLES)}. Fix: none; bounces of other classes die out."
+            f"{', '.join(c.value for c in CYCLES)}; bounces of other classes die out."
         )
     return ChatterRatio(restitution or energetic(), case, slip)
 

@@ -17,8 +17,8 @@ from painleve_sym.quantities import QUANTITIES
 
 _JAM = (
     "A' = 0: sticking changes neither velocity, whatever its impulse. An impact whose slip stops "
-    "before the normal velocity is 0 jams: rigid bodies have no exit from it, a softened "
-    "contact has."
+    "before the normal velocity is 0 jams: rigid bodies have no exit from it, a compliant "
+    "contact has one."
 )
 
 
@@ -49,6 +49,12 @@ def closed_forms(mechanism: Mechanism) -> tuple[Section, ...]:
     ------
     InputError
         The mechanism has no contact.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> ps.closed_forms(ps.models.rod())[0].title
+    'energies'
     """
     if len(mechanism.contacts) > 1:
         return joint_sections(mechanism)

@@ -1,4 +1,4 @@
-"""Force–compression laws of a softened contact, branch by branch."""
+"""Force–compression laws of a compliant contact, branch by branch."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def without_ramps(expr: sp.Expr) -> sp.Expr:
 
 @dataclass(frozen=True)
 class Exit:
-    """How a branch ends: when `guard` crosses from + to −.
+    """End of a branch, where `guard` crosses from + to −.
 
     Attributes
     ----------

@@ -5,13 +5,19 @@ Their formulas, branch by branch, are in `compliance`, and are made when first a
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from painleve_sym.choices import Reload, ReloadLike, chosen
 from painleve_sym.errors import InputError, ModelError, unknown_name
-from painleve_sym.mechanics.declarations import Parameter
+from painleve_sym.mechanics.declarations import (
+    Parameter,
+    settings_text,
+    with_defaults,
+    with_fields,
+)
 from painleve_sym.mechanics.deferred import Deferred
 
 if TYPE_CHECKING:
@@ -20,7 +26,7 @@ if TYPE_CHECKING:
     from painleve_sym.laws.compliance import Branch, Exit
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ContactLaw(Deferred):
     """A normal contact law made of branches.
 
@@ -91,24 +97,60 @@ class ContactLaw(Deferred):
 
         return definition_text(self)
 
+    def __repr__(self) -> str:
+        """Return name, choices and parameters."""
+        space = " " if self.choices else ""
+        return f"ContactLaw {self.name!r}{space}{settings_text(self.choices, self.parameters)}"
+
+    def with_parameters(self, **values: float) -> ContactLaw:
+        """Return the law with other defaults of its parameters; see `Mechanism.with_parameters`.
+
+        Examples
+        --------
+        >>> from painleve_sym import laws
+        >>> soft = laws.hertz().with_parameters(E=1e9)
+        >>> {p.name: p.default for p in soft.parameters}["E"]
+        1000000000.0
+        """
+        return with_fields(
+            self, parameters=with_defaults(f"law {self.name!r}", self.parameters, values)
+        )
+
     def of_contact(self, contact: str) -> ContactLaw:
         """Return the law with the contact's name behind those of its parameters and constants."""
-        parameters = tuple(replace(p, name=f"{p.name}_{contact}") for p in self.parameters)
+        return self._renamed(f" of contact {contact}", lambda name: f"{name}_{contact}")
+
+    def apart_from(self, names: Collection[str]) -> ContactLaw:
+        """Return the law with ``_law`` behind the names of its parameters that are taken.
+
+        So a drum of radius ``R`` goes with a law whose parameter is ``R``.
+        """
+        if not any(p.name in names for p in self.parameters):
+            return self
+        taken = [p.name for p in self.parameters if p.name in names]
+        return self._renamed(
+            f" apart from {taken}", lambda name: f"{name}_law" if name in names else name
+        )
+
+    def _renamed(self, definition: str, new_name: Callable[[str], str]) -> ContactLaw:
+        parameters = tuple(replace(p, name=new_name(p.name)) for p in self.parameters)
         return ContactLaw.deferred(
-            partial(self._of_contact, contact, parameters),
+            partial(self._with_names, new_name, parameters),
             name=self.name,
             title=self.title,
             source=self.source,
             parameters=parameters,
             choices=self.choices,
-            definition=f"{self.definition} of contact {contact}",
+            definition=f"{self.definition}{definition}",
         )
 
-    def _of_contact(self, contact: str, parameters: tuple[Parameter, ...]) -> ContactLaw:
+    def _with_names(
+        self, new_name: Callable[[str], str], parameters: tuple[Parameter, ...]
+    ) -> ContactLaw:
         from sympy import Symbol, sympify
 
         symbols = {p.symbol: q.symbol for p, q in zip(self.parameters, parameters, strict=True)}
-        symbols |= {s: Symbol(f"{s.name}_{contact}", **s.assumptions0) for s in self.definitions}
+        symbols |= {s: Symbol(new_name(s.name), **s.assumptions0) for s in self.definitions}
 
         def own(expr: Expr) -> Expr:
             return sympify(expr).xreplace(symbols)
@@ -177,7 +219,7 @@ def _body_parameters(bodies: int) -> tuple[Parameter, ...]:
     return parameters
 
 
-def bilinear_hertz(reload: str = "elastic", bodies: int = 1) -> ContactLaw:
+def bilinear_hertz(reload: ReloadLike = Reload.ELASTIC, bodies: int = 1) -> ContactLaw:
     """Return the paper's elasto-plastic law: F_n = K_e δⁿ, and (5) after δ_max.
 
     With δ_p = δ_max (1 − e²) the unloading curve (5) is F_n = K_e ((δ − δ_p)/e²)ⁿ. Of the work
@@ -198,17 +240,14 @@ def bilinear_hertz(reload: str = "elastic", bodies: int = 1) -> ContactLaw:
     ----------
     Zhao, Liu & Chen, (4)–(10). Walton & Braun, J. Rheology 30 (1986) 949–980.
     """
-    if reload not in ("elastic", "virgin"):
-        raise InputError(
-            "law bilinear-hertz: " + unknown_name("reload rule", reload, ["elastic", "virgin"])
-        )
+    reload = chosen(Reload, reload, "reload rule", "law bilinear-hertz")
     e = Parameter("e_energetic", 0.75, "1", "energetic coefficient of restitution", 0.0, 1.0)
     known: dict[str, Any] = {
         "name": "bilinear-hertz" if bodies == 1 else "bilinear-hertz-two-bodies",
         "title": "elasto-plastic Hertz law, loading K δⁿ, unloading from the energetic restitution",
         "source": "Zhao, Liu & Chen, (4)–(10)",
         "parameters": (*_body_parameters(bodies), _exponent(1.764), e),
-        "choices": {"reload": reload},
+        "choices": {"reload": str(reload)},
     }
     return _named(known, f"bilinear-hertz {bodies} {reload}")
 

@@ -66,7 +66,7 @@ class LawSaddle:
 
     @property
     def growth_rate(self) -> sp.Expr:
-        """λ₊ with δ* put in, a closed form in A, B and the parameters of the law; 1/s."""
+        """λ₊ at δ*, a closed form in A, B and the parameters of the law; 1/s."""
         return self.rates[0].xreplace({DEPTH: self.compression})
 
     @property

@@ -16,7 +16,7 @@ Rates: TypeAlias = Mapping[sp.Symbol, sp.Expr]
 
 
 def expr(value: Scalar) -> sp.Expr:
-    """Return the value as an expression; text is refused, since SymPy would execute it."""
+    """Return the value as an expression; text is rejected, since SymPy would execute it."""
     return sp.sympify(value, strict=True)
 
 

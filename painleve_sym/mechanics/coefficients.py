@@ -16,7 +16,9 @@ F_T = sp.Symbol("F_t", real=True)
 
 @dataclass(frozen=True)
 class ContactCoefficients:
-    """What one contact feels: g̈_N = W_nn F_n + W_nt F_t + b_n, v̇_t = W_nt F_n + W_tt F_t + b_t.
+    """Accelerations of one contact as functions of its forces.
+
+    g̈_N = W_nn F_n + W_nt F_t + b_n and v̇_t = W_nt F_n + W_tt F_t + b_t.
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ from painleve_sym.mechanics.mechanism import Mechanism
 
 @dataclass(frozen=True)
 class ContactSet:
-    """What the contacts of a mechanism feel: a = W F + b, rows n1, t1, n2, t2, ….
+    """Accelerations of all contacts of a mechanism: a = W F + b, rows n1, t1, n2, t2, ….
 
     The entries are as they come, unsimplified: they are meant for generated code. The closed forms
     of one contact are its `ContactCoefficients`.

@@ -5,12 +5,21 @@ Nothing here needs SymPy until a symbol is asked for, so that names and defaults
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import copy
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
+
+from painleve_sym.checks import checked_number
+from painleve_sym.errors import InputError, unknown_name
 
 if TYPE_CHECKING:
     from sympy import Symbol
+
+PLAYS_NO_PART = "plays no part in derivations"
+NOT_DERIVED_FROM: Mapping[str, bool] = {PLAYS_NO_PART: True}
+"""Metadata of a dataclass field that no derivation depends on, such as a default value."""
 
 TIME_NAME = "t"
 """Name of the time in states and formulas."""
@@ -69,7 +78,7 @@ class Parameter:
     """
 
     name: str
-    default: float
+    default: float = field(metadata=NOT_DERIVED_FROM)
     unit: str
     meaning: str
     lower: float = -float("inf")
@@ -103,6 +112,58 @@ class Parameter:
         if self.upper != float("inf"):
             text = f"{text} {'<=' if self.upper_closed else '<'} {self.upper:g}"
         return f"a finite number with {text}" if text != self.name else "a finite number"
+
+
+def resolve_parameters(
+    where: str, declared: Sequence[Parameter], given: Mapping[str, float]
+) -> dict[str, float]:
+    """Return every declared parameter's value: the given one, else its default.
+
+    Raises
+    ------
+    InputError
+        Unknown names, values that are not finite or out of range; all faults at once.
+    """
+    known, faults = {p.name: p for p in declared}, []
+    values = {p.name: p.default for p in declared}
+    for name, value in given.items():
+        if name not in known:
+            faults.append(unknown_name("parameter", name, known))
+            continue
+        values[name], fault = checked_number(value, f"parameter {name}")
+        fault = fault or known[name].fault(values[name]) or ""
+        if fault:
+            faults.append(fault)
+    if faults:
+        raise InputError(f"{where}: " + " ".join(faults))
+    return values
+
+
+def with_defaults(
+    where: str, declared: Sequence[Parameter], given: Mapping[str, float]
+) -> tuple[Parameter, ...]:
+    """Return the parameters with the `given` values as their defaults; see `resolve_parameters`."""
+    values = resolve_parameters(where, declared, given)
+    return tuple(replace(p, default=values[p.name]) for p in declared)
+
+
+def settings_text(choices: Mapping[str, str], parameters: Sequence[Parameter]) -> str:
+    """Return choices and defaults in one line, such as ``(reload=virgin): E=2.09e+11, nu=0.3``."""
+    chosen = f"({', '.join(f'{k}={v}' for k, v in choices.items())})" if choices else ""
+    return f"{chosen}: " + ", ".join(f"{p.name}={p.default:g}" for p in parameters)
+
+
+_Thing = TypeVar("_Thing")
+
+
+def with_fields(thing: _Thing, **fields: object) -> _Thing:
+    """Return a copy of a frozen dataclass that keeps everything it has derived.
+
+    Only for fields that no derivation depends on (`NOT_DERIVED_FROM`); for others `replace`.
+    """
+    changed = copy.copy(thing)
+    changed.__dict__.update(fields)
+    return changed
 
 
 def _symbol(name: str, **assumptions: bool) -> Symbol:

@@ -1,4 +1,4 @@
-"""What a mechanism, a law or a builder is, as one text: equal texts give equal derivations."""
+"""Canonical text of a mechanism, law or builder: equal texts give equal derivations."""
 
 from __future__ import annotations
 
@@ -10,28 +10,30 @@ from typing import Any
 
 import sympy as sp
 
+from painleve_sym.mechanics.declarations import PLAYS_NO_PART
+
 SYMPY_VERSION = str(sp.__version__)
 """Another version may write the same derivation another way."""
 
 
-def definition_text(thing: Any) -> str:
-    """Return a text that tells everything the derivations of a thing start from.
+def definition_text(value: Any) -> str:
+    """Return a text with everything that the derivations of an object depend on.
 
     Nothing is derived. Arguments keep the order they have, since the order of a sum decides its
     last digit. The text is for comparing and hashing; it is never read back.
 
     Parameters
     ----------
-    thing : object
-        Dataclasses (fields that take part in comparisons), SymPy expressions, mappings,
-        sequences, enums, texts and numbers, nested in any way.
+    value : object
+        Dataclasses, SymPy expressions, mappings, sequences, enums, texts and numbers, nested in
+        any way. Fields marked as `NOT_DERIVED_FROM`, or left out of comparisons, play no part.
 
     Raises
     ------
     TypeError
-        Something else is in it (a function, say), whose content cannot be told.
+        It contains something else (a function, say), whose content has no text.
     """
-    return _Writer(thing).text(thing)
+    return _Writer(value).text(value)
 
 
 # A symbol occurs in every definition of a process; SymPy's own text of it takes 0.1 ms.
@@ -56,35 +58,37 @@ class _Writer:
         self._kept: list[Any] = []
         self._formulas: dict[sp.Basic, str] = {}
 
-    def text(self, thing: Any) -> str:
-        if isinstance(thing, sp.Basic):
-            return self._formula(thing)
-        if thing is None or isinstance(thing, bool | int | float | str):
-            return repr(thing)
-        if isinstance(thing, enum.Enum):
-            return str(thing)
-        if isinstance(thing, tuple | list):
-            return f"[{','.join(map(self.text, thing))}]"
-        if dataclasses.is_dataclass(thing) and not isinstance(thing, type):
-            known = getattr(thing, "definition", None) if thing is not self._whole else None
-            return f"<{known}>" if isinstance(known, str) else self._dataclass(thing)
-        if isinstance(thing, Mapping):
-            pairs = (f"{self.text(k)}:{self.text(v)}" for k, v in thing.items())
+    def text(self, value: Any) -> str:
+        if isinstance(value, sp.Basic):
+            return self._formula(value)
+        if isinstance(value, enum.StrEnum):
+            return repr(value.value)
+        if value is None or isinstance(value, bool | int | float | str):
+            return repr(value)
+        if isinstance(value, enum.Enum):
+            return str(value)
+        if isinstance(value, tuple | list):
+            return f"[{','.join(map(self.text, value))}]"
+        if dataclasses.is_dataclass(value) and not isinstance(value, type):
+            known = getattr(value, "definition", None) if value is not self._whole else None
+            return f"<{known}>" if isinstance(known, str) else self._dataclass(value)
+        if isinstance(value, Mapping):
+            pairs = (f"{self.text(k)}:{self.text(v)}" for k, v in value.items())
             return f"{{{','.join(pairs)}}}"
-        raise TypeError(f"definition: got {type(thing).__name__}, which has no content to write.")
+        raise TypeError(f"definition: got {type(value).__name__}, which has no content to write.")
 
-    def _dataclass(self, thing: Any) -> str:
-        number = self._seen.get(id(thing))
+    def _dataclass(self, value: Any) -> str:
+        number = self._seen.get(id(value))
         if number is not None:
             return f"#{number}"
-        self._seen[id(thing)] = len(self._seen)
-        self._kept.append(thing)  # an object that is gone could lend its id to another
+        self._seen[id(value)] = len(self._seen)
+        self._kept.append(value)  # keep a reference: ids are reused after collection
         entries = (
-            f"{f.name}={self.text(getattr(thing, f.name))}"
-            for f in dataclasses.fields(thing)
-            if f.compare
+            f"{f.name}={self.text(getattr(value, f.name))}"
+            for f in dataclasses.fields(value)
+            if f.compare and not f.metadata.get(PLAYS_NO_PART)
         )
-        kind = type(thing)
+        kind = type(value)
         return f"{kind.__module__}.{kind.__qualname__}({','.join(entries)})"
 
     def _formula(self, expr: sp.Basic) -> str:

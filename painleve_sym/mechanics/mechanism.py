@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 from painleve_sym.errors import InputError, ModelError, unknown_name
-from painleve_sym.mechanics.declarations import TIME_NAME, Coordinate, Parameter
+from painleve_sym.mechanics.declarations import TIME_NAME, Parameter, with_defaults, with_fields
 from painleve_sym.mechanics.deferred import Deferred
 from painleve_sym.mechanics.outline import MechanismOutline
 from painleve_sym.quantities import derivative_latex
@@ -30,7 +30,7 @@ class DomainBound:
     meaning: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Mechanism(Deferred):
     """A Lagrangian system with its contacts and the domain it is valid in.
 
@@ -67,6 +67,13 @@ class Mechanism(Deferred):
         if faults:
             raise ModelError(f"mechanism {self.name!r}", faults)
 
+    def __repr__(self) -> str:
+        """Return name, coordinates and contacts."""
+        coordinates = ", ".join(c.name for c in self.outline.coordinates)
+        names = ", ".join(c.name for c in self.outline.contacts)
+        several = "s" * (len(self.outline.contacts) > 1)
+        return f"Mechanism {self.name!r}: coordinates {coordinates}; contact{several} {names}"
+
     def _faults(self) -> Iterator[str]:
         if not self.contacts:
             yield "it has no contact; need at least one."
@@ -87,16 +94,6 @@ class Mechanism(Deferred):
     def outline(self) -> MechanismOutline:
         """Names, units and defaults, known without deriving anything."""
         return MechanismOutline.of(self)
-
-    @property
-    def coordinates(self) -> tuple[Coordinate, ...]:
-        """Coordinates of the system."""
-        return self.outline.coordinates
-
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        """Parameters of the system."""
-        return self.outline.parameters
 
     @property
     def contact(self) -> Contact:
@@ -121,16 +118,53 @@ class Mechanism(Deferred):
         def make() -> Mechanism:
             return replace(self, contacts=tuple(c for c in self.contacts if c.name == name))
 
+        return self._deferred(make, outline, f"{self.definition} contact {name} alone")
+
+    def _deferred(
+        self, make: Callable[[], Mechanism], outline: MechanismOutline, definition: str
+    ) -> Mechanism:
+        texts = {name: getattr(self, name) for name in ("name", "title", "source", "sketch")}
         return Mechanism.deferred(
-            make,
-            name=self.name,
-            title=self.title,
-            source=self.source,
-            sketch=self.sketch,
-            start=self.start,
-            outline=outline,
-            definition=f"{self.definition} contact {name} alone",
+            make, start=self.start, outline=outline, definition=definition, **texts
         )
+
+    def with_parameters(self, **values: float) -> Mechanism:
+        """Return the mechanism with other defaults of its parameters; nothing is derived again.
+
+        Parameters
+        ----------
+        **values : float
+            By the parameter's name, in its unit.
+
+        Raises
+        ------
+        InputError
+            Unknown names, values out of range.
+
+        Examples
+        --------
+        >>> from painleve_sym import models
+        >>> rough = models.rod(mu=1.5)
+        >>> rough.with_parameters(mu=1.2).parameters["mu"]
+        1.2
+        """
+        where = f"mechanism {self.name!r}"
+        parameters = with_defaults(where, self.outline.parameters, values)
+        outline = replace(self.outline, parameters=parameters)
+        if "system" in self.__dict__:
+            return with_fields(self._with_defaults(parameters), outline=outline)
+        make = partial(self._with_defaults, parameters)
+        return self._deferred(make, outline, self.definition)
+
+    def _with_defaults(self, parameters: tuple[Parameter, ...]) -> Mechanism:
+        system = with_fields(self.system, parameters=parameters)
+        contacts = tuple(with_fields(c, system=system) for c in self.contacts)
+        return with_fields(self, system=system, contacts=contacts)
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Default of every parameter by name, in its unit."""
+        return {p.name: p.default for p in self.outline.parameters}
 
     @cached_property
     def coefficients(self) -> ContactCoefficients:
@@ -182,21 +216,21 @@ class Mechanism(Deferred):
     @cached_property
     def state_units(self) -> dict[str, str]:
         """SI unit of every state by name: those of `state_names`."""
-        units = {c.name: c.unit for c in self.coordinates}
+        units = {c.name: c.unit for c in self.outline.coordinates}
         units |= {f"{name}_dot": f"{unit}/s" for name, unit in units.items()}
         return units | ({TIME_NAME: "s"} if self.depends_on_time else {})
 
     @cached_property
     def units(self) -> dict[str, str]:
         """SI unit of every state and parameter by name."""
-        return self.state_units | {p.name: p.unit for p in self.parameters}
+        return self.state_units | {p.name: p.unit for p in self.outline.parameters}
 
     @cached_property
     def latex_names(self) -> dict[str, str]:
         """LaTeX of every state and parameter by name."""
         from sympy import latex
 
-        names = {c.name: c.latex or latex(c.symbol) for c in self.coordinates}
+        names = {c.name: c.latex or latex(c.symbol) for c in self.outline.coordinates}
         names |= {f"{name}_dot": derivative_latex(text) for name, text in names.items()}
         names |= {TIME_NAME: TIME_NAME} if self.depends_on_time else {}
-        return names | {p.name: latex(p.symbol) for p in self.parameters}
+        return names | {p.name: latex(p.symbol) for p in self.outline.parameters}

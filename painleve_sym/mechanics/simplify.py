@@ -13,7 +13,7 @@ from sympy.simplify.fu import TR10i
 _OPERATIONS = 100
 # Beyond this many terms multiplying out takes seconds, and (a + b + …)**20 would never end.
 _TERMS = 2000
-# Beyond these, even common factors and sin² + cos² = 1 take seconds, and nobody reads the result.
+# Beyond these, even common factors and sin² + cos² = 1 take seconds, for an unreadable result.
 _LONG = 1500
 _REDUCED = 300
 # A numerator of more terms than this is rarely written shorter, and takes seconds.

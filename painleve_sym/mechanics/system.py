@@ -268,7 +268,7 @@ class LagrangianSystem:
 
     @cached_property
     def rates(self) -> dict[sp.Symbol, sp.Expr]:
-        """What d/dt of a function of coordinates and time is made of: q_i to q̇_i, t to 1."""
+        """Time derivatives of coordinates and time: q_i to q̇_i, t to 1."""
         return _rates(self.coordinates, self.parameters)
 
     @property

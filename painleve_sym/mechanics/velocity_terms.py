@@ -50,11 +50,11 @@ def velocity_terms(
 def _terms(expr: sp.Expr, known: dict[sp.Basic, Terms]) -> Terms:
     terms = known.get(expr)
     if terms is None:
-        terms = known[expr] = _made(expr, [_terms(a, known) for a in expr.args])
+        terms = known[expr] = _combined(expr, [_terms(a, known) for a in expr.args])
     return terms
 
 
-def _made(expr: sp.Expr, parts: list[Terms]) -> Terms:
+def _combined(expr: sp.Expr, parts: list[Terms]) -> Terms:
     if expr.is_Add:
         total: Terms = {}
         for part in parts:

@@ -128,7 +128,7 @@ class Source:
         Parameters
         ----------
         title : str, optional
-            The title as it shall be written, for example in italics.
+            The title as it is to be written, for example in italics.
         """
         names = ("authors", "journal", "year", "pages", "doi")
         given = [(name, str(getattr(self, name))) for name in names if getattr(self, name)]

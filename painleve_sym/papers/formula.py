@@ -34,7 +34,7 @@ def identical(left: sp.Expr, right: sp.Expr) -> bool:
     """Return whether two expressions are equal for all values of their symbols.
 
     Sines, cosines and tangents become rational functions of the half angle's tangent, where
-    equality is decided exactly; SymPy simplifies what is left. Square roots are compared by their
+    equality is decided exactly; SymPy simplifies the rest. Square roots are compared by their
     squares and their sign at one point.
     """
     if _vanishes(left - right):

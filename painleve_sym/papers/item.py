@@ -11,7 +11,7 @@ from painleve_sym.papers.panels import Panel
 
 
 class Verdict(enum.Enum):
-    """How a claim of the paper fares.
+    """Verdict on a claim of the paper.
 
     REPRODUCED
         The result agrees within the digits printed, or the words hold.

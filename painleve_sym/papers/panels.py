@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from painleve_sym.arrays import Array
-from painleve_sym.simulate.trajectory import Trajectory
+from painleve_sym.motion.trajectory import Trajectory
 
 
 @dataclass(frozen=True)

@@ -232,6 +232,7 @@ def selected(
 
 def reproduce(
     only: Sequence[str] | None = None,
+    *,
     progress: Progress | None = None,
     paper: str | None = None,
 ) -> Reproduction:
@@ -254,6 +255,12 @@ def reproduce(
     ------
     InputError
         Unknown names, before anything is computed.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> ps.reproduce(["eq-1"]).ok
+    True
     """
     chosen = selected(only, paper)
     workbenches = {p.name: p.module.Workbench() for p, _ in chosen}

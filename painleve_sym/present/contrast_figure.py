@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from painleve_sym.present.style import DASHES, PAGE, PALETTE, REFERENCE, STYLE
-from painleve_sym.study.compare.comparison import ROUND_OFF, Contrast
+from painleve_sym.study.compare.comparison import ROUND_OFF, Comparison
 from painleve_sym.study.compare.methods import Answer
 
 # Colour, symbol and size of a solver: open symbols that fit into each other where answers agree.
@@ -28,12 +28,12 @@ _EARLY = {"marker": "X", "markersize": 5.0, "markevery": [-1], "clip_on": False}
 """The cross where a motion ended before the end time."""
 
 
-def contrast_figure(comparison: Contrast) -> Figure:
+def contrast_figure(comparison: Comparison) -> Figure:
     """Return the figure: normal and slip velocity over time, error over step and over stiffness.
 
     Parameters
     ----------
-    comparison : Contrast
+    comparison : Comparison
     """
     with rc_context(STYLE):
         figure = Figure(figsize=(PAGE, 5.0), layout="constrained")
@@ -46,7 +46,7 @@ def contrast_figure(comparison: Contrast) -> Figure:
         for letter, axes, title in zip(
             "abcd",
             (normal, slip, steps, stiffness),
-            ("normal velocity", "slip velocity", "time stepping", "softened motion"),
+            ("normal velocity", "slip velocity", "time stepping", "compliant motion"),
             strict=True,
         ):
             axes.set_title(f"({letter}) {title}")
@@ -55,7 +55,7 @@ def contrast_figure(comparison: Contrast) -> Figure:
     return figure
 
 
-def _draw_motion(axes: Axes, comparison: Contrast, column: int) -> None:
+def _draw_motion(axes: Axes, comparison: Comparison, column: int) -> None:
     for answer, label, look in _lines(comparison):
         values = answer.contact_velocities[:, column]
         if not answer.complete:
@@ -83,8 +83,8 @@ def _draw_motion(axes: Axes, comparison: Contrast, column: int) -> None:
     axes.set_ylabel((r"$\dot{g}_N$ (m/s)", "$v_t$ (m/s)")[column])
 
 
-def _lines(comparison: Contrast) -> list[tuple[Answer, str, dict[str, Any]]]:
-    """Return rigid motions that differ, then softened ones, with label and look."""
+def _lines(comparison: Comparison) -> list[tuple[Answer, str, dict[str, Any]]]:
+    """Return rigid motions that differ, then compliant ones, with label and look."""
     lines: list[tuple[Answer, str, dict[str, Any]]] = []
     for answer in comparison.rigid:
         if not any(answer.same_end(other) for other, _, _ in lines):
@@ -94,7 +94,7 @@ def _lines(comparison: Contrast) -> list[tuple[Answer, str, dict[str, Any]]]:
     for i, answer in enumerate(comparison.softened):
         look = {"color": _SOFTENED, "linestyle": DASHES[i % len(DASHES)], "zorder": 1}
         look["linewidth"] = 1.8
-        label = f"softened, $E$ = {_power(answer.setting)} Pa{_stopped(answer)}"
+        label = f"compliant, $E$ = {_power(answer.setting)} Pa{_stopped(answer)}"
         lines.append((answer, label, look))
     return lines
 
@@ -120,10 +120,10 @@ def _symbol(solver: str) -> dict[str, Any]:
 
 
 def _columns(axes: Axes) -> tuple[list[Any], list[str]]:
-    """Return the legend with a column each for rigid motion, softened motion and stepping."""
+    """Return the legend with a column each for rigid motion, compliant motion and stepping."""
     columns: list[list[tuple[Any, str]]] = [[], [], []]
     for handle, name in zip(*axes.get_legend_handles_labels(), strict=True):
-        family = {"rigid": 0, "softened": 1}.get(name.partition(",")[0], 2)
+        family = {"rigid": 0, "compliant": 1}.get(name.partition(",")[0], 2)
         columns[family].append((handle, name))
     rows = max(map(len, columns))
     blank = Line2D([], [], linestyle="none")

@@ -105,7 +105,7 @@ def _ends(values: Array) -> tuple[float, float]:
 
 
 def _flows(regions: RegionMap) -> bool:
-    """Tell whether anything flows: with both velocities held at 0 nothing does."""
+    """Return whether anything flows: with both velocities held at 0 nothing does."""
     return regions.flow is not None and bool((np.nan_to_num(regions.flow) != 0).any())
 
 

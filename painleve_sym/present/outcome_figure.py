@@ -1,4 +1,4 @@
-"""The figure of an outcome map: who lifts off, who impacts, and the critical forces between."""
+"""The figure of an outcome map: lift-off, impact, and the critical forces between them."""
 
 from __future__ import annotations
 

@@ -10,8 +10,8 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 from sympy import Symbol, latex
 
+from painleve_sym.motion.sensitivity.result import SensitiveTrajectory
 from painleve_sym.present.style import COLUMN, DASHES, PALETTE, REFERENCE, STYLE
-from painleve_sym.simulate.sensitivity.result import SensitiveTrajectory
 
 _MARGIN = 1.02
 """The end of the drawn motion, in units of the time of its last event."""

@@ -1,4 +1,4 @@
-"""How every figure looks: one journal column or two, one palette, files that never change."""
+"""Style of all figures: one or two journal columns, one palette, reproducible files."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ ADMISSIBLE = "#56B4E9"
 
 @dataclass(frozen=True)
 class Marker:
-    """How a kind of mark looks: small filled ones stay visible inside open ones."""
+    """Style of a kind of mark: small filled ones stay visible inside open ones."""
 
     name: str
     symbol: str

@@ -10,12 +10,12 @@ from matplotlib.figure import Figure
 from painleve_sym.arrays import Array
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.motion.trajectory import EventRecord, Trajectory
 from painleve_sym.present.style import MARKERS, PAGE, PALETTE, REFERENCE, STYLE, Marker
 from painleve_sym.quantities import axis_label
-from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 
 MAX_POINTS = 20_000
-"""More points than this no screen can show."""
+"""Maximum number of plotted points."""
 MAX_LINES = 60
 """More lines than this hide the curves; the events are then marked on the force only."""
 

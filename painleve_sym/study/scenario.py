@@ -12,30 +12,31 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from painleve_sym.checks import number, whole_number
+from painleve_sym.choices import EngineLike, EngineName, chosen
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.classify import Classification, classify
-from painleve_sym.contacts.contact_numbers import contact_numbers, contact_tolerances
+from painleve_sym.contacts.contact_numbers import contact_numbers
 from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
 from painleve_sym.contacts.impact.tangential import TangentialImpact, tangential_impact
-from painleve_sym.contacts.inputs import resolve_parameters, resolve_state
-from painleve_sym.engines.factory import ENGINES
+from painleve_sym.contacts.inputs import resolve_state
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import parse_toml, read_text
 from painleve_sym.laws.catalogue import Law, LawsByContact, law
 from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.laws.restitution import RestitutionLaw, restitution_law
+from painleve_sym.mechanics.declarations import resolve_parameters
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.simulate.simulator import DEFAULT_RTOL, Simulator
-from painleve_sym.simulate.trajectory import Trajectory
+from painleve_sym.motion.simulator import DEFAULT_RTOL, Simulator
+from painleve_sym.motion.trajectory import Trajectory
 
 if TYPE_CHECKING:
-    from painleve_sym.simulate.finite_stiffness import CorrectedJump
+    from painleve_sym.motion.finite_stiffness import CorrectedJump
 
 DEFAULT_RULE = "energetic"
 MAX_SAMPLES = 1_000_000
 MAX_FILE = 1_000_000
-"""Bytes of a scenario file: a device that never ends must not be read without end."""
+"""Size limit of a scenario file in bytes; guards against special files."""
 MAX_COUNT = 1_000_000_000
 """Of steps and events: what still fits into memory and into the engine's integers."""
 
@@ -53,7 +54,7 @@ class Scenario:
     parameters : mapping of str to float
         Of the mechanism; absent ones have their defaults.
     law : str
-        Name of the contact law, for a softened motion.
+        Name of the contact law, compliant or rigid.
     law_parameters : mapping of str to float
     law_choices : mapping of str to str
         Named choices of the law, such as ``reload``.
@@ -63,7 +64,7 @@ class Scenario:
         Kinds of events that end the motion.
     initial_force : float
         Sets the initial compression so that the contact carries this force; N.
-    engine : {"auto", "compiled", "taylor", "erk"}
+    engine : EngineName or its text
     rtol : float
         Relative tolerance.
     max_steps, max_events : int
@@ -90,7 +91,7 @@ class Scenario:
     t_end: float | None = None
     until: tuple[str, ...] = ()
     initial_force: float | None = None
-    engine: str = "auto"
+    engine: EngineLike = EngineName.AUTO
     rtol: float = DEFAULT_RTOL
     max_steps: int | None = None
     max_events: int | None = None
@@ -134,7 +135,7 @@ class Scenario:
         return cls(**values, where=where)
 
     def updated(self, given: Mapping[str, Any]) -> Scenario:
-        """Return a copy with what is `given` put in; mappings are merged entry by entry.
+        """Return a copy with the entries of `given`; mappings are merged entry by entry.
 
         Another law drops the parameters and choices of the one it replaces.
         """
@@ -176,12 +177,12 @@ class Scenario:
             such = f", such as {example}," if example else ""
             raise InputError(
                 f"{self.where}: no state. Fix: give --state{such} or [state] in a file; "
-                "what is left out is 0."
+                "what is not given is 0."
             )
         return self.state
 
     def _given(self, mechanism: Mechanism) -> dict[str, float]:
-        declared = mechanism.parameters
+        declared = mechanism.outline.parameters
         return resolve_parameters(f"{mechanism.name!r}", declared, self.parameters)
 
     def _state(self, mechanism: Mechanism, parameters: Mapping[str, float]) -> dict[str, float]:
@@ -194,7 +195,7 @@ class Scenario:
             if not absent or set(given) - set(mechanism.state_names):
                 raise
             raise InputError(
-                f"{error} Fix: give {', '.join(absent)} too; what is left out is 0."
+                f"{error} Fix: give {', '.join(absent)} too; what is not given is 0."
             ) from error
 
     # ---- questions ----
@@ -202,17 +203,19 @@ class Scenario:
     def classify(self) -> Classification:
         """Return the rigid contact problem at the state, with every solution."""
         mechanism = self.mechanism()
-        return classify(mechanism, self._state(mechanism, self._given(mechanism)), self.parameters)
+        return classify(
+            mechanism, self._state(mechanism, self._given(mechanism)), parameters=self.parameters
+        )
 
     def simulate(self) -> Trajectory:
-        """Return the softened or rigid motion from the state.
+        """Return the compliant or rigid motion from the state.
 
         Raises
         ------
         InputError
             What is missing, unknown or out of range, before anything is compiled.
         """
-        mechanism, chosen, _ = self.mechanism(), self.contact_law(), self.start()
+        mechanism, contact_law, _ = self.mechanism(), self.contact_law(), self.start()
         if self.t_end is None:
             raise InputError(
                 f"{self.where}: no end time, and a motion needs one. "
@@ -223,14 +226,15 @@ class Scenario:
         number(self.t_end, "t_end", where=self.where, above=0.0)
         if self.samples is not None and not 2 <= self.samples <= MAX_SAMPLES:
             raise InputError(f"{self.where}: samples: got {self.samples}, need 2 to {MAX_SAMPLES}.")
-        if self.engine not in ENGINES:
-            raise InputError(f"{self.where}: " + unknown_name("engine", self.engine, ENGINES))
+        chosen(EngineName, self.engine, "engine", self.where)
         # Built for its checks: the simulator makes its own once the code is compiled.
         RunOptions(self.t_end, self.rtol, np.zeros(0), **limits)
         given = self._given(mechanism)
-        simulator = Simulator(mechanism, chosen, self.engine)
+        simulator = Simulator(mechanism, contact_law, self.engine)
         of_law = resolve_parameters(
-            f"law {simulator.label!r}", simulator.own_parameters, self.law_parameters
+            f"law {simulator.label!r}",
+            simulator.own_parameters,
+            simulator.given(law_parameters=self.law_parameters),
         )
         state = self._state(mechanism, given)
         options: dict[str, Any] = {
@@ -255,20 +259,20 @@ class Scenario:
                     f"jump of {mechanism.name!r}: restitution: got {self.restitution!r}, need none:"
                     " a bilateral contact does not separate. Fix: leave it out."
                 )
-            return tangential_impact(mechanism, self._state(mechanism, given), given)
+            return tangential_impact(mechanism, self._state(mechanism, given), parameters=given)
         coefficient = {rule.parameter.name: self.coefficient_of(rule)}
         given |= resolve_parameters(f"{rule.title}", [rule.parameter], coefficient)
         state = self._state(mechanism, given)
         at = contact_numbers(mechanism)({**state, **given})
         gap = at["gap"]
-        if abs(gap) > contact_tolerances(at)[0]:
+        if abs(gap) > at["gap_tolerance"]:
             place = "inside the ground" if gap < 0 else "above the ground"
             raise InputError(
                 f"jump of {mechanism.name!r}: the contact starts {place}, gap = {gap:g} m, need 0. "
                 "Fix: start on the surface, or use simulate with a law."
             )
         try:
-            return evaluate_jump(mechanism, rule, state, given)
+            return evaluate_jump(mechanism, rule, state, parameters=given)
         except InputError:
             raise
         except (ValueError, ArithmeticError) as error:
@@ -284,23 +288,23 @@ class Scenario:
         return self.law_parameters.get(rule.parameter.name, rule.parameter.default)
 
     def corrected_jump(self, configuration: str = "frozen") -> CorrectedJump | None:
-        """Return the jump at finite stiffness; None where no softened law is named."""
-        chosen = self.contact_law() if self.law is not None else None
-        if not isinstance(chosen, ContactLaw):
+        """Return the jump at finite stiffness; None where no compliant law is named."""
+        contact_law = self.contact_law() if self.law is not None else None
+        if not isinstance(contact_law, ContactLaw):
             return None
-        from painleve_sym.simulate.finite_stiffness import evaluate_corrected_jump
+        from painleve_sym.motion.finite_stiffness import evaluate_corrected_jump
 
         mechanism, of_law = self.mechanism(), dict(self.law_parameters)
-        own = {p.name for p in chosen.parameters}
+        own = {p.name for p in contact_law.parameters}
         if self.restitution is not None and f"e_{self.rule}" in own:
             of_law.setdefault(f"e_{self.rule}", self.restitution)
-        of_law = resolve_parameters(f"law {chosen.name!r}", chosen.parameters, of_law)
+        of_law = resolve_parameters(f"law {contact_law.name!r}", contact_law.parameters, of_law)
         given = self._given(mechanism)
         return evaluate_corrected_jump(
             mechanism,
-            chosen,
+            contact_law,
             self._state(mechanism, given),
-            {**given, **of_law},
+            parameters={**given, **of_law},
             initial_force=self.initial_force or 0.0,
             configuration=configuration,
         )
@@ -358,20 +362,20 @@ def _read_law(where: str, key: str, value: Any) -> dict[str, Any]:
         return {key: value}
     if not isinstance(value, Mapping) or not isinstance(value.get("name"), str):
         raise _wrong(where, key, value, 'a table [law] with name = "..."')
-    made = law(value["name"])
+    chosen = law(value["name"])
     fields: dict[str, Any] = {"law": value["name"], "law_parameters": {}, "law_choices": {}}
     for name, entry in value.items():
         if name == "parameters":
             read = _read_numbers(where, "law.parameters", entry)
             fields["law_parameters"] = read["law.parameters"]
-        elif name in made.choices:
+        elif name in chosen.choices:
             fields["law_choices"] |= _read_text(where, name, entry)
-        elif name in {p.name for p in made.parameters}:
+        elif name in {p.name for p in chosen.parameters}:
             raise InputError(
                 f"{where}: [law]: {name} is a parameter. Fix: put it in [law.parameters]."
             )
         elif name != "name":
-            known = ["name", "parameters", *made.choices]
+            known = ["name", "parameters", *chosen.choices]
             raise InputError(f"{where}: [law]: " + unknown_name("key", name, known))
     return fields
 

@@ -16,7 +16,13 @@ from pathlib import Path
 from typing import Any
 
 from painleve_sym.codegen.compile import FLAGS, find_compiler
-from tests.benchmarks import bench_corrected_jump, bench_many, bench_sensitivity, bench_start
+from tests.benchmarks import (
+    bench_call,
+    bench_corrected_jump,
+    bench_many,
+    bench_sensitivity,
+    bench_start,
+)
 from tests.benchmarks import bench_table3 as single
 from tests.benchmarks.cases import CASES
 
@@ -59,9 +65,9 @@ def impacts(repeats: int) -> dict[str, Any]:
     for case in CASES:
         contenders, skipped = single.contestants(case)
         print(*skipped, sep="\n")
-        found = single.measure(contenders, repeats=repeats)
-        print(single.table(found), flush=True)
-        lines += found
+        measured = single.measure(contenders, repeats=repeats)
+        print(single.table(measured), flush=True)
+        lines += measured
     for line in lines:
         for part, least in SINGLE.items():
             if part in line.peer and line.ratio is not None:
@@ -72,48 +78,58 @@ def impacts(repeats: int) -> dict[str, Any]:
 
 def batches(per_axis: int) -> dict[str, Any]:
     """Return what `bench_many` measures, with its wanted ratios."""
-    found = bench_many.measure(per_axis, 2000)
-    found["lanes"] = bench_many.lanes(per_axis**4)
+    times = bench_many.measure(per_axis, 2000)
+    times["lanes"] = bench_many.lanes(per_axis**4)
     count = len(os.sched_getaffinity(0))
-    found["threads"] = bench_many.threads(per_axis, range(1, count + 1))
-    found["wanted"] = {"heyoka's batch mode": {"found": found["heyoka"]["ratio"], "at_least": 2.0}}
+    times["threads"] = bench_many.threads(per_axis, range(1, count + 1))
+    times["wanted"] = {"heyoka's batch mode": {"found": times["heyoka"]["ratio"], "at_least": 2.0}}
     if count > 1:
-        one, two = (found["threads"][n]["wall"] for n in (1, 2))
-        found["wanted"]["two threads, by the clock"] = {"found": one / two, "at_least": 1.9}
-    return found
+        one, two = (times["threads"][n]["wall"] for n in (1, 2))
+        times["wanted"]["two threads, by the clock"] = {"found": one / two, "at_least": 1.9}
+    return times
 
 
 def starts() -> dict[str, Any]:
-    """Return seconds of `bench_start`, with what is wanted of them."""
-    found = {f"{m}, {law}": bench_start.measure(m, law) for m, law in bench_start.CASES}
-    rod = found["rod, bilinear-hertz"]
+    """Return seconds of `bench_start`, with their limits."""
+    times = {f"{m}, {law}": bench_start.measure(m, law) for m, law in bench_start.CASES}
+    rod = times["rod, bilinear-hertz"]
     wanted = {
         f"{case} from nothing, s": {
             "found": stages["from nothing"]["total"],
             "at_most": 3.0 if case.startswith("rod") else 15.0,
         }
-        for case, stages in found.items()
+        for case, stages in times.items()
     }
     cached = {"found": rod["from the cache"]["total"], "at_most": 0.02}
-    return {"cases": found, "wanted": wanted | {"rod from the cache, s": cached}}
+    return {"cases": times, "wanted": wanted | {"rod from the cache, s": cached}}
+
+
+def calls() -> dict[str, Any]:
+    """Return the times of engines and of whole calls, s."""
+    found = bench_call.measure()
+    for title, line in found.items():
+        engine, whole = (1e6 * line[name] for name in ("engine", "call"))
+        print(f"{title:30} engine {engine:7.1f} us, call {whole:7.1f} us", flush=True)
+    impact = {"found": found["rod, compliant"]["call"], "at_most": bench_call.LIMIT}
+    return {"cases": found, "wanted": {"call for an impact of the rod, s": impact}}
 
 
 def derivatives() -> dict[str, Any]:
     """Return the cost of an 8 × 8 Jacobian of Table 3 in plain runs."""
-    found = bench_sensitivity.measure(1e-11)
-    print(f"8 x 8 Jacobian in plain runs: {found}")
-    return found | {"wanted": {"8 x 8 Jacobian": {"found": found["loop"], "at_most": 4.0}}}
+    times = bench_sensitivity.measure(1e-11)
+    print(f"8 x 8 Jacobian in plain runs: {times}")
+    return times | {"wanted": {"8 x 8 Jacobian": {"found": times["loop"], "at_most": 4.0}}}
 
 
 def jumps() -> dict[str, Any]:
     """Return the cost of one jump at finite stiffness, s."""
-    found = bench_corrected_jump.measure()
-    limit = {"found": found["from rest"], "at_most": bench_corrected_jump.LIMIT}
-    return {"seconds": found, "wanted": {"corrected jump from rest, s": limit}}
+    times = bench_corrected_jump.measure()
+    limit = {"found": times["from rest"], "at_most": bench_corrected_jump.LIMIT}
+    return {"seconds": times, "wanted": {"corrected jump from rest, s": limit}}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Measure, print, and write the file anew after every part."""
+    """Measure, print, and rewrite the file after every part."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, required=True, metavar="FILE")
     parser.add_argument("--repeats", type=int, default=101, help="of single impacts")
@@ -123,6 +139,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "start": starts,
         "impacts": lambda: impacts(o.repeats),
         "batches": lambda: batches(o.per_axis),
+        "calls": calls,
         "derivatives": derivatives,
         "corrected_jump": jumps,
     }

@@ -32,10 +32,10 @@ from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.engines.taylor.runner import TaylorEngine
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models.rods import rod
-from painleve_sym.simulate.batch import run as many
-from painleve_sym.simulate.batch.result import ManyResult
-from painleve_sym.simulate.batch.run import simulate_many
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.motion.batch import run as batch_run
+from painleve_sym.motion.batch.result import BatchResult
+from painleve_sym.motion.batch.run import run_batch
+from painleve_sym.motion.simulator import Simulator
 from tests.benchmarks import cases, peers
 from tests.benchmarks.cases import ROD, Rod
 
@@ -59,7 +59,7 @@ def impacts(per_axis: int) -> dict[str, np.ndarray]:
 
 def package_batch(
     given: dict[str, np.ndarray], tol: float, threads: int, engine: str = "compiled"
-) -> tuple[ManyResult, float, float]:
+) -> tuple[BatchResult, float, float]:
     """Return result, processor time and wall time."""
     simulator = Simulator(rod(), law("bilinear-hertz", reload="virgin"), engine)
     return timed(simulator, *rod_rows(given), tol, threads)
@@ -86,14 +86,14 @@ def timed(
     parameters: dict[str, Any],
     tol: float,
     threads: int,
-) -> tuple[ManyResult, float, float]:
+) -> tuple[BatchResult, float, float]:
     """Return result, processor time and wall time of impacts until separation."""
     options: dict[str, Any] = {"t_end": 0.01, "until": "separation", "threads": threads}
     first = [{n: np.ravel(v)[:1] for n, v in a.items()} for a in (states, parameters)]
-    simulate_many(simulator, *first, **options)
+    run_batch(simulator, *first, **options)
     cpu, wall = time.process_time(), time.perf_counter()
-    found = simulate_many(simulator, states, parameters, rtol=tol, **options)
-    return found, time.process_time() - cpu, time.perf_counter() - wall
+    batch = run_batch(simulator, states, parameters, rtol=tol, **options)
+    return batch, time.process_time() - cpu, time.perf_counter() - wall
 
 
 class HeyokaBatch:
@@ -173,14 +173,14 @@ def heyoka_batch(
         groups = [np.full(lanes, i) for i in range(0, n, lanes)]
     else:
         groups = [np.arange(i, i + lanes) for i in range(0, n - lanes + 1, lanes)]
-    found = np.full((2, n), np.nan)
+    ends = np.full((2, n), np.nan)
     # The starts in Python floats are not what is measured.
     starts = [batch.start(*columns[:2, group]) for group in groups]
     batch.run(*starts[0], *columns[2:, groups[0]])
     begun = time.process_time()
     for group, start in zip(groups, starts, strict=True):
-        found[:, group] = batch.run(*start, *columns[2:, group])
-    return found, (time.process_time() - begun) / (len(groups) * lanes)
+        ends[:, group] = batch.run(*start, *columns[2:, group])
+    return ends, (time.process_time() - begun) / (len(groups) * lanes)
 
 
 def _error(values: np.ndarray, exact: np.ndarray) -> dict[str, float]:
@@ -216,8 +216,8 @@ def measure(per_axis: int, some: int) -> dict[str, Any]:
     exact = np.array([reference[name] for name in COMPARED])
 
     def own(tol: float, engine: str = "taylor") -> dict[str, float]:
-        found, _, _ = package_batch(part, tol, 1, engine)
-        return _error(np.array([found[name] for name in COMPARED]), exact)
+        ends, _, _ = package_batch(part, tol, 1, engine)
+        return _error(np.array([ends[name] for name in COMPARED]), exact)
 
     def runge_kutta(tol: float) -> dict[str, float]:
         return own(tol, "compiled")
@@ -280,7 +280,7 @@ class Waits:
 
                 return super().map(watched, starts, **more)
 
-        self._patch = mock.patch.object(many, "ThreadPoolExecutor", Watched)
+        self._patch = mock.patch.object(batch_run, "ThreadPoolExecutor", Watched)
         self._patch.start()
         return self
 
@@ -306,7 +306,7 @@ def _scheduled() -> np.ndarray:
 
 def lanes(count: int, repeats: int = 3) -> dict[str, dict[str, float]]:
     """Return processor time per impact of rod and arm with one lane and with all, best of some."""
-    found = {}
+    ratios = {}
     given = impacts(round(count**0.25))
     for name, rows in (("rod", rod_rows(given)), ("two-link-arm", arm_rows(count))):
         simulator = Simulator(model(name), law("bilinear-hertz", reload="virgin"), "taylor")
@@ -317,8 +317,8 @@ def lanes(count: int, repeats: int = 3) -> dict[str, dict[str, float]]:
             with mock.patch.object(engine, "lanes", number):
                 result, cpu, _ = timed(simulator, *rows, 1e-9, 1)
             best[which] = min(best[which], 1e6 * cpu / result["time"].size)
-        found[name] = best | {"ratio": best["one"] / best["all"]}
-    return found
+        ratios[name] = best | {"ratio": best["one"] / best["all"]}
+    return ratios
 
 
 def test_batches_agree_and_their_costs_are_shown():

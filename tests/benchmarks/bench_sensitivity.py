@@ -18,7 +18,7 @@ import pytest
 
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.laws.catalogue import law
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.motion.simulator import Simulator
 
 STATE = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
 WRT = ("mu", "e_energetic", "E", "n", "m", "l", "alpha", "g")
@@ -89,5 +89,5 @@ def test_jacobian_of_eight_states_by_eight_parameters_costs_less_than_four_runs(
 
 if __name__ == "__main__":
     for tolerance in (1e-9, 1e-10, 1e-11, 1e-12):
-        found = measure(tolerance)
-        print(f"rtol {tolerance:g}: loop {found['loop']:.2f}, Python {found['python']:.2f}")
+        times = measure(tolerance)
+        print(f"rtol {tolerance:g}: loop {times['loop']:.2f}, Python {times['python']:.2f}")

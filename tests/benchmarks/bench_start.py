@@ -25,7 +25,7 @@ def now():
     return time.perf_counter(), t.user + t.system + t.children_user + t.children_system
 stages = [now()]
 import sympy.tensor.tensor  # SymPy loads it at the first sum of expressions
-from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym import Simulator, Simulator, law, model
 stages.append(now())
 mechanism = model(sys.argv[1])
@@ -61,10 +61,10 @@ def measure(model: str, law: str) -> dict[str, dict[str, float]]:
         start(model, law, cache)
         warm = start(model, law, cache)
     seconds = {}
-    for name, found in (("from nothing", cold), ("from the cache", warm)):
-        cells = [f"{s} {found[s][0]:8.4f} ({found[s][1]:6.2f})" for s in STAGES]
+    for name, times in (("from nothing", cold), ("from the cache", warm)):
+        cells = [f"{s} {times[s][0]:8.4f} ({times[s][1]:6.2f})" for s in STAGES]
         print(f"{model:14} {law:15} {name:15} {'  '.join(cells)} s", flush=True)
-        seconds[name] = {s: found[s][0] for s in STAGES}
+        seconds[name] = {s: times[s][0] for s in STAGES}
         seconds[name]["total"] = seconds[name]["mechanism"] + seconds[name]["first run"]
     assert warm["end"] == cold["end"]
     return seconds

@@ -118,12 +118,12 @@ def measure(
         for peer in contenders:
             peer.prepare()
             known = errors.setdefault(peer.name, {})
-            found = tune(peer, target, known)
-            if found is None:
+            choice = tune(peer, target, known)
+            if choice is None:
                 lines.append(Line(peer.case.name, peer.name, target))
                 continue
-            tol, looser = found
-            # Imports are done by now; what the chosen tolerance costs to compile is timed afresh.
+            tol, looser = choice
+            # Imports are done by now; what the chosen tolerance costs to compile is timed again.
             start = time.perf_counter()
             peer.prepare()
             error = peer.case.end_error(peer.run(tol), peer.reverse_slip)
@@ -212,9 +212,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     for case in CASES:
         contenders, skipped = contestants(case)
         print(*skipped, sep="\n")
-        found = measure(contenders, repeats=options.repeats)
-        print(table(found), flush=True)
-        lines += found
+        measured = measure(contenders, repeats=options.repeats)
+        print(table(measured), flush=True)
+        lines += measured
     if options.json is not None:
         options.json.write_text(json.dumps([asdict(line) for line in lines], indent=2) + "\n")
 

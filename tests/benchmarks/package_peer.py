@@ -5,12 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.laws.catalogue import law
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.motion.simulator import Simulator
 from tests.benchmarks.cases import ARM, ROD, Case
 
 STIFF = {"E": 20.9e14}
@@ -43,18 +41,16 @@ class PackagePeer:
         name, parameters = SETUPS[self.case.name]
         law_ = law("bilinear-hertz", reload="virgin")
         simulator = Simulator(model(name), law_, self.engine)
-        values = simulator.parameters(parameters)
         mechanism = simulator.mechanism
         given = dict(zip(self.case.states, self.case.start, strict=True))
         start = {n: given.get(n, 0.0) for n in mechanism.state_names}
         self._engine = simulator.integrator
-        self._state = simulator.initial_state(start, values)
-        self._scale = simulator.tolerances(self._state, values)
+        begin = simulator.start(start, parameters)
+        self._state, self._scale, self._parameters = begin.state, begin.scale, begin.parameters
         self._options: RunOptions | None = None
         automaton = simulator.contact.automaton
         index = {s.name: i for i, s in enumerate(automaton.states)}
         self._index = {n: index[n] for n in self.case.states if n in index}
-        self._parameters = np.array([values[s.name] for s in automaton.parameters])
 
     def run(self, tol: float) -> dict[str, float]:
         """Integrate one impact until separation."""

@@ -313,8 +313,8 @@ class ErkPeer:
         x = ca.MX.sym("x", n + 3)
 
         def by_phase(name: str, cases: list[Any]) -> Any:
-            made = [ca.Function(f"{name}{i}", [z], [ca.cse(e)]) for i, e in enumerate(cases)]
-            return ca.Function.conditional(name, made[:-1], made[-1])(x[n + 1], x)
+            functions = [ca.Function(f"{name}{i}", [z], [ca.cse(e)]) for i, e in enumerate(cases)]
+            return ca.Function.conditional(name, functions[:-1], functions[-1])(x[n + 1], x)
 
         none = [ca.MX.sym(name, 0) for name in ("z", "p", "u")]
         self._transition = ca.Function(
@@ -386,7 +386,7 @@ def peers(case: Case = ROD, reverse_slip: bool = False) -> tuple[list[Peer], lis
         ErkPeer(case, reverse_slip),
         ErkPeer(case, reverse_slip, compiled=True),
     ]
-    found: list[Peer] = []
+    available: list[Peer] = []
     skipped: list[str] = []
     for peer in every:
         if importlib.util.find_spec(peer.requires) is None:
@@ -394,8 +394,8 @@ def peers(case: Case = ROD, reverse_slip: bool = False) -> tuple[list[Peer], lis
         elif getattr(peer, "compiled", False) and shutil.which("cc") is None:
             skipped.append(f"skipped: {peer.name} (there is no C compiler `cc`)")
         else:
-            found.append(peer)
-    return found, skipped
+            available.append(peer)
+    return available, skipped
 
 
 PER_DECADE, CONFIRMED = 8, 4
@@ -407,7 +407,7 @@ def tune(
 ) -> tuple[float, float | None] | None:
     """Return the loosest tolerance with an end-state error of at most `target`, and the one before.
 
-    The error is no monotone function of the tolerance, so the tolerances of the next half decade
+    The error is not a monotone function of the tolerance, so the tolerances of the next half decade
     must reach the target too: a lucky hit does not count.
 
     Parameters

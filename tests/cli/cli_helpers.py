@@ -1,4 +1,4 @@
-"""What the tests of the command line share."""
+"""Helpers shared by the tests of the command line."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ def run(capsys, *arguments):
 
 def run_json(capsys, *arguments, code=0):
     """Return the parsed output of a call with --json, whose errors must be empty."""
-    got, out, err = run(capsys, *arguments, "--json")
-    assert got == code, err
+    returned, out, err = run(capsys, *arguments, "--json")
+    assert returned == code, err
     assert err == ""
     assert out.endswith("}\n")
     return json.loads(out, parse_constant=no_constant)

@@ -113,7 +113,7 @@ def test_several_faults_are_told_at_once(capsys):
     assert "parameter m" in err and "parameter mu" in err
 
 
-# ---- output files: refused before anything is computed ----
+# ---- output files: rejected before anything is computed ----
 
 
 @pytest.fixture

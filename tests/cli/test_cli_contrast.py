@@ -41,7 +41,7 @@ def test_figure_is_written_whole(capsys, tmp_path):
     shown = ("contrast", "rod", "--state", TABLE_3, *QUICK, "--t-end", "2e-3", "--out", file)
     code, out, _ = run(capsys, *shown)
     assert code == 0
-    assert f"drawn: {file}" in " ".join(out.split())  # a long path goes on the next line
+    assert f"drawn: {file}" in " ".join(out.split())  # a long path is on a line of its own
     assert file.read_bytes().startswith(b"\x89PNG")
     assert list(tmp_path.iterdir()) == [file]
 
@@ -55,7 +55,7 @@ def test_rigid_motion_that_jams_is_a_row(capsys):
     lines = out.splitlines()
     (row,) = [line for line in lines if line.startswith("energetic ")]
     assert row.split() == ["energetic", "jam", "*", "1.25", "0.41667"]
-    assert any(line.split()[:3] == ["softened", "E", "2.09e+15"] for line in lines)
+    assert any(line.split()[:3] == ["compliant", "E", "2.09e+15"] for line in lines)
     assert sum("h 0.001 *" in line for line in lines) == 2
     said = " ".join(out.split())
     assert "*) ended early (jam): the contact impulse grows without end" in said
@@ -63,7 +63,7 @@ def test_rigid_motion_that_jams_is_a_row(capsys):
     assert "lemke at t = 0 s (h 0.001)" in said
     assert "rigid jump with e = 0.75: jams at theta_dot = 1.25 rad/s" in said
     assert "tends to the rigid jump" not in said
-    assert "only softened motion does" in said
+    assert "only compliant motion does" in said
 
 
 def test_rigid_motion_that_jams_as_json(capsys):

@@ -1,4 +1,4 @@
-"""The command critical: what it prints, writes and refuses."""
+"""The command critical: its output, files and errors."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ import pytest
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import law
+from painleve_sym.motion.simulator import Simulator
 from painleve_sym.present.outcome_figure import outcome_figure
 from painleve_sym.present.style import write_figure
-from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.study.critical.bisection import CriticalForceFinder
 from painleve_sym.study.critical.outcome_map import LEGEND, OutcomeMap, outcome_map
 from tests.cli.cli_helpers import STIFF, TABLE_3, TABLE_4, run, run_json
@@ -82,25 +82,25 @@ def test_critical_map_over_the_approach_as_text(capsys):
 
 def test_outcome_map_leaves_out_what_is_not_indeterminate(tmp_path):
     finder = CriticalForceFinder(Simulator(model("rod"), law("bilinear-hertz")))
-    told = []
-    found = outcome_map(
+    reports = []
+    outcomes = outcome_map(
         finder,
         STATE,
         "theta",
         (0.9, 1.3),
         points=5,
         parameters={"E": 20.9e16},
-        progress=lambda *x: told.append(x),
+        progress=lambda *x: reports.append(x),
     )
-    inside = np.isfinite(found.limit)
+    inside = np.isfinite(outcomes.limit)
     assert inside.tolist() == [False, True, True, True, False]
-    assert np.all(found.outcome[:, ~inside] == LEGEND["undecided"])
-    assert not np.any(found.outcome[:, inside] == LEGEND["undecided"])
-    assert told[-1] == (10, 10)
-    texts = [t.get_text() for t in outcome_figure(found).legends[0].get_texts()]
+    assert np.all(outcomes.outcome[:, ~inside] == LEGEND["undecided"])
+    assert not np.any(outcomes.outcome[:, inside] == LEGEND["undecided"])
+    assert reports[-1] == (10, 10)
+    texts = [t.get_text() for t in outcome_figure(outcomes).legends[0].get_texts()]
     assert "not indeterminate, or undecided" in texts
     with pytest.raises(InputError, match=r"need one of \.png"):
-        write_figure(outcome_figure(found), tmp_path / "a.txt")
+        write_figure(outcome_figure(outcomes), tmp_path / "a.txt")
     (tmp_path / "no.npz").write_bytes(b"nothing")
     with pytest.raises(InputError, match="written by save"):
         OutcomeMap.load(tmp_path / "no.npz")

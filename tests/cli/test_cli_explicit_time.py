@@ -37,8 +37,8 @@ def test_jump_takes_the_time(capsys):
         for t in (0.0, math.pi / 40)
     ]
     after = [d["phases"][-1]["velocity"]["y_dot"] for d in data]
-    for found, table in zip(after, (0.4, -0.4), strict=True):
-        assert found == pytest.approx(table + 0.75 * (1 + table), rel=1e-12)
+    for computed, table in zip(after, (0.4, -0.4), strict=True):
+        assert computed == pytest.approx(table + 0.75 * (1 + table), rel=1e-12)
 
 
 def test_map_has_the_time_as_an_axis(capsys):
@@ -84,8 +84,8 @@ def test_fit_estimates_an_amplitude_from_a_history(capsys, tmp_path):
         f"model = {json.dumps(TABLE)}\nstate = {{ x_dot = 0.9, y = 0.05 }}\n"
         'law = { name = "hunt-crossley" }\n'
     )
-    found = run_json(capsys, "fit", data, case, "--estimate", "a")
-    assert found["estimates"][0]["estimate"] == pytest.approx(0.0101, rel=1e-6)
+    document = run_json(capsys, "fit", data, case, "--estimate", "a")
+    assert document["estimates"][0]["estimate"] == pytest.approx(0.0101, rel=1e-6)
 
 
 def test_state_with_the_time_of_a_mechanism_without_it_is_refused(capsys):

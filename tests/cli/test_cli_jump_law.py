@@ -27,21 +27,21 @@ def test_jump_with_a_law_prints_both_rules(capsys):
 def test_jump_json_has_the_documented_keys(capsys):
     assert main([*HERTZ, "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
-    found = data["corrected"]
-    assert set(found) == KEYS
-    assert found["end"] == "separation"
-    assert [p["name"] for p in found["phases"]] == [
+    jump = data["corrected"]
+    assert set(jump) == KEYS
+    assert jump["end"] == "separation"
+    assert [p["name"] for p in jump["phases"]] == [
         "slip compression",
         "sticking compression",
         "sticking restitution",
         "reverse slip restitution",
     ]
-    assert found["final"]["velocity"]["y_A_dot"] == pytest.approx(0.0656115, rel=1e-3)
+    assert jump["final"]["velocity"]["y_A_dot"] == pytest.approx(0.0656115, rel=1e-3)
     assert data["final"]["velocity"]["y_A_dot"] == pytest.approx(0.0524701, rel=1e-5)
 
 
 def test_jump_with_a_law_refuses_a_mobility_of_rank_one(capsys):
-    """Of one coordinate A' = 0; rounding used to decide between a refusal and wrong velocities."""
+    """Of one coordinate A' = 0; rounding used to decide between an error and wrong velocities."""
     case = ["jump", "strut", "--state", "theta=1.3,theta_dot=3", "--law", "bilinear-hertz"]
     height = f"h={math.sin(1.3)!r},mu=0.3"
     assert main([*case, "--set", height]) == 2
@@ -68,9 +68,9 @@ def test_restitution_belongs_to_rule_and_law(capsys):
 def test_initial_force_and_carried_configuration_are_taken(capsys):
     options = ["--initial-force", "100", "--configuration", "carried", "--json"]
     assert main([*HERTZ, *options]) == 0
-    found = json.loads(capsys.readouterr().out)["corrected"]
-    assert found["configuration"] == "carried"
-    assert found["initial_compression"] > 0
+    data = json.loads(capsys.readouterr().out)["corrected"]
+    assert data["configuration"] == "carried"
+    assert data["initial_compression"] > 0
 
 
 @pytest.mark.parametrize(
@@ -89,4 +89,4 @@ def test_wrong_input_is_named(capsys, extra, text):
 @pytest.mark.parametrize("extra", [["--configuration", "carried"], ["--initial-force", "10"]])
 def test_options_of_a_law_without_one_are_named(capsys, extra):
     assert main([*CASE, *extra]) == 2
-    assert "need a softened contact" in capsys.readouterr().err
+    assert "need a compliant contact" in capsys.readouterr().err

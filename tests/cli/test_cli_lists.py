@@ -44,8 +44,8 @@ def test_laws_lists_every_law_with_choices_that_work(capsys):
         for name, choice in one["choices"].items():
             assert choice["default"] in choice["values"]
             for value in choice["values"]:
-                made = law(one["name"], **{name: value})
-                assert made.choices[name] == value
+                chosen = law(one["name"], **{name: value})
+                assert chosen.choices[name] == value
     with pytest.raises(InputError) as error:
         law("bilinear-hertz", reload="other")
     assert all(value in str(error.value) for value in CHOICES["reload"])
@@ -82,9 +82,9 @@ def forms(request):
     """Every format once: the closed forms take seconds to find."""
     from painleve_sym.cli import derive
 
-    found = derive.closed_forms(model("rod"))
+    formulas = derive.closed_forms(model("rod"))
     patch = pytest.MonkeyPatch()
-    patch.setattr(derive, "closed_forms", lambda _: found)
+    patch.setattr(derive, "closed_forms", lambda _: formulas)
     request.addfinalizer(patch.undo)
 
 
@@ -119,8 +119,8 @@ def test_derive_json_has_text_latex_and_python(capsys, forms):
     for entry in data["formulas"].values():
         assert {"text", "latex", "python", "unit", "meaning"} <= set(entry)
     values = {"math": math, "g": 9.8, "l": 1.0, "theta": 1.0, "theta_dot": 5.0}
-    found = eval(data["formulas"]["B"]["python"], values)
-    assert found == pytest.approx(11.2368, abs=0.5e-4)
+    computed = eval(data["formulas"]["B"]["python"], values)
+    assert computed == pytest.approx(11.2368, abs=0.5e-4)
 
 
 @pytest.fixture
@@ -135,10 +135,12 @@ def module(capsys, forms, tmp_path):
 
 def test_derive_python_gives_the_coefficients_of_the_package(module):
     state = {"theta": 1.0, "theta_dot": 5.0, "x_A_dot": -1.0}
-    found = classify(model("rod"), state)
-    assert module["A_neg"](theta=1.0, m=1.0, mu=1.4) == pytest.approx(found.A, rel=1e-14)
-    assert module["B"](theta=1.0, theta_dot=5.0, l=1.0, g=9.8) == pytest.approx(found.B, rel=1e-14)
-    assert module["A_stick"](theta=1.0, m=1.0) == pytest.approx(found.A_stick, rel=1e-14)
+    classification = classify(model("rod"), state)
+    assert module["A_neg"](theta=1.0, m=1.0, mu=1.4) == pytest.approx(classification.A, rel=1e-14)
+    assert module["B"](theta=1.0, theta_dot=5.0, l=1.0, g=9.8) == pytest.approx(
+        classification.B, rel=1e-14
+    )
+    assert module["A_stick"](theta=1.0, m=1.0) == pytest.approx(classification.A_stick, rel=1e-14)
     assert module["mu_critical_min_theta"]() == 4 / 3
     assert module["M"](theta=1.0, m=2.0, l=3.0)[2][2] == pytest.approx(24.0)
     for name in NAMES:
@@ -154,9 +156,9 @@ def test_derive_python_gives_the_coefficients_of_the_package(module):
 )
 def test_derive_python_jump_equals_the_package(module, state):
     velocities = {"x_A_dot": 0.0, "y_A_dot": 0.0, "theta_dot": 0.0, **state}
-    found = evaluate_jump(model("rod"), "energetic", velocities, {"e_energetic": 0.6})
+    jump = evaluate_jump(model("rod"), "energetic", velocities, parameters={"e_energetic": 0.6})
     phases = module["jump"](m=1.0, l=1.0, mu=1.4, e_energetic=0.6, **velocities)
-    for phase, expected in zip(phases, found.phases, strict=True):
+    for phase, expected in zip(phases, jump.phases, strict=True):
         assert phase["normal_impulse"] == pytest.approx(expected.normal_impulse, rel=1e-12)
         assert phase["stored_energy"] == pytest.approx(expected.stored_energy, rel=1e-12)
         for name, value in expected.velocity.items():

@@ -1,4 +1,4 @@
-"""The command map: what it prints, writes and refuses."""
+"""The command map: its output, files and errors."""
 
 from __future__ import annotations
 
@@ -78,8 +78,8 @@ def test_map_figure_of_parameters_marks_the_thresholds(capsys, tmp_path):
 @pytest.mark.filterwarnings("ignore:at .* points the state has a gap")
 def test_map_figure_of_few_points_is_drawn(over, tmp_path):
     state = {} if "theta" in over else {"theta": 1.0}
-    found = region_map(model("rod"), over.split(","), points=5, state=state)
-    write_figure(map_figure(found), tmp_path / "a.png")
+    regions = region_map(model("rod"), over.split(","), points=5, state=state)
+    write_figure(map_figure(regions), tmp_path / "a.png")
     assert (tmp_path / "a.png").stat().st_size > 5000
 
 

@@ -1,7 +1,8 @@
 """A mechanism that is nowhere in the package goes through every command from its file alone.
 
 A compound pendulum with a torsion spring and a drive hangs from a block on a level spring; its tip
-rubs on a belt that runs up a slope. Independent numbers come from Newton and Euler by hand.
+slides with friction on a belt that runs up a slope. Independent numbers come from Newton and Euler
+by hand.
 """
 
 from __future__ import annotations
@@ -154,8 +155,8 @@ def test_jump_agrees_with_the_impulses_by_hand(capsys, file):
     assert after[0] == pytest.approx(0, abs=1e-12)
     assert abs(impulse[1]) <= P["mu"] * impulse[0] * (1 + 1e-12)
     velocity = np.array([0.0, -3.0]) + np.linalg.solve(mass, rows.T @ impulse)
-    found = [data["final"]["velocity"][n] for n in ("x_dot", "phi_dot")]
-    assert found == pytest.approx(velocity, rel=1e-10)
+    computed = [data["final"]["velocity"][n] for n in ("x_dot", "phi_dot")]
+    assert computed == pytest.approx(velocity, rel=1e-10)
 
 
 def test_map_counts_the_inconsistent_points_of_the_coefficients_by_hand(capsys, file):

@@ -11,9 +11,9 @@ from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.classify import classify
 from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.laws.catalogue import law
+from painleve_sym.motion.simulator import Simulator
+from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.papers.impact_resolution.claims import TABLES
-from painleve_sym.simulate.simulator import Simulator
-from painleve_sym.simulate.trajectory import Trajectory
 from tests.cli.cli_helpers import (
     LAW,
     STIFF,
@@ -51,8 +51,8 @@ def test_classify_json_agrees_with_the_printed_tables(capsys, number, case, solu
 
 def test_classify_json_has_the_numbers_of_the_package_to_the_last_bit(capsys):
     data = run_json(capsys, "classify", "rod", "--state", TABLE_3, "--set", "mu=1.41")
-    found = classify(model("rod"), STATE_3, {"mu": 1.41}).to_dict()
-    assert data == json.loads(json.dumps(found))
+    classification = classify(model("rod"), STATE_3, parameters={"mu": 1.41}).to_dict()
+    assert data == json.loads(json.dumps(classification))
 
 
 def test_classify_text_names_the_case_and_every_solution(capsys):
@@ -74,13 +74,13 @@ def test_classify_accepts_state_in_several_options_and_spaces(capsys):
 
 def test_jump_json_agrees_with_the_package(capsys):
     data = run_json(capsys, "jump", "rod", "--state", TABLE_3, "--restitution", "0.75")
-    found = evaluate_jump(model("rod"), "energetic", STATE_3, {"e_energetic": 0.75})
-    assert [p["name"] for p in data["phases"]] == [p.name for p in found.phases]
-    for phase, expected in zip(data["phases"], found.phases, strict=True):
+    jump = evaluate_jump(model("rod"), "energetic", STATE_3, parameters={"e_energetic": 0.75})
+    assert [p["name"] for p in data["phases"]] == [p.name for p in jump.phases]
+    for phase, expected in zip(data["phases"], jump.phases, strict=True):
         assert phase["normal_impulse"] == expected.normal_impulse
         assert phase["stored_energy"] == expected.stored_energy
         assert phase["velocity"] == dict(expected.velocity)
-    assert data["final"]["velocity"] == dict(found.velocity)
+    assert data["final"]["velocity"] == dict(jump.velocity)
     # The rule for a stiff contact, as the notes of the reproduction give it.
     assert data["final"]["velocity"]["y_A_dot"] == pytest.approx(0.05247, abs=0.5e-5)
     assert data["final"]["velocity"]["theta_dot"] == pytest.approx(1.60984, abs=0.5e-5)

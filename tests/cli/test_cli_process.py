@@ -1,4 +1,4 @@
-"""What only a process shows: imports, streams, signals, notices, exit codes."""
+"""Properties of the whole process: imports, streams, signals, notices, exit codes."""
 
 from __future__ import annotations
 

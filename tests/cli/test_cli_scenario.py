@@ -1,4 +1,4 @@
-"""Scenario files: the same as options, overridden by options, and refused where wrong."""
+"""Scenario files: the same as options, overridden by options, and rejected where wrong."""
 
 from __future__ import annotations
 

@@ -41,10 +41,10 @@ def test_sweep_json_has_counts_and_ranges(capsys, file):
     import json
 
     code, out, _ = run(capsys, "sweep", file, "--out", "small.npz", "--json")
-    found = json.loads(out)
+    data = json.loads(out)
     assert code == 0
-    assert found["points"] == 36 and found["stop_reasons"] == {"until": 36}
-    force = found["quantities"]["max_normal_force"]
+    assert data["points"] == 36 and data["stop_reasons"] == {"until": 36}
+    force = data["quantities"]["max_normal_force"]
     assert force["unit"] == "N" and 0 < force["from"] < force["to"] and force["missing"] == 0
 
 
@@ -77,6 +77,6 @@ def test_an_interrupted_sweep_says_that_the_same_command_resumes(capsys, file, m
     ],
 )
 def test_faults_are_one_line(capsys, file, arguments, code, message):
-    got, out, err = run(capsys, "sweep", *arguments)
-    assert got == code and out == ""
+    returned, out, err = run(capsys, "sweep", *arguments)
+    assert returned == code and out == ""
     assert message in err and len(err.splitlines()) == 1

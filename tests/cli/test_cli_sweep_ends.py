@@ -1,4 +1,4 @@
-"""The command sweep: failed points, refusals before anything runs, interrupts."""
+"""The command sweep: failed points, errors before anything runs, interrupts."""
 
 from __future__ import annotations
 
@@ -45,11 +45,11 @@ def test_failed_points_are_counted_and_explained(file, capsys):
 
 def test_json_has_the_documented_keys(file, capsys):
     assert main(["sweep", "drops.toml", "--out", "a.npz", "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert found["stop_reasons"] == {"t_end": 4, "invalid_start": 2}
-    assert found["quantities"]["times_of_touchdown"]["missing"] == 2
-    assert found["quantities"]["count_of_touchdown"]["from"] == 0
-    assert found["axes"] == {"y_A": "m", "e_energetic": "1"}
+    data = json.loads(capsys.readouterr().out)
+    assert data["stop_reasons"] == {"t_end": 4, "invalid_start": 2}
+    assert data["quantities"]["times_of_touchdown"]["missing"] == 2
+    assert data["quantities"]["count_of_touchdown"]["from"] == 0
+    assert data["axes"] == {"y_A": "m", "e_energetic": "1"}
 
 
 @pytest.mark.parametrize(

@@ -208,7 +208,6 @@ def test_vector_keeps_order_and_may_be_empty():
         (sp.gamma(X), "gamma"),
         (sp.erf(X) + 1, "erf"),
         (sp.Function("force")(X), "force"),
-        (sp.Piecewise((X, X > 0), (0, True)), "Piecewise"),
         (sp.sin(sp.floor(X)), "floor"),
         (sp.Derivative(sp.Function("q")(X), X), "Derivative"),
     ],
@@ -230,8 +229,8 @@ def test_a_symbol_of_other_assumptions_is_another_symbol():
 
 
 def test_numbers_evaluates_at_a_point():
-    found = numbers([X + Y, sp.sin(X), sp.Integer(3), sp.pi / 2], {X: 0.5, Y: 2.0})
-    np.testing.assert_allclose(found, [2.5, math.sin(0.5), 3.0, math.pi / 2], rtol=1e-15)
+    computed = numbers([X + Y, sp.sin(X), sp.Integer(3), sp.pi / 2], {X: 0.5, Y: 2.0})
+    np.testing.assert_allclose(computed, [2.5, math.sin(0.5), 3.0, math.pi / 2], rtol=1e-15)
 
 
 def test_conditions_are_one_or_zero_and_nan_holds_none():
@@ -247,3 +246,21 @@ def test_conditions_are_one_or_zero_and_nan_holds_none():
 def test_a_condition_without_counterpart_is_named():
     with pytest.raises(TranslationError, match="Xor"):
         Translator({X: ca.SX.sym("x")})(sp.Xor(X > 0, X > 1))
+
+
+@pytest.mark.parametrize(
+    ("x", "expected"), [(2.0, 0.5), (0.0, 3.0), (-1.0, 7.0), (math.nan, 7.0), (math.inf, 0.0)]
+)
+def test_the_first_case_that_holds_counts_whatever_the_others_give(x, expected):
+    """1/x is infinite at 0, and log(x) not a number below it."""
+    cases = sp.Piecewise(
+        (1 / X, sp.Gt(X, 0)),
+        (3 + sp.Piecewise((sp.log(X), sp.Gt(X, 0)), (0, True), evaluate=False), sp.Eq(X, 0)),
+        (7, True),
+        evaluate=False,
+    )
+    assert numbers([cases], {X: x})[0] == expected
+
+
+def test_no_case_that_holds_gives_nan():
+    assert math.isnan(numbers([sp.Piecewise((1, sp.Gt(X, 0)), evaluate=False)], {X: -1.0})[0])

@@ -143,10 +143,10 @@ def test_two_processes_may_compile_at_once(cache, tmp_path):
     for process in running:
         _, errors = process.communicate(timeout=120)
         assert process.returncode == 0, errors.decode()
-    found = libraries(cache)
-    assert found
-    assert list(cache.iterdir()) == found
-    assert compiled_library(SOURCE % 13) in found
+    compiled = libraries(cache)
+    assert compiled
+    assert list(cache.iterdir()) == compiled
+    assert compiled_library(SOURCE % 13) in compiled
 
 
 def used_instead(named, monkeypatch):

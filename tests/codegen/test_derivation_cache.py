@@ -1,4 +1,4 @@
-"""What was derived once is found again, exactly as it was; what changed or broke is made anew."""
+"""The derivation cache: exact reuse, and a new derivation after a change or damage."""
 
 from __future__ import annotations
 
@@ -16,9 +16,10 @@ from painleve_sym.codegen import quantities
 from painleve_sym.codegen.compile import compiler_mark
 from painleve_sym.codegen.derivation_cache import entry_key, read_entry, write_entry
 from painleve_sym.contacts.classify import classify
-from painleve_sym.contacts.compliant import SoftenedContact
+from painleve_sym.contacts.compliant import CompliantContact
+from painleve_sym.contacts.contact_numbers import contact_numbers
 from painleve_sym.contacts.rigid import RigidContact
-from painleve_sym.engines import source
+from painleve_sym.engines import compiled
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.factory import make_engine
 from painleve_sym.engines.protocol import RunOptions
@@ -26,12 +27,12 @@ from painleve_sym.errors import CompilerMissing
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode
 from painleve_sym.hybrid.signature import Outline
 from painleve_sym.laws.catalogue import law
-from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.declarations import Coordinate, Parameter
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import LagrangianSystem
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.motion.simulator import Simulator
 
 Y = Coordinate("y", "height", "m")
 X = Coordinate("x", "place", "m")
@@ -80,11 +81,11 @@ def without_derivation(monkeypatch):
     def refuse(*_):
         raise AssertionError("this should have come from the cache")
 
-    for kind in (SoftenedContact, RigidContact):
+    for kind in (CompliantContact, RigidContact):
         monkeypatch.setattr(kind, "automaton", property(refuse))
     monkeypatch.setattr(Mechanism, "coefficients", property(refuse))
     monkeypatch.setattr(LagrangianSystem, "mass_matrix", property(refuse))
-    monkeypatch.setattr(source, "source", refuse)
+    monkeypatch.setattr(compiled, "source", refuse)
     quantities._stored.cache_clear()
 
 
@@ -137,13 +138,11 @@ def test_coefficients_stay_at_hand_beside_a_cached_engine(cache):
 
 def changed():
     y, y_dot, m = Y.symbol, Y.rate, M.symbol
-    other = Parameter("m", 2.0, "kg", "mass", 0.0, lower_closed=False)
     return {
         "T": sledge(kinetic=m * (X.rate**2 + 2 * y_dot**2) / 2),
         "V": sledge(potential=m * G.symbol * y + y**2),
         "Q": sledge(forces={"x": -X.rate}),
         "gap": sledge(gap=y - sp.Rational(1, 8)),
-        "default": sledge(parameters=(other, MU, G)),
         "name": replace(sledge(), name="sleigh"),
     }
 
@@ -151,15 +150,21 @@ def changed():
 @pytest.mark.parametrize("part", changed())
 def test_key_changes_with_the_mechanism(part):
     keys = {
-        entry_key("engine", SoftenedContact(m, law("hertz"))) for m in (sledge(), changed()[part])
+        entry_key("engine", CompliantContact(m, law("hertz"))) for m in (sledge(), changed()[part])
     }
     assert len(keys) == 2
 
 
+def test_key_does_not_change_with_the_default_of_a_parameter():
+    other = Parameter("m", 2.0, "kg", "mass", 0.0, lower_closed=False)
+    alike = [sledge(), sledge(parameters=(other, MU, G)), sledge().with_parameters(mu=0.1)]
+    assert len({entry_key("engine", CompliantContact(m, law("hertz"))) for m in alike}) == 1
+
+
 def test_key_changes_with_the_law_and_its_choices():
-    builders = [SoftenedContact(sledge(), law(n)) for n in ("hertz", "linear", "bilinear-hertz")]
-    builders.append(SoftenedContact(sledge(), law("bilinear-hertz", reload="elastic")))
-    builders.append(SoftenedContact(sledge(), law("bilinear-hertz", reload="virgin")))
+    builders = [CompliantContact(sledge(), law(n)) for n in ("hertz", "linear", "bilinear-hertz")]
+    builders.append(CompliantContact(sledge(), law("bilinear-hertz", reload="elastic")))
+    builders.append(CompliantContact(sledge(), law("bilinear-hertz", reload="virgin")))
     builders += [
         RigidContact(sledge(), restitution, policy)
         for restitution in ("newton", "poisson", "energetic")
@@ -168,7 +173,7 @@ def test_key_changes_with_the_law_and_its_choices():
     keys = [entry_key("engine", b) for b in builders]
     # One of the reload rules is the default.
     assert len(set(keys)) == len(keys) - 1
-    assert entry_key("engine", SoftenedContact(sledge(), law("hertz"))) == keys[0]
+    assert entry_key("engine", CompliantContact(sledge(), law("hertz"))) == keys[0]
 
 
 def test_thing_without_a_definition_has_no_key():
@@ -177,7 +182,7 @@ def test_thing_without_a_definition_has_no_key():
 
 def test_builder_without_a_definition_is_derived_each_time(cache):
     class Bare:
-        automaton = SoftenedContact(sledge(), law("hertz")).automaton
+        automaton = CompliantContact(sledge(), law("hertz")).automaton
 
     assert make_engine(Bare()).outline == Outline.of(Bare.automaton)
     assert entries(cache) == []
@@ -195,13 +200,15 @@ DAMAGES = {
 @pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
 def test_damaged_entry_is_made_anew(cache, damage):
     first = simulators()[0].run(START, t_end=0.2)
+    numbers = contact_numbers(sledge())
     whole = {path: path.read_bytes() for path in entries(cache)}
-    assert len(whole) == 3  # the engine, the numbers of its contact, the loading curve
+    assert len(whole) == 2  # the engine, the numbers of its contact
     for path, text in whole.items():
         path.write_bytes(damage(text))
     quantities._stored.cache_clear()
     again = simulators()[0].run(START, t_end=0.2)
     assert np.array_equal(again.final_state, first.final_state)
+    assert contact_numbers(sledge()).names == numbers.names
     assert {path: path.read_bytes() for path in entries(cache)} == whole
 
 
@@ -312,6 +319,5 @@ def test_two_processes_may_derive_at_once(cache, tmp_path):
     ends = {process.communicate(timeout=280)[0] for process in running}
     assert [process.returncode for process in running] == [0, 0]
     assert len(ends) == 1
-    # Mechanism, engine, contact numbers, loading curves, margins of the domain.
-    assert len(entries(cache)) == 5
+    assert len(entries(cache)) == 1  # a run needs its engine alone
     assert all(read_entry(path.stem) for path in entries(cache))

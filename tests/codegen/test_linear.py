@@ -33,18 +33,18 @@ def test_least_solution_of_a_regular_system_is_the_solution(size):
     for _ in range(20):
         A, right = _spd(rng, size, 3.0), rng.normal(size=(size, 2))
         expected = np.linalg.solve(A, right)
-        found = _least(A, right)
-        assert np.allclose(A @ found, right, rtol=0, atol=1e-11 * np.abs(A).max())
-        assert np.allclose(found, expected, rtol=1e-9)
+        computed = _least(A, right)
+        assert np.allclose(A @ computed, right, rtol=0, atol=1e-11 * np.abs(A).max())
+        assert np.allclose(computed, expected, rtol=1e-9)
 
 
 @pytest.mark.parametrize("ease", [(1.0, 1.0), (3.0, 1.0), (0.02, 5.0)])
 def test_least_solution_of_a_singular_pair_is_shared_by_ease(ease):
     # Two contacts with one line of action: w (T1 + T2) = r.
     w, r = 1.7, 0.9
-    found = _least(np.full((2, 2), w), np.full((2, 1), r), np.array(ease))[:, 0]
-    assert found.sum() == pytest.approx(r / w, rel=1e-12)
-    assert found == pytest.approx(r / w * np.array(ease) / sum(ease), rel=1e-6)
+    computed = _least(np.full((2, 2), w), np.full((2, 1), r), np.array(ease))[:, 0]
+    assert computed.sum() == pytest.approx(r / w, rel=1e-12)
+    assert computed == pytest.approx(r / w * np.array(ease) / sum(ease), rel=1e-6)
 
 
 @pytest.mark.parametrize("turn", [0.0, 0.3, 1.1])
@@ -64,9 +64,9 @@ def test_shares_that_are_not_determined_carry_no_amplified_rounding(turn):
 def test_what_a_nearly_singular_system_demands_is_kept():
     A = np.array([[1.0, 1 - 1e-10], [1 - 1e-10, 1.0]])
     right = np.array([[1.0], [1.0 - 1e-6]])
-    found = _least(A, right, np.ones(2))[:, 0]
-    assert found.sum() == pytest.approx(1.0, rel=1e-5)
-    assert abs(found[0] - found[1]) > 100
+    computed = _least(A, right, np.ones(2))[:, 0]
+    assert computed.sum() == pytest.approx(1.0, rel=1e-5)
+    assert abs(computed[0] - computed[1]) > 100
 
 
 def test_least_solution_without_ease_is_that_of_least_norm():
@@ -75,9 +75,9 @@ def test_least_solution_without_ease_is_that_of_least_norm():
         J = rng.normal(size=(4, 2))
         J /= np.linalg.norm(J, axis=1)[:, None]  # a unit diagonal: the scaled norm is the norm
         A, force = J @ J.T, rng.normal(size=(4, 1))
-        found = _least(A, A @ force)
-        assert np.allclose(found, np.linalg.pinv(A) @ A @ force, atol=1e-6)
-        assert np.allclose(A @ found, A @ force, atol=1e-12)
+        computed = _least(A, A @ force)
+        assert np.allclose(computed, np.linalg.pinv(A) @ A @ force, atol=1e-6)
+        assert np.allclose(A @ computed, A @ force, atol=1e-12)
 
 
 @pytest.mark.parametrize("tilt", [1e-1, 1e-2, 3e-3])
@@ -98,13 +98,13 @@ def test_solution_and_determinant_agree_with_numpy(size):
         matrix, right = rng.normal(size=(size, size)) + np.eye(size), rng.normal(size=size)
         scales = 10.0 ** rng.uniform(-4, 4, size)
         scaled = matrix * np.sqrt(np.outer(scales, scales))
-        found, unit, plain = (np.array(v).ravel() for v in f(scaled, right, scales))
+        computed, unit, plain = (np.array(v).ravel() for v in f(scaled, right, scales))
         assert plain[0] == pytest.approx(np.linalg.det(scaled), rel=1e-9)
         if np.linalg.cond(matrix) < 1e3:
             root = np.sqrt(scales)
             expected = np.linalg.solve(matrix, right / root) / root
             tolerance = 1e-10 if size <= 2 else 1e-6
-            assert np.allclose(found, expected, rtol=0, atol=tolerance * np.abs(expected).max())
+            assert np.allclose(computed, expected, rtol=0, atol=tolerance * np.abs(expected).max())
         if size <= 2:
             assert unit[0] == pytest.approx(np.linalg.det(matrix), rel=1e-9)
 
@@ -115,8 +115,8 @@ def test_solution_of_three_dependent_rows_satisfies_them():
     A = 1 / 3 + np.outer(x, x)
     A = A + 1e-3 * np.outer(x**0, [1.0, -1, 0.5])  # friction: not symmetric, still of rank 2
     force = A.T @ np.array([1.0, 2.0, -1.0])
-    found, _ = solution(_rows(ca.SX(A)), list(map(ca.SX, A @ force)), [ca.SX(1)] * 3)
-    value = np.array([float(v) for v in found])
+    computed, _ = solution(_rows(ca.SX(A)), list(map(ca.SX, A @ force)), [ca.SX(1)] * 3)
+    value = np.array([float(v) for v in computed])
     assert np.allclose(A @ value, A @ force, atol=1e-12)
     assert np.allclose(value, np.linalg.pinv(A) @ A @ force, atol=1e-6)
 

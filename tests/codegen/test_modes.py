@@ -20,6 +20,6 @@ def test_jets_are_the_lie_derivatives_of_the_guards():
     # With x' = v and v' = -4 x: g = x² v, g' = 2 x v² - 4 x³, g'' = 2 v³ - 28 x² v.
     g, first = x**2 * v, 2 * x * v**2 - 4 * x**3
     second = 2 * v**3 - 28 * x**2 * v
-    found = [float(value) for value in functions.jets([x, v], [], [])]
-    assert np.allclose(found, [g, first, second], rtol=1e-14)
+    computed = [float(value) for value in functions.jets([x, v], [], [])]
+    assert np.allclose(computed, [g, first, second], rtol=1e-14)
     assert np.allclose([float(v) for v in functions.guards([x, v], [], [])], [g, first], rtol=1e-14)

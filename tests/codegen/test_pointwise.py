@@ -33,10 +33,10 @@ def engine(request):
 def test_pointwise_equals_numpy_over_a_grid_of_broadcast_arrays(engine):
     f = Pointwise(FORMULAS, (X, Y, P), engine=engine)
     x, y = np.linspace(-2, 2, 71)[:, None], np.linspace(-3, 3, 83)[None, :]
-    found = f({X: x, Y: y, P: 1.5})
+    computed = f({X: x, Y: y, P: 1.5})
     assert f.engine == engine
-    assert found.shape == (4, 71, 83)
-    np.testing.assert_allclose(found, expected(x, y, 1.5), rtol=4e-15, atol=4e-15)
+    assert computed.shape == (4, 71, 83)
+    np.testing.assert_allclose(computed, expected(x, y, 1.5), rtol=4e-15, atol=4e-15)
 
 
 def test_pointwise_takes_strided_integer_and_single_values(engine):
@@ -68,9 +68,9 @@ def test_pointwise_derivatives_follow_the_expressions(engine):
 
 def test_pointwise_outside_the_reals_is_nan_without_a_warning(engine):
     f = Pointwise((sp.sqrt(X), sp.log(X)), (X,), engine=engine)
-    found = f({X: np.array([-1.0, 1.0])})
-    assert np.isnan(found[:, 0]).all()
-    assert found[:, 1].tolist() == [1.0, 0.0]
+    computed = f({X: np.array([-1.0, 1.0])})
+    assert np.isnan(computed[:, 0]).all()
+    assert computed[:, 1].tolist() == [1.0, 0.0]
 
 
 def test_pointwise_without_compiler_says_so_and_gives_the_same(monkeypatch, tmp_path):
@@ -113,9 +113,9 @@ def test_pointwise_million_points_beside_numpy():
     values = {s: rng.uniform(0.5, 2.0, 1_000_000) for s in symbols}
     compiled = Pointwise(formulas, symbols)
     plain = sp.lambdify(symbols, formulas, cse=True)
-    found, compiled_time = _best(lambda: compiled(values))
+    computed, compiled_time = _best(lambda: compiled(values))
     other, numpy_time = _best(lambda: plain(*values.values()))
-    np.testing.assert_allclose(found, other, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(computed, other, rtol=1e-12, atol=1e-12)
     print(f"10^6 points: {compiled_time:.3f} s compiled, {numpy_time:.3f} s numpy")
 
 

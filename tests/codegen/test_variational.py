@@ -111,8 +111,8 @@ def test_update_is_the_saltation_matrix():
     R, g_x = np.diag([0.0, -e]), np.array([[1.0, 0.0]])
     f_minus, f_plus = np.array([[-w], [-g]]), np.array([[e * w], [-g]])
     saltation = R + (f_plus - R @ f_minus) @ g_x / (g_x @ f_minus)[0, 0]
-    got = fixed_time(engine, functions, run, [e, g], 1)
-    np.testing.assert_allclose(got, saltation @ before, rtol=1e-12, atol=1e-13)
+    derivatives = fixed_time(engine, functions, run, [e, g], 1)
+    np.testing.assert_allclose(derivatives, saltation @ before, rtol=1e-12, atol=1e-13)
 
 
 def forty_digits(x0, v0, e, g, l, t_end):
@@ -138,8 +138,8 @@ def test_pendulum_is_the_forty_digit_reference():
     x, p = [0.2, -0.1], [0.7, 9.81, 1.3]
     run = go(*built, x, p, 0.45)
     assert len(run.events) == 1
-    got = fixed_time(built[0], built[1], run, p, 2)
-    np.testing.assert_allclose(got, exact[:2], rtol=1e-11, atol=1e-12)
+    derivatives = fixed_time(built[0], built[1], run, p, 2)
+    np.testing.assert_allclose(derivatives, exact[:2], rtol=1e-11, atol=1e-12)
     time = run.memory[built[1].event_entries["time"]]
     np.testing.assert_allclose(time, exact[2], rtol=1e-11, atol=1e-12)
 
@@ -162,9 +162,9 @@ def test_pendulum_is_casadis_own_event_integrator():
     built = differentiated(pendulum, CompiledEngine, parameters=(0, 1, 2))
     run = go(*built, [0.2, -0.1], [0.7, 9.81, 1.3], 0.45)
     np.testing.assert_allclose(run.state[:2], final.ravel(), rtol=1e-9)
-    got = fixed_time(built[0], built[1], run, [0.7, 9.81, 1.3], 2)
+    derivatives = fixed_time(built[0], built[1], run, [0.7, 9.81, 1.3], 2)
     # Its derivatives follow the steps of the state: less exact than ours.
-    np.testing.assert_allclose(got, np.hstack([by_x, by_p]), rtol=1e-4, atol=1e-4)
+    np.testing.assert_allclose(derivatives, np.hstack([by_x, by_p]), rtol=1e-4, atol=1e-4)
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -187,8 +187,8 @@ def test_memory_carries_derivatives(engine):
         h = 1e-4
         moved = [after(*[a + s * h * (i == k) for i, a in enumerate(at)]) for s in (1, -1, 2, -2)]
         exact.append((8 * (moved[0] - moved[1]) - (moved[2] - moved[3])) / (12 * h))
-    got = fixed_time(built[0], built[1], run, [e, g], 1)
-    np.testing.assert_allclose(got, np.array(exact).T, rtol=1e-8, atol=1e-9)
+    derivatives = fixed_time(built[0], built[1], run, [e, g], 1)
+    np.testing.assert_allclose(derivatives, np.array(exact).T, rtol=1e-8, atol=1e-9)
 
 
 def test_derivatives_that_are_zero_in_every_mode_are_left_out():

@@ -69,9 +69,9 @@ def test_solve_mpcc_finds_the_nearest_solution_for_a_given_start(start, force):
 
 def test_solve_mpcc_all_finds_all_three_solutions_for_known_matrix():
     lcp = LCP([[1, 2], [2, 1]], [-1, -1])
-    found = [result.z for result in solve_mpcc_all(lcp).solutions]
+    solutions = [result.z for result in solve_mpcc_all(lcp).solutions]
     for s in solve_all(lcp):
-        assert any(np.allclose(s.z, z) for z in found)
+        assert any(np.allclose(s.z, z) for z in solutions)
 
 
 def test_solve_mpcc_all_counts_one_solution_for_liftoff_at_rest():

@@ -62,7 +62,7 @@ def one_mode(mode, mu, s):
 
 
 def obeys(mode, mu, s, F, a):
-    """Tell whether exact forces and accelerations obey one contact's mode, borders included."""
+    """Return whether exact forces and accelerations obey one contact's mode, borders included."""
     if mode is LIFT:
         return a[0] >= 0
     if mode is STICK:
@@ -74,7 +74,7 @@ def obeys(mode, mu, s, F, a):
 def exact_solutions(W, b, mu, slip):
     """Return the set of exact forces of all regular choices of modes, and whether all are."""
     n = len(mu)
-    found, complete = set(), True
+    solutions, complete = set(), True
     for modes in itertools.product((LIFT, RIGHT, LEFT, STICK), repeat=n):
         parts = [one_mode(mode, mu[i], slip[i]) for i, mode in enumerate(modes)]
         if any(part is None for part in parts):
@@ -99,8 +99,8 @@ def exact_solutions(W, b, mu, slip):
             obeys(mode, mu[i], slip[i], F[pair], a[pair])
             for i, (mode, pair) in enumerate(zip(modes, pairs, strict=True))
         ):
-            found.add(tuple(F))
-    return found, complete
+            solutions.add(tuple(F))
+    return solutions, complete
 
 
 def violates_coulomb(problem, s):
@@ -123,7 +123,7 @@ def violates_coulomb(problem, s):
 
 
 def same_sets(first, second):
-    """Tell whether two collections of force vectors agree, in any order."""
+    """Return whether two collections of force vectors agree, in any order."""
     first, second = ([np.array(v, float) for v in vs] for vs in (first, second))
     near = [[np.allclose(v, w, rtol=1e-8, atol=1e-10) for w in second] for v in first]
     return len(first) == len(second) and all(map(any, near))

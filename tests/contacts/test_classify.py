@@ -24,11 +24,11 @@ def test_friction_of_any_size_has_its_solution():
     rod = model("rod")
     for power in range(-12, 0):
         mu = 10.0**power
-        found = ps.classify(rod, {"theta": 1.0}, {"mu": mu})
-        (solution,) = found.solutions
-        assert found.case is ContactCase.SLIP
+        classification = ps.classify(rod, {"theta": 1.0}, parameters={"mu": mu})
+        (solution,) = classification.solutions
+        assert classification.case is ContactCase.SLIP
         assert solution.tangential_force == mu * solution.normal_force
-        assert solution.normal_force == -found.B / found.A
+        assert solution.normal_force == -classification.B / classification.A
 
 
 @pytest.mark.parametrize(
@@ -42,9 +42,9 @@ def test_friction_of_any_size_has_its_solution():
 )
 def test_classify_takes_every_mechanism(name, state, keys):
     mechanism = load_mechanism(LADDER) if name == "ladder" else model(name)
-    found = ps.classify(mechanism, state or mechanism.start)
-    assert set(found.to_dict()) == keys
-    assert all(s.residual < 1e-12 for s in found.solutions)
+    classification = ps.classify(mechanism, state or mechanism.start)
+    assert set(classification.to_dict()) == keys
+    assert all(s.residual < 1e-12 for s in classification.solutions)
 
 
 def test_contact_numbers_are_evaluated_once(monkeypatch):
@@ -113,9 +113,9 @@ friction = "mu"
 
 
 def test_three_feet_that_slide_carry_the_weight_in_many_ways():
-    found = ps.classify(table(), {"x_dot": 1.0})
-    assert found.case is ContactCase.HYPERSTATIC
-    for s in found.solutions:
+    classification = ps.classify(table(), {"x_dot": 1.0})
+    assert classification.case is ContactCase.HYPERSTATIC
+    for s in classification.solutions:
         assert s.normal_forces.sum() == pytest.approx(2 * 9.8)
         # Moments about the centre: a (F_2 - F_0) = mu h m g.
         assert 0.5 * (s.normal_forces[2] - s.normal_forces[0]) == pytest.approx(0.3 * 0.4 * 19.6)
@@ -136,8 +136,8 @@ def test_foot_in_a_guide_pulls_where_a_free_one_lifts_off():
 def test_guide_jams_where_friction_passes_the_tipping_limit(mu):
     # By hand: a pulling rear foot asks for a (N_1 - N_0) = mu h (N_1 - N_0), so mu h = a.
     values = {"mu": mu, "J": 5.0}
-    assert len(ps.classify(table((-1, 1)), {"x_dot": 1.0}, values).solutions) == 1
-    held = ps.classify(table((-1, 1), (-1,)), {"x_dot": 1.0}, values)
+    assert len(ps.classify(table((-1, 1)), {"x_dot": 1.0}, parameters=values).solutions) == 1
+    held = ps.classify(table((-1, 1), (-1,)), {"x_dot": 1.0}, parameters=values)
     assert held.case is (ContactCase.INCONSISTENT if mu * 0.4 > 0.5 else ContactCase.UNIQUE)
 
 

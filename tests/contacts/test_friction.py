@@ -71,38 +71,38 @@ def foot(push, mu=0.5, slip=0.0):
     ],
 )
 def test_one_contact_obeys_the_law_by_hand(push, slip, mode, force, rate):
-    found = foot(push, slip=slip)
-    assert found.mode is mode and found.isolated
-    assert found.tangential_force == pytest.approx(force)
-    assert found.tangential_acceleration == pytest.approx(rate)
-    assert found.normal_acceleration == 2.0
+    friction = foot(push, slip=slip)
+    assert friction.mode is mode and friction.isolated
+    assert friction.tangential_force == pytest.approx(force)
+    assert friction.tangential_acceleration == pytest.approx(rate)
+    assert friction.normal_acceleration == 2.0
 
 
 def test_two_feet_of_one_body_share_friction_with_the_least_norm():
     # Only the sum of both forces moves the body (mass 1): -0.8 - 0.8 balances the push of 1.6.
     W = np.array([[1.0, 0, 1, 0], [0, 1, 0, 1], [1, 0, 1, 0], [0, 1, 0, 1]])
-    found = friction_forces(W, [0, 1.6, 0, 1.6], [2.0, 4.0], [1.0, 1.0], [0.0, 0.0])
-    assert found.modes == (STICK, STICK) and not found.isolated
-    assert found.tangential_forces == pytest.approx([-0.8, -0.8])
+    friction = friction_forces(W, [0, 1.6, 0, 1.6], [2.0, 4.0], [1.0, 1.0], [0.0, 0.0])
+    assert friction.modes == (STICK, STICK) and not friction.isolated
+    assert friction.tangential_forces == pytest.approx([-0.8, -0.8])
     # The first foot reaches its limit, the second takes the rest, and nothing is left open beyond.
-    found = friction_forces(W, [0, 4.0, 0, 4.0], [1.0, 4.0], [1.0, 1.0], [0.0, 0.0])
-    assert found.modes == (STICK, STICK) and not found.isolated
-    assert found.tangential_forces == pytest.approx([-1.0, -3.0])
-    found = friction_forces(W, [0, 6.0, 0, 6.0], [1.0, 4.0], [1.0, 1.0], [0.0, 0.0])
-    assert found.modes == (RIGHT, RIGHT) and found.isolated
-    assert found.tangential_forces.tolist() == [-1.0, -4.0]
+    friction = friction_forces(W, [0, 4.0, 0, 4.0], [1.0, 4.0], [1.0, 1.0], [0.0, 0.0])
+    assert friction.modes == (STICK, STICK) and not friction.isolated
+    assert friction.tangential_forces == pytest.approx([-1.0, -3.0])
+    friction = friction_forces(W, [0, 6.0, 0, 6.0], [1.0, 4.0], [1.0, 1.0], [0.0, 0.0])
+    assert friction.modes == (RIGHT, RIGHT) and friction.isolated
+    assert friction.tangential_forces.tolist() == [-1.0, -4.0]
 
 
 def test_open_contact_has_no_friction():
-    found = friction_forces(np.eye(4), [1, 1, 1, 1], [0.0, 1.0], [1.0, 0.0], [0.0, 0.0])
-    assert found.modes == (LIFT, RIGHT)
-    assert found.tangential_forces.tolist() == [0.0, 0.0]
-    assert found.accelerations.tolist() == [1.0, 1.0, 2.0, 1.0]
+    friction = friction_forces(np.eye(4), [1, 1, 1, 1], [0.0, 1.0], [1.0, 0.0], [0.0, 0.0])
+    assert friction.modes == (LIFT, RIGHT)
+    assert friction.tangential_forces.tolist() == [0.0, 0.0]
+    assert friction.accelerations.tolist() == [1.0, 1.0, 2.0, 1.0]
 
 
 def test_guide_that_pulls_has_friction_of_the_size_of_its_force():
-    found = friction_forces(np.eye(2), [0.0, 3.0], [-2.0], 0.5, 0.0)
-    assert found.mode is RIGHT and found.tangential_force == -1.0
+    friction = friction_forces(np.eye(2), [0.0, 3.0], [-2.0], 0.5, 0.0)
+    assert friction.mode is RIGHT and friction.tangential_force == -1.0
 
 
 # --- properties -------------------------------------------------------------------------------
@@ -112,12 +112,12 @@ def test_guide_that_pulls_has_friction_of_the_size_of_its_force():
 @given(bodies())
 def test_friction_obeys_coulombs_law(body):
     J, free, normal, mu, slip = body
-    found = solved(body)
-    assert found.residual <= 1e-12
-    acceleration = J @ J.T @ found.forces + J @ free
-    assert np.allclose(acceleration, found.accelerations, atol=1e-11)
-    for i, mode in enumerate(found.modes):
-        force, rate = found.tangential_forces[i], found.tangential_accelerations[i]
+    friction = solved(body)
+    assert friction.residual <= 1e-12
+    acceleration = J @ J.T @ friction.forces + J @ free
+    assert np.allclose(acceleration, friction.accelerations, atol=1e-11)
+    for i, mode in enumerate(friction.modes):
+        force, rate = friction.tangential_forces[i], friction.tangential_accelerations[i]
         limit = mu[i] * normal[i]
         assert abs(force) <= limit
         assert (mode is LIFT) == (normal[i] == 0)
@@ -133,7 +133,7 @@ def test_friction_obeys_coulombs_law(body):
 @given(bodies())
 def test_motion_is_that_of_scipys_bounded_least_squares(body):
     J, free, normal, mu, slip = body
-    found = solved(body)
+    friction = solved(body)
     limit = mu * normal
     resting = np.flatnonzero((slip == 0) & (limit > 0))
     forces = np.column_stack([normal, -slip * limit]).ravel()
@@ -144,28 +144,28 @@ def test_motion_is_that_of_scipys_bounded_least_squares(body):
         # |free + J' F|² is twice the convex function, up to a constant.
         best = lsq_linear(columns, -pushed, (-bound, bound), method="bvls", tol=1e-15)
         pushed = pushed + columns @ best.x
-    assert np.allclose(motion(body, found), pushed, atol=1e-9)
+    assert np.allclose(motion(body, friction), pushed, atol=1e-9)
 
 
 @settings(max_examples=150, deadline=None)
 @given(bodies(slip=(0,)), st.data())
 def test_no_other_forces_in_the_box_do_better_or_move_otherwise(body, data):
     J, free, normal, mu, _ = body
-    found, limit = solved(body), mu * normal
+    friction, limit = solved(body), mu * normal
     weights = np.array(data.draw(_list(st.floats(-1, 1), len(mu))))
     value = [
         np.sum((free + J.T @ np.column_stack([normal, F]).ravel()) ** 2)
-        for F in (found.tangential_forces, weights * limit)
+        for F in (friction.tangential_forces, weights * limit)
     ]
     assert value[0] <= value[1] + 1e-11 * (1 + value[1])
-    assert found.isolated == (_reach(J[1::2].T, found, limit) <= 1e-9)
+    assert friction.isolated == (_reach(J[1::2].T, friction, limit) <= 1e-9)
 
 
-def _reach(rest, found, limit):
+def _reach(rest, friction, limit):
     """Return how far forces without effect lead away from the answer, by linear programs."""
     room = []
     for F, bound, rate in zip(
-        found.tangential_forces, limit, found.accelerations[1::2], strict=True
+        friction.tangential_forces, limit, friction.accelerations[1::2], strict=True
     ):
         room.append((-bound - F, bound - F) if rate == 0 else (0.0, 0.0))
     goals = np.vstack([np.eye(len(limit)), -np.eye(len(limit))])

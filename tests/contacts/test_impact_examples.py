@@ -21,7 +21,7 @@ from painleve_sym.mechanics.impact.impact_class import ImpactClass
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.models.rods import rod
 from painleve_sym.mechanics.system import LagrangianSystem
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.motion.simulator import Simulator
 from tests.mechanics.made_up import positive
 
 LAWS = sorted(RESTITUTIONS)
@@ -66,14 +66,14 @@ def test_double_pendulum_gains_energy_by_newtons_law_only():
     pendulum, e, gain = double_pendulum(), 0.5, {}
     before = _kinetic(pendulum, KANE)
     for rule in LAWS:
-        found = evaluate_jump(pendulum, rule, KANE, {f"e_{rule}": e})
-        assert found.case is ImpactClass.R_STICKING
-        after = _kinetic(pendulum, KANE | dict(found.velocity))
-        assert found.energy_change == pytest.approx(after - before, rel=1e-12)
+        jump = evaluate_jump(pendulum, rule, KANE, parameters={f"e_{rule}": e})
+        assert jump.case is ImpactClass.R_STICKING
+        after = _kinetic(pendulum, KANE | dict(jump.velocity))
+        assert jump.energy_change == pytest.approx(after - before, rel=1e-12)
         # Two coordinates: the end's velocities (0, v_n) are all there is to know.
-        rebound = found.phases[-1].normal_velocity
+        rebound = jump.phases[-1].normal_velocity
         assert after == pytest.approx(rebound**2 / (2 * _sticking_rate()), rel=1e-12)
-        gain[rule] = found.energy_change / before
+        gain[rule] = jump.energy_change / before
     # As the page says.
     assert {r: round(100 * g) for r, g in gain.items()} == {
         "newton": 59,
@@ -99,7 +99,7 @@ def _kinetic(mechanism, state):
     return float(system.kinetic_energy.subs(values))
 
 
-# ---- the softened contact as the limit of growing stiffness ----
+# ---- the compliant contact as the limit of growing stiffness ----
 
 SOFTENED = {
     "slides": ({"theta": 0.2, "x_A_dot": -1.0, "y_A_dot": -1.0}, 0.2, ImpactClass.SLIDING),
@@ -120,7 +120,7 @@ def softened():
 def test_impact_is_the_limit_of_stiff_softened_contacts(softened, name):
     state, mu, case = SOFTENED[name]
     state = {"theta_dot": 0.5, **state}
-    rule = evaluate_jump(rod(), "energetic", state, {"mu": mu})
+    rule = evaluate_jump(rod(), "energetic", state, parameters={"mu": mu})
     assert rule.case is case
     errors = []
     for E in (20.9e10, 20.9e16):

@@ -8,7 +8,7 @@ import pytest
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import StopReason
 from painleve_sym.laws.catalogue import law
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.motion.simulator import Simulator
 from tests.oracles.feet_scipy import Block, Law
 
 # K_e of the laws' formula, both bodies of one material: (4/3) E/(2 (1 - nu^2)) sqrt(R).

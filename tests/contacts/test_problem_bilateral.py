@@ -47,7 +47,7 @@ def pairs(solutions):
 
 def exact_solutions(W_nn, W_nt, W_tt, b_n, b_t, mu, v):
     """Return {(mode, F_n, F_t)} over the rationals, or None where a branch has many forces."""
-    found = set()
+    solutions = set()
     for s in (1, -1):
         for side in (1, -1):
             A = W_nn - mu * s * side * W_nt
@@ -61,7 +61,7 @@ def exact_solutions(W_nn, W_nt, W_tt, b_n, b_t, mu, v):
             F_t = -mu * s * abs(F_n)
             a_t = W_nt * F_n + W_tt * F_t + b_t
             if F_n * side >= 0 and (v != 0 or s * a_t > 0):
-                found.add((RIGHT if s > 0 else LEFT, F_n, F_t))
+                solutions.add((RIGHT if s > 0 else LEFT, F_n, F_t))
     if v == 0:
         det = W_nn * W_tt - W_nt**2
         if det == 0:
@@ -69,8 +69,8 @@ def exact_solutions(W_nn, W_nt, W_tt, b_n, b_t, mu, v):
         F_n = (W_nt * b_t - W_tt * b_n) / det
         F_t = (W_nt * b_n - W_nn * b_t) / det
         if abs(F_t) <= mu * abs(F_n):
-            found.add((STICK, F_n, F_t))
-    return found
+            solutions.add((STICK, F_n, F_t))
+    return solutions
 
 
 def closed_count(W_nn, W_nt, b_n, mu, s):
@@ -115,9 +115,9 @@ def test_solutions_are_those_by_hand_while_sliding(W_nt, b_n, v, expected):
 
 
 def test_solutions_report_the_ray_on_the_border_without_load():
-    found = guided(1.0, -1.0, 4.0, 0.0, 0.0, 1.0, -1.0).solutions()
-    assert [s.normal_force > 0 for s in found] == [False, True]
-    assert not any(s.isolated for s in found)
+    solutions = guided(1.0, -1.0, 4.0, 0.0, 0.0, 1.0, -1.0).solutions()
+    assert [s.normal_force > 0 for s in solutions] == [False, True]
+    assert not any(s.isolated for s in solutions)
 
 
 @pytest.mark.parametrize(
@@ -131,22 +131,22 @@ def test_solutions_report_the_ray_on_the_border_without_load():
 )
 def test_solutions_at_rest_are_one_or_three_beyond_the_limit(b_t, modes):
     # mu |W_nt| = 1.5 > W_nn = 1; both slips go along the sign of W_nt b_n < 0.
-    found = guided(1.0, -1.5, 4.0, 1.0, b_t, 1.0, 0.0).solutions()
-    assert [s.mode for s in found] == modes
-    assert all(s.isolated for s in found)
+    solutions = guided(1.0, -1.5, 4.0, 1.0, b_t, 1.0, 0.0).solutions()
+    assert [s.mode for s in solutions] == modes
+    assert all(s.isolated for s in solutions)
 
 
 def test_solutions_at_rest_are_two_where_sticking_meets_a_slip():
     # The slip with F_n = 2, F_t = 2 has a_t = 5 + b_t, so b_t = -5 sticks there.
-    found = guided(1.0, -1.5, 4.0, 1.0, -5.0, 1.0, 0.0).solutions()
-    assert [s.mode for s in found] == [LEFT, STICK]
-    assert pairs(found)[1] == pytest.approx((2.0, 2.0))
+    solutions = guided(1.0, -1.5, 4.0, 1.0, -5.0, 1.0, 0.0).solutions()
+    assert [s.mode for s in solutions] == [LEFT, STICK]
+    assert pairs(solutions)[1] == pytest.approx((2.0, 2.0))
 
 
 def test_solutions_at_rest_are_two_without_normal_load():
-    found = guided(1.0, -1.5, 4.0, 0.0, 1.0, 1.0, 0.0).solutions()
-    assert [s.mode for s in found] == [STICK, RIGHT]
-    assert pairs(found)[1] == (0.0, 0.0)
+    solutions = guided(1.0, -1.5, 4.0, 0.0, 1.0, 1.0, 0.0).solutions()
+    assert [s.mode for s in solutions] == [STICK, RIGHT]
+    assert pairs(solutions)[1] == (0.0, 0.0)
 
 
 @pytest.mark.parametrize(

@@ -52,7 +52,7 @@ def isolated(problem):
 
 
 def same_forces(problem, first, second):
-    """Tell whether two lists of forces agree, each entry by the accelerations it makes."""
+    """Return whether two lists of forces agree, each entry by the accelerations it makes."""
     size = np.sqrt(np.diag(problem.W))
     for F in first:
         largest = np.max(size * np.abs(F), initial=0.0)

@@ -38,9 +38,9 @@ def rod(angle, rate, slip_velocity=-1.0, mu=1.4):
 
 def mode_analysis(W_nn, W_nt, W_tt, b_n, b_t, mu, v):
     """Return {(mode, F_n, F_t)} of all isolated modes, or None where one mode has many forces."""
-    found = set()
+    solutions = set()
     if b_n >= 0:
-        found.add((ContactMode.LIFTOFF, Fraction(0), Fraction(0)))
+        solutions.add((ContactMode.LIFTOFF, Fraction(0), Fraction(0)))
     for s, mode in ((1, ContactMode.SLIP_POS), (-1, ContactMode.SLIP_NEG)):
         if v * s < 0:
             continue
@@ -51,7 +51,7 @@ def mode_analysis(W_nn, W_nt, W_tt, b_n, b_t, mu, v):
             continue
         force = -b_n / A
         if force > 0 and (v != 0 or s * ((W_nt - mu * s * W_tt) * force + b_t) > 0):
-            found.add((mode, force, -mu * s * force))
+            solutions.add((mode, force, -mu * s * force))
     if v == 0:
         det = W_nn * W_tt - W_nt**2
         if det == 0:
@@ -59,8 +59,8 @@ def mode_analysis(W_nn, W_nt, W_tt, b_n, b_t, mu, v):
         force = (W_nt * b_t - W_tt * b_n) / det
         friction = (W_nt * b_n - W_nn * b_t) / det
         if force > 0 and abs(friction) <= mu * force:
-            found.add((ContactMode.STICK, force, friction))
-    return found
+            solutions.add((ContactMode.STICK, force, friction))
+    return solutions
 
 
 def violates_coulomb(problem, s):
@@ -335,11 +335,11 @@ def test_solutions_are_those_of_the_lcp(data, power):
     problem = built((*rest, float(mu) * 10.0**power, v))
     solutions, read = problem.solutions(), solve_all(problem.lcp())
     assert bool(solutions) == bool(read)
-    for found in map(problem.solution_from, read):
-        assert found.residual <= RESIDUAL_TOLERANCE
-        if found.isolated:
-            (same,) = (s for s in solutions if np.allclose(s.forces, found.forces, rtol=1e-9))
-            assert same.modes == found.modes and same.isolated
+    for translated in map(problem.solution_from, read):
+        assert translated.residual <= RESIDUAL_TOLERANCE
+        if translated.isolated:
+            (same,) = (s for s in solutions if np.allclose(s.forces, translated.forces, rtol=1e-9))
+            assert same.modes == translated.modes and same.isolated
 
 
 def test_solution_residual_is_that_of_its_forces_and_solves_the_lcp():

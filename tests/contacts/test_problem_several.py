@@ -54,27 +54,27 @@ def test_solutions_share_the_weight_between_two_frictionless_feet():
 
 def test_solutions_report_the_inner_stress_of_a_block_at_rest():
     # Opposite tangential forces at the two feet do nothing: rank 3 of 4.
-    found = feet([-1.0, 1.0]).solutions()
-    assert found and not any(s.isolated for s in found)
-    for s in found:
+    run = feet([-1.0, 1.0]).solutions()
+    assert run and not any(s.isolated for s in run)
+    for s in run:
         assert s.normal_forces == pytest.approx([9.8, 9.8])
         assert sum(s.tangential_forces) == pytest.approx(0.0, abs=1e-9)
 
 
 def test_solutions_report_every_face_of_a_block_on_three_feet_at_rest():
     problem = feet([-1.0, 0.0, 1.0])
-    found = problem.solutions()
-    carrying = {tuple(s.normal_forces > 0) for s in found}
+    solutions = problem.solutions()
+    carrying = {tuple(s.normal_forces > 0) for s in solutions}
     assert carrying == {(False, True, False), (True, False, True), (True, True, True)}
-    for s in found:
+    for s in solutions:
         assert violates_coulomb(problem, s) is None and not s.isolated
         assert sum(s.normal_forces) == pytest.approx(2 * 9.8)
 
 
 def test_solutions_report_the_free_share_of_load_for_three_sliding_feet():
-    found = feet([-1.0, 0.0, 1.0], slip_velocity=1.0).solutions()
-    assert found and not any(s.isolated for s in found)
-    for s in found:
+    run = feet([-1.0, 0.0, 1.0], slip_velocity=1.0).solutions()
+    assert run and not any(s.isolated for s in run)
+    for s in run:
         assert sum(s.normal_forces) == pytest.approx(2 * 9.8)
         # Moments about the centre of mass: sum x F_n = mu h m g.
         assert s.normal_forces[2] - s.normal_forces[0] == pytest.approx(0.3 * 2 * 9.8)
@@ -84,9 +84,9 @@ def test_solutions_multiply_for_contacts_that_do_not_feel_each_other():
     # Both contacts are the indeterminate one: lift-off or F_n = 2.
     one = [[1.0, -1.5], [-1.5, 4.0]]
     W = np.kron(np.eye(2), one)
-    found = ContactProblem(W, [1, 0, 1, 0], [1, 1], [-1, -1]).solutions()
-    assert [s.normal_forces.tolist() for s in found] == [[0, 0], [0, 2], [2, 0], [2, 2]]
-    assert all(s.isolated for s in found)
+    solutions = ContactProblem(W, [1, 0, 1, 0], [1, 1], [-1, -1]).solutions()
+    assert [s.normal_forces.tolist() for s in solutions] == [[0, 0], [0, 2], [2, 0], [2, 2]]
+    assert all(s.isolated for s in solutions)
 
 
 def test_solutions_are_empty_when_one_contact_is_inconsistent():
@@ -95,9 +95,9 @@ def test_solutions_are_empty_when_one_contact_is_inconsistent():
 
 
 def test_solutions_hold_every_branch_for_a_problem_without_data():
-    found = ContactProblem(np.zeros((4, 4)), np.zeros(4), [1, 1], [0, 1]).solutions()
-    assert not any(s.isolated for s in found)
-    assert {s.normal_forces[1] > 0 for s in found} == {False, True}
+    solutions = ContactProblem(np.zeros((4, 4)), np.zeros(4), [1, 1], [0, 1]).solutions()
+    assert not any(s.isolated for s in solutions)
+    assert {s.normal_forces[1] > 0 for s in solutions} == {False, True}
 
 
 # --- many contacts ----------------------------------------------------------------------------
@@ -107,10 +107,10 @@ def test_solutions_hold_every_branch_for_a_problem_without_data():
 def test_solutions_try_all_branches_of_six_contacts_in_time(slip_velocity):
     problem = definite(CONTACT_LIMIT, 4, 0.4, slip_velocity)
     begin = time.process_time()
-    found = problem.solutions()
+    solutions = problem.solutions()
     assert time.process_time() - begin < 2.0  # 0.1 s; a solve of its own for each takes seconds
-    assert found
-    assert all(violates_coulomb(problem, s) is None for s in found)
+    assert solutions
+    assert all(violates_coulomb(problem, s) is None for s in solutions)
 
 
 def test_more_than_six_contacts_are_left_to_lemke():
@@ -177,14 +177,14 @@ def test_solutions_agree_with_the_enumeration_of_the_lcp(data):
     lcp = problem.lcp()
     starts = np.cumsum([0] + [1 if s else 3 for s in data[3]])
     read, enumerated = [], solve_all(lcp)
-    for found in enumerated:
+    for listed in enumerated:
         F = np.zeros(4)
         for i, (k, s) in enumerate(zip(starts, data[3], strict=False)):
-            F[2 * i] = found.z[k]
-            F[2 * i + 1] = -s * problem.mu[i] * found.z[k]
+            F[2 * i] = listed.z[k]
+            F[2 * i + 1] = -s * problem.mu[i] * listed.z[k]
             if not s:
-                F[2 * i + 1] = found.z[k + 1] - problem.mu[i] * found.z[k]
-        if found.isolated:
+                F[2 * i + 1] = listed.z[k + 1] - problem.mu[i] * listed.z[k]
+        if listed.isolated:
             read.append(F)
     solutions = problem.solutions()
     assert bool(solutions) == bool(enumerated)

@@ -79,15 +79,15 @@ def energy(W: np.ndarray, v: np.ndarray) -> float:
     return float(v @ np.linalg.pinv(W, rcond=1e-10) @ v) / 2
 
 
-def check(W, mu, v, law, e, found) -> None:
+def check(W, mu, v, law, e, impact) -> None:
     """Assert momentum, unilaterality, the cone, friction against the slip, and the law."""
     scale = float(np.max(np.abs(v)))
-    size = scale + float(np.max(np.abs(W) @ np.abs(found.impulses)))
-    assert np.max(np.abs(v + W @ found.impulses - found.velocities)) <= 1e-9 * size
-    if found.end is not ImpactEnd.JAM:
-        assert np.all(found.velocities[::2] >= 0)
+    size = scale + float(np.max(np.abs(W) @ np.abs(impact.impulses)))
+    assert np.max(np.abs(v + W @ impact.impulses - impact.velocities)) <= 1e-9 * size
+    if impact.end is not ImpactEnd.JAM:
+        assert np.all(impact.velocities[::2] >= 0)
     stored, released, at = np.zeros(len(mu)), np.zeros(len(mu)), v
-    for piece in found.pieces:
+    for piece in impact.pieces:
         normal, tangential = piece.impulses[::2], piece.impulses[1::2]
         assert np.all(normal >= 0)
         assert np.all(np.abs(tangential) <= mu * normal + 1e-8 * normal.max())
@@ -101,11 +101,11 @@ def check(W, mu, v, law, e, found) -> None:
             opposed = -mu * np.sign(before) * normal
             assert np.allclose(tangential[slips], opposed[slips], rtol=1e-8, atol=0)
         at = piece.velocities
-    total = found.normal_work + found.tangential_work
-    work = float(sum(np.sum(np.abs(piece.works)) for piece in found.pieces))
+    total = impact.normal_work + impact.tangential_work
+    work = float(sum(np.sum(np.abs(piece.works)) for piece in impact.pieces))
     if law in NEVER_GAINS:
         assert total <= 1e-9 * work
-    if law == "energetic" and found.end is not ImpactEnd.JAM:
+    if law == "energetic" and impact.end is not ImpactEnd.JAM:
         assert np.allclose(released, e**2 * stored, rtol=1e-7, atol=1e-9 * work)
 
 
@@ -127,9 +127,9 @@ def test_impact_of_three_contacts_obeys_the_same(impact, e, law):
 @given(impacts_at_rest(), unit, st.sampled_from(NEVER_GAINS))
 def test_impact_on_firm_ground_never_gains_energy(impact, e, law):
     W, mu, v = impact
-    found = solve_simultaneous_impact(W, mu, v, law, e)
-    check(W, mu, v, law, e, found)
-    assert energy(W, found.velocities) <= energy(W, v) * (1 + 1e-9)
+    solution = solve_simultaneous_impact(W, mu, v, law, e)
+    check(W, mu, v, law, e, solution)
+    assert energy(W, solution.velocities) <= energy(W, v) * (1 + 1e-9)
 
 
 def test_no_gain_in_a_sweep_of_ladders_and_blocks():
@@ -141,11 +141,11 @@ def test_no_gain_in_a_sweep_of_ladders_and_blocks():
         e = 1.0 if rng.random() < 0.5 else rng.uniform()
         before = energy(W, v)
         for law in NEVER_GAINS:
-            found = solve_simultaneous_impact(W, mu, v, law, e)
-            assert energy(W, found.velocities) <= before * (1 + 1e-9)
-            change = found.normal_work + found.tangential_work
-            assert energy(W, found.velocities) - before == pytest.approx(change, abs=1e-8 * before)
-            jams += found.end is ImpactEnd.JAM
+            impact = solve_simultaneous_impact(W, mu, v, law, e)
+            assert energy(W, impact.velocities) <= before * (1 + 1e-9)
+            change = impact.normal_work + impact.tangential_work
+            assert energy(W, impact.velocities) - before == pytest.approx(change, abs=1e-8 * before)
+            jams += impact.end is ImpactEnd.JAM
     assert jams <= 10
 
 
@@ -165,10 +165,10 @@ def test_the_ladder_that_gained_energy_loses_it():
     mass = 5 * np.array([[1, 0, s], [0, 1, c], [s, c, 4 / 3]])
     W = J @ np.linalg.solve(mass, J.T)
     v = J @ np.array(LADDER_GAIN["velocity"])
-    found = solve_simultaneous_impact(W, np.array(LADDER_GAIN["mu"]), v, "energetic", 1.0)
-    check(W, np.array(LADDER_GAIN["mu"]), v, "energetic", 1.0, found)
-    assert found.tangential_work < 0
-    assert energy(W, found.velocities) < energy(W, v)
+    impact = solve_simultaneous_impact(W, np.array(LADDER_GAIN["mu"]), v, "energetic", 1.0)
+    check(W, np.array(LADDER_GAIN["mu"]), v, "energetic", 1.0, impact)
+    assert impact.tangential_work < 0
+    assert energy(W, impact.velocities) < energy(W, v)
 
 
 @settings(max_examples=150, deadline=None)
@@ -186,15 +186,15 @@ def test_one_contact_is_routh(W_nn, W_tt, skew, v_t, v_n, mu, e, law):
     W_nt = skew * math.sqrt(W_tt * W_nn)
     W = np.array([[W_nn, W_nt], [W_nt, W_tt]])
     routh = solve_impact(W.tolist(), mu, (v_n, v_t), law, e)
-    found = solve_simultaneous_impact(W, np.array([mu]), np.array([v_n, v_t]), law, e)
+    impact = solve_simultaneous_impact(W, np.array([mu]), np.array([v_n, v_t]), law, e)
     if routh.case is ImpactClass.NO_IMPACT:
-        assert found.pieces == ()
+        assert impact.pieces == ()
         return
     size = 1 + abs(v_t) + abs(v_n) + routh.normal_impulse * (W_nn + W_tt)
-    assert found.end is routh.end
-    np.testing.assert_allclose(found.velocities, routh.velocity, atol=1e-12 * size)
+    assert impact.end is routh.end
+    np.testing.assert_allclose(impact.velocities, routh.velocity, atol=1e-12 * size)
     impulses = [routh.normal_impulse, routh.tangential_impulse]
-    np.testing.assert_allclose(found.impulses, impulses, rtol=1e-9, atol=1e-12 * size)
+    np.testing.assert_allclose(impact.impulses, impulses, rtol=1e-9, atol=1e-12 * size)
 
 
 def _stepped(W, mu, v, e, weights, step):
@@ -229,12 +229,12 @@ def test_the_path_agrees_with_small_steps():
     for _ in range(12):
         W, mu, v = random_impact(rng)
         e = rng.uniform(0.2, 0.9)
-        found = solve_simultaneous_impact(W, mu, v, "energetic", e)
-        weights = found.pieces[0].impulses[::2] / found.pieces[0].impulses[::2].max()
-        step = float(found.impulses[::2].max()) / 4000
+        impact = solve_simultaneous_impact(W, mu, v, "energetic", e)
+        weights = impact.pieces[0].impulses[::2] / impact.pieces[0].impulses[::2].max()
+        step = float(impact.impulses[::2].max()) / 4000
         stepped = _stepped(W, mu, v, e, weights, step)
         bound = 60 * step * float(np.max(np.abs(W))) * (1 + mu.max())
-        assert np.max(np.abs(stepped - found.velocities)) <= bound
+        assert np.max(np.abs(stepped - impact.velocities)) <= bound
 
 
 @settings(max_examples=60, deadline=None)
@@ -287,8 +287,8 @@ def test_the_order_of_contacts_changes_nothing(impact, e, law):
 @given(impacts_at_rest(), st.sampled_from(NEVER_GAINS))
 def test_without_friction_and_with_e_1_no_energy_is_lost_by_the_energetic_law(impact, law):
     W, _, v = impact
-    found = solve_simultaneous_impact(W, np.zeros(2), v, law, 1.0)
-    after, before = energy(W, found.velocities), energy(W, v)
+    solution = solve_simultaneous_impact(W, np.zeros(2), v, law, 1.0)
+    after, before = energy(W, solution.velocities), energy(W, v)
     assert after <= before * (1 + 1e-9)
     if law == "energetic":
         assert after == pytest.approx(before, rel=1e-9)
@@ -302,10 +302,10 @@ def test_a_contact_that_is_lifted_and_pressed_again_gives_back_what_it_stored():
     J = np.array([[1, 0, 0.25], [0, 1, 0], [0, 1, 0.5], [1, 0, 0], [0, 1, -0.5], [1, 0, 1]])
     W, mu = J @ J.T, np.array([2.0, 0.0, 1.0])
     v = np.array([-0.25, -1.0, -0.5, 0.0, -1.5, 1.0])
-    found = solve_simultaneous_impact(W, mu, v, "energetic", 1.0)
-    check(W, mu, v, "energetic", 1.0, found)
-    assert found.pieces[0].impulses[2] == 0 < found.impulses[2]
-    np.testing.assert_allclose(found.works[::2], 0, atol=1e-12)
+    impact = solve_simultaneous_impact(W, mu, v, "energetic", 1.0)
+    check(W, mu, v, "energetic", 1.0, impact)
+    assert impact.pieces[0].impulses[2] == 0 < impact.impulses[2]
+    np.testing.assert_allclose(impact.works[::2], 0, atol=1e-12)
 
 
 def test_newtons_problem_without_a_solution_jams():
@@ -314,8 +314,8 @@ def test_newtons_problem_without_a_solution_jams():
     W, mu = (J @ J.T).astype(float), np.array([1.0, 0.0, 1.0])
     v = np.array([0.0, 0.0, -1.0, 0.0, -1.0, 1.0])
     assert not ContactProblem(W, v, mu, np.zeros(3)).solutions()
-    found = solve_simultaneous_impact(W, mu, v, "newton", 0.0)
-    assert (found.end, found.pieces) == (ImpactEnd.JAM, ())
+    impact = solve_simultaneous_impact(W, mu, v, "newton", 0.0)
+    assert (impact.end, impact.pieces) == (ImpactEnd.JAM, ())
 
 
 def test_newtons_problem_where_one_foot_alone_is_hit():
@@ -335,11 +335,11 @@ def test_newtons_problem_where_one_foot_alone_is_hit():
     W = J @ np.linalg.solve(mass, J.T)
     mu = np.array([0.3, 0.4, 0.5])
     v = np.array([0.0, 0.0, 0.0, -0.044, -1.055, 0.044])
-    found = solve_simultaneous_impact(W, mu, v, "newton", 0.0)
-    assert found.end is ImpactEnd.SEPARATION
-    check(W, mu, v, "newton", 0.0, found)
-    impulses = [0, 0, 0, 0, found.impulses[4], -0.5 * found.impulses[4]]
-    np.testing.assert_allclose(found.impulses, impulses, atol=1e-12)
+    impact = solve_simultaneous_impact(W, mu, v, "newton", 0.0)
+    assert impact.end is ImpactEnd.SEPARATION
+    check(W, mu, v, "newton", 0.0, impact)
+    impulses = [0, 0, 0, 0, impact.impulses[4], -0.5 * impact.impulses[4]]
+    np.testing.assert_allclose(impact.impulses, impulses, atol=1e-12)
 
 
 @pytest.mark.parametrize("e", [0.0, 0.6])
@@ -348,9 +348,9 @@ def test_two_contacts_with_equal_normals_share_newtons_impulse(e):
     W = np.array([[1.0, 0, 1, 0], [0, 1, 0, 1], [1, 0, 1, 0], [0, 1, 0, 1.13]])
     mu, v = np.array([0.06, 0.03]), np.array([-0.5, -0.5, -0.5, -1.0])
     half = 0.25 * (1 + e)
-    found = solve_simultaneous_impact(W, mu, v, "newton", e)
-    np.testing.assert_allclose(found.impulses, [half, 0.06 * half, half, 0.03 * half], rtol=1e-9)
-    check(W, mu, v, "newton", e, found)
+    impact = solve_simultaneous_impact(W, mu, v, "newton", e)
+    np.testing.assert_allclose(impact.impulses, [half, 0.06 * half, half, 0.03 * half], rtol=1e-9)
+    check(W, mu, v, "newton", e, impact)
 
 
 # ---- known results ----
@@ -359,36 +359,36 @@ def test_two_contacts_with_equal_normals_share_newtons_impulse(e):
 def test_symmetric_drop_without_friction_returns_with_e():
     W = mobility(block_rows(0.1, 0.3), np.array([2.0, 2.0, 0.05]))
     for law in RESTITUTIONS:
-        found = solve_simultaneous_impact(W, np.zeros(2), np.array([-1.0, 0, -1.0, 0]), law, 0.6)
-        np.testing.assert_allclose(found.velocities[::2], [0.6, 0.6], atol=1e-12)
-        np.testing.assert_allclose(found.impulses, [1.6, 0, 1.6, 0], atol=1e-12)
+        impact = solve_simultaneous_impact(W, np.zeros(2), np.array([-1.0, 0, -1.0, 0]), law, 0.6)
+        np.testing.assert_allclose(impact.velocities[::2], [0.6, 0.6], atol=1e-12)
+        np.testing.assert_allclose(impact.impulses, [1.6, 0, 1.6, 0], atol=1e-12)
 
 
 def test_plastic_landing_on_both_feet_stops_the_block():
     """Four impulses, three freedoms: the motion is one although the forces are not."""
     W = mobility(block_rows(0.1, 0.3), np.array([2.0, 2.0, 0.05]))
     velocity = np.array([-1.0, 0.2, -1.0, 0.2])
-    found = solve_simultaneous_impact(W, np.array([0.8, 0.8]), velocity, "poisson", 0.0)
-    np.testing.assert_allclose(found.velocities, 0, atol=1e-12)
-    assert found.impulses[::2].sum() == pytest.approx(2.0)
-    assert found.end is ImpactEnd.PERSISTENT
+    impact = solve_simultaneous_impact(W, np.array([0.8, 0.8]), velocity, "poisson", 0.0)
+    np.testing.assert_allclose(impact.velocities, 0, atol=1e-12)
+    assert impact.impulses[::2].sum() == pytest.approx(2.0)
+    assert impact.end is ImpactEnd.PERSISTENT
 
 
 def test_a_contact_that_the_other_one_lifts_takes_no_part():
     """A slender block on its left foot falls on the right one, which throws the left one up."""
     W = mobility(block_rows(0.1, 0.5), np.array([1.0, 1.0, 0.09]))
     velocity = np.array([0.0, 0.0, -1.0, 0.0])
-    found = solve_simultaneous_impact(W, np.array([2.0, 2.0]), velocity, "energetic", 0.4)
+    impact = solve_simultaneous_impact(W, np.array([2.0, 2.0]), velocity, "energetic", 0.4)
     alone = solve_impact(W[2:, 2:].tolist(), 2.0, (-1.0, 0.0), "energetic", 0.4)
-    assert found.impulses[0] == 0
-    np.testing.assert_allclose(found.velocities[2:], alone.velocity, atol=1e-14)
+    assert impact.impulses[0] == 0
+    np.testing.assert_allclose(impact.velocities[2:], alone.velocity, atol=1e-14)
 
 
 def test_impact_without_collision_brings_a_sliding_contact_to_rest():
     W = np.array([[2.6, 1.9], [1.9, 1.6]])
     assert W[0, 0] - 1.5 * W[0, 1] < 0
-    found = solve_simultaneous_impact(W, np.array([1.5]), np.array([0.0, 1.0]), "poisson", 0.0)
-    np.testing.assert_allclose(found.velocities, 0, atol=1e-12)
+    impact = solve_simultaneous_impact(W, np.array([1.5]), np.array([0.0, 1.0]), "poisson", 0.0)
+    np.testing.assert_allclose(impact.velocities, 0, atol=1e-12)
 
 
 def test_of_two_impacts_without_collision_the_load_decides():
@@ -399,13 +399,13 @@ def test_of_two_impacts_without_collision_the_load_decides():
     for pressed in (0, 1):
         load = np.array([1.0, 0.0, 1.0, 0.0])
         load[2 * pressed] = -1.0
-        found = solve_simultaneous_impact(W, np.full(2, 2.0), v, "energetic", 0.5, load=load)
-        assert np.flatnonzero(found.impulses[::2]).tolist() == [pressed]
+        impact = solve_simultaneous_impact(W, np.full(2, 2.0), v, "energetic", 0.5, load=load)
+        assert np.flatnonzero(impact.impulses[::2]).tolist() == [pressed]
 
 
 def test_without_slip_and_approach_nothing_begins():
-    found = solve_simultaneous_impact(np.eye(4), np.ones(2), np.zeros(4))
-    assert (found.end, found.pieces) == (ImpactEnd.JAM, ())
+    impact = solve_simultaneous_impact(np.eye(4), np.ones(2), np.zeros(4))
+    assert (impact.end, impact.pieces) == (ImpactEnd.JAM, ())
 
 
 def test_a_wedge_between_two_walls_jams():
@@ -417,9 +417,9 @@ def test_a_wedge_between_two_walls_jams():
     v = J @ np.array([0.0, -1.0])
     W = J @ J.T
     for e, end in ((0.5, ImpactEnd.JAM), (0.0, ImpactEnd.PERSISTENT)):
-        found = solve_simultaneous_impact(W, np.full(2, 0.5), v, "energetic", e)
-        np.testing.assert_allclose(found.velocities, 0, atol=1e-12)
-        assert found.end is end
+        impact = solve_simultaneous_impact(W, np.full(2, 0.5), v, "energetic", e)
+        np.testing.assert_allclose(impact.velocities, 0, atol=1e-12)
+        assert impact.end is end
     slippery = solve_simultaneous_impact(W, np.full(2, 0.1), v, "energetic", 0.5)
     assert slippery.end is ImpactEnd.SEPARATION
 

@@ -1,4 +1,4 @@
-"""What the matrix promises beforehand, against the enumeration and exact determinants."""
+"""Existence and uniqueness by the matrix, against the enumeration and exact determinants."""
 
 import itertools
 

@@ -18,7 +18,7 @@ from painleve_sym.errors import CompilerMissing, InputError, PainleveWarning, St
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models.rods import rod
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.motion.simulator import Simulator
 
 TABLE_1 = {"theta": 0.5, "theta_dot": 1.0, "x_A_dot": -1.0}
 TABLE_3 = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
@@ -331,20 +331,20 @@ def test_states_left_out_of_the_control_are_integrated():
 
 
 def test_threads_may_share_an_engine():
-    engine, found = ErkEngine(ball()), {}
+    engine, runs = ErkEngine(ball()), {}
     o = RunOptions(1.0, 1e-10, np.full(2, 1e-10))
 
     def run(height):
-        found[height] = engine.run(np.array([height, 0.0]), np.array([0.5, 9.81]), o).events[0, 0]
+        runs[height] = engine.run(np.array([height, 0.0]), np.array([0.5, 9.81]), o).events[0, 0]
 
     threads = [threading.Thread(target=run, args=(h,)) for h in (1.0, 2.0, 3.0, 4.0)]
     for t in threads:
         t.start()
     for t in threads:
         t.join()
-    for height, time in found.items():
+    for height, time in runs.items():
         assert time == pytest.approx(math.sqrt(2 * height / 9.81), rel=1e-12)
-    assert len(found) == 4
+    assert len(runs) == 4
 
 
 def test_nothing_is_written_to_stderr(capfd):

@@ -18,8 +18,8 @@ from painleve_sym.engines.source import engine_texts
 from painleve_sym.errors import EventKind, InputError, ModelError, StopReason
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
 from painleve_sym.laws.catalogue import law
-from painleve_sym.simulate.batch.run import simulate_many
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.motion.batch.run import run_batch
+from painleve_sym.motion.simulator import Simulator
 
 LAWS = ("energetic", "poisson", "newton")
 _FRAME = """
@@ -39,15 +39,15 @@ __attribute__((visibility("default"))) int impact(
 
 @cache
 def library():
-    found = load(_FRAME.format("\n".join(engine_texts("loop/linear", "loop/impulse"))))
-    found.impact.argtypes = (
+    loaded = load(_FRAME.format("\n".join(engine_texts("loop/linear", "loop/impulse"))))
+    loaded.impact.argtypes = (
         ctypes.c_int,
         *[ctypes.c_void_p] * 5,
         ctypes.c_int,
         ctypes.c_double,
         *[ctypes.c_void_p] * 3,
     )
-    return found
+    return loaded
 
 
 def in_c(W, mu, v, held, restitution, e, load_):
@@ -170,7 +170,7 @@ def test_rows_of_a_batch_are_single_runs_bit_for_bit(names, engine):
     start, own = {"y_A": 0.3, "x_A_dot": 0.2}, {"mu_A": 0.5}
     options = {"t_end": 0.6, "events": 2, "maxima": ("normal_force_A",)}
     one, two = (
-        simulate_many(simulator, start | {"theta": tilt}, own, threads=threads, **options)
+        run_batch(simulator, start | {"theta": tilt}, own, threads=threads, **options)
         for threads in (1, 2)
     )
     assert one.rows.state.tobytes() == two.rows.state.tobytes()
@@ -211,8 +211,10 @@ def test_impacts_of_a_run_are_those_of_numpy(restitution):
         )
         after = np.array([impact.state[n] for n in run.state_names])
         _, new_rates, new_slips = simulator.impacts.contact_values(after)
-        found = np.ravel([new_rates, new_slips], order="F")[rows]
-        np.testing.assert_allclose(found, want.velocities, rtol=0, atol=1e-12 * np.max(np.abs(v)))
+        computed = np.ravel([new_rates, new_slips], order="F")[rows]
+        np.testing.assert_allclose(
+            computed, want.velocities, rtol=0, atol=1e-12 * np.max(np.abs(v))
+        )
         q = [after[run.state_names.index(n)] for n in ("x_A_dot", "y_A_dot", "theta_dot")]
         start = [state[run.state_names.index(n)] for n in ("x_A_dot", "y_A_dot", "theta_dot")]
         np.testing.assert_allclose(q, start + terms.directions @ impact.impulses, atol=1e-12)

@@ -140,7 +140,7 @@ def test_batch_passes_limits_bit_for_bit_like_single_runs(kind):
 
 
 def deciding():
-    """A ball whose fate on the ground nobody but the caller knows."""
+    """A ball whose motion after the landing only the caller determines."""
     land = Transition("land", EventKind.TOUCHDOWN, X, (Choice("ask"),), {X: ZERO}, contact="floor")
     ask = Transition("ask", EventKind.CONTACT, None, decides=(EventKind.IMPACT,))
     return automaton((Mode("air", {X: V, V: -G}, (land,), OUT), Mode("ask", {}, (ask,), OUT)))
@@ -158,15 +158,15 @@ def test_run_goes_on_from_the_answers_to_its_questions(engine):
         asked.append(question)
         return bounced(question)
 
-    made = engine(deciding())
-    raw = made.run(START, CONSTANTS, options(1.2), resolve=resolve)
+    built = engine(deciding())
+    raw = built.run(START, CONSTANTS, options(1.2), resolve=resolve)
     assert raw.stop_reason is StopReason.T_END and not raw.decision
     times = [FALL, 2 * FALL, 2.5 * FALL]
     np.testing.assert_allclose([q.time for q in asked], times, rtol=1e-10)
     assert all(q.kind is EventKind.TOUCHDOWN and q.contact == "floor" for q in asked)
     assert {q.mode for q in asked} == {0}
     assert asked[1].spent == pytest.approx(FALL, rel=1e-10)
-    kinds = [made.outline.kinds[k] for k in raw.event_records.kind]
+    kinds = [built.outline.kinds[k] for k in raw.event_records.kind]
     assert kinds == [EventKind.TOUCHDOWN, EventKind.IMPACT] * 3
     assert raw.counters["events"] == 6
     since = 1.2 - 2.5 * FALL
@@ -190,16 +190,16 @@ def test_record_of_a_run_with_decisions_is_what_was_asked_for(engine, record):
 
 
 def test_run_with_decisions_stops_where_asked(engine):
-    made = engine(deciding())
-    raw = made.run(START, CONSTANTS, options(2.0, until=(EventKind.IMPACT,)), resolve=bounced)
+    built = engine(deciding())
+    raw = built.run(START, CONSTANTS, options(2.0, until=(EventKind.IMPACT,)), resolve=bounced)
     assert raw.stop_reason is StopReason.UNTIL and len(raw.events) == 2
-    raw = made.run(START, CONSTANTS, options(2.0, max_events=4), resolve=bounced)
+    raw = built.run(START, CONSTANTS, options(2.0, max_events=4), resolve=bounced)
     assert raw.stop_reason is StopReason.EVENT_LIMIT and len(raw.events) == 4
 
     def stuck(question):
         return Answer(1, question.state, stop=StopReason.NO_MODE)
 
-    raw = made.run(START, CONSTANTS, options(2.0), resolve=stuck)
+    raw = built.run(START, CONSTANTS, options(2.0), resolve=stuck)
     assert raw.stop_reason is StopReason.NO_MODE and not raw.decision
 
 
@@ -222,7 +222,7 @@ def test_guard_beyond_the_thirty_second_may_leave_zero(engine, departs):
     kind, guard = EventKind.SLIP_START, X**3 - sp.Float("1e-25") * X
     last = Transition("last", kind, guard, stop=StopReason.SINGULAR)
     go = Transition("go", EventKind.CONTACT, None, (Choice("air", departs=("last",) * departs),))
-    made = automaton((Mode("start", {}, (go,), OUT), Mode("air", {X: V}, (*exits, last), OUT)))
-    raw = engine(made).run(np.array([0.0, 1.0]), CONSTANTS, options(1.0))
+    built = automaton((Mode("start", {}, (go,), OUT), Mode("air", {X: V}, (*exits, last), OUT)))
+    raw = engine(built).run(np.array([0.0, 1.0]), CONSTANTS, options(1.0))
     assert raw.stop_reason is (StopReason.T_END if departs else StopReason.SINGULAR)
     assert departs or raw.time == 0

@@ -27,9 +27,9 @@ from painleve_sym.errors import NoRecurrence, PainleveWarning, StopReason
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
 from painleve_sym.laws.catalogue import law
 from painleve_sym.laws.compliance import ramp
-from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.models.rods import rod
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.motion.simulator import Simulator
 from tests.engines.test_erk import CASES
 from tests.mechanics.catalogue import SOFTENED, derived
 
@@ -100,15 +100,15 @@ def test_coefficients_are_those_of_mpmath(integrals, x0, n):
     nx = len(FUNCTIONS) + 1
     start = np.array([x0, *np.zeros(nx - 1)])
     run = integrals.run(start, np.array([n]), options(10.0, nx, max_steps=1))
-    h, found = run.steps[0, 1], coefficients(run.steps[0, 3:-1].reshape(-1, nx))
+    h, series = run.steps[0, 1], coefficients(run.steps[0, 3:-1].reshape(-1, nx))
     with mpmath.workdps(60):
         for i, (name, (_, g)) in enumerate(FUNCTIONS.items()):
             expected = mpmath.taylor(lambda x, g=g: g(x, mpmath.mpf(n)), mpmath.mpf(x0), 12)
             for k in range(1, 12):
                 want = float(expected[k - 1] / k) * h**k
                 # The rows are sums of coefficients: that is what round-off is relative to.
-                size = np.max(np.abs(found[:, i + 1]))
-                assert found[k, i + 1] == pytest.approx(want, rel=1e-10, abs=1e-14 * size), (
+                size = np.max(np.abs(series[:, i + 1]))
+                assert series[k, i + 1] == pytest.approx(want, rel=1e-10, abs=1e-14 * size), (
                     name,
                     k,
                 )
@@ -185,8 +185,8 @@ def test_crossing_located_to_round_off_is_not_met_again(crossings):
     ):
         level = -math.cos(width)
         if abs(math.cos(phase) - level) > 1e-9:
-            found = crossings(phase, level)
-            assert np.all(np.diff(found) > 1), (phase, width, found)
+            times = crossings(phase, level)
+            assert np.all(np.diff(times) > 1), (phase, width, times)
 
 
 @pytest.fixture(scope="module")
@@ -285,8 +285,8 @@ def test_simplified_tape_equals_field_and_guards(name):
         assert short.products == simplify(plain).products <= plain.products
         point = random_values(mode.field, rng)
         want = np.array(ca.Function("f", [x, z, c], [whole])(*point)).ravel()
-        got = np.array(order_zero(short, functions)(*point)).ravel()
-        np.testing.assert_allclose(got, want, rtol=1e-11, atol=1e-11 * np.max(np.abs(want)))
+        row = np.array(order_zero(short, functions)(*point)).ravel()
+        np.testing.assert_allclose(row, want, rtol=1e-11, atol=1e-11 * np.max(np.abs(want)))
 
 
 @pytest.mark.parametrize(
@@ -311,7 +311,7 @@ ORDER = 15
 
 def operations():
     """Return additions and multiplications of a series, by automaton and mode."""
-    found = {}
+    counts = {}
     for name in SOFTENED:
         for title, a in (
             ("hertz", Simulator(derived(name), law("hertz")).automaton),
@@ -319,10 +319,10 @@ def operations():
             ("rigid", Simulator(derived(name), RigidLaw()).automaton),
         ):
             codes = [SeriesCode(t, "series") for t in tapes(AutomatonFunctions(a))]
-            found[f"{name}, {title}"] = {
+            counts[f"{name}, {title}"] = {
                 mode.name: code.operations(ORDER) for mode, code in zip(a.modes, codes, strict=True)
             }
-    return found
+    return counts
 
 
 def test_operations_of_generated_series_have_not_grown():

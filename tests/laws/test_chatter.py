@@ -27,41 +27,41 @@ def contact():
 
 
 def test_poisson_sticking_bounces_grow_by_e_times_one_plus_kappa_tau():
-    found = chatter_ratio(restitution=restitution_law("poisson"), slip=1)
-    e = found.law.parameter.symbol
-    assert sp.simplify(found.ratio - e * (1 + kappa * tau)) == 0
-    assert sp.simplify(found.restitution_threshold - 1 / (1 + kappa * tau)) == 0
-    assert found.friction_threshold is None
+    ratio = chatter_ratio(restitution=restitution_law("poisson"), slip=1)
+    e = ratio.law.parameter.symbol
+    assert sp.simplify(ratio.ratio - e * (1 + kappa * tau)) == 0
+    assert sp.simplify(ratio.restitution_threshold - 1 / (1 + kappa * tau)) == 0
+    assert ratio.friction_threshold is None
 
 
 @pytest.mark.parametrize("slip", [-1, 1])
 def test_energetic_sticking_bounces_have_the_ratio_derived_by_hand(slip):
     """ρ² = e² [(1 + κτ)² + κ τ² A′/(W_tt (κ − μ s))]."""
-    found = chatter_ratio(slip=slip)
-    e = found.law.parameter.symbol
+    ratio = chatter_ratio(slip=slip)
+    e = ratio.law.parameter.symbol
     lost = kappa * tau**2 * A_stick / (W_tt * (kappa - slip * mu))
-    assert sp.simplify(found.ratio**2 - e**2 * ((1 + kappa * tau) ** 2 + lost)) == 0
-    assert sp.simplify(found.restitution_threshold**2 * ((1 + kappa * tau) ** 2 + lost) - 1) == 0
-    at = found.friction_threshold
-    assert sp.simplify(sp.cancel(sp.together((found.ratio**2).subs(mu, at)))) == 1
+    assert sp.simplify(ratio.ratio**2 - e**2 * ((1 + kappa * tau) ** 2 + lost)) == 0
+    assert sp.simplify(ratio.restitution_threshold**2 * ((1 + kappa * tau) ** 2 + lost) - 1) == 0
+    at = ratio.friction_threshold
+    assert sp.simplify(sp.cancel(sp.together((ratio.ratio**2).subs(mu, at)))) == 1
 
 
 @pytest.mark.parametrize("law", ["newton", "poisson", "energetic"])
 def test_slip_throughout_dies_out_like_the_restitution(law):
-    found = chatter_ratio(ImpactClass.SLIDING, restitution_law(law))
-    assert found.ratio == found.law.parameter.symbol
-    assert found.restitution_threshold == 1
+    ratio = chatter_ratio(ImpactClass.SLIDING, restitution_law(law))
+    assert ratio.ratio == ratio.law.parameter.symbol
+    assert ratio.restitution_threshold == 1
 
 
 @pytest.mark.parametrize("law", ["poisson", "energetic"])
 @pytest.mark.parametrize("case", CYCLES[1:])
 def test_bounces_repeat_themselves_at_the_threshold(case, law):
-    found = chatter_ratio(case, restitution_law(law), slip=1)
+    ratio = chatter_ratio(case, restitution_law(law), slip=1)
     values = {W_tt: 0.7, A_stick: 0.4, kappa: 1.5, tau: 0.8, mu: 1.8}
-    at = found.restitution_threshold.subs(values)
+    at = ratio.restitution_threshold.subs(values)
     assert at.is_real
-    e = found.law.parameter.symbol
-    assert float(found.ratio.subs(values).subs(e, at)) == pytest.approx(1, rel=1e-12)
+    e = ratio.law.parameter.symbol
+    assert float(ratio.ratio.subs(values).subs(e, at)) == pytest.approx(1, rel=1e-12)
 
 
 @settings(max_examples=60, deadline=None)
@@ -92,17 +92,17 @@ def test_closed_forms_are_the_impact_solver(law, w, a, k, t, friction, e):
         assert at.velocity[0] == pytest.approx(1, rel=1e-7)
 
 
-_made = {}
+_cached = {}
 
 
 def _forms(law, case):
     key = (law, case)
-    if key not in _made:
-        found = chatter_ratio(case, restitution_law(law), 1)
-        exprs = (found.ratio, found.restitution_threshold)
-        margins = [c.margin for c in found.conditions]
-        _made[key] = (*map(_function, exprs), [_function(m) for m in margins])
-    return _made[key]
+    if key not in _cached:
+        ratio = chatter_ratio(case, restitution_law(law), 1)
+        exprs = (ratio.ratio, ratio.restitution_threshold)
+        margins = [c.margin for c in ratio.conditions]
+        _cached[key] = (*map(_function, exprs), [_function(m) for m in margins])
+    return _cached[key]
 
 
 def _function(expr):
@@ -138,12 +138,12 @@ def test_general_contact_has_the_coefficients_it_is_named_by(contact):
 def test_rod_without_drive_never_chatters_in_reverse():
     """κτ = −6 l θ̇² sin θ cos² θ/((1 + 3 sin² θ)|b_n|) ≤ 0."""
     c = rod().coefficients
-    found = chatter_ratio(restitution=restitution_law("poisson"), slip=1)
+    chatter = chatter_ratio(restitution=restitution_law("poisson"), slip=1)
     at = {"theta": 0.8, "theta_dot": 1.5, "l": 1.0, "g": 9.8, "m": 1.0, "e_poisson": 1.0}
     expected = 1 - 6 * 1.5**2 * math.sin(0.8) * math.cos(0.8) ** 2 / (
         (1 + 3 * math.sin(0.8) ** 2) * (9.8 - 1.5**2 * math.sin(0.8))
     )
-    ratio = found.ratio.subs(symbols_of(c))
+    ratio = chatter.ratio.subs(symbols_of(c))
     ratio = float(ratio.subs({s: at[s.name] for s in ratio.free_symbols}))
     assert ratio == pytest.approx(expected, rel=1e-12)
 

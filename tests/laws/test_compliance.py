@@ -157,7 +157,7 @@ def test_bilinear_unloading_lies_below_loading_and_above_zero(n, e, deepest, par
         complex(_plain(b.force, contact_law).subs(values)).real
         for b in (contact_law.loading, contact_law.branch("restitution"))
     )
-    # At δ_p the depth is a difference of equal numbers: the ramp removes what is left of it.
+    # At δ_p the depth is a difference of equal numbers: the ramp removes its round-off.
     assert -1e-9 * loading <= unloading <= loading * (1 + 1e-9)
 
 

@@ -25,12 +25,12 @@ def _number(form, **more):
     return mp.mpf(str(form.subs(VALUES | {getattr(fs, k): v for k, v in more.items()}).evalf(20)))
 
 
-def _slip(delta, what=lambda d: 1.0):
+def _slip(delta, weight=lambda d: 1.0):
     """Integrate over the time of slip from rest at δ = 0: δ̇²/2 = −A K δ^(n+1)/(n+1) − B δ."""
 
     def integrand(root):  # of δ = r², which takes the singularity at the start away
         d = root**2
-        return what(d) * 2 * root / mp.sqrt(2 * (-A * K * d ** (N + 1) / (N + 1) - B * d))
+        return weight(d) * 2 * root / mp.sqrt(2 * (-A * K * d ** (N + 1) / (N + 1) - B * d))
 
     return mp.quad(integrand, [0, mp.sqrt(delta) / 2, mp.sqrt(delta)])
 

@@ -72,8 +72,8 @@ def test_restitution_laws_agree_when_the_force_keeps_its_direction(same):
 
 def test_restitution_laws_differ_only_by_the_slip_phase_when_they_differ():
     # E_c − A′ P_c²/2 = (A_s − A′) P_1²/2: energetic and Poisson agree nowhere else.
-    found = _compressed()
-    gap = found[E_C] - A_STICK * found[P_C] ** 2 / 2
+    results = _compressed()
+    gap = results[E_C] - A_STICK * results[P_C] ** 2 / 2
     assert sp.simplify(gap - (A_S - A_STICK) * P_1**2 / 2) == 0
 
 

@@ -33,10 +33,11 @@ def test_compression_balances_force_and_free_acceleration(name):
 @pytest.mark.parametrize("saddle", [loading_saddle, unloading_saddle])
 def test_rates_solve_the_characteristic_equation(name, saddle):
     chosen = law(name)
-    found = saddle(chosen)
-    depth = numeric(found.compression, chosen, -0.03, 11.0, 1.0)
+    saddle_point = saddle(chosen)
+    depth = numeric(saddle_point.compression, chosen, -0.03, 11.0, 1.0)
     growth, decay, slope, damping = (
-        numeric(e, chosen, -0.03, 11.0, depth) for e in (*found.rates, found.slope, found.damping)
+        numeric(e, chosen, -0.03, 11.0, depth)
+        for e in (*saddle_point.rates, saddle_point.slope, saddle_point.damping)
     )
     assert growth > 0 > decay
     for rate in (growth, decay):
@@ -49,8 +50,8 @@ def test_rates_solve_the_characteristic_equation(name, saddle):
 def test_growth_rate_without_damping_is_the_root_of_n_B_over_depth(a, b, n):
     chosen = law("hertz")
     n_symbol = next(p.symbol for p in chosen.parameters if p.name == "n")
-    found = loading_saddle(chosen)
-    exprs = [e.subs(n_symbol, sp.Float(n)) for e in (found.compression, found.growth_rate)]
+    saddle = loading_saddle(chosen)
+    exprs = [e.subs(n_symbol, sp.Float(n)) for e in (saddle.compression, saddle.growth_rate)]
     depth, rate = (numeric(e, chosen, a, b, 1.0) for e in exprs)
     assert rate == pytest.approx((n * b / depth) ** 0.5, rel=1e-12)
 
@@ -81,6 +82,6 @@ def test_barrier_is_the_integral_of_the_acceleration(name):
     depth = numeric(loading_saddle(chosen).compression, chosen, -0.03, 11.0, 1.0)
     k, n = (numeric(e, chosen, -0.03, 11.0, depth) for e in (chosen.stiffness, chosen.exponent))
     expected = mpmath.quad(lambda d: 11.0 - 0.03 * k * d**n, [0, depth])
-    found = numeric(barrier(chosen), chosen, -0.03, 11.0, depth)
-    assert found == pytest.approx(float(expected), rel=1e-9)
-    assert found == pytest.approx(11.0 * depth * n / (n + 1), rel=1e-12)
+    value = numeric(barrier(chosen), chosen, -0.03, 11.0, depth)
+    assert value == pytest.approx(float(expected), rel=1e-9)
+    assert value == pytest.approx(11.0 * depth * n / (n + 1), rel=1e-12)

@@ -70,7 +70,7 @@ class Pin:
 
     def rows(self, motion: Motion) -> list[tuple[Array, float, float]]:
         """Return per direction: the row, its part of the acceleration, the misfit."""
-        found = []
+        entries = []
         misfit = motion.point(self.first, self.at_first) - motion.point(self.second, self.at_second)
         for k, direction in enumerate(np.eye(2)):
             row = motion.row(self.first, self.at_first, direction)
@@ -78,8 +78,8 @@ class Pin:
             if self.second != WORLD:
                 row = row - motion.row(self.second, self.at_second, direction)
                 rest = rest - motion.centripetal(self.second, self.at_second)
-            found.append((row, float(rest[k]), float(misfit[k])))
-        return found
+            entries.append((row, float(rest[k]), float(misfit[k])))
+        return entries
 
 
 @dataclass(frozen=True)

@@ -101,8 +101,8 @@ def test_coefficients_are_the_delassus_matrix(point):
     rows = np.vstack([_matrix(contact.J_N, values), _matrix(contact.J_T, values)])
     mass = _matrix(mechanism.system.mass_matrix, values)
     expected = rows @ np.linalg.solve(mass, rows.T)
-    found = [[c.W_nn, c.W_nt], [c.W_nt, c.W_tt]]
-    np.testing.assert_allclose(_matrix(found, values), expected, rtol=1e-11, atol=1e-12)
+    matrix = [[c.W_nn, c.W_nt], [c.W_nt, c.W_tt]]
+    np.testing.assert_allclose(_matrix(matrix, values), expected, rtol=1e-11, atol=1e-12)
     assert np.all(np.linalg.eigvalsh(expected) > 0)
 
 
@@ -119,8 +119,8 @@ def test_coefficients_give_the_contact_accelerations_of_the_motion(point):
     for rate, expected in pairs:
         moved = sum(sp.diff(rate, q) * v for q, v in zip(system.q, system.q_dot, strict=True))
         moved += sum(sp.diff(rate, v) * a for v, a in zip(system.q_dot, q_ddot, strict=True))
-        found, wanted = float(moved.subs(values)), float(expected.subs(values))
-        assert math.isclose(found, wanted, rel_tol=1e-11)
+        computed, wanted = float(moved.subs(values)), float(expected.subs(values))
+        assert math.isclose(computed, wanted, rel_tol=1e-11)
 
 
 @with_point

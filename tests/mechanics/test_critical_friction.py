@@ -141,10 +141,10 @@ def test_mechanism_held_by_its_gap_has_one_value_in_contact_and_no_minimum(name,
     lowest = critical.minimum(angle)
     assert not lowest.attained and lowest.value == 0
     values = {p.name: p.default for p in mechanism.system.parameters}
-    found = critical.in_contact().subs(_defaults(mechanism))
-    assert math.isclose(found, closed(values), rel_tol=1e-12)
+    friction = critical.in_contact().subs(_defaults(mechanism))
+    assert math.isclose(friction, closed(values), rel_tol=1e-12)
     start = {**_defaults(mechanism), **by_symbol(mechanism, {**values, **_full(mechanism)})}
-    assert math.isclose(found, critical.value.subs(start), rel_tol=1e-12)
+    assert math.isclose(friction, critical.value.subs(start), rel_tol=1e-12)
 
 
 def _full(mechanism):

@@ -146,23 +146,23 @@ def along_a_motion(name):
     gap, slip = (f.subs(path, simultaneous=True) for f in (contact.gap, contact.slip_velocity))
     expected = [sp.diff(gap, tau), sp.diff(gap, tau, 2), sp.diff(slip, tau)]
     q_ddot = sp.Matrix(ACCELERATION)
-    found = [
+    rates = [
         contact.gap_rate,
         (contact.J_N * q_ddot)[0] + contact.normal_bias,
         (contact.J_T * q_ddot)[0] + contact.tangential_bias,
     ]
-    return found, [e.subs(tau, 0) for e in expected]
+    return rates, [e.subs(tau, 0) for e in expected]
 
 
 @pytest.mark.parametrize("name", surfaces())
 @settings(max_examples=15, deadline=None)
 @given(place=st.tuples(finite, finite, finite), speed=st.tuples(finite, finite, finite), now=finite)
 def test_rates_and_biases_are_the_derivatives_along_any_motion(name, place, speed, now):
-    found, expected = along_a_motion(name)
+    rates, expected = along_a_motion(name)
     values = dict(zip(("x", "y", "phi"), place, strict=True)) | {"t": now}
     values |= dict(zip(("x_dot", "y_dot", "phi_dot"), speed, strict=True))
     values |= {"m": 1.0, "l": 0.7, "g": 9.8, "a": 0.4, "w": 1.3, "mu": 0.5, "u": 0.6}
-    assert numeric(found, **values) == pytest.approx(numeric(expected, **values), abs=1e-9)
+    assert numeric(rates, **values) == pytest.approx(numeric(expected, **values), abs=1e-9)
 
 
 def test_disc_at_rest_on_a_turning_surface_does_not_slip():
@@ -228,7 +228,7 @@ def test_rate_of_the_singular_point_contains_the_time():
     assert sp.simplify(difference + sp.diff(MOVES[1], t, 3)) == 0
 
 
-# ---- names and refusals ----
+# ---- names and rejected input ----
 
 FILE = """
 [coordinates]

@@ -8,16 +8,16 @@ import pytest
 import sympy as sp
 
 from painleve_sym.codegen.bridge import Translator
-from painleve_sym.contacts.compliant import SoftenedContact
+from painleve_sym.contacts.compliant import CompliantContact
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.laws.catalogue import law
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.motion.simulator import Simulator
 from tests.mechanics.catalogue import NAMES, SOFTENED, derived, random_numbers
 from tests.mechanics.forced import accelerations, directions, forced_automaton, forces
 
 LONG = ("two-link-arm", "pr-robot", "block")
-"""Whose softened automata take many seconds to derive and compile."""
+"""Whose compliant automata take many seconds to derive and compile."""
 BELTS = [n for n in SOFTENED if derived(n).contact.surface_speed != 0]
 
 
@@ -68,12 +68,12 @@ def _by_compiled_code(mechanism, at):
         engine._library.ps_evaluate(mode, *(a.ctypes.data for a in arrays))
 
     evaluate(1)
-    found = rows.copy(), slopes.copy()
+    computed = rows.copy(), slopes.copy()
     rows, slopes = np.empty(1), np.empty(1)
     evaluate(0)
     # The compiler contracts products and sums of two functions differently.
-    np.testing.assert_allclose(rate[n:], found[0], rtol=1e-13, atol=1e-13)
-    return found
+    np.testing.assert_allclose(rate[n:], computed[0], rtol=1e-13, atol=1e-13)
+    return computed
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -81,8 +81,8 @@ def test_mechanism_values_and_slopes_are_the_same_in_every_form(name):
     mechanism = derived(name)
     at = _point(mechanism)
     expected = _by_sympy(mechanism, at)
-    for found in (_by_casadi(mechanism, at), _by_compiled_code(mechanism, at)):
-        for ours, exact in zip(found, expected, strict=True):
+    for computed in (_by_casadi(mechanism, at), _by_compiled_code(mechanism, at)):
+        for ours, exact in zip(computed, expected, strict=True):
             size = max(1.0, float(np.max(np.abs(exact))))
             # A few hundred rounded operations, and no cancellation to speak of.
             assert np.max(np.abs(ours - exact)) < 1e-12 * size
@@ -113,12 +113,12 @@ def test_mechanism_moves_softened_from_its_start_and_keeps_its_energy(name):
 
 @pytest.mark.parametrize("name", BELTS)
 def test_mechanism_on_a_belt_counts_the_work_of_the_belt(name):
-    assert SoftenedContact(derived(name), law("hertz")).states[-1].name == "force_dissipation"
+    assert CompliantContact(derived(name), law("hertz")).states[-1].name == "force_dissipation"
 
 
 def test_mechanism_in_a_guide_is_refused_by_a_law_that_only_pushes():
     with pytest.raises(InputError, match="holds from both sides"):
-        SoftenedContact(derived("painleve-klein"), law("hertz"))
+        CompliantContact(derived("painleve-klein"), law("hertz"))
 
 
 def test_mechanism_with_a_parameter_of_the_law_is_refused():

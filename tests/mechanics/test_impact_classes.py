@@ -71,8 +71,8 @@ def test_course_ends_where_its_class_says(case):
 def test_course_force_ratios_are_those_of_its_rays(case, slip):
     c = BLOCK.coefficients
     ratio = {"slip": -slip * c.mu, "stick": -c.W_nt / c.W_tt, "reverse": slip * c.mu}
-    found = list(dict.fromkeys(sp.simplify(p.force_ratio) for p in _course(case, slip).phases))
-    assert [sp.simplify(f - ratio[r]) for f, r in zip(found, case.rays, strict=True)] == [0] * len(
+    ratios = list(dict.fromkeys(sp.simplify(p.force_ratio) for p in _course(case, slip).phases))
+    assert [sp.simplify(f - ratio[r]) for f, r in zip(ratios, case.rays, strict=True)] == [0] * len(
         case.rays
     )
 
@@ -144,9 +144,9 @@ def test_course_c_sticking_is_the_three_phase_jump():
 def test_course_conditions_are_named():
     names = [[c.name for c in p.conditions] for p in _course(ImpactClass.R_REVERSED).phases]
     assert names == [
-        ["slip direction", "approach", "compression ends", "slip goes on"],
+        ["slip direction", "approach", "compression ends", "slip continues"],
         ["slip stops"],
-        ["slip reverses", "restitution goes on"],
+        ["slip reverses", "restitution continues"],
     ]
     reverse = _course(ImpactClass.R_REVERSED).phases[-1].conditions[0]
     c = BLOCK.coefficients
@@ -175,11 +175,11 @@ def test_cases_close_every_class_in_the_velocities_before(law):
     known |= {p.symbol for p in BLOCK.system.parameters}
     cases = impact_cases(BLOCK.coefficients, rule, write=raw)
     assert tuple(cases) == CLASSES
-    for found in cases.values():
-        expressions = [*found.velocity.values(), found.slip_velocity, found.energy_change]
-        expressions += [condition.margin for condition in found.conditions]
+    for classes in cases.values():
+        expressions = [*classes.velocity.values(), classes.slip_velocity, classes.energy_change]
+        expressions += [condition.margin for condition in classes.conditions]
         assert set().union(*(sp.sympify(e).free_symbols for e in expressions)) <= known
-        assert found.course.case in cases
+        assert classes.course.case in cases
 
 
 def test_cases_take_the_energetic_law_when_none_is_given():
@@ -211,7 +211,7 @@ def test_final_velocity_of_a_law_starts_like_its_separation_velocity(law):
 def test_cases_of_the_rod_read_well():
     cases = impact_cases(rod().coefficients, restitution_law("newton"))
     e = restitution_law("newton").parameter.symbol
-    for found in cases.values():
-        assert _zero(found.separation_velocity + e * V_N)
+    for classes in cases.values():
+        assert _zero(classes.separation_velocity + e * V_N)
     reverse = cases[ImpactClass.C_REVERSED].course.compression[1]
     assert str(reverse.force_ratio) == "-mu"

@@ -152,7 +152,7 @@ def test_phase_conditions_are_named_and_signed():
         "slip direction",
         "approach",
         "slip stops",
-        "compression goes on",
+        "compression continues",
     ]
     assert _zero(conditions["slip stops"].margin - c.slip_rate_coefficient(-1))
     stick = sticking_restitution(c, raw).conditions[0]
@@ -176,11 +176,11 @@ def test_phase_started_from_replaces_every_velocity_at_once():
 
 
 def test_critical_friction_of_the_rod_is_four_thirds_at_tangent_two():
-    found = critical_friction(MECHANISMS["rod"].coefficients, slip=-1)
+    friction = critical_friction(MECHANISMS["rod"].coefficients, slip=-1)
     theta = MECHANISMS["rod"].system.q[2]
     t = sp.tan(theta)
-    assert sp.simplify((found.value - (4 + t**2) / (3 * t)).rewrite(sp.exp)) == 0
-    minimum = found.minimum("theta")
+    assert sp.simplify((friction.value - (4 + t**2) / (3 * t)).rewrite(sp.exp)) == 0
+    minimum = friction.minimum("theta")
     assert (minimum.value, minimum.variable, minimum.at) == (sp.Rational(4, 3), t, (2,))
 
 
@@ -199,10 +199,10 @@ def test_critical_friction_is_where_the_coefficient_changes_sign():
 
 
 def test_critical_friction_that_does_not_vary_has_no_minimum_to_find():
-    found = critical_friction(MECHANISMS["skew block"].coefficients)
-    assert str(found.value) == "1/Abs(c)"
+    friction = critical_friction(MECHANISMS["skew block"].coefficients)
+    assert str(friction.value) == "1/Abs(c)"
     with pytest.raises(InputError, match=r"need it to vary with 'x'"):
-        found.minimum("x")
+        friction.minimum("x")
 
 
 def test_critical_friction_unknown_coordinate_suggests_the_nearest():

@@ -19,7 +19,7 @@ from painleve_sym.mechanics.toml.mechanism_file import (
     load_mechanism,
     mechanism_from_text,
 )
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.motion.simulator import Simulator
 from tests.mechanics.catalogue import by_symbol, derived, random_numbers
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "mechanisms"
@@ -206,7 +206,7 @@ def test_file_with_energies_and_a_formula_of_several_lines():
             "line 5, parameters.m.default: parameter m (m): got -2",
         ),
         ("positive = true", "positive = 1", "line 5, parameters.m.positive: got 1, need true or"),
-        ("positive = true", "positive = true, lower = 1", "positive = true says lower already."),
+        ("positive = true", "positive = true, lower = 1", "'positive' and 'lower' are mutually"),
         ("positive = true", "meanin = 1", "unknown key 'meanin'. Did you mean 'meaning'?"),
         ("\nmu =", "\nx =", "line 6, parameters.x: name 'x' is declared twice."),
         ("\nmu =", "\nx_dot =", "line 6, parameters.x_dot: name 'x_dot' is declared twice."),
@@ -250,8 +250,8 @@ def test_file_with_energies_and_a_formula_of_several_lines():
 )
 def test_file_with_a_fault_tells_line_and_fix(old, new, fault):
     assert old in SHORT
-    found = faults_of(SHORT.replace(old, new, 1))
-    assert any(fault in f for f in found), found
+    faults = faults_of(SHORT.replace(old, new, 1))
+    assert any(fault in f for f in faults), faults
 
 
 def test_file_faults_are_told_together_in_the_order_of_lines():
@@ -261,8 +261,8 @@ def test_file_faults_are_told_together_in_the_order_of_lines():
         .replace('centre = ["x", "y"]', 'centre = ["x", "x"]')
         .replace('point = ["x", "y"]', 'point = ["x", "m"]')
     )
-    found = faults_of(text)
-    assert [f.split(":")[0] for f in found] == [
+    faults = faults_of(text)
+    assert [f.split(":")[0] for f in faults] == [
         "line 2, coordinates.x",
         "line 5, parameters.m",
         "line 7, bodies",
@@ -277,13 +277,13 @@ def test_file_fault_in_a_long_formula_names_its_own_line():
 
 def test_file_fault_of_a_definition_is_not_repeated_where_it_is_used():
     text = SHORT.replace('mass = "m"', 'mass = "big"') + '[definitions]\nbig = "2*n"\n'
-    found = faults_of(text)
-    assert len(found) == 1 and found[0].startswith("line 15, definitions.big: unknown name 'n'")
+    faults = faults_of(text)
+    assert len(faults) == 1 and faults[0].startswith("line 15, definitions.big: unknown name 'n'")
 
 
 def test_file_without_anything_says_what_is_needed():
-    found = faults_of("name = 'empty'")
-    assert [f.split(". ")[0] for f in found] == [
+    faults = faults_of("name = 'empty'")
+    assert [f.split(". ")[0] for f in faults] == [
         "line 1, contacts: no contact",
         "line 1: no coordinates",
         "line 1: no mass",
@@ -310,7 +310,7 @@ def test_file_that_is_no_toml_is_refused(tmp_path, data, message):
     path.write_bytes(data)
     with pytest.raises(InputError, match="mechanism file") as caught:
         load_mechanism(path)
-    assert message in str(caught.value) and "Fix:" in str(caught.value)
+    assert message in str(caught.value)
 
 
 def test_file_that_is_a_folder_or_missing_is_refused(tmp_path):

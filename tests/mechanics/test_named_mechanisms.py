@@ -49,8 +49,8 @@ def _accelerations(mechanism, values, forces):
     return total
 
 
-def _closeness(found, expected):
-    return np.max(np.abs(np.subtract(found, expected))) / max(1.0, np.max(np.abs(expected)))
+def _closeness(actual, expected):
+    return np.max(np.abs(np.subtract(actual, expected))) / max(1.0, np.max(np.abs(expected)))
 
 
 @every_mechanism
@@ -76,8 +76,8 @@ def test_mechanism_contact_velocities_agree_with_newton_and_euler(name):
         motion = machine.motion(np.array([values[v.name] for v in mechanism.system.q_dot]))
         for contact, touch in zip(mechanism.contacts, machine.touches, strict=True):
             rates = [contact.gap_rate, contact.slip_velocity]
-            found = numbers(rates, by_symbol(mechanism, values))
-            assert _closeness(found, machine.contact_velocity(motion, touch)) < 1e-12
+            velocities = numbers(rates, by_symbol(mechanism, values))
+            assert _closeness(velocities, machine.contact_velocity(motion, touch)) < 1e-12
 
 
 @every_mechanism
@@ -93,9 +93,9 @@ def test_mechanism_contact_accelerations_agree_with_newton_and_euler(name):
             forces[i] = rng.uniform(-3, 3, 2)
             f_n, f_t = forces[i]
             rates = [c.W_nn * f_n + c.W_nt * f_t + c.b_n, c.W_nt * f_n + c.W_tt * f_t + c.b_t]
-            found = numbers(rates, by_symbol(mechanism, values))
+            accelerations = numbers(rates, by_symbol(mechanism, values))
             expected = machine.contact_acceleration(motion, touch, forces)
-            assert _closeness(found, expected) < 1e-10
+            assert _closeness(accelerations, expected) < 1e-10
 
 
 @every_mechanism
@@ -125,8 +125,8 @@ def test_mechanism_starts_in_contact_and_sliding(name):
         start = dict.fromkeys(mechanism.state_names, 0.0) | dict(mechanism.start)
         assert contact_problem(mechanism, start, values).slip_direction
         return
-    found = classify(mechanism, mechanism.start)
-    assert found.problem.slip_direction
+    classification = classify(mechanism, mechanism.start)
+    assert classification.problem.slip_direction
 
 
 @every_mechanism
@@ -162,8 +162,8 @@ LONGEST = {
 def test_mechanism_closed_forms_stay_as_short_as_they_are(name):
     for c in derived(name).all_coefficients:
         forms = (c.W_nn, c.W_nt, c.W_tt, c.b_n, c.b_t, c.A_stick)
-        found = tuple(int(sp.count_ops(form)) for form in forms)
-        assert all(n <= limit for n, limit in zip(found, LONGEST[name], strict=True)), found
+        lengths = tuple(int(sp.count_ops(form)) for form in forms)
+        assert all(n <= limit for n, limit in zip(lengths, LONGEST[name], strict=True)), lengths
 
 
 @every_mechanism
@@ -194,7 +194,7 @@ def test_block_with_two_feet_names_its_contacts_but_has_no_only_one():
 
 
 def _coefficients_at(name, **values):
-    """Return W as a function of nothing but what is left open, the rest at its default."""
+    """Return W as a function of the free quantities, the rest at its default."""
     mechanism = derived(name)
     at = {p.symbol: sp.nsimplify(p.default) for p in mechanism.system.parameters}
     at |= {s: v for s in mechanism.system.symbols for n, v in values.items() if s.name == n}
@@ -235,8 +235,8 @@ def test_critical_friction_is_least_where_the_surface_halves_the_axes_of_the_mob
     ratio = sp.lambdify(q, W_nn / sp.Abs(W_nt), "math")
     grid = np.linspace(0.01, 3.13, 400)
     best = grid[np.argmin([ratio(float(x)) for x in grid])]
-    found = minimize_scalar(ratio, bounds=(best - 0.01, best + 0.01), options={"xatol": 1e-12})
-    assert math.isclose(found.fun, 2 * math.sqrt(low * high) / (high - low), rel_tol=1e-9)
+    minimum = minimize_scalar(ratio, bounds=(best - 0.01, best + 0.01), options={"xatol": 1e-12})
+    assert math.isclose(minimum.fun, 2 * math.sqrt(low * high) / (high - low), rel_tol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -298,11 +298,11 @@ def test_painleve_klein_normal_force_at_rest_carries_the_weights_and_the_pull():
     c = mechanism.coefficients
     values = {p.name: p.default for p in mechanism.system.parameters} | {"P_1": 0.0, "P_2": 3.0}
     values |= dict.fromkeys(mechanism.state_names, 0.0) | {"phi": values["phi_0"]}
-    found = numbers([-c.b_n / c.W_nn], by_symbol(mechanism, values))[0]
+    force = numbers([-c.b_n / c.W_nn], by_symbol(mechanism, values))[0]
     # The rod pulls both blocks along with P_2/(m_1 + m_2): its force is m_1 a/cosφ.
     a = 3.0 / (values["m_1"] + values["m_2"])
     expected = values["m_1"] * values["g"] - values["m_1"] * a * math.tan(values["phi_0"])
-    assert math.isclose(found, expected, rel_tol=1e-12)
+    assert math.isclose(force, expected, rel_tol=1e-12)
 
 
 # ---- the registry ----

@@ -39,10 +39,10 @@ def _cost(expr: sp.Expr) -> int:
 @settings(max_examples=30, deadline=None)
 @given(expr=TREES, values=st.tuples(ANGLES, ANGLES, ANGLES, ANGLES))
 def test_readable_keeps_the_value_and_needs_no_more_operations(expr, values):
-    found, point = readable(expr), dict(zip((a, b, mu, m), values, strict=True))
+    simplified, point = readable(expr), dict(zip((a, b, mu, m), values, strict=True))
     expected = _value(expr, point)
-    assert math.isclose(_value(found, point), expected, rel_tol=1e-12, abs_tol=1e-14)
-    assert _cost(found) <= _cost(expr)
+    assert math.isclose(_value(simplified, point), expected, rel_tol=1e-12, abs_tol=1e-14)
+    assert _cost(simplified) <= _cost(expr)
 
 
 @pytest.mark.parametrize(
@@ -74,7 +74,7 @@ def test_readable_tells_integers_from_floats():
 def test_readable_only_factors_a_long_expression():
     long = sum((mu * sp.sin(k * a) / (k + c) for k in range(1, 30)), sp.Integer(0))
     assert sp.count_ops(long) > 60
-    found = readable(long)
+    simplified = readable(long)
     point = {a: 0.7, mu: 1.4, m: 1.0}
-    assert sp.count_ops(found) < sp.count_ops(long)
-    assert math.isclose(_value(found, point), _value(long, point), rel_tol=1e-12)
+    assert sp.count_ops(simplified) < sp.count_ops(long)
+    assert math.isclose(_value(simplified, point), _value(long, point), rel_tol=1e-12)

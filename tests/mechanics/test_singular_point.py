@@ -59,15 +59,15 @@ def test_glockers_rod_has_exponent_one_third(point):
 )
 def test_eigenvalues_are_equal_at_two_over_root_three_of_the_critical_friction(name, slip):
     """The mobility of a rigid body turns with it: min μ_P = 4/3 for J = m r²/3, of any shape."""
-    found = SingularPoint(model(name).coefficients, slip).thresholds("theta")
-    assert {sp.simplify(t.friction) for t in found} == {sp.Rational(4, 3) * 2 / sp.sqrt(3)}
+    thresholds = SingularPoint(model(name).coefficients, slip).thresholds("theta")
+    assert {sp.simplify(t.friction) for t in thresholds} == {sp.Rational(4, 3) * 2 / sp.sqrt(3)}
 
 
 def test_threshold_of_the_rod_of_any_inertia():
-    (found,) = SingularPoint(model("rod-inertia").coefficients).thresholds("theta")
+    (threshold,) = SingularPoint(model("rod-inertia").coefficients).thresholds("theta")
     alpha = sp.Symbol("alpha", positive=True)
-    assert sp.simplify(found.friction - 4 * sp.sqrt(1 + alpha) / (sp.sqrt(3) * alpha)) == 0
-    assert sp.simplify(found.at - sp.sqrt((1 + alpha) / 3)) == 0
+    assert sp.simplify(threshold.friction - 4 * sp.sqrt(1 + alpha) / (sp.sqrt(3) * alpha)) == 0
+    assert sp.simplify(threshold.at - sp.sqrt((1 + alpha) / 3)) == 0
 
 
 @settings(max_examples=10, deadline=None)

@@ -49,9 +49,9 @@ def test_drift_is_the_change_of_the_force_along_the_sliding_motion(name):
 
     h = 1e-6
     expected = (8 * (force(h) - force(-h)) - (force(2 * h) - force(-2 * h))) / (12 * h)
-    found = float(numbers([sliding_force_rate(c)], at)[0])
+    drift = float(numbers([sliding_force_rate(c)], at)[0])
     # Round-off of the differences, 1e-16/h.
-    assert found == pytest.approx(expected, rel=1e-7, abs=1e-8 * abs(force(0.0)))
+    assert drift == pytest.approx(expected, rel=1e-7, abs=1e-8 * abs(force(0.0)))
 
 
 @NAMES

@@ -156,8 +156,8 @@ def test_spring_pulls_back_and_its_damper_takes_power():
     )
     values = {"x": 3.0, "y": 4.0, "x_dot": 1.0, "y_dot": 2.0, "m": 2.0, "k_s": 3.0, "c_s": 2.0}
     pull = 3.0 * (5.0 - 1.0) + 2.0 * (3.0 * 1.0 + 4.0 * 2.0) / 5.0
-    found = [at(entry, **values) for entry in system.free_acceleration]
-    np.testing.assert_allclose(found, [(5 - pull * 0.6) / 2, -pull * 0.8 / 2], rtol=1e-13)
+    accelerations = [at(entry, **values) for entry in system.free_acceleration]
+    np.testing.assert_allclose(accelerations, [(5 - pull * 0.6) / 2, -pull * 0.8 / 2], rtol=1e-13)
     damped = 2.0 * (11.0 / 5.0) ** 2 - 5.0 * 1.0
     assert math.isclose(at(system.dissipated_power, **values), damped, rel_tol=1e-13)
 

@@ -122,6 +122,6 @@ def test_toml_lines_know_every_entry_of_any_text(lines):
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError:
         return
-    found = toml_lines(text)
-    assert set(_paths(data)) == set(found.keys)
-    assert all(1 <= line <= text.count("\n") + 1 for line in found.keys.values())
+    entries = toml_lines(text)
+    assert set(_paths(data)) == set(entries.keys)
+    assert all(1 <= line <= text.count("\n") + 1 for line in entries.keys.values())

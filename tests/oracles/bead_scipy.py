@@ -30,8 +30,8 @@ def slip_force(s, side, p, w, mu, b):
 
 def slip_forces(s, p, w, mu, b):
     """Return every N that slip along s allows, by increasing value."""
-    found = [side * slip_force(s, side, p, w, mu, b) for side in (-1, 1)]
-    return [side * size for side, size in zip((-1, 1), found, strict=True) if size > 0]
+    forces = [side * slip_force(s, side, p, w, mu, b) for side in (-1, 1)]
+    return [side * size for side, size in zip((-1, 1), forces, strict=True) if size > 0]
 
 
 def accelerations(p, w, normal, friction, b):

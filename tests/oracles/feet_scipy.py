@@ -82,7 +82,7 @@ class Law:
 
 @dataclass
 class Foot:
-    """What one foot does: branch of its law, deepest compression, sign of slip (0: sticks)."""
+    """Mode of one foot: branch of its law, deepest compression, sign of slip (0: sticks)."""
 
     branch: str = "flight"
     deepest: float = 0.0
@@ -186,7 +186,7 @@ class Block:
 
     def guards(self) -> list[tuple[int, str, str, Callable[[Array], float]]]:
         """Return foot, kind, next branch or slip, and guard of whatever can happen now."""
-        found: list[tuple[int, str, str, Callable[[Array], float]]] = []
+        margins: list[tuple[int, str, str, Callable[[Array], float]]] = []
         for i, (f, law) in enumerate(zip(self.feet, self.laws, strict=True)):
 
             def at(y: Array, i: int = i) -> tuple[float, float, float]:
@@ -199,17 +199,17 @@ class Block:
                         N = self.normal(y)
                         return float(self.mu[i] * N[i] - s * self.friction(y, N)[i])
 
-                    found.append((i, "slip_start", "", cone))
+                    margins.append((i, "slip_start", "", cone))
             elif f.closed:
-                found.append((i, "slip_stop", "", lambda y, i=i, s=f.sign: s * y[SLIP[i]]))
+                margins.append((i, "slip_stop", "", lambda y, i=i, s=f.sign: s * y[SLIP[i]]))
             for k, (kind, _, target) in enumerate(law.exits(f.branch, 1.0, 1.0, 1.0)):
 
                 def leave(y: Array, i: int = i, k: int = k, at: Callable = at) -> float:
                     law, branch = self.laws[i], self.feet[i].branch
                     return float(list(law.exits(branch, *at(y)))[k][1])
 
-                found.append((i, kind, target, leave))
-        return found
+                margins.append((i, kind, target, leave))
+        return margins
 
     def happen(self, y: Array, i: int, kind: str, target: str) -> None:
         """Apply an event to the foot and the state."""

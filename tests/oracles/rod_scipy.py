@@ -1,4 +1,4 @@
-"""Simulate Painlevé's rod with a softened contact, by hand and with SciPy alone.
+"""Simulate Painlevé's rod with a compliant contact, by hand and with SciPy alone.
 
 This module is the test oracle: it shares no code with the package it checks. The motion is written
 as Newton-Euler equations about the centre of mass, integrated by SciPy's DOP853 one step at a time,
@@ -294,38 +294,38 @@ def guards(rod: Rod, mode: Mode) -> list[tuple[str, Guard]]:
     list of (str, callable)
         The name of the guard and its value as a function of the state.
     """
-    found: list[tuple[str, Guard]] = []
+    margins: list[tuple[str, Guard]] = []
     if mode.tangent == "left":
-        found.append(("slip_stop", lambda u: -float(u[V_T])))
+        margins.append(("slip_stop", lambda u: -float(u[V_T])))
     elif mode.tangent == "right":
-        found.append(("slip_stop", lambda u: float(u[V_T])))
+        margins.append(("slip_stop", lambda u: float(u[V_T])))
     elif mode.tangent == "stick":
 
         def margin(u: Array, sign: float) -> float:
             F_n = normal_force(rod, mode, float(u[Y_A]))
             return rod.mu * F_n - sign * friction(rod, mode, u, F_n)
 
-        found.append(("slip_left", lambda u: margin(u, 1.0)))
-        found.append(("slip_right", lambda u: margin(u, -1.0)))
+        margins.append(("slip_left", lambda u: margin(u, 1.0)))
+        margins.append(("slip_right", lambda u: margin(u, -1.0)))
     delta_p = permanent(rod, mode)
     if mode.normal == "virgin":
-        found.append(("max_compression", lambda u: -float(u[V_N])))
+        margins.append(("max_compression", lambda u: -float(u[V_N])))
     elif mode.normal == "unloading":
-        found.append(("separation", lambda u: -float(u[Y_A]) - delta_p))
+        margins.append(("separation", lambda u: -float(u[Y_A]) - delta_p))
         if rod.reload == "elastic":
-            found.append(("yield", lambda u: float(u[Y_A]) + mode.delta_max))
+            margins.append(("yield", lambda u: float(u[Y_A]) + mode.delta_max))
         else:
-            found.append(("reload", lambda u: float(u[V_N])))
+            margins.append(("reload", lambda u: float(u[V_N])))
     elif mode.delta_max > 0.0:
         # The end is inside the indentation it has left.
-        found.append(("clear", lambda u: -float(u[Y_A])))
+        margins.append(("clear", lambda u: -float(u[Y_A])))
         if rod.reload == "elastic":
-            found.append(("touchdown", lambda u: float(u[Y_A]) + delta_p))
+            margins.append(("touchdown", lambda u: float(u[Y_A]) + delta_p))
         else:
-            found.append(("reload", lambda u: float(u[V_N])))
+            margins.append(("reload", lambda u: float(u[V_N])))
     else:
-        found.append(("touchdown", lambda u: float(u[Y_A])))
-    return found
+        margins.append(("touchdown", lambda u: float(u[Y_A])))
+    return margins
 
 
 def watched(rod: Rod, mode: Mode) -> list[tuple[str, Guard]]:
@@ -580,7 +580,7 @@ def simulate(
     rtol: float = 1e-12,
     max_events: int = 1000,
 ) -> RodRun:
-    """Simulate the rod with the softened bilinear contact, from event to event.
+    """Simulate the rod with the compliant bilinear contact, from event to event.
 
     In contact ``F_n = K delta^n`` while compressing and equation (5) while restoring; the friction
     is Coulomb's, and at zero slip the end sticks if and only if ``|F_t_stick| <= mu F_n``.

@@ -155,7 +155,7 @@ def test_empty_selection_is_refused():
 
 def test_progress_is_reported_before_every_item():
     calls = []
-    reproduce(["eq-2", "eq-3"], lambda *args: calls.append(args))
+    reproduce(["eq-2", "eq-3"], progress=lambda *args: calls.append(args))
     assert calls == [(1, 2, "coefficient A"), (2, 2, "coefficient B")]
 
 

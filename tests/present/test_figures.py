@@ -13,7 +13,7 @@ from painleve_sym.papers.registry import reproduce
 from painleve_sym.present.figures import draw
 from painleve_sym.present.style import COLUMN, MARKERS, PAGE, STYLE
 
-SHOWN = ("fig-2", "fig-4", "fig-8", "fig-10", "fig-12")
+FIGURES = ("fig-2", "fig-4", "fig-8", "fig-10", "fig-12")
 
 
 def drawn(series):
@@ -25,21 +25,21 @@ def drawn(series):
 
 @pytest.fixture(scope="module")
 def figures():
-    return {item.id: (item, drawn(item.series)) for item in reproduce(SHOWN).items}
+    return {item.id: (item, drawn(item.series)) for item in reproduce(FIGURES).items}
 
 
 def texts_of(figure):
     """Return every text that shows, with what it is."""
-    found = []
+    texts = []
     for axes in figure.axes:
         low, high = axes.get_xlim(), axes.get_ylim()
-        found += [axes.xaxis.label, axes.yaxis.label, axes.title, axes._left_title, *axes.texts]
+        texts += [axes.xaxis.label, axes.yaxis.label, axes.title, axes._left_title, *axes.texts]
         for axis, (a, b) in ((axes.xaxis, low), (axes.yaxis, high)):
             ticks = zip(axis.get_majorticklocs(), axis.get_majorticklabels(), strict=True)
-            found += [label for place, label in ticks if min(a, b) <= place <= max(a, b)]
+            texts += [label for place, label in ticks if min(a, b) <= place <= max(a, b)]
     for legend in figure.legends:
-        found += legend.get_texts()
-    return [t for t in found if t.get_text() and t.get_visible()]
+        texts += legend.get_texts()
+    return [t for t in texts if t.get_text() and t.get_visible()]
 
 
 def assert_texts_apart(figure, name):
@@ -64,12 +64,12 @@ def assert_texts_legible(figure):
         assert inside and box.x1 <= width + 0.5 and box.y1 <= height + 0.5, text.get_text()
 
 
-@pytest.mark.parametrize("name", SHOWN)
+@pytest.mark.parametrize("name", FIGURES)
 def test_figure_texts_do_not_overlap(figures, name):
     assert_texts_apart(figures[name][1], name)
 
 
-@pytest.mark.parametrize("name", SHOWN)
+@pytest.mark.parametrize("name", FIGURES)
 def test_figure_texts_stay_inside_and_are_legible(figures, name):
     assert_texts_legible(figures[name][1])
 
@@ -83,7 +83,7 @@ def test_texts_of_every_figure_are_apart_and_legible():
             assert_texts_legible(figure)
 
 
-@pytest.mark.parametrize("name", SHOWN)
+@pytest.mark.parametrize("name", FIGURES)
 def test_figure_legend_lies_below_the_axes(figures, name):
     _, figure = figures[name]
     for legend in figure.legends:
@@ -91,7 +91,7 @@ def test_figure_legend_lies_below_the_axes(figures, name):
         assert all(top <= axes.bbox.y0 for axes in figure.axes)
 
 
-@pytest.mark.parametrize("name", SHOWN)
+@pytest.mark.parametrize("name", FIGURES)
 def test_figure_has_a_letter_and_labels_with_units_on_every_panel(figures, name):
     item, figure = figures[name]
     assert len(figure.axes) == len(item.series)
@@ -102,13 +102,13 @@ def test_figure_has_a_letter_and_labels_with_units_on_every_panel(figures, name)
             assert axes.get_title(loc="left").startswith(f"({letter})")
 
 
-@pytest.mark.parametrize("name", SHOWN)
+@pytest.mark.parametrize("name", FIGURES)
 def test_figure_has_the_width_of_a_column_or_a_page(figures, name):
     item, figure = figures[name]
     assert figure.get_size_inches()[0] == (COLUMN if len(item.series) == 1 else PAGE)
 
 
-@pytest.mark.parametrize("name", SHOWN)
+@pytest.mark.parametrize("name", FIGURES)
 def test_figure_curves_show_inside_their_panel(figures, name):
     _, figure = figures[name]
     for axes in figure.axes:

@@ -9,10 +9,10 @@ import pytest
 
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.laws.catalogue import law
+from painleve_sym.motion.simulator import Simulator
 from painleve_sym.present.fit_figure import fit_figure
 from painleve_sym.present.sensitivity_figure import sensitivity_figure
 from painleve_sym.present.style import save, write_figure
-from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.study.fitting.result import FitResult
 
 STATE = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
@@ -25,17 +25,17 @@ def motion():
 
 
 def test_derivatives_are_drawn_per_relative_change_with_every_event(tmp_path):
-    found = motion()
+    run = motion()
 
     def draw():
-        return sensitivity_figure(found, "y_A_dot", "velocity [m/s]", {"mu": r"\mu"}, 3.95e-4)
+        return sensitivity_figure(run, "y_A_dot", "velocity [m/s]", {"mu": r"\mu"}, 3.95e-4)
 
     figure = draw()
     above, below = figure.axes
-    events = len(found.events)
+    events = len(run.events)
     assert len(above.lines) == 1 + events and len(below.lines) == 2 + events
     times, drawn = below.lines[0].get_data()
-    expected = 1.4 * found.gradient("y_A_dot", np.asarray(times) / 1e3)[:, 0]
+    expected = 1.4 * run.gradient("y_A_dot", np.asarray(times) / 1e3)[:, 0]
     np.testing.assert_allclose(drawn, expected, rtol=1e-6, atol=1e-9)
     first, second = (save(draw(), tmp_path / n) for n in "ab")
     for one, other in zip(first, second, strict=True):

@@ -1,4 +1,4 @@
-"""What holds for every planar impact of one contact, and for its closed forms."""
+"""Properties of every planar impact of one contact, and of its closed forms."""
 
 from __future__ import annotations
 
@@ -58,9 +58,9 @@ def _size(W, velocity) -> float:
 @given(W=MOBILITY, mu=FRICTION, v_t=SLIP, v_n=NORMAL, rule=LAW, e=RESTITUTION)
 @settings(max_examples=300, deadline=None)
 def test_impact_changes_velocities_by_its_impulses_in_the_cone(W, mu, v_t, v_n, rule, e):
-    found = solve_impact(W, mu, (v_n, v_t), rule, e)
+    impact = solve_impact(W, mu, (v_n, v_t), rule, e)
     at, scale = np.array([v_n, v_t]), 10 + abs(v_t) + abs(v_n)
-    for phase in found.phases:
+    for phase in impact.phases:
         impulse = np.array([phase.normal_impulse, phase.tangential_impulse])
         moved = at + np.array(W) @ impulse
         # Near a singular W impulses are large and cancel in the velocity.
@@ -73,22 +73,22 @@ def test_impact_changes_velocities_by_its_impulses_in_the_cone(W, mu, v_t, v_n, 
             assert abs(phase.tangential_impulse) >= limit * (1 - 1e-15)
         assert phase.tangential_work <= 0
         at = np.array(phase.velocity)
-    assert tuple(at) == found.velocity
-    assert abs(found.tangential_impulse) <= mu * found.normal_impulse * (1 + 1e-14)
+    assert tuple(at) == impact.velocity
+    assert abs(impact.tangential_impulse) <= mu * impact.normal_impulse * (1 + 1e-14)
 
 
 @given(W=MOBILITY, mu=FRICTION, v_t=SLIP, v_n=NORMAL, rule=LAW, e=RESTITUTION)
 @settings(max_examples=200, deadline=None)
 def test_impact_of_positive_definite_mobility_ends(W, mu, v_t, v_n, rule, e):
-    found = solve_impact(W, mu, (v_n, v_t), rule, e)
-    assert found.end is not ImpactEnd.JAM
-    assert len(found.phases) <= 3
-    assert found.velocity[0] >= 0
-    assert (found.velocity[0] > 0) == (found.end is ImpactEnd.SEPARATION)
+    impact = solve_impact(W, mu, (v_n, v_t), rule, e)
+    assert impact.end is not ImpactEnd.JAM
+    assert len(impact.phases) <= 3
+    assert impact.velocity[0] >= 0
+    assert (impact.velocity[0] > 0) == (impact.end is ImpactEnd.SEPARATION)
     if e == 0:
-        assert found.velocity[0] == 0
-    elif found.case is not ImpactClass.NO_IMPACT and (v_n < 0 or rule != "newton"):
-        assert found.end is ImpactEnd.SEPARATION
+        assert impact.velocity[0] == 0
+    elif impact.case is not ImpactClass.NO_IMPACT and (v_n < 0 or rule != "newton"):
+        assert impact.end is ImpactEnd.SEPARATION
 
 
 @given(
@@ -101,11 +101,11 @@ def test_impact_of_positive_definite_mobility_ends(W, mu, v_t, v_n, rule, e):
 )
 @settings(max_examples=400, deadline=None)
 def test_impact_never_gains_energy_by_the_energetic_or_poissons_law(W, mu, v_t, v_n, rule, e):
-    found = solve_impact(W, mu, (v_n, v_t), rule, e)
-    work = math.fsum(abs(w) for p in found.phases for w in (p.normal_work, p.tangential_work))
-    assert found.energy_change <= 1e-14 * work
+    impact = solve_impact(W, mu, (v_n, v_t), rule, e)
+    work = math.fsum(abs(w) for p in impact.phases for w in (p.normal_work, p.tangential_work))
+    assert impact.energy_change <= 1e-14 * work
     if rule == "energetic":
-        normal = math.fsum(p.normal_work for p in found.phases)
+        normal = math.fsum(p.normal_work for p in impact.phases)
         assert normal <= 1e-14 * work
 
 
@@ -113,13 +113,13 @@ def test_impact_never_gains_energy_by_the_energetic_or_poissons_law(W, mu, v_t, 
 @settings(max_examples=150, deadline=None)
 def test_impact_of_the_mirror_image_is_the_mirrored_impact(W, mu, v_t, v_n, rule, e):
     (W_nn, W_nt), (_, W_tt) = W
-    found = solve_impact(W, mu, (v_n, v_t), rule, e)
+    impact = solve_impact(W, mu, (v_n, v_t), rule, e)
     mirrored = solve_impact(((W_nn, -W_nt), (-W_nt, W_tt)), mu, (v_n, -v_t), rule, e)
-    assert (mirrored.case, mirrored.end) == (found.case, found.end)
-    assert mirrored.velocity == (found.velocity[0], -found.velocity[1])
-    assert mirrored.normal_impulse == found.normal_impulse
-    assert mirrored.tangential_impulse == -found.tangential_impulse
-    assert mirrored.energy_change == found.energy_change
+    assert (mirrored.case, mirrored.end) == (impact.case, impact.end)
+    assert mirrored.velocity == (impact.velocity[0], -impact.velocity[1])
+    assert mirrored.normal_impulse == impact.normal_impulse
+    assert mirrored.tangential_impulse == -impact.tangential_impulse
+    assert mirrored.energy_change == impact.energy_change
 
 
 @given(
@@ -135,25 +135,25 @@ def test_impact_of_the_mirror_image_is_the_mirrored_impact(W, mu, v_t, v_n, rule
 def test_impact_scales_with_speed_and_mass(W, mu, v_t, v_n, rule, e, powers):
     # Powers of two leave every digit, so that the scaled impact is the same to the last bit.
     speed, mass = (2.0**p for p in powers)
-    found = solve_impact(W, mu, (v_n, v_t), rule, e)
+    impact = solve_impact(W, mu, (v_n, v_t), rule, e)
     lighter = tuple(tuple(w / mass for w in row) for row in W)
     scaled = solve_impact(lighter, mu, (v_n * speed, v_t * speed), rule, e)
-    assert scaled.case is found.case
-    assert scaled.velocity == (found.velocity[0] * speed, found.velocity[1] * speed)
-    assert scaled.normal_impulse == found.normal_impulse * speed * mass
-    assert scaled.energy_change == found.energy_change * speed**2 * mass
+    assert scaled.case is impact.case
+    assert scaled.velocity == (impact.velocity[0] * speed, impact.velocity[1] * speed)
+    assert scaled.normal_impulse == impact.normal_impulse * speed * mass
+    assert scaled.energy_change == impact.energy_change * speed**2 * mass
 
 
 @given(W=MOBILITY, mu=FRICTION, v_t=SLIP, v_n=NORMAL, e=RESTITUTION)
 @settings(max_examples=300, deadline=None)
 def test_impact_laws_agree_on_one_ray_and_in_central_impacts(W, mu, v_t, v_n, e):
     (W_nn, _), (_, W_tt) = W
-    found = {rule: solve_impact(W, mu, (v_n, v_t), rule, e) for rule in LAWS}
-    on_one_ray = len({phase.mode for f in found.values() for phase in f.phases}) <= 1
+    impact = {rule: solve_impact(W, mu, (v_n, v_t), rule, e) for rule in LAWS}
+    on_one_ray = len({phase.mode for f in impact.values() for phase in f.phases}) <= 1
     central = {
         rule: solve_impact(((W_nn, 0.0), (0.0, W_tt)), mu, (v_n, v_t), rule, e) for rule in LAWS
     }
-    for same in [found] * (on_one_ray or e == 0) + [central]:
+    for same in [impact] * (on_one_ray or e == 0) + [central]:
         final = {rule: np.array(f.velocity) for rule, f in same.items()}
         scale = 1 + abs(v_t) + np.abs(final["newton"]).max()
         assert np.abs(final["poisson"] - final["newton"]).max() <= 1e-10 * scale
@@ -170,16 +170,16 @@ def test_impact_in_the_paradox_stops_the_slip_and_ends_sticking(case, v_n, rule,
     W, mu, v_t = case
     _, (W_nt, W_tt) = W
     assert abs(W_nt) < mu * W_tt
-    found = solve_impact(W, mu, (v_n, v_t), rule, e)
-    assert found.case is ImpactClass.C_STICKING
-    assert [p.name for p in found.phases] == [
+    impact = solve_impact(W, mu, (v_n, v_t), rule, e)
+    assert impact.case is ImpactClass.C_STICKING
+    assert [p.name for p in impact.phases] == [
         "tangential",
         "sticking compression",
         "sticking restitution",
     ]
-    assert found.velocity[1] == 0.0
-    assert found.phases[0].velocity[0] <= v_n
-    assert found.without_collision == (v_n == 0)
+    assert impact.velocity[1] == 0.0
+    assert impact.phases[0].velocity[0] <= v_n
+    assert impact.without_collision == (v_n == 0)
 
 
 @given(W=MOBILITY, mu=FRICTION)
@@ -200,8 +200,8 @@ def test_impact_without_collision_needs_slip(W, mu):
 def test_impact_of_rank_one_jams_where_it_sticks_in_compression(w, mu, v_t, v_n, rule, e):
     w_t, w_n = w
     W = ((w_n * w_n, w_t * w_n), (w_t * w_n, w_t * w_t))
-    found = solve_impact(W, mu, (v_n, v_t), rule, e)
-    assert all(math.isfinite(p.normal_impulse) for p in found.phases)
+    impact = solve_impact(W, mu, (v_n, v_t), rule, e)
+    assert all(math.isfinite(p.normal_impulse) for p in impact.phases)
     if w_t == 0 or w_n == 0:
         return
     holds = abs(w_n) <= mu * abs(w_t)
@@ -209,16 +209,16 @@ def test_impact_of_rank_one_jams_where_it_sticks_in_compression(w, mu, v_t, v_n,
     slip = (v_t > 0) - (v_t < 0)
     if slip * w_t * w_n > 0 and w_n**2 - mu * abs(w_t * w_n) < -1e-12:
         assert holds
-        assert found.end is ImpactEnd.JAM
-        assert found.velocity[0] < 0
+        assert impact.end is ImpactEnd.JAM
+        assert impact.velocity[0] < 0
     # On the border of the cone no ray changes any velocity: both answers are right.
     if at_border:
         return
-    if found.end is ImpactEnd.JAM:
+    if impact.end is ImpactEnd.JAM:
         assert holds
-        assert found.velocity[1] == 0
-    if found.end is not ImpactEnd.JAM and found.case is ImpactClass.C_STICKING:
-        assert found.velocity[0] == 0  # wedged, with nothing asked back
+        assert impact.velocity[1] == 0
+    if impact.end is not ImpactEnd.JAM and impact.case is ImpactClass.C_STICKING:
+        assert impact.velocity[0] == 0  # wedged, with nothing asked back
 
 
 # ---- continuity ----
@@ -258,14 +258,14 @@ def _closed_forms(rule: str, slip: int):
     names = {p.name: p.symbol for p in BLOCK.system.parameters}
     arguments = [*(names[n] for n in ("m", "c", "d", "mu")), V_T, V_N, law.parameter.symbol]
     functions = {}
-    for case, found in impact_cases(BLOCK.coefficients, law, slip, raw).items():
-        after = [v.subs({x_dot: V_T, y_dot: V_N}) for v in found.velocity.values()]
-        impulses = [sp.Add(*(getattr(p, n) for p in found.phases)) for n in IMPULSES]
-        margins = [condition.margin for condition in found.conditions]
-        outputs = [found.slip_velocity, found.separation_velocity, found.energy_change]
+    for case, impact in impact_cases(BLOCK.coefficients, law, slip, raw).items():
+        after = [v.subs({x_dot: V_T, y_dot: V_N}) for v in impact.velocity.values()]
+        impulses = [sp.Add(*(getattr(p, n) for p in impact.phases)) for n in IMPULSES]
+        margins = [condition.margin for condition in impact.conditions]
+        outputs = [impact.slip_velocity, impact.separation_velocity, impact.energy_change]
         functions[case] = (
             sp.lambdify(arguments, [*outputs, *after, *impulses, margins], "numpy", cse=True),
-            found.conditions,
+            impact.conditions,
         )
     return functions
 
@@ -285,16 +285,16 @@ def _holding(rule, slip, numbers) -> tuple[dict[ImpactClass, list[float]], float
     return holding, smallest
 
 
-def _compare(found: Impact, results: list[float], size: float) -> None:
+def _compare(actual: Impact, results: list[float], size: float) -> None:
     v_t, v_n, energy, x_dot, y_dot, normal, tangential = results
     impulse = 1e-7 * (1 + abs(normal))
-    assert math.isclose(found.velocity[1], v_t, abs_tol=1e-7)
-    assert math.isclose(found.velocity[0], v_n, abs_tol=1e-7)
+    assert math.isclose(actual.velocity[1], v_t, abs_tol=1e-7)
+    assert math.isclose(actual.velocity[0], v_n, abs_tol=1e-7)
     assert math.isclose(x_dot, v_t, abs_tol=1e-7)
     assert math.isclose(y_dot, v_n, abs_tol=1e-7)
-    assert math.isclose(found.energy_change, energy, abs_tol=1e-7 * (1 + size))
-    assert math.isclose(found.normal_impulse, normal, abs_tol=impulse)
-    assert math.isclose(found.tangential_impulse, tangential, abs_tol=impulse)
+    assert math.isclose(actual.energy_change, energy, abs_tol=1e-7 * (1 + size))
+    assert math.isclose(actual.normal_impulse, normal, abs_tol=impulse)
+    assert math.isclose(actual.tangential_impulse, tangential, abs_tol=impulse)
 
 
 @given(
@@ -313,9 +313,9 @@ def test_impact_is_of_the_one_class_whose_closed_form_holds(W, mu, v_t, v_n, rul
     d = W_tt / W_nn - c * c
     holding, margin = _holding(rule, 1 if v_t > 0 else -1, (1 / (W_nn * d), c, d, mu, v_t, v_n, e))
     assume(margin > 1e-9)  # at a tie two classes hold, and are the same impact
-    found = solve_impact(W, mu, (v_n, v_t), rule, e)
-    assert list(holding) == [found.case]
-    _compare(found, holding[found.case], _size(W, (v_n, v_t)))
+    impact = solve_impact(W, mu, (v_n, v_t), rule, e)
+    assert list(holding) == [impact.case]
+    _compare(impact, holding[impact.case], _size(W, (v_n, v_t)))
 
 
 @given(case=paradoxes(), rule=LAW, e=st.floats(0.05, 1.0))
@@ -327,9 +327,9 @@ def test_impact_without_collision_is_its_closed_form(case, rule, e):
     assume(d > 0.01 and mu < 100)
     numbers = (1 / (W_nn * d), c, d, mu, v_t, 0.0, e)
     holding, _ = _holding(rule, 1 if v_t > 0 else -1, numbers)
-    found = solve_impact(((W_nn, W_nt), (W_nt, W_tt)), mu, (0.0, v_t), rule, e)
+    impact = solve_impact(((W_nn, W_nt), (W_nt, W_tt)), mu, (0.0, v_t), rule, e)
     assert list(holding) == [ImpactClass.C_STICKING]
-    _compare(found, holding[ImpactClass.C_STICKING], _size(((W_nn, W_nt), (W_nt, W_tt)), (0, v_t)))
+    _compare(impact, holding[ImpactClass.C_STICKING], _size(((W_nn, W_nt), (W_nt, W_tt)), (0, v_t)))
 
 
 @given(
@@ -345,15 +345,15 @@ def test_impact_without_collision_is_continuous_down_to_A_0(W, v_t, rule, e, bey
     assume(abs(W_nt) > 1e-2 * W_nn)
     slip = math.copysign(v_t, W_nt)
     mu = W_nn / abs(W_nt)
-    found = solve_impact(W, mu * (1 + beyond), (0.0, slip), rule, e)
-    if found.case is ImpactClass.NO_IMPACT:  # the quotient is rounded down, and A > 0
+    impact = solve_impact(W, mu * (1 + beyond), (0.0, slip), rule, e)
+    if impact.case is ImpactClass.NO_IMPACT:  # the quotient is rounded down, and A > 0
         assert W_nn - mu * (1 + beyond) * abs(W_nt) > 0
         return
-    assert found.case is ImpactClass.C_STICKING
+    assert impact.case is ImpactClass.C_STICKING
     # By hand: P_n until the slip stops, and what Poisson's law adds along A′.
     stops = v_t / (mu * W_tt - abs(W_nt))
     rebound = e * stops * (W_nn - W_nt**2 / W_tt) if rule == "poisson" else 0.0
     size = 1 + stops * (W_nn + W_tt)
-    assert math.isclose(found.velocity[0], rebound, abs_tol=1e-4 * size)
-    assert found.velocity[1] == 0.0
-    assert math.isclose(found.phases[0].normal_impulse, stops, rel_tol=1e-6)
+    assert math.isclose(impact.velocity[0], rebound, abs_tol=1e-4 * size)
+    assert impact.velocity[1] == 0.0
+    assert math.isclose(impact.phases[0].normal_impulse, stops, rel_tol=1e-6)

@@ -15,7 +15,7 @@ from scipy.optimize import lsq_linear
 
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.laws.catalogue import law
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.motion.simulator import Simulator
 from tests.oracles.feet_scipy import Block, Foot, Law
 
 
@@ -33,10 +33,10 @@ def _expected(block, state, N):
     b = np.array([block.point(r[i], y, centre, alpha)[0] for i in (0, 1)])
     root = np.linalg.cholesky(W + 1e-14 * np.eye(2)).T
     room = np.array(block.mu) * N
-    found = lsq_linear(
+    least = lsq_linear(
         root, np.linalg.solve(root.T, -b), (-room - 1e-300, room + 1e-300), "bvls", tol=1e-15
     )
-    return W @ found.x + b, found.x, room
+    return W @ least.x + b, least.x, room
 
 
 @pytest.mark.parametrize("engine", ["compiled", "taylor"])

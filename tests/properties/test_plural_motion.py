@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import StopReason
 from painleve_sym.laws.catalogue import law
-from painleve_sym.simulate.batch.run import simulate_many
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.motion.batch.run import run_batch
+from painleve_sym.motion.simulator import Simulator
 
 TABLE = "examples/mechanisms/three-legged-table.toml"
 LADDER = "examples/mechanisms/ladder.toml"
@@ -166,9 +166,7 @@ def test_a_batch_is_its_single_runs_with_any_number_of_threads(engine):
         "x_dot": rng.uniform(-0.5, 0.5, count),
         "theta_dot": rng.uniform(-1, 1, count),
     }
-    batches = [
-        simulate_many(simulator, start, SOFT, t_end=0.1, threads=k).rows.state for k in (1, 3)
-    ]
+    batches = [run_batch(simulator, start, SOFT, t_end=0.1, threads=k).rows.state for k in (1, 3)]
     assert np.array_equal(*batches)
     for i in range(count):
         single = {k: float(v[i]) for k, v in start.items()}
@@ -181,8 +179,8 @@ def test_derivatives_of_a_motion_of_two_feet_are_those_of_runs_beside(engine):
     feet = Simulator(model("block-two-feet"), law("linear"), engine)
     start, parameters = {"y_A": 1e-3, "theta": 0.02, "x_A_dot": -0.3}, {"k": 1e5, "c": 40.0}
     directions = ("theta", "x_A_dot", "mu_A")
-    found = feet.sensitivities(start, directions, parameters=parameters, t_end=0.05)
-    assert len(found.trajectory.events) >= 5
+    motion = feet.sensitivities(start, directions, parameters=parameters, t_end=0.05)
+    assert len(motion.trajectory.events) >= 5
     for i, name in enumerate(directions):
         ends = []
         for step in (1e-6, -1e-6):
@@ -191,4 +189,4 @@ def test_derivatives_of_a_motion_of_two_feet_are_those_of_runs_beside(engine):
             run = feet.run(moved, parameters=given_, t_end=0.05, rtol=1e-13)
             ends.append(run.final_state)
         slope = (ends[0] - ends[1]) / 2e-6
-        assert np.allclose(found.final_jacobian[:, i], slope, rtol=0, atol=1e-7 * abs(slope).max())
+        assert np.allclose(motion.final_jacobian[:, i], slope, rtol=0, atol=1e-7 * abs(slope).max())

@@ -19,12 +19,12 @@ from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.contacts.impact.tangential import tangential_impact
 from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import law
-from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
-from painleve_sym.simulate.batch.run import simulate_many
-from painleve_sym.simulate.simulator import Simulator
-from painleve_sym.simulate.time_stepping.stepping import TimeStepper
+from painleve_sym.motion.batch.run import run_batch
+from painleve_sym.motion.simulator import Simulator
+from painleve_sym.motion.time_stepping.stepping import TimeStepper
 
 DECADES = st.floats(-6.0, 6.0)
 FACTORS = st.tuples(DECADES, DECADES, DECADES).map(lambda d: tuple(10.0**x for x in d))
@@ -272,7 +272,7 @@ def test_batch_has_the_same_rows_in_any_units(name, units):
         own = [_scaled(values, declared, f) for f in factors]
         return {n: np.array([row[n] for row in own]) for n in values}
 
-    batch = simulate_many(
+    batch = run_batch(
         simulator,
         rows(motion.state),
         parameters=rows(simulator.parameters(motion.parameters)),
@@ -306,9 +306,9 @@ CONTACTS = {
 }
 
 
-def _forces(found: Any, factors: Any) -> list[np.ndarray]:
+def _forces(solution: Any, factors: Any) -> list[np.ndarray]:
     newton = factor("N", factors)
-    return [np.append(s.normal_forces, s.tangential_forces) / newton for s in found.solutions]
+    return [np.append(s.normal_forces, s.tangential_forces) / newton for s in solution.solutions]
 
 
 @pytest.mark.parametrize("name", CONTACTS)
@@ -319,11 +319,11 @@ def test_contact_problem_is_the_same_in_any_units(name, factors):
     mechanism, one = make(), (1.0, 1.0, 1.0)
     values = {p.name: p.default for p in mechanism.system.parameters} | parameters
 
-    def found(f):
+    def classified(f):
         units = mechanism.units
-        return classify(mechanism, _scaled(state, units, f), _scaled(values, units, f))
+        return classify(mechanism, _scaled(state, units, f), parameters=_scaled(values, units, f))
 
-    reference, same = found(one), found(factors)
+    reference, same = classified(one), classified(factors)
     assert same.case is reference.case
     assert same.contacts == reference.contacts
     assert [s.modes for s in same.solutions] == [s.modes for s in reference.solutions]
@@ -342,10 +342,10 @@ def test_contact_is_closed_within_the_same_part_of_its_length(parts, factors):
     given_state = _scaled(state, mechanism.units, factors)
     given_values = _scaled(values, mechanism.units, factors)
     if abs(parts) < 1:
-        assert classify(mechanism, given_state, given_values).contacts == ("A",)
+        assert classify(mechanism, given_state, parameters=given_values).contacts == ("A",)
     else:
         with pytest.raises(InputError, match="the contact is open"):
-            classify(mechanism, given_state, given_values)
+            classify(mechanism, given_state, parameters=given_values)
 
 
 @pytest.mark.parametrize("approach", [0.0, -0.5])
@@ -359,7 +359,7 @@ def test_jump_is_the_same_in_any_units(approach, factors):
     def jump(f):
         units = mechanism.units
         own = _scaled(values, units, f) | {"e_energetic": 0.6}
-        return evaluate_jump(mechanism, "energetic", _scaled(state, units, f), own)
+        return evaluate_jump(mechanism, "energetic", _scaled(state, units, f), parameters=own)
 
     reference, same = jump(one), jump(factors)
     assert (same.case, same.end) == (reference.case, reference.end)
@@ -380,8 +380,8 @@ def test_tangential_impact_is_the_same_in_any_units(factors):
     def impulse(f):
         units = mechanism.units
         state = _scaled(mechanism.start, units, f)
-        found = tangential_impact(mechanism, state, _scaled(values, units, f))
-        return found.normal_impulse / factor("N s", f)
+        impact = tangential_impact(mechanism, state, parameters=_scaled(values, units, f))
+        return impact.normal_impulse / factor("N s", f)
 
     assert impulse(factors) == pytest.approx(impulse((1.0, 1.0, 1.0)), rel=1e-10)
 

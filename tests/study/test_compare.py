@@ -1,4 +1,4 @@
-"""The jump rule against softened impacts."""
+"""The jump rule against compliant impacts."""
 
 import numpy as np
 import pytest
@@ -6,8 +6,8 @@ import pytest
 from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models.rods import rod
+from painleve_sym.motion.simulator import Simulator
 from painleve_sym.papers.impact_resolution.jump import extrapolated
-from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.study.compare.jump_convergence import compare_jump
 
 TABLE_3 = {"x_A_dot": -1.0, "theta": 1.0, "theta_dot": 1.0}
@@ -47,9 +47,9 @@ def test_compare_jump_error_falls_with_an_order_below_its_limit(comparison, phas
 
 
 def test_compare_jump_order_follows_the_exponent_of_the_law(simulator):
-    found = compare_jump(simulator, TABLE_3, MODULI, parameters={"n": 1.5})
-    assert found.expected_order == pytest.approx(-1 / 3)
-    assert found.orders(1, "y_A_dot")[-1] == pytest.approx(-1 / 3, abs=0.04)
+    comparison = compare_jump(simulator, TABLE_3, MODULI, parameters={"n": 1.5})
+    assert comparison.expected_order == pytest.approx(-1 / 3)
+    assert comparison.orders(1, "y_A_dot")[-1] == pytest.approx(-1 / 3, abs=0.04)
 
 
 def test_compare_jump_error_is_the_impulse_of_the_finite_forces(comparison):

@@ -13,7 +13,7 @@ import pytest
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import law
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.critical.bisection import Border, CriticalForceFinder
 from painleve_sym.study.critical.continuation import Setting, critical_curve
 from painleve_sym.study.critical.gradient import critical_force_gradient
@@ -57,7 +57,7 @@ def test_continuation_meets_the_forces_found_alone(finder, curve):
 
 
 def test_continuation_in_the_approach_ends_where_every_force_impacts(finder):
-    told = []
+    reports = []
     values = -np.linspace(0.0, 3e-3, 13)
     curve = critical_curve(
         finder,
@@ -65,10 +65,10 @@ def test_continuation_in_the_approach_ends_where_every_force_impacts(finder):
         "y_A_dot",
         values,
         parameters={"E": 20.9e14},
-        progress=lambda *x: told.append(x),
+        progress=lambda *x: reports.append(x),
     )
     assert 0 < len(curve.points) < len(values)
-    assert told[-1] == (len(curve.points), len(values))
+    assert reports[-1] == (len(curve.points), len(values))
     assert curve.stopped.startswith("at y_A_dot = -0.00225") and "too fast" in curve.stopped
     assert np.all(np.diff(curve.forces) < 0)
     barrier = curve.points[0].sliding.barrier_speed
@@ -98,7 +98,7 @@ def test_gradient_is_the_slope_of_the_border_function(finder):
     E = 20.9e13
     at = {"E": E}
     critical = finder.find(TABLE_4, at).value
-    found = critical_force_gradient(finder, TABLE_4, ["theta_dot", "m", "E"], parameters=at)
+    gradient = critical_force_gradient(finder, TABLE_4, ["theta_dot", "m", "E"], parameters=at)
 
     def slip(force, **changed):
         state = {k: changed.get(k, v) for k, v in TABLE_4.items()}
@@ -129,17 +129,17 @@ def test_gradient_is_the_slope_of_the_border_function(finder):
             estimates.append(-by_name / by_force)
         # Both bases lie off the border by a part of it; the limit is extrapolated.
         limit = 2 * estimates[1] - estimates[0]
-        assert found[name].value == pytest.approx(limit, rel=2e-3)
-        assert found[name].error < 1e-6 * abs(found[name].value)
+        assert gradient[name].value == pytest.approx(limit, rel=2e-3)
+        assert gradient[name].error < 1e-6 * abs(gradient[name].value)
 
 
 def test_gradient_obeys_the_scaling_by_mass(finder):
     # m → c m with K → c K multiplies every force by c: F = m ∂F/∂m + E ∂F/∂E, as K ∝ E.
     at = {"E": 20.9e14}
-    found = critical_force_gradient(finder, TABLE_4, ["m", "E"], parameters=at)
+    gradient = critical_force_gradient(finder, TABLE_4, ["m", "E"], parameters=at)
     value = finder.find(TABLE_4, at).value
-    assert found["m"].value + at["E"] * found["E"].value == pytest.approx(value, rel=1e-9)
-    assert found["m"].method == "differences"
+    assert gradient["m"].value + at["E"] * gradient["E"].value == pytest.approx(value, rel=1e-9)
+    assert gradient["m"].method == "differences"
 
 
 # ---- growth ----
@@ -148,11 +148,11 @@ def test_gradient_obeys_the_scaling_by_mass(finder):
 def test_growth_of_a_deviation_tends_to_the_closed_form(finder):
     errors = []
     for E in (20.9e16, 20.9e18, 20.9e20):
-        found = compare_growth(finder, TABLE_4, {"E": E})
-        assert np.all(np.diff(found.deviation) > 0)
-        errors.append(found.error)
+        growth = compare_growth(finder, TABLE_4, {"E": E})
+        assert np.all(np.diff(growth.deviation) > 0)
+        errors.append(growth.error)
     orders = np.diff(np.log(np.abs(errors))) / math.log(100)
-    # What is left, 1/λ, falls like E^(−1/(2n)); 1/λ² disturbs the order by some hundredths.
+    # The remainder, 1/λ, falls like E^(−1/(2n)); 1/λ² disturbs the order by some hundredths.
     assert orders == pytest.approx(-1 / (2 * N), abs=0.02)
     assert abs(errors[-1]) < 1e-3
 
@@ -160,8 +160,8 @@ def test_growth_of_a_deviation_tends_to_the_closed_form(finder):
 @pytest.mark.parametrize("damping", [0.0, 3e4])
 def test_growth_with_a_dashpot_is_the_larger_root(damping):
     finder = CriticalForceFinder(Simulator(model("rod"), law("linear")))
-    found = compare_growth(finder, TABLE_4, {"k": 1e12, "c": damping})
-    assert found.measured == pytest.approx(found.predicted, rel=5e-3)
+    growth = compare_growth(finder, TABLE_4, {"k": 1e12, "c": damping})
+    assert growth.measured == pytest.approx(growth.predicted, rel=5e-3)
 
 
 def test_growth_needs_a_contact_that_slides_long_enough(finder):

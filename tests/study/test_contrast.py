@@ -1,4 +1,4 @@
-"""Every method on the starts of the paper's tables: who finds what, and at which order."""
+"""Every method on the starts of the paper's tables: the solutions and the orders."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ import pytest
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.errors import InputError, StopReason
-from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.models.rods import rod
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
-from painleve_sym.simulate.simulator import Simulator
-from painleve_sym.study.compare.comparison import contrast
+from painleve_sym.motion.simulator import Simulator
+from painleve_sym.study.compare.comparison import compare
 
 STEPS = (1e-3, 5e-4)
 SOLVERS = ("least-impulse", "largest-impulse", "lemke")
@@ -21,7 +21,7 @@ SOLVERS = ("least-impulse", "largest-impulse", "lemke")
 def _contrast(**options):
     state = {"theta": options.pop("theta", 1.0), "x_A_dot": -1.0}
     state["theta_dot"] = options.pop("theta_dot")
-    return contrast(rod(), state, **({"steps": STEPS, "solvers": SOLVERS} | options))
+    return compare(rod(), state, **({"steps": STEPS, "solvers": SOLVERS} | options))
 
 
 @pytest.fixture(scope="module")
@@ -85,40 +85,43 @@ def test_table_4_the_answer_depends_on_the_solver(table_4):
     assert [len(f.solutions) for f in table_4.first_steps] == [3, 3]
     assert table_4.solver_dependent
     assert not table_4.plastic_jump_unnoticed
-    found = {(a.way, a.first_mode, a.reference) for a in table_4.stepping}
-    assert ("least-impulse", "liftoff", "newton, liftoff") in found
-    assert any(way == "largest-impulse" and mode == "stick" for way, mode, _ in found)
+    answers = {(a.way, a.first_mode, a.reference) for a in table_4.stepping}
+    assert ("least-impulse", "liftoff", "newton, liftoff") in answers
+    assert any(way == "largest-impulse" and mode == "stick" for way, mode, _ in answers)
     assert {a.way for a in table_4.rigid} >= {"energetic, liftoff", "energetic, impact"}
     assert all(a.normal_impulse == 0 for a in table_4.softened)
 
 
 def test_unique_slip_is_found_by_all():
-    found = _contrast(theta=0.5, theta_dot=1.0, stiffness=(20.9e12,), t_end=2e-3)
-    assert found.acceleration_level.classification.case.value == "slip"
-    assert found.jumps == {}
-    assert not (found.solver_dependent or found.plastic_jump_unnoticed)
-    errors = [a.error for a in found.stepping]
+    comparison = _contrast(theta=0.5, theta_dot=1.0, stiffness=(20.9e12,), t_end=2e-3)
+    assert comparison.acceleration_level.classification.case.value == "slip"
+    assert comparison.jumps == {}
+    assert not (comparison.solver_dependent or comparison.plastic_jump_unnoticed)
+    errors = [a.error for a in comparison.stepping]
     assert max(errors) < 1e-4
-    assert np.isnan(found.expected_stiffness_order)
+    assert np.isnan(comparison.expected_stiffness_order)
 
 
 def test_steps_follow_the_end_time_where_none_are_given():
-    found = contrast(
+    comparison = compare(
         rod(),
         {"theta": 1.0, "y_A": 0.01},
         t_end=1e-3,
         stiffness=(20.9e14,),
         solvers=("lemke",),
     )
-    assert [a.setting for a in found.stepping] == pytest.approx([1e-4, 1e-5, 1e-6])
+    assert [a.setting for a in comparison.stepping] == pytest.approx([1e-4, 1e-5, 1e-6])
 
 
 def test_falling_rod_has_no_contact_problem_of_accelerations():
     state = {"theta": 1.0, "y_A": 0.01, "x_A_dot": -1.0}
-    found = contrast(rod(), state, steps=STEPS, stiffness=(20.9e14,), solvers=("lemke",))
-    assert found.acceleration_level is None
-    assert found.first_steps == ()
-    assert all(a.normal_impulse == 0 for a in (*found.rigid, *found.stepping, *found.softened))
+    comparison = compare(rod(), state, steps=STEPS, stiffness=(20.9e14,), solvers=("lemke",))
+    assert comparison.acceleration_level is None
+    assert comparison.first_steps == ()
+    assert all(
+        a.normal_impulse == 0
+        for a in (*comparison.rigid, *comparison.stepping, *comparison.softened)
+    )
 
 
 # ---- rigid motion that ends early ----
@@ -156,7 +159,7 @@ friction = "mu"
 
 def test_rigid_motion_that_jams_is_an_answer_beside_the_others():
     """Rank one: cos θ (v_n, v_t + u) ∝ θ̇, so that the slip stops at θ̇ = u/(2 l sin θ) = 1.25."""
-    wedged = contrast(model("strut"), WEDGED, parameters={"mu": 2.0}, **ONE)
+    wedged = compare(model("strut"), WEDGED, parameters={"mu": 2.0}, **ONE)
     assert [a.way for a in wedged.rigid] == ["energetic", "newton"]
     for answer in wedged.rigid:
         assert answer.stop_reason is StopReason.JAM
@@ -179,17 +182,17 @@ def test_rigid_motion_that_jams_is_an_answer_beside_the_others():
 
 def test_rigid_motion_that_jams_on_its_way_ends_after_the_impulse_up_to_there():
     start = {"theta": 0.9, "theta_dot": 4.0}
-    found = contrast(model("strut"), start, parameters={"mu": 2.0}, **ONE)
-    jammed = found.rigid[0]
+    comparison = compare(model("strut"), start, parameters={"mu": 2.0}, **ONE)
+    jammed = comparison.rigid[0]
     assert jammed.stop_reason is StopReason.JAM
-    assert 0 < jammed.final_time < found.t_end
+    assert 0 < jammed.final_time < comparison.t_end
     assert jammed.velocity["theta_dot"] == pytest.approx(1.25, rel=1e-12)
     # The drawn curve ends after the impulse, too: at v_t = 0 and v_n = −2 l cos θ θ̇.
     assert jammed.contact_velocities[-1] == pytest.approx([-0.75, 0], abs=1e-12)
     landing = Simulator(model("strut"), RigidLaw()).run(start, parameters={"mu": 2.0}, t_end=1e-2)
     (touchdown,) = landing.events_of("touchdown")
     at = {name: touchdown.state[name] for name in ("theta", "theta_dot")}
-    jump = evaluate_jump(model("strut"), "energetic", at, {"mu": 2.0})
+    jump = evaluate_jump(model("strut"), "energetic", at, parameters={"mu": 2.0})
     assert jammed.normal_impulse == pytest.approx(jump.normal_impulse, rel=1e-9)
 
 
@@ -197,8 +200,8 @@ def test_rigid_motion_that_jams_on_its_way_ends_after_the_impulse_up_to_there():
 def test_another_mechanism_jams_as_does_its_mirror_image(side):
     start = {"phi": float(np.arccos(0.8))}
     mechanism = mechanism_from_text(SPRAG)
-    found = contrast(mechanism, start, parameters={"side": side}, **ONE)
-    answer = found.rigid[0]
+    comparison = compare(mechanism, start, parameters={"side": side}, **ONE)
+    answer = comparison.rigid[0]
     # v_t = side (L cos φ φ̇ + u) stops at φ̇ = −2, where J Δφ̇ = L (sin φ − μ cos φ) P_n.
     assert (answer.stop_reason, answer.final_time) == (StopReason.JAM, 0)
     assert answer.velocity["phi_dot"] == pytest.approx(-2, rel=1e-12)
@@ -206,7 +209,7 @@ def test_another_mechanism_jams_as_does_its_mirror_image(side):
     normal, slip = answer.contact_velocities.T
     assert slip[0] == pytest.approx(0.8 * side)
     assert (normal[-1], slip[-1]) == pytest.approx((-0.6, 0), abs=1e-12)
-    assert found.softened[0].complete
+    assert comparison.softened[0].complete
 
 
 @pytest.mark.parametrize("sign", [1, -1])
@@ -219,13 +222,15 @@ def test_rigid_motion_that_jams_dynamically_says_where_it_would_arrive(sign):
     if sign < 0:
         state = {n: -v if n in ("x_A", "x_A_dot", "theta_dot") else v for n, v in state.items()}
         state["theta"] = np.pi - state["theta"]
-    found = contrast(rod(), state, parameters=given, t_end=0.02, **ONE)
-    answer = found.rigid[0]
+    comparison = compare(rod(), state, parameters=given, t_end=0.02, **ONE)
+    answer = comparison.rigid[0]
     assert answer.stop_reason is StopReason.DYNAMIC_JAM
     assert answer.limit.time == pytest.approx(0.8145496574 - 0.8, abs=2e-9)
     assert np.cos(answer.limit.state["theta"]) == pytest.approx(sign * np.sqrt(0.5), abs=1e-8)
     assert answer.state["theta"] == pytest.approx(answer.limit.state["theta"], abs=1e-6)
-    assert all(a.complete and np.isnan(a.error) for a in (*found.stepping, *found.softened))
+    assert all(
+        a.complete and np.isnan(a.error) for a in (*comparison.stepping, *comparison.softened)
+    )
 
 
 # ---- the impulse and the ruler ----
@@ -234,10 +239,11 @@ def test_rigid_motion_that_jams_dynamically_says_where_it_would_arrive(sign):
 @pytest.mark.parametrize("theta_dot", [1.0, 5.0])
 def test_impulse_of_every_motion_is_that_of_the_momentum_balance(theta_dot):
     """P_n = m (v_y⁺ − v_y⁻ + g t) with v_y = ẏ_A + l cos θ θ̇ of the centre."""
-    found = _contrast(theta_dot=theta_dot, stiffness=(20.9e12,))
-    for answer in (*found.rigid, *found.softened):
+    comparison = _contrast(theta_dot=theta_dot, stiffness=(20.9e12,))
+    for answer in (*comparison.rigid, *comparison.softened):
         lift = [
-            s["y_A_dot"] + np.cos(s["theta"]) * s["theta_dot"] for s in (found.state, answer.state)
+            s["y_A_dot"] + np.cos(s["theta"]) * s["theta_dot"]
+            for s in (comparison.state, answer.state)
         ]
         balance = lift[1] - lift[0] + 9.8 * answer.final_time
         assert answer.normal_impulse == pytest.approx(balance, rel=1e-10, abs=1e-12)
@@ -245,24 +251,26 @@ def test_impulse_of_every_motion_is_that_of_the_momentum_balance(theta_dot):
 
 def test_impulse_of_impacts_that_reverse_the_slip_of_a_pivoted_strut():
     """W has rank one: only along the path of the impulse do velocities tell P_n."""
-    found = contrast(model("strut"), {"theta": 0.9, "theta_dot": 4.0}, **ONE)
-    energetic = found.rigid[0]
+    comparison = compare(model("strut"), {"theta": 0.9, "theta_dot": 4.0}, **ONE)
+    energetic = comparison.rigid[0]
     assert energetic.complete
-    assert energetic.normal_impulse == pytest.approx(found.softened[0].normal_impulse, rel=2e-4)
+    assert energetic.normal_impulse == pytest.approx(
+        comparison.softened[0].normal_impulse, rel=2e-4
+    )
 
 
 def test_error_of_a_body_held_at_rest_is_relative_to_what_the_contact_stops():
     start = {"theta": WEDGED["theta"] - 1e-7}
-    found = contrast(model("strut"), start, **(ONE | {"steps": (1e-4,)}))
-    assert found.rigid[0].normal_impulse == pytest.approx(
-        found.stepping[0].normal_impulse, rel=1e-3
+    comparison = compare(model("strut"), start, **(ONE | {"steps": (1e-4,)}))
+    assert comparison.rigid[0].normal_impulse == pytest.approx(
+        comparison.stepping[0].normal_impulse, rel=1e-3
     )
-    assert all(a.complete and a.error < 1e-3 for a in found.stepping)
+    assert all(a.complete and a.error < 1e-3 for a in comparison.stepping)
 
 
 def test_several_contacts_are_refused_with_their_names():
     with pytest.raises(InputError, match=r"got 2 contacts, need one.*'A', 'B'"):
-        contrast(model("block-two-feet"), {"theta": 0.3})
+        compare(model("block-two-feet"), {"theta": 0.3})
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ import pytest
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import law
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.fitting.data import FitData, read_fit_data
 from painleve_sym.study.fitting.problem import FitProblem
 
@@ -42,20 +42,20 @@ def problem(data, estimate=tuple(TRUTH), state=FALL, parameters=GUESS, **more):
 
 
 def test_clean_data_give_the_parameters_back():
-    found = problem(history(clean_force()), sigma={"normal_force": 1.0}).solve()
-    np.testing.assert_allclose(found.estimate, list(TRUTH.values()), rtol=1e-7)
+    fit = problem(history(clean_force()), sigma={"normal_force": 1.0}).solve()
+    np.testing.assert_allclose(fit.estimate, list(TRUTH.values()), rtol=1e-7)
 
 
 @pytest.mark.parametrize(("name", "state"), [("impacts.csv", {}), ("force.csv", FALL)])
 def test_intervals_of_the_committed_data_hold_the_truth(name, state):
     data = read_fit_data(FOLDER / name, model("rod"))
-    found = problem(data, state=state).solve()
-    for i, parameter in enumerate(found.names):
-        low, high = found.interval[i]
+    fit = problem(data, state=state).solve()
+    for i, parameter in enumerate(fit.names):
+        low, high = fit.interval[i]
         assert low < TRUTH[parameter] < high
-    assert found.freedom == data.count - 3
+    assert fit.freedom == data.count - 3
     noise = {"y_A_dot": 2e-3, "theta_dot": 4e-3, "normal_force": 5.0}
-    for column, value in found.noise.items():
+    for column, value in fit.noise.items():
         assert value == pytest.approx(noise[column], rel=0.25)
 
 
@@ -78,9 +78,9 @@ def test_ninety_percent_intervals_hold_the_truth_nine_times_of_ten():
     runs = 60
     for _ in range(runs):
         force = clean_force() + 5.0 * rng.standard_normal(len(TIMES))
-        found = problem(history(force), parameters=TRUTH, level=0.9).solve()
+        fit = problem(history(force), parameters=TRUTH, level=0.9).solve()
         truth = np.array(list(TRUTH.values()))
-        held += (found.interval[:, 0] < truth) & (truth < found.interval[:, 1])
+        held += (fit.interval[:, 0] < truth) & (truth < fit.interval[:, 1])
     # Four standard deviations of a binomial count.
     assert np.all(np.abs(held - 0.9 * runs) < 4 * np.sqrt(0.09 * runs))
 

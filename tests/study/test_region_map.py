@@ -37,10 +37,10 @@ def rod_crossings(mu, g, l):
     return [(theta, math.sqrt(g / (l * math.sin(theta)))) for theta in angles]
 
 
-def at_point(found, i, j, slip_name, slip):
+def at_point(regions, i, j, slip_name, slip):
     """Return state and parameters of a grid point, sliding with `slip` along `slip_name`."""
-    state, parameters = {**found.state, slip_name: slip}, dict(found.parameters)
-    for name, value in zip(found.over, (found.values[0][i], found.values[1][j]), strict=True):
+    state, parameters = {**regions.state, slip_name: slip}, dict(regions.parameters)
+    for name, value in zip(regions.over, (regions.values[0][i], regions.values[1][j]), strict=True):
         (parameters if name in ("mu", "m", "g") else state)[name] = float(value)
     return state, parameters
 
@@ -57,15 +57,15 @@ PLACES = [
 @pytest.mark.parametrize(("name", "over", "slip", "slip_name", "state"), PLACES)
 def test_map_codes_equal_classify_at_random_points(name, over, slip, slip_name, state):
     mechanism = model(name)
-    found = region_map(mechanism, over, points=61, slip=slip, state=state)
+    regions = region_map(mechanism, over, points=61, slip=slip, state=state)
     rng = np.random.default_rng(7)
     for i, j in rng.integers(0, 61, (25, 2)):
         # 40 m/s outweighs r φ̇ of the disc, whose slip also depends on φ̇.
-        point, parameters = at_point(found, i, j, slip_name, 40.0 * slip)
-        single = classify(mechanism, point, parameters)
-        assert CASE_OF[int(found.case[i, j])] == single.case.value
+        point, parameters = at_point(regions, i, j, slip_name, 40.0 * slip)
+        single = classify(mechanism, point, parameters=parameters)
+        assert CASE_OF[int(regions.case[i, j])] == single.case.value
         for grid, value in (("A", single.A), ("B", single.B), ("A_stick", single.A_stick)):
-            assert getattr(found, grid)[i, j] == pytest.approx(value, rel=1e-12, abs=1e-12)
+            assert getattr(regions, grid)[i, j] == pytest.approx(value, rel=1e-12, abs=1e-12)
 
 
 def test_map_sticking_equals_classify_at_rest(rod, rod_map):
@@ -73,7 +73,7 @@ def test_map_sticking_equals_classify_at_rest(rod, rod_map):
     seen = set()
     for i, j in rng.integers(0, 81, (30, 2)):
         point, parameters = at_point(rod_map, i, j, "x_A_dot", 0.0)
-        modes = {s.mode.value for s in classify(rod, point, parameters).solutions}
+        modes = {s.mode.value for s in classify(rod, point, parameters=parameters).solutions}
         assert bool(rod_map.stick_feasible[i, j]) == ("stick" in modes)
         seen.add("stick" in modes)
     assert seen == {True, False}
@@ -85,7 +85,7 @@ def test_rod_crossings_are_the_closed_form(rod, mu, g, l):
     parameters = {"mu": mu, "g": g, "l": l}
     # Crossings near the least friction lie close together, those near π/2 need the wide range.
     for points in (40, 101):
-        found = region_map(
+        regions = region_map(
             rod,
             ("theta", "theta_dot"),
             ranges={"theta": (0.1, 1.56), "theta_dot": (-6, 6)},
@@ -95,15 +95,15 @@ def test_rod_crossings_are_the_closed_form(rod, mu, g, l):
         expected = sorted((t, s * v) for t, v in want for s in (-1, 1))
         # At μ = 1.3334 the two roots nearly meet, and A = 0 is ill-conditioned there.
         tolerance = 1e-12 if mu > 1.35 else 1e-10
-        np.testing.assert_allclose(found.crossings, expected, rtol=0, atol=tolerance)
+        np.testing.assert_allclose(regions.crossings, expected, rtol=0, atol=tolerance)
 
 
 def test_rod_crossing_over_theta_and_mu(rod):
-    found = region_map(rod, ("theta", "mu"), state={"theta_dot": 3.4}, points=50)
+    regions = region_map(rod, ("theta", "mu"), state={"theta_dot": 3.4}, points=50)
     theta = math.asin(9.8 / 3.4**2)
     t = math.tan(theta)
-    assert found.flow is None
-    np.testing.assert_allclose(found.crossings, [[theta, (4 + t**2) / (3 * t)]], atol=1e-12)
+    assert regions.flow is None
+    np.testing.assert_allclose(regions.crossings, [[theta, (4 + t**2) / (3 * t)]], atol=1e-12)
 
 
 def test_map_thresholds_of_the_rods(rod_map):
@@ -126,8 +126,8 @@ def test_rod_rates_of_approach_are_equal_at_the_second_threshold(alpha):
     field[1] -= c.B * (normal[2] + c.mu * tangential[2])
     slope, along_A = field.jacobian([x, v]), sp.diff(A, x) * v
     for factor, sign in ((0.99, 1), (1.0, 0), (1.01, -1)):
-        found = region_map(mechanism, ("theta", "mu"), points=5, parameters={"alpha": alpha})
-        mu = factor * found.thresholds["mu_C"]
+        regions = region_map(mechanism, ("theta", "mu"), points=5, parameters={"alpha": alpha})
+        mu = factor * regions.thresholds["mu_C"]
         numbers = {"m": 1.0, "l": 1.0, "g": 9.8, "alpha": alpha, "mu": mu}
         over = region_map(mechanism, ("theta", "theta_dot"), points=50, parameters=numbers)
         first = over.crossings[over.crossings[:, 1] > 0][0]
@@ -185,11 +185,11 @@ def test_map_curves_lie_on_their_zeros(rod_map):
 
 def test_map_masks_what_is_outside_the_domain(rod):
     ranges = {"theta": (-0.5, 1.5)}
-    found = region_map(rod, ("theta", "theta_dot"), ranges=ranges, points=41)
-    outside = found.case == LEGEND["outside"]
-    np.testing.assert_array_equal(outside.all(axis=1), found.values[0] <= 0)
-    assert np.isnan(found.A[outside]).all() and not found.stick_feasible[outside].any()
-    assert (found.crossings[:, 0] > 0).all()
+    regions = region_map(rod, ("theta", "theta_dot"), ranges=ranges, points=41)
+    outside = regions.case == LEGEND["outside"]
+    np.testing.assert_array_equal(outside.all(axis=1), regions.values[0] <= 0)
+    assert np.isnan(regions.A[outside]).all() and not regions.stick_feasible[outside].any()
+    assert (regions.crossings[:, 0] > 0).all()
 
 
 def test_map_engines_agree(rod, rod_map):
@@ -219,10 +219,10 @@ def test_map_npz_and_dict_round_trip(rod_map, tmp_path):
 
 
 def test_map_without_flow_round_trips(rod, tmp_path):
-    found = region_map(rod, ("mu", "g"), points=5, state={"theta": 1.0})
-    found.save(tmp_path / "map.npz")
+    regions = region_map(rod, ("mu", "g"), points=5, state={"theta": 1.0})
+    regions.save(tmp_path / "map.npz")
     assert RegionMap.load(tmp_path / "map.npz").flow is None
-    assert found.to_dict()["flow"] is None
+    assert regions.to_dict()["flow"] is None
 
 
 def test_map_load_refuses_other_files(rod_map, tmp_path):
@@ -286,21 +286,23 @@ def test_bilateral_map_counts_solutions(tmp_path):
     mechanism, state = model("painleve-klein"), {"phi": 1.2}
     options = {"ranges": {"P_2": (-20, 60)}, "state": state, "points": 23}
     for slip in (-1, 1):
-        found = region_map(mechanism, ("mu", "P_2"), slip=slip, **options)
-        assert found.bilateral and set(found.curves) == {"A", "B", "A_pull"}
+        regions = region_map(mechanism, ("mu", "P_2"), slip=slip, **options)
+        assert regions.bilateral and set(regions.curves) == {"A", "B", "A_pull"}
         for i in (0, 9, 15, 22):
             for j in range(0, 23, 3):
-                values = {"mu": found.values[0][i], "P_2": found.values[1][j]}
-                solutions = classify(mechanism, state | {"x_dot": slip}, values).solutions
+                values = {"mu": regions.values[0][i], "P_2": regions.values[1][j]}
+                solutions = classify(
+                    mechanism, state | {"x_dot": slip}, parameters=values
+                ).solutions
                 name = ("inconsistent", "slip", "indeterminate")[len(solutions)]
-                assert found.case[i, j] == LEGEND[name]
+                assert regions.case[i, j] == LEGEND[name]
         # Klein's condition with equal masses, and the load at which the guide is free.
-        mu, load = found.crossings[0]
+        mu, load = regions.crossings[0]
         assert mu == pytest.approx(2 / math.tan(1.2), rel=1e-12)
         assert load == pytest.approx(2 * 9.8 / math.tan(1.2), rel=1e-12)
-    found.save(tmp_path / "klein.npz")
+    regions.save(tmp_path / "klein.npz")
     again = RegionMap.load(tmp_path / "klein.npz")
-    assert again.bilateral and again.to_dict() == found.to_dict()
+    assert again.bilateral and again.to_dict() == regions.to_dict()
 
 
 # ---- curves and zeros of plain functions ----
@@ -339,8 +341,8 @@ def test_common_zeros_of_circle_and_line():
         return np.stack([a**2 + b**2 - 1, a - b, 2 * a, 2 * b, one, -one])
 
     first, second = system(*np.meshgrid(x, y, indexing="ij"))[:2]
-    found = common_zeros(system, x, y, first, second)
-    np.testing.assert_allclose(found, [[-math.sqrt(0.5)] * 2, [math.sqrt(0.5)] * 2], atol=1e-15)
+    zeros = common_zeros(system, x, y, first, second)
+    np.testing.assert_allclose(zeros, [[-math.sqrt(0.5)] * 2, [math.sqrt(0.5)] * 2], atol=1e-15)
 
 
 def test_map_of_a_million_points_is_quick(rod):

@@ -21,7 +21,7 @@ from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.classify import classify
 from painleve_sym.errors import InputError, PainleveError
 from painleve_sym.laws.catalogue import law
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.sweeps import store as sweep_store
 from painleve_sym.study.sweeps.runner import Reporter, run_sweep
 from painleve_sym.study.sweeps.space import Grid, Range, Sample, read_space
@@ -162,25 +162,25 @@ def test_more_points_than_the_disk_holds_are_an_error(tmp_path):
 def test_a_sweep_is_the_single_runs_bit_for_bit(tmp_path):
     sweep, out = sweep_of(SMALL), tmp_path / "out.npz"
     finished(sweep, out)
-    found = arrays(out)
+    swept = arrays(out)
     simulator = Simulator(model("rod"), law("bilinear-hertz", reload="virgin"))
     for i, j, k in ((0, 0, 0), (3, 1, 2), (2, 2, 1)):
         start = {
-            "theta": float(found["theta"][i]),
-            "theta_dot": float(found["theta_dot"][j]),
+            "theta": float(swept["theta"][i]),
+            "theta_dot": float(swept["theta_dot"][j]),
             "x_A_dot": -1.0,
         }
         single = simulator.run(
             start,
-            parameters={"E": 20.9e14, "mu": float(found["mu"][k])},
+            parameters={"E": 20.9e14, "mu": float(swept["mu"][k])},
             t_end=0.01,
             until="separation",
             rtol=1e-8,
         )
-        assert found["final_theta_dot"][i, j, k] == single.final["theta_dot"]
-        assert found["time_of_separation"][i, j, k] == single.final_time
-        case = classify(model("rod"), start, {"mu": float(found["mu"][k])}).case.value
-        assert found["case"][i, j, k] == CASES[case]
+        assert swept["final_theta_dot"][i, j, k] == single.final["theta_dot"]
+        assert swept["time_of_separation"][i, j, k] == single.final_time
+        case = classify(model("rod"), start, parameters={"mu": float(swept["mu"][k])}).case.value
+        assert swept["case"][i, j, k] == CASES[case]
 
 
 @pytest.mark.parametrize("text", [SMALL, SAMPLED])
@@ -204,10 +204,10 @@ def test_a_swept_initial_force_separates_lift_off_from_impact():
     law = { name = "bilinear-hertz", parameters = { E = 20.9e14 } }
     axes = { initial_force = [300.0, 400.0] }
     """
-    found = sweep_of(text).compute(0, 2)
-    assert found["case"].tolist() == [CASES["indeterminate"]] * 2
+    results = sweep_of(text).compute(0, 2)
+    assert results["case"].tolist() == [CASES["indeterminate"]] * 2
     # The impact stops the slip, lift-off does not.
-    assert found["count_of_slip_stop"].tolist() == [0, 1]
+    assert results["count_of_slip_stop"].tolist() == [0, 1]
 
 
 # ---- interruption ----
@@ -321,7 +321,7 @@ def test_a_folder_is_written_by_one_process_at_a_time(tmp_path):
         assert refused.returncode == 2 and refused.stderr.count("\n") == 1
         assert f"process {os.getpid()} on " in refused.stderr
         assert "Fix: wait until it ends" in refused.stderr and not out.exists()
-    # Of another file with the same points: refused, since its text is another.
+    # Of another file with the same points: rejected, since its text differs.
     (tmp_path / "s.toml").write_text(SMALL + "\n")
     assert "another sweep" in other().stderr
     (tmp_path / "s.toml").write_text(SMALL)

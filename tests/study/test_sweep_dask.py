@@ -38,8 +38,8 @@ def test_a_cluster_gives_the_same_file_bit_for_bit(tmp_path, text):
     with distributed.LocalCluster(
         n_workers=2, threads_per_worker=2, processes=False, dashboard_address=sweep_dask.ANY_PORT
     ) as cluster:
-        found = result(sweep, tmp_path / "found.npz", cluster=cluster.scheduler_address)
-    assert found == alone
+        clustered = result(sweep, tmp_path / "found.npz", cluster=cluster.scheduler_address)
+    assert clustered == alone
 
 
 def test_a_scheduler_that_does_not_answer_is_one_clear_error(tmp_path, monkeypatch):
@@ -67,9 +67,9 @@ def test_workers_may_join_later(tmp_path):
         joining = threading.Timer(1.0, cluster.scale, [1])
         joining.start()
         with pytest.warns(PainleveWarning, match="no workers there yet"):
-            found = result(sweep, tmp_path / "found.npz", cluster=cluster.scheduler_address)
+            clustered = result(sweep, tmp_path / "found.npz", cluster=cluster.scheduler_address)
         joining.join()
-    assert found == alone
+    assert clustered == alone
 
 
 @pytest.mark.slow
@@ -88,9 +88,9 @@ def test_a_killed_worker_process_loses_nothing(tmp_path):
                 killed.append(victims[0])
                 os.kill(victims[0], signal.SIGKILL)
 
-        found = result(
+        clustered = result(
             sweep, tmp_path / "found.npz", cluster=cluster.scheduler_address, progress=kill_one
         )
     assert killed
-    assert found == alone
+    assert clustered == alone
     assert np.load(tmp_path / "found.npz")["stop_reason"].shape == (200, 3, 3)

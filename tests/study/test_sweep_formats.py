@@ -13,8 +13,8 @@ import pytest
 from painleve_sym.cli import main
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError, PainleveError
-from painleve_sym.laws.rigid import RigidLaw
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.laws.rigid_contact import RigidLaw
+from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.sweeps.runner import run_sweep
 from painleve_sym.study.sweeps.store import Store, check_format, open_store
 from painleve_sym.study.sweeps.sweep import Sweep
@@ -90,8 +90,8 @@ def test_lists_of_event_times_are_those_of_single_runs(tmp_path):
             for kind in data["event"].values:
                 times = [e.time for e in single.events_of(kind)]
                 kept = times[:4] + [np.nan] * (4 - len(times))
-                found = point["event_times"].sel(event=kind).values
-                assert np.array_equal(found, kept, equal_nan=True)
+                recorded = point["event_times"].sel(event=kind).values
+                assert np.array_equal(recorded, kept, equal_nan=True)
                 assert point["event_counts"].sel(event=kind) == len(times)
             settled = single.events_of("settle")[0].time
             assert point["time_of_settle"] == settled
@@ -127,14 +127,16 @@ def test_faults_in_events_and_format_are_found_at_once(tmp_path, old, new, messa
 
 
 def test_lists_of_events_count_for_disk_and_memory(tmp_path, monkeypatch):
-    many = BOUNCES.replace("[0.2, 0.5]", "{ from = 0.1, to = 0.9, points = 10_000_000 }")
-    many = many.replace("events = 4", "events = 1000")
+    large = BOUNCES.replace("[0.2, 0.5]", "{ from = 0.1, to = 0.9, points = 10_000_000 }")
+    large = large.replace("events = 4", "events = 1000")
     # Twice 13 kinds and the list of one, 1000 numbers each, at each of 30 million points.
     with pytest.raises(InputError, match=r"30,000,000 points need 6\.7\de\+03 GB of disk"):
-        run_sweep(Sweep.from_text(many, "x"), tmp_path / "a.npz")
-    monkeypatch.setattr("painleve_sym.simulate.batch.memory.available_memory", lambda: 10**9)
+        run_sweep(Sweep.from_text(large, "x"), tmp_path / "a.npz")
+    monkeypatch.setattr("painleve_sym.motion.batch.memory.available_memory", lambda: 10**9)
     with pytest.raises(InputError, match=r"chunks of 10,000 points need .* GB of memory"):
-        run_sweep(Sweep.from_text(many.replace("chunk = 3", "chunk = 10_000"), "x"), tmp_path / "a")
+        run_sweep(
+            Sweep.from_text(large.replace("chunk = 3", "chunk = 10_000"), "x"), tmp_path / "a"
+        )
 
 
 def test_a_store_takes_the_place_of_an_older_one_only(tmp_path, monkeypatch):
@@ -199,10 +201,10 @@ def test_the_file_names_the_format(tmp_path, monkeypatch, capsys):
     assert (tmp_path / "my.bounces.zarr" / ".zgroup").is_file()
 
 
-@pytest.mark.parametrize("made", ["file", "folder"])
-def test_what_is_no_store_is_not_replaced(tmp_path, capsys, made):
+@pytest.mark.parametrize("kind", ["file", "folder"])
+def test_what_is_no_store_is_not_replaced(tmp_path, capsys, kind):
     out = tmp_path / "a.zarr"
-    out.write_text("mine") if made == "file" else out.mkdir()
+    out.write_text("mine") if kind == "file" else out.mkdir()
     (tmp_path / "s.toml").write_text(BOUNCES)
     assert main(["sweep", str(tmp_path / "s.toml"), "--out", str(out)]) == 2
     assert "exists and is not a Zarr store" in capsys.readouterr().err

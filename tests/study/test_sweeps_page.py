@@ -27,6 +27,6 @@ def test_sweep_files_of_the_page_are_sweeps():
 @pytest.mark.parametrize("path", sorted((ROOT / "examples" / "sweeps").glob("*.toml")), ids=str)
 def test_example_files_are_sweeps_that_run(path):
     sweep = Sweep.read(path)
-    found = sweep.compute(0, 8)
-    assert {len(v) for v in found.values()} == {8}
-    assert tuple(found) == tuple(sweep.columns)
+    results = sweep.compute(0, 8)
+    assert {len(v) for v in results.values()} == {8}
+    assert tuple(results) == tuple(sweep.columns)

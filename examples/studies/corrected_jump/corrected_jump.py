@@ -1,7 +1,7 @@
-"""How good is the jump rule if it keeps the free acceleration B, and what is left then?
+"""How good is the jump rule if it keeps the free acceleration B, and which error remains?
 
 The rod of the paper, E in Pa, velocities in m/s and rad/s. Three rules (classical: K to infinity;
-frozen: A and B of the start kept; carried: A and B where the impulse acts) against softened runs,
+frozen: A and B of the start kept; carried: A and B where the impulse acts) against compliant runs,
 from three kinds of start, and a linear contact with a dashpot. Writes corrected-jump.png and .svg
 into the folder given, by default out/.
 """
@@ -50,7 +50,7 @@ for name, state, force, E in (
     values = [ps.evaluate_jump(rod, "energetic", state).velocity["y_A_dot"]]
     for configuration in ("frozen", "carried"):
         jump = ps.evaluate_corrected_jump(
-            rod, law, state, {"E": E}, initial_force=force, configuration=configuration
+            rod, law, state, parameters={"E": E}, initial_force=force, configuration=configuration
         )
         values.append(jump.velocity["y_A_dot"])
     run = simulator.run(

@@ -1,6 +1,6 @@
 """From which initial force does the paper's Table 4 impact, and how fast is sliding left?
 
-The paper (§3.4) says that F_n* = -B/A separates lift-off from impact. Softened runs say more: the
+The paper (§3.4) says that F_n* = -B/A separates lift-off from impact. Compliant runs give more: the
 border at finite stiffness, its expansion in 1/lambda, and the growth of deviations. Forces in N,
 E in Pa. Writes tables and figures into the folder given as the first argument, by default
 out/critical_force.
@@ -117,7 +117,7 @@ def growth(folder, finder):
 
 
 def maps(folder, finder):
-    """Who lifts off and who impacts, over E and over the approach velocity."""
+    """Draw the outcome, lift-off or impact, over E and over the approach velocity."""
     over_E = outcome_map(
         finder, TABLE_4, "E", (20.9e12, 20.9e18), forces=(280.0, 420.0), points=POINTS
     )
@@ -131,7 +131,7 @@ def maps(folder, finder):
 
 
 def derivatives(folder, finder):
-    """What the critical force of Table 4 depends on."""
+    """Write the derivatives of the critical force of Table 4."""
     names = ["mu", "theta", "theta_dot", "x_A_dot", "y_A_dot", "m", "E", "e_energetic"]
     gradient = critical_force_gradient(finder, TABLE_4, names, parameters={"E": STIFF})
     for g in gradient.values():

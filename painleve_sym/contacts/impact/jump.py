@@ -7,12 +7,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from painleve_sym.choices import RestitutionLike
+from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.contacts.contact_numbers import argument_names, argument_symbols
 from painleve_sym.contacts.impact.one_contact import Impact, ImpactEnd, solve_impact
-from painleve_sym.contacts.inputs import resolve_parameters, resolve_state
+from painleve_sym.contacts.inputs import resolve_state
 from painleve_sym.errors import InputError
 from painleve_sym.laws.restitution import RESTITUTIONS, RestitutionLaw, restitution_law
+from painleve_sym.mechanics.declarations import resolve_parameters
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
 from painleve_sym.mechanics.mechanism import Mechanism
 
@@ -95,22 +98,23 @@ class JumpResult:
 
 
 def evaluate_jump(
-    mechanism: Mechanism,
-    restitution: RestitutionLaw | str,
+    mechanism: MechanismLike,
+    restitution: RestitutionLaw | RestitutionLike,
     state: Mapping[str, float],
+    *,
     parameters: Mapping[str, float] | None = None,
 ) -> JumpResult:
     """Evaluate the jump at one state: the phases of the impact's class.
 
-    The contact is taken as closed whatever its gap, since a softened contact is compressed. With
+    The contact is taken as closed whatever its gap, since a compliant contact is compressed. With
     A < 0 and B > 0 (the indeterminate case) the jump is the answer only if the contact carries
     more than −B/A; that is for the caller to know.
 
     Parameters
     ----------
-    mechanism : Mechanism
+    mechanism : Mechanism, or its name, or the path of a mechanism file
         With one contact.
-    restitution : RestitutionLaw or str
+    restitution : RestitutionLaw, or Restitution or its text
         ``energetic`` is the paper's.
     state : mapping of str to float
         Coordinates and velocities by name, those absent are 0; SI units, rad.
@@ -130,11 +134,20 @@ def evaluate_jump(
     References
     ----------
     Zhao, Liu & Chen, section 4; Wang & Mason (1992) for the other classes.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> state = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
+    >>> jump = ps.evaluate_jump("rod", "energetic", state)
+    >>> [phase.name for phase in jump.phases]
+    ['tangential', 'sticking compression', 'sticking restitution']
     """
+    mechanism = as_mechanism(mechanism)
     law = restitution_law(restitution) if isinstance(restitution, str) else restitution
     where = f"jump of mechanism {mechanism.name!r}"
     mechanism.require_one_contact()
-    declared = (*mechanism.parameters, law.parameter)
+    declared = (*mechanism.outline.parameters, law.parameter)
     given = resolve_parameters(where, declared, parameters or {})
     start = resolve_state(mechanism, state, given)
     return _jump(mechanism, law, {**start, **given}, where)
@@ -146,7 +159,7 @@ def _jump(mechanism: Mechanism, law: RestitutionLaw, values: Values, where: str)
     if v_n > 0:
         raise InputError(
             f"{where}: got v_n = {v_n:g} m/s, need v_n <= 0: the contact is opening. "
-            f"Fix: let it fly until it touches again."
+            f"Fix: simulate the flight up to the next contact."
         )
     slip = (v_t > 0) - (v_t < 0)
     impact = _solved(law, values, at, (v_n, v_t))

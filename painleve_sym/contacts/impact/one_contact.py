@@ -34,7 +34,7 @@ class ImpactEnd(enum.Enum):
     JAM
         The impulse has no end: on the last ray dv_n/dP_n = 0, and the velocity or energy that
         ends the impact is never reached. It needs a W of rank one (a pivoted strut) or W_nn = 0;
-        friction then carries any force. No rigid impact answers, a softened one does.
+        friction then carries any force. There is no rigid impact, but a compliant one.
     """
 
     SEPARATION = "separation"
@@ -169,6 +169,13 @@ def solve_impact(
     ----------
     Routh, Rigid Dynamics (1905); Keller, J. Appl. Mech. 53 (1986) 1–4; Stronge, Proc.
     R. Soc. A 431 (1990) 169–181; Wang & Mason, J. Appl. Mech. 59 (1992) 635–642.
+
+    Examples
+    --------
+    >>> from painleve_sym import solve_impact
+    >>> impact = solve_impact([[2.0, 0.0], [0.0, 1.0]], 0.3, (-1.0, 0.5), "newton", 0.5)
+    >>> impact.case
+    <ImpactClass.SLIDING: 'sliding'>
     """
     W_nn, W_nt, W_tt, mu, v_n, v_t, e = _checked(W, mu, velocity, restitution, e)
     # Powers of two leave every digit, and keep squares of the velocities in range.

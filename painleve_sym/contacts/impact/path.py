@@ -39,14 +39,14 @@ class PathPiece(NamedTuple):
 
 
 class RestitutionEnd(Protocol):
-    """When restitution ends; told of what happened before the last ray."""
+    """Rule for the end of restitution, informed of the pieces before the last ray."""
 
     def end(self, v_n: float, rate: float) -> tuple[float, float]:
         """Return the impulse still to come along a ray, inf for never, and the final v_n."""
         ...
 
     def spend(self, piece: PathPiece) -> None:
-        """Take a finished piece of restitution off what is left."""
+        """Subtract a finished piece of restitution from the remaining budget."""
         ...
 
 

@@ -68,7 +68,7 @@ _TOLERANCE = 1e-9
 _COINCIDENT = 1e-12
 # Of the largest velocity before. Stops may accumulate in ever smaller velocities: one below the
 # first is at rest, and so are all of the contacts that push where all are below the second.
-_REST, _ALL_REST = 1e-14, 1e-10
+_ROUND_OFF, _ALL_ROUND_OFF = 1e-14, 1e-10
 # Of a mobility with a unit diagonal: a singular value below the first is zero. Of the largest
 # mobility: what is then added to tell the least of several impulses of one effect.
 _SINGULAR, _REGULAR = 1e-12, 1e-8
@@ -198,7 +198,7 @@ def solve_simultaneous_impact(
         for piece in path.pieces
     )
     # Of a contact that others held, rounding may be left.
-    path.v = np.where(np.abs(path.v) <= _REST, 0.0, path.v)
+    path.v = np.where(np.abs(path.v) <= _ROUND_OFF, 0.0, path.v)
     parted = bool(np.any(path.v[::2] > 0))
     end = ImpactEnd.SEPARATION if parted else ImpactEnd.PERSISTENT
     return SimultaneousImpact(end if ended else ImpactEnd.JAM, v, np.ldexp(path.v, speed), pieces)
@@ -548,7 +548,7 @@ class _Path:
             yield 2 * budget / push[2 * i] / (v_n + math.sqrt(square))
 
     def _compresses(self, i: int, push: Array, rates: Array) -> bool:
-        """Tell whether contact i compresses; also where it pushes fully at v_n = 0 to no effect."""
+        """Return whether contact i compresses, also if it pushes fully at v_n = 0 to no effect."""
         if self.held[i]:
             return False
         v_n, a_n = self.v[2 * i], rates[2 * i]
@@ -586,9 +586,9 @@ class _Path:
         works = impulses * (before + after) / 2
         self.pieces.append(ImpulsePiece(impulses, after, works))
         pushing = np.repeat(self._rubs(push), 2)
-        small = _ALL_REST if np.all(np.abs(after[pushing]) <= _ALL_REST) else _REST
+        small = _ALL_ROUND_OFF if np.all(np.abs(after[pushing]) <= _ALL_ROUND_OFF) else _ROUND_OFF
         after = np.where(pushing & (np.abs(after) <= small), 0.0, after)
-        budget[budget <= (_REST if self.restitution == "poisson" else _REST**2)] = 0.0
+        budget[budget <= (_ROUND_OFF if self.restitution == "poisson" else _ROUND_OFF**2)] = 0.0
         self.v, self.work = after, 0.0 if lapses else self.work + math.fsum(works)
         self.budget = np.zeros_like(budget) if lapses else budget
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.contacts.classify import closed_contacts
 from painleve_sym.contacts.contact_numbers import (
@@ -15,9 +16,10 @@ from painleve_sym.contacts.contact_numbers import (
     argument_names,
     argument_symbols,
 )
-from painleve_sym.contacts.inputs import resolve_parameters, resolve_state
+from painleve_sym.contacts.inputs import resolve_state
 from painleve_sym.contacts.problem import ContactCase, ContactProblem
 from painleve_sym.errors import InputError
+from painleve_sym.mechanics.declarations import resolve_parameters
 from painleve_sym.mechanics.mechanism import Mechanism
 
 _SLIP_VELOCITY = "v_t"
@@ -65,8 +67,9 @@ class TangentialImpact:
 
 
 def tangential_impact(
-    mechanism: Mechanism,
+    mechanism: MechanismLike,
     state: Mapping[str, float],
+    *,
     parameters: Mapping[str, float] | None = None,
 ) -> TangentialImpact:
     """Return the tangential impact of a bilateral contact at a state of slip.
@@ -83,9 +86,17 @@ def tangential_impact(
     ------
     InputError
         Also for v_t = 0 and for μ |W_nt| < W_nn, where finite forces answer.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> impact = ps.tangential_impact("painleve-klein", {"phi": 1.2, "x_dot": -1.0})
+    >>> impact.energy_change < 0
+    True
     """
+    mechanism = as_mechanism(mechanism)
     where = f"jump of mechanism {mechanism.name!r}"
-    declared = mechanism.parameters
+    declared = mechanism.outline.parameters
     values = resolve_parameters(f"{mechanism.name!r}", declared, parameters or {})
     start = resolve_state(mechanism, state, values)
     mechanism.require_one_contact()

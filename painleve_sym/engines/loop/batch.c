@@ -62,7 +62,7 @@ static void open_row(ps_open *a, long i, const ps_given *given, const ps_kept *k
   a->run.watch = &a->watch;
   watch_start(&a->watch, kept, e, i);
   a->options.t_end = given->t_end[i];
-  memcpy(a->options.atol, given->atol + i * PS_NX, sizeof a->options.atol);
+  set_tolerances(&a->options, given->atol + i * PS_NX);
   begin(&a->run, given->x + i * PS_NX, z, given->p + i * PS_NP, &a->options);
 }
 

@@ -99,7 +99,7 @@ static int choose(ps_run *s, const ps_options *o, double *x, double *z) {
     const int left = !memcmp(s->z, z_before, PS_OWNED_SIZE * sizeof(double));
     const int again = PS_EXISTS && (left || entered_before(s, s->z));
     if (held) {
-      /* Among those that rounding alone cannot tell apart, one that lasts, and last what was left. */
+      /* Among those that differ by rounding alone, one that lasts; last the combination just left. */
       rank = 3 * rank + (left || again ? 0 : held);
       repeats &= again;
       motions += !motions || !same_motion(s->k[0], best_rate);

@@ -34,7 +34,7 @@ static void note_event(ps_run *s, const ps_options *o, int from, int j, int kind
   if (!rows_push(&s->events, parts, sizes, 5)) s->reason = PS_NO_MEMORY;
 }
 
-/* Applies transition j of the current mode, whose guard came down to zero (`timed`) or fired at once;
+/* Applies transition j of the current mode, whose guard crossed zero (`timed`) or fired at once;
  * `departs` returns the guards known to leave zero: in a mode whose local modes are data, also those
  * that were so before at this instant. */
 static void apply(ps_run *s, const ps_options *o, int j, int visible, double timed,

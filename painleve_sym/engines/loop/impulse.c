@@ -23,7 +23,7 @@ static const int PS_PIECES = 1000;
 static const double PS_RESIDUAL = 1e-10, PS_NOISE = 1e-13,
                     PS_DIFFERENCE_ROUNDING = 8.881784197001252e-16, PS_DISTINCT = 1e-8;
 
-/* What is given is of order 1. */
+/* The inputs are scaled to order 1. */
 typedef struct {
   int n, law, singular, guides;
   const int *held; /* contacts that hold from both sides */

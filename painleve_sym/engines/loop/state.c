@@ -36,7 +36,7 @@ enum { PS_ENTERED = 32 };
 #define PS_SAMPLES 8
 /* Accumulation: this number of intervals in a row shrink geometrically ... */
 static const int PS_SHRINKING = 6;
-/* ... and what is left until their limit is below this part of the time integrated so far. */
+/* ... and the time that remains until their limit is below this part of the time integrated so far. */
 static const double PS_REMAINDER = 1e-11;
 #ifdef PS_IMPACTS
 /* Accumulations of several contacts: 6 windows in a row, of at most 8 touchdowns, shrink. */

@@ -56,7 +56,7 @@ static double step_to_zero(ps_run *s, int j, double h, double *y, int *is_zero) 
   return h;
 }
 
-/* Time until the first armed guard comes down to zero, by its value, slope and bend. */
+/* Time until the first armed guard crosses zero, by its value, slope and bend. */
 static double time_to_event(const ps_run *s) {
   double first = HUGE_VAL;
   for (int j = 0; j < PS_MODES[s->mode].n; j++) {

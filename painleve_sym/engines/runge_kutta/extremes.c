@@ -9,7 +9,7 @@ typedef struct {
 static ps_moment inside(ps_run *s, double h, double row[][PS_NX], double u, double *x);
 
 /* Nodes and weights of Gauss's rule of order 10 on [0, 1]: above the order of the Runge-Kutta dense
- * output. A Taylor step is a seventh of the radius of convergence: what is left is 27^-10. */
+ * output. A Taylor step is a seventh of the radius of convergence: the error is 27^-10. */
 static const double PS_GAUSS_U[5] = {0.046910077030668003601, 0.23076534494715845448, 0.5,
                                      0.76923465505284154552, 0.95308992296933199640};
 static const double PS_GAUSS_W[5] = {0.11846344252809454376, 0.23931433524968323402,

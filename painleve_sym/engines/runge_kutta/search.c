@@ -48,8 +48,8 @@ static double refine(ps_run *s, double row[8][PS_NX], int j, ps_point a, ps_poin
   return b.at;
 }
 
-/* First point after `a` of the dense step where guard j has come down to zero, or -1. Two crossings
- * between samples are found through the minimum of the guard. */
+/* First point after `a` of the dense step where guard j has reached zero, or -1. Two crossings
+ * between samples are located through the minimum of the guard. */
 static double first_zero(ps_run *s, double row[8][PS_NX], int j, ps_point a) {
   for (int i = 1; i <= PS_SAMPLES; i++) {
     double u = (double)i / PS_SAMPLES;

@@ -27,7 +27,7 @@ static void PS_OF(ramp_along)(const PS_REAL (*v)[PS_COLUMNS], int column, int p,
   jet[2] = d;
 }
 
-/* x to the power e, to three digits: a step size needs no more. x > 0 and normal. */
+/* x to the power e, to three digits, enough for a step size. x > 0 and normal. */
 static PS_REAL PS_OF(rough_power)(PS_REAL x, PS_REAL e) {
   const double shift = 0x1p52, round = 0x1.8p52;
   const PS_BITS bits = PS_OF(bits_of)(x);

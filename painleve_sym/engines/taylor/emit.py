@@ -57,7 +57,7 @@ its own, {pair} that of its partner, {s0} … its sums over lower orders."""
 
 @dataclass(frozen=True)
 class _Kind:
-    """How numbers are written: of one motion, or of several, a lane each.
+    """C types of numbers: of one motion, or of several, a lane each.
 
     Attributes
     ----------
@@ -164,7 +164,7 @@ class SeriesCode:
 
     @property
     def columns(self) -> int:
-        """How many columns it fills."""
+        """Number of columns it fills."""
         return len(self._columns)
 
     def column(self, node: int) -> int:
@@ -173,7 +173,7 @@ class SeriesCode:
 
     @property
     def scalars(self) -> list[Scalar]:
-        """What has to be evaluated before, in the order of the argument `w`."""
+        """Scalars to be evaluated before, in the order of the argument `w`."""
         return list(self._slots)
 
     @property
@@ -321,7 +321,7 @@ class SeriesCode:
         else:
             lines = self._call(i, kind)
         if i in self._columns:
-            # Of a ramp what is kept is its argument, which continues where the ramp is dead.
+            # A ramp stores its argument, which continues where the ramp is dead.
             kept = f"{'a' if node.op == 'ramp' else 'o'}{i}"
             lines.append(f"v[0][{self._columns[i]}] = {kept};")
         if node.op in _FACTOR:

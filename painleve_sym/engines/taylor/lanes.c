@@ -1,6 +1,6 @@
 /* One step of several motions in the same mode at once. What their series take part in is done for all
  * of them together, a lane each; where a motion goes from there is its own. Every lane does what
- * `advance` does, operation by operation, so that a motion's bits do not depend on who is beside it. */
+ * `advance` does, operation by operation, so that results are bitwise independent of the other lanes. */
 
 typedef struct {
   int n, last[PS_LANES];

@@ -97,7 +97,7 @@ static double first_root(const double *p, int n, double from) {
     } else {
       double middle = 0.5 * (lo[top] + hi[top]);
       subdivide(b[top], b[top + 1], n, 0.5);
-      /* The part before the middle goes on top: it is looked at first. */
+      /* The part before the middle is on top of the stack: it is examined first. */
       double swap[PS_LENGTH];
       memcpy(swap, b[top], sizeof swap);
       memcpy(b[top], b[top + 1], sizeof swap);

@@ -1,4 +1,4 @@
-"""What does not change in a mode: numbers and monomials in parameters, memory, resting states."""
+"""Constants of a mode: numbers and monomials in parameters, memory, resting states."""
 
 from __future__ import annotations
 

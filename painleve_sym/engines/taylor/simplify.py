@@ -8,7 +8,7 @@ from painleve_sym.engines.taylor.scalars import ONE, ZERO, Scalar
 from painleve_sym.engines.taylor.tape import PAIRS, Combination, Node, Tape
 
 _PASSES = 12
-"""More have never found anything."""
+"""More passes have never simplified anything."""
 
 
 def simplify(tape: Tape) -> Tape:

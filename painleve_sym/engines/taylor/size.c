@@ -71,7 +71,7 @@ static void rate_at(ps_run *s, double u, double *restrict rate) {
 }
 
 /* The part of h units at the end of which a vanished base is largest, the first time: it may rise
- * from zero and be back before h, and then the rates at h tell nothing of what was left out. */
+ * from zero and be back before h, and then the rates at h carry no information about the omitted part. */
 static double until_return(const ps_run *s, double h) {
   const ps_series *m = &PS_SERIES[s->mode];
   double part = 1;
@@ -97,7 +97,7 @@ static double until_return(const ps_run *s, double h) {
 }
 
 /* Step, in units and at most h, over which what a vanished power would have done is within the
- * tolerance; the power grows like t^(e - 1), and e is found on the way. */
+ * tolerance; the power grows like t^(e - 1), and e is determined on the way. */
 static double step_by_defect(ps_run *s, const ps_options *o, double h) {
   double e = 4, last_h = 0, last = 0, least = 0, most = h *= until_return(s, h);
   for (int it = 0; it < 20; it++) {
@@ -260,7 +260,7 @@ static double next_root(double *p, int n, double least, int crossed) {
   p[0] = 0;
   int m = 1;
   while (m < n && fabs(p[m]) <= fabs(p[m + 1]) * least) m++;
-  /* What is left after division by the zero at the start. */
+  /* The quotient after division by the zero at the start. */
   if (p[m] > 0) return first_root(p + m, n - m, 0);
   double u = 1.0 / PS_SAMPLES;
   while (!(horner(p, n, u) > 0) && 0.5 * u > least) u *= 0.5;

@@ -84,7 +84,7 @@ PRODUCTS |= {"pow": 2, "atan2": 3}
 
 @dataclass
 class Tape:
-    """Rows of Taylor coefficients and what is made of them.
+    """Expression graph whose nodes are rows of Taylor coefficients.
 
     Attributes
     ----------
@@ -121,12 +121,12 @@ class Tape:
 
     @property
     def products(self) -> int:
-        """How many Cauchy products one order takes."""
+        """Number of Cauchy products in one order."""
         return sum(PRODUCTS.get(self.nodes[i].op, 0) for i in self.reachable())
 
     @property
     def cost(self) -> tuple[int, int]:
-        """How many Cauchy products one order takes, and how many terms of sums."""
+        """Numbers of Cauchy products and of terms of sums in one order."""
         sums = [*self.rates, *(self.nodes[i].inner for i in self.reachable())]
         return self.products, sum(len(c.terms) for c in sums if c is not None)
 

@@ -231,7 +231,7 @@ def _minima(
 
 
 def _at(q: sp.Symbol, lowest: CriticalMinimum) -> Iterator[str]:
-    """Yield where a minimum is, in words; an infinite tangent is told as the angle."""
+    """Yield where a minimum is, in words; an infinite tangent is given as the angle."""
     for place in lowest.at:
         if place.is_infinite and lowest.variable == sp.tan(q):
             yield f"{q} = pi/2"

@@ -107,7 +107,7 @@ def impact_course(
     Wang & Mason (1992); Keller, J. Appl. Mech. 53 (1986) 1–4.
     """
     if case is ImpactClass.NO_IMPACT:
-        raise InputError("course of an impact: got no_impact, which has no phases. Fix: none.")
+        raise InputError("course of an impact: got no_impact, which has no phases.")
     sliding = ImpulseRay.slipping(coefficients, slip, write)
     if case is ImpactClass.C_STICKING:
         first = tangential_phase(coefficients, slip, write)
@@ -133,10 +133,10 @@ def impact_course(
     else:
         ray, name = _reversed_ray(coefficients, slip, write), "reverse slip restitution"
     last = ray.until_normal_velocity(name, V_N_PLUS, V_N)
-    goes_on = Condition(
-        "restitution goes on", last.normal_impulse, "the restitution ends before the slip does"
+    continues = Condition(
+        "restitution continues", last.normal_impulse, "the restitution ends before the slip does"
     )
-    return ImpactCourse(case, slip, (first,), (then, _adding(last, goes_on)), ray.normal_rate)
+    return ImpactCourse(case, slip, (first,), (then, _adding(last, continues)), ray.normal_rate)
 
 
 def _reversed_ray(coefficients: ContactCoefficients, slip: int, write: Writer) -> ImpulseRay:
@@ -158,7 +158,9 @@ def _slip_compression(ray: ImpulseRay, slip: int) -> Phase:
         Condition("approach", -V_N, "the bodies do not approach", strict=True),
         Condition("compression ends", ray.normal_rate, "friction presses the bodies on", True),
         Condition(
-            "slip goes on", slip * phase.slip_velocity, "the slip stops before the compression ends"
+            "slip continues",
+            slip * phase.slip_velocity,
+            "the slip stops before the compression ends",
         ),
     )
 

@@ -29,7 +29,7 @@ def raw(expr: sp.Expr) -> sp.Expr:
 
 @dataclass(frozen=True)
 class Condition:
-    """What must hold for a phase to take place: `margin` ≥ 0, or > 0 where `strict`.
+    """Condition for a phase to take place: `margin` ≥ 0, or > 0 where `strict`.
 
     Attributes
     ----------
@@ -179,7 +179,7 @@ class ImpulseRay:
             raise InputError(
                 f"sticking of mechanism {coefficients.contact.system.name!r}: got A' = 0, need "
                 "A' > 0: its mobility has rank one, so that sticking carries any impulse, and an "
-                "impact that comes to it jams. Fix: none for rigid bodies; soften the contact."
+                "impact that comes to it jams. Fix: use a compliant contact."
             )
         holds = Condition(
             "sticking",
@@ -267,7 +267,7 @@ def tangential_phase(
         Condition("approach", -V_N, "the bodies separate: there is no impact"),
         Condition("slip stops", -slip * ray.slip_rate, "friction does not stop the slip", True),
         Condition(
-            "compression goes on",
+            "compression continues",
             -phase.normal_velocity,
             "the compression ends before the slip does",
         ),

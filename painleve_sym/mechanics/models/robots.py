@@ -21,7 +21,7 @@ def _place(point: sp.Matrix) -> tuple[sp.Expr, sp.Expr]:
 
 
 def two_link_arm() -> Mechanism:
-    """Return an arm of two uniform links whose tip rubs on a moving belt.
+    """Return an arm of two uniform links whose tip slides on a moving belt with friction.
 
     Both angles are measured from the x axis, which keeps the mass matrix short. The drives and
     the viscous friction act in the joints, so the second ones on the difference of the angles.

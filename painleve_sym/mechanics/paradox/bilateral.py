@@ -14,13 +14,13 @@ from painleve_sym.mechanics.simplify import readable
 
 @dataclass(frozen=True)
 class BilateralForms:
-    """What a contact that is held from both sides adds to its coefficients.
+    """Coefficients A and B of a bilateral contact, for each side that may touch.
 
     The gap stays 0, F_n has either sign and friction is F_t = −μ s |F_n|. So in slip along s
 
         W_nn F_n − μ s W_nt |F_n| + B = 0,
 
-    which is A_{sσ} F_n + B = 0 for F_n of the sign σ, with A_s = W_nn − μ s W_nt as ever.
+    which is A_{sσ} F_n + B = 0 for F_n of the sign σ, with A_s = W_nn − μ s W_nt.
 
     Parameters
     ----------

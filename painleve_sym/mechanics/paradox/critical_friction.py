@@ -93,7 +93,7 @@ class CriticalFriction:
 
     @property
     def where(self) -> str:
-        """What messages name as the place of a fault."""
+        """Place of a fault, as messages name it."""
         return f"critical friction of mechanism {self.coefficients.contact.system.name!r}"
 
     def minimum(self, coordinate: str) -> CriticalMinimum:
@@ -270,7 +270,7 @@ def critical_friction(coefficients: ContactCoefficients, slip: int = 0) -> Criti
         name = coefficients.contact.system.name
         raise InputError(
             f"critical friction of mechanism {name!r}: got W_nt = 0, need a contact whose friction "
-            f"moves it in the normal direction. Fix: none; A > 0 for every friction."
+            f"moves it in the normal direction: here A > 0 for every friction."
         )
     ratio = readable(W_nn / ((slip or 1) * W_nt))
     value = ratio if slip else min(W_nn / sp.Abs(W_nt), sp.Abs(ratio), key=sp.count_ops)

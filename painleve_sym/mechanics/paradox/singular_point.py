@@ -16,7 +16,7 @@ from painleve_sym.mechanics.simplify import readable
 
 @dataclass(frozen=True)
 class JamThreshold:
-    """Where the eigenvalues of the singular point are equal, with the friction that puts it there.
+    """State in which the eigenvalues of the singular point are equal, with its friction.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class SingularPoint:
 
     as a slip with α A < 0 reaches A = 0 at t*. For 0 < r < 1 the force diverges and its impulse
     does not, so that B reaches 0 together with A: dynamic jam. For r > 1 every force tends to F*.
-    Every expression is in the state and the parameters; A = B = 0 is not put in.
+    Every expression is in the state and the parameters; A = B = 0 is not substituted.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ class SingularPoint:
     slip : {-1, +1}
         s = sign(v_t).
     write : callable
-        `readable`, or `raw` where nobody reads the forms.
+        `readable` (simplified) or `raw` (unsimplified, faster).
 
     References
     ----------
@@ -138,7 +138,7 @@ class SingularPoint:
         if c.W_nt == 0:
             raise InputError(
                 f"singular point of mechanism {c.contact.system.name!r}: got W_nt = 0, need a "
-                "contact whose friction moves it in the normal direction. Fix: none; A > 0 always."
+                "contact whose friction moves it in the normal direction: here A > 0 always."
             )
         return self.write(c.W_nn / (self.slip * c.W_nt))
 

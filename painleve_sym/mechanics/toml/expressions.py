@@ -25,7 +25,7 @@ MAX_LENGTH = 4000
 MAX_DEPTH = 40
 """Brackets and functions within each other."""
 MAX_NODES = 4000
-"""Parts of a formula with its definitions put in: they could double at each use."""
+"""Parts of a formula after its definitions are substituted: they could double at each use."""
 MAX_EXPONENT = 40
 """Size of a whole exponent: higher powers are not mechanics, and multiply out to millions."""
 MAX_DIGITS_BITS = 4000
@@ -58,7 +58,7 @@ _OTHER_OPERATORS: Mapping[type[ast.operator], str] = {
 
 @dataclass(frozen=True)
 class TextFault:
-    """What is wrong in a formula, and where.
+    """Fault in a formula, with its place.
 
     Attributes
     ----------
@@ -82,7 +82,7 @@ class _Part:
 
 
 class _Refused(Exception):
-    """A part could not be translated; its faults are noted already."""
+    """A part could not be translated; its faults are recorded already."""
 
 
 @dataclass
@@ -165,7 +165,7 @@ def _text_fault(source: str) -> TextFault | None:
     for i, char in enumerate(source):
         if char in "#\\\"'" or not (char.isascii() and (char.isprintable() or char in "\n\r\t")):
             return TextFault(
-                f"character {char!r} has no place in a formula. Fix: use letters, digits, "
+                f"character {char!r} is not allowed in a formula. Fix: use letters, digits, "
                 "+ - * / ** and brackets.",
                 source.count("\n", 0, i),
             )
@@ -176,13 +176,13 @@ def _parse(flat: str) -> ast.expr | str:
     """Return the syntax tree, or one sentence saying why there is none."""
     try:
         with warnings.catch_warnings():
-            # Such as "1if x": refused by the walk, not worth a warning.
+            # Such as "1if x": the walk rejects it, without a warning.
             warnings.simplefilter("ignore")
             return ast.parse(flat, mode="eval").body
     except SyntaxError as error:
         near = flat[max((error.offset or 1) - 1, 0) :][:20]
         where = f" at {near!r}" if near else ""
-        return f"{flat[:60]!r} is no formula ({error.msg}{where})."
+        return f"cannot parse {flat[:60]!r} ({error.msg}{where})."
     except (ValueError, RecursionError, MemoryError):
         return "the formula is nested too deeply. Fix: split it with [definitions]."
 
@@ -222,7 +222,8 @@ class _Walk:
             return self._call(node, depth)
         kind = type(node).__name__
         raise self.refuse(
-            node, f"{kind} has no place in a formula. Fix: use + - * / **, brackets and functions."
+            node,
+            f"{kind} is not allowed in a formula. Fix: use + - * / **, brackets and functions.",
         )
 
     def _chain(self, node: ast.BinOp, depth: int) -> _Part:
@@ -239,7 +240,7 @@ class _Walk:
         return total
 
     def _all(self, nodes: list[ast.expr], depth: int) -> list[_Part]:
-        """Translate every node, so that the faults of all are noted."""
+        """Translate every node, so that the faults of all are recorded."""
         parts, refused = [], False
         for node in nodes:
             try:
@@ -253,7 +254,7 @@ class _Walk:
     def _number(self, node: ast.Constant) -> _Part:
         number = node.value
         if isinstance(number, bool) or not isinstance(number, int | float):
-            raise self.refuse(node, f"{number!r} is no number. Fix: use digits, as in 0.5 or 1e-3.")
+            raise self.refuse(node, f"{number!r} is not a number. Fix: write 0.5 or 1e-3.")
         # Decimals are taken as they are written: 0.1 is 1/10, and 0.5 stays short.
         if isinstance(number, int) and number.bit_length() > MAX_DIGITS_BITS:
             raise self.refuse(node, "the number has too many digits.")
@@ -284,7 +285,7 @@ class _Walk:
         name = node.func.id
         if name not in _FUNCTIONS:
             if name in self.formulas.names or name in CONSTANTS:
-                raise self.refuse(node, f"{name!r} is no function. Fix: write * for a product.")
+                raise self.refuse(node, f"{name!r} is not a function. Fix: write * for a product.")
             raise self.refuse(node, unknown_name("function", name, _FUNCTIONS))
         count, symbolic, numeric = _FUNCTIONS[name]
         if node.keywords or len(node.args) != count:
@@ -296,7 +297,7 @@ class _Walk:
         if type(node.op) not in _OPERATORS:
             fix = _OTHER_OPERATORS.get(type(node.op), "use + - * / **")
             name = type(node.op).__name__
-            raise self.refuse(node, f"operator {name} has no place in a formula. Fix: {fix}.")
+            raise self.refuse(node, f"operator {name} is not allowed in a formula. Fix: {fix}.")
         sign, apply = _OPERATORS[type(node.op)]
         if sign == "/" and right.expr == 0:
             raise self.refuse(node, "division by zero.")
@@ -305,12 +306,12 @@ class _Walk:
         return self._combined(node, sign, apply, apply, [left, right])
 
     def _check_power(self, node: ast.BinOp, base: _Part, exponent: _Part) -> None:
-        """Refuse powers that would take long to form, or to multiply out later."""
+        """Reject powers that would take long to form, or to multiply out later."""
         if exponent.value is None:
             return
         if abs(exponent.value) > MAX_EXPONENT:
-            got = f"{exponent.value:g}"
-            raise self.refuse(node, f"exponent {got}: need at most {MAX_EXPONENT} in size.")
+            received = f"{exponent.value:g}"
+            raise self.refuse(node, f"exponent {received}: need at most {MAX_EXPONENT} in size.")
         if base.expr == 0 and exponent.value <= 0:
             raise self.refuse(node, "division by zero: a power of 0 needs an exponent > 0.")
         bits = _bits(base.expr) * abs(exponent.value)
@@ -325,13 +326,13 @@ class _Walk:
         numeric: Callable[..., float],
         parts: list[_Part],
     ) -> _Part:
-        """Return an operator or a function of parts; refuse what is too large to continue with."""
+        """Return an operator or a function of parts; reject expressions that are too large."""
         value = self._value(node, name, numeric, [p.value for p in parts])
         expr, size = symbolic(*(p.expr for p in parts)), 1 + sum(p.size for p in parts)
         if size > MAX_NODES:
             raise self.refuse(
                 node,
-                f"with its definitions put in, the formula has more than {MAX_NODES} parts. "
+                f"the formula, definitions included, has more than {MAX_NODES} parts. "
                 "Fix: use fewer coordinates, or shorter definitions.",
             )
         # A product of equal factors is a power, too.
@@ -349,7 +350,7 @@ class _Walk:
         numeric: Callable[..., float],
         values: list[float | None],
     ) -> float | None:
-        """Return the number a constant part has; refuse it where it is not finite or vanishes."""
+        """Return the number a constant part has; reject it where it is not finite or vanishes."""
         known = [v for v in values if v is not None]
         if len(known) != len(values):
             return None
@@ -359,7 +360,7 @@ class _Walk:
             value = math.nan
         if isinstance(value, complex) or not math.isfinite(value):
             text = ", ".join(f"{v:g}" for v in known)
-            raise self.refuse(node, f"{name} of {text} is no finite real number.")
+            raise self.refuse(node, f"{name} of {text} is not a finite real number.")
         if value == 0 and name in ("**", "exp", "*", "/") and known[0] != 0 and known[-1] != 0:
             raise self.refuse(node, f"the number is too small: {name} gives less than 1e-308.")
         return value

@@ -59,6 +59,12 @@ def load_mechanism(path: str | FilePath) -> Mechanism:
         The file cannot be read, or is not TOML.
     ModelError
         What it describes is not a mechanism: every fault, with its line.
+
+    Examples
+    --------
+    >>> from painleve_sym import load_mechanism
+    >>> load_mechanism("examples/mechanisms/ladder.toml")
+    Mechanism 'ladder': coordinates x, y, theta; contacts floor, wall
     """
     where = f"mechanism file {path}"
     text = read_text(path, where, MAX_BYTES)
@@ -258,7 +264,7 @@ def _parameter(name: str, given: Table, is_friction: bool) -> Parameter:
     table = given.table(name, _PARAMETER)
     positive = table.flag("positive", False)
     if positive and "lower" in table:
-        table.fault("positive = true says lower already. Fix: keep one.", "lower")
+        table.fault("'positive' and 'lower' are mutually exclusive. Fix: remove one.", "lower")
     parameter = Parameter(
         name,
         table.number("default"),

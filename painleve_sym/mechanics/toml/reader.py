@@ -69,7 +69,9 @@ class Source:
 
 @dataclass(frozen=True)
 class Table:
-    """One table of a file. What is missing or wrong is noted, and something stands in for it.
+    """One table of a file.
+
+    Missing and wrong entries are recorded as faults, and substitutes are returned for them.
 
     Attributes
     ----------
@@ -169,7 +171,7 @@ class Table:
         return sp.Integer(1), sp.Integer(1)
 
     def written(self, value: Any, *keys: str | int, formulas: Formulas | None = None) -> sp.Expr:
-        """Return the formula that a value is, under these keys; its faults are noted."""
+        """Return the formula that a value is, under these keys; its faults are recorded."""
         expr, faults = (formulas or self.source.formulas).read(value)
         self.source.text_faults((*self.path, *keys), faults)
         if expr is None:

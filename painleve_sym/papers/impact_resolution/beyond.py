@@ -22,14 +22,14 @@ WIDE_MODULI = tuple(float(f"20.9e{p}") for p in range(10, 23))
 
 
 def compared(bench: Workbench) -> CorrectedComparison:
-    """Return the rules and the softened impacts of Table 3, computed once."""
+    """Return the rules and the compliant impacts of Table 3, computed once."""
     return bench.shared(
         "corrected", lambda: compare_corrected(bench.simulator(), bench.state(3), WIDE_MODULI)
     )
 
 
 def drift_limit(c: CorrectedComparison, velocity: str) -> float:
-    """Return the limit of (softened − frozen rule)/t1 for infinite stiffness.
+    """Return the limit of (compliant − frozen rule)/t1 for infinite stiffness.
 
     The quotient is a series in η = E^(−(n−1)/(2n(n+1))); fitted: four terms to the last four.
     """
@@ -49,7 +49,7 @@ def _panels(c: CorrectedComparison) -> tuple[Panel, Panel]:
     ends = c.stiffness[[0, -1]]
     flat = np.full(2, c.classical_order)
     orders.append(line(r"$-1/(2n)$", ends, flat, "reference"))
-    error = Axis(r"$|\mathrm{rule} - \mathrm{softened}|\,/\,\dot{y}_A(t_3)$", log=True)
+    error = Axis(r"$|\mathrm{rule} - \mathrm{compliant}|\,/\,\dot{y}_A(t_3)$", log=True)
     return (
         Panel(MODULUS, error, tuple(errors), title="rebound: relative error"),
         Panel(MODULUS, Axis("local order"), tuple(orders), title=r"$\dot{\theta}(t_3)$: order"),
@@ -61,9 +61,9 @@ def compute_corrected(bench: Workbench) -> Outcome:
     c = compared(bench)
     at = int(np.flatnonzero(c.stiffness == STIFF)[0])
     rebound = c.velocities.index("y_A_dot")
-    softened = c.softened[at, rebound]
+    compliant = c.softened[at, rebound]
     value = {rule: float(c.rules[rule][at, rebound]) for rule in RULES}
-    off = {rule: value[rule] / softened - 1 for rule in RULES}
+    off = {rule: value[rule] / compliant - 1 for rule in RULES}
     checks = {
         # The remaining errors are 0.08 % and 0.004 % there.
         "frozen: the rebound is right to three digits": abs(off["frozen"]) < 1e-3,
@@ -100,7 +100,7 @@ def compute_corrected(bench: Workbench) -> Outcome:
             )
     return checked(
         f"ẏ_A(t3) at E = {modulus_text(STIFF)}: classical {value['classical']:.5f}, frozen "
-        f"{value['frozen']:.5f}, carried {value['carried']:.5f}, softened {softened:.5f}",
+        f"{value['frozen']:.5f}, carried {value['carried']:.5f}, compliant {compliant:.5f}",
         checks,
         {
             "drift": drifts,

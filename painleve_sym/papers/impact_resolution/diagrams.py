@@ -25,7 +25,7 @@ from painleve_sym.papers.panels import FORCE, NORMAL_ACCELERATION, Mark, Panel, 
 STEP = 1e-6
 """Time step of the contact problem in velocities; s. So short that gravity moves nothing."""
 _CORNERS = MPCCOptions(random_starts=0)
-REST = 1e-9
+STICKING = 1e-9
 """Velocity, relative to the slip before, that round-off leaves of zero."""
 
 
@@ -141,7 +141,7 @@ def solved_by_every_method(
 
 def _impulse(solution: ContactSolution, slip: float) -> dict[str, Any]:
     """Return one solution over a step in words and numbers."""
-    slipping = abs(solution.tangential_acceleration) > REST * abs(slip)
+    slipping = abs(solution.tangential_acceleration) > STICKING * abs(slip)
     jumps = not slipping and solution.normal_force > 0
     kind = "jump to rest" if jumps else "slides on"
     if solution.mode is ContactMode.LIFTOFF:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
+from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.papers.impact_resolution.claims import (
     NUMBERS,
     SETTLING_TIMES,
@@ -39,7 +40,6 @@ from painleve_sym.papers.panels import (
     line,
     window,
 )
-from painleve_sym.simulate.trajectory import Trajectory
 
 SETTLED = 0.05
 """Part of −B/A within which the force counts as settled; from 1 to 5 % the times are the same."""
@@ -63,7 +63,7 @@ def reading_time(bench: Workbench, run: Trajectory, force: float) -> float | Non
 
 
 def reload_gain(run: Trajectory) -> float:
-    """Return the energy that the jumps of the force at reloading put in; J."""
+    """Return the energy that the jumps of the force at reloading add; J."""
     gain = 0.0
     for event in run.events_of("reload"):
         before = run.values("contact_dissipation", np.nextafter(event.time, -np.inf))[0]
@@ -120,7 +120,7 @@ def compute_sliding(bench: Workbench) -> Outcome:
     return checked(
         "; ".join(texts),
         checks,
-        {"table": table([*columns, "energy put in at reloading (J)"], rows)},
+        {"table": table([*columns, "energy added at reloading (J)"], rows)},
         _sliding_panels(bench),
         gain=rows[0][-1],
         modulus=modulus_text(SOFT),

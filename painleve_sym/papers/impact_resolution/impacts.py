@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.papers.impact_resolution.runs import (
     HARDER_IMPACTS,
     IMPACT,
@@ -38,7 +39,6 @@ from painleve_sym.papers.panels import (
     line,
     window,
 )
-from painleve_sym.simulate.trajectory import Trajectory
 
 EVENTS = ("slip_stop", "max_compression", "separation")
 

@@ -1,4 +1,4 @@
-"""§4: the jump rule in numbers, against softened impacts; and the force that separates (§3.4)."""
+"""§4: the jump rule in numbers, against compliant impacts; and the force that separates (§3.4)."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ PRECISE = 0.05
 
 
 def comparison(bench: Workbench) -> JumpComparison:
-    """Return the jump of Table 3 against softened impacts, computed once."""
+    """Return the jump of Table 3 against compliant impacts, computed once."""
     return bench.shared(
         "comparison", lambda: compare_jump(bench.simulator(), bench.state(3), MODULI)
     )
@@ -121,7 +121,7 @@ def _panels(c: JumpComparison) -> tuple[Panel, Panel]:
 
 
 def compute_convergence(bench: Workbench) -> Outcome:
-    """Measure how the softened impacts converge to the rule."""
+    """Measure how the compliant impacts converge to the rule."""
     c = comparison(bench)
     n = -0.5 / c.expected_order
     rows, checks = list[list[Any]](), dict[str, bool]()

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.codegen.evaluate import numbers
+from painleve_sym.motion.simulator import DEFAULT_RTOL
 from painleve_sym.papers.claims import Printed
 from painleve_sym.papers.impact_resolution import runs
 from painleve_sym.papers.impact_resolution.claims import CLAIMS, NAMED_MODULI
 from painleve_sym.papers.impact_resolution.runs import LONG, Case, Workbench, needed
 from painleve_sym.papers.item import Outcome, Verdict, checked, table
-from painleve_sym.simulate.simulator import DEFAULT_RTOL
 
 REFERENCES = CLAIMS.data["references"]
 # Fourteen digits want more than the default accuracy; round-off then is some 1e-15.

@@ -19,6 +19,8 @@ from painleve_sym.contacts.classify import Classification, classify
 from painleve_sym.laws.catalogue import compliant_law
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.models.rods import rod
+from painleve_sym.motion.simulator import DEFAULT_RTOL, Simulator
+from painleve_sym.motion.trajectory import EventRecord, Trajectory
 from painleve_sym.papers.impact_resolution.claims import (
     INITIAL_FORCES,
     SOFT,
@@ -27,15 +29,13 @@ from painleve_sym.papers.impact_resolution.claims import (
     TABLES,
 )
 from painleve_sym.papers.panels import Axis, Mark, Panel, events_as_marks, line, window
-from painleve_sym.simulate.simulator import DEFAULT_RTOL, Simulator
-from painleve_sym.simulate.trajectory import EventRecord, Trajectory
 
 T = TypeVar("T")
 
 
 @dataclass(frozen=True)
 class Case:
-    """A softened run of the rod.
+    """A compliant run of the rod.
 
     Attributes
     ----------
@@ -205,7 +205,7 @@ def modulus_label(modulus: float) -> str:
 
 
 def modulus_text(modulus: float) -> str:
-    """Return 20.9e14 and the like."""
+    """Return the text of a modulus, such as 20.9e14."""
     return f"20.9e{round(math.log10(modulus / 20.9))}"
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.contacts.problem import ContactCase
+from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.papers.impact_resolution.claims import NUMBERS, SOFT, STABLE_FORCES, STIFF
 from painleve_sym.papers.impact_resolution.figures import reading_time, settling_time
 from painleve_sym.papers.impact_resolution.impacts import EVENTS
@@ -34,7 +35,6 @@ from painleve_sym.papers.panels import (
     line,
     window,
 )
-from painleve_sym.simulate.trajectory import Trajectory
 
 
 def compute_stable(bench: Workbench) -> Outcome:
@@ -243,7 +243,7 @@ def compute_conclusions(bench: Workbench) -> Outcome:
     """§4: the three conclusions, without surface energy."""
     impact = bench.run(IMPACT)
     checks = {
-        "(1) one solution: the softened rod takes it": (
+        "(1) one solution: the compliant rod takes it": (
             bench.rigid(1).case is ContactCase.SLIP
             and settling_time(bench, bench.run(SLIDING[STIFF])) < SLIDING[STIFF].t_end
         ),

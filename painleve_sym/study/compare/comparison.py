@@ -1,4 +1,4 @@
-"""One state, every method: accelerations, rigid motion, time stepping, relaxation, softened motion.
+"""Comparison of all methods from one state: accelerations, rigid and compliant motion, stepping.
 
 The methods are asked the same question, the velocities at one time shortly after the start, and
 are measured by one ruler: the distance to a rigid motion in the metric of the kinetic energy.
@@ -13,13 +13,16 @@ from itertools import groupby, pairwise
 
 import numpy as np
 
+from painleve_sym.choices import EngineLike, EngineName
+from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.contacts.impact.jump import JumpResult
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
-from painleve_sym.contacts.inputs import resolve_parameters, resolve_state
+from painleve_sym.contacts.inputs import resolve_state
 from painleve_sym.contacts.problem import ContactCase, ContactSolution
 from painleve_sym.errors import InputError
+from painleve_sym.mechanics.declarations import resolve_parameters
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.simulate.time_stepping.stepping import TimeStepper
+from painleve_sym.motion.time_stepping.stepping import TimeStepper
 from painleve_sym.study.compare.methods import AccelerationLevel, Answer, Case
 
 STEPS_TO_END = (10, 100, 1000)
@@ -50,7 +53,7 @@ class FirstStep:
 
 
 @dataclass(frozen=True)
-class Contrast:
+class Comparison:
     """Every method's answer for one state.
 
     Attributes
@@ -59,7 +62,7 @@ class Contrast:
     state, parameters : dict of str to float
         Complete.
     restitution, t_end : float
-        e of the softened and of both rigid rules; s.
+        e of the compliant and of both rigid rules; s.
     acceleration_level : AccelerationLevel or None
         None where the contact is open or closing: there is nothing to solve.
     jumps : dict of str to JumpResult
@@ -133,8 +136,8 @@ class Contrast:
         )
 
 
-def contrast(
-    mechanism: Mechanism,
+def compare(
+    mechanism: MechanismLike,
     state: Mapping[str, float],
     *,
     parameters: Mapping[str, float] | None = None,
@@ -143,18 +146,18 @@ def contrast(
     stiffness: Sequence[float] = STIFFNESS,
     t_end: float = T_END,
     solvers: Sequence[str] = CONTRAST_SOLVERS,
-    engine: str = "auto",
-) -> Contrast:
+    engine: EngineLike = EngineName.AUTO,
+) -> Comparison:
     """Ask every method what follows from one state.
 
     Parameters
     ----------
-    mechanism : Mechanism
+    mechanism : Mechanism, or its name, or the path of a mechanism file
         With one contact that can open.
     state, parameters : mapping of str to float
         Absent coordinates and velocities are 0, absent parameters have their defaults.
     restitution : float
-        In [0, 1]: energetic for rigid and softened motion, Newton's for rigid motion and stepping.
+        In [0, 1]: energetic for rigid and compliant motion, Newton's for rigid motion and stepping.
     steps : sequence of float, optional
         s, in (0, t_end]; a tenth, hundredth and thousandth of t_end when not given.
     stiffness : sequence of float
@@ -169,7 +172,16 @@ def contrast(
     ------
     InputError
         Unknown names, numbers out of range, a start inside the ground.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> state = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
+    >>> answers = ps.compare("rod", state, solvers=("lemke",), stiffness=(20.9e14,))
+    >>> answers.impact_without_collision
+    True
     """
+    mechanism = as_mechanism(mechanism)
     case = _case(mechanism, state, parameters, restitution, t_end, engine)
     stepper = TimeStepper(mechanism)
     steps = [t_end / n for n in STEPS_TO_END] if steps is None else sorted(set(steps))[::-1]
@@ -179,7 +191,7 @@ def contrast(
     rigid = case.rigid_answers(level)
     stepped = groupby(case.stepping(stepper, steps, solvers), lambda a: a.way)
     softened, exponent = case.softened_answers(stiffness)
-    return Contrast(
+    return Comparison(
         mechanism=mechanism.name,
         state=case.state,
         parameters=case.parameters,
@@ -201,7 +213,7 @@ def _case(
     parameters: Mapping[str, float] | None,
     restitution: float,
     t_end: float,
-    engine: str,
+    engine: EngineLike,
 ) -> Case:
     declared = mechanism.system.parameters
     names = [contact.name for contact in mechanism.contacts]
@@ -215,7 +227,7 @@ def _case(
     if mechanism.contact.bilateral:
         raise InputError(
             f"contrast of {mechanism.name!r}: its contact is bilateral, and stepping, relaxation "
-            "and softened motion need one that can open. Fix: use classify, jump and "
+            "and compliant motion need one that can open. Fix: use classify, jump and "
             "simulate --law rigid."
         )
     values = resolve_parameters(f"{mechanism.name!r}", declared, parameters or {})

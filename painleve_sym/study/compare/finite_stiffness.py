@@ -1,4 +1,4 @@
-"""The classical and the corrected jump rule against softened impacts over the stiffness."""
+"""Comparison of the classical and finite-stiffness jumps with compliant impacts."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from painleve_sym.arrays import Array
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.mechanics.system import TIME
-from painleve_sym.simulate.finite_stiffness import CorrectedJumpRule
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.motion.finite_stiffness import CorrectedJumpRule
+from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.compare.jump_convergence import compare_jump
 
 RULES = ("classical", "frozen", "carried")
@@ -22,7 +22,7 @@ RULES = ("classical", "frozen", "carried")
 
 @dataclass(frozen=True)
 class CorrectedComparison:
-    """Velocities after the impact by the three rules and by softened runs.
+    """Velocities after the impact by the three rules and by compliant runs.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class CorrectedComparison:
     exponent: float
 
     def error(self, rule: str, velocity: str) -> Array:
-        """Return rule minus softened of one velocity, shape (k,)."""
+        """Return rule minus compliant run of one velocity, shape (k,)."""
         error: Array = (self.rules[rule] - self.softened)[:, self.velocities.index(velocity)]
         return error
 
@@ -70,7 +70,7 @@ def compare_corrected(
     parameter: str = "E",
     parameters: Mapping[str, float] | None = None,
 ) -> CorrectedComparison:
-    """Return the three rules and softened impacts from a state.
+    """Return the three rules and compliant impacts from a state.
 
     Parameters are those of `compare_jump`, whose errors apply.
     """
@@ -118,5 +118,7 @@ def drift_of_the_rule(
         }
         if mechanism.depends_on_time:
             moved[TIME.name] = full[TIME.name] + tau
-        after.append(evaluate_jump(mechanism, "energetic", full | moved, given).velocity[velocity])
+        after.append(
+            evaluate_jump(mechanism, "energetic", full | moved, parameters=given).velocity[velocity]
+        )
     return (after[1] - after[0]) / (2 * step)

@@ -1,4 +1,4 @@
-"""Rigid against softened: the three-phase jump and the impacts that should converge to it."""
+"""Convergence of compliant impacts to the three-phase rigid jump."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
-from painleve_sym.simulate.simulator import Simulator
-from painleve_sym.simulate.trajectory import Trajectory
+from painleve_sym.motion.simulator import Simulator
+from painleve_sym.motion.trajectory import Trajectory
 
 PHASE_ENDS = ("slip_stop", "max_compression", "separation")
-"""Events of a softened impact at which the three phases of the jump end."""
+"""Events of a compliant impact at which the three phases of the jump end."""
 RTOL = 1e-12
-"""Of the softened runs: their error then stays far below the difference that is studied."""
+"""Of the compliant runs: their error then stays far below the difference that is studied."""
 
 
 @dataclass(frozen=True)
 class JumpComparison:
-    """A jump and the softened impacts from the same state, for growing stiffness.
+    """A jump and the compliant impacts from the same state, for growing stiffness.
 
     Attributes
     ----------
@@ -54,11 +54,11 @@ class JumpComparison:
 
     @cached_property
     def errors(self) -> Array:
-        """Softened minus rule, shape (k, 3, v)."""
+        """Compliant run minus rule, shape (k, 3, v)."""
         return self.softened - self.rule
 
     def column(self, phase: int, velocity: str) -> tuple[float, Array, Array]:
-        """Return rule, softened values (k,) and errors (k,) of one velocity after one phase."""
+        """Return rule, compliant values (k,) and errors (k,) of one velocity after one phase."""
         index = self.velocities.index(velocity)
         values = self.softened[:, phase - 1, index]
         return float(self.rule[phase - 1, index]), values, self.errors[:, phase - 1, index]
@@ -78,7 +78,7 @@ def compare_jump(
     parameters: Mapping[str, float] | None = None,
     t_end: float = 1.0,
 ) -> JumpComparison:
-    """Return the energetic jump at a state and softened impacts from it.
+    """Return the energetic jump at a state and compliant impacts from it.
 
     Parameters
     ----------
@@ -97,14 +97,14 @@ def compare_jump(
     Raises
     ------
     InputError
-        As for `evaluate_jump`, and where a softened impact lacks one of the three events.
+        As for `evaluate_jump`, and where a compliant impact lacks one of the three events.
     """
     mechanism = simulator.mechanism
     complete = dict.fromkeys(mechanism.state_names, 0.0) | dict(state)
     values = simulator.parameters(parameters)
     own = {p.name for p in mechanism.system.parameters} | {"e_energetic"}
     jump = evaluate_jump(
-        mechanism, "energetic", complete, {k: v for k, v in values.items() if k in own}
+        mechanism, "energetic", complete, parameters={k: v for k, v in values.items() if k in own}
     )
     if jump.case is not ImpactClass.C_STICKING or jump.slip == 0:
         raise InputError(

@@ -11,30 +11,31 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.choices import EngineLike, Policy, Restitution
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.complementarity.lcp import LCPSolution
 from painleve_sym.complementarity.lemke import LemkeResult, solve_lemke
 from painleve_sym.complementarity.mpcc import MPCCSurvey, solve_mpcc_all
 from painleve_sym.contacts.classify import Classification, classify
-from painleve_sym.contacts.contact_numbers import contact_numbers, contact_tolerances
+from painleve_sym.contacts.contact_numbers import contact_numbers
 from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
 from painleve_sym.contacts.impact_rays import Ray
-from painleve_sym.contacts.inputs import resolve_parameters, symbol_values
+from painleve_sym.contacts.inputs import symbol_values
 from painleve_sym.contacts.problem import ContactCase
 from painleve_sym.contacts.rigid import RigidContact
 from painleve_sym.errors import EventKind, InputError, StopReason, unknown_name
 from painleve_sym.laws.catalogue import compliant_law
 from painleve_sym.laws.restitution import restitution_law
-from painleve_sym.laws.rigid import RigidLaw
+from painleve_sym.laws.rigid_contact import RigidLaw
+from painleve_sym.mechanics.declarations import resolve_parameters
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.simulate.simulator import Simulator
-from painleve_sym.simulate.singular_limit import SingularLimit
-from painleve_sym.simulate.time_stepping.step_solvers import SOLVERS
-from painleve_sym.simulate.time_stepping.stepping import SteppingRun, TimeStepper
-from painleve_sym.simulate.trajectory import Trajectory
+from painleve_sym.motion.simulator import Simulator
+from painleve_sym.motion.singular_limit import SingularLimit
+from painleve_sym.motion.time_stepping.step_solvers import SOLVERS
+from painleve_sym.motion.time_stepping.stepping import SteppingRun, TimeStepper
+from painleve_sym.motion.trajectory import Trajectory
 
-POLICIES = ("liftoff", "slip", "impact")
-RULES = ("energetic", "newton")
+RULES = (Restitution.ENERGETIC, Restitution.NEWTON)
 SINGLE = ("lemke", "mpcc")
 """Solvers that end at one solution; the others enumerate all and choose."""
 GAUSS_POINTS = 16
@@ -54,7 +55,7 @@ class AccelerationLevel:
 
 @dataclass(frozen=True)
 class Answer:
-    """What one method says.
+    """Result of one method.
 
     Attributes
     ----------
@@ -83,7 +84,7 @@ class Answer:
     contact_velocities : ndarray, shape (k, 2)
         ġ_N and v_t; m/s.
     solutions_first_step : int
-        Found by the solver of a time step; −1 elsewhere.
+        Number of solutions of a time step; −1 elsewhere.
     first_impulse : float
         Normal impulse of the first step; nan elsewhere.
     first_mode : str
@@ -92,7 +93,7 @@ class Answer:
         Of a rigid motion that ended where its slip meets A = 0: where it would arrive.
     reference : str
         The rigid motion nearest to the finest answer of this way: of the energetic rule for
-        softened motion, of Newton's for time stepping. Empty for a rigid motion and for a motion
+        compliant motion, of Newton's for time stepping. Empty for a rigid motion and for a motion
         that ended early.
     error : float
         Distance to it in the metric of the kinetic energy, relative to the largest of the speeds
@@ -139,14 +140,13 @@ class Case:
     parameters: dict[str, float]
     restitution: float
     t_end: float
-    engine: str
+    engine: EngineLike
 
     @cached_property
     def closed_at_rest(self) -> tuple[bool, bool]:
         """Whether the gap of the start is 0, and whether its normal velocity is."""
         at = contact_numbers(self.mechanism)({**self.state, **self.parameters})
-        near, slow = contact_tolerances(at)
-        return bool(abs(at["gap"]) <= near), bool(abs(at["gap_rate"]) <= slow)
+        return abs(at["gap"]) <= at["gap_tolerance"], abs(at["gap_rate"]) <= at["rate_tolerance"]
 
     @cached_property
     def contact_velocities(self) -> Array:
@@ -190,7 +190,7 @@ class Case:
         """Return the contact problem of the state, solved; None where there is none."""
         if not all(self.closed_at_rest):
             return None
-        classification = classify(self.mechanism, self.state, self.parameters)
+        classification = classify(self.mechanism, self.state, parameters=self.parameters)
         lcp = classification.problem.lcp()
         return AccelerationLevel(classification, solve_lemke(lcp), solve_mpcc_all(lcp, compared=2))
 
@@ -202,7 +202,9 @@ class Case:
         for name, e in (("e", self.restitution), ("plastic", 0.0)):
             try:
                 given = {**self.parameters, "e_energetic": e}
-                jumps[name] = evaluate_jump(self.mechanism, "energetic", self.state, given)
+                jumps[name] = evaluate_jump(
+                    self.mechanism, "energetic", self.state, parameters=given
+                )
             except InputError:  # the state is not an impact: the contact problem says what it is
                 return {}
         return jumps
@@ -214,7 +216,7 @@ class Case:
         several = level and level.classification.case is ContactCase.INDETERMINATE
         answers: list[Answer] = []
         for rule in RULES:
-            for policy in POLICIES if several else POLICIES[:1]:
+            for policy in Policy if several else (Policy.LIFTOFF,):
                 simulator = Simulator(self.mechanism, RigidLaw(rule, policy), self.engine)
                 given = {**self.parameters, f"e_{rule}": self.restitution}
                 run = simulator.run(self.state, parameters=given, t_end=self.t_end)

@@ -1,4 +1,4 @@
-"""The critical initial force of the indeterminate state: who lifts off and who impacts.
+"""The critical initial force of the indeterminate state, between lift-off and impact.
 
 Started with little compression a sliding contact with A < 0 < B lifts off; with much it compresses
 until the slip stops. Between lies the stable manifold of the sliding solution F_n* = −B/A. At
@@ -12,25 +12,29 @@ from __future__ import annotations
 import enum
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.choices import EngineLike, EngineName
 from painleve_sym.codegen.evaluate import numbers
+from painleve_sym.codegen.named_mechanisms import MechanismLike
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.files import plain_fields
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.laws.catalogue import LawLike
+from painleve_sym.motion.simulate import simulator_of
+from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.critical.sliding_solution import SlidingAnalysis, SlidingSolution
 
 ENDS = ("separation", "slip_stop")
 """Kinds of events that decide a run."""
 RTOL = 1e-13
 """Of the runs: two digits above round-off, where the error no longer falls."""
-LOOSER = 100.0
+LOOSENING_FACTOR = 100.0
 """By this the tolerance is loosened to see how much the force depends on it."""
 T_END = 1.0
 """By when a run is decided, s: contacts last milliseconds and less."""
@@ -38,12 +42,12 @@ MAX_EVENTS = 2000
 """A contact that neither opens nor stops within this number of events keeps sliding."""
 RESTING = 1e-12
 """Relative width below which a run that is not decided rests on the sliding solution."""
-LEAST, WIDEST = 1e-9, 1e6
+LEAST_FACTOR, LARGEST_FACTOR = 1e-9, 1e6
 """Forces from and up to these multiples of F_n* are tried."""
 
 
 class Outcome(enum.Enum):
-    """What follows from an initial force.
+    """Outcome of a motion from an initial force.
 
     LIFTS_OFF
         The contact opens while it slips.
@@ -184,7 +188,7 @@ class CriticalForceFinder:
 
     @property
     def where(self) -> str:
-        """What messages name as the place of a fault."""
+        """Place of a fault, as messages name it."""
         return f"critical force of {self.simulator.where}"
 
     def _start(
@@ -194,22 +198,21 @@ class CriticalForceFinder:
         rtol: float,
     ) -> _Start:
         simulator = self.simulator
-        vector, values = simulator.start(state, parameters)
+        start = simulator.start(state, parameters)
         options = simulator.options(
-            vector,
-            values,
+            start.scale,
             t_end=self.t_end,
             until=ENDS,
             rtol=rtol,
             record="events",
             max_events=MAX_EVENTS,
-            start_events=True,
         )
+        options = replace(options, start_events=True)
         law = simulator.contact_law
-        constants = simulator.constants(values)
+        constants = simulator.constants(start.values)
         stiffness, exponent = numbers([law.stiffness, law.exponent], constants)
-        own = np.array([values[s.name] for s in simulator.automaton.parameters])
-        return _Start(simulator, vector, own, options, float(stiffness), float(exponent))
+        given = start.state, start.parameters
+        return _Start(simulator, *given, options, float(stiffness), float(exponent))
 
     def outcomes(
         self,
@@ -263,7 +266,7 @@ class CriticalForceFinder:
         effect = math.nan
         count = runs.count
         if check_tolerance:
-            looser = min(LOOSER * self.rtol, 1e-6)
+            looser = min(LOOSENING_FACTOR * self.rtol, 1e-6)
             check = _Bisection(self, border, self._start(state, parameters, looser))
             effect = abs(high - check.solve(high, 1e-7, sliding.force)[1])
             count += check.count
@@ -328,10 +331,10 @@ class _Bisection:
                 )
             part *= 8
             lower = guess * (1 - part) if part < 1 else low / 8
-            low, high = (lower if lower > LEAST * scale else 0.0), low
+            low, high = (lower if lower > LEAST_FACTOR * scale else 0.0), low
         part = width
         while not self.beyond(high):
-            if high > WIDEST * scale:
+            if high > LARGEST_FACTOR * scale:
                 raise InputError(
                     f"{self.finder.where}: no impact up to an initial force of {high:g} N. "
                     "Fix: check the state; its slip grows, or it leaves the indeterminate region."
@@ -342,11 +345,40 @@ class _Bisection:
 
 
 def critical_force(
-    simulator: Simulator,
+    mechanism: MechanismLike,
+    law: LawLike,
     state: Mapping[str, float],
-    parameters: Mapping[str, float] | None = None,
     *,
+    parameters: Mapping[str, float] | None = None,
+    law_parameters: Mapping[str, float] | None = None,
     border: Border = Border.SLIP_STOP,
+    engine: EngineLike = EngineName.AUTO,
 ) -> CriticalForce:
-    """Return the critical initial force of an indeterminate state; see `CriticalForceFinder`."""
-    return CriticalForceFinder(simulator).find(state, parameters, border=border)
+    """Return the critical initial force of an indeterminate state; see `CriticalForceFinder`.
+
+    Parameters
+    ----------
+    mechanism : Mechanism, or its name, or the path of a mechanism file
+        With one contact.
+    law : ContactLaw or its name
+    state, parameters, law_parameters : mapping of str to float
+        As for `simulate`. Gap 0, slipping, A < 0 < B.
+    border : Border
+    engine : EngineName or its text
+
+    Raises
+    ------
+    InputError
+        What `CriticalForceFinder.find` refuses.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> state = {"theta": 1.0, "theta_dot": 5.0, "x_A_dot": -1.0}
+    >>> force = ps.critical_force("rod", ps.laws.bilinear_hertz(E=20.9e14), state)
+    >>> force.value > force.sliding.force
+    True
+    """
+    simulator = simulator_of(mechanism, law, engine)
+    given = simulator.given(parameters, law_parameters)
+    return CriticalForceFinder(simulator).find(state, given, border=border)

@@ -193,7 +193,7 @@ class Setting:
     def with_value(
         self, name: str, value: float
     ) -> tuple[Mapping[str, float], Mapping[str, float]]:
-        """Return state and parameters with one quantity put in."""
+        """Return state and parameters with one quantity replaced."""
         if name in self._names:
             return self.state, {**self.parameters, name: value}
         states = self.finder.simulator.mechanism.state_names

@@ -1,4 +1,4 @@
-"""How the force that separates lift-off from impact depends on the start and the parameters."""
+"""Derivatives of the critical initial force by the initial state and the parameters."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from painleve_sym.arrays import Array
 from painleve_sym.errors import InputError, unknown_name
-from painleve_sym.simulate.sensitivity.variational import INITIAL_FORCE
+from painleve_sym.motion.sensitivity.variational import INITIAL_FORCE
 from painleve_sym.study.critical.bisection import Border, CriticalForce, CriticalForceFinder
 from painleve_sym.study.critical.continuation import Setting
 
@@ -76,12 +76,21 @@ def critical_force_gradient(
     InputError
         As for `CriticalForceFinder.find`, also a little beside the state; an unknown method; for
         sensitivities, where something else than the slip decides.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> simulator = ps.Simulator(ps.models.rod(), ps.laws.bilinear_hertz(E=20.9e14))
+    >>> state = {"theta": 1.0, "theta_dot": 5.0, "x_A_dot": -1.0}
+    >>> gradient = ps.critical_force_gradient(ps.CriticalForceFinder(simulator), state, ["mu"])
+    >>> gradient["mu"].value < 0
+    True
     """
     if method not in METHODS:
         raise InputError(f"{finder.where}: " + unknown_name("method", method, METHODS))
     setting = Setting(finder, state, parameters or {})
     for name in names:
-        setting.value(name)  # refuses unknown names
+        setting.value(name)  # rejects unknown names
     centre = finder.find(state, parameters, border=border, check_tolerance=False)
     if method == "differences":
         return {name: _difference(setting, centre, name) for name in names}
@@ -132,9 +141,10 @@ def _implicit(
         if e.time == sensitivities.trajectory.final_time
     ]
     if end not in kinds or "slip_stop" in kinds or sensitivities.singular is not None:
-        got = ", ".join(kinds) or sensitivities.trajectory.stop_reason.label
+        ending = ", ".join(kinds) or sensitivities.trajectory.stop_reason.label
         raise InputError(
-            f"{finder.where}: just below {centre.value:g} N the motion ends in {got}, need {end}. "
+            f"{finder.where}: just below {centre.value:g} N the motion ends in {ending}, "
+            f"need {end}. "
             "Fix: use method='differences'."
         )
     names_of_states = sensitivities.trajectory.state_names

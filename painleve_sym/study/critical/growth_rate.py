@@ -1,4 +1,4 @@
-"""How fast softened runs leave the sliding solution, beside the closed-form growth rate."""
+"""Growth rate of compliant runs that leave the sliding solution, compared with its closed form."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import numpy as np
 
 from painleve_sym.arrays import Array
 from painleve_sym.errors import InputError
-from painleve_sym.simulate.trajectory import Trajectory
+from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.study.critical.bisection import CriticalForceFinder
 
 OFFSET = 1e-10
 """Relative deviation of the force at the start: far above round-off, and linear for 20 e-folds."""
-FOLDS = (4.0, 14.0)
+E_FOLDING_WINDOW = (4.0, 14.0)
 """Where the growth is read, in units of 1/λ: the decaying part is gone, the growing still small."""
 SAMPLES = 41
 """Instants between, an odd number for Simpson's rule."""
@@ -58,9 +58,9 @@ def compare_growth(
     parameters: Mapping[str, float] | None = None,
     *,
     offset: float = OFFSET,
-    folds: tuple[float, float] = FOLDS,
+    folds: tuple[float, float] = E_FOLDING_WINDOW,
 ) -> GrowthComparison:
-    """Return how a deviation of the initial force grows in softened runs.
+    """Return how a deviation of the initial force grows in compliant runs.
 
     Two runs start at the critical force and a part `offset` above it; both follow the stable
     manifold, and what separates them is the growing solution.

@@ -1,4 +1,4 @@
-"""Who lifts off and who impacts, over the initial force and one more quantity."""
+"""Maps of the outcome, lift-off or impact, over the initial force and one more quantity."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ LEGEND: Mapping[str, int] = {
     Outcome.STOPS_IN_COMPRESSION.value: 2,
 }
 """Codes of the outcomes; undecided also where the state is not indeterminate."""
-MOST = 400
+MAX_POINTS = 400
 """Points along an axis: every point is a run."""
 DECADES = 30.0
 """Ratio of the ends from which a positive axis is spaced, and drawn, logarithmically."""
@@ -36,7 +36,7 @@ _TEXTS = ("mechanism", "law", "over", "unit", "state", "parameters")
 
 @dataclass(frozen=True)
 class OutcomeMap:
-    """Outcomes of softened runs over initial force and one quantity.
+    """Outcomes of compliant runs over initial force and one quantity.
 
     Attributes
     ----------
@@ -56,7 +56,7 @@ class OutcomeMap:
     slip_stop, compression : ndarray, shape (k,)
         Both critical forces, to round-off; nan where there is none. N.
     state, parameters : dict of str to float
-        What is held.
+        Values that are constant over the map.
     """
 
     mechanism: str
@@ -224,8 +224,8 @@ def outcome_map(
 
 
 def _axis(finder: CriticalForceFinder, name: str, ends: tuple[float, float], points: int) -> Array:
-    if not 2 <= points <= MOST:
-        raise InputError(f"{finder.where}: points: got {points}, need 2 to {MOST}.")
+    if not 2 <= points <= MAX_POINTS:
+        raise InputError(f"{finder.where}: points: got {points}, need 2 to {MAX_POINTS}.")
     low, high = ends
     if not (np.isfinite(low) and np.isfinite(high) and low < high):
         raise InputError(
@@ -238,6 +238,6 @@ def _axis(finder: CriticalForceFinder, name: str, ends: tuple[float, float], poi
 
 
 def _unit(mechanism: Mechanism, setting: Setting, name: str) -> str:
-    setting.value(name)  # an unknown name is told here
+    setting.value(name)  # an unknown name is reported here
     own = (*mechanism.system.parameters, *setting.finder.simulator.own_parameters)
     return ({p.name: p.unit for p in own} | mechanism.state_units)[name]

@@ -14,7 +14,7 @@ from typing import Any
 
 from painleve_sym.codegen.pointwise import Pointwise
 from painleve_sym.contacts.classify import contact_problem
-from painleve_sym.contacts.contact_numbers import contact_numbers, contact_tolerances
+from painleve_sym.contacts.contact_numbers import contact_numbers
 from painleve_sym.contacts.inputs import resolve_state
 from painleve_sym.errors import InputError
 from painleve_sym.files import to_plain
@@ -27,7 +27,7 @@ from painleve_sym.mechanics.paradox.sliding import (
     sliding_force,
     sliding_force_rate,
 )
-from painleve_sym.simulate.simulator import Simulator
+from painleve_sym.motion.simulator import Simulator
 
 SERIES_WITHIN = 0.1
 """Where the energy of the saddle is a difference of nearly equal numbers, a series replaces it."""
@@ -280,15 +280,12 @@ class SlidingAnalysis:
         mechanism = simulator.mechanism
         values = simulator.parameters(parameters)
         start = resolve_state(mechanism, state, values)
-        by_name, automaton = simulator.constants(values), simulator.automaton
-        every = (*automaton.parameters, *automaton.definitions)
-        constants = {s: by_name[s.name] for s in every}
+        constants = simulator.constants(values)
         problem = contact_problem(mechanism, start, values)
         named = {s: start[s.name] for s in mechanism.motion}
         point = {**named, **constants}
         own = list(map(float, self._mechanical(point).reshape(-1)))
-        at = contact_numbers(mechanism)({**start, **values})
-        near, slow = contact_tolerances(at)
+        at = contact_numbers(mechanism)(point)
         self._check(problem.A, problem.B)
         A, B, slip = float(problem.A or 0.0), problem.B, problem.slip_direction
         force = -B / A
@@ -310,7 +307,7 @@ class SlidingAnalysis:
             rate_per_force=rate_per_force,
             compression=depth,
             compression_rate=rate / slope,
-            approach=0.0 if abs(at["gap_rate"]) <= slow else -at["gap_rate"],
+            approach=0.0 if abs(at["gap_rate"]) <= at["rate_tolerance"] else -at["gap_rate"],
             exponent=exponent,
             growth_rate=rates[0],
             decay_rate=rates[1],
@@ -318,7 +315,8 @@ class SlidingAnalysis:
             unloading_decay_rate=rates[3],
             conservative=all(s.conservative for s in self._saddles),
         )
-        return solution, 0.0 if abs(at["gap"]) <= near else at["gap"]
+        gap = at["gap"]
+        return solution, 0.0 if abs(gap) <= at["gap_tolerance"] else gap
 
     def _check(self, A: float | None, B: float) -> None:
         if A is None:

@@ -18,7 +18,7 @@ from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.quantities import QUANTITIES
 
 MAX_FILE = 50_000_000
-"""Bytes of a data file: one that never ends must not be read without end."""
+"""Size limit of a data file in bytes; guards against special files."""
 MEASURABLE = (
     "normal_force",
     "tangential_force",
@@ -82,6 +82,13 @@ def read_fit_data(path: str | Path, mechanism: Mechanism) -> FitData:
     InputError
         Not readable, a header without units, unknown quantities, another unit than SI, cells that
         are not numbers, missing columns, times out of order.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> data = ps.read_fit_data("examples/studies/fit/impacts.csv", ps.models.rod())
+    >>> sorted(data.starts)
+    ['theta', 'theta_dot', 'x_A_dot']
     """
     where = f"data file {path}"
     rows = _rows(where, Path(path))

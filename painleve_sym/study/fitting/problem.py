@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,11 +15,15 @@ from scipy.stats import t as student
 
 from painleve_sym.arrays import Array
 from painleve_sym.checks import number
+from painleve_sym.choices import EngineLike, EngineName
+from painleve_sym.codegen.named_mechanisms import MechanismLike
 from painleve_sym.errors import InputError, StopReason, unknown_name
+from painleve_sym.laws.catalogue import LawsLike
 from painleve_sym.mechanics.declarations import Parameter
-from painleve_sym.simulate.sensitivity.result import SensitiveTrajectory
-from painleve_sym.simulate.simulator import Simulator
-from painleve_sym.study.fitting.data import FitData
+from painleve_sym.motion.sensitivity.result import SensitiveTrajectory
+from painleve_sym.motion.simulate import simulator_of
+from painleve_sym.motion.simulator import Simulator
+from painleve_sym.study.fitting.data import FitData, read_fit_data
 from painleve_sym.study.fitting.result import FitResult
 
 RTOL = 1e-10
@@ -26,10 +31,10 @@ RTOL = 1e-10
 TOLERANCE = 1e-10
 """Relative change of cost, step and gradient at which the least squares end."""
 REWEIGHTINGS = 12
-"""Rounds in which unknown noise levels are estimated; they settle in three to five."""
+"""Rounds in which unknown noise levels are estimated; they converge in three to five."""
 SETTLED = 1e-4
 """Relative change of the noise levels at which no further round is needed."""
-BLIND = 1e-7
+RANK_TOLERANCE = 1e-7
 """Ratio of the singular values of the scaled Jacobian below which the data leave a combination of
 the parameters open: its error would be a million times that of the others."""
 
@@ -45,7 +50,7 @@ _ENDINGS = {
 
 @dataclass(frozen=True)
 class FitProblem:
-    """What is estimated, from which data, with which model.
+    """Parameter estimation: the unknowns, the data and the model.
 
     Parameters
     ----------
@@ -294,7 +299,7 @@ class FitProblem:
     ) -> FitResult:
         freedom = len(residuals) - len(estimate)
         lengths = np.linalg.norm(jacobian, axis=0)
-        self._refuse_blind(jacobian, lengths)
+        self._check_identifiable(jacobian, lengths)
         _, singular, vt = np.linalg.svd(jacobian / lengths, full_matrices=False)
         inverse = (vt.T / singular) / lengths[:, None]
         covariance = inverse @ inverse.T
@@ -328,13 +333,13 @@ class FitProblem:
             return self._declared[name].unit
         return self.simulator.mechanism.state_units[name]
 
-    def _refuse_blind(self, jacobian: Array, lengths: Array) -> None:
-        """Raise InputError where the data say nothing of a combination of the unknowns."""
+    def _check_identifiable(self, jacobian: Array, lengths: Array) -> None:
+        """Raise InputError if the Jacobian is rank deficient."""
         for name, length in zip(self.estimate, lengths, strict=True):
             if not length > 0:
                 raise InputError(f"fit: the data do not depend on {name}. Fix: do not estimate it.")
         _, singular, vt = np.linalg.svd(jacobian / lengths, full_matrices=False)
-        if singular[-1] > BLIND * singular[0]:
+        if singular[-1] > RANK_TOLERANCE * singular[0]:
             return
         share = np.abs(vt[-1])
         names = [n for n, w in zip(self.estimate, share, strict=True) if w > 0.1 * share.max()]
@@ -343,6 +348,74 @@ class FitProblem:
             f"of the Jacobian down to {singular[-1] / singular[0]:.1e} of the largest). "
             "Fix: estimate fewer of them, or measure something else."
         )
+
+
+def fit(
+    mechanism: MechanismLike,
+    law: LawsLike,
+    data: FitData | str | Path,
+    estimate: Sequence[str],
+    *,
+    state: Mapping[str, float] | None = None,
+    parameters: Mapping[str, float] | None = None,
+    law_parameters: Mapping[str, float] | None = None,
+    until: str | Sequence[str] = ("separation",),
+    t_end: float = 1.0,
+    sigma: Mapping[str, float] | None = None,
+    level: float = 0.95,
+    engine: EngineLike = EngineName.AUTO,
+) -> FitResult:
+    """Estimate parameters, or start values, from measured motions by least squares.
+
+    Parameters
+    ----------
+    mechanism : Mechanism, or its name, or the path of a mechanism file
+    law : ContactLaw or RigidLaw, or its name, or mapping of contact to these
+    data : FitData, or the path of a CSV file
+        See `read_fit_data` for the columns.
+    estimate : sequence of str
+        Parameters of mechanism and law, or start values of a history.
+    state : mapping of str to float
+        Start values that the data do not give.
+    parameters, law_parameters : mapping of str to float
+        Known parameters, and from where the estimated ones start.
+    until : EventKind, its text, or several
+        Events that end each motion, where every row is a motion.
+    t_end : float
+        By when it has ended; s.
+    sigma : mapping of str to float, optional
+        Known standard deviations of all measured quantities; they are estimated where none are
+        given.
+    level : float
+        Of the confidence intervals, in (0, 1).
+    engine : EngineName or its text
+
+    Raises
+    ------
+    InputError
+        Unreadable data, unknown names, fewer measured values than unknowns.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> measured = "examples/studies/fit/impacts.csv"
+    >>> result = ps.fit("rod", "bilinear-hertz", measured, ["e_energetic", "mu"])
+    >>> result.names
+    ('e_energetic', 'mu')
+    """
+    simulator = simulator_of(mechanism, law, engine)
+    made = simulator.mechanism
+    return FitProblem(
+        simulator=simulator,
+        data=data if isinstance(data, FitData) else read_fit_data(data, made),
+        estimate=tuple(estimate),
+        state=dict(state or {}),
+        parameters=simulator.given(parameters, law_parameters),
+        until=(until,) if isinstance(until, str) else tuple(until),
+        t_end=t_end,
+        sigma=sigma,
+        level=level,
+    ).solve()
 
 
 def _spread(values: Array) -> float:

@@ -1,4 +1,4 @@
-"""What a fit returns: estimates, confidence intervals, noise and the fitted model."""
+"""Result of a fit: estimates, confidence intervals, noise and the fitted model."""
 
 from __future__ import annotations
 

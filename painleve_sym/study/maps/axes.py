@@ -1,4 +1,4 @@
-"""The two axes of a map and what is held: names and numbers checked, ranges chosen."""
+"""Axes and constant values of a map: names and numbers checked, ranges chosen."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ import sympy as sp
 
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.pointwise import Pointwise
-from painleve_sym.contacts.inputs import resolve_parameters, resolve_state, symbol_values
+from painleve_sym.contacts.inputs import resolve_state, symbol_values
 from painleve_sym.errors import InputError, unknown_name
-from painleve_sym.mechanics.declarations import Parameter
+from painleve_sym.mechanics.declarations import Parameter, resolve_parameters
 from painleve_sym.mechanics.mechanism import Mechanism
 
 MIN_POINTS, MAX_POINTS = 5, 2000
@@ -28,7 +28,7 @@ SPEED = 5.0
 
 @dataclass(frozen=True)
 class MapPlace:
-    """Where a map is drawn: two axes with their values, and the numbers held.
+    """Domain of a map: two axes with their values, and the constant values.
 
     Attributes
     ----------
@@ -90,7 +90,7 @@ def map_place(
         if name not in axes:
             raise InputError(f"{where}: range: {unknown_name('axis', name, axes)}")
     values = resolve_parameters(where, mechanism.system.parameters, parameters)
-    # The domain may depend on the axes: points outside are masked, not refused.
+    # The domain may depend on the axes: points outside are masked, not rejected.
     free = dataclasses.replace(mechanism, domain=())
     start = resolve_state(free, state, values)
     spans = [
@@ -135,8 +135,8 @@ def _checked_names(mechanism: Mechanism, where: str, over: Sequence[str]) -> tup
         if name not in known:
             raise InputError(f"{where}: {unknown_name('axis', name, known)}")
     if len(over) != 2 or over[0] == over[1]:
-        got = ", ".join(over) or "none"
-        raise InputError(f"{where}: axes: got {got}, need two different names.")
+        received = ", ".join(over) or "none"
+        raise InputError(f"{where}: axes: got {received}, need two different names.")
     return over[0], over[1]
 
 

@@ -11,8 +11,8 @@ from scipy.optimize import minimize
 
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.bridge import Translator
-from painleve_sym.contacts.inputs import resolve_parameters
 from painleve_sym.errors import InputError
+from painleve_sym.mechanics.declarations import resolve_parameters
 from painleve_sym.mechanics.mechanism import Mechanism
 
 _STARTS = 24
@@ -24,7 +24,7 @@ _VANISHED = 1e-6
 
 @dataclass(frozen=True)
 class LeastFriction:
-    """The smallest W_nn/|W_nt| found over the configurations in contact.
+    """The smallest W_nn/|W_nt| over the configurations in contact.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ def least_critical_friction(
     Raises
     ------
     InputError
-        Unknown or invalid parameters; no configuration in contact was found with W_nt ≠ 0.
+        Unknown or invalid parameters; no configuration in contact has W_nt ≠ 0.
     """
     where = f"least critical friction of {mechanism.name!r}"
     values = resolve_parameters(where, mechanism.system.parameters, parameters or {})
@@ -109,7 +109,7 @@ def least_critical_friction(
             best, place = reached, end
     if not np.isfinite(best):
         raise InputError(
-            f"{where}: no configuration in contact was found. Fix: check the gap and the domain."
+            f"{where}: no configuration is in contact. Fix: check the gap and the domain."
         )
     names = {s.name: float(v) for s, v in zip(q, place, strict=True)}
     return LeastFriction(0.0 if best < _VANISHED else best, names)

@@ -14,8 +14,9 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from painleve_sym.arrays import Array, load_npz, save_npz
+from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.codegen.pointwise import Pointwise
-from painleve_sym.contacts.contact_numbers import contact_tolerances, length_formula
+from painleve_sym.contacts.contact_numbers import closed_within, length_formula
 from painleve_sym.contacts.local_mode import rounded_difference
 from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -71,7 +72,7 @@ class RegionMap:
         ``mu_P``: least friction with A < 0 somewhere, where it has a closed form; for the rods also
         ``mu_C`` = (2/√3) μ_P, where at the crossing both rates of approach are equal.
     state, parameters : dict of str to float
-        What is held.
+        Values that are constant over the map.
     A_pull : ndarray or None
         Of a contact that is held from both sides: A where F_n < 0, `A` being that where F_n > 0.
         `curves` then has ``A_pull``, too, and the cases tell the number of solutions: ``slip``
@@ -187,7 +188,7 @@ def _without_nan(array: Array | None) -> Any:
 
 
 def region_map(
-    mechanism: Mechanism,
+    mechanism: MechanismLike,
     over: Sequence[str],
     *,
     ranges: Mapping[str, tuple[float, float]] | None = None,
@@ -204,7 +205,7 @@ def region_map(
 
     Parameters
     ----------
-    mechanism : Mechanism
+    mechanism : Mechanism, or its name, or the path of a mechanism file
         With one contact.
     over : two str
         Coordinates, velocities or parameters.
@@ -214,7 +215,7 @@ def region_map(
         Along each axis, 5 to 2000.
     slip : {-1, +1}
     state, parameters : mapping of str to float
-        What is held; absent ones are 0 and the defaults.
+        Constant values; absent ones are 0 and the defaults.
     engine : {"auto", "compiled", "casadi"}
         See `Pointwise`.
 
@@ -227,7 +228,15 @@ def region_map(
     References
     ----------
     Génot & Brogliato, Eur. J. Mech. A/Solids 18 (1999); Zhao, Liu & Chen, (1)–(3), Fig. 2.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> regions = ps.region_map("rod", ("theta", "theta_dot"), points=20)
+    >>> sum(regions.counts.values())
+    400
     """
+    mechanism = as_mechanism(mechanism)
     place = map_place(mechanism, over, ranges or {}, points, slip, state or {}, parameters or {})
     grids, is_open, used = _grids(mechanism, place, slip, engine)
     if not (grids["case"] >= 0).any():
@@ -254,7 +263,7 @@ def _A(mechanism: Mechanism, slip: int) -> sp.Expr:
 def _flow(mechanism: Mechanism, place: MapPlace, slip: int) -> list[sp.Expr]:
     """Return the rates of both axes in slip; none where an axis is a parameter.
 
-    A bilateral contact that pulls rubs as one that pushes in slip the other way.
+    With F_n < 0 the friction of a bilateral contact has the sign of slip in the opposite direction.
     """
     system, c = mechanism.system, mechanism.coefficients
     rates = dict(system.rates)
@@ -278,11 +287,12 @@ def _grids(
         flow += _flow(mechanism, place, -slip)
     margins = [b.margin for b in mechanism.domain]
     parts = [c.W_nn, c.W_nt, c.W_tt, c.b_n, c.b_t, c.A_stick, c.B_stick, c.mu]
-    parts += [contact.gap, contact.gap_rate, mechanism.system.kinetic_energy]
-    parts += [length_formula(mechanism), *margins, *flow]
+    given = length_formula(mechanism), mechanism.system.kinetic_energy, c.W_nn, c.b_n
+    _, *closed = closed_within(*given)
+    parts += [contact.gap, contact.gap_rate, *closed, *margins, *flow]
     function = Pointwise(parts, place.all_symbols, engine=engine)
     values = function(place.grid())
-    W_nn, W_nt, W_tt, B, b_t, A_stick, B_stick, mu, gap, gap_rate, kinetic, length = values[:12]
+    W_nn, W_nt, W_tt, B, b_t, A_stick, B_stick, mu, gap, gap_rate, near, slow = values[:12]
     inside = (values[12 : 12 + len(margins)] > 0).all(axis=0)
     inside &= np.isfinite(values[:8]).all(axis=0)
     with np.errstate(all="ignore"):
@@ -304,10 +314,8 @@ def _grids(
             # Where there is one solution, F_n has the sign of −B.
             rates = np.where(B <= 0, rates[:2], rates[2:])
         grids["flow"] = np.where(case == LEGEND["slip"], rates, np.nan)
-    scales = {"length": length, "kinetic_energy": kinetic, "W_nn": W_nn, "b_n": B}
-    near, slow = contact_tolerances({n: v[inside] for n, v in scales.items()})
-    is_open = (np.abs(gap[inside]) > near) | (np.abs(gap_rate[inside]) > slow)
-    return grids, is_open, function.engine
+    is_open = (np.abs(gap) > near) | (np.abs(gap_rate) > slow)
+    return grids, is_open[inside], function.engine
 
 
 def _nothing_inside(mechanism: Mechanism, place: MapPlace) -> str:
@@ -363,7 +371,7 @@ def _zeros_of_pair(
 
 
 def _thresholds(mechanism: Mechanism, place: MapPlace, slip: int) -> dict[str, float]:
-    """Return μ_P, and μ_C of the rods, where they have a closed form with numbers put in."""
+    """Return μ_P, and μ_C of the rods, where they have a closed form, as numbers."""
     c = mechanism.coefficients
     inner = (c.W_nn.free_symbols | c.W_nt.free_symbols) & set(mechanism.system.q)
     names = [s.name for s in inner if s in place.symbols] or [s.name for s in inner]

@@ -1,4 +1,4 @@
-"""Where functions of two variables vanish: curves from a grid, common zeros to round-off."""
+"""Zeros of functions of two variables: curves from a grid, common zeros to round-off."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ NEWTON_STEPS = 40
 SETTLED = 1e-12
 """Last Newton step of a zero, as part of the range; the step after it is below round-off."""
 DISTINCT = 1e-7
-"""Zeros nearer than this part of the range are one zero found from two cells."""
+"""Zeros nearer than this part of the range are one zero, seen from two cells."""
 
 
 def zero_segments(function: Function, x: Array, y: Array, values: Array) -> Array:
     """Return the curve function = 0 as straight pieces, shape (n, 2 ends, 2).
 
     One piece for each cell of the grid that the curve crosses. Both its ends are zeros on the
-    cell's sides, found by bisection; a curve that enters and leaves through one side is missed.
+    cell's sides, located by bisection; a curve that enters and leaves through one side is missed.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def zero_segments(function: Function, x: Array, y: Array, values: Array) -> Arra
     x, y : ndarray, shape (n_x,), (n_y,)
         The grid, increasing.
     values : ndarray, shape (n_x, n_y)
-        `function` on the grid; nan where there is nothing to be found.
+        `function` on the grid; nan where the function is not defined.
     """
     grid = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
     along_x = _zeros_between(function, grid[:-1], grid[1:], values[:-1], values[1:])
@@ -86,7 +86,7 @@ def common_zeros(system: Function, x: Array, y: Array, first: Array, second: Arr
     x, y : ndarray, shape (n_x,), (n_y,)
         The grid, increasing.
     first, second : ndarray, shape (n_x, n_y)
-        f and g on the grid, nan where there is nothing to be found.
+        f and g on the grid, nan where the function is not defined.
     """
     i, j = np.nonzero(_near_zero(first) & _near_zero(second))
     point = np.stack([(x[i] + x[i + 1]) / 2, (y[j] + y[j + 1]) / 2])
@@ -106,7 +106,7 @@ def common_zeros(system: Function, x: Array, y: Array, first: Array, second: Arr
 
 
 def _near_zero(values: Array) -> NDArray[np.bool_]:
-    """Tell of each cell whether it, or a neighbour, has corners of both signs."""
+    """Return for each cell whether it, or a neighbour, has corners of both signs."""
     corners = np.stack([values[:-1, :-1], values[1:, :-1], values[:-1, 1:], values[1:, 1:]])
     above, below = np.any(corners > 0, axis=0), np.any(corners <= 0, axis=0)
     mixed: NDArray[np.bool_] = np.logical_and(above, below)

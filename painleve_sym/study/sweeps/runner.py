@@ -17,6 +17,43 @@ Progress = Callable[[int, int], None]
 """Called with the points done and the points in all."""
 
 
+def sweep(
+    source: str | Path,
+    out: str | Path,
+    *,
+    threads: int | None = None,
+    cluster: str | None = None,
+    progress: Progress = lambda done, points: None,
+) -> dict[str, Any]:
+    """Run or resume the sweep that a TOML file describes; see `run_sweep`.
+
+    Parameters
+    ----------
+    source : path
+        Of the sweep file.
+    out : path
+        The result: its suffix tells the format.
+    threads, cluster, progress
+        As for `run_sweep`.
+
+    Returns
+    -------
+    dict
+        Summary of the sweep: points, axes, stop reasons, ranges of the quantities.
+
+    Examples
+    --------
+    >>> import tempfile, painleve_sym as ps
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     summary = ps.sweep("examples/sweeps/table3_grid.toml", folder + "/table3.npz")
+    >>> summary["mechanism"]
+    'rod'
+    """
+    return run_sweep(
+        Sweep.read(source), Path(out), threads=threads, cluster=cluster, progress=progress
+    )
+
+
 def run_sweep(
     sweep: Sweep,
     out: Path,

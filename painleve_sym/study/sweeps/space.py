@@ -38,7 +38,7 @@ class Grid:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What is varied."""
+        """Names of the varied quantities."""
         return tuple(self.axes)
 
     def ends(self, name: str) -> tuple[float, float]:
@@ -96,7 +96,7 @@ class Sample:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What is varied."""
+        """Names of the varied quantities."""
         return tuple(self.ranges)
 
     def ends(self, name: str) -> tuple[float, float]:
@@ -131,9 +131,9 @@ class Sample:
 def read_space(where: str, axes: Any, sample: Any) -> Grid | Sample:
     """Return the points that the tables [axes] or [sample] describe; None stands for no table."""
     if (axes is None) == (sample is None):
-        got = "both" if axes is not None else "neither"
+        received = "both" if axes is not None else "neither"
         raise InputError(
-            f"{where}: got {got} of [axes] and [sample], need one: a grid or a sampled set. "
+            f"{where}: got {received} of [axes] and [sample], need one: a grid or a sampled set. "
             "Fix: such as [axes] theta = { from = 0.9, to = 1.1, points = 21 }."
         )
     return _grid(where, axes) if sample is None else _sample(where, sample)

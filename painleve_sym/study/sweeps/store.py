@@ -55,7 +55,7 @@ def check_format(out: Path) -> None:
 
 
 def attributes(sweep: Sweep) -> dict[str, str]:
-    """Return what a result says of itself: title, the sweep's own text, provenance.
+    """Return the metadata of a result: title, the sweep's own text, provenance.
 
     The provenance decides the numbers: versions, compiler, flags, cache key of the engine.
     """

@@ -13,19 +13,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from painleve_sym.checks import whole_number
-from painleve_sym.contacts.contact_numbers import contact_numbers, contact_tolerances
+from painleve_sym.contacts.contact_numbers import contact_numbers
 from painleve_sym.contacts.local_mode import rounded_difference
 from painleve_sym.engines.batch import MAX_EVENTS_KEPT, BatchOutputs
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import parse_toml, read_text
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
+from painleve_sym.motion.batch.memory import check_memory, row_bytes
+from painleve_sym.motion.batch.reason_codes import ROW_REASONS
+from painleve_sym.motion.batch.result import BatchResult, event_dims
+from painleve_sym.motion.batch.run import run_batch
+from painleve_sym.motion.simulator import Simulator
 from painleve_sym.quantities import unit_of
-from painleve_sym.simulate.batch.memory import check_memory, row_bytes
-from painleve_sym.simulate.batch.reason_codes import ROW_REASONS
-from painleve_sym.simulate.batch.result import ManyResult, event_dims
-from painleve_sym.simulate.batch.run import simulate_many
-from painleve_sym.simulate.simulator import Simulator
 from painleve_sym.study.maps.case_codes import LEGEND, opening_case
 from painleve_sym.study.scenario import MAX_FILE, Scenario
 from painleve_sym.study.sweeps.space import Grid, Sample, read_space
@@ -44,7 +44,7 @@ CASES: dict[str, int] = {**LEGEND, "apart": -2, "no_slip": -3}
 
 @dataclass(frozen=True)
 class Sweep:
-    """A scenario, the points it is run at, and what is kept of each run.
+    """A scenario, the points at which it is run, and the outputs to record.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class Sweep:
         What all points share.
     space : Grid or Sample
     keep : tuple of str
-        Names of `ManyResult`, and ``case``.
+        Names of `BatchResult`, and ``case``.
     events : int
         How many times of each kind of event are kept where all are asked for.
     chunk : int
@@ -177,7 +177,7 @@ class Sweep:
 
     @cached_property
     def batch_outputs(self) -> BatchOutputs:
-        """What is asked of each run besides its end."""
+        """Per-run outputs to record, besides the end of the run."""
         names = [name.removesuffix("_time") for name in self.keep]
         watched = {
             kind: tuple(dict.fromkeys(n.removeprefix(p) for n in names if n.startswith(p)))
@@ -217,14 +217,14 @@ class Sweep:
         return self
 
     def check_run(self) -> Columns:
-        """Compile what is needed, run the first and the last point, and return the latter.
+        """Compile the simulator, run the first and the last point, and return the latter.
 
         Faults show here, before the sweep.
 
         Raises
         ------
         InputError
-            What `simulate_many` refuses, unknown names to keep, no memory for a chunk.
+            Input that `run_batch` rejects, unknown names to keep, no memory for a chunk.
         """
         chunk = min(self.chunk, self.space.points)
         need = 2 * chunk * row_bytes(self.simulator, self.batch_outputs)
@@ -249,7 +249,7 @@ class Sweep:
                 (states if name in self.mechanism.state_names else parameters)[name] = values
         limits = {n: getattr(scenario, n) for n in ("max_steps", "max_events")}
         assert scenario.t_end is not None
-        ends = simulate_many(
+        ends = run_batch(
             self.simulator,
             states,
             parameters,
@@ -268,7 +268,7 @@ class Sweep:
             for name, quantity in self.columns.items()
         }
 
-    def _quantity(self, ends: ManyResult, name: str) -> NDArray[Any]:
+    def _quantity(self, ends: BatchResult, name: str) -> NDArray[Any]:
         if name == "stop_reason":
             return ends.rows.reason.astype(np.int8)
         if name == "mode":
@@ -286,17 +286,18 @@ class Sweep:
                 f"{self.scenario.where}: keep: case needs one contact that can open. "
                 "Fix: leave it out, or name one contact."
             )
-        names = (*mechanism.state_names, *(p.name for p in mechanism.parameters))
+        names = (*mechanism.state_names, *(p.name for p in mechanism.outline.parameters))
         with np.errstate(all="ignore"):
             at = contact_numbers(mechanism).at(
                 {name: np.broadcast_to(inputs[name], (n,)) for name in names}
             )
-            slip, (near, slow) = at["slip_velocity"], contact_tolerances(at)
+            slip = at["slip_velocity"]
             mu = inputs[mechanism.contact.friction.name]
             A = rounded_difference(at["W_nn"], np.sign(slip) * mu * at["W_nt"])
             codes = opening_case(A, at["b_n"])
         codes = np.where(np.isfinite(A + at["b_n"]), codes, CASES["outside"])
-        closed = (np.abs(at["gap"]) <= near) & (np.abs(at["gap_rate"]) <= slow)
+        closed = np.abs(at["gap"]) <= at["gap_tolerance"]
+        closed &= np.abs(at["gap_rate"]) <= at["rate_tolerance"]
         codes = np.where(slip == 0, CASES["no_slip"], codes)
         return np.where(closed, codes, CASES["apart"]).astype(np.int8)
 
@@ -326,7 +327,7 @@ def _placed(where: str) -> Iterator[None]:
         raise InputError(text if text.startswith(where) else f"{where}: {text}") from error
 
 
-def _unknown(name: str, ends: ManyResult) -> str:
+def _unknown(name: str, ends: BatchResult) -> str:
     """Return a sentence on an unknown quantity; kinds of events are named once."""
     sentence = unknown_name("quantity", name, (*ends.names, "case")).partition(" Known:")[0]
     plain = sorted(n for n in (*ends.names, "case") if "_of_" not in n)

@@ -1,0 +1,421 @@
+"""The texts of an export: header, mode functions, start states, example, expected output, CMake."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence, Sized
+from dataclasses import dataclass
+from functools import cached_property
+from string import Template
+from typing import Any
+
+import painleve_sym
+from painleve_sym.arrays import Array
+from painleve_sym.c_export.standalone import NUMERIC_FLAGS, engine_text, filled
+from painleve_sym.c_export.text import (
+    comment,
+    described,
+    enum,
+    identifier,
+    meaning_and_unit,
+    prose,
+    quoted,
+)
+from painleve_sym.codegen.compile import Compiler
+from painleve_sym.engines.protocol import ENGINE_REASONS, RunOptions
+from painleve_sym.hybrid.signature import Outline
+from painleve_sym.mechanics.declarations import Parameter
+from painleve_sym.motion.simulator import DEFAULT_RTOL, Simulator
+from painleve_sym.motion.trajectory import Trajectory
+
+
+@dataclass(frozen=True)
+class Case:
+    """One mechanism with one contact law, and the example to run.
+
+    Attributes
+    ----------
+    name : str
+        Prefix of all C names.
+    simulator : Simulator
+    trajectory : Trajectory
+        What the package computed for the example.
+    motion : ndarray, shape (2 n,)
+        Coordinates and velocities at the start.
+    t_end, rtol : float
+    until : tuple of str
+    limits : mapping of str to int
+        Those of max_steps, max_events that were given.
+    initial_force : float or None
+    compiler : Compiler
+    """
+
+    name: str
+    simulator: Simulator
+    trajectory: Trajectory
+    motion: Array
+    t_end: float
+    rtol: float
+    until: tuple[str, ...]
+    limits: Mapping[str, int]
+    initial_force: float | None
+    compiler: Compiler
+
+    @property
+    def outline(self) -> Outline:
+        """Names and structure of the automaton."""
+        return self.simulator.outline
+
+    @cached_property
+    def declared(self) -> dict[str, Parameter]:
+        """Parameters of mechanism and law by name."""
+        system = self.simulator.mechanism.system
+        return {p.name: p for p in (*system.parameters, *self.simulator.own_parameters)}
+
+    @cached_property
+    def states(self) -> dict[str, str]:
+        """Meaning and unit of every state by name, in order."""
+        known = {}
+        for c in self.simulator.mechanism.system.coordinates:
+            known[c.name] = meaning_and_unit(c.unit, c.meaning)
+            known[f"{c.name}_dot"] = meaning_and_unit(f"{c.unit}/s", f"rate of {c.name}")
+        for clock in self.simulator.mechanism.system.clock:
+            known[clock.name] = meaning_and_unit("s", "time of what moves as prescribed")
+        return {n: known.get(n) or described(n) for n in self.outline.state_names}
+
+    @property
+    def title(self) -> str:
+        """One line: mechanism and law."""
+        law, choices = self.simulator.label, self.simulator.choices
+        chosen = "".join(f", {k} {v}" for k, v in choices.items())
+        return comment(f"{self.simulator.mechanism.name} with contact law {law}{chosen}")
+
+    @property
+    def shared(self) -> dict[str, Any]:
+        """Values that all files share."""
+        name, flags = self.name, " ".join(NUMERIC_FLAGS)
+        sources = f"main.c {name}_model.c"
+        return {
+            "name": name,
+            "NAME": name.upper(),
+            "title": self.title,
+            "version": painleve_sym.__version__,
+            "compiler": comment(self.compiler.version),
+            "flags": flags,
+            "cc": f"cc {flags} -o {name}_example {sources} -lm",
+        }
+
+
+def files(case: Case) -> dict[str, str]:
+    """Return the content of every file by name."""
+    name = case.name
+    return {
+        f"{name}_model.h": _header(case),
+        f"{name}_model.c": _model(case),
+        "main.c": _main(case),
+        "expected.txt": expected(case.trajectory),
+        "CMakeLists.txt": filled("CMakeLists.txt", case.shared),
+        "README.md": filled("README.md", case.shared | {"example": _example(case)}),
+    }
+
+
+def _example(case: Case) -> str:
+    mechanism = case.simulator.mechanism
+    start = zip(mechanism.state_names, case.motion.tolist(), strict=True)
+    given = ", ".join(f"{n} = {v!r}" for n, v in start if v != 0) or "all at 0"
+    pressed = "" if case.initial_force is None else f", pressed with {case.initial_force!r} N"
+    until = f" or the first {' or '.join(case.until)}" if case.until else ""
+    return f"{mechanism.name} from {given}{pressed}, until t = {case.t_end!r} s{until}"
+
+
+# ---- header ----
+
+
+def _header(case: Case) -> str:
+    outline, mechanism = case.outline, case.simulator.mechanism
+    memory, extra = outline.memory_names, list(case.states)[len(case.motion) :]
+    loads = not case.simulator.initial_force_fault()
+    counts: dict[str, Sized] = {
+        "states": outline.state_names,
+        "parameters": outline.parameter_names,
+        "memory": memory,
+        "modes": outline.modes,
+        "outputs": outline.output_names,
+        "events": case.outline.kinds,
+        "stops": ENGINE_REASONS,
+        "motion": case.motion,
+    }
+    defined = ", ".join(outline.definition_names) or "here nothing more"
+    about = [mechanism.title, *([f"Source: {mechanism.source}"] if mechanism.source else [])]
+    about += [f"Domain: {b.margin} > 0 ({b.meaning})." for b in mechanism.domain]
+    values = case.shared | {f"{k}_count": len(v) for k, v in counts.items()}
+    return filled(
+        "model.h",
+        values
+        | {
+            "about": prose([line for line in about if line]),
+            "constants_count": len(outline.constant_names),
+            "enums": _enums(case),
+            "memory_room": max(1, len(memory)),
+            "completed": ", ".join(s + " = 0" * s.endswith("dissipation") for s in extra),
+            "press": _PRESS.format(name=case.name) if loads else "",
+            "contacts": _filled(_CONTACTS, case) if outline.parts else "",
+            "event_contact": _EVENT_CONTACT.format(room=max(1, len(memory)), name=case.name)
+            if outline.parts
+            else "",
+            "rtol": repr(DEFAULT_RTOL),
+            "constants": defined,
+            "max_steps": RunOptions.max_steps,
+            "max_events": RunOptions.max_events,
+        },
+    )
+
+
+_PRESS = """\
+/* Writes the gap of the state x so that the contact carries the normal force `force` >= 0 (N), on
+ * the loading curve at rest. The gap must be 0 before; call it after {name}_complete_state. */
+void {name}_press(const double *p, double *x, double force);
+
+"""
+
+_PRESSING = """\
+void {name}_press(const double *p, double *x, double force) {{ complete(p, force, x); }}
+
+"""
+
+_CONTACTS = """\
+#define ${NAME}_CONTACTS $count
+extern const char *const ${name}_contact_names[${NAME}_CONTACTS];
+/* What contact i does by the memory z of a run or of an event: the name of its local mode. */
+const char *${name}_local_mode(int i, const double *z);
+
+"""
+
+_EVENT_CONTACT = """\
+  int contact; /* index in {name}_contact_names; -1: no single one */
+  /* Memory just before and just after: what each contact does, and the last impulses. */
+  double memory_before[{room}], memory_after[{room}];
+"""
+
+_LOCAL_MODES = """\
+const char *const ${name}_contact_names[${NAME}_CONTACTS] = {$contact_names};
+
+const char *${name}_local_mode(int i, const double *z) {
+  static const char *const names[] = {$local_names};
+  static const int first[${NAME}_CONTACTS] = {$first}, at[${NAME}_CONTACTS] = {$at};
+  return names[first[i] + (int)z[at[i]]];
+}
+
+"""
+
+_COPY_CONTACT = """\
+    e->contact = (int)row[5];
+    memcpy(e->memory_before, x + PS_NX, sizeof(double) * PS_NZ);
+    memcpy(e->memory_after, x + 2 * PS_NX + PS_NZ, sizeof(double) * PS_NZ);
+"""
+
+_PRINT_MODES = """\
+static void print_modes(const double *memory) {
+  for (int i = 0; i < ${NAME}_CONTACTS; i++)
+    printf("%s%s", i ? " + " : "", ${name}_local_mode(i, memory));
+}
+
+"""
+
+_PRINT_EVENT = """\
+    printf("event %.17g %s %s: ", e->time, ${name}_event_names[e->kind],
+           e->contact < 0 ? "all" : ${name}_contact_names[e->contact]);
+    print_modes(e->memory_before);
+    printf(" to ");
+    print_modes(e->memory_after);
+    printf("\\n");
+$print_impulses"""
+
+_PRINT_IMPULSES = """\
+    if (e->kind == ${name}_event_impact)
+      print_values(impulse_names, e->memory_after + $first_impulse, 2 * ${NAME}_CONTACTS);
+"""
+
+_IMPULSE_NAMES = """\
+static const char *const impulse_names[] = {$impulse_names};
+
+"""
+
+_PRINT_END = """\
+  printf("end %.17g %s: ", run->time, ${name}_stop_names[run->stop]);
+  print_modes(run->memory);
+  printf("\\n");
+"""
+
+_PRINT_EVENT_OF_ONE = """\
+    printf("event %.17g %s: %s to %s\\n", e->time, ${name}_event_names[e->kind],
+           ${name}_mode_names[e->mode_before], ${name}_mode_names[e->mode_after]);
+    printf("  normal_force %.17g\\n", e->outputs[${name}_output_normal_force]);
+    printf("  tangential_force %.17g\\n", e->outputs[${name}_output_tangential_force]);
+"""
+
+_PRINT_END_OF_ONE = """\
+  printf("end %.17g %s: %s\\n", run->time, ${name}_stop_names[run->stop],
+         ${name}_mode_names[run->mode]);
+"""
+
+
+def _filled(text: str, case: Case) -> str:
+    """Return a piece of C with what it says about the contacts of the case."""
+    parts, memory = case.outline.parts, case.outline.memory_names
+    sizes = [len(part.local_modes) for part in parts]
+    impulses = memory[sum(len(part.memory) for part in parts) :]
+    values = {
+        "count": len(parts),
+        "contact_names": ", ".join(quoted(part.name) for part in parts),
+        "local_names": ", ".join(quoted(n) for part in parts for n in part.local_modes),
+        "first": ", ".join(str(sum(sizes[:i])) for i in range(len(sizes))),
+        "at": ", ".join(str(memory.index(part.memory[0])) for part in parts),
+        "impulse_names": ", ".join(map(quoted, impulses)),
+        "first_impulse": len(memory) - len(impulses),
+        "print_impulses": "",
+    }
+    if impulses and "$print_impulses" in text:
+        values["print_impulses"] = _filled(_PRINT_IMPULSES, case)
+    return Template(text).substitute(case.shared | values)
+
+
+def _enums(case: Case) -> str:
+    outline, name = case.outline, case.name
+    parameters = [(n, case.declared[n]) for n in outline.parameter_names]
+    memory = [(n, described(n)) for n in outline.memory_names]
+    outputs = [(n, described(n)) for n in outline.output_names]
+    ranges = [
+        (n, f"{meaning_and_unit(p.unit, p.meaning)}; {p.range_text}; by default {p.default!r}")
+        for n, p in parameters
+    ]
+    tables: list[tuple[str, str, Iterable[tuple[str, str]], str]] = [
+        (
+            "state",
+            "state",
+            case.states.items(),
+            "States, with their units",
+        ),
+        ("parameter", "parameter", ranges, "Parameters, with their units"),
+        ("memory", "memory", memory, "Memory: constant within a mode, 0 at the start"),
+        (
+            "mode",
+            "mode",
+            [(m.name, "") for m in outline.modes],
+            "Modes; slip_neg and slip_pos are slips to the left and to the right",
+        ),
+        ("output", "output", outputs, "Outputs"),
+        (
+            "event_kind",
+            "event",
+            [(k, k.sentence) for k in case.outline.kinds],
+            "Kinds of events",
+        ),
+        ("stop", "stop", [(r.label, r.advice) for r in ENGINE_REASONS], "Why a run ended"),
+    ]
+    return "\n\n".join(
+        enum(f"{name}_{tag}", f"{name}_{prefix}", rows, about)
+        for tag, prefix, rows, about in tables
+    )
+
+
+# ---- code ----
+
+
+def _model(case: Case) -> str:
+    outline, modes = case.outline, [m.name for m in case.outline.modes]
+    values = {
+        "engine": engine_text(case.simulator.automaton, case.trajectory.engine),
+        "press": "" if case.simulator.initial_force_fault() else _PRESSING.format(name=case.name),
+        "max_steps": RunOptions.max_steps,
+        "max_events": RunOptions.max_events,
+        "start_events": int(case.simulator.start_events),
+        "names": _names(case, outline, modes),
+        "local_modes": _filled(_LOCAL_MODES, case) if outline.parts else "",
+        "copy_contact": _COPY_CONTACT if outline.parts else "",
+    }
+    return filled("model.c", case.shared | values)
+
+
+def _names(case: Case, outline: Outline, modes: Sequence[str]) -> str:
+    tables = {
+        "state_names[%s_STATES]": list(case.states),
+        "parameter_names[%s_PARAMETERS]": list(outline.parameter_names),
+        "mode_names[%s_MODES]": modes,
+        "output_names[%s_OUTPUTS]": outline.output_names,
+        "event_names[%s_EVENTS]": case.outline.kinds,
+        "stop_names[%s_STOPS]": [r.label for r in ENGINE_REASONS],
+    }
+    lines = []
+    for table, names in tables.items():
+        entries = ",\n  ".join(map(quoted, names))
+        head = f"const char *const {case.name}_{table % case.name.upper()}"
+        lines.append(f"{head} = {{\n  {entries}\n}};")
+    defaults = ", ".join(repr(case.declared[n].default) for n in outline.parameter_names)
+    head = f"const double {case.name}_default_parameters[{case.name.upper()}_PARAMETERS]"
+    return "\n".join([*lines, f"{head} = {{{defaults}}};"])
+
+
+def _main(case: Case) -> str:
+    values = case.trajectory.parameters
+    rows = [
+        f"    {values[n]!r},  /* {n}: {comment(case.declared[n].unit)} */"
+        for n in case.outline.parameter_names
+    ]
+    start = [
+        f"    {value!r},  /* {n}: {comment(case.simulator.mechanism.state_units[n])} */"
+        for n, value in zip(case.states, case.motion.tolist(), strict=False)
+    ]
+    options = [f"  options.{name} = {value};" for name, value in case.limits.items()]
+    options += [f"  options.until[{case.name}_event_{identifier(k)}] = 1;" for k in case.until]
+    force = case.initial_force
+    return filled(
+        "main.c",
+        case.shared
+        | {
+            "case": prose([_example(case)]),
+            "parameters": "\n".join(rows),
+            "state": "\n".join(start),
+            "press": "" if force is None else f"  {case.name}_press(p, x, {force!r});\n",
+            "t_end": repr(case.t_end),
+            "rtol": repr(case.rtol),
+            "options": "".join(f"{line}\n" for line in options),
+        }
+        | _printing(case),
+    )
+
+
+def _printing(case: Case) -> dict[str, str]:
+    """Return what prints the modes of all contacts, an event and the end."""
+    if not case.outline.parts:
+        event, end, modes = _PRINT_EVENT_OF_ONE, _PRINT_END_OF_ONE, ""
+    else:
+        impulses = len(case.outline.memory_names) > sum(len(p.memory) for p in case.outline.parts)
+        event, end, modes = _PRINT_EVENT, _PRINT_END, _IMPULSE_NAMES * impulses + _PRINT_MODES
+    texts = {"print_event": event, "print_end": end, "print_modes": modes}
+    return {name: _filled(text, case) for name, text in texts.items()}
+
+
+def expected(trajectory: Trajectory) -> str:
+    """Return what the example prints, from the package's own numbers."""
+    lines: list[str] = []
+    several = "normal_force" not in trajectory.output_names
+    impulses = [n for n in trajectory.memory_names if "_impulse_" in n]
+
+    def values(by_name: Mapping[str, float]) -> None:
+        lines.extend(f"  {name} {value:.17g}" for name, value in by_name.items())
+
+    for e in trajectory.events:
+        contact = f" {e.contact or 'all'}" if several else ""
+        lines.append(f"event {e.time:.17g} {e.kind}{contact}: {e.mode_before} to {e.mode_after}")
+        if several:
+            values(dict(zip(impulses, e.impulses, strict=False)))
+        else:
+            values({"normal_force": e.normal_force, "tangential_force": e.tangential_force})
+        values(e.state)
+    mode = trajectory.mode_names[trajectory.final_mode]
+    lines.append(f"end {trajectory.final_time:.17g} {trajectory.stop_reason.label}: {mode}")
+    values(trajectory.final)
+    values(trajectory.final_outputs)
+    done = trajectory.counters
+    lines.append(f"steps {done['accepted_steps']} accepted, {done['rejected_steps']} rejected")
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,125 @@
+/* $title
+ *
+$about
+ *
+ * Units are SI and radians. The numbers equal those of painleve-sym to the last bit where this code is
+ * compiled as the package compiles it:
+ *   $compiler
+ *   $flags
+ *
+ * Arrays: p holds parameters (enum ${name}_parameter), x a state (enum ${name}_state), z the memory
+ * (enum ${name}_memory), each in the order of its enum; the caller keeps them, and they are only
+ * read unless a function says that it writes them. Nothing is checked that C cannot check: sizes,
+ * indices, and that parameters are finite and in their range are the caller's business.
+ *
+ * Threads: there is no state besides the arguments; all functions may be called from any number of
+ * threads at once, on different or the same constant data.
+ *
+ * Slip direction s = sign of the slip velocity, F_t = -mu s F_n on the mechanism, F_n >= 0. The gap
+ * is positive where the contact is open; compression is -gap. */
+
+#ifndef ${NAME}_MODEL_H
+#define ${NAME}_MODEL_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define ${NAME}_STATES $states_count
+#define ${NAME}_PARAMETERS $parameters_count
+#define ${NAME}_CONSTANTS $constants_count
+#define ${NAME}_MEMORY $memory_count
+#define ${NAME}_MODES $modes_count
+#define ${NAME}_OUTPUTS $outputs_count
+#define ${NAME}_EVENTS $events_count
+#define ${NAME}_STOPS $stops_count
+
+$enums
+
+/* Names as the package shows them, in the order of the enums. */
+extern const char *const ${name}_state_names[${NAME}_STATES];
+extern const char *const ${name}_parameter_names[${NAME}_PARAMETERS];
+extern const char *const ${name}_mode_names[${NAME}_MODES];
+extern const char *const ${name}_output_names[${NAME}_OUTPUTS];
+extern const char *const ${name}_event_names[${NAME}_EVENTS];
+extern const char *const ${name}_stop_names[${NAME}_STOPS];
+/* Values that a parameter has where none is given. */
+extern const double ${name}_default_parameters[${NAME}_PARAMETERS];
+
+$contacts/* How to integrate; start from ${name}_default_options. */
+typedef struct {
+  double t_end; /* end time, > 0; s */
+  double rtol;  /* relative tolerance, 1e-15 <= rtol < 1 */
+  /* Absolute tolerances, each in the unit of its state; HUGE_VAL: not part of the step control. */
+  double atol[${NAME}_STATES];
+  double first_step; /* s; 0: chosen */
+  double max_step;   /* s; 0: no bound */
+  long max_steps;    /* >= 1 */
+  long max_events;   /* >= 1 */
+  /* 1: the run ends at the first event of that kind. */
+  unsigned char until[${NAME}_EVENTS];
+  int keep_steps; /* 1: keep what ${name}_at needs */
+} ${name}_options;
+
+typedef struct {
+  double time;                 /* s */
+  int kind;                    /* enum ${name}_event_kind */
+  int mode_before, mode_after; /* enum ${name}_mode */
+  /* States just before and just after; outputs (enum ${name}_output) just before. */
+  double before[${NAME}_STATES], after[${NAME}_STATES], outputs[${NAME}_OUTPUTS];
+$event_contact} ${name}_event;
+
+/* A run. It owns what it points to; only read it, and give it to ${name}_free when done. */
+typedef struct {
+  double time; /* where it ended; s */
+  int mode;    /* enum ${name}_mode, at the end */
+  int stop;    /* enum ${name}_stop */
+  /* At the end. */
+  double state[${NAME}_STATES], memory[$memory_room], outputs[${NAME}_OUTPUTS];
+  long accepted_steps, rejected_steps, field_evaluations;
+  long event_count;
+  ${name}_event *events; /* in the order in which they happened */
+  long step_count;       /* 0 unless options.keep_steps */
+  double *steps;         /* for ${name}_at, */
+  long step_width;       /* numbers of each step */
+} ${name}_run;
+
+/* Completes a state: coordinates and velocities (the first $motion_count entries of x) are read, every
+ * other state is written: $completed. */
+void ${name}_complete_state(const double *p, double *x);
+
+$press/* Writes the absolute tolerances that the package uses for a run from the state x: scaled to the
+ * contact and to the available energy. */
+void ${name}_tolerances(const double *p, const double *x, double rtol, double *atol);
+
+/* Writes the options that the package uses for a run from the state x: those tolerances, at most
+ * $max_steps steps and $max_events events, until no event. The package's rtol is $rtol. */
+void ${name}_default_options(const double *p, const double *x, double t_end, double rtol,
+                     ${name}_options *options);
+
+/* Follows the motion from the state x at t = 0. Returns a run for the caller to free, also where it
+ * stopped early (see run->stop); NULL without memory. */
+${name}_run *${name}_simulate(const double *p, const double *x, const ${name}_options *options);
+
+/* Frees a run; NULL is allowed. */
+void ${name}_free(${name}_run *run);
+
+/* Writes the state of a run at time t to x and returns 1; returns 0 where t lies outside the run or
+ * its steps were not kept. At an event this is the state after it. */
+int ${name}_at(const ${name}_run *run, double t, double *x);
+
+/* Writes the rates of all states in a mode, in their units per s. z may be NULL without memory. */
+void ${name}_rates(const double *p, int mode, const double *x, const double *z, double *rates);
+
+/* Writes forces, gap and energies in a mode: ${NAME}_OUTPUTS numbers. */
+void ${name}_outputs(const double *p, int mode, const double *x, const double *z, double *outputs);
+
+/* Writes the parameters, then what is computed from them once: ${NAME}_CONSTANTS numbers
+ * ($constants). */
+void ${name}_constants(const double *p, double *c);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,57 @@
+"""Comments in the header of an export: states, outputs, events and stop reasons."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from collections.abc import Iterable, Sequence
+
+from painleve_sym.quantities import quantity
+
+
+def comment(text: str) -> str:
+    """Return text that can stand in a C comment: what came from a file must not end it."""
+    plain = " ".join(text.split()).replace("\\", "/")
+    return plain.replace("*/", "* /").replace("/*", "/ *")
+
+
+def quoted(text: str) -> str:
+    """Return a C string literal of ASCII text."""
+    return '"' + re.sub(r'[^ -~]|["\\?]', "_", text) + '"'
+
+
+def identifier(text: str) -> str:
+    """Return text with everything but letters, digits and underscores replaced."""
+    return re.sub(r"\W", "_", text, flags=re.ASCII)
+
+
+def described(name: str) -> str:
+    """Return meaning and unit of a registered quantity for a comment, else empty text."""
+    known = quantity(name)
+    return meaning_and_unit(known.unit, known.meaning) if known else ""
+
+
+def meaning_and_unit(unit: str, meaning: str) -> str:
+    """Return unit and meaning for a comment; the unit 1 is left out."""
+    return "; ".join(part for part in (meaning, unit if unit != "1" else "") if part)
+
+
+def enum(tag: str, prefix: str, rows: Iterable[tuple[str, str]], about: str) -> str:
+    """Return a C enum of rows of name and comment, numbered from 0."""
+    if not (rows := list(rows)):
+        return f"/* {about}: there is none. */"
+    entries = [(f"{prefix}_{identifier(name)}", comment(text)) for name, text in rows]
+    width = max(len(name) for name, _ in entries)
+    lines = [f"/* {about}. */", f"enum {tag} {{"]
+    for i, (name, text) in enumerate(entries):
+        number = f"  {name:{width}} = {i}" + ("," if i + 1 < len(entries) else "")
+        lines.append(f"{number}  /* {text} */" if text else number)
+    return "\n".join([*lines, "};"])
+
+
+def prose(lines: Sequence[str], start: str = " * ") -> str:
+    """Return paragraphs as lines of a C comment."""
+    wrapped = [
+        row for line in lines for row in textwrap.wrap(comment(line), 96, subsequent_indent="  ")
+    ]
+    return "\n".join(start + row for row in wrapped)

@@ -1,0 +1,103 @@
+"""Named choices a caller makes; each is an enumeration, and its text is accepted as well."""
+
+from __future__ import annotations
+
+import enum
+from typing import Literal, TypeAlias, TypeVar
+
+from painleve_sym.errors import InputError, unknown_name
+
+
+class EngineName(enum.StrEnum):
+    """What integrates a motion."""
+
+    AUTO = "auto"
+    """The fastest that serves the mechanism: Taylor series, else Runge–Kutta, else ``erk``."""
+    COMPILED = "compiled"
+    """Runge–Kutta of order 8(5,3) in compiled C."""
+    TAYLOR = "taylor"
+    """Taylor series in compiled C."""
+    ERK = "erk"
+    """Runge–Kutta in Python over CasADi, which needs no C compiler."""
+
+
+class Restitution(enum.StrEnum):
+    """Which law of restitution ends a rigid impact."""
+
+    ENERGETIC = "energetic"
+    """Stronge: the part e² of the energy of compression comes back."""
+    POISSON = "poisson"
+    """The part e of the normal impulse of compression comes back."""
+    NEWTON = "newton"
+    """The part e of the normal velocity comes back."""
+
+
+class Policy(enum.StrEnum):
+    """What a rigid contact does where several motions are possible."""
+
+    LIFTOFF = "liftoff"
+    """It opens: what a contact without surface energy does."""
+    SLIP = "slip"
+    """It slides on."""
+    IMPACT = "impact"
+    """It has the impact without collision."""
+
+
+class Reload(enum.StrEnum):
+    """What an elasto-plastic contact does when compression grows again before separation."""
+
+    ELASTIC = "elastic"
+    """Back up the unloading curve (Walton and Braun)."""
+    VIRGIN = "virgin"
+    """The loading curve at once, with a jump of the force."""
+
+
+class Record(enum.StrEnum):
+    """What a run keeps."""
+
+    DENSE = "dense"
+    """Events and every step, so that the state is known at any time."""
+    EVENTS = "events"
+    """Events and the end."""
+    END = "end"
+    """The end."""
+
+
+EngineLike: TypeAlias = EngineName | Literal["auto", "compiled", "taylor", "erk"]
+RestitutionLike: TypeAlias = Restitution | Literal["energetic", "poisson", "newton"]
+PolicyLike: TypeAlias = Policy | Literal["liftoff", "slip", "impact"]
+ReloadLike: TypeAlias = Reload | Literal["elastic", "virgin"]
+RecordLike: TypeAlias = Record | Literal["dense", "events", "end"]
+
+_Choice = TypeVar("_Choice", bound=enum.StrEnum)
+
+
+def chosen(kind: type[_Choice], value: str, what: str, where: str = "") -> _Choice:
+    """Return the member whose text `value` is.
+
+    Parameters
+    ----------
+    kind : type of StrEnum
+    value : str
+        A member or its text.
+    what : str
+        What the message calls the choice.
+    where : str
+        What the message calls the place.
+
+    Raises
+    ------
+    InputError
+        Another text; the nearest one is suggested.
+
+    Examples
+    --------
+    >>> chosen(Policy, "slip", "policy")
+    <Policy.SLIP: 'slip'>
+    """
+    try:
+        return kind(value)
+    except ValueError:
+        place = f"{where}: " if where else ""
+        known = [member.value for member in kind]
+        raise InputError(place + unknown_name(what, str(value), known)) from None

@@ -1,0 +1,99 @@
+"""The rigid contact as a law: restitution at impacts, a policy where several solutions exist."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, ClassVar
+
+from painleve_sym.choices import Policy, PolicyLike, Restitution, RestitutionLike, chosen
+from painleve_sym.errors import InputError
+from painleve_sym.laws.restitution import restitution_law
+from painleve_sym.mechanics.declarations import (
+    NOT_DERIVED_FROM,
+    Parameter,
+    settings_text,
+    with_defaults,
+    with_fields,
+)
+
+if TYPE_CHECKING:
+    from sympy import Expr, Symbol
+
+
+@dataclass(frozen=True, repr=False)
+class RigidLaw:
+    """A contact that does not yield.
+
+    Parameters
+    ----------
+    restitution : Restitution or its text
+    policy : Policy or its text
+        Followed in the indeterminate state; lift-off is what a contact without surface energy does.
+    e : float, optional
+        Default of the coefficient of restitution, in [0, 1]; that of the restitution law where it
+        is None.
+
+    Raises
+    ------
+    InputError
+        Unknown names, a coefficient out of range.
+    """
+
+    restitution: RestitutionLike = Restitution.ENERGETIC
+    policy: PolicyLike = Policy.LIFTOFF
+    e: float | None = field(default=None, metadata=NOT_DERIVED_FROM)
+
+    name = "rigid"
+    title = "rigid contact: contact problem between impacts, Routh's construction at them"
+    source = "Routh (1905); Génot & Brogliato, Eur. J. Mech. A 18 (1999)"
+    is_compliant: ClassVar[bool] = False
+    """Whether the contact yields."""
+    definitions: ClassVar[Mapping[Symbol, Expr]] = {}
+    """Abbreviations in the parameters: none."""
+
+    def __post_init__(self) -> None:
+        policy = chosen(Policy, self.policy, "policy", "rigid contact")
+        restitution = chosen(Restitution, self.restitution, "restitution law")
+        self.__dict__.update(restitution=restitution, policy=policy)
+        _ = self.parameters  # refuses a coefficient out of range
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The coefficient of restitution of the chosen law."""
+        own = restitution_law(self.restitution).parameter
+        given = {} if self.e is None else {own.name: self.e}
+        return with_defaults(f"law {self.name!r}", [own], given)
+
+    def __repr__(self) -> str:
+        """Return name, choices and parameters."""
+        return f"RigidLaw {self.name!r} {settings_text(self.choices, self.parameters)}"
+
+    @property
+    def definition(self) -> str:
+        """Everything its derivations start from, as one text."""
+        return f"rigid {self.restitution} {self.policy}"
+
+    def with_parameters(self, **values: float) -> RigidLaw:
+        """Return the law with another default of its coefficient, by the parameter's name."""
+        (own,) = with_defaults(f"law {self.name!r}", self.parameters, values)
+        return with_fields(self, e=own.default)
+
+    def of_contact(self, contact: str) -> RigidLaw:
+        """Return the law itself: all rigid contacts of a mechanism share its parameter."""
+        return self
+
+    def apart_from(self, names: Collection[str]) -> RigidLaw:
+        """Return the law itself; InputError where the mechanism has a parameter of its name."""
+        for own in self.parameters:
+            if own.name in names:
+                raise InputError(
+                    f"law {self.name!r}: the mechanism has a parameter {own.name!r} too. "
+                    "Fix: rename that of the mechanism."
+                )
+        return self
+
+    @property
+    def choices(self) -> Mapping[str, str]:
+        """Restitution law and policy."""
+        return {"restitution": str(self.restitution), "policy": str(self.policy)}

@@ -1,0 +1,57 @@
+"""The named mechanisms as functions: ``painleve_sym.models.rod(mu=1.5)``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from painleve_sym.mechanics.mechanism import Mechanism
+
+
+@dataclass(frozen=True)
+class NamedModel:
+    """A function that returns a named mechanism.
+
+    Parameters
+    ----------
+    name : str
+        As on the command line.
+
+    Examples
+    --------
+    >>> from painleve_sym import models
+    >>> models.rod(mu=1.5)
+    Mechanism 'rod': coordinates x_A, y_A, theta; contact A
+    """
+
+    name: str
+
+    def __call__(self, **parameters: float) -> Mechanism:
+        """Return the mechanism, with other defaults of its parameters where these are given.
+
+        Parameters
+        ----------
+        **parameters : float
+            By name, in the parameter's unit.
+
+        Raises
+        ------
+        InputError
+            Unknown names, values out of range.
+        """
+        from painleve_sym.codegen.named_mechanisms import model
+
+        return model(self.name, **parameters)
+
+
+rod = NamedModel("rod")
+rod_inertia = NamedModel("rod-inertia")
+block = NamedModel("block")
+block_two_feet = NamedModel("block-two-feet")
+eccentric_disc = NamedModel("eccentric-disc")
+cart_pendulum = NamedModel("cart-pendulum")
+two_link_arm = NamedModel("two-link-arm")
+pr_robot = NamedModel("pr-robot")
+strut = NamedModel("strut")
+painleve_klein = NamedModel("painleve-klein")

@@ -1,0 +1,1 @@
+"""Batches: motions of one simulator from arrays of inputs."""

@@ -1,0 +1,117 @@
+"""The arrays given to a batch: checked as a whole, read row by row where they are needed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from painleve_sym.arrays import Array
+from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.motion.simulator import Simulator
+
+
+@dataclass(frozen=True)
+class BatchInputs:
+    """States, parameters and initial forces of all rows.
+
+    Attributes
+    ----------
+    simulator : Simulator
+    shape : tuple of int
+        What all arrays broadcast to; rows are numbered in its C order.
+    inputs : dict of str to ndarray
+        States and parameters by name, with defaults.
+    force : ndarray or None
+        Initial force; N.
+    """
+
+    simulator: Simulator
+    shape: tuple[int, ...]
+    inputs: dict[str, Array]
+    force: Array | None
+
+    @classmethod
+    def of(
+        cls,
+        simulator: Simulator,
+        states: Mapping[str, ArrayLike],
+        parameters: Mapping[str, ArrayLike],
+        force: ArrayLike | None,
+    ) -> BatchInputs:
+        """Return the inputs; InputError lists every fault of names, numbers and ranges."""
+        mechanism, where = simulator.mechanism, f"batch of {simulator.where}"
+        declared = {p.name: p for p in (*mechanism.system.parameters, *simulator.own_parameters)}
+        values: dict[str, Array] = {n: np.array(0.0) for n in mechanism.state_names}
+        values |= {n: np.array(p.default) for n, p in declared.items()}
+        faults = []
+        for kind, given, known in (
+            ("state", states, mechanism.state_names),
+            ("parameter", parameters, tuple(declared)),
+        ):
+            for name, entries in given.items():
+                if name not in known:
+                    faults.append(unknown_name(kind, name, known))
+                    continue
+                values[name], fault = _numbers(f"{kind} {name}", entries)
+                if kind == "parameter" and fault is None:
+                    ends = (float(values[name].min()), float(values[name].max()))
+                    fault = next(filter(None, map(declared[name].fault, ends)), None)
+                faults += [fault] if fault else []
+        if force is not None:
+            force, fault = _numbers("initial_force", force)
+            faults += [fault] if fault else []
+            if not fault and float(force.min()) < 0:
+                faults.append(f"initial_force: got {float(force.min())!r}, need >= 0.")
+            refused = simulator.initial_force_fault()
+            faults += [refused] if refused else []
+        if faults:
+            raise InputError(f"{where}: " + " ".join(faults))
+        every = (*values.values(), *(() if force is None else (force,)))
+        try:
+            shape = np.broadcast_shapes(*(a.shape for a in every))
+        except ValueError:
+            shapes = ", ".join(f"{n} {a.shape}" for n, a in values.items() if a.ndim)
+            raise InputError(
+                f"{where}: the arrays' shapes do not fit each other: {shapes}. Fix: give arrays "
+                "that broadcast, as numpy does."
+            ) from None
+        return cls(simulator, shape, values, force)
+
+    @property
+    def count(self) -> int:
+        """Number of rows."""
+        return int(np.prod(self.shape, dtype=np.int64))
+
+    def part(self, array: Array, start: int, stop: int) -> Array:
+        """Return some rows of an input, without laying out the others."""
+        if not array.ndim:
+            return np.full(stop - start, array)
+        if array.shape == self.shape and array.flags.c_contiguous:
+            return array.reshape(-1)[start:stop]
+        return np.broadcast_to(array, self.shape).flat[start:stop]
+
+    def row(self, i: int) -> dict[str, float]:
+        """Return states and parameters of one row."""
+        return {n: float(self.part(a, i, i + 1)[0]) for n, a in self.inputs.items()}
+
+    def named(self, start: int, stop: int) -> dict[str, Array]:
+        """Return rows of coordinates, velocities and parameters by name."""
+        names = (*self.simulator.mechanism.state_names, *self.simulator.outline.parameter_names)
+        return {n: self.part(self.inputs[n], start, stop) for n in names}
+
+
+def _numbers(name: str, given: ArrayLike) -> tuple[Array, str | None]:
+    try:
+        values = np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        return np.zeros(()), f"{name}: got {given!r}, need numbers."
+    if not values.size:
+        return np.zeros(()), f"{name}: got no numbers, need at least one."
+    if not np.isfinite(values).all():
+        place = np.unravel_index(np.argmin(np.isfinite(values)), values.shape)
+        at = f" at {list(map(int, place))}" if place else ""
+        return np.zeros(()), f"{name}: got {float(values[place])!r}{at}, need finite numbers."
+    return values, None

@@ -1,0 +1,219 @@
+"""Result of a batch: arrays of final values, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from painleve_sym.arrays import Array
+from painleve_sym.engines.batch import COUNTERS, BatchOutputs, BatchRows
+from painleve_sym.engines.protocol import RunOptions
+from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.hybrid.signature import mode_name
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.motion.batch.reason_codes import ROW_REASONS
+from painleve_sym.motion.simulator import Simulator
+from painleve_sym.motion.trajectory import Trajectory
+from painleve_sym.quantities import unit_of
+
+
+@dataclass(frozen=True)
+class BatchResult:
+    """Result of `run_batch`; every array has the shape of the inputs, row by row.
+
+    ``result["theta_dot"]`` is a final state by name. Other names (`names` lists all):
+
+    - ``time``, ``stop_reason`` (text), ``mode`` (text);
+    - ``time_of_KIND``, ``count_of_KIND``: first time of an event and how often it happened;
+    - ``times_of_KIND``, shape (*shape, events): its first times, nan where there were fewer;
+    - ``event_times``, shape (*shape, kinds, events), and ``event_counts``, shape (*shape, kinds):
+      the same of all kinds;
+    - ``max_OUTPUT``, ``max_OUTPUT_time``, ``min_…``, ``integral_OUTPUT``: where asked for;
+    - the counters of the work, such as ``accepted_steps``.
+
+    Attributes
+    ----------
+    simulator : Simulator
+    shape : tuple of int
+    inputs : dict of str to ndarray
+        States and parameters as given, with defaults; they broadcast to `shape`.
+    initial_force : ndarray or None
+        N.
+    options : RunOptions
+        What all rows shared.
+    kept : BatchOutputs
+    rows : BatchRows
+        All that was kept, one row per motion, in C order of `shape`.
+    """
+
+    simulator: Simulator
+    shape: tuple[int, ...]
+    inputs: dict[str, Array]
+    initial_force: Array | None
+    options: RunOptions
+    kept: BatchOutputs
+    rows: BatchRows
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """Kinds of events, in the order of `event_times`."""
+        return self.simulator.outline.kinds
+
+    @cached_property
+    def _names(self) -> dict[str, Any]:
+        """Name → array of n rows, not yet in the shape of the inputs; texts are made on demand."""
+        rows, kept = self.rows, self.kept
+        arrays: dict[str, Any] = {"time": rows.time}
+        arrays |= {n: rows.state[:, i] for i, n in enumerate(self.simulator.outline.state_names)}
+        arrays |= {n: rows.memory[:, i] for i, n in enumerate(self.simulator.outline.memory_names)}
+        for k, kind in enumerate(self.kinds):
+            if kept.events:
+                arrays[f"time_of_{kind}"] = rows.event_times[:, k, 0]
+                arrays[f"times_of_{kind}"] = rows.event_times[:, k]
+            arrays[f"count_of_{kind}"] = rows.event_counts[:, k]
+        if kept.events:
+            arrays["event_times"] = rows.event_times
+        arrays["event_counts"] = rows.event_counts
+        extremes = [*(f"max_{n}" for n in kept.maxima), *(f"min_{n}" for n in kept.minima)]
+        for k, name in enumerate(extremes):
+            arrays |= {name: rows.extremes[:, k, 0], f"{name}_time": rows.extremes[:, k, 1]}
+        arrays |= {f"integral_{n}": rows.integrals[:, k] for k, n in enumerate(kept.integrals)}
+        counters = COUNTERS
+        return arrays | {name: rows.counters[:, k] for k, name in enumerate(counters)}
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Everything that can be asked for by name."""
+        return ("stop_reason", "mode", *self._names)
+
+    def __contains__(self, name: object) -> bool:
+        """Whether there is a quantity of that name."""
+        return name in self.names
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        """Return one quantity of every motion, shape (*shape, *its own dimensions)."""
+        if name == "stop_reason":
+            labels = np.array([r.label for r in ROW_REASONS])
+            return np.asarray(labels[self.rows.reason].reshape(self.shape))
+        if name == "mode":
+            rows = zip(self.rows.mode.tolist(), self.rows.memory, strict=True)
+            modes = np.array([mode_name(self.simulator.outline, m, z) for m, z in rows])
+            return np.asarray(modes.reshape(self.shape))
+        if name not in self._names:
+            raise InputError("batch result: " + unknown_name("quantity", name, self.names))
+        array = self._names[name]
+        return np.asarray(array.reshape(self.shape + array.shape[1:]))
+
+    def event_times(self, kind: str) -> Array:
+        """Return the kept times of one kind of event, shape (*shape, events), nan where none; s."""
+        if kind not in self.kinds:
+            raise InputError("batch result: " + unknown_name("event", kind, self.kinds))
+        times = self.rows.event_times[:, self.kinds.index(kind)]
+        return np.asarray(times.reshape(*self.shape, self.kept.events))
+
+    def counts(self) -> dict[str, int]:
+        """Return the number of rows for each stop reason that occurred."""
+        numbers = np.bincount(self.rows.reason, minlength=len(ROW_REASONS))
+        return {r.label: int(n) for r, n in zip(ROW_REASONS, numbers, strict=True) if n}
+
+    def trajectory(self, *index: int) -> Trajectory:
+        """Return the whole motion of one row, run again: the same bits, with every step.
+
+        Parameters
+        ----------
+        *index : int
+            Place in the arrays: one number per dimension.
+        """
+        row = {n: float(np.broadcast_to(a, self.shape)[index]) for n, a in self.inputs.items()}
+        mechanism, o = self.simulator.mechanism, self.options
+        more: dict[str, Any] = {}
+        if self.initial_force is not None:
+            force = np.broadcast_to(self.initial_force, self.shape)[index]
+            more["initial_force"] = float(force)
+        return run_row(self.simulator, mechanism, row, o, "dense", **more)
+
+    def units(self, name: str) -> str:
+        """Return the SI unit of a quantity; "1" where it has none."""
+        return unit_of(name, self.simulator.mechanism.units)
+
+    def to_xarray(
+        self, names: Sequence[str] | None = None, dims: Sequence[str] | None = None
+    ) -> Any:
+        """Return an `xarray.Dataset` of the quantities `names`, by default all but ``times_of_…``.
+
+        ``event_times`` has the further dimensions ``event``, the kinds by name, and ``occurrence``
+        from 1.
+
+        Parameters
+        ----------
+        names : sequence of str, optional
+        dims : sequence of str, optional
+            Names of the dimensions; ``row`` for one, else ``axis_0``, ``axis_1``, …
+
+        Raises
+        ------
+        InputError
+            xarray is not installed, or an unknown name.
+        """
+        try:
+            import xarray
+        except ImportError as error:
+            raise InputError(
+                "batch result: labelled arrays need xarray. Fix: pip install 'painleve-sym[sweep]'."
+            ) from error
+        count = len(self.shape)
+        dims = dims or (("row",) if count == 1 else tuple(f"axis_{i}" for i in range(count)))
+        names = names or [n for n in self.names if not n.startswith("times_of_")]
+        variables = {
+            name: ((*dims, *event_dims(name)), self[name], {"units": self.units(name)})
+            for name in names
+        }
+        used = {d for name in names for d in event_dims(name)}
+        labels = {
+            "event": ("event", np.array(self.kinds)),
+            "occurrence": ("occurrence", np.arange(1, self.kept.events + 1)),
+        }
+        where = {"mechanism": self.simulator.mechanism.name, "law": self.simulator.label}
+        return xarray.Dataset(
+            variables,
+            coords={d: label for d, label in labels.items() if d in used},
+            attrs=where | self.simulator.choices,
+        )
+
+
+def event_dims(name: str) -> tuple[str, ...]:
+    """Return the dimensions of a quantity besides those of the points."""
+    if name.startswith("times_of_"):
+        return ("occurrence",)
+    return {"event_times": ("event", "occurrence"), "event_counts": ("event",)}.get(name, ())
+
+
+def run_row(
+    simulator: Simulator,
+    mechanism: Mechanism,
+    row: dict[str, float],
+    o: RunOptions,
+    record: str,
+    **more: Any,
+) -> Trajectory:
+    """Return the single run of a row's states and parameters."""
+    states = {n: row[n] for n in mechanism.state_names}
+    parameters = {n: v for n, v in row.items() if n not in states}
+    limits = {n: getattr(o, n) for n in ("first_step", "max_step", "max_steps", "max_events")}
+    run: Any = getattr(simulator, "run")  # noqa: B009 - each simulator has one, of its own type
+    trajectory: Trajectory = run(
+        states,
+        parameters=parameters,
+        t_end=o.t_end,
+        until=o.until,
+        rtol=o.rtol,
+        record=record,
+        **limits,
+        **more,
+    )
+    return trajectory

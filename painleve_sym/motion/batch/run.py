@@ -1,0 +1,268 @@
+"""Simulation of batches: arrays of states and parameters in, arrays of final values out."""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from painleve_sym.arrays import Array
+from painleve_sym.engines.batch import COUNTERS, BatchOutputs, BatchRows
+from painleve_sym.engines.compiled import CompiledEngine
+from painleve_sym.engines.protocol import MAX_EVENTS, MAX_STEPS, RunOptions
+from painleve_sym.errors import InputError
+from painleve_sym.motion.batch.inputs import BatchInputs
+from painleve_sym.motion.batch.memory import check_memory, row_bytes
+from painleve_sym.motion.batch.reason_codes import DYNAMIC_JAM, ROW_REASONS, SINGULAR
+from painleve_sym.motion.batch.result import BatchResult, run_row
+from painleve_sym.motion.batch.starts import RUNS, Starts, starts_of
+from painleve_sym.motion.locate_limit import jams
+from painleve_sym.motion.simulator import DEFAULT_RTOL, Simulator
+from painleve_sym.motion.trajectory import Trajectory
+
+BLOCK = 4096
+"""Rows a thread takes at a time: at the ends of a block lanes are empty."""
+LEAST_BLOCK = 64
+"""... at first and last, so that all threads begin and end together."""
+
+
+def run_batch(
+    simulator: Simulator,
+    states: Mapping[str, ArrayLike],
+    parameters: Mapping[str, ArrayLike] | None = None,
+    *,
+    t_end: float,
+    until: str | Sequence[str] = (),
+    law_parameters: Mapping[str, ArrayLike] | None = None,
+    initial_force: ArrayLike | None = None,
+    rtol: float = DEFAULT_RTOL,
+    threads: int | None = None,
+    events: int = 1,
+    maxima: Sequence[str] = (),
+    minima: Sequence[str] = (),
+    integrals: Sequence[str] = (),
+    first_step: float = 0.0,
+    max_step: float = float("inf"),
+    max_steps: int = MAX_STEPS,
+    max_events: int = MAX_EVENTS,
+) -> BatchResult:
+    """Integrate one motion for every entry of the arrays, in threads over compiled code.
+
+    Each row is the same, bit for bit, as `simulator.run` on its own numbers: it depends neither on
+    the other rows nor on the number of threads. A row that fails is a row with its stop reason.
+    One that cannot start has its reason at t = 0: ``left_domain`` outside the mechanism's domain,
+    ``invalid_start`` where the contact law does not admit it (inside the ground of a rigid contact,
+    off a guide, compressed as well as under an initial force), ``non_finite`` where a constant of
+    the law is not finite.
+
+    Parameters
+    ----------
+    simulator : Simulator
+        With any number and kinds of contacts. The engine ``erk`` runs row after row in Python.
+    states : mapping of str to array_like
+        Coordinates and velocities by name; absent ones are 0. SI units, rad.
+    parameters, law_parameters : mapping of str to array_like
+        Of mechanism and law; absent ones have their defaults. Names as for `Simulator.run`.
+    t_end, until, rtol, first_step, max_step, max_steps, max_events
+        As for `Simulator.run`; the same for every row.
+    initial_force : array_like
+        Of a compliant contact that starts with gap 0: the compression that carries it; N.
+    threads : int
+        By default the processors this process may use.
+    events : int
+        How many event times of each kind are kept, the first ones; all are counted.
+    maxima, minima : tuple of str
+        Outputs (``normal_force``, ``compression``, …) of which the extreme over the run and its
+        time are kept: located on the dense output of each step.
+    integrals : tuple of str
+        Outputs integrated over the run: of ``normal_force`` this is the normal impulse.
+
+    Returns
+    -------
+    BatchResult
+        Arrays of the shape that all the given ones broadcast to.
+
+    Raises
+    ------
+    InputError
+        Unknown names, shapes that do not fit, numbers that are not finite or out of range, more
+        rows than memory holds: before anything runs.
+    """
+    kept = BatchOutputs(events, tuple(maxima), tuple(minima), tuple(integrals))
+    given = simulator.given(parameters, law_parameters)
+    rows = BatchInputs.of(simulator, states, given, initial_force)
+    limits: dict[str, Any] = {
+        "first_step": first_step,
+        "max_step": max_step,
+        "max_steps": max_steps,
+        "max_events": max_events,
+    }
+    shared = _shared_options(simulator, t_end, until, rtol, limits)
+    _check_outputs(simulator, kept)
+    need = rows.count * row_bytes(simulator, kept)
+    fix = "fewer rows at a time, or fewer event times"
+    check_memory(f"batch of {simulator.where}", f"{rows.count:,} rows", need, fix)
+    if _is_batched(simulator):
+        ends = _in_threads(simulator, rows, shared, kept, _thread_count(threads))
+    else:
+        ends = _one_by_one(simulator, rows, shared, kept)
+    return BatchResult(
+        simulator=simulator,
+        shape=rows.shape,
+        inputs=rows.inputs,
+        initial_force=rows.force,
+        options=shared,
+        kept=kept,
+        rows=ends,
+    )
+
+
+def _thread_count(threads: int | None) -> int:
+    if threads is None:
+        return len(os.sched_getaffinity(0))
+    if threads < 1:
+        raise InputError(f"batch: threads: got {threads!r}, need at least 1.")
+    return threads
+
+
+def _is_batched(simulator: Simulator) -> bool:
+    return isinstance(simulator.integrator, CompiledEngine)
+
+
+def _check_outputs(simulator: Simulator, kept: BatchOutputs) -> None:
+    kept.indices(simulator.outline.output_names)
+    if kept.watched and not _is_batched(simulator):
+        raise InputError(
+            f"{simulator.where}: {kept.watched[0]}: extremes and integrals need the compiled "
+            "engine. Fix: leave them out, or take them from single runs."
+        )
+
+
+def _shared_options(
+    simulator: Simulator,
+    t_end: float,
+    until: str | Sequence[str],
+    rtol: float,
+    limits: Mapping[str, Any],
+) -> RunOptions:
+    nothing = np.zeros(len(simulator.outline.state_names))
+    options = {"t_end": t_end, "until": until, "rtol": rtol, "record": "events", **limits}
+    return simulator.options(nothing, **options)
+
+
+# ---- the work ----
+
+
+def _one_by_one(
+    simulator: Simulator, rows: BatchInputs, o: RunOptions, kept: BatchOutputs
+) -> BatchRows:
+    """Return the ends of single runs in Python, where no compiled batch serves the engine."""
+    ends = BatchRows.empty(rows.count, simulator.outline, kept)
+    for first, stop in _spans(rows.count, 1):
+        block = starts_of(simulator, rows, first, stop)
+        for i, refusal in enumerate(block.refusal.tolist(), first):
+            end = ends.part(slice(i, i + 1))
+            if refusal != RUNS:
+                end.fill_unmoved(np.array([True]), block.states[i - first][None], refusal)
+                continue
+            more: dict[str, Any] = {}
+            if rows.force is not None:
+                more["initial_force"] = float(rows.part(rows.force, i, i + 1)[0])
+            run = run_row(simulator, simulator.mechanism, rows.row(i), o, "events", **more)
+            _fill(end, run, simulator.outline.kinds, kept.events)
+    return ends
+
+
+def _fill(row: BatchRows, run: Trajectory, kinds: tuple[str, ...], events: int) -> None:
+    row.time[:], row.state[0], row.memory[0] = run.final_time, run.final_state, run.final_memory
+    row.mode[:], row.transition[:] = run.final_mode, -1
+    row.reason[:] = ROW_REASONS.index(run.stop_reason)
+    row.counters[0] = [run.counters.get(name, 0) for name in COUNTERS]
+    row.event_times[:] = np.nan
+    for k, kind in enumerate(kinds):
+        times = [e.time for e in run.events_of(kind)]
+        row.event_counts[0, k] = len(times)
+        row.event_times[0, k, : len(times[:events])] = times[:events]
+
+
+def _in_threads(
+    simulator: Simulator, rows: BatchInputs, o: RunOptions, kept: BatchOutputs, threads: int
+) -> BatchRows:
+    engine = simulator.integrator
+    assert isinstance(engine, CompiledEngine)
+    ends = BatchRows.empty(rows.count, simulator.outline, kept)
+    preparing = threading.Lock()
+
+    def work(span: tuple[int, int]) -> None:
+        start, stop = span
+        # Serialise the Python part; it holds the GIL anyway.
+        with preparing:
+            block = starts_of(simulator, rows, start, stop)
+        _integrate(simulator, engine, block, o, kept, ends.part(slice(start, stop)))
+
+    spans = list(_spans(rows.count, threads))
+    if min(threads, len(spans)) == 1:
+        for span in spans:
+            work(span)
+        return ends
+    with ThreadPoolExecutor(threads) as pool:
+        # Propagate the first exception; pending blocks are cancelled.
+        for _ in pool.map(work, spans):
+            pass
+    return ends
+
+
+def _spans(count: int, threads: int) -> Iterator[tuple[int, int]]:
+    """Yield first and end of the blocks: smaller ones first and last, where threads would wait.
+
+    They double and halve, so that there are few sizes.
+    """
+    start, size = 0, BLOCK if threads == 1 else LEAST_BLOCK
+    while start < count:
+        yield start, min(start + size, count)
+        start += size
+        if threads > 1:
+            room = max(LEAST_BLOCK, (count - start) // (2 * threads))
+            size = min(2 * size, BLOCK)
+            while size > room:
+                size //= 2
+
+
+def _integrate(
+    simulator: Simulator,
+    engine: CompiledEngine,
+    block: Starts,
+    o: RunOptions,
+    kept: BatchOutputs,
+    rows: BatchRows,
+) -> None:
+    """Fill the rows: those that cannot run at once, the others by the engine."""
+    runs = block.refusal == RUNS
+    if not runs.all():
+        rows.fill_unmoved(~runs, block.states, block.refusal[~runs])
+        if runs.any():
+            part = BatchRows.empty(int(runs.sum()), simulator.outline, kept)
+            _integrate(simulator, engine, block.chosen(runs), o, kept, part)
+            rows.put(runs, part)
+        return
+    atol, t_end = o.rtol * block.scales, np.full(len(block.states), o.t_end)
+    engine.run_batch(block.states, block.parameters, t_end, atol, o, kept, rows)
+    if simulator.contact.is_rigid and not simulator.contact.is_guide:
+        _name_jams(simulator, block.parameters, rows)
+
+
+def _name_jams(simulator: Simulator, parameters: Array, rows: BatchRows) -> None:
+    """Name the slips that jam dynamically among those that meet A = 0."""
+    met = np.flatnonzero(rows.reason == SINGULAR)
+    for mode in np.unique(rows.mode[met]):
+        index = met[rows.mode[met] == mode]
+        values = dict(zip(simulator.outline.parameter_names, parameters[index].T, strict=True))
+        name = simulator.outline.modes[int(mode)].name
+        names = simulator.outline.state_names
+        jam = jams(simulator.contact, name, names, rows.state[index], values)
+        rows.reason[index[jam]] = DYNAMIC_JAM

@@ -1,0 +1,410 @@
+"""The velocity jump at finite stiffness: the phases with A and B constant but not dropped."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from painleve_sym.arrays import Array
+from painleve_sym.choices import EngineLike, EngineName
+from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
+from painleve_sym.codegen.pointwise import Pointwise
+from painleve_sym.contacts.inputs import resolve_state
+from painleve_sym.errors import InputError
+from painleve_sym.laws.catalogue import compliant_law
+from painleve_sym.laws.contact_law import ContactLaw
+from painleve_sym.mechanics.declarations import resolve_parameters
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.motion.frozen_impact import (
+    COEFFICIENTS,
+    SUMS,
+    FrozenEnd,
+    FrozenImpacts,
+    FrozenImpactSolver,
+)
+
+CONFIGURATIONS = ("frozen", "carried")
+"""Coefficients of the start throughout, or moved to the mean time of the impulse of each part."""
+
+
+@dataclass(frozen=True)
+class CorrectedJumps:
+    """Jumps at finite stiffness; every array has the shape of the cases.
+
+    Attributes
+    ----------
+    impacts : FrozenImpacts
+        The contact: phases, impulses, v_t and v_n at the end, how it ends.
+    velocity : mapping of str to ndarray
+        Velocities of the mechanism after the impact, by state name.
+    configuration : str
+    """
+
+    impacts: FrozenImpacts
+    velocity: Mapping[str, Array]
+    configuration: str
+
+
+@dataclass(frozen=True)
+class CorrectedJumpRule:
+    """The jump rule of a mechanism with a contact law at finite stiffness; build once, use often.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        With exactly one contact.
+    law : ContactLaw
+    engine : {"auto", "compiled", "taylor", "erk"}
+        As for `Simulator`.
+
+    Raises
+    ------
+    InputError
+        W has rank one, as with one coordinate: A' = 0.
+
+    References
+    ----------
+    docs/corrected-jump.md; Zhao, Liu & Chen, section 4, for the limit K → ∞.
+    """
+
+    mechanism: Mechanism
+    law: ContactLaw
+    engine: EngineLike = EngineName.AUTO
+
+    def __post_init__(self) -> None:
+        if self.mechanism.coefficients.rank_one:
+            raise InputError(
+                f"finite-stiffness jump of {self.mechanism.name!r}: its W has rank one (A' = 0), "
+                "so that velocities do not determine the impulse while the contact sticks. "
+                "Fix: simulate the motion with the law, or name no law for the rigid jump."
+            )
+
+    @cached_property
+    def solver(self) -> FrozenImpactSolver:
+        """Of the contact with constant coefficients."""
+        return FrozenImpactSolver(self.law, self.engine)
+
+    @cached_property
+    def _symbols(self) -> tuple[Any, ...]:
+        return (*self.mechanism.motion, *(p.symbol for p in self.mechanism.system.parameters))
+
+    @cached_property
+    def _evaluate(self) -> Pointwise:
+        c, system = self.mechanism.coefficients, self.mechanism.system
+        contact = self.mechanism.contact
+        normal, tangential = c.force_directions
+        rows = [c.W_nn, c.W_nt, c.W_tt, c.b_n, c.b_t, c.mu]
+        rows += [contact.slip_velocity, contact.gap_rate]
+        rows += [*normal, *tangential, *system.free_acceleration]
+        return Pointwise(rows, self._symbols, engine="casadi" if self.engine == "erk" else "auto")
+
+    def __call__(
+        self,
+        state: Mapping[str, ArrayLike],
+        parameters: Mapping[str, ArrayLike],
+        compression: ArrayLike = 0.0,
+        configuration: str = "frozen",
+    ) -> CorrectedJumps:
+        """Return the jumps from the states.
+
+        The contact counts as touching, or compressed by δ₀ = `compression`.
+
+        Parameters
+        ----------
+        state : mapping of str to float or ndarray
+            Coordinates and velocities; absent ones are 0.
+        parameters : mapping of str to float or ndarray
+            Every parameter of the mechanism and of the law.
+        compression : float or ndarray
+            δ₀ ≥ 0; m. Its surface energy is K δ₀^(n+1)/(n+1).
+        configuration : {"frozen", "carried"}
+        """
+        if configuration not in CONFIGURATIONS:
+            raise InputError(
+                f"finite-stiffness jump: configuration: got {configuration!r}, need one of "
+                f"{', '.join(CONFIGURATIONS)}."
+            )
+        given = {**state, **parameters}
+        point = {s: np.asarray(given.get(str(s), 0.0), float) for s in self._symbols}
+        start = self._coefficients(point)
+        inputs = (
+            {name: start[name] for name in (*COEFFICIENTS, "mu")},
+            {
+                "slip_velocity": start["slip_velocity"],
+                "compression": compression,
+                "compression_rate": 0.0 - start["normal_velocity"],
+            },
+            {p.name: parameters[p.name] for p in self.law.parameters},
+        )
+        impacts = self.solver(*inputs)
+        sets = (start, start)
+        if configuration == "carried":
+            sets = self._carried(point, start, impacts)
+            inputs[0].update({name: sets[0][name] for name in COEFFICIENTS})
+            impacts = self.solver(*inputs, after={name: sets[1][name] for name in COEFFICIENTS})
+        return self._jumps(point, sets, impacts, configuration)
+
+    def coefficients(
+        self, state: Mapping[str, ArrayLike], parameters: Mapping[str, ArrayLike]
+    ) -> dict[str, Array]:
+        """Return what the impact needs of the mechanism at the states.
+
+        The keys are W_nn, W_nt, W_tt, b_n, b_t, mu, slip_velocity, normal_velocity, and by
+        velocity of the mechanism ``normal`` and ``tangential`` (M⁻¹J_Nᵀ, M⁻¹J_Tᵀ) and ``free``.
+        """
+        given = {**state, **parameters}
+        return self._coefficients(
+            {s: np.asarray(given.get(str(s), 0.0), float) for s in self._symbols}
+        )
+
+    def _coefficients(self, point: Mapping[Any, Array]) -> dict[str, Array]:
+        rows = self._evaluate(point)
+        size = len(self.mechanism.system.q_dot)
+        names = (*COEFFICIENTS, "mu", "slip_velocity", "normal_velocity")
+        coefficients = dict(zip(names, rows, strict=False))
+        for k, name in enumerate(("normal", "tangential", "free")):
+            coefficients[name] = rows[8 + k * size : 8 + (k + 1) * size]
+        return coefficients
+
+    def _moved(
+        self, coefficients: Mapping[str, Array], P: Array, P_t: Array, t: Array
+    ) -> list[Array]:
+        """Return M⁻¹(J_Nᵀ P_n + J_Tᵀ P_t) + f t, one array per velocity."""
+        c = coefficients
+        rows = zip(c["normal"], c["tangential"], c["free"], strict=True)
+        return [n * P + d * P_t + f * t for n, d, f in rows]
+
+    def _jumps(
+        self,
+        point: Mapping[Any, Array],
+        sets: tuple[Mapping[str, Array], Mapping[str, Array]],
+        impacts: FrozenImpacts,
+        configuration: str,
+    ) -> CorrectedJumps:
+        parts = _halves(impacts, sets[0]["slip_velocity"] != 0)
+        velocity = {}
+        moved = [
+            self._moved(c, p["normal_impulse"], p["tangential_impulse"], p["duration"])
+            for c, p in zip(sets, parts, strict=True)
+        ]
+        for k, symbol in enumerate(self.mechanism.system.q_dot):
+            velocity[str(symbol)] = point[symbol] + moved[0][k] + moved[1][k]
+        return CorrectedJumps(impacts, velocity, configuration)
+
+    def _carried(
+        self,
+        point: Mapping[Any, Array],
+        start: Mapping[str, Array],
+        impacts: FrozenImpacts,
+    ) -> tuple[dict[str, Array], dict[str, Array]]:
+        """Return the coefficients at the means of both parts of the impact.
+
+        W belongs to the mean time of the impulse, T − ∫P dt/P; b to the mean time and velocities.
+        """
+        system = self.mechanism.system
+        now, carried = dict(point), []
+        for part in _halves(impacts, start["slip_velocity"] != 0):
+            t, P, P_t = part["duration"], part["normal_impulse"], part["tangential_impulse"]
+            moment = part["impulse_time"]
+            ratio = np.divide(P_t, P, out=np.zeros_like(P), where=P != 0)
+            mean = t - np.divide(moment, P, out=np.zeros_like(P), where=P != 0)
+            share = np.divide(moment, t, out=np.zeros_like(P), where=t != 0)
+            by_impulse, by_time, end = dict(now), dict(now), dict(now)
+            whole = self._moved(start, P, P_t, t)
+            partly = self._moved(start, share, ratio * share, t / 2)
+            for q, v, jump, half in zip(system.q, system.q_dot, whole, partly, strict=True):
+                by_impulse[q] = now[q] + now[v] * mean
+                by_time[q], by_time[v] = now[q] + now[v] * t / 2, now[v] + half
+                end[q], end[v] = now[q] + (now[v] + half) * t, now[v] + jump
+            for clock in system.clock:
+                if clock in now:
+                    by_impulse[clock], by_time[clock] = now[clock] + mean, now[clock] + t / 2
+                    end[clock] = now[clock] + t
+            mobile, free = self._coefficients(by_impulse), self._coefficients(by_time)
+            carried.append(mobile | {name: free[name] for name in ("b_n", "b_t", "free")})
+            now = end
+        return carried[0], carried[1]
+
+
+def _halves(impacts: FrozenImpacts, moving: Array) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Return time, impulses and ∫P dt of the part until the slip stops, and of the rest."""
+    phase = {name: np.nan_to_num(values) for name, values in impacts.phase.items()}
+    slip, real = impacts.phase["slip"], ~np.isnan(impacts.phase["slip"])
+    first = np.logical_and.accumulate((slip == slip[..., :1]) & moving[..., None], axis=-1)
+    sums_of_parts = []
+    for part in (first & real, ~first & real):
+        own = np.where(part, phase["normal_impulse"], 0.0)
+        # The impulse of the earlier phases of this part acts throughout a phase.
+        moment = phase["impulse_time"] + (np.cumsum(own, axis=-1) - own) * phase["duration"]
+        sums = {n: phase[n] for n in SUMS}
+        sums["impulse_time"] = moment
+        sums_of_parts.append({n: np.where(part, v, 0.0).sum(axis=-1) for n, v in sums.items()})
+    return sums_of_parts[0], sums_of_parts[1]
+
+
+@dataclass(frozen=True)
+class CorrectedPhase:
+    """One phase of a jump at finite stiffness.
+
+    Attributes
+    ----------
+    name : str
+        ``slip``, ``sticking`` or ``reverse slip``, then ``compression`` or ``restitution``.
+    duration : float
+        s.
+    normal_impulse, tangential_impulse : float
+        N s.
+    compression : float
+        δ at the end; m.
+    slip_velocity, normal_velocity : float
+        Of the contact at the end; m/s.
+    """
+
+    name: str
+    duration: float
+    normal_impulse: float
+    tangential_impulse: float
+    compression: float
+    slip_velocity: float
+    normal_velocity: float
+
+
+@dataclass(frozen=True)
+class CorrectedJump:
+    """A jump at finite stiffness.
+
+    Attributes
+    ----------
+    mechanism, law : str
+        Names.
+    configuration : {"frozen", "carried"}
+    method : str
+        ``integration``.
+    stiffness, exponent : float
+        K (N/mⁿ) and n.
+    initial_compression : float
+        δ₀; m.
+    end : FrozenEnd
+    phases : tuple of CorrectedPhase
+    velocity, velocity_before : mapping of str to float
+        Of the mechanism, by state name.
+    """
+
+    mechanism: str
+    law: str
+    configuration: str
+    method: str
+    stiffness: float
+    exponent: float
+    initial_compression: float
+    end: FrozenEnd
+    phases: tuple[CorrectedPhase, ...]
+    velocity: Mapping[str, float]
+    velocity_before: Mapping[str, float]
+
+    @property
+    def largest_compression(self) -> float:
+        """Largest δ at the end of a phase; m."""
+        return max([self.initial_compression, *(p.compression for p in self.phases)])
+
+    @property
+    def duration(self) -> float:
+        """Of the whole impact; s."""
+        return float(sum(p.duration for p in self.phases))
+
+
+def evaluate_corrected_jump(
+    mechanism: MechanismLike,
+    law: ContactLaw | str,
+    state: Mapping[str, float],
+    *,
+    parameters: Mapping[str, float] | None = None,
+    initial_force: float = 0.0,
+    configuration: str = "frozen",
+    engine: EngineLike = EngineName.AUTO,
+) -> CorrectedJump:
+    """Evaluate the jump at finite stiffness from one state.
+
+    Parameters
+    ----------
+    mechanism : Mechanism, or its name, or the path of a mechanism file
+        With one contact.
+    law : ContactLaw or its name
+        Any, with a dashpot or without.
+    state : mapping of str to float
+        Coordinates and velocities by name, those absent are 0; SI units, rad. The contact counts
+        as closed whatever its gap.
+    parameters : mapping of str to float, optional
+        Of the mechanism and of the law; those absent keep their default.
+    initial_force : float
+        Surface energy at the start as the force of the initial compression; N.
+    configuration : {"frozen", "carried"}
+    engine : {"auto", "compiled", "taylor", "erk"}
+
+    Raises
+    ------
+    InputError
+        Unknown or invalid entries.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> state = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
+    >>> jump = ps.evaluate_corrected_jump("rod", ps.laws.bilinear_hertz(E=20.9e14), state)
+    >>> jump.duration < 1e-3
+    True
+    """
+    mechanism = as_mechanism(mechanism)
+    law = compliant_law(law) if isinstance(law, str) else law
+    where = f"finite-stiffness jump of {mechanism.name!r}"
+    declared = (*mechanism.system.parameters, *law.parameters)
+    given = resolve_parameters(where, declared, parameters or {})
+    start = resolve_state(mechanism, state, given)
+    if not (np.isfinite(initial_force) and initial_force >= 0):
+        raise InputError(f"{where}: initial force: got {initial_force!r}, need >= 0 and finite.")
+    if configuration not in CONFIGURATIONS:
+        known = ", ".join(CONFIGURATIONS)
+        raise InputError(f"{where}: configuration: got {configuration!r}, need one of {known}.")
+    rule = CorrectedJumpRule(mechanism, law, engine)
+    simulator = rule.solver.simulator
+    constants = simulator.constants(
+        simulator.parameters({p.name: given[p.name] for p in law.parameters})
+    )
+    curve = simulator.loading_curve({name: np.array([v]) for name, v in constants.items()})
+    K, n = (float(values[0]) for values in curve)
+    delta = (initial_force / K) ** (1 / n)
+    jump = rule(start, given, delta, configuration)
+    numbers = {name: values.tolist() for name, values in jump.impacts.phase.items()}
+    phases = []
+    for k in range(int(jump.impacts.head["phases"])):
+        of_phase = {name: values[k] for name, values in numbers.items()}
+        name = _name(of_phase["slip"], of_phase["loading"], numbers["slip"][0])
+        velocity = 0.0 - of_phase["compression_rate"]
+        of_phase = {f: of_phase[f] for f in _PHASE_FIELDS}
+        phases.append(CorrectedPhase(name=name, normal_velocity=velocity, **of_phase))
+    return CorrectedJump(
+        mechanism=mechanism.name,
+        law=law.name,
+        configuration=configuration,
+        method="integration",
+        stiffness=K,
+        exponent=n,
+        initial_compression=delta,
+        end=jump.impacts.ends[0],
+        phases=tuple(phases),
+        velocity={name: float(value) for name, value in jump.velocity.items()},
+        velocity_before={str(v): start[str(v)] for v in mechanism.system.q_dot},
+    )
+
+
+_PHASE_FIELDS = (*SUMS, "compression", "slip_velocity")
+
+
+def _name(slip: float, loading: float, first: float) -> str:
+    kind = "sticking" if slip == 0 else ("slip" if slip == first else "reverse slip")
+    return f"{kind} {'compression' if loading else 'restitution'}"

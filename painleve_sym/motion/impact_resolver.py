@@ -1,0 +1,115 @@
+"""Impacts of rigid contacts for the engine that runs without a compiler."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, field
+
+from painleve_sym.arrays import Array
+from painleve_sym.contacts.terms import ContactImpacts
+from painleve_sym.engines.protocol import REMAINDER, SHRINKING, Answer, Question
+from painleve_sym.errors import EventKind, StopReason
+from painleve_sym.laws.rigid_contact import RigidLaw
+
+WINDOWS = (1, 2, 3, 5, 8)
+"""Numbers of touchdowns whose time, taken together, may shrink from each to the next."""
+SETTLED = 1e-9
+"""Gap and normal speed, in parts of the state's scale, at which bounces have died out."""
+
+
+@dataclass
+class ImpactResolver:
+    """Answers the questions of one run without compiled code: the impacts of rigid contacts.
+
+    It repeats the decisions of ``engines/loop/impact.c``, which it serves to check.
+
+    Attributes
+    ----------
+    impacts : ContactImpacts
+    law : RigidLaw
+        Of all rigid contacts.
+    target : int
+        The mode in which the motion continues.
+    values : dict of str to float
+        Parameters.
+    scale : ndarray, shape (nx,)
+        Of each state.
+    touchdowns : list of float
+        Times of the touchdowns; s.
+    impulses : list of tuple of float
+        Per event of the answers.
+    """
+
+    impacts: ContactImpacts
+    law: RigidLaw
+    target: int
+    values: dict[str, float]
+    scale: Array
+    touchdowns: list[float] = field(default_factory=list)
+    impulses: list[tuple[float, ...]] = field(default_factory=list)
+
+    def __call__(self, question: Question) -> Answer:
+        """Return what follows: the limit of bounces, an impact, or a jam."""
+        impacts, contact = self.impacts, self.target
+        state = impacts.touching(question.state, self.scale)
+        if self._accumulates(question):
+            closed = self._settled(state)
+            if closed is not None:
+                self.impulses.append(())
+                events = ((EventKind.SETTLE, closed, contact),)
+                return Answer(contact, closed, (), events)
+            return Answer(contact, state, stop=StopReason.ACCUMULATION)
+        # Guides among compliant contacts have no law, and nothing approaches them.
+        e = self.values.get(self.law.parameters[0].name, 0.0)
+        result = impacts.impact(state, self.values, self.law.restitution, e)
+        if result is None:
+            return Answer(contact, state, stop=StopReason.JAM)
+        self.impulses.append(tuple(map(float, result.impulses)))
+        short = impacts.short_bounces(result.state, self.values, REMAINDER * question.time)
+        if short:
+            still = impacts.closed(result.state, self.values, short)
+            self.impulses.append(())
+            ended = (EventKind.IMPACT, result.state, contact)
+            return Answer(contact, still, (), (ended, (EventKind.SETTLE, still, contact)))
+        return Answer(contact, result.state, (), ((EventKind.IMPACT, result.state, contact),))
+
+    def _accumulates(self, question: Question) -> bool:
+        if question.kind is not EventKind.TOUCHDOWN:
+            return False
+        self.touchdowns.append(question.time)
+        return accumulates(self.touchdowns)
+
+    def _settled(self, state: Array) -> Array | None:
+        """Return the state with the contacts closed whose bounces have died out; None for none."""
+        settled, moves = list[int](), False
+        states = self.impacts.states
+        for i in self.impacts.rigid:
+            row = self.impacts.rows[i]
+            gap, rate = states.index(row.gap), states.index(row.gap_rate)
+            near = abs(state[gap]) < SETTLED * self.scale[gap]
+            if near and abs(state[rate]) < SETTLED * self.scale[rate]:
+                settled.append(i)
+                moves = moves or state[rate] != 0
+        return self.impacts.closed(state, self.values, settled) if moves else None
+
+
+def accumulates(times: list[float]) -> bool:
+    """Return whether touchdowns of several contacts shrink towards a limit that is reached.
+
+    One contact's bounces are a geometric series; those of several take turns, and only windows of
+    them, taken together, shrink steadily.
+
+    Parameters
+    ----------
+    times : list of float
+        Of all touchdowns so far; s.
+    """
+    for size in WINDOWS:
+        ends = times[-1 : -2 - size * SHRINKING : -size]
+        lengths = [a - b for a, b in itertools.pairwise(ends)]
+        if len(lengths) < SHRINKING or not all(a < b for a, b in itertools.pairwise(lengths)):
+            continue
+        ratio = max(lengths[0] / lengths[1], lengths[1] / lengths[2])
+        if lengths[0] * ratio / (1 - ratio) < REMAINDER * times[-1]:
+            return True
+    return False

@@ -1,0 +1,146 @@
+"""Details of the motion of rigid contacts besides its events.
+
+All solutions of a contact problem that has several, impulses, growing bounces, and the limit of a
+slip that meets A = 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from painleve_sym.contacts.chatter import REVERSE_CHATTER, Chatter, chatter
+from painleve_sym.contacts.classify import contact_problem, solution_name
+from painleve_sym.contacts.model import ContactModel
+from painleve_sym.contacts.problem import ContactProblem
+from painleve_sym.contacts.terms import rows_of
+from painleve_sym.errors import EventKind, StopReason
+from painleve_sym.motion.locate_limit import locate_limit
+from painleve_sym.motion.singular_limit import LimitKind, ReverseChatter
+from painleve_sym.motion.trajectory import EventRecord, Trajectory
+
+if TYPE_CHECKING:
+    from painleve_sym.motion.simulator import Simulator
+
+GROWING_BOUNCES = 4
+"""Touchdowns in a row, each faster than the one before, that count as growth."""
+
+_MEETINGS = {
+    LimitKind.BOUNDED: "the slip runs into A = B = 0 with a bounded force (see limit); beyond it "
+    "the contact can slip on, open or have an impact",
+    LimitKind.LIFTOFF: "the slip meets A = B = 0 to within rounding, but its force falls to 0 "
+    "before; the contact opens there",
+    LimitKind.STOP: "the slip comes to A = 0 with B < 0, where the contact force presses it to a "
+    "stop; start again with slip velocity 0",
+}
+"""What a slip that meets A = 0 without dynamic jam does there."""
+
+
+def chatter_at(
+    contact: ContactModel, state: Mapping[str, float], values: Mapping[str, float]
+) -> Chatter | None:
+    """Return how small bounces near a contact at rest follow each other (see `chatter`).
+
+    Parameters
+    ----------
+    contact : ContactModel
+    state, values : mapping of str to float
+        Coordinates and velocities, and all parameters.
+    """
+    problem = contact_problem(contact.mechanism, state, values)
+    return chatter(problem, contact.rigid_law.restitution, values[contact.parameters[0].name])
+
+
+def alternatives(
+    simulator: Simulator, event: EventRecord, values: Mapping[str, float]
+) -> tuple[str, ...]:
+    """Return all solutions of the contact problem of an event, if there are several."""
+    several = simulator.contact.several
+    return (_of_several if several else _of_one)(simulator, event, values)
+
+
+def _of_one(
+    simulator: Simulator, event: EventRecord, values: Mapping[str, float]
+) -> tuple[str, ...]:
+    """Return the names of several solutions of the only contact; none for less than two."""
+    contact = simulator.contact
+    problem = contact_problem(simulator.mechanism, event.state, values)
+    modes = tuple(dict.fromkeys(solution_name(s, problem) for s in problem.solutions()))
+    if contact.parameters and modes and event.state[contact.rows[0].slip] == 0:
+        bounces = chatter_at(contact, event.state, values)
+        modes += (REVERSE_CHATTER,) if bounces is not None and bounces.reverse else ()
+    return modes if len(modes) > 1 else ()
+
+
+def _of_several(
+    simulator: Simulator, event: EventRecord, values: Mapping[str, float]
+) -> tuple[str, ...]:
+    """Return the names of several solutions of the closed contacts; none for less than two."""
+    impacts = simulator.impacts
+    state = np.array([event.state[n] for n in simulator.outline.state_names])
+    gaps, rates, slips = impacts.contact_values(state)
+    closed = [i for i in simulator.rigid if gaps[i] <= 0 and rates[i] == 0]
+    if len(simulator.rigid) < len(gaps) or not closed:
+        return ()
+    terms, rows = impacts.terms(state, values), rows_of(closed)
+    held = np.array([simulator.mechanism.outline.contacts[i].bilateral for i in closed])
+    problem = ContactProblem(
+        terms.W[np.ix_(rows, rows)], terms.b[rows], terms.mu[closed], slips[closed], held
+    )
+    solutions = problem.solutions()
+    if len(solutions) < 2:
+        return ()
+    names = []
+    for solution in solutions:
+        modes = ["flight"] * len(gaps)
+        for i, mode in zip(closed, solution.modes, strict=True):
+            modes[i] = "flight" if mode.value == "liftoff" else mode.value
+        names.append(" + ".join(modes))
+    several = (*dict.fromkeys(names), "impact")
+    return several if len(several) > 2 else ()
+
+
+def with_limit(contact: ContactModel, run: Trajectory, values: Mapping[str, float]) -> Trajectory:
+    """Return a motion that stopped where a slip meets A = 0 with the limit it would arrive at."""
+    limit = locate_limit(contact, run, values)
+    if limit is None:
+        return run
+    jam = limit.kind is LimitKind.DYNAMIC_JAM
+    reason = StopReason.DYNAMIC_JAM if jam else run.stop_reason
+    detail = reason.advice if jam else _MEETINGS[limit.kind]
+    return replace(run, limit=limit, stop_reason=reason, stop_detail=detail)
+
+
+def growing_bounces(
+    events: Sequence[EventRecord],
+    gap_rate: str,
+    at_contact: Callable[[Mapping[str, float]], Chatter | None],
+) -> tuple[ReverseChatter, ...]:
+    """Return the stretches of bounces that grow out of contact.
+
+    Parameters
+    ----------
+    events : sequence of EventRecord
+    gap_rate : str
+        Name of the state that holds ġ_N.
+    at_contact : callable
+        Tells of a state how small bounces near it follow each other. Growth where it expects none
+        is not reverse chatter but a motion that falls harder (a rod that tumbles).
+    """
+    touchdowns = [e for e in events if e.kind is EventKind.TOUCHDOWN]
+    speeds = [-e.state[gap_rate] for e in touchdowns]
+    chatters, first = [], 0
+    for i in range(1, len(touchdowns) + 1):
+        if i < len(touchdowns) and speeds[i] > speeds[i - 1] > 0:
+            continue
+        if i - first >= GROWING_BOUNCES:
+            expected = at_contact(touchdowns[first].state)
+            if expected is not None and expected.reverse:
+                ratio = (speeds[i - 1] / speeds[first]) ** (1 / (i - 1 - first))
+                times = touchdowns[first].time, touchdowns[i - 1].time
+                chatters.append(ReverseChatter(*times, i - first, ratio, expected.ratio))
+        first = i
+    return tuple(chatters)

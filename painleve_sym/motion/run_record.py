@@ -1,0 +1,151 @@
+"""Steps and events of a run, read from what the engine kept when they are first asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from painleve_sym.arrays import Array
+from painleve_sym.engines.protocol import RawRun
+from painleve_sym.engines.records import StepRecords
+from painleve_sym.errors import EventKind
+from painleve_sym.hybrid.signature import mode_name
+from painleve_sym.motion.rigid import alternatives, chatter_at, growing_bounces
+from painleve_sym.motion.singular_limit import ReverseChatter
+from painleve_sym.motion.trajectory import EventRecord, StoredRecord
+
+if TYPE_CHECKING:
+    from painleve_sym.motion.simulator import Simulator, Start
+
+
+@dataclass(frozen=True)
+class RunRecord:
+    """A `MotionRecord` of a run.
+
+    Attributes
+    ----------
+    simulator : Simulator
+    start : Start
+    raw : RawRun
+    told : sequence of tuple of float
+        Impulses of the events that a resolver answered, in order.
+    """
+
+    simulator: Simulator
+    start: Start
+    raw: RawRun
+    told: Sequence[tuple[float, ...]] = ()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle what was kept, without the simulator."""
+        return StoredRecord.of, (StoredRecord.of(self),)
+
+    @cached_property
+    def constants(self) -> Array:
+        """Parameters and definitions."""
+        return self.simulator.integrator.constants(self.start.parameters)
+
+    @cached_property
+    def steps(self) -> StepRecords:
+        """The steps; their modes are indices into `mode_names`."""
+        return replace(self.raw.step_records, mode=self._modes[1][:-1])
+
+    @property
+    def mode_names(self) -> tuple[str, ...]:
+        """Names of the modes."""
+        return self._modes[0]
+
+    @property
+    def final_mode(self) -> int:
+        """Index into `mode_names`."""
+        return int(self._modes[1][-1])
+
+    @cached_property
+    def _modes(self) -> tuple[tuple[str, ...], Any]:
+        """Names of modes, and the index among them of the mode of each step and of the end."""
+        outline, steps = self.simulator.outline, self.raw.step_records
+        modes = np.append(steps.mode, self.raw.mode)
+        if not outline.parts:
+            return tuple(m.name for m in outline.modes), modes
+        memory = np.vstack([steps.memory, self.raw.memory])
+        every = [mode_name(outline, int(m), z) for m, z in zip(modes, memory, strict=True)]
+        names = tuple(dict.fromkeys(every))
+        return names, np.array([names.index(name) for name in every])
+
+    @cached_property
+    def events(self) -> tuple[EventRecord, ...]:
+        """The events with all solutions where there are several, and with their impulses."""
+        simulator, values = self.simulator, self.start.values
+        events = self._events
+        if simulator.rigid:
+            of_contact = EventKind.CONTACT
+            events = [
+                replace(e, alternatives=alternatives(simulator, e, values))
+                if e.kind is of_contact
+                else e
+                for e in events
+            ]
+        if simulator.strikes:
+            events = [
+                replace(e, impulses=tuple(own)) if e.kind is EventKind.IMPACT else e
+                for e, own in zip(events, self._impulses, strict=True)
+            ]
+        return tuple(events)
+
+    @property
+    def _impulses(self) -> list[Sequence[float]]:
+        """P_n and P_t of each contact at every event: those of the last impact."""
+        records = self.raw.event_records
+        # The last entries of the memory are the impulses of the last impact.
+        count = 2 * len(self.simulator.contact.rows)
+        impulses: list[Sequence[float]] = records.memory_after[:, -count:].tolist()
+        for i, own in zip(np.flatnonzero(records.transition < 0), self.told, strict=False):
+            impulses[i] = own
+        return impulses
+
+    @property
+    def _events(self) -> list[EventRecord]:
+        simulator, rows, outline = self.simulator, self.raw.event_records, self.simulator.outline
+        names = outline.state_names
+        outputs = simulator.integrator.outputs(
+            rows.mode_before, rows.state_before, rows.memory_before, self.constants
+        )
+        at = {name: outputs[:, i] for i, name in enumerate(outline.output_names)}
+        own = [c.name for c in simulator.mechanism.outline.contacts]
+        records = []
+        for i, after in enumerate(rows.state_after.tolist()):
+            place = int(rows.contact[i])
+            contact = outline.contacts[place] if place >= 0 else ""
+            end = f"_{contact or own[0]}" if len(own) > 1 else ""
+            # A decision for several contacts at once has no force of its own.
+            decided = place < 0 and rows.transition[i] < 0
+            carried = ("normal_force", "tangential_force", "gap")
+            force, friction, gap = (0.0 if decided else float(at[f"{n}{end}"][i]) for n in carried)
+            records.append(
+                EventRecord(
+                    time=float(rows.time[i]),
+                    kind=outline.kinds[rows.kind[i]],
+                    mode_before=mode_name(outline, int(rows.mode_before[i]), rows.memory_before[i]),
+                    mode_after=mode_name(outline, int(rows.mode_after[i]), rows.memory_after[i]),
+                    state=dict(zip(names, after, strict=True)),
+                    normal_force=force,
+                    tangential_force=friction,
+                    compression=-gap,
+                    contact=contact if len(own) > 1 else own[0],
+                )
+            )
+        return records
+
+    @cached_property
+    def reverse_chatter(self) -> tuple[ReverseChatter, ...]:
+        """Rigid motion: stretches of bounces that grow out of contact."""
+        contact, values = self.simulator.contact, self.start.values
+        if not contact.can_open:
+            return ()
+        return growing_bounces(
+            self.events, contact.rows[0].gap_rate, lambda state: chatter_at(contact, state, values)
+        )

@@ -1,0 +1,258 @@
+"""One call from a mechanism and a law to a motion or a batch of motions."""
+
+from __future__ import annotations
+
+import functools
+import threading
+from collections import OrderedDict
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from numpy.typing import ArrayLike
+
+from painleve_sym.arrays import Array
+from painleve_sym.choices import EngineLike, EngineName, Record, RecordLike, chosen
+from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
+from painleve_sym.engines.protocol import MAX_EVENTS, MAX_STEPS
+from painleve_sym.laws.catalogue import Law, LawsLike, as_law
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.motion.simulator import DEFAULT_RTOL, Simulator
+from painleve_sym.motion.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from painleve_sym.motion.batch.result import BatchResult
+
+_KEPT = 32
+"""Simulators that are kept for further calls."""
+
+
+class _KeptSimulators:
+    """Simulators of earlier calls, by what they are made of."""
+
+    def __init__(self) -> None:
+        self._simulators: OrderedDict[Any, Simulator] = OrderedDict()
+        self._lock = threading.Lock()
+
+    def get(self, mechanism: Mechanism, law: Law | Mapping[str, Law], engine: str) -> Simulator:
+        """Return the simulator; where only defaults differ it shares the compiled engine."""
+        laws = law.items() if isinstance(law, Mapping) else (("", law),)
+        try:
+            derived = (
+                mechanism.definition,
+                *((name, own.definition) for name, own in laws),
+                engine,
+            )
+        except TypeError:  # a formula whose content cannot be told: nothing to know it again by
+            return Simulator(mechanism, law, EngineName(engine))
+        declared = (mechanism.system, *(own for _, own in laws))
+        defaults = tuple(p.default for thing in declared for p in thing.parameters)
+        with self._lock:
+            known = self._simulators.pop((derived, defaults), None)
+            if known is None:
+                known = Simulator(mechanism, law, EngineName(engine))
+                alike = next((s for (d, _), s in self._simulators.items() if d == derived), None)
+                if alike is not None:
+                    known.__dict__["integrator"] = alike.integrator
+            self._simulators[derived, defaults] = known
+            while len(self._simulators) > _KEPT:
+                self._simulators.popitem(last=False)
+        return known
+
+
+_kept = _KeptSimulators()
+_law_of_name = functools.lru_cache(maxsize=64)(as_law)
+
+
+def simulator_of(
+    mechanism: MechanismLike, law: LawsLike, engine: EngineLike = EngineName.AUTO
+) -> Simulator:
+    """Return the simulator of a mechanism with its law; one of an earlier call where it is kept.
+
+    Parameters
+    ----------
+    mechanism : Mechanism, or its name, or the path of a mechanism file
+    law : ContactLaw or RigidLaw, or its name, or mapping of contact to these
+    engine : EngineName or its text
+    """
+    name = chosen(EngineName, engine, "engine")
+    laws = _law_of_name(law) if isinstance(law, str) else as_law(law)
+    return _kept.get(as_mechanism(mechanism), laws, name)
+
+
+def simulate(
+    mechanism: MechanismLike,
+    law: LawsLike,
+    state: Mapping[str, float] | None = None,
+    *,
+    t_end: float,
+    until: str | Sequence[str] = (),
+    parameters: Mapping[str, float] | None = None,
+    law_parameters: Mapping[str, float] | None = None,
+    initial_force: float | None = None,
+    engine: EngineLike = EngineName.AUTO,
+    rtol: float = DEFAULT_RTOL,
+    atol: Array | None = None,
+    record: RecordLike = Record.DENSE,
+    first_step: float = 0.0,
+    max_step: float = float("inf"),
+    max_steps: int = MAX_STEPS,
+    max_events: int = MAX_EVENTS,
+) -> Trajectory:
+    """Integrate the motion of a mechanism with its contact law from t = 0.
+
+    The same as `Simulator(mechanism, law, engine).run(state, ...)`; the simulator is kept for
+    further calls.
+
+    Parameters
+    ----------
+    mechanism : Mechanism, or its name, or the path of a mechanism file
+    law : ContactLaw or RigidLaw, or its name, or mapping of contact to these
+        One law for all contacts, or the law of each by the contact's name.
+    state : mapping of str to float, optional
+        Coordinates and velocities by name, SI units and rad; absent ones are 0. The mechanism's
+        `start` where no state is given.
+    t_end : float
+        s, > 0.
+    until : EventKind, its text, or several
+        Kinds of events that end the run.
+    parameters, law_parameters : mapping of str to float
+        Of the mechanism, and of the law; absent ones have their defaults.
+    initial_force : float
+        Sets the initial compression so that the only, compliant contact carries this force; N.
+    engine : EngineName or its text
+    rtol : float
+        Relative tolerance of every state, in [1e-15, 1).
+    atol : ndarray, shape (nx,)
+        Per state; by default scaled to the contact.
+    record : Record or its text
+    first_step, max_step : float
+        s; a first step of 0 lets the engine choose it.
+    max_steps, max_events : int
+
+    Returns
+    -------
+    Trajectory
+        Also when it stopped early: `stop_reason` says why.
+
+    Raises
+    ------
+    InputError
+        Unknown names, numbers out of range, a start outside the domain or inside the ground.
+
+    References
+    ----------
+    Zhao, Liu & Chen, sections 2 and 3; the start below is that of their Table 3.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> start = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
+    >>> law = ps.laws.bilinear_hertz(E=20.9e14, reload="virgin")
+    >>> run = ps.simulate("rod", law, start, t_end=1e-3)
+    >>> run.stop_reason
+    <StopReason.T_END: ('t_end', 'the end time was reached')>
+    >>> event = run.events[0]
+    >>> print(f"{event.kind} at {event.time:.6e} s, {event.normal_force:.3f} N")
+    slip_stop at 4.088624e-04 s, 5766.507 N
+    """
+    return simulator_of(mechanism, law, engine).run(
+        state,
+        t_end=t_end,
+        until=until,
+        parameters=parameters,
+        law_parameters=law_parameters,
+        initial_force=initial_force,
+        rtol=rtol,
+        atol=atol,
+        record=record,
+        first_step=first_step,
+        max_step=max_step,
+        max_steps=max_steps,
+        max_events=max_events,
+    )
+
+
+def simulate_batch(
+    mechanism: MechanismLike,
+    law: LawsLike,
+    states: Mapping[str, ArrayLike],
+    *,
+    t_end: float,
+    until: str | Sequence[str] = (),
+    parameters: Mapping[str, ArrayLike] | None = None,
+    law_parameters: Mapping[str, ArrayLike] | None = None,
+    initial_force: ArrayLike | None = None,
+    engine: EngineLike = EngineName.AUTO,
+    rtol: float = DEFAULT_RTOL,
+    threads: int | None = None,
+    events: int = 1,
+    maxima: Sequence[str] = (),
+    minima: Sequence[str] = (),
+    integrals: Sequence[str] = (),
+    first_step: float = 0.0,
+    max_step: float = float("inf"),
+    max_steps: int = MAX_STEPS,
+    max_events: int = MAX_EVENTS,
+) -> BatchResult:
+    """Integrate one motion for every entry of the arrays, in threads over compiled code.
+
+    Each row is the same, bit for bit, as `simulate` on its own numbers. See `run_batch` for what
+    becomes of rows that fail.
+
+    Parameters
+    ----------
+    mechanism, law, engine
+        As for `simulate`.
+    states, parameters, law_parameters : mapping of str to array_like
+        Numbers, or arrays that broadcast against each other.
+    initial_force : array_like
+        N.
+    t_end, until, rtol, first_step, max_step, max_steps, max_events
+        As for `simulate`; the same for every row.
+    threads : int
+        By default the processors this process may use.
+    events : int
+        How many event times of each kind are kept, the first ones; all are counted.
+    maxima, minima, integrals : sequence of str
+        Outputs of which the extreme over the run with its time, or the integral, is kept.
+
+    Returns
+    -------
+    BatchResult
+        Arrays of the shape that all the given ones broadcast to.
+
+    Raises
+    ------
+    InputError
+        Unknown names, shapes that do not fit, numbers that are not finite or out of range, more
+        rows than memory holds: before anything runs.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> start = {"theta": [0.9, 1.0], "theta_dot": 1.0, "x_A_dot": -1.0}
+    >>> runs = ps.simulate_batch("rod", "bilinear-hertz", start, t_end=1e-2, until="separation")
+    >>> runs["stop_reason"].tolist()
+    ['until', 'until']
+    """
+    from painleve_sym.motion.batch.run import run_batch
+
+    return run_batch(
+        simulator_of(mechanism, law, engine),
+        states,
+        parameters,
+        t_end=t_end,
+        until=until,
+        law_parameters=law_parameters,
+        initial_force=initial_force,
+        rtol=rtol,
+        threads=threads,
+        events=events,
+        maxima=maxima,
+        minima=minima,
+        integrals=integrals,
+        first_step=first_step,
+        max_step=max_step,
+        max_steps=max_steps,
+        max_events=max_events,
+    )

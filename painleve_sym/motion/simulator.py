@@ -1,0 +1,722 @@
+"""A mechanism with its contact laws, ready to run."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from painleve_sym.arrays import Array
+from painleve_sym.choices import EngineLike, EngineName, Record, RecordLike
+from painleve_sym.codegen.quantities import Quantities, quantities
+from painleve_sym.contacts.classify import held_faults
+from painleve_sym.contacts.contact_numbers import contact_numbers
+from painleve_sym.contacts.inputs import resolve_state, state_values
+from painleve_sym.contacts.model import CONTACT, ContactModel
+from painleve_sym.contacts.terms import ContactImpacts
+from painleve_sym.engines.compiled import CompiledEngine
+from painleve_sym.engines.factory import make_engine
+from painleve_sym.engines.protocol import MAX_EVENTS, MAX_STEPS, Engine, RawRun, RunOptions
+from painleve_sym.errors import InputError, StopReason, unknown_name
+from painleve_sym.hybrid.signature import Outline
+from painleve_sym.laws.catalogue import Law
+from painleve_sym.laws.contact_law import ContactLaw
+from painleve_sym.mechanics.declarations import Parameter, resolve_parameters
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.motion.impact_resolver import ImpactResolver
+from painleve_sym.motion.rigid import with_limit
+from painleve_sym.motion.run_record import RunRecord
+from painleve_sym.motion.trajectory import MotionNames, Trajectory
+
+if TYPE_CHECKING:
+    from painleve_sym.hybrid.automaton import HybridAutomaton
+    from painleve_sym.motion.sensitivity.result import SensitiveTrajectory
+
+DEFAULT_RTOL = 1e-11
+"""The reference impacts then hold eight digits through all events, energy closes to 1e-9."""
+NO_FORCE = -1.0
+"""Initial force that stands for none."""
+_JAM = (
+    "the impact of the rigid contacts has no end: their friction carries any impulse, or leaves "
+    "none possible; use one contact at a time, or a compliant law"
+)
+_GUIDE_MEETS = (
+    "the slip meets A = 0, where the force of the guide grows without bound and rigid theory ends; "
+    "end earlier, or start elsewhere"
+)
+
+
+class Start(NamedTuple):
+    """What a run starts with.
+
+    Attributes
+    ----------
+    state : ndarray, shape (nx,)
+    values : dict of str to float
+        Parameters by name, and
+    parameters : ndarray, shape (np,)
+        in the engine's order.
+    scale : ndarray, shape (nx,)
+        Of each state: below it only its absolute error counts.
+    """
+
+    state: Array
+    values: dict[str, float]
+    parameters: Array
+    scale: Array
+
+
+@dataclass(frozen=True)
+class Simulator:
+    """A mechanism with its contact laws, ready to run; build once, run often.
+
+    **One compliant contact** follows the branches of its law. **One rigid contact**: in the
+    inconsistent state the impact without collision happens. In the indeterminate state the policy
+    chooses, and the event of that choice lists all solutions as `alternatives`. Bounces that
+    accumulate end in contact at their limit time (event ``settle``). A slip that runs into
+    A = B = 0, where the contact force grows without bound, ends the run with
+    StopReason.DYNAMIC_JAM, any other that meets A = 0 with SINGULAR; `Trajectory.limit` holds time
+    and state it would arrive at. A contact at rest that can also leave in growing bounces lists
+    ``reverse_chatter`` among its `alternatives`, and `Trajectory.reverse_chatter` tells of bounces
+    that do grow. A bilateral contact keeps its gap 0; see `BilateralContact`.
+
+    **Several contacts**, of any kinds: at an event every combination of what the closed contacts
+    may do is held against their contact problem, and where several motions are possible the policy
+    of the rigid law chooses; the event ``contact`` lists all. Rigid contacts that touch down, or
+    for which no forces are possible, have an impact, which follows the path of
+    `solve_simultaneous_impact`; the event ``impact`` has the impulses.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    law : ContactLaw or RigidLaw, or mapping of str to these
+        One law for all contacts, or the law of each by the contact's name. Of several contacts,
+        parameters of laws that are given by contact have its name behind theirs: ``E_A``.
+    engine : {"auto", "compiled", "taylor", "erk"}
+        ``auto``: compiled code, or CasADi's ``erk`` with a notice where there is no compiler.
+
+    Raises
+    ------
+    InputError
+        A contact without a law, a law for a contact that there is not, or laws that do not go
+        together.
+
+    Examples
+    --------
+    >>> from painleve_sym import law, model
+    >>> block = model("block-two-feet")
+    >>> simulator = Simulator(block, {"A": law("rigid"), "B": law("hertz")})
+    >>> [p.name for p in simulator.own_parameters]
+    ['e_energetic', 'E_B', 'nu_B', 'R_B', 'n_B']
+    """
+
+    mechanism: Mechanism
+    law: Law | Mapping[str, Law] = field(hash=False)
+    engine: EngineLike = EngineName.AUTO
+
+    def __post_init__(self) -> None:
+        _ = self.contact  # rejects laws that do not fit the contacts, or each other
+
+    @cached_property
+    def laws(self) -> tuple[Law, ...]:
+        """One law for all contacts, or one for each in the mechanism's order."""
+        taken = [p.name for p in self.mechanism.outline.parameters]
+        if not isinstance(self.law, Mapping):
+            return (self.law.apart_from(taken),)
+        names = [c.name for c in self.mechanism.outline.contacts]
+        for name in self.law:
+            if name not in names:
+                message = unknown_name("contact", name, names)
+                raise InputError(f"mechanism {self.mechanism.name!r}: law: {message}")
+        for name in names:
+            if name not in self.law:
+                raise InputError(
+                    f"mechanism {self.mechanism.name!r}: law: contact {name!r} has none. "
+                    "Fix: give each contact its law."
+                )
+        return tuple(self.law[name] for name in names)
+
+    @cached_property
+    def contact(self) -> ContactModel:
+        """The contact or contacts, joined with their laws."""
+        return ContactModel(self.mechanism, self.laws)
+
+    @property
+    def automaton(self) -> HybridAutomaton:
+        """The automaton that is run."""
+        return self.contact.automaton
+
+    @property
+    def own_parameters(self) -> tuple[Parameter, ...]:
+        """Parameters besides the mechanism's: those of the laws."""
+        known = {p.name for p in self.contact.parameters}
+        if self.contact.several:
+            return self.contact.parameters
+        return tuple(p for p in self.laws[0].parameters if p.name in known)
+
+    def given(
+        self,
+        parameters: Mapping[str, Any] | None = None,
+        law_parameters: Mapping[str, Any] | None = None,
+    ) -> dict[str, Any]:
+        """Return parameters of mechanism and laws as one mapping; see `run` for the names.
+
+        Raises
+        ------
+        InputError
+            Unknown names of parameters of the laws.
+        """
+        given = dict(parameters or {})
+        if law_parameters:
+            own = [p.name for p in self.own_parameters]
+            for name, value in law_parameters.items():
+                here = f"{name}_law" if f"{name}_law" in own else name
+                if here not in own:
+                    message = unknown_name("parameter", name, own)
+                    raise InputError(f"law {self.label!r}: {message}")
+                given[here] = value
+        return given
+
+    @property
+    def label(self) -> str:
+        """Names of the laws, for messages and results."""
+        return ", ".join(law.name for law in self.laws)
+
+    @property
+    def choices(self) -> dict[str, str]:
+        """Named choices of the laws; a guide alone has no restitution."""
+        choices = {k: v for law in self.laws for k, v in law.choices.items()}
+        if all(c.bilateral for c in self.mechanism.outline.contacts):
+            choices.pop("restitution", None)
+        return choices
+
+    @property
+    def contact_law(self) -> ContactLaw:
+        """The compliant law of the only contact.
+
+        Raises
+        ------
+        InputError
+            A rigid contact, or several contacts.
+        """
+        law, *more = self.contact.own_laws
+        if more or not isinstance(law, ContactLaw):
+            raise InputError(
+                f"{self.where}: need one contact with a compliant law. Fix: take such a law, and "
+                "one contact of several (Mechanism.only)."
+            )
+        return law
+
+    def is_compliant(self, i: int) -> bool:
+        """Whether a contact may start compressed."""
+        return self.contact.own_laws[i].is_compliant
+
+    @cached_property
+    def rigid(self) -> tuple[int, ...]:
+        """Indices of the contacts that do not yield: rigid ones and guides."""
+        return tuple(
+            i
+            for i, contact in enumerate(self.mechanism.outline.contacts)
+            if contact.bilateral or not self.is_compliant(i)
+        )
+
+    @property
+    def start_events(self) -> bool:
+        """Whether what a start makes happen at once are events: where a contact is rigid."""
+        return bool(self.rigid)
+
+    @cached_property
+    def strikes(self) -> bool:
+        """Whether several contacts can have an impact: at least one of them is rigid."""
+        return self.contact.several and bool(self.rigid)
+
+    @cached_property
+    def impacts(self) -> ContactImpacts:
+        """Impacts of the rigid contacts of several."""
+        names, rows = self.outline.state_names, self.contact.rows
+        return ContactImpacts(self.mechanism, names, rows, self.rigid)
+
+    # ---- the loading curves of compliant contacts ----
+
+    def loading_curve(self, values: Mapping[str, Array], i: int = 0) -> tuple[Array, Array]:
+        """Return K and n of a compliant contact's loading curve K δⁿ, each of shape (n,)."""
+        curve = self._loading.at(values)
+        return curve[f"stiffness_{i}"], curve[f"exponent_{i}"]
+
+    @cached_property
+    def _loading(self) -> Quantities:
+        laws = self.contact.own_laws
+
+        def derive() -> tuple[dict[str, Any], tuple[Any, ...]]:
+            curves = {
+                f"{name}_{i}": getattr(law, name)
+                for i, law in enumerate(laws)
+                for name in ("stiffness", "exponent")
+                if isinstance(law, ContactLaw)
+            }
+            return curves, (*self.automaton.parameters, *self.automaton.definitions)
+
+        names = self.outline.constant_names
+        return quantities("loading curves", self.contact.definition, names, derive)
+
+    def compression_of_force(self, force: float, parameters: Mapping[str, float]) -> float:
+        """Return δ₀ > 0 with F_n(δ₀) = `force` on the loading curve at rest; m.
+
+        The initial surface energy of the paper, (10), is given this way.
+        """
+        if not (np.isfinite(force) and force >= 0):
+            raise InputError(f"{self.where}: initial force: got {force!r}, need >= 0 and finite.")
+        k, n = self._curve(parameters)
+        return float((force / k) ** (1 / n))
+
+    def surface_energy(self, depth: float, parameters: Mapping[str, float]) -> float:
+        """Return the initial surface energy (10) of a compression δ₀ ≥ 0, K δ₀^(n+1)/(n+1); J.
+
+        The whole work of the loading curve. Of it an elasto-plastic law counts e² as stored.
+        """
+        if not (np.isfinite(depth) and depth >= 0):
+            raise InputError(f"{self.where}: compression: got {depth!r}, need >= 0 and finite.")
+        k, n = self._curve(parameters)
+        return float(k * depth ** (n + 1) / (n + 1))
+
+    def _curve(self, parameters: Mapping[str, float]) -> tuple[float, float]:
+        _ = self.contact_law  # rejects laws without a loading curve
+        values = {s: np.array([v]) for s, v in self.constants(parameters).items()}
+        k, n = self.loading_curve(values)
+        return float(k[0]), float(n[0])
+
+    # ---- one motion ----
+
+    def run(
+        self,
+        state: Mapping[str, float] | None = None,
+        *,
+        t_end: float,
+        until: str | Sequence[str] = (),
+        parameters: Mapping[str, float] | None = None,
+        law_parameters: Mapping[str, float] | None = None,
+        initial_force: float | None = None,
+        rtol: float = DEFAULT_RTOL,
+        atol: Array | None = None,
+        record: RecordLike = Record.DENSE,
+        first_step: float = 0.0,
+        max_step: float = float("inf"),
+        max_steps: int = MAX_STEPS,
+        max_events: int = MAX_EVENTS,
+    ) -> Trajectory:
+        """Integrate the motion from t = 0.
+
+        Parameters
+        ----------
+        state : mapping of str to float, optional
+            Coordinates and velocities by name, SI units and rad; absent ones are 0. The
+            mechanism's `start` where no state is given. A negative gap is a compression, which
+            only a compliant contact may have.
+        t_end : float
+            s, > 0.
+        until : EventKind, its text, or several
+            Kinds of events that end the run.
+        parameters : mapping of str to float
+            Of mechanism and laws; absent ones have their defaults. A name that both have is the
+            mechanism's here, and the law's has ``_law`` behind it.
+        law_parameters : mapping of str to float
+            Of the laws, by the names that the laws themselves give them.
+        initial_force : float
+            Sets the initial compression so that the only, compliant contact carries this force; N.
+            Where the gap is not a coordinate, the coordinates stay and the surface counts as raised
+            by it.
+        rtol : float
+            Relative tolerance of every state, in [1e-15, 1).
+        atol : ndarray, shape (nx,)
+            Per state; by default scaled to the contact (see `tolerances`).
+        record : Record or its text
+            What is kept: ``dense``, ``events`` or ``end``.
+        first_step, max_step : float
+            s; a first step of 0 lets the engine choose it.
+        max_steps, max_events : int
+            Where they are reached the run stops and says so.
+
+        Returns
+        -------
+        Trajectory
+            Also when it stopped early: `stop_reason` says why. Of several contacts, forces and gaps
+            of each are the outputs ``normal_force_<contact>``, …; where the bodies' rigidity leaves
+            forces open, contacts share them in proportion to what their friction carries.
+
+        Raises
+        ------
+        InputError
+            Unknown names, numbers out of range, a start outside the domain or inside the ground.
+
+        Examples
+        --------
+        >>> from painleve_sym import Simulator, laws, models
+        >>> simulator = Simulator(models.rod(), laws.bilinear_hertz(E=20.9e14, reload="virgin"))
+        >>> run = simulator.run({"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}, t_end=1e-3)
+        >>> [str(event.kind) for event in run.events[:2]]
+        ['slip_stop', 'max_compression']
+        """
+        state = self.mechanism.start if state is None else state
+        given = self.given(parameters, law_parameters)
+        start = self.start(state, given, initial_force)
+        checked = self.options(
+            start.scale,
+            t_end=t_end,
+            until=until,
+            rtol=rtol,
+            atol=atol,
+            record=record,
+            first_step=first_step,
+            max_step=max_step,
+            max_steps=max_steps,
+            max_events=max_events,
+        )
+        resolver = self._resolver(start, checked)
+        raw = self.integrator.run(start.state, start.parameters, checked, resolve=resolver)
+        trajectory = self.trajectory(
+            raw, start, checked.rtol, resolver.impulses if resolver else ()
+        )
+        if raw.stop_reason is StopReason.SINGULAR and self.contact.can_open:
+            return with_limit(self.contact, trajectory, start.values)
+        return trajectory
+
+    def _resolver(self, start: Start, options: RunOptions) -> ImpactResolver | None:
+        """Return what answers for impacts of several contacts where the engine does not."""
+        if isinstance(self.integrator, CompiledEngine) or not self.strikes:
+            return None
+        target = [m.name for m in self.outline.modes].index(CONTACT)
+        scale = options.atol / options.rtol
+        return ImpactResolver(self.impacts, self.contact.rigid_law, target, start.values, scale)
+
+    def start(
+        self,
+        state: Mapping[str, float],
+        parameters: Mapping[str, float] | None = None,
+        initial_force: float | None = None,
+    ) -> Start:
+        """Return the checked start of a run; see `run` for the arguments and errors."""
+        values, given = self.parameters(parameters), self._state_values(state)
+        if initial_force is None:
+            force = NO_FORCE
+        else:
+            force = self._checked_force(initial_force)
+        start, admits = self.prepared(given, values, force)
+        if 0.0 in admits:
+            self._refuse(start, given, force)
+        return start
+
+    def prepared(
+        self, given: Mapping[str, float], values: Mapping[str, float], force: float = NO_FORCE
+    ) -> tuple[Start, list[float]]:
+        """Return the start of a run, unchecked, and `Prepared.admits` of it.
+
+        Parameters
+        ----------
+        given : mapping of str to float
+            Every coordinate and velocity, and ``t`` where it occurs.
+        values : mapping of str to float
+            Every parameter.
+        force : float
+            Initial force, N; negative for none.
+        """
+        p, motion = self._vector_of(values), np.array([given[name] for name in self._at_rest])
+        prepared = self.integrator.prepare(p[None], motion[None], np.array([force]))
+        state, admits, scale = (array[0] for array in prepared)
+        return Start(state, dict(values), p, scale), admits.tolist()
+
+    def _state_values(self, state: Mapping[str, float]) -> dict[str, float]:
+        values = {**self._at_rest, **state}
+        numbers = state.values()
+        known = len(values) == len(self._at_rest)
+        if known and all(type(v) is float and math.isfinite(v) for v in numbers):
+            return values
+        return state_values(self.mechanism, state)
+
+    @cached_property
+    def _at_rest(self) -> dict[str, float]:
+        return dict.fromkeys(self.mechanism.state_names, 0.0)
+
+    def _checked_force(self, force: float) -> float:
+        fault = self.initial_force_fault()
+        if fault:
+            raise InputError(f"{self.where}: {fault}")
+        if not (math.isfinite(force) and force >= 0):
+            raise InputError(f"{self.where}: initial force: got {force!r}, need >= 0 and finite.")
+        return float(force)
+
+    def _refuse(self, start: Start, given: Mapping[str, float], force: float) -> None:
+        """Raise InputError with the reason why a start is not admitted."""
+        for name, value in self.constants(start.values).items():
+            if not math.isfinite(value):
+                raise InputError(
+                    f"{self.where}: {name} comes out as {value!r}, need a finite number. "
+                    "Fix: check the parameters it is made of (stiffness, curvatures)."
+                )
+        resolve_state(self.mechanism, given, start.values)  # refuses what is outside the domain
+        names = self.outline.state_names
+        state = dict(zip(names, start.state.tolist(), strict=True))
+        if force >= 0:
+            raise InputError(
+                f"{self.where}: initial_force: got a start with gap "
+                f"{state[self.contact.rows[0].gap]!r}, need 0. Fix: give the force or the "
+                "compression, not both."
+            )
+        for i in self.rigid:
+            self._refuse_contact(i, state, {**given, **start.values})
+
+    def _refuse_contact(
+        self, i: int, state: Mapping[str, float], values: Mapping[str, float]
+    ) -> None:
+        """Raise InputError where a rigid contact is inside the ground, or a guide off its place."""
+        row, several = self.contact.rows[i], self.contact.several
+        gap, rate = state[row.gap], state[row.gap_rate]
+        contact = self.mechanism.outline.contacts[i]
+        name = f"contact {contact.name!r}"
+        if contact.bilateral:
+            at = contact_numbers(self.mechanism, i)(values)
+            subject = f"the bilateral {name}" if several else "a bilateral contact"
+            within = (gap, at["gap_tolerance"]), (rate, at["rate_tolerance"])
+            for fault in held_faults(subject, *within):
+                raise InputError(f"{self.where}: {fault}")
+        elif gap < 0:
+            subject = f"{name} starts" if several else "the start is"
+            raise InputError(
+                f"{self.where}: {subject} inside the ground, gap = {gap:g} m, and a rigid "
+                "contact has no compression. Fix: start with gap >= 0, or give a compliant law."
+            )
+
+    def initial_force_fault(self) -> str:
+        """Return why no initial force can be given, a sentence; empty where it can."""
+        if len(self.contact.rows) > 1:
+            return (
+                "initial_force: several contacts share no force. Fix: give the compression of each "
+                "by the state."
+            )
+        if not self.is_compliant(0):
+            return (
+                "initial_force: a rigid contact has no compression. Fix: leave it out, or give a "
+                "compliant law."
+            )
+        return ""
+
+    def start_expressions(self, forced: bool) -> dict[Any, Any]:
+        """Return the start values that follow from other ones: states to SymPy expressions.
+
+        Where `forced`, the compression is the one that carries the symbol ``initial_force``.
+        """
+        from sympy import Symbol
+
+        own, rows = set(self.mechanism.motion), self.contact.builder.rows
+        known = {
+            symbol: expr
+            for row in rows
+            for symbol, expr in zip(row.symbols, row.expressions, strict=True)
+            if symbol not in own
+        }
+        if not forced:
+            return known
+        law, force = self.contact_law, Symbol("initial_force", positive=True)
+        return known | {rows[0].gap: -((force / law.stiffness) ** (1 / law.exponent))}
+
+    # ---- numbers ----
+
+    @cached_property
+    def integrator(self) -> Engine:
+        """The engine, compiled or taken from the cache on first use."""
+        return make_engine(self.contact, self.engine)
+
+    @property
+    def outline(self) -> Outline:
+        """Names and structure of the automaton, known without deriving it."""
+        return self.integrator.outline
+
+    @property
+    def where(self) -> str:
+        """Place of a fault, as messages name it."""
+        return f"{self.mechanism.name!r} with law {self.label!r}"
+
+    def parameters(self, given: Mapping[str, float] | None = None) -> dict[str, float]:
+        """Return all parameters of mechanism and law those in `given` replaced, checked."""
+        known = self._declared
+        given = given or {}
+        values = {**self._defaults, **given}
+        # A check of all at once; where it fails, each is looked at.
+        if len(values) == len(known) and all(
+            type(v) is float and known[n].fault(v) is None for n, v in given.items()
+        ):
+            return values
+        return resolve_parameters(self.where, tuple(known.values()), given)
+
+    @cached_property
+    def _declared(self) -> dict[str, Parameter]:
+        return {p.name: p for p in (*self.mechanism.outline.parameters, *self.own_parameters)}
+
+    @cached_property
+    def _defaults(self) -> dict[str, float]:
+        return {name: p.default for name, p in self._declared.items()}
+
+    def constants(self, parameters: Mapping[str, float]) -> dict[str, float]:
+        """Return the values of all parameters and definitions by name."""
+        c = self.integrator.constants(self._vector_of(parameters))
+        return dict(zip(self.outline.constant_names, map(float, c), strict=True))
+
+    def _vector_of(self, parameters: Mapping[str, float]) -> Array:
+        return np.array([parameters[name] for name in self._order])
+
+    @cached_property
+    def _order(self) -> tuple[str, ...]:
+        """Names of the parameters in the engine's order."""
+        return self.outline.parameter_names
+
+    def sensitivities(
+        self,
+        state: Mapping[str, float],
+        wrt: Sequence[str],
+        *,
+        t_end: float,
+        until: str | Sequence[str] = (),
+        parameters: Mapping[str, float] | None = None,
+        law_parameters: Mapping[str, float] | None = None,
+        initial_force: float | None = None,
+        rtol: float = DEFAULT_RTOL,
+        atol: Array | None = None,
+        record: RecordLike = Record.DENSE,
+        first_step: float = 0.0,
+        max_step: float = float("inf"),
+        max_steps: int = MAX_STEPS,
+        max_events: int = MAX_EVENTS,
+    ) -> SensitiveTrajectory:
+        """Integrate the motion together with its first derivatives, through every event.
+
+        Parameters
+        ----------
+        state : mapping of str to float
+        wrt : sequence of str
+            Directions: names of coordinates and velocities (their start values), of parameters of
+            mechanism and law, and ``initial_force`` where that is given.
+        t_end, until, parameters, law_parameters, initial_force
+            As for `run`; so are those that follow.
+
+        Returns
+        -------
+        SensitiveTrajectory
+            A start on the surface is differentiated within the mode that it starts in.
+
+        Raises
+        ------
+        InputError
+            As for `run`; unknown names of directions.
+        """
+        from painleve_sym.motion.sensitivity.variational import differentiated
+
+        options: dict[str, Any] = {
+            "parameters": self.given(parameters, law_parameters),
+            "initial_force": initial_force,
+            "t_end": t_end,
+            "until": until,
+            "rtol": rtol,
+            "atol": atol,
+            "record": record,
+            "first_step": first_step,
+            "max_step": max_step,
+            "max_steps": max_steps,
+            "max_events": max_events,
+        }
+        return differentiated(self, state, tuple(wrt), **options)
+
+    @cached_property
+    def variational_engines(self) -> dict[Any, Any]:
+        """Engines of state and derivatives, by direction; filled when used."""
+        return {}
+
+    def options(
+        self,
+        scale: Array,
+        *,
+        t_end: float,
+        until: str | Sequence[str] = (),
+        rtol: float = DEFAULT_RTOL,
+        atol: Array | None = None,
+        record: RecordLike = Record.DENSE,
+        first_step: float = 0.0,
+        max_step: float = float("inf"),
+        max_steps: int = MAX_STEPS,
+        max_events: int = MAX_EVENTS,
+    ) -> RunOptions:
+        """Return checked options of a run from a state with this scale, shape (nx,); see `run`."""
+        if not (math.isfinite(t_end) and t_end > 0):
+            raise InputError(f"{self.where}: t_end: got {t_end!r}, need a finite number > 0.")
+        kinds = (until,) if isinstance(until, str) else tuple(until)
+        for kind in kinds:
+            if kind not in self.outline.kinds:
+                message = unknown_name("event", kind, self.outline.kinds)
+                raise InputError(f"{self.where}: until: {message}")
+        own = rtol * scale if atol is None else np.asarray(atol)
+        return RunOptions(
+            t_end,
+            rtol,
+            own,
+            kinds,
+            record,
+            first_step,
+            max_step,
+            max_steps,
+            max_events,
+            start_events=self.start_events,
+        )
+
+    def tolerances(self, vector: Array, parameters: Mapping[str, float]) -> Array:
+        """Return the scale of each state below which only its absolute error counts, shape (nx,).
+
+        See `Preparation.scales`.
+        """
+        return self.integrator.scales(self._vector_of(parameters), np.asarray(vector))
+
+    def trajectory(
+        self, raw: RawRun, start: Start, rtol: float, told: Sequence[tuple[float, ...]] = ()
+    ) -> Trajectory:
+        """Return a run as a trajectory; `told` are the impulses that a resolver answered with."""
+        return Trajectory(
+            names=self._names,
+            parameters=start.values,
+            rtol=rtol,
+            record=RunRecord(self, start, raw, told),
+            final_time=raw.time,
+            final_state=raw.state,
+            final_memory=raw.memory,
+            stop_reason=raw.stop_reason,
+            stop_detail=self._detail(raw),
+            counters=raw.counters,
+            evaluator=self.integrator,
+        )
+
+    @cached_property
+    def _names(self) -> MotionNames:
+        outline = self.outline
+        return MotionNames(
+            mechanism=self.mechanism.name,
+            law=self.label,
+            choices=self.choices,
+            states=outline.state_names,
+            memory=outline.memory_names,
+            outputs=outline.output_names,
+            engine=self.integrator.name,
+        )
+
+    def _detail(self, raw: RawRun) -> str:
+        if raw.stop_reason in (StopReason.T_END, StopReason.UNTIL):
+            return ""
+        if raw.stop_reason is StopReason.LEFT_DOMAIN:
+            mode = self.outline.modes[raw.mode]
+            bound = mode.transitions[raw.stop_transition].bound
+            return self.mechanism.outline.domain[bound].meaning if bound is not None else ""
+        guide = all(c.bilateral for c in self.mechanism.outline.contacts)
+        if guide and raw.stop_reason is StopReason.SINGULAR:
+            return _GUIDE_MEETS
+        if len(self.contact.rows) > 1 and raw.stop_reason is StopReason.JAM:
+            return _JAM
+        return raw.stop_reason.advice

@@ -1,0 +1,423 @@
+"""Time stepping at velocity level: no events, one complementarity problem per step.
+
+A step of length h takes the velocities u to u⁺ with the impulses Λ of the whole step::
+
+    u_free = u + h M⁻¹ h(q, u)        u⁺ = u_free + M⁻¹ (J_Nᵀ Λ_n + J_Tᵀ Λ_t)
+    0 <= Λ_n  ⟂  v_n⁺ + c >= 0        |Λ_t| <= μ Λ_n, against v_t⁺, at its limit where v_t⁺ ≠ 0
+
+Forces and impacts are not distinguished. With impulses for forces and velocities after the step for
+accelerations this is the contact problem of `ContactProblem` at v_t = 0: three complementary pairs.
+For a positive definite mobility it always has a solution, also where the accelerations have none:
+the jump of the impact without collision then takes one step and looks like any other.
+
+References
+----------
+Moreau (1988), Unilateral contact and dry friction in finite freedom dynamics. CISM 302, 1–82.
+Jean (1999), The non-smooth contact dynamics method. Comput. Methods Appl. Mech. Eng. 177, 235–257.
+Stewart & Trinkle (1996), An implicit time-stepping scheme for rigid body dynamics with inelastic
+    collisions and Coulomb friction. Int. J. Numer. Methods Eng. 39, 2673–2691.
+Anitescu & Potra (1997), Nonlinear Dynamics 14, 231–247.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from painleve_sym.arrays import Array
+from painleve_sym.checks import number
+from painleve_sym.codegen.bridge import Translator
+from painleve_sym.contacts.contact_numbers import contact_numbers
+from painleve_sym.contacts.inputs import resolve_state
+from painleve_sym.contacts.problem import ContactProblem
+from painleve_sym.errors import InputError, StopReason, unknown_name
+from painleve_sym.mechanics.declarations import resolve_parameters
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.motion.time_stepping.step_solvers import SOLVERS, Answer, Impulse
+
+SCHEMES = ("moreau-jean", "stewart-trinkle")
+_ENDS = {
+    StopReason.NO_MODE: "the solver gives no impulses for the contact problem of the next step",
+    StopReason.STEP_LIMIT: "as many contact problems were solved as max_solves allows",
+}
+"""What these reasons mean in time stepping; the others mean what their advice says."""
+MAX_STEPS = 1_000_000
+"""States of this number of steps still fit into memory; smaller steps drown in round-off anyway."""
+
+
+@dataclass(frozen=True)
+class SteppingRun:
+    """A motion by time stepping.
+
+    Attributes
+    ----------
+    mechanism, scheme, solver : str
+        Names.
+    step : float
+        s; the last step is shorter where the end asks for it.
+    e_newton : float
+        Newton's coefficient of restitution.
+    state_names : tuple of str
+    times : ndarray, shape (k + 1,)
+        s.
+    states : ndarray, shape (k + 1, 2 n)
+        Coordinates, then velocities.
+    contact_velocities : ndarray, shape (k + 1, 2)
+        ġ_N and v_t of these states; m/s.
+    impulses : ndarray, shape (k, 2)
+        Λ_n and Λ_t of each step; N s.
+    solutions_found : ndarray of int, shape (k,)
+        Solutions the solver found in each step; −1 where the contact was open and none was asked.
+    contact_work : ndarray, shape (k,)
+        Work of the impulses on the contact's velocity, Λ·(v⁺ + v_free)/2; J. Never positive with
+        `e_newton` = 0 and Moreau–Jean's scheme.
+    stop_reason : StopReason
+        T_END; LEFT_DOMAIN; NON_FINITE; NO_MODE where the solver has no solution; STEP_LIMIT
+        where `max_solves` was used up.
+    """
+
+    mechanism: str
+    scheme: str
+    solver: str
+    step: float
+    e_newton: float
+    state_names: tuple[str, ...]
+    times: Array
+    states: Array
+    contact_velocities: Array
+    impulses: Array
+    solutions_found: NDArray[np.int64]
+    contact_work: Array
+    stop_reason: StopReason
+
+    @property
+    def final(self) -> dict[str, float]:
+        """The last state by name."""
+        return dict(zip(self.state_names, map(float, self.states[-1]), strict=True))
+
+    @property
+    def stop_detail(self) -> str:
+        """Reason of the end, in words."""
+        return _ENDS.get(self.stop_reason, self.stop_reason.advice)
+
+    @property
+    def normal_impulse(self) -> float:
+        """Sum of Λ_n over all steps; N s."""
+        return float(np.sum(self.impulses[:, 0]))
+
+    def values(self, name: str) -> Array:
+        """Return one state by name at all times, shape (k + 1,)."""
+        if name not in self.state_names:
+            raise InputError(unknown_name("state", name, self.state_names))
+        return self.states[:, self.state_names.index(name)]
+
+
+@dataclass(frozen=True)
+class TimeStepper:
+    """A mechanism with one unilateral contact, ready to be stepped; build once, run often.
+
+    Moreau–Jean evaluates M and J half a step ahead, q + h u/2, and asks for contact where the gap
+    there is closed; then c = e v_n⁻ (Newton's restitution). Stewart–Trinkle evaluates them at q and
+    has c = g_N/h, so that the gap is closed at the end of the step: impacts are plastic.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        With exactly one contact.
+    scheme : {"moreau-jean", "stewart-trinkle"}
+
+    Raises
+    ------
+    InputError
+        Several contacts, a bilateral one, an unknown scheme.
+    """
+
+    mechanism: Mechanism
+    scheme: str = "moreau-jean"
+
+    def __post_init__(self) -> None:
+        if self.scheme not in SCHEMES:
+            raise InputError(f"{self.where}: {unknown_name('scheme', self.scheme, SCHEMES)}")
+        if self.mechanism.contact.bilateral:
+            raise InputError(
+                f"{self.where}: contact {self.mechanism.contact.name!r} is bilateral, need one "
+                "that can open. Fix: choose another mechanism."
+            )
+
+    @property
+    def where(self) -> str:
+        """Place of a fault, as messages name it."""
+        return f"stepping of {self.mechanism.name!r}"
+
+    @cached_property
+    def _terms(self) -> Any:
+        """q, u, parameters and t → free acceleration, M⁻¹J_Nᵀ, M⁻¹J_Tᵀ; gap, W, domain margins."""
+        c, contact = self.mechanism.coefficients, self.mechanism.contact
+        arguments, translate = self._arguments()
+        normal, tangential = c.force_directions
+        scalars = [contact.gap, c.W_nn, c.W_nt, c.W_tt, *(b.margin for b in self.mechanism.domain)]
+        columns = (contact.system.free_acceleration, normal, tangential, scalars)
+        return ca.Function("terms", arguments, [translate.vector(list(e)) for e in columns])
+
+    @cached_property
+    def _rates(self) -> Any:
+        """q, u, parameters and t → ġ_N, v_t."""
+        contact = self.mechanism.contact
+        arguments, translate = self._arguments()
+        return ca.Function(
+            "rates", arguments, [translate.vector([contact.gap_rate, contact.slip_velocity])]
+        )
+
+    def _arguments(self) -> tuple[list[ca.SX], Translator]:
+        system, motion = self.mechanism.system, self.mechanism.motion
+        clock = motion[2 * len(system.q) :]
+        groups = (system.q, system.q_dot, (*(p.symbol for p in system.parameters), *clock))
+        vectors = [ca.SX.sym(name, len(g)) for name, g in zip("qup", groups, strict=True)]
+        table = {
+            symbol: vector[i]
+            for group, vector in zip(groups, vectors, strict=True)
+            for i, symbol in enumerate(group)
+        }
+        return vectors, Translator(table, floor=0.0)
+
+    def run(
+        self,
+        state: Mapping[str, float],
+        *,
+        step: float,
+        t_end: float,
+        solver: str = "least-impulse",
+        e_newton: float = 0.0,
+        parameters: Mapping[str, float] | None = None,
+        max_solves: int = MAX_STEPS,
+    ) -> SteppingRun:
+        """Step from t = 0 to `t_end`.
+
+        Parameters
+        ----------
+        state, parameters : mapping of str to float
+            Absent coordinates and velocities are 0, absent parameters have their defaults.
+        step : float
+            h in (0, t_end]; s.
+        t_end : float
+            s, > 0.
+        solver : str
+            One of `SOLVERS`.
+        e_newton : float
+            Newton's coefficient of restitution, in [0, 1]; 0 with Stewart–Trinkle.
+        max_solves : int
+            Most contact problems to solve.
+
+        Returns
+        -------
+        SteppingRun
+            Also when it stopped early: `stop_reason` says why.
+
+        Raises
+        ------
+        InputError
+            Unknown names, numbers out of range, a start outside the domain or inside the ground.
+        """
+        self.check(step, t_end, solver, e_newton)
+        stepping, start = self._begin(state, parameters, solver, e_newton, max_solves)
+        times = _times(step, t_end)
+        states, impulses, counts, works, reason = stepping.through(start, times)
+        return SteppingRun(
+            mechanism=self.mechanism.name,
+            scheme=self.scheme,
+            solver=solver,
+            step=step,
+            e_newton=e_newton,
+            state_names=self.mechanism.state_names,
+            times=times[: len(states)],
+            states=np.array(states),
+            contact_velocities=stepping.contact_velocities(np.array(states)),
+            impulses=np.array(impulses, dtype=float).reshape(-1, 2),
+            solutions_found=np.array(counts, dtype=np.int64),
+            contact_work=np.array(works, dtype=float),
+            stop_reason=reason,
+        )
+
+    def first_problem(
+        self,
+        state: Mapping[str, float],
+        step: float,
+        *,
+        e_newton: float = 0.0,
+        parameters: Mapping[str, float] | None = None,
+    ) -> ContactProblem | None:
+        """Return the velocity-level problem of the first step; None where the contact is open."""
+        self.check(step, step, e_newton=e_newton)
+        stepping, start = self._begin(state, parameters, "first", e_newton, 1)
+        return stepping.problem(start, step)[0]
+
+    def _begin(
+        self,
+        state: Mapping[str, float],
+        parameters: Mapping[str, float] | None,
+        solver: str,
+        e_newton: float,
+        max_solves: int,
+    ) -> tuple[_Stepping, Array]:
+        declared = self.mechanism.system.parameters
+        values = resolve_parameters(self.where, declared, parameters or {})
+        named = resolve_state(self.mechanism, state, values)
+        start = np.array([named[name] for name in self.mechanism.state_names])
+        at = contact_numbers(self.mechanism)({**named, **values})
+        closed = at["gap_tolerance"]
+        stepping = _Stepping(self, values, SOLVERS[solver], e_newton, max_solves, closed)
+        gap = at["gap"]
+        if not gap >= -closed:
+            raise InputError(
+                f"{self.where}: the start is inside the ground, gap = {gap:g} m, and a rigid "
+                "contact has no compression. Fix: start with gap >= 0."
+            )
+        return stepping, start
+
+    def check(
+        self, step: float, t_end: float, solver: str = "first", e_newton: float = 0.0
+    ) -> None:
+        """Raise InputError for options of `run` that cannot be used."""
+        number(t_end, "t_end", where=self.where, above=0.0)
+        if not (math.isfinite(step) and 0 < step <= t_end * (1 + 1e-9)):
+            raise InputError(
+                f"{self.where}: step: got {step!r}, need a number in (0, t_end = {t_end!r}]."
+            )
+        if t_end / step > MAX_STEPS:
+            raise InputError(
+                f"{self.where}: step: got {step!r}, which takes {t_end / step:.3g} steps, need at "
+                f"most {MAX_STEPS}. Fix: a longer step or an earlier end."
+            )
+        if solver not in SOLVERS:
+            raise InputError(f"{self.where}: {unknown_name('solver', solver, SOLVERS)}")
+        if not 0 <= e_newton <= 1:
+            raise InputError(f"{self.where}: e_newton: got {e_newton!r}, need 0 <= e_newton <= 1.")
+        if self.scheme == "stewart-trinkle" and e_newton > 0:
+            raise InputError(
+                f"{self.where}: e_newton: got {e_newton!r}, need 0 with the scheme "
+                "'stewart-trinkle', whose impacts are plastic. Fix: use 'moreau-jean'."
+            )
+
+
+def _times(step: float, t_end: float) -> Array:
+    """Return the ends of the steps; a remainder below 1e-9 steps is round-off, not a step."""
+    number = max(1, math.ceil(t_end / step - 1e-9))
+    return np.append(step * np.arange(number), t_end)
+
+
+@dataclass(frozen=True)
+class _Stepping:
+    """One run's numbers: the state has coordinates, velocities, and t where it occurs."""
+
+    stepper: TimeStepper
+    parameters: Mapping[str, float]
+    solve: Callable[[ContactProblem], Answer]
+    e_newton: float
+    max_solves: int
+    closed: float
+    """Gap up to which the contact is closed; m."""
+
+    @cached_property
+    def vector(self) -> Array:
+        """Parameters in the order the functions want them."""
+        return np.array([self.parameters[p.name] for p in self.stepper.mechanism.system.parameters])
+
+    @cached_property
+    def size(self) -> int:
+        """Number of coordinates."""
+        return len(self.stepper.mechanism.system.q)
+
+    def split(self, states: Array) -> tuple[Array, Array, Array]:
+        """Return coordinates, velocities and times of states in columns; no times without t."""
+        n = self.size
+        return states[:n], states[n : 2 * n], states[2 * n :]
+
+    def constants(self, times: Array) -> Array:
+        """Return the parameters, followed by the time where it occurs."""
+        own = self.vector.reshape(-1, *[1] * (times.ndim - 1))
+        return np.concatenate([np.broadcast_to(own, (len(own), *times.shape[1:])), times])
+
+    @cached_property
+    def mu(self) -> float:
+        """Friction coefficient."""
+        return self.parameters[str(self.stepper.mechanism.contact.friction)]
+
+    def contact_velocities(self, states: Array) -> Array:
+        """Return ġ_N and v_t of states in rows, shape (len(states), 2)."""
+        q, u, t = self.split(states.T)
+        return np.array(self.stepper._rates(q, u, self.constants(t))).T
+
+    def problem(self, q_u: Array, h: float) -> tuple[ContactProblem | None, Any]:
+        """Return the contact problem of one step and the terms that it is made of."""
+        q, u, t = self.split(q_u)
+        ahead = self.stepper.scheme == "moreau-jean"
+        place = q + h / 2 * u if ahead else q
+        constants = self.constants(t + h / 2 if ahead else t)
+        parts = [np.array(x).ravel() for x in self.stepper._terms(place, u, constants)]
+        acceleration, normal, tangential, scalars = parts
+        free = u + h * acceleration
+        gap, W_nn, W_nt, W_tt = map(float, scalars[:4])
+        rates = np.array(self.stepper._rates(place, free, constants)).ravel()
+        terms = (place, free, normal, tangential, rates, scalars)
+        finite = all(np.all(np.isfinite(part)) for part in terms)
+        if not finite or (ahead and gap > self.closed):
+            return None, terms
+        if ahead:
+            before = np.array(self.stepper._rates(place, u, constants)).ravel()
+            shift = self.e_newton * float(before[0])
+        else:
+            shift = gap / h
+        b_n, b_t = float(rates[0]) + shift, float(rates[1])
+        return ContactProblem.single(W_nn, W_nt, W_tt, b_n, b_t, self.mu, 0.0), terms
+
+    def through(
+        self, q_u: Array, times: Array
+    ) -> tuple[list[Array], list[Impulse], list[int], list[float], StopReason]:
+        """Return states, impulses, numbers of solutions and works of all steps, and the end."""
+        states, impulses, counts, works = [q_u], list[Impulse](), list[int](), list[float]()
+        solves = 0
+        for h in np.diff(times):
+            problem, terms = self.problem(states[-1], float(h))
+            place, free, normal, tangential, rates, scalars = terms
+            count, impulse = -1, (0.0, 0.0)
+            if not (np.all(np.isfinite(free)) and np.all(np.isfinite(scalars))):
+                return states, impulses, counts, works, StopReason.NON_FINITE
+            if np.any(scalars[4:] <= 0):
+                return states, impulses, counts, works, StopReason.LEFT_DOMAIN
+            if problem is not None:
+                if solves == self.max_solves:
+                    return states, impulses, counts, works, StopReason.STEP_LIMIT
+                solves += 1
+                count, answer = self.solve(problem)
+                if answer is None:
+                    return states, impulses, counts, works, StopReason.NO_MODE
+                impulse = answer
+            u = free + normal * impulse[0] + tangential * impulse[1]
+            forward = h / 2 if self.stepper.scheme == "moreau-jean" else h
+            after = states[-1][2 * self.size :] + h
+            states.append(np.concatenate([place + forward * u, u, after]))
+            impulses.append(impulse)
+            counts.append(count)
+            works.append(_work(impulse, rates, scalars[1:4]))
+        return states, impulses, counts, works, StopReason.T_END
+
+
+def _work(impulse: Impulse, free: Array, W: Array) -> float:
+    """Return Λ·(v_free + v⁺)/2 = Λ·v_free + Λ·W Λ/2."""
+    normal, tangential = impulse
+    own = W[0] * normal**2 + 2 * W[1] * normal * tangential + W[2] * tangential**2
+    return float(normal * free[0] + tangential * free[1] + own / 2)
+
+
+def simulate_stepping(
+    mechanism: Mechanism, state: Mapping[str, float], *, scheme: str = SCHEMES[0], **options: Any
+) -> SteppingRun:
+    """Step a motion; see `TimeStepper.run` for the options."""
+    return TimeStepper(mechanism, scheme).run(state, **options)

@@ -1,0 +1,561 @@
+"""The one result type of every simulator: segments, events, states, forces, energies."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from painleve_sym.arrays import Array, load_npz, save_npz
+from painleve_sym.engines.protocol import Engine
+from painleve_sym.engines.records import StepRecords
+from painleve_sym.errors import EventKind, InputError, StopReason, unknown_name
+from painleve_sym.files import plain_fields, to_plain
+from painleve_sym.motion.singular_limit import ReverseChatter, SingularLimit
+
+FORMAT = "painleve-sym trajectory 1"
+ENERGIES = ("kinetic_energy", "potential_energy", "stored_energy")
+DISSIPATIONS = ("friction_dissipation", "contact_dissipation", "force_dissipation")
+
+
+@dataclass(frozen=True)
+class EventRecord:
+    """An event of a run.
+
+    Attributes
+    ----------
+    time : float
+        s.
+    kind : EventKind
+    mode_before, mode_after : str
+    state : dict of str to float
+        Coordinates, velocities and further states just after the event.
+    normal_force, tangential_force : float
+        Just before the event; N.
+    compression : float
+        δ = −g_N; m.
+    alternatives : tuple of str
+        Rigid motion, where there were several solutions: the modes of all those of the contact
+        problem, and ``reverse_chatter`` where a contact at rest can also leave in growing bounces.
+    contact : str
+        Name of the contact; empty where all contacts are meant.
+    impulses : tuple of float
+        An impact of two rigid contacts: P_n and P_t of each; N s.
+    """
+
+    time: float
+    kind: EventKind
+    mode_before: str
+    mode_after: str
+    state: dict[str, float]
+    normal_force: float
+    tangential_force: float
+    compression: float
+    alternatives: tuple[str, ...] = ()
+    contact: str = ""
+    impulses: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A stretch of time in one mode: [t_start, t_end], steps first..last of the trajectory."""
+
+    mode: str
+    t_start: float
+    t_end: float
+    first_step: int
+    last_step: int
+
+
+@dataclass(frozen=True)
+class MotionNames:
+    """What all motions of a simulator are called.
+
+    Attributes
+    ----------
+    mechanism, law : str
+    choices : dict of str to str
+        The law's named choices.
+    states, memory, outputs : tuple of str
+    engine : str
+    """
+
+    mechanism: str
+    law: str
+    choices: dict[str, str]
+    states: tuple[str, ...]
+    memory: tuple[str, ...]
+    outputs: tuple[str, ...]
+    engine: str
+
+
+class MotionRecord(Protocol):
+    """What is kept of a motion on its way, read when first asked for."""
+
+    @property
+    def steps(self) -> StepRecords:
+        """The steps; their modes are indices into `mode_names`."""
+
+    @property
+    def mode_names(self) -> tuple[str, ...]:
+        """Names of the modes."""
+
+    @property
+    def final_mode(self) -> int:
+        """Index into `mode_names`."""
+
+    @property
+    def events(self) -> tuple[EventRecord, ...]:
+        """The events, in order."""
+
+    @property
+    def reverse_chatter(self) -> tuple[ReverseChatter, ...]:
+        """Rigid motion: stretches of bounces that grow out of contact."""
+
+    @property
+    def constants(self) -> Array:
+        """Parameters and definitions, as the engine takes them."""
+
+
+@dataclass(frozen=True)
+class StoredRecord:
+    """A `MotionRecord` that has been read, such as one from a file."""
+
+    steps: StepRecords
+    mode_names: tuple[str, ...]
+    final_mode: int
+    events: tuple[EventRecord, ...]
+    reverse_chatter: tuple[ReverseChatter, ...]
+    constants: Array
+
+    @classmethod
+    def of(cls, record: MotionRecord) -> StoredRecord:
+        """Return all that a record gives."""
+        return cls(**{f.name: getattr(record, f.name) for f in fields(cls)})
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """A motion, piecewise polynomial in time.
+
+    In a step from t to t + h, with τ = t + h u (1 + β (u − 1)) and v = 1 − u, the state is
+    r₀ + u(r₁ + v(r₂ + u(r₃ + v(r₄ + …)))): eight rows r as DOP853 gives them, or one per order of
+    a Taylor series. The bend β is 0 but for series that run along √τ from or to a point where
+    a contact force sets in or ends.
+
+    Attributes
+    ----------
+    names : MotionNames
+    parameters : dict of str to float
+        Of mechanism and law, as used.
+    rtol : float
+    record : MotionRecord
+        Steps and events.
+    final_time : float
+    final_state : ndarray, shape (nx,)
+    final_memory : ndarray, shape (nz,)
+    stop_reason : StopReason
+    stop_detail : str
+        What is particular to this stop; empty where the reason says all.
+    counters : dict of str to int
+        Work done.
+    evaluator : Engine or None
+        Computes forces.
+    limit : SingularLimit or None
+        Rigid motion that stopped where a slip meets A = 0: where it would arrive.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> run = ps.simulate("rod", "rigid", {"y_A": 0.1, "theta": 1.0}, t_end=0.2)
+    >>> [str(event.kind) for event in run.events[:2]]
+    ['touchdown', 'impact']
+    >>> height = run.values("y_A", [0.0, 0.1])
+    """
+
+    names: MotionNames
+    parameters: dict[str, float]
+    rtol: float
+    record: MotionRecord = field(repr=False)
+    final_time: float
+    final_state: Array
+    final_memory: Array
+    stop_reason: StopReason
+    stop_detail: str
+    counters: dict[str, int]
+    evaluator: Engine | None = field(default=None, repr=False, compare=False)
+    limit: SingularLimit | None = None
+
+    # ---- what it is called, and what was kept ----
+
+    @property
+    def mechanism(self) -> str:
+        """Name of the mechanism."""
+        return self.names.mechanism
+
+    @property
+    def law(self) -> str:
+        """Name of the law."""
+        return self.names.law
+
+    @property
+    def choices(self) -> dict[str, str]:
+        """The law's named choices."""
+        return self.names.choices
+
+    @property
+    def engine(self) -> str:
+        """Name of the engine."""
+        return self.names.engine
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the states."""
+        return self.names.states
+
+    @property
+    def memory_names(self) -> tuple[str, ...]:
+        """Names of the memory, constant within a mode."""
+        return self.names.memory
+
+    @property
+    def output_names(self) -> tuple[str, ...]:
+        """Names of forces, gaps, energies …."""
+        return self.names.outputs
+
+    @property
+    def mode_names(self) -> tuple[str, ...]:
+        """Names of the modes."""
+        return self.record.mode_names
+
+    @property
+    def final_mode(self) -> int:
+        """Index into `mode_names` at the end."""
+        return self.record.final_mode
+
+    @property
+    def events(self) -> tuple[EventRecord, ...]:
+        """The events, in order."""
+        return self.record.events
+
+    @property
+    def reverse_chatter(self) -> tuple[ReverseChatter, ...]:
+        """Rigid motion: stretches of bounces that grow out of contact."""
+        return self.record.reverse_chatter
+
+    @property
+    def constants(self) -> Array:
+        """Parameters and definitions, as the engine takes them, shape (nc,)."""
+        return self.record.constants
+
+    @property
+    def step_time(self) -> Array:
+        """Where the steps begin, shape (steps,); s."""
+        return self.record.steps.time
+
+    @property
+    def step_length(self) -> Array:
+        """How long the steps are, shape (steps,); s."""
+        return self.record.steps.length
+
+    @property
+    def step_mode(self) -> Any:
+        """Indices into `mode_names`, shape (steps,)."""
+        return self.record.steps.mode
+
+    @property
+    def step_memory(self) -> Array:
+        """Memory during the steps, shape (steps, nz)."""
+        return self.record.steps.memory
+
+    @property
+    def step_rows(self) -> Array:
+        """Polynomials r of the steps, shape (steps, rows, nx)."""
+        return self.record.steps.polynomial
+
+    @property
+    def step_bend(self) -> Array:
+        """Bends β of the steps, shape (steps,)."""
+        return self.record.steps.bend
+
+    # ---- evaluation ----
+
+    def _locate(self, t: Array) -> Any:
+        start = float(self.step_time[0]) if len(self.step_time) else self.final_time
+        outside = (t < start) | (t > self.final_time) | ~np.isfinite(t)
+        if outside.any():
+            fault = f"trajectory: time: got {float(t[outside][0])!r}, need"
+            if len(self.step_time):
+                raise InputError(f"{fault} a number in [{start!r}, {self.final_time!r}].")
+            if self.ended_at_start:
+                raise InputError(
+                    f"{fault} {self.final_time!r}: the run ended at its start "
+                    f"({self.stop_reason.label})."
+                )
+            raise InputError(
+                f"{fault} {self.final_time!r}: the trajectory holds no steps, so only its end can "
+                "be evaluated.  Fix: simulate with record='dense'."
+            )
+        return np.searchsorted(self.step_time, t, side="right") - 1
+
+    @property
+    def ended_at_start(self) -> bool:
+        """Whether the run took no step: it ended where it began."""
+        return self.counters["accepted_steps"] == 0
+
+    def _located(self, times: Array) -> tuple[Any, Array, Array]:
+        """Return modes, states and memory at times, a row each; at the end, the final ones."""
+        index, n = self._locate(times), len(times)
+        modes = np.full(n, self.final_mode)
+        states, memory = np.tile(self.final_state, (n, 1)), np.tile(self.final_memory, (n, 1))
+        on = times < self.final_time
+        modes[on], memory[on] = self.step_mode[index[on]], self.step_memory[index[on]]
+        states[on] = self._states(times[on], index[on])
+        return modes, states, memory
+
+    def __call__(self, t: ArrayLike) -> Array:
+        """Return the states at times `t`, shape (len(t), nx); at an event, those after it."""
+        return self._located(np.atleast_1d(np.asarray(t, dtype=float)))[1]
+
+    def _states(self, times: Array, index: Any) -> Array:
+        w = np.clip((times - self.step_time[index]) / self.step_length[index], 0.0, 1.0)
+        bend = self.step_bend[index]
+        u = (2 * w / (1 - bend + np.sqrt((1 - bend) ** 2 + 4 * bend * w)))[:, None]
+        rows, value = self.step_rows[index], np.zeros((len(times), len(self.state_names)))
+        for k in range(rows.shape[1] - 1, 0, -1):
+            value = (value + rows[:, k]) * (u if k % 2 else 1 - u)
+        total: Array = rows[:, 0] + value
+        return total
+
+    def state(self, t: float) -> dict[str, float]:
+        """Return the state at time `t` by name."""
+        return dict(zip(self.state_names, map(float, self(t)[0]), strict=True))
+
+    def outputs(self, t: ArrayLike) -> dict[str, Array]:
+        """Return forces, gap, energies … at times `t`, each of shape (len(t),)."""
+        return self._outputs(*self._located(np.atleast_1d(np.asarray(t, dtype=float))))
+
+    def _outputs(self, modes: Any, states: Array, memory: Array) -> dict[str, Array]:
+        if self.evaluator is None:
+            raise InputError(
+                "trajectory: forces need the mechanism and the law it was made with. "
+                "Fix: Trajectory.load(path, engine=...)."
+            )
+        values = self.evaluator.outputs(modes, states, memory, self.constants)
+        return dict(zip(self.output_names, values.T, strict=True))
+
+    def values(self, name: str, t: ArrayLike) -> Array:
+        """Return one state or output by name at times `t`, shape (len(t),)."""
+        if name in self.state_names:
+            return self(t)[:, self.state_names.index(name)]
+        if name in self.output_names:
+            return self.outputs(t)[name]
+        raise InputError(unknown_name("quantity", name, (*self.state_names, *self.output_names)))
+
+    def sample(self, n: int = 1001) -> Array:
+        """Return n evenly spaced times from start to end, shape (n,)."""
+        if n < 2:
+            raise InputError(f"trajectory: number of samples: got {n}, need at least 2.")
+        start = float(self.step_time[0]) if len(self.step_time) else self.final_time
+        return np.linspace(start, self.final_time, n)
+
+    def fine_times(self, per_step: int = 8) -> Array:
+        """Return times that resolve every step, for drawing; shape (steps · per_step + 1,)."""
+        u = np.arange(per_step) / per_step
+        times = (self.step_time[:, None] + u * self.step_length[:, None]).ravel()
+        return np.append(times, self.final_time)
+
+    # ---- what happened ----
+
+    @cached_property
+    def segments(self) -> tuple[Segment, ...]:
+        """Stretches of time in one mode, in order."""
+        if not len(self.step_time):
+            return ()
+        breaks = {e.time for e in self.events}
+        starts = [0]
+        for i in range(1, len(self.step_time)):
+            changed = self.step_mode[i] != self.step_mode[i - 1]
+            if changed or float(self.step_time[i]) in breaks:
+                starts.append(i)
+        ends = [*(s - 1 for s in starts[1:]), len(self.step_time) - 1]
+        return tuple(
+            Segment(
+                self.mode_names[int(self.step_mode[a])],
+                float(self.step_time[a]),
+                float(self.step_time[b] + self.step_length[b]),
+                a,
+                b,
+            )
+            for a, b in zip(starts, ends, strict=True)
+        )
+
+    def events_of(self, kind: str) -> tuple[EventRecord, ...]:
+        """Return the events of one kind, in order."""
+        return tuple(e for e in self.events if e.kind == kind)
+
+    @cached_property
+    def final_outputs(self) -> dict[str, float]:
+        """Forces, gap, energies … at the end."""
+        last = self._outputs(
+            np.array([self.final_mode]), self.final_state[None], self.final_memory[None]
+        )
+        return {k: float(v[0]) for k, v in last.items()}
+
+    @property
+    def final_forces(self) -> dict[str, float]:
+        """Normal and tangential forces at the end by name, of every contact; N."""
+        return {k: v for k, v in self.final_outputs.items() if "_force" in k}
+
+    @cached_property
+    def final(self) -> dict[str, float]:
+        """The final state by name."""
+        return dict(zip(self.state_names, map(float, self.final_state), strict=True))
+
+    # ---- energy ----
+
+    def energies(self, t: ArrayLike) -> dict[str, Array]:
+        """Return the terms of the balance at times `t`, each (len(t),), and their `total`; J."""
+        states, outputs = self(t), self.outputs(t)
+        return self._balance(states, outputs)
+
+    def _balance(self, states: Array, outputs: Mapping[str, Array]) -> dict[str, Array]:
+        terms = {name: outputs[name] for name in ENERGIES}
+        for name in DISSIPATIONS:
+            if name in self.state_names:
+                terms[name] = states[:, self.state_names.index(name)]
+        return {**terms, "total": np.sum(list(terms.values()), axis=0)}
+
+    @cached_property
+    def energy_residual(self) -> float:
+        """Largest change of kinetic + potential + stored + dissipated energy, relative.
+
+        Relative to the largest of the sizes of the terms, the potential energy counted from its
+        start; taken over the ends of all steps. nan where no steps were kept.
+        """
+        if not len(self.step_time):
+            return float("nan")
+        states = np.vstack([self.step_rows[:, 0], self.final_state])
+        modes = np.append(self.step_mode, self.final_mode)
+        memory = np.vstack([self.step_memory, self.final_memory])
+        terms = self._balance(states, self._outputs(modes, states, memory))
+        total = terms.pop("total")
+        terms["potential_energy"] = terms["potential_energy"] - terms["potential_energy"][0]
+        size = max(float(np.max(np.abs(v))) for v in terms.values())
+        return float(np.max(np.abs(total - total[0])) / size) if size > 0 else 0.0
+
+    # ---- files ----
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return events, end, stop reason, energy residual and counters as plain data."""
+        return {
+            "events": to_plain(self.events),
+            "final": {
+                "time": self.final_time,
+                "state": self.final,
+                "mode": self.mode_names[self.final_mode],
+                **self.final_forces,
+            },
+            "stop_reason": self.stop_reason.label,
+            "stop_detail": self.stop_detail,
+            **self._findings,
+            "energy_residual": self.energy_residual,
+            "counters": self.counters,
+            "engine": self.engine,
+        }
+
+    @property
+    def _findings(self) -> dict[str, Any]:
+        return plain_fields(self, "limit", "reverse_chatter")
+
+    def save(self, path: str | Path) -> None:
+        """Write to an NPZ file; see `save_npz`.
+
+        Raises
+        ------
+        InputError
+            The folder does not exist or cannot be written.
+        """
+        texts = {
+            "mechanism": self.mechanism,
+            "law": self.law,
+            "choices": self.choices,
+            "parameters": self.parameters,
+            "names": [self.state_names, self.memory_names, self.mode_names, self.output_names],
+            "events": to_plain(self.events),
+            "final_time": self.final_time,
+            "final_mode": self.final_mode,
+            "stop_reason": self.stop_reason.label,
+            "stop_detail": self.stop_detail,
+            **self._findings,
+            "counters": self.counters,
+            "engine": self.engine,
+            "rtol": self.rtol,
+        }
+        arrays = {name: getattr(self, name) for name in (*_ARRAYS, "step_bend")}
+        save_npz(path, FORMAT, texts, arrays)
+
+    @classmethod
+    def load(cls, path: str | Path, engine: Engine | None = None) -> Trajectory:
+        """Read what `save` wrote; `engine` lets it compute forces again.
+
+        Raises
+        ------
+        InputError
+            Not readable, or not a trajectory.
+        """
+        given = ("parameters", "rtol", "final_time", "stop_detail", "counters")
+        names = ("mechanism", "law", "choices", "engine", "names", "events", "stop_reason")
+        needed = (*given, *names, "final_mode")
+        text, arrays = load_npz(path, FORMAT, "trajectory", needed, _ARRAYS, ("step_bend",))
+        states, memory, modes, outputs = (tuple(n) for n in text["names"])
+        time, bend = arrays["step_time"], arrays.get("step_bend")
+        steps = StepRecords(
+            time=time,
+            length=arrays["step_length"],
+            mode=arrays["step_mode"],
+            memory=arrays["step_memory"],
+            polynomial=arrays["step_rows"],
+            bend=np.zeros(len(time)) if bend is None else bend,
+        )
+        record = StoredRecord(
+            steps=steps,
+            mode_names=modes,
+            final_mode=text["final_mode"],
+            events=tuple(_event(e) for e in text["events"]),
+            reverse_chatter=tuple(ReverseChatter(**c) for c in text.get("reverse_chatter", ())),
+            constants=arrays["constants"],
+        )
+        named = (text["mechanism"], text["law"], text["choices"], states, memory, outputs)
+        return cls(
+            names=MotionNames(*named, engine=text["engine"]),
+            record=record,
+            **{k: text[k] for k in given},
+            **{k: arrays[k] for k in ("final_state", "final_memory")},
+            stop_reason=StopReason.from_label(text["stop_reason"]),
+            evaluator=engine,
+            limit=SingularLimit.from_dict(text["limit"]) if text.get("limit") else None,
+        )
+
+
+def _event(data: dict[str, Any]) -> EventRecord:
+    lists = {name: tuple(data[name]) for name in ("alternatives", "impulses")}
+    kind: dict[str, Any] = {"kind": EventKind(data["kind"])}
+    return EventRecord(**(data | lists | kind))
+
+
+_ARRAYS = (
+    "step_time",
+    "step_length",
+    "step_mode",
+    "step_memory",
+    "step_rows",
+    "final_state",
+    "final_memory",
+    "constants",
+)

@@ -1,1 +1,0 @@
-"""Batches: many motions of one simulator."""

@@ -1,0 +1,86 @@
+"""What does `Simulator.run` cost besides the engine that it calls?
+
+``python -m tests.benchmarks.bench_call`` times, in turn in one process and by processor time, the
+engine on a start that is ready, and the call of a user with names and numbers, both with every step
+kept. The first is the impact of Table 3.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from painleve_sym.codegen.named_mechanisms import model
+from painleve_sym.laws.catalogue import Law, law
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
+from painleve_sym.motion.simulator import Simulator
+
+LIMIT = 60e-6
+"""Wanted of a call for the impact of Table 3, s."""
+OVERHEAD = 2.5
+"""Most that a call for it may take, in parts of the engine's time."""
+
+TABLE_3 = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
+FALL = {"x": 1.7, "y": 1.3, "theta": 0.9}
+LADDER = Path(__file__).parents[2] / "examples" / "mechanisms" / "ladder.toml"
+
+
+def cases() -> dict[str, tuple[Mechanism, Law, dict[str, Any]]]:
+    """Return mechanism, law and arguments of `run`, by title."""
+    hertz, rod = law("bilinear-hertz", reload="virgin"), model("rod")
+    impact = {"parameters": {"E": 20.9e14}, "t_end": 0.01, "until": "separation"}
+    bounce = {"state": TABLE_3 | {"y_A": 0.001}, "t_end": 0.05}
+    block = {"state": {"y_A": 0.005, "theta": 0.02}, "t_end": 0.05}
+    return {
+        "rod, compliant": (rod, hertz, {"state": TABLE_3, **impact}),
+        "rod, rigid": (rod, law("rigid"), bounce),
+        "block with two feet, rigid": (model("block-two-feet"), law("rigid"), block),
+        "ladder, compliant": (load_mechanism(LADDER), hertz, {"state": FALL, "t_end": 0.2}),
+    }
+
+
+def least(calls: dict[str, Callable[[], Any]], seconds: float) -> dict[str, float]:
+    """Return the least processor time of each call, s; they take turns."""
+    best = dict.fromkeys(calls, float("inf"))
+    end = time.process_time() + seconds
+    while time.process_time() < end:
+        for name, call in calls.items():
+            start = time.process_time()
+            for _ in range(20):
+                call()
+            best[name] = min(best[name], (time.process_time() - start) / 20)
+    return best
+
+
+def measure(seconds: float = 1.0) -> dict[str, dict[str, float]]:
+    """Return the times of engine and call in s, and the ratio of the second to the first."""
+    lines = {}
+    for title, (mechanism, chosen, given) in cases().items():
+        simulator, options = Simulator(mechanism, chosen), dict(given)
+        start = simulator.start(options.pop("state"), options.pop("parameters", None))
+        ready = simulator.options(start.scale, **options)
+        engine = simulator.integrator
+        arguments = start.state, start.parameters, ready
+        whole, alone = simulator.run(**given), engine.run(*arguments)
+        assert whole.final_state.tobytes() == alone.state.tobytes()
+        calls = {
+            "engine": lambda engine=engine, a=arguments: engine.run(*a),
+            "call": lambda simulator=simulator, g=given: simulator.run(**g),
+        }
+        best = least(calls, seconds)
+        lines[title] = best | {"ratio": best["call"] / best["engine"]}
+    return lines
+
+
+def test_call_costs_little_besides_its_engine():
+    lines = measure(0.5)
+    print(json.dumps(lines, indent=2))
+    assert lines["rod, compliant"]["ratio"] < OVERHEAD
+
+
+if __name__ == "__main__":
+    print(json.dumps(measure(), indent=2))

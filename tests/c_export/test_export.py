@@ -1,0 +1,408 @@
+"""Exported C: built without the package, it gives the package's numbers to the last bit."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from painleve_sym.c_export import export
+from painleve_sym.c_export.export import export_c, write_folder
+from painleve_sym.c_export.files import expected
+from painleve_sym.c_export.standalone import NUMERIC_FLAGS
+from painleve_sym.c_export.text import comment, enum, quoted
+from painleve_sym.codegen.compile import find_compiler
+from painleve_sym.codegen.named_mechanisms import model
+from painleve_sym.errors import InputError
+from painleve_sym.laws.catalogue import law
+from painleve_sym.laws.rigid_contact import RigidLaw
+from painleve_sym.motion.simulator import Simulator
+from painleve_sym.study.scenario import Scenario
+
+ROOT = Path(__file__).parents[2]
+# clang contracts by default.
+STRICT = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-march=native")
+STRICT += ("-ffp-contract=off",)
+SANITIZE = ("-fsanitize=undefined", "-fno-sanitize-recover=undefined")
+# Its gap is not a coordinate, and its words try to end a comment.
+SLEDGE = """
+name = "sledge"
+title = "a mass point above level ground */ int"
+source = "a test\\\\\\nwith two lines"
+
+[coordinates]
+x = { unit = "m", meaning = "place */ int y; /*" }
+h = { unit = "m", meaning = "height" }
+
+[parameters]
+m = { default = 2.0, unit = "kg", meaning = "mass", positive = true }
+g = { default = 9.8, unit = "m/s^2", meaning = "gravity", lower = 0 }
+mu = { default = 0.3, unit = "1", meaning = "friction coefficient" }
+
+[energy]
+kinetic = "m*(x_dot**2 + h_dot**2)/2"
+potential = "m*g*(h + x/10)"
+
+[[contacts]]
+name = "foot"
+gap = "h + x/10"
+slip_velocity = "x_dot"
+friction = "mu"
+
+[start]
+x_dot = 1.0
+h = 0.01
+"""
+
+
+def run(*command, cwd):
+    """Return the standard output of a command that must succeed."""
+    done = subprocess.run(
+        [str(c) for c in command], cwd=cwd, capture_output=True, text=True, timeout=300, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def needs_cmake():
+    if shutil.which("cmake") is None:
+        pytest.skip("cmake is not installed")
+
+
+def built_by_cmake(done):
+    """Return what the example prints, built as the export's own page says."""
+    run("cmake", "-B", "build", cwd=done.folder)
+    run("cmake", "--build", "build", cwd=done.folder)
+    run("ctest", cwd=done.folder / "build")
+    return run(f"build/{done.name}_example", cwd=done.folder)
+
+
+def built_by_compiler(done, *flags):
+    """Return what the example prints, built by one call of the compiler."""
+    sources = ("main.c", f"{done.name}_model.c")
+    run(find_compiler().path, *flags, "-o", "example", *sources, "-lm", cwd=done.folder)
+    return run("./example", cwd=done.folder)
+
+
+def library(done):
+    """Return the export as a shared library."""
+    sources = [f"{done.name}_model.c"]
+    run(
+        find_compiler().path,
+        "-O0",
+        "-fPIC",
+        "-shared",
+        "-o",
+        "export.so",
+        *sources,
+        "-lm",
+        cwd=done.folder,
+    )
+    return ctypes.CDLL(str(done.folder / "export.so"))
+
+
+@pytest.fixture(scope="module")
+def sledge_file(tmp_path_factory):
+    path = tmp_path_factory.mktemp("mechanism") / "sledge.toml"
+    path.write_text(SLEDGE, "utf-8")
+    return str(path)
+
+
+@pytest.fixture(scope="module")
+def bouncing(sledge_file, tmp_path_factory):
+    """A rigid export whose bounces die out, after which it slides and sticks."""
+    scenario = Scenario(sledge_file, law="rigid", t_end=3.0)
+    return export_c(scenario, tmp_path_factory.mktemp("rigid") / "c")
+
+
+@pytest.fixture(scope="module")
+def pressed(sledge_file, tmp_path_factory):
+    """A compliant export that starts compressed."""
+    state = {"x": 0.0, "x_dot": 1.0}
+    scenario = Scenario(sledge_file, state, law="linear", initial_force=60.0, t_end=0.02)
+    return export_c(scenario, tmp_path_factory.mktemp("softened") / "c", "spring")
+
+
+def test_export_built_by_cmake_gives_the_packages_numbers(pressed):
+    needs_cmake()
+    text = built_by_cmake(pressed)
+    assert text == (pressed.folder / "expected.txt").read_text("utf-8")
+    assert text == expected(pressed.trajectory)
+    assert len(pressed.trajectory.events) >= 2
+    # No name of the library may meet one of another export, or of the reader's program.
+    listed = run("nm", "-g", "--defined-only", "build/libspring_model.a", cwd=pressed.folder)
+    names = [line.split()[-1] for line in listed.splitlines() if " " in line]
+    assert len(names) >= 15 and all(n.lstrip("_").startswith("spring_") for n in names)
+
+
+def test_export_compiles_without_warnings_and_follows_bounces_into_rest(bouncing):
+    text = built_by_compiler(bouncing, *STRICT, "-O0")
+    assert text == expected(bouncing.trajectory)
+    kinds = [line.split()[2] for line in text.splitlines() if line.startswith("event")]
+    assert kinds.count("settle:") == 1 and kinds.count("touchdown:") > 20
+    # What follows from the closed contact comes after its closing.
+    assert kinds[kinds.index("settle:") + 1] == "contact:"
+
+
+def test_export_states_and_tolerances_of_any_start_are_the_packages(bouncing, pressed):
+    rng = np.random.default_rng(7)
+    for done in (bouncing, pressed):
+        c, simulator = library(done), simulator_of(done)
+        values = done.trajectory.parameters
+        p = np.array([values[n] for n in simulator.outline.parameter_names])
+        tolerances = getattr(c, f"{done.name}_tolerances")
+        complete = getattr(c, f"{done.name}_complete_state")
+        for _ in range(50):
+            motion = rng.normal(size=4) * 10.0 ** rng.integers(-12, 3)
+            names = simulator.mechanism.state_names
+            whole = simulator.prepared(dict(zip(names, motion, strict=True)), values)[0].state
+            x, atol = np.full(len(whole), np.nan), np.full(len(whole), np.nan)
+            x[:4] = motion
+            complete(address(p), address(x))
+            np.testing.assert_array_equal(x, whole)
+            tolerances(address(p), address(x), ctypes.c_double(1e-9), address(atol))
+            np.testing.assert_array_equal(atol, 1e-9 * simulator.tolerances(whole, values))
+
+
+def simulator_of(done):
+    mechanism = model(str(next(done.folder.parent.parent.glob("mechanism*/sledge.toml"))))
+    if done.trajectory.law == "rigid":
+        return Simulator(mechanism, RigidLaw())
+    return Simulator(mechanism, law(done.trajectory.law))
+
+
+def address(array):
+    return ctypes.c_void_p(array.ctypes.data)
+
+
+@pytest.mark.slow
+def test_export_evaluates_between_steps_in_a_program_in_cpp(bouncing):
+    """A program of one's own: the motion at any time, rates, options, several runs."""
+    compiler = shutil.which("g++") or shutil.which("c++")
+    if compiler is None:
+        pytest.skip("no C++ compiler is installed")
+    times = np.linspace(0.0, bouncing.trajectory.final_time, 60)
+    listed = ", ".join(map(repr, times.tolist()))
+    (bouncing.folder / "mine.cc").write_text(
+        f"""
+#include "sledge_model.h"
+#include <cstdio>
+int main() {{
+  const double times[] = {{{listed}}}, *p = sledge_default_parameters;
+  double start[SLEDGE_STATES] = {{0}}, x[SLEDGE_STATES], rates[SLEDGE_STATES];
+  sledge_options o;
+  start[sledge_state_x_dot] = 1.0;
+  start[sledge_state_h] = 0.01;
+  sledge_complete_state(p, start);
+  sledge_default_options(p, start, 3.0, 1e-11, &o);
+  o.keep_steps = 1;
+  sledge_run *run = sledge_simulate(p, start, &o);
+  for (double t : times) {{
+    if (!sledge_at(run, t, x)) return 1;
+    for (double v : x) std::printf("%.17g ", v);
+  }}
+  if (sledge_at(run, -1.0, x) || sledge_at(run, 4.0, x)) return 2;
+  sledge_rates(p, sledge_mode_flight, x, 0, rates);
+  if (rates[sledge_state_h_dot] != -9.8) return 3;
+  sledge_free(run);
+  sledge_free(0);
+  o.max_events = 3;
+  run = sledge_simulate(p, start, &o);
+  if (run->stop != sledge_stop_event_limit || run->event_count != 3) return 4;
+  sledge_free(run);
+  return 0;
+}}
+""",
+        "utf-8",
+    )
+    cc, flags = find_compiler().path, ("-Wall", "-Wextra", "-Werror", "-c")
+    run(cc, "-O0", "-march=native", *SANITIZE, "-c", "sledge_model.c", cwd=bouncing.folder)
+    run(compiler, *flags, "mine.cc", cwd=bouncing.folder)
+    objects = ("mine.o", "sledge_model.o")
+    run(compiler, *SANITIZE, "-o", "mine", *objects, "-lm", cwd=bouncing.folder)
+    computed = np.array(run("./mine", cwd=bouncing.folder).split(), dtype=float)
+    np.testing.assert_array_equal(computed.reshape(60, -1), bouncing.trajectory(times))
+
+
+def test_export_header_says_units_meanings_compiler_and_flags(pressed):
+    text = (pressed.folder / "spring_model.h").read_text("utf-8")
+    assert "spring_parameter_g" in text and "gravity; m/s^2" in text
+    assert "spring_state_gap " in text and "spring_event_separation" in text
+    assert "spring_stop_until" in text and pressed.compiler.version in text
+    assert "-ffp-contract=off" in text and "free" in text and "threads" in text
+    cmake = (pressed.folder / "CMakeLists.txt").read_text("utf-8")
+    assert all(flag in cmake for flag in NUMERIC_FLAGS)
+
+
+TABLE_3 = Scenario(
+    "rod",
+    {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0},
+    law="bilinear-hertz",
+    law_parameters={"E": 20.9e14},
+    law_choices={"reload": "virgin"},
+    t_end=1e-3,
+)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "scenario",
+    [
+        TABLE_3,
+        replace(TABLE_3, engine="compiled"),
+        Scenario(
+            "rod",
+            {"theta": 1.0, "theta_dot": 5.0, "x_A_dot": -1.0},
+            law="bilinear-hertz",
+            initial_force=350.0,
+            until=("separation", "liftoff"),
+            rtol=1e-9,
+            max_steps=5000,
+            t_end=1.0,
+        ),
+        Scenario(
+            "rod",
+            {"theta": 1.0, "theta_dot": -0.3, "x_A_dot": -1.0, "y_A": 0.05},
+            law="rigid",
+            law_choices={"restitution": "poisson"},
+        ),
+        Scenario("eccentric-disc", law="rigid", t_end=2.0),
+        Scenario("painleve-klein", law="rigid"),
+        Scenario(
+            str(ROOT / "examples/mechanisms/wheel-on-slope.toml"), law="hunt-crossley", t_end=0.1
+        ),
+        Scenario(
+            str(ROOT / "examples/mechanisms/oscillating-table.toml"),
+            {"y": 0.05, "x_dot": 0.3, "t": 0.02},
+            law="rigid",
+            t_end=0.3,
+        ),
+    ],
+    ids=["table-3", "runge-kutta", "pressed", "impacts", "settles", "guide", "toml", "shaken"],
+)
+def test_export_of_a_case_is_the_package_to_the_last_bit(scenario, tmp_path):
+    needs_cmake()
+    done = export_c(scenario, tmp_path / "c")
+    wanted = "taylor" if scenario.engine == "auto" else scenario.engine
+    assert done.trajectory.engine == wanted and len(done.trajectory.events) >= 3
+    assert built_by_cmake(done) == expected(done.trajectory)
+    # Without optimisation too: nothing hangs on what the compiler rearranges.
+    assert built_by_compiler(done, *STRICT, "-O0") == expected(done.trajectory)
+
+
+@pytest.mark.slow
+def test_program_of_the_page_builds_and_finds_what_the_package_finds(tmp_path):
+    page = (ROOT / "docs" / "export.md").read_text("utf-8")
+    done = export_c(Scenario("rod", law="bilinear-hertz"), tmp_path / "c")
+    program = re.search(r"```c\n(.*?)```", page, re.S).group(1)
+    (done.folder / "main.c").write_text(program, "utf-8")
+    computed = float(built_by_compiler(done, *STRICT, "-O2").split()[0])
+    simulator = Simulator(model("rod"), law("bilinear-hertz"))
+    options = {"t_end": 0.01, "parameters": {"E": 20.9e14}}
+    for spin, stops in ((computed - 1e-5, True), (computed + 1e-5, False)):
+        run_ = simulator.run({"theta": 1.0, "x_A_dot": -1.0, "theta_dot": spin}, **options)
+        assert bool(run_.events_of("slip_stop")) is stops
+
+
+# ---- several contacts ----
+
+
+@pytest.mark.parametrize(
+    ("scenario", "kinds"),
+    [
+        (
+            Scenario(
+                "block-two-feet",
+                {"y_A": 0.05, "theta": 0.1, "x_A_dot": 0.3},
+                law="rigid",
+                t_end=0.6,
+            ),
+            {"touchdown", "impact"},
+        ),
+        (
+            Scenario("block-two-feet", {"y_A": 0.005, "theta": 0.02}, law="linear", t_end=0.2),
+            {"touchdown", "separation"},
+        ),
+        (
+            Scenario(
+                "block-two-feet",
+                {"y_A": 0.05, "theta": 0.1, "x_A_dot": 0.3},
+                law="A=linear,B=rigid",
+                t_end=0.4,
+            ),
+            {"touchdown", "separation", "impact"},
+        ),
+    ],
+    ids=["rigid", "compliant", "mixed"],
+)
+def test_export_of_several_contacts_is_the_package_to_the_last_bit(scenario, kinds, tmp_path):
+    done = export_c(scenario, tmp_path / "c")
+    assert kinds <= {str(e.kind) for e in done.trajectory.events}
+    for level in ("-O1", "-O2"):
+        assert built_by_compiler(done, *STRICT, level) == expected(done.trajectory)
+    c, simulator = library(done), Simulator(model("block-two-feet"), law(scenario.law))
+    values, rng = done.trajectory.parameters, np.random.default_rng(3)
+    p = np.array([values[n] for n in simulator.outline.parameter_names])
+    for _ in range(50):
+        motion = rng.normal(size=6) * 10.0 ** rng.integers(-12, 3)
+        given = dict(zip(simulator.mechanism.state_names, motion, strict=True))
+        whole = simulator.prepared(given, values)[0].state
+        x, atol = np.full(len(whole), np.nan), np.full(len(whole), np.nan)
+        x[:6] = motion
+        c.block_two_feet_complete_state(address(p), address(x))
+        np.testing.assert_array_equal(x, whole)
+        c.block_two_feet_tolerances(address(p), address(x), ctypes.c_double(1e-9), address(atol))
+        np.testing.assert_array_equal(atol, 1e-9 * simulator.tolerances(whole, values))
+
+
+# ---- rejected input ----
+
+
+def test_export_refuses_names_that_are_none(sledge_file, tmp_path):
+    target = tmp_path / "c"
+    for name in ("2rod", "a-b", "ps", "Casadi", "", "rod\n"):
+        with pytest.raises(InputError, match="name: got"):
+            export_c(Scenario(sledge_file, law="rigid"), target, name)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_export_name_of_a_mechanism_is_made_fit():
+    assert export._checked_name("ps", True) == "model_ps"
+    assert export._checked_name("2rods", True) == "model_2rods"
+    assert export._checked_name("rod_1", True) == "rod_1"
+
+
+def test_write_folder_writes_all_or_nothing(tmp_path, monkeypatch):
+    write_folder(tmp_path / "new" / "c", {"a": "1", "b": "ü"})
+    assert (tmp_path / "new" / "c" / "b").read_text("utf-8") == "ü"
+    (tmp_path / "empty").mkdir()
+    write_folder(tmp_path / "empty", {"a": "1"})
+    assert os.listdir(tmp_path / "empty") == ["a"]
+    # Filled by someone else in the meantime.
+    with pytest.raises(InputError, match="cannot be written"):
+        write_folder(tmp_path / "empty", {"a": "2"})
+    assert (tmp_path / "empty" / "a").read_text() == "1"
+
+    def full(path, *_):
+        if path.name == "b":
+            raise OSError(28, "No space left on device")
+        path.touch()
+
+    monkeypatch.setattr(Path, "write_text", full)
+    with pytest.raises(InputError, match="No space left"):
+        write_folder(tmp_path / "x" / "y", {"a": "1", "b": "2"})
+    assert sorted(os.listdir(tmp_path)) == ["empty", "new"]
+
+
+def test_words_of_a_file_cannot_leave_their_place():
+    assert comment("a */ b /* c\n\\") == "a * / b / * c /"
+    assert quoted('a"\\?é\n') == '"a_____"'
+    assert "there is none" in enum("e", "e", [], "Nothing")
+    assert "\n  e_a_b = 0  /* c */\n" in enum("e", "e", [("a/b", "c")], "One")

@@ -1,0 +1,35 @@
+"""What a user of the package writes; mypy checks it, and each `# error:` line must be refused."""
+
+import numpy as np
+
+import painleve_sym as ps
+
+rod: ps.Mechanism = ps.models.rod(mu=1.5)
+law: ps.ContactLaw = ps.laws.bilinear_hertz(E=20.9e14, reload="virgin")
+rigid: ps.RigidLaw = ps.laws.rigid(restitution=ps.Restitution.POISSON, policy="slip", e=0.5)
+start = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
+
+run: ps.Trajectory = ps.simulate(rod, law, start, t_end=1e-3, engine="taylor")
+mixed = ps.simulate("block-two-feet", {"A": "hertz", "B": rigid}, t_end=1e-3)
+seconds: float = run.events[0].time
+kind: ps.EventKind = run.events[0].kind
+batch: ps.BatchResult = ps.simulate_batch(rod, law, {"theta": np.linspace(0.9, 1.0, 3)}, t_end=1e-3)
+case: ps.ContactCase = ps.classify(rod, start).case
+jump: ps.JumpResult = ps.evaluate_jump(rod, "energetic", start)
+simulator = ps.Simulator(rod, law, engine=ps.EngineName.COMPILED)
+again: ps.Trajectory = simulator.run(start, t_end=1e-3, record=ps.Record.EVENTS)
+derivatives: ps.SensitiveTrajectory = simulator.sensitivities(start, ["mu"], t_end=1e-3)
+force: ps.CriticalForce = ps.critical_force(rod, law, start, border=ps.Border.COMPRESSION)
+regions: ps.RegionMap = ps.region_map("rod", ("theta", "theta_dot"), points=20)
+result: ps.FitResult = ps.fit("rod", law, "impacts.csv", ["mu"])
+
+ps.simulate(rod, law, start)  # error: [call-arg]
+ps.simulate(rod, law, start, t_end=1e-3, engine="fortran")  # error: [arg-type]
+ps.simulate(rod, law, start, t_end=1e-3, tolerance=1e-9)  # error: [call-arg]
+ps.laws.rigid(policy="jump")  # error: [arg-type]
+ps.laws.bilinear_hertz(reload="never")  # error: [arg-type]
+ps.models.rod(mu="rough")  # error: [arg-type]
+ps.models.ladder()  # error: [attr-defined]
+ps.evaluate_jump(rod, "moreau", start)  # error: [arg-type]
+simulator.run(start, t_end="soon")  # error: [arg-type]
+energy = run.energy  # error: [attr-defined]

@@ -1,0 +1,115 @@
+"""The public names: what editors see, what mypy sees from a client's side, and their examples."""
+
+from __future__ import annotations
+
+import ast
+import doctest
+import enum
+import importlib
+import inspect
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import painleve_sym
+
+ROOT = Path(__file__).parents[1]
+PUBLIC = [n for n in painleve_sym.__all__ if not n.startswith("__") and n != "TIME"]
+NEEDS_EXAMPLE = [
+    n
+    for n in PUBLIC
+    if inspect.isfunction(getattr(painleve_sym, n)) or n in ("Simulator", "Trajectory", "model")
+]
+
+
+def test_names_for_type_checkers_are_those_loaded_when_used():
+    tree = ast.parse((ROOT / "painleve_sym" / "__init__.py").read_text("utf-8"))
+    homes = {}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and node.module and node.module != "__future__":
+            for alias in node.names:
+                homes[alias.asname] = node.module.removeprefix("painleve_sym").lstrip(".")
+    modules = {name: home for name, home in homes.items() if home == ""}
+    assert set(modules) == set(painleve_sym._MODULES)
+    rest = {name: home for name, home in homes.items() if home and name not in ("TYPE_CHECKING",)}
+    assert {n: h for n, h in rest.items() if n in painleve_sym._HOMES} == painleve_sym._HOMES
+
+
+@pytest.mark.parametrize("name", PUBLIC)
+def test_public_name_is_where_it_is_said_to_be_and_says_what_it_is(name):
+    thing = getattr(painleve_sym, name)
+    assert thing.__doc__ and thing.__doc__.strip()
+
+
+@pytest.mark.parametrize("name", NEEDS_EXAMPLE)
+def test_public_function_has_an_example(name):
+    assert ">>>" in getattr(painleve_sym, name).__doc__
+
+
+@pytest.mark.parametrize(
+    "module",
+    sorted({home for name, home in painleve_sym._HOMES.items()} | {"models", "laws", "choices"}),
+)
+def test_examples_of_public_modules_run(module, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    target = importlib.import_module(f"painleve_sym.{module}")
+    failures, _ = doctest.testmod(target, optionflags=doctest.NORMALIZE_WHITESPACE)
+    assert failures == 0
+
+
+def test_no_public_function_takes_options_without_a_name_and_type():
+    for name in PUBLIC:
+        thing = getattr(painleve_sym, name)
+        if inspect.isclass(thing) and issubclass(thing, enum.Enum | Exception):
+            continue
+        functions = [thing] if inspect.isfunction(thing) else []
+        if inspect.isclass(thing):
+            functions += [
+                f for n, f in vars(thing).items() if inspect.isfunction(f) and n[0] != "_"
+            ]
+        for function in functions:
+            for parameter in inspect.signature(function).parameters.values():
+                if parameter.kind is parameter.VAR_KEYWORD:
+                    assert parameter.annotation not in ("Any", inspect.Parameter.empty), (
+                        f"{name}.{function.__name__}(**{parameter.name})"
+                    )
+
+
+def test_every_named_mechanism_and_law_is_a_function_of_its_own():
+    from painleve_sym import laws, models
+    from painleve_sym.laws.catalogue import LAWS
+    from painleve_sym.mechanics.models import MODELS
+
+    named = {m.name for m in vars(models).values() if isinstance(m, models.NamedModel)}
+    assert named == set(MODELS)
+    assert {name.replace("-", "_") for name in LAWS} == {
+        *laws.__all__,
+        "bilinear_hertz_two_bodies",
+    }
+
+
+def test_mypy_sees_the_public_interface_from_a_client(tmp_path):
+    client = ROOT / "tests" / "client" / "client.py"
+    answer = subprocess.run(
+        [
+            *(sys.executable, "-m", "mypy", "--strict", "--no-error-summary"),
+            *("--config-file", "", "--cache-dir", str(tmp_path / "cache"), str(client)),
+        ],
+        capture_output=True,
+        text=True,
+        cwd=ROOT,
+        timeout=600,
+    )
+    reported = {
+        (int(m[1]), m[2])
+        for m in re.finditer(r"client\.py:(\d+): error: .*(\[[a-z-]+\])$", answer.stdout, re.M)
+    }
+    expected = {
+        (number, line.split("# error: ")[1])
+        for number, line in enumerate(client.read_text("utf-8").splitlines(), 1)
+        if "# error: " in line and "`" not in line
+    }
+    assert reported == expected, answer.stdout
