@@ -17,7 +17,7 @@ export MPLBACKEND ?= Agg
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup test lint slow mutants reproduce derivations bench clean distclean
+.PHONY: help setup test lint slow oldest mutants fuzz reproduce derivations bench clean distclean
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -37,12 +37,28 @@ lint: $(VENV)/.installed ## check style, types, import layers and prose
 slow: $(VENV)/.installed ## run the slow tests
 	$(PYTEST) -q $(PARALLEL) -m slow || [ $$? -eq 5 ]
 
+# One test file of each stage: what an old release lacks is missed at once.
+OLDEST_TESTS := tests/mechanics/test_coefficients.py tests/codegen/test_bridge.py \
+	tests/complementarity/test_lcp.py tests/contacts/test_classify.py tests/engines/test_engine.py \
+	tests/motion/test_rigid.py tests/motion/test_trajectory.py tests/study/test_fit.py \
+	tests/study/test_region_map.py tests/present/test_figures.py tests/c_export/test_export_names.py
+
+oldest: ## test the oldest versions of the dependencies, in .venv-oldest
+	@$(PYTHON) -m venv $(VENV)-oldest
+	@$(VENV)-oldest/bin/python -m pip --disable-pip-version-check --quiet install \
+		-c constraints-oldest.txt -e . hypothesis 'pytest>=8' pytest-xdist
+	$(VENV)-oldest/bin/python -m pytest -q $(PARALLEL) -m "not slow" $(OLDEST_TESTS)
+
 # One process for each change, as many at a time as there are cores.
 mutants: $(VENV)/.installed ## check that the tests notice each of a list of small wrong changes
 	$(BIN)/python -m tests.mutants
 
 reproduce: $(VENV)/.installed ## redo every table, figure and formula of the paper into out/reproduce
 	$(BIN)/painleve reproduce --out out/reproduce
+
+# An input with a fault goes from out/fuzz to tests/fuzz/corpus, which `make test` runs.
+fuzz: $(VENV)/.installed ## call the program with 10 000 made-up inputs, at most an hour; SEED=1 for others
+	$(BIN)/python -m tests.fuzz --inputs 10000 --seconds 3600 --seed $(or $(SEED),0)
 
 derivations: $(VENV)/.installed ## run every derivation; each asserts that it agrees with the package
 	$(BIN)/python -m derivations
@@ -53,10 +69,10 @@ bench: $(VENV)/.installed-bench ## run the benchmarks against the other integrat
 
 clean: ## remove results, build products and caches
 	rm -rf out build dist *.egg-info .pytest_cache .hypothesis .mypy_cache .ruff_cache .import_linter_cache
-	find . -path ./$(VENV) -prune -o -name __pycache__ -type d -prune -exec rm -rf {} +
+	find . -path './$(VENV)*' -prune -o -name __pycache__ -type d -prune -exec rm -rf {} +
 
 distclean: clean ## also remove .venv
-	rm -rf $(VENV)
+	rm -rf $(VENV) $(VENV)-oldest
 
 $(VENV)/.created:
 	@command -v $(PYTHON) > /dev/null || { echo "make: '$(PYTHON)' not found. Fix: install Python 3.11 or newer, or name it: make PYTHON=python3.12"; exit 1; }

@@ -9,7 +9,7 @@ from painleve_sym.errors import InputError, unknown_name
 
 
 class EngineName(enum.StrEnum):
-    """What integrates a motion."""
+    """Engine that integrates a motion."""
 
     AUTO = "auto"
     """The fastest that serves the mechanism: Taylor series, else Runge–Kutta, else ``erk``."""
@@ -33,7 +33,7 @@ class Restitution(enum.StrEnum):
 
 
 class Policy(enum.StrEnum):
-    """What a rigid contact does where several motions are possible."""
+    """Choice of a rigid contact where several motions are possible."""
 
     LIFTOFF = "liftoff"
     """It opens: what a contact without surface energy does."""
@@ -44,7 +44,7 @@ class Policy(enum.StrEnum):
 
 
 class Reload(enum.StrEnum):
-    """What an elasto-plastic contact does when compression grows again before separation."""
+    """Rule of an elasto-plastic contact for compression that grows again before separation."""
 
     ELASTIC = "elastic"
     """Back up the unloading curve (Walton and Braun)."""
@@ -53,7 +53,7 @@ class Reload(enum.StrEnum):
 
 
 class Record(enum.StrEnum):
-    """What a run keeps."""
+    """Extent of the recorded run."""
 
     DENSE = "dense"
     """Events and every step, so that the state is known at any time."""
@@ -72,7 +72,7 @@ RecordLike: TypeAlias = Record | Literal["dense", "events", "end"]
 _Choice = TypeVar("_Choice", bound=enum.StrEnum)
 
 
-def chosen(kind: type[_Choice], value: str, what: str, where: str = "") -> _Choice:
+def chosen(kind: type[_Choice], value: str, meaning: str, where: str = "") -> _Choice:
     """Return the member whose text `value` is.
 
     Parameters
@@ -80,7 +80,7 @@ def chosen(kind: type[_Choice], value: str, what: str, where: str = "") -> _Choi
     kind : type of StrEnum
     value : str
         A member or its text.
-    what : str
+    meaning : str
         What the message calls the choice.
     where : str
         What the message calls the place.
@@ -100,4 +100,4 @@ def chosen(kind: type[_Choice], value: str, what: str, where: str = "") -> _Choi
     except ValueError:
         place = f"{where}: " if where else ""
         known = [member.value for member in kind]
-        raise InputError(place + unknown_name(what, str(value), known)) from None
+        raise InputError(place + unknown_name(meaning, str(value), known)) from None

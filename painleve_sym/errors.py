@@ -5,10 +5,33 @@ from __future__ import annotations
 import difflib
 import enum
 from collections.abc import Iterable
+from typing import Any
+
+MAX_MESSAGE, MAX_FAULT = 2000, 500
+"""Characters of a message, and of one fault of a model: they may quote input of any size."""
+MAX_NAME, MAX_COMPARED = 100, 1000
+"""Length of a name, and number of names, among which the nearest to a mistyped one is sought."""
+MAX_FAULTS = 20
+"""Faults that the message of a `ModelError` lists; `ModelError.faults` has all of them."""
+
+
+def shortened(message: str, limit: int = MAX_MESSAGE) -> str:
+    """Return a message of about `limit` characters at most: its begin and its end.
+
+    The begin names the place and the fault, the end the remedy; only the middle is left out.
+    """
+    if len(message) <= limit:
+        return message
+    begin, end = 2 * limit // 3, limit // 3
+    left_out = len(message) - begin - end
+    return f"{message[:begin]} ... ({left_out} characters left out) ... {message[-end:]}"
 
 
 class PainleveError(Exception):
-    """Base of every exception the package raises on purpose."""
+    """Base of every exception the package raises on purpose; its message has a limited length."""
+
+    def __init__(self, message: str = "") -> None:
+        super().__init__(shortened(message))
 
 
 class InputError(PainleveError, ValueError):
@@ -20,14 +43,25 @@ class ModelError(InputError):
 
     Attributes
     ----------
+    where : str
+        What is ill-defined.
     faults : tuple of str
-        One sentence per fault.
+        One sentence per fault; the message has the first `MAX_FAULTS`, each of a limited length.
     """
 
     def __init__(self, where: str, faults: Iterable[str]) -> None:
         self.where = where
         self.faults = tuple(faults)
-        super().__init__(f"{where}: " + " ".join(self.faults))
+        listed = [shortened(fault, MAX_FAULT) for fault in self.faults[:MAX_FAULTS]]
+        rest = len(self.faults) - len(listed)
+        if rest:
+            listed.append(f"And {rest} more.")
+        # The parts are limited one by one, so that no sentence is cut by the others.
+        Exception.__init__(self, f"{shortened(where)}: " + " ".join(listed))
+
+    def __reduce__(self) -> tuple[type[ModelError], tuple[str, tuple[str, ...]], dict[str, Any]]:
+        # An exception is pickled by its message alone, which is not what makes this one.
+        return type(self), (self.where, self.faults), self.__dict__
 
 
 class TranslationError(PainleveError):
@@ -46,8 +80,15 @@ class CompilerMissing(PainleveError):
     """There is no working C compiler; the slower engine can still be used."""
 
 
+class DerivationTimeout(PainleveError):
+    """Closed forms were not derived within the time allowed (`time_limit`)."""
+
+
 class PainleveWarning(UserWarning):
     """A notice: the result is right, but something is not as the user may expect."""
+
+    def __init__(self, message: str = "") -> None:
+        super().__init__(shortened(message))
 
 
 class EventKind(enum.StrEnum):
@@ -148,6 +189,9 @@ class StopReason(enum.Enum):
 def unknown_name(kind: str, name: str, known: Iterable[str]) -> str:
     """Return one sentence naming an unknown name, the nearest known one and all that are known."""
     names = sorted(map(str, known))
-    near = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
+    # Comparing takes the product of both lengths, too long for names of a thousand letters.
+    compared = [n for n in names if len(n) <= MAX_NAME] if len(name) <= MAX_NAME else []
+    near = difflib.get_close_matches(name, compared[:MAX_COMPARED], n=1, cutoff=0.5)
     hint = f" Did you mean {near[0]!r}?" if near else ""
-    return f"unknown {kind} {name!r}.{hint} Known: {', '.join(names) if names else 'none'}."
+    listed = shortened(", ".join(names)) if names else "none"
+    return f"unknown {kind} {shortened(repr(name), MAX_FAULT)}.{hint} Known: {listed}."

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
+import re
 import tempfile
 import tomllib
 from collections.abc import Mapping
@@ -15,7 +16,21 @@ from painleve_sym.errors import InputError
 
 
 def write_beside(path: Path, write: Any) -> None:
-    """Write through a temporary file in the same folder, then rename; InputError if not."""
+    """Write through a temporary file in the same folder, then rename.
+
+    Parameters
+    ----------
+    path : Path
+    write : callable
+        Takes the open binary file.
+
+    Raises
+    ------
+    InputError
+        No file can be made there.
+    OSError
+        It cannot be written (a full disk), with the name of the file; nothing is left.
+    """
     try:
         handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     except OSError as error:
@@ -27,8 +42,10 @@ def write_beside(path: Path, write: Any) -> None:
             write(f)
         Path(name).chmod(0o644)
         os.replace(name, path)
-    except BaseException:
+    except BaseException as error:
         Path(name).unlink(missing_ok=True)
+        if isinstance(error, OSError):
+            raise OSError(error.errno, error.strerror or str(error), str(path)) from error
         raise
 
 
@@ -65,13 +82,51 @@ def read_text(path: str | Path, where: str, most: int, kind: str = "TOML file") 
         raise InputError(f"{where}, line {line}: not UTF-8 text. Fix: save it as UTF-8.") from error
 
 
+MAX_NESTING = 32
+"""Tables and arrays within each other, and parts of a dotted key."""
+_LONG_KEY = re.compile(
+    r"""(?:^|[\[{,])[ \t]*(?:(?:[A-Za-z0-9_-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*)"""
+    f"{{{MAX_NESTING}}}",
+    re.MULTILINE,
+)
+
+
 def parse_toml(text: str, where: str) -> dict[str, Any]:
-    """Return the entries of TOML text; InputError where it is not TOML."""
+    """Return the entries of TOML text.
+
+    Raises
+    ------
+    InputError
+        Not TOML, nested too deeply, or a whole number beyond the 64 bits that TOML has.
+    """
+    deep = InputError(
+        f"{where}: tables, arrays or the parts of a dotted key are nested too deeply, need at "
+        f"most {MAX_NESTING} within each other."
+    )
+    # The reader takes the square of the length of a dotted key.
+    if _LONG_KEY.search(text):
+        raise deep
     try:
-        return tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
-        reason = str(error) or "nested too deeply"
-        raise InputError(f"{where}: not valid TOML: {reason}.") from error
+        data = tomllib.loads(text)
+    except RecursionError as error:
+        raise deep from error
+    except ValueError as error:
+        raise InputError(f"{where}: not valid TOML: {error}.") from error
+    level: list[Any] = [data]
+    for _ in range(MAX_NESTING + 1):
+        if any(isinstance(v, int) and not -(2**63) <= v < 2**63 for v in level):
+            raise InputError(
+                f"{where}: a whole number has more than the 64 bits of TOML. "
+                "Fix: write it as a decimal, such as 1e20."
+            )
+        inner = (v.values() if isinstance(v, dict) else v for v in level if isinstance(v, _NESTED))
+        level = [v for values in inner for v in values]
+    if level:
+        raise deep
+    return data
+
+
+_NESTED = (dict, list)
 
 
 def to_plain(value: Any) -> Any:

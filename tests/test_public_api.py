@@ -40,8 +40,8 @@ def test_names_for_type_checkers_are_those_loaded_when_used():
 
 @pytest.mark.parametrize("name", PUBLIC)
 def test_public_name_is_where_it_is_said_to_be_and_says_what_it_is(name):
-    thing = getattr(painleve_sym, name)
-    assert thing.__doc__ and thing.__doc__.strip()
+    public = getattr(painleve_sym, name)
+    assert public.__doc__ and public.__doc__.strip()
 
 
 @pytest.mark.parametrize("name", NEEDS_EXAMPLE)
@@ -62,13 +62,13 @@ def test_examples_of_public_modules_run(module, monkeypatch):
 
 def test_no_public_function_takes_options_without_a_name_and_type():
     for name in PUBLIC:
-        thing = getattr(painleve_sym, name)
-        if inspect.isclass(thing) and issubclass(thing, enum.Enum | Exception):
+        public = getattr(painleve_sym, name)
+        if inspect.isclass(public) and issubclass(public, enum.Enum | Exception):
             continue
-        functions = [thing] if inspect.isfunction(thing) else []
-        if inspect.isclass(thing):
+        functions = [public] if inspect.isfunction(public) else []
+        if inspect.isclass(public):
             functions += [
-                f for n, f in vars(thing).items() if inspect.isfunction(f) and n[0] != "_"
+                f for n, f in vars(public).items() if inspect.isfunction(f) and n[0] != "_"
             ]
         for function in functions:
             for parameter in inspect.signature(function).parameters.values():

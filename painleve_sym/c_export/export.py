@@ -8,11 +8,11 @@ import shutil
 import tempfile
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from painleve_sym.c_export.files import Case, files
+from painleve_sym.c_export.files import Case, clashing_name, files
 from painleve_sym.c_export.text import identifier
 from painleve_sym.codegen.compile import Compiler, find_compiler
 from painleve_sym.errors import InputError
@@ -98,8 +98,18 @@ def export_c(scenario: Scenario, folder: str | Path, name: str | None = None) ->
         given["t_end"] = T_END["rigid" if rigid else "softened"]
     case = _case(scenario.updated(given), prefix)
     texts = files(case)
+    clash = clashing_name(case, texts)
+    if clash and name is None:
+        case = replace(case, name=f"model_{prefix}")
+        texts = files(case)
+        clash = clashing_name(case, texts)
+    if clash:
+        raise InputError(
+            f"export: name: got {prefix!r}, but the generated code has a name {clash} of its own. "
+            f"Fix: name it otherwise, such as model_{prefix}."
+        )
     write_folder(target, texts)
-    return Export(prefix, target, tuple(texts), case.compiler, case.trajectory)
+    return Export(case.name, target, tuple(texts), case.compiler, case.trajectory)
 
 
 def _case(scenario: Scenario, name: str) -> Case:

@@ -10,12 +10,14 @@ from typing import Any
 
 import painleve_sym
 from painleve_sym.arrays import Array
+from painleve_sym.c_export.contacts import CASES, contact_values
 from painleve_sym.c_export.standalone import NUMERIC_FLAGS, engine_text, filled
 from painleve_sym.c_export.text import (
     comment,
     described,
     enum,
     identifier,
+    identifiers,
     meaning_and_unit,
     prose,
     quoted,
@@ -82,6 +84,11 @@ class Case:
             known[clock.name] = meaning_and_unit("s", "time of what moves as prescribed")
         return {n: known.get(n) or described(n) for n in self.outline.state_names}
 
+    @cached_property
+    def engine(self) -> str:
+        """The functions of the automaton and the event loop, in C; no name of the export."""
+        return engine_text(self.simulator.automaton, self.trajectory.engine)
+
     @property
     def title(self) -> str:
         """One line: mechanism and law."""
@@ -93,7 +100,7 @@ class Case:
     def shared(self) -> dict[str, Any]:
         """Values that all files share."""
         name, flags = self.name, " ".join(NUMERIC_FLAGS)
-        sources = f"main.c {name}_model.c"
+        sources = f"main.c {name}_model.c {name}_contact.c"
         return {
             "name": name,
             "NAME": name.upper(),
@@ -111,11 +118,22 @@ def files(case: Case) -> dict[str, str]:
     return {
         f"{name}_model.h": _header(case),
         f"{name}_model.c": _model(case),
+        f"{name}_contact.c": _contact(case),
         "main.c": _main(case),
         "expected.txt": expected(case.trajectory),
         "CMakeLists.txt": filled("CMakeLists.txt", case.shared),
         "README.md": filled("README.md", case.shared | {"example": _example(case)}),
     }
+
+
+def clashing_name(case: Case, texts: Mapping[str, str]) -> str | None:
+    """Return a name of the interface that the engine's code has too, or None.
+
+    Every name of the interface is in the header, and begins with the name of the export.
+    """
+    prefixes = (f"{case.name}_", f"{case.name.upper()}_")
+    own = {n for n in identifiers(texts[f"{case.name}_model.h"]) if n.startswith(prefixes)}
+    return min(own & identifiers(case.engine), default=None)
 
 
 def _example(case: Case) -> str:
@@ -143,6 +161,8 @@ def _header(case: Case) -> str:
         "events": case.outline.kinds,
         "stops": ENGINE_REASONS,
         "motion": case.motion,
+        "contacts": mechanism.contacts,
+        "cases": CASES,
     }
     defined = ", ".join(outline.definition_names) or "here nothing more"
     about = [mechanism.title, *([f"Source: {mechanism.source}"] if mechanism.source else [])]
@@ -183,8 +203,6 @@ void {name}_press(const double *p, double *x, double force) {{ complete(p, force
 """
 
 _CONTACTS = """\
-#define ${NAME}_CONTACTS $count
-extern const char *const ${name}_contact_names[${NAME}_CONTACTS];
 /* What contact i does by the memory z of a run or of an event: the name of its local mode. */
 const char *${name}_local_mode(int i, const double *z);
 
@@ -197,8 +215,6 @@ _EVENT_CONTACT = """\
 """
 
 _LOCAL_MODES = """\
-const char *const ${name}_contact_names[${NAME}_CONTACTS] = {$contact_names};
-
 const char *${name}_local_mode(int i, const double *z) {
   static const char *const names[] = {$local_names};
   static const int first[${NAME}_CONTACTS] = {$first}, at[${NAME}_CONTACTS] = {$at};
@@ -265,8 +281,6 @@ def _filled(text: str, case: Case) -> str:
     sizes = [len(part.local_modes) for part in parts]
     impulses = memory[sum(len(part.memory) for part in parts) :]
     values = {
-        "count": len(parts),
-        "contact_names": ", ".join(quoted(part.name) for part in parts),
         "local_names": ", ".join(quoted(n) for part in parts for n in part.local_modes),
         "first": ", ".join(str(sum(sizes[:i])) for i in range(len(sizes))),
         "at": ", ".join(str(memory.index(part.memory[0])) for part in parts),
@@ -311,6 +325,7 @@ def _enums(case: Case) -> str:
             "Kinds of events",
         ),
         ("stop", "stop", [(r.label, r.advice) for r in ENGINE_REASONS], "Why a run ended"),
+        ("case", "case", [(c.value, c.sentence) for c in CASES], "Cases of one rigid contact"),
     ]
     return "\n\n".join(
         enum(f"{name}_{tag}", f"{name}_{prefix}", rows, about)
@@ -324,7 +339,7 @@ def _enums(case: Case) -> str:
 def _model(case: Case) -> str:
     outline, modes = case.outline, [m.name for m in case.outline.modes]
     values = {
-        "engine": engine_text(case.simulator.automaton, case.trajectory.engine),
+        "engine": case.engine,
         "press": "" if case.simulator.initial_force_fault() else _PRESSING.format(name=case.name),
         "max_steps": RunOptions.max_steps,
         "max_events": RunOptions.max_events,
@@ -344,6 +359,8 @@ def _names(case: Case, outline: Outline, modes: Sequence[str]) -> str:
         "output_names[%s_OUTPUTS]": outline.output_names,
         "event_names[%s_EVENTS]": case.outline.kinds,
         "stop_names[%s_STOPS]": [r.label for r in ENGINE_REASONS],
+        "contact_names[%s_CONTACTS]": [c.name for c in case.simulator.mechanism.contacts],
+        "case_names[%s_CASES]": [c.value for c in CASES],
     }
     lines = []
     for table, names in tables.items():
@@ -353,6 +370,13 @@ def _names(case: Case, outline: Outline, modes: Sequence[str]) -> str:
     defaults = ", ".join(repr(case.declared[n].default) for n in outline.parameter_names)
     head = f"const double {case.name}_default_parameters[{case.name.upper()}_PARAMETERS]"
     return "\n".join([*lines, f"{head} = {{{defaults}}};"])
+
+
+def _contact(case: Case) -> str:
+    states, contacts = case.outline.state_names, case.simulator.contact.rows
+    slips = ", ".join(str(states.index(row.slip)) for row in contacts)
+    values = contact_values(case.simulator.mechanism) | {"slip_states": slips}
+    return filled("contact.c", case.shared | values)
 
 
 def _main(case: Case) -> str:

@@ -25,6 +25,14 @@ def identifier(text: str) -> str:
     return re.sub(r"\W", "_", text, flags=re.ASCII)
 
 
+def identifiers(code: str) -> set[str]:
+    """Return the names in C code: neither those in comments and strings, nor tags of enums."""
+    return set(re.findall(r"\b[A-Za-z_]\w*", _NO_CODE.sub(" ", code)))
+
+
+_NO_CODE = re.compile(r'/\*.*?\*/|"(?:[^"\\\n]|\\.)*"|\benum \w+', re.S)
+
+
 def described(name: str) -> str:
     """Return meaning and unit of a registered quantity for a comment, else empty text."""
     known = quantity(name)
@@ -40,7 +48,9 @@ def enum(tag: str, prefix: str, rows: Iterable[tuple[str, str]], about: str) -> 
     """Return a C enum of rows of name and comment, numbered from 0."""
     if not (rows := list(rows)):
         return f"/* {about}: there is none. */"
-    entries = [(f"{prefix}_{identifier(name)}", comment(text)) for name, text in rows]
+    # The array of their names has the name that one of them might have.
+    fits = [f"{identifier(name)}{'_' * (name == 'names')}" for name, _ in rows]
+    entries = [(f"{prefix}_{n}", comment(text)) for n, (_, text) in zip(fits, rows, strict=True)]
     width = max(len(name) for name, _ in entries)
     lines = [f"/* {about}. */", f"enum {tag} {{"]
     for i, (name, text) in enumerate(entries):

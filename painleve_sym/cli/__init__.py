@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 import warnings
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
 from typing import Any, TextIO
 
 from painleve_sym.cli.parser import read_arguments, run_command
-from painleve_sym.errors import InputError, PainleveError, PainleveWarning
+from painleve_sym.errors import InputError, PainleveError, PainleveWarning, shortened
 
 EXIT_FAILURE, EXIT_USAGE = 1, 2
 # As a shell reports a program that ended by SIGINT or SIGPIPE.
@@ -28,23 +29,37 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        0 success; 1 failure; 2 bad input; 3 a run that stopped early; 130 interrupted.
+        0 success; 1 failure; 2 bad input; 3 a run that stopped early; 130 interrupted; 141 the
+        reader of standard output went away.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
-    if sys.stdout is None:
-        return _fail("standard output is closed.", EXIT_FAILURE)
-    # A name outside the terminal's alphabet must not end the run.
-    for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors="backslashreplace")
-    with _notices():
-        return _guarded(arguments)
+    with _standard_error():
+        if sys.stdout is None:
+            return _fail("standard output is closed.", EXIT_FAILURE)
+        # A name outside the terminal's alphabet must not end the run.
+        for stream in (sys.stdout, sys.stderr):
+            if hasattr(stream, "reconfigure"):
+                stream.reconfigure(errors="backslashreplace")
+        with _notices():
+            return _guarded(arguments)
+
+
+@contextmanager
+def _standard_error() -> Iterator[None]:
+    """Discard messages where standard error is closed: `print` would use standard output."""
+    _occupy_closed_streams()
+    if sys.stderr is not None:
+        yield
+        return
+    with open(os.devnull, "w", encoding="utf-8") as nowhere, redirect_stderr(nowhere):
+        yield
 
 
 def _guarded(arguments: list[str]) -> int:
     try:
-        code = run_command(read_arguments(arguments))
-        sys.stdout.flush()
+        with redirect_stdout(_NamedOutput(sys.stdout)):
+            code = run_command(read_arguments(arguments))
+            sys.stdout.flush()
         return code
     except SystemExit as ending:  # argparse ends so after --help and --version
         return ending.code if isinstance(ending.code, int) else EXIT_FAILURE
@@ -62,8 +77,41 @@ def _guarded(arguments: list[str]) -> int:
         return _fail(str(error) or "out of memory.", EXIT_FAILURE)
     except OSError as error:
         _abandon_output()
-        place = error.filename or "standard output"
-        return _fail(f"{place}: {error.strerror or error}.", EXIT_FAILURE)
+        reason = error.strerror or str(error)
+        place = f"{error.filename}: " if error.filename else ""
+        return _fail(shortened(f"{place}{reason}."), EXIT_FAILURE)
+
+
+class _NamedOutput(io.TextIOBase):
+    """Standard output whose errors say that they are its own: a full disk may be another one."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def write(self, text: str) -> int:
+        """Write text."""
+        with self._named():
+            return self._stream.write(text)
+
+    def flush(self) -> None:
+        """Write what is buffered."""
+        with self._named():
+            self._stream.flush()
+
+    def fileno(self) -> int:
+        """Return the number of the stream."""
+        return self._stream.fileno()
+
+    def isatty(self) -> bool:
+        """Whether it is a terminal."""
+        return self._stream.isatty()
+
+    @contextmanager
+    def _named(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            raise OSError(error.errno, error.strerror, "standard output") from error
 
 
 def _say(text: str) -> None:
@@ -74,6 +122,14 @@ def _say(text: str) -> None:
 def _fail(message: str, code: int) -> int:
     _say(f"error: {message}")
     return code
+
+
+def _occupy_closed_streams() -> None:
+    """Open what is closed of the three standard streams, so that no file takes its number."""
+    with suppress(OSError):
+        while (handle := os.open(os.devnull, os.O_RDWR)) <= 2:
+            pass
+        os.close(handle)
 
 
 def _abandon_output() -> None:

@@ -269,6 +269,15 @@ def _sweep_options(parser: Parser) -> None:
     parser.epilog = SWEEP
 
 
+def _cache_options(parser: Parser) -> None:
+    parser.add_argument("--clear", action="store_true", help="remove what the cache holds")
+    _json(parser)
+    parser.epilog = (
+        "The folder is PAINLEVE_CACHE, else XDG_CACHE_HOME/painleve-sym, else\n"
+        "~/.cache/painleve-sym. Other files in it are left alone."
+    )
+
+
 def _reproduce_options(parser: Parser) -> None:
     parser.add_argument(
         "paper", nargs="?", metavar="PAPER", help="name of the paper (--list shows it); default all"
@@ -307,5 +316,6 @@ def parsers() -> tuple[Parser, dict[str, Parser]]:
     _sweep_options(sub["sweep"])
     _contrast_options(sub["contrast"])
     _fit_options(sub["fit"])
+    _cache_options(sub["cache"])
     _reproduce_options(sub["reproduce"])
     return parser, sub

@@ -21,6 +21,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "fit": ("fit", "estimate parameters from measured velocities or force histories"),
     "export": ("export", "export the simulation as stand-alone C code"),
     "automaton": ("describe", "show the modes and events of a mechanism with a contact law"),
+    "cache": ("cache", "show where compiled code is kept and its size, or clear it"),
     "reproduce": ("reproduce", "redo the tables, figures and formulas of a paper"),
 }
 
@@ -40,7 +41,8 @@ examples:
 `painleve COMMAND --help` shows the options of a command. SI units and radians.
 
 exit codes: 0 done; 1 failure; 2 bad input; 3 the run stopped early (see
-simulate); 130 interrupted."""
+simulate); 130 interrupted; 141 the reader of the output went away (a broken
+pipe, as in `| head`)."""
 
 SCENARIO = """\
 CASE is the name of a mechanism (`painleve models`) or a scenario, a TOML file:

@@ -5,23 +5,35 @@ from __future__ import annotations
 import ctypes
 import functools
 import hashlib
+import importlib.util
 import os
 import platform
 import re
+import shlex
 import shutil
-import stat
 import subprocess
+import sys
 import tempfile
-import warnings
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from painleve_sym.errors import CompileError, CompilerMissing, PainleveWarning
+from painleve_sym.codegen.cache import (
+    ZIG_FOLDER,
+    cache_folder,
+    full,
+    own_content,
+    temporary_folder,
+)
+from painleve_sym.errors import CompileError, CompilerMissing
 
+# Apple's compiler names its own processors by another flag.
+_APPLE = (sys.platform, platform.machine()) == ("darwin", "arm64")
 FLAGS = (
     "-O3",
-    "-march=native",
+    "-mcpu=native" if _APPLE else "-march=native",
     "-ffp-contract=off",
     "-fno-tree-slp-vectorize",
     "-fPIC",
@@ -37,6 +49,9 @@ Vectors made of statements side by side are off: gcc 12 contracts there against 
 
 _PART = re.compile(r"^#if PS_HAS\((\d+)\)(?: /\* (-O\d) \*/)?$", re.M)
 """A part of a file, and how far it is to be optimized where that is not as in `FLAGS`."""
+_PROGRAMS = (("cc",), ("gcc",), ("clang",))
+_ZIG = (sys.executable, "-m", "ziglang", "cc")
+_LOOKED_FOR = "cc, gcc, clang and the package ziglang"
 
 
 @dataclass(frozen=True)
@@ -45,16 +60,22 @@ class Compiler:
 
     Attributes
     ----------
-    path, version : str
+    command : tuple of str
+        Program and the arguments that come before all others.
+    version : str
     """
 
-    path: str
+    command: tuple[str, ...]
     version: str
 
     @property
     def identity(self) -> str:
-        """Version, flags and processor: what decides the machine code besides the source."""
-        return "\n".join((self.version, " ".join(FLAGS), platform.machine(), _processor()))
+        """Version, arguments, flags and processor: what makes the machine code with the source."""
+        arguments = " ".join((*self.command[1:], *FLAGS))
+        return "\n".join((self.version, arguments, platform.machine(), _processor()))
+
+    def __str__(self) -> str:
+        return shlex.join(self.command)
 
 
 @functools.lru_cache(maxsize=1)
@@ -63,98 +84,124 @@ def _processor() -> str:
         with open("/proc/cpuinfo", encoding="utf-8") as lines:
             return next((line for line in lines if line.startswith(("flags", "Features"))), "")
     except OSError:
+        pass
+    try:
+        # macOS.
+        command = ["sysctl", "-n", "machdep.cpu.brand_string"]
+        return subprocess.run(
+            command, capture_output=True, text=True, timeout=30, check=True
+        ).stdout.strip()
+    except (OSError, subprocess.SubprocessError):
         return platform.processor()
 
 
-def _candidates(command: str | None) -> tuple[str, ...]:
-    return (command,) if command else ("cc", "gcc", "clang")
+def _candidates() -> list[tuple[str, ...]]:
+    """Return the commands that may be a compiler, best first; only that in CC where it is set."""
+    if named := os.environ.get("CC", "").strip():
+        try:
+            # A path may hold spaces, and a command arguments.
+            words = [named] if shutil.which(named) else shlex.split(named)
+        except ValueError:
+            words = [named]
+        return [tuple(words)]
+    return [*_PROGRAMS, *([_ZIG] if _zig_program() else [])]
 
 
-@functools.lru_cache(maxsize=8)
-def _compiler(command: str | None) -> Compiler:
-    candidates = _candidates(command)
-    for name in candidates:
-        path = shutil.which(name)
+def _zig_program() -> Path | None:
+    """Return the program of the package ziglang, or None where that is not installed."""
+    package = importlib.util.find_spec("ziglang") if sys.executable else None
+    places = (package and package.submodule_search_locations) or ()
+    return next((Path(place, "zig") for place in places), None)
+
+
+@functools.lru_cache(maxsize=16)
+def _version(command: tuple[str, ...]) -> str | None:
+    """Return the first line of what a compiler says of its version, or None where it says none."""
+    try:
+        answer = subprocess.run(
+            [*command, "--version"],
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            errors="replace",
+            timeout=30,
+            check=True,
+        )
+    except (OSError, ValueError, subprocess.SubprocessError):
+        return None
+    return answer.stdout.splitlines()[0] if answer.stdout else command[0]
+
+
+def _compilers() -> Iterator[Compiler]:
+    """Yield the compilers that say their version, each asked when it is its turn."""
+    for command in _candidates():
+        path = shutil.which(command[0])
         if path is None:
             continue
-        try:
-            answer = subprocess.run(
-                [path, "--version"], capture_output=True, text=True, timeout=30, check=True
-            )
-        except (OSError, subprocess.SubprocessError):
-            continue
-        return Compiler(path, answer.stdout.splitlines()[0] if answer.stdout else path)
-    raise CompilerMissing(
-        f"no working C compiler: looked for {', '.join(candidates)}. "
-        "Fix: install gcc (Debian, Ubuntu: apt install gcc) or name one in the variable CC."
-    )
+        whole = (path, *command[1:])
+        if (version := _version(whole)) is not None:
+            yield Compiler(whole, version)
 
 
 def find_compiler() -> Compiler:
-    """Return the compiler named by the variable CC, else cc, gcc or clang.
+    """Return the compiler named by the variable CC, else cc, gcc, clang or that of ziglang.
 
     Raises
     ------
     CompilerMissing
-        There is no compiler that runs.
+        None of them compiles a small program.
     """
-    return _compiler(os.environ.get("CC") or None)
+    faults = []
+    for compiler in _compilers():
+        if (fault := _fault(compiler)) is None:
+            return compiler
+        faults.append(fault)
+    raise _no_compiler(faults)
+
+
+def _no_compiler(faults: Sequence[str]) -> CompilerMissing:
+    named = os.environ.get("CC", "").strip()
+    tried = f"the variable CC names {named!r}" if named else f"looked for {_LOOKED_FOR}"
+    return CompilerMissing(
+        f"no working C compiler: {'; '.join((tried, *faults))}. Fix: install gcc (Debian, Ubuntu: "
+        "apt install gcc) or run pip install 'painleve-sym[compiler]', and name a working compiler "
+        "in the variable CC or unset it."
+    )
+
+
+@functools.lru_cache(maxsize=16)
+def _fault(compiler: Compiler) -> str | None:
+    """Return why a compiler cannot make a library of a small program, or None where it can."""
+    text = "#include <math.h>\ndouble probe(double x) { return sin(x); }\n"
+    try:
+        with tempfile.TemporaryDirectory() as work:
+            source = Path(work, "probe.c")
+            source.write_text(text, "ascii")
+            _run(compiler, Path(work, "probe.so"), source, "-lm")
+    except CompileError as error:
+        return " ".join(str(error).split())[:500]
+    except OSError as error:
+        return f"temporary folder: {error.strerror or error}"
+    return None
 
 
 def compiler_mark() -> str | None:
     """Return a text that differs between compilers, flags and processors, without running any.
 
-    The files of the compilers that `find_compiler` would try, by place, size and time; None where
-    there is none.
+    The files of the compilers that `find_compiler` would try, by place, size and time, and their
+    arguments; None where there is none.
     """
-    compilers = [p for p in map(shutil.which, _candidates(os.environ.get("CC") or None)) if p]
+    marks = []
     try:
-        files = [(p, os.path.realpath(p), os.stat(p)) for p in compilers]
+        for command in _candidates():
+            path = _zig_program() if command is _ZIG else shutil.which(command[0])
+            if path:
+                real, info = os.path.realpath(path), os.stat(path)
+                place = f"{path} {real} {info.st_size} {info.st_mtime_ns}"
+                marks.append(" ".join((place, *command[1:])))
     except OSError:
         return None
-    marks = [f"{p} {real} {s.st_size} {s.st_mtime_ns}" for p, real, s in files]
     return "\n".join((*marks, *FLAGS, platform.machine(), _processor())) if marks else None
-
-
-def cache_folder() -> Path:
-    """Return the folder of compiled libraries, readable and writable by its owner only.
-
-    ``PAINLEVE_CACHE``, else ``XDG_CACHE_HOME/painleve-sym``, else ``~/.cache/painleve-sym``. Where
-    that cannot be written, or is not the user's own, a temporary folder with a notice.
-    """
-    named = os.environ.get("PAINLEVE_CACHE")
-    base = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
-    folder = Path(named or Path(base, "painleve-sym")).expanduser()
-    problem = _make_private(folder)
-    if problem is None:
-        return folder
-    return _temporary_cache(str(folder), problem)
-
-
-def _make_private(folder: Path) -> str | None:
-    """Create the folder with mode 0700; return why it cannot be used, or None."""
-    try:
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        info = folder.stat()
-        if info.st_uid != os.getuid():
-            return "it belongs to another user"
-        if stat.S_IMODE(info.st_mode) & 0o077:
-            folder.chmod(0o700)
-        with tempfile.TemporaryFile(dir=folder):
-            return None
-    except OSError as error:
-        return error.strerror or str(error)
-
-
-@functools.lru_cache(maxsize=8)
-def _temporary_cache(folder: str, problem: str) -> Path:
-    warnings.warn(
-        f"cache folder {folder}: {problem}; compiled code is kept in a temporary folder for this "
-        "run only. Fix: set PAINLEVE_CACHE to a folder of your own.",
-        PainleveWarning,
-        stacklevel=4,
-    )
-    return Path(tempfile.mkdtemp(prefix="painleve-sym-"))
 
 
 def library_key(source: str, compiler: Compiler) -> str:
@@ -167,45 +214,78 @@ def compiled_library(source: str) -> Path:
 
     A source in parts (`c_functions.c_file`) keeps several processors busy.
 
-    A cached file is used only if its content has the hash that is part of its name; a damaged or
-    foreign one is removed and rebuilt. Two processes may build at once: each writes a file of its
-    own and renames it.
+    A cached file is used only if its user alone can have written it and its content has the
+    hash that is part of its name; any other is removed and rebuilt. Two processes may build at
+    once: each writes a file of its own and renames it.
 
     Raises
     ------
-    CompilerMissing, CompileError
+    CompilerMissing
+        Also where a compiler makes nothing, even of a small program.
+    CompileError
+        A compiler that works rejects the source.
     """
-    compiler, folder = find_compiler(), cache_folder()
-    key = library_key(source, compiler)
-    for path in folder.glob(f"{key}-*.so"):
-        if path.stem.rpartition("-")[2] == _content_hash(path):
-            return path
-        path.unlink(missing_ok=True)
-    return _build(source, compiler, folder, key)
+    faults = []
+    for compiler in _compilers():
+        folder, key = cache_folder(), library_key(source, compiler)
+        for path in folder.glob(f"{key}-*.so"):
+            if _is_whole(path):
+                return path
+            with suppress(OSError):
+                path.unlink()
+        try:
+            return _build_where_there_is_room(source, compiler, folder, key)
+        except CompileError:
+            if (fault := _fault(compiler)) is None:
+                raise
+            faults.append(fault)
+    raise _no_compiler(faults)
 
 
 def library_named(name: str) -> Path | None:
     """Return the cached library of that file name, or None where it is absent or damaged."""
     path = cache_folder() / name
-    whole = path.name == name and path.stem.rpartition("-")[2] == _content_hash(path)
-    return path if whole else None
+    return path if path.name == name and _is_whole(path) else None
 
 
-def _content_hash(path: Path) -> str:
+def _is_whole(path: Path) -> bool:
+    """Whether a library is the user's own and has the content that its name says."""
+    content = own_content(path)
+    return content is not None and path.stem.rpartition("-")[2] == _content_hash(content)
+
+
+def _content_hash(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()[:40]
+
+
+def _build_where_there_is_room(source: str, compiler: Compiler, folder: Path, key: str) -> Path:
+    """Build in the cache, or in a temporary folder where the cache's disk is full."""
     try:
-        return hashlib.sha256(path.read_bytes()).hexdigest()[:40]
-    except OSError:
-        return ""
+        return _build(source, compiler, folder, key)
+    except OSError as error:
+        problem = error.strerror or str(error)
+    except CompileError:
+        if (reason := full(folder)) is None:
+            raise
+        problem = reason
+    try:
+        return _build(source, compiler, temporary_folder(folder, problem), key)
+    except OSError as error:
+        raise CompilerMissing(
+            f"no place for compiled code: cache folder {folder}: {problem}; temporary folder: "
+            f"{error.strerror or error}. Fix: make room, or set PAINLEVE_CACHE to a folder "
+            "with room."
+        ) from error
 
 
 def _build(source: str, compiler: Compiler, folder: Path, key: str) -> Path:
-    with tempfile.TemporaryDirectory(dir=folder) as work:
+    with tempfile.TemporaryDirectory(dir=folder, ignore_cleanup_errors=True) as work:
         c_file, library = Path(work, "model.c"), Path(work, "model.so")
         c_file.write_text(source, "utf-8")
         inputs = _compiled_parts(source, compiler, c_file) or [c_file]
-        _run(compiler, "-o", library, *inputs, "-lm")
+        _run(compiler, library, *inputs, "-lm")
         library.chmod(0o700)
-        target = folder / f"{key}-{_content_hash(library)}.so"
+        target = folder / f"{key}-{_content_hash(library.read_bytes())}.so"
         os.replace(library, target)
         return target
 
@@ -219,21 +299,42 @@ def _compiled_parts(source: str, compiler: Compiler, c_file: Path) -> list[Path]
     def compiled(part: tuple[str, str]) -> Path:
         number, level = part
         target = c_file.with_name(f"part_{number}.o")
-        _run(compiler, *filter(None, [level]), "-c", f"-DPS_PART={number}", "-o", target, c_file)
+        _run(compiler, target, *filter(None, [level]), "-c", f"-DPS_PART={number}", c_file)
         return target
 
     with ThreadPoolExecutor(min(len(parts), os.cpu_count() or 1)) as pool:
         return list(pool.map(compiled, parts))
 
 
-def _run(compiler: Compiler, *arguments: str | Path) -> None:
-    command = [compiler.path, *FLAGS, *map(str, arguments)]
-    answer = subprocess.run(command, capture_output=True, text=True, check=False)
+def _run(compiler: Compiler, target: Path, *arguments: str | Path) -> None:
+    """Make `target`; CompileError where the compiler fails, or makes no file."""
+    command = [*compiler.command, *FLAGS, "-o", *map(str, (target, *arguments))]
+    try:
+        answer = subprocess.run(
+            command,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            errors="replace",
+            check=False,
+            env=_environment(target.parent),
+        )
+    except OSError as error:
+        raise CompileError(f"compiler {compiler} cannot be run: {error.strerror}") from error
     if answer.returncode != 0:
         raise CompileError(
-            f"compiler {compiler.path} ({compiler.version}) failed with exit code "
+            f"compiler {compiler} ({compiler.version}) failed with exit code "
             f"{answer.returncode}:\n{answer.stderr.strip()[-2000:]}"
         )
+    if not target.exists():
+        raise CompileError(f"compiler {compiler} ({compiler.version}) wrote no file")
+
+
+def _environment(work: Path) -> dict[str, str]:
+    """Return the environment of a compiler; ziglang keeps its own libraries in the cache."""
+    shared = str(cache_folder() / ZIG_FOLDER)
+    own = {"ZIG_GLOBAL_CACHE_DIR": shared, "ZIG_LOCAL_CACHE_DIR": str(work / "zig")}
+    return {**own, **os.environ}
 
 
 def load(source: str) -> ctypes.CDLL:

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import painleve_sym
-from painleve_sym.codegen.compile import cache_folder
+from painleve_sym.codegen.cache import cache_folder, own_content
 
 _DERIVING = ("mechanics", "laws", "hybrid", "contacts", "codegen", "engines", "motion")
 _AT_ONCE = 1 << 20
@@ -97,10 +97,11 @@ def _code_files() -> list[str]:
 def read_entry(key: str) -> dict[str, Any] | None:
     """Return the content of an entry; None where there is none, or a damaged one was removed."""
     path = _path(key)
-    try:
-        text = path.read_bytes().decode("utf-8")
-    except OSError:
+    stored = own_content(path)
+    if stored is None:
         return None
+    try:
+        text = stored.decode("utf-8")
     except UnicodeDecodeError:
         text = ""
     mark, _, content = text.partition("\n")
@@ -122,6 +123,7 @@ def write_entry(key: str, entry: dict[str, Any]) -> None:
         with tempfile.TemporaryDirectory(dir=path.parent) as work:
             written = Path(work, path.name)
             written.write_text(f"{_hash(content)}\n{content}", "utf-8")
+            written.chmod(0o600)
             os.replace(written, path)
     except OSError:
         return

@@ -137,13 +137,17 @@ class AutomatonFunctions:
 
         Six results, matrices column by column; None where the automaton has no impacts.
         """
+        numbers = self._impact_numbers()
+        return self._function("impacts", numbers) if numbers else None
+
+    def _impact_numbers(self) -> list[ca.SX]:
         given = self.automaton.impacts
         if given is None:
-            return None
+            return []
         matrices = (given.mobility, given.load, given.directions)
         rows = (given.friction, given.drive_speeds, (given.coefficient,))
         columns = [*(list(m.T) for m in matrices), *map(list, rows)]
-        return self._function("impacts", [self._translate.vector(c) for c in columns])
+        return [self._translate.vector(c) for c in columns]
 
     @cached_property
     def constants(self) -> ca.Function:

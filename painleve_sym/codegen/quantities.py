@@ -16,6 +16,7 @@ from painleve_sym.codegen.array_function import ArrayFunction, Selection
 from painleve_sym.codegen.compile import compiler_mark, library_named
 from painleve_sym.codegen.derivation_cache import entry_key, read_entry, write_entry
 from painleve_sym.errors import CompilerMissing
+from painleve_sym.time_limit import within_time
 
 if TYPE_CHECKING:
     import casadi as ca
@@ -102,10 +103,14 @@ def quantities(
     stored = _stored(key, tuple(arguments)) if key else None
     if stored is not None:
         return stored
-    formulas, symbols = derive()
     from painleve_sym.codegen.evaluate import expression_function
 
-    function = expression_function("quantities", tuple(formulas.values()), symbols)
+    def derived() -> tuple[Mapping[str, Any], Sequence[Any], ca.Function]:
+        formulas, symbols = derive()
+        values = tuple(formulas.values())
+        return formulas, symbols, expression_function("quantities", values, symbols)
+
+    formulas, symbols, function = within_time(title, derived)
     written = function.serialize()
     selected = _selected(tuple(formulas.values()), symbols)
     compiled = _compiled(function) if mark and selected is None else None

@@ -89,7 +89,28 @@ class VariationalFunctions(AutomatonFunctions):
 
     @property
     def impacts(self) -> None:
-        """None: impacts of several contacts are not differentiated, a run ends before them."""
+        """None: which runs it answers the impacts of several contacts, from `impact_slopes`."""
+
+    @cached_property
+    def impact_slopes(self) -> ca.Function:
+        """Values of `AutomatonFunctions.impacts`, then the derivatives of each.
+
+        Those of a result of shape (r,) have the shape (r, directions).
+        """
+        numbers = self._impact_numbers()
+        slopes = [self._along(self._by(values), self._S) for values in numbers]
+        return self._function("impact_slopes", [*numbers, *slopes])
+
+    @cached_property
+    def struck_states(self) -> list[int]:
+        """Indices of the states that an impact of several contacts changes."""
+        given = self.automaton.impacts
+        if given is None:
+            return []
+        contact = [s for _, rate, slip in given.contacts for s in (rate, slip)]
+        works = [s for s in given.works if s is not None]
+        every = dict.fromkeys([*given.velocities, *contact, *works])
+        return [self.automaton.states.index(s) for s in every]
 
     @property
     def prepared(self) -> None:
@@ -174,6 +195,8 @@ class VariationalFunctions(AutomatonFunctions):
         nx, nz = self._x.numel(), self._z.numel()
         memory = np.zeros((nz, self.directions), dtype=bool)
         whole = np.vstack([states, memory, definitions | self._unit_pattern()])
+        struck = self.struck_states
+        impacts = np.vstack([_patterns_of(self._by(n)) for n in self._impact_numbers()] or [[]])
         before = np.zeros_like(whole)
         while (whole != before).any():
             before = whole.copy()
@@ -186,6 +209,9 @@ class VariationalFunctions(AutomatonFunctions):
                     whole[: nx + nz] |= _patterns_of(e.after_by) @ moved
             for _, after_by in self._limits.values():
                 whole[: nx + nz] |= _patterns_of(after_by) @ whole
+            if struck:
+                numbers = np.any(impacts @ whole, axis=0)
+                whole[struck] |= numbers | np.any(whole[struck], axis=0)
         return whole[:nx], whole[nx : nx + nz]
 
     # ---- functions ----

@@ -71,7 +71,7 @@ def all_contact_numbers(mechanism: Mechanism, values: Mapping[str, float]) -> Co
         block = [[own["W_nn"], own["W_nt"]], [own["W_nt"], own["W_tt"]]]
         W[2 * i : 2 * i + 2, 2 * i : 2 * i + 2] = block
     if n > 1:
-        for name, value in _couplings(mechanism)(values).items():
+        for name, value in couplings(mechanism)(values).items():
             row, column = map(int, name.split("_")[1:])
             W[row, column] = W[column, row] = value
     motion = {
@@ -180,7 +180,7 @@ def domain_margins(mechanism: Mechanism) -> Quantities:
     )
 
 
-def _couplings(mechanism: Mechanism) -> Quantities:
+def couplings(mechanism: Mechanism) -> Quantities:
     """Return the entries W_row_column above the diagonal that couple two contacts."""
 
     def formulas() -> tuple[dict[str, Any], tuple[Any, ...]]:

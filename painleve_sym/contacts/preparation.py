@@ -1,4 +1,4 @@
-"""What a run starts with, in formulas: the whole start state, and the scale of every state."""
+"""Formulas of the start of a run: the whole start state, and the scale of every state."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Numbers = Mapping[str, sp.Expr]
 
 
 class Contacts(Protocol):
-    """What the formulas are made of."""
+    """Contacts of which the formulas are made."""
 
     @property
     def mechanism(self) -> Mechanism:

@@ -82,7 +82,7 @@ CONTACT_LIMIT = 6
 
 _SYMMETRY = 1e-9  # of the roots of the diagonal: roundings of a mass-matrix inverse
 _INDEFINITE = 1e-12  # per row, on a mobility scaled to a diagonal of ones
-_ROUNDING = 1e-14  # of the terms of an acceleration: what a solve may leave of a zero
+ROUNDING = 1e-14  # of the terms of an acceleration: what a solve may leave of a zero
 _ROUND_OFF = 1e-13  # of the largest force: what a solve may leave of a zero, if the residual agrees
 _NEAR = 1e-6  # part of the largest force; forces farther apart are not compared by row
 _DISTINCT = 1e-8  # of the terms of every acceleration; nearer solutions are one, met in two modes
@@ -860,7 +860,7 @@ class _ScaledLaw:
             if best is None or measured < best.residual:
                 named = self._named(settled, modes)
                 best = _Checked(settled + 0.0, named, measured)  # no -0.0
-            if measured <= _ROUNDING:
+            if measured <= ROUNDING:
                 break
         return best if best is not None and best.residual <= RESIDUAL_TOLERANCE else None
 
@@ -927,7 +927,7 @@ class _ScaledLaw:
                 word = ContactMode.LIFTOFF
             elif not s and (mode is not ContactMode.STICK or abs(rate) > RESIDUAL_TOLERANCE * size):
                 # Without friction, or where F_n = 0, the acceleration alone tells the direction.
-                word = ContactMode.STICK if abs(rate) <= _ROUNDING * size else slip_mode(rate)
+                word = ContactMode.STICK if abs(rate) <= ROUNDING * size else slip_mode(rate)
             named.append(word)
         return tuple(named)
 
@@ -979,7 +979,7 @@ class _ScaledLaw:
         forces, problem = self.unit * point.forces, self.problem
         terms = np.sum(np.abs(problem.W) * np.abs(forces), axis=1) + np.abs(problem.b)
         accelerations = np.sum(problem.W * forces, axis=1) + problem.b
-        accelerations[np.abs(accelerations) <= _ROUNDING * terms] = 0.0
+        accelerations[np.abs(accelerations) <= ROUNDING * terms] = 0.0
         closed = np.array([mode is not ContactMode.LIFTOFF for mode in point.modes])
         sticking = np.array([mode is ContactMode.STICK for mode in point.modes])
         normal, tangential = forces[0::2].copy(), forces[1::2].copy()

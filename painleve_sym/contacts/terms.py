@@ -12,7 +12,7 @@ import numpy as np
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
-from painleve_sym.contacts.impact.simultaneous import solve_simultaneous_impact
+from painleve_sym.contacts.impact.simultaneous import PathRecord, solve_simultaneous_impact
 from painleve_sym.contacts.model import CONTACT_LOSS, FORCE_LOSS, FRICTION_LOSS, StateRow
 from painleve_sym.mechanics.mechanism import Mechanism
 
@@ -54,10 +54,16 @@ class ImpactResult(NamedTuple):
     impulses : ndarray, shape (2 n,)
         P_n, P_t of every contact of the mechanism; N s.
     state : ndarray, shape (nx,)
+    contacts : tuple of int
+        Those that took part.
+    path : PathRecord
+        Of these contacts.
     """
 
     impulses: Array
     state: Array
+    contacts: tuple[int, ...]
+    path: PathRecord
 
 
 @dataclass(frozen=True)
@@ -106,9 +112,11 @@ class ContactImpacts:
         return {f"{k}_{i}": e for k, m in matrices.items() for i, e in enumerate(m)}, symbols
 
     def terms(self, state: Array, values: Mapping[str, float]) -> ContactTerms:
-        """Return the numbers of the contacts at a state vector."""
+        """Return the numbers of the contacts at a state vector, which more may follow."""
         parameters = [values[p.name] for p in self.mechanism.outline.parameters]
-        numbers = np.array(self._terms.of_vector([*state.tolist(), *parameters]))
+        numbers = np.array(
+            self._terms.of_vector([*state[: len(self.states)].tolist(), *parameters])
+        )
         n, nq = 2 * len(self.rows), len(self.mechanism.outline.coordinates)
         sizes = (n * n, n, nq * n, n // 2, n)
         W, b, directions, *rest = np.split(numbers, np.cumsum(sizes))
@@ -149,6 +157,12 @@ class ContactImpacts:
         falls = -self.terms(state, values).b[::2]
         return [i for i in leaving if 2 * rates[i] < time * falls[i]]
 
+    def closing(self, state: Array, contacts: Sequence[int]) -> list[int]:
+        """Return contacts that close, with those at rest."""
+        gaps, rates, _ = self.contact_values(state)
+        resting = [i for i in self.rigid if gaps[i] <= 0 and rates[i] == 0]
+        return sorted({*contacts, *resting})
+
     def closed(self, state: Array, values: Mapping[str, float], contacts: Sequence[int]) -> Array:
         """Return the state with contacts closed: gap and normal velocity 0, by normal impulses.
 
@@ -161,9 +175,8 @@ class ContactImpacts:
             Contacts whose gap and normal velocity are all but 0. Those at rest stay closed with
             them, guides too.
         """
-        gaps, rates, _ = self.contact_values(state)
-        resting = [i for i in self.rigid if gaps[i] <= 0 and rates[i] == 0]
-        contacts = sorted({*contacts, *resting})
+        _, rates, _ = self.contact_values(state)
+        contacts = self.closing(state, contacts)
         terms, normals = self.terms(state, values), [2 * i for i in contacts]
         arriving = rates[contacts]
         block = terms.W[np.ix_(normals, normals)]
@@ -213,7 +226,7 @@ class ContactImpacts:
             after[self._index[self.rows[i].slip]] = impact.velocities[2 * k + 1]
         after[self._index[CONTACT_LOSS]] -= impact.normal_work
         after[self._index[FRICTION_LOSS]] -= impact.tangential_work
-        return ImpactResult(impulses, after)
+        return ImpactResult(impulses, after, tuple(closed), impact.path)
 
 
 def rows_of(contacts: Sequence[int]) -> list[int]:

@@ -39,6 +39,7 @@ from painleve_sym.engines.protocol import (
 from painleve_sym.engines.records import EventRecords, StepRecords
 from painleve_sym.errors import NoRecurrence, StopReason
 from painleve_sym.hybrid.signature import AutomatonBuilder, Outline
+from painleve_sym.time_limit import within_time
 
 if TYPE_CHECKING:
     from painleve_sym.codegen.modes import AutomatonFunctions
@@ -129,11 +130,15 @@ class CompiledEngine:
                 Outline.of_data(entry["outline"]), library, partial(cls._lanes_of, builder)
             )
             return engine
-        from painleve_sym.codegen.modes import AutomatonFunctions
 
-        automaton = builder.automaton
+        def derived() -> tuple[HybridAutomaton, str]:
+            from painleve_sym.codegen.modes import AutomatonFunctions
+
+            automaton = builder.automaton
+            return automaton, cls._source(AutomatonFunctions(automaton))
+
         try:
-            text = cls._source(AutomatonFunctions(automaton))
+            automaton, text = within_time("automaton", derived)
         except NoRecurrence as error:
             if key:
                 write_entry(key, {"no_recurrence": str(error)})

@@ -96,7 +96,7 @@ class RunOptions:
 
 
 class Prepared(NamedTuple):
-    """What n runs start with.
+    """Start states and scales of n runs.
 
     Attributes
     ----------

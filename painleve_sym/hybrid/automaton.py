@@ -315,7 +315,7 @@ class Impacts:
 
 @dataclass(frozen=True)
 class Preparation:
-    """What a run starts with: the whole start state, and the scale of every state.
+    """Start of a run: the whole start state, and the scale of every state.
 
     Attributes
     ----------

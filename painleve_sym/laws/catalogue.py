@@ -51,6 +51,7 @@ class LawsByContact(Mapping[str, Law]):
     parameters : tuple of Parameter
         Of all laws; those of a compliant law have the contact's name behind theirs: ``E_A``.
     choices : dict of str to str
+        See `choices_by_contact`.
     """
 
     def __init__(self, laws: Mapping[str, Law]) -> None:
@@ -59,7 +60,7 @@ class LawsByContact(Mapping[str, Law]):
         own = [chosen.of_contact(contact) for contact, chosen in self._laws.items()]
         every = [p for chosen in own for p in chosen.parameters]
         self.parameters = tuple({p.name: p for p in every}.values())
-        self.choices = {k: v for chosen in self._laws.values() for k, v in chosen.choices.items()}
+        self.choices = choices_by_contact(self._laws)
 
     def __getitem__(self, contact: str) -> Law:
         return self._laws[contact]
@@ -69,6 +70,18 @@ class LawsByContact(Mapping[str, Law]):
 
     def __len__(self) -> int:
         return len(self._laws)
+
+
+def choices_by_contact(laws: Mapping[str, Law]) -> dict[str, str]:
+    """Return the named choices of laws by contact; one that differs has the contact behind it."""
+    choices: dict[str, str] = {}
+    for name in dict.fromkeys(k for own in laws.values() for k in own.choices):
+        values = {c: own.choices[name] for c, own in laws.items() if name in own.choices}
+        if len(set(values.values())) == 1:
+            choices[name] = next(iter(values.values()))
+        else:
+            choices |= {f"{name}_{contact}": value for contact, value in values.items()}
+    return choices
 
 
 def law(name: str, **choices: str) -> Law | LawsByContact:

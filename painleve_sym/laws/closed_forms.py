@@ -14,6 +14,7 @@ from painleve_sym.mechanics.formulas.several_contacts import joint_sections
 from painleve_sym.mechanics.impact.impulse_rays import Phase, tangential_phase
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.quantities import QUANTITIES
+from painleve_sym.time_limit import within_time
 
 _JAM = (
     "A' = 0: sticking changes neither velocity, whatever its impulse. An impact whose slip stops "
@@ -56,6 +57,10 @@ def closed_forms(mechanism: Mechanism) -> tuple[Section, ...]:
     >>> ps.closed_forms(ps.models.rod())[0].title
     'energies'
     """
+    return within_time(f"mechanism {mechanism.name!r}", lambda: _closed_forms(mechanism))
+
+
+def _closed_forms(mechanism: Mechanism) -> tuple[Section, ...]:
     if len(mechanism.contacts) > 1:
         return joint_sections(mechanism)
     jump = () if mechanism.contact.bilateral else _jump(mechanism)

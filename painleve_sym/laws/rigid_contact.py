@@ -56,7 +56,7 @@ class RigidLaw:
         policy = chosen(Policy, self.policy, "policy", "rigid contact")
         restitution = chosen(Restitution, self.restitution, "restitution law")
         self.__dict__.update(restitution=restitution, policy=policy)
-        _ = self.parameters  # refuses a coefficient out of range
+        _ = self.parameters  # rejects a coefficient out of range
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:

@@ -9,6 +9,8 @@ from functools import lru_cache
 import sympy as sp
 from sympy.simplify.fu import TR10i
 
+from painleve_sym.time_limit import within_time
+
 # Beyond this many operations a search takes seconds and rarely finds a shorter writing.
 _OPERATIONS = 100
 # Beyond this many terms multiplying out takes seconds, and (a + b + …)**20 would never end.
@@ -20,6 +22,10 @@ _REDUCED = 300
 _SEARCHED = 15
 # Products of two angles are contracted pair by pair, which takes seconds for more terms.
 _PAIRS = 10
+# Powers with a larger denominator or exponent stay whole: x**0.333 would be the 333rd power of
+# x**(1/1000), and a polynomial of that degree takes minutes to factor.
+_ROOT = 6
+_POWER = 24
 
 
 def readable(expr: sp.Expr) -> sp.Expr:
@@ -41,12 +47,17 @@ def readable(expr: sp.Expr) -> sp.Expr:
     expr = sp.sympify(expr)
     if expr.is_Atom or not isinstance(expr, sp.Expr):
         return expr
-    return _readable(expr)
+    whole, powers = without_high_powers(expr)
+    return _readable(whole).xreplace(powers)
 
 
 # The same forms are asked for again and again, by each phase of a jump for example.
 @lru_cache(maxsize=1024)
 def _readable(expr: sp.Expr) -> sp.Expr:
+    return within_time("closed form", lambda: _written(expr))
+
+
+def _written(expr: sp.Expr) -> sp.Expr:
     operations = sp.count_ops(expr)
     if operations > _LONG:
         return expr
@@ -68,8 +79,54 @@ def reduced(expr: sp.Expr) -> sp.Expr:
     """
     if _too_many_terms(expr, _REDUCED):
         return expr
-    whole = sp.expand(expr)
-    return min((whole, *_pythagorean(whole)), key=lambda form: len(sp.Add.make_args(form)))
+    masked, powers = without_high_powers(expr)
+    whole = within_time("determinant", lambda: sp.expand(masked))
+    shortest = min((whole, *_pythagorean(whole)), key=lambda form: len(sp.Add.make_args(form)))
+    return shortest.xreplace(powers)
+
+
+def without_high_powers(expr: sp.Expr) -> tuple[sp.Expr, dict[sp.Symbol, sp.Expr]]:
+    """Return the expression with a symbol for each power that polynomial algorithms would unroll.
+
+    Parameters
+    ----------
+    expr : sympy.Expr
+
+    Returns
+    -------
+    expr : sympy.Expr
+        With symbols for powers of a high degree or a high root, those of exp included.
+    powers : dict of sympy.Symbol to sympy.Expr
+        What the symbols stand for.
+    """
+    swaps: dict[sp.Expr, sp.Expr] = {}
+    powers: dict[sp.Symbol, sp.Expr] = {}
+    high = [power for power in expr.atoms(sp.Pow, sp.exp) if _is_high(power)]
+    for power in sorted(high, key=sp.default_sort_key):
+        base, exponent = power.as_base_exp()
+        number, rest = exponent.as_coeff_Mul(rational=True)
+        # What differs by whole powers shares its symbol: x**1.333 is x times that of x**0.333.
+        whole = sp.floor(number) if rest == 1 and abs(number) <= _POWER else sp.Integer(0)
+        part = abs(number - whole)
+        sign = 1 if number > whole else -1
+        stands_for = sp.Pow(base, part * rest)
+        symbol = next((s for s, p in powers.items() if p == stands_for), None)
+        if symbol is None:
+            symbol = sp.Dummy("power", positive=stands_for.is_positive or None)
+            powers[symbol] = stands_for
+        swaps[power] = symbol**sign * base**whole
+    # A base may hold further powers.
+    while (swapped := expr.xreplace(swaps)) != expr:
+        expr = swapped
+    return expr, powers
+
+
+def _is_high(power: sp.Expr) -> bool:
+    exponent = power.as_base_exp()[1]
+    if exponent.is_Integer:
+        return bool(abs(exponent.p) > _POWER)
+    numbers = (t.as_coeff_Mul(rational=True)[0] for t in sp.Add.make_args(exponent))
+    return any(abs(n.p) > _POWER or n.q > _ROOT for n in numbers)
 
 
 def _too_many_terms(expr: sp.Expr, limit: int) -> bool:

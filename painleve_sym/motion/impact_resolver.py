@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from painleve_sym.arrays import Array
-from painleve_sym.contacts.terms import ContactImpacts
+from painleve_sym.contacts.terms import ContactImpacts, ImpactResult
 from painleve_sym.engines.protocol import REMAINDER, SHRINKING, Answer, Question
 from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.laws.rigid_contact import RigidLaw
@@ -59,19 +60,27 @@ class ImpactResolver:
                 events = ((EventKind.SETTLE, closed, contact),)
                 return Answer(contact, closed, (), events)
             return Answer(contact, state, stop=StopReason.ACCUMULATION)
-        # Guides among compliant contacts have no law, and nothing approaches them.
-        e = self.values.get(self.law.parameters[0].name, 0.0)
-        result = impacts.impact(state, self.values, self.law.restitution, e)
+        result = self.impact(state)
         if result is None:
             return Answer(contact, state, stop=StopReason.JAM)
         self.impulses.append(tuple(map(float, result.impulses)))
         short = impacts.short_bounces(result.state, self.values, REMAINDER * question.time)
         if short:
-            still = impacts.closed(result.state, self.values, short)
+            still = self.closed(result.state, short)
             self.impulses.append(())
             ended = (EventKind.IMPACT, result.state, contact)
             return Answer(contact, still, (), (ended, (EventKind.SETTLE, still, contact)))
         return Answer(contact, result.state, (), ((EventKind.IMPACT, result.state, contact),))
+
+    def impact(self, state: Array) -> ImpactResult | None:
+        """Return the impact of the closed contacts; None where it jams."""
+        # Guides among compliant contacts have no law, and nothing approaches them.
+        e = self.values.get(self.law.parameters[0].name, 0.0)
+        return self.impacts.impact(state, self.values, self.law.restitution, e)
+
+    def closed(self, state: Array, contacts: Sequence[int]) -> Array:
+        """Return the state with contacts closed; see `ContactImpacts.closed`."""
+        return self.impacts.closed(state, self.values, contacts)
 
     def _accumulates(self, question: Question) -> bool:
         if question.kind is not EventKind.TOUCHDOWN:
@@ -90,7 +99,7 @@ class ImpactResolver:
             if near and abs(state[rate]) < SETTLED * self.scale[rate]:
                 settled.append(i)
                 moves = moves or state[rate] != 0
-        return self.impacts.closed(state, self.values, settled) if moves else None
+        return self.closed(state, settled) if moves else None
 
 
 def accumulates(times: list[float]) -> bool:

@@ -31,17 +31,17 @@ class RunRecord:
     simulator : Simulator
     start : Start
     raw : RawRun
-    told : sequence of tuple of float
+    resolved : sequence of tuple of float
         Impulses of the events that a resolver answered, in order.
     """
 
     simulator: Simulator
     start: Start
     raw: RawRun
-    told: Sequence[tuple[float, ...]] = ()
+    resolved: Sequence[tuple[float, ...]] = ()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle what was kept, without the simulator."""
+        """Pickle the recorded arrays, without the simulator."""
         return StoredRecord.of, (StoredRecord.of(self),)
 
     @cached_property
@@ -103,7 +103,7 @@ class RunRecord:
         # The last entries of the memory are the impulses of the last impact.
         count = 2 * len(self.simulator.contact.rows)
         impulses: list[Sequence[float]] = records.memory_after[:, -count:].tolist()
-        for i, own in zip(np.flatnonzero(records.transition < 0), self.told, strict=False):
+        for i, own in zip(np.flatnonzero(records.transition < 0), self.resolved, strict=False):
             impulses[i] = own
         return impulses
 

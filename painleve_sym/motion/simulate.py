@@ -42,10 +42,10 @@ class _KeptSimulators:
                 *((name, own.definition) for name, own in laws),
                 engine,
             )
-        except TypeError:  # a formula whose content cannot be told: nothing to know it again by
+        except TypeError:  # a formula without a definition, so that there is no key for it
             return Simulator(mechanism, law, EngineName(engine))
         declared = (mechanism.system, *(own for _, own in laws))
-        defaults = tuple(p.default for thing in declared for p in thing.parameters)
+        defaults = tuple(p.default for owner in declared for p in owner.parameters)
         with self._lock:
             known = self._simulators.pop((derived, defaults), None)
             if known is None:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from painleve_sym.engines.factory import make_engine
 from painleve_sym.engines.protocol import MAX_EVENTS, MAX_STEPS, Engine, RawRun, RunOptions
 from painleve_sym.errors import InputError, StopReason, unknown_name
 from painleve_sym.hybrid.signature import Outline
-from painleve_sym.laws.catalogue import Law
+from painleve_sym.laws.catalogue import Law, choices_by_contact
 from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.mechanics.declarations import Parameter, resolve_parameters
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -51,7 +51,7 @@ _GUIDE_MEETS = (
 
 
 class Start(NamedTuple):
-    """What a run starts with.
+    """Start of a run.
 
     Attributes
     ----------
@@ -189,7 +189,8 @@ class Simulator:
     @property
     def choices(self) -> dict[str, str]:
         """Named choices of the laws; a guide alone has no restitution."""
-        choices = {k: v for law in self.laws for k, v in law.choices.items()}
+        names = (c.name for c in self.mechanism.outline.contacts)
+        choices = choices_by_contact(dict(zip(names, self.laws, strict=False)))
         if all(c.bilateral for c in self.mechanism.outline.contacts):
             choices.pop("restitution", None)
         return choices
@@ -334,7 +335,7 @@ class Simulator:
         atol : ndarray, shape (nx,)
             Per state; by default scaled to the contact (see `tolerances`).
         record : Record or its text
-            What is kept: ``dense``, ``events`` or ``end``.
+            Extent of the recorded run: ``dense``, ``events`` or ``end``.
         first_step, max_step : float
             s; a first step of 0 lets the engine choose it.
         max_steps, max_events : int
@@ -377,9 +378,8 @@ class Simulator:
         )
         resolver = self._resolver(start, checked)
         raw = self.integrator.run(start.state, start.parameters, checked, resolve=resolver)
-        trajectory = self.trajectory(
-            raw, start, checked.rtol, resolver.impulses if resolver else ()
-        )
+        resolved = resolver.impulses if resolver else ()
+        trajectory = self.trajectory(raw, start, checked.rtol, resolved)
         if raw.stop_reason is StopReason.SINGULAR and self.contact.can_open:
             return with_limit(self.contact, trajectory, start.values)
         return trajectory
@@ -388,9 +388,17 @@ class Simulator:
         """Return what answers for impacts of several contacts where the engine does not."""
         if isinstance(self.integrator, CompiledEngine) or not self.strikes:
             return None
-        target = [m.name for m in self.outline.modes].index(CONTACT)
-        scale = options.atol / options.rtol
-        return ImpactResolver(self.impacts, self.contact.rigid_law, target, start.values, scale)
+        return ImpactResolver(**self.resolver_inputs(start.values, options))
+
+    def resolver_inputs(self, values: dict[str, float], options: RunOptions) -> dict[str, Any]:
+        """Return the inputs of an `ImpactResolver` of a run with the parameters `values`."""
+        return {
+            "impacts": self.impacts,
+            "law": self.contact.rigid_law,
+            "target": [m.name for m in self.outline.modes].index(CONTACT),
+            "values": values,
+            "scale": options.atol / options.rtol,
+        }
 
     def start(
         self,
@@ -448,15 +456,15 @@ class Simulator:
             raise InputError(f"{self.where}: initial force: got {force!r}, need >= 0 and finite.")
         return float(force)
 
-    def _refuse(self, start: Start, given: Mapping[str, float], force: float) -> None:
+    def _refuse(self, start: Start, given: Mapping[str, float], force: float) -> NoReturn:
         """Raise InputError with the reason why a start is not admitted."""
         for name, value in self.constants(start.values).items():
             if not math.isfinite(value):
                 raise InputError(
-                    f"{self.where}: {name} comes out as {value!r}, need a finite number. "
+                    f"{self.where}: {name} evaluates to {value!r}, need a finite number. "
                     "Fix: check the parameters it is made of (stiffness, curvatures)."
                 )
-        resolve_state(self.mechanism, given, start.values)  # refuses what is outside the domain
+        resolve_state(self.mechanism, given, start.values)  # rejects a state outside the domain
         names = self.outline.state_names
         state = dict(zip(names, start.state.tolist(), strict=True))
         if force >= 0:
@@ -467,6 +475,7 @@ class Simulator:
             )
         for i in self.rigid:
             self._refuse_contact(i, state, {**given, **start.values})
+        raise InputError(f"{self.where}: the contact law does not admit the start.")
 
     def _refuse_contact(
         self, i: int, state: Mapping[str, float], values: Mapping[str, float]
@@ -655,11 +664,10 @@ class Simulator:
             if kind not in self.outline.kinds:
                 message = unknown_name("event", kind, self.outline.kinds)
                 raise InputError(f"{self.where}: until: {message}")
-        own = rtol * scale if atol is None else np.asarray(atol)
         return RunOptions(
             t_end,
             rtol,
-            own,
+            rtol * scale if atol is None else np.asarray(atol),
             kinds,
             record,
             first_step,
@@ -677,14 +685,14 @@ class Simulator:
         return self.integrator.scales(self._vector_of(parameters), np.asarray(vector))
 
     def trajectory(
-        self, raw: RawRun, start: Start, rtol: float, told: Sequence[tuple[float, ...]] = ()
+        self, raw: RawRun, start: Start, rtol: float, resolved: Sequence[tuple[float, ...]] = ()
     ) -> Trajectory:
-        """Return a run as a trajectory; `told` are the impulses that a resolver answered with."""
+        """Return a run as a trajectory; `resolved` are the impulses of a resolver."""
         return Trajectory(
             names=self._names,
             parameters=start.values,
             rtol=rtol,
-            record=RunRecord(self, start, raw, told),
+            record=RunRecord(self, start, raw, resolved),
             final_time=raw.time,
             final_state=raw.state,
             final_memory=raw.memory,

@@ -74,7 +74,7 @@ class Segment:
 
 @dataclass(frozen=True)
 class MotionNames:
-    """What all motions of a simulator are called.
+    """Names that all motions of a simulator share.
 
     Attributes
     ----------
@@ -95,7 +95,7 @@ class MotionNames:
 
 
 class MotionRecord(Protocol):
-    """What is kept of a motion on its way, read when first asked for."""
+    """Recorded arrays of a motion, read at the first access."""
 
     @property
     def steps(self) -> StepRecords:
@@ -191,7 +191,7 @@ class Trajectory:
     evaluator: Engine | None = field(default=None, repr=False, compare=False)
     limit: SingularLimit | None = None
 
-    # ---- what it is called, and what was kept ----
+    # ---- names, and the recorded arrays ----
 
     @property
     def mechanism(self) -> str:
@@ -255,12 +255,12 @@ class Trajectory:
 
     @property
     def step_time(self) -> Array:
-        """Where the steps begin, shape (steps,); s."""
+        """Times at which the steps begin, shape (steps,); s."""
         return self.record.steps.time
 
     @property
     def step_length(self) -> Array:
-        """How long the steps are, shape (steps,); s."""
+        """Lengths of the steps, shape (steps,); s."""
         return self.record.steps.length
 
     @property

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from painleve_sym.codegen.compile import FLAGS, find_compiler
+from painleve_sym.motion.batch.machine import processor_count
 from tests.benchmarks import (
     bench_call,
     bench_corrected_jump,
@@ -39,7 +40,7 @@ def machine() -> dict[str, Any]:
         "compiler": compiler.version,
         "flags": list(FLAGS),
         "processor": _processor(),
-        "processors": len(os.sched_getaffinity(0)),
+        "processors": processor_count(),
         "load": os.getloadavg()[0],
     }
 
@@ -80,7 +81,7 @@ def batches(per_axis: int) -> dict[str, Any]:
     """Return what `bench_many` measures, with its wanted ratios."""
     times = bench_many.measure(per_axis, 2000)
     times["lanes"] = bench_many.lanes(per_axis**4)
-    count = len(os.sched_getaffinity(0))
+    count = processor_count()
     times["threads"] = bench_many.threads(per_axis, range(1, count + 1))
     times["wanted"] = {"heyoka's batch mode": {"found": times["heyoka"]["ratio"], "at_least": 2.0}}
     if count > 1:
@@ -106,12 +107,12 @@ def starts() -> dict[str, Any]:
 
 def calls() -> dict[str, Any]:
     """Return the times of engines and of whole calls, s."""
-    found = bench_call.measure()
-    for title, line in found.items():
+    times = bench_call.measure()
+    for title, line in times.items():
         engine, whole = (1e6 * line[name] for name in ("engine", "call"))
         print(f"{title:30} engine {engine:7.1f} us, call {whole:7.1f} us", flush=True)
-    impact = {"found": found["rod, compliant"]["call"], "at_most": bench_call.LIMIT}
-    return {"cases": found, "wanted": {"call for an impact of the rod, s": impact}}
+    impact = {"found": times["rod, compliant"]["call"], "at_most": bench_call.LIMIT}
+    return {"cases": times, "wanted": {"call for an impact of the rod, s": impact}}
 
 
 def derivatives() -> dict[str, Any]:

@@ -34,12 +34,13 @@ def cases() -> dict[str, tuple[Mechanism, Law, dict[str, Any]]]:
     hertz, rod = law("bilinear-hertz", reload="virgin"), model("rod")
     impact = {"parameters": {"E": 20.9e14}, "t_end": 0.01, "until": "separation"}
     bounce = {"state": TABLE_3 | {"y_A": 0.001}, "t_end": 0.05}
+    fall = {"state": FALL, "t_end": 0.2}
     block = {"state": {"y_A": 0.005, "theta": 0.02}, "t_end": 0.05}
     return {
         "rod, compliant": (rod, hertz, {"state": TABLE_3, **impact}),
         "rod, rigid": (rod, law("rigid"), bounce),
         "block with two feet, rigid": (model("block-two-feet"), law("rigid"), block),
-        "ladder, compliant": (load_mechanism(LADDER), hertz, {"state": FALL, "t_end": 0.2}),
+        "ladder, compliant, in flight": (load_mechanism(LADDER), hertz, fall),
     }
 
 

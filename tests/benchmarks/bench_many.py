@@ -15,7 +15,6 @@ from __future__ import annotations
 import argparse
 import itertools
 import json
-import os
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -33,6 +32,7 @@ from painleve_sym.engines.taylor.runner import TaylorEngine
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.models.rods import rod
 from painleve_sym.motion.batch import run as batch_run
+from painleve_sym.motion.batch.machine import processor_count
 from painleve_sym.motion.batch.result import BatchResult
 from painleve_sym.motion.batch.run import run_batch
 from painleve_sym.motion.simulator import Simulator
@@ -338,7 +338,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     o = parser.parse_args(arguments)
     lines = measure(o.per_axis, o.heyoka_impacts)
     lines["lanes"] = lanes(o.per_axis**4)
-    lines["threads"] = threads(o.per_axis, range(1, len(os.sched_getaffinity(0)) + 1))
+    lines["threads"] = threads(o.per_axis, range(1, processor_count() + 1))
     text = json.dumps(lines, indent=2)
     print(text)
     if o.json is not None:

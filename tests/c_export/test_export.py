@@ -86,16 +86,16 @@ def built_by_cmake(done):
 
 def built_by_compiler(done, *flags):
     """Return what the example prints, built by one call of the compiler."""
-    sources = ("main.c", f"{done.name}_model.c")
-    run(find_compiler().path, *flags, "-o", "example", *sources, "-lm", cwd=done.folder)
+    sources = ("main.c", *sorted(done.folder.glob(f"{done.name}_*.c")))
+    run(*find_compiler().command, *flags, "-o", "example", *sources, "-lm", cwd=done.folder)
     return run("./example", cwd=done.folder)
 
 
 def library(done):
     """Return the export as a shared library."""
-    sources = [f"{done.name}_model.c"]
+    sources = sorted(done.folder.glob(f"{done.name}_*.c"))
     run(
-        find_compiler().path,
+        *find_compiler().command,
         "-O0",
         "-fPIC",
         "-shared",
@@ -222,10 +222,11 @@ int main() {{
 """,
         "utf-8",
     )
-    cc, flags = find_compiler().path, ("-Wall", "-Wextra", "-Werror", "-c")
-    run(cc, "-O0", "-march=native", *SANITIZE, "-c", "sledge_model.c", cwd=bouncing.folder)
+    cc, flags = find_compiler().command, ("-Wall", "-Wextra", "-Werror", "-c")
+    for part in ("model", "contact"):
+        run(*cc, "-O0", "-march=native", *SANITIZE, "-c", f"sledge_{part}.c", cwd=bouncing.folder)
     run(compiler, *flags, "mine.cc", cwd=bouncing.folder)
-    objects = ("mine.o", "sledge_model.o")
+    objects = ("mine.o", "sledge_model.o", "sledge_contact.o")
     run(compiler, *SANITIZE, "-o", "mine", *objects, "-lm", cwd=bouncing.folder)
     computed = np.array(run("./mine", cwd=bouncing.folder).split(), dtype=float)
     np.testing.assert_array_equal(computed.reshape(60, -1), bouncing.trajectory(times))

@@ -6,11 +6,12 @@ import os
 
 import pytest
 
-from tests.cli.cli_helpers import LAW, TABLE_3, run
+from tests.cli.cli_helpers import LAW, TABLE_3, TABLE_4, run
 
 CLASSIFY = ("classify", "rod", "--state", TABLE_3)
 JUMP = ("jump", "rod", "--state", TABLE_3)
 SIMULATE = ("simulate", "rod", "--state", TABLE_3, *LAW, "--t-end", "0.001")
+CRITICAL = ("critical", "rod", "--state", TABLE_4)
 
 # Arguments, and words the message must hold.
 CASES = [
@@ -93,6 +94,8 @@ CASES = [
     (("automaton", "rod", "--law", "hertz", "--law-set", "reload=virgin"), "'reload'"),
     (("automaton", "rod", "--law", "hertz", "--format", "dot"), "graphviz"),
     (("reproduce", "--only", "no-such-item"), "unknown item 'no-such-item'"),
+    ((*CRITICAL, "--law-set", "n=1e200"), "range of floating point"),
+    ((*CRITICAL, "--law-set", "n=1e-200"), "range of floating point"),
 ]
 
 
@@ -111,6 +114,25 @@ def test_several_faults_are_told_at_once(capsys):
     code, _, err = run(capsys, *CLASSIFY, "--set", "m=-1,mu=-1")
     assert code == 2
     assert "parameter m" in err and "parameter mu" in err
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("x" * 300_000,),
+        ("classify", "x" * 300_000),
+        ("classify", "x" * 300_000 + ".toml"),
+        ("classify", "rod", "--state", f"theta={'1' * 300_000}"),
+        ("classify", "rod", "--state", ",".join(f"a{i}=1" for i in range(30_000))),
+        ("classify", "rod", "--" + "x" * 300_000),
+        (*SIMULATE, "--save", "x" * 300_000),
+    ],
+)
+def test_an_error_line_has_a_limited_length(capsys, arguments):
+    code, out, err = run(capsys, *arguments)
+    assert (code, out) == (2, "")
+    assert err.startswith("painleve: error: ") and err.count("\n") == 1
+    assert len(err) < 3000
 
 
 # ---- output files: rejected before anything is computed ----

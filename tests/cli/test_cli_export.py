@@ -17,7 +17,7 @@ def test_export_writes_the_folder_and_says_how_to_build(capsys, tmp_path):
     data = run_json(capsys, *ROD, *words, "--name", "my_rod")
     assert sorted(data["files"]) == sorted(os.listdir(target))
     assert set(data["files"]) == {
-        *(f"my_rod_{part}" for part in ("model.h", "model.c", "start.c")),
+        *(f"my_rod_{part}" for part in ("model.h", "model.c", "contact.c")),
         *("main.c", "expected.txt", "CMakeLists.txt", "README.md"),
     }
     assert data["name"] == "my_rod" and data["folder"] == str(target)

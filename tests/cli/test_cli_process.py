@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import io
 import json
 import os
 import signal
@@ -99,6 +101,110 @@ def test_full_disk_is_one_line():
     assert done.returncode == 1
     assert done.stderr.startswith("painleve: error: standard output: ")
     assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "name"),
+    [
+        (("simulate", "rod", "--state", TABLE_3, *LAW, "--t-end", "1e-5", "--save"), "run.npz"),
+        (("simulate", "rod", "--state", TABLE_3, *LAW, "--t-end", "1e-5", "--plot"), "run.png"),
+        (("map", "rod", "--over", "theta,theta_dot", "--points", "5", "--out"), "map.npz"),
+        (("map", "rod", "--over", "theta,theta_dot", "--points", "5", "--out"), "map.json"),
+        (("map", "rod", "--over", "theta,theta_dot", "--points", "5", "--out"), "map.svg"),
+    ],
+)
+def test_full_disk_names_the_file_that_cannot_be_written(
+    capsys, monkeypatch, tmp_path, arguments, name
+):
+    _fill_the_disk(monkeypatch)
+    code, out, err = run(capsys, *arguments, tmp_path / name)
+    assert (code, out) == (1, "")
+    assert err == f"painleve: error: {tmp_path / name}: No space left on device.\n"
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_full_disk_names_the_file_of_a_report(capsys, monkeypatch, tmp_path):
+    _fill_the_disk(monkeypatch)
+    code, out, err = run(capsys, "reproduce", "--only", "fig-3", "--out", tmp_path / "report")
+    assert (code, out) == (1, "")
+    image = tmp_path / "report" / "figures" / "fig-3.png"
+    assert err.endswith(f"painleve: error: {image}: No space left on device.\n")
+
+
+def _fill_the_disk(monkeypatch):
+    class Full(io.BytesIO):
+        def __init__(self, handle, _):
+            os.close(handle)
+            super().__init__()
+
+        def write(self, _):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr("painleve_sym.files.os.fdopen", Full)
+
+
+def test_error_without_a_file_does_not_blame_standard_output(capsys, monkeypatch):
+    def fail(_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr("painleve_sym.cli.run_command", fail)
+    assert run(capsys, "models") == (1, "", "painleve: error: No space left on device.\n")
+
+
+CLOSED = {
+    "bad": ("classify", "rod"),
+    "notice": ("simulate", "rod", "--state", TABLE_3, *LAW, "--t-end", "1e-5", "--json"),
+    "progress": ("reproduce", "--only", "eq-1", "--json"),
+}
+
+
+@pytest.mark.parametrize(("case", "code"), [("bad", 2), ("notice", 0), ("progress", 0)])
+def test_nothing_is_said_on_standard_output_where_standard_error_is_closed(case, code):
+    done = subprocess.run(
+        ["sh", "-c", 'exec "$@" 2>&-', "sh", sys.executable, "-m", "painleve_sym", *CLOSED[case]],
+        stdout=subprocess.PIPE,
+        text=True,
+        # No compiler, for the notice.
+        env={**os.environ, "PYTHONPATH": str(ROOT), "CC": "/nonexistent/cc"},
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == code
+    assert "painleve:" not in done.stdout
+    if code:
+        assert done.stdout == ""
+    else:
+        json.loads(done.stdout)
+
+
+def test_file_is_not_written_in_place_of_a_closed_standard_error(tmp_path):
+    """A file opened first would take the number 2, and what C code says there would be in it."""
+    code = (
+        "import os; from painleve_sym.cli import _standard_error\n"
+        f"with _standard_error(), open({str(tmp_path / 'f')!r}, 'w') as f: print(f.fileno())"
+    )
+    done = subprocess.run(
+        ["sh", "-c", 'exec "$@" 2>&-', "sh", sys.executable, "-c", code],
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        timeout=120,
+        check=True,
+    )
+    assert int(done.stdout) > 2
+
+
+def test_every_exit_code_is_documented():
+    import painleve_sym.cli as cli
+    from painleve_sym.cli.run import EXIT_STOPPED_EARLY
+    from painleve_sym.cli.texts import EXAMPLES
+
+    page = (ROOT / "docs" / "cli.md").read_text("utf-8")
+    own = {value for name, value in vars(cli).items() if name.startswith("EXIT_")}
+    assert own == {1, 2, 130, 141}
+    for exit_code in {0, EXIT_STOPPED_EARLY, *own}:
+        assert f"\n| {exit_code} | " in page
+        assert f" {exit_code} " in EXAMPLES.partition("exit codes:")[2]
 
 
 def test_output_survives_an_ascii_terminal():

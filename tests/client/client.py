@@ -1,4 +1,4 @@
-"""What a user of the package writes; mypy checks it, and each `# error:` line must be refused."""
+"""Code of a user of the package; mypy checks it and must reject each `# error:` line."""
 
 import numpy as np
 

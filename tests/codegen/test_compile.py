@@ -4,27 +4,39 @@ from __future__ import annotations
 
 import ctypes
 import dataclasses
+import importlib.util
 import os
 import shutil
 import stat
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from painleve_sym.codegen import compile as compiling
 from painleve_sym.codegen.compile import (
-    cache_folder,
     compiled_library,
     find_compiler,
     library_key,
     load,
 )
-from painleve_sym.errors import CompileError, CompilerMissing, PainleveWarning
+from painleve_sym.errors import CompileError, CompilerMissing
 
 SOURCE = '__attribute__((visibility("default"))) int answer(void) { return %d; }\n'
+
+CC = shutil.which("cc") or "cc"
+
+
+def has_ziglang():
+    return importlib.util.find_spec("ziglang") is not None
+
+
+def script(path, text):
+    """Return the path of a program for the shell."""
+    path.write_text(f"#!/bin/sh\n{text}\n")
+    path.chmod(0o755)
+    return path
 
 
 @pytest.fixture
@@ -149,62 +161,6 @@ def test_two_processes_may_compile_at_once(cache, tmp_path):
     assert compiled_library(SOURCE % 13) in compiled
 
 
-def used_instead(named, monkeypatch):
-    monkeypatch.setenv("PAINLEVE_CACHE", str(named))
-    with pytest.warns(PainleveWarning, match=r"temporary folder.*Fix: set PAINLEVE_CACHE"):
-        folder = cache_folder()
-    try:
-        assert folder != named
-        assert mode(folder) == 0o700
-        # The second time it is the same folder, and there is no second notice.
-        assert cache_folder() == folder
-        assert compiled_library(SOURCE % 3).parent == folder
-        assert load(SOURCE % 3).answer() == 3
-    finally:
-        shutil.rmtree(folder)
-        compiling._temporary_cache.cache_clear()
-
-
-def test_file_in_place_of_the_cache_gives_a_temporary_one(tmp_path, monkeypatch):
-    place = tmp_path / "taken"
-    place.write_text("a file")
-    used_instead(place, monkeypatch)
-    assert place.read_text() == "a file"
-
-
-def test_folder_that_cannot_be_created_gives_a_temporary_one(tmp_path, monkeypatch):
-    (tmp_path / "taken").write_text("a file")
-    used_instead(tmp_path / "taken" / "below", monkeypatch)
-
-
-@pytest.mark.skipif(not Path("/proc/self").exists(), reason="there is no /proc")
-def test_folder_of_a_read_only_file_system_gives_a_temporary_one(monkeypatch):
-    used_instead(Path("/proc/painleve-sym"), monkeypatch)
-
-
-@pytest.mark.skipif(os.geteuid() == 0, reason="for root no folder is read-only")
-def test_read_only_folder_gives_a_temporary_one(tmp_path, monkeypatch):
-    place = tmp_path / "closed"
-    place.mkdir()
-    place.chmod(0o500)
-    used_instead(place, monkeypatch)
-
-
-def test_folder_of_another_user_gives_a_temporary_one(tmp_path, monkeypatch):
-    place = tmp_path / "theirs"
-    monkeypatch.setattr(os, "getuid", lambda: place.stat().st_uid + 1)
-    used_instead(place, monkeypatch)
-
-
-def test_cache_follows_the_environment(tmp_path, monkeypatch):
-    monkeypatch.delenv("PAINLEVE_CACHE", raising=False)
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "xdg"))
-    assert cache_folder() == tmp_path / "xdg" / "painleve-sym"
-    monkeypatch.delenv("XDG_CACHE_HOME")
-    monkeypatch.setenv("HOME", str(tmp_path / "home"))
-    assert cache_folder() == tmp_path / "home" / ".cache" / "painleve-sym"
-
-
 def test_products_are_rounded_before_they_are_added(cache):
     """Sums and differences in turn: what a compiler may turn into vfmaddsub."""
     lines = [
@@ -248,7 +204,7 @@ def test_compiler_that_does_not_run_is_no_compiler(tmp_path, monkeypatch):
 
 
 def test_compiler_is_the_one_named_by_cc(tmp_path, monkeypatch, cache):
-    real = find_compiler().path
+    (real,) = find_compiler().command
     own = tmp_path / "own-cc"
     own.write_text(f'#!/bin/sh\necho "$@" >> {tmp_path}/calls\nexec {real} "$@"\n')
     own.chmod(0o755)
@@ -287,3 +243,116 @@ def test_fault_in_a_part_is_shown_in_the_compilers_own_words(cache, monkeypatch)
     with pytest.raises(CompileError, match="undeclared_thing"):
         compiled_library(PARTS % "undeclared_thing")
     assert list(cache.iterdir()) == []
+
+
+# ---- commands that are not a plain compiler ----
+
+
+def test_arguments_of_cc_come_before_the_packages_own(tmp_path, monkeypatch, cache):
+    plain = compiled_library(SOURCE % 5)
+    own = script(tmp_path / "my cc", f'echo "$@" >> {tmp_path}/calls\nexec {CC} "$@"')
+    monkeypatch.setenv("CC", f"'{own}' -O1 '-DTWO=1 + 1'")
+    path = compiled_library("\n" + SOURCE % 5)
+    assert load("\n" + SOURCE % 5).answer() == 5
+    calls = (tmp_path / "calls").read_text().splitlines()
+    assert calls[0] == "-O1 -DTWO=1 + 1 --version"
+    assert all(call.startswith("-O1 -DTWO=1 + 1 -O3 -march=native") for call in calls[1:])
+    assert find_compiler().command == (str(own), "-O1", "-DTWO=1 + 1")
+    # Another argument makes another library.
+    monkeypatch.setenv("CC", f"'{CC}' -O1")
+    assert compiled_library(SOURCE % 5) != plain and path.exists()
+
+
+def test_cc_may_be_a_path_with_spaces(tmp_path, monkeypatch, cache):
+    monkeypatch.setenv("CC", str(script(tmp_path / "my cc", f'exec {CC} "$@"')))
+    assert load(SOURCE % 5).answer() == 5
+
+
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        ("exit 0", "wrote no file"),
+        ('case "$*" in *--version) exit 0;; esac; echo no headers >&2; exit 1', "no headers"),
+        (
+            "case \"$*\" in *--version) printf '\\377\\n';; *) printf '\\377' >&2; exit 7;; esac",
+            "exit code 7",
+        ),
+    ],
+)
+def test_compiler_that_makes_nothing_is_told_by_name(tmp_path, monkeypatch, cache, text, fault):
+    broken = script(tmp_path / "broken-cc", text)
+    monkeypatch.setenv("CC", f"{broken} -O1")
+    for call in (find_compiler, lambda: compiled_library(SOURCE % 1)):
+        with pytest.raises(CompilerMissing, match=r"broken-cc -O1.*Fix: ") as caught:
+            call()
+        assert fault in str(caught.value)
+    assert not cache.exists() or list(cache.iterdir()) == []
+
+
+@pytest.mark.parametrize("named", ["gcc 'oops", "-", "/nonexistent/cc -O1", "/"])
+def test_cc_that_names_no_command_is_told_by_name(monkeypatch, cache, named):
+    monkeypatch.setenv("CC", named)
+    with pytest.raises(CompilerMissing) as caught:
+        find_compiler()
+    assert repr(named) in str(caught.value)
+
+
+def test_next_compiler_is_taken_where_the_first_makes_nothing(tmp_path, monkeypatch, cache):
+    script(tmp_path / "cc", "exit 0")
+    script(tmp_path / "gcc", f'PATH={os.environ["PATH"]}; exec {CC} "$@"')
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert load(SOURCE % 5).answer() == 5
+    assert find_compiler().command == (str(tmp_path / "gcc"),)
+
+
+def test_compiler_of_the_package_ziglang_is_the_last_resort(tmp_path, monkeypatch, cache):
+    """A stand-in for the package: `python -m ziglang cc` runs the compiler of this machine."""
+    package = tmp_path / "packages" / "ziglang"
+    package.mkdir(parents=True)
+    (package / "__init__.py").touch()
+    (package / "zig").touch()
+    (package / "__main__.py").write_text(
+        "import os, sys\n"
+        "assert sys.argv.pop(1) == 'cc'\n"
+        f"os.environ['PATH'] = {os.environ['PATH']!r}\n"
+        "assert all(os.environ.get(f'ZIG_{n}_CACHE_DIR') for n in ('LOCAL', 'GLOBAL'))"
+        " or '--version' in sys.argv\n"
+        f"os.execv({CC!r}, ['cc', *sys.argv[1:]])\n"
+    )
+    (tmp_path / "bin").mkdir()
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setenv("PATH", str(tmp_path / "bin"))
+    assert has_ziglang() or compiling.compiler_mark() is None
+    monkeypatch.syspath_prepend(str(package.parent))
+    monkeypatch.setenv("PYTHONPATH", str(package.parent))
+    assert find_compiler().command == (sys.executable, "-m", "ziglang", "cc")
+    assert load(SOURCE % 5).answer() == 5
+    # A library of one compiler is not taken for that of another.
+    assert str(package / "zig") in (compiling.compiler_mark() or "")
+    assert library_key(SOURCE, find_compiler()) != library_key(
+        SOURCE, dataclasses.replace(find_compiler(), command=(CC,))
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not has_ziglang(), reason="ziglang is not installed")
+def test_ziglang_gives_the_numbers_of_gcc_to_the_last_bit(tmp_path, monkeypatch):
+    arguments = ("simulate", "rod", "--state", "theta=1,theta_dot=1,x_A_dot=-1", "--json")
+    arguments += ("--law", "bilinear-hertz", "--law-set", "E=20.9e14", "--t-end", "1e-3")
+    outputs = []
+    for name, path in (("gcc", os.environ["PATH"]), ("zig", str(tmp_path))):
+        done = subprocess.run(
+            [sys.executable, "-m", "painleve_sym", *arguments],
+            env={
+                **{k: v for k, v in os.environ.items() if k != "CC"},
+                "PATH": path,
+                "PAINLEVE_CACHE": str(tmp_path / name),
+                "PYTHONPATH": os.pathsep.join(filter(None, sys.path)),
+            },
+            stdout=subprocess.PIPE,
+            check=True,
+        )
+        outputs.append(done.stdout)
+    assert b'"engine": "taylor"' in outputs[0]
+    assert outputs[0] == outputs[1]

@@ -54,7 +54,9 @@ def exact_vertices(matrix, offset):
 
 
 def among(z, candidates):
-    return any(np.allclose(z, np.array(c, dtype=float), rtol=1e-9, atol=1e-12) for c in candidates)
+    # Not every NumPy compares fractions.
+    z, *others = (np.array(c, dtype=float) for c in (z, *candidates))
+    return any(np.allclose(z, other, rtol=1e-9, atol=1e-12) for other in others)
 
 
 entries = st.integers(-3, 3)

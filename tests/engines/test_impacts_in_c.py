@@ -15,7 +15,7 @@ from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
 from painleve_sym.contacts.impact.simultaneous import solve_simultaneous_impact
 from painleve_sym.engines.source import engine_texts
-from painleve_sym.errors import EventKind, InputError, ModelError, StopReason
+from painleve_sym.errors import EventKind, ModelError, StopReason
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
 from painleve_sym.laws.catalogue import law
 from painleve_sym.motion.batch.run import run_batch
@@ -232,11 +232,6 @@ def test_run_with_an_impact_ends_where_it_is_asked_to():
     assert [str(e.kind) for e in landed.events][-2:] == ["touchdown", "impact"]
     limited = simulator.run(start, t_end=1.0, max_events=3)
     assert limited.stop_reason is StopReason.EVENT_LIMIT and len(limited.events) >= 3
-
-
-def test_sensitivities_through_impacts_of_several_contacts_are_refused():
-    with pytest.raises(InputError, match="several contacts"):
-        feet("rigid").sensitivities({"y_A": 0.05, "theta": 0.1}, ["theta"], t_end=0.2)
 
 
 def test_transition_that_strikes_needs_impacts():

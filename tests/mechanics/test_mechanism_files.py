@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from pathlib import Path
 
 import numpy as np
@@ -16,9 +17,11 @@ from painleve_sym.errors import InputError, ModelError
 from painleve_sym.laws.catalogue import law
 from painleve_sym.mechanics.toml.mechanism_file import (
     MAX_BYTES,
+    MAX_COORDINATES,
     load_mechanism,
     mechanism_from_text,
 )
+from painleve_sym.mechanics.toml.reader import MAX_FAULTS_READ
 from painleve_sym.motion.simulator import Simulator
 from tests.mechanics.catalogue import by_symbol, derived, random_numbers
 
@@ -290,6 +293,24 @@ def test_file_without_anything_says_what_is_needed():
     ]
 
 
+def test_file_with_many_faults_is_refused_quickly_and_shortly():
+    names = "\n".join(f"name_{i} = {{ default = 1, unit = '1' }}" for i in range(2000))
+    wrong = "\n".join(f"[[loads]]\nangle = 'nam_{i}*z'\ntorque = 1" for i in range(2000))
+    start = time.process_time()
+    with pytest.raises(ModelError) as caught:
+        mechanism_from_text(f"{SHORT}{wrong}\n[parameters.more]\n{names}", "file")
+    assert time.process_time() - start < 10
+    assert len(caught.value.faults) == MAX_FAULTS_READ + 1
+    assert caught.value.faults[-1] == f"Reading stopped after {MAX_FAULTS_READ} faults."
+    assert len(str(caught.value)) < 15_000 and str(caught.value).count("nam_") <= 20
+
+
+def test_file_with_too_many_coordinates_is_refused():
+    more = "\n".join(f"q_{i} = {{ unit = 'm' }}" for i in range(MAX_COORDINATES))
+    faults = faults_of(SHORT.replace("[parameters]", f"{more}\n[parameters]"))
+    assert f"got {MAX_COORDINATES + 2} coordinates, need at most {MAX_COORDINATES}" in faults[0]
+
+
 def test_file_with_two_contacts_of_one_name_is_refused():
     again = SHORT[SHORT.index("[[contacts]]") :]
     assert "name 'A' is declared twice" in faults_of(SHORT + again)[0]
@@ -300,10 +321,16 @@ def test_file_with_two_contacts_of_one_name_is_refused():
     [
         (b"a = [1,\n b", "not valid TOML: Invalid value (at line 2, column 2)"),
         (b'name = "x"\n\nname = "\xff"', "line 3: not UTF-8 text"),
-        (b"a = " + b"[" * 5000, "not valid TOML"),
+        (b"a = " + b"[" * 5000, "nested too deeply"),
+        (b"a = " + b"[" * 40 + b"]" * 40, "nested too deeply"),
+        (b"a" + b".a" * 90_000 + b" = 1", "nested too deeply"),
+        (b"[coordinates]\nx = { a" + b" . a" * 40_000 + b" = 1 }", "nested too deeply"),
+        (b"gravity = 0x" + b"f" * 5000, "more than the 64 bits"),
+        (b"[[bodies]]\nmass = 1" + b"0" * 4000, "more than the 64 bits"),
         (b"#" * (MAX_BYTES + 1), f"more than {MAX_BYTES} bytes"),
     ],
-    ids=["broken", "not text", "too deep", "too long"],
+    ids=["broken", "not text", "open brackets", "brackets", "dots", "dots inside",
+         "hexadecimal", "digits", "too long"],
 )
 def test_file_that_is_no_toml_is_refused(tmp_path, data, message):
     path = tmp_path / "bad.toml"

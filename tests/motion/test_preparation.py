@@ -1,4 +1,4 @@
-"""What a run starts with: the same from every engine, alone and in a batch, in any case."""
+"""Starts of runs: the same from every engine, alone and in a batch, for any kind of contact."""
 
 from __future__ import annotations
 

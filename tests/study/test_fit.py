@@ -72,6 +72,22 @@ def test_derivatives_of_the_model_are_its_differences():
         np.testing.assert_allclose(slopes[:, k], difference, atol=2e-6 * scale)
 
 
+@pytest.mark.parametrize(
+    ("name", "state"),
+    [
+        ("pr-robot", {"theta": 0.927295, "x_dot": -1.0, "theta_dot": 1.0}),
+        ("strut", {"theta": 0.927295, "theta_dot": 0.5}),
+    ],
+)
+@pytest.mark.parametrize("quantity", ["normal_force", "gap", "slip_velocity", "theta_dot"])
+def test_a_history_is_fitted_where_the_gap_is_not_a_coordinate(name, state, quantity):
+    simulator, times = Simulator(model(name), law("hertz")), np.linspace(0, 1.5e-4, 16)
+    run = simulator.run(state, parameters={"mu": 0.9}, t_end=2e-4, rtol=1e-10)
+    data = FitData("history", times, {}, {quantity: run.values(quantity, times)})
+    fit = FitProblem(simulator, data, ("mu",), state, {"mu": 0.6}).solve()
+    assert fit.estimate[0] == pytest.approx(0.9, abs=1e-6)
+
+
 @pytest.mark.slow
 def test_ninety_percent_intervals_hold_the_truth_nine_times_of_ten():
     rng, held = np.random.default_rng(5), np.zeros(3)
@@ -148,11 +164,14 @@ GOOD = "t [s],normal_force [N]\n0,1\n1e-3,2\n"
         ("t [s],normal_force [N]\n1\n", "line 2: got 1 cells, need 2"),
         ("t [s],normal_force [N]\n1,x\n", "line 2, column normal_force .N.: got 'x'"),
         ("t [s],normal_force [N]\n1,nan\n", "need a finite number"),
+        ("t [s],normal_force [N]\n1,1e200\n", r"need a finite number of at most 1e\+100"),
         ("t [s],normal_force [N]\n,2\n", "column t: got an empty cell"),
         ("t [s],normal_force [N]\n2,2\n1,2\n", "do not decrease"),
         ("t [s],normal_force [N]\n1,\n", "no measured values"),
         ("t [s],end theta [rad]\n1,2\n", "with and without start or end"),
         ("start theta [rad]\n1\n", "no measured column"),
+        ('t [s],theta [rad]\n0,"1\n",2\n', "line 2: not a row of a CSV file .quotes"),
+        ('t [s],theta [rad]\n0,"1"2\n', "line 2: not a row of a CSV file"),
     ],
 )
 def test_data_files_are_checked(tmp_path, text, said):

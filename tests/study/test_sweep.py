@@ -254,6 +254,26 @@ def test_a_damaged_chunk_is_computed_again(tmp_path):
     assert finished(sweep, out) == whole
 
 
+@pytest.mark.parametrize("name", ["final_theta_dot", "stop_reason", sweep_store.SUMS])
+def test_a_flipped_bit_anywhere_in_a_column_is_computed_again(tmp_path, name):
+    """Also in its header, which then has any text."""
+    sweep, out = sweep_of(SMALL), tmp_path / "out.npz"
+    path, row = written(sweep, out) / f"{name}.npy", sweep.check_run()
+    content = path.read_bytes()
+    header = len(content) - len(np.load(path).tobytes())
+    for place in (*range(header), header + 5, len(content) - 1):
+        damaged = bytearray(content)
+        damaged[place] ^= 1 << place % 8
+        path.write_bytes(damaged)
+        with open_store(out, sweep, row) as store:
+            missing = store.missing()
+            assert missing == [0, 10, 20, 30] if place < header else len(missing) == 1
+            for start in missing[:1]:
+                store.write(start, sweep.compute(start, sweep.stop(start)))
+        path.write_bytes(content)
+    assert finished(sweep, out) == finished(sweep, tmp_path / "whole.npz")
+
+
 @pytest.mark.parametrize("last", ["stop_reason", "final_theta_dot", sweep_store.SUMS])
 def test_a_chunk_counts_when_all_of_it_is_written(tmp_path, monkeypatch, last):
     """An end anywhere within the writing of a chunk, also in the middle of a column."""

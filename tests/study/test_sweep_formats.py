@@ -132,7 +132,7 @@ def test_lists_of_events_count_for_disk_and_memory(tmp_path, monkeypatch):
     # Twice 13 kinds and the list of one, 1000 numbers each, at each of 30 million points.
     with pytest.raises(InputError, match=r"30,000,000 points need 6\.7\de\+03 GB of disk"):
         run_sweep(Sweep.from_text(large, "x"), tmp_path / "a.npz")
-    monkeypatch.setattr("painleve_sym.motion.batch.memory.available_memory", lambda: 10**9)
+    monkeypatch.setattr("painleve_sym.motion.batch.machine.available_memory", lambda: 10**9)
     with pytest.raises(InputError, match=r"chunks of 10,000 points need .* GB of memory"):
         run_sweep(
             Sweep.from_text(large.replace("chunk = 3", "chunk = 10_000"), "x"), tmp_path / "a"

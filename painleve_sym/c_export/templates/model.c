@@ -21,7 +21,7 @@ $engine
 /* ---- The interface ---- */
 
 /* Whether what the start makes happen at once is an event. */
-enum { START_EVENTS = $start_events };
+enum { AT_START = $start_events };
 /* Stands for infinity. */
 #define ENDLESS 1e300
 
@@ -67,7 +67,7 @@ void ${name}_rates(const double *p, int mode, const double *x, const double *z, 
   ps_evaluate(mode, x, z, c, rates, g, dg);
 }
 
-static void engine_options(const ${name}_options *o, ps_options *e) {
+static void options_of_engine(const ${name}_options *o, ps_options *e) {
   memset(e, 0, sizeof *e);
   e->rtol = o->rtol;
   e->h0 = o->first_step;
@@ -78,11 +78,11 @@ static void engine_options(const ${name}_options *o, ps_options *e) {
   e->max_events = o->max_events;
   memcpy(e->until, o->until, sizeof e->until);
   e->record = o->keep_steps ? 2 : 1;
-  e->start_events = START_EVENTS;
+  e->start_events = AT_START;
   e->start_mode = -1;
 }
 
-static void copy_events(${name}_run *r, const ps_run *s) {
+static void copy_record(${name}_run *r, const ps_run *s) {
   for (long i = 0; i < s->events.used; i++) {
     ${name}_event *e = &r->events[i];
     const double *row = s->events.data + i * s->events.width, *x = row + PS_EVENT_HEAD;
@@ -99,11 +99,11 @@ $copy_contact    ps_outputs(1, &mode, x, x + PS_NX, s->c, e->outputs);
 }
 
 /* The end of a run, and what it kept; 0 without memory. */
-static int copy_run(${name}_run *r, ps_run *s) {
+static int copy_end(${name}_run *r, ps_run *s) {
   if (s->reason < 0) return 0;
   r->events = (${name}_event *)malloc((size_t)(s->events.used + 1) * sizeof(${name}_event));
   if (!r->events) return 0;
-  copy_events(r, s);
+  copy_record(r, s);
   r->steps = s->steps.data;
   r->step_count = s->steps.used;
   r->step_width = s->steps.width;
@@ -123,10 +123,10 @@ static int copy_run(${name}_run *r, ps_run *s) {
 ${name}_run *${name}_simulate(const double *p, const double *x, const ${name}_options *o) {
   const double none[PS_NZ + 1] = {0};
   ps_options e;
-  engine_options(o, &e);
+  options_of_engine(o, &e);
   ${name}_run *r = (${name}_run *)calloc(1, sizeof *r);
   ps_run *s = r ? ps_integrate(x, none, p, &e) : NULL;
-  const int copied = s && copy_run(r, s);
+  const int copied = s && copy_end(r, s);
   ps_free(s);
   if (copied) return r;
   ${name}_free(r);

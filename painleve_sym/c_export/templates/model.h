@@ -33,6 +33,8 @@ extern "C" {
 #define ${NAME}_OUTPUTS $outputs_count
 #define ${NAME}_EVENTS $events_count
 #define ${NAME}_STOPS $stops_count
+#define ${NAME}_CONTACTS $contacts_count
+#define ${NAME}_CASES $cases_count
 
 $enums
 
@@ -43,6 +45,8 @@ extern const char *const ${name}_mode_names[${NAME}_MODES];
 extern const char *const ${name}_output_names[${NAME}_OUTPUTS];
 extern const char *const ${name}_event_names[${NAME}_EVENTS];
 extern const char *const ${name}_stop_names[${NAME}_STOPS];
+extern const char *const ${name}_contact_names[${NAME}_CONTACTS];
+extern const char *const ${name}_case_names[${NAME}_CASES];
 /* Values that a parameter has where none is given. */
 extern const double ${name}_default_parameters[${NAME}_PARAMETERS];
 
@@ -60,6 +64,15 @@ typedef struct {
   unsigned char until[${NAME}_EVENTS];
   int keep_steps; /* 1: keep what ${name}_at needs */
 } ${name}_options;
+
+/* One contact at a state, as if it were closed and the others open. A[0] is A of the normal
+ * acceleration a_n = A F_n + B in slip to the left, A[1] in slip to the right, for F_n > 0; for
+ * F_n < 0 of a contact that holds from both sides they change places. A and A_stick are in 1/kg, B
+ * and B_stick in m/s^2: a_n = A_stick F_n + B_stick in sticking. W_nn, W_nt, W_tt (1/kg), b_n, b_t
+ * (m/s^2): a_n = W_nn F_n + W_nt F_t + b_n, a_t = W_nt F_n + W_tt F_t + b_t. */
+typedef struct {
+  double A[2], B, A_stick, B_stick, mu, W_nn, W_nt, W_tt, b_n, b_t;
+} ${name}_coefficients;
 
 typedef struct {
   double time;                 /* s */
@@ -117,6 +130,20 @@ void ${name}_outputs(const double *p, int mode, const double *x, const double *z
 /* Writes the parameters, then what is computed from them once: ${NAME}_CONSTANTS numbers
  * ($constants). */
 void ${name}_constants(const double *p, double *c);
+
+/* Writes the rigid contact problem at the state x, all contacts taken as closed: the accelerations
+ * a = W F + b in the rows n1, t1, n2, t2, ... W holds 2 ${NAME}_CONTACTS rows one after the other, in 1/kg;
+ * b as many numbers, in m/s^2; mu the friction coefficient of each contact. */
+void ${name}_contact_problem(const double *p, const double *x, double *W, double *b, double *mu);
+
+/* Writes the numbers of one contact (its index in ${name}_contact_names). */
+void ${name}_contact_coefficients(const double *p, const double *x, int contact,
+                     ${name}_coefficients *coefficients);
+
+/* Returns the case (enum ${name}_case) of one rigid contact at the state x: which forces are
+ * possible, as if it were closed and the others open. The slip velocity is that of x, and sticking
+ * is considered where it is exactly 0. */
+int ${name}_classify(const double *p, const double *x, int contact);
 
 #ifdef __cplusplus
 }

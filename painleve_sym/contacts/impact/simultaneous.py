@@ -95,6 +95,119 @@ class ImpulsePiece:
     works: Array
 
 
+class PathEvent(NamedTuple):
+    """End of a straight piece.
+
+    Attributes
+    ----------
+    length : float
+        Of the piece; N s.
+    kind : {"border", "slip", "spent", "energy"}
+        v_n reaches its border, v_t reaches 0, the restitution of a contact is given back, or the
+        energy of all contacts is.
+    contact : int
+        0 for the energy of all.
+    """
+
+    length: float
+    kind: str
+    contact: int
+
+
+class Straight(NamedTuple):
+    """A straight piece, with what it was made of; the numbers are those before it.
+
+    Attributes
+    ----------
+    fixed : ndarray, shape (2 n,)
+        dP/dτ but for its unknowns,
+    columns : ndarray, shape (2 n, len(rows))
+        their directions, and
+    rows : tuple of int
+        the rates that they make vanish.
+    velocities : ndarray, shape (2 n,)
+    budget : ndarray, shape (n,)
+    push, rates : ndarray, shape (2 n,)
+        dP/dτ and dv/dτ.
+    compresses, rubs : ndarray of bool, shape (n,)
+    event : PathEvent
+        Which ends it.
+    velocities_after : ndarray, shape (2 n,)
+    budget_after : ndarray, shape (n,)
+    work_after : float
+    """
+
+    fixed: Array
+    columns: Array
+    rows: tuple[int, ...]
+    velocities: Array
+    budget: Array
+    push: Array
+    rates: Array
+    compresses: BoolArray
+    rubs: BoolArray
+    event: PathEvent
+    velocities_after: Array
+    budget_after: Array
+    work_after: float
+
+
+class AtOnce(NamedTuple):
+    """Impulses of one local mode for each contact, which make the rates of `rows` vanish.
+
+    Attributes
+    ----------
+    weighs : bool
+        Whether only the weights follow from it; else it continues the path.
+    e : float or None
+        Coefficient of restitution; None for a stop.
+    velocities : ndarray, shape (2 n,)
+        Before it.
+    impulses, rates : ndarray, shape (2 n,)
+        rates = velocities without what rebounds + W impulses.
+    rows : tuple of int
+    columns : ndarray, shape (2 n, len(rows))
+        Directions of the impulses.
+    """
+
+    weighs: bool
+    e: float | None
+    velocities: Array
+    impulses: Array
+    rates: Array
+    rows: tuple[int, ...]
+    columns: Array
+
+
+class PathRecord(NamedTuple):
+    """Course of an impact, in numbers of order 1.
+
+    Attributes
+    ----------
+    W : ndarray, shape (2 n, 2 n)
+        2**mass of it are 1 kg⁻¹.
+    mu : ndarray, shape (n,)
+    velocity : ndarray, shape (2 n,)
+        At its start; 2**speed of it are 1 m/s.
+    held : ndarray of bool, shape (n,)
+    restitution : str
+    e : float
+    mass, speed : int
+    steps : tuple of Straight and AtOnce
+        In order.
+    """
+
+    W: Array
+    mu: Array
+    velocity: Array
+    held: BoolArray
+    restitution: str
+    e: float
+    mass: int
+    speed: int
+    steps: tuple[Straight | AtOnce, ...]
+
+
 @dataclass(frozen=True)
 class SimultaneousImpact:
     """An impact of several contacts.
@@ -108,12 +221,15 @@ class SimultaneousImpact:
         v_n, v_t of each contact before and after, or up to where the path jams; m/s.
     pieces : tuple of ImpulsePiece
         In order.
+    path : PathRecord
+        What led to it.
     """
 
     end: ImpactEnd
     velocities_before: Array
     velocities: Array
     pieces: tuple[ImpulsePiece, ...]
+    path: PathRecord
 
     @property
     def impulses(self) -> Array:
@@ -201,7 +317,11 @@ def solve_simultaneous_impact(
     path.v = np.where(np.abs(path.v) <= _ROUND_OFF, 0.0, path.v)
     parted = bool(np.any(path.v[::2] > 0))
     end = ImpactEnd.SEPARATION if parted else ImpactEnd.PERSISTENT
-    return SimultaneousImpact(end if ended else ImpactEnd.JAM, v, np.ldexp(path.v, speed), pieces)
+    if not ended:
+        end = ImpactEnd.JAM
+    steps = tuple(path.steps)
+    record = PathRecord(path.W, mu, path.start, held, restitution, e, mass, speed, steps)
+    return SimultaneousImpact(end, v, np.ldexp(path.v, speed), pieces, record)
 
 
 def _exponent(numbers: Array) -> int:
@@ -232,6 +352,25 @@ class _Local(NamedTuple):
     side: int = 0
 
 
+class _Candidate(NamedTuple):
+    """dP/dτ of one way for each contact.
+
+    Attributes
+    ----------
+    missed : float
+        By how much it misses its conditions.
+    push : ndarray, shape (2 n,)
+    fixed, columns, rows
+        As in `Straight`.
+    """
+
+    missed: float
+    push: Array
+    fixed: Array
+    columns: Array
+    rows: tuple[int, ...]
+
+
 class _Path:
     """The path of an impact as it is followed; its numbers are of order 1."""
 
@@ -246,6 +385,7 @@ class _Path:
         self.weights = np.ones(len(mu))
         self.work = 0.0
         self.pieces: list[ImpulsePiece] = []
+        self.steps: list[Straight | AtOnce] = []
 
     def follow(self, pressing: Array) -> bool:
         """Follow the path to where no contact pushes; False where it never gets there."""
@@ -253,37 +393,59 @@ class _Path:
         if not without_collision:
             self._weigh()
         for _ in range(_PIECE_LIMIT):
-            push = self._push(pressing if without_collision else None)
-            if push is None:
+            chosen = self._push(pressing if without_collision else None)
+            if chosen is None:
                 # Friction of a guide leaves no slow way: it stops the slip at once.
                 if not (np.any(self.held) and self.take_at_once(None)):
                     return False
                 without_collision = False
                 continue
             without_collision = False
+            push = chosen.push
             if not np.any(push):
                 if np.all(self.v[::2] >= self.border):
                     return True
                 self._weigh()
                 continue
             rates = self._rates(push)
-            length = min(self._events(push, rates), default=math.inf)
-            if length == math.inf:
+            events = sorted(self._events(push, rates))
+            if not events or events[0].length == math.inf:
                 return False
-            self._advance(push, rates, length)
+            v, budget = self.v, self.budget.copy()
+            compresses = np.array([self._compresses(i, push, rates) for i in range(len(self.mu))])
+            self._advance(push, rates, events[0].length)
+            self.steps.append(
+                Straight(
+                    fixed=chosen.fixed,
+                    columns=chosen.columns,
+                    rows=chosen.rows,
+                    velocities=v,
+                    budget=budget,
+                    push=push,
+                    rates=rates,
+                    compresses=compresses,
+                    rubs=self._rubs(push),
+                    event=events[0],
+                    velocities_after=self.v,
+                    budget_after=self.budget.copy(),
+                    work_after=self.work,
+                )
+            )
         return False
 
     def _weigh(self) -> None:
         """Set dP_n/dτ of the contacts that push, the largest 1, by what would stop them at once."""
         self.weights = np.ones(len(self.mu))
         if len(self.mu) > 1:
-            solution = self._at_once(self.v)
-            if solution is not None:
-                stops = np.where(self.held, 0.0, solution[0][::2])
-                if np.any(stops > 0):
-                    self.weights = stops / np.max(stops)
+            none = np.zeros_like(self.v)
+            nothing = AtOnce(True, 0.0, self.v, none, none, (), np.empty((len(none), 0)))
+            solution = self._at_once(0.0, weighs=True) or nothing
+            stops = np.where(self.held, 0.0, solution.impulses[::2])
+            if np.any(stops > 0):
+                self.weights = stops / np.max(stops)
+            self.steps.append(solution)
 
-    def _at_once(self, aim: Array, moving: bool = False) -> tuple[Array, Array] | None:
+    def _at_once(self, e: float | None, weighs: bool = False) -> AtOnce | None:
         """Return impulses P and rates a = aim + W P with 0 ≤ P_n ⟂ a_n ≥ 0, friction against a_t.
 
         A guide has a_n = 0 and |P_n| in its friction. Those of least normal impulse of the
@@ -292,34 +454,27 @@ class _Path:
 
         Parameters
         ----------
-        aim : ndarray, shape (2 n,)
-        moving : bool
-            Whether the impulses have to change a rate.
+        e : float or None
+            Of all contacts, of which the aim (1 + e) v_n, v_t follows; None for a stop that has to
+            change the velocities.
+        weighs : bool
+            Whether only the weights follow from it.
         """
-        W = self.W
+        W, aim, moving = self.W, self.v.copy(), e is None
+        aim[::2] -= -(e or 0.0) * self.v[::2]
         if self._is_singular:
             W = W + _REGULAR * float(np.max(np.diag(W))) * np.eye(len(aim))
         solution = self._least(W, aim, moving)
         if solution is None:
             return None
+        rows, U = self._unknowns(solution)
         if not self._is_singular:
             parts = solution.normal_accelerations, solution.tangential_accelerations
-            return _forces(solution), np.ravel(parts, order="F")
+            accelerations = np.ravel(parts, order="F")
+            return AtOnce(weighs, e, self.v, _forces(solution), accelerations, tuple(rows), U)
         # The limit of ever less mobility added, in the same modes.
-        impulses, rows, columns = np.zeros(len(aim)), list[int](), list[Array]()
-        for i, mode in enumerate(solution.modes):
-            if mode is ContactMode.LIFTOFF:
-                continue
-            own = np.zeros((len(aim), 2))
-            own[2 * i : 2 * i + 2] = np.eye(2)
-            sticks = mode is ContactMode.STICK and self.mu[i] > 0
-            side = -1.0 if solution.normal_forces[i] < 0 else 1.0
-            friction = side * self.mu[i]
-            slope = {ContactMode.SLIP_POS: -friction, ContactMode.SLIP_NEG: friction}
-            columns += list(own.T) if sticks else [own @ (1.0, slope.get(mode, 0.0))]
-            rows += [2 * i, 2 * i + 1] if sticks else [2 * i]
+        impulses = np.zeros(len(aim))
         if rows:
-            U = np.array(columns).T
             impulses = U @ _solution_in_range(self.W[rows] @ U, -aim[rows])
             impulses[::2] = np.where(self.held, impulses[::2], np.maximum(0.0, impulses[::2]))
         # Impulses of the mobility added may grow beyond all bounds: they have no limit.
@@ -328,7 +483,24 @@ class _Path:
             return None
         rates[np.abs(share) <= _ROUNDING] = 0.0
         rates[rows] = 0.0
-        return impulses, rates
+        return AtOnce(weighs, e, self.v, impulses, rates, tuple(rows), U)
+
+    def _unknowns(self, solution: ContactSolution) -> tuple[list[int], Array]:
+        """Return the rates that the modes of a solution make vanish, and directions of impulses."""
+        size = 2 * len(self.mu)
+        rows, columns = list[int](), list[Array]()
+        for i, mode in enumerate(solution.modes):
+            if mode is ContactMode.LIFTOFF:
+                continue
+            own = np.zeros((size, 2))
+            own[2 * i : 2 * i + 2] = np.eye(2)
+            sticks = mode is ContactMode.STICK and self.mu[i] > 0
+            side = -1.0 if solution.normal_forces[i] < 0 else 1.0
+            friction = side * self.mu[i]
+            slope = {ContactMode.SLIP_POS: -friction, ContactMode.SLIP_NEG: friction}
+            columns += list(own.T) if sticks else [own @ (1.0, slope.get(mode, 0.0))]
+            rows += [2 * i, 2 * i + 1] if sticks else [2 * i]
+        return rows, np.array(columns).reshape(-1, size).T
 
     def _share(self, impulses: Array, aim: Array) -> Array:
         """Return aim + W P as parts of the largest that terms of such impulses can be."""
@@ -377,7 +549,7 @@ class _Path:
 
     def restart_at_once(self) -> bool:
         """Replace the path by Newton's law for all contacts at once; False without a solution."""
-        self.pieces, self.v = [], self.start
+        self.pieces, self.steps, self.v = [], [], self.start
         return self.take_at_once(self.e)
 
     def take_at_once(self, e: float | None) -> bool:
@@ -388,15 +560,14 @@ class _Path:
         e : float or None
             Of all contacts; None for a stop that has to change the velocities.
         """
-        before, rebound = self.v, np.zeros_like(self.v)
-        rebound[::2] = -(e or 0.0) * before[::2]
-        solution = self._at_once(before - rebound, moving=e is None)
+        before, solution = self.v, self._at_once(e)
         if solution is None:
             return False
-        impulses, rates = solution
-        self.v = rates + rebound
-        works = impulses * (before + self.v) / 2
-        self.pieces.append(ImpulsePiece(impulses, self.v, works))
+        self.v = solution.rates.copy()
+        self.v[::2] += -(e or 0.0) * before[::2]
+        works = solution.impulses * (before + self.v) / 2
+        self.pieces.append(ImpulsePiece(solution.impulses, self.v, works))
+        self.steps.append(solution)
         return True
 
     # ---- how the contacts push ----
@@ -407,8 +578,8 @@ class _Path:
         rates[np.abs(rates) <= _ROUNDING * (np.abs(self.W) @ np.abs(push))] = 0.0
         return rates
 
-    def _push(self, pressing: Array | None) -> Array | None:
-        """Return dP/dτ, shape (2 n,): of several possible ones that of least normal force.
+    def _push(self, pressing: Array | None) -> _Candidate | None:
+        """Return dP/dτ: of several possible ones that of least normal force.
 
         Parameters
         ----------
@@ -420,19 +591,20 @@ class _Path:
         candidates = [self._candidate(choice) for choice in product(*local)]
         if pressing is not None:
             size = float(np.max(np.abs(pressing))) or 1.0
-            moving = [c for c in candidates if c[0] <= _TOLERANCE and np.any(self._rates(c[1]))]
-            return min(
-                (push for _, push in moving),
-                key=lambda p: (round(float(p[::2] @ pressing) / size, 9), *self._order(p)),
-                default=None,
-            )
+            moving = [
+                c for c in candidates if c.missed <= _TOLERANCE and np.any(self._rates(c.push))
+            ]
+
+            def pressed(c: _Candidate) -> tuple[float, float, float]:
+                return round(float(c.push[::2] @ pressing) / size, 9), *self._order(c)
+
+            return min(moving, key=pressed, default=None)
         # Without guides one exists, by Kakutani's theorem: where rounding hides it, the nearest is
         # taken.
         bound = _TOLERANCE
         if not np.any(self.held):
-            bound = max(bound, min(violation for violation, _ in candidates))
-        possible = (p for violation, p in candidates if violation <= bound)
-        return min(possible, key=self._order, default=None)
+            bound = max(bound, min(c.missed for c in candidates))
+        return min((c for c in candidates if c.missed <= bound), key=self._order, default=None)
 
     def _local(self, i: int) -> list[_Local]:
         """Return the ways in which contact i may push at the present velocity."""
@@ -473,8 +645,7 @@ class _Path:
             return [(-mu if v_t > 0 else mu, ())]
         return [(-mu, ((1, 1),)), (mu, ((1, -1),))]
 
-    def _candidate(self, choice: tuple[_Local, ...]) -> tuple[float, Array]:
-        """Return by how much a choice misses its conditions, and its dP/dτ."""
+    def _candidate(self, choice: tuple[_Local, ...]) -> _Candidate:
         size = len(self.v)
         fixed, columns, rows = np.zeros(size), list[Array](), list[int]()
         for i, local in enumerate(choice):
@@ -484,9 +655,8 @@ class _Path:
                 column[2 * i : 2 * i + 2] = direction
                 columns.append(column)
             rows += [2 * i + entry for entry in local.vanishing]
-        push = fixed
+        push, U = fixed, np.array(columns).reshape(-1, size).T
         if rows:
-            U = np.array(columns).T
             # Of least norm where several bodies' rigidity leaves the forces open.
             matrix, right = self.W[rows] @ U, -(self.W @ fixed)[rows]
             push = fixed + U @ np.linalg.lstsq(matrix, right, rcond=_ROUNDING)[0]
@@ -494,7 +664,7 @@ class _Path:
             for i, local in enumerate(choice):
                 if 0 in local.vanishing and push[2 * i] == 1:
                     push[2 * i] = math.nextafter(1.0, 0.0)
-        return self._violation(choice, rows, push), push
+        return _Candidate(self._violation(choice, rows, push), push, fixed, U, tuple(rows))
 
     def _violation(self, choice: tuple[_Local, ...], rows: list[int], push: Array) -> float:
         normal, tangential = push[::2], push[1::2]
@@ -513,21 +683,27 @@ class _Path:
             worst += [-sign * float(share[2 * i + entry]) for entry, sign in local.signs]
         return max(worst)
 
-    def _order(self, push: Array) -> tuple[float, float]:
+    def _order(self, candidate: _Candidate) -> tuple[float, float]:
         """Return what is least in the preferred one of several pushes, but for rounding."""
+        push = candidate.push
         return round(float(push[::2][~self.held].sum()), 9), round(float(push @ push), 9)
 
     # ---- one piece ----
 
-    def _events(self, push: Array, rates: Array) -> Iterator[float]:
-        """Yield the lengths after which something changes on the present piece."""
+    def _events(self, push: Array, rates: Array) -> Iterator[PathEvent]:
+        """Yield what changes on the present piece."""
+
+        def events(lengths: Iterator[float], kind: str, i: int = 0) -> Iterator[PathEvent]:
+            return (PathEvent(length, kind, i) for length in lengths)
+
         for i in range(len(self.mu)):
-            yield from _crossing(self.v[2 * i] - self.border[i], rates[2 * i])
+            crossing = _crossing(self.v[2 * i] - self.border[i], rates[2 * i])
+            yield from events(crossing, "border", i)
             if self._rubs(push)[i]:
-                yield from _crossing(self.v[2 * i + 1], rates[2 * i + 1])
-            yield from self._spent(i, push, rates)
+                yield from events(_crossing(self.v[2 * i + 1], rates[2 * i + 1]), "slip", i)
+            yield from events(self._spent(i, push, rates), "spent", i)
         if self.restitution == "poisson":
-            yield from self._energy_is_back(push, rates)
+            yield from events(self._energy_is_back(push, rates), "energy")
 
     def _rubs(self, push: Array) -> BoolArray:
         """Return which contacts have a normal force, shape (n,)."""

@@ -9,7 +9,7 @@ import sympy as sp
 
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.mechanics.coefficients import ContactCoefficients
-from painleve_sym.mechanics.simplify import readable
+from painleve_sym.mechanics.simplify import readable, without_high_powers
 
 # Beyond this many operations in W_nn and W_nt a search for closed forms takes minutes.
 _OPERATIONS = 60
@@ -165,7 +165,8 @@ class CriticalFriction:
     @property
     def _long(self) -> bool:
         c = self.coefficients
-        return bool(sp.count_ops(c.W_nn) + sp.count_ops(c.W_nt) > _OPERATIONS)
+        operations = sp.count_ops(c.W_nn) + sp.count_ops(c.W_nt)
+        return bool(operations > _OPERATIONS or without_high_powers(c.W_nn + c.W_nt)[1])
 
     def _turns(self, q: sp.Symbol) -> bool:
         """Return whether q turns W without changing its eigenvalues."""
@@ -173,7 +174,7 @@ class CriticalFriction:
         trace, determinant = c.W_nn + c.W_tt, c.W_nn * c.W_tt - c.W_nt**2
         return bool(
             determinant != 0
-            and all(sp.simplify(sp.diff(form, q)) == 0 for form in (trace, determinant))
+            and all(_simplified(sp.diff(form, q)) == 0 for form in (trace, determinant))
         )
 
     def _by_eigenvalues(self, form: sp.Expr, variable: sp.Expr, t: sp.Symbol) -> CriticalMinimum:
@@ -329,13 +330,23 @@ def _turned_together(coefficients: ContactCoefficients) -> tuple[sp.Symbol, ...]
         turned(contact.J_N) - contact.J_T,
         turned(contact.J_T) + contact.J_N,
     )
-    if all(sp.simplify(entry) == 0 for matrix in rates for entry in matrix):
+    if all(_simplified(entry) == 0 for matrix in rates for entry in matrix):
         return tuple(angles)
     return ()
 
 
+def _simplified(expr: sp.Expr) -> sp.Expr:
+    whole, powers = without_high_powers(expr)
+    return sp.simplify(whole).xreplace(powers)
+
+
 def in_one_variable(expr: sp.Expr, q: sp.Symbol, t: sp.Symbol) -> tuple[sp.Expr | None, sp.Expr]:
-    """Write `expr` as a rational function of t = tan q or q; None where it is not."""
+    """Write `expr` as a rational function of t = tan q or q; None where it is not.
+
+    Neither is it where it has powers of so high a degree that its roots have no closed form.
+    """
+    if without_high_powers(expr)[1]:
+        return None, q
     root = sp.sqrt(1 + t**2)
     forms = (
         (sp.tan(q), {sp.sin(q): t / root, sp.cos(q): 1 / root}),
@@ -360,10 +371,11 @@ def _quadratic_roots(expr: sp.Expr, t: sp.Symbol) -> list[sp.Expr]:
 
 def _root_of_square(square: sp.Expr) -> sp.Expr:
     """Return √ of a quotient, with the squares in numerator and denominator taken out."""
-    top, bottom = sp.fraction(sp.cancel(sp.together(readable(square))))
+    whole, powers = without_high_powers(square)
+    top, bottom = sp.fraction(sp.cancel(sp.together(readable(whole))))
     if sp.factor(bottom).could_extract_minus_sign():
         top, bottom = -top, -bottom
-    return _root_of_factors(top) / _root_of_factors(bottom)
+    return (_root_of_factors(top) / _root_of_factors(bottom)).xreplace(powers)
 
 
 def _root_of_factors(product: sp.Expr) -> sp.Expr:

@@ -28,8 +28,11 @@ MAX_NODES = 4000
 """Parts of a formula after its definitions are substituted: they could double at each use."""
 MAX_EXPONENT = 40
 """Size of a whole exponent: higher powers are not mechanics, and multiply out to millions."""
-MAX_DIGITS_BITS = 4000
-"""Size of the whole numbers in an exact fraction."""
+MAX_DIGITS_BITS = 700
+"""Size of the whole numbers in an exact fraction: two numbers at the limits of `MAX_MAGNITUDE`."""
+MAX_MAGNITUDE = 1e100
+"""Size of a number, and of its reciprocal: far beyond mechanics in any units, and short as a
+fraction. Sums of products of such numbers stay in the range of floating point."""
 
 _FUNCTIONS: Mapping[str, tuple[int, Callable[..., sp.Expr], Callable[..., float]]] = {
     "sin": (1, sp.sin, math.sin),
@@ -256,14 +259,11 @@ class _Walk:
         if isinstance(number, bool) or not isinstance(number, int | float):
             raise self.refuse(node, f"{number!r} is not a number. Fix: write 0.5 or 1e-3.")
         # Decimals are taken as they are written: 0.1 is 1/10, and 0.5 stays short.
-        if isinstance(number, int) and number.bit_length() > MAX_DIGITS_BITS:
-            raise self.refuse(node, "the number has too many digits.")
         try:
             value = float(number)
         except OverflowError:
             value = math.inf
-        if not math.isfinite(value):
-            raise self.refuse(node, "the number is too large, need less than 1e308.")
+        self._check_size(node, value)
         exact = sp.Integer(number) if isinstance(number, int) else sp.Rational(repr(number))
         return _Part(exact, 1, value)
 
@@ -335,6 +335,11 @@ class _Walk:
                 f"the formula, definitions included, has more than {MAX_NODES} parts. "
                 "Fix: use fewer coordinates, or shorter definitions.",
             )
+        if value is not None:
+            self._check_size(node, value)
+        elif name in ("*", "/", "**"):
+            for term in sp.Add.make_args(expr):
+                self._check_size(node, float(term.as_coeff_Mul(rational=True)[0]))
         # A product of equal factors is a power, too.
         powers = [a.exp for a in sp.Mul.make_args(expr) if a.is_Pow and a.exp.is_Integer]
         if any(abs(int(p)) > MAX_EXPONENT for p in powers):
@@ -342,6 +347,16 @@ class _Walk:
         if value is not None and _bits(expr) > MAX_DIGITS_BITS:
             raise self.refuse(node, "the number has too many digits.")
         return _Part(expr, size, value)
+
+    def _check_size(self, node: ast.expr, number: float) -> None:
+        """Reject a number that is too large or too small."""
+        if number and not 1 / MAX_MAGNITUDE <= abs(number) <= MAX_MAGNITUDE:
+            size = "large" if abs(number) > 1 else "small"
+            raise self.refuse(
+                node,
+                f"the number {number:g} is too {size}, need {1 / MAX_MAGNITUDE:g} to "
+                f"{MAX_MAGNITUDE:g} in size.",
+            )
 
     def _value(
         self,

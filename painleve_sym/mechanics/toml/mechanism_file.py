@@ -20,9 +20,12 @@ from painleve_sym.mechanics.system import TIME, LagrangianSystem, name_fault
 from painleve_sym.mechanics.toml.expressions import CONSTANTS, Formulas
 from painleve_sym.mechanics.toml.lines import toml_lines
 from painleve_sym.mechanics.toml.reader import Source, Table
+from painleve_sym.time_limit import within_time
 
 MAX_BYTES = 200_000
 """Of a file: a mechanism takes a few thousand, a wrong file may be of any size."""
+MAX_COORDINATES = 24
+"""Closed forms of more cannot be derived: six take a minute, and each more several times that."""
 
 _TOP = (
     *("name", "title", "source", "sketch", "gravity", "coordinates", "parameters"),
@@ -59,6 +62,8 @@ def load_mechanism(path: str | FilePath) -> Mechanism:
         The file cannot be read, or is not TOML.
     ModelError
         What it describes is not a mechanism: every fault, with its line.
+    DerivationTimeout
+        Its formulas take longer than allowed.
 
     Examples
     --------
@@ -83,7 +88,8 @@ def mechanism_from_text(text: str, where: str = "mechanism", name: str = "mechan
         Name of the mechanism where the text gives none.
     """
     data = parse_toml(text, where)
-    return _Reader(Source(where, toml_lines(text)), data, name).mechanism()
+    reader = _Reader(Source(where, toml_lines(text)), data, name)
+    return within_time(where, reader.mechanism)
 
 
 class _Reader:
@@ -122,6 +128,13 @@ class _Reader:
             self.top.fault('no coordinates. Fix: add [coordinates] with x = { unit = "m" }.')
             return ()
         tables, coordinates = self.top.table("coordinates"), []
+        if len(tables.entries) > MAX_COORDINATES:
+            self.top.fault(
+                f"got {len(tables.entries)} coordinates, need at most {MAX_COORDINATES}. "
+                "Fix: leave out what does not move.",
+                "coordinates",
+            )
+            return ()
         for name in tables:
             table = tables.table(name, _COORDINATE)
             unit, meaning = _unit(table), table.text("meaning", name)

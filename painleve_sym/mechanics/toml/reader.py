@@ -13,6 +13,9 @@ from painleve_sym.errors import ModelError, unknown_name
 from painleve_sym.mechanics.toml.expressions import Formulas, TextFault
 from painleve_sym.mechanics.toml.lines import Path, TomlLines
 
+MAX_FAULTS_READ = 200
+"""Faults after which reading stops: more would not be read, and a file of faults takes long."""
+
 
 def shown(path: Path) -> str:
     """Return a path as a reader of the file would say it: ``contacts[1].point``."""
@@ -48,8 +51,14 @@ class Source:
         place = self.lines.of(path) if line is None else line
         name = shown(path)
         entry = (place, f"line {place}{f', {name}' if name else ''}: {message}")
-        if entry not in self.faults:
-            self.faults.append(entry)
+        if entry in self.faults:
+            return
+        self.faults.append(entry)
+        if len(self.faults) == MAX_FAULTS_READ:
+            faults = [text for _, text in sorted(self.faults)]
+            raise ModelError(
+                self.where, [*faults, f"Reading stopped after {MAX_FAULTS_READ} faults."]
+            )
 
     def text_faults(self, path: Path, faults: Iterable[TextFault]) -> None:
         """Note the faults of a formula, each in its own line."""

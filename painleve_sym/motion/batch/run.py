@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import threading
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -17,7 +16,7 @@ from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.protocol import MAX_EVENTS, MAX_STEPS, RunOptions
 from painleve_sym.errors import InputError
 from painleve_sym.motion.batch.inputs import BatchInputs
-from painleve_sym.motion.batch.memory import check_memory, row_bytes
+from painleve_sym.motion.batch.machine import check_memory, processor_count, row_bytes
 from painleve_sym.motion.batch.reason_codes import DYNAMIC_JAM, ROW_REASONS, SINGULAR
 from painleve_sym.motion.batch.result import BatchResult, run_row
 from painleve_sym.motion.batch.starts import RUNS, Starts, starts_of
@@ -124,7 +123,7 @@ def run_batch(
 
 def _thread_count(threads: int | None) -> int:
     if threads is None:
-        return len(os.sched_getaffinity(0))
+        return processor_count()
     if threads < 1:
         raise InputError(f"batch: threads: got {threads!r}, need at least 1.")
     return threads

@@ -16,7 +16,7 @@ from painleve_sym.motion.simulator import NO_FORCE, Simulator
 RUNS = -1
 """Code of a row that can run, in place of a reason."""
 _REFUSALS = (INVALID_START, NON_FINITE, LEFT_DOMAIN)
-"""Reasons for which `Prepared.admits` refuses; the last one counts."""
+"""Reasons for which `Prepared.admits` rejects a row; the last one counts."""
 
 
 @dataclass(frozen=True)

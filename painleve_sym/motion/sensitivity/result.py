@@ -12,6 +12,14 @@ from painleve_sym.arrays import Array
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.motion.trajectory import EventRecord, Trajectory
 
+NO_DERIVATIVE = {
+    "grazing": "is met tangentially",
+    "singular": "has no finite derivative",
+    "simultaneous": "joins contacts that touch at one instant, and a direction parts them",
+    "tie": "changes its sequence of slip, stick and restitution with the sign of a direction",
+}
+"""Notes of events from which on nothing is differentiable, with what such an event does."""
+
 
 @dataclass(frozen=True)
 class EventSensitivity:
@@ -30,9 +38,8 @@ class EventSensitivity:
     rank : int
         Of the state Jacobian: a slip that stops forgets a direction. -1 where it is nan.
     note : str
-        Empty; or ``grazing``: the guard is met tangentially; ``singular``: the reset has no finite
-        derivative here; ``one-sided``: another event happens at the same time by chance, and the
-        derivatives hold as long as their order stays.
+        Empty; or a key of `NO_DERIVATIVE`; or ``one-sided``: another event happens at the same time
+        by chance, and the derivatives hold as long as their order stays.
     """
 
     event: EventRecord
@@ -62,7 +69,7 @@ class SensitiveTrajectory:
     fixed_time_jacobian : ndarray, shape (nx, k)
         Of the state at the final time held fixed.
     valid_until : float
-        Time of the first event that is grazing or singular, inf where there is none: derivatives
+        Time of the first event with a note of `NO_DERIVATIVE`, inf where there is none: derivatives
         from there on are nan; s.
     extended : Trajectory
         The run of state and derivatives together.
@@ -80,7 +87,7 @@ class SensitiveTrajectory:
     @property
     def singular(self) -> EventSensitivity | None:
         """The event from which on nothing is differentiable, None for none."""
-        return next((e for e in self.events if e.note in ("grazing", "singular")), None)
+        return next((e for e in self.events if e.note in NO_DERIVATIVE), None)
 
     def at(self, t: ArrayLike) -> Array:
         """Return the derivatives of the states at fixed times `t`, shape (len(t), nx, k)."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -18,7 +18,9 @@ from painleve_sym.codegen.variational import VariationalFunctions
 from painleve_sym.engines.factory import make_engine
 from painleve_sym.engines.protocol import Engine, RawRun
 from painleve_sym.errors import InputError, PainleveWarning, StopReason, unknown_name
+from painleve_sym.motion.sensitivity.impacts import SensitiveImpacts
 from painleve_sym.motion.sensitivity.result import (
+    NO_DERIVATIVE,
     EventSensitivity,
     SensitiveTrajectory,
     split_outputs,
@@ -91,9 +93,9 @@ def _notify(result: SensitiveTrajectory) -> None:
     if singular is None:
         text = f"not finite from t = {result.valid_until:g} s on; nan from there on"
     else:
-        fault = "is met tangentially" if singular.note == "grazing" else "has no finite derivative"
         text = (
-            f"event {str(singular.event.kind)!r} at t = {singular.event.time:g} s {fault} "
+            f"event {str(singular.event.kind)!r} at t = {singular.event.time:g} s "
+            f"{NO_DERIVATIVE[singular.note]} "
             f"(condition {singular.condition:.1e}); nan from there on"
         )
     fix = "Fix: end before it, or move the start or the parameters."
@@ -124,6 +126,7 @@ class _Marked:
     rate: float
     bend: float
     timed: bool
+    note: str = ""
 
 
 @dataclass(frozen=True)
@@ -220,13 +223,17 @@ class _Differentiated:
         extended = replace(plain, atol=functions.packed(plain.atol, plain.rtol * sizes))
 
         start = functions.packed(self.start.state, jacobian)
-        raw = engine.run(start, self.start.parameters, extended)
-        if raw.decision:
-            raise InputError(
-                f"{sim.where}: derivatives: impacts of several contacts have none, and one "
-                f"happens at t = {raw.time:.9g} s. Fix: end before it (t_end), or take one contact."
+        resolver = None
+        if functions.struck_states:
+            resolver = SensitiveImpacts(
+                **sim.resolver_inputs(self.start.values, plain),
+                functions=functions,
+                constants=engine.constants(self.start.parameters),
+                sizes=directions,
+                tolerance=10 * LOOSENING_FACTOR * plain.rtol,
             )
-        return self._assembled(raw, engine, functions, directions, finite, plain.rtol)
+        raw = engine.run(start, self.start.parameters, extended, resolve=resolver)
+        return self._assembled(raw, engine, functions, directions, finite, plain.rtol, resolver)
 
     def _assembled(
         self,
@@ -236,14 +243,16 @@ class _Differentiated:
         directions: Array,
         scale: Array,
         rtol: float,
+        resolver: SensitiveImpacts | None,
     ) -> SensitiveTrajectory:
         sim = self.simulator
         nx, nz, k = len(self.start.state), len(sim.automaton.memory), len(self.wrt)
-        trajectory = sim.trajectory(_plain(raw, nx, nz), self.start, rtol)
-        marked = _marked(raw, trajectory, functions)
+        resolved = resolver.impulses if resolver else ()
+        trajectory = sim.trajectory(_plain(raw, nx, nz), self.start, rtol, resolved)
+        marked = _marked(raw, trajectory, functions, resolver.notes if resolver else ())
         events = _judged(marked, directions, scale, rtol)
         c = engine.constants(self.start.parameters)
-        singular = next((e for e in events if e.note in ("grazing", "singular")), None)
+        singular = next((e for e in events if e.note in NO_DERIVATIVE), None)
         valid = math.inf if singular is None else singular.event.time
         if not np.isfinite(raw.state).all() and singular is None:
             valid = raw.time
@@ -324,13 +333,20 @@ def _plain(raw: RawRun, nx: int, nz: int) -> RawRun:
     )
 
 
-def _marked(raw: RawRun, trajectory: Trajectory, functions: VariationalFunctions) -> list[_Marked]:
+def _marked(
+    raw: RawRun, trajectory: Trajectory, functions: VariationalFunctions, notes: Sequence[str]
+) -> list[_Marked]:
+    """Return the events; `notes` are those of the ones that no transition made, in order."""
     events, places = raw.event_records, functions.event_entries
-    marked = []
-    for record, x, z in zip(
-        trajectory.events, events.state_after, events.memory_after, strict=True
+    marked, resolved = [], iter(notes)
+    for record, transition, x, z in zip(
+        trajectory.events, events.transition, events.state_after, events.memory_after, strict=True
     ):
+        answered = transition < 0
         m = {name: z[place] for name, place in places.items()}
+        if answered:
+            # It takes no time, and its entries are those of the event before it.
+            m |= {name: np.zeros_like(m[name]) for name in m if name != "time"}
         marked.append(
             _Marked(
                 record,
@@ -341,6 +357,7 @@ def _marked(raw: RawRun, trajectory: Trajectory, functions: VariationalFunctions
                 float(m["rate"][0]),
                 float(m["bend"][0]),
                 bool(m["timed"][0]),
+                next(resolved, "") if answered else "",
             )
         )
     return marked
@@ -354,7 +371,7 @@ def _judged(
     lost = False
     for m in marked:
         condition, note = _verdict(m, directions, rtol)
-        lost |= note in ("grazing", "singular")
+        lost |= note in NO_DERIVATIVE
         sized = m.jacobian * directions / scale[:, None]
         judged.append(
             EventSensitivity(
@@ -371,6 +388,8 @@ def _judged(
 
 def _verdict(m: _Marked, directions: Array, rtol: float) -> tuple[float, str]:
     """Return condition and note of an event."""
+    if m.note:
+        return 0.0, m.note
     moved = np.abs(m.shift) * directions
     if m.timed:
         with np.errstate(divide="ignore", invalid="ignore"):

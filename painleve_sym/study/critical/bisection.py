@@ -369,7 +369,7 @@ def critical_force(
     Raises
     ------
     InputError
-        What `CriticalForceFinder.find` refuses.
+        Input that `CriticalForceFinder.find` rejects.
 
     Examples
     --------

@@ -32,6 +32,9 @@ from painleve_sym.motion.simulator import Simulator
 SERIES_WITHIN = 0.1
 """Where the energy of the saddle is a difference of nearly equal numbers, a series replaces it."""
 
+MAX_EXPONENT = 100.0
+"""Of a law: powers of twice the compression then stay far from the largest number."""
+
 
 @dataclass(frozen=True)
 class SlidingSolution:
@@ -296,6 +299,7 @@ class SlidingAnalysis:
         rate, *gradient = map(float, drift(point).reshape(-1))
         second = sum(g * float(v) for g, v in zip(gradient, field(point).reshape(-1), strict=True))
         A_rate, rate_per_force = own[:2] if slip < 0 else own[2:]
+        self._check_range((force, depth, exponent, slope, rate, second, *rates), exponent)
         solution = SlidingSolution(
             slip=slip,
             A=A,
@@ -317,6 +321,14 @@ class SlidingAnalysis:
         )
         gap = at["gap"]
         return solution, 0.0 if abs(gap) <= at["gap_tolerance"] else gap
+
+    def _check_range(self, numbers: tuple[float, ...], exponent: float) -> None:
+        if not all(map(math.isfinite, numbers)) or exponent > MAX_EXPONENT:
+            raise InputError(
+                f"{self._where}: got numbers beyond the range of floating point (exponent "
+                f"{exponent:g} of the law, need at most {MAX_EXPONENT:g}). Fix: give a law and a "
+                "state of usual size."
+            )
 
     def _check(self, A: float | None, B: float) -> None:
         if A is None:

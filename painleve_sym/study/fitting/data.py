@@ -19,6 +19,8 @@ from painleve_sym.quantities import QUANTITIES
 
 MAX_FILE = 50_000_000
 """Size limit of a data file in bytes; guards against special files."""
+MAX_SIZE = 1e100
+"""Of a measured value: squares of it are added up."""
 MEASURABLE = (
     "normal_force",
     "tangential_force",
@@ -107,15 +109,21 @@ def read_fit_data(path: str | Path, mechanism: Mechanism) -> FitData:
 
 
 def _rows(where: str, path: Path) -> list[tuple[int, list[str]]]:
-    lines = read_text(path, where, MAX_FILE, "CSV file").splitlines()
-    try:
-        kept = [
-            (i, line) for i, line in enumerate(lines, 1) if line.strip() and line.strip()[0] != "#"
-        ]
-        read = list(csv.reader([line for _, line in kept], skipinitialspace=True))
-    except (ValueError, csv.Error) as error:
-        raise InputError(f"{where}: not a CSV file in UTF-8 ({error}).") from error
-    return [(i, [c.strip() for c in row]) for (i, _), row in zip(kept, read, strict=True)]
+    """Return the number and the cells of each line that is neither blank nor a comment."""
+    rows = []
+    for i, line in enumerate(read_text(path, where, MAX_FILE, "CSV file").splitlines(), 1):
+        if not line.strip() or line.strip()[0] == "#":
+            continue
+        try:
+            # Line by line: no cell of numbers or names needs a line end in quotes.
+            (row,) = csv.reader([line], skipinitialspace=True, strict=True)
+        except csv.Error as error:
+            reason = "quotes are not closed" if "end of data" in str(error) else error
+            raise InputError(
+                f"{where}: line {i}: not a row of a CSV file ({reason}). Fix: correct that line."
+            ) from error
+        rows.append((i, [cell.strip() for cell in row]))
+    return rows
 
 
 def _column(where: str, text: str, known: Mapping[str, str]) -> tuple[str, str]:
@@ -145,10 +153,10 @@ def _numbers(where: str, header: list[str], body: list[tuple[int, list[str]]]) -
                 values[i, j] = float(cell)
             except ValueError:
                 values[i, j] = math.inf
-            if not math.isfinite(values[i, j]):
+            if not abs(values[i, j]) <= MAX_SIZE:
                 raise InputError(
                     f"{where}: line {line}, column {header[j]}: got {cell!r}, need a finite "
-                    "number, or nothing where there is none."
+                    f"number of at most {MAX_SIZE:g} in size, or nothing where there is none."
                 )
     return values
 

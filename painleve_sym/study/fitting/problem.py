@@ -404,10 +404,10 @@ def fit(
     ('e_energetic', 'mu')
     """
     simulator = simulator_of(mechanism, law, engine)
-    made = simulator.mechanism
+    known = simulator.mechanism
     return FitProblem(
         simulator=simulator,
-        data=data if isinstance(data, FitData) else read_fit_data(data, made),
+        data=data if isinstance(data, FitData) else read_fit_data(data, known),
         estimate=tuple(estimate),
         state=dict(state or {}),
         parameters=simulator.given(parameters, law_parameters),

@@ -5,13 +5,13 @@ from __future__ import annotations
 import functools
 import importlib
 import logging
-import os
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from typing import Any
 
 from painleve_sym.errors import InputError, PainleveError, PainleveWarning
+from painleve_sym.motion.batch.machine import processor_count
 from painleve_sym.study.sweeps.sweep import Columns, Sweep
 
 LOCAL = "local"
@@ -90,7 +90,7 @@ def chunks_on_dask(
     with ExitStack() as stack:
         scheduler: Any = address
         if address == LOCAL:
-            count = len(os.sched_getaffinity(0))
+            count = processor_count()
             scheduler = stack.enter_context(
                 distributed.LocalCluster(
                     n_workers=count, threads_per_worker=1, dashboard_address=ANY_PORT

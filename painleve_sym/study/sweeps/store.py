@@ -5,7 +5,9 @@ from __future__ import annotations
 import errno
 import fcntl
 import importlib
+import io
 import json
+import math
 import os
 import shutil
 import socket
@@ -180,12 +182,19 @@ def _check_manifest(folder: Path, new: dict[str, str]) -> None:
 
 
 def _mapped(path: Path, shape: tuple[int, ...], dtype: np.dtype[Any]) -> NDArray[Any]:
-    """Return the array of a file; one that is missing or damaged is made of zeros."""
-    with suppress(FileNotFoundError, ValueError, EOFError):
-        array = np.load(path, mmap_mode="r")
-        if array.shape == shape and array.dtype == dtype:
-            return np.asanyarray(array)
-    return np.asanyarray(np.lib.format.open_memmap(path, "w+", dtype, shape))
+    """Return the array of a file; one that is missing or damaged is made of zeros.
+
+    The header is compared and not read: it is known, and a damaged one could say anything.
+    """
+    known = {"descr": np.lib.format.dtype_to_descr(dtype), "fortran_order": False, "shape": shape}
+    header = io.BytesIO()
+    np.lib.format.write_array_header_1_0(header, known)
+    start = header.tell()
+    with suppress(FileNotFoundError), path.open("rb") as file:
+        size = start + math.prod(shape) * dtype.itemsize
+        if file.read(start) == header.getvalue() and path.stat().st_size == size:
+            return np.memmap(path, dtype, "r", offset=start, shape=shape)
+    return np.asanyarray(np.lib.format.open_memmap(path, "w+", dtype, shape, version=(1, 0)))
 
 
 @dataclass(frozen=True)

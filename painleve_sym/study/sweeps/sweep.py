@@ -20,7 +20,7 @@ from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import parse_toml, read_text
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
-from painleve_sym.motion.batch.memory import check_memory, row_bytes
+from painleve_sym.motion.batch.machine import check_memory, row_bytes
 from painleve_sym.motion.batch.reason_codes import ROW_REASONS
 from painleve_sym.motion.batch.result import BatchResult, event_dims
 from painleve_sym.motion.batch.run import run_batch

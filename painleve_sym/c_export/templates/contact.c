@@ -1,0 +1,128 @@
+/* $title
+ *
+ * The rigid contact problem at a state: mobility, free accelerations, A and B, and the case of one
+ * contact. Generated: the numbers. The rest is described in ${name}_model.h.
+ *
+ * SPDX-License-Identifier: BSD-3-Clause
+ * Copyright (c) painleve-sym developers: the interface. */
+
+#include "${name}_model.h"
+
+#include <math.h>
+#include <string.h>
+
+#define CASADI_CODEGEN_PREFIX
+#define CODEGEN_PREFIX ${name}_contact_
+#if defined(__GNUC__)
+/* The generated functions all take the same arguments, and some do not need all of them. */
+#pragma GCC diagnostic ignored "-Wunused-parameter"
+#endif
+
+$functions
+
+/* Coordinates, velocities and a clock; the mechanism's own parameters, which come first. */
+enum { MOTION = $motion, OWN = $own };
+/* What is generated: W, row by row, b, then these for each contact. */
+enum { ROWS = 2 * ${NAME}_CONTACTS, FIRST = ROWS * ROWS + ROWS };
+enum { SLIP_VELOCITY, A_STICK, B_STICK, EACH };
+/* The parameter that is the friction coefficient of a contact; whether it holds from both sides;
+ * the state that is its slip velocity. */
+static const int FRICTION[${NAME}_CONTACTS] = {$friction};
+static const int BILATERAL[${NAME}_CONTACTS] = {$bilateral};
+static const int SLIP_STATE[${NAME}_CONTACTS] = {$slip_states};
+
+static void evaluate_contacts(const double *p, const double *x, double *out) {
+  double v[MOTION + OWN], w[$work];
+  const double *arg[1] = {v};
+  double *res[1] = {out};
+  casadi_int iw[8];
+  memcpy(v, x, MOTION * sizeof(double));
+  memcpy(v + MOTION, p, OWN * sizeof(double));
+  contact_formulas(arg, res, iw, w, 0);
+}
+
+void ${name}_contact_problem(const double *p, const double *x, double *W, double *b, double *mu) {
+  double all[FIRST + EACH * ${NAME}_CONTACTS];
+  evaluate_contacts(p, x, all);
+  memcpy(W, all, ROWS * ROWS * sizeof(double));
+  memcpy(b, all + ROWS * ROWS, ROWS * sizeof(double));
+  for (int i = 0; i < ${NAME}_CONTACTS; i++) mu[i] = p[FRICTION[i]];
+}
+
+/* a - b; 0 where that is within the rounding of a and b: its sign would be an accident. */
+static double rounded_difference(double a, double b) {
+  const double value = a - b;
+  return fabs(value) <= $rounding * (fabs(a) + fabs(b)) ? 0.0 : value;
+}
+
+void ${name}_contact_coefficients(const double *p, const double *x, int contact,
+                     ${name}_coefficients *c) {
+  double all[FIRST + EACH * ${NAME}_CONTACTS];
+  const double *W = all + 2 * contact * ROWS + 2 * contact, *b = all + ROWS * ROWS + 2 * contact;
+  const double *own = all + FIRST + EACH * contact;
+  evaluate_contacts(p, x, all);
+  c->mu = p[FRICTION[contact]];
+  c->W_nn = W[0];
+  c->W_nt = W[1];
+  c->W_tt = W[ROWS + 1];
+  c->b_n = b[0];
+  c->b_t = b[1];
+  for (int i = 0; i < 2; i++) c->A[i] = rounded_difference(c->W_nn, (2 * i - 1) * c->mu * c->W_nt);
+  c->B = c->b_n;
+  c->A_stick = own[A_STICK];
+  c->B_stick = own[B_STICK];
+}
+
+/* The forces that are possible: how many, one of them, and whether there is a ray of them. */
+typedef struct {
+  int count, wide;
+  double force;
+  int mode;
+} ps_forces;
+
+static void add_force(ps_forces *f, double force, int mode) {
+  f->count++;
+  f->force = force;
+  f->mode = mode;
+}
+
+/* Adds F_n of the sign `side` with A F_n + B = 0, in slip along s; from rest only where a_t drives
+ * the slip along s. */
+static void add_slip(ps_forces *f, const ${name}_coefficients *c, int s, int side, int rests) {
+  const double A = c->A[s * side > 0], force = -c->B / A;
+  if (A == 0) {
+    f->wide |= c->B == 0 && (!rests || s * c->b_t >= 0);
+  } else if (force * side > 0) {
+    const double a_t = rounded_difference(c->W_nt * force + c->b_t, s * c->mu * c->W_tt * fabs(force));
+    if (!rests || s * a_t > 0) add_force(f, force, ${name}_case_slip);
+  }
+}
+
+static void add_stick(ps_forces *f, const ${name}_coefficients *c, int bilateral) {
+  const double force = -c->B_stick / c->A_stick;
+  const double F_t = -(c->b_t + c->W_nt * force) / c->W_tt;
+  const int pushes = bilateral ? force != 0 : force > 0;
+  if (c->A_stick > 0 && pushes && rounded_difference(fabs(F_t), c->mu * fabs(force)) <= 0)
+    add_force(f, force, ${name}_case_stick);
+}
+
+int ${name}_classify(const double *p, const double *x, int contact) {
+  const int bilateral = BILATERAL[contact];
+  const double v_t = x[SLIP_STATE[contact]];
+  ps_forces f = {0, 0, 0.0, 0};
+  ${name}_coefficients c;
+  ${name}_contact_coefficients(p, x, contact, &c);
+  /* No force: the contact opens or stays; a guide that needs no force stays. */
+  if (bilateral ? c.B == 0 : c.B >= 0) add_force(&f, 0.0, ${name}_case_liftoff);
+  for (int s = -1; s <= 1; s += 2) {
+    if (s * v_t < 0) continue;
+    add_slip(&f, &c, s, 1, v_t == 0);
+    if (bilateral) add_slip(&f, &c, s, -1, v_t == 0);
+  }
+  if (v_t == 0) add_stick(&f, &c, bilateral);
+  if (f.wide) return bilateral ? ${name}_case_several : ${name}_case_indeterminate;
+  if (f.count == 0) return ${name}_case_inconsistent;
+  if (!bilateral) return f.count == 1 ? f.mode : ${name}_case_indeterminate;
+  if (f.count == 1) return ${name}_case_unique;
+  return f.count == 2 && v_t != 0 ? ${name}_case_two_solutions : ${name}_case_several;
+}

@@ -1,0 +1,226 @@
+"""The folder of compiled libraries and derivations: private to its user, or not used."""
+
+from __future__ import annotations
+
+import atexit
+import functools
+import os
+import re
+import shutil
+import stat
+import tempfile
+import warnings
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from painleve_sym.errors import PainleveError, PainleveWarning
+
+ZIG_FOLDER = "painleve-zig"
+"""Where the compiler of the package ziglang keeps what it made of its own libraries."""
+
+_BY_OTHERS, _WRITTEN_BY_OTHERS = 0o077, 0o022
+# Named by hashes; the folders in which files are made; what a compiler keeps.
+_OWN_NAME = re.compile(rf"[0-9a-f]{{40}}[-.].*|tmp[a-z0-9_]{{8}}|{ZIG_FOLDER}", re.S)
+
+
+def named_folder() -> Path:
+    """Return where the cache is meant to be, whether or not it can be used.
+
+    ``PAINLEVE_CACHE``, else ``XDG_CACHE_HOME/painleve-sym``, else ``~/.cache/painleve-sym``; with
+    the ``~`` in it where there is no home folder.
+    """
+    named = os.environ.get("PAINLEVE_CACHE")
+    folder = Path(named or Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache", "painleve-sym"))
+    with suppress(RuntimeError):
+        return folder.expanduser()
+    return folder
+
+
+def cache_folder() -> Path:
+    """Return the folder of compiled libraries, readable and writable by its owner only.
+
+    Where `named_folder` cannot be written, is not the user's own, or cannot be closed to other
+    users because it holds other files too: a temporary folder, with a notice, that is removed when
+    the process ends. What lay in a cache to which others could write is removed, with a notice.
+    """
+    folder = named_folder()
+    problem = _make_private(folder)
+    return folder if problem is None else temporary_folder(folder, problem)
+
+
+def _make_private(folder: Path) -> str | None:
+    """Create the folder with mode 0700; return why it cannot be used, or None."""
+    if folder.parts[:1] and folder.parts[0].startswith("~"):
+        return "there is no home folder (HOME is not set, and the user has no passwd entry)"
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        problem = _foreign(folder)
+        if problem is None and stat.S_IMODE(folder.stat().st_mode) & _BY_OTHERS:
+            problem = _close(folder)
+        if problem is None and not os.access(folder, os.R_OK | os.W_OK | os.X_OK):
+            problem = "it cannot be written"
+        return problem
+    except OSError as error:
+        return error.strerror or str(error)
+
+
+def _foreign(folder: Path) -> str | None:
+    own = folder.stat().st_uid == os.geteuid()
+    return None if own else "it belongs to another user"
+
+
+def _close(folder: Path) -> str | None:
+    """Close the folder to other users; return why it stays open and cannot be used, or None."""
+    written = stat.S_IMODE(folder.stat().st_mode) & _WRITTEN_BY_OTHERS
+    if any(not _OWN_NAME.fullmatch(entry.name) for entry in folder.iterdir()):
+        # The folder has another purpose too: its mode is the user's choice.
+        holds = "other users can write to it, and it holds files that are not the cache's"
+        return holds if written else None
+    folder.chmod(0o700)
+    if written and (removed := sum(1 for path in _entries(folder) if _remove(path))):
+        warnings.warn(
+            f"cache folder {folder}: other users could write to it. It is closed to them now, and "
+            f"what it held is removed ({removed} files or folders).",
+            PainleveWarning,
+            stacklevel=5,
+        )
+    return None
+
+
+def temporary_folder(folder: Path, problem: str) -> Path:
+    """Return the folder that serves this process in place of the cache, with a notice."""
+    return _temporary(str(folder), problem)
+
+
+@functools.lru_cache(maxsize=8)
+def _temporary(folder: str, problem: str) -> Path:
+    warnings.warn(
+        f"cache folder {folder}: {problem}; compiled code is kept in a temporary folder for this "
+        "run only. Fix: set PAINLEVE_CACHE to a folder of your own.",
+        PainleveWarning,
+        stacklevel=5,
+    )
+    path = Path(tempfile.mkdtemp(prefix="painleve-sym-"))
+    atexit.register(_remove_at_exit, path, os.getpid())
+    return path
+
+
+def _remove_at_exit(path: Path, owner: int) -> None:
+    # A process that was forked off shares the folder with the one that made it.
+    if os.getpid() == owner:
+        shutil.rmtree(path, ignore_errors=True)
+
+
+def own_content(path: Path) -> bytes | None:
+    """Return the content of a file that only this user can have written, else None.
+
+    None also where there is no such file: links and special files are not read.
+    """
+    flags = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK
+    try:
+        with open(path, "rb", opener=lambda name, _: os.open(name, flags)) as file:
+            info = os.fstat(file.fileno())
+            own = info.st_uid == os.geteuid() and not info.st_mode & _WRITTEN_BY_OTHERS
+            return file.read() if own and stat.S_ISREG(info.st_mode) else None
+    except OSError:
+        return None
+
+
+def full(folder: Path) -> str | None:
+    """Return why a file of 1 MiB cannot be written into the folder, or None where it can."""
+    try:
+        with tempfile.TemporaryFile(dir=folder) as file:
+            file.write(bytes(1 << 20))
+            file.flush()
+    except OSError as error:
+        return error.strerror or str(error)
+    return None
+
+
+# ---- what it holds ----
+
+
+@dataclass(frozen=True)
+class CacheContent:
+    """Sizes of the cache.
+
+    Attributes
+    ----------
+    folder : Path
+    libraries, derivations : int
+        Compiled libraries; entries of `derivation_cache`.
+    size : int
+        Of all files of the cache, also of a compiler's own; bytes.
+    """
+
+    folder: Path
+    libraries: int
+    derivations: int
+    size: int
+
+
+def cache_content() -> CacheContent:
+    """Return what the cache holds; nothing is created, and nothing where there is no folder.
+
+    Raises
+    ------
+    PainleveError
+        The folder cannot be read.
+    """
+    folder = named_folder()
+    try:
+        entries = list(_entries(folder))
+        libraries = sum(path.suffix == ".so" for path in entries)
+        kept = sum(path.suffix not in ("", ".so") for path in entries)
+        return CacheContent(folder, libraries, kept, sum(map(_size, entries)))
+    except FileNotFoundError:
+        return CacheContent(folder, 0, 0, 0)
+    except OSError as error:
+        raise _unusable(folder, error.strerror or str(error)) from error
+
+
+def clear_cache() -> CacheContent:
+    """Remove what the cache holds, other files in its folder apart; return what was removed.
+
+    Raises
+    ------
+    PainleveError
+        The folder belongs to another user, or a file cannot be removed.
+    """
+    content = cache_content()
+    if content.folder.exists():
+        if problem := _foreign(content.folder):
+            raise _unusable(content.folder, problem)
+        kept = [path for path in _entries(content.folder) if not _remove(path)]
+        if kept:
+            raise _unusable(content.folder, f"{kept[0].name} cannot be removed")
+    return content
+
+
+def _unusable(folder: Path, problem: str) -> PainleveError:
+    return PainleveError(f"cache folder {folder}: {problem}.")
+
+
+def _entries(folder: Path) -> Iterator[Path]:
+    return (path for path in list(folder.iterdir()) if _OWN_NAME.fullmatch(path.name))
+
+
+def _size(path: Path) -> int:
+    """Return the bytes of a file, or of all files in a folder; another process may remove some."""
+    with suppress(FileNotFoundError):
+        if stat.S_ISDIR(path.lstat().st_mode):
+            return sum(map(_size, path.iterdir()))
+        return path.lstat().st_size
+    return 0
+
+
+def _remove(path: Path) -> bool:
+    """Remove a file or folder; return whether it is gone."""
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path, ignore_errors=True)
+    else:
+        with suppress(OSError):
+            path.unlink()
+    return not os.path.lexists(path)

@@ -1,0 +1,124 @@
+"""The contact problem of an export against the package: W, b, A, B and the case."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+
+import numpy as np
+import pytest
+
+from painleve_sym.c_export.contacts import CASES
+from painleve_sym.c_export.export import export_c
+from painleve_sym.contacts.classify import contact_problem
+from painleve_sym.contacts.problem import ContactCase, ContactProblem
+from painleve_sym.mechanics.declarations import resolve_parameters
+from painleve_sym.study.scenario import Scenario
+from tests.c_export.test_export import address, library
+
+SCENARIOS = {
+    "rod": Scenario("rod", {"theta": 1.0, "x_A_dot": -1.0}, law="rigid", t_end=1e-4),
+    "guide": Scenario("painleve-klein", law="rigid", t_end=1e-4),
+    "feet": Scenario("block-two-feet", {"y_A": 0.05, "theta": 0.1}, law="rigid", t_end=1e-4),
+}
+NUMBERS = ("B", "A_stick", "B_stick", "mu", "W_nn", "W_nt", "W_tt", "b_n", "b_t")
+
+
+class Coefficients(ctypes.Structure):
+    _fields_ = (("A", ctypes.c_double * 2), *((name, ctypes.c_double) for name in NUMBERS))
+
+
+@pytest.fixture(scope="module", params=list(SCENARIOS))
+def exported(request, tmp_path_factory):
+    scenario = SCENARIOS[request.param]
+    return scenario, export_c(scenario, tmp_path_factory.mktemp(request.param) / "c", "mine")
+
+
+def states(mechanism, count):
+    """Yield states, half of them without slip, with parameters that make the paradox common."""
+    rng = np.random.default_rng(11)
+    names = [p.name for p in mechanism.system.parameters]
+    friction = [c.friction.name for c in mechanism.contacts]
+    for k in range(count):
+        state = dict(zip(mechanism.state_names, rng.normal(size=99) * 3, strict=False))
+        given = {name: float(rng.uniform(0.1, 4)) for name in friction if name in names}
+        if k % 2:
+            state |= {name: 0.0 for name in state if name.endswith("_dot")}
+        yield state, resolve_parameters("test", mechanism.system.parameters, given)
+
+
+def test_contact_problem_coefficients_and_case_are_the_packages(exported):
+    scenario, done = exported
+    mechanism, c = scenario.mechanism(), library(done)
+    simulator, n = simulator_of(scenario), len(mechanism.contacts)
+    slips = [simulator.outline.states.index(row.symbols[2]) for row in simulator.contact.rows]
+    seen = set()
+    for state, parameters in states(mechanism, 400):
+        values = simulator.outline.parameters
+        p = np.array([parameters.get(s.name, done.trajectory.parameters[s.name]) for s in values])
+        x = np.zeros(len(simulator.outline.states))
+        x[: len(state)] = list(state.values())
+        whole = contact_problem(mechanism, state, parameters)
+        for i, slip in enumerate(slips):
+            x[slip] = whole.slip_velocity[i]
+        W, b, mu = np.empty((2 * n, 2 * n)), np.empty(2 * n), np.empty(n)
+        c.mine_contact_problem(*map(address, (p, x, W, b, mu)))
+        np.testing.assert_allclose(W, whole.W, rtol=1e-12, atol=1e-14)
+        np.testing.assert_allclose(b, whole.b, rtol=1e-11, atol=1e-12)
+        np.testing.assert_array_equal(mu, whole.mu)
+        for i in range(n):
+            rows = slice(2 * i, 2 * i + 2)
+            bilateral = np.array([mechanism.contacts[i].bilateral])
+            one = ContactProblem(
+                W[rows, rows], b[rows], mu[i : i + 1], x[slips[i : i + 1]], bilateral
+            )
+            numbers = Coefficients()
+            c.mine_contact_coefficients(address(p), address(x), i, ctypes.byref(numbers))
+            assert numbers.A[0] == one.A_slip(-1) and numbers.A[1] == one.A_slip(1)
+            assert (numbers.B, numbers.mu) == (one.B, one.friction)
+            if numbers.W_tt > 0:
+                wanted = (
+                    one.W_nn - one.W_nt**2 / one.W_tt,
+                    one.b_n - one.W_nt * one.b_t / one.W_tt,
+                )
+                np.testing.assert_allclose(
+                    (numbers.A_stick, numbers.B_stick), wanted, rtol=1e-9, atol=1e-9
+                )
+            case = CASES[c.mine_classify(address(p), address(x), i)]
+            assert case is one.case_of(one.solutions()), (state, parameters, i)
+            seen.add(case)
+    assert len(seen) >= 3
+
+
+def simulator_of(scenario):
+    from painleve_sym.motion.simulator import Simulator
+
+    return Simulator(scenario.mechanism(), scenario.contact_law(), scenario.engine)
+
+
+def test_cases_of_the_paper_are_those_of_its_tables(tmp_path):
+    """Table 3 is inconsistent, Table 1 slips; the friction that separates them is the package's."""
+    done = export_c(SCENARIOS["rod"], tmp_path / "c", "rod")
+    c, simulator = library(done), simulator_of(SCENARIOS["rod"])
+    names = [str(s.name) for s in simulator.outline.states]
+    p = np.array([done.trajectory.parameters[s.name] for s in simulator.outline.parameters])
+
+    def case(**given):
+        x = np.zeros(len(names))
+        for name, value in given.items():
+            x[names.index(name)] = value
+        x[names.index("x_A_dot")] = -1.0
+        c.rod_complete_state(address(p), address(x))
+        return CASES[c.rod_classify(address(p), address(x), 0)]
+
+    assert case(theta=0.5, theta_dot=1.0) is ContactCase.SLIP
+    assert case(theta=0.5, theta_dot=5.0) is ContactCase.LIFTOFF
+    assert case(theta=1.0, theta_dot=1.0) is ContactCase.INCONSISTENT
+    assert case(theta=1.0, theta_dot=5.0) is ContactCase.INDETERMINATE
+    # Vertical, A = (3 cos(theta) (cos(theta) - mu sin(theta)) + 1)/m is 1/m.
+    numbers = Coefficients()
+    x = np.zeros(len(names))
+    x[names.index("theta")] = math.pi / 2
+    c.rod_contact_coefficients(address(p), address(x), 0, ctypes.byref(numbers))
+    mass = done.trajectory.parameters["m"]
+    np.testing.assert_allclose(numbers.A[:], 1 / mass, rtol=1e-14)

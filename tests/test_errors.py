@@ -1,0 +1,102 @@
+"""Exceptions: a pickle keeps all their data, and their messages have a limited length."""
+
+from __future__ import annotations
+
+import importlib
+import multiprocessing
+import pickle
+import pkgutil
+
+import pytest
+
+import painleve_sym
+from painleve_sym import errors
+from painleve_sym.errors import (
+    MAX_FAULT,
+    MAX_FAULTS,
+    MAX_MESSAGE,
+    InputError,
+    ModelError,
+    PainleveError,
+    PainleveWarning,
+    shortened,
+    unknown_name,
+)
+
+FAULTS = ("line 3: mass is missing.", "line 4: got 'x', need a number.")
+
+
+def exception_classes():
+    """Every exception class that a module of the package defines."""
+    for module in pkgutil.walk_packages(painleve_sym.__path__, "painleve_sym."):
+        if not module.name.endswith("__main__"):
+            for value in vars(importlib.import_module(module.name)).values():
+                if isinstance(value, type) and issubclass(value, BaseException):
+                    yield value
+
+
+CLASSES = sorted(
+    {c for c in exception_classes() if c.__module__.startswith("painleve_sym.")},
+    key=lambda c: c.__qualname__,
+)
+
+
+def example_of(kind):
+    return kind("file a.toml", FAULTS) if issubclass(kind, ModelError) else kind("what failed.")
+
+
+def test_the_walk_meets_every_public_exception():
+    public = {v for v in vars(errors).values() if isinstance(v, type)}
+    assert {v for v in public if issubclass(v, BaseException)} <= set(CLASSES)
+
+
+@pytest.mark.parametrize("kind", CLASSES, ids=lambda c: c.__qualname__)
+def test_an_exception_is_the_same_after_a_pickle(kind):
+    error = example_of(kind)
+    error.seen = "by a test"
+    for protocol in range(2, pickle.HIGHEST_PROTOCOL + 1):
+        copy = pickle.loads(pickle.dumps(error, protocol))
+        assert type(copy) is kind
+        assert str(copy) == str(error) and copy.args == error.args
+        assert vars(copy) == vars(error)
+
+
+def fail(kind):
+    raise example_of(kind)
+
+
+def test_a_pool_hands_a_model_error_on():
+    """It stalled: the parent could not unpickle what the worker raised."""
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        answer = pool.apply_async(fail, (ModelError,))
+        with pytest.raises(ModelError) as caught:
+            answer.get(timeout=60)
+    assert (caught.value.where, caught.value.faults) == ("file a.toml", FAULTS)
+
+
+@pytest.mark.parametrize("kind", [PainleveError, InputError, PainleveWarning])
+def test_a_long_quotation_is_cut_and_the_rest_stays(kind):
+    message = str(kind(f"file a.toml, key: got {'x' * 300_000!r}, need a number."))
+    assert len(message) < MAX_MESSAGE + 100
+    assert message.startswith("file a.toml, key: got 'xxx")
+    assert message.endswith("xxx', need a number.")
+    assert "characters left out" in message
+
+
+def test_a_usual_message_is_not_cut():
+    assert shortened("x" * MAX_MESSAGE) == "x" * MAX_MESSAGE
+
+
+def test_many_faults_are_counted():
+    faults = [f"line {i}: got {'y' * 10_000!r}, need a number." for i in range(1000)]
+    error = ModelError("file", faults)
+    assert error.faults == tuple(faults)
+    assert str(error).endswith(f"And {1000 - MAX_FAULTS} more.")
+    assert len(str(error)) < MAX_FAULTS * (MAX_FAULT + 100)
+
+
+def test_long_names_are_not_compared():
+    long, names = "a" * 100_000, ["b" * 100_000, "mass"]
+    message = unknown_name("name", long, names)
+    assert "Did you mean" not in message and len(message) < 2 * MAX_MESSAGE
+    assert "Did you mean 'mass'" in unknown_name("name", "mas", names)
