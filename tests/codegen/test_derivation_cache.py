@@ -19,7 +19,7 @@ from painleve_sym.contacts.classify import classify
 from painleve_sym.contacts.compliant import CompliantContact
 from painleve_sym.contacts.contact_numbers import contact_numbers
 from painleve_sym.contacts.rigid import RigidContact
-from painleve_sym.engines import compiled
+from painleve_sym.engines import source
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.factory import make_engine
 from painleve_sym.engines.protocol import RunOptions
@@ -85,7 +85,7 @@ def without_derivation(monkeypatch):
         monkeypatch.setattr(kind, "automaton", property(refuse))
     monkeypatch.setattr(Mechanism, "coefficients", property(refuse))
     monkeypatch.setattr(LagrangianSystem, "mass_matrix", property(refuse))
-    monkeypatch.setattr(compiled, "source", refuse)
+    monkeypatch.setattr(source, "source", refuse)
     quantities._stored.cache_clear()
 
 
