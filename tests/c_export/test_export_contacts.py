@@ -100,7 +100,7 @@ def test_cases_of_the_paper_are_those_of_its_tables(tmp_path):
     """Table 3 is inconsistent, Table 1 slips; the friction that separates them is the package's."""
     done = export_c(SCENARIOS["rod"], tmp_path / "c", "rod")
     c, simulator = library(done), simulator_of(SCENARIOS["rod"])
-    names = [str(s.name) for s in simulator.outline.state_names]
+    names = simulator.outline.state_names
     p = np.array([done.trajectory.parameters[s] for s in simulator.outline.parameter_names])
 
     def case(**given):
