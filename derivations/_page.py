@@ -10,7 +10,7 @@ from pathlib import Path
 
 import sympy as sp
 
-from painleve_sym.mechanics.models import Mechanism
+from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.papers.formula import identical
 from painleve_sym.papers.impact_resolution.claims import CLAIMS
 from painleve_sym.quantities import derivative_latex

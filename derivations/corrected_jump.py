@@ -23,7 +23,7 @@ from painleve_sym.laws.finite_stiffness import (
     K,
     N,
 )
-from painleve_sym.laws.restitution import three_phase_jump
+from painleve_sym.laws.impact_cases import three_phase_jump
 from painleve_sym.mechanics.impact.impulse_rays import V_N
 from painleve_sym.mechanics.impact.impulse_rays import V_T as SLIP
 from painleve_sym.papers.formula import identical

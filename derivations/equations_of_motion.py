@@ -8,7 +8,8 @@ import sympy as sp
 
 from derivations._page import Derivation, Quantity, Step, mechanism_quantities
 from painleve_sym.mechanics.coefficients import F_N, F_T
-from painleve_sym.mechanics.models import Mechanism, rod
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.models.rods import rod
 from painleve_sym.quantities import derivative_latex
 
 TIME = sp.Symbol("t", real=True)

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from painleve_sym.cli import main
-from painleve_sym.mechanics.models import model
+from painleve_sym.codegen.named_mechanisms import model
 
 HERE = Path(__file__).resolve().parent
 OUTPUT = HERE / "output"

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from painleve_sym.choices import Record as Record
     from painleve_sym.choices import Reload as Reload
     from painleve_sym.choices import Restitution as Restitution
+    from painleve_sym.codegen.named_mechanisms import model as model
     from painleve_sym.complementarity.lcp import LCP as LCP
     from painleve_sym.contacts.classify import Classification as Classification
     from painleve_sym.contacts.classify import classify as classify
@@ -41,20 +42,19 @@ if TYPE_CHECKING:
     from painleve_sym.laws.catalogue import LawsByContact as LawsByContact
     from painleve_sym.laws.catalogue import law as law
     from painleve_sym.laws.closed_forms import closed_forms as closed_forms
-    from painleve_sym.laws.compliance import ContactLaw as ContactLaw
+    from painleve_sym.laws.contact_law import ContactLaw as ContactLaw
     from painleve_sym.laws.rigid_contact import RigidLaw as RigidLaw
     from painleve_sym.mechanics.bodies import Body as Body
     from painleve_sym.mechanics.bodies import Load as Load
     from painleve_sym.mechanics.bodies import Spring as Spring
     from painleve_sym.mechanics.coefficients import ContactCoefficients as ContactCoefficients
     from painleve_sym.mechanics.contact import Contact as Contact
+    from painleve_sym.mechanics.declarations import Coordinate as Coordinate
+    from painleve_sym.mechanics.declarations import Parameter as Parameter
     from painleve_sym.mechanics.mechanism import DomainBound as DomainBound
     from painleve_sym.mechanics.mechanism import Mechanism as Mechanism
-    from painleve_sym.mechanics.models import model as model
     from painleve_sym.mechanics.system import TIME as TIME
-    from painleve_sym.mechanics.system import Coordinate as Coordinate
     from painleve_sym.mechanics.system import LagrangianSystem as LagrangianSystem
-    from painleve_sym.mechanics.system import Parameter as Parameter
     from painleve_sym.mechanics.toml.mechanism_file import load_mechanism as load_mechanism
     from painleve_sym.motion.batch.result import BatchResult as BatchResult
     from painleve_sym.motion.finite_stiffness import CorrectedJump as CorrectedJump
@@ -102,9 +102,9 @@ _HOMES = {
     "Contact": "mechanics.contact",
     "ContactCase": "contacts.problem",
     "ContactCoefficients": "mechanics.coefficients",
-    "ContactLaw": "laws.compliance",
+    "ContactLaw": "laws.contact_law",
     "ContactProblem": "contacts.problem",
-    "Coordinate": "mechanics.system",
+    "Coordinate": "mechanics.declarations",
     "CorrectedJump": "motion.finite_stiffness",
     "CorrectedJumpRule": "motion.finite_stiffness",
     "CriticalForce": "study.critical.bisection",
@@ -128,7 +128,7 @@ _HOMES = {
     "ModelError": "errors",
     "PainleveError": "errors",
     "PainleveWarning": "errors",
-    "Parameter": "mechanics.system",
+    "Parameter": "mechanics.declarations",
     "Policy": "choices",
     "Record": "choices",
     "RegionMap": "study.maps.region_map",
@@ -155,7 +155,7 @@ _HOMES = {
     "fit": "study.fitting.problem",
     "law": "laws.catalogue",
     "load_mechanism": "mechanics.toml.mechanism_file",
-    "model": "mechanics.models",
+    "model": "codegen.named_mechanisms",
     "read_fit_data": "study.fitting.data",
     "region_map": "study.maps.region_map",
     "reproduce": "papers.registry",

@@ -40,7 +40,7 @@ class NamedModel:
         InputError
             Unknown names, values out of range.
         """
-        from painleve_sym.mechanics.models import model
+        from painleve_sym.codegen.named_mechanisms import model
 
         return model(self.name, **parameters)
 

@@ -37,7 +37,7 @@ def _function(mechanism: Mechanism) -> ca.Function:
     """Return W row by row, b, and slip velocity, A′ and B′ of each contact as one function."""
     n = len(mechanism.contacts)
     numbers = [contact_numbers(mechanism, i) for i in range(n)]
-    x = ca.SX.sym("x", len(numbers[0].symbols))
+    x = ca.SX.sym("x", len(numbers[0].arguments))
     rows = []
     W = ca.SX.zeros(2 * n, 2 * n)
     for i, own in enumerate(numbers):

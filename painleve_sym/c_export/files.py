@@ -23,10 +23,9 @@ from painleve_sym.c_export.text import (
     quoted,
 )
 from painleve_sym.codegen.compile import Compiler
-from painleve_sym.engines.protocol import RunOptions
-from painleve_sym.engines.source import ENGINE_REASONS
+from painleve_sym.engines.protocol import ENGINE_REASONS, RunOptions
 from painleve_sym.hybrid.signature import Outline
-from painleve_sym.mechanics.system import Parameter
+from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.motion.simulator import DEFAULT_RTOL, Simulator
 from painleve_sym.motion.trajectory import Trajectory
 
@@ -83,7 +82,7 @@ class Case:
             known[f"{c.name}_dot"] = meaning_and_unit(f"{c.unit}/s", f"rate of {c.name}")
         for clock in self.simulator.mechanism.system.clock:
             known[clock.name] = meaning_and_unit("s", "time of what moves as prescribed")
-        return {s.name: known.get(s.name) or described(s.name) for s in self.outline.states}
+        return {n: known.get(n) or described(n) for n in self.outline.state_names}
 
     @cached_property
     def engine(self) -> str:
@@ -151,11 +150,11 @@ def _example(case: Case) -> str:
 
 def _header(case: Case) -> str:
     outline, mechanism = case.outline, case.simulator.mechanism
-    memory, extra = [s.name for s in outline.memory], list(case.states)[len(case.motion) :]
+    memory, extra = outline.memory_names, list(case.states)[len(case.motion) :]
     loads = not case.simulator.initial_force_fault()
     counts: dict[str, Sized] = {
-        "states": outline.states,
-        "parameters": outline.parameters,
+        "states": outline.state_names,
+        "parameters": outline.parameter_names,
         "memory": memory,
         "modes": outline.modes,
         "outputs": outline.output_names,
@@ -165,7 +164,7 @@ def _header(case: Case) -> str:
         "contacts": mechanism.contacts,
         "cases": CASES,
     }
-    defined = ", ".join(s.name for s in outline.definitions) or "here nothing more"
+    defined = ", ".join(outline.definition_names) or "here nothing more"
     about = [mechanism.title, *([f"Source: {mechanism.source}"] if mechanism.source else [])]
     about += [f"Domain: {b.margin} > 0 ({b.meaning})." for b in mechanism.domain]
     values = case.shared | {f"{k}_count": len(v) for k, v in counts.items()}
@@ -174,7 +173,7 @@ def _header(case: Case) -> str:
         values
         | {
             "about": prose([line for line in about if line]),
-            "constants_count": len(outline.parameters) + len(outline.definitions),
+            "constants_count": len(outline.constant_names),
             "enums": _enums(case),
             "memory_room": max(1, len(memory)),
             "completed": ", ".join(s + " = 0" * s.endswith("dissipation") for s in extra),
@@ -278,13 +277,13 @@ _PRINT_END_OF_ONE = """\
 
 def _filled(text: str, case: Case) -> str:
     """Return a piece of C with what it says about the contacts of the case."""
-    parts, memory = case.outline.parts, [s.name for s in case.outline.memory]
+    parts, memory = case.outline.parts, case.outline.memory_names
     sizes = [len(part.local_modes) for part in parts]
     impulses = memory[sum(len(part.memory) for part in parts) :]
     values = {
         "local_names": ", ".join(quoted(n) for part in parts for n in part.local_modes),
         "first": ", ".join(str(sum(sizes[:i])) for i in range(len(sizes))),
-        "at": ", ".join(str(memory.index(part.memory[0].name)) for part in parts),
+        "at": ", ".join(str(memory.index(part.memory[0])) for part in parts),
         "impulse_names": ", ".join(map(quoted, impulses)),
         "first_impulse": len(memory) - len(impulses),
         "print_impulses": "",
@@ -296,8 +295,8 @@ def _filled(text: str, case: Case) -> str:
 
 def _enums(case: Case) -> str:
     outline, name = case.outline, case.name
-    parameters = [(s.name, case.declared[s.name]) for s in outline.parameters]
-    memory = [(s.name, described(s.name)) for s in outline.memory]
+    parameters = [(n, case.declared[n]) for n in outline.parameter_names]
+    memory = [(n, described(n)) for n in outline.memory_names]
     outputs = [(n, described(n)) for n in outline.output_names]
     ranges = [
         (n, f"{meaning_and_unit(p.unit, p.meaning)}; {p.range_text}; by default {p.default!r}")
@@ -355,7 +354,7 @@ def _model(case: Case) -> str:
 def _names(case: Case, outline: Outline, modes: Sequence[str]) -> str:
     tables = {
         "state_names[%s_STATES]": list(case.states),
-        "parameter_names[%s_PARAMETERS]": [s.name for s in outline.parameters],
+        "parameter_names[%s_PARAMETERS]": list(outline.parameter_names),
         "mode_names[%s_MODES]": modes,
         "output_names[%s_OUTPUTS]": outline.output_names,
         "event_names[%s_EVENTS]": case.outline.kinds,
@@ -368,14 +367,14 @@ def _names(case: Case, outline: Outline, modes: Sequence[str]) -> str:
         entries = ",\n  ".join(map(quoted, names))
         head = f"const char *const {case.name}_{table % case.name.upper()}"
         lines.append(f"{head} = {{\n  {entries}\n}};")
-    defaults = ", ".join(repr(case.declared[s.name].default) for s in outline.parameters)
+    defaults = ", ".join(repr(case.declared[n].default) for n in outline.parameter_names)
     head = f"const double {case.name}_default_parameters[{case.name.upper()}_PARAMETERS]"
     return "\n".join([*lines, f"{head} = {{{defaults}}};"])
 
 
 def _contact(case: Case) -> str:
-    states, contacts = case.outline.states, case.simulator.contact.rows
-    slips = ", ".join(str(states.index(row.symbols[2])) for row in contacts)
+    states, contacts = case.outline.state_names, case.simulator.contact.rows
+    slips = ", ".join(str(states.index(row.slip)) for row in contacts)
     values = contact_values(case.simulator.mechanism) | {"slip_states": slips}
     return filled("contact.c", case.shared | values)
 
@@ -383,8 +382,8 @@ def _contact(case: Case) -> str:
 def _main(case: Case) -> str:
     values = case.trajectory.parameters
     rows = [
-        f"    {values[s.name]!r},  /* {s.name}: {comment(case.declared[s.name].unit)} */"
-        for s in case.outline.parameters
+        f"    {values[n]!r},  /* {n}: {comment(case.declared[n].unit)} */"
+        for n in case.outline.parameter_names
     ]
     start = [
         f"    {value!r},  /* {n}: {comment(case.simulator.mechanism.state_units[n])} */"
@@ -414,7 +413,7 @@ def _printing(case: Case) -> dict[str, str]:
     if not case.outline.parts:
         event, end, modes = _PRINT_EVENT_OF_ONE, _PRINT_END_OF_ONE, ""
     else:
-        impulses = len(case.outline.memory) > sum(len(p.memory) for p in case.outline.parts)
+        impulses = len(case.outline.memory_names) > sum(len(p.memory) for p in case.outline.parts)
         event, end, modes = _PRINT_EVENT, _PRINT_END, _IMPULSE_NAMES * impulses + _PRINT_MODES
     texts = {"print_event": event, "print_end": end, "print_modes": modes}
     return {name: _filled(text, case) for name, text in texts.items()}

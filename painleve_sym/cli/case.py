@@ -8,10 +8,12 @@ from collections.abc import Callable
 from typing import Any
 
 from painleve_sym.cli.options import read_assignments, read_count, read_number, read_numbers
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import parse_toml, read_text
 from painleve_sym.laws.catalogue import Law, LawsByContact, law
-from painleve_sym.mechanics.models import MODELS, Mechanism, model
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.models import MODELS
 from painleve_sym.study.scenario import MAX_FILE, Scenario
 
 _NUMBERS = ("t_end", "initial_force", "rtol", "restitution")
@@ -115,7 +117,7 @@ def _check_owners(scenario: Scenario) -> None:
     """Point out a parameter that was given to the mechanism but belongs to the law."""
     if scenario.law is None or scenario.model not in MODELS:
         return
-    own = {p.name for p in model(scenario.model).system.parameters}
+    own = {p.name for p in model(scenario.model).outline.parameters}
     of_law = {p.name for p in scenario.contact_law().parameters}
     for name in scenario.parameters:
         if name not in own and name in of_law:

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from painleve_sym.cli.output import number, quantity, show, show_table
 from painleve_sym.contacts.impact.jump import JumpResult
 from painleve_sym.files import plain_fields
-from painleve_sym.motion.finite_stiffness import CorrectedJump
-from painleve_sym.motion.frozen_impact import FrozenEnd
+
+if TYPE_CHECKING:
+    from painleve_sym.motion.finite_stiffness import CorrectedJump
 
 _ENDS = {
-    FrozenEnd.SEPARATION: "the contact opens",
-    FrozenEnd.STAYS: "the contact stays closed: no jump",
-    FrozenEnd.NO_IMPACT: "the contact opens at once: no jump",
-    FrozenEnd.FAILED: "the numbers leave the range of floating point",
+    "SEPARATION": "the contact opens",
+    "STAYS": "the contact stays closed: no jump",
+    "NO_IMPACT": "the contact opens at once: no jump",
+    "FAILED": "the numbers leave the range of floating point",
 }
 
 _PHASE = (
@@ -64,4 +65,5 @@ def show_corrected(corrected: CorrectedJump, rigid: JumpResult, units: Mapping[s
     ]
     show_table(("velocity after", *(f"{n} [{units[n]}]" for n in names)), after)
     show()
-    show(f"{_ENDS[corrected.end]} after {quantity(corrected.duration, 's')}; by {corrected.method}")
+    end = _ENDS[corrected.end.name]
+    show(f"{end} after {quantity(corrected.duration, 's')}; by {corrected.method}")

@@ -20,7 +20,7 @@ from painleve_sym.cli.output import (
     write_map,
 )
 from painleve_sym.errors import InputError
-from painleve_sym.laws.compliance import ContactLaw
+from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.critical.bisection import Border, CriticalForce, CriticalForceFinder
 from painleve_sym.study.critical.gradient import ForceDerivative, critical_force_gradient
@@ -135,7 +135,7 @@ def _show(
         show(f"closed form with A and B held, approach included: {predicted}")
     if gradient:
         show()
-        units = {p.name: p.unit for p in finder.simulator.mechanism.system.parameters}
+        units = {p.name: p.unit for p in finder.simulator.mechanism.outline.parameters}
         units |= {p.name: p.unit for p in finder.simulator.own_parameters}
         units |= finder.simulator.mechanism.state_units
         table = [
@@ -147,7 +147,7 @@ def _show(
 
 def _show_case(scenario: Scenario, finder: CriticalForceFinder, drop: dict[str, float]) -> None:
     simulator = finder.simulator
-    declared = (*simulator.mechanism.system.parameters, *simulator.own_parameters)
+    declared = (*simulator.mechanism.outline.parameters, *simulator.own_parameters)
     units = {p.name: p.unit for p in declared}
     values = simulator.parameters({**scenario.parameters, **scenario.law_parameters})
     values = {n: v for n, v in values.items() if n not in drop}

@@ -15,8 +15,8 @@ from painleve_sym.cli.output import WIDTH, print_json, show
 from painleve_sym.cli.texts import DERIVE_FORMATS
 from painleve_sym.errors import InputError
 from painleve_sym.laws.closed_forms import closed_forms, impulse_units
+from painleve_sym.laws.impact_cases import V_N_MINUS
 from painleve_sym.laws.python_module import python_module
-from painleve_sym.laws.restitution import V_N_MINUS
 from painleve_sym.mechanics.formulas.formula import (
     Formula,
     ImpulsePhase,

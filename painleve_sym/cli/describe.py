@@ -5,21 +5,25 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from painleve_sym.cli.case import chosen_law, chosen_mechanism
 from painleve_sym.cli.output import number, print_json, show, show_table
 from painleve_sym.cli.texts import AUTOMATON_FORMATS
+from painleve_sym.codegen.derivation_cache import entry_key, read_entry, write_entry
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import plain_fields, to_plain
-from painleve_sym.hybrid.automaton import HybridAutomaton, Transition
 from painleve_sym.laws.catalogue import CHOICES, LAWS, one_law
-from painleve_sym.laws.compliance import ContactLaw
+from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.laws.restitution import RESTITUTIONS, RestitutionLaw
 from painleve_sym.laws.rigid_contact import RigidLaw
-from painleve_sym.mechanics.models import MODELS, Mechanism, model
-from painleve_sym.mechanics.system import TIME, Parameter
-from painleve_sym.motion.simulator import Simulator
+from painleve_sym.mechanics.declarations import TIME_NAME, Parameter
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.models import MODELS
+
+if TYPE_CHECKING:
+    from painleve_sym.hybrid.automaton import HybridAutomaton, Transition
 
 
 def checked_format(text: str, known: Sequence[str]) -> str:
@@ -55,14 +59,13 @@ def model_data(mechanism: Mechanism) -> dict[str, Any]:
                 "velocity": f"{c.name}_dot",
                 "velocity_unit": f"{c.unit}/s",
             }
-            for c in mechanism.system.coordinates
+            for c in mechanism.outline.coordinates
         ],
-        "parameters": [parameter_data(p) for p in mechanism.system.parameters],
+        "parameters": [parameter_data(p) for p in mechanism.outline.parameters],
         "contacts": [
-            {"name": c.name, "gap": str(c.gap), "slip_velocity": str(c.slip_velocity)}
-            for c in mechanism.contacts
+            plain_fields(c, "name", "gap", "slip_velocity") for c in mechanism.outline.contacts
         ],
-        "domain": [{"margin": str(b.margin), "meaning": b.meaning} for b in mechanism.domain],
+        "domain": [plain_fields(b, "margin", "meaning") for b in mechanism.outline.domain],
         "start": dict(mechanism.start),
         "sketch": mechanism.sketch,
     }
@@ -78,18 +81,18 @@ def _show_model(mechanism: Mechanism) -> None:
     show(f"{mechanism.name}: {mechanism.title}")
     show()
     print(mechanism.sketch)
-    rows = [(c.name, c.unit, c.meaning) for c in mechanism.system.coordinates]
+    rows = [(c.name, c.unit, c.meaning) for c in mechanism.outline.coordinates]
     rows += [
         (f"{c.name}_dot", f"{c.unit}/s", f"velocity of {c.name}")
-        for c in mechanism.system.coordinates
+        for c in mechanism.outline.coordinates
     ]
     if mechanism.depends_on_time:
-        rows.append((TIME.name, "s", "time of what moves as prescribed, at the start"))
+        rows.append((TIME_NAME, "s", "time of what moves as prescribed, at the start"))
     show_table(("state", "unit", "meaning"), rows, left=(0, 1, 2))
     show()
-    _show_parameters(mechanism.system.parameters)
+    _show_parameters(mechanism.outline.parameters)
     show()
-    for bound in mechanism.domain:
+    for bound in mechanism.outline.domain:
         show(f"  valid while {bound.margin} > 0: {bound.meaning}")
     if mechanism.start:
         start = ",".join(f"{name}={number(value)}" for name, value in mechanism.start.items())
@@ -113,12 +116,11 @@ def _range(parameter: Parameter) -> str:
 
 def laws(arguments: argparse.Namespace) -> int:
     """List the contact laws and the restitution rules."""
+    if arguments.json:
+        print_json(laws_data())
+        return 0
     catalogue = [one_law(name) for name in LAWS]
     rules = [make() for make in RESTITUTIONS.values()]
-    if arguments.json:
-        data = [law_data(one) for one in catalogue]
-        print_json({"laws": data, "restitution_rules": [rule_data(r) for r in rules]})
-        return 0
     show("contact laws (simulate, automaton): --law NAME --law-set PARAMETER=VALUE,...")
     for one in catalogue:
         show()
@@ -134,6 +136,20 @@ def laws(arguments: argparse.Namespace) -> int:
     rows = [(r.name, r.parameter.name, number(r.parameter.default), r.title) for r in rules]
     show_table(("rule", "coefficient", "default", "law"), rows, left=(0, 1, 3))
     return 0
+
+
+def laws_data() -> dict[str, Any]:
+    """Return all laws and rules as plain data, from the cache after the first time."""
+    key = entry_key("laws")
+    data = read_entry(key) if key else None
+    if data is None:
+        data = {
+            "laws": [law_data(one_law(name)) for name in LAWS],
+            "restitution_rules": [rule_data(make()) for make in RESTITUTIONS.values()],
+        }
+        if key:
+            write_entry(key, data)
+    return data
 
 
 def law_data(one: ContactLaw | RigidLaw) -> dict[str, Any]:
@@ -167,6 +183,8 @@ def automaton(arguments: argparse.Namespace) -> int:
     form = checked_format(arguments.format, AUTOMATON_FORMATS)
     mechanism = chosen_mechanism(arguments.model, arguments.contact)
     chosen = chosen_law(arguments.law, arguments.law_set)
+    from painleve_sym.motion.simulator import Simulator
+
     automaton = Simulator(mechanism, chosen).automaton
     if form == "json":
         print_json(automaton_data(automaton))

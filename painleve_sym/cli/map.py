@@ -26,7 +26,7 @@ from painleve_sym.cli.output import (
     write_map,
 )
 from painleve_sym.errors import InputError
-from painleve_sym.mechanics.models import Mechanism
+from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.study.maps.region_map import RegionMap, region_map
 
 _CASES = {
@@ -90,7 +90,7 @@ def _figure(regions: RegionMap) -> Any:
 
 
 def _show(regions: RegionMap, mechanism: Mechanism) -> None:
-    units: Mapping[str, str] = {p.name: p.unit for p in mechanism.system.parameters}
+    units: Mapping[str, str] = {p.name: p.unit for p in mechanism.outline.parameters}
     show(f"{mechanism.name} with {assignments(regions.parameters, units)}")
     held = {name: value for name, value in regions.state.items() if value != 0}
     if held:

@@ -17,7 +17,7 @@ from painleve_sym.contacts.impact.jump import JumpResult
 from painleve_sym.contacts.impact.tangential import TangentialImpact
 from painleve_sym.errors import InputError, PainleveWarning, StopReason
 from painleve_sym.files import to_plain
-from painleve_sym.mechanics.models import Mechanism
+from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.singular_limit import LimitKind
 from painleve_sym.motion.trajectory import EventRecord, Trajectory
 from painleve_sym.study.scenario import Scenario
@@ -33,8 +33,8 @@ def show_case(
     """Print the subject of the command: the mechanism, its parameters and the state."""
     if scenario.title:
         show(scenario.title)
-    units = {p.name: p.unit for p in mechanism.system.parameters}
-    values = {p.name: p.default for p in mechanism.system.parameters} | dict(scenario.parameters)
+    units = {p.name: p.unit for p in mechanism.outline.parameters}
+    values = {p.name: p.default for p in mechanism.outline.parameters} | dict(scenario.parameters)
     show(f"{mechanism.name} with {assignments(parameters or values, units)}")
     start = {k: v for k, v in (scenario.state or {}).items() if v != 0}
     others = "all 0" if not start else "others 0"
@@ -225,7 +225,7 @@ def samples(trajectory: Trajectory, count: int) -> dict[str, Any]:
 
 def _show_run(trajectory: Trajectory, scenario: Scenario, written: Mapping[str, str]) -> None:
     mechanism, law = scenario.mechanism(), scenario.contact_law()
-    own = {p.name for p in mechanism.system.parameters}
+    own = {p.name for p in mechanism.outline.parameters}
     values = trajectory.parameters
     show_case(mechanism, scenario, {k: v for k, v in values.items() if k in own})
     units = {p.name: p.unit for p in law.parameters}

@@ -33,6 +33,7 @@ _WHOLE = re.compile(
     r"CASADI_SYMBOL_EXPORT int (?P=name)\([^\n]*\{\n  return (?P=own)\([^\n]*\n\}\s*",
     re.S,
 )
+_HEAD = re.compile(r"^(PS_SHARED [^{;]*?) \{", re.M)
 _END = "#ifdef __cplusplus\n}"
 
 _PARTS = """\
@@ -51,6 +52,11 @@ _PART_LENGTH = 50_000
 """Characters of CasADi's functions in one part: a compiler takes half a second for them."""
 _DENSE_LENGTH = 30_000
 """Characters of other functions that take it as long: their loops are what it works on."""
+
+
+_STRAIGHT = "-O1"
+"""How far CasADi's functions are optimized: more takes the compiler half as long again, and makes
+no run faster that was measured. The event loop and the series gain by all there is."""
 
 
 def c_functions(functions: Iterable[ca.Function]) -> str:
@@ -73,7 +79,7 @@ def c_file(
     shared : str
         C text that every part sees first.
     more : sequence of str
-        Further functions, each beginning with `PS_SHARED`.
+        Further functions, each `PS_SHARED`.
     """
     text = _generated(functions)
     text, end, rest = text.rpartition(_END)
@@ -81,16 +87,17 @@ def c_file(
     blocks, declared = _without_copies(blocks)
     arguments = "(const casadi_real **, casadi_real **, casadi_int *, casadi_real *, int);"
     declared += [f"PS_SHARED int {f.name()}{arguments}" for f in functions]
-    declared += [f"{text.partition(' {')[0]};" for text in more]
-    groups = [*_shared_out(blocks, _PART_LENGTH), *_shared_out(more, _DENSE_LENGTH)]
-    parts = [_part(i, p) for i, p in enumerate(groups, 1)]
+    declared += [f"{head};" for text in more for head in _HEAD.findall(text)]
+    groups = [(text, _STRAIGHT) for text in _shared_out(blocks, _PART_LENGTH)]
+    groups += [(text, "") for text in _shared_out(more, _DENSE_LENGTH)]
+    parts = [_part(i, text, level) for i, (text, level) in enumerate(groups, 1)]
     # The callers come last, where the functions are known.
-    pieces = (_PARTS + head, shared, *declared, "", *parts, end + rest, _part(0, callers))
+    pieces = (_PARTS + head, shared, *declared, "", *parts, end + rest, _part(0, callers, ""))
     return "\n".join(pieces)
 
 
-def _part(number: int, text: str) -> str:
-    return f"#if PS_HAS({number})\n{text}\n#endif\n"
+def _part(number: int, text: str, level: str) -> str:
+    return f"#if PS_HAS({number}){f' /* {level} */' * bool(level)}\n{text}\n#endif\n"
 
 
 def _without_copies(blocks: Sequence[str]) -> tuple[list[str], list[str]]:

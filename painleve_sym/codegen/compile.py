@@ -47,10 +47,11 @@ Vectors made of statements side by side are off: gcc 12 contracts there against 
 """
 
 
+_PART = re.compile(r"^#if PS_HAS\((\d+)\)(?: /\* (-O\d) \*/)?$", re.M)
+"""A part of a file, and how far it is to be optimized where that is not as in `FLAGS`."""
 _PROGRAMS = (("cc",), ("gcc",), ("clang",))
 _ZIG = (sys.executable, "-m", "ziglang", "cc")
 _LOOKED_FOR = "cc, gcc, clang and the package ziglang"
-_PART = re.compile(r"^#if PS_HAS\((\d+)\)$", re.M)
 
 
 @dataclass(frozen=True)
@@ -290,18 +291,18 @@ def _build(source: str, compiler: Compiler, folder: Path, key: str) -> Path:
 
 
 def _compiled_parts(source: str, compiler: Compiler, c_file: Path) -> list[Path]:
-    """Compile the parts of a file side by side; none where it has one part, or one processor."""
-    parts = sorted(set(map(int, _PART.findall(source))))
-    workers = min(len(parts), os.cpu_count() or 1)
-    if workers < 2:
+    """Compile the parts of a file, side by side where there are processors; none of one part."""
+    parts = list(dict.fromkeys(_PART.findall(source)))
+    if len(parts) < 2:
         return []
 
-    def compiled(part: int) -> Path:
-        target = c_file.with_name(f"part_{part}.o")
-        _run(compiler, target, "-c", f"-DPS_PART={part}", c_file)
+    def compiled(part: tuple[str, str]) -> Path:
+        number, level = part
+        target = c_file.with_name(f"part_{number}.o")
+        _run(compiler, target, *filter(None, [level]), "-c", f"-DPS_PART={number}", c_file)
         return target
 
-    with ThreadPoolExecutor(workers) as pool:
+    with ThreadPoolExecutor(min(len(parts), os.cpu_count() or 1)) as pool:
         return list(pool.map(compiled, parts))
 
 

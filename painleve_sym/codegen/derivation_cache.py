@@ -9,17 +9,15 @@ from __future__ import annotations
 
 import functools
 import hashlib
+import importlib.util
 import json
 import os
 import tempfile
 from pathlib import Path
 from typing import Any
 
-import casadi as ca
-
 import painleve_sym
 from painleve_sym.codegen.cache import cache_folder, own_content
-from painleve_sym.mechanics.definition import SYMPY_VERSION, definition_text
 
 _DERIVING = ("mechanics", "laws", "hybrid", "contacts", "codegen", "engines", "motion")
 _AT_ONCE = 1 << 20
@@ -33,13 +31,22 @@ def entry_key(title: str, *objects: Any) -> str | None:
     title : str
         What the entry holds, and all else that it depends on.
     *objects : object
-        What it is derived from; see `definition_text`.
+        What it is derived from: texts, or what has a `definition` or a `definition_text`.
     """
     try:
-        texts = [definition_text(value) for value in objects]
+        texts = [_definition(thing) for thing in objects]
     except TypeError:
         return None
     return _hash("\n".join((_origin(), title, *texts)))[:40]
+
+
+def _definition(thing: Any) -> str:
+    known = thing if isinstance(thing, str) else getattr(thing, "definition", None)
+    if isinstance(known, str):
+        return known
+    from painleve_sym.mechanics.definition import definition_text
+
+    return definition_text(thing)
 
 
 @functools.lru_cache(maxsize=1)
@@ -54,8 +61,24 @@ def _origin() -> str:
                 code.update(content)
         finally:
             os.close(file)
-    versions = (painleve_sym.__version__, SYMPY_VERSION, ca.CasadiMeta.version())
-    return "\n".join((*versions, code.hexdigest()))
+    marks = (_package_mark("sympy", "release.py"), _package_mark("casadi", "_casadi.so"))
+    return "\n".join((painleve_sym.__version__, *marks, code.hexdigest()))
+
+
+def _package_mark(name: str, file: str) -> str:
+    """Return what tells one version of a package from another, without importing it."""
+    try:
+        spec = importlib.util.find_spec(name)
+    except ValueError:  # a stand-in without a specification
+        spec = None
+    home = os.path.dirname(spec.origin) if spec and spec.origin else ""
+    for path in (os.path.join(home, file), os.path.join(home, "__init__.py")):
+        try:
+            info = os.stat(path)
+        except OSError:
+            continue
+        return f"{path} {info.st_size} {info.st_mtime_ns}"
+    return name
 
 
 def _code_files() -> list[str]:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import casadi as ca
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.codegen.bridge import POWER_FLOOR, Translator
+
+if TYPE_CHECKING:
+    import casadi as ca
 
 BLOCK = 4096
 """Points CasADi's map takes at once: its work space stays small."""
@@ -23,10 +24,17 @@ def numbers(expressions: Sequence[Any], values: Mapping[Any, float]) -> Array:
     Parameters
     ----------
     expressions : sequence of sympy.Expr
-    values : mapping of sympy.Symbol to float
-        Every symbol that occurs.
+    values : mapping of sympy.Symbol or str to float
+        Every symbol that occurs, or its name.
     """
-    translate = Translator({s: ca.SX(v) for s, v in values.items()}, floor=0.0)
+    import casadi as ca
+
+    from painleve_sym.codegen.bridge import Translator
+
+    by_symbol = {s: ca.SX(v) for s, v in values.items() if not isinstance(s, str)}
+    occurring = {s for e in expressions for s in getattr(e, "free_symbols", ())}
+    by_symbol |= {s: ca.SX(values[s.name]) for s in occurring - set(by_symbol) if s.name in values}
+    translate = Translator(by_symbol, floor=0.0)
     column = translate.vector(list(expressions))
     return np.array(ca.evalf(ca.densify(column))).reshape(-1)
 
@@ -46,6 +54,10 @@ def expression_function(
     derivatives : sequence of sympy.Symbol
         Each expression's derivatives by these follow all the expressions, expression by expression.
     """
+    import casadi as ca
+
+    from painleve_sym.codegen.bridge import POWER_FLOOR, Translator
+
     x = ca.SX.sym("x", len(symbols))
     table = {s: x[i] for i, s in enumerate(symbols)}
     # Values without derivatives need no floor under a power.

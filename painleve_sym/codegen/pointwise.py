@@ -2,38 +2,18 @@
 
 from __future__ import annotations
 
-import ctypes
 import warnings
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import casadi as ca
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.codegen.c_functions import c_functions
-from painleve_sym.codegen.compile import load
+from painleve_sym.codegen.array_function import ArrayFunction
 from painleve_sym.codegen.evaluate import at_points, expression_function
 from painleve_sym.errors import CompilerMissing, InputError, PainleveWarning, unknown_name
 
 ENGINES = ("auto", "compiled", "casadi")
-
-_LOOP = """
-__attribute__((visibility("default")))
-void ps_pointwise(long n, const double *const *in, const long *stride, double *out) {
-  const double *arg[PS_IN + 1];
-  double point[PS_IN + 1], value[PS_OUT], *res[1] = {value}, w[PS_WORK + 1];
-  casadi_int iw[PS_INTEGERS + 1];
-  long k;
-  int j;
-  arg[0] = point;
-  for (k = 0; k < n; ++k) {
-    for (j = 0; j < PS_IN; ++j) point[j] = in[j][k * stride[j]];
-    pointwise(arg, res, iw, w, 0);
-    for (j = 0; j < PS_OUT; ++j) out[j * n + k] = value[j];
-  }
-}
-"""
 
 
 class Pointwise:
@@ -77,12 +57,12 @@ class Pointwise:
         self.symbols = tuple(symbols)
         self._function = expression_function("pointwise", expressions, self.symbols, derivatives)
         self.outputs = int(self._function.numel_out(0))
-        self._library = self._compiled(engine) if engine != "casadi" else None
-        self.engine = "casadi" if self._library is None else "compiled"
+        self._loop = self._compiled(engine) if engine != "casadi" else None
+        self.engine = "casadi" if self._loop is None else "compiled"
 
-    def _compiled(self, engine: str) -> ctypes.CDLL | None:
+    def _compiled(self, engine: str) -> ArrayFunction | None:
         try:
-            library = load(_source(self._function))
+            return ArrayFunction.of(self._function)
         except CompilerMissing as error:
             if engine == "compiled":
                 raise
@@ -92,9 +72,6 @@ class Pointwise:
                 stacklevel=4,
             )
             return None
-        library.ps_pointwise.argtypes = (ctypes.c_long, *[ctypes.c_void_p] * 3)
-        library.ps_pointwise.restype = None
-        return library
 
     def __call__(self, values: Mapping[Any, Any]) -> Array:
         """Return the expressions at the points, shape (outputs, *shape of the points).
@@ -121,18 +98,8 @@ class Pointwise:
             ) from error
         flat = [_plain(a, shape) for a in arrays]
         n = int(np.prod(shape, dtype=np.int64))
-        rows = self._by_loop(flat, n) if self._library is not None else self._by_map(flat, n)
+        rows = self._loop.at_points(flat, n) if self._loop is not None else self._by_map(flat, n)
         return rows.reshape(self.outputs, *shape)
-
-    def _by_loop(self, arrays: list[Array], n: int) -> Array:
-        assert self._library is not None
-        count = len(arrays)
-        out = np.empty((self.outputs, n))
-        addresses = (ctypes.c_void_p * (count + 1))(*(a.ctypes.data for a in arrays))
-        # A number is an array of one entry that the loop stays on.
-        strides = (ctypes.c_long * (count + 1))(*(int(a.ndim > 0) for a in arrays))
-        self._library.ps_pointwise(n, addresses, strides, out.ctypes.data)
-        return out
 
     def _by_map(self, arrays: list[Array], n: int) -> Array:
         points = np.empty((n, len(arrays)))
@@ -146,15 +113,3 @@ def _plain(array: Array, shape: tuple[int, ...]) -> Array:
     if array.ndim == 0:
         return array
     return np.ascontiguousarray(np.broadcast_to(array, shape)).reshape(-1)
-
-
-def _source(function: ca.Function) -> str:
-    code = c_functions([function])
-    sizes = {
-        "IN": function.numel_in(0),
-        "OUT": function.numel_out(0),
-        "WORK": function.sz_w(),
-        "INTEGERS": function.sz_iw(),
-    }
-    lines = [f"#define PS_{name} {value}" for name, value in sizes.items()]
-    return "\n".join((code, *lines, _LOOP))

@@ -1,19 +1,25 @@
-"""Named numbers of a state from formulas, taken from the cache where they were derived before."""
+"""Named numbers of a state from formulas, compiled, and taken from the cache the next time."""
 
 from __future__ import annotations
 
 import functools
+import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
-import casadi as ca
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.codegen.array_function import ArrayFunction, Selection
+from painleve_sym.codegen.compile import compiler_mark, library_named
 from painleve_sym.codegen.derivation_cache import entry_key, read_entry, write_entry
-from painleve_sym.codegen.evaluate import at_points, expression_function
+from painleve_sym.errors import CompilerMissing
 from painleve_sym.time_limit import within_time
+
+if TYPE_CHECKING:
+    import casadi as ca
 
 
 @dataclass(frozen=True)
@@ -23,36 +29,60 @@ class Quantities:
     Attributes
     ----------
     names : tuple of str
-    symbols : tuple of sympy.Symbol
-        Arguments of the function, in this order.
-    function : casadi.Function
-        Of one vector, shape (len(symbols),), to one of shape (len(names),).
+    arguments : tuple of str
+        Names of the arguments of the function, in this order.
+    text : str
+        The function as CasADi writes it.
+    compiled : ArrayFunction or Selection or None
+        None where there is no C compiler: CasADi then evaluates it.
     """
 
     names: tuple[str, ...]
-    symbols: tuple[Any, ...]
-    function: ca.Function
+    arguments: tuple[str, ...]
+    text: str
+    compiled: ArrayFunction | Selection | None
 
-    def __call__(self, values: Mapping[Any, float]) -> dict[str, float]:
-        """Return the numbers by name; `values` holds every symbol and may hold others."""
-        numbers = np.array(self.function([values[s] for s in self.symbols])).reshape(-1)
-        return dict(zip(self.names, map(float, numbers), strict=True))
+    @cached_property
+    def function(self) -> ca.Function:
+        """CasADi's function of one vector, shape (arguments,), to one of shape (names,)."""
+        import casadi as ca
 
-    def at(self, values: Mapping[Any, Array]) -> dict[str, Array]:
+        return ca.Function.deserialize(self.text)
+
+    def of_vector(self, values: Sequence[float]) -> list[float]:
+        """Return the numbers for all arguments in their order."""
+        if self.compiled is not None:
+            return self.compiled.at_point(values)
+        return [float(v) for v in np.array(self.function(list(values))).reshape(-1)]
+
+    def __call__(self, values: Mapping[str, float]) -> dict[str, float]:
+        """Return the numbers by name; `values` holds every argument and may hold others."""
+        numbers = self.of_vector([values[name] for name in self.arguments])
+        return dict(zip(self.names, numbers, strict=True))
+
+    def at(self, values: Mapping[str, Array]) -> dict[str, Array]:
         """Return the numbers at n points, each of shape (n,), the same bits as one by one.
 
         Parameters
         ----------
-        values : mapping of sympy.Symbol to ndarray, shape (n,)
-            Every symbol, and maybe others.
+        values : mapping of str to ndarray, shape (n,)
+            Every argument, and maybe others.
         """
-        points = np.array([values[s] for s in self.symbols], dtype=np.float64).T.copy()
-        numbers = at_points(self.function, points)
-        return dict(zip(self.names, numbers.T, strict=True))
+        arrays = [np.ascontiguousarray(values[name], np.float64) for name in self.arguments]
+        if self.compiled is not None:
+            numbers = self.compiled.at_points(arrays, len(arrays[0]))
+        else:
+            from painleve_sym.codegen.evaluate import at_points
+
+            numbers = at_points(self.function, np.array(arrays).T.copy()).T
+        return dict(zip(self.names, numbers, strict=True))
 
 
 def quantities(
-    title: str, of: Any, symbols: Sequence[Any], derive: Callable[[], Mapping[str, Any]]
+    title: str,
+    of: Any,
+    arguments: Sequence[str],
+    derive: Callable[[], tuple[Mapping[str, Any], Sequence[Any]]],
 ) -> Quantities:
     """Return formulas ready to be evaluated; `derive` is called only where the cache lacks them.
 
@@ -62,26 +92,60 @@ def quantities(
         Distinguishes these formulas from others of the same object.
     of : object
         What they are derived from (`definition_text`).
-    symbols : sequence of sympy.Symbol
-        Every symbol that occurs in the formulas.
+    arguments : sequence of str
+        Names of every symbol that occurs in the formulas.
     derive : callable
-        Returns the formulas by name.
+        Returns the formulas by name, and the symbols of the arguments.
     """
-    text = f"quantities\n{title}"
+    mark = _mark(os.environ.get("CC"), os.environ.get("PATH"))
+    text = f"quantities\n{title}\n{mark}"
     key = _text_key(text, of) if isinstance(of, str) else entry_key(text, of)
-    names, function = _stored(key) if key else ((), None)
-    if function is None:
+    stored = _stored(key, tuple(arguments)) if key else None
+    if stored is not None:
+        return stored
+    from painleve_sym.codegen.evaluate import expression_function
 
-        def derived() -> tuple[tuple[str, ...], ca.Function]:
-            formulas = derive()
-            values = tuple(formulas.values())
-            return tuple(formulas), expression_function("quantities", values, symbols)
+    def derived() -> tuple[Mapping[str, Any], Sequence[Any], ca.Function]:
+        formulas, symbols = derive()
+        values = tuple(formulas.values())
+        return formulas, symbols, expression_function("quantities", values, symbols)
 
-        names, function = within_time(title, derived)
-        if key:
-            write_entry(key, {"names": names, "function": function.serialize()})
-            _stored.cache_clear()
-    return Quantities(names, tuple(symbols), function)
+    formulas, symbols, function = within_time(title, derived)
+    written = function.serialize()
+    selected = _selected(tuple(formulas.values()), symbols)
+    compiled = _compiled(function) if mark and selected is None else None
+    if key:
+        library = compiled.library.name if compiled else ""
+        entry = {"names": list(formulas), "text": written, "library": library}
+        write_entry(key, entry | {"selected": selected})
+        _stored.cache_clear()
+    evaluated = compiled if selected is None else Selection(selected)
+    return Quantities(tuple(formulas), tuple(arguments), written, evaluated)
+
+
+def _selected(formulas: Sequence[Any], symbols: Sequence[Any]) -> list[int | float] | None:
+    """Return for every formula the index of its symbol, or its number; None where one is more."""
+    places = {symbol: i for i, symbol in enumerate(symbols)}
+    entries: list[int | float] = []
+    for formula in formulas:
+        place = places.get(formula)
+        if place is None and not getattr(formula, "is_Integer", False):
+            return None
+        entries.append(float(formula) if place is None else place)
+    return entries
+
+
+def _compiled(function: ca.Function) -> ArrayFunction | None:
+    try:
+        return ArrayFunction.of(function)
+    except CompilerMissing:
+        return None
+
+
+@functools.lru_cache(maxsize=8)
+def _mark(_command: str | None, _path: str | None) -> str | None:
+    """Return `compiler_mark`, looked for once for each setting of CC and PATH."""
+    return compiler_mark()
 
 
 # Every run asks for the same few.
@@ -90,8 +154,18 @@ _text_key = functools.lru_cache(maxsize=256)(entry_key)
 
 # One entry is asked for again and again, at every state that is looked at.
 @functools.lru_cache(maxsize=64)
-def _stored(key: str) -> tuple[tuple[str, ...], ca.Function | None]:
+def _stored(key: str, arguments: tuple[str, ...]) -> Quantities | None:
     entry = read_entry(key)
     if entry is None:
-        return (), None
-    return tuple(entry["names"]), ca.Function.deserialize(entry["function"])
+        return None
+    names, text = tuple(entry["names"]), entry["text"]
+    if entry["selected"] is not None:
+        return Quantities(names, arguments, text, Selection(entry["selected"]))
+    library = library_named(entry["library"]) if entry["library"] else None
+    if library is not None:
+        return Quantities(
+            names, arguments, text, ArrayFunction(library, len(arguments), len(names))
+        )
+    import casadi as ca
+
+    return Quantities(names, arguments, text, _compiled(ca.Function.deserialize(text)))

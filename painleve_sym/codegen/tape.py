@@ -6,18 +6,20 @@ without the mechanism, the law, a compiler or anything that is executed.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.special import erf
 
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.derivation_cache import entry_key, read_entry, write_entry
-from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.errors import InputError, TranslationError, unknown_name
-from painleve_sym.hybrid.signature import AutomatonBuilder
+
+if TYPE_CHECKING:
+    from painleve_sym.codegen.modes import AutomatonFunctions
+    from painleve_sym.hybrid.signature import AutomatonBuilder
 
 _ONE: Mapping[str, Callable[[Any], Any]] = {
     "ASSIGN": lambda x: x,
@@ -44,7 +46,7 @@ _ONE: Mapping[str, Callable[[Any], Any]] = {
     "CEIL": np.ceil,
     "FABS": np.abs,
     "SIGN": np.sign,
-    "ERF": erf,
+    "ERF": np.vectorize(math.erf, otypes=[float]),
     "EXPM1": np.expm1,
     "LOG1P": np.log1p,
     "NOT": lambda x: np.where(x == 0, 1.0, 0.0),
@@ -257,6 +259,8 @@ def output_tapes(builder: AutomatonBuilder) -> TapeOutputs:
     entry = read_entry(key) if key else None
     if entry is not None:
         return TapeOutputs.of_data(entry["tapes"])
+    from painleve_sym.codegen.modes import AutomatonFunctions
+
     tapes = tapes_of_functions(AutomatonFunctions(builder.automaton))
     if key:
         write_entry(key, {"tapes": tapes.to_data()})

@@ -21,7 +21,6 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-import casadi as ca
 import numpy as np
 import numpy.typing as npt
 
@@ -290,6 +289,8 @@ class _RelaxedProgram:
         self.lcp = lcp
         self.options = options
         self.scaled, self.unit = equilibrate(lcp)
+        import casadi as ca
+
         z = ca.SX.sym("z", lcp.size)
         last = ca.SX.sym("last", lcp.size)
         w = ca.DM(self.scaled.matrix) @ z + ca.DM(self.scaled.offset)

@@ -23,9 +23,6 @@ from painleve_sym.contacts.contact_states import (
     domain_transitions,
 )
 from painleve_sym.contacts.interfaces import (
-    CONTACT,
-    MOTION,
-    START,
     CompliantInterface,
     ContactMotion,
     GuideInterface,
@@ -33,9 +30,10 @@ from painleve_sym.contacts.interfaces import (
     RigidInterface,
     zero_factor,
 )
+from painleve_sym.contacts.model import CONTACT, MOTION, START, check_several
 from painleve_sym.contacts.preparation import preparation
 from painleve_sym.contacts.rigid import SINGULAR_MARGIN
-from painleve_sym.errors import EventKind, InputError, StopReason
+from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.hybrid.automaton import (
     Choice,
     Definition,
@@ -45,12 +43,13 @@ from painleve_sym.hybrid.automaton import (
     Mode,
     Transition,
 )
-from painleve_sym.laws.compliance import ContactLaw
+from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.contact_set import ContactSet
+from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.simplify import readable
-from painleve_sym.mechanics.system import TIME, Parameter
+from painleve_sym.mechanics.system import TIME
 
 _ZERO = sp.Integer(0)
 
@@ -80,16 +79,7 @@ class PluralContacts:
     laws: tuple[ContactLaw | RigidLaw, ...]
 
     def __post_init__(self) -> None:
-        rigid = list(dict.fromkeys(law for law in self.laws if isinstance(law, RigidLaw)))
-        if len(rigid) > 1:
-            first, second = (
-                ", ".join(f"{k} {v!r}" for k, v in law.choices.items()) for law in rigid[:2]
-            )
-            raise InputError(
-                f"{self.mechanism.name}: rigid contacts: got laws with {first} and with {second}, "
-                "and contacts that have an impact together follow one law. "
-                "Fix: give all rigid contacts the same restitution law and policy."
-            )
+        check_several(self.mechanism, self.laws)
 
     @property
     def rigid_law(self) -> RigidLaw:

@@ -9,7 +9,7 @@ from typing import Any
 from painleve_sym.contacts.impact.one_contact import ImpactEnd, solve_impact
 from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.files import to_plain
-from painleve_sym.mechanics.impact.classes import ImpactClass
+from painleve_sym.mechanics.impact.impact_class import ImpactClass
 
 REVERSE_CHATTER = "reverse_chatter"
 """Name of the way out of contact by growing bounces, beside the modes of the contact problem."""

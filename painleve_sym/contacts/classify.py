@@ -10,17 +10,18 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.complementarity.uniqueness import Uniqueness
-from painleve_sym.contacts import guide
 from painleve_sym.contacts.chatter import Chatter, chatter
 from painleve_sym.contacts.contact_numbers import ContactNumbers, all_contact_numbers
-from painleve_sym.contacts.inputs import resolve_state, symbol_values
+from painleve_sym.contacts.inputs import resolve_state
 from painleve_sym.contacts.local_mode import ContactMode
+from painleve_sym.contacts.model import guide_slip_mode, guide_stick_mode
 from painleve_sym.contacts.problem import ContactCase, ContactProblem, ContactSolution
 from painleve_sym.errors import InputError
 from painleve_sym.laws.restitution import RESTITUTIONS
-from painleve_sym.mechanics.models import Mechanism, MechanismLike, as_mechanism
-from painleve_sym.mechanics.system import resolve_parameters
+from painleve_sym.mechanics.declarations import resolve_parameters
+from painleve_sym.mechanics.mechanism import Mechanism
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,9 +191,9 @@ def solution_name(solution: ContactSolution, problem: ContactProblem) -> str:
         return solution.mode.value
     side = 1 if solution.normal_force >= 0 else -1
     if solution.mode is ContactMode.STICK:
-        return guide.stick_mode(side)
+        return guide_stick_mode(side)
     slip = 1 if solution.mode is ContactMode.SLIP_POS else -1
-    return guide.slip_mode(slip, side, problem.A_slip(slip, side) < 0)
+    return guide_slip_mode(slip, side, problem.A_slip(slip, side) < 0)
 
 
 def contact_problem(
@@ -203,13 +204,11 @@ def contact_problem(
     The slip velocity of an only contact that is held as a state of its own (``slip_velocity`` of an
     event) is taken from there.
     """
-    numbers = all_contact_numbers(
-        mechanism, symbol_values(mechanism, state, parameters), parameters
-    )
+    numbers = all_contact_numbers(mechanism, {**state, **parameters})
     slip = numbers.slip_velocity
     if len(slip) == 1:
         slip = np.array([state.get("slip_velocity", slip[0])])
-    bilateral = np.array([c.bilateral for c in mechanism.contacts])
+    bilateral = np.array([c.bilateral for c in mechanism.outline.contacts])
     return ContactProblem(numbers.W, numbers.b, numbers.mu, slip, bilateral)
 
 
@@ -251,10 +250,10 @@ def classify(
     """
     mechanism = as_mechanism(mechanism)
     state = mechanism.start if state is None else state
-    declared = mechanism.system.parameters
+    declared = mechanism.outline.parameters
     values = resolve_parameters(f"{mechanism.name!r}", declared, parameters or {})
     start = resolve_state(mechanism, state, values)
-    numbers = all_contact_numbers(mechanism, symbol_values(mechanism, start, values), values)
+    numbers = all_contact_numbers(mechanism, {**start, **values})
     closed = closed_contacts(f"classify {mechanism.name!r}", mechanism, numbers)
     rows = [row for i in closed for row in (2 * i, 2 * i + 1)]
     problem = ContactProblem(
@@ -262,9 +261,9 @@ def classify(
         numbers.b[rows],
         numbers.mu[closed],
         numbers.slip_velocity[closed],
-        np.array([mechanism.contacts[i].bilateral for i in closed]),
+        np.array([mechanism.outline.contacts[i].bilateral for i in closed]),
     )
-    names = [c.name for c in mechanism.contacts]
+    names = [c.name for c in mechanism.outline.contacts]
     return Classification(
         mechanism=mechanism.name,
         state=start,
@@ -299,8 +298,8 @@ def closed_contacts(where: str, mechanism: Mechanism, numbers: ContactNumbers) -
     """
     faults: list[str] = []
     closed: list[int] = []
-    single = len(mechanism.contacts) == 1
-    for i, contact in enumerate(mechanism.contacts):
+    single = len(mechanism.outline.contacts) == 1
+    for i, contact in enumerate(mechanism.outline.contacts):
         gap, rate = float(numbers.gap[i]), float(numbers.gap_rate[i])
         near, slow = float(numbers.gap_tolerance[i]), float(numbers.rate_tolerance[i])
         name = "the contact" if single else f"contact {contact.name!r}"

@@ -7,19 +7,15 @@ from functools import cached_property
 
 import sympy as sp
 
-from painleve_sym.contacts.contact_states import (
-    CONTACT_WORK,
-    CONTACTS,
-    FLIGHT,
-    ContactStates,
-    domain_transitions,
-)
+from painleve_sym.contacts.contact_states import CONTACT_WORK, ContactStates, domain_transitions
+from painleve_sym.contacts.model import CONTACTS, FLIGHT, check_compliant
 from painleve_sym.contacts.preparation import preparation
-from painleve_sym.errors import EventKind, InputError
+from painleve_sym.errors import EventKind
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition, positive
-from painleve_sym.laws.compliance import DELTA, DELTA_DOT, SEPARATED, Branch, ContactLaw, Exit
+from painleve_sym.laws.compliance import DELTA, DELTA_DOT, SEPARATED, Branch, Exit
+from painleve_sym.laws.contact_law import ContactLaw
+from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.mechanics.simplify import readable
-from painleve_sym.mechanics.system import Parameter
 
 INDENTED = "flight_indented"
 
@@ -38,13 +34,8 @@ class CompliantContact(ContactStates):
     law: ContactLaw
 
     def __post_init__(self) -> None:
-        if any(c.bilateral for c in self.mechanism.contacts):
-            raise InputError(
-                f"mechanism {self.mechanism.name!r} with law {self.law.name!r}: its contact holds "
-                "from both sides, and a law only pushes. Fix: use the law rigid, or describe the "
-                "guide as two contacts."
-            )
-        taken = [p.name for p in self.mechanism.system.parameters]
+        check_compliant(self.mechanism, self.law)
+        taken = [p.name for p in self.mechanism.outline.parameters]
         self.__dict__["law"] = self.law.apart_from(taken)
 
     @property

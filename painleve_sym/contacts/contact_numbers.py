@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import sympy as sp
 
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.mechanics.mechanism import Mechanism
+
+if TYPE_CHECKING:
+    from sympy import Expr
 
 CONTACT_TOLERANCE = 1e-12
 """Part of the mechanism's length and speed below which gap and its rate are 0: round-off."""
@@ -53,20 +55,16 @@ class ContactNumbers:
     rate_tolerance: Array
 
 
-def all_contact_numbers(
-    mechanism: Mechanism, values: Mapping[Any, float], parameters: Mapping[str, float]
-) -> ContactNumbers:
+def all_contact_numbers(mechanism: Mechanism, values: Mapping[str, float]) -> ContactNumbers:
     """Return the numbers of all contacts, each formula evaluated once.
 
     Parameters
     ----------
     mechanism : Mechanism
-    values : mapping of sympy.Symbol to float
-        Coordinates, velocities and parameters (`symbol_values`).
-    parameters : mapping of str to float
-        By name.
+    values : mapping of str to float
+        Coordinates, velocities and parameters by name.
     """
-    n = len(mechanism.contacts)
+    n = len(mechanism.outline.contacts)
     numbers = [contact_numbers(mechanism, i)(values) for i in range(n)]
     W = np.zeros((2 * n, 2 * n))
     for i, own in enumerate(numbers):
@@ -83,7 +81,7 @@ def all_contact_numbers(
     return ContactNumbers(
         W=W,
         b=np.array([own[name] for own in numbers for name in ("b_n", "b_t")]),
-        mu=np.array([float(parameters[c.friction.name]) for c in mechanism.contacts]),
+        mu=np.array([float(values[c.friction]) for c in mechanism.outline.contacts]),
         **motion,
     )
 
@@ -101,12 +99,11 @@ def contact_numbers(mechanism: Mechanism, i: int = 0) -> Quantities:
     i : int
         Which of its contacts.
     """
-    return quantities(
-        f"contact {i}", mechanism.definition, _symbols(mechanism), lambda: _formulas(mechanism, i)
-    )
+    names = argument_names(mechanism)
+    return quantities(f"contact {i}", mechanism.definition, names, lambda: _formulas(mechanism, i))
 
 
-def length_formula(mechanism: Mechanism, i: int = 0) -> sp.Expr:
+def length_formula(mechanism: Mechanism, i: int = 0) -> Expr:
     """Return the length that the mechanism gives to compare others with; m.
 
     The geometric mean of the positive parameters in m. Without one √(W_nn Σ M_aa) over the angles
@@ -119,6 +116,8 @@ def length_formula(mechanism: Mechanism, i: int = 0) -> sp.Expr:
     i : int
         Which of its contacts.
     """
+    import sympy as sp
+
     system = mechanism.system
     lengths = [p.symbol for p in system.parameters if p.unit == "m"]
     positive = [s for s in lengths if s.is_positive]
@@ -132,9 +131,7 @@ def length_formula(mechanism: Mechanism, i: int = 0) -> sp.Expr:
     return sp.Max(*map(sp.Abs, (*lengths, mechanism.contacts[i].gap)))
 
 
-def closed_within(
-    length: sp.Expr, kinetic: sp.Expr, W_nn: sp.Expr, b_n: sp.Expr
-) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
+def closed_within(length: Expr, kinetic: Expr, W_nn: Expr, b_n: Expr) -> tuple[Expr, Expr, Expr]:
     """Return the characteristic length L, and the gap and gap rate up to which a contact is closed.
 
     L measures coordinates and gap, in m: `length_formula`; where that is 0 the height
@@ -148,6 +145,8 @@ def closed_within(
     length, kinetic, W_nn, b_n : sympy.Expr
         `length_formula` in m, kinetic energy T in J, mobility in 1/kg, acceleration in m/s².
     """
+    import sympy as sp
+
     pull, twice = sp.Abs(b_n, evaluate=False), _product(sp.Integer(2), kinetic, W_nn)
     height = _product(twice, sp.Pow(pull, -1, evaluate=False))
     rises = sp.And(sp.Gt(pull, 0, evaluate=False), sp.Gt(height, 0, evaluate=False), evaluate=False)
@@ -159,7 +158,9 @@ def closed_within(
     return measure, _product(part, measure), _product(part, speed)
 
 
-def _product(*factors: sp.Expr) -> sp.Expr:
+def _product(*factors: Expr) -> Expr:
+    import sympy as sp
+
     return sp.Mul(*factors, evaluate=False)
 
 
@@ -171,35 +172,46 @@ def domain_margins(mechanism: Mechanism) -> Quantities:
     return quantities(
         "domain",
         mechanism.definition,
-        _symbols(mechanism),
-        lambda: {f"margin_{i}": bound.margin for i, bound in enumerate(mechanism.domain)},
+        argument_names(mechanism),
+        lambda: (
+            {f"margin_{i}": bound.margin for i, bound in enumerate(mechanism.domain)},
+            argument_symbols(mechanism),
+        ),
     )
 
 
 def couplings(mechanism: Mechanism) -> Quantities:
     """Return the entries W_row_column above the diagonal that couple two contacts."""
 
-    def formulas() -> dict[str, Any]:
+    def formulas() -> tuple[dict[str, Any], tuple[Any, ...]]:
         rows = [row for c in mechanism.contacts for row in (c.J_N, c.J_T)]
         inverse = mechanism.system.inverse_mass_matrix
-        return {
+        entries = {
             f"W_{r}_{c}": (rows[r] * inverse * rows[c].T)[0]
             for r, c in combinations(range(len(rows)), 2)
             if r // 2 != c // 2
         }
+        return entries, argument_symbols(mechanism)
 
-    return quantities("couplings", mechanism.definition, _symbols(mechanism), formulas)
+    return quantities("couplings", mechanism.definition, argument_names(mechanism), formulas)
 
 
-def _symbols(mechanism: Mechanism) -> tuple[Any, ...]:
+def argument_names(mechanism: Mechanism) -> tuple[str, ...]:
+    """Return the names of what the numbers of a mechanism depend on: states, then parameters."""
+    return (*mechanism.state_names, *(p.name for p in mechanism.outline.parameters))
+
+
+def argument_symbols(mechanism: Mechanism) -> tuple[Any, ...]:
+    """Return the symbols of `argument_names`."""
     return (*mechanism.motion, *(p.symbol for p in mechanism.system.parameters))
 
 
-def _formulas(mechanism: Mechanism, i: int) -> Mapping[str, Any]:
+def _formulas(mechanism: Mechanism, i: int) -> tuple[Mapping[str, Any], tuple[Any, ...]]:
     system, contact, c = mechanism.system, mechanism.contacts[i], mechanism.all_coefficients[i]
     forces = ("W_nn", "W_nt", "W_tt", "b_n", "b_t", "A_stick", "B_stick")
     formulas = {name: getattr(contact, name) for name in _MOTION}
     formulas |= {name: getattr(c, name) for name in forces}
     given = length_formula(mechanism, i), system.kinetic_energy, c.W_nn, c.b_n
     _, near, slow = closed_within(*given)
-    return formulas | {"gap_tolerance": near, "rate_tolerance": slow}
+    formulas |= {"gap_tolerance": near, "rate_tolerance": slow}
+    return formulas, argument_symbols(mechanism)

@@ -8,22 +8,19 @@ from typing import Any
 
 import sympy as sp
 
+from painleve_sym.contacts.model import CONTACT_LOSS, CONTACTS, FORCE_LOSS, FRICTION_LOSS
 from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.hybrid.automaton import Choice, Mode, Reset, Transition
 from painleve_sym.mechanics.coefficients import F_N, F_T
 from painleve_sym.mechanics.contact import Contact
-from painleve_sym.mechanics.models import Mechanism
+from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import TIME
 
 GAP, GAP_RATE = sp.Symbol("gap", real=True), sp.Symbol("gap_dot", real=True)
 SLIP = sp.Symbol("slip_velocity", real=True)
-FRICTION_WORK = sp.Symbol("friction_dissipation", real=True)
-CONTACT_WORK = sp.Symbol("contact_dissipation", real=True)
-FORCE_WORK = sp.Symbol("force_dissipation", real=True)
-
-FLIGHT = "flight"
-CONTACTS = {"slip_neg": -1, "slip_pos": 1, "stick": 0}
-"""Contact modes and their slip direction."""
+FRICTION_WORK = sp.Symbol(FRICTION_LOSS, real=True)
+CONTACT_WORK = sp.Symbol(CONTACT_LOSS, real=True)
+FORCE_WORK = sp.Symbol(FORCE_LOSS, real=True)
 
 
 @dataclass(frozen=True)

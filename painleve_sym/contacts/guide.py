@@ -13,12 +13,8 @@ from functools import cached_property
 import sympy as sp
 
 from painleve_sym.choices import Policy, PolicyLike
-from painleve_sym.contacts.contact_states import (
-    CONTACTS,
-    FORCE_WORK,
-    FRICTION_WORK,
-    ContactStates,
-)
+from painleve_sym.contacts.contact_states import FORCE_WORK, FRICTION_WORK, ContactStates
+from painleve_sym.contacts.model import CONTACTS, guide_slip_mode, guide_stick_mode, locked_guide
 from painleve_sym.contacts.preparation import preparation
 from painleve_sym.contacts.rigid import DECISION, SINGULAR_MARGIN
 from painleve_sym.errors import EventKind, InputError, StopReason
@@ -31,9 +27,10 @@ from painleve_sym.hybrid.automaton import (
     positive,
 )
 from painleve_sym.laws.rigid_contact import RigidLaw
+from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.mechanics.impact.impulse_rays import V_T
-from painleve_sym.mechanics.paradox.bilateral import SIDES, BilateralForms
-from painleve_sym.mechanics.system import Parameter
+from painleve_sym.mechanics.outline import SIDES
+from painleve_sym.mechanics.paradox.bilateral import BilateralForms
 
 TANGENTIAL_IMPACT = "tangential_impact"
 """The instantaneous mode in which a slip without a solution stops."""
@@ -41,19 +38,6 @@ TANGENTIAL_IMPACT = "tangential_impact"
 _ZERO = sp.Integer(0)
 _SLIPS = {s: name for name, s in CONTACTS.items() if s}
 _SIDES = {side: name for name, side in SIDES.items()}
-
-
-def slip_mode(slip: int, side: int, unstable: bool = False) -> str:
-    """Return the name of a mode of slip, such as ``slip_neg/push`` or ``slip_pos/pull_unstable``.
-
-    Unstable: A_{sσ} < 0, a force from which the smallest yielding of the guide runs away.
-    """
-    return f"{_SLIPS[slip]}/{_SIDES[side]}" + "_unstable" * unstable
-
-
-def stick_mode(side: int) -> str:
-    """Return the name of a mode of sticking, ``stick/push`` or ``stick/pull``."""
-    return f"stick/{_SIDES[side]}"
 
 
 @dataclass(frozen=True)
@@ -86,11 +70,8 @@ class BilateralContact(ContactStates):
         where = f"mechanism {self.mechanism.name!r}"
         if not self.mechanism.contact.bilateral:
             raise InputError(f"{where}: its contact can open. Fix: use RigidContact.")
-        if self.mechanism.coefficients.A_stick == 0:
-            raise InputError(
-                f"{where}: the mobility of its bilateral contact has rank one: what holds the gap "
-                "holds the slip, too. Fix: leave the contact out, or let it open."
-            )
+        if self.mechanism.locked:
+            raise InputError(locked_guide(self.mechanism))
 
     @property
     def own_laws(self) -> tuple[RigidLaw]:
@@ -115,36 +96,36 @@ class BilateralContact(ContactStates):
         for side in _SIDES:
             A, other = self.forms.A[slip * side], self.forms.A[-slip * side]
             taken = {
-                "liftoff": slip_mode(slip, side),
-                "slip": slip_mode(slip, -side, unstable=True),
+                "liftoff": guide_slip_mode(slip, side),
+                "slip": guide_slip_mode(slip, -side, unstable=True),
                 "impact": TANGENTIAL_IMPACT,
             }[self.policy]
             yield Choice(taken, all_positive(moving, A, -other, -side * B))
-            yield Choice(slip_mode(slip, side), all_positive(moving, A, -side * B))
+            yield Choice(guide_slip_mode(slip, side), all_positive(moving, A, -side * B))
         for side in _SIDES:
             # B = 0: the guard of the force decides how the motion continues.
             possible = sp.And(all_positive(moving, self.forms.A[slip * side]), is_zero(B))
-            yield Choice(slip_mode(slip, side), possible)
+            yield Choice(guide_slip_mode(slip, side), possible)
         yield Choice(TANGENTIAL_IMPACT, positive(moving))
 
     def _resting_choices(self) -> Iterator[Choice]:
         """At v_t = 0 (to be tried after both slips): stick, then the onset of a slip."""
         c, stop = self.mechanism.coefficients, ("slip_stop",)
         for side in _SIDES:
-            yield Choice(stick_mode(side), all_positive(*self._stick_margins(side).values()))
+            yield Choice(guide_stick_mode(side), all_positive(*self._stick_margins(side).values()))
         for sign in (1, -1):
             for slip in _SLIPS:
                 for side in _SIDES:
                     A, force = self.forms.A[slip * side], self.forms.slip_force(slip, side)
                     rate = slip * (self.forms.slip_rate_coefficient[slip * side] * force + c.b_t)
                     possible = all_positive(sign * A, -sign * side * c.B, rate)
-                    yield Choice(slip_mode(slip, side, sign < 0), possible, stop)
+                    yield Choice(guide_slip_mode(slip, side, sign < 0), possible, stop)
         for slip in _SLIPS:
             for side in _SIDES:
                 moves = all_positive(slip * c.b_t, self.forms.A[slip * side])
                 possible = sp.And(is_zero(c.B), moves)
-                yield Choice(slip_mode(slip, side), possible, stop)
-        yield Choice(stick_mode(1))
+                yield Choice(guide_slip_mode(slip, side), possible, stop)
+        yield Choice(guide_stick_mode(1))
 
     def _decision(self) -> Mode:
         choices = (*self._sliding_choices(-1), *self._sliding_choices(1), *self._resting_choices())
@@ -182,7 +163,7 @@ class BilateralContact(ContactStates):
         if not unstable:
             over = (
                 Choice(
-                    slip_mode(slip, -side),
+                    guide_slip_mode(slip, -side),
                     positive(self.forms.A[-slip * side]),
                     ("force_reversal",),
                 ),
@@ -193,7 +174,9 @@ class BilateralContact(ContactStates):
         meet = self.transition("singular", EventKind.SINGULAR, margin, stop=StopReason.SINGULAR)
         # With F_n < 0 friction has the sign of slip in the opposite direction: F_t = −μ s σ F_n.
         rubbing, force = _SLIPS[slip * side], self.forms.slip_force(slip, side)
-        return self.held_mode(slip_mode(slip, side, unstable), rubbing, force, (stop, turn, meet))
+        return self.held_mode(
+            guide_slip_mode(slip, side, unstable), rubbing, force, (stop, turn, meet)
+        )
 
     def _stick_margins(self, side: int) -> dict[int, sp.Expr]:
         """Return μ |F_n| ∓ F_t by the direction of the slip that begins where it ends."""
@@ -207,17 +190,19 @@ class BilateralContact(ContactStates):
         for slip, margin in self._stick_margins(side).items():
             # With A < 0 the slip on this side would run backwards: only the other side slips on.
             enter = (
-                Choice(slip_mode(slip, side), positive(self.forms.A[slip * side]), stop),
-                Choice(slip_mode(slip, -side), None, stop),
+                Choice(guide_slip_mode(slip, side), positive(self.forms.A[slip * side]), stop),
+                Choice(guide_slip_mode(slip, -side), None, stop),
             )
             changes.append(self.transition(_SLIPS[slip], EventKind.SLIP_START, margin, enter))
         every = ("force_reversal", *_SLIPS.values())
-        other = (Choice(stick_mode(-side), None, every),)
+        other = (Choice(guide_stick_mode(-side), None, every),)
         # Reached only where F_t vanishes with F_n; any other F_t begins a slip before.
         turn = self.transition(
             "force_reversal", EventKind.FORCE_REVERSAL, side * self.forms.stick_force, other
         )
-        return self.held_mode(stick_mode(side), "stick", self.forms.stick_force, (turn, *changes))
+        return self.held_mode(
+            guide_stick_mode(side), "stick", self.forms.stick_force, (turn, *changes)
+        )
 
     @cached_property
     def automaton(self) -> HybridAutomaton:

@@ -9,15 +9,15 @@ import sympy as sp
 
 from painleve_sym.contacts.contact_states import (
     CONTACT_WORK,
-    CONTACTS,
     FORCE_WORK,
     FRICTION_WORK,
     ContactStates,
 )
+from painleve_sym.contacts.model import CONTACTS
 from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.hybrid.automaton import Choice, Mode, Transition, greatest, least, positive
 from painleve_sym.laws.restitution import restitution_law
-from painleve_sym.mechanics.system import Parameter
+from painleve_sym.mechanics.declarations import Parameter
 
 BUDGET = sp.Symbol("impact_budget", real=True)
 """Compression: work or impulse so far. Restitution: the remaining part (energetic, Poisson)."""

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from painleve_sym.checks import checked_number
 from painleve_sym.contacts.contact_numbers import domain_margins
 from painleve_sym.errors import InputError, unknown_name
-from painleve_sym.mechanics.models import Mechanism
+from painleve_sym.mechanics.mechanism import Mechanism
 
 
 def _raise(where: str, faults: Sequence[str]) -> None:
@@ -27,12 +27,11 @@ def resolve_state(
     """
     where, faults = f"state of {mechanism.name!r}", list[str]()
     values = state_values(mechanism, given)
-    symbols = symbol_values(mechanism, values, parameters)
-    margins = domain_margins(mechanism)(symbols).values() if mechanism.domain else ()
-    for bound, margin in zip(mechanism.domain, margins, strict=True):
+    domain = mechanism.outline.domain
+    margins = domain_margins(mechanism)({**values, **parameters}).values() if domain else ()
+    for bound, margin in zip(domain, margins, strict=True):
         if not margin > 0:
-            names = sorted(str(s) for s in bound.margin.free_symbols)
-            received = ", ".join(f"{n} = {values.get(n, parameters.get(n))!r}" for n in names)
+            received = ", ".join(f"{n} = {values.get(n, parameters.get(n))!r}" for n in bound.names)
             faults.append(f"got {received}, need {bound.margin} > 0 ({bound.meaning}).")
     _raise(where, faults)
     return values

@@ -15,6 +15,7 @@ import sympy as sp
 from sympy.logic.boolalg import Boolean
 
 from painleve_sym.contacts.contact_states import CONTACT_WORK, ContactRow
+from painleve_sym.contacts.model import MOTION
 from painleve_sym.errors import EventKind
 from painleve_sym.hybrid.automaton import (
     Alternative,
@@ -25,22 +26,8 @@ from painleve_sym.hybrid.automaton import (
     is_zero,
     positive,
 )
-from painleve_sym.laws.compliance import (
-    DELTA,
-    DELTA_DOT,
-    SEPARATED,
-    Branch,
-    ContactLaw,
-    Exit,
-    ramp,
-)
-
-MOTION = "motion"
-"""The one mode in which time passes."""
-START = "start"
-"""The instantaneous mode in which contacts with a law take up their local modes."""
-CONTACT = "contact"
-"""The instantaneous mode in which closed contacts find what follows."""
+from painleve_sym.laws.compliance import DELTA, DELTA_DOT, SEPARATED, Branch, Exit, ramp
+from painleve_sym.laws.contact_law import ContactLaw
 
 AT_REST = sp.Rational(1, 10**6)
 """Of the terms of v̇_t: what a contact that sticks may keep of it."""

@@ -13,7 +13,7 @@ from painleve_sym.contacts.contact_numbers import closed_within, length_formula
 from painleve_sym.contacts.contact_states import ContactRow
 from painleve_sym.hybrid.automaton import Definition, Preparation
 from painleve_sym.laws.catalogue import Law
-from painleve_sym.laws.compliance import ContactLaw
+from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import TIME
 

@@ -13,7 +13,7 @@ import sympy as sp
 from sympy.logic.boolalg import Boolean
 
 from painleve_sym.choices import Policy, PolicyLike, Restitution, RestitutionLike
-from painleve_sym.contacts.contact_states import CONTACTS, FLIGHT, ContactStates, domain_transitions
+from painleve_sym.contacts.contact_states import ContactStates, domain_transitions
 from painleve_sym.contacts.impact_rays import (
     APPROACH,
     MEMORY,
@@ -21,6 +21,7 @@ from painleve_sym.contacts.impact_rays import (
     ImpactRays,
     restitution_parameter,
 )
+from painleve_sym.contacts.model import CONTACTS, FLIGHT
 from painleve_sym.contacts.preparation import preparation
 from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.hybrid.automaton import (
@@ -33,9 +34,9 @@ from painleve_sym.hybrid.automaton import (
     positive,
 )
 from painleve_sym.laws.rigid_contact import RigidLaw
+from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.mechanics.impact.impulse_rays import raw
 from painleve_sym.mechanics.paradox.singular_point import SingularPoint
-from painleve_sym.mechanics.system import Parameter
 
 DECISION = "contact"
 """The instantaneous mode in which a closed contact finds its solution."""

@@ -8,19 +8,12 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-import sympy as sp
 
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.quantities import Quantities, quantities
-from painleve_sym.contacts.contact_states import (
-    CONTACT_WORK,
-    FORCE_WORK,
-    FRICTION_WORK,
-    ContactRow,
-)
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
 from painleve_sym.contacts.impact.simultaneous import PathRecord, solve_simultaneous_impact
-from painleve_sym.mechanics.contact_set import ContactSet
+from painleve_sym.contacts.model import CONTACT_LOSS, FORCE_LOSS, FRICTION_LOSS, StateRow
 from painleve_sym.mechanics.mechanism import Mechanism
 
 TOUCHING = 1e-10
@@ -80,26 +73,32 @@ class ContactImpacts:
     Parameters
     ----------
     mechanism : Mechanism
-    states : tuple of sympy.Symbol
+    states : tuple of str
         Of the automaton.
-    rows : tuple of ContactRow
+    rows : tuple of StateRow
         States of each contact.
     rigid : tuple of int
         Indices of the contacts that take part in impacts.
     """
 
     mechanism: Mechanism
-    states: tuple[sp.Symbol, ...]
-    rows: tuple[ContactRow, ...]
+    states: tuple[str, ...]
+    rows: tuple[StateRow, ...]
     rigid: tuple[int, ...]
 
     @cached_property
     def _terms(self) -> Quantities:
-        system = self.mechanism.system
-        symbols = (*self.states, *(p.symbol for p in system.parameters))
-        return quantities("terms", self.mechanism.definition, symbols, self._formulas)
+        arguments = (*self.states, *(p.name for p in self.mechanism.outline.parameters))
+        return quantities("terms", self.mechanism.definition, arguments, self._formulas)
 
-    def _formulas(self) -> dict[str, sp.Expr]:
+    def _formulas(self) -> tuple[dict[str, Any], list[Any]]:
+        import sympy as sp
+
+        from painleve_sym.mechanics.contact_set import ContactSet
+
+        known = {s.name: s for s in self.mechanism.motion}
+        symbols = [known.get(s) or sp.Symbol(s, real=True) for s in self.states]
+        symbols += [p.symbol for p in self.mechanism.outline.parameters]
         contacts = ContactSet(self.mechanism)
         velocity = [v for c in contacts for v in (c.gap_rate, c.slip_velocity)]
         matrices = {
@@ -110,26 +109,27 @@ class ContactImpacts:
             "drive_speeds": sp.Matrix(contacts.drive_speeds),
             "velocity": sp.Matrix(velocity),
         }
-        return {f"{k}_{i}": e for k, m in matrices.items() for i, e in enumerate(m)}
+        return {f"{k}_{i}": e for k, m in matrices.items() for i, e in enumerate(m)}, symbols
 
     def terms(self, state: Array, values: Mapping[str, float]) -> ContactTerms:
         """Return the numbers of the contacts at a state vector, which more may follow."""
-        parameters = [values[p.name] for p in self.mechanism.system.parameters]
-        arguments = np.append(state[: len(self.states)], parameters)
-        numbers = np.array(self._terms.function(arguments)).reshape(-1)
-        n, nq = 2 * len(self.rows), len(self.mechanism.system.q)
+        parameters = [values[p.name] for p in self.mechanism.outline.parameters]
+        numbers = np.array(
+            self._terms.of_vector([*state[: len(self.states)].tolist(), *parameters])
+        )
+        n, nq = 2 * len(self.rows), len(self.mechanism.outline.coordinates)
         sizes = (n * n, n, nq * n, n // 2, n)
         W, b, directions, *rest = np.split(numbers, np.cumsum(sizes))
         W = W.reshape(n, n)
         return ContactTerms((W + W.T) / 2, b, directions.reshape(nq, n), *rest)
 
     @cached_property
-    def _index(self) -> dict[Any, int]:
+    def _index(self) -> dict[str, int]:
         return {s: i for i, s in enumerate(self.states)}
 
     def contact_values(self, state: Array) -> tuple[Array, Array, Array]:
         """Return gaps, gap rates and slip velocities, each of shape (n,)."""
-        rows = np.array([[state[self._index[s]] for s in row.symbols] for row in self.rows])
+        rows = np.array([[state[self._index[s]] for s in row] for row in self.rows])
         return rows[:, 0], rows[:, 1], rows[:, 2]
 
     def touching(self, state: Array, scale: Array) -> Array:
@@ -143,7 +143,7 @@ class ContactImpacts:
         """
         after = state.copy()
         for k in self.rigid:
-            gap, rate, _ = (self._index[s] for s in self.rows[k].symbols)
+            gap, rate, _ = (self._index[s] for s in self.rows[k])
             if state[rate] <= 0 and abs(state[gap]) <= TOUCHING * scale[gap]:
                 after[gap] = 0.0
         return after
@@ -183,7 +183,7 @@ class ContactImpacts:
         impulses = np.zeros(len(terms.b))
         impulses[normals] = np.linalg.lstsq(block, -arriving, rcond=1e-12)[0]
         after = self._pushed(state, terms, impulses)
-        after[self._index[CONTACT_WORK]] -= impulses[normals] @ arriving / 2
+        after[self._index[CONTACT_LOSS]] -= impulses[normals] @ arriving / 2
         for i in contacts:
             after[self._index[self.rows[i].gap]] = 0.0
             after[self._index[self.rows[i].gap_rate]] = 0.0
@@ -193,13 +193,13 @@ class ContactImpacts:
         """Return the state with the velocities after impulses, and the work of the drives."""
         _, rates, slips = self.contact_values(state)
         velocity = np.ravel([rates, slips], order="F") + terms.W @ impulses
-        after, n = state.copy(), len(self.mechanism.system.q)
+        after, n = state.copy(), len(self.mechanism.outline.coordinates)
         after[n : 2 * n] += terms.directions @ impulses
         for i, row in enumerate(self.rows):
             after[self._index[row.gap_rate]] = velocity[2 * i]
             after[self._index[row.slip]] = velocity[2 * i + 1]
-        if FORCE_WORK in self._index:
-            after[self._index[FORCE_WORK]] -= terms.drive_speeds @ impulses
+        if FORCE_LOSS in self._index:
+            after[self._index[FORCE_LOSS]] -= terms.drive_speeds @ impulses
         return after
 
     def impact(
@@ -211,7 +211,7 @@ class ContactImpacts:
         terms, rows = self.terms(state, values), rows_of(closed)
         velocity = np.ravel([rates, slips], order="F")
         W, mu = terms.W[np.ix_(rows, rows)], terms.mu[closed]
-        bilateral = np.array([self.mechanism.contacts[i].bilateral for i in closed])
+        bilateral = np.array([self.mechanism.outline.contacts[i].bilateral for i in closed])
         impact = solve_simultaneous_impact(
             W, mu, velocity[rows], restitution, e, load=terms.b[rows], bilateral=bilateral
         )
@@ -224,8 +224,8 @@ class ContactImpacts:
         for k, i in enumerate(closed):
             after[self._index[self.rows[i].gap_rate]] = impact.velocities[2 * k]
             after[self._index[self.rows[i].slip]] = impact.velocities[2 * k + 1]
-        after[self._index[CONTACT_WORK]] -= impact.normal_work
-        after[self._index[FRICTION_WORK]] -= impact.tangential_work
+        after[self._index[CONTACT_LOSS]] -= impact.normal_work
+        after[self._index[FRICTION_LOSS]] -= impact.tangential_work
         return ImpactResult(impulses, after, tuple(closed), impact.path)
 
 

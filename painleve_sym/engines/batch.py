@@ -104,8 +104,8 @@ class BatchRows:
         kinds = max(1, len(outline.kinds))
         return cls(
             np.empty(n),
-            np.empty((n, len(outline.states))),
-            np.empty((n, len(outline.memory))),
+            np.empty((n, len(outline.state_names))),
+            np.empty((n, len(outline.memory_names))),
             mode=np.empty(n, np.int32),
             reason=np.empty(n, np.int32),
             transition=np.empty(n, np.int32),

@@ -5,16 +5,18 @@ from __future__ import annotations
 import ctypes
 import functools
 import operator
+import threading
+from collections.abc import Callable
 from dataclasses import fields, replace
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.compile import compiled_library, compiler_mark, library_named
 from painleve_sym.codegen.derivation_cache import entry_key, read_entry, write_entry
-from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.engines.batch import (
     COUNTERS,
     BatchOutputs,
@@ -27,6 +29,7 @@ from painleve_sym.engines.batch import (
 from painleve_sym.engines.protocol import (
     ADMITS,
     DENSE_ROWS,
+    ENGINE_REASONS,
     Prepared,
     RawRun,
     Resolver,
@@ -34,11 +37,13 @@ from painleve_sym.engines.protocol import (
     run_resolved,
 )
 from painleve_sym.engines.records import EventRecords, StepRecords
-from painleve_sym.engines.source import ENGINE_REASONS, source
 from painleve_sym.errors import NoRecurrence, StopReason
-from painleve_sym.hybrid.automaton import HybridAutomaton
 from painleve_sym.hybrid.signature import AutomatonBuilder, Outline
 from painleve_sym.time_limit import within_time
+
+if TYPE_CHECKING:
+    from painleve_sym.codegen.modes import AutomatonFunctions
+    from painleve_sym.hybrid.automaton import HybridAutomaton
 
 _DECISION = -2
 """Reason of a run that asks for a decision (PS_DECISION)."""
@@ -93,10 +98,17 @@ class CompiledEngine:
     def __init__(
         self, automaton: HybridAutomaton, functions: AutomatonFunctions | None = None
     ) -> None:
+        from painleve_sym.codegen.modes import AutomatonFunctions
+
         functions = functions or AutomatonFunctions(automaton)
         sizes = functions.x.numel(), functions.z.numel(), functions.c.numel()
-        library = compiled_library(self._source(functions))
-        self._open(Outline.of(automaton), library, (*sizes, functions.output_size))
+        text = self._source(functions)
+        self._open(
+            Outline.of(automaton),
+            compiled_library(self._alone(text)),
+            lambda: compiled_library(text),
+            (*sizes, functions.output_size),
+        )
 
     @classmethod
     def of_builder(cls, builder: AutomatonBuilder) -> CompiledEngine:
@@ -114,10 +126,14 @@ class CompiledEngine:
             raise NoRecurrence(entry["no_recurrence"])
         library = library_named(entry["library"]) if entry else None
         if entry and library:
-            engine._open(Outline.of_data(entry["outline"]), library)
+            engine._open(
+                Outline.of_data(entry["outline"]), library, partial(cls._lanes_of, builder)
+            )
             return engine
 
         def derived() -> tuple[HybridAutomaton, str]:
+            from painleve_sym.codegen.modes import AutomatonFunctions
+
             automaton = builder.automaton
             return automaton, cls._source(AutomatonFunctions(automaton))
 
@@ -127,16 +143,39 @@ class CompiledEngine:
             if key:
                 write_entry(key, {"no_recurrence": str(error)})
             raise
-        library = compiled_library(text)
-        engine._open(Outline.of(automaton), library)
+        library = compiled_library(cls._alone(text))
+        engine._open(Outline.of(automaton), library, partial(cls._lanes_of, builder, text))
         if key:
             write_entry(key, {"library": library.name, "outline": engine.outline.to_data()})
         return engine
 
+    @classmethod
+    def _lanes_of(cls, builder: AutomatonBuilder, text: str | None = None) -> Path:
+        """Return the library with lanes of what `builder` derives, from the cache where it is."""
+        mark = compiler_mark()
+        key = entry_key(f"lanes of engine {cls.name}\n{mark}", builder) if mark else None
+        entry = read_entry(key) if key else None
+        library = library_named(entry["library"]) if entry else None
+        if library is None:
+            from painleve_sym.codegen.modes import AutomatonFunctions
+
+            text = text or cls._source(AutomatonFunctions(builder.automaton))
+            library = compiled_library(text)
+            if key:
+                write_entry(key, {"library": library.name})
+        return library
+
     def _open(
-        self, outline: Outline, library: Path, sizes: tuple[int, int, int, int] | None = None
+        self,
+        outline: Outline,
+        library: Path,
+        lanes: Callable[[], Path],
+        sizes: tuple[int, int, int, int] | None = None,
     ) -> None:
         self.library = library
+        self._lanes_library = lanes
+        self._lanes_lock = threading.Lock()
+        self._batch: Any = None
         self.outline = outline
         self._nx, self._nz, self._nc, self._no = sizes or _plain_sizes(outline)
         self._options = _options_structure(self._nx, max(1, len(outline.kinds)))
@@ -148,14 +187,6 @@ class CompiledEngine:
         self._library.ps_complete.restype = _address
         self._library.ps_complete.argtypes = (_address,) * 6
         self._library.ps_take.argtypes = (_address,) * 3
-        self._library.ps_batch.restype = ctypes.c_long
-        self._library.ps_batch.argtypes = (
-            ctypes.POINTER(Given),
-            ctypes.POINTER(self._options),
-            ctypes.POINTER(Kept),
-            ctypes.c_int,
-            ctypes.POINTER(Ends),
-        )
         self._library.ps_free.argtypes = (_address,)
         self._library.ps_many_constants.argtypes = (ctypes.c_long, _address, _address)
         self._library.ps_many_constants.restype = None
@@ -168,8 +199,35 @@ class CompiledEngine:
         # Loops of runs use the same few options.
         self._in_c = functools.lru_cache(maxsize=64)(self._options_in_c)
 
+    @classmethod
+    def _alone(cls, text: str) -> str:
+        """Return the C of one motion at a time."""
+        return text
+
+    def _batch_of(self, lanes: int) -> Any:
+        """Return the C function of a batch; with lanes, that of a library compiled for them."""
+        if lanes == 1:
+            return self._prepared(self._library.ps_batch)
+        with self._lanes_lock:
+            if self._batch is None:
+                self._batch = ctypes.CDLL(str(self._lanes_library())).ps_batch
+        return self._prepared(self._batch)
+
+    def _prepared(self, batch: Any) -> Any:
+        batch.restype = ctypes.c_long
+        batch.argtypes = (
+            ctypes.POINTER(Given),
+            ctypes.POINTER(self._options),
+            ctypes.POINTER(Kept),
+            ctypes.c_int,
+            ctypes.POINTER(Ends),
+        )
+        return batch
+
     @staticmethod
     def _source(functions: AutomatonFunctions) -> str:
+        from painleve_sym.engines.source import source
+
         return source(functions)
 
     def constants(self, parameters: Array) -> Array:
@@ -290,7 +348,8 @@ class CompiledEngine:
         kept_in_c = Kept(kept.events, *counts, chosen.ctypes.data)
         ends = Ends(*pointers(rows))
         given = Given(n, *(a.ctypes.data for a in (x, p, t, tolerances)))
-        done = self._library.ps_batch(given, shared, kept_in_c, self.lanes, ends)
+        batch = self._batch_of(self.lanes if n > 1 else 1)
+        done = batch(given, shared, kept_in_c, self.lanes, ends)
         if done < n:
             raise MemoryError("compiled engine: no memory for a run.")
 
@@ -316,8 +375,8 @@ class CompiledEngine:
 
 
 def _plain_sizes(outline: Outline) -> tuple[int, int, int, int]:
-    constants = len(outline.parameters) + len(outline.definitions)
-    return len(outline.states), len(outline.memory), constants, len(outline.output_names)
+    names = (outline.state_names, outline.memory_names, outline.constant_names)
+    return len(names[0]), len(names[1]), len(names[2]), len(outline.output_names)
 
 
 def _bytes(values: Array) -> bytes:

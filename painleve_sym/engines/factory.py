@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import warnings
+from typing import TYPE_CHECKING, Any
 
 from painleve_sym.choices import EngineLike, EngineName, chosen
-from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.protocol import Engine
 from painleve_sym.engines.taylor.runner import TaylorEngine
 from painleve_sym.errors import CompilerMissing, NoRecurrence, PainleveWarning
-from painleve_sym.hybrid.automaton import HybridAutomaton
 from painleve_sym.hybrid.signature import AutomatonBuilder
+
+if TYPE_CHECKING:
+    from painleve_sym.codegen.modes import AutomatonFunctions
+    from painleve_sym.hybrid.automaton import HybridAutomaton
 
 
 def make_engine(
@@ -51,8 +54,9 @@ def make_engine(
         _notice(f"{error} Until then the slower engine 'erk' is used.")
     from painleve_sym.engines.erk import ErkEngine
 
-    whole = automaton if isinstance(automaton, HybridAutomaton) else automaton.automaton
-    return ErkEngine(whole, functions)
+    # A builder has the automaton as its attribute; what an automaton is may not be imported yet.
+    given: Any = automaton
+    return ErkEngine(getattr(given, "automaton", given), functions)
 
 
 def _notice(message: str) -> None:
@@ -64,6 +68,9 @@ def _compiled(
     automaton: HybridAutomaton | AutomatonBuilder,
     functions: AutomatonFunctions | None = None,
 ) -> CompiledEngine:
-    if isinstance(automaton, HybridAutomaton):
-        return kind(automaton, functions)
-    return kind.of_builder(automaton)
+    builder: Any = automaton
+    return (
+        kind.of_builder(builder)
+        if hasattr(type(builder), "automaton")
+        else kind(builder, functions)
+    )

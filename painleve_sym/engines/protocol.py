@@ -15,6 +15,21 @@ from painleve_sym.engines.records import EventRecords, StepRecords
 from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.hybrid.signature import Outline
 
+ENGINE_REASONS = (
+    StopReason.T_END,
+    StopReason.UNTIL,
+    StopReason.LEFT_DOMAIN,
+    StopReason.STEP_LIMIT,
+    StopReason.EVENT_LIMIT,
+    StopReason.ACCUMULATION,
+    StopReason.NON_FINITE,
+    StopReason.STEP_UNDERFLOW,
+    StopReason.NO_MODE,
+    StopReason.SINGULAR,
+    StopReason.JAM,
+)
+"""Stop reasons in the order of the engine's own numbers."""
+
 SHRINKING, REMAINDER, CLOSED = 6, 1e-11, 1e-6
 """Accumulation: this many intervals shrink, the rest is this part of the time so far; its limit is
 passed where that changes states by less than this part of their scale. As in the compiled loop."""

@@ -9,9 +9,10 @@ import casadi as ca
 
 from painleve_sym.codegen.c_functions import c_file
 from painleve_sym.codegen.modes import AutomatonFunctions
+from painleve_sym.engines.protocol import ENGINE_REASONS
 from painleve_sym.engines.records import EVENT_HEAD, STEP_HEAD
 from painleve_sym.engines.runge_kutta.coefficients import dop853
-from painleve_sym.errors import EventKind, StopReason
+from painleve_sym.errors import EventKind
 from painleve_sym.hybrid.automaton import HybridAutomaton, Transition
 
 ENGINE_PARTS = (
@@ -30,21 +31,6 @@ ENGINE_PARTS = (
     "loop/batch",
 )
 """Files of the event loop with the Runge–Kutta stepper, in the order in which they are read."""
-
-ENGINE_REASONS = (
-    StopReason.T_END,
-    StopReason.UNTIL,
-    StopReason.LEFT_DOMAIN,
-    StopReason.STEP_LIMIT,
-    StopReason.EVENT_LIMIT,
-    StopReason.ACCUMULATION,
-    StopReason.NON_FINITE,
-    StopReason.STEP_UNDERFLOW,
-    StopReason.NO_MODE,
-    StopReason.SINGULAR,
-    StopReason.JAM,
-)
-"""Stop reasons in the order of the engine's own numbers."""
 
 
 def source(functions: AutomatonFunctions) -> str:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol
-
-import sympy as sp
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from painleve_sym.errors import EventKind, StopReason
-from painleve_sym.hybrid.automaton import HybridAutomaton
+
+if TYPE_CHECKING:
+    from sympy import Symbol
+
+    from painleve_sym.hybrid.automaton import HybridAutomaton
 
 
 class AutomatonBuilder(Protocol):
@@ -42,7 +44,7 @@ class PartOutline(NamedTuple):
     """A `Part` without its alternatives."""
 
     name: str
-    memory: tuple[sp.Symbol, ...]
+    memory: tuple[str, ...]
     local_modes: tuple[str, ...]
 
 
@@ -50,16 +52,16 @@ class PartOutline(NamedTuple):
 class Outline:
     """Names and structure of an automaton; stored beside its library, it needs no derivation.
 
-    Attributes as those of `HybridAutomaton`; `definitions` has the symbols alone.
+    Attributes as those of `HybridAutomaton`, with names in place of symbols.
     """
 
     name: str
-    states: tuple[sp.Symbol, ...]
-    memory: tuple[sp.Symbol, ...]
-    parameters: tuple[sp.Symbol, ...]
-    definitions: tuple[sp.Symbol, ...]
+    state_names: tuple[str, ...]
+    memory_names: tuple[str, ...]
+    parameter_names: tuple[str, ...]
+    definition_names: tuple[str, ...]
     modes: tuple[ModeOutline, ...]
-    uncontrolled: tuple[sp.Symbol, ...]
+    uncontrolled_names: tuple[str, ...]
     kinds: tuple[EventKind, ...]
     contacts: tuple[str, ...]
     output_names: tuple[str, ...]
@@ -80,59 +82,53 @@ class Outline:
         )
         return cls(
             name=automaton.name,
-            states=automaton.states,
-            memory=automaton.memory,
-            parameters=automaton.parameters,
-            definitions=tuple(automaton.definitions),
+            state_names=_names(automaton.states),
+            memory_names=_names(automaton.memory),
+            parameter_names=_names(automaton.parameters),
+            definition_names=_names(automaton.definitions),
             modes=modes,
-            uncontrolled=automaton.uncontrolled,
+            uncontrolled_names=_names(automaton.uncontrolled),
             kinds=automaton.kinds,
             contacts=automaton.contacts,
             output_names=automaton.output_names,
-            parts=tuple(PartOutline(p.name, p.memory, p.local_modes) for p in automaton.parts),
+            parts=tuple(
+                PartOutline(p.name, _names(p.memory), p.local_modes) for p in automaton.parts
+            ),
         )
 
+    @property
+    def constant_names(self) -> tuple[str, ...]:
+        """Names of parameters and definitions, as an engine's constants."""
+        return (*self.parameter_names, *self.definition_names)
+
     def to_data(self) -> dict[str, Any]:
-        """Return JSON-ready data; a symbol is its name and its assumptions."""
-        symbols = {field: list(map(_named, getattr(self, field))) for field in _SYMBOLS}
+        """Return JSON-ready data."""
         modes = [
             (name, [(*t[:2], t.stop.name if t.stop else None, *t[3:]) for t in transitions])
             for name, transitions in self.modes
         ]
-        parts = [(name, list(map(_named, memory)), modes) for name, memory, modes in self.parts]
-        return vars(self) | symbols | {"modes": modes, "parts": parts}
+        return {f.name: getattr(self, f.name) for f in fields(self)} | {"modes": modes}
 
     @classmethod
     def of_data(cls, data: Mapping[str, Any]) -> Outline:
-        """Return the outline that `to_data` wrote; its symbols equal those of the automaton."""
+        """Return the outline that `to_data` wrote."""
         modes = tuple(
             ModeOutline(name, tuple(map(_transition, transitions)))
             for name, transitions in data["modes"]
         )
+        texts = {name: tuple(data[name]) for name in data if name.endswith("_names")}
         return cls(
             name=data["name"],
             modes=modes,
             kinds=tuple(map(EventKind, data["kinds"])),
             contacts=tuple(data["contacts"]),
-            output_names=tuple(data["output_names"]),
-            parts=tuple(PartOutline(n, _symbols(m), tuple(own)) for n, m, own in data["parts"]),
-            **{field: _symbols(data[field]) for field in _SYMBOLS},
+            parts=tuple(PartOutline(n, tuple(m), tuple(own)) for n, m, own in data["parts"]),
+            **texts,
         )
 
 
-_SYMBOLS = ("states", "memory", "parameters", "definitions", "uncontrolled")
-
-
-def _named(symbol: sp.Symbol) -> tuple[str, dict[str, bool | None]]:
-    """Return a symbol as data: with one assumption, where the others follow from it."""
-    for word in ("real", "positive", "nonnegative"):
-        if sp.Symbol(symbol.name, **{word: True}) == symbol:
-            return symbol.name, {word: True}
-    return symbol.name, symbol.assumptions0
-
-
-def _symbols(data: Iterable[tuple[str, Mapping[str, bool]]]) -> tuple[sp.Symbol, ...]:
-    return tuple(sp.Symbol(name, **assumptions) for name, assumptions in data)
+def _names(symbols: Iterable[Symbol]) -> tuple[str, ...]:
+    return tuple(s.name for s in symbols)
 
 
 def _transition(data: Sequence[Any]) -> TransitionOutline:

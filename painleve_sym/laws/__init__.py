@@ -18,7 +18,7 @@ from painleve_sym.choices import (
 )
 
 if TYPE_CHECKING:
-    from painleve_sym.laws.compliance import ContactLaw
+    from painleve_sym.laws.contact_law import ContactLaw
     from painleve_sym.laws.rigid_contact import RigidLaw
 
 __all__ = [
@@ -56,9 +56,9 @@ def bilinear_hertz(
     >>> laws.bilinear_hertz(E=20.9e14, reload="virgin").parameters[0].default
     2090000000000000.0
     """
-    from painleve_sym.laws import compliance
+    from painleve_sym.laws import contact_law
 
-    return compliance.bilinear_hertz(reload, bodies).with_parameters(**parameters)
+    return contact_law.bilinear_hertz(reload, bodies).with_parameters(**parameters)
 
 
 def hertz(*, bodies: int = 1, **parameters: float) -> ContactLaw:
@@ -75,9 +75,9 @@ def hertz(*, bodies: int = 1, **parameters: float) -> ContactLaw:
     >>> laws.hertz(E=1e9)
     ContactLaw 'hertz': E=1e+09, nu=0.3, R=0.00645, n=1.5
     """
-    from painleve_sym.laws import compliance
+    from painleve_sym.laws import contact_law
 
-    return compliance.hertz(bodies).with_parameters(**parameters)
+    return contact_law.hertz(bodies).with_parameters(**parameters)
 
 
 def linear(**parameters: float) -> ContactLaw:
@@ -94,9 +94,9 @@ def linear(**parameters: float) -> ContactLaw:
     >>> laws.linear(k=1e6)
     ContactLaw 'linear': k=1e+06, c=0
     """
-    from painleve_sym.laws import compliance
+    from painleve_sym.laws import contact_law
 
-    return compliance.linear().with_parameters(**parameters)
+    return contact_law.linear().with_parameters(**parameters)
 
 
 def hunt_crossley(*, bodies: int = 1, **parameters: float) -> ContactLaw:
@@ -113,9 +113,9 @@ def hunt_crossley(*, bodies: int = 1, **parameters: float) -> ContactLaw:
     >>> laws.hunt_crossley(c=0.2)
     ContactLaw 'hunt-crossley': E=2.09e+11, nu=0.3, R=0.00645, n=1.5, c=0.2
     """
-    from painleve_sym.laws import compliance
+    from painleve_sym.laws import contact_law
 
-    return compliance.hunt_crossley(bodies).with_parameters(**parameters)
+    return contact_law.hunt_crossley(bodies).with_parameters(**parameters)
 
 
 def rigid(

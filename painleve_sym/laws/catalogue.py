@@ -7,13 +7,7 @@ from functools import partial
 
 from painleve_sym.choices import Policy, Reload, Restitution
 from painleve_sym.errors import InputError, unknown_name
-from painleve_sym.laws.compliance import (
-    ContactLaw,
-    bilinear_hertz,
-    hertz,
-    hunt_crossley,
-    linear,
-)
+from painleve_sym.laws.contact_law import ContactLaw, bilinear_hertz, hertz, hunt_crossley, linear
 from painleve_sym.laws.rigid_contact import RigidLaw
 
 COMPLIANT_LAWS: Mapping[str, Callable[..., ContactLaw]] = {

@@ -8,14 +8,17 @@ from functools import cached_property, lru_cache
 import sympy as sp
 
 from painleve_sym.errors import InputError
-from painleve_sym.laws.restitution import ImpactCase, RestitutionLaw, energetic
+from painleve_sym.laws.impact_cases import ImpactCase
+from painleve_sym.laws.restitution import RestitutionLaw, energetic
 from painleve_sym.mechanics.coefficients import ContactCoefficients
 from painleve_sym.mechanics.contact import Contact
-from painleve_sym.mechanics.impact.classes import ImpactClass, impact_course
+from painleve_sym.mechanics.declarations import Coordinate, Parameter
+from painleve_sym.mechanics.impact.classes import impact_course
+from painleve_sym.mechanics.impact.impact_class import ImpactClass
 from painleve_sym.mechanics.impact.impulse_rays import V_N, V_T, Condition
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.simplify import readable
-from painleve_sym.mechanics.system import Coordinate, LagrangianSystem, Parameter
+from painleve_sym.mechanics.system import LagrangianSystem
 
 CYCLES = (ImpactClass.SLIDING, ImpactClass.C_STICKING, ImpactClass.R_STICKING)
 """Classes whose bounces repeat themselves up to their size, in closed form."""

@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 import sympy as sp
 
-from painleve_sym.laws.restitution import RESTITUTIONS, three_phase_jump
+from painleve_sym.laws.impact_cases import three_phase_jump
+from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.mechanics.formulas.formula import Formula, ImpulsePhase, Section
 from painleve_sym.mechanics.formulas.one_contact import LEFT, RIGHT, motion_sections
 from painleve_sym.mechanics.formulas.several_contacts import joint_sections

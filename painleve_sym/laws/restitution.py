@@ -1,48 +1,22 @@
-"""Restitution laws as the equation that ends restitution, and the impacts they close."""
+"""Restitution laws: what they are called, and the coefficient of each."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-
-import sympy as sp
+from typing import TYPE_CHECKING, Any
 
 from painleve_sym.errors import InputError, unknown_name
-from painleve_sym.mechanics.coefficients import ContactCoefficients
-from painleve_sym.mechanics.impact.classes import CLASSES, ImpactClass, ImpactCourse, impact_course
-from painleve_sym.mechanics.impact.impulse_rays import (
-    V_N,
-    V_N_PLUS,
-    Condition,
-    Phase,
-    Writer,
-)
-from painleve_sym.mechanics.simplify import readable
-from painleve_sym.mechanics.system import Parameter
+from painleve_sym.mechanics.declarations import Parameter
+from painleve_sym.mechanics.deferred import Deferred
 
-V_N_MINUS = sp.Symbol("v_n_minus", nonpositive=True)
-"""Normal velocity before the impact; m/s."""
-P_C = sp.Symbol("P_c", nonnegative=True)
-"""Normal impulse of compression; N s."""
-P_R = sp.Symbol("P_r", nonnegative=True)
-"""Normal impulse of restitution; N s."""
-E_C = sp.Symbol("E_c", nonnegative=True)
-"""Energy stored by compression; J."""
-E_R = sp.Symbol("E_r", nonpositive=True)
-"""Energy stored by restitution, negative: it is released; J."""
-A_R = sp.Symbol("A_r", positive=True)
-"""dv_n/dP_n during restitution (A′ in sticking), or on its last ray; 1/kg."""
-V_N_1 = sp.Symbol("v_n_1", nonnegative=True)
-"""Normal velocity at the start of the last ray of restitution; m/s."""
-P_R1 = sp.Symbol("P_r1", nonnegative=True)
-"""Normal impulse of restitution before its last ray; N s."""
-E_R1 = sp.Symbol("E_r1", nonpositive=True)
-"""Energy stored by restitution before its last ray, negative; J."""
+if TYPE_CHECKING:
+    from sympy import Eq, Expr
 
 
 @dataclass(frozen=True)
-class RestitutionLaw:
+class RestitutionLaw(Deferred):
     """A restitution law: one equation between compression and restitution.
 
     The three laws of this module agree at restitution 0, where the whole impact follows one ray
@@ -68,34 +42,29 @@ class RestitutionLaw:
     title: str
     source: str
     parameter: Parameter
-    equation: sp.Eq
+    equation: Eq
     note: str
 
     @cached_property
-    def separation_velocity(self) -> sp.Expr:
+    def separation_velocity(self) -> Expr:
         """v_n⁺ that solves `equation` for restitution along one ray; m/s.
 
         There P_r = v_n⁺/A_r and E_r = −v_n⁺²/(2 A_r), with A_r the symbol `A_R`.
         """
-        return self._solved({P_R: V_N_PLUS / A_R, E_R: -(V_N_PLUS**2) / (2 * A_R)})
+        from painleve_sym.laws.impact_cases import separation_velocity
+
+        return separation_velocity(self.equation)
 
     @cached_property
-    def final_velocity(self) -> sp.Expr:
+    def final_velocity(self) -> Expr:
         """v_n⁺ that solves `equation` where restitution ends along a later ray; m/s.
 
         That ray starts at v_n = `V_N_1` when restitution has spent `P_R1` and stored `E_R1` ≤ 0:
         P_r = P_r1 + (v_n⁺ − v_n1)/A_r and E_r = E_r1 − (v_n⁺² − v_n1²)/(2 A_r).
         """
-        impulse = P_R1 + (V_N_PLUS - V_N_1) / A_R
-        stored = E_R1 - (V_N_PLUS**2 - V_N_1**2) / (2 * A_R)
-        return self._solved({P_R: impulse, E_R: stored})
+        from painleve_sym.laws.impact_cases import final_velocity
 
-    def _solved(self, ray: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
-        equation = self.equation.lhs - self.equation.rhs
-        # Solved for a symbol of no sign, since SymPy drops roots whose sign it cannot decide.
-        unknown = sp.Symbol("v", real=True)
-        roots = sp.solve(equation.subs(dict(ray)).subs(V_N_PLUS, unknown), unknown)
-        return max(roots, key=lambda root: not root.could_extract_minus_sign())
+        return final_velocity(self.equation)
 
 
 def newton() -> RestitutionLaw:
@@ -109,12 +78,11 @@ def newton() -> RestitutionLaw:
     Kane & Levinson, Dynamics: Theory and Applications (1985), on the energy it adds.
     """
     e = Parameter("e_newton", 0.75, "1", "Newton's coefficient of restitution", 0.0, 1.0)
-    return RestitutionLaw(
+    return _named(
         "newton",
         "Newton's kinematic restitution",
         "Newton, Principia (1687); Brogliato, Nonsmooth Mechanics (2016), ch. 4",
         e,
-        sp.Eq(V_N_PLUS, -e.symbol * V_N_MINUS, evaluate=False),
         "kinematic; can add energy where the slip stops or reverses during the impact",
     )
 
@@ -130,12 +98,11 @@ def poisson() -> RestitutionLaw:
     Wang & Mason, J. Appl. Mech. 59 (1992) 635–642.
     """
     e = Parameter("e_poisson", 0.75, "1", "Poisson's coefficient of restitution", 0.0, 1.0)
-    return RestitutionLaw(
+    return _named(
         "poisson",
         "Poisson's kinetic restitution",
         "Poisson, Traité de mécanique (1833); Routh, Rigid Dynamics (1905), §179",
         e,
-        sp.Eq(P_R, e.symbol * P_C, evaluate=False),
         "kinetic; the compression can release more energy than it stored where the slip stops",
     )
 
@@ -148,14 +115,31 @@ def energetic() -> RestitutionLaw:
     Zhao, Liu & Chen, (9) and (21).
     """
     e = Parameter("e_energetic", 0.75, "1", "energetic coefficient of restitution", 0.0, 1.0)
-    return RestitutionLaw(
+    return _named(
         "energetic",
         "Stronge's energetic restitution",
         "Stronge, Proc. R. Soc. A 431 (1990) 169–181",
         e,
-        sp.Eq(E_R, -(e.symbol**2) * E_C, evaluate=False),
         "energetic; releases the part e² of the stored energy whatever the slip does",
     )
+
+
+def _named(name: str, title: str, source: str, parameter: Parameter, note: str) -> RestitutionLaw:
+    """Return a named law, whose equation is written when it is asked for."""
+    known: dict[str, Any] = {
+        "name": name,
+        "title": title,
+        "source": source,
+        "parameter": parameter,
+        "note": note,
+    }
+
+    def make() -> RestitutionLaw:
+        from painleve_sym.laws.impact_cases import EQUATIONS
+
+        return RestitutionLaw(**known, equation=EQUATIONS[name](parameter.symbol))
+
+    return RestitutionLaw.deferred(make, **known)
 
 
 RESTITUTIONS: dict[str, Callable[[], RestitutionLaw]] = {
@@ -170,139 +154,3 @@ def restitution_law(name: str) -> RestitutionLaw:
     if name not in RESTITUTIONS:
         raise InputError(unknown_name("restitution law", name, RESTITUTIONS))
     return RESTITUTIONS[name]()
-
-
-@dataclass(frozen=True)
-class ImpactCase:
-    """One class of impact closed by a restitution law: all in the velocities before it.
-
-    Attributes
-    ----------
-    law : RestitutionLaw
-    course : ImpactCourse
-    """
-
-    law: RestitutionLaw
-    course: ImpactCourse
-
-    @property
-    def rebound(self) -> sp.Expr:
-        """v_n after the impact in `V_N_MINUS`, `P_C`, `E_C` and the configuration; m/s.
-
-        For restitution along one ray.
-        """
-        return self.law.separation_velocity.subs(A_R, self.course.final_rate)
-
-    @cached_property
-    def separation_velocity(self) -> sp.Expr:
-        """v_n after the impact in the velocities before it; m/s."""
-        chain = self.course.from_start
-        ends = len(self.course.compression)
-        compression, earlier = chain[:ends], chain[ends:-1]
-        closed = {
-            V_N_MINUS: V_N,
-            P_C: sp.Add(*(p.normal_impulse for p in compression)),
-            E_C: sp.Add(*(p.stored_energy for p in compression)),
-            A_R: self.course.final_rate,
-            V_N_1: earlier[-1].normal_velocity if earlier else sp.Integer(0),
-            P_R1: sp.Add(*(p.normal_impulse for p in earlier)),
-            E_R1: sp.Add(*(p.stored_energy for p in earlier)),
-        }
-        return self.law.final_velocity.subs(closed, simultaneous=True)
-
-    @cached_property
-    def phases(self) -> tuple[Phase, ...]:
-        """The phases in the velocities before the impact (`V_T`, `V_N` and the mechanism's)."""
-        rebound = {V_N_PLUS: self.separation_velocity}
-        return tuple(phase.started_from(rebound) for phase in self.course.from_start)
-
-    @property
-    def conditions(self) -> tuple[Condition, ...]:
-        """Conditions on the velocities before the impact for it to be of this class.
-
-        Away from ties exactly one class has all of them, if W is positive definite and v_n < 0.
-        """
-        return tuple(condition for phase in self.phases for condition in phase.conditions)
-
-    @property
-    def velocity(self) -> Mapping[sp.Symbol, sp.Expr]:
-        """Velocities of the mechanism after the impact by symbol."""
-        return self.phases[-1].velocity
-
-    @property
-    def slip_velocity(self) -> sp.Expr:
-        """v_t after the impact; m/s."""
-        return self.phases[-1].slip_velocity
-
-    @cached_property
-    def energy_change(self) -> sp.Expr:
-        """∫F_n v_n dt + ∫F_t v_t dt; J. The change of kinetic energy over a surface at rest."""
-        friction = self.course.friction_work.subs(V_N_PLUS, self.separation_velocity)
-        return friction - sp.Add(*(phase.stored_energy for phase in self.phases))
-
-
-def impact_cases(
-    coefficients: ContactCoefficients,
-    restitution: RestitutionLaw | None = None,
-    slip: int = -1,
-    write: Writer = readable,
-) -> dict[ImpactClass, ImpactCase]:
-    """Return the closed forms of every class of impact of any mechanism with one contact.
-
-    Choose one by its class, or by its rays: ``ImpactClass.of_rays(("slip", "reverse"))``.
-    `solve_impact` tells which class an impact with given numbers has.
-
-    Parameters
-    ----------
-    coefficients : ContactCoefficients
-    restitution : RestitutionLaw, optional
-        The energetic one when left out.
-    slip : {-1, +1}
-        s = sign(v_t) before the impact.
-    write : callable
-        `readable` (simplified) or `raw` (unsimplified, faster).
-
-    Returns
-    -------
-    dict of ImpactClass to ImpactCase
-        Without the classes that stick where W has rank one: those impacts jam.
-
-    References
-    ----------
-    Routh, Rigid Dynamics (1905); Keller (1986); Stronge (1990); Wang & Mason (1992).
-    """
-    law = restitution or energetic()
-    return {
-        case: ImpactCase(law, impact_course(coefficients, case, slip, write))
-        for case in CLASSES
-        if not (coefficients.rank_one and "stick" in case.rays)
-    }
-
-
-def three_phase_jump(
-    coefficients: ContactCoefficients,
-    restitution: RestitutionLaw | None = None,
-    slip: int = -1,
-    write: Writer = readable,
-) -> ImpactCase:
-    """Return the paper's jump: slip until it stops, sticking compression, sticking restitution.
-
-    It is the class ``C_STICKING``; `ImpactCourse.phases` has its three phases, each in the
-    velocities at its own start.
-
-    Parameters
-    ----------
-    coefficients, restitution, slip, write
-        As for `impact_cases`.
-
-    Raises
-    ------
-    InputError
-        W has rank one (A′ = 0): there is no exit from sticking.
-
-    References
-    ----------
-    Zhao, Liu & Chen, section 4, (14)–(21).
-    """
-    course = impact_course(coefficients, ImpactClass.C_STICKING, slip, write)
-    return ImpactCase(restitution or energetic(), course)

@@ -4,15 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar
-
-from sympy import Expr, Symbol
+from typing import TYPE_CHECKING, ClassVar
 
 from painleve_sym.choices import Policy, PolicyLike, Restitution, RestitutionLike, chosen
 from painleve_sym.errors import InputError
 from painleve_sym.laws.restitution import restitution_law
-from painleve_sym.mechanics.definition import NOT_DERIVED_FROM
-from painleve_sym.mechanics.system import Parameter, settings_text, with_defaults, with_fields
+from painleve_sym.mechanics.declarations import (
+    NOT_DERIVED_FROM,
+    Parameter,
+    settings_text,
+    with_defaults,
+    with_fields,
+)
+
+if TYPE_CHECKING:
+    from sympy import Expr, Symbol
 
 
 @dataclass(frozen=True, repr=False)

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from painleve_sym.laws.compliance import DELTA, DELTA_DOT, Branch, ContactLaw, without_ramps
+from painleve_sym.laws.compliance import DELTA, DELTA_DOT, Branch, without_ramps
+from painleve_sym.laws.contact_law import ContactLaw
 
 A, B = sp.Symbol("A", negative=True), sp.Symbol("B", positive=True)
 """Coefficients of g̈_N = A F_n + B, held constant; 1/kg and m/s²."""

@@ -10,12 +10,10 @@ from typing import Any
 
 import sympy as sp
 
+from painleve_sym.mechanics.declarations import PLAYS_NO_PART
+
 SYMPY_VERSION = str(sp.__version__)
 """Another version may write the same derivation another way."""
-
-_PLAYS_NO_PART = "plays no part in derivations"
-NOT_DERIVED_FROM: Mapping[str, bool] = {_PLAYS_NO_PART: True}
-"""Metadata of a dataclass field that no derivation depends on, such as a default value."""
 
 
 def definition_text(value: Any) -> str:
@@ -88,7 +86,7 @@ class _Writer:
         entries = (
             f"{f.name}={self.text(getattr(value, f.name))}"
             for f in dataclasses.fields(value)
-            if f.compare and not f.metadata.get(_PLAYS_NO_PART)
+            if f.compare and not f.metadata.get(PLAYS_NO_PART)
         )
         kind = type(value)
         return f"{kind.__module__}.{kind.__qualname__}({','.join(entries)})"

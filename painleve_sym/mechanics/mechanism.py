@@ -2,31 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import hashlib
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from functools import cached_property
-
-import sympy as sp
+from functools import cached_property, partial
+from typing import TYPE_CHECKING
 
 from painleve_sym.errors import InputError, ModelError, unknown_name
-from painleve_sym.mechanics.coefficients import ContactCoefficients
-from painleve_sym.mechanics.contact import Contact
-from painleve_sym.mechanics.definition import definition_text
-from painleve_sym.mechanics.system import TIME, LagrangianSystem, with_defaults, with_fields
+from painleve_sym.mechanics.declarations import TIME_NAME, Parameter, with_defaults, with_fields
+from painleve_sym.mechanics.deferred import Deferred
+from painleve_sym.mechanics.outline import MechanismOutline
 from painleve_sym.quantities import derivative_latex
+
+if TYPE_CHECKING:
+    from sympy import Expr, Symbol
+
+    from painleve_sym.mechanics.coefficients import ContactCoefficients
+    from painleve_sym.mechanics.contact import Contact
+    from painleve_sym.mechanics.system import LagrangianSystem
 
 
 @dataclass(frozen=True)
 class DomainBound:
     """A condition the model needs: `margin` > 0 inside its domain."""
 
-    margin: sp.Expr
+    margin: Expr
     meaning: str
 
 
 @dataclass(frozen=True, repr=False)
-class Mechanism:
+class Mechanism(Deferred):
     """A Lagrangian system with its contacts and the domain it is valid in.
 
     Attributes
@@ -53,8 +59,8 @@ class Mechanism:
     source: str
     system: LagrangianSystem
     contacts: tuple[Contact, ...]
-    domain: tuple[DomainBound, ...] = ()
-    sketch: str = ""
+    domain: tuple[DomainBound, ...] = field(default_factory=tuple)
+    sketch: str = field(default_factory=str)
     start: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -64,9 +70,9 @@ class Mechanism:
 
     def __repr__(self) -> str:
         """Return name, coordinates and contacts."""
-        coordinates = ", ".join(c.name for c in self.system.coordinates)
-        names = ", ".join(c.name for c in self.contacts)
-        several = "s" * (len(self.contacts) > 1)
+        coordinates = ", ".join(c.name for c in self.outline.coordinates)
+        names = ", ".join(c.name for c in self.outline.contacts)
+        several = "s" * (len(self.outline.contacts) > 1)
         return f"Mechanism {self.name!r}: coordinates {coordinates}; contact{several} {names}"
 
     def __getstate__(self) -> dict[str, object]:
@@ -91,24 +97,43 @@ class Mechanism:
             if name not in self.state_names:
                 yield "start: " + unknown_name("state", name, self.state_names)
 
+    @cached_property
+    def outline(self) -> MechanismOutline:
+        """Names, units and defaults, known without deriving anything."""
+        return MechanismOutline.of(self)
+
     @property
     def contact(self) -> Contact:
         """The only contact; InputError when there are several."""
-        if len(self.contacts) != 1:
-            names = ", ".join(repr(c.name) for c in self.contacts)
-            raise InputError(
-                f"mechanism {self.name!r}: got {len(self.contacts)} contacts, need one here. "
-                f"Fix: choose one of {names} (--contact, Mechanism.only); the others stay open."
-            )
+        self.require_one_contact()
         return self.contacts[0]
+
+    def require_one_contact(self) -> None:
+        """Raise InputError when there are several contacts."""
+        names = [c.name for c in self.outline.contacts]
+        if len(names) != 1:
+            raise InputError(
+                f"mechanism {self.name!r}: got {len(names)} contacts, need one here. "
+                f"Fix: choose one of {', '.join(map(repr, names))} (--contact, Mechanism.only); "
+                "the others stay open."
+            )
 
     def only(self, name: str) -> Mechanism:
         """Return the mechanism with the named contact alone, as if the others were out of reach."""
-        for contact in self.contacts:
-            if contact.name == name:
-                return replace(self, contacts=(contact,))
-        known = [c.name for c in self.contacts]
-        raise InputError(f"mechanism {self.name!r}: " + unknown_name("contact", name, known))
+        outline = self.outline.only(f"mechanism {self.name!r}", name)
+
+        def make() -> Mechanism:
+            return replace(self, contacts=tuple(c for c in self.contacts if c.name == name))
+
+        return self._deferred(make, outline, f"{self.definition} contact {name} alone")
+
+    def _deferred(
+        self, make: Callable[[], Mechanism], outline: MechanismOutline, definition: str
+    ) -> Mechanism:
+        texts = {name: getattr(self, name) for name in ("name", "title", "source", "sketch")}
+        return Mechanism.deferred(
+            make, start=self.start, outline=outline, definition=definition, **texts
+        )
 
     def with_parameters(self, **values: float) -> Mechanism:
         """Return the mechanism with other defaults of its parameters; nothing is derived again.
@@ -131,7 +156,14 @@ class Mechanism:
         1.2
         """
         where = f"mechanism {self.name!r}"
-        parameters = with_defaults(where, self.system.parameters, values)
+        parameters = with_defaults(where, self.outline.parameters, values)
+        outline = replace(self.outline, parameters=parameters)
+        if "system" in self.__dict__:
+            return with_fields(self._with_defaults(parameters), outline=outline)
+        make = partial(self._with_defaults, parameters)
+        return self._deferred(make, outline, self.definition)
+
+    def _with_defaults(self, parameters: tuple[Parameter, ...]) -> Mechanism:
         system = with_fields(self.system, parameters=parameters)
         contacts = tuple(with_fields(c, system=system) for c in self.contacts)
         return with_fields(self, system=system, contacts=contacts)
@@ -139,61 +171,73 @@ class Mechanism:
     @property
     def parameters(self) -> dict[str, float]:
         """Default of every parameter by name, in its unit."""
-        return {p.name: p.default for p in self.system.parameters}
+        return {p.name: p.default for p in self.outline.parameters}
 
     @cached_property
     def coefficients(self) -> ContactCoefficients:
         """Coefficients of the only contact."""
+        from painleve_sym.mechanics.coefficients import ContactCoefficients
+
         return ContactCoefficients(self.contact)
 
     @cached_property
     def all_coefficients(self) -> tuple[ContactCoefficients, ...]:
         """Coefficients of every contact, each as if the others were open."""
+        from painleve_sym.mechanics.coefficients import ContactCoefficients
+
         if len(self.contacts) == 1:
             return (self.coefficients,)
         return tuple(ContactCoefficients(c) for c in self.contacts)
 
     @cached_property
-    def definition(self) -> str:
-        """Everything its derivations start from, as one text (`definition_text`)."""
-        return definition_text(self)
+    def locked(self) -> bool:
+        """Whether its only contact is bilateral and, with W of rank one, holds the slip as well."""
+        bilateral = [c.bilateral for c in self.outline.contacts]
+        return bilateral == [True] and self.coefficients.A_stick == 0
 
     @cached_property
-    def depends_on_time(self) -> bool:
-        """Whether the time itself occurs in any formula: something moves as prescribed."""
-        system = self.system
-        formulas = [system.kinetic_energy, system.potential_energy]
-        formulas += [*system.generalized_forces.values(), *(b.margin for b in self.domain)]
-        formulas += [f for c in self.contacts for f in (c.gap, c.slip_velocity)]
-        return any(t in sp.sympify(f).free_symbols for t in system.clock for f in formulas)
+    def definition(self) -> str:
+        """The hash of everything its derivations start from (`definition_text`)."""
+        from painleve_sym.mechanics.definition import definition_text
+
+        return hashlib.sha256(definition_text(self).encode()).hexdigest()
 
     @property
-    def motion(self) -> tuple[sp.Symbol, ...]:
+    def depends_on_time(self) -> bool:
+        """Whether the time itself occurs in any formula: something moves as prescribed."""
+        return self.outline.depends_on_time
+
+    @property
+    def motion(self) -> tuple[Symbol, ...]:
         """Symbols of a state: coordinates, velocities, and `TIME` where anything depends on it."""
+        from painleve_sym.mechanics.system import TIME
+
         clock = (TIME,) if self.depends_on_time else ()
         return (*self.system.q, *self.system.q_dot, *clock)
 
     @property
     def state_names(self) -> tuple[str, ...]:
         """Names a state may use: those of `motion`."""
-        return tuple(s.name for s in self.motion)
+        return self.outline.state_names
 
     @cached_property
     def state_units(self) -> dict[str, str]:
         """SI unit of every state by name: those of `state_names`."""
-        units = {c.name: c.unit for c in self.system.coordinates}
+        units = {c.name: c.unit for c in self.outline.coordinates}
         units |= {f"{name}_dot": f"{unit}/s" for name, unit in units.items()}
-        return units | ({TIME.name: "s"} if self.depends_on_time else {})
+        return units | ({TIME_NAME: "s"} if self.depends_on_time else {})
 
     @cached_property
     def units(self) -> dict[str, str]:
         """SI unit of every state and parameter by name."""
-        return self.state_units | {p.name: p.unit for p in self.system.parameters}
+        return self.state_units | {p.name: p.unit for p in self.outline.parameters}
 
     @cached_property
     def latex_names(self) -> dict[str, str]:
         """LaTeX of every state and parameter by name."""
-        names = {c.name: c.latex or sp.latex(c.symbol) for c in self.system.coordinates}
-        names |= {f"{name}_dot": derivative_latex(latex) for name, latex in names.items()}
-        names |= {TIME.name: sp.latex(TIME)} if self.depends_on_time else {}
-        return names | {p.name: sp.latex(p.symbol) for p in self.system.parameters}
+        from sympy import latex
+
+        names = {c.name: c.latex or latex(c.symbol) for c in self.outline.coordinates}
+        names |= {f"{name}_dot": derivative_latex(text) for name, text in names.items()}
+        names |= {TIME_NAME: TIME_NAME} if self.depends_on_time else {}
+        return names | {p.name: latex(p.symbol) for p in self.outline.parameters}

@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-import copy
 import keyword
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TypeVar
 
 import sympy as sp
 
-from painleve_sym.checks import checked_number
-from painleve_sym.errors import InputError, ModelError, unknown_name
+from painleve_sym.errors import ModelError, unknown_name
 from painleve_sym.mechanics.bodies import Body, Load, Scalar, Spring, expr, rate, weight
-from painleve_sym.mechanics.definition import NOT_DERIVED_FROM
+from painleve_sym.mechanics.declarations import TIME_NAME, Coordinate, Parameter
 from painleve_sym.mechanics.simplify import readable, reduced
 from painleve_sym.mechanics.velocity_terms import clearly_positive, velocity_terms
 
-TIME = sp.Symbol("t", real=True)
+TIME = sp.Symbol(TIME_NAME, real=True)
 """The time, in every formula that prescribes a motion; s."""
 
 _CONTACT_NAMES = (
@@ -78,147 +75,6 @@ def determinant(matrix: sp.Matrix) -> sp.Expr:
 def vanishes(number: sp.Expr) -> bool:
     """Return whether a value at a sample point, taken to 30 digits, is zero."""
     return number is not sp.nan and bool(abs(number) <= sp.Float("1e-20"))
-
-
-@dataclass(frozen=True)
-class Coordinate:
-    """A generalized coordinate and its velocity.
-
-    Attributes
-    ----------
-    name : str
-        Name used in states; the velocity is ``name + "_dot"``.
-    meaning : str
-        One sentence.
-    unit : str
-        SI unit of the coordinate ("m" or "rad").
-    latex : str
-        LaTeX of the symbol, empty for SymPy's own.
-    """
-
-    name: str
-    meaning: str
-    unit: str
-    latex: str = ""
-
-    @cached_property
-    def symbol(self) -> sp.Symbol:
-        """Symbol of the coordinate."""
-        return sp.Symbol(self.name, real=True)
-
-    @cached_property
-    def rate(self) -> sp.Symbol:
-        """Symbol of the velocity."""
-        return sp.Symbol(f"{self.name}_dot", real=True)
-
-    @cached_property
-    def acceleration(self) -> sp.Symbol:
-        """Symbol of the acceleration."""
-        return sp.Symbol(f"{self.name}_ddot", real=True)
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """A constant of a mechanism or of a contact law.
-
-    Attributes
-    ----------
-    name : str
-    default : float
-        Value used when none is given, in `unit`.
-    unit : str
-    meaning : str
-    lower, upper : float
-        Valid range; the end points belong to it only where `lower_closed`, `upper_closed` say so.
-    """
-
-    name: str
-    default: float = field(metadata=NOT_DERIVED_FROM)
-    unit: str
-    meaning: str
-    lower: float = -float("inf")
-    upper: float = float("inf")
-    lower_closed: bool = True
-    upper_closed: bool = True
-
-    @cached_property
-    def symbol(self) -> sp.Symbol:
-        """Symbol: positive, nonnegative or real as the range tells."""
-        if self.lower > 0 or (self.lower == 0 and not self.lower_closed):
-            return sp.Symbol(self.name, positive=True)
-        if self.lower == 0:
-            return sp.Symbol(self.name, nonnegative=True)
-        return sp.Symbol(self.name, real=True)
-
-    def fault(self, value: float) -> str | None:
-        """Return one sentence when `value` is not valid, else None."""
-        above = value >= self.lower if self.lower_closed else value > self.lower
-        below = value <= self.upper if self.upper_closed else value < self.upper
-        if above and below and abs(value) != float("inf"):
-            return None
-        return f"parameter {self.name} ({self.meaning}): got {value!r}, need {self.range_text}."
-
-    @property
-    def range_text(self) -> str:
-        """The valid range in words, e.g. ``0 <= e_energetic <= 1``."""
-        text = self.name
-        if self.lower != -float("inf"):
-            text = f"{self.lower:g} {'<=' if self.lower_closed else '<'} {text}"
-        if self.upper != float("inf"):
-            text = f"{text} {'<=' if self.upper_closed else '<'} {self.upper:g}"
-        return f"a finite number with {text}" if text != self.name else "a finite number"
-
-
-def resolve_parameters(
-    where: str, declared: Sequence[Parameter], given: Mapping[str, float]
-) -> dict[str, float]:
-    """Return every declared parameter's value: the given one, else its default.
-
-    Raises
-    ------
-    InputError
-        Unknown names, values that are not finite or out of range; all faults at once.
-    """
-    known, faults = {p.name: p for p in declared}, []
-    values = {p.name: p.default for p in declared}
-    for name, value in given.items():
-        if name not in known:
-            faults.append(unknown_name("parameter", name, known))
-            continue
-        values[name], fault = checked_number(value, f"parameter {name}")
-        fault = fault or known[name].fault(values[name]) or ""
-        if fault:
-            faults.append(fault)
-    if faults:
-        raise InputError(f"{where}: " + " ".join(faults))
-    return values
-
-
-def with_defaults(
-    where: str, declared: Sequence[Parameter], given: Mapping[str, float]
-) -> tuple[Parameter, ...]:
-    """Return the parameters with the `given` values as their defaults; see `resolve_parameters`."""
-    values = resolve_parameters(where, declared, given)
-    return tuple(replace(p, default=values[p.name]) for p in declared)
-
-
-def settings_text(choices: Mapping[str, str], parameters: Sequence[Parameter]) -> str:
-    """Return choices and defaults in one line, such as ``(reload=virgin): E=2.09e+11, nu=0.3``."""
-    chosen = f"({', '.join(f'{k}={v}' for k, v in choices.items())})" if choices else ""
-    return f"{chosen}: " + ", ".join(f"{p.name}={p.default:g}" for p in parameters)
-
-
-_Value = TypeVar("_Value")
-
-
-def with_fields(value: _Value, **fields: object) -> _Value:
-    """Return a copy of a frozen dataclass that keeps everything it has derived.
-
-    Only for fields that no derivation depends on (`NOT_DERIVED_FROM`); for others `replace`.
-    """
-    changed = copy.copy(value)
-    changed.__dict__.update(fields)
-    return changed
 
 
 @dataclass(frozen=True)

@@ -12,13 +12,14 @@ from numpy.typing import ArrayLike
 
 from painleve_sym.arrays import Array
 from painleve_sym.choices import EngineLike, EngineName
+from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.codegen.pointwise import Pointwise
 from painleve_sym.contacts.inputs import resolve_state
 from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import compliant_law
-from painleve_sym.laws.compliance import ContactLaw
-from painleve_sym.mechanics.models import Mechanism, MechanismLike, as_mechanism
-from painleve_sym.mechanics.system import resolve_parameters
+from painleve_sym.laws.contact_law import ContactLaw
+from painleve_sym.mechanics.declarations import resolve_parameters
+from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.frozen_impact import (
     COEFFICIENTS,
     SUMS,
@@ -374,7 +375,7 @@ def evaluate_corrected_jump(
     constants = simulator.constants(
         simulator.parameters({p.name: given[p.name] for p in law.parameters})
     )
-    curve = simulator.loading_curve({s: np.array([v]) for s, v in constants.items()})
+    curve = simulator.loading_curve({name: np.array([v]) for name, v in constants.items()})
     K, n = (float(values[0]) for values in curve)
     delta = (initial_force / K) ** (1 / n)
     jump = rule(start, given, delta, configuration)

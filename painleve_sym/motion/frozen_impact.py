@@ -17,12 +17,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from painleve_sym.arrays import Array
 from painleve_sym.choices import EngineLike, EngineName
-from painleve_sym.contacts.contact_states import CONTACTS
+from painleve_sym.contacts.model import CONTACTS
 from painleve_sym.engines.protocol import RawRun, RunOptions
 from painleve_sym.engines.records import EventRecords
 from painleve_sym.errors import EventKind, InputError, StopReason, unknown_name
 from painleve_sym.laws.chatter import general_contact
-from painleve_sym.laws.compliance import ContactLaw
+from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.motion.batch.inputs import BatchInputs
 from painleve_sym.motion.batch.starts import RUNS, starts_of
 from painleve_sym.motion.simulator import Simulator
@@ -181,7 +181,7 @@ class FrozenImpactSolver:
         pressed = (depth > 0) | (rate > 0) | ((rate == 0) & (b_n < 0))
         end = np.where(pressed, FrozenEnd.FAILED.value, FrozenEnd.NO_IMPACT.value)
         active = pressed & (starts.refusal == RUNS)
-        n, nz = len(x), len(self.simulator.outline.memory)
+        n, nz = len(x), len(self.simulator.outline.memory_names)
         begin = _Begin(x, np.zeros((n, nz)), np.full(n, -1))
         given, courses = starts.parameters, []
         if after is not None:
@@ -229,7 +229,7 @@ class FrozenImpactSolver:
 
     @cached_property
     def _names(self) -> dict[str, int]:
-        return {s.name: i for i, s in enumerate(self.simulator.outline.states)}
+        return {n: i for i, n in enumerate(self.simulator.outline.state_names)}
 
     @cached_property
     def _modes(self) -> tuple[Any, ...]:
@@ -257,7 +257,7 @@ class FrozenImpactSolver:
         until: tuple[str, ...],
     ) -> _Course:
         """Follow the motions of the active rows until one of the events, or a held contact."""
-        names = [s.name for s in self.simulator.outline.parameters]
+        names = self.simulator.outline.parameter_names
         p = dict(zip(names, parameters.T, strict=True))
         # A by direction of slip: −1, 0, +1. A contact that A > 0 presses back is held: it turns
         # back before the force is zero and oscillates.

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import sympy as sp
 
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.quantities import quantities
-from painleve_sym.contacts.contact_states import CONTACTS
-from painleve_sym.contacts.rigid import RigidContact
+from painleve_sym.contacts.model import CONTACTS, ContactModel
 from painleve_sym.errors import StopReason
-from painleve_sym.mechanics.coefficients import F_N
 from painleve_sym.motion.singular_limit import LimitKind, SingularLimit
 from painleve_sym.motion.trajectory import Trajectory
+
+_FORCE = "F_n"
+"""Name of the normal force among the arguments."""
 
 _ITERATIONS = 5
 """Of the last stretch to the limit: each gains the part of α that changes there, below 1e-2."""
@@ -27,7 +27,7 @@ _SPACING = 10.0
 
 
 def locate_limit(
-    contact: RigidContact, run: Trajectory, values: Mapping[str, float]
+    contact: ContactModel, run: Trajectory, values: Mapping[str, float]
 ) -> SingularLimit | None:
     """Return the limit of a run that stopped where its slip meets A = 0; None for other stops.
 
@@ -37,7 +37,7 @@ def locate_limit(
 
     Parameters
     ----------
-    contact : RigidContact
+    contact : ContactModel
     run : Trajectory
     values : mapping of str to float
         All parameters by name.
@@ -45,14 +45,16 @@ def locate_limit(
     mode = _slip(run.mode_names[run.final_mode])
     if run.stop_reason is not StopReason.SINGULAR or mode is None:
         return None
-    constants = {p.symbol: np.array([values[p.name]]) for p in contact.mechanism.system.parameters}
-    limits = _Approach(contact, mode, constants).limits(np.asarray(run.final_state)[None])
+    constants = {p.name: np.array([values[p.name]]) for p in contact.mechanism.outline.parameters}
+    limits = _Approach(contact, mode, run.state_names, constants).limits(
+        np.asarray(run.final_state)[None]
+    )
     time = run.final_time + float(limits.left[0])
     ratio = float(limits.ratio[0])
     return SingularLimit(
         kind=limits.kind(0),
         time=time,
-        state={s.name: float(v) for s, v in zip(contact.states, limits.states[0], strict=True)},
+        state={n: float(v) for n, v in zip(run.state_names, limits.states[0], strict=True)},
         A=float(limits.A[0]),
         B=float(limits.B[0]),
         eigenvalues=(float(limits.alpha[0]), -float(limits.beta_1[0])),
@@ -63,22 +65,30 @@ def locate_limit(
     )
 
 
-def jams(contact: RigidContact, mode: str, states: Array, values: Mapping[Any, Array]) -> Any:
+def jams(
+    contact: ContactModel,
+    mode: str,
+    names: Sequence[str],
+    states: Array,
+    values: Mapping[str, Array],
+) -> Any:
     """Return which runs that stopped where their slip meets A = 0 jam dynamically, shape (n,).
 
     Parameters
     ----------
-    contact : RigidContact
+    contact : ContactModel
     mode : str
         In which all of them stopped.
+    names : sequence of str
+        Of the states.
     states : ndarray, shape (n, nx)
-    values : mapping of sympy.Symbol to ndarray, shape (n,)
+    values : mapping of str to ndarray, shape (n,)
         All parameters.
     """
     slip = _slip(mode)
     if slip is None:
         return np.zeros(len(states), bool)
-    limits = _Approach(contact, slip, values).limits(states)
+    limits = _Approach(contact, slip, names, values).limits(states)
     return np.array([limits.kind(i) is LimitKind.DYNAMIC_JAM for i in range(len(states))])
 
 
@@ -116,25 +126,36 @@ class _Limits:
 class _Approach:
     """A, B, their rates and the rates of all states in one slip mode, at n points."""
 
-    def __init__(self, contact: RigidContact, mode: str, constants: Mapping[Any, Array]) -> None:
-        def derive() -> dict[str, Any]:
-            slip, c = CONTACTS[mode], contact.mechanism.coefficients
-            point = contact.singular_points[slip]
-            local = (c.A(slip), c.B, point.A_rate, point.B_rate, point.B_rate_per_force)
-            rates = contact.field(mode, F_N) | {contact.gap: 0, contact.gap_rate: 0}
-            of_states = (sp.sympify(rates.get(s, 0)) for s in contact.states)
-            return dict(zip(self._names, (*local, *of_states), strict=True))
+    def __init__(
+        self,
+        contact: ContactModel,
+        mode: str,
+        states: Sequence[str],
+        constants: Mapping[str, Array],
+    ) -> None:
+        def derive() -> tuple[dict[str, Any], list[Any]]:
 
-        self._states, self._constants = contact.states, constants
-        of_states = (f"rate_{i}" for i in range(len(contact.states)))
+            from painleve_sym.mechanics.coefficients import F_N
+
+            builder, slip = contact.builder, CONTACTS[mode]
+            point, c = builder.singular_points[slip], builder.mechanism.coefficients
+            local = (c.A(slip), c.B, point.A_rate, point.B_rate, point.B_rate_per_force)
+            rates = builder.field(mode, F_N) | {builder.gap: 0, builder.gap_rate: 0}
+            of_states = (rates.get(s, 0) for s in builder.states)
+            parameters = [p.symbol for p in contact.mechanism.outline.parameters]
+            symbols = [*builder.states, *parameters, F_N]
+            return dict(zip(self._names, (*local, *of_states), strict=True)), symbols
+
+        self._states, self._constants = states, constants
+        of_states = (f"rate_{i}" for i in range(len(states)))
         self._names = ("A", "B", "alpha", "beta_0", "beta_1", *of_states)
-        parameters = (p.symbol for p in contact.mechanism.system.parameters)
-        symbols = (*contact.states, *parameters, F_N)
-        self._numbers = quantities(f"approach of A = 0 in {mode}", contact, symbols, derive)
+        arguments = (*states, *(p.name for p in contact.mechanism.outline.parameters), _FORCE)
+        title = f"approach of A = 0 in {mode}"
+        self._numbers = quantities(title, contact.definition, arguments, derive)
 
     def _at(self, states: Array, force: Array) -> tuple[dict[str, Array], Array]:
-        symbols = dict(zip(self._states, states.T, strict=True))
-        numbers = list(self._numbers.at({**self._constants, **symbols, F_N: force}).values())
+        named = dict(zip(self._states, states.T, strict=True))
+        numbers = list(self._numbers.at({**self._constants, **named, _FORCE: force}).values())
         return dict(zip(self._names[:5], numbers[:5], strict=True)), np.array(numbers[5:]).T
 
     def limits(self, states: Array) -> _Limits:

@@ -14,8 +14,8 @@ import numpy as np
 
 from painleve_sym.contacts.chatter import REVERSE_CHATTER, Chatter, chatter
 from painleve_sym.contacts.classify import contact_problem, solution_name
+from painleve_sym.contacts.model import ContactModel
 from painleve_sym.contacts.problem import ContactProblem
-from painleve_sym.contacts.rigid import RigidContact
 from painleve_sym.contacts.terms import rows_of
 from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.motion.locate_limit import locate_limit
@@ -40,25 +40,25 @@ _MEETINGS = {
 
 
 def chatter_at(
-    contact: RigidContact, state: Mapping[str, float], values: Mapping[str, float]
+    contact: ContactModel, state: Mapping[str, float], values: Mapping[str, float]
 ) -> Chatter | None:
     """Return how small bounces near a contact at rest follow each other (see `chatter`).
 
     Parameters
     ----------
-    contact : RigidContact
+    contact : ContactModel
     state, values : mapping of str to float
         Coordinates and velocities, and all parameters.
     """
     problem = contact_problem(contact.mechanism, state, values)
-    return chatter(problem, contact.restitution, values[contact.parameters[0].name])
+    return chatter(problem, contact.rigid_law.restitution, values[contact.parameters[0].name])
 
 
 def alternatives(
     simulator: Simulator, event: EventRecord, values: Mapping[str, float]
 ) -> tuple[str, ...]:
     """Return all solutions of the contact problem of an event, if there are several."""
-    several = len(simulator.mechanism.contacts) > 1
+    several = simulator.contact.several
     return (_of_several if several else _of_one)(simulator, event, values)
 
 
@@ -69,7 +69,7 @@ def _of_one(
     contact = simulator.contact
     problem = contact_problem(simulator.mechanism, event.state, values)
     modes = tuple(dict.fromkeys(solution_name(s, problem) for s in problem.solutions()))
-    if isinstance(contact, RigidContact) and modes and event.state[contact.slip.name] == 0:
+    if contact.parameters and modes and event.state[contact.rows[0].slip] == 0:
         bounces = chatter_at(contact, event.state, values)
         modes += (REVERSE_CHATTER,) if bounces is not None and bounces.reverse else ()
     return modes if len(modes) > 1 else ()
@@ -80,13 +80,13 @@ def _of_several(
 ) -> tuple[str, ...]:
     """Return the names of several solutions of the closed contacts; none for less than two."""
     impacts = simulator.impacts
-    state = np.array([event.state[s.name] for s in simulator.outline.states])
+    state = np.array([event.state[n] for n in simulator.outline.state_names])
     gaps, rates, slips = impacts.contact_values(state)
     closed = [i for i in simulator.rigid if gaps[i] <= 0 and rates[i] == 0]
     if len(simulator.rigid) < len(gaps) or not closed:
         return ()
     terms, rows = impacts.terms(state, values), rows_of(closed)
-    held = np.array([simulator.mechanism.contacts[i].bilateral for i in closed])
+    held = np.array([simulator.mechanism.outline.contacts[i].bilateral for i in closed])
     problem = ContactProblem(
         terms.W[np.ix_(rows, rows)], terms.b[rows], terms.mu[closed], slips[closed], held
     )
@@ -103,7 +103,7 @@ def _of_several(
     return several if len(several) > 2 else ()
 
 
-def with_limit(contact: RigidContact, run: Trajectory, values: Mapping[str, float]) -> Trajectory:
+def with_limit(contact: ContactModel, run: Trajectory, values: Mapping[str, float]) -> Trajectory:
     """Return a motion that stopped where a slip meets A = 0 with the limit it would arrive at."""
     limit = locate_limit(contact, run, values)
     if limit is None:

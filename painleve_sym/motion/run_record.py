@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.contacts.rigid import RigidContact
 from painleve_sym.engines.protocol import RawRun
 from painleve_sym.engines.records import StepRecords
 from painleve_sym.errors import EventKind
@@ -111,12 +110,12 @@ class RunRecord:
     @property
     def _events(self) -> list[EventRecord]:
         simulator, rows, outline = self.simulator, self.raw.event_records, self.simulator.outline
-        names = [s.name for s in outline.states]
+        names = outline.state_names
         outputs = simulator.integrator.outputs(
             rows.mode_before, rows.state_before, rows.memory_before, self.constants
         )
         at = {name: outputs[:, i] for i, name in enumerate(outline.output_names)}
-        own = [c.name for c in simulator.mechanism.contacts]
+        own = [c.name for c in simulator.mechanism.outline.contacts]
         records = []
         for i, after in enumerate(rows.state_after.tolist()):
             place = int(rows.contact[i])
@@ -145,8 +144,8 @@ class RunRecord:
     def reverse_chatter(self) -> tuple[ReverseChatter, ...]:
         """Rigid motion: stretches of bounces that grow out of contact."""
         contact, values = self.simulator.contact, self.start.values
-        if not isinstance(contact, RigidContact):
+        if not contact.can_open:
             return ()
         return growing_bounces(
-            self.events, contact.gap_rate.name, lambda state: chatter_at(contact, state, values)
+            self.events, contact.rows[0].gap_rate, lambda state: chatter_at(contact, state, values)
         )

@@ -12,9 +12,10 @@ from numpy.typing import ArrayLike
 
 from painleve_sym.arrays import Array
 from painleve_sym.choices import EngineLike, EngineName, Record, RecordLike, chosen
+from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.engines.protocol import MAX_EVENTS, MAX_STEPS
 from painleve_sym.laws.catalogue import Law, LawsLike, as_law
-from painleve_sym.mechanics.models import Mechanism, MechanismLike, as_mechanism
+from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.simulator import DEFAULT_RTOL, Simulator
 from painleve_sym.motion.trajectory import Trajectory
 

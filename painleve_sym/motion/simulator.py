@@ -6,49 +6,41 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import numpy as np
-from sympy import Symbol
 
 from painleve_sym.arrays import Array
 from painleve_sym.choices import EngineLike, EngineName, Record, RecordLike
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.codegen.tape import TapeOutputs, output_tapes
-from painleve_sym.contacts.automaton import PluralContacts
 from painleve_sym.contacts.classify import held_faults
-from painleve_sym.contacts.compliant import CompliantContact
 from painleve_sym.contacts.contact_numbers import contact_numbers
-from painleve_sym.contacts.contact_states import ContactRow
-from painleve_sym.contacts.guide import BilateralContact
-from painleve_sym.contacts.inputs import resolve_state, state_values, symbol_values
-from painleve_sym.contacts.interfaces import CONTACT
-from painleve_sym.contacts.rigid import RigidContact
+from painleve_sym.contacts.inputs import resolve_state, state_values
+from painleve_sym.contacts.model import CONTACT, ContactModel
 from painleve_sym.contacts.terms import ContactImpacts
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.factory import make_engine
 from painleve_sym.engines.protocol import MAX_EVENTS, MAX_STEPS, Engine, RawRun, RunOptions
 from painleve_sym.errors import InputError, StopReason, unknown_name
-from painleve_sym.hybrid.automaton import HybridAutomaton
-from painleve_sym.hybrid.signature import AutomatonBuilder, Outline
+from painleve_sym.hybrid.signature import Outline
 from painleve_sym.laws.catalogue import Law, choices_by_contact
-from painleve_sym.laws.compliance import ContactLaw
-from painleve_sym.laws.rigid_contact import RigidLaw
+from painleve_sym.laws.contact_law import ContactLaw
+from painleve_sym.mechanics.declarations import Parameter, resolve_parameters
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.system import Parameter, resolve_parameters
 from painleve_sym.motion.impact_resolver import ImpactResolver
 from painleve_sym.motion.rigid import with_limit
 from painleve_sym.motion.run_record import RunRecord
 from painleve_sym.motion.trajectory import EngineOutputs, MotionNames, Trajectory
 
 if TYPE_CHECKING:
+    from painleve_sym.hybrid.automaton import HybridAutomaton
     from painleve_sym.motion.sensitivity.result import SensitiveTrajectory
 
 DEFAULT_RTOL = 1e-11
 """The reference impacts then hold eight digits through all events, energy closes to 1e-9."""
 NO_FORCE = -1.0
 """Initial force that stands for none."""
-INITIAL_FORCE = Symbol("initial_force", positive=True)
 _JAM = (
     "the impact of the rigid contacts has no end: their friction carries any impulse, or leaves "
     "none possible; use one contact at a time, or a compliant law"
@@ -57,22 +49,6 @@ _GUIDE_MEETS = (
     "the slip meets A = 0, where the force of the guide grows without bound and rigid theory ends; "
     "end earlier, or start elsewhere"
 )
-
-
-class Contacts(AutomatonBuilder, Protocol):
-    """Contacts of a simulator: their automaton, states, laws and parameters."""
-
-    @property
-    def rows(self) -> tuple[ContactRow, ...]:
-        """States of each contact."""
-
-    @property
-    def own_laws(self) -> tuple[Law, ...]:
-        """The law of each contact, in its own symbols."""
-
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        """Parameters of the laws."""
 
 
 class Start(NamedTuple):
@@ -149,10 +125,10 @@ class Simulator:
     @cached_property
     def laws(self) -> tuple[Law, ...]:
         """One law for all contacts, or one for each in the mechanism's order."""
-        taken = [p.name for p in self.mechanism.system.parameters]
+        taken = [p.name for p in self.mechanism.outline.parameters]
         if not isinstance(self.law, Mapping):
             return (self.law.apart_from(taken),)
-        names = [c.name for c in self.mechanism.contacts]
+        names = [c.name for c in self.mechanism.outline.contacts]
         for name in self.law:
             if name not in names:
                 message = unknown_name("contact", name, names)
@@ -166,16 +142,9 @@ class Simulator:
         return tuple(self.law[name] for name in names)
 
     @cached_property
-    def contact(self) -> Contacts:
+    def contact(self) -> ContactModel:
         """The contact or contacts, joined with their laws."""
-        if len(self.mechanism.contacts) > 1:
-            return PluralContacts(self.mechanism, self.laws)
-        (law,) = self.laws
-        if not isinstance(law, RigidLaw):
-            return CompliantContact(self.mechanism, law)
-        if self.mechanism.contact.bilateral:
-            return BilateralContact(self.mechanism, law.policy)
-        return RigidContact(self.mechanism, law.restitution, law.policy)
+        return ContactModel(self.mechanism, self.laws)
 
     @property
     def automaton(self) -> HybridAutomaton:
@@ -186,7 +155,7 @@ class Simulator:
     def own_parameters(self) -> tuple[Parameter, ...]:
         """Parameters besides the mechanism's: those of the laws."""
         known = {p.name for p in self.contact.parameters}
-        if len(self.mechanism.contacts) > 1:
+        if self.contact.several:
             return self.contact.parameters
         return tuple(p for p in self.laws[0].parameters if p.name in known)
 
@@ -221,9 +190,9 @@ class Simulator:
     @property
     def choices(self) -> dict[str, str]:
         """Named choices of the laws; a guide alone has no restitution."""
-        names = (c.name for c in self.mechanism.contacts)
+        names = (c.name for c in self.mechanism.outline.contacts)
         choices = choices_by_contact(dict(zip(names, self.laws, strict=False)))
-        if all(c.bilateral for c in self.mechanism.contacts):
+        if all(c.bilateral for c in self.mechanism.outline.contacts):
             choices.pop("restitution", None)
         return choices
 
@@ -253,8 +222,8 @@ class Simulator:
         """Indices of the contacts that do not yield: rigid ones and guides."""
         return tuple(
             i
-            for i, row in enumerate(self.contact.rows)
-            if row.contact.bilateral or not self.is_compliant(i)
+            for i, contact in enumerate(self.mechanism.outline.contacts)
+            if contact.bilateral or not self.is_compliant(i)
         )
 
     @property
@@ -265,16 +234,17 @@ class Simulator:
     @cached_property
     def strikes(self) -> bool:
         """Whether several contacts can have an impact: at least one of them is rigid."""
-        return isinstance(self.contact, PluralContacts) and bool(self.rigid)
+        return self.contact.several and bool(self.rigid)
 
     @cached_property
     def impacts(self) -> ContactImpacts:
         """Impacts of the rigid contacts of several."""
-        return ContactImpacts(self.mechanism, self.outline.states, self.contact.rows, self.rigid)
+        names, rows = self.outline.state_names, self.contact.rows
+        return ContactImpacts(self.mechanism, names, rows, self.rigid)
 
     # ---- the loading curves of compliant contacts ----
 
-    def loading_curve(self, values: Mapping[Any, Array], i: int = 0) -> tuple[Array, Array]:
+    def loading_curve(self, values: Mapping[str, Array], i: int = 0) -> tuple[Array, Array]:
         """Return K and n of a compliant contact's loading curve K δⁿ, each of shape (n,)."""
         curve = self._loading.at(values)
         return curve[f"stiffness_{i}"], curve[f"exponent_{i}"]
@@ -282,18 +252,18 @@ class Simulator:
     @cached_property
     def _loading(self) -> Quantities:
         laws = self.contact.own_laws
-        symbols = (*self.outline.parameters, *self.outline.definitions)
-        return quantities(
-            "loading curves",
-            self.contact,
-            symbols,
-            lambda: {
+
+        def derive() -> tuple[dict[str, Any], tuple[Any, ...]]:
+            curves = {
                 f"{name}_{i}": getattr(law, name)
                 for i, law in enumerate(laws)
                 for name in ("stiffness", "exponent")
                 if isinstance(law, ContactLaw)
-            },
-        )
+            }
+            return curves, (*self.automaton.parameters, *self.automaton.definitions)
+
+        names = self.outline.constant_names
+        return quantities("loading curves", self.contact.definition, names, derive)
 
     def compression_of_force(self, force: float, parameters: Mapping[str, float]) -> float:
         """Return δ₀ > 0 with F_n(δ₀) = `force` on the loading curve at rest; m.
@@ -411,7 +381,7 @@ class Simulator:
         raw = self.integrator.run(start.state, start.parameters, checked, resolve=resolver)
         resolved = resolver.impulses if resolver else ()
         trajectory = self.trajectory(raw, start, checked.rtol, resolved)
-        if raw.stop_reason is StopReason.SINGULAR and isinstance(self.contact, RigidContact):
+        if raw.stop_reason is StopReason.SINGULAR and self.contact.can_open:
             return with_limit(self.contact, trajectory, start.values)
         return trajectory
 
@@ -423,7 +393,6 @@ class Simulator:
 
     def resolver_inputs(self, values: dict[str, float], options: RunOptions) -> dict[str, Any]:
         """Return the inputs of an `ImpactResolver` of a run with the parameters `values`."""
-        assert isinstance(self.contact, PluralContacts)
         return {
             "impacts": self.impacts,
             "law": self.contact.rigid_law,
@@ -490,34 +459,35 @@ class Simulator:
 
     def _refuse(self, start: Start, given: Mapping[str, float], force: float) -> NoReturn:
         """Raise InputError with the reason why a start is not admitted."""
-        for symbol, value in self.constants(start.values).items():
+        for name, value in self.constants(start.values).items():
             if not math.isfinite(value):
                 raise InputError(
-                    f"{self.where}: {symbol} evaluates to {value!r}, need a finite number. "
+                    f"{self.where}: {name} evaluates to {value!r}, need a finite number. "
                     "Fix: check the parameters it is made of (stiffness, curvatures)."
                 )
         resolve_state(self.mechanism, given, start.values)  # rejects a state outside the domain
-        names = [s.name for s in self.outline.states]
+        names = self.outline.state_names
         state = dict(zip(names, start.state.tolist(), strict=True))
         if force >= 0:
             raise InputError(
                 f"{self.where}: initial_force: got a start with gap "
-                f"{state[self.contact.rows[0].gap.name]!r}, need 0. Fix: give the force or the "
+                f"{state[self.contact.rows[0].gap]!r}, need 0. Fix: give the force or the "
                 "compression, not both."
             )
         for i in self.rigid:
-            self._refuse_contact(i, state, symbol_values(self.mechanism, given, start.values))
+            self._refuse_contact(i, state, {**given, **start.values})
         raise InputError(f"{self.where}: the contact law does not admit the start.")
 
     def _refuse_contact(
-        self, i: int, state: Mapping[str, float], symbols: Mapping[Any, float]
+        self, i: int, state: Mapping[str, float], values: Mapping[str, float]
     ) -> None:
         """Raise InputError where a rigid contact is inside the ground, or a guide off its place."""
-        row, several = self.contact.rows[i], len(self.contact.rows) > 1
-        gap, rate = state[row.gap.name], state[row.gap_rate.name]
-        name = f"contact {row.contact.name!r}"
-        if row.contact.bilateral:
-            at = contact_numbers(self.mechanism, i)(symbols)
+        row, several = self.contact.rows[i], self.contact.several
+        gap, rate = state[row.gap], state[row.gap_rate]
+        contact = self.mechanism.outline.contacts[i]
+        name = f"contact {contact.name!r}"
+        if contact.bilateral:
+            at = contact_numbers(self.mechanism, i)(values)
             subject = f"the bilateral {name}" if several else "a bilateral contact"
             within = (gap, at["gap_tolerance"]), (rate, at["rate_tolerance"])
             for fault in held_faults(subject, *within):
@@ -548,19 +518,19 @@ class Simulator:
 
         Where `forced`, the compression is the one that carries the symbol ``initial_force``.
         """
-        own = set(self.mechanism.motion)
+        from sympy import Symbol
+
+        own, rows = set(self.mechanism.motion), self.contact.builder.rows
         known = {
             symbol: expr
-            for row in self.contact.rows
+            for row in rows
             for symbol, expr in zip(row.symbols, row.expressions, strict=True)
             if symbol not in own
         }
         if not forced:
             return known
-        law = self.contact_law
-        return known | {
-            self.contact.rows[0].gap: -((INITIAL_FORCE / law.stiffness) ** (1 / law.exponent))
-        }
+        law, force = self.contact_law, Symbol("initial_force", positive=True)
+        return known | {rows[0].gap: -((force / law.stiffness) ** (1 / law.exponent))}
 
     # ---- numbers ----
 
@@ -593,17 +563,16 @@ class Simulator:
 
     @cached_property
     def _declared(self) -> dict[str, Parameter]:
-        return {p.name: p for p in (*self.mechanism.system.parameters, *self.own_parameters)}
+        return {p.name: p for p in (*self.mechanism.outline.parameters, *self.own_parameters)}
 
     @cached_property
     def _defaults(self) -> dict[str, float]:
         return {name: p.default for name, p in self._declared.items()}
 
-    def constants(self, parameters: Mapping[str, float]) -> dict[Any, float]:
-        """Return the values of all parameter symbols and definitions."""
+    def constants(self, parameters: Mapping[str, float]) -> dict[str, float]:
+        """Return the values of all parameters and definitions by name."""
         c = self.integrator.constants(self._vector_of(parameters))
-        symbols = (*self.outline.parameters, *self.outline.definitions)
-        return dict(zip(symbols, map(float, c), strict=True))
+        return dict(zip(self.outline.constant_names, map(float, c), strict=True))
 
     def _vector_of(self, parameters: Mapping[str, float]) -> Array:
         return np.array([parameters[name] for name in self._order])
@@ -611,7 +580,7 @@ class Simulator:
     @cached_property
     def _order(self) -> tuple[str, ...]:
         """Names of the parameters in the engine's order."""
-        return tuple(s.name for s in self.outline.parameters)
+        return self.outline.parameter_names
 
     def sensitivities(
         self,
@@ -754,8 +723,8 @@ class Simulator:
             mechanism=self.mechanism.name,
             law=self.label,
             choices=self.choices,
-            states=tuple(s.name for s in outline.states),
-            memory=tuple(s.name for s in outline.memory),
+            states=outline.state_names,
+            memory=outline.memory_names,
             outputs=outline.output_names,
             engine=self.integrator.name,
             contacts=tuple(c.name for c in self.mechanism.contacts),
@@ -769,8 +738,8 @@ class Simulator:
         if raw.stop_reason is StopReason.LEFT_DOMAIN:
             mode = self.outline.modes[raw.mode]
             bound = mode.transitions[raw.stop_transition].bound
-            return self.mechanism.domain[bound].meaning if bound is not None else ""
-        guide = all(c.bilateral for c in self.mechanism.contacts)
+            return self.mechanism.outline.domain[bound].meaning if bound is not None else ""
+        guide = all(c.bilateral for c in self.mechanism.outline.contacts)
         if guide and raw.stop_reason is StopReason.SINGULAR:
             return _GUIDE_MEETS
         if len(self.contact.rows) > 1 and raw.stop_reason is StopReason.JAM:

@@ -7,28 +7,31 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from painleve_sym.checks import number, whole_number
 from painleve_sym.choices import EngineLike, EngineName, chosen
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.classify import Classification, classify
 from painleve_sym.contacts.contact_numbers import contact_numbers
 from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
 from painleve_sym.contacts.impact.tangential import TangentialImpact, tangential_impact
-from painleve_sym.contacts.inputs import resolve_state, symbol_values
+from painleve_sym.contacts.inputs import resolve_state
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import parse_toml, read_text
 from painleve_sym.laws.catalogue import Law, LawsByContact, law
-from painleve_sym.laws.compliance import ContactLaw
+from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.laws.restitution import RestitutionLaw, restitution_law
-from painleve_sym.mechanics.models import Mechanism, model
-from painleve_sym.mechanics.system import resolve_parameters
-from painleve_sym.motion.finite_stiffness import CorrectedJump, evaluate_corrected_jump
+from painleve_sym.mechanics.declarations import resolve_parameters
+from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.simulator import DEFAULT_RTOL, Simulator
 from painleve_sym.motion.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from painleve_sym.motion.finite_stiffness import CorrectedJump
 
 DEFAULT_RULE = "energetic"
 MAX_SAMPLES = 1_000_000
@@ -179,7 +182,7 @@ class Scenario:
         return self.state
 
     def _given(self, mechanism: Mechanism) -> dict[str, float]:
-        declared = mechanism.system.parameters
+        declared = mechanism.outline.parameters
         return resolve_parameters(f"{mechanism.name!r}", declared, self.parameters)
 
     def _state(self, mechanism: Mechanism, parameters: Mapping[str, float]) -> dict[str, float]:
@@ -187,7 +190,7 @@ class Scenario:
         try:
             return resolve_state(mechanism, given, parameters)
         except InputError as error:
-            bounded = {s.name for b in mechanism.domain for s in b.margin.free_symbols}
+            bounded = {name for b in mechanism.outline.domain for name in b.names}
             absent = sorted(bounded & set(mechanism.state_names) - set(given))
             if not absent or set(given) - set(mechanism.state_names):
                 raise
@@ -249,7 +252,8 @@ class Scenario:
         """Return the velocity jump at the state, which must be on the surface."""
         mechanism, rule = self.mechanism(), restitution_law(self.rule)
         given = self._given(mechanism)
-        if mechanism.contact.bilateral:
+        mechanism.require_one_contact()
+        if mechanism.outline.contacts[0].bilateral:
             if self.restitution is not None:
                 raise InputError(
                     f"jump of {mechanism.name!r}: restitution: got {self.restitution!r}, need none:"
@@ -259,7 +263,7 @@ class Scenario:
         coefficient = {rule.parameter.name: self.coefficient_of(rule)}
         given |= resolve_parameters(f"{rule.title}", [rule.parameter], coefficient)
         state = self._state(mechanism, given)
-        at = contact_numbers(mechanism)(symbol_values(mechanism, state, given))
+        at = contact_numbers(mechanism)({**state, **given})
         gap = at["gap"]
         if abs(gap) > at["gap_tolerance"]:
             place = "inside the ground" if gap < 0 else "above the ground"
@@ -288,6 +292,8 @@ class Scenario:
         contact_law = self.contact_law() if self.law is not None else None
         if not isinstance(contact_law, ContactLaw):
             return None
+        from painleve_sym.motion.finite_stiffness import evaluate_corrected_jump
+
         mechanism, of_law = self.mechanism(), dict(self.law_parameters)
         own = {p.name for p in contact_law.parameters}
         if self.restitution is not None and f"e_{self.rule}" in own:

@@ -13,9 +13,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.laws.catalogue import Law, law
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.models import model
 from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
 from painleve_sym.motion.simulator import Simulator
 

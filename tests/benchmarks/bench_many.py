@@ -27,9 +27,10 @@ from unittest import mock
 import numpy as np
 import pytest
 
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.engines.taylor.runner import TaylorEngine
 from painleve_sym.laws.catalogue import law
-from painleve_sym.mechanics.models import model, rod
+from painleve_sym.mechanics.models.rods import rod
 from painleve_sym.motion.batch import run as batch_run
 from painleve_sym.motion.batch.machine import processor_count
 from painleve_sym.motion.batch.result import BatchResult

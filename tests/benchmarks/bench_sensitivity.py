@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.laws.catalogue import law
-from painleve_sym.mechanics.models import model
 from painleve_sym.motion.simulator import Simulator
 
 STATE = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}

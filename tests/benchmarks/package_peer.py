@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.laws.catalogue import law
-from painleve_sym.mechanics.models import model
 from painleve_sym.motion.simulator import Simulator
 from tests.benchmarks.cases import ARM, ROD, Case
 

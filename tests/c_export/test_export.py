@@ -19,10 +19,10 @@ from painleve_sym.c_export.files import expected
 from painleve_sym.c_export.standalone import NUMERIC_FLAGS
 from painleve_sym.c_export.text import comment, enum, quoted
 from painleve_sym.codegen.compile import find_compiler
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import law
 from painleve_sym.laws.rigid_contact import RigidLaw
-from painleve_sym.mechanics.models import model
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.scenario import Scenario
 
@@ -156,7 +156,7 @@ def test_export_states_and_tolerances_of_any_start_are_the_packages(bouncing, pr
     for done in (bouncing, pressed):
         c, simulator = library(done), simulator_of(done)
         values = done.trajectory.parameters
-        p = np.array([values[s.name] for s in simulator.outline.parameters])
+        p = np.array([values[n] for n in simulator.outline.parameter_names])
         tolerances = getattr(c, f"{done.name}_tolerances")
         complete = getattr(c, f"{done.name}_complete_state")
         for _ in range(50):
@@ -350,7 +350,7 @@ def test_export_of_several_contacts_is_the_package_to_the_last_bit(scenario, kin
         assert built_by_compiler(done, *STRICT, level) == expected(done.trajectory)
     c, simulator = library(done), Simulator(model("block-two-feet"), law(scenario.law))
     values, rng = done.trajectory.parameters, np.random.default_rng(3)
-    p = np.array([values[s.name] for s in simulator.outline.parameters])
+    p = np.array([values[n] for n in simulator.outline.parameter_names])
     for _ in range(50):
         motion = rng.normal(size=6) * 10.0 ** rng.integers(-12, 3)
         given = dict(zip(simulator.mechanism.state_names, motion, strict=True))

@@ -12,7 +12,7 @@ from painleve_sym.c_export.contacts import CASES
 from painleve_sym.c_export.export import export_c
 from painleve_sym.contacts.classify import contact_problem
 from painleve_sym.contacts.problem import ContactCase, ContactProblem
-from painleve_sym.mechanics.system import resolve_parameters
+from painleve_sym.mechanics.declarations import resolve_parameters
 from painleve_sym.study.scenario import Scenario
 from tests.c_export.test_export import address, library
 
@@ -51,12 +51,12 @@ def test_contact_problem_coefficients_and_case_are_the_packages(exported):
     scenario, done = exported
     mechanism, c = scenario.mechanism(), library(done)
     simulator, n = simulator_of(scenario), len(mechanism.contacts)
-    slips = [simulator.outline.states.index(row.symbols[2]) for row in simulator.contact.rows]
+    slips = [simulator.outline.state_names.index(row.slip) for row in simulator.contact.rows]
     seen = set()
     for state, parameters in states(mechanism, 400):
-        values = simulator.outline.parameters
-        p = np.array([parameters.get(s.name, done.trajectory.parameters[s.name]) for s in values])
-        x = np.zeros(len(simulator.outline.states))
+        names = simulator.outline.parameter_names
+        p = np.array([parameters.get(s, done.trajectory.parameters[s]) for s in names])
+        x = np.zeros(len(simulator.outline.state_names))
         x[: len(state)] = list(state.values())
         whole = contact_problem(mechanism, state, parameters)
         for i, slip in enumerate(slips):
@@ -100,8 +100,8 @@ def test_cases_of_the_paper_are_those_of_its_tables(tmp_path):
     """Table 3 is inconsistent, Table 1 slips; the friction that separates them is the package's."""
     done = export_c(SCENARIOS["rod"], tmp_path / "c", "rod")
     c, simulator = library(done), simulator_of(SCENARIOS["rod"])
-    names = [str(s.name) for s in simulator.outline.states]
-    p = np.array([done.trajectory.parameters[s.name] for s in simulator.outline.parameters])
+    names = simulator.outline.state_names
+    p = np.array([done.trajectory.parameters[s] for s in simulator.outline.parameter_names])
 
     def case(**given):
         x = np.zeros(len(names))

@@ -9,13 +9,14 @@ import runpy
 import pytest
 
 from painleve_sym.cli.output import print_json, show_table
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.classify import classify
 from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import CHOICES, LAWS, law
 from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.mechanics.formulas.formula import wrap_expression
-from painleve_sym.mechanics.models import MODELS, model
+from painleve_sym.mechanics.models import MODELS
 from painleve_sym.papers import registry as study
 from painleve_sym.papers.impact_resolution import items
 from tests.cli.cli_helpers import run, run_json

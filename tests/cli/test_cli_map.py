@@ -9,7 +9,7 @@ import os
 import numpy as np
 import pytest
 
-from painleve_sym.mechanics.models import model
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.present.map_figure import map_figure
 from painleve_sym.present.style import write_figure
 from painleve_sym.study.maps.region_map import RegionMap, region_map

@@ -19,7 +19,7 @@ from painleve_sym.contacts.classify import classify
 from painleve_sym.contacts.compliant import CompliantContact
 from painleve_sym.contacts.contact_numbers import contact_numbers
 from painleve_sym.contacts.rigid import RigidContact
-from painleve_sym.engines import compiled
+from painleve_sym.engines import source
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.factory import make_engine
 from painleve_sym.engines.protocol import RunOptions
@@ -29,8 +29,9 @@ from painleve_sym.hybrid.signature import Outline
 from painleve_sym.laws.catalogue import law
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.contact import Contact
+from painleve_sym.mechanics.declarations import Coordinate, Parameter
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.system import Coordinate, LagrangianSystem, Parameter
+from painleve_sym.mechanics.system import LagrangianSystem
 from painleve_sym.motion.simulator import Simulator
 
 Y = Coordinate("y", "height", "m")
@@ -84,7 +85,7 @@ def without_derivation(monkeypatch):
         monkeypatch.setattr(kind, "automaton", property(refuse))
     monkeypatch.setattr(Mechanism, "coefficients", property(refuse))
     monkeypatch.setattr(LagrangianSystem, "mass_matrix", property(refuse))
-    monkeypatch.setattr(compiled, "source", refuse)
+    monkeypatch.setattr(source, "source", refuse)
     quantities._stored.cache_clear()
 
 

@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from painleve_sym.codegen import compile as compiling
 from painleve_sym.codegen import evaluate
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.codegen.pointwise import Pointwise
 from painleve_sym.errors import CompilerMissing, InputError, PainleveWarning, TranslationError
-from painleve_sym.mechanics.models import model
 
 X, Y, P = sp.symbols("x y p", real=True)
 FORMULAS = (X * sp.sin(Y) + P, sp.sqrt(X**2 + P) / (1 + Y**2), sp.Integer(3), P**2)
@@ -75,13 +74,11 @@ def test_pointwise_outside_the_reals_is_nan_without_a_warning(engine):
 
 def test_pointwise_without_compiler_says_so_and_gives_the_same(monkeypatch, tmp_path):
     monkeypatch.setenv("CC", str(tmp_path / "none"))
-    compiling._compiler.cache_clear()
     with pytest.warns(PainleveWarning, match="slower engine 'casadi'"):
         f = Pointwise(FORMULAS, (X, Y, P))
     assert f.engine == "casadi"
     with pytest.raises(CompilerMissing):
         Pointwise(FORMULAS, (X, Y, P), engine="compiled")
-    compiling._compiler.cache_clear()
 
 
 def test_pointwise_keeps_one_library_for_all_values(monkeypatch, tmp_path):

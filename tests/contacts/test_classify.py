@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import painleve_sym as ps
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.codegen.quantities import Quantities
 from painleve_sym.contacts.classify import contact_problem
 from painleve_sym.contacts.problem import ContactCase
 from painleve_sym.errors import InputError
-from painleve_sym.mechanics.models import model
 from painleve_sym.mechanics.toml.mechanism_file import load_mechanism, mechanism_from_text
 
 LADDER = Path(__file__).parents[2] / "examples" / "mechanisms" / "ladder.toml"

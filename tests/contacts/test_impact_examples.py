@@ -16,9 +16,11 @@ from painleve_sym.contacts.impact.one_contact import ImpactEnd
 from painleve_sym.laws.catalogue import law
 from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.mechanics.contact import Contact
-from painleve_sym.mechanics.impact.classes import ImpactClass
-from painleve_sym.mechanics.models import Mechanism, rod
-from painleve_sym.mechanics.system import Coordinate, LagrangianSystem, Parameter
+from painleve_sym.mechanics.declarations import Coordinate, Parameter
+from painleve_sym.mechanics.impact.impact_class import ImpactClass
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.models.rods import rod
+from painleve_sym.mechanics.system import LagrangianSystem
 from painleve_sym.motion.simulator import Simulator
 from tests.mechanics.made_up import positive
 

@@ -17,9 +17,11 @@ from painleve_sym.contacts.impact.one_contact import ImpactEnd, solve_impact
 from painleve_sym.errors import InputError
 from painleve_sym.laws.restitution import RESTITUTIONS, restitution_law
 from painleve_sym.mechanics.contact import Contact
-from painleve_sym.mechanics.impact.classes import ImpactClass
-from painleve_sym.mechanics.models import Mechanism, rod
-from painleve_sym.mechanics.system import Coordinate, LagrangianSystem, Parameter
+from painleve_sym.mechanics.declarations import Coordinate, Parameter
+from painleve_sym.mechanics.impact.impact_class import ImpactClass
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.models.rods import rod
+from painleve_sym.mechanics.system import LagrangianSystem
 from tests.mechanics.made_up import positive, skew_block
 
 ROD = rod()

@@ -14,7 +14,7 @@ from painleve_sym.contacts.impact.simultaneous import solve_simultaneous_impact
 from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.errors import InputError
 from painleve_sym.laws.restitution import RESTITUTIONS
-from painleve_sym.mechanics.impact.classes import ImpactClass
+from painleve_sym.mechanics.impact.impact_class import ImpactClass
 
 LAW = st.sampled_from(sorted(RESTITUTIONS))
 NEVER_GAINS = ("energetic", "poisson")

@@ -17,7 +17,7 @@ from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.errors import CompilerMissing, InputError, PainleveWarning, StopReason
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
 from painleve_sym.laws.catalogue import law
-from painleve_sym.mechanics.models import rod
+from painleve_sym.mechanics.models.rods import rod
 from painleve_sym.motion.simulator import Simulator
 
 TABLE_1 = {"theta": 0.5, "theta_dot": 1.0, "x_A_dot": -1.0}

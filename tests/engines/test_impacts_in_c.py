@@ -11,13 +11,13 @@ import pytest
 import sympy as sp
 
 from painleve_sym.codegen.compile import load
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
 from painleve_sym.contacts.impact.simultaneous import solve_simultaneous_impact
 from painleve_sym.engines.source import engine_texts
 from painleve_sym.errors import EventKind, ModelError, StopReason
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
 from painleve_sym.laws.catalogue import law
-from painleve_sym.mechanics.models import model
 from painleve_sym.motion.batch.run import run_batch
 from painleve_sym.motion.simulator import Simulator
 

@@ -28,7 +28,7 @@ from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transit
 from painleve_sym.laws.catalogue import law
 from painleve_sym.laws.compliance import ramp
 from painleve_sym.laws.rigid_contact import RigidLaw
-from painleve_sym.mechanics.models import rod
+from painleve_sym.mechanics.models.rods import rod
 from painleve_sym.motion.simulator import Simulator
 from tests.engines.test_erk import CASES
 from tests.mechanics.catalogue import SOFTENED, derived

@@ -17,7 +17,7 @@ from painleve_sym.hybrid.automaton import (
     positive,
 )
 from painleve_sym.laws.catalogue import COMPLIANT_LAWS, law
-from painleve_sym.mechanics.models import rod
+from painleve_sym.mechanics.models.rods import rod
 
 X, Y = sp.Symbol("x", real=True), sp.Symbol("y", real=True)
 

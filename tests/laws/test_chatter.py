@@ -13,8 +13,8 @@ from painleve_sym.contacts.impact.one_contact import solve_impact
 from painleve_sym.errors import InputError
 from painleve_sym.laws.chatter import CYCLES, chatter_ratio, general_contact, symbols_of
 from painleve_sym.laws.restitution import restitution_law
-from painleve_sym.mechanics.impact.classes import ImpactClass
-from painleve_sym.mechanics.models import rod
+from painleve_sym.mechanics.impact.impact_class import ImpactClass
+from painleve_sym.mechanics.models.rods import rod
 
 W_tt, A_stick = sp.symbols("W_tt A_stick", positive=True)
 kappa, tau = sp.symbols("kappa tau", real=True)

@@ -1,7 +1,7 @@
 """Named choices of laws by contact."""
 
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.laws.catalogue import LawsByContact, law
-from painleve_sym.mechanics.models import model
 from painleve_sym.motion.simulator import Simulator
 
 

@@ -11,8 +11,9 @@ from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.contacts.classify import contact_problem
 from painleve_sym.laws.python_module import python_module
 from painleve_sym.mechanics.contact import Contact
+from painleve_sym.mechanics.declarations import Coordinate, Parameter
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.system import Coordinate, LagrangianSystem, Parameter
+from painleve_sym.mechanics.system import LagrangianSystem
 from tests.mechanics.catalogue import derived
 
 _STATE = {"x_A": 0.0, "y_A": 0.0, "y_A_dot": 0.0, "theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}

@@ -19,13 +19,11 @@ from painleve_sym.laws.compliance import (
     K_E,
     SEPARATED,
     Branch,
-    ContactLaw,
     Exit,
-    bilinear_hertz,
-    hertz,
     ramp,
     without_ramps,
 )
+from painleve_sym.laws.contact_law import ContactLaw, bilinear_hertz, hertz
 
 D, D_MAX = sp.symbols("D D_max", positive=True)
 VARIANTS = [law(name) for name in COMPLIANT_LAWS]

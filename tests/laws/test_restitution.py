@@ -6,20 +6,10 @@ import pytest
 import sympy as sp
 
 from painleve_sym.errors import InputError
-from painleve_sym.laws.restitution import (
-    A_R,
-    E_C,
-    E_R,
-    P_C,
-    P_R,
-    RESTITUTIONS,
-    V_N_MINUS,
-    energetic,
-    restitution_law,
-    three_phase_jump,
-)
+from painleve_sym.laws.impact_cases import A_R, E_C, E_R, P_C, P_R, V_N_MINUS, three_phase_jump
+from painleve_sym.laws.restitution import RESTITUTIONS, energetic, restitution_law
 from painleve_sym.mechanics.impact.impulse_rays import V_N, V_N_PLUS, V_T, raw
-from painleve_sym.mechanics.models import rod
+from painleve_sym.mechanics.models.rods import rod
 from tests.mechanics.made_up import skew_block
 
 P_1, A_S, A_STICK = sp.symbols("P_1 A_s A_stick", real=True)

@@ -7,8 +7,9 @@ from functools import cache
 import numpy as np
 import sympy as sp
 
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.models import MODELS, model
+from painleve_sym.mechanics.models import MODELS
 
 
 @cache

@@ -5,8 +5,9 @@ from __future__ import annotations
 import sympy as sp
 
 from painleve_sym.mechanics.contact import Contact
-from painleve_sym.mechanics.models import Mechanism
-from painleve_sym.mechanics.system import Coordinate, LagrangianSystem, Parameter
+from painleve_sym.mechanics.declarations import Coordinate, Parameter
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.system import LagrangianSystem
 
 
 def positive(name: str, default: float, unit: str, meaning: str) -> Parameter:

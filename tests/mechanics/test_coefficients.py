@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from painleve_sym.errors import ModelError
 from painleve_sym.mechanics.coefficients import F_N, F_T, ContactCoefficients
 from painleve_sym.mechanics.contact import Contact
-from painleve_sym.mechanics.models import rod
+from painleve_sym.mechanics.models.rods import rod
 from tests.mechanics.made_up import skew_block, two_link_arm
 
 ROD = rod()

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.mechanics.contact_set import ContactSet
-from painleve_sym.mechanics.models import model
 from painleve_sym.mechanics.system import sample_values
 
 FEET = model("block-two-feet")

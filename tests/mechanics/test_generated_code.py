@@ -56,9 +56,9 @@ def _by_casadi(mechanism, at):
 
 def _by_compiled_code(mechanism, at):
     engine = CompiledEngine(forced_automaton(mechanism))
-    automaton = engine.outline
-    x = np.array([at[s] for s in automaton.states])
-    c = engine.constants(np.array([at[p] for p in automaton.parameters]))
+    automaton, named = engine.outline, {s.name: v for s, v in at.items()}
+    x = np.array([named[n] for n in automaton.state_names])
+    c = engine.constants(np.array([named[n] for n in automaton.parameter_names]))
     n = len(x) // 2
     rate, rows, slopes = np.empty(2 * n), np.empty(n), np.empty(n)
     z = np.zeros(1)
@@ -101,7 +101,7 @@ def test_mechanism_moves_softened_from_its_start_and_keeps_its_energy(name):
     # The extra states follow the coordinates they are computed from.
     at = {s: run.final[s.name] for s in (*mechanism.system.q, *mechanism.system.q_dot)}
     at |= {p.symbol: run.parameters[p.name] for p in mechanism.system.parameters}
-    contact = simulator.contact
+    contact = simulator.contact.builder
     pairs = [
         (contact.gap, mechanism.contact.gap),
         (contact.gap_rate, mechanism.contact.gap_rate),

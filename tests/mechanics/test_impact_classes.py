@@ -6,15 +6,12 @@ import pytest
 import sympy as sp
 
 from painleve_sym.errors import InputError
-from painleve_sym.laws.restitution import (
-    RESTITUTIONS,
-    impact_cases,
-    restitution_law,
-    three_phase_jump,
-)
-from painleve_sym.mechanics.impact.classes import CLASSES, ImpactClass, impact_course
+from painleve_sym.laws.impact_cases import impact_cases, three_phase_jump
+from painleve_sym.laws.restitution import RESTITUTIONS, restitution_law
+from painleve_sym.mechanics.impact.classes import impact_course
+from painleve_sym.mechanics.impact.impact_class import CLASSES, ImpactClass
 from painleve_sym.mechanics.impact.impulse_rays import V_N, V_N_PLUS, V_T, ImpulseRay, raw
-from painleve_sym.mechanics.models import rod
+from painleve_sym.mechanics.models.rods import rod
 from tests.mechanics.made_up import skew_block
 
 BLOCK, BELT = skew_block(), skew_block(belt=True)
@@ -201,7 +198,7 @@ def test_cases_sliding_rebound_is_the_same_by_every_law(law):
 
 @pytest.mark.parametrize("law", sorted(RESTITUTIONS))
 def test_final_velocity_of_a_law_starts_like_its_separation_velocity(law):
-    from painleve_sym.laws.restitution import A_R, E_R, E_R1, P_R, P_R1, V_N_1
+    from painleve_sym.laws.impact_cases import A_R, E_R, E_R1, P_R, P_R1, V_N_1
 
     rule = restitution_law(law)
     first = rule.final_velocity.subs({V_N_1: 0, P_R1: 0, E_R1: 0})

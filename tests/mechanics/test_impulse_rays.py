@@ -9,6 +9,7 @@ import sympy as sp
 
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.contact import Contact
+from painleve_sym.mechanics.declarations import Coordinate, Parameter
 from painleve_sym.mechanics.impact.impulse_rays import (
     V_N,
     V_N_PLUS,
@@ -20,9 +21,10 @@ from painleve_sym.mechanics.impact.impulse_rays import (
     sticking_restitution,
     tangential_phase,
 )
-from painleve_sym.mechanics.models import Mechanism, rod
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.models.rods import rod
 from painleve_sym.mechanics.paradox.critical_friction import critical_friction
-from painleve_sym.mechanics.system import Coordinate, LagrangianSystem, Parameter
+from painleve_sym.mechanics.system import LagrangianSystem
 from tests.mechanics.made_up import skew_block
 
 MECHANISMS = {"rod": rod(), "skew block": skew_block(), "belt": skew_block(belt=True)}

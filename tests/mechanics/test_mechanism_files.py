@@ -11,10 +11,10 @@ import pytest
 import sympy as sp
 
 from painleve_sym.codegen.evaluate import numbers
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.classify import classify
 from painleve_sym.errors import InputError, ModelError
 from painleve_sym.laws.catalogue import law
-from painleve_sym.mechanics.models import model
 from painleve_sym.mechanics.toml.mechanism_file import (
     MAX_BYTES,
     MAX_COORDINATES,

@@ -10,9 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from painleve_sym.codegen.evaluate import numbers
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.impact.impulse_rays import raw
-from painleve_sym.mechanics.models import model, rod
+from painleve_sym.mechanics.models.rods import rod
 from painleve_sym.mechanics.paradox.singular_point import SingularPoint
 
 theta, theta_dot = sp.Symbol("theta", real=True), sp.Symbol("theta_dot", real=True)

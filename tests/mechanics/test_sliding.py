@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from painleve_sym.codegen.evaluate import numbers
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.mechanics.coefficients import F_N
-from painleve_sym.mechanics.models import model
 from painleve_sym.mechanics.paradox.sliding import (
     coefficient_rates,
     sliding_field,

@@ -11,9 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sympy.physics.mechanics import LagrangesMethod, dynamicsymbols
 
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError, ModelError
-from painleve_sym.mechanics.models import MODELS, Mechanism, model, rod
-from painleve_sym.mechanics.system import Coordinate, LagrangianSystem, Parameter
+from painleve_sym.mechanics.declarations import Coordinate, Parameter
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.models import MODELS
+from painleve_sym.mechanics.models.rods import rod
+from painleve_sym.mechanics.system import LagrangianSystem
 from tests.mechanics.made_up import MADE_UP, skew_block, two_link_arm
 
 ALL = {**MODELS, **MADE_UP}

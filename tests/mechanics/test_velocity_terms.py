@@ -8,7 +8,7 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from painleve_sym.mechanics.models import model
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.mechanics.velocity_terms import clearly_positive, velocity_terms
 
 u, v = VELOCITIES = sp.symbols("u v", real=True)

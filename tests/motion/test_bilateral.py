@@ -11,13 +11,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.classify import classify, solution_name
 from painleve_sym.contacts.guide import TANGENTIAL_IMPACT, BilateralContact
 from painleve_sym.contacts.impact.tangential import tangential_impact
 from painleve_sym.contacts.problem import ContactCase, ContactProblem
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.laws.rigid_contact import RigidLaw
-from painleve_sym.mechanics.models import model
 from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
 from painleve_sym.motion.simulator import Simulator
 from tests.oracles.bead_scipy import accelerations, motion, slip_forces, yielding

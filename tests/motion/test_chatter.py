@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.chatter import chatter
 from painleve_sym.contacts.classify import classify
 from painleve_sym.contacts.impact.one_contact import solve_impact
@@ -14,7 +15,7 @@ from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.laws.chatter import chatter_ratio, symbols_of
 from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.laws.rigid_contact import RigidLaw
-from painleve_sym.mechanics.models import model, rod
+from painleve_sym.mechanics.models.rods import rod
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.trajectory import Trajectory
 

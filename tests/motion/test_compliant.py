@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.laws.catalogue import COMPLIANT_LAWS, law
-from painleve_sym.mechanics.models import rod
+from painleve_sym.mechanics.models.rods import rod
 from painleve_sym.motion.simulator import Simulator
 from tests.oracles import rod_scipy
 

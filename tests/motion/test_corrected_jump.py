@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.errors import InputError
 from painleve_sym.laws import finite_stiffness as forms
 from painleve_sym.laws.catalogue import law
-from painleve_sym.mechanics.models import model
 from painleve_sym.motion.finite_stiffness import CorrectedJumpRule, evaluate_corrected_jump
 from painleve_sym.motion.frozen_impact import FrozenEnd, FrozenImpactSolver
 from painleve_sym.motion.simulator import Simulator

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import pytest
 
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import StopReason
 from painleve_sym.laws.catalogue import one_law
-from painleve_sym.mechanics.models import model
 from painleve_sym.motion.simulator import Simulator
 
 START = {"theta": 0.01, "x_A_dot": -0.5}

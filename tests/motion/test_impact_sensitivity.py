@@ -9,10 +9,10 @@ from functools import cache
 import numpy as np
 import pytest
 
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import PainleveWarning
 from painleve_sym.laws.catalogue import law
 from painleve_sym.laws.restitution import RESTITUTIONS
-from painleve_sym.mechanics.models import model
 from painleve_sym.motion.simulator import Simulator
 
 LADDER = "examples/mechanisms/ladder.toml"

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.laws.catalogue import law
-from painleve_sym.mechanics.models import model
 from painleve_sym.motion.batch.run import run_batch
 from painleve_sym.motion.simulator import Simulator
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from painleve_sym.codegen.compile import find_compiler
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.engines.taylor.runner import TaylorEngine
 from painleve_sym.laws.catalogue import law
 from painleve_sym.laws.rigid_contact import RigidLaw
-from painleve_sym.mechanics.models import model
 from painleve_sym.motion.batch.run import run_batch
 from painleve_sym.motion.simulator import Simulator
 

@@ -7,9 +7,9 @@ import pickle
 import numpy as np
 import pytest
 
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import law
-from painleve_sym.mechanics.models import model
 from painleve_sym.motion.simulator import NO_FORCE, Simulator
 from painleve_sym.motion.trajectory import StoredRecord
 
@@ -25,7 +25,7 @@ def random_starts(simulator, n=40):
     motion = rng.normal(size=(n, given)) * 10.0 ** rng.integers(-14, 3, size=(n, given))
     motion[rng.random((n, given)) < 0.5] = 0.0
     values = simulator.parameters()
-    p = np.array([values[s.name] for s in simulator.outline.parameters])
+    p = np.array([values[n] for n in simulator.outline.parameter_names])
     forces = np.where(rng.random(n) < 0.5, NO_FORCE, rng.exponential(10.0, n))
     # The mechanism's own start is admitted; a guide admits few others.
     own = simulator.mechanism.start
@@ -55,7 +55,7 @@ def test_every_start_that_is_admitted_has_positive_scales(name, kind):
     admitted = (admits == 1).all(axis=1)
     assert admitted.any()
     assert (scales[admitted] > 0).all()
-    kept = [s not in simulator.outline.uncontrolled for s in simulator.outline.states]
+    kept = [s not in simulator.outline.uncontrolled_names for s in simulator.outline.state_names]
     assert np.isfinite(scales[admitted][:, kept]).all()
 
 
@@ -65,7 +65,7 @@ def test_an_initial_force_is_carried_at_the_start():
     run = simulator.run(IMPACT, parameters={"E": 20.9e14}, initial_force=25.0, t_end=1e-9)
     assert run.values("normal_force", 0.0) == pytest.approx(25.0, rel=1e-12)
     depth = simulator.compression_of_force(25.0, start.values)
-    assert -start.state[simulator.outline.states.index(simulator.contact.rows[0].gap)] == depth
+    assert -start.state[simulator.outline.state_names.index(simulator.contact.rows[0].gap)] == depth
 
 
 @pytest.mark.parametrize(

@@ -100,7 +100,7 @@ def test_labelled_arrays_of_a_motion(impact):
 
 def test_a_library_that_is_not_installed_is_named(impact, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "pandas", None)
-    with pytest.raises(InputError, match="a data frame needs pandas. Fix: pip install"):
+    with pytest.raises(InputError, match=r"a data frame needs pandas\. Fix: pip install"):
         impact.to_dataframe()
 
 

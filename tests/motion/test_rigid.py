@@ -10,12 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.classify import contact_problem
 from painleve_sym.contacts.impact.one_contact import solve_impact
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.laws.catalogue import law
 from painleve_sym.laws.rigid_contact import RigidLaw
-from painleve_sym.mechanics.models import model, rod
+from painleve_sym.mechanics.models.rods import rod
 from painleve_sym.motion.simulator import Simulator
 
 SLIDING = {"theta": 0.5, "theta_dot": 1.0, "x_A_dot": -1.0}

@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError
 from painleve_sym.laws.rigid_contact import RigidLaw
-from painleve_sym.mechanics.models import model
 from painleve_sym.motion.batch.result import BatchResult
 from painleve_sym.motion.batch.run import run_batch
 from painleve_sym.motion.simulator import Simulator

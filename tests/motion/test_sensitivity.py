@@ -11,10 +11,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError, PainleveWarning, StopReason
 from painleve_sym.laws.catalogue import law
 from painleve_sym.laws.rigid_contact import RigidLaw
-from painleve_sym.mechanics.models import model
 from painleve_sym.motion.sensitivity.variational import _Marked, _verdict
 from painleve_sym.motion.simulator import Simulator
 

@@ -9,9 +9,10 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import StopReason
 from painleve_sym.laws.rigid_contact import RigidLaw
-from painleve_sym.mechanics.models import model, rod
+from painleve_sym.mechanics.models.rods import rod
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.singular_limit import LimitKind
 from painleve_sym.motion.trajectory import Trajectory

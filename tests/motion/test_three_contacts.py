@@ -14,9 +14,9 @@ from functools import cache
 import numpy as np
 import pytest
 
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import StopReason
 from painleve_sym.laws.catalogue import law
-from painleve_sym.mechanics.models import model
 from painleve_sym.motion.simulator import Simulator
 from tests.oracles.moreau import SprungTable, Stepping, Table
 

@@ -7,8 +7,8 @@ import functools
 import numpy as np
 import pytest
 
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.laws.catalogue import law
-from painleve_sym.mechanics.models import model
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.present.fit_figure import fit_figure
 from painleve_sym.present.sensitivity_figure import sensitivity_figure

@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.classify import classify
 from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.contacts.impact.tangential import tangential_impact
@@ -20,7 +21,6 @@ from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import law
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.models import model
 from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
 from painleve_sym.motion.batch.run import run_batch
 from painleve_sym.motion.simulator import Simulator

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import law
-from painleve_sym.mechanics.models import model
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.critical.bisection import (
     Border,

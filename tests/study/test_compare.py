@@ -5,7 +5,7 @@ import pytest
 
 from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import law
-from painleve_sym.mechanics.models import rod
+from painleve_sym.mechanics.models.rods import rod
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.papers.impact_resolution.jump import extrapolated
 from painleve_sym.study.compare.jump_convergence import compare_jump

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.laws.rigid_contact import RigidLaw
-from painleve_sym.mechanics.models import model, rod
+from painleve_sym.mechanics.models.rods import rod
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.compare.comparison import compare

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import law
-from painleve_sym.mechanics.models import model
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.fitting.data import FitData, read_fit_data
 from painleve_sym.study.fitting.problem import FitProblem

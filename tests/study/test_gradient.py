@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import law
-from painleve_sym.mechanics.models import model
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.critical.bisection import Border, CriticalForceFinder
 from painleve_sym.study.critical.gradient import critical_force_gradient

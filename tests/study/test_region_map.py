@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.classify import classify
 from painleve_sym.errors import InputError, PainleveWarning
-from painleve_sym.mechanics.models import model
 from painleve_sym.study.maps.region_map import LEGEND, RegionMap, region_map
 from painleve_sym.study.maps.zero_curves import common_zeros, zero_segments
 

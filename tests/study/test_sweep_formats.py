@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from painleve_sym.cli import main
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError, PainleveError
 from painleve_sym.laws.rigid_contact import RigidLaw
-from painleve_sym.mechanics.models import model
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.sweeps.runner import run_sweep
 from painleve_sym.study.sweeps.store import Store, check_format, open_store

@@ -3,32 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from painleve_sym.choices import RestitutionLike
-from painleve_sym.codegen.evaluate import numbers
+from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
+from painleve_sym.codegen.quantities import Quantities, quantities
+from painleve_sym.contacts.contact_numbers import argument_names, argument_symbols
 from painleve_sym.contacts.impact.one_contact import Impact, ImpactEnd, solve_impact
-from painleve_sym.contacts.inputs import resolve_state, symbol_values
+from painleve_sym.contacts.inputs import resolve_state
 from painleve_sym.errors import InputError
-from painleve_sym.laws.restitution import (
-    RESTITUTIONS,
-    RestitutionLaw,
-    restitution_law,
-    three_phase_jump,
-)
-from painleve_sym.mechanics.contact import Contact
-from painleve_sym.mechanics.impact.classes import ImpactClass
-from painleve_sym.mechanics.impact.impulse_rays import V_N, V_T, raw
-from painleve_sym.mechanics.models import Mechanism, MechanismLike, as_mechanism
-from painleve_sym.mechanics.system import resolve_parameters
+from painleve_sym.laws.restitution import RESTITUTIONS, RestitutionLaw, restitution_law
+from painleve_sym.mechanics.declarations import resolve_parameters
+from painleve_sym.mechanics.impact.impact_class import ImpactClass
+from painleve_sym.mechanics.mechanism import Mechanism
 
 # A velocity that is a sum of rounded products counts as zero below this part of its terms.
 ROUND_OFF = 1e-14
 
-Values = dict[Any, float]
-"""Numbers by symbol."""
+Values = dict[str, float]
+"""States and parameters by name."""
 
 
 @dataclass(frozen=True)
@@ -151,27 +146,27 @@ def evaluate_jump(
     mechanism = as_mechanism(mechanism)
     law = restitution_law(restitution) if isinstance(restitution, str) else restitution
     where = f"jump of mechanism {mechanism.name!r}"
-    declared = (*mechanism.system.parameters, law.parameter)
+    mechanism.require_one_contact()
+    declared = (*mechanism.outline.parameters, law.parameter)
     given = resolve_parameters(where, declared, parameters or {})
     start = resolve_state(mechanism, state, given)
-    values = symbol_values(mechanism, start, given)
-    values[law.parameter.symbol] = given[law.parameter.name]
-    return _jump(mechanism, law, values, where)
+    return _jump(mechanism, law, {**start, **given}, where)
 
 
 def _jump(mechanism: Mechanism, law: RestitutionLaw, values: Values, where: str) -> JumpResult:
-    v_n, v_t = _contact_velocities(mechanism.contact, values)
+    at = _jump_numbers(mechanism)(values)
+    v_n, v_t = (_contact_velocity(mechanism, values, at, row) for row in ("n", "t"))
     if v_n > 0:
         raise InputError(
             f"{where}: got v_n = {v_n:g} m/s, need v_n <= 0: the contact is opening. "
             f"Fix: simulate the flight up to the next contact."
         )
     slip = (v_t > 0) - (v_t < 0)
-    impact = _solved(mechanism, law, values, (v_n, v_t))
+    impact = _solved(law, values, at, (v_n, v_t))
     if impact.case is ImpactClass.NO_IMPACT:
-        raise InputError(f"{where}: {_no_impact(mechanism, values, slip)}")
+        raise InputError(f"{where}: {_no_impact(at, slip)}")
     if law.name in RESTITUTIONS:
-        phases, energy = _of_impact(mechanism, values, impact), impact.energy_change
+        phases, energy = _of_impact(mechanism, values, at, impact), impact.energy_change
     elif slip and impact.case is ImpactClass.C_STICKING and impact.end is not ImpactEnd.JAM:
         phases, energy = _of_law(mechanism, law, values, (v_n, v_t))
     else:
@@ -179,42 +174,60 @@ def _jump(mechanism: Mechanism, law: RestitutionLaw, values: Values, where: str)
             f"{where}: got restitution law {law.name!r} in an impact of class "
             f"{impact.case.value!r}, need one of {sorted(RESTITUTIONS)}. Fix: give one of these."
         )
-    before = {str(v): values[v] for v in mechanism.system.q_dot}
+    before = {name: values[name] for name in mechanism.outline.velocity_names}
     return JumpResult(
         mechanism.name, law.name, slip, phases, energy, impact.case, impact.end, before
     )
 
 
-def _contact_velocities(contact: Contact, values: Values) -> tuple[float, float]:
-    """Return v_n and v_t, exactly 0 where they are only the rounding of their terms."""
-    pair = []
-    for rate, jacobian in ((contact.gap_rate, contact.J_N), (contact.slip_velocity, contact.J_T)):
-        value = _number(rate, values)
-        rates = zip(contact.system.q_dot, jacobian, strict=True)
-        terms = sum(abs(_number(j, values) * values[v]) for v, j in rates)
-        pair.append(value if abs(value) > ROUND_OFF * terms else 0.0)
-    return pair[0], pair[1]
+def _jump_numbers(mechanism: Mechanism) -> Quantities:
+    """Return v_n, v_t, their Jacobians J_n_k and J_t_k, W, mu, A_pos, A_neg, B, and M⁻¹ Jᵀ.
+
+    The last as change_n_k and change_t_k: of velocity k per normal and per tangential impulse.
+    """
+
+    def derive() -> tuple[dict[str, Any], tuple[Any, ...]]:
+        contact, c = mechanism.contact, mechanism.coefficients
+        formulas = {"v_n": contact.gap_rate, "v_t": contact.slip_velocity}
+        for row, jacobian in (("n", contact.J_N), ("t", contact.J_T)):
+            formulas |= {f"J_{row}_{k}": entry for k, entry in enumerate(jacobian)}
+        formulas |= {name: getattr(c, name) for name in ("W_nn", "W_nt", "W_tt", "mu")}
+        formulas |= {"A_pos": c.A(1), "A_neg": c.A(-1), "B": c.B}
+        for row, direction in zip(("n", "t"), c.force_directions, strict=True):
+            formulas |= {f"change_{row}_{k}": entry for k, entry in enumerate(direction)}
+        return formulas, argument_symbols(mechanism)
+
+    return quantities("jump", mechanism.definition, argument_names(mechanism), derive)
+
+
+def _contact_velocity(
+    mechanism: Mechanism, values: Values, at: Mapping[str, float], row: str
+) -> float:
+    """Return v_n or v_t, exactly 0 where it is only the rounding of its terms."""
+    names = enumerate(mechanism.outline.velocity_names)
+    terms = sum(abs((at[f"J_{row}_{k}"] + 0.0) * values[name]) for k, name in names)
+    # Adding 0.0 turns -0.0 into 0.0.
+    value = at[f"v_{row}"] + 0.0
+    return value if abs(value) > ROUND_OFF * terms else 0.0
 
 
 def _solved(
-    mechanism: Mechanism, law: RestitutionLaw, values: Values, velocity: tuple[float, float]
+    law: RestitutionLaw, values: Values, at: Mapping[str, float], velocity: tuple[float, float]
 ) -> Impact:
-    c = mechanism.coefficients
-    W_nn, W_nt, W_tt, mu = _numbers((c.W_nn, c.W_nt, c.W_tt, c.mu), values)
+    W_nn, W_nt, W_tt, mu = (at[name] + 0.0 for name in ("W_nn", "W_nt", "W_tt", "mu"))
     # Whether the slip stops in compression does not depend on the law: any known one tells.
     known = law.name in RESTITUTIONS
-    name, e = (law.name, values[law.parameter.symbol]) if known else ("newton", 0.0)
+    name, e = (law.name, values[law.parameter.name]) if known else ("newton", 0.0)
     return solve_impact(((W_nn, W_nt), (W_nt, W_tt)), mu, velocity, name, e)
 
 
-def _no_impact(mechanism: Mechanism, values: Values, slip: int) -> str:
+def _no_impact(at: Mapping[str, float], slip: int) -> str:
     if not slip:
         return (
             "got v_t = 0 and v_n = 0, need a moving contact: at rest there is no impact without "
             "collision. Fix: give a slip with A < 0, or an approach v_n < 0."
         )
-    c = mechanism.coefficients
-    A, B = _numbers((c.A(slip), c.B), values)
+    A, B = at["A_pos" if slip > 0 else "A_neg"] + 0.0, at["B"] + 0.0
     if B > 0:
         answer = "it lifts off (case 2 of the paper, B > 0)"
     elif B == 0:
@@ -227,11 +240,13 @@ def _no_impact(mechanism: Mechanism, values: Values, slip: int) -> str:
     )
 
 
-def _of_impact(mechanism: Mechanism, values: Values, impact: Impact) -> tuple[JumpPhase, ...]:
+def _of_impact(
+    mechanism: Mechanism, values: Values, at: Mapping[str, float], impact: Impact
+) -> tuple[JumpPhase, ...]:
     """Return the phases of an impact with the velocities of the mechanism."""
-    symbols = mechanism.system.q_dot
-    directions = [_numbers(tuple(d), values) for d in mechanism.coefficients.force_directions]
-    velocity, phases = [values[v] for v in symbols], []
+    names = mechanism.outline.velocity_names
+    directions = [[at[f"change_{row}_{k}"] + 0.0 for k in range(len(names))] for row in ("n", "t")]
+    velocity, phases = [values[name] for name in names], []
     for phase in impact.phases:
         impulses = (phase.normal_impulse, phase.tangential_impulse)
         moved = []
@@ -240,7 +255,7 @@ def _of_impact(mechanism: Mechanism, values: Values, impact: Impact) -> tuple[Ju
             after, size = math.fsum(terms), sum(map(abs, terms))
             moved.append(after if abs(after) > ROUND_OFF * size else 0.0)
         velocity = moved
-        named = {str(s): v for s, v in zip(symbols, velocity, strict=True)}
+        named = dict(zip(names, velocity, strict=True))
         # Adding 0.0 turns -0.0 into 0.0.
         stored = -phase.normal_work + 0.0
         v_n, v_t = phase.velocity
@@ -252,24 +267,24 @@ def _of_law(
     mechanism: Mechanism, law: RestitutionLaw, values: Values, velocity: tuple[float, float]
 ) -> tuple[tuple[JumpPhase, ...], float]:
     """Return the phases and the energy of a law of one's own, from its closed forms."""
+    from painleve_sym.codegen.evaluate import numbers
+    from painleve_sym.laws.impact_cases import three_phase_jump
+    from painleve_sym.mechanics.impact.impulse_rays import V_N, V_T, raw
+
     v_n, v_t = velocity
     jump = three_phase_jump(mechanism.coefficients, law, 1 if v_t > 0 else -1, write=raw)
-    values = values | {V_N: v_n, V_T: v_t}
+    given = {**values, V_N.name: v_n, V_T.name: v_t}
+
+    def evaluated(expressions: Sequence[Any]) -> list[float]:
+        # Adding 0.0 turns -0.0 into 0.0.
+        return [float(number) + 0.0 for number in numbers(expressions, given)]
+
     phases = []
     for phase in jump.phases:
         impulses = (phase.normal_impulse, phase.tangential_impulse, phase.stored_energy)
         ends = (phase.slip_velocity, phase.normal_velocity)
-        P_n, P_t, stored, slip, normal = _numbers((*impulses, *ends), values)
+        P_n, P_t, stored, slip, normal = evaluated((*impulses, *ends))
         names = map(str, phase.velocity)
-        after = dict(zip(names, _numbers(tuple(phase.velocity.values()), values), strict=True))
+        after = dict(zip(names, evaluated(tuple(phase.velocity.values())), strict=True))
         phases.append(JumpPhase(phase.name, P_n, P_t, stored, after, slip, normal))
-    return tuple(phases), _number(jump.energy_change, values)
-
-
-def _number(expr: Any, values: Values) -> float:
-    return _numbers((expr,), values)[0]
-
-
-def _numbers(exprs: tuple[Any, ...], values: Values) -> list[float]:
-    # Adding 0.0 turns -0.0 into 0.0.
-    return [float(number) + 0.0 for number in numbers(exprs, values)]
+    return tuple(phases), evaluated((jump.energy_change,))[0]

@@ -20,7 +20,7 @@ from painleve_sym.contacts.impact.path import (
 from painleve_sym.contacts.local_mode import ContactMode
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import plain_fields
-from painleve_sym.mechanics.impact.classes import ImpactClass
+from painleve_sym.mechanics.impact.impact_class import ImpactClass
 
 
 class ImpactEnd(enum.Enum):

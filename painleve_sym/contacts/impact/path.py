@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple, Protocol
 
 from painleve_sym.contacts.local_mode import ContactMode
-from painleve_sym.mechanics.impact.classes import ImpactClass
+from painleve_sym.mechanics.impact.impact_class import ImpactClass
 
 # Two rounded products and their difference: the sign of a smaller rate would be an accident.
 ROUND_OFF = 4 * 2.0**-52

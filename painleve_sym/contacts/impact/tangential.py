@@ -8,16 +8,22 @@ from typing import Any
 
 import numpy as np
 
-from painleve_sym.codegen.evaluate import numbers
+from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
+from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.contacts.classify import closed_contacts
-from painleve_sym.contacts.contact_numbers import all_contact_numbers
-from painleve_sym.contacts.inputs import resolve_state, symbol_values
+from painleve_sym.contacts.contact_numbers import (
+    all_contact_numbers,
+    argument_names,
+    argument_symbols,
+)
+from painleve_sym.contacts.inputs import resolve_state
 from painleve_sym.contacts.problem import ContactCase, ContactProblem
 from painleve_sym.errors import InputError
-from painleve_sym.mechanics.impact.impulse_rays import V_T
-from painleve_sym.mechanics.models import MechanismLike, as_mechanism
-from painleve_sym.mechanics.paradox.bilateral import BilateralForms
-from painleve_sym.mechanics.system import resolve_parameters
+from painleve_sym.mechanics.declarations import resolve_parameters
+from painleve_sym.mechanics.mechanism import Mechanism
+
+_SLIP_VELOCITY = "v_t"
+"""Name of the slip velocity in the closed forms."""
 
 
 @dataclass(frozen=True)
@@ -90,13 +96,13 @@ def tangential_impact(
     """
     mechanism = as_mechanism(mechanism)
     where = f"jump of mechanism {mechanism.name!r}"
-    declared = mechanism.system.parameters
+    declared = mechanism.outline.parameters
     values = resolve_parameters(f"{mechanism.name!r}", declared, parameters or {})
     start = resolve_state(mechanism, state, values)
-    symbols = symbol_values(mechanism, start, values)
-    if not mechanism.contact.bilateral:
+    mechanism.require_one_contact()
+    if not mechanism.outline.contacts[0].bilateral:
         raise InputError(f"{where}: its contact can open. Fix: use evaluate_jump.")
-    at = all_contact_numbers(mechanism, symbols, values)
+    at = all_contact_numbers(mechanism, {**start, **values})
     closed_contacts(where, mechanism, at)
     problem = ContactProblem(at.W, at.b, at.mu, at.slip_velocity, np.array([True]))
     slip = problem.slip_direction
@@ -108,13 +114,12 @@ def tangential_impact(
             f"{where}: got mu |W_nt| - W_nn = {-worst:g} 1/kg, need >= 0 for a tangential impact: "
             "the slip has one solution with finite forces. Fix: integrate on, or raise mu."
         )
-    forms = BilateralForms(mechanism.coefficients)
-    parts = [forms.normal_impulse, forms.tangential_impulse, forms.friction_loss]
-    results = numbers(
-        [*parts, *forms.velocity_after], symbols | {V_T: problem.slip_velocity.item()}
+    results = _impulse_numbers(mechanism)(
+        {**start, **values, _SLIP_VELOCITY: problem.slip_velocity.item()}
     )
-    P_n, P_t, loss, *velocity = (float(v) + 0.0 for v in results)
-    names = [s.name for s in mechanism.system.q_dot]
+    # Adding 0.0 turns -0.0 into 0.0.
+    P_n, P_t, loss, *velocity = (v + 0.0 for v in results.values())
+    names = mechanism.outline.velocity_names
     return TangentialImpact(
         mechanism=mechanism.name,
         slip=slip,
@@ -125,3 +130,23 @@ def tangential_impact(
         energy_change=-loss,
         case=problem.case,
     )
+
+
+def _impulse_numbers(mechanism: Mechanism) -> Quantities:
+    """Return P_n, P_t, the friction loss and the velocities after, in this order."""
+
+    def derive() -> tuple[dict[str, Any], tuple[Any, ...]]:
+        from painleve_sym.mechanics.impact.impulse_rays import V_T
+        from painleve_sym.mechanics.paradox.bilateral import BilateralForms
+
+        forms = BilateralForms(mechanism.coefficients)
+        formulas = {
+            "normal_impulse": forms.normal_impulse,
+            "tangential_impulse": forms.tangential_impulse,
+            "friction_loss": forms.friction_loss,
+        }
+        formulas |= dict(zip(mechanism.outline.velocity_names, forms.velocity_after, strict=True))
+        return formulas, (*argument_symbols(mechanism), V_T)
+
+    arguments = (*argument_names(mechanism), _SLIP_VELOCITY)
+    return quantities("tangential impact", mechanism.definition, arguments, derive)

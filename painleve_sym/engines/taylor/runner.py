@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
-from painleve_sym.codegen.modes import AutomatonFunctions
+from typing import TYPE_CHECKING
+
 from painleve_sym.engines.compiled import CompiledEngine
-from painleve_sym.engines.taylor.source import ORDER, source
+
+if TYPE_CHECKING:
+    from painleve_sym.codegen.modes import AutomatonFunctions
+
+ORDER = 20
+"""Highest order; that for the tightest tolerance, 1e-15, is 19."""
 
 MOST_LANES = 8
 """Motions of a batch side by side, or as many as a vector register of the processor holds."""
@@ -28,6 +34,13 @@ class TaylorEngine(CompiledEngine):
     dense_rows = ORDER + 1
     lanes = MOST_LANES
 
+    @classmethod
+    def _alone(cls, text: str) -> str:
+        # Lanes are compiled when a batch first asks for them: they cost the compiler as much again.
+        return f"#define PS_LANES 1\n{text}"
+
     @staticmethod
     def _source(functions: AutomatonFunctions) -> str:
+        from painleve_sym.engines.taylor.source import source
+
         return source(functions)

@@ -11,12 +11,11 @@ import casadi as ca
 from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.engines.source import assemble, engine_texts
 from painleve_sym.engines.taylor.emit import WIDTH, SeriesCode
+from painleve_sym.engines.taylor.runner import ORDER
 from painleve_sym.engines.taylor.simplify import simplify
 from painleve_sym.engines.taylor.tape import Tape, build
 from painleve_sym.errors import NoRecurrence
 
-ORDER = 20
-"""Highest order; that for the tightest tolerance, 1e-15, is 19."""
 _FUNCTION = re.compile(r"^static void (\w+)\(.*?^\}\n", re.M | re.S)
 # Compilers make vectors of loops over the states. Those of one motion stay in functions of their
 # own, which clear the registers' upper halves at their end: gcc 12 forgets that before some calls,
@@ -78,20 +77,33 @@ def source(functions: AutomatonFunctions) -> str:
     )
     last = engine_texts("loop/loop", "loop/batch")
     (along,) = engine_texts("taylor/along")
-    twice = [_ONE_MOTION, along, _LANES_OF_MOTIONS, along]
-    advance = engine_texts("taylor/size", "taylor/advance", "taylor/lanes")
+    size, advance, lanes = engine_texts("taylor/size", "taylor/advance", "taylor/lanes")
+    twice = [_ONE_MOTION, along, _in_lanes(_LANES_OF_MOTIONS + along)]
     texts = _series(codes)
     names = _first_of_equals(texts)
-    engine = [*first, roots, _table(codes, names), *twice, *advance, *last]
+    engine = [*first, roots, _table(codes, names), *twice, size, advance, _in_lanes(lanes), *last]
     written = [texts[name] for name in dict.fromkeys(names.values())]
     return assemble(functions, more, "", engine, _header(codes) + series, written)
 
 
 def _series(codes: list[SeriesCode]) -> dict[str, str]:
     """Return the functions of every mode by name; modes of the same motion share theirs."""
-    texts = [t for c in codes for t in (c.text, c.guards_text, c.lanes_text)]
-    functions = {m[1]: m[0] for text in texts for m in _FUNCTION.finditer(text)}
-    return {name: text.replace("static", "PS_SHARED", 1) for name, text in functions.items()}
+    texts = [(t, _alone) for c in codes for t in (c.text, c.guards_text)]
+    texts += [(c.lanes_text, _in_lanes) for c in codes]
+    return {
+        m[1]: wrapped(m[0].replace("static", "PS_SHARED", 1))
+        for text, wrapped in texts
+        for m in _FUNCTION.finditer(text)
+    }
+
+
+def _alone(text: str) -> str:
+    return text
+
+
+def _in_lanes(text: str) -> str:
+    """Return C that is compiled for lanes of motions only, where PS_LANES is more than 1."""
+    return f"#if PS_LANES > 1\n{text.rstrip()}\n#endif\n"
 
 
 def _first_of_equals(texts: Mapping[str, str]) -> dict[str, str]:
@@ -149,6 +161,11 @@ _GUARDS = (
 
 def _table(codes: list[SeriesCode], names: Mapping[str, str]) -> str:
     lines = [
+        "#if PS_LANES > 1",
+        "#define PS_WIDE(function) function",
+        "#else",
+        "#define PS_WIDE(function) 0",
+        "#endif",
         _GUARDS.format("", "double"),
         _GUARDS.format("_lanes", "ps_lanes"),
         "typedef struct {",
@@ -169,7 +186,8 @@ def _table(codes: list[SeriesCode], names: Mapping[str, str]) -> str:
         ramps = ", ".join(str(code.column(r)) for r in code.ramps) or "0"
         guarded = ", ".join(str(int(code.guarded(r))) for r in code.ramps) or "0"
         floors = ", ".join(repr(code.floor(r)) for r in code.ramps) or "0"
-        own = [names[f"series_{i}{e}"] for e in ("", "_guards", "_lanes", "_guards_lanes")]
+        own = [names[f"series_{i}{e}"] for e in ("", "_guards")]
+        own += [f"PS_WIDE({names[f'series_{i}{e}']})" for e in ("_lanes", "_guards_lanes")]
         row = f"{', '.join(own)}, scalars_{i}, {len(code.scalars)}, {code.columns}"
         lines.append(f"  {{{row}, {len(code.ramps)}, {{{ramps}}}, {{{guarded}}}, {{{floors}}}}},")
     return "\n".join([*lines, "};", ""])

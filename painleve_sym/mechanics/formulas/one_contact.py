@@ -7,9 +7,11 @@ from collections.abc import Iterator, Mapping
 import sympy as sp
 
 from painleve_sym.errors import InputError
+from painleve_sym.mechanics.declarations import Coordinate
 from painleve_sym.mechanics.formulas.formula import Formula, Section, plain
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.paradox.bilateral import SIDES, BilateralForms
+from painleve_sym.mechanics.outline import SIDES
+from painleve_sym.mechanics.paradox.bilateral import BilateralForms
 from painleve_sym.mechanics.paradox.critical_friction import (
     CriticalFriction,
     CriticalMinimum,
@@ -17,7 +19,6 @@ from painleve_sym.mechanics.paradox.critical_friction import (
     least_over_directions,
 )
 from painleve_sym.mechanics.simplify import readable
-from painleve_sym.mechanics.system import Coordinate
 
 _ANY_FORCE = (
     "A' = 0: W has rank one, gap and slip velocity are tied, and sticking carries any normal "

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import enum
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -11,6 +9,7 @@ import sympy as sp
 
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.coefficients import ContactCoefficients
+from painleve_sym.mechanics.impact.impact_class import ImpactClass
 from painleve_sym.mechanics.impact.impulse_rays import (
     V_N,
     V_N_PLUS,
@@ -24,75 +23,6 @@ from painleve_sym.mechanics.impact.impulse_rays import (
     tangential_phase,
 )
 from painleve_sym.mechanics.simplify import readable
-
-
-class ImpactClass(enum.Enum):
-    """Name the course of an impact by when the slip stops (P_t) and what comes then.
-
-    With s = sign(v_t), the slip stops at P_t = −v_t/C_s if s C_s < 0, and compression along the
-    slip ends at P_c = −v_n/A_s if A_s > 0. At v_t = 0 the contact sticks iff |W_nt| ≤ μ W_tt;
-    otherwise it slips in direction sign(W_nt), where A > 0 and the slip grows.
-
-    NO_IMPACT
-        v_n = 0 and A_s > 0, or no slip: finite forces decide, there is no impulse.
-    SLIDING
-        s C_s ≥ 0, or P_t is not reached before restitution ends. Also the start from v_t = 0
-        with |W_nt| > μ W_tt.
-    C_STICKING
-        P_t ≤ P_c or A_s ≤ 0, and |W_nt| ≤ μ W_tt: sticks in compression, to the end. With A_s ≤ 0
-        and v_n = 0 it is the impact without collision. Also the start from v_t = 0.
-    C_REVERSED
-        P_t ≤ P_c and |W_nt| > μ W_tt: slips back from compression on.
-    R_STICKING
-        P_t > P_c within restitution, and |W_nt| ≤ μ W_tt.
-    R_REVERSED
-        P_t > P_c within restitution, and |W_nt| > μ W_tt.
-
-    References
-    ----------
-    Wang & Mason, J. Appl. Mech. 59 (1992) 635–642; Routh, Rigid Dynamics (1905).
-    """
-
-    NO_IMPACT = "no_impact"
-    SLIDING = "sliding"
-    C_STICKING = "c_sticking"
-    C_REVERSED = "c_reversed"
-    R_STICKING = "r_sticking"
-    R_REVERSED = "r_reversed"
-
-    @property
-    def rays(self) -> tuple[str, ...]:
-        """The rays in order: of ``slip``, ``stick`` and ``reverse``."""
-        return _RAYS[self]
-
-    @classmethod
-    def of_rays(cls, rays: Sequence[str], *, in_compression: bool = True) -> ImpactClass:
-        """Return the class with these rays, the first one left during compression or restitution.
-
-        Raises
-        ------
-        InputError
-            No impact of one contact has these rays.
-        """
-        candidates = [c for c in CLASSES if c.rays == tuple(rays)]
-        if not candidates:
-            raise InputError(
-                f"course of an impact: got rays {tuple(rays)!r}, need one of "
-                f"{sorted(set(_RAYS.values()) - {()})}. Fix: name slip first; at most one follows."
-            )
-        return candidates[0] if in_compression else candidates[-1]
-
-
-_RAYS: dict[ImpactClass, tuple[str, ...]] = {
-    ImpactClass.NO_IMPACT: (),
-    ImpactClass.SLIDING: ("slip",),
-    ImpactClass.C_STICKING: ("slip", "stick"),
-    ImpactClass.C_REVERSED: ("slip", "reverse"),
-    ImpactClass.R_STICKING: ("slip", "stick"),
-    ImpactClass.R_REVERSED: ("slip", "reverse"),
-}
-CLASSES = tuple(_RAYS)[1:]
-"""The classes of an impact that takes place."""
 
 
 @dataclass(frozen=True)

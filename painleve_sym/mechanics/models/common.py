@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from painleve_sym.mechanics.system import Parameter
+from painleve_sym.mechanics.declarations import Parameter
 
 
 def positive(name: str, default: float, unit: str, meaning: str) -> Parameter:

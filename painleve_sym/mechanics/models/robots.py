@@ -6,9 +6,10 @@ import sympy as sp
 
 from painleve_sym.mechanics.bodies import Body, Load, Spring
 from painleve_sym.mechanics.contact import Contact
+from painleve_sym.mechanics.declarations import Coordinate, Parameter
 from painleve_sym.mechanics.mechanism import DomainBound, Mechanism
 from painleve_sym.mechanics.models.common import friction, gravity, positive
-from painleve_sym.mechanics.system import Coordinate, LagrangianSystem, Parameter
+from painleve_sym.mechanics.system import LagrangianSystem
 
 
 def _at(angle: sp.Symbol, length: sp.Expr) -> sp.Matrix:

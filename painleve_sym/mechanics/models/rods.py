@@ -5,9 +5,10 @@ from __future__ import annotations
 import sympy as sp
 
 from painleve_sym.mechanics.contact import Contact
+from painleve_sym.mechanics.declarations import Coordinate, Parameter
 from painleve_sym.mechanics.mechanism import DomainBound, Mechanism
 from painleve_sym.mechanics.models.common import friction, gravity, positive
-from painleve_sym.mechanics.system import Coordinate, LagrangianSystem, Parameter
+from painleve_sym.mechanics.system import LagrangianSystem
 
 _SKETCH = (
     "            o            length 2l, mass m\n"

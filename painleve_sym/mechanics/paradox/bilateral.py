@@ -11,9 +11,6 @@ from painleve_sym.mechanics.coefficients import ContactCoefficients
 from painleve_sym.mechanics.impact.impulse_rays import V_T
 from painleve_sym.mechanics.simplify import readable
 
-SIDES = {"push": 1, "pull": -1}
-"""Sign of F_n: F_n > 0 pushes along the normal, F_n < 0 pulls against it."""
-
 
 @dataclass(frozen=True)
 class BilateralForms:

@@ -14,14 +14,9 @@ from painleve_sym.errors import ModelError, unknown_name
 from painleve_sym.files import parse_toml, read_text
 from painleve_sym.mechanics.bodies import Body, Load, Spring
 from painleve_sym.mechanics.contact import Contact
+from painleve_sym.mechanics.declarations import Coordinate, Parameter
 from painleve_sym.mechanics.mechanism import DomainBound, Mechanism
-from painleve_sym.mechanics.system import (
-    TIME,
-    Coordinate,
-    LagrangianSystem,
-    Parameter,
-    name_fault,
-)
+from painleve_sym.mechanics.system import TIME, LagrangianSystem, name_fault
 from painleve_sym.mechanics.toml.expressions import CONSTANTS, Formulas
 from painleve_sym.mechanics.toml.lines import toml_lines
 from painleve_sym.mechanics.toml.reader import Source, Table

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -98,11 +97,10 @@ class BatchInputs:
         """Return states and parameters of one row."""
         return {n: float(self.part(a, i, i + 1)[0]) for n, a in self.inputs.items()}
 
-    def symbols(self, start: int, stop: int) -> dict[Any, Array]:
-        """Return rows of coordinates, velocities and parameters by symbol."""
-        names = {s: s.name for s in self.simulator.mechanism.motion}
-        names |= {s: s.name for s in self.simulator.outline.parameters}
-        return {s: self.part(self.inputs[n], start, stop) for s, n in names.items()}
+    def named(self, start: int, stop: int) -> dict[str, Array]:
+        """Return rows of coordinates, velocities and parameters by name."""
+        names = (*self.simulator.mechanism.state_names, *self.simulator.outline.parameter_names)
+        return {n: self.part(self.inputs[n], start, stop) for n in names}
 
 
 def _numbers(name: str, given: ArrayLike) -> tuple[Array, str | None]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from painleve_sym.engines.source import ENGINE_REASONS
+from painleve_sym.engines.protocol import ENGINE_REASONS
 from painleve_sym.errors import StopReason
 
 ROW_REASONS = (*ENGINE_REASONS, StopReason.DYNAMIC_JAM, StopReason.INVALID_START)

@@ -79,8 +79,8 @@ class BatchResult:
         """Name → array of n rows, not yet in the shape of the inputs; texts are made on demand."""
         rows, kept = self.rows, self.kept
         arrays: dict[str, Any] = {"time": rows.time}
-        arrays |= {s.name: rows.state[:, i] for i, s in enumerate(self.simulator.outline.states)}
-        arrays |= {s.name: rows.memory[:, i] for i, s in enumerate(self.simulator.outline.memory)}
+        arrays |= {n: rows.state[:, i] for i, n in enumerate(self.simulator.outline.state_names)}
+        arrays |= {n: rows.memory[:, i] for i, n in enumerate(self.simulator.outline.memory_names)}
         for k, kind in enumerate(self.kinds):
             if kept.events:
                 arrays[f"time_of_{kind}"] = rows.event_times[:, k, 0]

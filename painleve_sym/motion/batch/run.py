@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from painleve_sym.arrays import Array
-from painleve_sym.contacts.rigid import RigidContact
 from painleve_sym.engines.batch import COUNTERS, BatchOutputs, BatchRows
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.protocol import MAX_EVENTS, MAX_STEPS, RunOptions
@@ -150,7 +149,7 @@ def _shared_options(
     rtol: float,
     limits: Mapping[str, Any],
 ) -> RunOptions:
-    nothing = np.zeros(len(simulator.outline.states))
+    nothing = np.zeros(len(simulator.outline.state_names))
     options = {"t_end": t_end, "until": until, "rtol": rtol, "record": "events", **limits}
     return simulator.options(nothing, **options)
 
@@ -252,17 +251,17 @@ def _integrate(
         return
     atol, t_end = o.rtol * block.scales, np.full(len(block.states), o.t_end)
     engine.run_batch(block.states, block.parameters, t_end, atol, o, kept, rows)
-    if isinstance(simulator.contact, RigidContact):
-        _name_jams(simulator, simulator.contact, block.parameters, rows)
+    if simulator.contact.is_rigid and not simulator.contact.is_guide:
+        _name_jams(simulator, block.parameters, rows)
 
 
-def _name_jams(
-    simulator: Simulator, contact: RigidContact, parameters: Array, rows: BatchRows
-) -> None:
+def _name_jams(simulator: Simulator, parameters: Array, rows: BatchRows) -> None:
     """Name the slips that jam dynamically among those that meet A = 0."""
     met = np.flatnonzero(rows.reason == SINGULAR)
     for mode in np.unique(rows.mode[met]):
         index = met[rows.mode[met] == mode]
-        values = dict(zip(simulator.outline.parameters, parameters[index].T, strict=True))
+        values = dict(zip(simulator.outline.parameter_names, parameters[index].T, strict=True))
         name = simulator.outline.modes[int(mode)].name
-        rows.reason[index[jams(contact, name, rows.state[index], values)]] = DYNAMIC_JAM
+        names = simulator.outline.state_names
+        jam = jams(simulator.contact, name, names, rows.state[index], values)
+        rows.reason[index[jam]] = DYNAMIC_JAM

@@ -49,9 +49,9 @@ class Starts:
 
 def starts_of(simulator: Simulator, rows: BatchInputs, first: int, stop: int) -> Starts:
     """Return the rows first..stop − 1."""
-    values, n = rows.symbols(first, stop), stop - first
-    parameters = np.array([values[s] for s in simulator.outline.parameters]).T.copy()
-    given = np.array([values[s] for s in simulator.mechanism.motion]).T.copy()
+    values, n = rows.named(first, stop), stop - first
+    parameters = np.array([values[name] for name in simulator.outline.parameter_names]).T.copy()
+    given = np.array([values[name] for name in simulator.mechanism.state_names]).T.copy()
     force = np.full(n, NO_FORCE) if rows.force is None else rows.part(rows.force, first, stop)
     states, admits, scales = simulator.integrator.prepare(parameters, given, force)
     refusal = np.full(n, RUNS, np.int32)

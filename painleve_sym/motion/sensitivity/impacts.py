@@ -121,7 +121,7 @@ class SensitiveImpacts(ImpactResolver):
     # ---- places in the state ----
 
     def _index(self, symbol: object) -> int:
-        return self.impacts.states.index(symbol)
+        return self.impacts.states.index(str(symbol))
 
     @property
     def _velocities(self) -> Array:
@@ -163,7 +163,8 @@ class SensitiveImpacts(ImpactResolver):
         for i in contacts:
             row = self.impacts.rows[i]
             gap, rate = self._index(row.gap), self._index(row.gap_rate)
-            if row.contact.name != question.contact and state[rate] < 0:
+            name = self.impacts.mechanism.outline.contacts[i].name
+            if name != question.contact and state[rate] < 0:
                 moved = question.memory[self.functions.event_entries["time"]]
                 terms = np.abs(state[rate] * moved) + self.scale[gap] / self.sizes
                 parted |= bool(np.any(np.abs(jacobian[gap]) > self.tolerance * terms))

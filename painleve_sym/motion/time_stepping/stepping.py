@@ -35,11 +35,11 @@ from painleve_sym.arrays import Array
 from painleve_sym.checks import number
 from painleve_sym.codegen.bridge import Translator
 from painleve_sym.contacts.contact_numbers import contact_numbers
-from painleve_sym.contacts.inputs import resolve_state, symbol_values
+from painleve_sym.contacts.inputs import resolve_state
 from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.errors import InputError, StopReason, unknown_name
+from painleve_sym.mechanics.declarations import resolve_parameters
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.system import resolve_parameters
 from painleve_sym.motion.time_stepping.step_solvers import SOLVERS, Answer, Impulse
 
 SCHEMES = ("moreau-jean", "stewart-trinkle")
@@ -270,7 +270,7 @@ class TimeStepper:
         values = resolve_parameters(self.where, declared, parameters or {})
         named = resolve_state(self.mechanism, state, values)
         start = np.array([named[name] for name in self.mechanism.state_names])
-        at = contact_numbers(self.mechanism)(symbol_values(self.mechanism, named, values))
+        at = contact_numbers(self.mechanism)({**named, **values})
         closed = at["gap_tolerance"]
         stepping = _Stepping(self, values, SOLVERS[solver], e_newton, max_solves, closed)
         gap = at["gap"]

@@ -10,15 +10,17 @@ from typing import Any
 import sympy as sp
 
 from painleve_sym.laws.catalogue import compliant_law
-from painleve_sym.laws.compliance import DELTA, DELTA_MAX, K_E, ContactLaw, without_ramps
-from painleve_sym.laws.restitution import E_C, ImpactCase, three_phase_jump
+from painleve_sym.laws.compliance import DELTA, DELTA_MAX, K_E, without_ramps
+from painleve_sym.laws.contact_law import ContactLaw
+from painleve_sym.laws.impact_cases import E_C, ImpactCase, three_phase_jump
 from painleve_sym.mechanics.bodies import Body
 from painleve_sym.mechanics.coefficients import F_N, ContactCoefficients
 from painleve_sym.mechanics.contact import Contact
+from painleve_sym.mechanics.declarations import Coordinate
 from painleve_sym.mechanics.impact.impulse_rays import V_N, V_N_PLUS, V_T, raw
-from painleve_sym.mechanics.models import Mechanism
+from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.paradox.critical_friction import critical_friction
-from painleve_sym.mechanics.system import Coordinate, LagrangianSystem
+from painleve_sym.mechanics.system import LagrangianSystem
 from painleve_sym.papers.claims import Claims
 from painleve_sym.papers.formula import identical
 from painleve_sym.papers.impact_resolution.claims import CLAIMS

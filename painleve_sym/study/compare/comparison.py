@@ -14,13 +14,14 @@ from itertools import groupby, pairwise
 import numpy as np
 
 from painleve_sym.choices import EngineLike, EngineName
+from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.contacts.impact.jump import JumpResult
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
 from painleve_sym.contacts.inputs import resolve_state
 from painleve_sym.contacts.problem import ContactCase, ContactSolution
 from painleve_sym.errors import InputError
-from painleve_sym.mechanics.models import Mechanism, MechanismLike, as_mechanism
-from painleve_sym.mechanics.system import resolve_parameters
+from painleve_sym.mechanics.declarations import resolve_parameters
+from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.time_stepping.stepping import TimeStepper
 from painleve_sym.study.compare.methods import AccelerationLevel, Answer, Case
 

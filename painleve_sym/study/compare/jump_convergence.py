@@ -12,7 +12,7 @@ from painleve_sym.arrays import Array
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
 from painleve_sym.errors import InputError
-from painleve_sym.mechanics.impact.classes import ImpactClass
+from painleve_sym.mechanics.impact.impact_class import ImpactClass
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.trajectory import Trajectory
 

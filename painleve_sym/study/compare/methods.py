@@ -27,8 +27,8 @@ from painleve_sym.errors import EventKind, InputError, StopReason, unknown_name
 from painleve_sym.laws.catalogue import compliant_law
 from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.laws.rigid_contact import RigidLaw
+from painleve_sym.mechanics.declarations import resolve_parameters
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.system import resolve_parameters
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.singular_limit import SingularLimit
 from painleve_sym.motion.time_stepping.step_solvers import SOLVERS
@@ -145,9 +145,7 @@ class Case:
     @cached_property
     def closed_at_rest(self) -> tuple[bool, bool]:
         """Whether the gap of the start is 0, and whether its normal velocity is."""
-        at = contact_numbers(self.mechanism)(
-            symbol_values(self.mechanism, self.state, self.parameters)
-        )
+        at = contact_numbers(self.mechanism)({**self.state, **self.parameters})
         return abs(at["gap"]) <= at["gap_tolerance"], abs(at["gap_rate"]) <= at["rate_tolerance"]
 
     @cached_property

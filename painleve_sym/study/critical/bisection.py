@@ -21,11 +21,11 @@ import numpy as np
 from painleve_sym.arrays import Array
 from painleve_sym.choices import EngineLike, EngineName
 from painleve_sym.codegen.evaluate import numbers
+from painleve_sym.codegen.named_mechanisms import MechanismLike
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.files import plain_fields
 from painleve_sym.laws.catalogue import LawLike
-from painleve_sym.mechanics.models import MechanismLike
 from painleve_sym.motion.simulate import simulator_of
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.critical.sliding_solution import SlidingAnalysis, SlidingSolution
@@ -140,12 +140,12 @@ class _Start:
 
     def run(self, force: float) -> tuple[Outcome, StopReason]:
         """Return what follows from an initial force, and why the run ended."""
-        automaton, contact = self.simulator.automaton, self.simulator.contact.rows[0]
+        outline, contact = self.simulator.outline, self.simulator.contact.rows[0]
         vector = self.vector.copy()
-        if force == 0 and vector[automaton.states.index(contact.gap_rate)] >= 0:
+        if force == 0 and vector[outline.state_names.index(contact.gap_rate)] >= 0:
             # B > 0 opens it at once: a flight, which no separation precedes.
             return Outcome.LIFTS_OFF, StopReason.UNTIL
-        vector[automaton.states.index(contact.gap)] = -(
+        vector[outline.state_names.index(contact.gap)] = -(
             (force / self.stiffness) ** (1 / self.exponent)
         )
         raw = self.simulator.integrator.run(vector, self.parameters, self.options)
@@ -154,7 +154,7 @@ class _Start:
         # What follows in the same instant, such as the gap's opening, is recorded after it.
         events = raw.event_records
         for before, number in zip(events.mode_before, events.kind, strict=True):
-            mode, kind = automaton.modes[before], automaton.kinds[number]
+            mode, kind = outline.modes[before], outline.kinds[number]
             if kind in ENDS:
                 break
         if kind == "separation":

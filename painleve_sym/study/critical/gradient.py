@@ -148,8 +148,6 @@ def _implicit(
             "Fix: use method='differences'."
         )
     names_of_states = sensitivities.trajectory.state_names
-    row = sensitivities.final_jacobian[
-        names_of_states.index(finder.simulator.contact.rows[0].slip.name)
-    ]
+    row = sensitivities.final_jacobian[names_of_states.index(finder.simulator.contact.rows[0].slip)]
     gradient: Array = -row[1:] / row[0]
     return gradient

@@ -16,10 +16,10 @@ from scipy.stats import t as student
 from painleve_sym.arrays import Array
 from painleve_sym.checks import number
 from painleve_sym.choices import EngineLike, EngineName
+from painleve_sym.codegen.named_mechanisms import MechanismLike
 from painleve_sym.errors import InputError, StopReason, unknown_name
 from painleve_sym.laws.catalogue import LawsLike
-from painleve_sym.mechanics.models import MechanismLike
-from painleve_sym.mechanics.system import Parameter
+from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.motion.sensitivity.result import SensitiveTrajectory
 from painleve_sym.motion.simulate import simulator_of
 from painleve_sym.motion.simulator import Simulator

@@ -15,8 +15,8 @@ from painleve_sym.arrays import Array
 from painleve_sym.codegen.pointwise import Pointwise
 from painleve_sym.contacts.inputs import resolve_state, symbol_values
 from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.mechanics.declarations import Parameter, resolve_parameters
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.system import Parameter, resolve_parameters
 
 MIN_POINTS, MAX_POINTS = 5, 2000
 """Along an axis: fewer show nothing, the square of more does not fit into a laptop's memory."""

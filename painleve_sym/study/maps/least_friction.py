@@ -12,8 +12,8 @@ from scipy.optimize import minimize
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.bridge import Translator
 from painleve_sym.errors import InputError
+from painleve_sym.mechanics.declarations import resolve_parameters
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.system import resolve_parameters
 
 _STARTS = 24
 # How exactly the gap of an answer is 0, in m, and how far it may leave the domain.

@@ -14,11 +14,12 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from painleve_sym.arrays import Array, load_npz, save_npz
+from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.codegen.pointwise import Pointwise
 from painleve_sym.contacts.contact_numbers import closed_within, length_formula
 from painleve_sym.contacts.local_mode import rounded_difference
 from painleve_sym.errors import InputError, PainleveWarning
-from painleve_sym.mechanics.models import Mechanism, MechanismLike, as_mechanism
+from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.paradox.critical_friction import critical_friction
 from painleve_sym.study.maps.axes import MapPlace, map_place
 from painleve_sym.study.maps.case_codes import LEGEND, bilateral_case, opening_case

@@ -286,10 +286,10 @@ class Sweep:
                 f"{self.scenario.where}: keep: case needs one contact that can open. "
                 "Fix: leave it out, or name one contact."
             )
-        symbols = (*mechanism.motion, *(p.symbol for p in mechanism.system.parameters))
+        names = (*mechanism.state_names, *(p.name for p in mechanism.outline.parameters))
         with np.errstate(all="ignore"):
             at = contact_numbers(mechanism).at(
-                {s: np.broadcast_to(inputs[s.name], (n,)) for s in symbols}
+                {name: np.broadcast_to(inputs[name], (n,)) for name in names}
             )
             slip = at["slip_velocity"]
             mu = inputs[mechanism.contact.friction.name]

@@ -1,0 +1,77 @@
+"""Mechanisms by name, described from the cache: their formulas are made when first asked for."""
+
+from __future__ import annotations
+
+import functools
+from pathlib import Path
+
+from painleve_sym.codegen.derivation_cache import entry_key, read_entry, write_entry
+from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.models import MODELS
+from painleve_sym.mechanics.outline import MechanismOutline
+
+_TEXTS = ("name", "title", "source", "sketch", "start", "definition", "locked")
+
+MechanismLike = Mechanism | str | Path
+"""A mechanism, its name, or the path of a mechanism file."""
+
+
+def model(name: str | Path, **parameters: float) -> Mechanism:
+    """Return the named mechanism, or the one a mechanism file ending in .toml describes.
+
+    Parameters
+    ----------
+    name : str or path
+        A named mechanism is made once.
+    **parameters : float
+        Other defaults of its parameters; see `Mechanism.with_parameters`.
+
+    Raises
+    ------
+    InputError
+        Suggests the nearest name; for a file, what is wrong and in which line.
+
+    Examples
+    --------
+    >>> from painleve_sym import model
+    >>> model("rod", mu=1.5).parameters["mu"]
+    1.5
+    """
+    made = _made(str(name))
+    return made.with_parameters(**parameters) if parameters else made
+
+
+def as_mechanism(given: MechanismLike) -> Mechanism:
+    """Return the mechanism itself, or the one of that name or file; see `model`."""
+    if isinstance(given, Mechanism):
+        return given
+    if isinstance(given, str | Path):
+        return model(given)
+    raise InputError(f"mechanism: got {type(given).__name__}, need a mechanism, a name or a file.")
+
+
+def _made(name: str) -> Mechanism:
+    if name.endswith(".toml"):
+        from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
+
+        return load_mechanism(name)
+    if name not in MODELS:
+        raise InputError(unknown_name("model", name, MODELS))
+    return _named(name)
+
+
+@functools.cache
+def _named(name: str) -> Mechanism:
+    key = entry_key(f"mechanism {name}")
+    entry = read_entry(key) if key else None
+    if entry is not None:
+        outline = MechanismOutline.of_data(entry["outline"])
+        return Mechanism.deferred(
+            MODELS[name], outline=outline, **{text: entry[text] for text in _TEXTS}
+        )
+    mechanism = MODELS[name]()
+    texts = {text: getattr(mechanism, text) for text in _TEXTS}
+    if key:
+        write_entry(key, {"outline": mechanism.outline.to_data(), **texts})
+    return mechanism

@@ -1,0 +1,215 @@
+"""The contacts of a mechanism with the law that each follows, before any formula is derived."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from painleve_sym.errors import InputError
+from painleve_sym.laws.rigid_contact import RigidLaw
+from painleve_sym.mechanics.declarations import Parameter
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.outline import SIDES, ContactOutline
+
+if TYPE_CHECKING:
+    from painleve_sym.hybrid.automaton import HybridAutomaton
+    from painleve_sym.laws.catalogue import Law
+
+
+FLIGHT = "flight"
+CONTACTS = {"slip_neg": -1, "slip_pos": 1, "stick": 0}
+"""Contact modes and their slip direction."""
+
+MOTION = "motion"
+"""The one mode of several contacts in which time passes."""
+START = "start"
+"""The instantaneous mode in which several contacts with a law take up their local modes."""
+CONTACT = "contact"
+"""The instantaneous mode in which closed contacts find what follows."""
+
+FRICTION_LOSS, CONTACT_LOSS, FORCE_LOSS = (
+    f"{cause}_dissipation" for cause in ("friction", "contact", "force")
+)
+"""Names of the states that only account for energy."""
+
+_SLIPS = {s: name for name, s in CONTACTS.items() if s}
+_SIDES = {side: name for name, side in SIDES.items()}
+
+
+def guide_slip_mode(slip: int, side: int, unstable: bool = False) -> str:
+    """Return the name of a mode of slip, such as ``slip_neg/push`` or ``slip_pos/pull_unstable``.
+
+    Unstable: A_{sσ} < 0, a force from which the smallest yielding of the guide runs away.
+    """
+    return f"{_SLIPS[slip]}/{_SIDES[side]}" + "_unstable" * unstable
+
+
+def guide_stick_mode(side: int) -> str:
+    """Return the name of a mode of sticking, ``stick/push`` or ``stick/pull``."""
+    return f"stick/{_SIDES[side]}"
+
+
+class StateRow(NamedTuple):
+    """Names of the states of one contact: gap, its rate, and slip velocity."""
+
+    gap: str
+    gap_rate: str
+    slip: str
+
+    @classmethod
+    def of(cls, contact: ContactOutline, end: str = "") -> StateRow:
+        """Return the row, with coordinates and velocities in place of states of its own.
+
+        Parameters
+        ----------
+        contact : ContactOutline
+        end : str
+            Put behind ``gap`` and ``slip_velocity`` where there are several contacts.
+        """
+        gap = contact.gap_coordinate or f"gap{end}"
+        return cls(gap, f"{gap}_dot", contact.slip_rate or f"slip_velocity{end}")
+
+
+@dataclass(frozen=True)
+class ContactModel:
+    """The contacts of a mechanism with their laws: which automaton is to be built.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    laws : tuple of (ContactLaw or RigidLaw)
+        One for all contacts, or one for each in the mechanism's order.
+
+    Raises
+    ------
+    InputError
+        Laws that do not fit the contacts, or each other.
+    """
+
+    mechanism: Mechanism
+    laws: tuple[Law, ...]
+
+    def __post_init__(self) -> None:
+        if self.several:
+            check_several(self.mechanism, self.laws)
+        elif not self.is_rigid:
+            check_compliant(self.mechanism, self.laws[0])
+        elif self.mechanism.locked:
+            raise InputError(locked_guide(self.mechanism))
+
+    @property
+    def several(self) -> bool:
+        """Whether there is more than one contact."""
+        return len(self.mechanism.outline.contacts) > 1
+
+    @property
+    def is_rigid(self) -> bool:
+        """Whether the only contact is rigid and can open, or is a guide."""
+        return not self.several and isinstance(self.laws[0], RigidLaw)
+
+    @property
+    def can_open(self) -> bool:
+        """Whether the only contact is rigid and not a guide."""
+        return self.is_rigid and not self.is_guide
+
+    @property
+    def is_guide(self) -> bool:
+        """Whether the only contact holds from both sides."""
+        return [c.bilateral for c in self.mechanism.outline.contacts] == [True]
+
+    @cached_property
+    def rows(self) -> tuple[StateRow, ...]:
+        """Names of the states of each contact."""
+        contacts = self.mechanism.outline.contacts
+        return tuple(StateRow.of(c, f"_{c.name}" * self.several) for c in contacts)
+
+    @cached_property
+    def own_laws(self) -> tuple[Law, ...]:
+        """The law of each contact, in its own symbols."""
+        contacts = self.mechanism.outline.contacts
+        if self.is_guide and isinstance(self.laws[0], RigidLaw):
+            return (RigidLaw(policy=self.laws[0].policy),)
+        if len(self.laws) == 1:
+            return self.laws * len(contacts)
+        pairs = zip(self.laws, contacts, strict=True)
+        return tuple(law.of_contact(c.name) for law, c in pairs)
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Parameters of the laws, each once; a guide alone has none."""
+        if self.is_guide:
+            return ()
+        every = [p for law in self.own_laws for p in law.parameters]
+        return tuple({p.name: p for p in every}.values())
+
+    @property
+    def rigid_law(self) -> RigidLaw:
+        """The law of all rigid contacts; the default one where only guides are rigid."""
+        return next((law for law in self.laws if isinstance(law, RigidLaw)), RigidLaw())
+
+    @cached_property
+    def definition(self) -> str:
+        """What the automaton is derived from, as one text."""
+        laws = [f"{law.name} {dict(law.choices)}" for law in self.laws]
+        own = [getattr(law, "definition", "") for law in self.laws]
+        return "\n".join((self.mechanism.definition, *laws, *own))
+
+    @cached_property
+    def builder(self) -> Any:
+        """What derives the automaton."""
+        if self.several:
+            from painleve_sym.contacts.automaton import PluralContacts
+
+            return PluralContacts(self.mechanism, self.laws)
+        (law,) = self.laws
+        if not isinstance(law, RigidLaw):
+            from painleve_sym.contacts.compliant import CompliantContact
+
+            return CompliantContact(self.mechanism, law)
+        if self.is_guide:
+            from painleve_sym.contacts.guide import BilateralContact
+
+            return BilateralContact(self.mechanism, law.policy)
+        from painleve_sym.contacts.rigid import RigidContact
+
+        return RigidContact(self.mechanism, law.restitution, law.policy)
+
+    @property
+    def automaton(self) -> HybridAutomaton:
+        """The automaton, derived when first asked for."""
+        automaton: HybridAutomaton = self.builder.automaton
+        return automaton
+
+
+def check_compliant(mechanism: Mechanism, law: Law) -> None:
+    """Raise InputError where the only contact cannot follow a compliant law."""
+    where = f"mechanism {mechanism.name!r} with law {law.name!r}"
+    if any(c.bilateral for c in mechanism.outline.contacts):
+        raise InputError(
+            f"{where}: its contact holds from both sides, and a law only pushes. Fix: use the law "
+            "rigid, or describe the guide as two contacts."
+        )
+
+
+def check_several(mechanism: Mechanism, laws: Sequence[Law]) -> None:
+    """Raise InputError where several contacts cannot follow their laws together."""
+    rigid = list(dict.fromkeys(law for law in laws if isinstance(law, RigidLaw)))
+    if len(rigid) > 1:
+        first, second = (
+            ", ".join(f"{k} {v!r}" for k, v in law.choices.items()) for law in rigid[:2]
+        )
+        raise InputError(
+            f"{mechanism.name}: rigid contacts: got laws with {first} and with {second}, "
+            "and contacts that have an impact together follow one law. "
+            "Fix: give all rigid contacts the same restitution law and policy."
+        )
+
+
+def locked_guide(mechanism: Mechanism) -> str:
+    """Return why a guide whose mobility has rank one cannot be followed, a sentence."""
+    return (
+        f"mechanism {mechanism.name!r}: the mobility of its bilateral contact has rank one: what "
+        "holds the gap holds the slip, too. Fix: leave the contact out, or let it open."
+    )

@@ -1,0 +1,303 @@
+"""Named laws of a contact that yields: what they are called and their parameters.
+
+Their formulas, branch by branch, are in `compliance`, and are made when first asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from painleve_sym.choices import Reload, ReloadLike, chosen
+from painleve_sym.errors import InputError, ModelError, unknown_name
+from painleve_sym.mechanics.declarations import (
+    Parameter,
+    settings_text,
+    with_defaults,
+    with_fields,
+)
+from painleve_sym.mechanics.deferred import Deferred
+
+if TYPE_CHECKING:
+    from sympy import Expr, Symbol
+
+    from painleve_sym.laws.compliance import Branch, Exit
+
+
+@dataclass(frozen=True, repr=False)
+class ContactLaw(Deferred):
+    """A normal contact law made of branches.
+
+    Parameters
+    ----------
+    name, title, source : str
+    parameters : tuple of Parameter
+    branches : tuple of Branch
+        The first is where loading of a fresh surface starts.
+    unloading : str
+        Branch in which a contact starts that is compressed and opening.
+    memory : tuple of sympy.Symbol
+    definitions : mapping of symbol to sympy.Expr
+        Constants computed once from the parameters, in order (such as K_e).
+    recontacts : tuple of Exit
+        How a contact that separated with δ > 0 closes again before the gap opens.
+    choices : mapping of str to str
+        Named choices the law was made with (such as the reload rule).
+    stiffness, exponent : sympy.Expr
+        K and n of the loading curve K δⁿ, used for scales and closed forms.
+
+    Raises
+    ------
+    ModelError
+        Branch names repeated, exits to unknown branches, undeclared symbols.
+    """
+
+    is_compliant: ClassVar[bool] = True
+    """Whether the contact yields."""
+
+    name: str
+    title: str
+    source: str
+    parameters: tuple[Parameter, ...]
+    branches: tuple[Branch, ...]
+    unloading: str
+    stiffness: Expr
+    exponent: Expr
+    memory: tuple[Symbol, ...] = field(default_factory=tuple)
+    definitions: Mapping[Symbol, Expr] = field(default_factory=dict)
+    recontacts: tuple[Exit, ...] = field(default_factory=tuple)
+    choices: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        from sympy import sympify
+
+        from painleve_sym.laws.compliance import DELTA, DELTA_DOT, SEPARATED
+
+        names = [b.name for b in self.branches]
+        faults = [f"branch {n!r} is declared twice." for n in set(names) if names.count(n) > 1]
+        known = {DELTA, DELTA_DOT, *self.memory, *self.definitions}
+        known |= {p.symbol for p in self.parameters}
+        exits = [e for b in self.branches for e in b.exits] + list(self.recontacts)
+        for target in [e.target for e in exits if e.target != SEPARATED] + [self.unloading]:
+            if target not in names:
+                faults.append(unknown_name("branch", target, names))
+        exprs = [e for b in self.branches for e in (b.force, b.stored_energy, b.dissipated_power)]
+        exprs += [e.guard for e in exits] + [v for e in exits for v in e.memory.values()]
+        for symbol in {s for e in exprs for s in sympify(e).free_symbols} - known:
+            faults.append(unknown_name("symbol", str(symbol), map(str, known)))
+        if faults:
+            raise ModelError(f"contact law {self.name!r}", faults)
+
+    @cached_property
+    def definition(self) -> str:
+        """Everything its derivations start from, as one text (`definition_text`)."""
+        from painleve_sym.mechanics.definition import definition_text
+
+        return definition_text(self)
+
+    def __repr__(self) -> str:
+        """Return name, choices and parameters."""
+        space = " " if self.choices else ""
+        return f"ContactLaw {self.name!r}{space}{settings_text(self.choices, self.parameters)}"
+
+    def with_parameters(self, **values: float) -> ContactLaw:
+        """Return the law with other defaults of its parameters; see `Mechanism.with_parameters`.
+
+        Examples
+        --------
+        >>> from painleve_sym import laws
+        >>> soft = laws.hertz().with_parameters(E=1e9)
+        >>> {p.name: p.default for p in soft.parameters}["E"]
+        1000000000.0
+        """
+        return with_fields(
+            self, parameters=with_defaults(f"law {self.name!r}", self.parameters, values)
+        )
+
+    def of_contact(self, contact: str) -> ContactLaw:
+        """Return the law with the contact's name behind those of its parameters and constants."""
+        return self._renamed(f" of contact {contact}", lambda name: f"{name}_{contact}")
+
+    def apart_from(self, names: Collection[str]) -> ContactLaw:
+        """Return the law with ``_law`` behind the names of its parameters that are taken.
+
+        So a drum of radius ``R`` goes with a law whose parameter is ``R``.
+        """
+        if not any(p.name in names for p in self.parameters):
+            return self
+        taken = [p.name for p in self.parameters if p.name in names]
+        return self._renamed(
+            f" apart from {taken}", lambda name: f"{name}_law" if name in names else name
+        )
+
+    def _renamed(self, definition: str, new_name: Callable[[str], str]) -> ContactLaw:
+        parameters = tuple(replace(p, name=new_name(p.name)) for p in self.parameters)
+        return ContactLaw.deferred(
+            partial(self._with_names, new_name, parameters),
+            name=self.name,
+            title=self.title,
+            source=self.source,
+            parameters=parameters,
+            choices=self.choices,
+            definition=f"{self.definition}{definition}",
+        )
+
+    def _with_names(
+        self, new_name: Callable[[str], str], parameters: tuple[Parameter, ...]
+    ) -> ContactLaw:
+        from sympy import Symbol, sympify
+
+        symbols = {p.symbol: q.symbol for p, q in zip(self.parameters, parameters, strict=True)}
+        symbols |= {s: Symbol(new_name(s.name), **s.assumptions0) for s in self.definitions}
+
+        def own(expr: Expr) -> Expr:
+            return sympify(expr).xreplace(symbols)
+
+        def exits(given: tuple[Exit, ...]) -> tuple[Exit, ...]:
+            return tuple(
+                replace(e, guard=own(e.guard), memory={s: own(v) for s, v in e.memory.items()})
+                for e in given
+            )
+
+        branches = tuple(
+            replace(
+                b,
+                force=own(b.force),
+                stored_energy=own(b.stored_energy),
+                dissipated_power=own(b.dissipated_power),
+                exits=exits(b.exits),
+            )
+            for b in self.branches
+        )
+        return ContactLaw(
+            name=self.name,
+            title=self.title,
+            source=self.source,
+            parameters=parameters,
+            branches=branches,
+            unloading=self.unloading,
+            stiffness=own(self.stiffness),
+            exponent=own(self.exponent),
+            memory=self.memory,
+            definitions={own(s): own(v) for s, v in self.definitions.items()},
+            recontacts=exits(self.recontacts),
+            choices=self.choices,
+        )
+
+    @property
+    def loading(self) -> Branch:
+        """Branch in which a fresh surface is compressed."""
+        return self.branches[0]
+
+    def branch(self, name: str) -> Branch:
+        """Return the branch of that name."""
+        return next(b for b in self.branches if b.name == name)
+
+
+def _exponent(default: float) -> Parameter:
+    return Parameter("n", default, "1", "exponent of the compression law", 0.0, lower_closed=False)
+
+
+def _body_parameters(bodies: int) -> tuple[Parameter, ...]:
+    """Modulus, Poisson's ratio and radius or curvature, of one body or of two."""
+    if bodies == 1:
+        E = Parameter("E", 20.9e10, "Pa", "elastic modulus, both bodies", 0.0, lower_closed=False)
+        nu = Parameter("nu", 0.3, "1", "Poisson's ratio, both bodies", -1.0, 0.5)
+        R = Parameter("R", 0.00645, "m", "radius of the contact end", 0.0, lower_closed=False)
+        return E, nu, R
+    if bodies != 2:
+        raise InputError(f"contact law: bodies: got {bodies!r}, need 1 or 2.")
+    parameters: tuple[Parameter, ...] = ()
+    for i, default_curvature in ((1, 1 / 0.00645), (2, 0.0)):
+        body = f"of body {i}"
+        E = Parameter(f"E_{i}", 20.9e10, "Pa", f"elastic modulus {body}", 0.0, lower_closed=False)
+        nu = Parameter(f"nu_{i}", 0.3, "1", f"Poisson's ratio {body}", -1.0, 0.5)
+        k = Parameter(f"kappa_{i}", default_curvature, "1/m", f"curvature 1/R {body}")
+        parameters += (E, nu, k)
+    return parameters
+
+
+def bilinear_hertz(reload: ReloadLike = Reload.ELASTIC, bodies: int = 1) -> ContactLaw:
+    """Return the paper's elasto-plastic law: F_n = K_e δⁿ, and (5) after δ_max.
+
+    With δ_p = δ_max (1 − e²) the unloading curve (5) is F_n = K_e ((δ − δ_p)/e²)ⁿ. Of the work
+    done on the loading curve the part e² is stored, the rest is dissipated by plasticity.
+
+    Parameters
+    ----------
+    reload : {"elastic", "virgin"}
+        What follows when compression grows again before separation. ``elastic``: back up the
+        unloading curve to δ_max, then the loading curve (Walton & Braun). ``virgin``: the loading
+        curve at once, with a jump of the force; what the paper's Fig. 4 needs.
+        At e = 0 there is no unloading curve, and a contact that stays loaded ends a run at its
+        first maximum compression, as an accumulation of events.
+    bodies : {1, 2}
+        1: parameters E, nu, R, the same material on a plane. 2: E_i, nu_i and curvature kappa_i.
+
+    References
+    ----------
+    Zhao, Liu & Chen, (4)–(10). Walton & Braun, J. Rheology 30 (1986) 949–980.
+    """
+    reload = chosen(Reload, reload, "reload rule", "law bilinear-hertz")
+    e = Parameter("e_energetic", 0.75, "1", "energetic coefficient of restitution", 0.0, 1.0)
+    known: dict[str, Any] = {
+        "name": "bilinear-hertz" if bodies == 1 else "bilinear-hertz-two-bodies",
+        "title": "elasto-plastic Hertz law, loading K δⁿ, unloading from the energetic restitution",
+        "source": "Zhao, Liu & Chen, (4)–(10)",
+        "parameters": (*_body_parameters(bodies), _exponent(1.764), e),
+        "choices": {"reload": str(reload)},
+    }
+    return _named(known, f"bilinear-hertz {bodies} {reload}")
+
+
+def hertz(bodies: int = 1) -> ContactLaw:
+    """Return the elastic law F_n = K_e δⁿ (n = 3/2 by default), nothing dissipated."""
+    known: dict[str, Any] = {
+        "name": "hertz",
+        "title": "elastic Hertz law K δⁿ",
+        "source": "Johnson, Contact Mechanics (1985), ch. 4",
+        "parameters": (*_body_parameters(bodies), _exponent(1.5)),
+        "choices": {},
+    }
+    return _named(known, f"hertz {bodies}")
+
+
+def linear() -> ContactLaw:
+    """Return the spring and dashpot F_n = k δ + c δ̇, released where the force would pull."""
+    known: dict[str, Any] = {
+        "name": "linear",
+        "title": "linear spring and dashpot",
+        "source": "Hogan & Kristiansen, SIAM J. Appl. Dyn. Syst. 16 (2017)",
+        "parameters": (
+            Parameter("k", 1e8, "N/m", "stiffness", 0.0, lower_closed=False),
+            Parameter("c", 0.0, "N s/m", "damping", 0.0),
+        ),
+        "choices": {},
+    }
+    return _named(known, "linear")
+
+
+def hunt_crossley(bodies: int = 1) -> ContactLaw:
+    """Return F_n = K_e δⁿ (1 + c δ̇), whose dashpot vanishes with the compression."""
+    damping = Parameter("c", 0.1, "s/m", "damping factor", 0.0)
+    known: dict[str, Any] = {
+        "name": "hunt-crossley",
+        "title": "Hertz law with a dashpot proportional to the elastic force",
+        "source": "Hunt & Crossley, J. Appl. Mech. 42 (1975) 440–445",
+        "parameters": (*_body_parameters(bodies), _exponent(1.5), damping),
+        "choices": {},
+    }
+    return _named(known, f"hunt-crossley {bodies}")
+
+
+def _named(known: Mapping[str, Any], definition: str) -> ContactLaw:
+    """Return a named law; the cache knows it by `definition` and the package's own source."""
+    return ContactLaw.deferred(partial(_with_formulas, known), definition=definition, **known)
+
+
+def _with_formulas(known: Mapping[str, Any]) -> ContactLaw:
+    from painleve_sym.laws.compliance import FORMULAS
+
+    return FORMULAS[known["name"]](known)

@@ -1,0 +1,172 @@
+"""What a mechanism or a law declares: coordinates and parameters, by name, unit and range.
+
+Nothing here needs SymPy until a symbol is asked for, so that names and defaults are quick to have.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, TypeVar
+
+from painleve_sym.checks import checked_number
+from painleve_sym.errors import InputError, unknown_name
+
+if TYPE_CHECKING:
+    from sympy import Symbol
+
+PLAYS_NO_PART = "plays no part in derivations"
+NOT_DERIVED_FROM: Mapping[str, bool] = {PLAYS_NO_PART: True}
+"""Metadata of a dataclass field that no derivation depends on, such as a default value."""
+
+TIME_NAME = "t"
+"""Name of the time in states and formulas."""
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """A generalized coordinate and its velocity.
+
+    Attributes
+    ----------
+    name : str
+        Name used in states; the velocity is ``name + "_dot"``.
+    meaning : str
+        One sentence.
+    unit : str
+        SI unit of the coordinate ("m" or "rad").
+    latex : str
+        LaTeX of the symbol, empty for SymPy's own.
+    """
+
+    name: str
+    meaning: str
+    unit: str
+    latex: str = ""
+
+    @cached_property
+    def symbol(self) -> Symbol:
+        """Symbol of the coordinate."""
+        return _symbol(self.name, real=True)
+
+    @cached_property
+    def rate(self) -> Symbol:
+        """Symbol of the velocity."""
+        return _symbol(f"{self.name}_dot", real=True)
+
+    @cached_property
+    def acceleration(self) -> Symbol:
+        """Symbol of the acceleration."""
+        return _symbol(f"{self.name}_ddot", real=True)
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A constant of a mechanism or of a contact law.
+
+    Attributes
+    ----------
+    name : str
+    default : float
+        Value used when none is given, in `unit`.
+    unit : str
+    meaning : str
+    lower, upper : float
+        Valid range; the end points belong to it only where `lower_closed`, `upper_closed` say so.
+    """
+
+    name: str
+    default: float = field(metadata=NOT_DERIVED_FROM)
+    unit: str
+    meaning: str
+    lower: float = -float("inf")
+    upper: float = float("inf")
+    lower_closed: bool = True
+    upper_closed: bool = True
+
+    @cached_property
+    def symbol(self) -> Symbol:
+        """Symbol: positive, nonnegative or real as the range tells."""
+        if self.lower > 0 or (self.lower == 0 and not self.lower_closed):
+            return _symbol(self.name, positive=True)
+        if self.lower == 0:
+            return _symbol(self.name, nonnegative=True)
+        return _symbol(self.name, real=True)
+
+    def fault(self, value: float) -> str | None:
+        """Return one sentence when `value` is not valid, else None."""
+        above = value >= self.lower if self.lower_closed else value > self.lower
+        below = value <= self.upper if self.upper_closed else value < self.upper
+        if above and below and abs(value) != float("inf"):
+            return None
+        return f"parameter {self.name} ({self.meaning}): got {value!r}, need {self.range_text}."
+
+    @property
+    def range_text(self) -> str:
+        """The valid range in words, e.g. ``0 <= e_energetic <= 1``."""
+        text = self.name
+        if self.lower != -float("inf"):
+            text = f"{self.lower:g} {'<=' if self.lower_closed else '<'} {text}"
+        if self.upper != float("inf"):
+            text = f"{text} {'<=' if self.upper_closed else '<'} {self.upper:g}"
+        return f"a finite number with {text}" if text != self.name else "a finite number"
+
+
+def resolve_parameters(
+    where: str, declared: Sequence[Parameter], given: Mapping[str, float]
+) -> dict[str, float]:
+    """Return every declared parameter's value: the given one, else its default.
+
+    Raises
+    ------
+    InputError
+        Unknown names, values that are not finite or out of range; all faults at once.
+    """
+    known, faults = {p.name: p for p in declared}, []
+    values = {p.name: p.default for p in declared}
+    for name, value in given.items():
+        if name not in known:
+            faults.append(unknown_name("parameter", name, known))
+            continue
+        values[name], fault = checked_number(value, f"parameter {name}")
+        fault = fault or known[name].fault(values[name]) or ""
+        if fault:
+            faults.append(fault)
+    if faults:
+        raise InputError(f"{where}: " + " ".join(faults))
+    return values
+
+
+def with_defaults(
+    where: str, declared: Sequence[Parameter], given: Mapping[str, float]
+) -> tuple[Parameter, ...]:
+    """Return the parameters with the `given` values as their defaults; see `resolve_parameters`."""
+    values = resolve_parameters(where, declared, given)
+    return tuple(replace(p, default=values[p.name]) for p in declared)
+
+
+def settings_text(choices: Mapping[str, str], parameters: Sequence[Parameter]) -> str:
+    """Return choices and defaults in one line, such as ``(reload=virgin): E=2.09e+11, nu=0.3``."""
+    chosen = f"({', '.join(f'{k}={v}' for k, v in choices.items())})" if choices else ""
+    return f"{chosen}: " + ", ".join(f"{p.name}={p.default:g}" for p in parameters)
+
+
+_Thing = TypeVar("_Thing")
+
+
+def with_fields(thing: _Thing, **fields: object) -> _Thing:
+    """Return a copy of a frozen dataclass that keeps everything it has derived.
+
+    Only for fields that no derivation depends on (`NOT_DERIVED_FROM`); for others `replace`.
+    """
+    changed = copy.copy(thing)
+    changed.__dict__.update(fields)
+    return changed
+
+
+def _symbol(name: str, **assumptions: bool) -> Symbol:
+    from sympy import Symbol
+
+    return Symbol(name, **assumptions)

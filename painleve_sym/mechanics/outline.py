@@ -1,0 +1,150 @@
+"""A mechanism without its formulas: names, units and defaults, with which a run is read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.mechanics.declarations import TIME_NAME, Coordinate, Parameter
+
+if TYPE_CHECKING:
+    from painleve_sym.mechanics.mechanism import Mechanism
+
+
+SIDES = {"push": 1, "pull": -1}
+"""Sides of a guide: the sign of its normal force."""
+
+
+@dataclass(frozen=True)
+class ContactOutline:
+    """A `Contact` without its formulas.
+
+    Attributes
+    ----------
+    name : str
+    bilateral : bool
+    friction : str
+        Name of the parameter μ.
+    gap, slip_velocity : str
+        The formulas as text, to be shown.
+    gap_coordinate, slip_rate : str
+        The coordinate that is the gap, the velocity that is the slip velocity; empty where none is.
+    depends_on_time : bool
+        Whether the time itself occurs in one of both formulas.
+    """
+
+    name: str
+    bilateral: bool
+    friction: str
+    gap: str
+    slip_velocity: str
+    gap_coordinate: str
+    slip_rate: str
+    depends_on_time: bool
+
+
+@dataclass(frozen=True)
+class BoundOutline:
+    """A `DomainBound` as text, with the names that occur in it."""
+
+    margin: str
+    meaning: str
+    names: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class MechanismOutline:
+    """What is known of a mechanism without deriving anything.
+
+    Attributes
+    ----------
+    coordinates : tuple of Coordinate
+    parameters : tuple of Parameter
+    contacts : tuple of ContactOutline
+    domain : tuple of BoundOutline
+    timed : bool
+        Whether the time itself occurs in the energies, the forces or the domain.
+    """
+
+    coordinates: tuple[Coordinate, ...]
+    parameters: tuple[Parameter, ...]
+    contacts: tuple[ContactOutline, ...]
+    domain: tuple[BoundOutline, ...]
+    timed: bool
+
+    @classmethod
+    def of(cls, mechanism: Mechanism) -> MechanismOutline:
+        """Return the outline of a mechanism."""
+        from sympy import sympify
+
+        system = mechanism.system
+
+        def timed(*formulas: Any) -> bool:
+            return any(t in sympify(f).free_symbols for t in system.clock for f in formulas)
+
+        velocity = dict(zip(system.q, system.q_dot, strict=True))
+        contacts = tuple(
+            ContactOutline(
+                name=c.name,
+                bilateral=c.bilateral,
+                friction=str(c.friction),
+                gap=str(c.gap),
+                slip_velocity=str(c.slip_velocity),
+                gap_coordinate=str(c.gap) if c.gap in velocity else "",
+                slip_rate=str(c.slip_velocity) if c.slip_velocity in system.q_dot else "",
+                depends_on_time=timed(c.gap, c.slip_velocity),
+            )
+            for c in mechanism.contacts
+        )
+        domain = tuple(
+            BoundOutline(str(b.margin), b.meaning, tuple(sorted(map(str, b.margin.free_symbols))))
+            for b in mechanism.domain
+        )
+        formulas = [system.kinetic_energy, system.potential_energy]
+        formulas += [*system.generalized_forces.values(), *(b.margin for b in mechanism.domain)]
+        return cls(system.coordinates, system.parameters, contacts, domain, timed(*formulas))
+
+    def to_data(self) -> dict[str, Any]:
+        """Return plain data."""
+        return asdict(self)
+
+    @classmethod
+    def of_data(cls, data: Mapping[str, Any]) -> MechanismOutline:
+        """Return the outline that `to_data` wrote."""
+        return cls(
+            tuple(Coordinate(**c) for c in data["coordinates"]),
+            tuple(Parameter(**p) for p in data["parameters"]),
+            tuple(ContactOutline(**c) for c in data["contacts"]),
+            tuple(
+                BoundOutline(b["margin"], b["meaning"], tuple(b["names"])) for b in data["domain"]
+            ),
+            data["timed"],
+        )
+
+    def only(self, where: str, name: str) -> MechanismOutline:
+        """Return the outline with one contact alone; InputError suggests the nearest name."""
+        own = tuple(c for c in self.contacts if c.name == name)
+        if not own:
+            raise InputError(
+                f"{where}: " + unknown_name("contact", name, [c.name for c in self.contacts])
+            )
+        return replace(self, contacts=own)
+
+    @property
+    def depends_on_time(self) -> bool:
+        """Whether the time itself occurs in any formula: something moves as prescribed."""
+        return self.timed or any(c.depends_on_time for c in self.contacts)
+
+    @cached_property
+    def velocity_names(self) -> tuple[str, ...]:
+        """Names of the velocities, in the order of the coordinates."""
+        return tuple(f"{c.name}_dot" for c in self.coordinates)
+
+    @cached_property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of coordinates and velocities, and of the time where anything depends on it."""
+        clock = (TIME_NAME,) if self.depends_on_time else ()
+        return (*(c.name for c in self.coordinates), *self.velocity_names, *clock)
