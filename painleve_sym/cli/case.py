@@ -18,7 +18,7 @@ from painleve_sym.study.scenario import MAX_FILE, Scenario
 
 _NUMBERS = ("t_end", "initial_force", "rtol", "restitution")
 _COUNTS = ("max_steps", "max_events", "samples")
-_NAMES = ("engine", "rule", "contact")
+_NAMES = ("engine", "rule", "contact", "close")
 
 
 def read_case(arguments: argparse.Namespace) -> Scenario:

@@ -19,6 +19,7 @@ from painleve_sym.cli.output import (
     show_table,
     write_map,
 )
+from painleve_sym.cli.run import show_start
 from painleve_sym.errors import InputError
 from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.motion.simulator import Simulator
@@ -51,7 +52,7 @@ def critical(arguments: argparse.Namespace) -> int:
     for option in ("forces", "points", "out"):
         if getattr(arguments, option) is not None:
             raise InputError(f"--{option}: needs --over NAME=FROM:TO, which maps the outcomes.")
-    state = scenario.state or {}
+    state = scenario.start()
     forces = {border: finder.find(state, given, border=border) for border in Border}
     names = [n.strip() for n in arguments.gradient.split(",")] if arguments.gradient else []
     gradient = critical_force_gradient(finder, state, names, parameters=given) if names else {}
@@ -83,7 +84,7 @@ def _data(
     data: dict[str, Any] = {
         "mechanism": simulator.mechanism.name,
         "law": simulator.contact_law.name,
-        "state": dict(scenario.state or {}),
+        "state": dict(scenario.start()),
         "parameters": simulator.parameters({**scenario.parameters, **scenario.law_parameters}),
         "sliding": sliding.to_dict(),
         "expansion": terms,
@@ -152,9 +153,7 @@ def _show_case(scenario: Scenario, finder: CriticalForceFinder, drop: dict[str, 
     values = simulator.parameters({**scenario.parameters, **scenario.law_parameters})
     values = {n: v for n, v in values.items() if n not in drop}
     show(f"{simulator.mechanism.name} with {assignments(values, units)}")
-    start = {n: v for n, v in (scenario.state or {}).items() if v != 0 and n not in drop}
-    if start:
-        show(f"at {assignments(start, simulator.mechanism.state_units)} (others 0)")
+    show_start(simulator.mechanism, scenario, drop)
 
 
 # ---- the map ----
@@ -179,7 +178,7 @@ def _map(
     if arguments.points is not None:
         options["points"] = read_count("--points", arguments.points)
     ends = read_range(f"--over {over}", text, _RANGE)
-    outcomes = outcome_map(finder, scenario.state or {}, over, ends, progress=_progress, **options)
+    outcomes = outcome_map(finder, scenario.start(), over, ends, progress=_progress, **options)
     for path in files:
         write_map(outcomes, path, _figure)
     if arguments.json:

@@ -55,12 +55,14 @@ def _lists(parser: argparse.ArgumentParser, *options: tuple[str, str, str]) -> N
 _CONTACT = ("--contact", "NAME", "of several contacts, consider this one alone")
 _SET = ("--set", "NAME=VALUE,...", "parameters of the mechanism")
 
+_CLOSE = ("--close", "COORDINATE", "solve gap = 0 for it; of several contacts CONTACT:COORDINATE")
+
 
 def _case(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("case", metavar="CASE", help="mechanism, or a scenario file (see below)")
-    text = "coordinates and velocities (theta, theta_dot, ...); by default 0"
+    text = "coordinates and velocities, others 0; by default the mechanism's own start"
     _lists(parser, ("--state", "NAME=VALUE,...", text), _SET)
-    _texts(parser, _CONTACT)
+    _texts(parser, _CONTACT, _CLOSE)
 
 
 def _law(parser: argparse.ArgumentParser) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -36,9 +36,16 @@ def show_case(
     units = {p.name: p.unit for p in mechanism.outline.parameters}
     values = {p.name: p.default for p in mechanism.outline.parameters} | dict(scenario.parameters)
     show(f"{mechanism.name} with {assignments(parameters or values, units)}")
-    start = {k: v for k, v in (scenario.state or {}).items() if v != 0}
+    show_start(mechanism, scenario)
+
+
+def show_start(mechanism: Mechanism, scenario: Scenario, leave_out: Collection[str] = ()) -> None:
+    """Print the state, and whether it is the mechanism's own start."""
+    start = {k: v for k, v in scenario.start().items() if v != 0 and k not in leave_out}
     others = "all 0" if not start else "others 0"
-    show(f"at {assignments(start, mechanism.state_units)} ({others})".replace("at  (", "at ("))
+    own = ", the mechanism's own start" if scenario.state is None else ""
+    text = f"at {assignments(start, mechanism.state_units)} ({others}){own}"
+    show(text.replace("at  (", "at ("))
 
 
 # ---- jump ----
@@ -112,7 +119,8 @@ def _show_jump(impact: JumpResult, scenario: Scenario) -> None:
     show("velocities at the end of each phase")
     units = scenario.mechanism().state_units
     names = list(impact.velocity)
-    before = {n: (scenario.state or {}).get(n, 0.0) for n in names}
+    start = scenario.start()
+    before = {n: start.get(n, 0.0) for n in names}
     rows = [("before", *(number(before[n]) for n in names))]
     rows += [(p.name, *(number(p.velocity[n]) for n in names)) for p in impact.phases]
     show_table(("", *(f"{n} [{units[n]}]" for n in names)), rows)

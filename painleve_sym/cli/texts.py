@@ -58,10 +58,11 @@ CASE is the name of a mechanism (`painleve models`) or a scenario, a TOML file:
   reload = "virgin"
   parameters = { E = 20.9e14, e_energetic = 0.75 }
 
-Other keys: title, contact, initial_force, engine, rtol, max_steps, max_events,
-samples, restitution, rule. One file serves classify, simulate and jump; each
-takes the keys it needs. Options override the file, --state, --set and
---law-set entry by entry; another --law drops the law parameters of the file."""
+Other keys: title, contact, close, initial_force, engine, rtol, max_steps,
+max_events, samples, restitution, rule. One file serves classify, simulate and
+jump; each takes the keys it needs. Options override the file, --state, --set
+and --law-set entry by entry; another --law drops the law parameters of the
+file. Without a state the mechanism's own start is taken."""
 
 JUMP = """\
 With a contact law the jump is also computed at its stiffness: the free normal

@@ -217,6 +217,7 @@ def classify(
     state: Mapping[str, float] | None = None,
     *,
     parameters: Mapping[str, float] | None = None,
+    close: str | None = None,
 ) -> Classification:
     """Return the rigid contact problem of the closed contacts at a state, with every solution.
 
@@ -231,6 +232,9 @@ def classify(
         ones must be held.
     parameters : mapping of str to float
         Absent ones have their defaults.
+    close : str, optional
+        A coordinate for which gap = 0 is solved from the given state, ``CONTACT:COORDINATE`` with
+        several contacts; see `contacts.closing.closed_state`.
 
     Raises
     ------
@@ -252,7 +256,7 @@ def classify(
     state = mechanism.start if state is None else state
     declared = mechanism.outline.parameters
     values = resolve_parameters(f"{mechanism.name!r}", declared, parameters or {})
-    start = resolve_state(mechanism, state, values)
+    start = resolve_state(mechanism, state, values, close)
     numbers = all_contact_numbers(mechanism, {**start, **values})
     closed = closed_contacts(f"classify {mechanism.name!r}", mechanism, numbers)
     rows = [row for i in closed for row in (2 * i, 2 * i + 1)]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from painleve_sym.checks import checked_number
+from painleve_sym.contacts.closing import closed_state
 from painleve_sym.contacts.contact_numbers import domain_margins
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -16,17 +17,25 @@ def _raise(where: str, faults: Sequence[str]) -> None:
 
 
 def resolve_state(
-    mechanism: Mechanism, given: Mapping[str, float], parameters: Mapping[str, float]
+    mechanism: Mechanism,
+    given: Mapping[str, float],
+    parameters: Mapping[str, float],
+    close: str | None = None,
 ) -> dict[str, float]:
     """Return coordinates, velocities, and ``t`` where it occurs; what is not given is 0.
+
+    Where `close` names a coordinate, it is solved for (see `closed_state`).
 
     Raises
     ------
     InputError
-        Unknown names, values that are not finite, a state outside the mechanism's domain.
+        Unknown names, values that are not finite, a state outside the mechanism's domain, nothing
+        that closes the contact.
     """
     where, faults = f"state of {mechanism.name!r}", list[str]()
     values = state_values(mechanism, given)
+    if close is not None:
+        values = closed_state(mechanism, values, parameters, close)
     domain = mechanism.outline.domain
     margins = domain_margins(mechanism)({**values, **parameters}).values() if domain else ()
     for bound, margin in zip(domain, margins, strict=True):

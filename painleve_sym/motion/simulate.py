@@ -89,6 +89,7 @@ def simulate(
     parameters: Mapping[str, float] | None = None,
     law_parameters: Mapping[str, float] | None = None,
     initial_force: float | None = None,
+    close: str | None = None,
     engine: EngineLike = EngineName.AUTO,
     rtol: float = DEFAULT_RTOL,
     atol: Array | None = None,
@@ -119,6 +120,9 @@ def simulate(
         Of the mechanism, and of the law; absent ones have their defaults.
     initial_force : float
         Sets the initial compression so that the only, compliant contact carries this force; N.
+    close : str, optional
+        A coordinate for which gap = 0 is solved from the given state, ``CONTACT:COORDINATE`` with
+        several contacts; see `contacts.closing.closed_state`.
     engine : EngineName or its text
     rtol : float
         Relative tolerance of every state, in [1e-15, 1).
@@ -162,6 +166,7 @@ def simulate(
         parameters=parameters,
         law_parameters=law_parameters,
         initial_force=initial_force,
+        close=close,
         rtol=rtol,
         atol=atol,
         record=record,

@@ -15,6 +15,7 @@ from painleve_sym.choices import EngineLike, EngineName, Record, RecordLike
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.codegen.tape import TapeOutputs, output_tapes
 from painleve_sym.contacts.classify import held_faults
+from painleve_sym.contacts.closing import closed_state
 from painleve_sym.contacts.contact_numbers import contact_numbers
 from painleve_sym.contacts.inputs import resolve_state, state_values
 from painleve_sym.contacts.model import CONTACT, ContactModel
@@ -302,6 +303,7 @@ class Simulator:
         parameters: Mapping[str, float] | None = None,
         law_parameters: Mapping[str, float] | None = None,
         initial_force: float | None = None,
+        close: str | None = None,
         rtol: float = DEFAULT_RTOL,
         atol: Array | None = None,
         record: RecordLike = Record.DENSE,
@@ -331,6 +333,9 @@ class Simulator:
             Sets the initial compression so that the only, compliant contact carries this force; N.
             Where the gap is not a coordinate, the coordinates stay and the surface counts as raised
             by it.
+        close : str, optional
+            A coordinate for which gap = 0 is solved from the given state; ``CONTACT:COORDINATE``
+            with several contacts; see `contacts.closing.closed_state`.
         rtol : float
             Relative tolerance of every state, in [1e-15, 1).
         atol : ndarray, shape (nx,)
@@ -364,7 +369,7 @@ class Simulator:
         """
         state = self.mechanism.start if state is None else state
         given = self.given(parameters, law_parameters)
-        start = self.start(state, given, initial_force)
+        start = self.start(state, given, initial_force, close)
         checked = self.options(
             start.scale,
             t_end=t_end,
@@ -406,9 +411,12 @@ class Simulator:
         state: Mapping[str, float],
         parameters: Mapping[str, float] | None = None,
         initial_force: float | None = None,
+        close: str | None = None,
     ) -> Start:
         """Return the checked start of a run; see `run` for the arguments and errors."""
         values, given = self.parameters(parameters), self._state_values(state)
+        if close is not None:
+            given = closed_state(self.mechanism, given, values, close)
         if initial_force is None:
             force = NO_FORCE
         else:

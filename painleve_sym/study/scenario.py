@@ -15,10 +15,11 @@ from painleve_sym.checks import number, whole_number
 from painleve_sym.choices import EngineLike, EngineName, chosen
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.classify import Classification, classify
+from painleve_sym.contacts.closing import closed_state
 from painleve_sym.contacts.contact_numbers import contact_numbers
 from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
 from painleve_sym.contacts.impact.tangential import TangentialImpact, tangential_impact
-from painleve_sym.contacts.inputs import resolve_state
+from painleve_sym.contacts.inputs import resolve_state, state_values
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import parse_toml, read_text
@@ -50,7 +51,8 @@ class Scenario:
     model : str
         Name of the mechanism.
     state : mapping of str to float
-        Coordinates and velocities by name, absent ones are 0; SI units, rad. None: not given.
+        Coordinates and velocities by name, absent ones are 0; SI units, rad. None: the
+        mechanism's start.
     parameters : mapping of str to float
         Of the mechanism; absent ones have their defaults.
     law : str
@@ -77,6 +79,8 @@ class Scenario:
         Restitution law of the jump.
     contact : str
         Name of the only contact to consider, of a mechanism with several; None: all.
+    close : str
+        Coordinate for which gap = 0 is solved (see `closed_state`); None: none.
     title : str
     where : str
         What error messages call this scenario, such as the name of its file.
@@ -99,6 +103,7 @@ class Scenario:
     restitution: float | None = None
     rule: str = DEFAULT_RULE
     contact: str | None = None
+    close: str | None = None
     title: str = ""
     where: str = "scenario"
 
@@ -170,16 +175,24 @@ class Scenario:
         return law(self.law, **self.law_choices)
 
     def start(self) -> Mapping[str, float]:
-        """Return the state as given; InputError where none is."""
-        if self.state is None:
-            start = self.mechanism().start
-            example = ",".join(f"{name}={value:g}" for name, value in start.items())
-            such = f", such as {example}," if example else ""
+        """Return the state as given, or the mechanism's start; with the contact closed by `close`.
+
+        Raises
+        ------
+        InputError
+            There is neither; the contact cannot be closed.
+        """
+        mechanism = self.mechanism()
+        state = mechanism.start if self.state is None else self.state
+        if self.state is None and not state:
             raise InputError(
-                f"{self.where}: no state. Fix: give --state{such} or [state] in a file; "
-                "what is not given is 0."
+                f"{self.where}: no state, and the mechanism has no start. Fix: give --state, or "
+                "[state] in a file; what is not given is 0."
             )
-        return self.state
+        if self.close is None:
+            return state
+        given = self._given(mechanism)
+        return closed_state(mechanism, state_values(mechanism, state), given, self.close)
 
     def _given(self, mechanism: Mechanism) -> dict[str, float]:
         declared = mechanism.outline.parameters
@@ -191,7 +204,7 @@ class Scenario:
             return resolve_state(mechanism, given, parameters)
         except InputError as error:
             bounded = {name for b in mechanism.outline.domain for name in b.names}
-            absent = sorted(bounded & set(mechanism.state_names) - set(given))
+            absent = sorted(bounded & set(mechanism.state_names) - set(self.state or given))
             if not absent or set(given) - set(mechanism.state_names):
                 raise
             raise InputError(
@@ -383,6 +396,7 @@ def _read_law(where: str, key: str, value: Any) -> dict[str, Any]:
 _READERS: Mapping[str, Reader] = {
     "title": _read_text,
     "contact": _read_text,
+    "close": _read_text,
     "model": _read_model,
     "state": _read_numbers,
     "parameters": _read_numbers,

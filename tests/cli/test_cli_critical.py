@@ -110,7 +110,7 @@ def test_outcome_map_leaves_out_what_is_not_indeterminate(tmp_path):
     ("words", "message"),
     [
         (("critical", "rod", "--state", TABLE_3), "need A < 0 and B > 0"),
-        (("critical", "rod"), "outside|theta"),
+        (("critical", "rod"), "need A < 0 and B > 0"),
         ((*ROD, "--law", "rigid"), "a rigid contact has no initial force"),
         ((*ROD, "--out", "a.png"), "--out: needs --over"),
         ((*ROD, "--points", "5"), "--points: needs --over"),

@@ -46,7 +46,7 @@ def test_module_runs_as_a_command():
 
 
 def test_module_returns_the_exit_code():
-    done = process("-m", "painleve_sym", "classify", "rod")
+    done = process("-m", "painleve_sym", "classify", "road")
     assert done.returncode == 2
     assert done.stdout == "" and done.stderr.count("\n") == 1
 
@@ -152,7 +152,7 @@ def test_error_without_a_file_does_not_blame_standard_output(capsys, monkeypatch
 
 
 CLOSED = {
-    "bad": ("classify", "rod"),
+    "bad": ("classify", "road"),
     "notice": ("simulate", "rod", "--state", TABLE_3, *LAW, "--t-end", "1e-5", "--json"),
     "progress": ("reproduce", "--only", "eq-1", "--json"),
 }

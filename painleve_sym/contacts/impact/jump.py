@@ -100,9 +100,10 @@ class JumpResult:
 def evaluate_jump(
     mechanism: MechanismLike,
     restitution: RestitutionLaw | RestitutionLike,
-    state: Mapping[str, float],
+    state: Mapping[str, float] | None = None,
     *,
     parameters: Mapping[str, float] | None = None,
+    close: str | None = None,
 ) -> JumpResult:
     """Evaluate the jump at one state: the phases of the impact's class.
 
@@ -116,10 +117,14 @@ def evaluate_jump(
         With one contact.
     restitution : RestitutionLaw, or Restitution or its text
         ``energetic`` is the paper's.
-    state : mapping of str to float
-        Coordinates and velocities by name, those absent are 0; SI units, rad.
+    state : mapping of str to float, optional
+        Coordinates and velocities by name, those absent are 0; SI units, rad. The mechanism's
+        `start` where no state is given.
     parameters : mapping of str to float, optional
         Parameters of the mechanism and of the restitution law; those absent keep their default.
+    close : str, optional
+        A coordinate for which gap = 0 is solved from the given state, ``CONTACT:COORDINATE`` with
+        several contacts; see `contacts.closing.closed_state`.
 
     Returns
     -------
@@ -149,7 +154,8 @@ def evaluate_jump(
     mechanism.require_one_contact()
     declared = (*mechanism.outline.parameters, law.parameter)
     given = resolve_parameters(where, declared, parameters or {})
-    start = resolve_state(mechanism, state, given)
+    state = mechanism.start if state is None else state
+    start = resolve_state(mechanism, state, given, close)
     return _jump(mechanism, law, {**start, **given}, where)
 
 

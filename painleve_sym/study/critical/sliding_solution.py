@@ -283,12 +283,14 @@ class SlidingAnalysis:
         mechanism = simulator.mechanism
         values = simulator.parameters(parameters)
         start = resolve_state(mechanism, state, values)
-        constants = simulator.constants(values)
+        numbers, automaton = simulator.constants(values), simulator.automaton
+        declared = (*automaton.parameters, *automaton.definitions)
+        constants = {symbol: numbers[symbol.name] for symbol in declared}
         problem = contact_problem(mechanism, start, values)
         named = {s: start[s.name] for s in mechanism.motion}
         point = {**named, **constants}
         own = list(map(float, self._mechanical(point).reshape(-1)))
-        at = contact_numbers(mechanism)(point)
+        at = contact_numbers(mechanism)({**start, **values})
         self._check(problem.A, problem.B)
         A, B, slip = float(problem.A or 0.0), problem.B, problem.slip_direction
         force = -B / A
