@@ -37,8 +37,9 @@ def checked_format(text: str, known: Sequence[str]) -> str:
 
 
 def models(arguments: argparse.Namespace) -> int:
-    """List the mechanisms."""
-    mechanisms = [model(name) for name in MODELS]
+    """List the mechanisms, or show the named one."""
+    names = MODELS if arguments.name is None else [arguments.name]
+    mechanisms = [model(name) for name in names]
     if arguments.json:
         print_json({"models": [model_data(m) for m in mechanisms]})
         return 0
@@ -115,27 +116,51 @@ def _range(parameter: Parameter) -> str:
 
 
 def laws(arguments: argparse.Namespace) -> int:
-    """List the contact laws and the restitution rules."""
+    """List the contact laws and the restitution rules, or show the named one."""
+    if arguments.name is not None:
+        return _one_law_or_rule(arguments.name, arguments.json)
     if arguments.json:
         print_json(laws_data())
         return 0
-    catalogue = [one_law(name) for name in LAWS]
-    rules = [make() for make in RESTITUTIONS.values()]
     show("contact laws (simulate, automaton): --law NAME --law-set PARAMETER=VALUE,...")
-    for one in catalogue:
+    for name in LAWS:
         show()
-        show(f"{one.name}: {one.title}")
-        _show_parameters(one.parameters)
-        for name, default in one.choices.items():
-            values = ", ".join(v + " (default)" * (v == default) for v in CHOICES[name])
-            show(f"  {name}: {values}")
-        show(f"  source: {one.source}")
+        _show_law(one_law(name))
     show()
+    _show_rules(list(RESTITUTIONS))
+    return 0
+
+
+def _one_law_or_rule(name: str, as_json: bool) -> int:
+    if name not in (*LAWS, *RESTITUTIONS):
+        raise InputError(
+            unknown_name("contact law or restitution rule", name, [*LAWS, *RESTITUTIONS])
+        )
+    if as_json:
+        data = laws_data()
+        print_json({key: [one for one in data[key] if one["name"] == name] for key in data})
+    elif name in RESTITUTIONS:
+        _show_rules([name])
+    else:
+        _show_law(one_law(name))
+    return 0
+
+
+def _show_law(one: ContactLaw | RigidLaw) -> None:
+    show(f"{one.name}: {one.title}")
+    _show_parameters(one.parameters)
+    for name, default in one.choices.items():
+        values = ", ".join(v + " (default)" * (v == default) for v in CHOICES[name])
+        show(f"  {name}: {values}")
+    show(f"  source: {one.source}")
+
+
+def _show_rules(names: Sequence[str]) -> None:
+    rules = [RESTITUTIONS[name]() for name in names]
     show("restitution rules (jump): --rule NAME --restitution E")
     show()
     rows = [(r.name, r.parameter.name, number(r.parameter.default), r.title) for r in rules]
     show_table(("rule", "coefficient", "default", "law"), rows, left=(0, 1, 3))
-    return 0
 
 
 def laws_data() -> dict[str, Any]:

@@ -21,6 +21,9 @@ from painleve_sym.cli.texts import (
 from painleve_sym.errors import InputError
 
 
+SHELLS = ("bash", "zsh", "tcsh")
+
+
 class Parser(argparse.ArgumentParser):
     """A parser whose errors are exceptions, so that all are shown in one way."""
 
@@ -39,6 +42,29 @@ class Parser(argparse.ArgumentParser):
     def options(self) -> list[str]:
         """Return the long options."""
         return [o for a in self._actions for o in a.option_strings if o.startswith("--")]
+
+
+class _Completion(argparse.Action):
+    """Prints the completion of a shell, which shtab writes, and ends."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: Any,
+        option_string: str | None = None,
+    ) -> NoReturn:
+        try:
+            import shtab
+        except ImportError:
+            raise InputError(
+                "--print-completion: needs shtab. Fix: pip install 'painleve-sym[completion]'."
+            ) from None
+        for action in parser._actions:
+            if isinstance(action, argparse._SubParsersAction):
+                action.help = "command"  # shtab leaves out what the help does not show
+        print(shtab.complete(parser, shell=values))
+        parser.exit()
 
 
 def _texts(parser: argparse.ArgumentParser, *options: tuple[str, str, str], **more: Any) -> None:
@@ -76,8 +102,11 @@ def _json(parser: argparse.ArgumentParser) -> None:
 
 
 def _describe_options(sub: dict[str, Parser]) -> None:
-    _json(sub["models"])
-    _json(sub["laws"])
+    shown = {"models": "the mechanism, or its TOML file", "laws": "the law or restitution rule"}
+    for name, text in shown.items():
+        help_text = f"show {text}, alone; default all"
+        sub[name].add_argument("name", nargs="?", metavar="NAME", help=help_text)
+        _json(sub[name])
     derive, automaton = sub["derive"], sub["automaton"]
     for parser, formats in ((derive, DERIVE_FORMATS), (automaton, AUTOMATON_FORMATS)):
         parser.add_argument("model", metavar="MODEL", help="mechanism (`painleve models`)")
@@ -299,17 +328,23 @@ def parsers() -> tuple[Parser, dict[str, Parser]]:
     """Return the parser of the command line and those of its commands by name."""
     parser = Parser(
         prog=PROGRAM,
-        usage=f"{PROGRAM} [-h] [--version] COMMAND ...",
+        usage=f"{PROGRAM} [-h] [--version] [--print-completion SHELL] COMMAND ...",
         description=OPENING + "\n".join(f"  {n:10s} {t}" for n, (_, t) in COMMANDS.items()),
         epilog=EXAMPLES,
     )
     parser.add_argument("--version", action="version", version=painleve_sym.__version__)
+    parser.add_argument(
+        "--print-completion",
+        action=_Completion,
+        choices=SHELLS,
+        help="print what completes commands and options in this shell, and end",
+    )
     group = parser.add_subparsers(
         dest="command", metavar="COMMAND", prog=PROGRAM, help=argparse.SUPPRESS
     )
     sub: dict[str, Parser] = {}
     for name, (_, text) in COMMANDS.items():
-        sub[name] = group.add_parser(name, description=f"{text[0].upper()}{text[1:]}.")
+        sub[name] = group.add_parser(name, help=text, description=f"{text[0].upper()}{text[1:]}.")
     _describe_options(sub)
     _run_options(sub)
     _export_options(sub["export"])

@@ -8,8 +8,8 @@ AUTOMATON_FORMATS = ("text", "mermaid", "graphviz", "json")
 
 # Command → module and summary; the function in the module has the name of the command.
 COMMANDS: dict[str, tuple[str, str]] = {
-    "models": ("describe", "list the mechanisms: coordinates, parameters, units, source"),
-    "laws": ("describe", "list the contact laws and restitution rules, with parameters"),
+    "models": ("describe", "list the mechanisms, or show one: coordinates, parameters, source"),
+    "laws": ("describe", "list the contact laws and restitution rules, or show one"),
     "derive": ("derive", "show the closed forms of a mechanism: text, LaTeX, Python, JSON"),
     "classify": ("classify", "solve the rigid contact at a state: every solution, or none"),
     "jump": ("run", "compute the velocity jump of an impact at a state"),
