@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
-from painleve_sym.cli.options import read_assignments, read_count, read_number, read_numbers
+from painleve_sym.cli.options import read_assignments, read_count, read_number, read_quantities
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import parse_toml, read_text
@@ -31,10 +31,14 @@ def read_case(arguments: argparse.Namespace) -> Scenario:
     """
     base = _base(arguments.case, arguments.command)
     given: dict[str, Any] = {}
+
+    def units() -> Mapping[str, str]:
+        return model(base.model).units
+
     if arguments.state is not None:
-        given["state"] = read_numbers("--state", arguments.state)
+        given["state"] = read_quantities("--state", arguments.state, units)
     if arguments.set is not None:
-        given["parameters"] = read_numbers("--set", arguments.set)
+        given["parameters"] = read_quantities("--set", arguments.set, units)
     for names, read in ((_NUMBERS, read_number), (_COUNTS, read_count), (_NAMES, _text)):
         given |= _values(arguments, names, read)
     if getattr(arguments, "until", None) is not None:
@@ -101,7 +105,9 @@ def read_law_settings(name: str | None, texts: list[str]) -> dict[str, Any]:
     for key in pairs:
         if key not in known:
             raise InputError(f"--law-set of {name!r}: {unknown_name('parameter', key, known)}")
-    numbers = {k: read_number(f"--law-set {k}", v) for k, v in pairs.items() if k not in choices}
+    units = {p.name: p.unit for p in chosen.parameters}
+    entries = [f"{k}={v}" for k, v in pairs.items() if k not in choices]
+    numbers = read_quantities("--law-set", entries, lambda: units) if entries else {}
     return {"law_parameters": numbers, "law_choices": choices}
 
 

@@ -20,7 +20,6 @@ from painleve_sym.cli.texts import (
 )
 from painleve_sym.errors import InputError
 
-
 SHELLS = ("bash", "zsh", "tcsh")
 
 
@@ -79,14 +78,14 @@ def _lists(parser: argparse.ArgumentParser, *options: tuple[str, str, str]) -> N
 
 
 _CONTACT = ("--contact", "NAME", "of several contacts, consider this one alone")
-_SET = ("--set", "NAME=VALUE,...", "parameters of the mechanism")
+_SET = ("--set", "NAME=VALUE,...", "parameters of the mechanism, such as mu=1.2,m=0.2")
 
 _CLOSE = ("--close", "COORDINATE", "solve gap = 0 for it; of several contacts CONTACT:COORDINATE")
 
 
 def _case(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("case", metavar="CASE", help="mechanism, or a scenario file (see below)")
-    text = "coordinates and velocities, others 0; by default the mechanism's own start"
+    text = "such as theta=1,theta_dot=5, others 0; by default the mechanism's own start"
     _lists(parser, ("--state", "NAME=VALUE,...", text), _SET)
     _texts(parser, _CONTACT, _CLOSE)
 
@@ -274,8 +273,9 @@ def _fit_options(parser: Parser) -> None:
         "DATA is a history of one motion, with a column t [s], or one motion per row:\n\n"
         "  t [s], y_A_dot [m/s], normal_force [N]\n"
         "  start theta [rad], start x_A_dot [m/s], end y_A_dot [m/s]\n\n"
-        "SI units and rad. An empty cell has no measurement; lines that begin with #\n"
-        "are comments. --set and --law-set give known values, and where the estimates start."
+        "SI units and rad; others are converted where pint is installed. An empty cell has\n"
+        "no measurement; lines that begin with # are comments. --set and --law-set give\n"
+        "known values, and where the estimates start."
     )
 
 

@@ -13,7 +13,7 @@ from painleve_sym.cli.options import (
     read_assignments,
     read_count,
     read_number,
-    read_numbers,
+    read_quantities,
     read_range,
 )
 from painleve_sym.cli.output import (
@@ -49,11 +49,14 @@ def map(arguments: argparse.Namespace) -> int:
         "ranges": _read_ranges(arguments.range or ()),
         "points": read_count("--points", arguments.points),
         "slip": _read_slip(arguments.slip),
-        "state": read_numbers("--state", arguments.state) if arguments.state else None,
-        "parameters": read_numbers("--set", arguments.set) if arguments.set else None,
     }
     over = [name.strip() for name in arguments.over.split(",")]
     mechanism = chosen_mechanism(arguments.model, arguments.contact)
+    for key, option, texts in (
+        ("state", "--state", arguments.state),
+        ("parameters", "--set", arguments.set),
+    ):
+        options[key] = read_quantities(option, texts, lambda: mechanism.units) if texts else None
     regions = region_map(mechanism, over, **options)
     for path in files:
         write_map(regions, path, _figure)

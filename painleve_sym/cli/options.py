@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 import os
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
-from painleve_sym.errors import InputError
+from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.units import in_unit, is_quantity
 
 FIGURES = (".png", ".svg", ".pdf")
 MAPS = (*FIGURES, ".npz", ".json")
@@ -56,6 +57,25 @@ def read_numbers(where: str, texts: Iterable[str]) -> dict[str, float]:
     """Return name → number of comma-separated ``name=value`` entries."""
     pairs = read_assignments(where, texts)
     return {name: read_number(f"{where} {name}", value) for name, value in pairs.items()}
+
+
+def read_quantities(
+    where: str, texts: Iterable[str], units: Callable[[], Mapping[str, str]]
+) -> dict[str, float]:
+    """Return name → number in SI units of ``name=value`` entries; a value may have a unit.
+
+    `units` returns the unit needed of each name; it is called where an entry has a unit.
+    """
+    pairs: dict[str, float] = {}
+    for name, value in read_assignments(where, texts).items():
+        if not is_quantity(value):
+            pairs[name] = read_number(f"{where} {name}", value)
+            continue
+        known = units()
+        if name not in known:
+            raise InputError(f"{where}: {unknown_name('quantity', name, known)}")
+        pairs[name] = in_unit(value, known[name], f"{where} {name}")
+    return pairs
 
 
 def read_range(where: str, text: str, example: str) -> tuple[float, float]:

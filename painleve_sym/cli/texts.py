@@ -38,7 +38,8 @@ examples:
       --law bilinear-hertz --law-set E=20.9e14 --t-end 0.01 --until separation
   painleve jump rod --state theta=1,theta_dot=1,x_A_dot=-1 --restitution 0.75
 
-`painleve COMMAND --help` shows the options of a command. SI units and radians.
+`painleve COMMAND --help` shows the options of a command. SI units and radians;
+with pint installed values may have others: --state theta=30deg --set m=200g.
 
 exit codes: 0 done; 1 failure; 2 bad input; 3 the run stopped early (see
 simulate); 130 interrupted; 141 the reader of the output went away (a broken

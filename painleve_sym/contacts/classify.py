@@ -22,6 +22,7 @@ from painleve_sym.errors import InputError
 from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.mechanics.declarations import resolve_parameters
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.units import Value
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,9 +215,9 @@ def contact_problem(
 
 def classify(
     mechanism: MechanismLike,
-    state: Mapping[str, float] | None = None,
+    state: Mapping[str, Value] | None = None,
     *,
-    parameters: Mapping[str, float] | None = None,
+    parameters: Mapping[str, Value] | None = None,
     close: str | None = None,
 ) -> Classification:
     """Return the rigid contact problem of the closed contacts at a state, with every solution.
@@ -225,7 +226,7 @@ def classify(
     ----------
     mechanism : Mechanism, or its name, or the path of a mechanism file
         With any number of contacts, unilateral or bilateral.
-    state : mapping of str to float, optional
+    state : mapping of str to (float or str), optional
         Coordinates and velocities; absent ones are 0. The mechanism's `start` where no state is
         given. Where there is one contact, its gap and
         normal velocity must be 0. Of several, one must be closed and none may approach; bilateral

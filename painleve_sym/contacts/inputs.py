@@ -9,6 +9,7 @@ from painleve_sym.contacts.closing import closed_state
 from painleve_sym.contacts.contact_numbers import domain_margins
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.units import Value, in_unit
 
 
 def _raise(where: str, faults: Sequence[str]) -> None:
@@ -18,7 +19,7 @@ def _raise(where: str, faults: Sequence[str]) -> None:
 
 def resolve_state(
     mechanism: Mechanism,
-    given: Mapping[str, float],
+    given: Mapping[str, Value],
     parameters: Mapping[str, float],
     close: str | None = None,
 ) -> dict[str, float]:
@@ -46,17 +47,20 @@ def resolve_state(
     return values
 
 
-def state_values(mechanism: Mechanism, given: Mapping[str, float]) -> dict[str, float]:
+def state_values(mechanism: Mechanism, given: Mapping[str, Value]) -> dict[str, float]:
     """Return what `resolve_state` returns, without a look at the domain."""
+    where = f"state of {mechanism.name!r}"
     values, faults = dict.fromkeys(mechanism.state_names, 0.0), []
     for name, value in given.items():
         if name not in values:
             faults.append(unknown_name("state", name, values))
             continue
+        if isinstance(value, str):
+            value = in_unit(value, mechanism.state_units[name], f"{where}: state {name}")
         values[name], fault = checked_number(value, f"state {name}")
         if fault:
             faults.append(fault)
-    _raise(f"state of {mechanism.name!r}", faults)
+    _raise(where, faults)
     return values
 
 

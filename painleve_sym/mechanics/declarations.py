@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from painleve_sym.checks import checked_number
 from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.units import Value, in_unit
 
 if TYPE_CHECKING:
     from sympy import Symbol
@@ -115,9 +116,11 @@ class Parameter:
 
 
 def resolve_parameters(
-    where: str, declared: Sequence[Parameter], given: Mapping[str, float]
+    where: str, declared: Sequence[Parameter], given: Mapping[str, Value]
 ) -> dict[str, float]:
     """Return every declared parameter's value: the given one, else its default.
+
+    A text is a number with a unit, such as ``200 g``.
 
     Raises
     ------
@@ -130,6 +133,8 @@ def resolve_parameters(
         if name not in known:
             faults.append(unknown_name("parameter", name, known))
             continue
+        if isinstance(value, str):
+            value = in_unit(value, known[name].unit, f"{where}: parameter {name}")
         values[name], fault = checked_number(value, f"parameter {name}")
         fault = fault or known[name].fault(values[name]) or ""
         if fault:

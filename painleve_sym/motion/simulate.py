@@ -18,6 +18,7 @@ from painleve_sym.laws.catalogue import Law, LawsLike, as_law
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.simulator import DEFAULT_RTOL, Simulator
 from painleve_sym.motion.trajectory import Trajectory
+from painleve_sym.units import Value
 
 if TYPE_CHECKING:
     from painleve_sym.motion.batch.result import BatchResult
@@ -82,12 +83,12 @@ def simulator_of(
 def simulate(
     mechanism: MechanismLike,
     law: LawsLike,
-    state: Mapping[str, float] | None = None,
+    state: Mapping[str, Value] | None = None,
     *,
     t_end: float,
     until: str | Sequence[str] = (),
-    parameters: Mapping[str, float] | None = None,
-    law_parameters: Mapping[str, float] | None = None,
+    parameters: Mapping[str, Value] | None = None,
+    law_parameters: Mapping[str, Value] | None = None,
     initial_force: float | None = None,
     close: str | None = None,
     engine: EngineLike = EngineName.AUTO,
@@ -109,7 +110,7 @@ def simulate(
     mechanism : Mechanism, or its name, or the path of a mechanism file
     law : ContactLaw or RigidLaw, or its name, or mapping of contact to these
         One law for all contacts, or the law of each by the contact's name.
-    state : mapping of str to float, optional
+    state : mapping of str to (float or str), optional
         Coordinates and velocities by name, SI units and rad; absent ones are 0. The mechanism's
         `start` where no state is given.
     t_end : float

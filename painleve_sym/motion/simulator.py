@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, cast
 
 import numpy as np
 
@@ -33,6 +33,7 @@ from painleve_sym.motion.impact_resolver import ImpactResolver
 from painleve_sym.motion.rigid import with_limit
 from painleve_sym.motion.run_record import RunRecord
 from painleve_sym.motion.trajectory import EngineOutputs, MotionNames, Trajectory
+from painleve_sym.units import Value
 
 if TYPE_CHECKING:
     from painleve_sym.hybrid.automaton import HybridAutomaton
@@ -296,12 +297,12 @@ class Simulator:
 
     def run(
         self,
-        state: Mapping[str, float] | None = None,
+        state: Mapping[str, Value] | None = None,
         *,
         t_end: float,
         until: str | Sequence[str] = (),
-        parameters: Mapping[str, float] | None = None,
-        law_parameters: Mapping[str, float] | None = None,
+        parameters: Mapping[str, Value] | None = None,
+        law_parameters: Mapping[str, Value] | None = None,
         initial_force: float | None = None,
         close: str | None = None,
         rtol: float = DEFAULT_RTOL,
@@ -316,7 +317,7 @@ class Simulator:
 
         Parameters
         ----------
-        state : mapping of str to float, optional
+        state : mapping of str to (float or str), optional
             Coordinates and velocities by name, SI units and rad; absent ones are 0. The
             mechanism's `start` where no state is given. A negative gap is a compression, which
             only a compliant contact may have.
@@ -408,8 +409,8 @@ class Simulator:
 
     def start(
         self,
-        state: Mapping[str, float],
-        parameters: Mapping[str, float] | None = None,
+        state: Mapping[str, Value],
+        parameters: Mapping[str, Value] | None = None,
         initial_force: float | None = None,
         close: str | None = None,
     ) -> Start:
@@ -445,12 +446,12 @@ class Simulator:
         state, admits, scale = (array[0] for array in prepared)
         return Start(state, dict(values), p, scale), admits.tolist()
 
-    def _state_values(self, state: Mapping[str, float]) -> dict[str, float]:
+    def _state_values(self, state: Mapping[str, Value]) -> dict[str, float]:
         values = {**self._at_rest, **state}
         numbers = state.values()
         known = len(values) == len(self._at_rest)
         if known and all(type(v) is float and math.isfinite(v) for v in numbers):
-            return values
+            return cast(dict[str, float], values)
         return state_values(self.mechanism, state)
 
     @cached_property
@@ -557,7 +558,7 @@ class Simulator:
         """Place of a fault, as messages name it."""
         return f"{self.mechanism.name!r} with law {self.label!r}"
 
-    def parameters(self, given: Mapping[str, float] | None = None) -> dict[str, float]:
+    def parameters(self, given: Mapping[str, Value] | None = None) -> dict[str, float]:
         """Return all parameters of mechanism and law those in `given` replaced, checked."""
         known = self._declared
         given = given or {}
@@ -566,7 +567,7 @@ class Simulator:
         if len(values) == len(known) and all(
             type(v) is float and known[n].fault(v) is None for n, v in given.items()
         ):
-            return values
+            return cast(dict[str, float], values)
         return resolve_parameters(self.where, tuple(known.values()), given)
 
     @cached_property

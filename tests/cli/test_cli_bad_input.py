@@ -20,7 +20,7 @@ CASES = [
     (("",), "unknown command ''"),
     (("classify",), "CASE"),
     (("derive",), "MODEL"),
-    (("models", "extra"), "unexpected 'extra'"),
+    (("models", "rod", "extra"), "unexpected 'extra'"),
     (("classify", "rod", "--jsn"), "Did you mean '--json'?"),
     ((*CLASSIFY, "--law", "hertz"), "unknown option '--law'"),
     (("classify", "rod", "--state", "theta=1,", "theta_dot=2"), "commas, without spaces"),

@@ -18,6 +18,7 @@ from painleve_sym.laws.restitution import RESTITUTIONS, RestitutionLaw, restitut
 from painleve_sym.mechanics.declarations import resolve_parameters
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.units import Value
 
 # A velocity that is a sum of rounded products counts as zero below this part of its terms.
 ROUND_OFF = 1e-14
@@ -100,9 +101,9 @@ class JumpResult:
 def evaluate_jump(
     mechanism: MechanismLike,
     restitution: RestitutionLaw | RestitutionLike,
-    state: Mapping[str, float] | None = None,
+    state: Mapping[str, Value] | None = None,
     *,
-    parameters: Mapping[str, float] | None = None,
+    parameters: Mapping[str, Value] | None = None,
     close: str | None = None,
 ) -> JumpResult:
     """Evaluate the jump at one state: the phases of the impact's class.
@@ -117,7 +118,7 @@ def evaluate_jump(
         With one contact.
     restitution : RestitutionLaw, or Restitution or its text
         ``energetic`` is the paper's.
-    state : mapping of str to float, optional
+    state : mapping of str to (float or str), optional
         Coordinates and velocities by name, those absent are 0; SI units, rad. The mechanism's
         `start` where no state is given.
     parameters : mapping of str to float, optional

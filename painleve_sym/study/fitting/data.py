@@ -16,6 +16,7 @@ from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import read_text
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.quantities import QUANTITIES
+from painleve_sym.units import factor
 
 MAX_FILE = 50_000_000
 """Size limit of a data file in bytes; guards against special files."""
@@ -99,12 +100,13 @@ def read_fit_data(path: str | Path, mechanism: Mechanism) -> FitData:
     (_, header), body = rows[0], rows[1:]
     outputs = {name: QUANTITIES[name].unit for name in MEASURABLE}
     known = {**mechanism.state_units, **outputs, "t": "s"}
-    columns = [_column(where, text, known) for text in header]
+    described = [_column(where, text, known) for text in header]
+    columns = [(role, name) for role, name, _ in described]
     for name in columns:
         if columns.count(name) > 1:
             raise InputError(f"{where}: column {' '.join(name).strip()!r} is there twice.")
     values = _numbers(where, header, body)
-    table = {name: values[:, i] for i, name in enumerate(columns)}
+    table = {name: values[:, i] * described[i][2] for i, name in enumerate(columns)}
     return _arranged(where, table)
 
 
@@ -126,19 +128,15 @@ def _rows(where: str, path: Path) -> list[tuple[int, list[str]]]:
     return rows
 
 
-def _column(where: str, text: str, known: Mapping[str, str]) -> tuple[str, str]:
+def _column(where: str, text: str, known: Mapping[str, str]) -> tuple[str, str, float]:
+    """Return role, name, and how many SI units one unit of the column is."""
     match = _HEADER.match(text)
     if match is None:
         raise InputError(f"{where}: header: got {text!r}, need NAME [unit], {_EXAMPLE}.")
     role, name, unit = match.group(1) or "", match.group(2), match.group(3).strip()
     if name not in known:
         raise InputError(f"{where}: header: {unknown_name('quantity', name, known)}")
-    if unit != known[name]:
-        raise InputError(
-            f"{where}: column {name}: got the unit [{unit}], need [{known[name]}]. "
-            "Fix: convert the column to SI units and rad."
-        )
-    return role, name
+    return role, name, factor(unit, known[name], f"{where}: column {name}")
 
 
 def _numbers(where: str, header: list[str], body: list[tuple[int, list[str]]]) -> Array:
