@@ -131,6 +131,11 @@ def symbol_latex(name: str) -> str:
     return letter + (f"_{{{index}}}" if index else "")
 
 
-def axis_label(latex: str, unit: str) -> str:
+def axis_label(latex: str, unit: str = "1") -> str:
     """Return the label of an axis: a formula with its unit in brackets; no unit for "1"."""
-    return f"${latex}$" + ("" if unit == "1" else f" [{unit}]")
+    return text_label(f"${latex}$", unit)
+
+
+def text_label(text: str, unit: str = "1") -> str:
+    """Return the label of an axis that a text names; formulas in it stand between dollar signs."""
+    return text if unit in ("1", "") else f"{text} [{unit}]"

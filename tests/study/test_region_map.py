@@ -350,3 +350,18 @@ def test_map_of_a_million_points_is_quick(rod):
     start = time.perf_counter()
     region_map(rod, ("theta", "theta_dot"), points=1000)
     print(f"map of 10^6 points: {time.perf_counter() - start:.3f} s")
+
+
+@pytest.mark.parametrize("name", ["rod", "block", "cart-pendulum"])
+@pytest.mark.filterwarnings("ignore:at .* points the state has a gap")
+def test_a_friction_axis_reaches_past_the_threshold_by_itself(name):
+    smooth = model(name, mu=0.05)
+    angle = next(c.name for c in smooth.outline.coordinates if c.unit == "rad")
+    regions = region_map(smooth, (angle, "mu"), points=40)
+    threshold, reach = regions.thresholds["mu_P"], regions.values[1]
+    assert reach[-1] == pytest.approx(1.25 * threshold)
+    # At the threshold A < 0 begins.
+    assert (regions.A[:, reach > threshold * 1.01] < 0).any()
+    assert (regions.A[:, reach < threshold] > 0).all()
+    given = region_map(smooth, (angle, "mu"), ranges={"mu": (0.01, 0.02)}, points=5)
+    assert given.values[1][-1] == 0.02

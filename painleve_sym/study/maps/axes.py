@@ -22,6 +22,8 @@ MIN_POINTS, MAX_POINTS = 5, 2000
 """Along an axis: fewer show nothing, the square of more does not fit into a laptop's memory."""
 LARGEST = 1e100
 """Beyond this the squares in the formulas leave the range of floating point."""
+BEYOND = 1.25
+"""Part of the threshold μ_P that a friction axis reaches at least: past (2/√3) μ_P."""
 SPEED = 5.0
 """Velocities are drawn from −5 to 5, in rad/s or m/s, unless a range is given."""
 
@@ -120,6 +122,26 @@ def map_place(
     )
 
 
+def reaching(
+    place: MapPlace, ranges: Mapping[str, tuple[float, float]], threshold: float | None
+) -> MapPlace:
+    """Return the place with a friction axis that goes beyond the threshold μ_P.
+
+    An axis with a range of its own stays; so does one that goes there already.
+    """
+    name = place.mechanism.outline.contacts[0].friction
+    if threshold is None or name not in place.over or name in ranges:
+        return place
+    axis = place.over.index(name)
+    old, high = place.values[axis], BEYOND * threshold
+    parameter = _parameter(place.mechanism, name)
+    if high <= old[-1] or (parameter is not None and parameter.fault(high)):
+        return place
+    values = list(place.values)
+    values[axis] = np.linspace(old[0], high, len(old))
+    return dataclasses.replace(place, values=(values[0], values[1]))
+
+
 def _check_kind(mechanism: Mechanism, where: str, points: int, slip: int) -> None:
     if slip not in (-1, 1):
         raise InputError(f"{where}: slip: got {slip!r}, need -1 or 1, the sign of v_t.")
@@ -169,6 +191,7 @@ def default_range(
 
     Angles: what of −π to π is inside the domain; other coordinates −1 to 1 m; velocities −5 to 5;
     the time 0 to 1 s; parameters from nearly 0 to twice the default, which must be allowed.
+    `reaching` extends that of a friction coefficient.
     """
     parameter = _parameter(mechanism, name)
     if parameter is not None:

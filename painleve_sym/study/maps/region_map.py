@@ -21,7 +21,7 @@ from painleve_sym.contacts.local_mode import rounded_difference
 from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.paradox.critical_friction import critical_friction
-from painleve_sym.study.maps.axes import MapPlace, map_place
+from painleve_sym.study.maps.axes import MapPlace, map_place, reaching
 from painleve_sym.study.maps.case_codes import LEGEND, bilateral_case, opening_case
 from painleve_sym.study.maps.zero_curves import common_zeros, zero_segments
 
@@ -238,6 +238,8 @@ def region_map(
     """
     mechanism = as_mechanism(mechanism)
     place = map_place(mechanism, over, ranges or {}, points, slip, state or {}, parameters or {})
+    thresholds = _thresholds(mechanism, place, slip)
+    place = reaching(place, ranges or {}, thresholds.get("mu_P"))
     grids, is_open, used = _grids(mechanism, place, slip, engine)
     if not (grids["case"] >= 0).any():
         raise InputError(_nothing_inside(mechanism, place))
@@ -250,7 +252,7 @@ def region_map(
         **grids,
         curves=curves,
         crossings=crossings,
-        thresholds=_thresholds(mechanism, place, slip),
+        thresholds=thresholds,
     )
 
 
