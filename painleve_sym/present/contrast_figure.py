@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from painleve_sym.present.style import DASHES, PAGE, PALETTE, REFERENCE, STYLE
+from painleve_sym.quantities import axis_label
 from painleve_sym.study.compare.comparison import ROUND_OFF, Comparison
 from painleve_sym.study.compare.methods import Answer
 
@@ -79,8 +80,8 @@ def _draw_motion(axes: Axes, comparison: Comparison, column: int) -> None:
             **_symbol(answer.way),
         )
     axes.axhline(0, color=REFERENCE, linewidth=0.5, zorder=0)
-    axes.set_xlabel("$t$ (ms)")
-    axes.set_ylabel((r"$\dot{g}_N$ (m/s)", "$v_t$ (m/s)")[column])
+    axes.set_xlabel(axis_label("t", "ms"))
+    axes.set_ylabel(axis_label((r"\dot{g}_N", "v_t")[column], "m/s"))
 
 
 def _lines(comparison: Comparison) -> list[tuple[Answer, str, dict[str, Any]]]:

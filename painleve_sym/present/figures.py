@@ -24,6 +24,7 @@ from painleve_sym.present.style import (
     REFERENCE,
     STYLE,
 )
+from painleve_sym.quantities import text_label
 
 # Rows, columns, width and height of one row in inches, by the number of panels.
 _LAYOUT = {
@@ -82,8 +83,8 @@ def _draw_panel(axes: Axes, panel: Panel, letter: str) -> None:
         axes.axvline(0, color=REFERENCE, linewidth=0.5, zorder=0)
     _scale(axes.xaxis, panel.x, axes.set_xscale, axes.set_xlim)
     _scale(axes.yaxis, panel.y, axes.set_yscale, axes.set_ylim)
-    axes.set_xlabel(_axis_label(panel.x))
-    axes.set_ylabel(_axis_label(panel.y))
+    axes.set_xlabel(text_label(panel.x.label, panel.x.unit))
+    axes.set_ylabel(text_label(panel.y.label, panel.y.unit))
     axes.set_title(" ".join(part for part in (letter, panel.title) if part))
     if panel.note:
         axes.text(0.95, 0.93, panel.note, transform=axes.transAxes, ha="right", va="top")
@@ -136,10 +137,6 @@ def _scale(ticks: Any, axis: Axis, set_scale: Any, set_limits: Any) -> None:
         ticks.set_major_locator(MaxNLocator(5, steps=[1, 2, 2.5, 5, 10]))
     if axis.limits is not None:
         set_limits(*axis.limits)
-
-
-def _axis_label(axis: Axis) -> str:
-    return f"{axis.label} ({axis.unit})" if axis.unit else axis.label
 
 
 def _legend_entries(grid: Iterable[Axes]) -> dict[str, Any]:

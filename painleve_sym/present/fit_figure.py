@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from painleve_sym.present.style import COLUMN, PALETTE, REFERENCE, STYLE
-from painleve_sym.quantities import symbol_latex
+from painleve_sym.quantities import symbol_latex, text_label
 from painleve_sym.study.fitting.data import MEASURABLE
 from painleve_sym.study.fitting.result import FitResult
 
@@ -32,13 +32,13 @@ def fit_figure(fit_result: FitResult, units: Mapping[str, str]) -> Figure:
         share = fit_result.times is not None
         panels = figure.subplots(len(names), 1, sharex=share, squeeze=False)[:, 0]
         for axes, name in zip(panels, names, strict=True):
-            label = f"{_symbol(name)} [{units[name]}]"
+            label = text_label(_symbol(name), units[name])
             if fit_result.times is None:
                 _draw_rows(axes, fit_result, name, label)
             else:
                 _draw_history(axes, fit_result, name, label)
         if fit_result.times is not None:
-            panels[-1].set_xlabel("time [ms]")
+            panels[-1].set_xlabel(text_label("time", "ms"))
         panels[0].legend(loc="best")
     return figure
 

@@ -17,6 +17,7 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 
 from painleve_sym.arrays import Array
 from painleve_sym.present.style import DASHES, PALETTE, REFERENCE, STYLE
+from painleve_sym.quantities import axis_label
 from painleve_sym.study.maps.case_codes import LEGEND
 from painleve_sym.study.maps.region_map import RegionMap
 
@@ -216,7 +217,7 @@ def _label(axes: Axes, regions: RegionMap) -> None:
             ticks.set_major_formatter(FuncFormatter(_in_pi))
         else:
             ticks.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]))
-        ticks.set_label_text(f"${label}$" + (f" ({unit})" if unit != "1" else ""))
+        ticks.set_label_text(axis_label(label, unit))
     sign = "<" if regions.slip < 0 else ">"
     held = [f"$\\mu = {regions.parameters['mu']:g}$"] if "mu" in regions.parameters else []
     held += [f"{name} = {value:g}" for name, value in regions.state.items() if value != 0]

@@ -12,6 +12,7 @@ from sympy import Symbol, latex
 
 from painleve_sym.motion.sensitivity.result import SensitiveTrajectory
 from painleve_sym.present.style import COLUMN, DASHES, PALETTE, REFERENCE, STYLE
+from painleve_sym.quantities import text_label
 
 _MARGIN = 1.02
 """The end of the drawn motion, in units of the time of its last event."""
@@ -60,6 +61,6 @@ def sensitivity_figure(
             for e in sensitivity.events:
                 axes.axvline(e.event.time * 1e3, color=REFERENCE, linewidth=0.6, zorder=0)
         panels[1].set_ylabel(f"change of {label}")
-        panels[1].set_xlabel("time [ms]")
+        panels[1].set_xlabel(text_label("time", "ms"))
         panels[1].legend(loc="best")
     return figure

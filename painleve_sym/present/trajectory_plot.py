@@ -11,7 +11,7 @@ from painleve_sym.arrays import Array
 from painleve_sym.errors import InputError
 from painleve_sym.motion.trajectory import EventRecord, Trajectory
 from painleve_sym.present.style import MARKERS, PAGE, PALETTE, REFERENCE, STYLE, Marker
-from painleve_sym.quantities import axis_label
+from painleve_sym.quantities import axis_label, text_label
 
 MAX_POINTS = 20_000
 """Maximum number of plotted points."""
@@ -76,14 +76,14 @@ def _draw(trajectory: Trajectory, names: list[str], top: Axes, below: list[Axes]
             values = outputs[f"{name}_{contact}" if several else name]
             label = rf"${symbol}$ of {contact}" if several else f"${symbol}$"
             top.plot(times * scale, values, color=PALETTE[k], linestyle=dashes, label=label)
-    top.set_ylabel("force [N]")
-    top.set_xlabel(f"time [{unit}]")
+    top.set_ylabel(text_label("force", "N"))
+    top.set_xlabel(text_label("time", unit))
     for axes, name in zip(below, names, strict=True):
         values = states[:, trajectory.state_names.index(name)]
         axes.plot(times * scale, values, color=PALETTE[0])
         axes.set_ylabel(axis_label(trajectory.names.latex[name], trajectory.names.units[name]))
     for axes in below[-2:]:
-        axes.set_xlabel(f"time [{unit}]")
+        axes.set_xlabel(text_label("time", unit))
     _mark_events(trajectory.events, top, below, scale)
 
 

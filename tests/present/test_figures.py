@@ -1,17 +1,21 @@
 """Figures as a reader meets them: legible, labelled, nothing on top of anything else."""
 
 import itertools
+import re
+from pathlib import Path
 
 import matplotlib
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
+import painleve_sym
 from painleve_sym.errors import InputError
 from painleve_sym.papers.panels import FORCE, TIME_MS, Mark, Panel, line
 from painleve_sym.papers.registry import reproduce
 from painleve_sym.present.figures import draw
 from painleve_sym.present.style import COLUMN, MARKERS, PAGE, STYLE
+from painleve_sym.quantities import axis_label, text_label
 
 FIGURES = ("fig-2", "fig-4", "fig-8", "fig-10", "fig-12")
 
@@ -147,3 +151,13 @@ def test_draw_shows_units_scaled():
     assert curve.get_xdata()[-1] == pytest.approx(1.0)
     assert mark.get_xdata()[0] == pytest.approx(0.5)
     assert [t.get_text() for t in figure.legends[0].get_texts()] == ["a", "solution"]
+
+
+def test_axis_labels_are_written_by_one_function():
+    folder = Path(painleve_sym.__file__).parent / "present"
+    by_hand = re.compile(r"""(?:set_[xy]label|set_label_text)\(\s*(?:r|f|rf)?["'][^"']*[\[(]""")
+    faults = [path.name for path in folder.glob("*.py") if by_hand.search(path.read_text())]
+    assert faults == []
+    assert axis_label(r"\dot{\theta}", "rad/s") == r"$\dot{\theta}$ [rad/s]"
+    assert axis_label(r"\mu") == axis_label(r"\mu", "1") == r"$\mu$"
+    assert text_label("time", "ms") == "time [ms]"
