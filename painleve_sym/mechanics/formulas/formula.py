@@ -101,8 +101,8 @@ class Section:
 
     def __repr__(self) -> str:
         """Return the title with the names of formulas and phases in one line."""
-        names = ", ".join(part.name for part in (*self.formulas, *self.phases))
-        return f"Section {self.title!r}: {names}"
+        names = [*(f.name for f in self.formulas), *(phase.name for phase in self.phases)]
+        return f"Section {self.title!r}: {', '.join(names)}"
 
     def _repr_latex_(self) -> str | None:
         """Return the equations for notebooks, one below the other; None where there are none."""
