@@ -243,9 +243,9 @@ def test_operations_are_those_of_the_engine(name, law):
     rng = np.random.default_rng(3)
     outline = simulator.outline
     modes = rng.integers(0, len(outline.modes), 50)
-    states = rng.uniform(0.1, 0.9, (50, len(outline.states)))
-    memory = rng.uniform(0.1, 0.9, (50, len(outline.memory)))
-    constants = engine.constants(rng.uniform(0.1, 0.4, len(outline.parameters)))
+    states = rng.uniform(0.1, 0.9, (50, len(outline.state_names)))
+    memory = rng.uniform(0.1, 0.9, (50, len(outline.memory_names)))
+    constants = engine.constants(rng.uniform(0.1, 0.4, len(outline.parameter_names)))
     expected = engine.outputs(modes, states, memory, constants)
     result = tapes.outputs(modes, states, memory, constants)
     np.testing.assert_allclose(result, expected, rtol=1e-12)
