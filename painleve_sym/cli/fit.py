@@ -25,11 +25,13 @@ def fit(arguments: argparse.Namespace) -> int:
     sigma = read_numbers("--sigma", arguments.sigma.split(",")) if arguments.sigma else None
     scenario = read_case(arguments)
     data = read_fit_data(arguments.data, scenario.mechanism())
+    # Motions row by row have starts of their own; what these leave out is 0.
+    whole = data.times is not None or scenario.close is not None
     problem = FitProblem(
         simulator=_simulator(scenario),
         data=data,
         estimate=tuple(name.strip() for name in arguments.estimate.split(",")),
-        state=dict(scenario.state or {}),
+        state=dict(scenario.start() if whole else scenario.state or {}),
         parameters={**scenario.parameters, **scenario.law_parameters},
         until=scenario.until or ("separation",),
         t_end=1.0 if scenario.t_end is None else scenario.t_end,

@@ -100,8 +100,8 @@ def test_figure_has_a_letter_and_labels_with_units_on_every_panel(figures, name)
     item, figure = figures[name]
     assert len(figure.axes) == len(item.series)
     for letter, axes, panel in zip("abcdef", figure.axes, item.series, strict=False):
-        assert f"({panel.x.unit})" in axes.get_xlabel()
-        assert f"({panel.y.unit})" in axes.get_ylabel()
+        assert f"[{panel.x.unit}]" in axes.get_xlabel()
+        assert f"[{panel.y.unit}]" in axes.get_ylabel()
         if len(item.series) > 1:
             assert axes.get_title(loc="left").startswith(f"({letter})")
 

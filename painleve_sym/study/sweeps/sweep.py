@@ -190,6 +190,8 @@ class Sweep:
     def _checked(self) -> Sweep:
         where, scenario = self.scenario.where, self.scenario
         own = {p.name: p for p in self.simulator.own_parameters}
+        if scenario.close is not None:
+            raise InputError(f"{where}: close: a sweep does not solve for a coordinate.")
         for name in scenario.law_parameters:
             if name not in own:
                 raise InputError(f"{where}: " + unknown_name("parameter of the law", name, own))
