@@ -53,3 +53,12 @@ def test_the_start_is_that_of_the_model(capsys):
     start = ps.model("rod").start
     given = ",".join(f"{n}={v!r}" for n, v in start.items())
     assert own == run_json(capsys, "simulate", "rod", *LAW, "--t-end", "1e-4", "--state", given)
+
+
+def test_an_exported_example_starts_closed(capsys, tmp_path):
+    words = ("export", "rod", "--law", "rigid", "--t-end", "0.1", "--state")
+    closed = ("theta=1,x_A_dot=-1,y_A=0.25", "--close", "y_A", "--out", tmp_path / "closed")
+    plain = ("theta=1,x_A_dot=-1", "--out", tmp_path / "plain")
+    assert run(capsys, *words, *closed)[0] == run(capsys, *words, *plain)[0] == 0
+    for path in (tmp_path / "plain").glob("*.c"):
+        assert (tmp_path / "closed" / path.name).read_text() == path.read_text()

@@ -123,6 +123,7 @@ def test_log_axis_ends_where_it_says_and_has_even_ratios():
         ("chunk = 10", "chunk = 0", "chunk: got 0"),
         ("t_end = 0.01\n", "", "no end time"),
         ("t_end = 0.01\n", "t_end = 0.01\nrule = 'newton'\n", "rule plays no part"),
+        ("t_end = 0.01\n", "t_end = 0.01\nclose = 'y_A'\n", "close: a sweep does not solve"),
         ('"separation"', '"separaton"', "Did you mean 'separation'"),
         ("E = 20.9e14", "EE = 20.9e14", "unknown parameter of the law 'EE'"),
         ("[axes]", "[sample]\npoints = 3\n[axes]", "got both of"),
