@@ -113,3 +113,10 @@ def test_mypy_sees_the_public_interface_from_a_client(tmp_path):
         if "# error: " in line and "`" not in line
     }
     assert reported == expected, answer.stdout
+
+
+def test_examples_of_the_page_run(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    page = ROOT / "docs" / "api.md"
+    result = doctest.testfile(str(page), module_relative=False)
+    assert result.attempted > 10 and result.failed == 0

@@ -6,21 +6,25 @@ import os
 import re
 import shutil
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from painleve_sym.c_export.files import Case, clashing_name, files
 from painleve_sym.c_export.text import identifier
+from painleve_sym.choices import EngineLike, EngineName
 from painleve_sym.codegen.compile import Compiler, find_compiler
+from painleve_sym.codegen.named_mechanisms import MechanismLike
+from painleve_sym.engines.protocol import MAX_EVENTS, MAX_STEPS
 from painleve_sym.errors import InputError
-from painleve_sym.motion.simulator import Simulator
+from painleve_sym.laws.catalogue import LawsLike
+from painleve_sym.motion.simulate import simulator_of
+from painleve_sym.motion.simulator import DEFAULT_RTOL
 from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.study.scenario import Scenario
 
-T_END = {"softened": 0.01, "rigid": 1.0}
+T_END = {"compliant": 0.01, "rigid": 1.0}
 """End time of the example where none is given, s: an impact, or a few of them."""
 
 _RESERVED = ("ps", "casadi", "generated")
@@ -51,19 +55,42 @@ class Export:
     trajectory: Trajectory
 
 
-def export_c(scenario: Scenario, folder: str | Path, name: str | None = None) -> Export:
-    """Write C code that runs the scenario's mechanism with its law: whole, or not at all.
+def export_c(
+    mechanism: MechanismLike,
+    law: LawsLike,
+    state: Mapping[str, float] | None = None,
+    *,
+    folder: str | Path,
+    name: str | None = None,
+    t_end: float | None = None,
+    until: str | Sequence[str] = (),
+    parameters: Mapping[str, float] | None = None,
+    law_parameters: Mapping[str, float] | None = None,
+    initial_force: float | None = None,
+    engine: EngineLike = EngineName.AUTO,
+    rtol: float = DEFAULT_RTOL,
+    max_steps: int = MAX_STEPS,
+    max_events: int = MAX_EVENTS,
+) -> Export:
+    """Write C code that runs a mechanism with its law: whole, or not at all.
 
-    The example is the scenario's motion; where it names no state the mechanism's own start, where
-    it names no end time `T_END`.
+    The folder builds without the package. Its example is the motion from `state`, with the numbers
+    that the package computes for it.
 
     Parameters
     ----------
-    scenario : Scenario
+    mechanism, law, state
+        As for `simulate`.
     folder : path
         Must be absent or empty.
     name : str, optional
-        Prefix of all C names; that of the mechanism when left out.
+        Prefix of all C names; that of the mechanism where none is given.
+    t_end : float, optional
+        End of the example; `T_END` where none is given; s.
+    until, parameters, law_parameters, initial_force, rtol, max_steps, max_events
+        Of the example, as for `simulate`.
+    engine : EngineName or its text
+        Not ``erk``, which is not C.
 
     Returns
     -------
@@ -72,64 +99,97 @@ def export_c(scenario: Scenario, folder: str | Path, name: str | None = None) ->
     Raises
     ------
     InputError
-        Input that `Scenario.simulate` rejects; an invalid C name; a folder that holds
-        something or cannot be written.
+        Input that `simulate` rejects; an invalid C name; a folder that holds something or cannot
+        be written.
     CompilerMissing
+        The expected numbers are computed in compiled code.
 
     Examples
     --------
-    >>> import tempfile
-    >>> from painleve_sym.study.scenario import Scenario
+    >>> import tempfile, painleve_sym as ps
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     export_c(Scenario("rod", law="hertz"), folder).name
+    ...     ps.export_c("rod", "hertz", folder=folder).name
     'rod'
     """
     target = empty_folder(Path(folder))
-    mechanism, law = scenario.mechanism(), scenario.contact_law()
-    prefix = _checked_name(identifier(mechanism.name) if name is None else name, name is None)
-    laws = law.values() if isinstance(law, Mapping) else (law,)
-    rigid = not all(one.is_compliant for one in laws)
-    if scenario.engine == "erk":
+    if engine == EngineName.ERK:
         raise InputError("export: engine: got 'erk', need auto, taylor or compiled.")
-    given: dict[str, Any] = {}
-    if scenario.state is None:
-        given["state"] = dict(mechanism.start)
-    if scenario.t_end is None:
-        given["t_end"] = T_END["rigid" if rigid else "softened"]
-    case = _case(scenario.updated(given), prefix)
+    simulator = simulator_of(mechanism, law, engine)
+    own = simulator.mechanism.name
+    prefix = _checked_name(identifier(own) if name is None else name, name is None)
+    if t_end is None:
+        t_end = T_END["rigid" if simulator.rigid else "compliant"]
+    limits = {"max_steps": (max_steps, MAX_STEPS), "max_events": (max_events, MAX_EVENTS)}
+    compiler = find_compiler()
+    values = simulator.given(parameters, law_parameters)
+    state = simulator.mechanism.start if state is None else state
+    trajectory = simulator.run(
+        state,
+        t_end=t_end,
+        until=until,
+        parameters=values,
+        initial_force=initial_force,
+        rtol=rtol,
+        max_steps=max_steps,
+        max_events=max_events,
+    )
+    case = Case(
+        name=prefix,
+        simulator=simulator,
+        trajectory=trajectory,
+        motion=simulator.start(state, values).state[: len(simulator.mechanism.state_names)],
+        t_end=float(t_end),
+        rtol=rtol,
+        until=(until,) if isinstance(until, str) else tuple(until),
+        limits={name: own for name, (own, default) in limits.items() if own != default},
+        initial_force=initial_force,
+        compiler=compiler,
+    )
+    return _written(case, target, chosen=name is None)
+
+
+def export_scenario(scenario: Scenario, folder: str | Path, name: str | None = None) -> Export:
+    """Write the C code of a scenario; see `export_c`.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    folder : path
+    name : str, optional
+    """
+    return export_c(
+        scenario.mechanism(),
+        scenario.contact_law(),
+        scenario.state,
+        folder=folder,
+        name=name,
+        t_end=scenario.t_end,
+        until=scenario.until,
+        parameters=scenario.parameters,
+        law_parameters=scenario.law_parameters,
+        initial_force=scenario.initial_force,
+        engine=scenario.engine,
+        rtol=scenario.rtol,
+        max_steps=MAX_STEPS if scenario.max_steps is None else scenario.max_steps,
+        max_events=MAX_EVENTS if scenario.max_events is None else scenario.max_events,
+    )
+
+
+def _written(case: Case, target: Path, *, chosen: bool) -> Export:
+    """Write the files; a name that was `chosen` here gives way where the generated code has it."""
     texts = files(case)
     clash = clashing_name(case, texts)
-    if clash and name is None:
-        case = replace(case, name=f"model_{prefix}")
+    if clash and chosen:
+        case = replace(case, name=f"model_{case.name}")
         texts = files(case)
         clash = clashing_name(case, texts)
     if clash:
         raise InputError(
-            f"export: name: got {prefix!r}, but the generated code has a name {clash} of its own. "
-            f"Fix: name it otherwise, such as model_{prefix}."
+            f"export: name: got {case.name!r}, but the generated code has a name {clash} of its "
+            f"own. Fix: name it otherwise, such as model_{case.name}."
         )
     write_folder(target, texts)
     return Export(case.name, target, tuple(texts), case.compiler, case.trajectory)
-
-
-def _case(scenario: Scenario, name: str) -> Case:
-    compiler, trajectory = find_compiler(), scenario.simulate()
-    mechanism, law = scenario.mechanism(), scenario.contact_law()
-    simulator = Simulator(mechanism, law, scenario.engine)
-    start = simulator.start(scenario.start(), trajectory.parameters)
-    limits = {"max_steps": scenario.max_steps, "max_events": scenario.max_events}
-    return Case(
-        name=name,
-        simulator=simulator,
-        trajectory=trajectory,
-        motion=start.state[: len(mechanism.state_names)],
-        t_end=float(scenario.t_end or 0.0),
-        rtol=scenario.rtol,
-        until=scenario.until,
-        limits={k: v for k, v in limits.items() if v is not None},
-        initial_force=scenario.initial_force,
-        compiler=compiler,
-    )
 
 
 def _checked_name(name: str, chosen: bool) -> str:

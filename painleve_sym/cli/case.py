@@ -19,6 +19,8 @@ from painleve_sym.study.scenario import MAX_FILE, Scenario
 _NUMBERS = ("t_end", "initial_force", "rtol", "restitution")
 _COUNTS = ("max_steps", "max_events", "samples")
 _NAMES = ("engine", "rule", "contact")
+_FIELDS = {"restitution": "e", "rule": "restitution"}
+"""Fields of a scenario by the option, where the two differ."""
 
 
 def read_case(arguments: argparse.Namespace) -> Scenario:
@@ -80,7 +82,7 @@ def _values(
 ) -> dict[str, Any]:
     texts = {name: getattr(arguments, name, None) for name in names}
     return {
-        name: read(f"--{name.replace('_', '-')}", text)
+        _FIELDS.get(name, name): read(f"--{name.replace('_', '-')}", text)
         for name, text in texts.items()
         if text is not None
     }

@@ -32,8 +32,8 @@ def contrast(arguments: argparse.Namespace) -> int:
         options["solvers"] = [name.strip() for name in arguments.solvers.split(",")]
     if scenario.t_end is not None:
         options["t_end"] = scenario.t_end
-    if scenario.restitution is not None:
-        options["restitution"] = scenario.restitution
+    if scenario.e is not None:
+        options["e"] = scenario.e
     mechanism = scenario.mechanism()
     comparison = study.compare(
         mechanism, scenario.start(), parameters=scenario.parameters, engine="auto", **options
@@ -69,7 +69,7 @@ def contrast_data(comparison: Comparison) -> dict[str, Any]:
         "mechanism": comparison.mechanism,
         "state": comparison.state,
         "parameters": comparison.parameters,
-        "restitution": comparison.restitution,
+        "restitution": comparison.e,
         "t_end": comparison.t_end,
         "acceleration_level": _acceleration_data(comparison),
         "velocity_level": [
@@ -174,7 +174,7 @@ def _show(comparison: Comparison, units: dict[str, str]) -> None:
     given = ", ".join(
         f"{n} = {quantity(v, units[n])}" for n, v in comparison.state.items() if v != 0
     )
-    e = number(comparison.restitution)
+    e = number(comparison.e)
     show(f"{comparison.mechanism} at {given or 'rest'} (others 0), e = {e}")
     show()
     _show_accelerations(comparison)
@@ -281,9 +281,9 @@ def _show_first_steps(comparison: Comparison) -> None:
 
 def _show_jumps(comparison: Comparison, units: dict[str, str]) -> None:
     for name, jump in comparison.jumps.items():
-        if name == "plastic" and comparison.restitution == 0:
+        if name == "plastic" and comparison.e == 0:
             continue  # it is the one before
-        e = 0.0 if name == "plastic" else comparison.restitution
+        e = 0.0 if name == "plastic" else comparison.e
         after = ", ".join(f"{n} = {quantity(v, units[n])}" for n, v in jump.velocity.items())
         impulse = f"P_n = {number(jump.normal_impulse)} N s"
         known = comparison.acceleration_level

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from painleve_sym.c_export.export import export_c
+from painleve_sym.c_export.export import export_scenario
 from painleve_sym.c_export.standalone import NUMERIC_FLAGS
 from painleve_sym.cli.case import read_case
 from painleve_sym.cli.options import output_folder
@@ -14,7 +14,7 @@ from painleve_sym.cli.output import number, print_json, show
 def export(arguments: argparse.Namespace) -> int:
     """Write the C code and print how to build it."""
     folder = output_folder("--out", arguments.out)
-    done = export_c(read_case(arguments), folder, arguments.name)
+    done = export_scenario(read_case(arguments), folder, arguments.name)
     if arguments.json:
         print_json(
             {

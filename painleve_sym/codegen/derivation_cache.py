@@ -34,19 +34,19 @@ def entry_key(title: str, *objects: Any) -> str | None:
         What it is derived from: texts, or what has a `definition` or a `definition_text`.
     """
     try:
-        texts = [_definition(thing) for thing in objects]
+        texts = [_definition(source) for source in objects]
     except TypeError:
         return None
     return _hash("\n".join((_origin(), title, *texts)))[:40]
 
 
-def _definition(thing: Any) -> str:
-    known = thing if isinstance(thing, str) else getattr(thing, "definition", None)
+def _definition(source: Any) -> str:
+    known = source if isinstance(source, str) else getattr(source, "definition", None)
     if isinstance(known, str):
         return known
     from painleve_sym.mechanics.definition import definition_text
 
-    return definition_text(thing)
+    return definition_text(source)
 
 
 @functools.lru_cache(maxsize=1)
@@ -66,7 +66,7 @@ def _origin() -> str:
 
 
 def _package_mark(name: str, file: str) -> str:
-    """Return what tells one version of a package from another, without importing it."""
+    """Return a mark of a package's version, without importing it."""
     try:
         spec = importlib.util.find_spec(name)
     except ValueError:  # a stand-in without a specification

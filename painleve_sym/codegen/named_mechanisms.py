@@ -38,8 +38,8 @@ def model(name: str | Path, **parameters: float) -> Mechanism:
     >>> model("rod", mu=1.5).parameters["mu"]
     1.5
     """
-    made = _made(str(name))
-    return made.with_parameters(**parameters) if parameters else made
+    mechanism = _by_name(str(name))
+    return mechanism.with_parameters(**parameters) if parameters else mechanism
 
 
 def as_mechanism(given: MechanismLike) -> Mechanism:
@@ -51,7 +51,7 @@ def as_mechanism(given: MechanismLike) -> Mechanism:
     raise InputError(f"mechanism: got {type(given).__name__}, need a mechanism, a name or a file.")
 
 
-def _made(name: str) -> Mechanism:
+def _by_name(name: str) -> Mechanism:
     if name.endswith(".toml"):
         from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
 

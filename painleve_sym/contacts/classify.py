@@ -24,7 +24,7 @@ from painleve_sym.mechanics.declarations import resolve_parameters
 from painleve_sym.mechanics.mechanism import Mechanism
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Classification:
     """The rigid contact problem of the closed contacts at one state, with every solution.
 
@@ -54,6 +54,12 @@ class Classification:
     solutions: tuple[ContactSolution, ...]
     A_sticks: Array
     B_sticks: Array
+
+    def __repr__(self) -> str:
+        """Return mechanism, case and the modes of the solutions in one line."""
+        modes = [", ".join(mode.value for mode in s.modes) for s in self.solutions]
+        ends = f": {'; '.join(modes)}" if modes else ""
+        return f"Classification of {self.mechanism!r}: {self.case.value}{ends}"
 
     @cached_property
     def case(self) -> ContactCase:

@@ -151,14 +151,14 @@ class ContactModel:
 
     @cached_property
     def definition(self) -> str:
-        """What the automaton is derived from, as one text."""
+        """Everything the automaton is derived from, as one text."""
         laws = [f"{law.name} {dict(law.choices)}" for law in self.laws]
         own = [getattr(law, "definition", "") for law in self.laws]
         return "\n".join((self.mechanism.definition, *laws, *own))
 
     @cached_property
     def builder(self) -> Any:
-        """What derives the automaton."""
+        """Object that derives the automaton."""
         if self.several:
             from painleve_sym.contacts.automaton import PluralContacts
 

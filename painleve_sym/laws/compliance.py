@@ -230,4 +230,4 @@ FORMULAS: Mapping[str, Callable[[Mapping[str, Any]], ContactLaw]] = {
     "linear": _linear,
     "hunt-crossley": _hunt_crossley,
 }
-"""By name of the law: from what is known of it (its parameters above all) to the whole law."""
+"""By name of the law: from its declared fields to the whole law."""

@@ -115,7 +115,7 @@ class ImpactCase:
 
     @property
     def conditions(self) -> tuple[Condition, ...]:
-        """What must hold, of the velocities before the impact, for it to be of this class.
+        """Conditions on the velocities before the impact for it to be of this class.
 
         Away from ties exactly one class has all of them, if W is positive definite and v_n < 0.
         """
@@ -157,7 +157,7 @@ def impact_cases(
     slip : {-1, +1}
         s = sign(v_t) before the impact.
     write : callable
-        `readable`, or `raw` where nobody reads the forms.
+        `readable`, or `raw` where the forms are not read.
 
     Returns
     -------

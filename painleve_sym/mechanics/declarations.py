@@ -1,4 +1,4 @@
-"""What a mechanism or a law declares: coordinates and parameters, by name, unit and range.
+"""Declarations of a mechanism or a law: coordinates and parameters, by name, unit and range.
 
 Nothing here needs SymPy until a symbol is asked for, so that names and defaults are quick to have.
 """
@@ -153,15 +153,15 @@ def settings_text(choices: Mapping[str, str], parameters: Sequence[Parameter]) -
     return f"{chosen}: " + ", ".join(f"{p.name}={p.default:g}" for p in parameters)
 
 
-_Thing = TypeVar("_Thing")
+_Record = TypeVar("_Record")
 
 
-def with_fields(thing: _Thing, **fields: object) -> _Thing:
+def with_fields(record: _Record, **fields: object) -> _Record:
     """Return a copy of a frozen dataclass that keeps everything it has derived.
 
     Only for fields that no derivation depends on (`NOT_DERIVED_FROM`); for others `replace`.
     """
-    changed = copy.copy(thing)
+    changed = copy.copy(record)
     changed.__dict__.update(fields)
     return changed
 

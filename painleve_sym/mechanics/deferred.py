@@ -32,7 +32,7 @@ class Deferred:
             # Asked for what is not there: a field that has not been made yet.
             if name not in self.__dataclass_fields__ or "_make" not in self.__dict__:
                 raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
-            made = vars(self._make())
-            for other in made:
-                self.__dict__.setdefault(other, made[other])
-            return made[name]
+            fields = vars(self._make())
+            for other in fields:
+                self.__dict__.setdefault(other, fields[other])
+            return fields[name]

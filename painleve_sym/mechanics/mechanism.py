@@ -13,7 +13,7 @@ from painleve_sym.errors import InputError, ModelError, unknown_name
 from painleve_sym.mechanics.declarations import TIME_NAME, Parameter, with_defaults, with_fields
 from painleve_sym.mechanics.deferred import Deferred
 from painleve_sym.mechanics.outline import MechanismOutline
-from painleve_sym.quantities import derivative_latex
+from painleve_sym.quantities import derivative_latex, symbol_latex
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
@@ -235,9 +235,7 @@ class Mechanism(Deferred):
     @cached_property
     def latex_names(self) -> dict[str, str]:
         """LaTeX of every state and parameter by name."""
-        from sympy import latex
-
-        names = {c.name: c.latex or latex(c.symbol) for c in self.outline.coordinates}
+        names = {c.name: c.latex or symbol_latex(c.name) for c in self.outline.coordinates}
         names |= {f"{name}_dot": derivative_latex(text) for name, text in names.items()}
         names |= {TIME_NAME: TIME_NAME} if self.depends_on_time else {}
-        return names | {p.name: latex(p.symbol) for p in self.outline.parameters}
+        return names | {p.name: symbol_latex(p.name) for p in self.outline.parameters}

@@ -57,7 +57,7 @@ class BoundOutline:
 
 @dataclass(frozen=True)
 class MechanismOutline:
-    """What is known of a mechanism without deriving anything.
+    """Names, units and defaults of a mechanism, without its formulas.
 
     Attributes
     ----------

@@ -727,7 +727,7 @@ class Simulator:
             memory=outline.memory_names,
             outputs=outline.output_names,
             engine=self.integrator.name,
-            contacts=tuple(c.name for c in self.mechanism.contacts),
+            contacts=tuple(c.name for c in self.mechanism.outline.contacts),
             units=self.mechanism.units | {p.name: p.unit for p in self.own_parameters},
             latex=self.mechanism.latex_names,
         )

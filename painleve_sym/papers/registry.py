@@ -124,12 +124,17 @@ class Item:
         }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Reproduction:
     """All items that were asked for, and the papers they belong to."""
 
     items: tuple[Item, ...]
     papers: tuple[Paper, ...]
+
+    def __repr__(self) -> str:
+        """Return the number of items of each verdict in one line."""
+        counts = ", ".join(f"{count} {verdict}" for verdict, count in self.counts.items() if count)
+        return f"Reproduction: {counts}"
 
     @property
     def ok(self) -> bool:

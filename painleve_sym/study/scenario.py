@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from painleve_sym.checks import number, whole_number
-from painleve_sym.choices import EngineLike, EngineName, chosen
+from painleve_sym.choices import EngineLike, EngineName, Restitution, chosen
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.classify import Classification, classify
 from painleve_sym.contacts.contact_numbers import contact_numbers
@@ -33,7 +33,6 @@ from painleve_sym.motion.trajectory import Trajectory
 if TYPE_CHECKING:
     from painleve_sym.motion.finite_stiffness import CorrectedJump
 
-DEFAULT_RULE = "energetic"
 MAX_SAMPLES = 1_000_000
 MAX_FILE = 1_000_000
 """Size limit of a scenario file in bytes; guards against special files."""
@@ -71,9 +70,9 @@ class Scenario:
         Limits of a run; None: those of `RunOptions`.
     samples : int
         Number of evenly spaced times to report, at least 2.
-    restitution : float
-        Coefficient of the jump, in [0, 1]; None: the rule's default.
-    rule : {"energetic", "poisson", "newton"}
+    e : float
+        Coefficient of restitution of the jump, in [0, 1]; None: the default of its law.
+    restitution : Restitution or its text
         Restitution law of the jump.
     contact : str
         Name of the only contact to consider, of a mechanism with several; None: all.
@@ -96,8 +95,8 @@ class Scenario:
     max_steps: int | None = None
     max_events: int | None = None
     samples: int | None = None
-    restitution: float | None = None
-    rule: str = DEFAULT_RULE
+    e: float | None = None
+    restitution: str = Restitution.ENERGETIC
     contact: str | None = None
     title: str = ""
     where: str = "scenario"
@@ -250,13 +249,13 @@ class Scenario:
 
     def jump(self) -> JumpResult | TangentialImpact:
         """Return the velocity jump at the state, which must be on the surface."""
-        mechanism, rule = self.mechanism(), restitution_law(self.rule)
+        mechanism, rule = self.mechanism(), restitution_law(self.restitution)
         given = self._given(mechanism)
         mechanism.require_one_contact()
         if mechanism.outline.contacts[0].bilateral:
-            if self.restitution is not None:
+            if self.e is not None:
                 raise InputError(
-                    f"jump of {mechanism.name!r}: restitution: got {self.restitution!r}, need none:"
+                    f"jump of {mechanism.name!r}: restitution: got {self.e!r}, need none:"
                     " a bilateral contact does not separate. Fix: leave it out."
                 )
             return tangential_impact(mechanism, self._state(mechanism, given), parameters=given)
@@ -283,8 +282,8 @@ class Scenario:
 
     def coefficient_of(self, rule: RestitutionLaw) -> float:
         """Return the coefficient of restitution: the one given, else the law's, else default."""
-        if self.restitution is not None:
-            return self.restitution
+        if self.e is not None:
+            return self.e
         return self.law_parameters.get(rule.parameter.name, rule.parameter.default)
 
     def corrected_jump(self, configuration: str = "frozen") -> CorrectedJump | None:
@@ -296,8 +295,8 @@ class Scenario:
 
         mechanism, of_law = self.mechanism(), dict(self.law_parameters)
         own = {p.name for p in contact_law.parameters}
-        if self.restitution is not None and f"e_{self.rule}" in own:
-            of_law.setdefault(f"e_{self.rule}", self.restitution)
+        if self.e is not None and f"e_{self.restitution}" in own:
+            of_law.setdefault(f"e_{self.restitution}", self.e)
         of_law = resolve_parameters(f"law {contact_law.name!r}", contact_law.parameters, of_law)
         given = self._given(mechanism)
         return evaluate_corrected_jump(
@@ -321,6 +320,14 @@ def _wrong(where: str, key: str, value: object, need: str) -> InputError:
 
 def _read_float(where: str, key: str, value: Any) -> dict[str, Any]:
     return {key: number(value, key, where=where)}
+
+
+def _read_coefficient(where: str, key: str, value: Any) -> dict[str, Any]:
+    return {"e": number(value, key, where=where)}
+
+
+def _read_rule(where: str, key: str, value: Any) -> dict[str, Any]:
+    return {"restitution": _read_text(where, key, value)[key]}
 
 
 def _read_count(where: str, key: str, value: Any) -> dict[str, Any]:
@@ -395,6 +402,6 @@ _READERS: Mapping[str, Reader] = {
     "max_steps": _read_count,
     "max_events": _read_count,
     "samples": _read_count,
-    "restitution": _read_float,
-    "rule": _read_text,
+    "restitution": _read_coefficient,
+    "rule": _read_rule,
 }

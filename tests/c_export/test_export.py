@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from painleve_sym.c_export import export
-from painleve_sym.c_export.export import export_c, write_folder
+from painleve_sym.c_export.export import export_scenario, write_folder
 from painleve_sym.c_export.files import expected
 from painleve_sym.c_export.standalone import NUMERIC_FLAGS
 from painleve_sym.c_export.text import comment, enum, quoted
@@ -119,7 +119,7 @@ def sledge_file(tmp_path_factory):
 def bouncing(sledge_file, tmp_path_factory):
     """A rigid export whose bounces die out, after which it slides and sticks."""
     scenario = Scenario(sledge_file, law="rigid", t_end=3.0)
-    return export_c(scenario, tmp_path_factory.mktemp("rigid") / "c")
+    return export_scenario(scenario, tmp_path_factory.mktemp("rigid") / "c")
 
 
 @pytest.fixture(scope="module")
@@ -127,7 +127,7 @@ def pressed(sledge_file, tmp_path_factory):
     """A compliant export that starts compressed."""
     state = {"x": 0.0, "x_dot": 1.0}
     scenario = Scenario(sledge_file, state, law="linear", initial_force=60.0, t_end=0.02)
-    return export_c(scenario, tmp_path_factory.mktemp("softened") / "c", "spring")
+    return export_scenario(scenario, tmp_path_factory.mktemp("softened") / "c", "spring")
 
 
 def test_export_built_by_cmake_gives_the_packages_numbers(pressed):
@@ -290,7 +290,7 @@ TABLE_3 = Scenario(
 )
 def test_export_of_a_case_is_the_package_to_the_last_bit(scenario, tmp_path):
     needs_cmake()
-    done = export_c(scenario, tmp_path / "c")
+    done = export_scenario(scenario, tmp_path / "c")
     wanted = "taylor" if scenario.engine == "auto" else scenario.engine
     assert done.trajectory.engine == wanted and len(done.trajectory.events) >= 3
     assert built_by_cmake(done) == expected(done.trajectory)
@@ -301,7 +301,7 @@ def test_export_of_a_case_is_the_package_to_the_last_bit(scenario, tmp_path):
 @pytest.mark.slow
 def test_program_of_the_page_builds_and_finds_what_the_package_finds(tmp_path):
     page = (ROOT / "docs" / "export.md").read_text("utf-8")
-    done = export_c(Scenario("rod", law="bilinear-hertz"), tmp_path / "c")
+    done = export_scenario(Scenario("rod", law="bilinear-hertz"), tmp_path / "c")
     program = re.search(r"```c\n(.*?)```", page, re.S).group(1)
     (done.folder / "main.c").write_text(program, "utf-8")
     computed = float(built_by_compiler(done, *STRICT, "-O2").split()[0])
@@ -344,7 +344,7 @@ def test_program_of_the_page_builds_and_finds_what_the_package_finds(tmp_path):
     ids=["rigid", "compliant", "mixed"],
 )
 def test_export_of_several_contacts_is_the_package_to_the_last_bit(scenario, kinds, tmp_path):
-    done = export_c(scenario, tmp_path / "c")
+    done = export_scenario(scenario, tmp_path / "c")
     assert kinds <= {str(e.kind) for e in done.trajectory.events}
     for level in ("-O1", "-O2"):
         assert built_by_compiler(done, *STRICT, level) == expected(done.trajectory)
@@ -370,7 +370,7 @@ def test_export_refuses_names_that_are_none(sledge_file, tmp_path):
     target = tmp_path / "c"
     for name in ("2rod", "a-b", "ps", "Casadi", "", "rod\n"):
         with pytest.raises(InputError, match="name: got"):
-            export_c(Scenario(sledge_file, law="rigid"), target, name)
+            export_scenario(Scenario(sledge_file, law="rigid"), target, name)
     assert list(tmp_path.iterdir()) == []
 
 

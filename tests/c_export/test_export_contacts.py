@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from painleve_sym.c_export.contacts import CASES
-from painleve_sym.c_export.export import export_c
+from painleve_sym.c_export.export import export_scenario
 from painleve_sym.contacts.classify import contact_problem
 from painleve_sym.contacts.problem import ContactCase, ContactProblem
 from painleve_sym.mechanics.declarations import resolve_parameters
@@ -31,7 +31,7 @@ class Coefficients(ctypes.Structure):
 @pytest.fixture(scope="module", params=list(SCENARIOS))
 def exported(request, tmp_path_factory):
     scenario = SCENARIOS[request.param]
-    return scenario, export_c(scenario, tmp_path_factory.mktemp(request.param) / "c", "mine")
+    return scenario, export_scenario(scenario, tmp_path_factory.mktemp(request.param) / "c", "mine")
 
 
 def states(mechanism, count):
@@ -98,7 +98,7 @@ def simulator_of(scenario):
 
 def test_cases_of_the_paper_are_those_of_its_tables(tmp_path):
     """Table 3 is inconsistent, Table 1 slips; the friction that separates them is the package's."""
-    done = export_c(SCENARIOS["rod"], tmp_path / "c", "rod")
+    done = export_scenario(SCENARIOS["rod"], tmp_path / "c", "rod")
     c, simulator = library(done), simulator_of(SCENARIOS["rod"])
     names = simulator.outline.state_names
     p = np.array([done.trajectory.parameters[s] for s in simulator.outline.parameter_names])

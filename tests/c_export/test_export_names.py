@@ -15,6 +15,7 @@ from painleve_sym.c_export.files import clashing_name, files
 from painleve_sym.c_export.text import identifiers
 from painleve_sym.codegen.compile import find_compiler
 from painleve_sym.errors import InputError
+from painleve_sym.motion.simulate import simulator_of
 from painleve_sym.study.scenario import Scenario
 from tests.c_export.test_export import SLEDGE, built_by_compiler, needs_cmake, run
 
@@ -32,7 +33,19 @@ def case(tmp_path_factory):
         "utf-8",
     )
     scenario = Scenario(str(path), law="linear", state={"h": 0.0, "names_dot": 1.0}, t_end=1e-3)
-    return export._case(scenario, "plain")
+    simulator = simulator_of(scenario.mechanism(), scenario.contact_law())
+    return export.Case(
+        name="plain",
+        simulator=simulator,
+        trajectory=scenario.simulate(),
+        motion=simulator.start(scenario.start()).state[: len(simulator.mechanism.state_names)],
+        t_end=1e-3,
+        rtol=scenario.rtol,
+        until=(),
+        limits={},
+        initial_force=None,
+        compiler=find_compiler(),
+    )
 
 
 def faults(case, name, folder):
@@ -94,14 +107,14 @@ def test_every_name_works_or_is_refused(case, tmp_path_factory, data):
 def test_name_that_clashes_is_refused_in_one_sentence(tmp_path, name):
     scenario = Scenario("rod", law="rigid", t_end=1e-4)
     with pytest.raises(InputError, match=f"name: got '{name}'") as caught:
-        export.export_c(scenario, tmp_path / "c", name)
+        export.export_scenario(scenario, tmp_path / "c", name)
     assert str(caught.value).count(". ") <= 1 and list(tmp_path.iterdir()) == []
 
 
 def test_name_of_a_mechanism_that_clashes_is_made_fit(tmp_path):
     path = tmp_path / "state.toml"
     path.write_text(SLEDGE.replace('"sledge"', '"state"'), "utf-8")
-    done = export.export_c(Scenario(str(path), law="rigid", t_end=1e-3), tmp_path / "c")
+    done = export.export_scenario(Scenario(str(path), law="rigid", t_end=1e-3), tmp_path / "c")
     assert done.name == "model_state"
     assert built_by_compiler(done, "-O0", "-march=native", "-ffp-contract=off")
 
@@ -141,7 +154,7 @@ int main(void) {
 
 def test_installed_export_is_a_package_of_cmake(tmp_path):
     needs_cmake()
-    done = export.export_c(Scenario("rod", law="rigid", t_end=1e-4), tmp_path / "c", "start")
+    done = export.export_scenario(Scenario("rod", law="rigid", t_end=1e-4), tmp_path / "c", "start")
     prefix, mine = tmp_path / "prefix", tmp_path / "mine"
     run("cmake", "-B", "build", cwd=done.folder)
     run("cmake", "--build", "build", "--target", "start_model", cwd=done.folder)

@@ -40,8 +40,8 @@ def test_texts_of_results_are_one_short_line(impact, batch):
     assert "end at t = 0.001 s (t_end)" in text
     assert repr(batch) == "BatchResult of 'rod' with law 'bilinear-hertz', shape (3, 2): 6 t_end"
     simulator = ps.Simulator(ps.models.rod(), ps.laws.rigid())
-    for thing in (impact, batch, simulator, simulator.mechanism, ps.classify("rod", START)):
-        assert len(repr(thing)) < 300 and "\n" not in repr(thing)
+    for result in (impact, batch, simulator, simulator.mechanism, ps.classify("rod", START)):
+        assert len(repr(result)) < 300 and "\n" not in repr(result)
 
 
 def test_states_and_outputs_by_name_are_those_at_the_times_of_the_steps(impact):
@@ -50,7 +50,7 @@ def test_states_and_outputs_by_name_are_those_at_the_times_of_the_steps(impact):
     np.testing.assert_array_equal(impact["theta"], impact(impact.t)[:, 2])
     np.testing.assert_array_equal(impact["normal_force"], impact.outputs(impact.t)["normal_force"])
     assert impact.units("theta_dot") == "rad/s" and impact.units("E") == "Pa"
-    with pytest.raises(InputError, match="unknown quantity 'thata'. Did you mean 'theta'"):
+    with pytest.raises(InputError, match=r"unknown quantity 'thata'\. Did you mean 'theta'"):
         impact["thata"]
 
 
@@ -243,9 +243,20 @@ def test_operations_are_those_of_the_engine(name, law):
     rng = np.random.default_rng(3)
     outline = simulator.outline
     modes = rng.integers(0, len(outline.modes), 50)
-    states = rng.uniform(0.1, 0.9, (50, len(outline.states)))
-    memory = rng.uniform(0.1, 0.9, (50, len(outline.memory)))
-    constants = engine.constants(rng.uniform(0.1, 0.4, len(outline.parameters)))
+    states = rng.uniform(0.1, 0.9, (50, len(outline.state_names)))
+    memory = rng.uniform(0.1, 0.9, (50, len(outline.memory_names)))
+    constants = engine.constants(rng.uniform(0.1, 0.4, len(outline.parameter_names)))
     expected = engine.outputs(modes, states, memory, constants)
     result = tapes.outputs(modes, states, memory, constants)
     np.testing.assert_allclose(result, expected, rtol=1e-12)
+
+
+def test_closed_forms_are_equations_in_a_notebook():
+    energies, *_ = ps.closed_forms(ps.models.rod())
+    kinetic = next(f for f in energies.formulas if f.name == "T")
+    assert repr(kinetic) == "Formula 'T' [J]: kinetic energy"
+    equation = kinetic._repr_latex_()
+    assert equation.startswith(r"$\displaystyle T = ") and r"\dot{x}_{A}" in equation
+    page = energies._repr_latex_()
+    assert page.count("&=") == len(energies.formulas) and page.count("{") == page.count("}")
+    assert repr(energies).startswith("Section 'energies': T, V")

@@ -125,9 +125,9 @@ def test_other_mechanisms_jam_too():
     assert limit.measured_exponent == pytest.approx(limit.force_exponent, abs=1e-3)
 
 
-def test_limit_is_saved_and_loaded(jam, rigid, tmp_path):
+def test_limit_is_saved_and_loaded(jam, tmp_path):
     jam.save(tmp_path / "jam.npz")
-    again = Trajectory.load(tmp_path / "jam.npz", rigid.integrator)
+    again = Trajectory.load(tmp_path / "jam.npz")
     assert again.limit == jam.limit
     assert again.stop_reason is StopReason.DYNAMIC_JAM
     assert again.to_dict()["limit"]["kind"] == "dynamic_jam"

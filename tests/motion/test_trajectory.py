@@ -120,26 +120,18 @@ def test_evaluation_at_an_event_that_ends_the_run_is_the_state_after_it():
     assert abs(before["theta_dot"] - run.final["theta_dot"]) > 2
 
 
-def test_saved_trajectory_is_the_same_when_loaded(impact, simulator, tmp_path):
+def test_saved_trajectory_is_the_same_when_loaded(impact, tmp_path):
     path = tmp_path / "run.npz"
     impact.save(path)
-    again = Trajectory.load(path, simulator.integrator)
+    again = Trajectory.load(path)
     t = impact.sample(101)
     np.testing.assert_array_equal(again(t), impact(t))
-    np.testing.assert_array_equal(again.values("normal_force", t), impact.values("normal_force", t))
+    forces = (run.values("normal_force", t) for run in (again, impact))
+    np.testing.assert_array_almost_equal_nulp(*forces, nulp=4)
     assert again.events == impact.events
     assert again.stop_reason is StopReason.T_END
     assert again.to_dict() == impact.to_dict()
     assert [p.name for p in tmp_path.iterdir()] == ["run.npz"]
-
-
-def test_loaded_trajectory_without_engine_has_states_but_no_forces(impact, tmp_path):
-    path = tmp_path / "run.npz"
-    impact.save(path)
-    again = Trajectory.load(path)
-    assert again.state(1e-4) == impact.state(1e-4)
-    with pytest.raises(InputError, match="engine"):
-        again.outputs(1e-4)
 
 
 def test_foreign_files_are_refused(tmp_path):

@@ -280,7 +280,7 @@ def test_several_contacts_are_refused_with_their_names():
         ({"steps": (-1e-3,)}, "step: got -0.001"),
         ({"steps": (float("nan"),)}, "step: got nan"),
         ({"stiffness": (0.0,)}, "0 < E"),
-        ({"restitution": 2.0}, "0 <= e_energetic <= 1"),
+        ({"e": 2.0}, "0 <= e_energetic <= 1"),
         ({"solvers": ("lemk",)}, "Did you mean 'lemke'?"),
         ({"t_end": -1.0}, "t_end: got -1.0"),
     ],

@@ -9,13 +9,13 @@ from typing import Any, TypeAlias
 import sympy as sp
 
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.quantities import QUANTITIES
+from painleve_sym.quantities import QUANTITIES, derivative_latex
 
 Value: TypeAlias = sp.Basic | sp.MatrixBase
 """An expression or a matrix of expressions."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Formula:
     """One closed form.
 
@@ -36,6 +36,22 @@ class Formula:
     meaning: str
     latex: str
     symbols: Mapping[sp.Symbol, str] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        """Return name, unit and meaning in one line; the value may be long."""
+        return f"Formula {self.name!r} [{self.unit}]: {self.meaning}"
+
+    def _repr_latex_(self) -> str:
+        """Return the equation for notebooks; velocities have their dot."""
+        return rf"$\displaystyle {self._equation()}$"
+
+    def _equation(self, sign: str = "=") -> str:
+        velocities = {
+            s: derivative_latex(sp.latex(sp.Symbol(str(s).removesuffix("_dot"))))
+            for s in sorted(self.value.free_symbols, key=str)
+            if str(s).endswith("_dot")
+        }
+        return f"{self.latex} {sign} {sp.latex(self.value, symbol_names=velocities)}"
 
     @classmethod
     def of(cls, name: str, value: Value) -> Formula:
@@ -64,7 +80,7 @@ class ImpulsePhase:
     conditions: tuple[tuple[str, sp.Expr, bool], ...]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Section:
     """A group of formulas, or of phases of the jump.
 
@@ -82,6 +98,18 @@ class Section:
     phases: tuple[ImpulsePhase, ...] = ()
     note: str = ""
     contact: str = ""
+
+    def __repr__(self) -> str:
+        """Return the title with the names of formulas and phases in one line."""
+        names = [*(f.name for f in self.formulas), *(phase.name for phase in self.phases)]
+        return f"Section {self.title!r}: {', '.join(names)}"
+
+    def _repr_latex_(self) -> str | None:
+        """Return the equations for notebooks, one below the other; None where there are none."""
+        if not self.formulas:
+            return None
+        lines = r" \\ ".join(formula._equation("&=") for formula in self.formulas)
+        return rf"$\displaystyle \begin{{aligned}} {lines} \end{{aligned}}$"
 
 
 def plain(expr: sp.Basic) -> str:

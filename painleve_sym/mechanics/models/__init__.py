@@ -11,22 +11,22 @@ if TYPE_CHECKING:
     from painleve_sym.mechanics.mechanism import Mechanism
 
 
-def _made(module: str, function: str) -> Mechanism:
+def _imported(module: str, function: str) -> Mechanism:
     home = importlib.import_module(f"{__name__}.{module}")
     mechanism: Mechanism = getattr(home, function)()
     return mechanism
 
 
 MODELS: Mapping[str, Callable[[], Mechanism]] = {
-    "rod": partial(_made, "rods", "rod"),
-    "rod-inertia": partial(_made, "rods", "rod_inertia"),
-    "block": partial(_made, "blocks", "block"),
-    "block-two-feet": partial(_made, "blocks", "block_two_feet"),
-    "eccentric-disc": partial(_made, "discs", "eccentric_disc"),
-    "cart-pendulum": partial(_made, "pendulums", "cart_pendulum"),
-    "two-link-arm": partial(_made, "robots", "two_link_arm"),
-    "pr-robot": partial(_made, "robots", "pr_robot"),
-    "strut": partial(_made, "struts", "strut"),
-    "painleve-klein": partial(_made, "sliders", "painleve_klein"),
+    "rod": partial(_imported, "rods", "rod"),
+    "rod-inertia": partial(_imported, "rods", "rod_inertia"),
+    "block": partial(_imported, "blocks", "block"),
+    "block-two-feet": partial(_imported, "blocks", "block_two_feet"),
+    "eccentric-disc": partial(_imported, "discs", "eccentric_disc"),
+    "cart-pendulum": partial(_imported, "pendulums", "cart_pendulum"),
+    "two-link-arm": partial(_imported, "robots", "two_link_arm"),
+    "pr-robot": partial(_imported, "robots", "pr_robot"),
+    "strut": partial(_imported, "struts", "strut"),
+    "painleve-klein": partial(_imported, "sliders", "painleve_klein"),
 }
 """Named mechanisms: functions that make them; see `painleve_sym.codegen.named_mechanisms.model`."""

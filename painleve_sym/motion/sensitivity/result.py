@@ -50,7 +50,7 @@ class EventSensitivity:
     note: str = ""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class SensitiveTrajectory:
     """A motion with its first derivatives in the directions `wrt`.
 
@@ -83,6 +83,10 @@ class SensitiveTrajectory:
     fixed_time_jacobian: Array
     valid_until: float
     extended: Trajectory
+
+    def __repr__(self) -> str:
+        """Return the motion and the directions in one line."""
+        return f"Derivatives by {', '.join(self.wrt)} of the {self.trajectory!r}"
 
     @property
     def singular(self) -> EventSensitivity | None:

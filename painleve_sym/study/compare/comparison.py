@@ -52,7 +52,7 @@ class FirstStep:
     solutions: tuple[ContactSolution, ...]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Comparison:
     """Every method's answer for one state.
 
@@ -61,8 +61,8 @@ class Comparison:
     mechanism : str
     state, parameters : dict of str to float
         Complete.
-    restitution, t_end : float
-        e of the compliant and of both rigid rules; s.
+    e, t_end : float
+        Coefficient of restitution of the compliant and of both rigid rules; s.
     acceleration_level : AccelerationLevel or None
         None where the contact is open or closing: there is nothing to solve.
     jumps : dict of str to JumpResult
@@ -77,7 +77,7 @@ class Comparison:
     mechanism: str
     state: dict[str, float]
     parameters: dict[str, float]
-    restitution: float
+    e: float
     t_end: float
     acceleration_level: AccelerationLevel | None
     jumps: dict[str, JumpResult]
@@ -96,6 +96,13 @@ class Comparison:
     def stiffness_orders(self) -> tuple[float, ...]:
         """p of error ∝ Eᵖ between neighbouring moduli; nan where errors vanish."""
         return _orders(list(self.softened))
+
+    def __repr__(self) -> str:
+        """Return mechanism and the number of answers of each kind in one line."""
+        counts = (len(self.rigid), len(self.stepping), len(self.softened))
+        kinds = zip(counts, ("rigid", "time stepping", "compliant"), strict=True)
+        answers = ", ".join(f"{count} {kind}" for count, kind in kinds)
+        return f"Comparison of methods for {self.mechanism!r}: answers {answers}"
 
     @property
     def expected_stiffness_order(self) -> float:
@@ -141,7 +148,7 @@ def compare(
     state: Mapping[str, float],
     *,
     parameters: Mapping[str, float] | None = None,
-    restitution: float = 0.75,
+    e: float = 0.75,
     steps: Sequence[float] | None = None,
     stiffness: Sequence[float] = STIFFNESS,
     t_end: float = T_END,
@@ -156,7 +163,7 @@ def compare(
         With one contact that can open.
     state, parameters : mapping of str to float
         Absent coordinates and velocities are 0, absent parameters have their defaults.
-    restitution : float
+    e : float
         In [0, 1]: energetic for rigid and compliant motion, Newton's for rigid motion and stepping.
     steps : sequence of float, optional
         s, in (0, t_end]; a tenth, hundredth and thousandth of t_end when not given.
@@ -182,7 +189,7 @@ def compare(
     True
     """
     mechanism = as_mechanism(mechanism)
-    case = _case(mechanism, state, parameters, restitution, t_end, engine)
+    case = _case(mechanism, state, parameters, e, t_end, engine)
     stepper = TimeStepper(mechanism)
     steps = [t_end / n for n in STEPS_TO_END] if steps is None else sorted(set(steps))[::-1]
     stiffness, solvers = sorted(set(stiffness)), list(dict.fromkeys(solvers))
@@ -195,7 +202,7 @@ def compare(
         mechanism=mechanism.name,
         state=case.state,
         parameters=case.parameters,
-        restitution=restitution,
+        e=e,
         t_end=t_end,
         acceleration_level=level,
         jumps=case.jumps(),
@@ -211,7 +218,7 @@ def _case(
     mechanism: Mechanism,
     state: Mapping[str, float],
     parameters: Mapping[str, float] | None,
-    restitution: float,
+    e: float,
     t_end: float,
     engine: EngineLike,
 ) -> Case:
@@ -232,15 +239,13 @@ def _case(
         )
     values = resolve_parameters(f"{mechanism.name!r}", declared, parameters or {})
     start = resolve_state(mechanism, state, values)
-    return Case(mechanism, start, values, restitution, t_end, engine)
+    return Case(mechanism, start, values, e, t_end, engine)
 
 
 def _first_steps(stepper: TimeStepper, case: Case, steps: Sequence[float]) -> tuple[FirstStep, ...]:
     first_steps = []
     for h in steps:
-        problem = stepper.first_problem(
-            case.state, h, e_newton=case.restitution, parameters=case.parameters
-        )
+        problem = stepper.first_problem(case.state, h, e_newton=case.e, parameters=case.parameters)
         if problem is not None:
             first_steps.append(FirstStep(h, problem.solutions()))
     return tuple(first_steps)

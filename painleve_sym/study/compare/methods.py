@@ -138,7 +138,7 @@ class Case:
     mechanism: Mechanism
     state: dict[str, float]
     parameters: dict[str, float]
-    restitution: float
+    e: float
     t_end: float
     engine: EngineLike
 
@@ -169,9 +169,7 @@ class Case:
     ) -> None:
         """Raise InputError for whatever cannot be used, before anything is computed."""
         where = f"contrast of {self.mechanism.name!r}"
-        resolve_parameters(
-            where, [restitution_law(RULES[0]).parameter], {"e_energetic": self.restitution}
-        )
+        resolve_parameters(where, [restitution_law(RULES[0]).parameter], {"e_energetic": self.e})
         for name, values in (("steps", steps), ("stiffness", stiffness), ("solvers", solvers)):
             if not values:
                 raise InputError(f"{where}: {name}: got none, need at least one.")
@@ -199,7 +197,7 @@ class Case:
         if not self.closed_at_rest[0]:
             return {}
         jumps = {}
-        for name, e in (("e", self.restitution), ("plastic", 0.0)):
+        for name, e in (("e", self.e), ("plastic", 0.0)):
             try:
                 given = {**self.parameters, "e_energetic": e}
                 jumps[name] = evaluate_jump(
@@ -218,7 +216,7 @@ class Case:
         for rule in RULES:
             for policy in Policy if several else (Policy.LIFTOFF,):
                 simulator = Simulator(self.mechanism, RigidLaw(rule, policy), self.engine)
-                given = {**self.parameters, f"e_{rule}": self.restitution}
+                given = {**self.parameters, f"e_{rule}": self.e}
                 run = simulator.run(self.state, parameters=given, t_end=self.t_end)
                 name = f"{rule}, {policy}" if several else rule
                 answer = self._answer("rigid", name, float("nan"), run)
@@ -232,7 +230,7 @@ class Case:
         simulator = Simulator(self.mechanism, chosen, self.engine)
         answers = []
         for value in stiffness:
-            given = {**self.parameters, "E": value, "e_energetic": self.restitution}
+            given = {**self.parameters, "E": value, "e_energetic": self.e}
             run = simulator.run(self.state, parameters=given, t_end=self.t_end)
             answers.append(self._answer("softened", chosen.name, value, run))
         constants = simulator.constants(simulator.parameters(given))
@@ -317,7 +315,7 @@ class Case:
                         step=h,
                         t_end=self.t_end,
                         solver=solver,
-                        e_newton=self.restitution,
+                        e_newton=self.e,
                         parameters=self.parameters,
                         **options,
                     )

@@ -285,15 +285,16 @@ class SlidingAnalysis:
         start = resolve_state(mechanism, state, values)
         constants = simulator.constants(values)
         problem = contact_problem(mechanism, start, values)
-        named = {s: start[s.name] for s in mechanism.motion}
-        point = {**named, **constants}
+        numbers = {**start, **constants}
+        point = {s: numbers[s.name] for s in self._symbols}
         own = list(map(float, self._mechanical(point).reshape(-1)))
-        at = contact_numbers(mechanism)(point)
+        at = contact_numbers(mechanism)(numbers)
         self._check(problem.A, problem.B)
         A, B, slip = float(problem.A or 0.0), problem.B, problem.slip_direction
         force = -B / A
         depth = simulator.compression_of_force(force, values)
-        local = self._linearised({symbols.A: A, symbols.B: B, symbols.DEPTH: depth, **constants})
+        at_depth = {symbols.A: A, symbols.B: B, symbols.DEPTH: depth}
+        local = self._linearised({**point, **at_depth})
         exponent, slope, *rates = map(float, local.reshape(-1))
         drift, field = self._drift[slip]
         rate, *gradient = map(float, drift(point).reshape(-1))

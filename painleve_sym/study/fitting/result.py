@@ -10,7 +10,7 @@ from painleve_sym.arrays import Array
 from painleve_sym.files import plain_fields
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class FitResult:
     """Estimates with their confidence intervals.
 
@@ -38,6 +38,11 @@ class FitResult:
     message : str
         Why the least squares ended.
     """
+
+    def __repr__(self) -> str:
+        """Return estimates with their standard errors in one line."""
+        rows = zip(self.names, self.estimate.tolist(), self.standard_error.tolist(), strict=True)
+        return "FitResult: " + ", ".join(f"{n} = {v:.7g} ± {s:.2g}" for n, v, s in rows)
 
     names: tuple[str, ...]
     units: tuple[str, ...]

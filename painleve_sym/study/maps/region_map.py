@@ -36,7 +36,7 @@ _PLACE = ("over", "labels", "units", "values", "state", "parameters")
 _TEXTS = ("mechanism", "over", "labels", "units", "slip", "thresholds", "state", "parameters")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class RegionMap:
     """The rigid contact over two quantities, for one slip direction.
 
@@ -98,6 +98,11 @@ class RegionMap:
     state: dict[str, float]
     parameters: dict[str, float]
     A_pull: Array | None = None
+
+    def __repr__(self) -> str:
+        """Return mechanism, axes and the number of points of each case in one line."""
+        counts = ", ".join(f"{count} {case}" for case, count in self.counts.items() if count)
+        return f"RegionMap of {self.mechanism!r} over {' and '.join(self.over)}: {counts}"
 
     @property
     def bilateral(self) -> bool:
