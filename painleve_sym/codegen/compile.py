@@ -47,7 +47,7 @@ Vectors made of statements side by side are off: gcc 12 contracts there against 
 """
 
 
-_PART = re.compile(r"^#if PS_HAS\((\d+)\)(?: /\* (-O\d) \*/)?$", re.M)
+_PART = re.compile(r"^#if PS_HAS\((\d+)\)(?: /\* (-O\d[\w= -]*) \*/)?$", re.M)
 """A part of a file, and how far it is to be optimized where that is not as in `FLAGS`."""
 _PROGRAMS = (("cc",), ("gcc",), ("clang",))
 _ZIG = (sys.executable, "-m", "ziglang", "cc")
@@ -292,14 +292,15 @@ def _build(source: str, compiler: Compiler, folder: Path, key: str) -> Path:
 
 def _compiled_parts(source: str, compiler: Compiler, c_file: Path) -> list[Path]:
     """Compile the parts of a file, side by side where there are processors; none of one part."""
-    parts = list(dict.fromkeys(_PART.findall(source)))
+    # The event loop, part 0, takes longest: nothing should wait for it alone.
+    parts = sorted(dict.fromkeys(_PART.findall(source)), key=lambda part: part[0] != "0")
     if len(parts) < 2:
         return []
 
     def compiled(part: tuple[str, str]) -> Path:
         number, level = part
         target = c_file.with_name(f"part_{number}.o")
-        _run(compiler, target, *filter(None, [level]), "-c", f"-DPS_PART={number}", c_file)
+        _run(compiler, target, *level.split(), "-c", f"-DPS_PART={number}", c_file)
         return target
 
     with ThreadPoolExecutor(min(len(parts), os.cpu_count() or 1)) as pool:

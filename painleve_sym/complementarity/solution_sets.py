@@ -8,6 +8,8 @@ nothing at all. All quantities are meant to be scaled to order one.
 from __future__ import annotations
 
 import itertools
+import math
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -45,6 +47,40 @@ def solve_refined(block: FloatArray, goal: FloatArray) -> FloatArray:
     defect = goal[..., None] - block @ x
     refined: FloatArray = (x + np.linalg.solve(block, defect))[..., 0]
     return refined
+
+
+def solve_two(
+    block: Sequence[Sequence[float]], goal: Sequence[float], least: float
+) -> list[float] | None:
+    """Solve one system of two equations as `solve_refined` does, number by number.
+
+    Parameters
+    ----------
+    block : two rows of two float
+    goal : two float
+    least : float
+        Smallest singular value of a regular block; None is returned for others.
+    """
+    (a, b), (c, d) = block
+    determinant, square = a * d - b * c, a * a + b * b + c * c + d * d
+    # The singular values have this product, and this sum of squares.
+    rest = math.sqrt(max(square * square - 4 * determinant * determinant, 0.0))
+    largest = math.sqrt((square + rest) / 2)
+    if not abs(determinant) > least * largest:
+        return None
+    first, second = (0, 1) if abs(a) >= abs(c) else (1, 0)
+    (p, q), (r, s) = block[first], block[second]
+    factor = r / p
+    pivot = s - factor * q
+
+    def eliminated(g: float, h: float) -> tuple[float, float]:
+        y = (h - factor * g) / pivot
+        return (g - q * y) / p, y
+
+    x, y = eliminated(goal[first], goal[second])
+    defects = [goal[k] - (block[k][0] * x + block[k][1] * y) for k in (first, second)]
+    dx, dy = eliminated(*defects)
+    return [x + dx, y + dy]
 
 
 def affine_face(

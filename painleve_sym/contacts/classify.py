@@ -44,10 +44,6 @@ class Classification:
         Every solution, each with its verified residual; none and several are results.
     A_sticks, B_sticks : ndarray, shape (n,)
         g̈_N = A′ F_n + B′ of each contact in sticking, the others open; 1/kg and m/s².
-    chatter : tuple of Chatter
-        Of a mechanism with one contact that can open, at v_t = 0: how small bounces follow each
-        other, for every restitution law with the default of its coefficient. Empty in slip, where
-        they die out, where B ≥ 0, and where impacts jam.
     """
 
     mechanism: str
@@ -59,7 +55,6 @@ class Classification:
     solutions: tuple[ContactSolution, ...]
     A_sticks: Array
     B_sticks: Array
-    chatter: tuple[Chatter, ...] = ()
 
     def __repr__(self) -> str:
         """Return mechanism, case and the modes of the solutions in one line."""
@@ -88,6 +83,19 @@ class Classification:
         return self.single and bool(self.problem.bilateral[0])
 
     # ---- one contact ----
+
+    @cached_property
+    def chatter(self) -> tuple[Chatter, ...]:
+        """How small bounces follow each other near a contact at v_t = 0 that can open.
+
+        For every restitution law, with the default of its coefficient. Empty in slip, where they
+        die out, where B ≥ 0, where impacts jam, and for a mechanism with several contacts.
+        """
+        if not self.single or self.bilateral or self.problem.slip_direction:
+            return ()
+        laws = [make() for make in RESTITUTIONS.values()]
+        chatters = [chatter(self.problem, law.name, law.parameter.default) for law in laws]
+        return tuple(c for c in chatters if c is not None)
 
     @property
     def slip(self) -> int:
@@ -266,15 +274,16 @@ def classify(
     start = resolve_state(mechanism, state, values, close)
     numbers = all_contact_numbers(mechanism, {**start, **values})
     closed = closed_contacts(f"classify {mechanism.name!r}", mechanism, numbers)
-    rows = [row for i in closed for row in (2 * i, 2 * i + 1)]
-    problem = ContactProblem(
-        numbers.W[np.ix_(rows, rows)],
-        numbers.b[rows],
-        numbers.mu[closed],
-        numbers.slip_velocity[closed],
-        np.array([mechanism.outline.contacts[i].bilateral for i in closed]),
-    )
-    names = [c.name for c in mechanism.outline.contacts]
+    contacts = mechanism.outline.contacts
+    W, b, mu, slip = numbers.W, numbers.b, numbers.mu, numbers.slip_velocity
+    A, B = numbers.A_stick, numbers.B_stick
+    if len(closed) < len(contacts):
+        rows = [row for i in closed for row in (2 * i, 2 * i + 1)]
+        W, b = W[np.ix_(rows, rows)], b[rows]
+        mu, slip, A, B = (array[closed] for array in (mu, slip, A, B))
+    sides = np.array([contacts[i].bilateral for i in closed])
+    problem = ContactProblem(W, b, mu, slip, sides)
+    names = [c.name for c in contacts]
     return Classification(
         mechanism=mechanism.name,
         state=start,
@@ -283,19 +292,9 @@ def classify(
         open=tuple(name for i, name in enumerate(names) if i not in closed),
         problem=problem,
         solutions=problem.solutions(),
-        A_sticks=numbers.A_stick[closed],
-        B_sticks=numbers.B_stick[closed],
-        chatter=_bounces(problem) if len(names) == 1 else (),
+        A_sticks=A,
+        B_sticks=B,
     )
-
-
-def _bounces(problem: ContactProblem) -> tuple[Chatter, ...]:
-    """Return how small bounces follow each other near one contact at rest that can open."""
-    if problem.slip_direction or problem.bilateral[0]:
-        return ()
-    laws = [make() for make in RESTITUTIONS.values()]
-    chatters = [chatter(problem, law.name, law.parameter.default) for law in laws]
-    return tuple(c for c in chatters if c is not None)
 
 
 def closed_contacts(where: str, mechanism: Mechanism, numbers: ContactNumbers) -> list[int]:

@@ -14,24 +14,27 @@ from __future__ import annotations
 
 import enum
 import itertools
+import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from painleve_sym.complementarity.solution_sets import (
     RANK,
-    BoolArray,
     FloatArray,
     affine_face,
     solve_refined,
+    solve_two,
 )
 
 IntArray = npt.NDArray[np.intp]
 
 NORMAL, TANGENTIAL = 0, 1
+_AXES = ((1.0, 0.0), (0.0, 1.0))
 # Rejects only candidates that are certainly wrong; the residual of the others is checked later.
 _REJECTION_TOLERANCE = 1e-6
 _BORDER = 1e-9  # as parts of forces and of the terms of accelerations, above the residual's 1e-10
@@ -65,6 +68,10 @@ def slip_mode(direction: float) -> ContactMode:
     return ContactMode.SLIP_POS if direction > 0 else ContactMode.SLIP_NEG
 
 
+Vector = list[float]
+"""Numbers of a few contacts: Python computes with these faster than NumPy with its arrays."""
+
+
 @dataclass(frozen=True, eq=False)
 class LocalMode:
     """State one piece of the law of one contact, linear in its force F and acceleration a.
@@ -73,64 +80,76 @@ class LocalMode:
     ----------
     mode : ContactMode
         What the contact does.
-    directions : ndarray, shape (2, k)
-        ``F = directions @ x`` with k = 0, 1 or 2 unknowns x.
+    directions : tuple of (float, float)
+        ``F = sum of x_k directions_k`` with 0, 1 or 2 unknowns x.
     vanishing : tuple of int
-        The k entries of a that are 0 (0 normal, 1 tangential).
-    cone : ndarray, shape (m, 2)
-        ``cone @ F >= 0``.
+        As many entries of a that are 0 (0 normal, 1 tangential).
+    cone : tuple of (float, float)
+        ``row . F >= 0`` for each row.
     signs : tuple of (int, int)
         ``(entry, sign)`` for ``sign * a_entry >= 0``.
-    unit : ndarray, shape (k,)
-        By which x extends, beside a normal force of 1: the friction of a sticking contact is at
-        most mu.
+    unit : tuple of float
+        By which each x extends, beside a normal force of 1: the friction of a sticking contact is
+        at most mu.
     side : int
         Sign of F_n; 0 where it is 0.
     """
 
     mode: ContactMode
-    directions: FloatArray
+    directions: tuple[tuple[float, float], ...] = ()
     vanishing: tuple[int, ...] = ()
-    cone: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
+    cone: tuple[tuple[float, float], ...] = ()
     signs: tuple[tuple[int, int], ...] = ()
-    unit: FloatArray = field(default_factory=lambda: np.zeros(0))
+    unit: tuple[float, ...] = ()
     side: int = 1
 
-    @cached_property
-    def unit_cone(self) -> FloatArray:
-        """The cone with rows scaled to a largest entry of one."""
-        largest = np.max(np.abs(self.cone), axis=1, keepdims=True, initial=0.0)
-        cone: FloatArray = self.cone / largest
-        return cone
-
-    def holds(self, force: FloatArray, share: FloatArray) -> bool:
+    def holds(self, force: Sequence[float], share: Sequence[float]) -> bool:
         """Return whether the force of the contact lies in this mode or on its border.
 
         Parameters
         ----------
-        force : ndarray, shape (2,)
+        force : sequence of two float
             F_n, F_t.
-        share : ndarray, shape (2,)
+        share : sequence of two float
             a_n, a_t, each as a fraction of its terms.
         """
-        along = not np.any(force)
-        if self.directions.shape[1] == 1:
-            first, second = self.directions[0, 0] * force[1], self.directions[1, 0] * force[0]
-            along = bool(abs(first - second) <= _BORDER * (abs(first) + abs(second)))
-        elif self.directions.shape[1] == 2:
-            along = True
-        terms = np.abs(self.cone) @ np.abs(force)
-        return bool(
+        normal, tangential = force
+        along = len(self.directions) == 2 or not (normal or tangential)
+        if len(self.directions) == 1:
+            ((way_n, way_t),) = self.directions
+            first, second = way_n * tangential, way_t * normal
+            along = abs(first - second) <= _BORDER * (abs(first) + abs(second))
+        return (
             along
-            and np.all(self.cone @ force >= -_BORDER * terms)
+            and all(
+                p * normal + q * tangential >= -_BORDER * (abs(p * normal) + abs(q * tangential))
+                for p, q in self.cone
+            )
             and all(abs(share[entry]) <= _BORDER for entry in self.vanishing)
             and all(sign * share[entry] >= -_BORDER for entry, sign in self.signs)
         )
 
+    def admits(self, force: Sequence[float], doubt: float) -> bool:
+        """Return whether a force may lie in the cone, with rows of a largest entry of one.
+
+        Parameters
+        ----------
+        force : sequence of two float
+            F_n, F_t.
+        doubt : float
+            What a row may miss.
+        """
+        normal, tangential = force
+        for p, q in self.cone:
+            largest = max(abs(p), abs(q))
+            if p / largest * normal + q / largest * tangential < -doubt:
+                return False
+        return True
+
 
 def lift_off() -> LocalMode:
     """Return ``F = 0, a_n >= 0``."""
-    return LocalMode(ContactMode.LIFTOFF, np.zeros((2, 0)), signs=((NORMAL, 1),), side=0)
+    return LocalMode(ContactMode.LIFTOFF, signs=((NORMAL, 1),), side=0)
 
 
 def slip(mu: float, direction: int, at_rest: bool, side: int = 1) -> LocalMode:
@@ -149,18 +168,19 @@ def slip(mu: float, direction: int, at_rest: bool, side: int = 1) -> LocalMode:
     """
     # Along F_n on both sides, so that the determinants of both orient alike.
     size = _power_of_two(max(1.0, mu))
-    way = np.array([[1.0], [-mu * direction * side]]) / size
+    way = (1.0 / size, -mu * direction * side / size)
     signs = ((TANGENTIAL, direction),) if at_rest and mu > 0 else ()
-    cone = np.array([[float(side), 0.0]])
-    return LocalMode(slip_mode(direction), way, (NORMAL,), cone, signs, np.array([size]), side)
+    cone = ((float(side), 0.0),)
+    return LocalMode(slip_mode(direction), (way,), (NORMAL,), cone, signs, (size,), side)
 
 
 def stick(mu: float, side: int = 1) -> LocalMode:
     """Return ``a_n = a_t = 0, |F_t| <= mu |F_n|`` with the sign `side` of F_n, for mu > 0."""
     size = max(_power_of_two(mu), _SMALLEST)
-    cone = np.array([[side * mu, 1.0], [side * mu, -1.0]]) / size
-    unit = np.array([1.0, min(1.0, size)])
-    return LocalMode(ContactMode.STICK, np.eye(2), (NORMAL, TANGENTIAL), cone, (), unit, side)
+    edge = side * mu / size
+    cone = ((edge, 1.0 / size), (edge, -1.0 / size))
+    unit = (1.0, min(1.0, size))
+    return LocalMode(ContactMode.STICK, _AXES, (NORMAL, TANGENTIAL), cone, (), unit, side)
 
 
 def local_modes(mu: float, direction: int, bilateral: bool = False) -> tuple[LocalMode, ...]:
@@ -192,30 +212,46 @@ def rounded_difference(a: npt.ArrayLike, b: npt.ArrayLike) -> FloatArray:
     return np.where(np.abs(value) <= _ROUNDING * (np.abs(first) + np.abs(second)), 0.0, value)
 
 
+def _difference(first: float, second: float) -> float:
+    """Return what `rounded_difference` returns, of two numbers."""
+    value = first - second
+    return 0.0 if abs(value) <= _ROUNDING * (abs(first) + abs(second)) else value
+
+
 def scale_contacts(
     W: FloatArray, b: FloatArray, mu: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+) -> tuple[list[Vector], Vector, Vector, Vector]:
     """Scale n contacts to order one by powers of two, which rounds nothing.
 
     Returns
     -------
-    W, b, mu : ndarray
+    W : list of 2 n rows
+    b, mu : list of float
         The scaled problem, of the same signs and local modes.
-    unit : ndarray, shape (2 n,)
+    unit : list of 2 n float
         Forces F' of the scaled problem are ``unit * F'`` of the given one.
     """
+    rows = W.tolist()
+    diagonal = [row[k] for k, row in enumerate(rows)]
     # ldexp(1, k // 2) is within a factor two of the root of a number near 2**k.
-    half = np.frexp(np.diag(W))[1] // 2
-    d = np.where(np.diag(W) > 0, np.ldexp(1.0, half), 1.0)
-    offset = b / d
-    largest = float(np.max(np.abs(offset)))
-    size = float(np.ldexp(1.0, np.frexp(largest)[1])) if largest > 0 else 1.0
-    return W / np.outer(d, d), offset / size, mu * d[1::2] / d[0::2], size / d
+    d = [math.ldexp(1.0, math.frexp(w)[1] // 2) if w > 0 else 1.0 for w in diagonal]
+    offset = [v / e for v, e in zip(b.tolist(), d, strict=True)]
+    largest = max(map(abs, offset))
+    size = 2 * _power_of_two(largest) if 0 < largest < math.inf else 1.0
+    return (
+        [
+            [w / (e * f) for w, f in zip(row, d, strict=True)]
+            for row, e in zip(rows, d, strict=True)
+        ],
+        [v / size for v in offset],
+        [m * t / n for m, n, t in zip(mu.tolist(), d[0::2], d[1::2], strict=True)],
+        [size / e for e in d],
+    )
 
 
 def _power_of_two(size: float) -> float:
     """Return the largest power of two that is no larger than a positive number."""
-    return float(np.ldexp(1.0, int(np.frexp(size)[1]) - 1))
+    return math.ldexp(1.0, math.frexp(size)[1] - 1)
 
 
 # ---- all combinations ----
@@ -227,7 +263,7 @@ class ModePoint:
 
     Attributes
     ----------
-    forces : ndarray, shape (2 n,)
+    forces : list of 2 n float
         F_n, F_t contact by contact.
     choice : tuple of int
         The local mode of each contact, by its position in the list given.
@@ -235,44 +271,69 @@ class ModePoint:
         True where the forces are one point of a segment, ray or wider face of the choice.
     """
 
-    forces: FloatArray
+    forces: Vector
     choice: tuple[int, ...]
     wide: bool
+
+
+class _Choice(NamedTuple):
+    """A local mode of each contact, by position, and the system that it makes.
+
+    The rows of a that vanish, and the directions of the forces by their columns.
+    """
+
+    local: tuple[int, ...]
+    rows: list[int]
+    columns: list[int]
 
 
 class ModeProduct:
     """The linear systems of all choices of one local mode for each contact, solved size by size.
 
+    Systems of one or two unknowns, all that one contact has, are solved number by number; larger
+    ones, of which there may be thousands, together.
+
     Parameters
     ----------
-    W : ndarray, shape (2 n, 2 n)
+    W : list of 2 n rows
         Mobility of the contacts, scaled to order one.
-    b : ndarray, shape (2 n,)
+    b : list of 2 n float
         Accelerations without contact force, scaled to order one.
     modes : sequence of n sequences of LocalMode
         What each contact may do.
     """
 
-    def __init__(self, W: FloatArray, b: FloatArray, modes: Sequence[Sequence[LocalMode]]) -> None:
+    def __init__(self, W: list[Vector], b: Vector, modes: Sequence[Sequence[LocalMode]]) -> None:
         self.W, self.b, self.modes = W, b, modes
-        ways, rates, units = [np.zeros((b.size, 0))], [np.zeros((b.size, 0))], [np.zeros(0)]
+        # Every direction of every local mode: its contact, its force, the accelerations that it
+        # causes, and its unit. A sign that rounding left of W_nn - mu s W_nt would be an accident.
+        self._ways: list[tuple[int, tuple[float, float]]] = []
+        self._rates: list[Vector] = []
+        self._units: list[float] = []
+        self._columns: list[list[range]] = []
         for i, given in enumerate(modes):
+            self._columns.append([])
             for mode in given:
-                normal, tangential = (
-                    W[:, [2 * i + k]] * mode.directions[k] for k in (NORMAL, TANGENTIAL)
-                )
-                way = np.zeros((b.size, mode.directions.shape[1]))
-                way[2 * i : 2 * i + 2] = mode.directions
-                ways.append(way)
-                # A sign that rounding left of W_nn - mu s W_nt would be an accident.
-                rates.append(rounded_difference(normal, -tangential))
-                units.append(mode.unit)
-        ends = np.cumsum([unit.size for unit in units])
-        columns = iter(range(a, z) for a, z in itertools.pairwise(ends))
-        self.ways = np.hstack(ways)  # every direction of every local mode, as columns
-        self.rates = np.hstack(rates)
-        self.units = np.concatenate(units)
-        self.columns = [[next(columns) for _ in given] for given in modes]
+                start = len(self._ways)
+                for n, t in mode.directions:
+                    self._ways.append((i, (n, t)))
+                    pairs = ((row[2 * i] * n, row[2 * i + 1] * t) for row in W)
+                    self._rates.append([_difference(p, -q) for p, q in pairs])
+                self._units += mode.unit
+                self._columns[i].append(range(start, len(self._ways)))
+
+    @cached_property
+    def ways(self) -> FloatArray:
+        """Every direction of every local mode, as columns; shape (2 n, directions)."""
+        ways = np.zeros((len(self.b), len(self._ways)))
+        for k, (i, way) in enumerate(self._ways):
+            ways[2 * i : 2 * i + 2, k] = way
+        return ways
+
+    @cached_property
+    def rates(self) -> FloatArray:
+        """Accelerations of these directions, as columns; shape (2 n, directions)."""
+        return np.array(self._rates).reshape(-1, len(self.b)).T
 
     def points(self) -> list[ModePoint]:
         """Return the forces of every choice.
@@ -288,7 +349,7 @@ class ModeProduct:
 
         With them the sizes of the terms of each entry, by which a sign left by rounding is known.
         """
-        terms = np.abs(self.W) @ np.abs(self.ways)
+        terms = np.abs(np.array(self.W)) @ np.abs(self.ways)
         for choices in self._groups():
             blocks, rows, columns = self._blocks(choices)
             yield blocks, terms[rows[:, :, None], columns[:, None, :]]
@@ -307,95 +368,107 @@ class ModeProduct:
         for chosen in itertools.product(*sides):
             forces, partners = [], []
             for i, (given, side) in enumerate(zip(self.modes, chosen, strict=True)):
-                slips = [m for m in given if m.side == side and m.unit.size == 1]
+                slips = [m for m in given if m.side == side and len(m.unit) == 1]
                 for mode in slips:
-                    force = np.zeros(self.b.size)
-                    force[2 * i : 2 * i + 2] = side * mode.directions[:, 0]
+                    force = np.zeros(len(self.b))
+                    force[2 * i : 2 * i + 2] = side * np.array(mode.directions[0])
                     partner = force
                     if len(slips) == 1:  # sliding, or without friction: only F_n a_n = 0 is known
-                        partner = np.zeros(self.b.size)
-                        partner[2 * i] = side * mode.directions[0, 0]
+                        partner = np.zeros(len(self.b))
+                        partner[2 * i] = force[2 * i]
                     forces.append(force)
                     partners.append(partner)
-            yield np.array(partners) @ self.W @ np.array(forces).T
+            yield np.array(partners) @ np.array(self.W) @ np.array(forces).T
 
-    def _groups(self) -> Iterable[list[tuple[int, ...]]]:
+    def _groups(self) -> Iterable[list[_Choice]]:
         """Return all choices, those with one number of unknowns together."""
-        groups: dict[int, list[tuple[int, ...]]] = {}
-        for choice in np.ndindex(*map(len, self.modes)):
-            groups.setdefault(len(self._index(choice)[0]), []).append(choice)
+        groups: dict[int, list[_Choice]] = {}
+        for local in itertools.product(*(range(len(given)) for given in self.modes)):
+            rows: list[int] = []
+            columns: list[int] = []
+            for i, j in enumerate(local):
+                rows += [2 * i + entry for entry in self.modes[i][j].vanishing]
+                columns += self._columns[i][j]
+            groups.setdefault(len(rows), []).append(_Choice(local, rows, columns))
         return groups.values()
 
-    def _blocks(self, choices: list[tuple[int, ...]]) -> tuple[FloatArray, IntArray, IntArray]:
+    def _blocks(self, choices: list[_Choice]) -> tuple[FloatArray, IntArray, IntArray]:
         """Return the matrices of choices of one size, with their rows and columns."""
-        index = np.array([self._index(choice) for choice in choices], dtype=np.intp)
-        rows, columns = index[:, 0], index[:, 1]
+        rows = np.array([choice.rows for choice in choices], dtype=np.intp)
+        columns = np.array([choice.columns for choice in choices], dtype=np.intp)
         return self.rates[rows[:, :, None], columns[:, None, :]], rows, columns
 
-    def _index(self, choice: tuple[int, ...]) -> tuple[list[int], list[int]]:
-        """Return the rows of a that vanish and the columns of `ways` in use."""
-        rows: list[int] = []
-        columns: list[int] = []
-        for i, j in enumerate(choice):
-            rows += [2 * i + entry for entry in self.modes[i][j].vanishing]
-            columns += self.columns[i][j]
-        return rows, columns
-
-    def _solve_group(self, choices: list[tuple[int, ...]]) -> list[ModePoint]:
-        """Solve all choices with one number of unknowns: regular ones together, others singly."""
-        blocks, rows, columns = self._blocks(choices)
-        regular = np.ones(len(choices), bool)
-        if rows.shape[1] == 1:
-            regular = blocks[:, 0, 0] != 0
-        elif rows.shape[1]:
-            stretch = np.linalg.svd(blocks, compute_uv=False)
-            regular = stretch[:, -1] > RANK * self.b.size
-        x = solve_refined(blocks[regular], -self.b[rows[regular]])
-        forces = np.einsum("mk,mkf->mf", x, self.ways.T[columns[regular]])
-        kept = self._plausible(forces, np.array(choices, dtype=np.intp)[regular])
-        chosen = itertools.compress(choices, regular)
-        points = [
-            ModePoint(force, choice, False)
-            for force, choice, good in zip(forces, chosen, kept, strict=True)
-            if good
-        ]
-        faces = (self._face(choice) for choice in itertools.compress(choices, ~regular))
+    def _solve_group(self, choices: list[_Choice]) -> list[ModePoint]:
+        """Solve all choices with one number of unknowns: regular ones first, then the others."""
+        small = len(choices[0].rows) <= 2
+        solved = map(self._solve_small, choices) if small else self._solve_together(choices)
+        points: list[ModePoint] = []
+        singular: list[_Choice] = []
+        for choice, x in zip(choices, solved, strict=True):
+            if x is None:
+                singular.append(choice)
+                continue
+            forces = [0.0] * len(self.b)
+            for size, column in zip(x, choice.columns, strict=True):
+                i, (normal, tangential) = self._ways[column]
+                forces[2 * i] += size * normal
+                forces[2 * i + 1] += size * tangential
+            if self._plausible(forces, choice.local):
+                points.append(ModePoint(forces, choice.local, False))
+        faces = map(self._face, singular)
         return points + [face for face in faces if face is not None]
 
-    def _plausible(self, forces: FloatArray, choices: IntArray) -> BoolArray:
-        """Return whether each force may satisfy the inequalities of its choice."""
-        good = np.ones(len(forces), bool)
-        accelerations = forces @ self.W.T + self.b
-        terms = np.abs(forces) @ np.abs(self.W.T) + np.abs(self.b)
-        doubt = _REJECTION_TOLERANCE * (np.max(np.abs(forces), axis=1) + np.max(np.abs(self.b)))
-        for i, given in enumerate(self.modes):
-            force = forces[:, 2 * i : 2 * i + 2]
-            for j, mode in enumerate(given):
-                chosen = choices[:, i] == j
-                if not np.any(chosen):
-                    continue
-                wrong = np.any(force @ mode.unit_cone.T < -doubt[:, None], axis=1)
-                for entry, sign in mode.signs:
-                    row = 2 * i + entry
-                    wrong |= sign * accelerations[:, row] < -_REJECTION_TOLERANCE * terms[:, row]
-                good &= ~(wrong & chosen)
-        return good
+    def _solve_small(self, choice: _Choice) -> Vector | None:
+        """Return the unknowns of a system of at most two, or None where it is singular."""
+        if not choice.rows:
+            return []
+        goal = [-self.b[row] for row in choice.rows]
+        block = [[self._rates[column][row] for column in choice.columns] for row in choice.rows]
+        if len(goal) == 1:
+            rate = block[0][0]
+            return [goal[0] / rate] if rate else None
+        return solve_two(block, goal, RANK * len(self.b))
 
-    def _face(self, choice: tuple[int, ...]) -> ModePoint | None:
-        """Return a point of a choice whose system is singular, or None if it has no solution."""
-        rows, columns = self._index(choice)
-        ways, rates = self.ways[:, columns], self.rates[:, columns]
-        slopes, starts = [np.zeros((0, len(columns)))], [np.zeros(0)]
-        for i, j in enumerate(choice):
+    def _solve_together(self, choices: list[_Choice]) -> list[Vector | None]:
+        """Return the unknowns of systems of one size, None for those that are singular."""
+        blocks, rows, _ = self._blocks(choices)
+        stretch = np.linalg.svd(blocks, compute_uv=False)
+        regular = stretch[:, -1] > RANK * len(self.b)
+        solved = iter(solve_refined(blocks[regular], -np.array(self.b)[rows[regular]]).tolist())
+        return [next(solved) if good else None for good in regular]
+
+    def _plausible(self, forces: Vector, local: tuple[int, ...]) -> bool:
+        """Return whether forces may satisfy the inequalities of their local modes."""
+        doubt = _REJECTION_TOLERANCE * (max(map(abs, forces)) + max(map(abs, self.b)))
+        for i, j in enumerate(local):
             mode = self.modes[i][j]
-            slopes.append(mode.cone @ ways[2 * i : 2 * i + 2])
+            if not mode.admits(forces[2 * i : 2 * i + 2], doubt):
+                return False
+            for entry, sign in mode.signs:
+                value = self.b[2 * i + entry]
+                terms = abs(value)
+                for w, force in zip(self.W[2 * i + entry], forces, strict=True):
+                    value += w * force
+                    terms += abs(w * force)
+                if sign * value < -_REJECTION_TOLERANCE * terms:
+                    return False
+        return True
+
+    def _face(self, choice: _Choice) -> ModePoint | None:
+        """Return a point of a choice whose system is singular, or None if it has no solution."""
+        local, rows, columns = choice
+        ways, rates, b = self.ways[:, columns], self.rates[:, columns], np.array(self.b)
+        slopes, starts = [np.zeros((0, len(columns)))], [np.zeros(0)]
+        for i, j in enumerate(local):
+            mode = self.modes[i][j]
+            slopes.append(np.array(mode.cone).reshape(-1, 2) @ ways[2 * i : 2 * i + 2])
             starts.append(np.zeros(len(mode.cone)))
             for entry, sign in mode.signs:
                 slopes.append(sign * rates[[2 * i + entry]])
-                starts.append(sign * self.b[[2 * i + entry]])
+                starts.append(sign * b[[2 * i + entry]])
         slope, start = np.vstack(slopes), np.concatenate(starts)
-        goal, unit = -self.b[rows], self.units[columns]
-        face = affine_face(rates[rows], goal, slope, start, self.b.size, quick=True, unit=unit)
+        goal, unit = -b[rows], np.array([self._units[column] for column in columns])
+        face = affine_face(rates[rows], goal, slope, start, b.size, quick=True, unit=unit)
         if face is None:
             return None
-        return ModePoint(ways @ face[0], choice, bool(np.any(face[1])))
+        return ModePoint((ways @ face[0]).tolist(), local, bool(np.any(face[1])))

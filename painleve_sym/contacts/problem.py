@@ -54,8 +54,8 @@ from __future__ import annotations
 
 import enum
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -70,6 +70,7 @@ from painleve_sym.contacts.local_mode import (
     ContactMode,
     LocalMode,
     ModeProduct,
+    Vector,
     local_modes,
     rounded_difference,
     scale_contacts,
@@ -254,13 +255,13 @@ class ContactProblem:
                 value = np.array(getattr(self, name), dtype=float)
             except (TypeError, ValueError):
                 value = np.array(math.nan)
-            if not np.all(np.isfinite(value)):
+            if not np.isfinite(value).all():
                 faults.append(
                     f"{name}: got {getattr(self, name)!r}, need finite numbers. "
                     "Fix: check the state it was evaluated at."
                 )
-            if name in ("mu", "slip_velocity"):
-                value = np.atleast_1d(value)
+            if value.ndim == 0 and name in ("mu", "slip_velocity"):
+                value = value.reshape(1)
             object.__setattr__(self, name, value)
         sides = np.array(self.bilateral, dtype=bool)
         sides = np.full(self.mu.shape, sides) if sides.ndim == 0 else sides
@@ -269,8 +270,8 @@ class ContactProblem:
         if faults:
             raise InputError(_STATED + " Also, ".join(faults))
         object.__setattr__(self, "W", (self.W + self.W.T) / 2)
-        for entry in fields(self):
-            getattr(self, entry.name).setflags(write=False)
+        for array in (self.W, self.b, self.mu, self.slip_velocity, self.bilateral):
+            array.setflags(write=False)
 
     @classmethod
     def single(
@@ -333,7 +334,7 @@ class ContactProblem:
     def _physical_faults(self) -> list[str]:
         """Return a sentence for each entry that no mechanism can have."""
         faults: list[str] = []
-        if np.any(self.mu < 0):
+        if (self.mu < 0).any():
             received = self.mu.item() if self.size == 1 else self.mu.tolist()
             faults.append(
                 f"mu: got {received!r}, need mu >= 0. Fix: give the direction by slip_velocity."
@@ -380,7 +381,7 @@ class ContactProblem:
     @cached_property
     def slip_directions(self) -> tuple[int, ...]:
         """Return the sign of each slip velocity: -1, 0 or +1."""
-        return tuple(int(sign) for sign in np.sign(self.slip_velocity))
+        return tuple(map(_sign, self.slip_velocity.tolist()))
 
     # ---- solutions ----
 
@@ -411,11 +412,9 @@ class ContactProblem:
                 checked.append(answer)
             elif answer.residual < checked[twin].residual:
                 checked[twin] = answer
-        checked = _ordered(checked)
-        choices = np.array(wide, dtype=np.intp).reshape(-1, self.size)
         return tuple(
-            law.solution(answer, not _any_holds(choices, law.possible(answer.forces)))
-            for answer in checked
+            law.solution(answer, not (wide and _any_holds(wide, law.possible(answer.forces))))
+            for answer in _ordered(checked)
         )
 
     def solve_lemke(self, max_pivots: int | None = None) -> LemkeResult[ContactSolution]:
@@ -443,7 +442,7 @@ class ContactProblem:
         status, z, pivots = pivot(scaled, limit, RESIDUAL_TOLERANCE)
         if z is None:
             return LemkeResult(status, None, pivots)
-        answer = self._law.check((ways @ (unit * z)) / self._law.unit)
+        answer = self._law.check(((ways @ (unit * z)) / self._law.unit).tolist())
         if answer is None:
             return LemkeResult(LemkeStatus.NOT_VERIFIED, None, pivots)
         return LemkeResult(status, self._law.solution(answer, self._isolated(answer)), pivots)
@@ -485,7 +484,7 @@ class ContactProblem:
             )
         if not np.all(np.isfinite(point)):
             return math.inf
-        return self._law.residual(point / self._law.unit)
+        return self._law.residual((point / self._law.unit).tolist())
 
     def uniqueness(self) -> Uniqueness:
         """Say beforehand what W, mu and the slip directions promise for every b.
@@ -613,7 +612,7 @@ class ContactProblem:
         InputError
             As for `forces_from`.
         """
-        answer = self._law.check(self.forces_from(solution) / self._law.unit)
+        answer = self._law.check((self.forces_from(solution) / self._law.unit).tolist())
         return None if answer is None else self._law.solution(answer, self._isolated(answer))
 
     @cached_property
@@ -766,7 +765,7 @@ class ContactProblem:
         """
         law = self._law
         possible = law.possible(point.forces)
-        if math.prod(int(np.sum(flags)) for flags in possible) > _MANY_MODES:
+        if math.prod(map(sum, possible)) > _MANY_MODES:
             return None
         meeting = [
             [mode for mode, flag in zip(given, flags, strict=True) if flag]
@@ -780,31 +779,37 @@ _STATED = "ContactProblem cannot be stated, "
 
 @dataclass(frozen=True, eq=False)
 class _Checked:
-    """Hold scaled forces that passed the check, shape (2 n,), with their modes and residual."""
+    """Hold 2 n scaled forces that passed the check, with their modes and residual."""
 
-    forces: FloatArray
+    forces: Vector
     modes: tuple[ContactMode, ...]
     residual: float
+
+    @cached_property
+    def largest(self) -> float:
+        """Return the size of the largest force."""
+        return max(map(abs, self.forces))
 
 
 @dataclass(frozen=True, eq=False)
 class _ScaledLaw:
     """The problem scaled to order one by powers of two, and the check of its answers.
 
-    Forces here are those of the problem over `unit`, which rounds nothing.
+    Forces here are those of the problem over `unit`, which rounds nothing. All is computed number
+    by number: for the few contacts that a problem has, calls of NumPy take ten times as long.
     """
 
     problem: ContactProblem
-    W: FloatArray
-    b: FloatArray
-    mu: FloatArray
-    unit: FloatArray
+    W: list[Vector]
+    b: Vector
+    mu: Vector
+    unit: Vector
 
     @cached_property
     def modes(self) -> list[tuple[LocalMode, ...]]:
         """The local modes of each contact."""
-        given = zip(self.mu, self.problem.slip_directions, self.problem.bilateral, strict=True)
-        return [local_modes(float(mu), s, bool(sides)) for mu, s, sides in given]
+        given = zip(self.mu, self.problem.slip_directions, self.bilateral, strict=True)
+        return [local_modes(mu, s, sides) for mu, s, sides in given]
 
     @cached_property
     def product(self) -> ModeProduct:
@@ -812,42 +817,41 @@ class _ScaledLaw:
         return ModeProduct(self.W, self.b, self.modes)
 
     @cached_property
-    def _sizes(self) -> FloatArray:
-        """Return the sizes of the entries of W."""
-        return np.abs(self.W)
+    def bilateral(self) -> list[bool]:
+        """Return which contacts hold from both sides."""
+        sides: list[bool] = self.problem.bilateral.tolist()
+        return sides
 
-    def accelerations(self, forces: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the accelerations, and the sum of the sizes of the terms of each."""
-        # Term by term, so that one contact has W_nn F_n + W_nt F_t + b_n literally.
-        terms = np.sum(self._sizes * np.abs(forces), axis=1) + np.abs(self.b)
-        return np.sum(self.W * forces, axis=1) + self.b, terms
-
-    def residual(self, forces: FloatArray) -> float:
+    def residual(self, forces: Vector) -> float:
         """Measure forces; see `ContactProblem.residual`."""
-        a, terms = self.accelerations(forces)
-        share = _ratio(a, terms)
-        weight = self._share(np.abs(forces), terms)[0::2]
-        normal, tangential = forces[0::2], forces[1::2]
-        open_part = np.maximum(
-            np.where(normal < 0, weight, np.minimum(weight, np.abs(share[0::2]))),
-            np.maximum(-share[0::2], 0.0),
-        )
-        held = np.where(self.problem.bilateral, np.abs(share[0::2]), open_part)
-        limit = self.mu * np.abs(normal)
-        span = np.abs(tangential) + limit
-        cone = np.maximum(_ratio(np.abs(tangential) - limit, span), 0.0)
-        moving = np.array(self.problem.slip_directions)
-        s = np.where(moving != 0, moving, np.sign(share[1::2]))
-        opposing = _ratio(np.abs(tangential + s * limit), span)
-        opposing = np.where(moving != 0, opposing, np.minimum(opposing, np.abs(share[1::2])))
-        return float(np.max([held, cone, opposing]))
+        a, terms = _accelerations(self.W, self.b, forces)
+        if not math.isfinite(sum(terms)):
+            return math.inf
+        share = [_ratio(value, size) for value, size in zip(a, terms, strict=True)]
+        weights = self._share([abs(force) for force in forces], terms)[0::2]
+        residual = 0.0
+        for i, (weight, s) in enumerate(zip(weights, self.problem.slip_directions, strict=True)):
+            normal, tangential = forces[2 * i : 2 * i + 2]
+            leaving, speeding = share[2 * i : 2 * i + 2]
+            held = abs(leaving)
+            if not self.bilateral[i]:
+                held = max(weight if normal < 0 else min(weight, held), -leaving, 0.0)
+            limit = self.mu[i] * abs(normal)
+            span = abs(tangential) + limit
+            cone = _ratio(abs(tangential) - limit, span)
+            way = s or _sign(speeding)
+            opposing = _ratio(abs(tangential + way * limit), span)
+            if not s:
+                opposing = min(opposing, abs(speeding))
+            residual = max(residual, held, cone, opposing)
+        return residual
 
-    def check(self, forces: FloatArray, choice: tuple[int, ...] | None = None) -> _Checked | None:
+    def check(self, forces: Vector, choice: tuple[int, ...] | None = None) -> _Checked | None:
         """Return the forces with negligible parts removed, or None if they are not a solution.
 
         Parameters
         ----------
-        forces : ndarray, shape (2 n,)
+        forces : list of 2 n float
             Scaled.
         choice : tuple of int, optional
             The local modes they were computed for; without it they follow from the forces.
@@ -859,37 +863,51 @@ class _ScaledLaw:
             measured = self.residual(settled)
             if best is None or measured < best.residual:
                 named = self._named(settled, modes)
-                best = _Checked(settled + 0.0, named, measured)  # no -0.0
+                best = _Checked([force + 0.0 for force in settled], named, measured)  # no -0.0
             if measured <= ROUNDING:
                 break
         return best if best is not None and best.residual <= RESIDUAL_TOLERANCE else None
 
-    def _candidates(self, forces: FloatArray) -> list[FloatArray]:
-        """Return the forces without what a solve may have left of zeros, and as they are.
+    def _candidates(self, forces: Vector) -> Iterator[Vector]:
+        """Yield the forces without what a solve may have left of zeros, and as they are.
 
         Noise is what is small beside the largest force in comparable units, or whole contacts that
         matter to no acceleration.
         """
-        size = np.abs(forces)
-        weighted = np.sqrt(np.diag(self.W)) * size
-        noise = (weighted > 0) & (weighted <= _ROUND_OFF * np.max(weighted))
-        share = self._share(size, self.accelerations(forces)[1])
-        idle = np.repeat(np.all(share.reshape(-1, 2) <= RESIDUAL_TOLERANCE, axis=1), 2)
-        tried = [np.where(noise, 0.0, forces)] if np.any(noise) else []
-        tried.append(forces)
-        if np.any(idle & (size > 0)):
-            tried.append(np.where(idle, 0.0, forces))
-        return tried
+        weighted = [w * abs(force) for w, force in zip(self._weights, forces, strict=True)]
+        noise = _ROUND_OFF * max(weighted)
+        if any(0 < value <= noise for value in weighted):
+            pairs = zip(forces, weighted, strict=True)
+            yield [0.0 if 0 < value <= noise else force for force, value in pairs]
+        yield forces
+        terms = _accelerations(self.W, self.b, forces)[1]
+        share = self._share([abs(force) for force in forces], terms)
+        kept = [
+            force
+            for k in range(0, len(forces), 2)
+            for force in (
+                (0.0, 0.0)
+                if share[k] <= RESIDUAL_TOLERANCE and share[k + 1] <= RESIDUAL_TOLERANCE
+                else forces[k : k + 2]
+            )
+        ]
+        if kept != forces:
+            yield kept
 
-    def _modes(self, forces: FloatArray, choice: tuple[int, ...] | None) -> list[ContactMode]:
+    @cached_property
+    def _weights(self) -> Vector:
+        """Return what makes forces comparable: the root of each mobility."""
+        return [math.sqrt(row[k]) for k, row in enumerate(self.W)]
+
+    def _modes(self, forces: Vector, choice: tuple[int, ...] | None) -> list[ContactMode]:
         """Return the modes of a choice, or those that the forces show."""
         if choice is not None:
             return [given[j].mode for given, j in zip(self.modes, choice, strict=True)]
-        modes, a = [], self.accelerations(forces)[0]
+        modes, a = [], _accelerations(self.W, self.b, forces)[0]
         for i, s in enumerate(self.problem.slip_directions):
             normal, tangential = forces[2 * i : 2 * i + 2]
             inside = abs(tangential) < self.mu[i] * abs(normal) * (1 - 1e-9)
-            if normal == 0 and not self.problem.bilateral[i]:
+            if normal == 0 and not self.bilateral[i]:
                 modes.append(ContactMode.LIFTOFF)
             elif s or not inside:
                 modes.append(slip_mode(s or (-tangential if tangential else a[2 * i + 1])))
@@ -897,33 +915,33 @@ class _ScaledLaw:
                 modes.append(ContactMode.STICK)
         return modes
 
-    def _settled(self, forces: FloatArray, modes: Sequence[ContactMode]) -> FloatArray:
+    def _settled(self, forces: Vector, modes: Sequence[ContactMode]) -> Vector:
         """Return the forces with F_n >= 0 where a contact can open, and F_t within its cone.
 
         Friction is on the edge of the cone exactly where the contact slips.
         """
-        settled = forces.copy()
+        settled = list(forces)
         for i, mode in enumerate(modes):
             normal, tangential = forces[2 * i : 2 * i + 2]
-            if normal <= 0 and not self.problem.bilateral[i]:
-                settled[2 * i : 2 * i + 2] = 0.0
+            if normal <= 0 and not self.bilateral[i]:
+                settled[2 * i : 2 * i + 2] = 0.0, 0.0
                 continue
             limit = self.mu[i] * abs(normal)
-            signs = {ContactMode.SLIP_POS: -1.0, ContactMode.SLIP_NEG: 1.0}
-            edge = signs.get(mode)
-            settled[2 * i + 1] = (
-                min(max(tangential, -limit), limit) if edge is None else edge * limit
-            )
+            if mode is ContactMode.SLIP_POS:
+                tangential = -limit
+            elif mode is ContactMode.SLIP_NEG:
+                tangential = limit
+            settled[2 * i + 1] = min(max(tangential, -limit), limit)
         return settled
 
-    def _named(self, forces: FloatArray, modes: Sequence[ContactMode]) -> tuple[ContactMode, ...]:
+    def _named(self, forces: Vector, modes: Sequence[ContactMode]) -> tuple[ContactMode, ...]:
         """Return the modes, borders by the convention of `ContactMode`."""
-        a, terms = self.accelerations(forces)
+        a, terms = _accelerations(self.W, self.b, forces)
         named = []
         for i, (mode, s) in enumerate(zip(modes, self.problem.slip_directions, strict=True)):
             rate, size = a[2 * i + 1], terms[2 * i + 1]
             word = mode
-            if forces[2 * i] == 0 and not self.problem.bilateral[i]:
+            if forces[2 * i] == 0 and not self.bilateral[i]:
                 word = ContactMode.LIFTOFF
             elif not s and (mode is not ContactMode.STICK or abs(rate) > RESIDUAL_TOLERANCE * size):
                 # Without friction, or where F_n = 0, the acceleration alone tells the direction.
@@ -933,62 +951,66 @@ class _ScaledLaw:
 
     def twin(self, point: _Checked, known: Sequence[_Checked]) -> int | None:
         """Return the position of the same forces among those known, or None."""
-        if not known:
-            return None
-        table = np.array([other.forces for other in known])
-        gap = np.max(np.abs(table - point.forces), axis=1)
-        size = np.maximum(np.max(np.abs(table), axis=1), np.max(np.abs(point.forces)))
-        near = np.flatnonzero(gap <= _NEAR * size)
-        return next((int(k) for k in near if self._same(point.forces, table[k])), None)
+        for k, other in enumerate(known):
+            near = _NEAR * max(point.largest, other.largest)
+            if all(
+                abs(p - q) <= near for p, q in zip(point.forces, other.forces, strict=True)
+            ) and self._same(point.forces, other.forces):
+                return k
+        return None
 
-    def _same(self, first: FloatArray, second: FloatArray) -> bool:
+    def _same(self, first: Vector, second: Vector) -> bool:
         """Return whether the step between two forces is negligible for every acceleration."""
-        size, step = np.maximum(np.abs(first), np.abs(second)), np.abs(first - second)
-        weight = np.sqrt(np.diag(self.W))
+        pairs = list(zip(first, second, strict=True))
+        size = [max(abs(p), abs(q)) for p, q in pairs]
         # Where forces balance, every term of an acceleration may be rounding: noise is none.
-        small = (weight > 0) & (weight * step <= _ROUND_OFF * np.max(weight * size))
-        step = np.where(small, 0.0, step)
-        terms = np.abs(self.b) + self._sizes @ size
-        return bool(np.all(self._share(step, terms, size) <= _DISTINCT))
+        noise = _ROUND_OFF * max(w * s for w, s in zip(self._weights, size, strict=True))
+        step = [
+            0.0 if w > 0 and w * abs(p - q) <= noise else abs(p - q)
+            for w, (p, q) in zip(self._weights, pairs, strict=True)
+        ]
+        terms = _accelerations(self.W, self.b, size)[1]
+        return all(share <= _DISTINCT for share in self._share(step, terms, size))
 
-    def _share(
-        self, part: FloatArray, terms: FloatArray, whole: FloatArray | None = None
-    ) -> FloatArray:
+    def _share(self, part: Vector, terms: Vector, whole: Vector | None = None) -> Vector:
         """Return how much each part of the forces matters to any acceleration, by its terms."""
-        effects = self._sizes * part
-        share: FloatArray = np.max(
-            _ratio(effects, np.broadcast_to(terms[:, None], effects.shape)), 0
-        )
-        # Where nothing moves, forces count by themselves.
-        idle = np.all(self.W == 0, axis=0) & (part > 0)
-        share[idle] = 1.0 if whole is None else part[idle] / whole[idle]
-        return share
+        shares = []
+        for k, value in enumerate(part):
+            share, moves = 0.0, False
+            for row, size in zip(self.W, terms, strict=True):
+                if row[k]:
+                    moves = True
+                    share = max(share, _ratio(abs(row[k]) * value, size))
+            if not moves and value > 0:  # where nothing moves, forces count by themselves
+                share = 1.0 if whole is None else value / whole[k]
+            shares.append(share)
+        return shares
 
-    def possible(self, forces: FloatArray) -> list[BoolArray]:
+    def possible(self, forces: Vector) -> list[list[bool]]:
         """Return for each contact which of its local modes hold these forces, borders included."""
-        a, terms = self.accelerations(forces)
-        share = _ratio(a, terms)
-        rows = [slice(2 * i, 2 * i + 2) for i in range(self.mu.size)]
+        a, terms = _accelerations(self.W, self.b, forces)
+        share = [_ratio(value, size) for value, size in zip(a, terms, strict=True)]
+        rows = [slice(2 * i, 2 * i + 2) for i in range(len(self.mu))]
         return [
-            np.array([mode.holds(forces[pair], share[pair]) for mode in given])
+            [mode.holds(forces[pair], share[pair]) for mode in given]
             for given, pair in zip(self.modes, rows, strict=True)
         ]
 
     def solution(self, point: _Checked, isolated: bool | None) -> ContactSolution:
         """Return checked forces with their accelerations, in the units of the problem."""
-        forces, problem = self.unit * point.forces, self.problem
-        terms = np.sum(np.abs(problem.W) * np.abs(forces), axis=1) + np.abs(problem.b)
-        accelerations = np.sum(problem.W * forces, axis=1) + problem.b
-        accelerations[np.abs(accelerations) <= ROUNDING * terms] = 0.0
-        closed = np.array([mode is not ContactMode.LIFTOFF for mode in point.modes])
-        sticking = np.array([mode is ContactMode.STICK for mode in point.modes])
-        normal, tangential = forces[0::2].copy(), forces[1::2].copy()
-        parted = np.where(closed, 0.0, accelerations[0::2])
-        sliding = np.where(sticking, 0.0, accelerations[1::2])
-        for array in (normal, tangential, parted, sliding):
+        forces = [unit * force for unit, force in zip(self.unit, point.forces, strict=True)]
+        a, terms = _accelerations(self.problem.W.tolist(), self.problem.b.tolist(), forces)
+        a = [0.0 if abs(v) <= ROUNDING * t else v for v, t in zip(a, terms, strict=True)]
+        # What the mode fixes at 0 is exactly 0.
+        fixed = [(m is not ContactMode.LIFTOFF, m is ContactMode.STICK) for m in point.modes]
+        parted = [0.0 if closed else v for v, (closed, _) in zip(a[0::2], fixed, strict=True)]
+        sliding = [0.0 if sticks else v for v, (_, sticks) in zip(a[1::2], fixed, strict=True)]
+        normal, tangential = np.array(forces[0::2]), np.array(forces[1::2])
+        leaving, slipping = np.array(parted), np.array(sliding)
+        for array in (normal, tangential, leaving, slipping):
             array.setflags(write=False)
         return ContactSolution(
-            point.modes, normal, tangential, parted, sliding, point.residual, isolated
+            point.modes, normal, tangential, leaving, slipping, point.residual, isolated
         )
 
 
@@ -999,24 +1021,45 @@ def _ordered(points: list[_Checked]) -> list[_Checked]:
     """
     if len(points) < 2:
         return points
-    forces = np.array([(*point.forces[0::2], *point.forces[1::2]) for point in points])
-    order = np.argsort(forces, axis=0)
-    steps = np.diff(np.take_along_axis(forces, order, axis=0), axis=0, prepend=-np.inf)
-    ranks = np.empty(forces.shape, dtype=np.intp)
-    levels = np.cumsum(steps > _DISTINCT * np.max(np.abs(forces), axis=0), axis=0)
-    np.put_along_axis(ranks, order, levels, axis=0)
-    return [points[k] for k in np.lexsort(ranks.T[::-1])]
+    forces = [(*point.forces[0::2], *point.forces[1::2]) for point in points]
+    ranks = [_levels(column) for column in zip(*forces, strict=True)]
+    return [points[k] for k in sorted(range(len(points)), key=lambda k: [r[k] for r in ranks])]
 
 
-def _ratio(part: FloatArray, whole: FloatArray) -> FloatArray:
+def _levels(values: Sequence[float]) -> list[int]:
+    """Return the rank of each value, the same for values that differ by rounding alone."""
+    near = _DISTINCT * max(map(abs, values))
+    ranks, level, last = [0] * len(values), 0, -math.inf
+    for k in sorted(range(len(values)), key=values.__getitem__):
+        level += values[k] - last > near
+        ranks[k], last = level, values[k]
+    return ranks
+
+
+def _accelerations(W: list[Vector], b: Vector, forces: Vector) -> tuple[Vector, Vector]:
+    """Return ``W F + b``, and the sum of the sizes of the terms of each entry."""
+    # Term by term, so that one contact has W_nn F_n + W_nt F_t + b_n literally.
+    rates, sizes = [], []
+    for row, free in zip(W, b, strict=True):
+        rate = size = 0.0
+        for w, force in zip(row, forces, strict=True):
+            term = w * force
+            rate += term
+            size += abs(term)
+        rates.append(rate + free)
+        sizes.append(size + abs(free))
+    return rates, sizes
+
+
+def _ratio(part: float, whole: float) -> float:
     """Return part / whole, 0 where there is nothing."""
-    ratio: FloatArray = np.divide(part, whole, out=np.zeros(part.shape), where=whole > 0)
-    return ratio
+    return part / whole if whole > 0 else 0.0
 
 
-def _any_holds(choices: npt.NDArray[np.intp], possible: Sequence[BoolArray]) -> bool:
+def _sign(value: float) -> int:
+    return (value > 0) - (value < 0)
+
+
+def _any_holds(choices: list[tuple[int, ...]], possible: Sequence[Sequence[bool]]) -> bool:
     """Return whether one of the choices holds the forces that are possible in each contact."""
-    flags: BoolArray = np.ones(len(choices), np.bool_)
-    for i, held in enumerate(possible):
-        flags &= held[choices[:, i]]
-    return bool(np.any(flags))
+    return any(all(held[j] for held, j in zip(possible, choice, strict=True)) for choice in choices)

@@ -102,7 +102,12 @@ def starts() -> dict[str, Any]:
         for case, stages in times.items()
     }
     cached = {"found": rod["from the cache"]["total"], "at_most": 0.02}
-    return {"cases": times, "wanted": wanted | {"rod from the cache, s": cached}}
+    wanted["rod from the cache, s"] = cached
+    warm = bench_start.commands()
+    for name in bench_start.COMMANDS:
+        title = f"command {name}, in imports of NumPy"
+        wanted[title] = {"found": warm[name]["ratio"], "at_most": bench_start.COMMAND_RATIO}
+    return {"cases": times, "commands": warm, "wanted": wanted}
 
 
 def calls() -> dict[str, Any]:
@@ -112,7 +117,15 @@ def calls() -> dict[str, Any]:
         engine, whole = (1e6 * line[name] for name in ("engine", "call"))
         print(f"{title:30} engine {engine:7.1f} us, call {whole:7.1f} us", flush=True)
     impact = {"found": times["rod, compliant"]["call"], "at_most": bench_call.LIMIT}
-    return {"cases": times, "wanted": {"call for an impact of the rod, s": impact}}
+    wanted = {"call for an impact of the rod, s": impact}
+    named = bench_call.named()
+    for name, line in named.items():
+        print(f"{name:30} {1e6 * line['call']:7.1f} us, {line['ratio']:.1f} engines", flush=True)
+        wanted[f"{name} by name, s"] = {
+            "found": line["call"],
+            "at_most": bench_call.NAMED_LIMITS[name],
+        }
+    return {"cases": times, "named": named, "wanted": wanted}
 
 
 def derivatives() -> dict[str, Any]:

@@ -1,8 +1,9 @@
-"""What does `Simulator.run` cost besides the engine that it calls?
+"""What do calls of a user cost besides the engine?
 
 ``python -m tests.benchmarks.bench_call`` times, in turn in one process and by processor time, the
-engine on a start that is ready, and the call of a user with names and numbers, both with every step
-kept. The first is the impact of Table 3.
+engine on a start that is ready, and `Simulator.run` with names and numbers, both with every step
+kept. The first is the impact of Table 3. Then, beside the same engine's run, the calls that take a
+mechanism and a law by name: `simulate`, `classify` and `evaluate_jump`.
 """
 
 from __future__ import annotations
@@ -14,15 +15,23 @@ from pathlib import Path
 from typing import Any
 
 from painleve_sym.codegen.named_mechanisms import model
+from painleve_sym.contacts.classify import classify
+from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.laws.catalogue import Law, law
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
+from painleve_sym.motion.simulate import simulate
 from painleve_sym.motion.simulator import Simulator
 
 LIMIT = 60e-6
 """Wanted of a call for the impact of Table 3, s."""
 OVERHEAD = 2.5
 """Most that a call for it may take, in parts of the engine's time."""
+
+NAMED_LIMITS = {"simulate": 150e-6, "classify": 100e-6, "evaluate_jump": 300e-6}
+"""Wanted of the calls with names, s."""
+NAMED_RATIOS = {"simulate": 4.0, "classify": 5.0, "evaluate_jump": 10.0}
+"""Most that they may take, in parts of the engine's time for the impact of Table 3."""
 
 TABLE_3 = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
 FALL = {"x": 1.7, "y": 1.3, "theta": 0.9}
@@ -77,6 +86,33 @@ def measure(seconds: float = 1.0) -> dict[str, dict[str, float]]:
     return lines
 
 
+def named(seconds: float = 1.0) -> dict[str, dict[str, float]]:
+    """Return the time of each call with names in s, and its ratio to the engine's for Table 3."""
+    mechanism, chosen, given = cases()["rod, compliant"]
+    options = {name: value for name, value in given.items() if name != "state"}
+    state, stiffness = given["state"], options.pop("parameters")
+    simulator = Simulator(mechanism, chosen)
+    start = simulator.start(state, stiffness)
+    arguments = start.state, start.parameters, simulator.options(start.scale, **options)
+    engine = simulator.integrator
+    calls: dict[str, Callable[[], Any]] = {
+        "engine": lambda: engine.run(*arguments),
+        "simulate": lambda: simulate("rod", chosen, state, parameters=stiffness, **options),
+        "classify": lambda: classify("rod", state),
+        "evaluate_jump": lambda: evaluate_jump("rod", "energetic", state),
+    }
+    assert calls["simulate"]().final_state.tobytes() == calls["engine"]().state.tobytes()
+    assert classify("rod", state).case.value == "inconsistent"
+    best = least(calls, seconds)
+    return {n: {"call": best[n], "ratio": best[n] / best["engine"]} for n in NAMED_LIMITS}
+
+
+def test_calls_with_names_cost_few_runs_of_the_engine():
+    lines = named(0.5)
+    print(json.dumps(lines, indent=2))
+    assert all(lines[name]["ratio"] < most for name, most in NAMED_RATIOS.items())
+
+
 def test_call_costs_little_besides_its_engine():
     lines = measure(0.5)
     print(json.dumps(lines, indent=2))
@@ -84,4 +120,4 @@ def test_call_costs_little_besides_its_engine():
 
 
 if __name__ == "__main__":
-    print(json.dumps(measure(), indent=2))
+    print(json.dumps({**measure(), "by name": named()}, indent=2))

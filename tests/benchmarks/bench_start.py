@@ -4,6 +4,7 @@
 one, and prints what each stage took in the first and in the last: loading the modules, building
 the mechanism, and from there to the first trajectory (derivation, compilation, run). CPU time of
 the process and of its compiler stands beside the clock, which other work on the machine disturbs.
+Then come whole commands with a full cache, beside ``python -c "import numpy"``.
 """
 
 from __future__ import annotations
@@ -39,16 +40,61 @@ stages.append(now())
 end = [v.hex() for v in trajectory.final_state]
 print(json.dumps({"stages": stages, "end": end}))
 """
+TABLE_3 = ("--state", "theta=1,theta_dot=1,x_A_dot=-1")
+COMMANDS = {
+    "models": ("models",),
+    "laws": ("laws",),
+    "classify": ("classify", "rod", *TABLE_3),
+    "jump": ("jump", "rod", *TABLE_3),
+    "simulate": ("simulate", "rod", *TABLE_3, "--law", "bilinear-hertz", "--t-end", "0.01"),
+}
+COMMAND_RATIO = 4.5
+"""Most that a command may take, in parts of the time that importing NumPy takes."""
+
 STAGES = ("import", "mechanism", "first run", "next run")
+
+
+def _python(cache: str, *arguments: str) -> str:
+    """Return what a Python process with that cache prints."""
+    environment = {**os.environ, "PAINLEVE_CACHE": cache}
+    environment["PYTHONPATH"] = os.pathsep.join(filter(None, sys.path))
+    command = [sys.executable, *arguments]
+    return subprocess.run(
+        command, env=environment, capture_output=True, text=True, check=True
+    ).stdout
+
+
+def commands(repeats: int = 5) -> dict[str, dict[str, float]]:
+    """Print and return the least processor time of each command with a full cache, s.
+
+    With its ratio to that of importing NumPy; they take turns.
+    """
+    calls = {"import numpy": ("-c", "import numpy")}
+    calls |= {name: ("-m", "painleve_sym", *words) for name, words in COMMANDS.items()}
+    least = dict.fromkeys(calls, float("inf"))
+    with tempfile.TemporaryDirectory() as cache:
+        for repeat in range(repeats + 1):
+            for name, arguments in calls.items():
+                before = os.times()
+                _python(cache, *arguments)
+                after = os.times()
+                took = sum(after[2:4]) - sum(before[2:4])
+                if repeat:  # the first fills the cache
+                    least[name] = min(least[name], took)
+    lines = {n: {"seconds": s, "ratio": s / least["import numpy"]} for n, s in least.items()}
+    for name, line in lines.items():
+        print(f"{name:14} {line['seconds']:6.3f} s, {line['ratio']:4.1f} times NumPy", flush=True)
+    return lines
+
+
+def test_commands_take_a_few_times_as_long_as_numpy():
+    lines = commands()
+    assert all(line["ratio"] < COMMAND_RATIO for line in lines.values())
 
 
 def start(model: str, law: str, cache: str) -> dict[str, Any]:
     """Return the end state and, per stage, seconds by the clock and of the processor."""
-    environment = {**os.environ, "PAINLEVE_CACHE": cache}
-    environment["PYTHONPATH"] = os.pathsep.join(filter(None, sys.path))
-    command = [sys.executable, "-c", CHILD, model, law]
-    answer = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
-    result = json.loads(answer.stdout)
+    result = json.loads(_python(cache, "-c", CHILD, model, law))
     pairs = zip(result["stages"], result["stages"][1:], strict=False)
     seconds = [(b[0] - a[0], b[1] - a[1]) for a, b in pairs]
     return {"end": result["end"], **dict(zip(STAGES, seconds, strict=True))}
@@ -73,3 +119,4 @@ def measure(model: str, law: str) -> dict[str, dict[str, float]]:
 if __name__ == "__main__":
     for case in CASES:
         measure(*case)
+    commands()

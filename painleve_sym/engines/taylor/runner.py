@@ -37,7 +37,9 @@ class TaylorEngine(CompiledEngine):
     @classmethod
     def _alone(cls, text: str) -> str:
         # Lanes are compiled when a batch first asks for them: they cost the compiler as much again.
-        return f"#define PS_LANES 1\n{text}"
+        from painleve_sym.codegen.c_functions import for_single_motions
+
+        return f"#define PS_LANES 1\n{for_single_motions(text)}"
 
     @staticmethod
     def _source(functions: AutomatonFunctions) -> str:
