@@ -198,7 +198,7 @@ def couplings(mechanism: Mechanism) -> Quantities:
 
 def argument_names(mechanism: Mechanism) -> tuple[str, ...]:
     """Return the names of what the numbers of a mechanism depend on: states, then parameters."""
-    return (*mechanism.state_names, *(p.name for p in mechanism.outline.parameters))
+    return mechanism.outline.argument_names
 
 
 def argument_symbols(mechanism: Mechanism) -> tuple[Any, ...]:

@@ -148,3 +148,8 @@ class MechanismOutline:
         """Names of coordinates and velocities, and of the time where anything depends on it."""
         clock = (TIME_NAME,) if self.depends_on_time else ()
         return (*(c.name for c in self.coordinates), *self.velocity_names, *clock)
+
+    @cached_property
+    def argument_names(self) -> tuple[str, ...]:
+        """Names of all that numbers of the mechanism depend on: states, then parameters."""
+        return (*self.state_names, *(p.name for p in self.parameters))
