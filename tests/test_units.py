@@ -1,4 +1,4 @@
-"""Values in other units than SI: converted where pint is there, refused in one sentence else."""
+"""Values in other units than SI: converted where pint is there, rejected in one sentence otherwise."""
 
 from __future__ import annotations
 
@@ -108,9 +108,9 @@ def test_columns_in_other_units_are_converted(tmp_path):
     data = ps.read_fit_data(path, ps.model("rod"))
     assert data.times is not None
     np.testing.assert_allclose(data.times, [0.001], rtol=1e-15)
-    got = {name: float(v[0]) for name, v in data.measured.items()}
+    values = {name: float(v[0]) for name, v in data.measured.items()}
     expected = {"x_A_dot": 0.005, "theta": math.pi, "normal_force": 2000.0}
-    assert got == pytest.approx(expected, rel=1e-15)
+    assert values == pytest.approx(expected, rel=1e-15)
     path.write_text("t [s], x_A_dot [kg]\n1, 5\n")
     with pytest.raises(ps.InputError, match=r"column x_A_dot: got the unit \[kg\], need \[m/s\]"):
         ps.read_fit_data(path, ps.model("rod"))

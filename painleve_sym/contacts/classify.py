@@ -86,7 +86,7 @@ class Classification:
 
     @cached_property
     def chatter(self) -> tuple[Chatter, ...]:
-        """How small bounces follow each other near a contact at v_t = 0 that can open.
+        """Course of small bounces near a contact at v_t = 0 that can open.
 
         For every restitution law, with the default of its coefficient. Empty in slip, where they
         die out, where B ≥ 0, where impacts jam, and for a mechanism with several contacts.

@@ -36,7 +36,7 @@ Gap = Callable[[Array], tuple[Array, Array]]
 
 @dataclass(frozen=True)
 class Unknown:
-    """What is solved for so that a contact is closed.
+    """Coordinate that closes a contact, and perhaps a velocity.
 
     Attributes
     ----------
