@@ -1,4 +1,4 @@
-"""Values in other units than SI: converted where pint is installed, else rejected in one sentence."""
+"""Values in other units than SI: converted where pint is there, else rejected in one sentence."""
 
 from __future__ import annotations
 
