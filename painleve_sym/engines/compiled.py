@@ -188,8 +188,6 @@ class CompiledEngine:
         self._library.ps_complete.argtypes = (_address,) * 6
         self._library.ps_take.argtypes = (_address,) * 3
         self._library.ps_free.argtypes = (_address,)
-        self._library.ps_many_constants.argtypes = (ctypes.c_long, _address, _address)
-        self._library.ps_many_constants.restype = None
         if hasattr(self._library, "ps_prepare"):
             self._library.ps_prepare.argtypes = (ctypes.c_long, *[_address] * 4)
             self._library.ps_scales.argtypes = (_address,) * 3
@@ -308,12 +306,6 @@ class CompiledEngine:
             counters=dict(zip(COUNTERS, map(int, counters), strict=True)),
             decision=decision,
         )
-
-    def many_constants(self, parameters: Array) -> Array:
-        """Return `constants` of n rows of parameters, shape (n, nc)."""
-        p, c = _plain(parameters), np.empty((len(parameters), self._nc))
-        self._library.ps_many_constants(len(p), p.ctypes.data, c.ctypes.data)
-        return c
 
     def run_batch(
         self,

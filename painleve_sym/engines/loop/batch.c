@@ -137,8 +137,3 @@ PS_EXPORT long ps_batch(const ps_given *given, const ps_options *o, const ps_kep
   free(all);
   return given->n;
 }
-
-/* Constants c (n, nc) of n rows of parameters (n, np). */
-PS_EXPORT void ps_many_constants(long n, const double *p, double *c) {
-  for (long i = 0; i < n; i++) ps_constants(p + i * PS_NP, c + i * PS_NC);
-}
