@@ -207,10 +207,17 @@ def argument_symbols(mechanism: Mechanism) -> tuple[Any, ...]:
 
 
 def _formulas(mechanism: Mechanism, i: int) -> tuple[Mapping[str, Any], tuple[Any, ...]]:
+    import sympy as sp
+
     system, contact, c = mechanism.system, mechanism.contacts[i], mechanism.all_coefficients[i]
     forces = ("W_nn", "W_nt", "W_tt", "b_n", "b_t", "A_stick", "B_stick")
     formulas = {name: getattr(contact, name) for name in _MOTION}
     formulas |= {name: getattr(c, name) for name in forces}
+    if c.W_tt != 0:
+        # In states in which no motion slides the contact W_nt = 0 too: sticking holds nothing.
+        slides = sp.Gt(c.W_tt, 0, evaluate=False)
+        for held, free in (("A_stick", c.W_nn), ("B_stick", c.b_n)):
+            formulas[held] = sp.Piecewise((formulas[held], slides), (free, True))
     given = length_formula(mechanism, i), system.kinetic_energy, c.W_nn, c.b_n
     _, near, slow = closed_within(*given)
     formulas |= {"gap_tolerance": near, "rate_tolerance": slow}

@@ -45,7 +45,7 @@ class _KeptSimulators:
             )
         except TypeError:  # a formula without a definition, so that there is no key for it
             return Simulator(mechanism, law, EngineName(engine))
-        declared = (mechanism.system, *(own for _, own in laws))
+        declared = (mechanism.outline, *(own for _, own in laws))
         defaults = tuple(p.default for owner in declared for p in owner.parameters)
         with self._lock:
             known = self._simulators.pop((derived, defaults), None)

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from painleve_sym.present.style import DASHES, PAGE, PALETTE, REFERENCE, STYLE
-from painleve_sym.quantities import axis_label
+from painleve_sym.quantities import axis_label, text_label
 from painleve_sym.study.compare.comparison import ROUND_OFF, Comparison
 from painleve_sym.study.compare.methods import Answer
 
@@ -41,9 +41,9 @@ def contrast_figure(comparison: Comparison) -> Figure:
         (normal, slip), (steps, stiffness) = figure.subplots(2, 2)
         _draw_motion(normal, comparison, 0)
         _draw_motion(slip, comparison, 1)
-        _draw_errors(steps, comparison.stepping, "step $h$ (s)", 1.0)
+        _draw_errors(steps, comparison.stepping, text_label("step $h$", "s"), 1.0)
         expected = comparison.expected_stiffness_order
-        _draw_errors(stiffness, comparison.softened, "modulus $E$ (Pa)", expected)
+        _draw_errors(stiffness, comparison.softened, text_label("modulus $E$", "Pa"), expected)
         for letter, axes, title in zip(
             "abcd",
             (normal, slip, steps, stiffness),

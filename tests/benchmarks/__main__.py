@@ -73,7 +73,7 @@ def impacts(repeats: int) -> dict[str, Any]:
         for part, least in SINGLE.items():
             if part in line.peer and line.ratio is not None:
                 name = f"{line.case}, {line.target:g}: {line.peer}"
-                wanted[name] = {"found": line.ratio, "at_least": least}
+                wanted[name] = {"measured": line.ratio, "at_least": least}
     return {"lines": [asdict(line) for line in lines], "wanted": wanted}
 
 
@@ -83,10 +83,12 @@ def batches(per_axis: int) -> dict[str, Any]:
     times["lanes"] = bench_many.lanes(per_axis**4)
     count = processor_count()
     times["threads"] = bench_many.threads(per_axis, range(1, count + 1))
-    times["wanted"] = {"heyoka's batch mode": {"found": times["heyoka"]["ratio"], "at_least": 2.0}}
+    times["wanted"] = {
+        "heyoka's batch mode": {"measured": times["heyoka"]["ratio"], "at_least": 2.0}
+    }
     if count > 1:
         one, two = (times["threads"][n]["wall"] for n in (1, 2))
-        times["wanted"]["two threads, by the clock"] = {"found": one / two, "at_least": 1.9}
+        times["wanted"]["two threads, by the clock"] = {"measured": one / two, "at_least": 1.9}
     return times
 
 
@@ -96,17 +98,17 @@ def starts() -> dict[str, Any]:
     rod = times["rod, bilinear-hertz"]
     wanted = {
         f"{case} from nothing, s": {
-            "found": stages["from nothing"]["total"],
+            "measured": stages["from nothing"]["total"],
             "at_most": 3.0 if case.startswith("rod") else 15.0,
         }
         for case, stages in times.items()
     }
-    cached = {"found": rod["from the cache"]["total"], "at_most": 0.02}
+    cached = {"measured": rod["from the cache"]["total"], "at_most": 0.02}
     wanted["rod from the cache, s"] = cached
     warm = bench_start.commands()
     for name in bench_start.COMMANDS:
         title = f"command {name}, in imports of NumPy"
-        wanted[title] = {"found": warm[name]["ratio"], "at_most": bench_start.COMMAND_RATIO}
+        wanted[title] = {"measured": warm[name]["ratio"], "at_most": bench_start.COMMAND_RATIO}
     return {"cases": times, "commands": warm, "wanted": wanted}
 
 
@@ -116,13 +118,13 @@ def calls() -> dict[str, Any]:
     for title, line in times.items():
         engine, whole = (1e6 * line[name] for name in ("engine", "call"))
         print(f"{title:30} engine {engine:7.1f} us, call {whole:7.1f} us", flush=True)
-    impact = {"found": times["rod, compliant"]["call"], "at_most": bench_call.LIMIT}
+    impact = {"measured": times["rod, compliant"]["call"], "at_most": bench_call.LIMIT}
     wanted = {"call for an impact of the rod, s": impact}
     named = bench_call.named()
     for name, line in named.items():
         print(f"{name:30} {1e6 * line['call']:7.1f} us, {line['ratio']:.1f} engines", flush=True)
         wanted[f"{name} by name, s"] = {
-            "found": line["call"],
+            "measured": line["call"],
             "at_most": bench_call.NAMED_LIMITS[name],
         }
     return {"cases": times, "named": named, "wanted": wanted}
@@ -132,13 +134,13 @@ def derivatives() -> dict[str, Any]:
     """Return the cost of an 8 × 8 Jacobian of Table 3 in plain runs."""
     times = bench_sensitivity.measure(1e-11)
     print(f"8 x 8 Jacobian in plain runs: {times}")
-    return times | {"wanted": {"8 x 8 Jacobian": {"found": times["loop"], "at_most": 4.0}}}
+    return times | {"wanted": {"8 x 8 Jacobian": {"measured": times["loop"], "at_most": 4.0}}}
 
 
 def jumps() -> dict[str, Any]:
     """Return the cost of one jump at finite stiffness, s."""
     times = bench_corrected_jump.measure()
-    limit = {"found": times["from rest"], "at_most": bench_corrected_jump.LIMIT}
+    limit = {"measured": times["from rest"], "at_most": bench_corrected_jump.LIMIT}
     return {"seconds": times, "wanted": {"corrected jump from rest, s": limit}}
 
 
@@ -169,13 +171,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         beside = o.out.with_name(f".{o.out.name}.new")
         beside.write_text(json.dumps(result, indent=2) + "\n", "utf-8")
         beside.replace(o.out)
-    print(f"{'':62} {'found':>10} {'wanted':>12}")
+    print(f"{'':62} {'measured':>10} {'wanted':>12}")
     for part in parts:
         for name, w in result[part].get("wanted", {}).items():
             sign, limit = (">=", w["at_least"]) if "at_least" in w else ("<=", w["at_most"])
-            met = w["found"] >= limit if sign == ">=" else w["found"] <= limit
+            met = w["measured"] >= limit if sign == ">=" else w["measured"] <= limit
             mark = "" if met else "  missed"
-            print(f"{name:62} {w['found']:10.4g} {sign:>4} {limit:7.4g}{mark}")
+            print(f"{name:62} {w['measured']:10.4g} {sign:>4} {limit:7.4g}{mark}")
     print(f"{o.out}: everything measured, as JSON")
     return 0
 

@@ -113,7 +113,7 @@ def _panels(c: JumpComparison) -> tuple[Panel, Panel]:
     flat = np.full(2, c.expected_order)
     ends = c.stiffness[[0, -1]]
     orders.append(line(r"$E^{-1/(2n)}$", ends, flat, "reference"))
-    error_axis = Axis("|softened − rule| / |rule|", log=True)
+    error_axis = Axis("|compliant − rule| / |rule|", log=True)
     return (
         Panel(MODULUS, error_axis, tuple(errors), title="relative error"),
         Panel(MODULUS, Axis("local order"), tuple(orders), title="order of convergence"),
