@@ -213,7 +213,7 @@ def _formulas(mechanism: Mechanism, i: int) -> tuple[Mapping[str, Any], tuple[An
     forces = ("W_nn", "W_nt", "W_tt", "b_n", "b_t", "A_stick", "B_stick")
     formulas = {name: getattr(contact, name) for name in _MOTION}
     formulas |= {name: getattr(c, name) for name in forces}
-    if c.W_tt != 0:
+    if not c.W_tt.is_number:
         # In states in which no motion slides the contact W_nt = 0 too: sticking holds nothing.
         slides = sp.Gt(c.W_tt, 0, evaluate=False)
         for held, free in (("A_stick", c.W_nn), ("B_stick", c.b_n)):
