@@ -96,7 +96,9 @@ def slip_steps() -> list[Step]:
         ),
         Step(
             "$t = \\int d\\delta/\\dot\\delta$ is, term by term of the binomial series in $z$, a "
-            "Gauss hypergeometric function,",
+            "Gauss hypergeometric function. The series shows it for $|z| < 1$. Integral and "
+            "function are both analytic in $z$ outside $z \\le -1$, so they are equal for every "
+            "$z > 0$,",
             sp.Eq(SLIP_TIME, package.slip_time()),
         ),
         Step(
@@ -195,8 +197,10 @@ def limit_steps() -> list[Step]:
             "So $t_1 \\to 0$, and $\\delta_1 \\to 0$ since the energy at the stop is finite: "
             "$v_{n1} \\to -(A/C)\\,v_t$ and $v_{n3} \\to e_s |v_{n1}|\\sqrt{1 - A'/A}$, the "
             "classical rule. The slip phase ends before its blow-up time by a part "
-            "$K^{-(n-1)/(2n(n+1))}$ of it, and $\\delta_1$ is of the order $K^{-1/(n+1)}$, so that "
-            "the first term that a finite stiffness adds is of the order $K^{-1/(2n)}$:",
+            "$K^{-(n-1)/(2n(n+1))}$ of it, and $\\delta_1$ is of the order $K^{-1/(n+1)}$, so "
+            "that the first term that a finite stiffness adds to this problem, with its "
+            "coefficients frozen, is of the order $K^{-1/(2n)}$ (drift of the configuration adds "
+            "another of that order):",
             sp.Eq(DV_3, package.leading_correction()),
             function="dv_n_3",
         ),

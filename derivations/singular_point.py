@@ -61,9 +61,13 @@ def flow_steps() -> list[Step]:
     rate = -(BETA_0 + BETA_1 * FORCE + FORCE * ALPHA) / (-ALPHA * LEFT)
     exponent = sp.simplify(rate.diff(FORCE) * LEFT)
     assert sp.simplify(rate - exponent * (FORCE - bounded) / LEFT) == 0
+    # r = 1, β₁ = −Ȧ: a logarithm in place of the power.
+    equal = sp.Symbol("F_0") - BETA_0 / ALPHA * sp.log(LEFT)
+    assert sp.simplify(-equal.diff(LEFT) - rate.subs(BETA_1, -ALPHA).subs(FORCE, equal)) == 0
     return [
         Step(
-            "In slip $F = -B/A$. $A$ depends on the angle alone, so that no force enters",
+            "In slip $F = -B/A$. With a constant friction coefficient $A$ depends on the angle "
+            "alone, so that no force enters",
             sp.Eq(ALPHA, readable(a_rate)),
             package=point.A_rate,
         ),
@@ -121,8 +125,13 @@ def rod_steps() -> list[Step]:
             function="F_star_rod",
         ),
         Step(
-            "For $r < 1$ the force of other slips diverges, and those with $F > F^*$ jam. For "
-            "$r > 1$ $F^*$ is negative and all slips lift off. Between them, $r = 1$ at",
+            "At the lower end of the range with $A < 0$, $\\tau < 2$ and $r > 0$: for $r < 1$ the "
+            "force of other slips diverges, and those with $F > F^*$ jam; for $r > 1$ $F^*$ is "
+            "negative and all slips lift off. For $r = 1$ the force is $F_0 - (\\beta_0/\\dot "
+            "A)\\ln u$, which tends to $-\\infty$ since $\\beta_0 > 0 > \\dot A$: all lift off. "
+            "At the upper end, where $\\dot\\theta < 0$, $\\tau > 2$ and $r < 0$: with $\\gamma > "
+            "1$ the impulse of the force is unbounded, so that every slip stops before. Between "
+            "the first two, $r = 1$ at",
             sp.Eq(TAU_C, place),
             package=threshold.at,
         ),
@@ -148,4 +157,5 @@ def derive() -> Derivation:
         "coefficients vanish. The first steps hold for any mechanism with one contact.",
         (*quantities(), *COEFFICIENTS, *QUANTITIES),
         steps,
+        {"frozen configuration": "no"},
     )

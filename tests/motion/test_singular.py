@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import pytest
+import sympy as sp
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
@@ -163,3 +165,67 @@ def test_slip_that_opens_within_rounding_of_the_point_is_told_apart(rigid):
     assert run.stop_reason is StopReason.SINGULAR
     assert run.limit.kind is LimitKind.LIFTOFF
     assert "falls to 0" in run.stop_detail
+
+
+PAGE = (Path(__file__).parents[2] / "docs" / "singular-point.md").read_text("utf-8")
+
+
+def _ends(mu):
+    """Return the angles between which A < 0 for the rod that slides to the left."""
+    root = math.sqrt(9 * mu**2 - 16)
+    return math.atan((3 * mu - root) / 2), math.atan((3 * mu + root) / 2)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    mu=st.floats(1.35, 2.5),
+    gap=st.floats(1e-3, 0.05),
+    spin=st.floats(-3.0, -1.0),
+    slip=st.floats(-50.0, -0.5),
+)
+def test_no_slip_reaches_A_below_zero_at_the_upper_end(rigid, mu, gap, spin, slip):
+    start = {"theta": min(_ends(mu)[1] + gap, 1.55), "theta_dot": spin, "x_A_dot": slip}
+    assume(spin**2 * math.sin(start["theta"]) < 9.8)
+    run = rigid.run(start, t_end=0.1, parameters={"mu": mu}, until=("slip_stop", "liftoff"))
+    assert run.stop_reason in (StopReason.UNTIL, StopReason.T_END)
+    assert run.final["theta"] > _ends(mu)[1]
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    gap=st.floats(1e-3, 0.1),
+    upper=st.booleans(),
+    spin=st.floats(0.5, 3.2),
+    slip=st.floats(-50.0, -0.5),
+)
+def test_below_the_threshold_no_slip_reaches_A_below_zero(rigid, gap, upper, spin, slip):
+    low, high = _ends(1.4)
+    theta = min(high + gap, 1.55) if upper else low - gap
+    start = {"theta": theta, "theta_dot": -spin if upper else spin, "x_A_dot": slip}
+    assume(spin**2 * math.sin(theta) < 9.8)
+    run = rigid.run(start, t_end=0.3, until=("slip_stop", "liftoff"))
+    assert run.stop_reason in (StopReason.UNTIL, StopReason.T_END)
+    assert run.final["theta"] > high if upper else run.final["theta"] < low
+
+
+@pytest.mark.parametrize(
+    ("start", "time", "force"),
+    [
+        ({"theta": 1.25, "theta_dot": -1.0, "x_A_dot": -5.0}, "6.57863", "68.7"),
+        ({"theta": 1.3, "theta_dot": -2.0, "x_A_dot": -2.0}, "6.78625", "83.5"),
+    ],
+)
+def test_commands_of_the_page_stop_the_slip(rigid, start, time, force):
+    text = ",".join(f"{name}={value:g}" for name, value in start.items())
+    assert f"--state {text} --t-end 0.3" in PAGE
+    run = rigid.run(start, t_end=0.3)
+    stop = next(event for event in run.events if event.kind == "slip_stop")
+    assert (f"{1e3 * stop.time:.5f}", f"{stop.normal_force:.1f}") == (time, force)
+    assert f"{time} ms" in PAGE and force in PAGE
+
+
+def test_impulse_in_front_of_A_0_always_slows_the_slip():
+    """At A_s = 0 and det W > 0: s W_nt − μ W_tt = −det W/(s W_nt), since μ = W_nn/(s W_nt)."""
+    W_nn, W_tt, coupling = sp.symbols("W_nn W_tt s_W_nt", positive=True)
+    mu, det = W_nn / coupling, W_nn * W_tt - coupling**2
+    assert sp.simplify(coupling - mu * W_tt + det / coupling) == 0

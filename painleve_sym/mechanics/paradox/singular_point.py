@@ -37,8 +37,8 @@ class JamThreshold:
 class SingularPoint:
     """Slip near A_s = B = 0, for any mechanism with one contact.
 
-    In slip q̈ = f + w_s F with F = −B/A_s and w_s = M⁻¹(J_N − μ s J_T)ᵀ. A_s depends on q alone, so
-    along the motion
+    In slip q̈ = f + w_s F with F = −B/A_s and w_s = M⁻¹(J_N − μ s J_T)ᵀ. A_s depends on q alone
+    where μ is constant and nothing depends on the time, so along the motion
 
         Ȧ = α,  Ḃ = β₀ + β₁ F,
 
@@ -48,7 +48,8 @@ class SingularPoint:
         F = F* + C (t* − t)^(−γ),  γ = 1 − r,  r = −β₁/α,  F* = −β₀/(α + β₁),
 
     as a slip with α A < 0 reaches A = 0 at t*. For 0 < r < 1 the force diverges and its impulse
-    does not, so that B reaches 0 together with A: dynamic jam. For r > 1 every force tends to F*.
+    does not, so that B reaches 0 together with A: dynamic jam. For r > 1 every force tends to F*. For
+    r = 1 the power is a logarithm; for r ≤ 0 the impulse is unbounded, and the slip stops before.
     Every expression is in the state and the parameters; A = B = 0 is not substituted.
 
     Parameters
