@@ -256,13 +256,13 @@ def linear_steps() -> list[Step]:
 
 
 def derive() -> Derivation:
-    """Derive the jump at finite stiffness of any mechanism with one contact."""
+    """Derive the jump at finite stiffness of any mechanism with one planar contact."""
     return Derivation(
         "corrected_jump",
         "The jump at finite stiffness",
-        "An impact without collision of any mechanism with one contact and a force $K\\delta^n$, "
-        "with $A$ and $B$ frozen at the start but not dropped. None of this is in the paper, whose "
-        "rule is the limit $K \\to \\infty$.",
+        "An impact without collision of any mechanism with one planar contact and a force "
+        "$K\\delta^n$, with $A$ and $B$ frozen at the start but not dropped. None of this is in "
+        "the paper, whose rule is the limit $K \\to \\infty$.",
         QUANTITIES,
         (*slip_steps(), *sticking_steps(), *limit_steps(), *linear_steps()),
     )

@@ -154,9 +154,9 @@ def derive() -> Derivation:
     return Derivation(
         "reverse_chatter",
         "Bounces near a sticking contact",
-        "For any mechanism with one contact whose free normal acceleration is downward, under a "
-        "constant load. The first part is for impacts whose slip stops in compression, the last "
-        "for every course of an impact.",
+        "For any mechanism with one planar contact whose free normal acceleration is downward, "
+        "under a constant load. The first part is for impacts whose slip stops in compression, "
+        "the last for every course of an impact.",
         QUANTITIES,
         steps,
     )

@@ -154,7 +154,7 @@ def derive() -> Derivation:
         "singular_point",
         "Slip near A = B = 0",
         "Continues the conditions of the paradox: how the sliding rod reaches the point where both "
-        "coefficients vanish. The first steps hold for any mechanism with one contact.",
+        "coefficients vanish. The first steps hold for any mechanism with one planar contact.",
         (*quantities(), *COEFFICIENTS, *QUANTITIES),
         steps,
         {"frozen configuration": "no"},

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from painleve_sym.codegen.named_mechanisms import model
-from tests.oracles.bead_scipy import yielding_stop
+from painleve_sym.contacts.impact.tangential import tangential_impact
+from tests.oracles.bead_scipy import yielding, yielding_stop
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "bilateral.md").read_text("utf-8")
@@ -50,3 +51,19 @@ def test_a_yielding_guide_stops_the_slip_in_the_time_of_the_page():
     assert excess[-1] == pytest.approx(limit, abs=3e-3)
     # Times like the square root of the compliance alone would not grow in t √K.
     assert np.all(np.diff(times * np.sqrt(stiffnesses)) > 2)
+
+
+@pytest.mark.filterwarnings("ignore:overflow encountered:RuntimeWarning")  # of SciPy's Radau
+@pytest.mark.parametrize("damping_ratio", [0.2, 3.0])
+def test_a_yielding_guide_of_any_damping_leads_to_the_tangential_impact(damping_ratio):
+    bead = model(str(ROOT / "examples" / "mechanisms" / "bead-in-groove.toml"))
+    state = {"phi": 0.4, "phi_dot": 9.0, "x_dot": 1.0}
+    jump = tangential_impact(bead, state, parameters={"mu": 1.5})
+    limit = [0.0, 0.0, jump.velocity["phi_dot"]]
+    options = {"damping_ratio": damping_ratio, "cycles": 40 * max(1.0, damping_ratio)}
+    errors = [
+        np.max(np.abs(yielding((0.0, 0.4, 1.0, 9.0), K, 1.5, 0.05, **options) - limit))
+        for K in (1e8, 1e10)
+    ]
+    assert errors[1] < errors[0] / 5
+    assert errors[1] < 0.01

@@ -48,8 +48,9 @@ class SingularPoint:
         F = F* + C (t* − t)^(−γ),  γ = 1 − r,  r = −β₁/α,  F* = −β₀/(α + β₁),
 
     as a slip with α A < 0 reaches A = 0 at t*. For 0 < r < 1 the force diverges and its impulse
-    does not, so that B reaches 0 together with A: dynamic jam. For r > 1 every force tends to F*. For
-    r = 1 the power is a logarithm; for r ≤ 0 the impulse is unbounded, and the slip stops before.
+    does not, so that B reaches 0 together with A: dynamic jam. For r > 1 every force tends to F*.
+    For r = 1 the power is a logarithm; for r ≤ 0 a force above F* has an unbounded impulse, so that
+    the slip stops before.
     Every expression is in the state and the parameters; A = B = 0 is not substituted.
 
     Parameters
