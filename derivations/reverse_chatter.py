@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from derivations._page import Derivation, Quantity, Step
+from derivations._page import Derivation, Quantity, Step, cited
 from painleve_sym.laws.chatter import KAPPA, TAU, chatter_ratio, general_contact
 from painleve_sym.laws.restitution import energetic, poisson
 from painleve_sym.mechanics.simplify import readable
@@ -117,7 +117,8 @@ def derive() -> Derivation:
         "reverse_chatter",
         "Bounces near a sticking contact",
         "For any mechanism with one contact whose free normal acceleration is downward, with "
-        "impacts whose slip stops in compression (see the course of an impact).",
+        "impacts whose slip stops in compression (see the course of an impact). Such bounces can "
+        f"grow: reverse chatter, described by {cited('NordmarkEtAl2011')}.",
         QUANTITIES,
         steps,
     )

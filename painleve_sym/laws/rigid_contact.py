@@ -46,7 +46,7 @@ class RigidLaw:
 
     name = "rigid"
     title = "rigid contact: contact problem between impacts, Routh's construction at them"
-    source = "Routh (1905); Génot & Brogliato, Eur. J. Mech. A 18 (1999)"
+    source = "Routh (1905); Génot & Brogliato (1999)"
     is_compliant: ClassVar[bool] = False
     """Whether the contact yields."""
     definitions: ClassVar[Mapping[Symbol, Expr]] = {}
