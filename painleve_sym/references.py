@@ -158,11 +158,11 @@ def cited_works(text: str) -> tuple[Reference, ...]:
 def _label_pattern() -> re.Pattern[str]:
     """Return a pattern of all labels, the longest first; the key names the group of each."""
     works = sorted(references().values(), key=lambda work: -len(work.label))
-    labels = [f"(?P<{work.key}>{_loose(work.label)})" for work in works]
+    labels = [f"(?P<{work.key}>{loose_pattern(work.label)})" for work in works]
     # A family name that ends another label, as in "Wang & Mason", does not begin one.
     return re.compile(rf"(?<![\w&-])(?<!& )(?:{'|'.join(labels)})(?!\w)")
 
 
-def _loose(label: str) -> str:
+def loose_pattern(label: str) -> str:
     """Return a pattern of a label with any blanks, and with or without parentheses."""
     return re.escape(label).replace(r"\ ", r"\s+").replace(r"\(", r"\(?").replace(r"\)", r"\)?")

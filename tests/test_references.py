@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import ast
 import re
+from functools import cache
+from pathlib import Path
 
 import pytest
+import yaml
 
 from painleve_sym.errors import InputError
-from painleve_sym.references import cited_works, reference, references
+from painleve_sym.references import cited_works, loose_pattern, reference, references
+from tools import prose
 from tools import references as tool
 
 WORKS = {work.key: work for work in tool.read_bibliography()}
@@ -86,3 +91,104 @@ def test_citations_of_a_text():
 def test_unknown_key_names_the_nearest():
     with pytest.raises(InputError, match="Did you mean 'Keller1986'"):
         reference("Keller1985")
+
+
+# ---- the texts that cite ----
+
+ROOT = tool.ROOT
+PAGES = [
+    *sorted(p for p in (ROOT / "docs").rglob("*.md") if p != tool.PAGE),
+    *(ROOT / name for name in ("README.md", "CONTRIBUTING.md")),
+    *sorted((ROOT / "examples").rglob("*.md")),
+]
+SOURCES = [
+    path
+    for folder in ("painleve_sym", "derivations", "examples", "tests")
+    for suffix in ("py", "c", "h", "toml")
+    for path in sorted((ROOT / folder).rglob(f"*.{suffix}"))
+    if path != Path(__file__)
+]
+PAPER = ROOT / "paper" / "paper.md"
+LINK = re.compile(r"\[([^\]]+)\]\(([^)\s]*references\.md)#([^)\s]*)\)")
+# A family name with a year behind it, and what belongs to a journal rather than to a text.
+AUTHORS_AND_YEAR = re.compile(
+    r"(?:[A-ZÀ-Ý][\w’-]+(?:,| &| and| et al\.)\s+)*"
+    r"[A-ZÀ-Ý][\w’-]+\.?,?\s+\(?(?:1[6-9]|20)\d\d\b(?!-)"
+)
+PLACE_IN_A_JOURNAL = re.compile(
+    r"\b(?:Proc|Int|Eur|Arch|Math|Trans|Comput|Appl|Dyn|Acad|Soc|Mech|Numer|Sci)\. [A-Z(\d]"
+    r"|\bJ\. (?:Appl|Comput|Differ|Mech|Non|Rheol|Sound)"
+    r"|\bdoi[ :]*10\.|\barXiv:\d|\bCISM\b|\b(?:SIAM|IMA|IEEE|ACM|ZAMM) [JTR]|\bNonlinear Dynamics\b"
+)
+
+
+@cache
+def _prose(path):
+    """Return the texts of a file that can cite, with one blank between words."""
+    if path.suffix == ".py":
+        source = path.read_text("utf-8")
+        nodes = ast.walk(ast.parse(source))
+        constants = [node.value for node in nodes if isinstance(node, ast.Constant)]
+        texts = [value for value in constants if isinstance(value, str)]
+        texts += re.findall(r"#.*", source)
+    else:
+        texts = [p.text for p in prose.passages(path) if p.scope == "text"]
+    if path.suffix == ".c":
+        # Comments of C are ASCII.
+        texts = [text.replace("\n *", " ").replace("Norsett", "Nørsett") for text in texts]
+    short = [" ".join(text.split()) for text in texts]
+    return [text for text in short if re.search(r"\b\d{4}\b|[a-z]\. [A-Z(\d]|Impact model", text)]
+
+
+def _cited(path):
+    return {work.key for text in _prose(path) for work in cited_works(text)}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_citations_of_a_page_are_links_to_their_entries(page):
+    text = page.read_text("utf-8")
+    for label, target, key in LINK.findall(text):
+        works = [work for work in WORKS.values() if tool.anchor(work) == key]
+        assert works, f"{key} is not the anchor of an entry"
+        assert [work.key for work in cited_works(label)] == [works[0].key], label
+        assert (page.parent / target).resolve() == tool.PAGE
+    # A label may also stand in a program or a message; every other one is a link.
+    for left in _prose(page):
+        bare = re.sub(r"`[^`]*`", "", LINK.sub("", left))
+        assert cited_works(bare) == ()
+
+
+def test_no_work_is_cited_outside_the_bibliography():
+    offences = []
+    for path in [*PAGES, *SOURCES]:
+        for text in _prose(path):
+            left = LINK.sub("", text)
+            for work in cited_works(left):
+                left = re.sub(loose_pattern(work.label), "", left)
+            for pattern in (PLACE_IN_A_JOURNAL, AUTHORS_AND_YEAR):
+                offences += [(path.relative_to(ROOT).as_posix(), m) for m in pattern.findall(left)]
+    assert offences == []
+
+
+def test_every_entry_is_cited():
+    cited = {key for path in [*PAGES, *SOURCES] for key in _cited(path)}
+    cited |= set(re.findall(r"@(\w+)", PAPER.read_text("utf-8"))) if PAPER.exists() else set()
+    assert sorted(set(WORKS) - cited) == []
+
+
+def test_patterns_notice_a_citation_outside_the_bibliography():
+    works = ("Painlevé (1896)", "Cottle and Stone 1992", "(Moreau 1987)", "Zhao & Chen, 2004")
+    assert all(AUTHORS_AND_YEAR.search(text) for text in works)
+    places = ("J. Appl. Mech. 53 (1986) 1–4", "doi 10.1115/1.1", "Proc. R. Soc. A 431", "CISM 302")
+    assert all(PLACE_IN_A_JOURNAL.search(text) for text in places)
+
+
+def test_citation_file_has_the_paper_as_the_bibliography_has_it():
+    data = yaml.safe_load((ROOT / "CITATION.cff").read_text("utf-8"))
+    (paper,) = data["references"]
+    work = WORKS["ImpactModelResolution"]
+    assert paper["notes"].startswith(f"Unconfirmed: {', '.join(work.unconfirmed)}.")
+    names = tuple(f"{a['family-names']}, {a['given-names']}" for a in paper["authors"])
+    assert (paper["title"], names, paper["year"]) == (work.title, work.authors, work.year)
+    assert f"{paper['journal']} {paper['volume']}({paper['issue']})" in work.text
+    assert (f"{paper['start']}–{paper['end']}", paper["doi"]) == (work.pages, work.doi)
