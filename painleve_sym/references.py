@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Protocol
 from urllib.parse import quote
 
 from painleve_sym.errors import InputError, unknown_name
@@ -134,6 +134,46 @@ def reference(key: str) -> Reference:
     if key not in references():
         raise InputError(unknown_name("key of a reference", key, list(references())))
     return references()[key]
+
+
+class HasSource(Protocol):
+    """A mechanism, law, simulator or result that names its source."""
+
+    @property
+    def source(self) -> str:
+        """Citations of the works that it rests on, in words."""
+
+
+def citation(*results: HasSource) -> tuple[Reference, ...]:
+    """Return the works that results, mechanisms or laws rest on, each once.
+
+    A motion rests on the sources of its mechanism, of its contact and restitution laws, and of its
+    integrator. The text of a work has all its data; `Reference.bibtex` is its entry for LaTeX.
+
+    Parameters
+    ----------
+    *results : Mechanism, ContactLaw, RigidLaw, Simulator, Trajectory, BatchResult or Reproduction
+
+    Raises
+    ------
+    InputError
+        An object without a source.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> for work in ps.citation(ps.model("two-link-arm"), ps.laws.hertz()):
+    ...     print(work.label, work.link)
+    Zhao et al. (2008) https://doi.org/10.1115/1.2910825
+    Johnson (1985) https://doi.org/10.1017/CBO9781139171731
+    """
+    for result in results:
+        if not isinstance(getattr(result, "source", None), str):
+            raise InputError(
+                f"citation: got {type(result).__name__}, which names no source; need a mechanism, "
+                "a law, a simulator, or the result of a run."
+            )
+    return cited_works("; ".join(result.source for result in results))
 
 
 def cited_works(text: str) -> tuple[Reference, ...]:

@@ -9,7 +9,9 @@ from pathlib import Path
 
 import pytest
 import yaml
+from pybtex.database import parse_string
 
+import painleve_sym as ps
 from painleve_sym.errors import InputError
 from painleve_sym.references import cited_works, loose_pattern, reference, references
 from tools import prose
@@ -192,3 +194,47 @@ def test_citation_file_has_the_paper_as_the_bibliography_has_it():
     assert (paper["title"], names, paper["year"]) == (work.title, work.authors, work.year)
     assert f"{paper['journal']} {paper['volume']}({paper['issue']})" in work.text
     assert (f"{paper['start']}–{paper['end']}", paper["doi"]) == (work.pages, work.doi)
+
+
+# ---- citation ----
+
+START = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
+
+
+def _keys(*results):
+    return [work.key for work in ps.citation(*results)]
+
+
+def test_citation_of_a_run_has_mechanism_law_and_integrator(tmp_path):
+    run = ps.simulate("rod-inertia", ps.laws.hertz(), START, t_end=1e-5)
+    assert run.engine == "taylor"
+    assert _keys(run) == ["GenotBrogliato1999", "Johnson1985", "JorbaZou2005"]
+    run.save(tmp_path / "run.npz")
+    assert _keys(ps.Trajectory.load(tmp_path / "run.npz")) == _keys(run)
+    batch = ps.simulate_batch(
+        "rod-inertia", ps.laws.hertz(), START, t_end=1e-5, engine="compiled", initial_force=[1.0]
+    )
+    assert _keys(batch)[2:] == ["PrinceDormand1981", "HairerEtAl1993"]
+
+
+def test_citation_of_a_rigid_law_has_its_restitution():
+    assert "Stronge1990" in _keys(ps.law("rigid"))
+    assert "Stronge1990" not in _keys(ps.law("rigid", restitution="newton"))
+    assert "Newton1687" in _keys(ps.law("rigid", restitution="newton"))
+
+
+def test_citation_has_each_work_once():
+    rod, law = ps.model("rod"), ps.laws.bilinear_hertz()
+    assert _keys(rod, law, rod) == ["ImpactModelResolution"]
+    assert "author = {Hogan" in ps.citation(ps.laws.linear())[0].bibtex
+
+
+def test_citation_of_an_object_without_source_is_rejected():
+    with pytest.raises(InputError, match="got dict, which names no source"):
+        ps.citation(START)
+
+
+def test_bibtex_of_a_work_is_an_entry_of_its_own():
+    for key, work in WORKS.items():
+        (entry,) = parse_string(work.bibtex, "bibtex").entries.values()
+        assert (entry.key, entry.fields["year"]) == (key, str(work.year))
