@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from importlib import import_module
 from pathlib import Path
 
-from derivations._page import ASSUMPTIONS, ROOT, Derivation
+from derivations._page import ASSUMPTIONS, CLAIMS, ROOT, Derivation, cited
 from painleve_sym.errors import unknown_name
 
 NAMES = (
@@ -53,8 +53,8 @@ def write_index(derivations: Iterable[Derivation], root: Path = ROOT) -> Path:
             "",
             "# Derivations",
             "",
-            "Each formula of the paper, derived again and compared with the print. The same",
-            "formulas as Python functions lie in `derivations/generated`.",
+            f"Each formula of {cited(CLAIMS.source.key)}, derived again and compared with",
+            "the print. The same formulas as Python functions lie in `derivations/generated`.",
             "",
             "## Assumptions",
             "",

@@ -14,6 +14,7 @@ from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.papers.formula import identical
 from painleve_sym.papers.impact_resolution.claims import CLAIMS
 from painleve_sym.quantities import derivative_latex
+from painleve_sym.references import reference
 
 ROOT = Path(__file__).resolve().parent.parent
 ASSUMPTIONS = (
@@ -28,8 +29,15 @@ ASSUMPTIONS = (
 """The assumptions of docs/assumptions.md, in its order."""
 EQUAL = "equal"
 NOT_COMPARED = "not printed"
+
+
+def cited(key: str) -> str:
+    """Return the citation of a work as a link to its entry on the page of references."""
+    return f"[{reference(key).label}](../references.md#{key.lower()})"
+
+
 REFERENCE = (
-    f"Numbers in brackets are equations of {CLAIMS.source.citation(f'*{CLAIMS.source.title}*')}; "
+    f"Numbers in brackets are equations of {cited(CLAIMS.source.key)}; "
     "SI units, radians. Every comparison below is asserted when this page is made."
 )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from derivations._page import Derivation, Quantity, Step
+from derivations._page import Derivation, Quantity, Step, cited
 from derivations.equations_of_motion import mechanism
 from painleve_sym.laws import finite_stiffness as package
 from painleve_sym.laws.finite_stiffness import (
@@ -234,9 +234,9 @@ def linear_steps() -> list[Step]:
     at_end = sp.solve(kept, second)
     return [
         Step(
-            "**A linear contact with a dashpot**, $F = K\\delta + c\\dot\\delta$ (Hogan & "
-            "Kristiansen, Proc. R. Soc. A 473, 2017, 20160773, whose $p$ and $S$ are $A$ and "
-            "$A'$). For $c = 0$ the limit above with $e_s = 1$ is theirs, "
+            "**A linear contact with a dashpot**, $F = K\\delta + c\\dot\\delta$, after "
+            f"{cited('HoganKristiansen2017')}, whose $p$ and $S$ are $A$ and "
+            "$A'$. For $c = 0$ the limit above with $e_s = 1$ is theirs, "
             "$|v_{n1}|\\sqrt{1 + A'/|A|}$. In the indeterminate state, $A < 0 < B_+$, slip has the "
             "equilibrium $F = -B_+/A$, a saddle with the stable eigenvalue",
             sp.Eq(LAMBDA, stable),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from derivations._page import Derivation, Quantity, Step
+from derivations._page import Derivation, Quantity, Step, cited
 from derivations.compliance_energies import E_s as e_s
 from derivations.compliance_energies import n, packaged
 from derivations.equations_of_motion import accelerations, mechanism, quantities, symbol
@@ -203,7 +203,8 @@ def derive() -> Derivation:
         "critical_force",
         "The critical initial force of the indeterminate state",
         "The paper states that the sliding solution $F_n^* = -B/A$ separates lift-off from impact "
-        "and is not stable. At finite stiffness both can be said in numbers.",
+        "and is not stable. At finite stiffness both can be said in numbers. For linear contacts "
+        f"{cited('HoganKristiansen2017')} and {cited('KristiansenHogan2018')} have done so.",
         (*quantities(), *QUANTITIES),
         steps,
         {"frozen configuration": "in part"},

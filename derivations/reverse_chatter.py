@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from derivations._page import Derivation, Quantity, Step
+from derivations._page import Derivation, Quantity, Step, cited
 from painleve_sym.laws.chatter import KAPPA, TAU, chatter_ratio, general_contact
 from painleve_sym.laws.restitution import energetic, poisson
 from painleve_sym.mechanics.simplify import readable
@@ -156,7 +156,8 @@ def derive() -> Derivation:
         "Bounces near a sticking contact",
         "For any mechanism with one planar contact whose free normal acceleration is downward, "
         "under a constant load. The first part is for impacts whose slip stops in compression, "
-        "the last for every course of an impact.",
+        "the last for every course of an impact. Such bounces can "
+        f"grow: reverse chatter, described by {cited('NordmarkEtAl2011')}.",
         QUANTITIES,
         steps,
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from derivations._page import Derivation, Quantity, Step
+from derivations._page import Derivation, Quantity, Step, cited
 from derivations.contact_coefficients import COEFFICIENTS
 from derivations.equations_of_motion import accelerations, mechanism, quantities, symbol
 from derivations.paradox_conditions import TAU, in_tangent
@@ -136,7 +136,7 @@ def rod_steps() -> list[Step]:
             package=threshold.at,
         ),
         Step(
-            "reached with the friction",
+            f"reached with the critical friction of {cited('GenotBrogliato1999')}",
             sp.Eq(MU_C, sp.radsimp(at_A[mu].subs(TAU, place))),
             package=threshold.friction,
         ),
@@ -154,7 +154,9 @@ def derive() -> Derivation:
         "singular_point",
         "Slip near A = B = 0",
         "Continues the conditions of the paradox: how the sliding rod reaches the point where both "
-        "coefficients vanish. The first steps hold for any mechanism with one planar contact.",
+        "coefficients vanish. The first steps hold for any mechanism with one planar contact. "
+        f"{cited('GenotBrogliato1999')} did this for the rod; the two eigenvalues are also in "
+        f"{cited('NordmarkEtAl2018')}.",
         (*quantities(), *COEFFICIENTS, *QUANTITIES),
         steps,
         {"frozen configuration": "no"},

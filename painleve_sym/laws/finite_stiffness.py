@@ -110,7 +110,7 @@ def separating_rate() -> sp.Expr:
 
     References
     ----------
-    Hogan & Kristiansen, Proc. R. Soc. A 473 (2017) 20160773.
+    Hogan & Kristiansen (2017).
     """
     root = sp.sqrt((A * DAMPING) ** 2 - 4 * A * K)
     return (-A * DAMPING - root) / 2 * (DELTA + B_FREE / (A * K))

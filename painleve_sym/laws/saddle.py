@@ -27,7 +27,8 @@ class LawSaddle:
 
     References
     ----------
-    Zhao, Liu & Chen, §3.4, state that the sliding solution is not stable.
+    Impact model resolution on Painlevé's paradox, §3.4: the sliding solution is not stable.
+    Hogan & Kristiansen (2017) and Kristiansen & Hogan (2018) for linear contacts.
     """
 
     law: ContactLaw

@@ -95,6 +95,8 @@ class MotionNames:
         In the mechanism's order.
     units, latex : dict of str to str
         Of coordinates, velocities and parameters.
+    source : str
+        Works on the mechanism, the laws and the integrator.
     """
 
     mechanism: str
@@ -107,6 +109,7 @@ class MotionNames:
     contacts: tuple[str, ...]
     units: dict[str, str]
     latex: dict[str, str]
+    source: str
 
 
 class Evaluator(Protocol):
@@ -279,6 +282,11 @@ class Trajectory:
     def choices(self) -> dict[str, str]:
         """The law's named choices."""
         return self.names.choices
+
+    @property
+    def source(self) -> str:
+        """Works on the mechanism, the laws and the integrator; see `painleve_sym.citation`."""
+        return self.names.source
 
     @property
     def engine(self) -> str:
@@ -668,6 +676,7 @@ class Trajectory:
             "contacts": self.names.contacts,
             "units": self.names.units,
             "latex": self.names.latex,
+            "source": self.names.source,
             "outputs": self.evaluator.portable().to_data() if self.evaluator else None,
         }
         arrays = {name: getattr(self, name) for name in (*_ARRAYS, "step_bend")}
@@ -715,6 +724,8 @@ class Trajectory:
                 contacts=tuple(text["contacts"]),
                 units=text["units"],
                 latex=text["latex"],
+                # Files of earlier releases name no source.
+                source=text.get("source", ""),
             ),
             record=record,
             **{k: text[k] for k in given},

@@ -19,7 +19,7 @@ from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.singular_limit import LimitKind
 from painleve_sym.motion.trajectory import Trajectory
 
-GLOCKER = {"theta": math.radians(31), "x_A_dot": -30.0}
+JAMMING_ROD = {"theta": math.radians(31), "x_A_dot": -30.0}
 PARAMETERS = {"g": 10.0, "mu": 5 / 3}
 
 
@@ -30,7 +30,7 @@ def rigid():
 
 @pytest.fixture(scope="module")
 def jam(rigid):
-    return rigid.run(GLOCKER, t_end=3.0, parameters=PARAMETERS)
+    return rigid.run(JAMMING_ROD, t_end=3.0, parameters=PARAMETERS)
 
 
 def _desingularised(start, mu, g):
@@ -49,7 +49,7 @@ def _desingularised(start, mu, g):
     return solve_ivp(field, (0, 6), z, **options).y[:, -1]
 
 
-def test_glockers_rod_jams_at_forty_five_degrees(jam):
+def test_jamming_rod_ends_at_forty_five_degrees(jam):
     """A = B = 0 at θ = 45°, θ̇ = √(g/(l sinθ)); γ = 1/3 and F* = m g cot θ/(3 − 2) = 10 N."""
     limit = jam.limit
     assert jam.stop_reason is StopReason.DYNAMIC_JAM
@@ -64,8 +64,8 @@ def test_glockers_rod_jams_at_forty_five_degrees(jam):
 
 
 def test_limit_is_that_of_the_desingularised_slip(rigid):
-    t, theta, theta_dot, x_dot = _desingularised(GLOCKER, PARAMETERS["mu"], PARAMETERS["g"])
-    limit = rigid.run(GLOCKER, t_end=3.0, parameters=PARAMETERS, rtol=1e-14).limit
+    t, theta, theta_dot, x_dot = _desingularised(JAMMING_ROD, PARAMETERS["mu"], PARAMETERS["g"])
+    limit = rigid.run(JAMMING_ROD, t_end=3.0, parameters=PARAMETERS, rtol=1e-14).limit
     assert limit.time == pytest.approx(t, abs=1e-11)
     assert limit.state["theta"] == pytest.approx(theta, abs=1e-12)
     assert limit.state["theta_dot"] == pytest.approx(theta_dot, abs=1e-9)
@@ -108,7 +108,7 @@ def test_below_the_threshold_everything_lifts_off(rigid):
 
 
 def test_mirrored_slip_jams_at_the_mirrored_place(rigid, jam):
-    start = {"theta": math.pi - GLOCKER["theta"], "x_A_dot": 30.0}
+    start = {"theta": math.pi - JAMMING_ROD["theta"], "x_A_dot": 30.0}
     run = rigid.run(start, t_end=3.0, parameters=PARAMETERS)
     assert run.stop_reason is StopReason.DYNAMIC_JAM
     assert run.limit.time == pytest.approx(jam.limit.time, abs=1e-9)
@@ -136,17 +136,17 @@ def test_limit_is_saved_and_loaded(jam, tmp_path):
 
 
 def test_runs_without_dense_output_have_no_measured_exponent(rigid, jam):
-    run = rigid.run(GLOCKER, t_end=3.0, parameters=PARAMETERS, record="end")
+    run = rigid.run(JAMMING_ROD, t_end=3.0, parameters=PARAMETERS, record="end")
     assert run.limit.measured_exponent is None
     assert run.limit.time == pytest.approx(jam.limit.time, abs=1e-13)
 
 
 def test_second_engine_finds_the_same_limit(jam):
     run = Simulator(rod(), RigidLaw(), "erk").run(
-        GLOCKER | {"theta": 0.7, "theta_dot": 3.6}, t_end=1.0, parameters=PARAMETERS
+        JAMMING_ROD | {"theta": 0.7, "theta_dot": 3.6}, t_end=1.0, parameters=PARAMETERS
     )
     other = Simulator(rod(), RigidLaw(), "compiled").run(
-        GLOCKER | {"theta": 0.7, "theta_dot": 3.6}, t_end=1.0, parameters=PARAMETERS
+        JAMMING_ROD | {"theta": 0.7, "theta_dot": 3.6}, t_end=1.0, parameters=PARAMETERS
     )
     assert run.stop_reason is other.stop_reason
     if other.limit is not None:

@@ -230,7 +230,7 @@ def test_another_mechanism_jams_as_does_its_mirror_image(side):
 
 @pytest.mark.parametrize("sign", [1, -1])
 def test_rigid_motion_that_jams_dynamically_says_where_it_would_arrive(sign):
-    """Glocker's rod (A = B = 0 at θ = 45° with g = 10, μ = 5/3), and its mirror image."""
+    """A rod that jams (A = B = 0 at θ = 45° with g = 10, μ = 5/3), and its mirror image."""
     given = {"g": 10.0, "mu": 5 / 3}
     start = {"theta": np.radians(31), "x_A_dot": -30.0}
     near = Simulator(rod(), RigidLaw()).run(start, parameters=given, t_end=0.8).final

@@ -27,12 +27,12 @@ def rod() -> Mechanism:
 
     References
     ----------
-    Zhao, Liu & Chen, Fig. 1 and equations (1)–(3).
+    Impact model resolution on Painlevé's paradox, Fig. 1 and equations (1)–(3).
     """
     return _rod(
         "rod",
         "slender rod with one end on rough ground (Painlevé's example)",
-        "Zhao, Liu & Chen, Impact model resolution on Painlevé's paradox, Fig. 1",
+        "Impact model resolution on Painlevé's paradox, Fig. 1",
         sp.Integer(3),
         (),
     )
@@ -46,13 +46,13 @@ def rod_inertia() -> Mechanism:
 
     References
     ----------
-    Génot & Brogliato, New results on Painlevé paradoxes, Eur. J. Mech. A/Solids 18 (1999).
+    Génot & Brogliato (1999).
     """
     alpha = positive("alpha", 3.0, "1", "m l^2/J: 3 for a slender rod, more with a heavy middle")
     return _rod(
         "rod-inertia",
         "rod of any moment of inertia with one end on rough ground",
-        "Génot & Brogliato, Eur. J. Mech. A/Solids 18 (1999)",
+        "Génot & Brogliato (1999)",
         alpha.symbol,
         (alpha,),
     )

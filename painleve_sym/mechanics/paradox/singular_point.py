@@ -63,8 +63,8 @@ class SingularPoint:
 
     References
     ----------
-    Génot & Brogliato, Eur. J. Mech. A/Solids 18 (1999) 653–677; Champneys & Várkonyi, IMA J. Appl.
-    Math. 81 (2016) 538–588; Nordmark, Várkonyi & Champneys (2018), arXiv:1707.08343.
+    Génot & Brogliato (1999), whose critical friction μ_C is; Champneys & Várkonyi (2016); Nordmark,
+    Várkonyi & Champneys (2018).
     """
 
     coefficients: ContactCoefficients
