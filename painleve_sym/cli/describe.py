@@ -14,7 +14,7 @@ from painleve_sym.codegen.derivation_cache import entry_key, read_entry, write_e
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import plain_fields, to_plain
-from painleve_sym.laws.catalogue import CHOICES, LAWS, one_law
+from painleve_sym.laws.catalogue import CHOICE_NOTES, CHOICES, LAWS, one_law
 from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.laws.restitution import RESTITUTIONS, RestitutionLaw
 from painleve_sym.laws.rigid_contact import RigidLaw
@@ -155,6 +155,8 @@ def _show_law(one: ContactLaw | RigidLaw) -> None:
     for name, default in one.choices.items():
         values = ", ".join(v + " (default)" * (v == default) for v in CHOICES[name])
         show(f"  {name}: {values}")
+        for value, note in _notes(name).items():
+            show(f"    {value} is {note}")
     _show_source(one.source)
 
 
@@ -162,6 +164,11 @@ def _show_source(source: str) -> None:
     show(f"  source: {source}")
     for work in cited_works(source):
         show(f"    {work}")
+
+
+def _notes(choice: str) -> dict[str, str]:
+    """Return what to know about values of a choice, by value."""
+    return {v: CHOICE_NOTES[v] for v in CHOICES[choice] if v in CHOICE_NOTES}
 
 
 def _show_rules(names: Sequence[str]) -> None:
@@ -195,7 +202,7 @@ def law_data(one: ContactLaw | RigidLaw) -> dict[str, Any]:
         **plain_fields(one, "name", "title", "source"),
         "parameters": [parameter_data(p) for p in one.parameters],
         "choices": {
-            name: {"default": default, "values": CHOICES[name]}
+            name: {"default": default, "values": CHOICES[name], "notes": _notes(name)}
             for name, default in one.choices.items()
         },
         "branches": [b.name for b in one.branches] if isinstance(one, ContactLaw) else [],

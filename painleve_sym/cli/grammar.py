@@ -92,7 +92,7 @@ def _case(parser: argparse.ArgumentParser) -> None:
 
 def _law(parser: argparse.ArgumentParser) -> None:
     _texts(parser, ("--law", "NAME", "contact law (`painleve laws` lists them)"))
-    text = "parameters and choices of the law, such as E=20.9e14,reload=virgin"
+    text = "parameters and choices of the law, such as E=20.9e14,reload=elastic"
     _lists(parser, ("--law-set", "NAME=VALUE,...", text))
 
 

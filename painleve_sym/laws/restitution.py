@@ -25,7 +25,9 @@ class RestitutionLaw(Deferred):
     Newton's law gives no rebound at all.
 
     With restitution in [0, 1] and Coulomb friction the energetic and Poisson's law never add
-    energy in a planar impact of one contact; Newton's can.
+    energy in a planar impact of a single contact over ground at rest; Newton's can. They are laws
+    of one contact: how several contacts share an impact is a rule of this package, with which the
+    same holds; see `solve_simultaneous_impact`.
 
     Attributes
     ----------
@@ -70,8 +72,10 @@ class RestitutionLaw(Deferred):
 def newton() -> RestitutionLaw:
     """Return Newton's law, v_n⁺ = −e v_n⁻.
 
-    With friction and a change of slip it can add energy, and it gives no rebound where the
-    approach velocity is zero: it is inert in an impact without collision.
+    It gives no rebound where the approach velocity is zero: it is inert in an impact without
+    collision. The kinetic energy changes by (P_t (v_t⁺ + v_t⁻) − (1 − e) P_n |v_n⁻|)/2, summed over
+    the contacts: it grows where friction, opposed to the slip at the end, pushed along the slip
+    before by more than restitution loses. Without friction, and with e = 0, it never does.
 
     References
     ----------
@@ -90,8 +94,10 @@ def newton() -> RestitutionLaw:
 def poisson() -> RestitutionLaw:
     """Return Poisson's law, P_r = e P_c, between the impulses of restitution and compression.
 
-    The normal force can release more than it stored, E_r < −E_c; friction has then taken at
-    least the difference, and the impact as a whole never gains energy.
+    The normal force can release more than it stored, E_r < −E_c; in the impact of a single contact
+    friction has then taken at least the difference, so that the impact as a whole never gains
+    energy. With several contacts that argument fails; what restitution is left then lapses where
+    the energy would grow (`solve_simultaneous_impact`).
 
     References
     ----------
@@ -108,7 +114,11 @@ def poisson() -> RestitutionLaw:
 
 
 def energetic() -> RestitutionLaw:
-    """Return Stronge's law, E_r = −e² E_c: the paper's. Never adds energy.
+    """Return Stronge's law of a single contact, E_r = −e² E_c: the paper's. It never adds energy.
+
+    With several contacts each gives back e² of the energy that its own normal force took, and no
+    energy is gained either: friction opposes the slip of each moment. How the contacts share the
+    impulse is a rule of this package (`solve_simultaneous_impact`), not Stronge's.
 
     References
     ----------

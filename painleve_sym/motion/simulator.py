@@ -114,7 +114,7 @@ class Simulator:
     >>> block = model("block-two-feet")
     >>> simulator = Simulator(block, {"A": law("rigid"), "B": law("hertz")})
     >>> [p.name for p in simulator.own_parameters]
-    ['e_energetic', 'E_B', 'nu_B', 'R_B', 'n_B']
+    ['e_energetic', 'E_B', 'nu_B', 'R_B', 'n_B', 'l_0_B']
     """
 
     mechanism: Mechanism
@@ -705,7 +705,7 @@ class Simulator:
     ) -> Trajectory:
         """Return a run as a trajectory; `resolved` are the impulses of a resolver."""
         return Trajectory(
-            names=self._names,
+            names=self.names,
             parameters=start.values,
             rtol=rtol,
             record=RunRecord(self, start, raw, resolved),
@@ -732,7 +732,8 @@ class Simulator:
         return {name: self.__dict__[name] for name in ("mechanism", "law", "engine")}
 
     @cached_property
-    def _names(self) -> MotionNames:
+    def names(self) -> MotionNames:
+        """Names that all motions of the simulator share."""
         outline = self.outline
         return MotionNames(
             mechanism=self.mechanism.name,

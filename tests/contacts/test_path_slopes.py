@@ -8,7 +8,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
-from painleve_sym.contacts.impact.path_slopes import ImpactData, impact_slopes
+from painleve_sym.contacts.impact.path_slopes import ImpactData, impact_slopes, least_norm_slopes
 from painleve_sym.contacts.impact.simultaneous import solve_simultaneous_impact
 from painleve_sym.laws.restitution import RESTITUTIONS
 
@@ -171,6 +171,62 @@ def test_slip_that_begins_at_zero_has_a_derivative_where_it_sticks():
         assert np.allclose(left, right, atol=1e-5) == sticks
         if sticks:
             assert np.allclose(exact, right, atol=1e-5)
+
+
+def of_rank(rank, size, seed):
+    """Return matrices of a smooth family of constant rank, and right sides in their range."""
+    rng = np.random.default_rng(seed)
+    left, right, point = (rng.normal(size=s) for s in ((2, size, rank), (2, rank, size), (2, size)))
+
+    def at(h):
+        matrix = (left[0] + h * left[1]) @ (right[0] + h * right[1])
+        return matrix, matrix @ (point[0] + h * point[1])
+
+    matrix, vector = at(0.0)
+    moved = left[1] @ right[0] + left[0] @ right[1]
+    return at, matrix, moved, vector, moved @ point[0] + matrix @ point[1]
+
+
+@pytest.mark.parametrize("rank", [1, 2, 3, 4])
+def test_least_norm_of_open_forces_changes_with_its_matrix(rank):
+    """Of NumPy's pseudo-inverse by differences; for rank 4 nothing is open."""
+    at, matrix, moved, vector, right = of_rank(rank, 4, rank)
+    x, change = least_norm_slopes(matrix, moved[..., None], vector, right[:, None])
+
+    def solution(h):
+        return np.linalg.pinv(at(h)[0], rcond=1e-10) @ at(h)[1]
+
+    np.testing.assert_allclose(x, solution(0.0), atol=1e-12)
+    np.testing.assert_allclose(change[:, 0], difference(solution, 1e-3), rtol=1e-7, atol=1e-8)
+    # Across the range of the matrix lies what least norm alone decides.
+    across = (np.eye(4) - np.linalg.pinv(matrix, rcond=1e-10) @ matrix) @ change[:, 0]
+    assert (np.max(np.abs(across)) > 1e-3) == (rank < 4)
+
+
+LEGS = np.array([[-0.7, -0.5], [0.1, -0.45], [0.6, -0.3]])
+LEG_SHIFTS = np.array([[0.3, 0.2], [-0.1, 0.4], [0.2, -0.3]])
+
+
+def legs_impact(h):
+    """Return the impact of a body that falls straight down on three legs of rough feet."""
+    J = np.array([r for x, y in LEGS + h * LEG_SHIFTS for r in ([0, 1, x], [1, 0, -y])])
+    masses = np.array([1.0, 1.0, 1.0 / (0.3 + 0.1 * h)])
+    W, v = J @ np.diag(masses) @ J.T, J @ np.array([0.0, -1.0, 0.0])
+    return solve_simultaneous_impact(W, np.full(3, 5.0), v, "poisson", 0.4), W
+
+
+def test_friction_that_sticking_legs_leave_open_has_the_derivative_of_its_least_norm():
+    """Three tangential impulses hold two velocities: geometry moves what nothing else decides."""
+    impact, _ = legs_impact(0.0)
+    first = impact.path.steps[1]
+    assert [row % 2 for row in first.rows] == [1, 1, 1]
+    tangential = impact.path.W[np.ix_(first.rows, first.rows)]
+    assert np.linalg.matrix_rank(tangential, tol=1e-10) == 2
+    moved = difference(lambda h: legs_impact(h)[1], 1e-4)
+    exact = slopes(impact, moved, np.zeros(3), np.zeros(6), 0.0)
+    by_differences = difference(lambda h: numbers(legs_impact(h)[0]), 1e-4)
+    size = np.max(np.abs(by_differences))
+    np.testing.assert_allclose(exact, by_differences, atol=1e-6 * size)
 
 
 def test_no_derivative_by_an_energetic_restitution_of_zero():

@@ -191,7 +191,7 @@ def _settings(r: Random, names: tuple[str, ...]) -> str:
 def _law(r: Random) -> list[str]:
     words = ["--law", r.choice(LAWS)]
     if r.random() < 0.4:
-        names = ("E", "nu", "R", "n", "E", "n", "e_energetic", "e_newton", "c", "k")
+        names = ("E", "nu", "R", "n", "E", "n", "l_0", "e_energetic", "e_newton", "c", "k")
         words += ["--law-set", _settings(r, names)]
     return words
 

@@ -139,7 +139,7 @@ def test_mechanism_has_a_sketch_of_ascii_lines(name):
 
 @every_mechanism
 def test_mechanism_parameters_do_not_clash_with_those_of_laws(name):
-    taken = {"E", "nu", "R", "n", "k", "c", "e_energetic", "e_newton", "e_poisson"}
+    taken = {"E", "nu", "R", "n", "l_0", "k", "c", "e_energetic", "e_newton", "e_poisson"}
     assert not taken & {p.name for p in derived(name).system.parameters}
 
 

@@ -47,6 +47,7 @@ def test_misprints_and_differences_are_the_known_ones(everything):
     by = {v: {i.id for i in everything.items if i.verdict is v} for v in Verdict}
     assert by[Verdict.MISPRINT] == {
         "eq-4-radius",
+        "eq-4-stiffness",
         "eq-14-spin",
         "eq-18-impulse",
         "table-2",
