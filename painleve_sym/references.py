@@ -11,7 +11,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from importlib.resources import files
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Protocol
 from urllib.parse import quote
@@ -113,7 +113,7 @@ def _joined(names: Sequence[str]) -> str:
 @cache
 def references() -> Mapping[str, Reference]:
     """Return every work by its key, in the order of ``docs/references.bib``."""
-    entries = json.loads((files("painleve_sym") / DATA).read_text("utf-8"))
+    entries = json.loads(Path(__file__).with_name(DATA).read_text("utf-8"))
     return MappingProxyType({entry["key"]: reference_from(entry) for entry in entries})
 
 
