@@ -710,6 +710,7 @@ class Simulator:
             stop_detail=self._detail(raw),
             counters=raw.counters,
             evaluator=self._evaluator,
+            subject=self.mechanism,
         )
 
     @cached_property

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
+    from painleve_sym.mechanics.mechanism import Mechanism
+
 FORMAT = "painleve-sym trajectory 2"
 ENERGIES = ("kinetic_energy", "potential_energy", "stored_energy")
 DISSIPATIONS = ("friction_dissipation", "contact_dissipation", "force_dissipation")
@@ -142,6 +144,16 @@ class EngineOutputs:
         return self.tapes()
 
 
+class Film(Protocol):
+    """An animation of a motion; see `Animation` in `painleve_sym.present.animation`."""
+
+    def save(self, path: str | Path) -> None:
+        """Write it as GIF, MP4 or HTML, as the suffix says."""
+
+    def html(self) -> str:
+        """Return it as HTML with play, pause and a slider."""
+
+
 class MotionRecord(Protocol):
     """Recorded arrays of a motion, read at the first access."""
 
@@ -216,6 +228,8 @@ class Trajectory:
         Computes forces.
     limit : SingularLimit or None
         Rigid motion that stopped where a slip meets A = 0: where it would arrive.
+    subject : Mechanism or None
+        The mechanism, for drawings; it is neither saved nor pickled.
 
     Examples
     --------
@@ -241,6 +255,7 @@ class Trajectory:
     counters: dict[str, int]
     evaluator: Evaluator | None = field(default=None, compare=False)
     limit: SingularLimit | None = None
+    subject: Mechanism | None = field(default=None, compare=False)
 
     def __repr__(self) -> str:
         """Return mechanism, law, number of events and end in one line."""
@@ -258,7 +273,7 @@ class Trajectory:
 
     def __getstate__(self) -> dict[str, Any]:
         """Pickle the outputs as plain operations in place of the engine."""
-        state = dict(self.__dict__)
+        state = self.__dict__ | {"subject": None}
         if self.evaluator is not None:
             state["evaluator"] = self.evaluator.portable()
         return state
@@ -617,6 +632,42 @@ class Trajectory:
         """
         figure: Figure = _drawing("trajectory_plot").trajectory_figure(self)
         return figure
+
+    def animate(
+        self, mechanism: Mechanism | None = None, *, duration: float = 8.0, width: int = 480
+    ) -> Film:
+        """Return a film of the mechanism with its contact forces, to be saved or shown.
+
+        Parameters
+        ----------
+        mechanism : Mechanism, optional
+            That of the motion; needed where the trajectory comes from a file or another process.
+        duration : float
+            Of the film, in (0, 120]; s. Time is magnified where much happens.
+        width : int
+            Pixels, from 200 to 2000.
+
+        Raises
+        ------
+        InputError
+            The trajectory holds no steps, the mechanism has no shapes, or none is known.
+
+        Examples
+        --------
+        >>> import painleve_sym as ps
+        >>> run = ps.simulate("rod", "rigid", {"y_A": 0.1, "theta": 1.0}, t_end=0.2)
+        >>> film = run.animate(duration=1.0)
+        >>> film.html().startswith("<figure")
+        True
+        """
+        drawn = mechanism or self.subject
+        if drawn is None:
+            raise InputError(
+                "animation: the trajectory comes from a file or another process, which do not "
+                "keep the mechanism. Fix: give it, such as animate(model('rod'))."
+            )
+        film: Film = _drawing("animation").Animation(self, drawn, duration=duration, width=width)
+        return film
 
     # ---- files ----
 

@@ -58,6 +58,16 @@ MARKERS = {
 }
 """By the kind of a mark."""
 
+_EVENT_LABELS = {"liftoff": "lift-off", "slip_start": "slip starts"}
+
+
+def event_label(kind: str) -> str:
+    """Return the words for a kind of event in figures."""
+    if kind in _EVENT_LABELS:
+        return _EVENT_LABELS[kind]
+    return MARKERS[kind].name if kind in MARKERS else kind.replace("_", " ")
+
+
 # Any: the stubs of matplotlib type every key by name.
 STYLE: Any = {
     # STIX comes with matplotlib and looks like a journal's text: the same on every machine.
