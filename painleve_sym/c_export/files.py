@@ -150,7 +150,7 @@ def files(case: Case) -> dict[str, str]:
     }
 
 
-def clashing_name(case: Case, texts: Mapping[str, str]) -> str | None:
+def clashing_name(case: MotionCode, texts: Mapping[str, str]) -> str | None:
     """Return a name of the interface that the engine's code has too, or None.
 
     Every name of the interface is in the header, and begins with the name of the export.

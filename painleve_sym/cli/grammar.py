@@ -186,6 +186,27 @@ def _export_options(parser: Parser) -> None:
     )
 
 
+def _explore_options(parser: Parser) -> None:
+    _case(parser)
+    _law(parser)
+    _texts(
+        parser,
+        ("--t-end", "TIME", "end time of the motions at first, s"),
+        ("--initial-force", "N", "start compressed so that the contact carries this force, N"),
+    )
+    _texts(parser, ("--out", "FILE", "page to write, .html"), required=True)
+    _json(parser)
+    parser.epilog = (
+        "One HTML file that opens from disk: sliders, map, contact problem, the motion with the\n"
+        "law and the rigid one, animation and tables, computed by WebAssembly in it. CASE, state,\n"
+        "parameters and law are those of `painleve simulate`, and what the page begins with.\n"
+        "Without --law: bilinear-hertz with reload=virgin, or rigid where a contact holds from\n"
+        "both sides; named mechanisms then need no compiler. Others need clang with wasi-libc, or\n"
+        "pip install 'painleve-sym[web]'.\n\n"
+        "  painleve explore rod --out rod.html"
+    )
+
+
 def _map_options(parser: Parser) -> None:
     parser.add_argument("model", metavar="MODEL", help="mechanism (`painleve models`)")
     text = "the axes: two coordinates, velocities (theta_dot) or parameters"
@@ -348,6 +369,7 @@ def parsers() -> tuple[Parser, dict[str, Parser]]:
     _describe_options(sub)
     _run_options(sub)
     _export_options(sub["export"])
+    _explore_options(sub["explore"])
     _map_options(sub["map"])
     _critical_options(sub["critical"])
     _sweep_options(sub["sweep"])

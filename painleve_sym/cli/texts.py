@@ -20,6 +20,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "contrast": ("contrast", "compare all methods from one initial state"),
     "fit": ("fit", "estimate parameters from measured velocities or force histories"),
     "export": ("export", "export the simulation as stand-alone C code"),
+    "explore": ("explore", "write a page that computes contact and motion in the browser"),
     "automaton": ("describe", "show the modes and events of a mechanism with a contact law"),
     "cache": ("cache", "show where compiled code is kept and its size, or clear it"),
     "reproduce": ("reproduce", "redo the tables, figures and formulas of a paper"),

@@ -18,10 +18,8 @@ from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.contacts.closing import closed_state
 from painleve_sym.contacts.inputs import resolve_state
 from painleve_sym.errors import InputError
-from painleve_sym.explorer.prebuilt import stored_module
+from painleve_sym.explorer.prebuilt import Laws, default_law, stored_module
 from painleve_sym.explorer.presets import presets
-from painleve_sym.explorer.source import Laws, ModuleSource, default_law
-from painleve_sym.explorer.wasm import module
 from painleve_sym.files import write_beside
 from painleve_sym.laws.catalogue import LawsByContact, LawsLike, as_law
 from painleve_sym.mechanics.declarations import resolve_parameters
@@ -169,11 +167,7 @@ def explore(
     mechanism = as_mechanism(mechanism)
     laws = default_law(mechanism) if law is None else _one_or_by_contact(as_law(law))
     stored = stored_module(mechanism, laws)
-    if stored is None:
-        source = ModuleSource(mechanism, laws)
-        packed, description = packed_module(module(source)), source.description
-    else:
-        packed, description = stored
+    packed, description = _compiled(mechanism, laws) if stored is None else stored
     data = {
         "description": description,
         "module": base64.b64encode(packed).decode("ascii"),
@@ -194,6 +188,15 @@ def explore(
     if out is not None:
         page.save(out)
     return page
+
+
+def _compiled(mechanism: Mechanism, laws: Laws) -> tuple[bytes, dict[str, Any]]:
+    # What derives and compiles is not loaded for a stored module.
+    from painleve_sym.explorer.source import ModuleSource
+    from painleve_sym.explorer.wasm import module
+
+    source = ModuleSource(mechanism, laws)
+    return packed_module(module(source)), source.description
 
 
 def packed_module(code: bytes) -> bytes:

@@ -2,19 +2,30 @@
 
 from __future__ import annotations
 
-import gzip
 import json
 from importlib import resources
-from pathlib import Path
 from typing import Any
 
 from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.explorer.source import Laws, ModuleSource, default_law
-from painleve_sym.explorer.wasm import module
+from painleve_sym.laws.catalogue import Law, LawsByContact, compliant_law
+from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.models import MODELS
 
+Laws = Law | LawsByContact
+
 _DATA = resources.files(__package__).joinpath("data")
+
+
+def default_law(mechanism: Mechanism) -> Law:
+    """Return the law of a page where none is named.
+
+    Bilinear Hertz with the reloading rule that the paper's curves need; rigid for contacts that
+    hold from both sides.
+    """
+    if any(c.bilateral for c in mechanism.outline.contacts):
+        return RigidLaw()
+    return compliant_law("bilinear-hertz", reload="virgin")
 
 
 def stored_module(mechanism: Mechanism, law: Laws) -> tuple[bytes, dict[str, Any]] | None:
@@ -38,22 +49,10 @@ def stored_module(mechanism: Mechanism, law: Laws) -> tuple[bytes, dict[str, Any
 
 
 def stored_digest(name: str) -> str | None:
-    """Return the digest of the C from which the stored module was made."""
+    """Return the digest of the C from which a stored module was made, None where there is none."""
     try:
         text = _DATA.joinpath(f"{name}.json").read_text("utf-8")
     except OSError:
         return None
     digest: str = json.loads(text)["digest"]
     return digest
-
-
-def build(name: str, folder: Path) -> int:
-    """Write module and description of a named mechanism; return the size of the module."""
-    mechanism = model(name)
-    source = ModuleSource(mechanism, default_law(mechanism))
-    code = module(source)
-    data = {"digest": source.digest, **source.description}
-    text = json.dumps(data, ensure_ascii=False, indent=1)
-    (folder / f"{name}.json").write_text(f"{text}\n", "utf-8")
-    (folder / f"{name}.wasm.gz").write_bytes(gzip.compress(code, 9, mtime=0))
-    return len(code)

@@ -23,14 +23,14 @@ def presets(description: Mapping[str, Any]) -> list[dict[str, Any]]:
     entries = tomllib.loads(own.read_text("utf-8"))["presets"]
     name = description["mechanism"]["name"]
     known = {q["name"] for q in (*description["states"], *description["parameters"])}
-    found = []
+    rows = []
     for entry in entries:
         if name not in entry["models"]:
             continue
         settings = _settings(entry)
         if settings["values"].keys() <= known:
-            found.append({"name": entry["name"], "look": entry["look"], "settings": settings})
-    return found
+            rows.append({"name": entry["name"], "look": entry["look"], "settings": settings})
+    return rows
 
 
 def _settings(entry: Mapping[str, Any]) -> dict[str, Any]:

@@ -10,22 +10,32 @@ from importlib import resources
 from string import Template
 from typing import Any
 
+import sympy as sp
+
 from painleve_sym.c_export.contacts import CASES
 from painleve_sym.c_export.files import MotionCode, clashing_name, code_files
+from painleve_sym.codegen.c_functions import c_functions
 from painleve_sym.codegen.compile import Compiler
+from painleve_sym.codegen.evaluate import expression_function
+from painleve_sym.contacts.contact_numbers import argument_symbols
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.protocol import ENGINE_REASONS
 from painleve_sym.engines.taylor.runner import TaylorEngine
 from painleve_sym.errors import InputError, NoRecurrence
-from painleve_sym.laws.catalogue import Law, LawsByContact, compliant_law
+from painleve_sym.explorer.prebuilt import Laws
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.shapes import (
+    PLACE,
+    Shape,
+    contact_geometries,
+    scene_formulas,
+    suggested_shapes,
+)
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.quantities import unit_of
 from painleve_sym.study.maps.axes import default_range, parameter_range
-
-Laws = Law | LawsByContact
 
 STIFFNESSES = ("Pa", "N/m")
 """Units of the parameters that a slider changes by orders of magnitude."""
@@ -33,17 +43,6 @@ SOFTER, STIFFER = 1e-2, 1e8
 """Ends of their sliders, in parts of the default: to the stiffness of the paper's Table 6."""
 
 _WEB = Compiler((), "clang --target=wasm32-wasi")
-
-
-def default_law(mechanism: Mechanism) -> Laws:
-    """Return the law of a page where none is named.
-
-    Bilinear Hertz with the reloading rule that the paper's curves need; rigid for contacts that
-    hold from both sides.
-    """
-    if any(c.bilateral for c in mechanism.outline.contacts):
-        return RigidLaw()
-    return compliant_law("bilinear-hertz", reload="virgin")
 
 
 @dataclass(frozen=True)
@@ -92,13 +91,50 @@ class ModuleSource:
         first = self.codes[0]
         values = {"name": first.name, "NAME": first.name.upper(), "motion": first.motion_count}
         values["mechanism"] = first.title
-        return texts | {"contact.c": _filled("contact.c", values)}
+        texts["contact.c"] = _filled("contact.c", values)
+        if self._shapes:
+            texts["scene.c"] = _filled("scene.c", values | self._scene_code)
+        return texts
 
     @property
     def units(self) -> tuple[str, ...]:
         """Names of the files to be compiled; motions include theirs."""
         motions = (f"{code.name}.c" for code in self.codes)
-        return (*motions, f"{self.codes[0].name}_contact.c", "contact.c")
+        drawing = ("scene.c",) if self._shapes else ()
+        return (*motions, f"{self.codes[0].name}_contact.c", "contact.c", *drawing)
+
+    # ---- the drawing ----
+
+    @cached_property
+    def _shapes(self) -> tuple[Shape, ...]:
+        """Shapes of the drawing; none where the mechanism has none."""
+        return self.mechanism.shapes or suggested_shapes(self.mechanism)
+
+    @cached_property
+    def _scene_code(self) -> dict[str, Any]:
+        mechanism = self.mechanism
+        geometries = contact_geometries(mechanism).values()
+        symbols = (*argument_symbols(mechanism), *PLACE)
+        places = list(scene_formulas(mechanism, self._shapes).values())
+        surfaces = [geometry.surface for geometry in geometries]
+        functions = [
+            expression_function("scene_places", places, symbols),
+            expression_function("scene_surfaces", surfaces or [sp.Integer(1)], symbols),
+        ]
+        return {
+            "functions": c_functions(functions),
+            "own": len(mechanism.outline.parameters),
+            "numbers": len(places),
+            "contacts": len(surfaces),
+            "work": 1 + max(f.sz_w() for f in functions),
+        }
+
+    @cached_property
+    def _scene(self) -> dict[str, Any] | None:
+        if not self._shapes:
+            return None
+        shapes = [{"kind": str(s.kind), "points": len(s.points)} for s in self._shapes]
+        return {"shapes": shapes, "contacts": list(contact_geometries(self.mechanism))}
 
     @cached_property
     def digest(self) -> str:
@@ -108,7 +144,7 @@ class ModuleSource:
 
     @cached_property
     def description(self) -> dict[str, Any]:
-        """What a page knows of the module, as plain data: names, units, meanings and ranges."""
+        """Names, units, meanings and ranges with which a page uses the module, as plain data."""
         mechanism = self.mechanism
         return {
             "mechanism": {
@@ -118,7 +154,14 @@ class ModuleSource:
             "parameters": self._parameters(),
             "over": _axes(mechanism),
             "contacts": [
-                {"name": c.name, "bilateral": c.bilateral, "friction": c.friction, "slip": row.slip}
+                {
+                    "name": c.name,
+                    "bilateral": c.bilateral,
+                    "friction": c.friction,
+                    "gap": row.gap,
+                    "gap_rate": row.gap_rate,
+                    "slip": row.slip,
+                }
                 for c, row in zip(
                     mechanism.outline.contacts, self.simulators[0].contact.rows, strict=True
                 )
@@ -126,7 +169,7 @@ class ModuleSource:
             "cases": [{"name": c.value, "sentence": c.sentence} for c in CASES],
             "stops": [{"name": r.label, "sentence": r.advice} for r in ENGINE_REASONS],
             "motions": [_motion(code) for code in self.codes],
-            "scene": None,
+            "scene": self._scene,
         }
 
     def _state(self, name: str) -> dict[str, Any]:

@@ -16,7 +16,8 @@ from painleve_sym.errors import CompileError, CompilerMissing
 from painleve_sym.explorer.source import ModuleSource
 
 FLAGS = ("-O2", "-ffp-contract=off", "-mexec-model=reactor", "-Wl,--strip-all")
-"""No contraction, as in the package's own code; names of functions would cost ten times the size."""
+"""No contraction, as in the package's own code; with names of functions it would be ten times as
+long."""
 
 _CLANG = ("--target=wasm32-wasi",)
 _PLACES = ("/usr", "/opt/wasi-sdk/share/wasi-sysroot", "/usr/share/wasi-sysroot")

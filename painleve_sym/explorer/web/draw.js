@@ -93,6 +93,9 @@ export function span(values) {
   return [low - room, high + room];
 }
 
+/** The text of the last mark ends where the axis does. @param {number} at @param {number[]} range */
+const anchor = (at, [low, high]) => (at > low + 0.97 * (high - low) ? "end" : "middle");
+
 export const WIDTH = 360;
 export const HEIGHT = 270;
 const LEFT = 52;
@@ -168,7 +171,7 @@ export class Frame {
       svg("rect", { x, y, width, height, class: "box" }),
       marks.map(({ at, text }) => [
         svg("path", { d: `M${this.left(at)} ${bottom}v-4` }),
-        svg("text", { x: this.left(at), y: bottom + 13, "text-anchor": "middle" }, text),
+        svg("text", { x: this.left(at), y: bottom + 13, "text-anchor": anchor(at, this.x) }, text),
       ]),
       ticks(this.y[0], this.y[1]).map((at) => [
         svg("path", { d: `M${x} ${this.top(at)}h4` }),

@@ -18,7 +18,7 @@ export class MotionView {
   constructor(engine, change) {
     this.engine = engine;
     this.change = change;
-    this.labels = engine.motions.map((m) => (m.names.rigid ? "rigid" : `law ${m.names.law}`));
+    this.labels = engine.motions.map((m) => (m.names.rigid ? "rigid" : `compliant (${m.names.law})`));
     const { scene } = engine.description;
     this.scenes = scene ? this.labels.map((label, i) => new Scene(engine, i, label)) : [];
     this.button = html("button", { type: "button", onclick: () => this.#toggle() }, "Play");

@@ -30,6 +30,21 @@ export function linesOf(problem, bilateral) {
   return lines;
 }
 
+/**
+ * Sentences on a start to which the problem does not apply as it stands.
+ * @param {any} problem @param {any} contact
+ */
+function notes({ inside, gaps, slip }, contact) {
+  const [gap, rate] = [gaps[contact.gap], gaps[contact.gap_rate]];
+  const sentences = inside ? [`${inside}.`] : [];
+  if (gap > 0) sentences.push(`The contact is open, gap ${short(gap)} m; here it is taken as closed.`);
+  if (gap < 0) sentences.push(`The contact is compressed by ${short(-gap)} m.`);
+  if (gap <= 0 && rate < 0) sentences.push(`It is hit with ${short(-rate)} m/s: an impact.`);
+  if (gap <= 0 && rate > 0) sentences.push(`It is leaving with ${short(rate)} m/s.`);
+  if (slip === 0) sentences.push("At rest sticking is possible, and slip to either side.");
+  return sentences;
+}
+
 export class ProblemView {
   /** @param {import("./engine.js").Engine} engine */
   constructor(engine) {
@@ -73,7 +88,7 @@ export class ProblemView {
         return html("div", {}, html("dt", {}, name), html("dd", {}, number, ` ${unit}`));
       }),
     );
-    this.open.textContent = problem.inside;
+    this.open.textContent = notes(problem, contact).join(" ");
   }
 
   /** @param {any} problem @param {boolean} bilateral */

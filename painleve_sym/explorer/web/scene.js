@@ -7,6 +7,8 @@ const GRID = 41;
 const ROOM = 0.15;
 /** Part of the height of a picture that the largest force has. */
 const ARROW = 0.35;
+/** Smaller forces by this number of decades have arrows of no length. */
+const DECADES = 3;
 
 export class Scene {
   /**
@@ -57,16 +59,20 @@ export class Scene {
     const parts = this.engine.description.scene.shapes.map((/** @type {any} */ shape, /** @type {number} */ i) =>
       drawn(shape.kind, scene.points[i], dot),
     );
-    const scale = (ARROW * (high - low)) / (largest || 1);
+    const length = (/** @type {number} */ force) => {
+      const part = 1 + Math.log10(Math.abs(force) / largest) / DECADES;
+      return part > 0 ? Math.sign(force) * part * ARROW * (high - low) : 0;
+    };
     const arrows = scene.contacts.flatMap((/** @type {any} */ c) => {
       const several = this.engine.description.contacts.length > 1 ? `_${c.name}` : "";
-      const [F_n, F_t] = ["normal", "tangential"].map((k) => moment.outputs[`${k}_force${several}`]);
       const [n_x, n_y] = c.normal;
-      return [
-        arrow(c.point, [F_n * scale * n_x, F_n * scale * n_y], "normal"),
-        // Along the normal turned clockwise by a right angle.
-        arrow(c.point, [F_t * scale * n_y, -F_t * scale * n_x], "tangential"),
-      ];
+      return ["normal", "tangential"].map((kind, i) => {
+        const force = moment.outputs[`${kind}_force${several}`];
+        const size = length(force);
+        // F_t acts along the normal turned clockwise by a right angle.
+        const along = i ? [size * n_y, -size * n_x] : [size * n_x, size * n_y];
+        return arrow(c.point, along, kind, `${kind} force ${short(force)} N`);
+      });
     });
     this.figure.replaceChildren(...this.#surfaces(values, moment.state, box), ...parts, ...arrows);
     this.mode.textContent = moment.mode.replaceAll("_", " ");
@@ -101,15 +107,15 @@ function drawn(kind, points, dot) {
   return svg("path", { d: `M${path}${kind === "polygon" ? "Z" : ""}`, class: `body ${kind}` });
 }
 
-/** @param {number[]} at @param {number[]} by @param {string} kind */
-function arrow([x, y], [dx, dy], kind) {
+/** @param {number[]} at @param {number[]} by @param {string} kind @param {string} title */
+function arrow([x, y], [dx, dy], kind, title) {
   const size = Math.hypot(dx, dy);
   if (!(size > 0)) return svg("g");
   const [ux, uy] = [dx / size, dy / size];
-  const head = Math.min(0.25 * size, 0.06 * size + 0.02);
+  const head = 0.22 * size;
   const [tipX, tipY] = [x + dx, y + dy];
   const side = (/** @type {number} */ s) =>
     `${tipX - head * (ux + s * 0.5 * uy)} ${-(tipY - head * (uy - s * 0.5 * ux))}`;
   const d = `M${x} ${-y}L${tipX} ${-tipY}M${side(1)}L${tipX} ${-tipY}L${side(-1)}`;
-  return svg("path", { d, class: `arrow ${kind}` }, svg("title", {}, `${kind} force ${short(size)}`));
+  return svg("path", { d, class: `arrow ${kind}` }, svg("title", {}, title));
 }
