@@ -89,6 +89,29 @@ export class Engine {
   }
 
   /**
+   * Returns the values with a contact closed and at rest along its normal: one coordinate and its
+   * velocity are solved for, those that move the gap, lengths before angles. Null where none does.
+   * @param {Values} values @param {number} contact
+   */
+  closed(values, contact) {
+    const names = this.description.contacts[contact];
+    const at = (/** @type {Values} */ own, /** @type {string} */ name) => {
+      this.motions[0].start(own, null);
+      return this.motions[0].state()[name];
+    };
+    const coordinates = this.description.states.filter((q) => `${q.name}_dot` in values);
+    for (const unit of ["m", "rad"]) {
+      for (const { name } of coordinates.filter((q) => q.unit === unit)) {
+        const rate = `${name}_dot`;
+        const placed = root(values, name, (own) => at(own, names.gap));
+        const still = placed && root(placed, rate, (own) => at(own, names.gap_rate));
+        if (still) return still;
+      }
+    }
+    return null;
+  }
+
+  /**
    * Returns A in push, B and A in pull on a grid, b fastest, for slips along s; nan outside.
    * @param {Values} values @param {string} a @param {number[]} rangeA @param {number} countA
    * @param {string} b @param {number[]} rangeB @param {number} countB
@@ -140,6 +163,27 @@ export class Engine {
 function view(functions, at, count) {
   // A copy: growing memory detaches views.
   return Float64Array.from(new Float64Array(functions.memory.buffer, at, count));
+}
+
+/**
+ * Returns the values with one of them such that a function is zero, by Newton's method with
+ * differences; null where it does not get there.
+ * @param {Values} values @param {string} name @param {(values: Values) => number} f
+ */
+function root(values, name, f) {
+  let own = values;
+  for (let i = 0; i < 50; i++) {
+    const value = f(own);
+    if (value === 0) return own;
+    const step = 1e-6 * Math.max(1, Math.abs(own[name]));
+    const moved = (/** @type {number} */ by) => ({ ...own, [name]: own[name] + by });
+    const slope = (f(moved(step)) - f(moved(-step))) / (2 * step);
+    const next = moved(-value / slope);
+    if (!Number.isFinite(next[name])) return null;
+    if (next[name] === own[name] || Math.abs(value) < 1e-14) return own;
+    own = next;
+  }
+  return null;
 }
 
 /** One motion: the mechanism with one law. */

@@ -178,6 +178,7 @@ export class MapView {
     const fields = [["A", push], ["B", B], ...(bilateral ? [["A in pull", pull]] : [])];
     for (const [i, [name, grid]] of fields.entries()) {
       const pieces = zeros((p, q) => /** @type {any} */ (grid)[p * POINTS + q], POINTS, POINTS);
+      if (!pieces.length) continue;
       const d = pieces.map((piece) => this.frame.path(piece.map((end) => this.#ofGrid(end)))).join("");
       this.lines.append(svg("path", { d, class: `zero zero-${i}` }));
       this.legend.append(this.#entry(`line zero-${i}`, "", `${name} = 0`));

@@ -20,7 +20,8 @@ export class MotionView {
     this.change = change;
     this.labels = engine.motions.map((m) => (m.names.rigid ? "rigid" : `compliant (${m.names.law})`));
     const { scene } = engine.description;
-    this.scenes = scene ? this.labels.map((label, i) => new Scene(engine, i, label)) : [];
+    const titles = engine.motions.map((m) => (m.names.rigid ? "rigid" : "compliant"));
+    this.scenes = scene ? titles.map((title, i) => new Scene(engine, i, title)) : [];
     this.button = html("button", { type: "button", onclick: () => this.#toggle() }, "Play");
     this.scrub = html("input", {
       ...{ type: "range", min: 0, max: 1, step: 0.001, "aria-label": "time of the animation" },
@@ -95,7 +96,9 @@ export class MotionView {
       const moments = parts.map((p) => (this.clock.time(p) <= own ? run.at(this.clock.time(p)) : null));
       for (const name of run.motion.outputNames.filter((n) => /^(normal|tangential)_force/.test(n))) {
         const points = parts.map((p, k) => [p, moments[k] ? moments[k].outputs[name] : NaN]);
-        const style = `${name.startsWith("normal") ? "normal" : "tangential"} motion-${i}`;
+        const contact = this.engine.description.contacts.findIndex((c) => name.endsWith(`_${c.name}`));
+        const kind = name.startsWith("normal") ? "normal" : "tangential";
+        const style = `${kind} motion-${i} contact-${contact}`;
         const label = `${name.replace("normal_force", "F_n").replace("tangential_force", "F_t")}`;
         curves.push({ label: `${label}, ${this.labels[i]}`, style, points });
       }
@@ -110,11 +113,14 @@ export class MotionView {
     const events = main ? main.events.slice(0, 60) : [];
     this.figure.replaceChildren(
       frame.axes("time [s]", "force [N]", marks),
-      ...events.map((e) => {
+      ...events.map((e, i) => {
         const at = this.clock.part(e.time);
         const d = frame.path([[at, frame.y[0]], [at, frame.y[1]]]);
         const text = `${e.kind.replaceAll("_", " ")} at ${short(e.time)} s`;
-        return svg("path", { d, class: "event" }, svg("title", {}, text));
+        return svg("g", { class: "event" }, svg("path", { d }), svg("title", {}, text), events.length > 12
+          ? null
+          // Numbers of near events stand on two lines.
+          : svg("text", { x: frame.left(at), y: i % 2 ? 28 : 19, "text-anchor": "middle" }, i + 1));
       }),
       ...curves.map((c) => svg("path", { d: frame.path(c.points), class: `curve ${c.style}` })),
       this.cursor,
@@ -192,7 +198,9 @@ export class EventView {
 
   /** @param {any} settings @param {import("./engine.js").Run[]} runs */
   update(settings, runs) {
-    this.jump.replaceChildren(this.#velocities(settings, runs));
+    const hit = runs.some((run) => !run.fault && afterImpact(run));
+    this.jump.hidden = !hit;
+    this.jump.replaceChildren(...(hit ? [this.#velocities(settings, runs)] : []));
     runs.forEach((run, i) => this.tables[i].replaceChildren(this.#events(run, this.labels[i])));
   }
 
@@ -200,8 +208,9 @@ export class EventView {
   #events(run, label) {
     const forces = run.motion.outputNames.filter((n) => n.startsWith("normal_force"));
     const speeds = this.engine.states.filter((n) => n.endsWith("_dot"));
-    const head = ["time [s]", "event", "mode after", ...forces.map((f) => `${f.replace("normal_force", "F_n")} [N]`)];
-    const rows = run.events.slice(0, 200).map((e) => [
+    const head = ["", "time [s]", "event", "mode after", ...forces.map((f) => `${f.replace("normal_force", "F_n")} [N]`)];
+    const rows = run.events.slice(0, 200).map((e, i) => [
+      String(i + 1),
       number(e.time, "time"),
       `${e.kind.replaceAll("_", " ")}${e.contact ? ` (${e.contact})` : ""}`,
       e.mode_after.replaceAll("_", " "),
@@ -210,6 +219,7 @@ export class EventView {
     ]);
     if (run.end) {
       rows.push([
+        "",
         number(run.end.time, "time"),
         `end: ${run.end.stop.name.replaceAll("_", " ")}`,
         run.end.mode.replaceAll("_", " "),

@@ -59,7 +59,7 @@ export class Explorer {
     this.events = new EventView(engine, this.motion.labels);
     /** @type {any[]} */
     this.fields = [];
-    this.notice = html("div", { role: "alert" });
+    this.notice = html("div", { role: "alert", class: "notice" });
     const { mechanism } = description;
     root.replaceChildren(
       html("header", {}, html("h1", {}, mechanism.name), html("p", {}, `${mechanism.title}.`)),
@@ -121,7 +121,8 @@ export class Explorer {
       oninput: () => take(scale.value(+range.value)),
     });
     const number = html("input", {
-      ...{ type: "number", step: "any", name, "aria-label": `${meaning} (${name}), ${unit}` },
+      ...{ type: "number", step: "any", name, title: meaning },
+      "aria-label": `${meaning} (${name}), ${unit}`,
       onchange: () => take(number.value === "" ? NaN : +number.value),
     });
     const take = (/** @type {number} */ value) => {
@@ -180,7 +181,12 @@ export class Explorer {
     }
     const button = (/** @type {string} */ text, /** @type {() => void} */ onclick) =>
       html("button", { type: "button", onclick }, text);
-    rows.push(html("div", { class: "row" }, button("Reset", () => this.set(this.first)),
+    const close = button("Close the contact", () => {
+      const values = this.engine.closed(this.settings.values, this.settings.contact);
+      if (values) this.change({ values });
+      else this.#say(["No coordinate closes this contact from here."]);
+    });
+    rows.push(html("div", { class: "row" }, close, button("Reset", () => this.set(this.first)),
       this.link ? button("Copy link", () => this.#copy()) : null));
     return html("details", { open: true }, html("summary", {}, "Run"), ...rows);
   }

@@ -62,8 +62,7 @@ export class ProblemView {
     const contact = this.engine.description.contacts[settings.contact];
     const { solutions, word } = problem;
     const count = solutions.length;
-    this.words.textContent =
-      `${word.name}: ${NUMBERS[count]} solution${count === 1 ? "" : "s"}; ${word.sentence}.`;
+    this.words.textContent = `${word.name}: ${NUMBERS[count]} solution${count === 1 ? "" : "s"}`;
     this.words.dataset.case = word.name;
     this.#draw(problem, contact.bilateral);
     this.list.replaceChildren(
@@ -88,7 +87,7 @@ export class ProblemView {
         return html("div", {}, html("dt", {}, name), html("dd", {}, number, ` ${unit}`));
       }),
     );
-    this.open.textContent = notes(problem, contact).join(" ");
+    this.open.textContent = [`Rigid: ${word.sentence}.`, ...notes(problem, contact)].join(" ");
   }
 
   /** @param {any} problem @param {boolean} bilateral */

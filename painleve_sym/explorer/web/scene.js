@@ -4,7 +4,8 @@ import { html, short, svg, zeros } from "./draw.js";
 
 /** Points along each side of the grid on which a surface is looked for. */
 const GRID = 41;
-const ROOM = 0.15;
+/** Around the mechanism, in parts of its size: for the arrows. */
+const ROOM = 0.3;
 /** Part of the height of a picture that the largest force has. */
 const ARROW = 0.35;
 /** Smaller forces by this number of decades have arrows of no length. */
