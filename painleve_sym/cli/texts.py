@@ -14,6 +14,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "classify": ("classify", "solve the rigid contact at a state: every solution, or none"),
     "jump": ("run", "compute the velocity jump of an impact at a state"),
     "simulate": ("run", "compute a compliant or rigid motion, event by event"),
+    "animate": ("animate", "draw a motion as GIF, MP4 or HTML, slowed down around impacts"),
     "map": ("map", "map slip, lift-off and the paradox over two states or parameters"),
     "critical": ("critical", "find the initial force that separates lift-off from impact"),
     "sweep": ("sweep", "run one motion for every point of a grid or a sampled set"),

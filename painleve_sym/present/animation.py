@@ -46,8 +46,14 @@ MAX_MAGNIFIED = 24
 """Maximum number of events around which the time is magnified."""
 SHARES = (0.35, 0.35, 0.3)
 """Parts of the film in proportion to time, to steps of the integration, and near events."""
+SHORTEST = 1e-6
+"""Part of the motion below which steps and events are not magnified further."""
+STEP_POWER = 0.25
+"""Power of the length of a step to which its time in the film is in proportion."""
 FORCE_DECADES = 3.0
 """Forces smaller than the largest by this many decades have arrows of no length."""
+FINER = 12
+"""Points per frame of the curves over the film."""
 GROUND = 0.88
 """Grey of what lies behind a surface."""
 NORMAL, TANGENTIAL, SLIP = PALETTE[1], PALETTE[2], PALETTE[3]
@@ -56,9 +62,9 @@ NORMAL, TANGENTIAL, SLIP = PALETTE[1], PALETTE[2], PALETTE[3]
 def film_times(trajectory: Trajectory, frames: int) -> Array:
     """Return the times of the frames, increasing from start to end, shape (frames,); s.
 
-    The film runs slowly where much happens: a part of it is in proportion to the time, a part to
-    the steps of the integration, which are short where forces change fast, and a part is spent
-    near events, each magnified logarithmically.
+    The film runs slowly where forces change fast: a part of it is in proportion to the time, a
+    part is spent on the steps of the integration, in proportion to a small power of their lengths,
+    and a part near events, about which the time is magnified logarithmically.
 
     Parameters
     ----------
@@ -67,8 +73,10 @@ def film_times(trajectory: Trajectory, frames: int) -> Array:
     frames : int
         At least 2.
     """
-    ends = np.unique(trajectory.t)
-    start, end = float(ends[0]), float(ends[-1])
+    start, end = float(trajectory.t[0]), float(trajectory.t[-1])
+    shortest = SHORTEST * (end - start)
+    ends = np.append(np.unique(np.floor((trajectory.t - start) / shortest)) * shortest, end - start)
+    ends = np.unique(np.clip(start + ends, start, end))
     events = np.unique([e.time for e in trajectory.events if start < e.time < end])
     scales = _local_scales(events, start, end)
     if len(events) > MAX_MAGNIFIED:
@@ -79,7 +87,8 @@ def film_times(trajectory: Trajectory, frames: int) -> Array:
     grid = np.unique(np.concatenate([ends, np.linspace(start, end, 400), around]))
     grid = grid[(grid >= start) & (grid <= end)]
     uniform = (grid - start) / (end - start)
-    steps = np.interp(grid, ends, np.linspace(0, 1, len(ends)))
+    lengths = np.append(0.0, np.cumsum(np.diff(ends) ** STEP_POWER))
+    steps = np.interp(grid, ends, lengths / lengths[-1])
     film = SHARES[0] * uniform + SHARES[1] * steps
     for time, scale in zip(events, scales, strict=True):
         away = grid - time
@@ -92,8 +101,8 @@ def film_times(trajectory: Trajectory, frames: int) -> Array:
 def _local_scales(events: Array, start: float, end: float) -> Array:
     """Return the time about each event that is magnified, shape (events,); s."""
     gaps = np.diff(np.concatenate([[start], events, [end]])) / 4
-    floor, most = 1e-9 * (end - start), (end - start) / 60
-    scales: Array = np.clip(np.minimum(gaps[:-1], gaps[1:]), floor, most)
+    shortest, longest = SHORTEST * (end - start), (end - start) / 60
+    scales: Array = np.clip(np.minimum(gaps[:-1], gaps[1:]), shortest, longest)
     return scales
 
 
@@ -163,6 +172,11 @@ class Scene:
         """Return the unit vector of the normal force, shape (frames, 2)."""
         return np.stack([self._places[f"{contact}_normal_{axis}"] for axis in "xy"], axis=1)
 
+    def tangent(self, contact: str) -> Array:
+        """Return the unit vector of positive slip and tangential force, shape (frames, 2)."""
+        normal = self.normal(contact)
+        return np.stack([normal[:, 1], -normal[:, 0]], axis=1)
+
     @cached_property
     def _levels(self) -> dict[str, Pointwise]:
         geometries = contact_geometries(self.mechanism)
@@ -191,16 +205,33 @@ class Scene:
         return np.concatenate(parts, axis=1)
 
     @cached_property
+    def reach(self) -> float:
+        """Size of the mechanism; m."""
+        low, high = self._everything.min(axis=1), self._everything.max(axis=1)
+        travel = float((high.max(axis=0) - low.min(axis=0)).max())
+        return max(float((high - low).max()), 1e-2 * travel, 1e-6)
+
+    @property
+    def longest_arrow(self) -> float:
+        """Length of the arrow of the largest force; m."""
+        return 0.42 * self.reach
+
+    @cached_property
     def window(self) -> tuple[Array, Array]:
         """Lower left corners of the view, shape (frames, 2), and its size, shape (2,); m.
 
         The view stands still where it shows the whole motion, else it follows the mechanism.
         """
-        low, high = self._everything.min(axis=1), self._everything.max(axis=1)
-        own = np.max(high - low, axis=0)
+        heads = [
+            (self.place(c) + direction * self.longest_arrow)[:, None]
+            for c in self.contacts
+            for direction in (self.normal(c), self.tangent(c), -self.tangent(c))
+        ]
+        points = np.concatenate([self._everything, *heads], axis=1)
+        low, high = points.min(axis=1), points.max(axis=1)
+        own, reach = np.max(high - low, axis=0), self.reach
         total = high.max(axis=0) - low.min(axis=0)
         size, corner = np.empty(2), np.empty_like(low)
-        reach = max(float(own.max()), 1e-2 * float(total.max()), 1e-6)
         for k in range(2):
             still = total[k] <= 2.5 * reach
             size[k] = (total[k] if still else own[k]) + 0.5 * reach
@@ -447,6 +478,7 @@ class _Picture:
         axes.grid(axis="x", color="0.93", linewidth=0.6, zorder=0)
         axes.xaxis.set_major_formatter("{x:.3g} m")
         self.ground: list[Any] = []
+        self.guides = {c.name for c in scene.mechanism.outline.contacts if c.bilateral}
         before = set(axes.get_children())
         self.artists = [_artist(axes, shape) for shape in scene.shapes]
         self.arrows = [_Arrows(axes, scene, c, self.size) for c in scene.contacts]
@@ -468,10 +500,12 @@ class _Picture:
 
     def _prepare_strip(self) -> None:
         scene, axes = self.scene, self.strip
-        film = np.arange(len(scene.times)) / self.rate
+        film = np.linspace(0, (len(scene.times) - 1) / self.rate, FINER * len(scene.times))
+        fine = scene.trajectory.outputs(film_times(scene.trajectory, len(film)))
         several = len(scene.contacts) > 1
         scale, unit = 1.0, "N"
-        forces = [scene.of_contact("normal_force", c) for c in scene.contacts]
+        end = "_{}" if len(scene.trajectory.names.contacts) > 1 else ""
+        forces = [fine["normal_force" + end.format(c)] for c in scene.contacts]
         if max((float(np.max(np.abs(f))) for f in forces), default=0.0) >= 2e3:
             scale, unit = 1e-3, "kN"
         for k, (name, force) in enumerate(zip(scene.contacts, forces, strict=True)):
@@ -481,17 +515,20 @@ class _Picture:
             }
             axes.plot(film, force * scale, linewidth=1.0, label=name if several else "_", **look)
         self.moments = _moments(self.trajectory_events(), scene.times)
-        for moment, _ in self.moments:
-            axes.axvline(moment / self.rate, color=PALETTE[4], linewidth=0.5, alpha=0.6)
+        rug = [moment / self.rate for moment, _ in self.moments]
+        where = axes.get_xaxis_transform()
+        axes.vlines(rug, 0.86, 1.0, color=PALETTE[4], linewidth=0.8, transform=where)
         self.cursor = axes.axvline(0, color="black", linewidth=0.9)
         axes.set_xlim(film[0], film[-1])
+        if not any(f.any() for f in forces):
+            axes.set_ylim(0, 1)
         axes.set_ylabel(text_label("$F_n$", unit), fontsize=7.5)
         axes.tick_params(labelsize=6.5, length=2, pad=2)
         axes.locator_params(axis="y", nbins=3)
         ticks = np.linspace(0, len(scene.times) - 1, 6).round().astype(int)
         self.unit, factor = _time_unit(float(scene.times[-1] - scene.times[0]))
         self.factor = factor
-        axes.set_xticks(film[ticks], [f"{scene.times[i] * factor:.3g}" for i in ticks])
+        axes.set_xticks(ticks / self.rate, [f"{scene.times[i] * factor:.3g}" for i in ticks])
         axes.set_xlabel(
             text_label("time, magnified where it is short", self.unit), fontsize=7, labelpad=1
         )
@@ -557,9 +594,10 @@ class _Picture:
             level = self.scene.level(contact, i, x, y)
             if level.min() < 0 < level.max():
                 lowest = [float(level.min()) - 1, 0.0]
-                self.ground.append(
-                    axes.contourf(x, y, level, lowest, colors=[str(GROUND)], zorder=0.5)
-                )
+                if contact not in self.guides:
+                    self.ground.append(
+                        axes.contourf(x, y, level, lowest, colors=[str(GROUND)], zorder=0.5)
+                    )
                 self.ground.append(
                     axes.contour(x, y, level, [0.0], colors=["0.35"], linewidths=0.9, zorder=1)
                 )
@@ -616,7 +654,7 @@ class _Arrows:
     def __init__(self, axes: Axes, scene: Scene, contact: str, size: Array) -> None:
         self.contact, self.axes = contact, axes
         self.place, self.normal = scene.place(contact), scene.normal(contact)
-        self.tangent = np.stack([self.normal[:, 1], -self.normal[:, 0]], axis=1)
+        self.tangent = scene.tangent(contact)
         self.force = scene.of_contact("normal_force", contact)
         self.friction = scene.of_contact("tangential_force", contact)
         self.slip = scene.of_contact("slip_velocity", contact)
@@ -626,8 +664,10 @@ class _Arrows:
             for k in ("normal", "tangential")
         ]
         self.largest = max(float(np.nanmax(np.abs(f))) for f in forces) or 1.0
-        self.length = 0.42 * float(min(size))
-        self.sliding = np.abs(self.slip) > 1e-6 * (float(np.nanmax(np.abs(self.slip))) or 1.0)
+        self.length = scene.longest_arrow
+        speeds = np.abs(self.slip)
+        travel = scene.reach / float(scene.times[-1] - scene.times[0])
+        self.sliding = speeds > 1e-6 * max(float(np.nanmax(speeds)), travel)
         self.offset = 0.035 * float(size[0])
         look: dict[str, Any] = {
             "angles": "xy",
