@@ -5,13 +5,14 @@ from __future__ import annotations
 import base64
 import gzip
 import html
+import importlib.util
 import json
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import painleve_sym
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
@@ -25,6 +26,9 @@ from painleve_sym.laws.catalogue import LawsByContact, LawsLike, as_law
 from painleve_sym.mechanics.declarations import resolve_parameters
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.units import Value
+
+if TYPE_CHECKING:
+    from painleve_sym.explorer.notebook import ExplorerWidget
 
 MODULES = (
     "settings.js",
@@ -95,7 +99,8 @@ class Page:
         Whether the module was taken from the package, so that no compiler was needed.
     module_bytes : int
         Size of the WebAssembly module.
-    html : str
+    data : mapping
+        Everything the page is made of, as plain data: names, module, presets and first numbers.
     """
 
     mechanism: str
@@ -103,7 +108,28 @@ class Page:
     engines: tuple[str, ...]
     prebuilt: bool
     module_bytes: int
-    html: str
+    data: Mapping[str, Any] = field(repr=False)
+
+    @property
+    def html(self) -> str:
+        """The whole page."""
+        return _html(f"{self.mechanism}: explorer", self.data)
+
+    def widget(self) -> ExplorerWidget:
+        """Return the page as a widget of notebooks.
+
+        Raises
+        ------
+        InputError
+            The package anywidget is not installed.
+        """
+        if importlib.util.find_spec("anywidget") is None:
+            raise InputError(
+                "explorer widget: needs anywidget. Fix: pip install 'painleve-sym[notebook]'."
+            )
+        from painleve_sym.explorer.notebook import widget
+
+        return widget(self)
 
     def save(self, path: str | Path) -> None:
         """Write the file: whole, or not at all.
@@ -183,7 +209,7 @@ def explore(
         engines=tuple(motion["engine"] for motion in description["motions"]),
         prebuilt=stored is not None,
         module_bytes=len(gzip.decompress(packed)),
-        html=_html(f"{mechanism.name}: explorer", data),
+        data=data,
     )
     if out is not None:
         page.save(out)

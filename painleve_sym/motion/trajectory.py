@@ -669,6 +669,35 @@ class Trajectory:
         film: Film = _drawing("animation").Animation(self, drawn, duration=duration, width=width)
         return film
 
+    def explore(self) -> Any:
+        """Return the explorer of this motion, an `ExplorerWidget` for notebooks.
+
+        Raises
+        ------
+        InputError
+            The trajectory comes from a file or another process, which do not keep the mechanism;
+            the package anywidget is not installed.
+        CompilerMissing
+            The module is not part of the package and there is no compiler for WebAssembly.
+        """
+        record: Any = self.record
+        if not hasattr(record, "simulator"):
+            raise InputError(
+                "explorer: the trajectory comes from a file or another process, which do not keep "
+                "the mechanism. Fix: call painleve_sym.explore with mechanism, law and state."
+            )
+        simulator, start = record.simulator, record.start
+        mechanism = simulator.mechanism
+        page = importlib.import_module("painleve_sym.explorer.page").explore(
+            mechanism,
+            simulator.law,
+            dict(zip(mechanism.state_names, start.state.tolist(), strict=False)),
+            parameters={n: start.values[n] for n in mechanism.parameters},
+            law_parameters={p.name: start.values[p.name] for p in simulator.own_parameters},
+            t_end=self.final_time,
+        )
+        return page.widget()
+
     # ---- files ----
 
     def to_dict(self) -> dict[str, Any]:

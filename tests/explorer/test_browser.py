@@ -45,7 +45,7 @@ def pages(tmp_path_factory):
 
 @pytest.fixture
 def opened(browser, pages):
-    """Return a function that opens a page from disk; at the end, no fault may have been reported."""
+    """Return a function that opens a page from disk; at the end no fault may have been reported."""
     contexts, faults = [], []
 
     def open_page(name="rod", hash_="", **options):
@@ -84,7 +84,8 @@ def rows(page, table):
     """Return the rows of a table: each a dict of numbers by name, with the event's words."""
     script = """(table) => [...table.tBodies[0].rows].map((row) => ({
       words: [...row.cells].filter((c) => !c.querySelector("data")).map((c) => c.textContent),
-      ...Object.fromEntries([...row.querySelectorAll("data")].map((d) => [d.dataset.name, +d.value]))
+      ...Object.fromEntries(
+        [...row.querySelectorAll("data")].map((d) => [d.dataset.name, +d.value]))
     }))"""
     return page.locator("table").nth(table).evaluate(script)
 
@@ -388,7 +389,9 @@ def test_page_looks_as_it_did_when_it_was_last_looked_at(opened, state, tmp_path
 
 
 def test_the_comparison_of_screenshots_notices_another_state(opened):
-    pictures = [Image.open(SCREENS / f"{name}.png") for name in ("no-solution", "two-feet", "guide")]
+    pictures = [
+        Image.open(SCREENS / f"{name}.png") for name in ("no-solution", "two-feet", "guide")
+    ]
     for i, first in enumerate(pictures):
         for second in pictures[:i]:
             mean, worst = difference(first, second)
