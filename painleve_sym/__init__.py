@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from painleve_sym.errors import PainleveError as PainleveError
     from painleve_sym.errors import PainleveWarning as PainleveWarning
     from painleve_sym.errors import StopReason as StopReason
+    from painleve_sym.explorer.page import explore as explore
     from painleve_sym.hybrid.automaton import HybridAutomaton as HybridAutomaton
     from painleve_sym.laws.catalogue import LawsByContact as LawsByContact
     from painleve_sym.laws.catalogue import law as law
@@ -155,6 +156,7 @@ _HOMES = {
     "critical_force_gradient": "study.critical.gradient",
     "evaluate_corrected_jump": "motion.finite_stiffness",
     "evaluate_jump": "contacts.impact.jump",
+    "explore": "explorer.page",
     "export_c": "c_export.export",
     "fit": "study.fitting.problem",
     "law": "laws.catalogue",

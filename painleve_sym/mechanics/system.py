@@ -13,7 +13,12 @@ import sympy as sp
 
 from painleve_sym.errors import ModelError, unknown_name
 from painleve_sym.mechanics.bodies import Body, Load, Scalar, Spring, expr, rate, weight
-from painleve_sym.mechanics.declarations import TIME_NAME, Coordinate, Parameter
+from painleve_sym.mechanics.declarations import (
+    NOT_DERIVED_FROM,
+    TIME_NAME,
+    Coordinate,
+    Parameter,
+)
 from painleve_sym.mechanics.simplify import readable, reduced
 from painleve_sym.mechanics.velocity_terms import clearly_positive, velocity_terms
 
@@ -99,6 +104,8 @@ class LagrangianSystem:
         V(q, t); J.
     generalized_forces : mapping of coordinate name to sympy.Expr
         Q_i(q, q̇, t); absent ones are 0. Sign: positive does work in the positive q_i direction.
+    bodies : tuple of Body
+        The rigid bodies of which the energies are those, for drawings; nothing is derived from it.
 
     Raises
     ------
@@ -113,6 +120,7 @@ class LagrangianSystem:
     kinetic_energy: sp.Expr
     potential_energy: sp.Expr
     generalized_forces: Mapping[str, sp.Expr] = field(default_factory=dict)
+    bodies: tuple[Body, ...] = field(default=(), compare=False, metadata=NOT_DERIVED_FROM)
 
     def __post_init__(self) -> None:
         faults = list(self._faults())
@@ -160,7 +168,8 @@ class LagrangianSystem:
             total = sum((p[i] for p in parts), given.get(c.name, sp.Integer(0)))
             if total != 0:
                 given[c.name] = total
-        return cls(name, tuple(coordinates), tuple(parameters), kinetic, potential, given)
+        declared = (name, tuple(coordinates), tuple(parameters))
+        return cls(*declared, kinetic, potential, given, tuple(bodies))
 
     def _faults(self) -> list[str]:
         faults = list(self._name_faults())

@@ -716,6 +716,7 @@ class Simulator:
             stop_detail=self._detail(raw),
             counters=raw.counters,
             evaluator=self._evaluator,
+            subject=self.mechanism,
         )
 
     @cached_property

@@ -9,6 +9,7 @@ from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.declarations import Coordinate, Parameter
 from painleve_sym.mechanics.mechanism import DomainBound, Mechanism
 from painleve_sym.mechanics.models.common import friction, gravity, positive
+from painleve_sym.mechanics.shapes import Shape
 from painleve_sym.mechanics.system import LagrangianSystem
 
 _SLOPE = Parameter("beta", 0.2, "rad", "angle of the slope, rising towards +x", -1.5, 1.5)
@@ -75,6 +76,7 @@ def block() -> Mechanism:
             "  _____A____________ x  gap y_A, slip velocity x_A_dot\n"
         ),
         start={"theta": 0.5, "x_A_dot": -1.0},
+        shapes=(Shape.box(centre, 2 * a.symbol, 2 * b.symbol, theta),),
     )
 
 
@@ -125,4 +127,5 @@ def block_two_feet() -> Mechanism:
             "  ____A__________B__ x  gaps y_A and y_A + 2 a sin(theta)\n"
         ),
         start={"x_A_dot": -1.0},
+        shapes=(Shape.box(centre, 2 * a.symbol, 2 * h.symbol, theta),),
     )

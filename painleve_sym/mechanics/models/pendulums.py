@@ -9,6 +9,7 @@ from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.declarations import Coordinate, Parameter
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.models.common import friction, gravity, positive
+from painleve_sym.mechanics.shapes import Shape
 from painleve_sym.mechanics.system import LagrangianSystem
 
 
@@ -59,4 +60,9 @@ def cart_pendulum() -> Mechanism:
             "  _________________ x          gap y, slip velocity x_dot\n"
         ),
         start={"phi": 2.5, "x_dot": 1.0},
+        shapes=(
+            Shape.box((x.symbol, y.symbol + l.symbol / 8), l.symbol / 2, l.symbol / 4),
+            Shape.stick(cart, bob),
+            Shape.dot(bob),
+        ),
     )

@@ -9,6 +9,7 @@ from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.declarations import Coordinate, Parameter
 from painleve_sym.mechanics.mechanism import DomainBound, Mechanism
 from painleve_sym.mechanics.models.common import friction, gravity, positive
+from painleve_sym.mechanics.shapes import Shape
 from painleve_sym.mechanics.system import LagrangianSystem
 
 
@@ -131,4 +132,8 @@ def pr_robot() -> Mechanism:
         ),
         # sin(theta) = h/(2 l)
         start={"theta": 0.9272952180016122, "x_dot": -1.0},
+        shapes=(
+            Shape.box(_place(joint), l.symbol / 2, l.symbol / 4),
+            Shape.stick(_place(joint), _place(tip)),
+        ),
     )

@@ -8,6 +8,7 @@ from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.declarations import Coordinate, Parameter
 from painleve_sym.mechanics.mechanism import DomainBound, Mechanism
 from painleve_sym.mechanics.models.common import friction, gravity, positive
+from painleve_sym.mechanics.shapes import Shape
 from painleve_sym.mechanics.system import LagrangianSystem
 
 _SKETCH = (
@@ -79,7 +80,9 @@ def _rod(
         kinetic_energy=kinetic,
         potential_energy=m.symbol * g.symbol * (y.symbol + l.symbol * sin),
     )
-    contact = Contact.of_point("A", system, (x.symbol, y.symbol), mu.symbol)
+    lower, length = (x.symbol, y.symbol), 2 * l.symbol
+    upper = (x.symbol + length * cos, y.symbol + length * sin)
+    contact = Contact.of_point("A", system, lower, mu.symbol)
     return Mechanism(
         name=name,
         title=title,
@@ -92,4 +95,5 @@ def _rod(
         ),
         sketch=_SKETCH,
         start={"theta": 1.0, "x_A_dot": -1.0, "theta_dot": 1.0},
+        shapes=(Shape.stick(lower, upper),),
     )

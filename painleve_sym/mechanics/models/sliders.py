@@ -9,6 +9,7 @@ from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.declarations import Coordinate, Parameter
 from painleve_sym.mechanics.mechanism import DomainBound, Mechanism
 from painleve_sym.mechanics.models.common import friction, gravity, positive
+from painleve_sym.mechanics.shapes import Shape
 from painleve_sym.mechanics.system import LagrangianSystem
 
 
@@ -60,4 +61,8 @@ def painleve_klein() -> Mechanism:
             "  ==[ m_1 ]========== x  rough guide: holds the block from both sides\n"
         ),
         start={"phi": 1.2, "x_dot": 1.0},
+        shapes=(
+            *(Shape.box(place, L.symbol / 4, L.symbol / 8) for place in (lower, upper)),
+            Shape.stick(lower, upper),
+        ),
     )

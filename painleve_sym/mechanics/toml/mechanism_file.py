@@ -16,6 +16,7 @@ from painleve_sym.mechanics.bodies import Body, Load, Spring
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.declarations import Coordinate, Parameter
 from painleve_sym.mechanics.mechanism import DomainBound, Mechanism
+from painleve_sym.mechanics.shapes import ContactGeometry, Shape
 from painleve_sym.mechanics.system import TIME, LagrangianSystem, name_fault
 from painleve_sym.mechanics.toml.expressions import CONSTANTS, Formulas
 from painleve_sym.mechanics.toml.lines import toml_lines
@@ -30,7 +31,7 @@ MAX_COORDINATES = 24
 _TOP = (
     *("name", "title", "source", "sketch", "gravity", "coordinates", "parameters"),
     *("definitions", "bodies", "springs", "loads", "energy", "forces"),
-    *("contacts", "domain", "start"),
+    *("contacts", "domain", "shapes", "start"),
 )
 _COORDINATE = ("unit", "meaning", "latex")
 _RANGE = ("lower", "upper", "lower_closed", "upper_closed", "positive")
@@ -42,11 +43,14 @@ _SURFACE = ("slope", "through", "surface_speed")
 _KINDS: Mapping[str, tuple[str, ...]] = {
     "point": (*_SURFACE, "curve"),
     "disc": _SURFACE,
-    "gap": ("slip_velocity",),
+    "gap": ("slip_velocity", "at", "slope"),
 }
 """What a contact is given by, and which further keys belong to that."""
 _ALWAYS = ("name", "friction", "bilateral")
-_CONTACT = (*_ALWAYS, *_KINDS, *_SURFACE, "curve", "slip_velocity")
+_CONTACT = (*_ALWAYS, *_KINDS, *_SURFACE, "curve", "slip_velocity", "at")
+_CIRCLE = ("centre", "radius", "angle")
+_BOX = ("centre", "width", "height", "angle")
+_SHAPE = ("stick", "polygon", "box", "disc", "dot")
 
 
 def load_mechanism(path: str | FilePath) -> Mechanism:
@@ -111,11 +115,12 @@ class _Reader:
         domain, start = self.domain(), self.start(coordinates)
         title = self.top.text("title", self.name)
         source = self.top.text("source", self.source.where)
-        sketch = self.top.text("sketch", "")
+        sketch, shapes = self.top.text("sketch", ""), self.shapes()
         self.source.raise_if_faulty()
         assert system is not None
         try:
-            return Mechanism(self.name, title, source, system, contacts, domain, sketch, start)
+            parts = (system, contacts, domain, sketch, start, shapes)
+            return Mechanism(self.name, title, source, *parts)
         except ModelError as error:
             self.source.model_faults(("contacts",), error)
             self.source.raise_if_faulty()
@@ -243,6 +248,9 @@ class _Reader:
             DomainBound(table.formula("margin"), table.text("meaning")) for table in tables
         )
 
+    def shapes(self) -> tuple[Shape, ...]:
+        return tuple(s for t in self.top.tables("shapes", _SHAPE) if (s := _shape(t)) is not None)
+
     def start(self, coordinates: tuple[Coordinate, ...]) -> dict[str, float]:
         table = self.top.table("start")
         names = [c.name for c in coordinates] + [c.rate.name for c in coordinates]
@@ -323,6 +331,29 @@ def _load(table: Table) -> Load | None:
     return None
 
 
+def _shape(table: Table) -> Shape | None:
+    kinds = [kind for kind in _SHAPE if kind in table]
+    if len(kinds) != 1:
+        need = f"need one of {', '.join(_SHAPE)}"
+        table.fault(f"got {' and '.join(kinds) or 'none'}, {need}.")
+        return None
+    (kind,) = kinds
+    if kind == "dot":
+        return Shape.dot(table.pair("dot"))
+    if kind == "disc":
+        return Shape.disc(**_disc(table))
+    if kind == "box":
+        box = table.table("box", _BOX)
+        sides = box.formula("width"), box.formula("height")
+        return Shape.box(box.pair("centre"), *sides, box.formula("angle", 0))
+    points = table.points(kind)
+    if (kind == "stick" and len(points) != 2) or len(points) < 2 + (kind == "polygon"):
+        need = "2 points" if kind == "stick" else "at least 3 points"
+        table.fault(f"got {len(points)} points, need {need}.", kind)
+        return None
+    return Shape.stick(*points) if kind == "stick" else Shape.polygon(*points)
+
+
 # ---- contacts ----
 
 Maker = Callable[..., Contact]
@@ -349,6 +380,11 @@ def _contact(
     if kind == "gap":
         gap, slip = table.formula("gap"), table.formula("slip_velocity")
         make: Maker = partial(Contact, gap=gap, slip_velocity=slip)
+        if "at" in table:
+            at, slope = table.pair("at"), table.formula("slope", 0)
+            make = partial(make, geometry=ContactGeometry.straight(at, slope, gap))
+        elif "slope" in table:
+            table.fault("slope says how a contact with gap is drawn. Fix: add at.", "slope")
     elif kind == "disc":
         make = partial(Contact.of_disc, **_disc(table), **_surface(table))
     else:
@@ -369,7 +405,7 @@ def _surface(table: Table) -> dict[str, Any]:
 
 
 def _disc(table: Table) -> dict[str, Any]:
-    disc = table.table("disc", ("centre", "radius", "angle"))
+    disc = table.table("disc", _CIRCLE)
     centre, radius = disc.pair("centre"), disc.formula("radius")
     return {"centre": centre, "radius": radius, "angle": disc.formula("angle")}
 
