@@ -150,6 +150,7 @@ def _run_options(sub: dict[str, Parser]) -> None:
         ("--samples", "N", "also give state and forces at N evenly spaced times"),
         ("--save", "FILE", "write the whole trajectory, an NPZ file"),
         ("--plot", "FILE", "draw it, as PNG, SVG or PDF by the suffix"),
+        ("--report", "FILE", "write a page about it, .html: formulas, figure, events, sources"),
     )
     for name in ("classify", "jump", "simulate"):
         _json(sub[name])
