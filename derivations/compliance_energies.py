@@ -175,4 +175,11 @@ def derive() -> Derivation:
         "them is lost to plastic deformation.",
         QUANTITIES,
         (*stiffness_steps(law), *energy_steps(law)),
+        {
+            "planar": "no",
+            "one contact": "no",
+            "constant μ": "no",
+            "no tangential compliance": "no",
+            "frozen configuration": "no",
+        },
     )

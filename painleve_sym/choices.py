@@ -47,7 +47,7 @@ class Reload(enum.StrEnum):
     """Rule of an elasto-plastic contact for compression that grows again before separation."""
 
     ELASTIC = "elastic"
-    """Back up the unloading curve (Walton and Braun)."""
+    """Back up the unloading curve, as in Walton & Braun (1986)."""
     VIRGIN = "virgin"
     """The loading curve at once, with a jump of the force.
 

@@ -25,6 +25,7 @@ from painleve_sym.study.scenario import Scenario
 EXIT_STOPPED_EARLY = 3
 ORDINARY = (StopReason.T_END, StopReason.UNTIL, StopReason.LEFT_DOMAIN)
 SHOWN_EVENTS = 40
+_WRITTEN = {"save": "saved", "plot": "plotted", "report": "report"}
 
 
 def show_case(
@@ -179,6 +180,8 @@ def _output_files(arguments: argparse.Namespace) -> dict[str, Path]:
             )
     if arguments.plot is not None:
         files["plot"] = output_file("--plot", arguments.plot, FIGURES)
+    if arguments.report is not None:
+        files["report"] = output_file("--report", arguments.report, (".html",))
     return files
 
 
@@ -197,6 +200,11 @@ def _write_files(
 
         write_figure(trajectory_figure(trajectory), files["plot"])
         written["plot"] = str(files["plot"])
+    if "report" in files:
+        from painleve_sym.present.run_page import run_page
+
+        run_page(scenario, trajectory).write(files["report"])
+        written["report"] = str(files["report"])
     return written
 
 
@@ -248,7 +256,7 @@ def _show_run(trajectory: Trajectory, scenario: Scenario, written: Mapping[str, 
     if scenario.samples is not None:
         _show_samples(samples(trajectory, scenario.samples))
     for name, path in written.items():
-        show(f"{'saved' if name == 'save' else 'plotted'}: {path}")
+        show(f"{_WRITTEN[name]}: {path}")
 
 
 def _show_events(events: Sequence[EventRecord]) -> None:

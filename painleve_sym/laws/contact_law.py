@@ -237,7 +237,7 @@ def bilinear_hertz(reload: ReloadLike = Reload.ELASTIC, bodies: int = 1) -> Cont
     ----------
     reload : {"elastic", "virgin"}
         What follows when compression grows again before separation. ``elastic``: back up the
-        unloading curve to δ_max, then the loading curve (Walton & Braun). ``virgin``: the loading
+        unloading curve to δ_max, then the loading curve. ``virgin``: the loading
         curve at once, with a jump of the force. It is thermodynamically inadmissible: each reload
         creates the energy by which the loading curve at that compression exceeds what is stored.
         It is here to reproduce the paper, whose Fig. 4 needs it.
@@ -249,14 +249,15 @@ def bilinear_hertz(reload: ReloadLike = Reload.ELASTIC, bodies: int = 1) -> Cont
 
     References
     ----------
-    Zhao, Liu & Chen, (4)–(10). Walton & Braun, J. Rheology 30 (1986) 949–980.
+    Impact model resolution on Painlevé's paradox, (4)–(10). Walton & Braun (1986), whose two
+    branches are linear, for the elastic reload.
     """
     reload = chosen(Reload, reload, "reload rule", "law bilinear-hertz")
     e = Parameter("e_energetic", 0.75, "1", "energetic coefficient of restitution", 0.0, 1.0)
     known: dict[str, Any] = {
         "name": "bilinear-hertz" if bodies == 1 else "bilinear-hertz-two-bodies",
         "title": "elasto-plastic Hertz law, loading K δⁿ, unloading from the energetic restitution",
-        "source": "Zhao, Liu & Chen, (4)–(10)",
+        "source": "Impact model resolution on Painlevé's paradox, (4)–(10)",
         "parameters": (*_body_parameters(bodies), *_exponent(1.764), e),
         "choices": {"reload": str(reload)},
     }
@@ -271,7 +272,7 @@ def hertz(bodies: int = 1) -> ContactLaw:
     known: dict[str, Any] = {
         "name": "hertz",
         "title": "elastic Hertz law K δⁿ",
-        "source": "Johnson, Contact Mechanics (1985), ch. 4",
+        "source": "Johnson (1985), ch. 4",
         "parameters": (*_body_parameters(bodies), *_exponent(1.5)),
         "choices": {},
     }
@@ -283,7 +284,7 @@ def linear() -> ContactLaw:
     known: dict[str, Any] = {
         "name": "linear",
         "title": "linear spring and dashpot",
-        "source": "Hogan & Kristiansen, SIAM J. Appl. Dyn. Syst. 16 (2017)",
+        "source": "Hogan & Kristiansen (2017)",
         "parameters": (
             Parameter("k", 1e8, "N/m", "stiffness", 0.0, lower_closed=False),
             Parameter("c", 0.0, "N s/m", "damping", 0.0),
@@ -302,7 +303,7 @@ def hunt_crossley(bodies: int = 1) -> ContactLaw:
     known: dict[str, Any] = {
         "name": "hunt-crossley",
         "title": "Hertz law with a dashpot proportional to the elastic force",
-        "source": "Hunt & Crossley, J. Appl. Mech. 42 (1975) 440–445",
+        "source": "Hunt & Crossley (1975)",
         "parameters": (*_body_parameters(bodies), *_exponent(1.5), damping),
         "choices": {},
     }

@@ -79,13 +79,13 @@ def newton() -> RestitutionLaw:
 
     References
     ----------
-    Kane & Levinson, Dynamics: Theory and Applications (1985), on the energy it adds.
+    Kane & Levinson (1985) on the energy it adds.
     """
     e = Parameter("e_newton", 0.75, "1", "Newton's coefficient of restitution", 0.0, 1.0)
     return _named(
         "newton",
         "Newton's kinematic restitution",
-        "Newton, Principia (1687); Brogliato, Nonsmooth Mechanics (2016), ch. 4",
+        "Newton (1687); Brogliato (2016), ch. 4",
         e,
         "kinematic; can add energy where the slip stops or reverses during the impact",
     )
@@ -101,13 +101,13 @@ def poisson() -> RestitutionLaw:
 
     References
     ----------
-    Wang & Mason, J. Appl. Mech. 59 (1992) 635–642.
+    Wang & Mason (1992); Ivanov (1992) and Batlle (1993) on its energy.
     """
     e = Parameter("e_poisson", 0.75, "1", "Poisson's coefficient of restitution", 0.0, 1.0)
     return _named(
         "poisson",
         "Poisson's kinetic restitution",
-        "Poisson, Traité de mécanique (1833); Routh, Rigid Dynamics (1905), §179",
+        "Poisson (1833); Routh (1905)",
         e,
         "kinetic; the compression can release more energy than it stored where the slip stops",
     )
@@ -122,13 +122,13 @@ def energetic() -> RestitutionLaw:
 
     References
     ----------
-    Zhao, Liu & Chen, (9) and (21).
+    Stronge (1990); Impact model resolution on Painlevé's paradox, (9) and (21).
     """
     e = Parameter("e_energetic", 0.75, "1", "energetic coefficient of restitution", 0.0, 1.0)
     return _named(
         "energetic",
         "Stronge's energetic restitution",
-        "Stronge, Proc. R. Soc. A 431 (1990) 169–181",
+        "Stronge (1990)",
         e,
         "energetic; releases the part e² of the stored energy whatever the slip does",
     )

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
+    from painleve_sym.mechanics.mechanism import Mechanism
+
 FORMAT = "painleve-sym trajectory 2"
 ENERGIES = ("kinetic_energy", "potential_energy", "stored_energy")
 DISSIPATIONS = ("friction_dissipation", "contact_dissipation", "force_dissipation")
@@ -96,6 +98,8 @@ class MotionNames:
         In the mechanism's order.
     units, latex : dict of str to str
         Of coordinates, velocities and parameters.
+    source : str
+        Works on the mechanism, the laws and the integrator.
     """
 
     mechanism: str
@@ -108,6 +112,7 @@ class MotionNames:
     contacts: tuple[str, ...]
     units: dict[str, str]
     latex: dict[str, str]
+    source: str
 
 
 class Evaluator(Protocol):
@@ -141,6 +146,16 @@ class EngineOutputs:
     def portable(self) -> TapeOutputs:
         """Return the tapes of the outputs."""
         return self.tapes()
+
+
+class Film(Protocol):
+    """An animation of a motion; see `Animation` in `painleve_sym.present.animation`."""
+
+    def save(self, path: str | Path) -> None:
+        """Write it as GIF, MP4 or HTML, as the suffix says."""
+
+    def html(self) -> str:
+        """Return it as HTML with play, pause and a slider."""
 
 
 class MotionRecord(Protocol):
@@ -222,6 +237,8 @@ class Trajectory:
         Computes forces.
     limit : SingularLimit or None
         Rigid motion that stopped where a slip meets A = 0: where it would arrive.
+    subject : Mechanism or None
+        The mechanism, for drawings; it is neither saved nor pickled.
 
     Examples
     --------
@@ -247,6 +264,7 @@ class Trajectory:
     counters: dict[str, int]
     evaluator: Evaluator | None = field(default=None, compare=False)
     limit: SingularLimit | None = None
+    subject: Mechanism | None = field(default=None, compare=False)
 
     def __repr__(self) -> str:
         """Return mechanism, law, number of events and end in one line."""
@@ -264,7 +282,7 @@ class Trajectory:
 
     def __getstate__(self) -> dict[str, Any]:
         """Pickle the outputs as plain operations in place of the engine."""
-        state = dict(self.__dict__)
+        state = self.__dict__ | {"subject": None}
         if self.evaluator is not None:
             state["evaluator"] = self.evaluator.portable()
         return state
@@ -285,6 +303,11 @@ class Trajectory:
     def choices(self) -> dict[str, str]:
         """The law's named choices."""
         return self.names.choices
+
+    @property
+    def source(self) -> str:
+        """Works on the mechanism, the laws and the integrator; see `painleve_sym.citation`."""
+        return self.names.source
 
     @property
     def engine(self) -> str:
@@ -638,6 +661,71 @@ class Trajectory:
         figure: Figure = _drawing("trajectory_plot").trajectory_figure(self)
         return figure
 
+    def animate(
+        self, mechanism: Mechanism | None = None, *, duration: float = 8.0, width: int = 480
+    ) -> Film:
+        """Return a film of the mechanism with its contact forces, to be saved or shown.
+
+        Parameters
+        ----------
+        mechanism : Mechanism, optional
+            That of the motion; needed where the trajectory comes from a file or another process.
+        duration : float
+            Of the film, in (0, 120]; s. Time is magnified where much happens.
+        width : int
+            Pixels, from 200 to 2000.
+
+        Raises
+        ------
+        InputError
+            The trajectory holds no steps, the mechanism has no shapes, or none is known.
+
+        Examples
+        --------
+        >>> import painleve_sym as ps
+        >>> run = ps.simulate("rod", "rigid", {"y_A": 0.1, "theta": 1.0}, t_end=0.2)
+        >>> film = run.animate(duration=1.0)
+        >>> film.html().startswith("<figure")
+        True
+        """
+        drawn = mechanism or self.subject
+        if drawn is None:
+            raise InputError(
+                "animation: the trajectory comes from a file or another process, which do not "
+                "keep the mechanism. Fix: give it, such as animate(model('rod'))."
+            )
+        film: Film = _drawing("animation").Animation(self, drawn, duration=duration, width=width)
+        return film
+
+    def explore(self) -> Any:
+        """Return the explorer of this motion, an `ExplorerWidget` for notebooks.
+
+        Raises
+        ------
+        InputError
+            The trajectory comes from a file or another process, which do not keep the mechanism;
+            the package anywidget is not installed.
+        CompilerMissing
+            The module is not part of the package and there is no compiler for WebAssembly.
+        """
+        record: Any = self.record
+        if not hasattr(record, "simulator"):
+            raise InputError(
+                "explorer: the trajectory comes from a file or another process, which do not keep "
+                "the mechanism. Fix: call painleve_sym.explore with mechanism, law and state."
+            )
+        simulator, start = record.simulator, record.start
+        mechanism = simulator.mechanism
+        page = importlib.import_module("painleve_sym.explorer.page").explore(
+            mechanism,
+            simulator.law,
+            dict(zip(mechanism.state_names, start.state.tolist(), strict=False)),
+            parameters={n: start.values[n] for n in mechanism.parameters},
+            law_parameters={p.name: start.values[p.name] for p in simulator.own_parameters},
+            t_end=self.final_time,
+        )
+        return page.widget()
+
     # ---- files ----
 
     def to_dict(self) -> dict[str, Any]:
@@ -689,6 +777,7 @@ class Trajectory:
             "contacts": self.names.contacts,
             "units": self.names.units,
             "latex": self.names.latex,
+            "source": self.names.source,
             "outputs": self.evaluator.portable().to_data() if self.evaluator else None,
         }
         arrays = {name: getattr(self, name) for name in (*_ARRAYS, "step_bend")}
@@ -737,6 +826,8 @@ class Trajectory:
                 contacts=tuple(text["contacts"]),
                 units=text["units"],
                 latex=text["latex"],
+                # Files of earlier releases name no source.
+                source=text.get("source", ""),
             ),
             record=record,
             **{k: text[k] for k in given},

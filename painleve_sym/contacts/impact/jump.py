@@ -153,7 +153,8 @@ def evaluate_jump(
 
     References
     ----------
-    Zhao, Liu & Chen, section 4; Wang & Mason (1992) for the other classes.
+    Impact model resolution on Painlevé's paradox, section 4; Wang & Mason (1992) for the other
+    classes.
 
     Examples
     --------

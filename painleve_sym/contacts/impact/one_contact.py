@@ -183,8 +183,8 @@ def solve_impact(
 
     References
     ----------
-    Routh, Rigid Dynamics (1905); Keller, J. Appl. Mech. 53 (1986) 1–4; Stronge, Proc.
-    R. Soc. A 431 (1990) 169–181; Wang & Mason, J. Appl. Mech. 59 (1992) 635–642.
+    Routh (1905); Keller (1986); Stronge (1990); Wang & Mason (1992); Nordmark, Dankowicz &
+    Champneys (2009).
 
     Examples
     --------

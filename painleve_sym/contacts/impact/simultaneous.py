@@ -11,7 +11,7 @@ moment, as in Routh's construction for one contact. With the path parameter τ, 
 
 dP_t = −μ sign(v_t) dP_n in slip, and |dP_t| ≤ μ dP_n in sticking. The weights w_i are otherwise
 constant: the normal impulses that would stop all approaches at once, 0 ≤ P_n ⟂ v_n⁺ ≥ 0 with
-friction against v_t⁺ (Moreau; Glocker & Pfeiffer), in parts of the largest, or all 1 where there
+friction against v_t⁺ (Glocker & Pfeiffer 1995), in parts of the largest, or all 1 where there
 are none. Rigid bodies do not tell the ratio of two contact forces; with these, all contacts end
 compression together where no slip stops or turns. A weight may be 0: what would be stopped by the
 others does not push until it is on the border. So only contacts with w_i > 0 store energy, and a
@@ -35,12 +35,9 @@ and v_n⁺ = 0 of the guides with friction against v_t⁺, as in the tangential 
 
 References
 ----------
-Keller, J. Appl. Mech. 53 (1986) 1–4, for the path of one contact.
-Glocker & Pfeiffer, Nonlinear Dynamics 7 (1995) 471–497.
-Liu, Zhao & Brogliato, Proc. R. Soc. A 464 (2008) 3193–3211, for several contacts with an energy
-    budget at each.
-Moreau (1988), Unilateral contact and dry friction in finite freedom dynamics. CISM 302, 1–82.
-Filippov, Differential Equations with Discontinuous Righthand Sides (1988), §7.
+Keller (1986) for the path of one contact; Glocker & Pfeiffer (1995) and Moreau (1988) for impulses
+of several contacts; Liu, Zhao & Brogliato (2008) for an energy budget at each; Filippov (1988), §7,
+for the beginning of a path.
 """
 
 from __future__ import annotations

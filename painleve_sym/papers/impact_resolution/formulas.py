@@ -18,8 +18,10 @@ from painleve_sym.mechanics.coefficients import F_N, ContactCoefficients
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.declarations import Coordinate
 from painleve_sym.mechanics.impact.impulse_rays import V_N, V_N_PLUS, V_T, raw
+from painleve_sym.mechanics.mathml import mathml, with_marks
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.paradox.critical_friction import critical_friction
+from painleve_sym.mechanics.simplify import readable
 from painleve_sym.mechanics.system import LagrangianSystem
 from painleve_sym.papers.claims import Claims
 from painleve_sym.papers.formula import identical
@@ -264,16 +266,21 @@ def compare(claims: Claims, name: str, d: Derived) -> Outcome:
     """Return the verdict on one formula: an identity, a misprint, or a difference."""
     claim, derived, meaning = claims.formulas[name], DERIVE[name](d), abbreviations(d)
     names = _latex_names(d)
-    data = {"derived": str(derived)}
+    data = {"derived": str(derived), "derived_mathml": mathml(readable(derived))}
     if claim.expression:
         printed = claims.expression(name, d.names)
         data |= {"printed": str(printed), "printed_latex": sp.latex(printed, symbol_names=names)}
+        data["printed_mathml"] = mathml(printed)
         if identical(printed.subs(meaning), derived):
             return Outcome("identical", Verdict.REPRODUCED, data=data)
     if claim.corrected:
         corrected = claims.expression(name, d.names, corrected=True)
         if identical(corrected.subs(meaning), derived):
             data["derived_latex"] = sp.latex(corrected, symbol_names=names)
+            data["derived_mathml"] = mathml(corrected)
+            if claim.expression:
+                marked, parts = with_marks(printed, corrected)
+                data["printed_mathml"] = mathml(marked, marked=parts)
             return Outcome(claim.holds, Verdict.MISPRINT, data=data)
     data["derived_latex"] = sp.latex(derived, symbol_names=names)
     return Outcome(f"derived: {derived}", Verdict.DIFFERS, data=data)
