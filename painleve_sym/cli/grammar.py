@@ -266,6 +266,8 @@ def _fit_options(parser: Parser) -> None:
         ("--t-end", "TIME", "by when each motion has ended, s, by default 1"),
         ("--sigma", "NAME=VALUE,...", "known standard deviations; by default from the residuals"),
         ("--level", "P", "of the confidence intervals, in (0, 1), by default 0.95"),
+        ("--max-evaluations", "N", "of the model, after which the fit ends, by default 200"),
+        ("--max-steps", "N", "of one motion, by default 50 000"),
         ("--out", "FILE", "draw data and model, as PNG, SVG or PDF by the suffix"),
     )
     _json(parser)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from painleve_sym.arrays import Array
+from painleve_sym.checks import LARGEST, size_text
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.motion.simulator import Simulator
 
@@ -110,8 +111,10 @@ def _numbers(name: str, given: ArrayLike) -> tuple[Array, str | None]:
         return np.zeros(()), f"{name}: got {given!r}, need numbers."
     if not values.size:
         return np.zeros(()), f"{name}: got no numbers, need at least one."
-    if not np.isfinite(values).all():
-        place = np.unravel_index(np.argmin(np.isfinite(values)), values.shape)
-        at = f" at {list(map(int, place))}" if place else ""
-        return np.zeros(()), f"{name}: got {float(values[place])!r}{at}, need finite numbers."
+    usable = np.abs(values) <= LARGEST
+    if not usable.all():
+        place = np.unravel_index(np.argmin(usable), values.shape)
+        value, at = float(values[place]), f" at {list(map(int, place))}" if place else ""
+        need = f"finite numbers{size_text(value)}"
+        return np.zeros(()), f"{name}: got {value!r}{at}, need {need}."
     return values, None

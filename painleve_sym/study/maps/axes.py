@@ -12,6 +12,7 @@ import numpy as np
 import sympy as sp
 
 from painleve_sym.arrays import Array
+from painleve_sym.checks import number
 from painleve_sym.codegen.pointwise import Pointwise
 from painleve_sym.contacts.inputs import resolve_state, symbol_values
 from painleve_sym.errors import InputError, unknown_name
@@ -20,8 +21,6 @@ from painleve_sym.mechanics.mechanism import Mechanism
 
 MIN_POINTS, MAX_POINTS = 5, 2000
 """Along an axis: fewer show nothing, the square of more does not fit into a laptop's memory."""
-LARGEST = 1e100
-"""Beyond this the squares in the formulas leave the range of floating point."""
 BEYOND = 1.25
 """Part of the threshold μ_P that a friction axis reaches at least: past (2/√3) μ_P."""
 SPEED = 5.0
@@ -170,8 +169,8 @@ def _checked_range(
     mechanism: Mechanism, where: str, name: str, span: tuple[float, float]
 ) -> tuple[float, float]:
     low, high = float(span[0]), float(span[1])
-    if not all(math.isfinite(v) and abs(v) <= LARGEST for v in (low, high)):
-        raise InputError(f"{where}: range {name}: got {low:g}:{high:g}, need finite numbers.")
+    for end in (low, high):
+        number(end, f"range {name}", where=where)
     if not low < high:
         fix = f"{high:g}:{low:g}" if low > high else "two different ends"
         raise InputError(
