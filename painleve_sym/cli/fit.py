@@ -28,13 +28,17 @@ def fit(arguments: argparse.Namespace) -> int:
     limits = {} if scenario.max_steps is None else {"max_steps": scenario.max_steps}
     if arguments.max_evaluations is not None:
         limits["max_evaluations"] = read_count("--max-evaluations", arguments.max_evaluations)
-    # Motions row by row have starts of their own; what these leave out is 0.
-    whole = data.times is not None or scenario.close is not None
+    if data.times is None and scenario.state is None and scenario.close is None:
+        # Motions row by row have starts of their own.
+        start = scenario.mechanism().start
+        start = {name: value for name, value in start.items() if name not in data.starts}
+    else:
+        start = dict(scenario.start())
     problem = FitProblem(
         simulator=_simulator(scenario),
         data=data,
         estimate=tuple(name.strip() for name in arguments.estimate.split(",")),
-        state=dict(scenario.start() if whole else scenario.state or {}),
+        state=start,
         parameters={**scenario.parameters, **scenario.law_parameters},
         until=scenario.until or ("separation",),
         t_end=1.0 if scenario.t_end is None else scenario.t_end,

@@ -191,14 +191,14 @@ def _map_options(parser: Parser) -> None:
     text = "the axes: two coordinates, velocities (theta_dot) or parameters"
     _texts(parser, ("--over", "NAME,NAME", text), required=True)
     ranges = "ends of the axes, such as theta=0.1:1.5,theta_dot=-5:5; chosen where left out"
-    held = "coordinates and velocities that are held; by default 0"
+    held = "coordinates and velocities that are held; by default the start of the mechanism"
     _lists(
         parser,
         ("--range", "NAME=FROM:TO,...", ranges),
         ("--state", "NAME=VALUE,...", held),
         _SET,
     )
-    _texts(parser, _CONTACT)
+    _texts(parser, _CONTACT, _CLOSE)
     points = "points along each axis, from 5 to 2000, by default 400"
     _texts(parser, ("--points", "N", points), default="400")
     slip = "sign of the slip velocity, -1 (default) or 1"

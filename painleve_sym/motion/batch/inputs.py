@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from painleve_sym.arrays import Array
 from painleve_sym.checks import LARGEST, size_text
+from painleve_sym.contacts.closing import closed_states
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.motion.simulator import Simulator
 
@@ -24,7 +25,8 @@ class BatchInputs:
     shape : tuple of int
         What all arrays broadcast to; rows are numbered in its C order.
     inputs : dict of str to ndarray
-        States and parameters by name, with defaults.
+        States and parameters by name, with defaults; nan for a state that should close a contact
+        and cannot.
     force : ndarray or None
         Initial force; N.
     """
@@ -41,6 +43,7 @@ class BatchInputs:
         states: Mapping[str, ArrayLike],
         parameters: Mapping[str, ArrayLike],
         force: ArrayLike | None,
+        close: str | None = None,
     ) -> BatchInputs:
         """Return the inputs; InputError lists every fault of names, numbers and ranges."""
         mechanism, where = simulator.mechanism, f"batch of {simulator.where}"
@@ -79,6 +82,9 @@ class BatchInputs:
                 f"{where}: the arrays' shapes do not fit each other: {shapes}. Fix: give arrays "
                 "that broadcast, as numpy does."
             ) from None
+        if close is not None:
+            whole = {n: np.broadcast_to(a, shape) for n, a in values.items()}
+            values |= closed_states(mechanism, whole, close)
         return cls(simulator, shape, values, force)
 
     @property

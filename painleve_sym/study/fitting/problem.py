@@ -393,8 +393,9 @@ def fit(
         See `read_fit_data` for the columns.
     estimate : sequence of str
         Parameters of mechanism and law, or start values of a history.
-    state : mapping of str to float
-        Start values that the data do not give.
+    state : mapping of str to float, optional
+        Start values that the data do not give; those of the mechanism's `start` where no state is
+        given.
     parameters, law_parameters : mapping of str to float
         Known parameters, and from where the estimated ones start.
     until : EventKind, its text, or several
@@ -428,11 +429,14 @@ def fit(
     """
     simulator = simulator_of(mechanism, law, engine)
     known = simulator.mechanism
+    rows = data if isinstance(data, FitData) else read_fit_data(data, known)
+    if state is None:
+        state = {name: value for name, value in known.start.items() if name not in rows.starts}
     return FitProblem(
         simulator=simulator,
-        data=data if isinstance(data, FitData) else read_fit_data(data, known),
+        data=rows,
         estimate=tuple(estimate),
-        state=dict(state or {}),
+        state=dict(state),
         parameters=simulator.given(parameters, law_parameters),
         until=(until,) if isinstance(until, str) else tuple(until),
         t_end=t_end,
