@@ -6,7 +6,7 @@ import argparse
 import warnings
 
 from painleve_sym.cli.case import read_case
-from painleve_sym.cli.options import FIGURES, output_file, read_number, read_numbers
+from painleve_sym.cli.options import FIGURES, output_file, read_count, read_number, read_numbers
 from painleve_sym.cli.output import number, print_json, quantity, show, show_table
 from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.motion.simulator import Simulator
@@ -25,18 +25,26 @@ def fit(arguments: argparse.Namespace) -> int:
     sigma = read_numbers("--sigma", arguments.sigma.split(",")) if arguments.sigma else None
     scenario = read_case(arguments)
     data = read_fit_data(arguments.data, scenario.mechanism())
-    # Motions row by row have starts of their own; what these leave out is 0.
-    whole = data.times is not None or scenario.close is not None
+    limits = {} if scenario.max_steps is None else {"max_steps": scenario.max_steps}
+    if arguments.max_evaluations is not None:
+        limits["max_evaluations"] = read_count("--max-evaluations", arguments.max_evaluations)
+    if data.times is None and scenario.state is None and scenario.close is None:
+        # Motions row by row have starts of their own.
+        start = scenario.mechanism().start
+        start = {name: value for name, value in start.items() if name not in data.starts}
+    else:
+        start = dict(scenario.start())
     problem = FitProblem(
         simulator=_simulator(scenario),
         data=data,
         estimate=tuple(name.strip() for name in arguments.estimate.split(",")),
-        state=dict(scenario.start() if whole else scenario.state or {}),
+        state=start,
         parameters={**scenario.parameters, **scenario.law_parameters},
         until=scenario.until or ("separation",),
         t_end=1.0 if scenario.t_end is None else scenario.t_end,
         sigma=sigma,
         level=level,
+        **limits,
     )
     fit_result = problem.solve()
     units = {**scenario.mechanism().state_units, **data.units}

@@ -235,14 +235,14 @@ def _map_options(parser: Parser) -> None:
     text = "the axes: two coordinates, velocities (theta_dot) or parameters"
     _texts(parser, ("--over", "NAME,NAME", text), required=True)
     ranges = "ends of the axes, such as theta=0.1:1.5,theta_dot=-5:5; chosen where left out"
-    held = "coordinates and velocities that are held; by default 0"
+    held = "coordinates and velocities that are held; by default the start of the mechanism"
     _lists(
         parser,
         ("--range", "NAME=FROM:TO,...", ranges),
         ("--state", "NAME=VALUE,...", held),
         _SET,
     )
-    _texts(parser, _CONTACT)
+    _texts(parser, _CONTACT, _CLOSE)
     points = "points along each axis, from 5 to 2000, by default 400"
     _texts(parser, ("--points", "N", points), default="400")
     slip = "sign of the slip velocity, -1 (default) or 1"
@@ -310,6 +310,8 @@ def _fit_options(parser: Parser) -> None:
         ("--t-end", "TIME", "by when each motion has ended, s, by default 1"),
         ("--sigma", "NAME=VALUE,...", "known standard deviations; by default from the residuals"),
         ("--level", "P", "of the confidence intervals, in (0, 1), by default 0.95"),
+        ("--max-evaluations", "N", "of the model, after which the fit ends, by default 200"),
+        ("--max-steps", "N", "of one motion, by default 50 000"),
         ("--out", "FILE", "draw data and model, as PNG, SVG or PDF by the suffix"),
     )
     _json(parser)

@@ -49,6 +49,7 @@ def map(arguments: argparse.Namespace) -> int:
         "ranges": _read_ranges(arguments.range or ()),
         "points": read_count("--points", arguments.points),
         "slip": _read_slip(arguments.slip),
+        "close": arguments.close,
     }
     over = [name.strip() for name in arguments.over.split(",")]
     mechanism = chosen_mechanism(arguments.model, arguments.contact)
@@ -98,6 +99,8 @@ def _show(regions: RegionMap, mechanism: Mechanism) -> None:
     held = {name: value for name, value in regions.state.items() if value != 0}
     if held:
         show(f"at {assignments(held, mechanism.state_units)} (others 0)")
+    if regions.close:
+        show(f"with the contact closed at every point by {regions.close}")
     data: dict[str, Any] = regions.summary()
     for axis in data["axes"]:
         ends = f"{number(axis['from'])} to {quantity(axis['to'], axis['unit'])}"

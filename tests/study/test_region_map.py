@@ -256,7 +256,7 @@ BAD = [
     ((("theta", "mu"), {"parameters": {"mu": 1.0}}), "mu is an axis"),
     ((("theta", "mu"), {"state": {"theta": 1.0}}), "theta is an axis"),
     ((("theta", "mu"), {"state": {"x": 1.0}}), "unknown state 'x'"),
-    ((("theta_dot", "mu"), {}), "no point of the map is inside"),
+    ((("theta_dot", "mu"), {"state": {"x_A_dot": -1.0}}), "no point of the map is inside"),
 ]
 
 
@@ -365,3 +365,30 @@ def test_a_friction_axis_reaches_past_the_threshold_by_itself(name):
     assert (regions.A[:, reach < threshold] > 0).all()
     given = region_map(smooth, (angle, "mu"), ranges={"mu": (0.01, 0.02)}, points=5)
     assert given.values[1][-1] == 0.02
+
+
+def test_a_map_follows_the_gap_where_the_contact_moves_with_an_axis():
+    ranges = {"h": (0.2, 1.2), "tau": (-20.0, 20.0)}
+    options = {"ranges": ranges, "points": 25, "close": "theta", "parameters": {"mu": 2.0}}
+    regions = region_map("pr-robot", ("h", "tau"), **options)
+    reached = regions.values[0] < 1.0  # the arm is 1 m long
+    assert ((regions.case == LEGEND["outside"]) == ~reached[:, None]).all()
+    for i, j in ((0, 3), (11, 20), (18, 12)):
+        axes = {"h": float(regions.values[0][i]), "tau": float(regions.values[1][j])}
+        alone = classify("pr-robot", regions.state, parameters={"mu": 2.0, **axes}, close="theta")
+        assert (regions.A[i, j], regions.B[i, j]) == (alone.A, alone.B)
+    assert len(regions.crossings)
+    for point in regions.crossings.tolist():
+        axes = dict(zip(regions.over, point, strict=True))
+        at = classify("pr-robot", regions.state, parameters={"mu": 2.0, **axes}, close="theta")
+        assert abs(at.A) < 1e-12 * np.nanmax(np.abs(regions.A))
+        assert abs(at.B) < 1e-11 * np.nanmax(np.abs(regions.B))
+
+
+def test_a_map_without_a_state_is_at_the_start_of_the_mechanism():
+    robot = model("pr-robot")
+    regions = region_map(robot, ("x_dot", "mu"), points=5)
+    start = dict.fromkeys(robot.state_names, 0.0) | robot.start
+    assert regions.state == {n: v for n, v in start.items() if n != "x_dot"}
+    with pytest.raises(InputError, match="close: theta is an axis"):
+        region_map(robot, ("theta", "mu"), points=5, close="theta")
