@@ -16,7 +16,7 @@ CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", 
 AXE = Path(sys.prefix, "browser", "node_modules", "axe-core", "axe.min.js")
 """Where `make setup-browser` puts axe-core."""
 
-_MISSING = [
+MISSING = [
     name
     for name, there in (
         ("Chromium", CHROMIUM),
@@ -25,7 +25,7 @@ _MISSING = [
     if not there
 ]
 needs_chromium = pytest.mark.skipif(
-    bool(_MISSING), reason=f"{' and '.join(_MISSING)} not installed: see `make setup-browser`"
+    bool(MISSING), reason=f"{' and '.join(MISSING)} not installed: see `make setup-browser`"
 )
 needs_axe = pytest.mark.skipif(
     not AXE.is_file(), reason="axe-core is not installed: see `make setup-browser`"
@@ -47,5 +47,5 @@ def chromium() -> Iterator[Any]:
 def violations(page: Any) -> list[str]:
     """Return what axe-core finds on a page: the rule, and the first elements that break it."""
     page.evaluate(AXE.read_text("utf-8"))
-    rules = page.evaluate("axe.run()")["violations"]
-    return [f"{v['id']}: {v['help']}: {[n['html'][:200] for n in v['nodes'][:3]]}" for v in rules]
+    faults = page.evaluate("axe.run()")["violations"]
+    return [f"{v['id']}: {v['help']}: {[n['html'][:200] for n in v['nodes'][:3]]}" for v in faults]

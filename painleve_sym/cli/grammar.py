@@ -93,7 +93,7 @@ def _case(parser: argparse.ArgumentParser) -> None:
 
 def _law(parser: argparse.ArgumentParser) -> None:
     _texts(parser, ("--law", "NAME", "contact law (`painleve laws` lists them)"))
-    text = "parameters and choices of the law, such as E=20.9e14,reload=virgin"
+    text = "parameters and choices of the law, such as E=20.9e14,reload=elastic"
     _lists(parser, ("--law-set", "NAME=VALUE,...", text))
 
 
@@ -217,6 +217,27 @@ def _export_options(parser: Parser) -> None:
         "without --t-end 0.01 s, of a rigid motion 1 s.\n\n"
         "  painleve export rod --law bilinear-hertz --law-set E=20.9e14 --out rod-c\n"
         "  cd rod-c && cmake -B build && cmake --build build"
+    )
+
+
+def _explore_options(parser: Parser) -> None:
+    _case(parser)
+    _law(parser)
+    _texts(
+        parser,
+        ("--t-end", "TIME", "end time of the motions at first, s"),
+        ("--initial-force", "N", "start compressed so that the contact carries this force, N"),
+    )
+    _texts(parser, ("--out", "FILE", "page to write, .html"), required=True)
+    _json(parser)
+    parser.epilog = (
+        "One HTML file that opens from disk: sliders, map, contact problem, the motion with the\n"
+        "law and the rigid one, animation and tables, computed by WebAssembly in it. CASE, state,\n"
+        "parameters and law are those of `painleve simulate`, and what the page begins with.\n"
+        "Without --law: bilinear-hertz with reload=virgin, or rigid where a contact holds from\n"
+        "both sides; named mechanisms then need no compiler. Others need clang with wasi-libc, or\n"
+        "pip install 'painleve-sym[web]'.\n\n"
+        "  painleve explore rod --out rod.html"
     )
 
 
@@ -387,6 +408,7 @@ def parsers() -> tuple[Parser, dict[str, Parser]]:
     _run_options(sub)
     _animate_options(sub["animate"])
     _export_options(sub["export"])
+    _explore_options(sub["explore"])
     _map_options(sub["map"])
     _critical_options(sub["critical"])
     _sweep_options(sub["sweep"])

@@ -93,6 +93,8 @@ def jump_data(impact: JumpResult) -> dict[str, Any]:
         "phases": to_plain(impact.phases),
         "final": {"velocity": dict(impact.velocity)},
         "energy_change": impact.energy_change,
+        "kinetic_energy": impact.kinetic_energy,
+        "notices": [impact.notice] if impact.notice else [],
     }
 
 
@@ -130,8 +132,8 @@ def _show_jump(impact: JumpResult, scenario: Scenario) -> None:
     if impact.end.value == "jam":
         show("The impulse of a rigid contact has no end here. A compliant contact has a solution.")
     show(f"energy change {quantity(impact.energy_change, 'J')}")
-    if impact.energy_change > 0:
-        show(f"Energy was gained: {rule.note}.")
+    if impact.notice:
+        show(f"{impact.notice} That law is {rule.note}.")
 
 
 def _show_tangential_impact(impact: TangentialImpact, units: dict[str, str]) -> None:
@@ -311,7 +313,9 @@ def _show_end(trajectory: Trajectory, units: Mapping[str, str]) -> None:
 
 
 def _show_findings(trajectory: Trajectory, units: Mapping[str, str]) -> None:
-    """Print where a slip runs into A = 0, and which bounces grow."""
+    """Print where energy is gained, where a slip runs into A = 0, and which bounces grow."""
+    for notice in trajectory.notices:
+        show(notice)
     for c in trajectory.reverse_chatter:
         show(
             f"reverse chatter: {c.bounces} bounces grow from t = {number(c.start_time, 9)} s to "
