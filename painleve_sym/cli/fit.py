@@ -6,7 +6,13 @@ import argparse
 import warnings
 
 from painleve_sym.cli.case import read_case
-from painleve_sym.cli.options import FIGURES, output_file, read_count, read_number, read_numbers
+from painleve_sym.cli.options import (
+    figure_file,
+    read_count,
+    read_look,
+    read_number,
+    read_numbers,
+)
 from painleve_sym.cli.output import number, print_json, quantity, show, show_table
 from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.motion.simulator import Simulator
@@ -18,7 +24,8 @@ from painleve_sym.study.scenario import Scenario
 
 def fit(arguments: argparse.Namespace) -> int:
     """Estimate, write the figure asked for and print the result."""
-    out = output_file("--out", arguments.out, FIGURES) if arguments.out else None
+    look = read_look(arguments)
+    out = figure_file("--out", arguments.out, look) if arguments.out else None
     if arguments.estimate is None:
         raise InputError("--estimate: missing. Fix: name parameters, such as e_energetic,mu,E.")
     level = 0.95 if arguments.level is None else read_number("--level", arguments.level)
@@ -50,9 +57,9 @@ def fit(arguments: argparse.Namespace) -> int:
     units = {**scenario.mechanism().state_units, **data.units}
     if out is not None:
         from painleve_sym.present.fit_figure import fit_figure
-        from painleve_sym.present.style import write_figure
+        from painleve_sym.present.style import Look, write_figure
 
-        write_figure(fit_figure(fit_result, units), out)
+        write_figure(fit_figure(fit_result, units), out, Look(**look))
     if arguments.json:
         written = {"files": [str(out)]} if out else {}
         print_json(

@@ -101,6 +101,16 @@ def _json(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print JSON with full precision")
 
 
+def _look(parser: argparse.ArgumentParser) -> None:
+    """Add the options of every command that draws a figure; `read_look` reads them."""
+    _texts(
+        parser,
+        ("--width", "WIDTH", "of the figure: column, page, or a number in cm"),
+        ("--title", "TITLE", "none leaves the titles of the figure out"),
+        ("--format", "FORMAT", "of the figure: png, svg or pdf; by default as the suffix says"),
+    )
+
+
 def _describe_options(sub: dict[str, Parser]) -> None:
     shown = {"models": "the mechanism, or its TOML file", "laws": "the law or restitution rule"}
     for name, text in shown.items():
@@ -152,6 +162,7 @@ def _run_options(sub: dict[str, Parser]) -> None:
         ("--plot", "FILE", "draw it, as PNG, SVG or PDF by the suffix"),
         ("--report", "FILE", "write a page about it, .html: formulas, figure, events, sources"),
     )
+    _look(simulate)
     for name in ("classify", "jump", "simulate"):
         _json(sub[name])
 
@@ -249,6 +260,7 @@ def _map_options(parser: Parser) -> None:
     _texts(parser, ("--slip", "SIGN", slip), default="-1")
     files = "draw it (.png, .svg, .pdf) or save it (.npz, .json); may be given several times"
     _lists(parser, ("--out", "FILE", files))
+    _look(parser)
     _json(parser)
     parser.epilog = (
         "--json prints what the map holds without its grids; --out FILE.json has them too."
@@ -268,6 +280,7 @@ def _critical_options(parser: Parser) -> None:
     )
     files = "draw the map (.png, .svg, .pdf) or save it (.npz, .json); may be given several times"
     _lists(parser, ("--out", "FILE", files))
+    _look(parser)
     _json(parser)
     parser.epilog = (
         "The state must be indeterminate: on the surface, slipping, A < 0 and B > 0. The law\n"
@@ -290,6 +303,7 @@ def _contrast_options(parser: Parser) -> None:
         ("--t-end", "TIME", "when the velocities are compared, s, by default 1e-2"),
         ("--out", "FILE", "draw it, as PNG, SVG or PDF by the suffix"),
     )
+    _look(parser)
     _json(parser)
     parser.epilog = (
         "The least-impulse, largest-impulse and first solvers enumerate every solution of a\n"
@@ -314,6 +328,7 @@ def _fit_options(parser: Parser) -> None:
         ("--max-steps", "N", "of one motion, by default 50 000"),
         ("--out", "FILE", "draw data and model, as PNG, SVG or PDF by the suffix"),
     )
+    _look(parser)
     _json(parser)
     parser.epilog = (
         "DATA is a history of one motion, with a column t [s], or one motion per row:\n\n"

@@ -9,9 +9,10 @@ from typing import Any
 from painleve_sym.cli.case import chosen_mechanism
 from painleve_sym.cli.options import (
     MAPS,
-    output_file,
+    figure_file,
     read_assignments,
     read_count,
+    read_look,
     read_number,
     read_quantities,
     read_range,
@@ -44,7 +45,8 @@ _BILATERAL_CASES = _CASES | {
 
 def map(arguments: argparse.Namespace) -> int:
     """Compute the map, write the files asked for and print what it holds."""
-    files = [output_file("--out", text, MAPS) for text in arguments.out or ()]
+    look = read_look(arguments)
+    files = [figure_file("--out", text, look, MAPS) for text in arguments.out or ()]
     options: dict[str, Any] = {
         "ranges": _read_ranges(arguments.range or ()),
         "points": read_count("--points", arguments.points),
@@ -60,7 +62,7 @@ def map(arguments: argparse.Namespace) -> int:
         options[key] = read_quantities(option, texts, lambda: mechanism.units) if texts else None
     regions = region_map(mechanism, over, **options)
     for path in files:
-        write_map(regions, path, _figure)
+        write_map(regions, path, _figure, look)
     if arguments.json:
         written = {"files": [str(path) for path in files]} if files else {}
         print_json(regions.summary() | written)

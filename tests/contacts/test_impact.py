@@ -331,5 +331,5 @@ def test_impact_takes_microseconds():
     start = time.process_time()
     for _ in range(1000):
         solve_impact(W, 0.3, (-1.0, -0.9), "energetic", 0.7)
-    # It takes 35 µs each; the bound only catches a solution that iterates or derives.
+    # It takes 35 μs each; the bound only catches a solution that iterates or derives.
     assert time.process_time() - start < 0.5
