@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -73,6 +74,17 @@ def test_keys_of_a_call_are_listed_with_type_and_example(pages):
     assert pages.call("cache")["bytes"] >= 0
     with pytest.raises(RuntimeError, match="unknown"):
         pages.call("classify rodd")
+
+
+@pytest.mark.slow
+def test_every_key_that_a_command_prints_has_a_meaning(pages):
+    listed = pages.json_keys()
+    assert first_cells(listed)
+    file = ROOT / "docs" / "reference" / "json-meanings.toml"
+    meanings = tomllib.loads(file.read_text("utf-8"))
+    assert set(meanings) - {"every"} <= set(COMMANDS)
+    printed = {path.rpartition(".")[2].removesuffix("[]") for path in first_cells(listed)}
+    assert {name for table in meanings.values() for name in table} <= printed
 
 
 def test_mechanisms_laws_and_choices_are_complete(pages):

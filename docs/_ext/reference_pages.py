@@ -12,6 +12,7 @@ import io
 import json
 import re
 import tempfile
+import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
@@ -273,22 +274,21 @@ def kind_of(value: object) -> str:
 
 
 def json_keys() -> str:
-    """Return one table of keys per command, from what the commands print."""
+    """Return one table of keys per command, from what the commands print.
+
+    KeyError where a key has no meaning in ``docs/reference/json-meanings.toml``.
+    """
+    file = DOCS / "reference" / "json-meanings.toml"
+    meanings: dict[str, dict[str, str]] = tomllib.loads(file.read_text("utf-8"))
     parts = []
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(DOCS.parent):
         (Path(folder) / "sweep.toml").write_text(SWEEP, "utf-8")
         for command, calls in OUTPUTS.items():
-            keys: dict[str, tuple[set[str], object]] = {}
-            for words in calls:
-                with contextlib.chdir(DOCS.parent):
-                    for path, value in paths(call(words.format(folder=folder))):
-                        kinds, example = keys.setdefault(path, (set(), None))
-                        kinds.add(kind_of(value))
-                        if example is None and not isinstance(value, dict | list):
-                            keys[path] = (kinds, value)
+            keys = keys_of([words.format(folder=folder) for words in calls])
+            known = {**meanings["every"], **meanings.get(command, {})}
+            rows = [_row(path, *entry, known) for path, entry in keys.items()]
             shown = "\n".join(f"painleve {words} --json" for words in calls)
             shown = shown.replace("{folder}/", "")
-            rows = [_key(path, *entry) for path, entry in keys.items()]
             parts.append(
                 f"## `{command}`\n\nThe keys of\n\n```text\n{shown}\n```\n\n"
                 + table(("key", "type", "example", "meaning"), rows)
@@ -296,12 +296,32 @@ def json_keys() -> str:
     return "\n".join(parts)
 
 
-def _key(path: str, kinds: set[str], example: object) -> tuple[str, str, str, str]:
-    known = quantity(path.rpartition(".")[2])
+def keys_of(calls: Iterable[str]) -> dict[str, tuple[set[str], object]]:
+    """Return the types of every key that calls print, and the first plain value."""
+    keys: dict[str, tuple[set[str], object]] = {}
+    for words in calls:
+        for path, value in paths(call(words)):
+            kinds, example = keys.setdefault(path, (set(), None))
+            kinds.add(kind_of(value))
+            if example is None and not isinstance(value, dict | list):
+                keys[path] = (kinds, value)
+    return keys
+
+
+def _row(
+    path: str, kinds: set[str], example: object, meanings: Mapping[str, str]
+) -> tuple[str, str, str, str]:
+    last = path.rpartition(".")[2].removesuffix("[]")
+    registered = quantity(last)
+    meaning = meanings.get(last) or (
+        f"{registered.meaning}, {registered.unit or 'unit of the law'}" if registered else ""
+    )
+    if not meaning:
+        raise KeyError(f"{path}: no meaning in docs/reference/json-meanings.toml")
     text = json.dumps(example, ensure_ascii=False) if example is not None else ""
-    if len(text) > 40 or "\\" in text or "/tmp" in text:
+    # Long texts and places of this machine say nothing to a reader.
+    if len(text) > 40 or "\\" in text or tempfile.gettempdir() in text or str(Path.home()) in text:
         text = ""
-    meaning = f"{known.meaning} [{known.unit}]" if known and known.unit else ""
     types = sorted(kinds - {"null"}) + ["null"] * ("null" in kinds)
     return code(path), ", ".join(types), code(text), meaning
 
