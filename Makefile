@@ -68,6 +68,7 @@ bench: $(VENV)/.installed-bench ## run the benchmarks against the other integrat
 	$(BIN)/python -m tests.benchmarks --out out/bench.json
 
 docs: $(VENV)/.installed-docs ## build the documentation site into out/site; needs no network
+	rm -rf out/site
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going -b html docs out/site
 
 docs-check: docs ## open every page of the site in Chromium
