@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-FOLDERS = ("painleve_sym", "derivations", "docs", "examples", "tests", "tools", ".github")
+FOLDERS = ("painleve_sym", "derivations", "docs", "examples", "paper", "tests", "tools", ".github")
 # Pages that `make docs` writes from the package.
 GENERATED = ("docs/_generated", "docs/gallery", "docs/reference/api", "docs/sg_execution_times")
 # Outputs of commands, which have the words of the commands.

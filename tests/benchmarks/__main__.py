@@ -20,6 +20,7 @@ from painleve_sym.motion.batch.machine import processor_count
 from tests.benchmarks import (
     bench_call,
     bench_corrected_jump,
+    bench_explorer,
     bench_many,
     bench_sensitivity,
     bench_start,
@@ -158,6 +159,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "calls": calls,
         "derivatives": derivatives,
         "corrected_jump": jumps,
+        "explorer": bench_explorer.measure,
     }
     result: dict[str, Any] = {"machine": machine()}
     print(json.dumps(result["machine"], indent=2), flush=True)
