@@ -17,7 +17,7 @@ export MPLBACKEND ?= Agg
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup test lint slow oldest mutants fuzz reproduce derivations references bench setup-browser explorer-modules clean distclean
+.PHONY: help setup test lint slow oldest mutants fuzz reproduce derivations references bench docs docs-check setup-browser explorer-modules clean distclean
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -82,7 +82,15 @@ bench: $(VENV)/.installed-bench ## run the benchmarks against the other integrat
 	$(PYTEST) -q -s tests/benchmarks -o python_files="bench_*.py test_*.py"
 	$(BIN)/python -m tests.benchmarks --out out/bench.json
 
+docs: $(VENV)/.installed-docs ## build the documentation site into out/site; needs no network
+	rm -rf out/site
+	$(BIN)/python -m sphinx --fail-on-warning --keep-going -b html docs out/site
+
+docs-check: docs ## open every page of the site in Chromium
+	$(BIN)/python tools/check_site.py out/site
+
 clean: ## remove results, build products and caches
+	rm -rf docs/_generated docs/gallery docs/reference/api docs/sg_execution_times.rst
 	rm -rf out build dist *.egg-info .pytest_cache .hypothesis .mypy_cache .ruff_cache .import_linter_cache
 	find . -path './$(VENV)*' -prune -o -name __pycache__ -type d -prune -exec rm -rf {} +
 
@@ -105,4 +113,9 @@ $(VENV)/.installed: $(VENV)/.created pyproject.toml constraints.txt
 $(VENV)/.installed-bench: $(VENV)/.installed
 	@echo "Installing the integrators to compare with ..."
 	@$(PIP) install -c constraints.txt -e '.[bench]'
+	@touch $@
+
+$(VENV)/.installed-docs: $(VENV)/.installed
+	@echo "Installing what builds the documentation site ..."
+	@$(PIP) install -c constraints.txt -e '.[docs]'
 	@touch $@
