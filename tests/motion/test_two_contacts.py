@@ -184,7 +184,7 @@ ROCKING = FLAT | {"h": 0.3, "mu_A": 1.5, "mu_B": 1.5, "e_energetic": 0.2}
 
 @pytest.mark.parametrize("spin", [1e-7, -1e-5, 1e-3])
 def test_rocking_that_starts_all_but_at_rest_comes_to_rest_as_from_rest(spin):
-    """The scale of a run that hardly moves at its start is no measure of its bounces."""
+    """A run that hardly moves at its start has a scale that says nothing of its bounces."""
     simulator = Simulator(model("block-two-feet"), RigidLaw())
     runs = [
         simulator.run({"theta": 0.1, "theta_dot": s}, t_end=1.75, parameters=ROCKING)
