@@ -17,7 +17,7 @@ export MPLBACKEND ?= Agg
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup test lint slow oldest mutants fuzz reproduce derivations bench clean distclean
+.PHONY: help setup test lint slow oldest mutants fuzz reproduce derivations bench numerics clean distclean
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -66,6 +66,9 @@ derivations: $(VENV)/.installed ## run every derivation; each asserts that it ag
 bench: $(VENV)/.installed-bench ## run the benchmarks against the other integrators
 	$(PYTEST) -q -s tests/benchmarks -o python_files="bench_*.py test_*.py"
 	$(BIN)/python -m tests.benchmarks --out out/bench.json
+
+numerics: $(VENV)/.installed-bench ## measure error against cost, and write docs/numerics.md and its figures
+	$(BIN)/python -m tests.benchmarks.numerics_page --measure
 
 clean: ## remove results, build products and caches
 	rm -rf out build dist *.egg-info .pytest_cache .hypothesis .mypy_cache .ruff_cache .import_linter_cache
