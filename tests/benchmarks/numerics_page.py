@@ -1,8 +1,7 @@
 """Measure, draw and write the tables of ``docs/numerics.md``: ``make numerics``.
 
 The numbers are kept in ``docs/numerics.json``; without ``--measure`` figures and tables are made
-from that file, and a test compares the page with it. A table stands between two comments,
-``<!-- NAME -->`` and ``<!-- /NAME -->``.
+from that file, and a test compares the page with it.
 """
 
 from __future__ import annotations
@@ -10,7 +9,6 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -21,6 +19,7 @@ from matplotlib.figure import Figure
 from painleve_sym.present.style import DASHES, PAGE, PALETTE, REFERENCE, STYLE, write_figure
 from tests.benchmarks import accuracy, bench_numerics
 from tests.benchmarks.__main__ import machine
+from tools.tables import table, written
 
 DOCS = Path(__file__).parents[2] / "docs"
 NUMBERS = DOCS / "numerics.json"
@@ -149,11 +148,6 @@ DRAWN: Mapping[str, Callable[[Mapping[str, Any]], Figure]] = {
 # ---- tables ----
 
 
-def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
-
-
 def _size(value: float | None, digits: int = 1) -> str:
     if value is None or not math.isfinite(value):
         return "—"
@@ -175,7 +169,7 @@ def setup_table(numbers: Mapping[str, Any]) -> str:
         ("flags", f"`{' '.join(given['flags'])}`"),
         ("versions", versions),
     ]
-    return _table(("", ""), rows)
+    return table(("", ""), rows)
 
 
 def ratio_table(numbers: Mapping[str, Any]) -> str:
@@ -191,7 +185,7 @@ def ratio_table(numbers: Mapping[str, Any]) -> str:
             for e in errors
         ]
         rows.append([name, *(_plain(c) for c in cells)])
-    return _table(head, rows)
+    return table(head, rows)
 
 
 def _plain(cell: str) -> str:
@@ -205,7 +199,7 @@ def time_table(numbers: Mapping[str, Any]) -> str:
         points = measured["peers"]["painleve-sym, Taylor"]
         times = (bench_numerics.seconds_at(points, e) for e in (1e-6, 1e-9, 1e-11))
         rows.append([case, *(_short(1e6 * t, ".0f") if t else "—" for t in times)])
-    return _table(("Taylor engine, µs", "1e-6", "1e-9", "1e-11"), rows)
+    return table(("Taylor engine, µs", "1e-6", "1e-9", "1e-11"), rows)
 
 
 def failure_table(numbers: Mapping[str, Any]) -> str:
@@ -215,7 +209,7 @@ def failure_table(numbers: Mapping[str, Any]) -> str:
         for case, measured in numbers["curves"].items()
         for name, tolerances in measured["failed"].items()
     ]
-    return _table(("motion", "contestant", "tolerances without an answer"), rows)
+    return table(("motion", "contestant", "tolerances without an answer"), rows)
 
 
 def slope_table(numbers: Mapping[str, Any]) -> str:
@@ -230,7 +224,7 @@ def slope_table(numbers: Mapping[str, Any]) -> str:
         cells = cases[rod]["engines"][name]["slopes"]
         cells = [*cells, *(measured["engines"][name]["slope"] for measured in cases.values())]
         rows.append([name, *(_short(c, ".2f") for c in cells)])
-    return _table(head, rows)
+    return table(head, rows)
 
 
 def event_table(numbers: Mapping[str, Any]) -> str:
@@ -251,7 +245,7 @@ def event_table(numbers: Mapping[str, Any]) -> str:
                 next(e for t, e in line.items() if math.isclose(t, wanted)) for wanted in chosen
             ]
         rows.append([name, *(_size(c) for c in cells)])
-    return _table(head, rows)
+    return table(head, rows)
 
 
 def grazing_table(numbers: Mapping[str, Any]) -> str:
@@ -263,7 +257,7 @@ def grazing_table(numbers: Mapping[str, Any]) -> str:
         errors = (r[engine] for engine in accuracy.ENGINES)
         cells = ["not seen" if e is None else _size(e, 2) for e in errors]
         rows.append([_size(r["speed"]), _size(r["speed"] ** 2 / 2), *cells])
-    return _table(head, rows)
+    return table(head, rows)
 
 
 def touch_table(numbers: Mapping[str, Any]) -> str:
@@ -276,7 +270,7 @@ def touch_table(numbers: Mapping[str, Any]) -> str:
         [_size(r["speed"]), *(_size(r[e][q], 2) for e in accuracy.ENGINES for q in shown)]
         for r in measured["rows"]
     ]
-    return _table(head, rows)
+    return table(head, rows)
 
 
 def fixed_table(numbers: Mapping[str, Any]) -> str:
@@ -291,7 +285,7 @@ def fixed_table(numbers: Mapping[str, Any]) -> str:
         for line in measured["starts"].values():
             row += [_size(line["errors"][i], 2), _short(line["orders"][i], ".2f")]
         rows.append(row)
-    return _table(head, rows)
+    return table(head, rows)
 
 
 def taylor_table(numbers: Mapping[str, Any]) -> str:
@@ -306,7 +300,7 @@ def taylor_table(numbers: Mapping[str, Any]) -> str:
         for line in measured["orders"].values():
             row += [_size(line["errors"][i], 2), _short(line["orders"][i], ".2f")]
         rows.append(row)
-    return _table(head, rows)
+    return table(head, rows)
 
 
 def chosen_table(numbers: Mapping[str, Any]) -> str:
@@ -326,7 +320,7 @@ def chosen_table(numbers: Mapping[str, Any]) -> str:
             for i in wanted:
                 row += [_size(line["errors"][i], 2), str(line["steps"][i])]
             rows.append([*row, _short(line["slope"], ".2f")])
-    return _table(head, rows)
+    return table(head, rows)
 
 
 def stepping_table(numbers: Mapping[str, Any]) -> str:
@@ -338,7 +332,7 @@ def stepping_table(numbers: Mapping[str, Any]) -> str:
         for name, line in states.items():
             fit = accuracy.slope(measured["steps"], line["errors"])
             rows.append([scheme, name, *(_size(e, 2) for e in line["errors"]), _short(fit, ".2f")])
-    return _table(head, rows)
+    return table(head, rows)
 
 
 def jump_table(numbers: Mapping[str, Any]) -> str:
@@ -353,7 +347,7 @@ def jump_table(numbers: Mapping[str, Any]) -> str:
         for rule in ("classical", "frozen", "carried"):
             row += [_size(r[rule], 2), _short(r[f"order_{rule}"], ".3f")]
         rows.append(row)
-    return _table(head, rows)
+    return table(head, rows)
 
 
 TABLES: Mapping[str, Callable[[Mapping[str, Any]], str]] = {
@@ -373,14 +367,9 @@ TABLES: Mapping[str, Callable[[Mapping[str, Any]], str]] = {
 }
 
 
-def written(page: str, numbers: Mapping[str, Any]) -> str:
-    """Return the page with every table made from the numbers."""
-    for name, make in TABLES.items():
-        mark = re.compile(rf"(<!-- {name} -->\n).*?(<!-- /{name} -->)", re.DOTALL)
-        page, count = mark.subn(lambda m, t=make: f"{m[1]}{t(numbers)}\n{m[2]}", page)
-        if count != 1:
-            raise ValueError(f"{PAGE_FILE.name}: got {count} tables {name!r}, need one.")
-    return page
+def tables(numbers: Mapping[str, Any]) -> dict[str, str]:
+    """Return every table of the page."""
+    return {name: make(numbers) for name, make in TABLES.items()}
 
 
 def _rounded(value: Any) -> Any:
@@ -416,7 +405,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     for name, draw in DRAWN.items():
         with mpl.rc_context(STYLE):
             write_figure(draw(numbers), FIGURES / f"{name}.png")
-    PAGE_FILE.write_text(written(PAGE_FILE.read_text("utf-8"), numbers), "utf-8")
+    page = written(PAGE_FILE.read_text("utf-8"), tables(numbers))
+    PAGE_FILE.write_text(page, "utf-8")
 
 
 if __name__ == "__main__":
