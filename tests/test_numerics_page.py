@@ -10,7 +10,8 @@ import pytest
 from painleve_sym.codegen.compile import find_compiler
 from painleve_sym.errors import CompilerMissing
 from tests.benchmarks import accuracy, numerics_page
-from tests.benchmarks.cases import N
+from tests.benchmarks.cases import BELT, N
+from tests.benchmarks.package_peer import PackagePeer
 from tools.tables import written
 
 
@@ -72,6 +73,14 @@ def test_errors_of_a_soft_touch_do_not_depend_on_its_speed(compiler):
     for engine in accuracy.ENGINES:
         for row in measured["rows"]:
             assert max(row[engine].values()) < 10 * measured["rtol"], (engine, row)
+
+
+@pytest.mark.parametrize("engine", ["taylor", "compiled"])
+def test_the_belt_agrees_with_the_equations_by_hand(compiler, engine):
+    own = PackagePeer(BELT, engine)
+    own.prepare()
+    assert BELT.end_error(own.run(1e-12), reverse_slip=True) < 1e-11
+    assert len(own.event_times(1e-12)) == len(BELT.phases(True)) - 1 == 21
 
 
 def test_exponent_and_orders_of_known_errors():
