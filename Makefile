@@ -17,10 +17,10 @@ export MPLBACKEND ?= Agg
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup test lint slow oldest mutants fuzz reproduce derivations bench numerics clean distclean
+.PHONY: help setup test lint slow oldest mutants fuzz reproduce derivations references bench numerics setup-browser explorer-modules clean distclean
 
 help: ## show this list
-	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
 
 setup: $(VENV)/.installed ## create .venv and install the package with its test tools
 
@@ -49,6 +49,18 @@ oldest: ## test the oldest versions of the dependencies, in .venv-oldest
 		-c constraints-oldest.txt -e . hypothesis 'pytest>=8' pytest-xdist
 	$(VENV)-oldest/bin/python -m pytest -q $(PARALLEL) -m "not slow" $(OLDEST_TESTS)
 
+# Tests of pages are skipped, with the reason, where these are absent.
+AXE := axe-core@4.14.1
+setup-browser: $(VENV)/.installed ## install what tests of pages need besides Chromium and Node
+	@command -v chromium chromium-browser chrome > /dev/null || echo "make: Chromium is absent. Fix: sudo apt install chromium"
+	@command -v node > /dev/null || echo "make: Node is absent. Fix: sudo apt install nodejs npm"
+	@command -v wasm-ld > /dev/null || echo "make: clang for WebAssembly is absent; the package ziglang takes its place, or: sudo apt install clang lld wasi-libc libclang-rt-dev-wasm32"
+	@$(PIP) install -c constraints.txt -e '.[browser,notebook,web]'
+	@npm install --silent --no-audit --no-fund --prefix $(VENV)/browser $(AXE)
+
+explorer-modules: $(VENV)/.installed ## compile the explorer's modules of the named mechanisms again where they are old
+	$(BIN)/python tools/explorer_modules.py
+
 # One process for each change, as many at a time as there are cores.
 mutants: $(VENV)/.installed ## check that the tests notice each of a list of small wrong changes
 	$(BIN)/python -m tests.mutants
@@ -62,6 +74,9 @@ fuzz: $(VENV)/.installed ## call the program with 10 000 made-up inputs, at most
 
 derivations: $(VENV)/.installed ## run every derivation; each asserts that it agrees with the package
 	$(BIN)/python -m derivations
+
+references: $(VENV)/.installed ## write the page and the package's data of the literature from docs/references.bib
+	$(BIN)/python tools/references.py
 
 bench: $(VENV)/.installed-bench ## run the benchmarks against the other integrators
 	$(PYTEST) -q -s tests/benchmarks -o python_files="bench_*.py test_*.py"

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from painleve_sym.errors import PainleveError as PainleveError
     from painleve_sym.errors import PainleveWarning as PainleveWarning
     from painleve_sym.errors import StopReason as StopReason
+    from painleve_sym.explorer.page import explore as explore
     from painleve_sym.hybrid.automaton import HybridAutomaton as HybridAutomaton
     from painleve_sym.laws.catalogue import LawsByContact as LawsByContact
     from painleve_sym.laws.catalogue import law as law
@@ -70,6 +71,8 @@ if TYPE_CHECKING:
     from painleve_sym.motion.trajectory import Trajectory as Trajectory
     from painleve_sym.papers.registry import Reproduction as Reproduction
     from painleve_sym.papers.registry import reproduce as reproduce
+    from painleve_sym.references import Reference as Reference
+    from painleve_sym.references import citation as citation
     from painleve_sym.study.compare.comparison import Comparison as Comparison
     from painleve_sym.study.compare.comparison import compare as compare
     from painleve_sym.study.critical.bisection import Border as Border
@@ -131,6 +134,7 @@ _HOMES = {
     "Parameter": "mechanics.declarations",
     "Policy": "choices",
     "Record": "choices",
+    "Reference": "references",
     "RegionMap": "study.maps.region_map",
     "Reload": "choices",
     "Reproduction": "papers.registry",
@@ -144,6 +148,7 @@ _HOMES = {
     "Sweep": "study.sweeps.sweep",
     "TIME": "mechanics.system",
     "Trajectory": "motion.trajectory",
+    "citation": "references",
     "classify": "contacts.classify",
     "closed_forms": "laws.closed_forms",
     "compare": "study.compare.comparison",
@@ -151,6 +156,7 @@ _HOMES = {
     "critical_force_gradient": "study.critical.gradient",
     "evaluate_corrected_jump": "motion.finite_stiffness",
     "evaluate_jump": "contacts.impact.jump",
+    "explore": "explorer.page",
     "export_c": "c_export.export",
     "fit": "study.fitting.problem",
     "law": "laws.catalogue",

@@ -136,6 +136,7 @@ def export_c(
     case = Case(
         name=prefix,
         simulator=simulator,
+        engine_name=trajectory.engine,
         trajectory=trajectory,
         motion=simulator.start(state, values).state[: len(simulator.mechanism.state_names)],
         t_end=float(t_end),

@@ -31,41 +31,33 @@ from painleve_sym.motion.trajectory import Trajectory
 
 
 @dataclass(frozen=True)
-class Case:
-    """One mechanism with one contact law, and the example to run.
+class MotionCode:
+    """One mechanism with its contact laws, to be written as C.
 
     Attributes
     ----------
     name : str
         Prefix of all C names.
     simulator : Simulator
-    trajectory : Trajectory
-        What the package computed for the example.
-    motion : ndarray, shape (2 n,)
-        Coordinates and velocities at the start.
-    t_end, rtol : float
-    until : tuple of str
-    limits : mapping of str to int
-        Those of max_steps, max_events that were given.
-    initial_force : float or None
+    engine_name : {"taylor", "compiled"}
     compiler : Compiler
+        That the comments name.
     """
 
     name: str
     simulator: Simulator
-    trajectory: Trajectory
-    motion: Array
-    t_end: float
-    rtol: float
-    until: tuple[str, ...]
-    limits: Mapping[str, int]
-    initial_force: float | None
+    engine_name: str
     compiler: Compiler
 
-    @property
+    @cached_property
     def outline(self) -> Outline:
         """Names and structure of the automaton."""
-        return self.simulator.outline
+        return Outline.of(self.simulator.automaton)
+
+    @property
+    def motion_count(self) -> int:
+        """Number of coordinates and velocities, and the time where it occurs."""
+        return len(self.simulator.mechanism.state_names)
 
     @cached_property
     def declared(self) -> dict[str, Parameter]:
@@ -87,7 +79,7 @@ class Case:
     @cached_property
     def engine(self) -> str:
         """The functions of the automaton and the event loop, in C; no name of the export."""
-        return engine_text(self.simulator.automaton, self.trajectory.engine)
+        return engine_text(self.simulator.automaton, self.engine_name)
 
     @property
     def title(self) -> str:
@@ -112,13 +104,45 @@ class Case:
         }
 
 
+@dataclass(frozen=True)
+class Case(MotionCode):
+    """One mechanism with its contact laws, and the example to run.
+
+    Attributes
+    ----------
+    trajectory : Trajectory
+        What the package computed for the example.
+    motion : ndarray, shape (2 n,)
+        Coordinates and velocities at the start.
+    t_end, rtol : float
+    until : tuple of str
+    limits : mapping of str to int
+        Those of max_steps, max_events that were given.
+    initial_force : float or None
+    """
+
+    trajectory: Trajectory
+    motion: Array
+    t_end: float
+    rtol: float
+    until: tuple[str, ...]
+    limits: Mapping[str, int]
+    initial_force: float | None
+
+
+def code_files(code: MotionCode) -> dict[str, str]:
+    """Return the files that the motion needs, by name: interface, motion, contact problem."""
+    return {
+        f"{code.name}_model.h": _header(code),
+        f"{code.name}_model.c": _model(code),
+        f"{code.name}_contact.c": _contact(code),
+    }
+
+
 def files(case: Case) -> dict[str, str]:
     """Return the content of every file by name."""
-    name = case.name
     return {
-        f"{name}_model.h": _header(case),
-        f"{name}_model.c": _model(case),
-        f"{name}_contact.c": _contact(case),
+        **code_files(case),
         "main.c": _main(case),
         "expected.txt": expected(case.trajectory),
         "CMakeLists.txt": filled("CMakeLists.txt", case.shared),
@@ -126,7 +150,7 @@ def files(case: Case) -> dict[str, str]:
     }
 
 
-def clashing_name(case: Case, texts: Mapping[str, str]) -> str | None:
+def clashing_name(case: MotionCode, texts: Mapping[str, str]) -> str | None:
     """Return a name of the interface that the engine's code has too, or None.
 
     Every name of the interface is in the header, and begins with the name of the export.
@@ -148,9 +172,9 @@ def _example(case: Case) -> str:
 # ---- header ----
 
 
-def _header(case: Case) -> str:
+def _header(case: MotionCode) -> str:
     outline, mechanism = case.outline, case.simulator.mechanism
-    memory, extra = outline.memory_names, list(case.states)[len(case.motion) :]
+    memory, extra = outline.memory_names, list(case.states)[case.motion_count :]
     loads = not case.simulator.initial_force_fault()
     counts: dict[str, Sized] = {
         "states": outline.state_names,
@@ -160,7 +184,7 @@ def _header(case: Case) -> str:
         "outputs": outline.output_names,
         "events": case.outline.kinds,
         "stops": ENGINE_REASONS,
-        "motion": case.motion,
+        "motion": case.simulator.mechanism.state_names,
         "contacts": mechanism.contacts,
         "cases": CASES,
     }
@@ -275,7 +299,7 @@ _PRINT_END_OF_ONE = """\
 """
 
 
-def _filled(text: str, case: Case) -> str:
+def _filled(text: str, case: MotionCode) -> str:
     """Return a piece of C with what it says about the contacts of the case."""
     parts, memory = case.outline.parts, case.outline.memory_names
     sizes = [len(part.local_modes) for part in parts]
@@ -293,7 +317,7 @@ def _filled(text: str, case: Case) -> str:
     return Template(text).substitute(case.shared | values)
 
 
-def _enums(case: Case) -> str:
+def _enums(case: MotionCode) -> str:
     outline, name = case.outline, case.name
     parameters = [(n, case.declared[n]) for n in outline.parameter_names]
     memory = [(n, described(n)) for n in outline.memory_names]
@@ -336,7 +360,7 @@ def _enums(case: Case) -> str:
 # ---- code ----
 
 
-def _model(case: Case) -> str:
+def _model(case: MotionCode) -> str:
     outline, modes = case.outline, [m.name for m in case.outline.modes]
     values = {
         "engine": case.engine,
@@ -351,7 +375,7 @@ def _model(case: Case) -> str:
     return filled("model.c", case.shared | values)
 
 
-def _names(case: Case, outline: Outline, modes: Sequence[str]) -> str:
+def _names(case: MotionCode, outline: Outline, modes: Sequence[str]) -> str:
     tables = {
         "state_names[%s_STATES]": list(case.states),
         "parameter_names[%s_PARAMETERS]": list(outline.parameter_names),
@@ -372,7 +396,7 @@ def _names(case: Case, outline: Outline, modes: Sequence[str]) -> str:
     return "\n".join([*lines, f"{head} = {{{defaults}}};"])
 
 
-def _contact(case: Case) -> str:
+def _contact(case: MotionCode) -> str:
     states, contacts = case.outline.state_names, case.simulator.contact.rows
     slips = ", ".join(str(states.index(row.slip)) for row in contacts)
     values = contact_values(case.simulator.mechanism) | {"slip_states": slips}

@@ -80,6 +80,7 @@ def _lists(parser: argparse.ArgumentParser, *options: tuple[str, str, str]) -> N
 _CONTACT = ("--contact", "NAME", "of several contacts, consider this one alone")
 _SET = ("--set", "NAME=VALUE,...", "parameters of the mechanism, such as mu=1.2,m=0.2")
 
+_ENGINE = ("--engine", "NAME", "auto (default), compiled, taylor or erk")
 _CLOSE = ("--close", "COORDINATE", "solve gap = 0 for it; of several contacts CONTACT:COORDINATE")
 
 
@@ -92,7 +93,7 @@ def _case(parser: argparse.ArgumentParser) -> None:
 
 def _law(parser: argparse.ArgumentParser) -> None:
     _texts(parser, ("--law", "NAME", "contact law (`painleve laws` lists them)"))
-    text = "parameters and choices of the law, such as E=20.9e14,reload=virgin"
+    text = "parameters and choices of the law, such as E=20.9e14,reload=elastic"
     _lists(parser, ("--law-set", "NAME=VALUE,...", text))
 
 
@@ -145,13 +146,35 @@ def _run_options(sub: dict[str, Parser]) -> None:
     _motion(simulate)
     _texts(
         simulate,
-        ("--engine", "NAME", "auto (default), compiled, taylor or erk"),
+        _ENGINE,
         ("--samples", "N", "also give state and forces at N evenly spaced times"),
         ("--save", "FILE", "write the whole trajectory, an NPZ file"),
         ("--plot", "FILE", "draw it, as PNG, SVG or PDF by the suffix"),
+        ("--report", "FILE", "write a page about it, .html: formulas, figure, events, sources"),
     )
     for name in ("classify", "jump", "simulate"):
         _json(sub[name])
+
+
+def _animate_options(parser: Parser) -> None:
+    _case(parser)
+    _motion(parser)
+    _texts(parser, ("--out", "FILE", "the film: .gif, .html, or .mp4 with ffmpeg"), required=True)
+    _texts(
+        parser,
+        _ENGINE,
+        ("--duration", "TIME", "length of the film, s, by default 8"),
+        ("--width", "PIXELS", "from 200 to 2000, by default 480"),
+    )
+    _json(parser)
+    parser.epilog = (
+        "CASE and the options of the motion are those of `painleve simulate`. The film runs\n"
+        "slowly where forces change fast, and its clock shows by how much. Arrows show\n"
+        "normal force, friction and the direction of slip; their lengths are logarithmic.\n"
+        "Shapes are those of the bodies, or [[shapes]] of a mechanism file.\n\n"
+        "  painleve animate rod --law bilinear-hertz --t-end 0.01 --until liftoff \\\n"
+        "      --out rod.gif"
+    )
 
 
 def _motion(parser: Parser) -> None:
@@ -183,6 +206,27 @@ def _export_options(parser: Parser) -> None:
         "without --t-end 0.01 s, of a rigid motion 1 s.\n\n"
         "  painleve export rod --law bilinear-hertz --law-set E=20.9e14 --out rod-c\n"
         "  cd rod-c && cmake -B build && cmake --build build"
+    )
+
+
+def _explore_options(parser: Parser) -> None:
+    _case(parser)
+    _law(parser)
+    _texts(
+        parser,
+        ("--t-end", "TIME", "end time of the motions at first, s"),
+        ("--initial-force", "N", "start compressed so that the contact carries this force, N"),
+    )
+    _texts(parser, ("--out", "FILE", "page to write, .html"), required=True)
+    _json(parser)
+    parser.epilog = (
+        "One HTML file that opens from disk: sliders, map, contact problem, the motion with the\n"
+        "law and the rigid one, animation and tables, computed by WebAssembly in it. CASE, state,\n"
+        "parameters and law are those of `painleve simulate`, and what the page begins with.\n"
+        "Without --law: bilinear-hertz with reload=virgin, or rigid where a contact holds from\n"
+        "both sides; named mechanisms then need no compiler. Others need clang with wasi-libc, or\n"
+        "pip install 'painleve-sym[web]'.\n\n"
+        "  painleve explore rod --out rod.html"
     )
 
 
@@ -347,7 +391,9 @@ def parsers() -> tuple[Parser, dict[str, Parser]]:
         sub[name] = group.add_parser(name, help=text, description=f"{text[0].upper()}{text[1:]}.")
     _describe_options(sub)
     _run_options(sub)
+    _animate_options(sub["animate"])
     _export_options(sub["export"])
+    _explore_options(sub["explore"])
     _map_options(sub["map"])
     _critical_options(sub["critical"])
     _sweep_options(sub["sweep"])

@@ -14,12 +14,14 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "classify": ("classify", "solve the rigid contact at a state: every solution, or none"),
     "jump": ("run", "compute the velocity jump of an impact at a state"),
     "simulate": ("run", "compute a compliant or rigid motion, event by event"),
+    "animate": ("animate", "draw a motion as GIF, MP4 or HTML, slowed down around impacts"),
     "map": ("map", "map slip, lift-off and the paradox over two states or parameters"),
     "critical": ("critical", "find the initial force that separates lift-off from impact"),
     "sweep": ("sweep", "run one motion for every point of a grid or a sampled set"),
     "contrast": ("contrast", "compare all methods from one initial state"),
     "fit": ("fit", "estimate parameters from measured velocities or force histories"),
     "export": ("export", "export the simulation as stand-alone C code"),
+    "explore": ("explore", "write a page that computes contact and motion in the browser"),
     "automaton": ("describe", "show the modes and events of a mechanism with a contact law"),
     "cache": ("cache", "show where compiled code is kept and its size, or clear it"),
     "reproduce": ("reproduce", "redo the tables, figures and formulas of a paper"),
@@ -56,7 +58,7 @@ CASE is the name of a mechanism (`painleve models`) or a scenario, a TOML file:
 
   [law]
   name = "bilinear-hertz"
-  reload = "virgin"
+  reload = "elastic"
   parameters = { E = 20.9e14, e_energetic = 0.75 }
 
 Other keys: title, contact, close, initial_force, engine, rtol, max_steps,

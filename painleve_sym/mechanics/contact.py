@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import sympy as sp
 
 from painleve_sym.errors import ModelError, unknown_name
 from painleve_sym.mechanics.bodies import Scalar, expr, rate
+from painleve_sym.mechanics.declarations import NOT_DERIVED_FROM
+from painleve_sym.mechanics.shapes import PLACE, ContactGeometry, Shape
 from painleve_sym.mechanics.simplify import readable
 from painleve_sym.mechanics.system import LagrangianSystem, sample_point, vanishes
 
@@ -38,6 +40,8 @@ class Contact:
     bilateral : bool
         A guide that holds the point from both sides: the gap stays 0, F_n has either sign, and
         friction is μ |F_n|. Its contact problem has 0, 1 or 2 solutions.
+    geometry : ContactGeometry or None
+        Where the contact is, for drawings; nothing is derived from it.
 
     Raises
     ------
@@ -52,6 +56,7 @@ class Contact:
     slip_velocity: sp.Expr
     friction: sp.Symbol
     bilateral: bool = False
+    geometry: ContactGeometry | None = field(default=None, compare=False, metadata=NOT_DERIVED_FROM)
 
     def __post_init__(self) -> None:
         faults = list(self._faults())
@@ -128,12 +133,15 @@ class Contact:
             c, s = sp.cos(slope), sp.sin(slope)
             gap, along = -s * x + c * y, c * x + s * y
             slip = rate(along, system.rates)
+            geometry = ContactGeometry.straight(point, slope, gap)
         else:
             gap, (t_x, t_y) = _to_curve(curve, (x, y))
+            place = [p - expr(o) for p, o in zip(PLACE, through, strict=True)]
+            geometry = ContactGeometry(point, (-t_y, t_x), expr(curve(*place)))
             x_dot, y_dot = (rate(p, system.rates) for p in (x, y))
             slip = t_x * x_dot + t_y * y_dot
         slip -= expr(surface_speed)
-        return cls(name, system, readable(gap), readable(slip), friction, bilateral)
+        return cls(name, system, readable(gap), readable(slip), friction, bilateral, geometry)
 
     @classmethod
     def of_disc(
@@ -171,7 +179,10 @@ class Contact:
         # The turn counts from the surface, which may turn itself.
         turned = c * x + s * y + expr(radius) * (expr(angle) - expr(slope))
         slip = rate(turned, system.rates) - expr(surface_speed)
-        return cls(name, system, readable(gap), readable(slip), friction, bilateral)
+        touching = (expr(centre[0]) + expr(radius) * s, expr(centre[1]) - expr(radius) * c)
+        rim = Shape.disc(centre, radius, angle)
+        geometry = ContactGeometry.straight(touching, slope, gap, rim)
+        return cls(name, system, readable(gap), readable(slip), friction, bilateral, geometry)
 
     @cached_property
     def J_N(self) -> sp.Matrix:

@@ -10,7 +10,13 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 from painleve_sym.errors import InputError, ModelError, unknown_name
-from painleve_sym.mechanics.declarations import TIME_NAME, Parameter, with_defaults, with_fields
+from painleve_sym.mechanics.declarations import (
+    NOT_DERIVED_FROM,
+    TIME_NAME,
+    Parameter,
+    with_defaults,
+    with_fields,
+)
 from painleve_sym.mechanics.deferred import Deferred
 from painleve_sym.mechanics.outline import MechanismOutline
 from painleve_sym.quantities import derivative_latex, symbol_latex
@@ -20,6 +26,7 @@ if TYPE_CHECKING:
 
     from painleve_sym.mechanics.coefficients import ContactCoefficients
     from painleve_sym.mechanics.contact import Contact
+    from painleve_sym.mechanics.shapes import Shape
     from painleve_sym.mechanics.system import LagrangianSystem
 
 
@@ -46,12 +53,14 @@ class Mechanism(Deferred):
     start : mapping of str to float
         A state to begin with: in contact and sliding at the parameters' defaults; absent
         coordinates and velocities, and the time ``t`` where it occurs, are 0.
+    shapes : tuple of Shape
+        With which it is drawn; where there are none, `shapes_of` suggests some.
 
     Raises
     ------
     ModelError
         Lists every fault: no contact, contacts of one name or of another system, undeclared
-        symbols in the domain, unknown names in the start.
+        symbols in the domain or the shapes, unknown names in the start.
     """
 
     name: str
@@ -62,6 +71,9 @@ class Mechanism(Deferred):
     domain: tuple[DomainBound, ...] = field(default_factory=tuple)
     sketch: str = field(default_factory=str)
     start: Mapping[str, float] = field(default_factory=dict)
+    shapes: tuple[Shape, ...] = field(
+        default_factory=tuple, compare=False, metadata=NOT_DERIVED_FROM
+    )
 
     def __post_init__(self) -> None:
         faults = list(self._faults())
@@ -93,6 +105,11 @@ class Mechanism(Deferred):
                 yield f"contact {contact.name!r} belongs to another system. Fix: give it this one."
         for i, bound in enumerate(self.domain, 1):
             yield from self.system.formula_faults(f"domain {i}", bound.margin)
+        for i, shape in enumerate(self.shapes, 1):
+            for value in (v for point in shape.points for v in point):
+                yield from self.system.formula_faults(f"shape {i}", value)
+                if getattr(value, "free_symbols", set()) & set(self.system.q_dot):
+                    yield f"shape {i} depends on a velocity; need coordinates and time alone."
         for name in self.start:
             if name not in self.state_names:
                 yield "start: " + unknown_name("state", name, self.state_names)
@@ -123,7 +140,10 @@ class Mechanism(Deferred):
         outline = self.outline.only(f"mechanism {self.name!r}", name)
 
         def make() -> Mechanism:
-            return replace(self, contacts=tuple(c for c in self.contacts if c.name == name))
+            from painleve_sym.mechanics.shapes import suggested_shapes
+
+            own = tuple(c for c in self.contacts if c.name == name)
+            return replace(self, contacts=own, shapes=self.shapes or suggested_shapes(self))
 
         return self._deferred(make, outline, f"{self.definition} contact {name} alone")
 

@@ -18,6 +18,7 @@ from painleve_sym.engines.protocol import Engine
 from painleve_sym.engines.records import StepRecords
 from painleve_sym.errors import EventKind, InputError, StopReason, unknown_name
 from painleve_sym.files import plain_fields, to_plain
+from painleve_sym.motion.energy_gains import EnergyGain, notices
 from painleve_sym.motion.singular_limit import ReverseChatter, SingularLimit
 from painleve_sym.quantities import unit_of
 
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
     import pandas
     import xarray
     from matplotlib.figure import Figure
+
+    from painleve_sym.mechanics.mechanism import Mechanism
 
 FORMAT = "painleve-sym trajectory 2"
 ENERGIES = ("kinetic_energy", "potential_energy", "stored_energy")
@@ -95,6 +98,8 @@ class MotionNames:
         In the mechanism's order.
     units, latex : dict of str to str
         Of coordinates, velocities and parameters.
+    source : str
+        Works on the mechanism, the laws and the integrator.
     """
 
     mechanism: str
@@ -107,6 +112,7 @@ class MotionNames:
     contacts: tuple[str, ...]
     units: dict[str, str]
     latex: dict[str, str]
+    source: str
 
 
 class Evaluator(Protocol):
@@ -142,6 +148,16 @@ class EngineOutputs:
         return self.tapes()
 
 
+class Film(Protocol):
+    """An animation of a motion; see `Animation` in `painleve_sym.present.animation`."""
+
+    def save(self, path: str | Path) -> None:
+        """Write it as GIF, MP4 or HTML, as the suffix says."""
+
+    def html(self) -> str:
+        """Return it as HTML with play, pause and a slider."""
+
+
 class MotionRecord(Protocol):
     """Recorded arrays of a motion, read at the first access."""
 
@@ -166,6 +182,10 @@ class MotionRecord(Protocol):
         """Rigid motion: stretches of bounces that grow out of contact."""
 
     @property
+    def energy_gains(self) -> tuple[EnergyGain, ...]:
+        """Impacts and reloads that add energy, as far as events were kept."""
+
+    @property
     def constants(self) -> Array:
         """Parameters and definitions, as the engine takes them."""
 
@@ -179,6 +199,7 @@ class StoredRecord:
     final_mode: int
     events: tuple[EventRecord, ...]
     reverse_chatter: tuple[ReverseChatter, ...]
+    energy_gains: tuple[EnergyGain, ...]
     constants: Array
 
     @classmethod
@@ -216,6 +237,8 @@ class Trajectory:
         Computes forces.
     limit : SingularLimit or None
         Rigid motion that stopped where a slip meets A = 0: where it would arrive.
+    subject : Mechanism or None
+        The mechanism, for drawings; it is neither saved nor pickled.
 
     Examples
     --------
@@ -241,6 +264,7 @@ class Trajectory:
     counters: dict[str, int]
     evaluator: Evaluator | None = field(default=None, compare=False)
     limit: SingularLimit | None = None
+    subject: Mechanism | None = field(default=None, compare=False)
 
     def __repr__(self) -> str:
         """Return mechanism, law, number of events and end in one line."""
@@ -258,7 +282,7 @@ class Trajectory:
 
     def __getstate__(self) -> dict[str, Any]:
         """Pickle the outputs as plain operations in place of the engine."""
-        state = dict(self.__dict__)
+        state = self.__dict__ | {"subject": None}
         if self.evaluator is not None:
             state["evaluator"] = self.evaluator.portable()
         return state
@@ -279,6 +303,11 @@ class Trajectory:
     def choices(self) -> dict[str, str]:
         """The law's named choices."""
         return self.names.choices
+
+    @property
+    def source(self) -> str:
+        """Works on the mechanism, the laws and the integrator; see `painleve_sym.citation`."""
+        return self.names.source
 
     @property
     def engine(self) -> str:
@@ -319,6 +348,20 @@ class Trajectory:
     def reverse_chatter(self) -> tuple[ReverseChatter, ...]:
         """Rigid motion: stretches of bounces that grow out of contact."""
         return self.record.reverse_chatter
+
+    @property
+    def energy_gains(self) -> tuple[EnergyGain, ...]:
+        """Impacts and reloads that add energy, in order; none where no events were kept.
+
+        Newton's law of restitution can add energy where friction acts, and the virgin reload rule
+        does at every reload. What drives add by a moving surface does not count.
+        """
+        return self.record.energy_gains
+
+    @property
+    def notices(self) -> tuple[str, ...]:
+        """Sentences that a reader of the result should know: energy that the motion gained."""
+        return notices(self.energy_gains)
 
     @property
     def constants(self) -> Array:
@@ -618,6 +661,71 @@ class Trajectory:
         figure: Figure = _drawing("trajectory_plot").trajectory_figure(self)
         return figure
 
+    def animate(
+        self, mechanism: Mechanism | None = None, *, duration: float = 8.0, width: int = 480
+    ) -> Film:
+        """Return a film of the mechanism with its contact forces, to be saved or shown.
+
+        Parameters
+        ----------
+        mechanism : Mechanism, optional
+            That of the motion; needed where the trajectory comes from a file or another process.
+        duration : float
+            Of the film, in (0, 120]; s. Time is magnified where much happens.
+        width : int
+            Pixels, from 200 to 2000.
+
+        Raises
+        ------
+        InputError
+            The trajectory holds no steps, the mechanism has no shapes, or none is known.
+
+        Examples
+        --------
+        >>> import painleve_sym as ps
+        >>> run = ps.simulate("rod", "rigid", {"y_A": 0.1, "theta": 1.0}, t_end=0.2)
+        >>> film = run.animate(duration=1.0)
+        >>> film.html().startswith("<figure")
+        True
+        """
+        drawn = mechanism or self.subject
+        if drawn is None:
+            raise InputError(
+                "animation: the trajectory comes from a file or another process, which do not "
+                "keep the mechanism. Fix: give it, such as animate(model('rod'))."
+            )
+        film: Film = _drawing("animation").Animation(self, drawn, duration=duration, width=width)
+        return film
+
+    def explore(self) -> Any:
+        """Return the explorer of this motion, an `ExplorerWidget` for notebooks.
+
+        Raises
+        ------
+        InputError
+            The trajectory comes from a file or another process, which do not keep the mechanism;
+            the package anywidget is not installed.
+        CompilerMissing
+            The module is not part of the package and there is no compiler for WebAssembly.
+        """
+        record: Any = self.record
+        if not hasattr(record, "simulator"):
+            raise InputError(
+                "explorer: the trajectory comes from a file or another process, which do not keep "
+                "the mechanism. Fix: call painleve_sym.explore with mechanism, law and state."
+            )
+        simulator, start = record.simulator, record.start
+        mechanism = simulator.mechanism
+        page = importlib.import_module("painleve_sym.explorer.page").explore(
+            mechanism,
+            simulator.law,
+            dict(zip(mechanism.state_names, start.state.tolist(), strict=False)),
+            parameters={n: start.values[n] for n in mechanism.parameters},
+            law_parameters={p.name: start.values[p.name] for p in simulator.own_parameters},
+            t_end=self.final_time,
+        )
+        return page.widget()
+
     # ---- files ----
 
     def to_dict(self) -> dict[str, Any]:
@@ -633,6 +741,7 @@ class Trajectory:
             "stop_reason": self.stop_reason.label,
             "stop_detail": self.stop_detail,
             **self._findings,
+            "notices": list(self.notices),
             "energy_residual": self.energy_residual,
             "counters": self.counters,
             "engine": self.engine,
@@ -640,7 +749,7 @@ class Trajectory:
 
     @property
     def _findings(self) -> dict[str, Any]:
-        return plain_fields(self, "limit", "reverse_chatter")
+        return plain_fields(self, "limit", "reverse_chatter", "energy_gains")
 
     def save(self, path: str | Path) -> None:
         """Write to an NPZ file; see `save_npz`.
@@ -668,6 +777,7 @@ class Trajectory:
             "contacts": self.names.contacts,
             "units": self.names.units,
             "latex": self.names.latex,
+            "source": self.names.source,
             "outputs": self.evaluator.portable().to_data() if self.evaluator else None,
         }
         arrays = {name: getattr(self, name) for name in (*_ARRAYS, "step_bend")}
@@ -702,6 +812,7 @@ class Trajectory:
             final_mode=text["final_mode"],
             events=tuple(_event(e) for e in text["events"]),
             reverse_chatter=tuple(ReverseChatter(**c) for c in text.get("reverse_chatter", ())),
+            energy_gains=tuple(EnergyGain.from_dict(g) for g in text.get("energy_gains", ())),
             constants=arrays["constants"],
         )
         named = {name: text[name] for name in ("mechanism", "law", "choices", "engine")}
@@ -715,6 +826,8 @@ class Trajectory:
                 contacts=tuple(text["contacts"]),
                 units=text["units"],
                 latex=text["latex"],
+                # Files of earlier releases name no source.
+                source=text.get("source", ""),
             ),
             record=record,
             **{k: text[k] for k in given},

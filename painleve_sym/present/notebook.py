@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import io
 from html import escape
 
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 from painleve_sym.motion.trajectory import EventRecord, Trajectory
-from painleve_sym.present.style import PALETTE, STYLE
+from painleve_sym.present.style import PALETTE, STYLE, svg_text
 from painleve_sym.quantities import axis_label
 
 MAX_EVENTS = 12
@@ -32,7 +31,7 @@ def trajectory_html(trajectory: Trajectory) -> str:
     """
     parts = [f"<p>{escape(repr(trajectory))}</p>", _table(trajectory.events)]
     if len(trajectory.step_time) and trajectory.evaluator is not None:
-        parts.append(_svg(_forces(trajectory)))
+        parts.append(svg_text(_forces(trajectory), "forces"))
     return "\n".join(parts)
 
 
@@ -73,12 +72,3 @@ def _forces(trajectory: Trajectory) -> Figure:
         if len(contacts) > 1:
             axes.legend()
     return figure
-
-
-def _svg(figure: Figure) -> str:
-    text = io.StringIO()
-    # No date and fixed names of parts: the same motion gives the same text.
-    with rc_context({"svg.hashsalt": "painleve-sym"}):
-        figure.savefig(text, format="svg", metadata={"Date": None})
-    svg = text.getvalue()
-    return svg[svg.index("<svg") :]

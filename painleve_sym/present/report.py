@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import textwrap
 import unicodedata
+from collections.abc import Mapping
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +15,8 @@ from painleve_sym.files import write_beside
 from painleve_sym.papers.item import Verdict
 from painleve_sym.papers.registry import Item, Reproduction
 from painleve_sym.present.figures import draw
-from painleve_sym.present.style import save
+from painleve_sym.present.page import Page, Part, figure, paragraph, table
+from painleve_sym.present.style import inline_svg, save
 
 FIGURES = "figures"
 """Folder of the figures below the report."""
@@ -26,7 +29,7 @@ _MARK = {True: "", False: " !"}
 
 
 def write_report(reproduction: Reproduction, out_dir: str | Path) -> tuple[Path, ...]:
-    """Write ``report.md``, ``results.json`` and the figures as PNG and SVG.
+    """Write ``report.md``, ``report.html``, ``results.json`` and the figures as PNG and SVG.
 
     Every file is written beside its name and then renamed: a reader never sees half of one.
 
@@ -58,10 +61,12 @@ def write_report(reproduction: Reproduction, out_dir: str | Path) -> tuple[Path,
         if item.series is not None:
             label = reproduction.label(item)
             figures[label] = save(draw(item.series), out / FIGURES / label)
-    report, results = out / "report.md", out / "results.json"
+    report, page, results = (out / n for n in ("report.md", "report.html", "results.json"))
     _write(results, _results(reproduction, figures, out))
     _write(report, markdown(reproduction))
-    return (report, results, *(path for pair in figures.values() for path in pair))
+    texts = {label: svg.read_text("utf-8") for label, (_, svg) in figures.items()}
+    report_page(reproduction, texts).write(page)
+    return (report, page, results, *(path for pair in figures.values() for path in pair))
 
 
 def _write(path: Path, text: str) -> None:
@@ -201,3 +206,130 @@ def _escaped(text: str) -> str:
     for character in "|*_":
         text = text.replace(character, "\\" + character)
     return text
+
+
+# ---- HTML ----
+
+_VERDICTS = {
+    "reproduced": "agrees within the digits printed, or the words hold",
+    "misprint": "a small correction of the print makes it agree",
+    "differs": "it does not agree, for the reason given",
+    "failed": "the computation ended with an error",
+}
+_FILTER = """
+(() => {
+  const table = document.querySelector("#verdicts table");
+  const rows = [...table.tBodies[0].rows];
+  const bar = document.createElement("div");
+  bar.className = "filter";
+  bar.setAttribute("role", "group");
+  bar.setAttribute("aria-label", "Filter of the verdicts");
+  const text = document.createElement("input");
+  text.type = "search";
+  text.placeholder = "search the items";
+  text.setAttribute("aria-label", "Search the items");
+  const count = document.createElement("span");
+  count.setAttribute("role", "status");
+  let chosen = "all";
+  const show = () => {
+    const word = text.value.toLowerCase();
+    let shown = 0;
+    for (const row of rows) {
+      const verdict = row.cells[3].textContent.trim().split(" ")[0];
+      row.hidden = (chosen !== "all" && verdict !== chosen)
+        || !row.textContent.toLowerCase().includes(word);
+      shown += row.hidden ? 0 : 1;
+    }
+    count.textContent = shown + " of " + rows.length + " items";
+    for (const b of bar.querySelectorAll("button")) {
+      b.setAttribute("aria-pressed", String(b.textContent === chosen));
+    }
+  };
+  for (const name of ["all", "reproduced", "misprint", "differs", "failed"]) {
+    const button = document.createElement("button");
+    button.type = "button";
+    button.textContent = name;
+    button.addEventListener("click", () => { chosen = name; show(); });
+    bar.append(button);
+  }
+  text.addEventListener("input", show);
+  bar.append(text, count);
+  table.closest(".wide").before(bar);
+  show();
+})();
+"""
+
+
+def report_page(reproduction: Reproduction, figures: Mapping[str, str]) -> Page:
+    """Return the report as one page with formulas and figures in it.
+
+    Parameters
+    ----------
+    reproduction : Reproduction
+    figures : mapping of str to str
+        Text of the SVG file of each item's figure, by the item's label.
+    """
+    meanings = "".join(f"<dt>{escape(n)}</dt><dd>{escape(m)}</dd>" for n, m in _VERDICTS.items())
+    lead = (
+        paragraph(f"{reproduction.source}: every table, figure and formula, computed again.")
+        + paragraph(summary(reproduction))
+        + f"<dl>{meanings}</dl>"
+    )
+    parts = [Part("Verdicts", f'<div id="verdicts">{_verdict_table(reproduction)}</div>')]
+    group = ""
+    for item in reproduction.items:
+        if item.group != group:
+            group = item.group
+            parts.append(Part(_HEADINGS.get(group, f"{group}s").capitalize(), ""))
+        label = reproduction.label(item)
+        parts.append(Part(item.title, _item_html(item, label, figures.get(label)), label, 3))
+    return Page("The paper again", lead, parts, _FILTER)
+
+
+def _verdict_table(reproduction: Reproduction) -> str:
+    rows = []
+    for item in reproduction.items:
+        label = escape(reproduction.label(item))
+        cells = (f'<a href="#{label}">{label}</a>', escape(item.paper), escape(item.computed))
+        rows.append("".join(f"<td>{c}</td>" for c in (*cells, _verdict_html(item))))
+    head = "".join(f'<th scope="col">{name}</th>' for name, _ in _COLUMNS)
+    body = "".join(f"<tr>{row}</tr>" for row in rows)
+    return (
+        '<div class="wide" tabindex="0" role="region" aria-label="Verdicts"><table>'
+        f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>"
+    )
+
+
+def _verdict_html(item: Item) -> str:
+    name = item.verdict.value
+    odd = "" if item.as_expected else f" (expected {item.expected.value})"
+    css = "misprint-verdict" if name == "misprint" else name
+    return f'<span class="verdict {css}">{name}{odd}</span>'
+
+
+def _item_html(item: Item, label: str, svg: str | None) -> str:
+    command = f"painleve reproduce {item.paper_name} --only {item.id} --out {item.id}"
+    lines = [f"paper: {escape(item.paper)}", f"computed: {escape(item.computed)}"]
+    lines.append(f"verdict: {_verdict_html(item)}")
+    lines += [escape(item.reason)] if item.reason else []
+    for statement, holds in item.data.get("checks", {}).items():
+        lines.append(f"{'holds' if holds else 'does not hold'}: {escape(statement)}")
+    parts = [f"<ul>{''.join(f'<li>{line}</li>' for line in lines)}</ul>"]
+    pairs = (("printed", "printed in the paper"), ("derived", "derived here"))
+    # MathML of the package's own printer.
+    boxes = [
+        f"<div><p>{words}</p>{item.data[f'{name}_mathml']}</div>"
+        for name, words in pairs
+        if f"{name}_mathml" in item.data
+    ]
+    if boxes:
+        parts.append(f'<div class="pair">{"".join(boxes)}</div>')
+    if svg is not None:
+        drawing = inline_svg(svg, label, f"Figure: {item.title}")
+        parts.append(figure(drawing, item.title + ".", command))
+    given = item.data.get("table")
+    if given:
+        parts.append(table(given["columns"], given["rows"], f"Numbers of {item.title}"))
+    if svg is None:
+        parts.append(f"<p>Compute it alone: <code>{escape(command)}</code></p>")
+    return "\n".join(parts)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import io
+import re
 from dataclasses import dataclass
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -57,6 +60,16 @@ MARKERS = {
     "solution": Marker("solution", "o", 6.0, PALETTE[2]),
 }
 """By the kind of a mark."""
+
+_EVENT_LABELS = {"liftoff": "lift-off", "slip_start": "slip starts"}
+
+
+def event_label(kind: str) -> str:
+    """Return the words for a kind of event in figures."""
+    if kind in _EVENT_LABELS:
+        return _EVENT_LABELS[kind]
+    return MARKERS[kind].name if kind in MARKERS else kind.replace("_", " ")
+
 
 # Any: the stubs of matplotlib type every key by name.
 STYLE: Any = {
@@ -113,6 +126,32 @@ def write_figure(figure: Figure, path: str | Path) -> None:
     look: dict[str, Any] = {"format": suffix[1:], "metadata": _METADATA[suffix]}
     with matplotlib.rc_context(STYLE):
         write_beside(path, lambda file: figure.savefig(file, **look))
+
+
+def svg_text(figure: Figure, label: str) -> str:
+    """Return a figure as an SVG element for a page; `label` keeps its ids apart from others'.
+
+    Parameters
+    ----------
+    figure : Figure
+    label : str
+        A word that no other figure of the page has; the title of the element, too.
+    """
+    text = io.StringIO()
+    with matplotlib.rc_context(STYLE):
+        figure.savefig(text, format="svg", metadata=_METADATA[".svg"])
+    return inline_svg(text.getvalue(), label)
+
+
+def inline_svg(text: str, label: str, title: str = "") -> str:
+    """Return the text of an SVG file as an element for a page; see `svg_text`."""
+    svg = text[text.index("<svg") :]
+    svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
+    prefix = re.sub(r"[^A-Za-z0-9]", "-", label)
+    svg = re.sub(r'\bid="', f'id="{prefix}-', svg)
+    svg = re.sub(r'href="#', f'href="#{prefix}-', svg).replace("url(#", f"url(#{prefix}-")
+    name = escape(title or label)
+    return svg.replace("<svg", f'<svg role="img" aria-label="{name}"', 1)
 
 
 def save(figure: Figure, stem: Path) -> tuple[Path, Path]:

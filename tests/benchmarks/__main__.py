@@ -21,6 +21,7 @@ from tests.benchmarks import (
     accuracy,
     bench_call,
     bench_corrected_jump,
+    bench_explorer,
     bench_many,
     bench_numerics,
     bench_sensitivity,
@@ -165,6 +166,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "calls": calls,
         "derivatives": derivatives,
         "corrected_jump": jumps,
+        "explorer": bench_explorer.measure,
         "numerics": lambda: numerics(max(o.repeats // 10, 1)),
     }
     result: dict[str, Any] = {"machine": machine()}

@@ -28,6 +28,16 @@ class Coefficients(ctypes.Structure):
     _fields_ = (("A", ctypes.c_double * 2), *((name, ctypes.c_double) for name in NUMBERS))
 
 
+class Solutions(ctypes.Structure):
+    _fields_ = (
+        ("count", ctypes.c_int),
+        ("normal_force", ctypes.c_double * 6),
+        ("tangential_force", ctypes.c_double * 6),
+        ("slip", ctypes.c_int * 6),
+        ("mode", ctypes.c_int * 6),
+    )
+
+
 @pytest.fixture(scope="module", params=list(SCENARIOS))
 def exported(request, tmp_path_factory):
     scenario = SCENARIOS[request.param]
@@ -85,8 +95,16 @@ def test_contact_problem_coefficients_and_case_are_the_packages(exported):
                     (numbers.A_stick, numbers.B_stick), wanted, rtol=1e-9, atol=1e-9
                 )
             case = CASES[c.mine_classify(address(p), address(x), i)]
-            assert case is one.case_of(one.solutions()), (state, parameters, i)
+            every = one.solutions()
+            assert case is one.case_of(every), (state, parameters, i)
             seen.add(case)
+            listed = Solutions()
+            assert CASES[c.mine_solve(address(p), address(x), i, ctypes.byref(listed))] is case
+            if all(s.isolated for s in every):
+                forces = [(s.normal_force, s.tangential_force) for s in every]
+                pairs = zip(listed.normal_force, listed.tangential_force, strict=True)
+                own = list(pairs)[: listed.count]
+                np.testing.assert_allclose(sorted(own), sorted(forces), rtol=1e-9, atol=1e-9)
     assert len(seen) >= 3
 
 

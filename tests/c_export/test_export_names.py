@@ -34,10 +34,12 @@ def case(tmp_path_factory):
     )
     scenario = Scenario(str(path), law="linear", state={"h": 0.0, "names_dot": 1.0}, t_end=1e-3)
     simulator = simulator_of(scenario.mechanism(), scenario.contact_law())
+    trajectory = scenario.simulate()
     return export.Case(
         name="plain",
         simulator=simulator,
-        trajectory=scenario.simulate(),
+        engine_name=trajectory.engine,
+        trajectory=trajectory,
         motion=simulator.start(scenario.start()).state[: len(simulator.mechanism.state_names)],
         t_end=1e-3,
         rtol=scenario.rtol,

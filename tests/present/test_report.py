@@ -29,7 +29,7 @@ def test_report_writes_all_files_and_nothing_else(written):
     out, files = written
     names = {p.relative_to(out).as_posix() for p in out.rglob("*") if p.is_file()}
     figures = {f"figures/{n}.{s}" for n in ("fig-7", "fig-8") for s in ("png", "svg")}
-    assert names == {"report.md", "results.json"} | figures
+    assert names == {"report.md", "report.html", "results.json"} | figures
     assert {p.relative_to(out).as_posix() for p in files} == names
 
 
@@ -113,6 +113,6 @@ def test_report_of_everything_is_written(tmp_path):
     files = write_report(everything, tmp_path)
     assert everything.ok
     with_figure = [i for i in everything.items if i.series is not None]
-    assert len(files) == 2 + 2 * len(with_figure)
+    assert len(files) == 3 + 2 * len(with_figure)
     assert len(everything.items) == len(selected())
     assert all(display_width(line) <= WIDTH for line in terminal_table(everything).splitlines())

@@ -73,17 +73,18 @@ void ${name}_contact_coefficients(const double *p, const double *x, int contact,
   c->B_stick = own[B_STICK];
 }
 
-/* The forces that are possible: how many, one of them, and whether there is a ray of them. */
+/* Whether the solutions form a ray, besides those that are listed. */
 typedef struct {
-  int count, wide;
-  double force;
-  int mode;
+  ${name}_solutions *list;
+  int wide;
 } ps_forces;
 
-static void add_force(ps_forces *f, double force, int mode) {
-  f->count++;
-  f->force = force;
-  f->mode = mode;
+static void add_force(ps_forces *f, double F_n, double F_t, int slip, int mode) {
+  ${name}_solutions *list = f->list;
+  list->normal_force[list->count] = F_n;
+  list->tangential_force[list->count] = F_t;
+  list->slip[list->count] = slip;
+  list->mode[list->count++] = mode;
 }
 
 /* Adds F_n of the sign `side` with A F_n + B = 0, in slip along s; from rest only where a_t drives
@@ -93,8 +94,9 @@ static void add_slip(ps_forces *f, const ${name}_coefficients *c, int s, int sid
   if (A == 0) {
     f->wide |= c->B == 0 && (!rests || s * c->b_t >= 0);
   } else if (force * side > 0) {
-    const double a_t = rounded_difference(c->W_nt * force + c->b_t, s * c->mu * c->W_tt * fabs(force));
-    if (!rests || s * a_t > 0) add_force(f, force, ${name}_case_slip);
+    const double F_t = -s * c->mu * fabs(force);
+    const double a_t = rounded_difference(c->W_nt * force + c->b_t, -c->W_tt * F_t);
+    if (!rests || s * a_t > 0) add_force(f, force, F_t, s, ${name}_case_slip);
   }
 }
 
@@ -103,26 +105,34 @@ static void add_stick(ps_forces *f, const ${name}_coefficients *c, int bilateral
   const double F_t = -(c->b_t + c->W_nt * force) / c->W_tt;
   const int pushes = bilateral ? force != 0 : force > 0;
   if (c->A_stick > 0 && pushes && rounded_difference(fabs(F_t), c->mu * fabs(force)) <= 0)
-    add_force(f, force, ${name}_case_stick);
+    add_force(f, force, F_t, 0, ${name}_case_stick);
 }
 
-int ${name}_classify(const double *p, const double *x, int contact) {
+int ${name}_solve(const double *p, const double *x, int contact, ${name}_solutions *solutions) {
   const int bilateral = BILATERAL[contact];
   const double v_t = x[SLIP_STATE[contact]];
-  ps_forces f = {0, 0, 0.0, 0};
+  const int direction = (v_t > 0) - (v_t < 0);
+  ps_forces f = {solutions, 0};
   ${name}_coefficients c;
   ${name}_contact_coefficients(p, x, contact, &c);
+  memset(solutions, 0, sizeof *solutions);
   /* No force: the contact opens or stays; a guide that needs no force stays. */
-  if (bilateral ? c.B == 0 : c.B >= 0) add_force(&f, 0.0, ${name}_case_liftoff);
+  if (bilateral ? c.B == 0 : c.B >= 0) add_force(&f, 0.0, 0.0, direction, ${name}_case_liftoff);
   for (int s = -1; s <= 1; s += 2) {
     if (s * v_t < 0) continue;
     add_slip(&f, &c, s, 1, v_t == 0);
     if (bilateral) add_slip(&f, &c, s, -1, v_t == 0);
   }
   if (v_t == 0) add_stick(&f, &c, bilateral);
+  const int count = solutions->count;
   if (f.wide) return bilateral ? ${name}_case_several : ${name}_case_indeterminate;
-  if (f.count == 0) return ${name}_case_inconsistent;
-  if (!bilateral) return f.count == 1 ? f.mode : ${name}_case_indeterminate;
-  if (f.count == 1) return ${name}_case_unique;
-  return f.count == 2 && v_t != 0 ? ${name}_case_two_solutions : ${name}_case_several;
+  if (count == 0) return ${name}_case_inconsistent;
+  if (!bilateral) return count == 1 ? solutions->mode[0] : ${name}_case_indeterminate;
+  if (count == 1) return ${name}_case_unique;
+  return count == 2 && v_t != 0 ? ${name}_case_two_solutions : ${name}_case_several;
+}
+
+int ${name}_classify(const double *p, const double *x, int contact) {
+  ${name}_solutions solutions;
+  return ${name}_solve(p, x, contact, &solutions);
 }

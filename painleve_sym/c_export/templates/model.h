@@ -74,6 +74,14 @@ typedef struct {
   double A[2], B, A_stick, B_stick, mu, W_nn, W_nt, W_tt, b_n, b_t;
 } ${name}_coefficients;
 
+/* The forces that are possible at one rigid contact: `count` of them. */
+typedef struct {
+  int count;
+  double normal_force[6], tangential_force[6]; /* N */
+  int slip[6]; /* sign of the slip velocity; 0 in sticking */
+  int mode[6]; /* enum ${name}_case: slip, stick, or liftoff where there is no force */
+} ${name}_solutions;
+
 typedef struct {
   double time;                 /* s */
   int kind;                    /* enum ${name}_event_kind */
@@ -144,6 +152,10 @@ void ${name}_contact_coefficients(const double *p, const double *x, int contact,
  * possible, as if it were closed and the others open. The slip velocity is that of x, and sticking
  * is considered where it is exactly 0. */
 int ${name}_classify(const double *p, const double *x, int contact);
+
+/* Writes the forces that ${name}_classify counts, and returns the case. Where A = B = 0 a ray of
+ * forces is possible besides those that are written. */
+int ${name}_solve(const double *p, const double *x, int contact, ${name}_solutions *solutions);
 
 #ifdef __cplusplus
 }

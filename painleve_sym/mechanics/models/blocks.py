@@ -9,6 +9,7 @@ from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.declarations import Coordinate, Parameter
 from painleve_sym.mechanics.mechanism import DomainBound, Mechanism
 from painleve_sym.mechanics.models.common import friction, gravity, positive
+from painleve_sym.mechanics.shapes import Shape
 from painleve_sym.mechanics.system import LagrangianSystem
 
 _SLOPE = Parameter("beta", 0.2, "rad", "angle of the slope, rising towards +x", -1.5, 1.5)
@@ -39,7 +40,7 @@ def block() -> Mechanism:
 
     References
     ----------
-    Lötstedt, Coulomb friction in two-dimensional rigid body systems, ZAMM 61 (1981).
+    Lötstedt (1981).
     """
     coordinates = _coordinates()
     m = positive("m", 1.0, "kg", "mass")
@@ -60,7 +61,7 @@ def block() -> Mechanism:
     return Mechanism(
         name="block",
         title="rectangular block on one corner on a slope",
-        source="after Lötstedt, ZAMM 61 (1981)",
+        source="after Lötstedt (1981)",
         system=system,
         contacts=(Contact.of_point("A", system, corner, mu.symbol),),
         domain=(
@@ -75,6 +76,7 @@ def block() -> Mechanism:
             "  _____A____________ x  gap y_A, slip velocity x_A_dot\n"
         ),
         start={"theta": 0.5, "x_A_dot": -1.0},
+        shapes=(Shape.box(centre, 2 * a.symbol, 2 * b.symbol, theta),),
     )
 
 
@@ -85,8 +87,7 @@ def block_two_feet() -> Mechanism:
 
     References
     ----------
-    Várkonyi & Or, Lyapunov stability of a rigid body with two frictional contacts,
-    Nonlinear Dynamics 88 (2017).
+    Várkonyi & Or (2017).
     """
     coordinates = _coordinates()
     m = positive("m", 1.0, "kg", "mass")
@@ -112,7 +113,7 @@ def block_two_feet() -> Mechanism:
     return Mechanism(
         name="block-two-feet",
         title="block sliding on two feet on a slope",
-        source="after Várkonyi & Or, Nonlinear Dynamics 88 (2017), arXiv:1603.09672",
+        source="after Várkonyi & Or (2017)",
         system=system,
         contacts=contacts,
         domain=(
@@ -126,4 +127,5 @@ def block_two_feet() -> Mechanism:
             "  ____A__________B__ x  gaps y_A and y_A + 2 a sin(theta)\n"
         ),
         start={"x_A_dot": -1.0},
+        shapes=(Shape.box(centre, 2 * a.symbol, 2 * h.symbol, theta),),
     )

@@ -9,6 +9,7 @@ from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.declarations import Coordinate, Parameter
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.models.common import friction, gravity, positive
+from painleve_sym.mechanics.shapes import Shape
 from painleve_sym.mechanics.system import LagrangianSystem
 
 
@@ -21,8 +22,8 @@ def cart_pendulum() -> Mechanism:
 
     References
     ----------
-    Champneys & Várkonyi, The Painlevé paradox in contact mechanics, IMA J. Appl. Math. 81 (2016),
-    for the contact equations of any mechanism; the example is a common one.
+    Champneys & Várkonyi (2016) for the contact equations of any mechanism; the example is a common
+    one.
     """
     x = Coordinate("x", "position of the cart along the ground", "m")
     y = Coordinate("y", "height of the cart above the ground", "m")
@@ -49,7 +50,7 @@ def cart_pendulum() -> Mechanism:
     return Mechanism(
         name="cart-pendulum",
         title="pendulum on a cart sliding on rough ground",
-        source="a common example; see Champneys & Várkonyi, IMA J. Appl. Math. 81 (2016)",
+        source="a common example; see Champneys & Várkonyi (2016)",
         system=system,
         contacts=(Contact.of_point("cart", system, cart, mu.symbol),),
         sketch=(
@@ -59,4 +60,9 @@ def cart_pendulum() -> Mechanism:
             "  _________________ x          gap y, slip velocity x_dot\n"
         ),
         start={"phi": 2.5, "x_dot": 1.0},
+        shapes=(
+            Shape.box((x.symbol, y.symbol + l.symbol / 8), l.symbol / 2, l.symbol / 4),
+            Shape.stick(cart, bob),
+            Shape.dot(bob),
+        ),
     )

@@ -9,6 +9,7 @@ from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.declarations import Coordinate, Parameter
 from painleve_sym.mechanics.mechanism import DomainBound, Mechanism
 from painleve_sym.mechanics.models.common import friction, gravity, positive
+from painleve_sym.mechanics.shapes import Shape
 from painleve_sym.mechanics.system import LagrangianSystem
 
 
@@ -20,8 +21,7 @@ def painleve_klein() -> Mechanism:
 
     References
     ----------
-    Klein, Zu Painlevés Kritik der Coulombschen Reibungsgesetze, Z. Math. Phys. 58 (1909).
-    Le, Dynamics of Mechanical Systems with Coulomb Friction (2003).
+    Klein (1909); Le Xuan Anh (2003).
     """
     x = Coordinate("x", "position of the lower block along its guide", "m")
     phi = Coordinate("phi", "angle from the guides to the rod", "rad", r"\varphi")
@@ -50,7 +50,7 @@ def painleve_klein() -> Mechanism:
     return Mechanism(
         name="painleve-klein",
         title="two blocks in parallel guides joined by a rod (Painlevé and Klein)",
-        source="Klein, Z. Math. Phys. 58 (1909)",
+        source="Klein (1909)",
         system=system,
         contacts=(Contact.of_point("guide", system, lower, mu.symbol, bilateral=True),),
         domain=(DomainBound(cos, "the rod is upright: the lower block cannot move in y"),),
@@ -61,4 +61,8 @@ def painleve_klein() -> Mechanism:
             "  ==[ m_1 ]========== x  rough guide: holds the block from both sides\n"
         ),
         start={"phi": 1.2, "x_dot": 1.0},
+        shapes=(
+            *(Shape.box(place, L.symbol / 4, L.symbol / 8) for place in (lower, upper)),
+            Shape.stick(lower, upper),
+        ),
     )

@@ -12,10 +12,11 @@ import sympy as sp
 
 from painleve_sym.errors import ModelError, unknown_name
 from painleve_sym.files import parse_toml, read_text
-from painleve_sym.mechanics.bodies import Body, Load, Spring
+from painleve_sym.mechanics.bodies import Body, Load, Mode, Spring
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.declarations import Coordinate, Parameter
 from painleve_sym.mechanics.mechanism import DomainBound, Mechanism
+from painleve_sym.mechanics.shapes import ContactGeometry, Shape
 from painleve_sym.mechanics.system import TIME, LagrangianSystem, name_fault
 from painleve_sym.mechanics.toml.expressions import CONSTANTS, Formulas
 from painleve_sym.mechanics.toml.lines import toml_lines
@@ -30,23 +31,29 @@ MAX_COORDINATES = 24
 _TOP = (
     *("name", "title", "source", "sketch", "gravity", "coordinates", "parameters"),
     *("definitions", "bodies", "springs", "loads", "energy", "forces"),
-    *("contacts", "domain", "start"),
+    *("contacts", "domain", "shapes", "start"),
 )
 _COORDINATE = ("unit", "meaning", "latex")
 _RANGE = ("lower", "upper", "lower_closed", "upper_closed", "positive")
 _PARAMETER = ("default", "unit", "meaning", *_RANGE)
-_BODY = ("name", "mass", "inertia", "centre", "angle")
+_BODY = ("name", "mass", "inertia", "centre", "angle", "modes")
+_MODE = (
+    *("coordinate", "mass", "frequency", "damping", "momentum", "angular_momentum", "stretch"),
+)
 _SPRING = ("name", "extension", "stiffness", "damping")
 _LOAD = ("name", "point", "force", "angle", "torque")
 _SURFACE = ("slope", "through", "surface_speed")
 _KINDS: Mapping[str, tuple[str, ...]] = {
     "point": (*_SURFACE, "curve"),
     "disc": _SURFACE,
-    "gap": ("slip_velocity",),
+    "gap": ("slip_velocity", "at", "slope"),
 }
 """What a contact is given by, and which further keys belong to that."""
 _ALWAYS = ("name", "friction", "bilateral")
-_CONTACT = (*_ALWAYS, *_KINDS, *_SURFACE, "curve", "slip_velocity")
+_CONTACT = (*_ALWAYS, *_KINDS, *_SURFACE, "curve", "slip_velocity", "at")
+_CIRCLE = ("centre", "radius", "angle")
+_BOX = ("centre", "width", "height", "angle")
+_SHAPE = ("stick", "polygon", "box", "disc", "dot")
 
 
 def load_mechanism(path: str | FilePath) -> Mechanism:
@@ -99,6 +106,7 @@ class _Reader:
         self.source, self.formulas = source, source.formulas
         self.top = Table.of(source, (), data, _TOP)
         self.name = self.top.text("name", name) or name
+        self.bodies: list[Body] = []
 
     def mechanism(self) -> Mechanism:
         """Return the mechanism, or raise ModelError with every fault of the file."""
@@ -111,11 +119,12 @@ class _Reader:
         domain, start = self.domain(), self.start(coordinates)
         title = self.top.text("title", self.name)
         source = self.top.text("source", self.source.where)
-        sketch = self.top.text("sketch", "")
+        sketch, shapes = self.top.text("sketch", ""), self.shapes()
         self.source.raise_if_faulty()
         assert system is not None
         try:
-            return Mechanism(self.name, title, source, system, contacts, domain, sketch, start)
+            parts = (system, contacts, domain, sketch, start, shapes)
+            return Mechanism(self.name, title, source, *parts)
         except ModelError as error:
             self.source.model_faults(("contacts",), error)
             self.source.raise_if_faulty()
@@ -180,7 +189,7 @@ class _Reader:
         self, coordinates: tuple[Coordinate, ...], parameters: tuple[Parameter, ...], named: bool
     ) -> LagrangianSystem | None:
         before = len(self.source.faults)
-        bodies = [_body(table) for table in self.top.tables("bodies", _BODY)]
+        self.bodies = [_body(table, coordinates) for table in self.top.tables("bodies", _BODY)]
         springs = [_spring(table) for table in self.top.tables("springs", _SPRING)]
         loads = [_load(table) for table in self.top.tables("loads", _LOAD)]
         gravity = self.gravity()
@@ -197,7 +206,7 @@ class _Reader:
                 self.name,
                 coordinates,
                 parameters,
-                bodies,
+                self.bodies,
                 gravity=gravity,
                 springs=springs,
                 loads=[load for load in loads if load is not None],
@@ -229,7 +238,7 @@ class _Reader:
         tables = self.top.tables("contacts", _CONTACT)
         if not tables:
             self.top.fault("no contact. Fix: add [[contacts]] with point, friction.", "contacts")
-        read = [_contact(table, parameters, system) for table in tables]
+        read = [_contact(table, parameters, system, self.bodies) for table in tables]
         names = [c.name for c in read if c]
         for i, (table, contact) in enumerate(zip(tables, read, strict=True)):
             if contact and contact.name in names[:i]:
@@ -242,6 +251,9 @@ class _Reader:
         return tuple(
             DomainBound(table.formula("margin"), table.text("meaning")) for table in tables
         )
+
+    def shapes(self) -> tuple[Shape, ...]:
+        return tuple(s for t in self.top.tables("shapes", _SHAPE) if (s := _shape(t)) is not None)
 
     def start(self, coordinates: tuple[Coordinate, ...]) -> dict[str, float]:
         table = self.top.table("start")
@@ -294,8 +306,10 @@ def _parameter(name: str, given: Table, is_friction: bool) -> Parameter:
     return parameter
 
 
-def _body(table: Table) -> Body:
-    table.text("name", "")
+def _body(table: Table, coordinates: Sequence[Coordinate]) -> Body:
+    symbols = {c.name: c.symbol for c in coordinates}
+    modes = [_mode(mode, symbols) for mode in table.tables("modes", _MODE)]
+    name = table.text("name", "body")
     if ("inertia" in table) != ("angle" in table):
         table.fault("inertia and angle belong together. Fix: give both or none.")
     mass, inertia, angle = (
@@ -303,7 +317,22 @@ def _body(table: Table) -> Body:
         table.formula("inertia", 0),
         table.formula("angle", 0),
     )
-    return Body(mass, table.pair("centre"), inertia, angle)
+    kept = tuple(mode for mode in modes if mode is not None)
+    return Body(mass, table.pair("centre"), inertia, angle, kept, name)
+
+
+def _mode(table: Table, coordinates: Mapping[str, sp.Symbol]) -> Mode | None:
+    name = table.text("coordinate")
+    momentum = table.pair("momentum", (0, 0))
+    turning = table.formula("angular_momentum", 0)
+    stretch = table.formula("stretch") if "stretch" in table else None
+    mass, frequency = table.formula("mass"), table.formula("frequency")
+    damping = table.formula("damping", 0)
+    if name not in coordinates:
+        if isinstance(table.entries.get("coordinate"), str):
+            table.fault(unknown_name("coordinate", name, coordinates), "coordinate")
+        return None
+    return Mode(coordinates[name], mass, frequency, damping, momentum, turning, stretch)
 
 
 def _spring(table: Table) -> Spring:
@@ -323,6 +352,29 @@ def _load(table: Table) -> Load | None:
     return None
 
 
+def _shape(table: Table) -> Shape | None:
+    kinds = [kind for kind in _SHAPE if kind in table]
+    if len(kinds) != 1:
+        need = f"need one of {', '.join(_SHAPE)}"
+        table.fault(f"got {' and '.join(kinds) or 'none'}, {need}.")
+        return None
+    (kind,) = kinds
+    if kind == "dot":
+        return Shape.dot(table.pair("dot"))
+    if kind == "disc":
+        return Shape.disc(**_disc(table))
+    if kind == "box":
+        box = table.table("box", _BOX)
+        sides = box.formula("width"), box.formula("height")
+        return Shape.box(box.pair("centre"), *sides, box.formula("angle", 0))
+    points = table.points(kind)
+    if (kind == "stick" and len(points) != 2) or len(points) < 2 + (kind == "polygon"):
+        need = "2 points" if kind == "stick" else "at least 3 points"
+        table.fault(f"got {len(points)} points, need {need}.", kind)
+        return None
+    return Shape.stick(*points) if kind == "stick" else Shape.polygon(*points)
+
+
 # ---- contacts ----
 
 Maker = Callable[..., Contact]
@@ -330,7 +382,10 @@ Maker = Callable[..., Contact]
 
 
 def _contact(
-    table: Table, parameters: Sequence[Parameter], system: LagrangianSystem | None
+    table: Table,
+    parameters: Sequence[Parameter],
+    system: LagrangianSystem | None,
+    bodies: Sequence[Body],
 ) -> Contact | None:
     """Return the contact, or None where it has faults or there is no system."""
     before, kinds = table.source.stand_ins, [kind for kind in _KINDS if kind in table]
@@ -349,11 +404,16 @@ def _contact(
     if kind == "gap":
         gap, slip = table.formula("gap"), table.formula("slip_velocity")
         make: Maker = partial(Contact, gap=gap, slip_velocity=slip)
+        if "at" in table:
+            at, slope = table.pair("at"), table.formula("slope", 0)
+            make = partial(make, geometry=ContactGeometry.straight(at, slope, gap))
+        elif "slope" in table:
+            table.fault("slope says how a contact with gap is drawn. Fix: add at.", "slope")
     elif kind == "disc":
         make = partial(Contact.of_disc, **_disc(table), **_surface(table))
     else:
         clock = {s.name: s for s in system.clock} if system else {TIME.name: TIME}
-        make = _point(table, {**clock, **symbols})
+        make = _point(table, {**clock, **symbols}, bodies)
     if table.source.stand_ins > before or friction not in symbols or system is None:
         return None
     try:
@@ -369,14 +429,36 @@ def _surface(table: Table) -> dict[str, Any]:
 
 
 def _disc(table: Table) -> dict[str, Any]:
-    disc = table.table("disc", ("centre", "radius", "angle"))
+    disc = table.table("disc", _CIRCLE)
     centre, radius = disc.pair("centre"), disc.formula("radius")
     return {"centre": centre, "radius": radius, "angle": disc.formula("angle")}
 
 
-def _point(table: Table, names: Mapping[str, sp.Expr]) -> Maker:
+def _point_of_body(contact: Table, bodies: Sequence[Body]) -> tuple[sp.Expr, sp.Expr]:
+    """Return the place of a material point of a named body, moved by the body's modes."""
+    table = contact.table("point", ("body", "at", "shape"))
+    named, name, at = {body.name: body for body in bodies}, table.text("body"), table.pair("at")
+    shapes = table.table("shape")
+    values = {key: shapes.pair(key) for key in shapes}
+    if name not in named:
+        if isinstance(table.entries.get("body"), str):
+            table.fault(unknown_name("body", name, named), "body")
+    else:
+        body = named[name]
+        modes = {str(mode.coordinate): mode.coordinate for mode in body.modes}
+        try:
+            return body.point(at, {modes.get(k, sp.Symbol(k)): v for k, v in values.items()})
+        except ModelError as error:
+            table.source.model_faults(table.path, error)
+    table.source.stand_ins += 1
+    return sp.Integer(1), sp.Integer(1)
+
+
+def _point(table: Table, names: Mapping[str, sp.Expr], bodies: Sequence[Body]) -> Maker:
     """Return the contact of a point; a curve may use `names` beside its place x, y."""
-    point, surface = table.pair("point"), _surface(table)
+    on_body = isinstance(table.entries["point"], Mapping)
+    point = _point_of_body(table, bodies) if on_body else table.pair("point")
+    surface = _surface(table)
     if "curve" not in table:
         return partial(Contact.of_point, point=point, **surface)
     if "slope" in table:

@@ -179,6 +179,20 @@ class Table:
         self.source.stand_ins += 1
         return sp.Integer(1), sp.Integer(1)
 
+    def points(self, key: str) -> list[tuple[sp.Expr, sp.Expr]]:
+        """Return a list of points, each of two formulas."""
+        value = self.entries.get(key, [])
+        if not isinstance(value, list) or any(
+            not isinstance(entry, list) or len(entry) != 2 for entry in value
+        ):
+            self.fault(f'got {value!r}, need a list of points ["...", "..."].', key)
+            self.source.stand_ins += 1
+            return []
+        return [
+            (self.written(x, key, i, 0), self.written(y, key, i, 1))
+            for i, (x, y) in enumerate(value)
+        ]
+
     def written(self, value: Any, *keys: str | int, formulas: Formulas | None = None) -> sp.Expr:
         """Return the formula that a value is, under these keys; its faults are recorded."""
         expr, faults = (formulas or self.source.formulas).read(value)

@@ -18,8 +18,10 @@ from painleve_sym.mechanics.coefficients import F_N, ContactCoefficients
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.declarations import Coordinate
 from painleve_sym.mechanics.impact.impulse_rays import V_N, V_N_PLUS, V_T, raw
+from painleve_sym.mechanics.mathml import mathml, with_marks
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.paradox.critical_friction import critical_friction
+from painleve_sym.mechanics.simplify import readable
 from painleve_sym.mechanics.system import LagrangianSystem
 from painleve_sym.papers.claims import Claims
 from painleve_sym.papers.formula import identical
@@ -28,12 +30,17 @@ from painleve_sym.papers.impact_resolution.runs import Workbench
 from painleve_sym.papers.item import Outcome, Verdict
 
 POSITIVE = (
-    "delta delta_0 delta_max delta_p n e_s E nu R R_1 R_2 R_star K_e F_n_max F_n0 W_c E_nc depth"
+    "delta delta_0 delta_max delta_p n e_s E nu R R_1 R_2 R_star l_0 K_e F_n_max F_n0 W_c E_nc "
+    "depth"
 )
 REAL = (
     "x_A_dot_0 y_A_dot_0 y_A_dot_1 y_A_dot_3 theta_dot_0 theta_dot_1 theta_dot_2 P_n1 "
     "y_ddot theta_ddot"
 )
+
+
+_LETTERS = {"e_energetic": "e_s"}
+"""Letters of the paper for parameters of its law that have another name here."""
 
 
 @dataclass(frozen=True)
@@ -117,8 +124,7 @@ class Derived:
 
     def of_law(self, expr: sp.Expr) -> sp.Expr:
         """Return an expression of the law in the letters of the paper."""
-        own = {"e_energetic": "e_s", "n": "n", "E": "E", "nu": "nu", "R": "R"}
-        swap = {p.symbol: self[own[p.name]] for p in self.law.parameters}
+        swap = {p.symbol: self[_LETTERS.get(p.name, p.name)] for p in self.law.parameters}
         swap |= {DELTA: self["delta"], DELTA_MAX: self["delta_max"]}
         squared = {s: self["e_s"] ** 2 for s in self.law.definitions if s != K_E}
         return without_ramps(expr).subs(squared).subs(swap)
@@ -128,7 +134,7 @@ class Derived:
         return self.of_law(self.law.loading.force)
 
     def stiffness(self) -> sp.Expr:
-        """Return K_e, with R* = R on a plane."""
+        """Return K_e in N/mⁿ, with R* = R on a plane."""
         return self.of_law(self.law.definitions[K_E]).subs(self["R"], self["R_star"])
 
     def relative_curvature(self) -> sp.Expr:
@@ -260,16 +266,21 @@ def compare(claims: Claims, name: str, d: Derived) -> Outcome:
     """Return the verdict on one formula: an identity, a misprint, or a difference."""
     claim, derived, meaning = claims.formulas[name], DERIVE[name](d), abbreviations(d)
     names = _latex_names(d)
-    data = {"derived": str(derived)}
+    data = {"derived": str(derived), "derived_mathml": mathml(readable(derived))}
     if claim.expression:
         printed = claims.expression(name, d.names)
         data |= {"printed": str(printed), "printed_latex": sp.latex(printed, symbol_names=names)}
+        data["printed_mathml"] = mathml(printed)
         if identical(printed.subs(meaning), derived):
             return Outcome("identical", Verdict.REPRODUCED, data=data)
     if claim.corrected:
         corrected = claims.expression(name, d.names, corrected=True)
         if identical(corrected.subs(meaning), derived):
             data["derived_latex"] = sp.latex(corrected, symbol_names=names)
+            data["derived_mathml"] = mathml(corrected)
+            if claim.expression:
+                marked, parts = with_marks(printed, corrected)
+                data["printed_mathml"] = mathml(marked, marked=parts)
             return Outcome(claim.holds, Verdict.MISPRINT, data=data)
     data["derived_latex"] = sp.latex(derived, symbol_names=names)
     return Outcome(f"derived: {derived}", Verdict.DIFFERS, data=data)

@@ -195,7 +195,7 @@ def default_range(
     """
     parameter = _parameter(mechanism, name)
     if parameter is not None:
-        return _parameter_range(parameter)
+        return parameter_range(parameter)
     if name.endswith("_dot") and name not in {c.name for c in mechanism.system.coordinates}:
         return -SPEED, SPEED
     if name in map(str, mechanism.system.clock):
@@ -212,7 +212,8 @@ def default_range(
     return float(angles[0]), float(angles[-1])
 
 
-def _parameter_range(parameter: Parameter) -> tuple[float, float]:
+def parameter_range(parameter: Parameter) -> tuple[float, float]:
+    """Return from nearly 0 to twice the default, as far as that is allowed."""
     size = abs(parameter.default) or 1.0
     low, high = parameter.default - size, parameter.default + size
     if parameter.fault(low):

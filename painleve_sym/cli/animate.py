@@ -1,0 +1,40 @@
+"""The command animate: a motion drawn as a film."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from painleve_sym.cli.case import read_case
+from painleve_sym.cli.options import output_file, read_count, read_number
+from painleve_sym.cli.output import number, print_json, quantity, show
+from painleve_sym.cli.run import EXIT_STOPPED_EARLY, ORDINARY, show_case
+
+
+def animate(arguments: argparse.Namespace) -> int:
+    """Integrate the motion and write its film."""
+    from painleve_sym.present.animation import FORMATS, Animation, check_encoder
+
+    out = output_file("--out", arguments.out, FORMATS)
+    check_encoder(out.suffix.lower())
+    given: dict[str, Any] = {}
+    if arguments.duration is not None:
+        given["duration"] = read_number("--duration", arguments.duration)
+    if arguments.width is not None:
+        given["width"] = read_count("--width", arguments.width)
+    scenario = read_case(arguments)
+    mechanism, run = scenario.mechanism(), scenario.simulate()
+    film = Animation(run, mechanism, **given)
+    film.save(out)
+    frames = len(film.scene.times)
+    if arguments.json:
+        data = {"mechanism": mechanism.name, "law": run.law, "events": len(run.events)}
+        end = {"time": run.final_time, "stop_reason": run.stop_reason.label}
+        print_json({**data, **end, "frames": frames, "files": {"out": str(out)}})
+    else:
+        show_case(mechanism, scenario)
+        show(f"law {run.law}, {len(run.events)} events")
+        show(f"end at t = {quantity(run.final_time, 's')}: {run.stop_reason.label}")
+        show(f"{frames} frames, {number(film.duration)} s at {film.rate} per second")
+        show(f"film written to {out}")
+    return 0 if run.stop_reason in ORDINARY else EXIT_STOPPED_EARLY

@@ -1,0 +1,44 @@
+"""The command explore: a mechanism as a page that computes in the browser."""
+
+from __future__ import annotations
+
+import argparse
+
+from painleve_sym.cli.case import read_case
+from painleve_sym.cli.options import output_file
+from painleve_sym.cli.output import print_json, show
+from painleve_sym.explorer.page import explore as explorer_page
+
+
+def explore(arguments: argparse.Namespace) -> int:
+    """Write the page and print its size."""
+    path = output_file("--out", arguments.out, (".html",))
+    scenario = read_case(arguments)
+    page = explorer_page(
+        scenario.mechanism(),
+        scenario.contact_law() if scenario.law is not None else None,
+        scenario.start(),
+        parameters=scenario.parameters,
+        law_parameters=scenario.law_parameters,
+        initial_force=scenario.initial_force,
+        t_end=scenario.t_end,
+        out=path,
+    )
+    size = len(page.html.encode())
+    if arguments.json:
+        print_json(
+            {
+                "file": str(path),
+                "bytes": size,
+                "mechanism": page.mechanism,
+                "law": page.law,
+                "engines": list(page.engines),
+                "prebuilt": page.prebuilt,
+                "module_bytes": page.module_bytes,
+            }
+        )
+        return 0
+    origin = "part of the package" if page.prebuilt else "compiled now"
+    show(f"{path}: {size / 1000:.0f} kB, law {page.law}, engine {page.engines[0]} ({origin})")
+    show("Open it in a browser; it needs no network.")
+    return 0

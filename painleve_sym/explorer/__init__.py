@@ -1,0 +1,1 @@
+"""The explorer: one HTML page in which a mechanism's contact mechanics is computed live."""

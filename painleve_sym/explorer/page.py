@@ -1,0 +1,309 @@
+"""The explorer as one HTML file that opens from disk: modules, style, names and code inlined."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import html
+import importlib.util
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from importlib import resources
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import painleve_sym
+from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
+from painleve_sym.contacts.closing import closed_state
+from painleve_sym.contacts.inputs import resolve_state
+from painleve_sym.errors import InputError
+from painleve_sym.explorer.prebuilt import Laws, default_law, stored_module
+from painleve_sym.explorer.presets import presets
+from painleve_sym.files import write_beside
+from painleve_sym.laws.catalogue import LawsByContact, LawsLike, as_law
+from painleve_sym.mechanics.declarations import resolve_parameters
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.units import Value
+
+if TYPE_CHECKING:
+    from painleve_sym.explorer.notebook import ExplorerWidget
+
+MODULES = (
+    "settings.js",
+    "engine.js",
+    "draw.js",
+    "clock.js",
+    "scene.js",
+    "problem.js",
+    "map.js",
+    "motion.js",
+    "page.js",
+)
+"""Each imports only those before it."""
+
+_IMPORT = re.compile(r'^import \{([^}]*)\} from "\./([\w.]+)";\n', re.M)
+_EXPORT = re.compile(r"^export ((?:async )?(?:function|class|const) (\w+))", re.M)
+
+# Nothing may be loaded, from anywhere.
+_POLICY = (
+    "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval'; "
+    "style-src 'unsafe-inline'; img-src data:"
+)
+
+_PAGE = """\
+<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta name="color-scheme" content="light dark">
+<meta http-equiv="Content-Security-Policy" content="{policy}">
+<title>{title}</title>
+<style>
+{style}
+html {{ background: light-dark(#ffffff, #16181a); }}
+body {{ margin: 0; }}
+</style>
+</head>
+<body>
+<main id="explorer"><p>The page is being prepared.</p></main>
+<noscript><p>This page computes in the browser and needs JavaScript with WebAssembly;
+<code>painleve simulate</code> computes the same numbers.</p></noscript>
+<script type="application/json" id="data">{data}</script>
+<script type="module">
+{script}
+const root = document.getElementById("explorer");
+const data = JSON.parse(document.getElementById("data").textContent);
+modules["page.js"].mount(root, data).catch((error) => {{
+  root.textContent = `The page cannot compute: ${{error.message}}.`;
+}});
+</script>
+</body>
+</html>
+"""
+
+
+@dataclass(frozen=True)
+class Page:
+    """An explorer page.
+
+    Attributes
+    ----------
+    mechanism, law : str
+        Names.
+    engines : tuple of str
+        Those of the motions: ``taylor``, or ``compiled`` where a mode has no Taylor series.
+    prebuilt : bool
+        Whether the module was taken from the package, so that no compiler was needed.
+    module_bytes : int
+        Size of the WebAssembly module.
+    data : mapping
+        Everything the page is made of, as plain data: names, module, presets and first numbers.
+    """
+
+    mechanism: str
+    law: str
+    engines: tuple[str, ...]
+    prebuilt: bool
+    module_bytes: int
+    data: Mapping[str, Any] = field(repr=False)
+
+    @property
+    def html(self) -> str:
+        """The whole page."""
+        return _html(f"{self.mechanism}: explorer", self.data)
+
+    def widget(self) -> ExplorerWidget:
+        """Return the page as a widget of notebooks.
+
+        Raises
+        ------
+        InputError
+            The package anywidget is not installed.
+        """
+        if importlib.util.find_spec("anywidget") is None:
+            raise InputError(
+                "explorer widget: needs anywidget. Fix: pip install 'painleve-sym[notebook]'."
+            )
+        from painleve_sym.explorer.notebook import widget
+
+        return widget(self)
+
+    def save(self, path: str | Path) -> None:
+        """Write the file: whole, or not at all.
+
+        Raises
+        ------
+        InputError
+            The folder does not exist or cannot be written.
+        """
+        write_beside(Path(path), lambda file: file.write(self.html.encode()))
+
+
+def explore(
+    mechanism: MechanismLike,
+    law: LawsLike | None = None,
+    state: Mapping[str, Value] | None = None,
+    *,
+    parameters: Mapping[str, Value] | None = None,
+    law_parameters: Mapping[str, Value] | None = None,
+    initial_force: float | None = None,
+    t_end: float | None = None,
+    close: str | None = None,
+    out: str | Path | None = None,
+) -> Page:
+    """Return a page in which the contact mechanics of a mechanism is computed live.
+
+    One file without references to others: the motions with the law, and rigid ones beside a
+    compliant law, are WebAssembly in it. Named mechanisms with their default law need no compiler.
+
+    Parameters
+    ----------
+    mechanism : Mechanism, or its name, or the path of a mechanism file
+    law : ContactLaw or RigidLaw, or its name, or mapping of contact to these, optional
+        By default bilinear Hertz with the rule ``reload="virgin"``, or rigid where a contact holds
+        from both sides.
+    state : mapping of str to (float or str), optional
+        Coordinates and velocities at first; the mechanism's `start` where no state is given.
+    parameters, law_parameters, initial_force
+        At first, as for `simulate`.
+    t_end : float, optional
+        End of the motions at first; s.
+    close : str, optional
+        A coordinate for which gap = 0 is solved; see `closed_state`.
+    out : path, optional
+        File to write.
+
+    Raises
+    ------
+    InputError
+        Input that `simulate` rejects; a file that cannot be written.
+    CompilerMissing
+        The module is not part of the package and there is no compiler for WebAssembly.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> page = ps.explore("rod")
+    >>> page.prebuilt, len(page.html) < 400_000
+    (True, True)
+    """
+    mechanism = as_mechanism(mechanism)
+    laws = default_law(mechanism) if law is None else _one_or_by_contact(as_law(law))
+    stored = stored_module(mechanism, laws)
+    packed, description = _compiled(mechanism, laws) if stored is None else stored
+    data = {
+        "description": description,
+        "module": base64.b64encode(packed).decode("ascii"),
+        "presets": presets(description),
+        "initial": _initial(
+            mechanism, description, state, parameters, law_parameters, initial_force, t_end, close
+        ),
+        "version": painleve_sym.__version__,
+    }
+    page = Page(
+        mechanism=mechanism.name,
+        law=laws.name,
+        engines=tuple(motion["engine"] for motion in description["motions"]),
+        prebuilt=stored is not None,
+        module_bytes=len(gzip.decompress(packed)),
+        data=data,
+    )
+    if out is not None:
+        page.save(out)
+    return page
+
+
+def _compiled(mechanism: Mechanism, laws: Laws) -> tuple[bytes, dict[str, Any]]:
+    # What derives and compiles is not loaded for a stored module.
+    from painleve_sym.explorer.source import ModuleSource
+    from painleve_sym.explorer.wasm import module
+
+    source = ModuleSource(mechanism, laws)
+    return packed_module(module(source)), source.description
+
+
+def packed_module(code: bytes) -> bytes:
+    """Return a module as a gzip file that holds no date."""
+    return gzip.compress(code, 9, mtime=0)
+
+
+def _one_or_by_contact(law: Any) -> Laws:
+    return LawsByContact(law) if isinstance(law, Mapping) else law
+
+
+def _initial(
+    mechanism: Mechanism,
+    description: Mapping[str, Any],
+    state: Mapping[str, Value] | None,
+    parameters: Mapping[str, Value] | None,
+    law_parameters: Mapping[str, Value] | None,
+    initial_force: float | None,
+    t_end: float | None,
+    close: str | None,
+) -> dict[str, Any]:
+    """Return the numbers that a page begins with, checked as those of a motion."""
+    where = f"explorer of {mechanism.name!r}"
+    given = resolve_parameters(where, mechanism.outline.parameters, parameters or {})
+    start = resolve_state(mechanism, mechanism.start if state is None else state, given)
+    if close is not None:
+        start = closed_state(mechanism, start, given, close)
+    own = {p["name"]: p for p in description["parameters"] if p["of"] == "law"}
+    values = {**start, **given}
+    for name, value in (law_parameters or {}).items():
+        here = f"{name}_law" if f"{name}_law" in own else name
+        if here not in own:
+            raise InputError(f"{where}: law: unknown parameter {name!r}. Known: {', '.join(own)}.")
+        values[here] = float(value)
+    initial: dict[str, Any] = {"values": values}
+    if t_end is not None:
+        if not 0 < t_end < float("inf"):
+            raise InputError(f"{where}: t_end: got {t_end!r}, need a finite number > 0.")
+        initial["end"] = t_end
+    if initial_force is not None:
+        if not description["motions"][0]["pressable"]:
+            raise InputError(
+                f"{where}: initial_force: need one compliant contact. Fix: leave it out."
+            )
+        if not 0 <= initial_force < float("inf"):
+            raise InputError(f"{where}: initial force: got {initial_force!r}, need >= 0.")
+        initial["force"] = initial_force
+    return initial
+
+
+# ---- text ----
+
+
+def web_text(name: str) -> str:
+    """Return a file of the page's modules."""
+    return resources.files(__package__).joinpath("web", name).read_text("utf-8")
+
+
+def script() -> str:
+    """Return all modules as one script that fills the object ``modules``.
+
+    Each keeps names of its own: what it exports is returned from a function.
+    """
+    return "const modules = {};\n" + "\n".join(map(_as_function, MODULES))
+
+
+def _as_function(name: str) -> str:
+    text = web_text(name)
+    exported = [own for _, own in _EXPORT.findall(text)]
+    text = _IMPORT.sub(r'const {\1} = modules["\2"];\n', text)
+    text = _EXPORT.sub(r"\1", text)
+    return f'modules["{name}"] = (() => {{\n{text}return {{ {", ".join(exported)} }};\n}})();'
+
+
+def _html(title: str, data: Mapping[str, Any]) -> str:
+    # A slash would end the element of the data.
+    text = json.dumps(data, ensure_ascii=False, separators=(",", ":")).replace("</", "<\\/")
+    return _PAGE.format(
+        policy=_POLICY,
+        title=html.escape(title),
+        style=web_text("style.css"),
+        data=text,
+        script=script(),
+    )

@@ -1,0 +1,97 @@
+"""From the C of a module to WebAssembly, by clang or by the compiler of the package ziglang."""
+
+from __future__ import annotations
+
+import functools
+import importlib.util
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from painleve_sym.errors import CompileError, CompilerMissing
+from painleve_sym.explorer.source import ModuleSource
+
+FLAGS = ("-O2", "-ffp-contract=off", "-mexec-model=reactor", "-Wl,--strip-all")
+"""No contraction, as in the package's own code; with names of functions it would be ten times as
+long."""
+
+_CLANG = ("--target=wasm32-wasi",)
+_PLACES = ("/usr", "/opt/wasi-sdk/share/wasi-sysroot", "/usr/share/wasi-sysroot")
+
+
+def module(source: ModuleSource) -> bytes:
+    """Return the WebAssembly module of a mechanism with its laws.
+
+    Raises
+    ------
+    CompilerMissing
+        Neither clang with the C library of WASI nor the package ziglang is installed.
+    CompileError
+        A compiler that works rejects the code.
+    """
+    command = compiler()
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as work:
+        for name, text in source.files.items():
+            Path(work, name).write_text(text, "utf-8")
+        return _compiled(command, work, source.units)
+
+
+@functools.cache
+def compiler() -> tuple[str, ...]:
+    """Return the command of the first compiler that makes a module of a small program."""
+    for command in _candidates():
+        try:
+            with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as work:
+                Path(work, "probe.c").write_text(
+                    "#include <math.h>\n#include <stdlib.h>\n"
+                    '__attribute__((export_name("probe"))) double probe(double x) '
+                    "{ return sin(x) + (malloc(8) != 0); }\n",
+                    "ascii",
+                )
+                _compiled(command, work, ("probe.c",))
+        except CompileError:
+            continue
+        return command
+    raise CompilerMissing(
+        "no compiler for WebAssembly: looked for clang with wasi-libc, and the package ziglang. "
+        "Fix: run pip install 'painleve-sym[web]', or install clang, lld, wasi-libc and "
+        "libclang-rt-dev-wasm32; named mechanisms with their default law need neither."
+    )
+
+
+def _candidates() -> Iterator[tuple[str, ...]]:
+    clang = shutil.which("clang")
+    for place in _PLACES:
+        if clang and Path(place, "include/wasm32-wasi").is_dir():
+            yield (clang, *_CLANG, f"--sysroot={place}")
+    if importlib.util.find_spec("ziglang") and sys.executable:
+        yield (sys.executable, "-m", "ziglang", "cc", "-target", "wasm32-wasi")
+
+
+def _compiled(command: tuple[str, ...], work: str, units: tuple[str, ...]) -> bytes:
+    target = Path(work, "module.wasm")
+    arguments = [*command, *FLAGS, "-o", target.name, *units]
+    local = {"ZIG_LOCAL_CACHE_DIR": str(Path(work, "zig"))}
+    try:
+        answer = subprocess.run(
+            arguments,
+            cwd=work,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            errors="replace",
+            check=False,
+            env={**local, **os.environ},
+        )
+    except OSError as error:
+        raise CompileError(f"compiler {command[0]} cannot be run: {error.strerror}") from error
+    if answer.returncode != 0 or not target.exists():
+        raise CompileError(
+            f"compiler {command[0]} made no WebAssembly module (exit code {answer.returncode}):\n"
+            f"{answer.stderr.strip()[-2000:]}"
+        )
+    return target.read_bytes()

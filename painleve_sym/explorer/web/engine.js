@@ -1,0 +1,371 @@
+/** The WebAssembly module of a mechanism: motions, contact problem, maps. It holds every formula. */
+
+/** @typedef {{name: string, unit: string, meaning: string, value: number, range: number[]}} Quantity */
+/** @typedef {{name: string, sentence: string}} Word */
+/** @typedef {{contact: string, memory: number, local_modes: string[]}} Part */
+/** @typedef {{name: string, law: string, choices: Object<string, string>, engine: string,
+ *   rigid: boolean, pressable: boolean, states: string[], units: string[], parameters: string[],
+ *   memory: string[], modes: string[], outputs: {name: string, unit: string}[], events: Word[],
+ *   parts: Part[]}} MotionNames */
+/** @typedef {{mechanism: {name: string, title: string, source: string, sketch: string},
+ *   states: Quantity[], parameters: any[], over: string[], contacts: any[], cases: Word[],
+ *   stops: Word[], motions: MotionNames[],
+ *   scene: {shapes: {kind: string, points: number}[], contacts: string[]} | null}} Description */
+/** @typedef {Object<string, number>} Values */
+/** @typedef {{time: number, kind: string, sentence: string, mode_before: string, mode_after: string,
+ *   contact: string, before: Values, after: Values, outputs: Values}} Event */
+/** @typedef {{first: string, last: [number, number], count: number}} Axis */
+
+/** Bits of a start that laws, numbers and domain admit. */
+const ADMITTED = 7;
+const FAULTS = [
+  "the contact law does not admit this start: a rigid contact is inside the ground, or a contact " +
+    "that is compressed already was given a force",
+  "the stiffness that follows from the parameters is not a finite number",
+  "the start is outside the domain of the mechanism's model",
+];
+
+/** @param {number[]} numbers @param {string[]} names @returns {Values} */
+const named = (numbers, names) => Object.fromEntries(names.map((name, i) => [name, numbers[i]]));
+
+/**
+ * Returns the engine of a module.
+ * @param {Uint8Array} wasm @param {Description} description
+ */
+export async function load(wasm, description) {
+  const { instance } = await WebAssembly.instantiate(wasm, {});
+  return new Engine(/** @type {any} */ (instance.exports), description);
+}
+
+/**
+ * Returns the bytes of base64 text that holds a gzip file.
+ * @param {string} text
+ */
+export async function unpacked(text) {
+  const packed = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+export class Engine {
+  /** @param {any} functions @param {Description} description */
+  constructor(functions, description) {
+    functions._initialize?.();
+    this.functions = functions;
+    this.description = description;
+    this.motions = description.motions.map((names) => new Motion(functions, names, description));
+    // The mechanism's own quantities have the same numbers in every motion.
+    this.states = description.states.map((s) => s.name);
+  }
+
+  /** The number of a state or parameter in calls that change it. @param {string} name */
+  index(name) {
+    const state = this.states.indexOf(name);
+    const { parameters } = this.motions[0].names;
+    return state >= 0 ? state : this.states.length + parameters.indexOf(name);
+  }
+
+  /**
+   * Returns the rigid contact problem of one contact, the others open.
+   * @param {Values} values @param {number} contact
+   */
+  problem(values, contact) {
+    const inside = this.motions[0].start(values, null);
+    this.functions.contact_problem(contact);
+    const at = view(this.functions, this.functions.contact_numbers_at(), 64);
+    const [A_neg, A_pos, B, A_stick, B_stick, mu, W_nn, W_nt, W_tt, b_n, b_t, given, count] = at;
+    const name = this.description.contacts[contact].slip;
+    const slipVelocity = this.motions[0].state()[name];
+    const gaps = this.motions[0].state();
+    const solutions = Array.from({ length: count }, (_, i) => {
+      const [normal, tangential, slip, mode] = at.slice(13 + 4 * i, 17 + 4 * i);
+      return { normal, tangential, slip, mode: this.description.cases[mode].name };
+    });
+    return {
+      ...{ A_neg, A_pos, B, A_stick, B_stick, mu, W_nn, W_nt, W_tt, b_n, b_t, slipVelocity },
+      ...{ solutions, gaps, inside, word: this.description.cases[given] },
+      slip: Math.sign(slipVelocity),
+    };
+  }
+
+  /**
+   * Returns the values with a contact closed and at rest along its normal: one coordinate and its
+   * velocity are solved for, those that move the gap, lengths before angles. Null where none does.
+   * @param {Values} values @param {number} contact
+   */
+  closed(values, contact) {
+    const names = this.description.contacts[contact];
+    const at = (/** @type {Values} */ own, /** @type {string} */ name) => {
+      this.motions[0].start(own, null);
+      return this.motions[0].state()[name];
+    };
+    const coordinates = this.description.states.filter((q) => `${q.name}_dot` in values);
+    for (const unit of ["m", "rad"]) {
+      for (const { name } of coordinates.filter((q) => q.unit === unit)) {
+        const rate = `${name}_dot`;
+        const placed = root(values, name, (own) => at(own, names.gap));
+        const still = placed && root(placed, rate, (own) => at(own, names.gap_rate));
+        if (still) return still;
+      }
+    }
+    return null;
+  }
+
+  /**
+   * Returns A in push, B and A in pull on a grid, b fastest, for slips along s; nan outside.
+   * @param {Values} values @param {string} a @param {number[]} rangeA @param {number} countA
+   * @param {string} b @param {number[]} rangeB @param {number} countB
+   * @param {number} contact @param {number} slip
+   */
+  map(values, a, rangeA, countA, b, rangeB, countB, contact, slip) {
+    this.motions[0].set(values);
+    const at = this.functions.contact_map(
+      ...[this.index(a), rangeA[0], rangeA[1], countA, this.index(b), rangeB[0], rangeB[1], countB],
+      ...[contact, slip],
+    );
+    const grid = view(this.functions, at, 3 * countA * countB);
+    const part = (/** @type {number} */ k) => grid.filter((_, i) => i % 3 === k);
+    return { push: part(0), B: part(1), pull: part(2) };
+  }
+
+  /**
+   * Returns the points of every shape, and place and normal of every contact that has them.
+   * @param {Values} values @param {Values} state
+   */
+  scene(values, state) {
+    const { shapes, contacts } = this.description.scene;
+    this.motions[0].set({ ...values, ...state });
+    const at = this.functions.scene();
+    const count = 2 * shapes.reduce((sum, s) => sum + s.points, 0) + 4 * contacts.length;
+    const numbers = Array.from(view(this.functions, at, count));
+    const pair = () => numbers.splice(0, 2);
+    return {
+      points: shapes.map((s) => Array.from({ length: s.points }, pair)),
+      contacts: contacts.map((name) => ({ name, point: pair(), normal: pair() })),
+    };
+  }
+
+  /**
+   * Returns, of every contact that has one, its surface's function on a grid, y fastest.
+   * @param {Values} values @param {Values} state @param {number[]} xs @param {number[]} ys
+   * @param {number} count of points along each side
+   */
+  surfaces(values, state, xs, ys, count) {
+    const { contacts } = this.description.scene;
+    this.motions[0].set({ ...values, ...state });
+    const at = this.functions.surfaces(xs[0], xs[1], ys[0], ys[1], count);
+    const grid = view(this.functions, at, count * count * contacts.length);
+    return contacts.map((_, k) => grid.filter((_, i) => i % contacts.length === k));
+  }
+}
+
+/** @param {any} functions @param {number} at @param {number} count */
+function view(functions, at, count) {
+  // A copy: growing memory detaches views.
+  return Float64Array.from(new Float64Array(functions.memory.buffer, at, count));
+}
+
+/**
+ * Returns the values with one of them such that a function is zero, by Newton's method with
+ * differences; null where it does not get there.
+ * @param {Values} values @param {string} name @param {(values: Values) => number} f
+ */
+function root(values, name, f) {
+  let own = values;
+  for (let i = 0; i < 50; i++) {
+    const value = f(own);
+    if (value === 0) return own;
+    const step = 1e-6 * Math.max(1, Math.abs(own[name]));
+    const moved = (/** @type {number} */ by) => ({ ...own, [name]: own[name] + by });
+    const slope = (f(moved(step)) - f(moved(-step))) / (2 * step);
+    const next = moved(-value / slope);
+    if (!Number.isFinite(next[name])) return null;
+    if (next[name] === own[name] || Math.abs(value) < 1e-14) return own;
+    own = next;
+  }
+  return null;
+}
+
+/** One motion: the mechanism with one law. */
+export class Motion {
+  /** @param {any} functions @param {MotionNames} names @param {Description} description */
+  constructor(functions, names, description) {
+    this.names = names;
+    this.description = description;
+    this.memory = functions.memory;
+    this.all = functions;
+    const prefix = `${names.name}_`;
+    /** @type {any} */
+    this.functions = Object.fromEntries(
+      Object.entries(functions)
+        .filter(([name]) => name.startsWith(prefix))
+        .map(([name, own]) => [name.slice(prefix.length), own]),
+    );
+    this.outputNames = names.outputs.map((o) => o.name);
+    this.numbers = 16 + 2 * names.states.length + 2 * names.memory.length + 2;
+    this.numbers += names.outputs.length;
+  }
+
+  /** @param {string} function_ @param {number} count */
+  #view(function_, count) {
+    return new Float64Array(this.memory.buffer, this.functions[function_](), count);
+  }
+
+  /** @param {number} count */
+  #read(count) {
+    return Array.from(this.#view("numbers_at", count));
+  }
+
+  /** Writes parameters and state, not completed. @param {Values} values */
+  set(values) {
+    const { parameters } = this.names;
+    this.#view("parameters_at", parameters.length).set(parameters.map((name) => values[name]));
+    const given = this.description.states.map((s) => values[s.name]);
+    this.#view("state_at", given.length).set(given);
+  }
+
+  /** The state that `start` completed. */
+  state() {
+    const { states } = this.names;
+    return named(Array.from(this.#view("state_at", states.length)), states);
+  }
+
+  /**
+   * Writes the start, complete; returns the fault of one that is not admitted, or an empty text.
+   * @param {Values} values @param {number | null} force
+   */
+  start(values, force) {
+    this.set(values);
+    const bits = this.functions.complete(force === null || !this.names.pressable ? -1 : force);
+    return FAULTS.filter((_, i) => !(bits & (1 << i) & ADMITTED)).join("; ");
+  }
+
+  /**
+   * Follows the motion from a start.
+   * @param {Values} values @param {number | null} force
+   * @param {{end: number, rtol: number, maxSteps: number, maxEvents: number}} options
+   * @returns {Run}
+   */
+  run(values, force, { end, rtol, maxSteps, maxEvents }) {
+    const fault = this.start(values, force);
+    if (fault) return new Run(this, fault, 0);
+    const count = this.functions.follow(end, rtol, maxSteps, maxEvents, 0, 1);
+    return new Run(this, count < 0 ? "the browser has no memory left for this motion" : "", count);
+  }
+
+  /** The bits of kinds of events. @param {string[]} kinds */
+  bits(kinds) {
+    return this.names.events.reduce((sum, e, i) => sum | (kinds.includes(e.name) ? 1 << i : 0), 0);
+  }
+
+  /**
+   * Returns the outcomes of starts along a line of a map, as words.
+   * @param {Values} values @param {number | null} force @param {[number, number[], number]} line
+   *   the number of a quantity, its range, and how often
+   * @param {[number, number]} held the number of another quantity and its value
+   * @param {{end: number, rtol: number, maxSteps: number}} options @param {string[]} until
+   */
+  outcomes(values, force, [a, range, count], [b, value], { end, rtol, maxSteps }, until) {
+    this.set(values);
+    const press = force === null || !this.names.pressable ? -1 : force;
+    const at = this.functions.outcomes(
+      ...[a, range[0], range[1], count, b, value, press, end, rtol, maxSteps, this.bits(until)],
+    );
+    return Array.from(view(this.all, at, count), (code) => this.#outcome(code));
+  }
+
+  /** @param {number} code */
+  #outcome(code) {
+    if (code < 0) return "outside";
+    if (code >= 200) return this.description.stops[code - 200].name;
+    if (code >= 100) return this.names.modes[code - 100] === "flight" ? "open" : "no event";
+    return this.names.events[code].name;
+  }
+
+  /** @param {number} mode @param {number[]} memory */
+  modeName(mode, memory) {
+    const { modes, parts } = this.names;
+    if (!parts.length) return modes[mode];
+    return parts.map((p) => `${p.contact}: ${p.local_modes[memory[p.memory]]}`).join(", ");
+  }
+
+  /** @param {number} i @returns {Event} */
+  event(i) {
+    const { states, memory, events, modes } = this.names;
+    this.functions.event(i);
+    const numbers = this.#read(this.numbers);
+    const [time, kind, before, after, contact] = numbers;
+    const rest = numbers.slice(5 + 2 * states.length);
+    const kept = rest.slice(this.outputNames.length, this.outputNames.length + memory.length);
+    return {
+      time,
+      kind: events[kind].name,
+      sentence: events[kind].sentence,
+      mode_before: modes[before],
+      mode_after: this.modeName(after, kept),
+      contact: contact < 0 ? "" : this.description.contacts[contact].name,
+      before: named(numbers.slice(5), states),
+      after: named(numbers.slice(5 + states.length), states),
+      outputs: named(rest, this.outputNames),
+    };
+  }
+
+  /** The state, mode and outputs of the last run at a time; null outside. @param {number} t */
+  at(t) {
+    const { states, memory } = this.names;
+    if (!this.functions.at_time(t)) return null;
+    const numbers = this.#read(this.numbers);
+    const rest = numbers.slice(2 + states.length);
+    return {
+      time: t,
+      mode: this.modeName(numbers[1], rest.slice(0, memory.length)),
+      state: named(numbers.slice(2), states),
+      outputs: named(rest.slice(memory.length), this.outputNames),
+    };
+  }
+
+  /** What the last run ended with: `follow` has just written it. */
+  end() {
+    const { states, memory } = this.names;
+    const numbers = this.#read(this.numbers);
+    const [time, stop, mode, steps] = numbers;
+    const rest = numbers.slice(4 + states.length);
+    return {
+      time,
+      steps,
+      stop: this.description.stops[stop],
+      mode: this.modeName(mode, rest.slice(0, memory.length)),
+      state: named(numbers.slice(4), states),
+      outputs: named(rest.slice(memory.length), this.outputNames),
+    };
+  }
+
+  /** Times at which the steps of the last run begin. @param {number} count */
+  stepTimes(count) {
+    return Array.from({ length: count }, (_, i) => this.functions.step_time(i));
+  }
+}
+
+/** A motion that was followed; it is that of its `Motion` until the next. */
+export class Run {
+  /** @param {Motion} motion @param {string} fault @param {number} count */
+  constructor(motion, fault, count) {
+    this.motion = motion;
+    this.fault = fault;
+    /** @type {Event[]} */
+    this.events = [];
+    this.end = null;
+    /** @type {number[]} */
+    this.times = [0];
+    if (fault) return;
+    this.end = motion.end();
+    this.times = [...motion.stepTimes(this.end.steps), this.end.time];
+    this.events = Array.from({ length: count }, (_, i) => motion.event(i));
+  }
+
+  /** State, mode and outputs at a time, or at the end where that is earlier. @param {number} t */
+  at(t) {
+    if (!this.end) return null;
+    return t >= this.end.time ? this.end : this.motion.at(t);
+  }
+}

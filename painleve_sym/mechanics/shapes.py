@@ -1,0 +1,253 @@
+"""Shapes with which a mechanism is drawn: sticks, polygons, discs and dots that move with it.
+
+A shape is a list of points, each a function of coordinates, time and parameters. So the place of
+every body in a drawing follows from the kinematics of the mechanism, in Python as in other
+languages.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import TYPE_CHECKING, TypeAlias
+
+import sympy as sp
+
+from painleve_sym.errors import InputError
+from painleve_sym.mechanics.bodies import Body, Scalar, expr
+
+if TYPE_CHECKING:
+    from painleve_sym.mechanics.mechanism import Mechanism
+
+Point: TypeAlias = tuple[Scalar, Scalar]
+"""Cartesian (x, y) as functions of q, t and parameters; m."""
+
+PLACE = (sp.Symbol("place x", real=True), sp.Symbol("place y", real=True))
+"""A place (x, y) of the plane, in the formula of a surface; m. No parameter can have this name."""
+
+
+class ShapeKind(StrEnum):
+    """Kinds of shapes, by the meaning of their points."""
+
+    STICK = "stick"
+    POLYGON = "polygon"
+    DISC = "disc"
+    DOT = "dot"
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A shape that moves with a mechanism.
+
+    Attributes
+    ----------
+    kind : ShapeKind
+    points : tuple of Point
+        A stick has its two ends, a polygon its corners in order, a disc its centre and a point of
+        its rim that turns with it, a dot its place.
+    """
+
+    kind: ShapeKind
+    points: tuple[Point, ...]
+
+    @classmethod
+    def stick(cls, start: Point, end: Point) -> Shape:
+        """Return the straight line between two points."""
+        return cls(ShapeKind.STICK, (start, end))
+
+    @classmethod
+    def polygon(cls, *corners: Point) -> Shape:
+        """Return the closed line through at least three corners."""
+        return cls(ShapeKind.POLYGON, corners)
+
+    @classmethod
+    def box(cls, centre: Point, width: Scalar, height: Scalar, angle: Scalar = 0) -> Shape:
+        """Return a rectangle with its middle, its sides (m) and the angle of its width (rad)."""
+        half = [(a * expr(width) / 2, b * expr(height) / 2) for a, b in _SIGNS]
+        return cls.polygon(*(_moved(centre, corner, angle) for corner in half))
+
+    @classmethod
+    def disc(cls, centre: Point, radius: Scalar, angle: Scalar = 0) -> Shape:
+        """Return a circle with its middle, its radius (m) and the angle of a mark on it (rad)."""
+        return cls(ShapeKind.DISC, (centre, _moved(centre, (expr(radius), sp.Integer(0)), angle)))
+
+    @classmethod
+    def dot(cls, place: Point) -> Shape:
+        """Return a point, drawn of a size that does not depend on the mechanism."""
+        return cls(ShapeKind.DOT, (place,))
+
+
+@dataclass(frozen=True)
+class ContactGeometry:
+    """The place of a contact in the plane, with which its forces are drawn.
+
+    Attributes
+    ----------
+    point : Point
+        The point of the mechanism that touches.
+    normal : Point
+        Unit vector along which F_n acts on the mechanism; F_t acts along it turned clockwise by a
+        right angle.
+    surface : sympy.Expr
+        A function of `PLACE`, zero on the surface and positive on its free side.
+    rim : Shape or None
+        The disc whose rim touches.
+    """
+
+    point: Point
+    normal: Point
+    surface: sp.Expr
+    rim: Shape | None = None
+
+    @classmethod
+    def straight(
+        cls, point: Point, slope: Scalar = 0, gap: Scalar = 0, rim: Shape | None = None
+    ) -> ContactGeometry:
+        """Return the geometry of a point that is `gap` above a straight surface of this slope."""
+        normal = (-sp.sin(slope), sp.cos(slope))
+        away = [p - expr(q) for p, q in zip(PLACE, point, strict=True)]
+        surface = sum((n * a for n, a in zip(normal, away, strict=True)), expr(gap))
+        return cls(point, normal, surface, rim)
+
+
+_SIGNS = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+
+
+def _moved(origin: Point, by: Point, angle: Scalar) -> tuple[sp.Expr, sp.Expr]:
+    """Return origin + R(angle) by."""
+    c, s = sp.cos(angle), sp.sin(angle)
+    x, y = (expr(part) for part in by)
+    return expr(origin[0]) + c * x - s * y, expr(origin[1]) + s * x + c * y
+
+
+def shapes_of(mechanism: Mechanism) -> tuple[Shape, ...]:
+    """Return the shapes of a mechanism: those declared, else those that its bodies suggest.
+
+    The rim of a contact is a disc. A body with one point of contact is a stick from there through
+    its mass centre and as far beyond; with several points it is the polygon of these and of their
+    mirror images in the mass centre. A body without a point of contact is the uniform stick of its
+    inertia along its angle, of length √(12 J/m), and a point mass is a dot.
+
+    Raises
+    ------
+    InputError
+        No shapes are declared, and there are neither bodies nor rims.
+    """
+    shapes = mechanism.shapes or suggested_shapes(mechanism)
+    if not shapes:
+        raise InputError(
+            f"mechanism {mechanism.name!r}: there is nothing to draw, since it is given by its "
+            "energies and not by bodies. Fix: declare shapes, in a file such as "
+            '[[shapes]] with stick = [["x", "y"], ["x + l", "y"]].'
+        )
+    return shapes
+
+
+def suggested_shapes(mechanism: Mechanism) -> tuple[Shape, ...]:
+    """Return the shapes that rims and bodies suggest (`shapes_of`); none without either."""
+    return tuple(_suggested(mechanism))
+
+
+def _suggested(mechanism: Mechanism) -> Iterator[Shape]:
+    rims = [c.geometry.rim for c in mechanism.contacts if c.geometry and c.geometry.rim]
+    yield from rims
+    for body in mechanism.system.bodies:
+        if any(_local(mechanism, body, rim.points[0]) is not None for rim in rims):
+            yield Shape.dot(body.centre)
+        else:
+            yield _body_shape(mechanism, body)
+
+
+def _body_shape(mechanism: Mechanism, body: Body) -> Shape:
+    points = [c.geometry.point for c in mechanism.contacts if c.geometry and not c.geometry.rim]
+    local = [p for p in (_local(mechanism, body, point) for point in points) if p is not None]
+    values = {p.symbol: sp.Float(p.default) for p in mechanism.system.parameters}
+    corners = _hull([*local, *((-x, -y) for x, y in local)], values)
+    if expr(body.inertia) == 0 or not corners:
+        if expr(body.inertia) == 0:
+            return Shape.dot(body.centre)
+        half = sp.sqrt(3 * expr(body.inertia) / expr(body.mass))
+        corners = [(-half, sp.Integer(0)), (half, sp.Integer(0))]
+    placed = [_moved(body.centre, corner, body.angle) for corner in corners]
+    return Shape.stick(*placed) if len(placed) == 2 else Shape.polygon(*placed)
+
+
+def _local(mechanism: Mechanism, body: Body, point: Point) -> tuple[sp.Expr, sp.Expr] | None:
+    """Return a point in the axes of a body, or None where it does not move with the body."""
+    from painleve_sym.mechanics.system import sample_values, vanishes
+
+    system = mechanism.system
+    x, y = (expr(p) - expr(c) for p, c in zip(point, body.centre, strict=True))
+    local = _moved((0, 0), (x, y), -expr(body.angle))
+    moving = [*system.q, *system.clock]
+    for seed in (1, 2):
+        symbols = sorted(set().union(*(part.free_symbols for part in local)), key=str)
+        at = dict(zip(symbols, sample_values(symbols, seed).values(), strict=True))
+        rates = (sp.diff(part, s).xreplace(at).evalf(30) for part in local for s in moving)
+        if not all(vanishes(r) for r in rates):
+            return None
+    # What does not depend on the place has the same value at any.
+    here = dict.fromkeys(moving, sp.Integer(0))
+    return local[0].subs(here), local[1].subs(here)
+
+
+def _hull(points: Sequence[Point], values: dict[sp.Symbol, sp.Expr]) -> list[Point]:
+    """Return the corners of the convex hull, counter-clockwise at these values of parameters.
+
+    Two for points on one line, none for points that coincide.
+    """
+    at = [(float(expr(x).subs(values)), float(expr(y).subs(values))) for x, y in points]
+    size = max((abs(v) for p in at for v in p), default=0.0)
+    order = sorted(range(len(points)), key=lambda i: at[i])
+    chains = []
+    for direction in (order, order[::-1]):
+        chain: list[int] = []
+        for i in direction:
+            while len(chain) >= 2 and _turn(at[chain[-2]], at[chain[-1]], at[i]) <= 1e-12 * size**2:
+                chain.pop()
+            chain.append(i)
+        chains.append(chain[:-1])
+    corners: list[int] = []
+    for i in (*chains[0], *chains[1]) if size else ():
+        if all(
+            max(abs(at[i][0] - at[k][0]), abs(at[i][1] - at[k][1])) > 1e-9 * size for k in corners
+        ):
+            corners.append(i)
+    return [points[i] for i in corners] if len(corners) > 1 else []
+
+
+def _turn(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> float:
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+
+def contact_geometries(mechanism: Mechanism) -> dict[str, ContactGeometry]:
+    """Return the geometry of every contact that has one, by name."""
+    return {c.name: c.geometry for c in mechanism.contacts if c.geometry is not None}
+
+
+def scene_formulas(mechanism: Mechanism, shapes: Sequence[Shape]) -> dict[str, sp.Expr]:
+    """Return every number that a drawing of the mechanism needs, by name.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    shapes : sequence of Shape
+
+    Returns
+    -------
+    dict of str to sympy.Expr
+        ``shape_i_point_k_x`` and ``…_y`` in the order of the shapes; then, for each contact c of
+        those with a geometry, ``c_x``, ``c_y``, ``c_normal_x``, ``c_normal_y``. Functions of
+        coordinates, time and parameters; m.
+    """
+    formulas: dict[str, sp.Expr] = {}
+    for i, shape in enumerate(shapes):
+        for k, point in enumerate(shape.points):
+            for axis, value in zip("xy", point, strict=True):
+                formulas[f"shape_{i}_point_{k}_{axis}"] = expr(value)
+    for name, geometry in contact_geometries(mechanism).items():
+        for part, point in (("", geometry.point), ("normal_", geometry.normal)):
+            for axis, value in zip("xy", point, strict=True):
+                formulas[f"{name}_{part}{axis}"] = expr(value)
+    return formulas
