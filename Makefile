@@ -17,7 +17,7 @@ export MPLBACKEND ?= Agg
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup test lint slow oldest mutants fuzz reproduce derivations references bench docs docs-check setup-browser explorer-modules clean distclean
+.PHONY: help setup test lint slow oldest mutants fuzz reproduce derivations references bench numerics docs docs-check setup-browser explorer-modules clean distclean
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -88,6 +88,9 @@ docs: $(VENV)/.installed-docs ## build the documentation site into out/site; nee
 
 docs-check: docs ## open every page of the site in Chromium
 	$(BIN)/python tools/check_site.py out/site
+
+numerics: $(VENV)/.installed-bench ## measure error against cost, and write docs/numerics.md and its figures
+	$(BIN)/python -m tests.benchmarks.numerics_page --measure
 
 clean: ## remove results, build products and caches
 	rm -rf docs/_generated docs/gallery docs/reference/api docs/sg_execution_times.rst
