@@ -28,7 +28,7 @@ _EVEN = 2000
 _AWAY = np.concatenate([np.linspace(0.0, 1.0, _EVEN + 1), np.geomspace(1.0, 1e6, 1400)[1:]])
 """Distances of the search on each side, as parts of a turn of an angle or of 4 lengths: even steps
 first, then steps of 1 %."""
-_TOGETHER = 100_000
+_TOGETHER = 20_000
 """Values of the gap that are looked at together; the search ends at the roots."""
 _HALVINGS = 56
 _POLISH = 3
@@ -258,8 +258,11 @@ def _nearest_roots(
     length = np.maximum(near / CONTACT_TOLERANCE, np.maximum(abs(start), abs(at["gap"])))
     reach = np.full(len(start), 2 * math.pi) if unit == "rad" else 4 * length
 
+    varied = {n for n, v in values.items() if (v != v[0]).any()}
+
     def gap(rows: IntArray, x: Array) -> tuple[Array, Array]:
-        numbers = slopes.at({n: x if n == name else v[rows] for n, v in values.items()})
+        own = {n: v[rows] if n in varied else np.full(len(x), v[0]) for n, v in values.items()}
+        numbers = slopes.at({**own, name: x})
         return numbers["gap"], numbers[f"gap_by_{name}"]
 
     # A gap that repeats after a turn has no other roots beyond it.
