@@ -119,7 +119,7 @@ def bending_modes(ends: tuple[str, str], count: int) -> tuple[BarMode, ...]:
 
     References
     ----------
-    Blevins, Formulas for Natural Frequency and Mode Shape, table 8-1.
+    Blevins (1979), table 8-1.
     """
     _check(ends, tuple(_BENDING_ENDS), count)
     with mp.workdps(_DIGITS):

@@ -100,7 +100,7 @@ class Body:
 
     References
     ----------
-    Modes in a floating frame: Shabana, Dynamics of Multibody Systems, chapter 5.
+    Modes in a floating frame: Shabana (1989).
     """
 
     mass: Scalar

@@ -121,7 +121,7 @@ def rod_bending(bending: int = 3, axial: int = 1) -> Mechanism:
 
     References
     ----------
-    Mode shapes: Blevins, Formulas for Natural Frequency and Mode Shape.
+    Mode shapes: Blevins (1979).
     """
     free = ("free", "free")
     x = Coordinate("x_A", "position of the frame's end A along the ground", "m", "x_A")
