@@ -10,12 +10,12 @@ import { defaults, fault, fromText, toText } from "./settings.js";
 /** @typedef {import("./settings.js").Settings} Settings */
 /** @typedef {{name: string, look: string, settings: Partial<Settings>}} Preset */
 /** @typedef {{description: import("./engine.js").Description, module: string,
- *   presets: Preset[], initial: Partial<Settings>}} PageData */
+ *   presets: Preset[], initial: Partial<Settings>, version: string}} PageData */
 
 const RTOL = 1e-11;
 /** Of a motion that follows every move of a slider: some tenths of a second of work. */
-const MAX_STEPS = 20000;
-const MAX_EVENTS = 2000;
+const MAX_STEPS = 10000;
+const MAX_EVENTS = 1000;
 /** Positions of a slider. */
 const NOTCHES = 1000;
 
