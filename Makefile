@@ -17,7 +17,7 @@ export MPLBACKEND ?= Agg
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup test lint slow oldest mutants fuzz reproduce derivations bench setup-browser explorer-modules clean distclean
+.PHONY: help setup test lint slow oldest mutants fuzz reproduce derivations references bench setup-browser explorer-modules clean distclean
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -74,6 +74,9 @@ fuzz: $(VENV)/.installed ## call the program with 10 000 made-up inputs, at most
 
 derivations: $(VENV)/.installed ## run every derivation; each asserts that it agrees with the package
 	$(BIN)/python -m derivations
+
+references: $(VENV)/.installed ## write the page and the package's data of the literature from docs/references.bib
+	$(BIN)/python tools/references.py
 
 bench: $(VENV)/.installed-bench ## run the benchmarks against the other integrators
 	$(PYTEST) -q -s tests/benchmarks -o python_files="bench_*.py test_*.py"

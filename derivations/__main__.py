@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from importlib import import_module
 from pathlib import Path
 
-from derivations._page import ROOT, Derivation
+from derivations._page import ASSUMPTIONS, CLAIMS, ROOT, Derivation, cited
 from painleve_sym.errors import unknown_name
 
 NAMES = (
@@ -39,7 +39,9 @@ def run(derive: Callable[[], Derivation]) -> Derivation:
 
 
 def write_index(derivations: Iterable[Derivation], root: Path = ROOT) -> Path:
-    """Write the list of the pages with every verdict."""
+    """Write the list of the pages: what each needs, and every verdict."""
+    derivations = list(derivations)
+    needs = [f"| [{d.title}]({d.name}.md) | {' | '.join(d.needs)} |" for d in derivations]
     rows = [
         f"| [{d.title}]({d.name}.md) | {number.replace('|', '')} | {verdict} |"
         for d in derivations
@@ -51,8 +53,18 @@ def write_index(derivations: Iterable[Derivation], root: Path = ROOT) -> Path:
             "",
             "# Derivations",
             "",
-            "Each formula of the paper, derived again and compared with the print. The same",
-            "formulas as Python functions lie in `derivations/generated`.",
+            f"Each formula of {cited(CLAIMS.source.key)}, derived again and compared with",
+            "the print. The same formulas as Python functions lie in `derivations/generated`.",
+            "",
+            "## Assumptions",
+            "",
+            "Which page needs which of the [assumptions](../assumptions.md):",
+            "",
+            f"| result | {' | '.join(ASSUMPTIONS)} |",
+            "|---" * (1 + len(ASSUMPTIONS)) + "|",
+            *needs,
+            "",
+            "## Verdicts",
             "",
             "| page | paper | verdict |",
             "|---|---|---|",

@@ -14,12 +14,30 @@ from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.papers.formula import identical
 from painleve_sym.papers.impact_resolution.claims import CLAIMS
 from painleve_sym.quantities import derivative_latex
+from painleve_sym.references import reference
 
 ROOT = Path(__file__).resolve().parent.parent
+ASSUMPTIONS = (
+    "planar",
+    "one contact",
+    "point contact",
+    "constant μ",
+    "no tangential compliance",
+    "frozen configuration",
+    "rigid bodies",
+)
+"""The assumptions of docs/assumptions.md, in its order."""
 EQUAL = "equal"
 NOT_COMPARED = "not printed"
+
+
+def cited(key: str) -> str:
+    """Return the citation of a work as a link to its entry on the page of references."""
+    return f"[{reference(key).label}](../references.md#{key.lower()})"
+
+
 REFERENCE = (
-    f"Numbers in brackets are equations of {CLAIMS.source.citation(f'*{CLAIMS.source.title}*')}; "
+    f"Numbers in brackets are equations of {cited(CLAIMS.source.key)}; "
     "SI units, radians. Every comparison below is asserted when this page is made."
 )
 
@@ -93,13 +111,24 @@ class Step:
 
 @dataclass(frozen=True)
 class Derivation:
-    """Steps with the quantities they use; `write` makes the page and the Python module."""
+    """Steps with the quantities they use; `write` makes the page and the Python module.
+
+    Attributes
+    ----------
+    name, title, opening : str
+        Of the page; Markdown.
+    quantities : tuple of Quantity
+    steps : tuple of Step
+    without : mapping of str to str
+        ``no`` or ``in part`` for each of `ASSUMPTIONS` that not every step needs.
+    """
 
     name: str
     title: str
     opening: str
     quantities: tuple[Quantity, ...]
     steps: tuple[Step, ...]
+    without: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         names = {str(q.symbol): q.symbol for q in self.quantities}
@@ -121,6 +150,12 @@ class Derivation:
             step.check()
         names = [_name(step) for step in self.steps if step.derived.lhs.is_Symbol]
         assert len(set(names)) == len(names), f"{self.name}: repeated function in {names}"
+        assert set(self.without) <= set(ASSUMPTIONS), f"{self.name}: {set(self.without)}"
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """``yes``, ``no`` or ``in part`` for each of `ASSUMPTIONS`."""
+        return tuple(self.without.get(name, "yes") for name in ASSUMPTIONS)
 
     @property
     def verdicts(self) -> tuple[tuple[str, str], ...]:

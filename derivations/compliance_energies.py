@@ -11,10 +11,12 @@ from painleve_sym.mechanics.simplify import readable
 
 delta, delta_max, delta_p, delta_0 = sp.symbols("delta delta_max delta_p delta_0", positive=True)
 n, nu, E_s = sp.symbols("n nu e_energetic", positive=True)
-E, E_STAR, R, R_1, R_2 = sp.symbols("E E_star R R_1 R_2", positive=True)
+E, E_STAR, R, R_1, R_2, l_0 = sp.symbols("E E_star R R_1 R_2 l_0", positive=True)
 KAPPA, F_MAX = sp.symbols("kappa_star F_n_max", positive=True)
 F_LOADING, F_UNLOADING = sp.symbols("F_n_loading F_n_unloading", real=True)
 W_C, W_R, E_N0, F_N0 = sp.symbols("W_c W_r E_n0 F_n0", real=True)
+HERTZ = sp.Rational(3, 2)
+"""Exponent of Hertz's law."""
 
 
 QUANTITIES = (
@@ -27,6 +29,7 @@ QUANTITIES = (
     Quantity(E_STAR, "E^*", "Pa", "contact modulus"),
     Quantity(K_E, "K_e", "N/m^n", "stiffness"),
     Quantity(n, "n", "1", "exponent of the compression law"),
+    Quantity(l_0, "l_0", "m", "reference length, 1 m in the paper's numbers"),
     Quantity(E_s, "e_s", "1", "energetic coefficient of restitution"),
     Quantity(delta, r"\delta", "m", "compression"),
     Quantity(delta_max, r"\delta_\mathrm{max}", "m", "largest compression"),
@@ -44,7 +47,7 @@ QUANTITIES = (
 
 def packaged(expr: sp.Expr, law: ContactLaw) -> sp.Expr:
     """Return a force or energy of the package in the symbols of this page."""
-    own = {E_s.name: E_s, n.name: n, "E": E, "nu": nu, "R": R}
+    own = {s.name: s for s in (E_s, n, E, nu, R, l_0)}
     swap = {p.symbol: own[p.name] for p in law.parameters}
     swap |= {DELTA: delta, DELTA_MAX: delta_max}
     squared = {s: E_s**2 for s in law.definitions if s != K_E}
@@ -52,7 +55,7 @@ def packaged(expr: sp.Expr, law: ContactLaw) -> sp.Expr:
 
 
 def stiffness_steps(law: ContactLaw) -> list[Step]:
-    """Return the steps to K_e, with the misprint of R*."""
+    """Return the steps to K_e, with the misprints of R* and of the unit of K_e."""
     r = sp.Symbol("r", positive=True)
     caps = sum(radius - sp.sqrt(radius**2 - r**2) for radius in (R_1, R_2))
     curvature = sp.series(caps, r, 0, 3).removeO().coeff(r, 2) * 2
@@ -70,8 +73,11 @@ def stiffness_steps(law: ContactLaw) -> list[Step]:
             "eq-4-modulus",
         ),
         Step(
-            "On a plane $R^* = R$, and Hertz's stiffness is",
-            sp.Eq(K_E, sp.Rational(4, 3) / per_modulus * sp.sqrt(R)),
+            "On a plane $R^* = R$, and Hertz's force is "
+            "$\\tfrac43 E^* \\sqrt{R}\\,\\delta^{3/2}$. "
+            "A force $K_e\\delta^n$ of another exponent equals it at one compression $l_0$ only, "
+            "where $K_e l_0^n = \\tfrac43 E^* \\sqrt{R}\\,l_0^{3/2}$:",
+            sp.Eq(K_E, sp.Rational(4, 3) / per_modulus * sp.sqrt(R) * l_0 ** (HERTZ - n)),
             "eq-4-stiffness",
             where={"R_star": R},
             package=packaged(law.definitions[K_E], law),
@@ -169,4 +175,11 @@ def derive() -> Derivation:
         "them is lost to plastic deformation.",
         QUANTITIES,
         (*stiffness_steps(law), *energy_steps(law)),
+        {
+            "planar": "no",
+            "one contact": "no",
+            "constant μ": "no",
+            "no tangential compliance": "no",
+            "frozen configuration": "no",
+        },
     )

@@ -91,4 +91,5 @@ def derive() -> Derivation:
         "end *into* the ground: Painlevé's paradox.",
         (*quantities(), *COEFFICIENTS),
         steps(),
+        {"frozen configuration": "no"},
     )

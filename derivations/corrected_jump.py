@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from derivations._page import Derivation, Quantity, Step
+from derivations._page import Derivation, Quantity, Step, cited
 from derivations.equations_of_motion import mechanism
 from painleve_sym.laws import finite_stiffness as package
 from painleve_sym.laws.finite_stiffness import (
@@ -96,7 +96,9 @@ def slip_steps() -> list[Step]:
         ),
         Step(
             "$t = \\int d\\delta/\\dot\\delta$ is, term by term of the binomial series in $z$, a "
-            "Gauss hypergeometric function,",
+            "Gauss hypergeometric function. The series shows it for $|z| < 1$. Integral and "
+            "function are both analytic in $z$ outside $z \\le -1$, so they are equal for every "
+            "$z > 0$,",
             sp.Eq(SLIP_TIME, package.slip_time()),
         ),
         Step(
@@ -195,8 +197,10 @@ def limit_steps() -> list[Step]:
             "So $t_1 \\to 0$, and $\\delta_1 \\to 0$ since the energy at the stop is finite: "
             "$v_{n1} \\to -(A/C)\\,v_t$ and $v_{n3} \\to e_s |v_{n1}|\\sqrt{1 - A'/A}$, the "
             "classical rule. The slip phase ends before its blow-up time by a part "
-            "$K^{-(n-1)/(2n(n+1))}$ of it, and $\\delta_1$ is of the order $K^{-1/(n+1)}$, so that "
-            "the first term that a finite stiffness adds is of the order $K^{-1/(2n)}$:",
+            "$K^{-(n-1)/(2n(n+1))}$ of it, and $\\delta_1$ is of the order $K^{-1/(n+1)}$, so "
+            "that the first term that a finite stiffness adds to this problem, with its "
+            "coefficients frozen, is of the order $K^{-1/(2n)}$ (drift of the configuration adds "
+            "another of that order):",
             sp.Eq(DV_3, package.leading_correction()),
             function="dv_n_3",
         ),
@@ -230,9 +234,9 @@ def linear_steps() -> list[Step]:
     at_end = sp.solve(kept, second)
     return [
         Step(
-            "**A linear contact with a dashpot**, $F = K\\delta + c\\dot\\delta$ (Hogan & "
-            "Kristiansen, Proc. R. Soc. A 473, 2017, 20160773, whose $p$ and $S$ are $A$ and "
-            "$A'$). For $c = 0$ the limit above with $e_s = 1$ is theirs, "
+            "**A linear contact with a dashpot**, $F = K\\delta + c\\dot\\delta$, after "
+            f"{cited('HoganKristiansen2017')}, whose $p$ and $S$ are $A$ and "
+            "$A'$. For $c = 0$ the limit above with $e_s = 1$ is theirs, "
             "$|v_{n1}|\\sqrt{1 + A'/|A|}$. In the indeterminate state, $A < 0 < B_+$, slip has the "
             "equilibrium $F = -B_+/A$, a saddle with the stable eigenvalue",
             sp.Eq(LAMBDA, stable),
@@ -252,13 +256,13 @@ def linear_steps() -> list[Step]:
 
 
 def derive() -> Derivation:
-    """Derive the jump at finite stiffness of any mechanism with one contact."""
+    """Derive the jump at finite stiffness of any mechanism with one planar contact."""
     return Derivation(
         "corrected_jump",
         "The jump at finite stiffness",
-        "An impact without collision of any mechanism with one contact and a force $K\\delta^n$, "
-        "with $A$ and $B$ frozen at the start but not dropped. None of this is in the paper, whose "
-        "rule is the limit $K \\to \\infty$.",
+        "An impact without collision of any mechanism with one planar contact and a force "
+        "$K\\delta^n$, with $A$ and $B$ frozen at the start but not dropped. None of this is in "
+        "the paper, whose rule is the limit $K \\to \\infty$.",
         QUANTITIES,
         (*slip_steps(), *sticking_steps(), *limit_steps(), *linear_steps()),
     )

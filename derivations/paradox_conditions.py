@@ -110,8 +110,9 @@ def force_steps() -> list[Step]:
         Step(
             "On a compliant contact the compression obeys $\\ddot\\delta = -(A F_n + B)$ with "
             "$F_n = K_e\\delta^n$. A small disturbance of $F_n^*$ grows like $e^{\\lambda t}$: "
-            "for $A < 0$ sliding on is unstable, and the side of the disturbance decides between "
-            "lift-off and impact.",
+            "for $A < 0$ sliding on is unstable, and with $A$ and $B$ held the side of the "
+            "disturbance decides between lift-off and impact "
+            "([the critical force](critical_force.md) is that of coefficients that move).",
             sp.Eq(GROWTH, growth),
         ),
     ]
@@ -125,4 +126,5 @@ def derive() -> Derivation:
         "Continues the contact coefficients: where $A$ and $B$ change sign, and what then follows.",
         (*quantities(), *COEFFICIENTS, *QUANTITIES),
         (*friction_steps(), *force_steps()),
+        {"frozen configuration": "in part"},
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from derivations._page import Derivation, Quantity, Step
+from derivations._page import Derivation, Quantity, Step, cited
 from painleve_sym.laws.chatter import KAPPA, TAU, chatter_ratio, general_contact
 from painleve_sym.laws.restitution import energetic, poisson
 from painleve_sym.mechanics.simplify import readable
@@ -15,6 +15,7 @@ E_P, E_S = poisson().parameter.symbol, energetic().parameter.symbol
 FALL, B_T, V = sp.symbols("a b_t v", positive=True)
 TIME, P_1, V_1, P_C, E_C = sp.symbols("T P_1 v_1 P_c E_c", real=True)
 RHO_P, RHO_SQUARED = sp.symbols("rho_poisson rho_energetic_squared", positive=True)
+STICK_DROP, REVERSE_DROP = sp.symbols("stick_drop reverse_drop", real=True)
 E_P_AT, E_S_AT, MU_AT = sp.symbols("e_poisson_1 e_energetic_1 mu_1", positive=True)
 
 
@@ -39,6 +40,8 @@ QUANTITIES = (
     Quantity(E_P_AT, "e_{P,1}", "1", "Poisson's coefficient with ratio 1"),
     Quantity(E_S_AT, "e_1", "1", "energetic coefficient with ratio 1"),
     Quantity(MU_AT, r"\mu_1", "1", "friction with ratio 1, energetic restitution"),
+    Quantity(STICK_DROP, "A_+ - A'", "1/kg", "fall of $dv_n/dP_n$ where the slip stops to stick"),
+    Quantity(REVERSE_DROP, "A_+ - A_-", "1/kg", "fall of $dv_n/dP_n$ where the slip reverses"),
 )
 
 
@@ -52,6 +55,40 @@ def bounce() -> tuple[sp.Expr, sp.Expr, sp.Expr, sp.Expr]:
     # The normal velocity is linear in the impulse: means over both parts.
     stored = p_1 * (V + v_1) / 2 + p_2 * v_1 / 2
     return p_1, v_1, p_1 + p_2, stored
+
+
+def necessity_steps() -> list[Step]:
+    """Return the steps that show that bounces grow only for κτ > 0."""
+    W_nt, W_nn = KAPPA * W_TT, A_STICK + KAPPA**2 * W_TT
+    slip, reverse = W_nn - MU * W_nt, W_nn + MU * W_nt
+    # Two pieces of compression with the slopes a and g < a: v²/2 − g E_c is what the first adds.
+    g, lost, first, second = sp.symbols("g x v_0 v_1", positive=True)
+    stored = (first**2 - second**2) / (2 * (g + lost)) + second**2 / (2 * g)
+    excess = sp.factor(sp.simplify(first**2 / 2 - g * stored))
+    assert sp.simplify(excess - lost * (first**2 - second**2) / (2 * (g + lost))) == 0
+    return [
+        Step(
+            "**Growth needs $\\kappa\\tau > 0$**, whatever the course of the impact. Let $b_t > "
+            "0$ and $\\kappa \\le 0$. In slip, sticking and reverse slip $v_n$ grows with the "
+            "impulse at the rates $A_+ = W_{nn} - \\mu W_{nt}$, $A'$ and $A_- = W_{nn} + \\mu "
+            "W_{nt}$. Where the slip stops the rate falls, by",
+            sp.Eq(STICK_DROP, sp.factor(slip - A_STICK)),
+        ),
+        Step(
+            "which is not negative for $\\kappa \\le 0$, or, where the slip reverses, by",
+            sp.Eq(REVERSE_DROP, sp.factor(slip - reverse)),
+        ),
+        Step(
+            "not negative either. So $v_n(P)$ is concave. Poisson: after $P_c$ it rises at most "
+            "at its mean rate before, $v/P_c$, and after $e P_c$ more it is at most $e v$. "
+            "Energetic: with the rate $g$ just before $P_c$, compression has rates of at least "
+            "$g$, so that $v^2/2 = \\int (dv_n/dP)\\,|v_n|\\,dP \\ge g E_c$; restitution has "
+            "rates of at most $g$, so that its rebound has at most $v_+^2/2 = g e^2 E_c$. In both "
+            "cases the ratio is at most $e$. For Poisson's law in the course above this is its "
+            "formula,",
+            sp.Eq(RHO_P / E_P, 1 + KAPPA * TAU),
+        ),
+    ]
 
 
 def derive() -> Derivation:
@@ -112,12 +149,15 @@ def derive() -> Derivation:
             sp.Eq(MU_AT, readable(friction[0])),
             package=by_energy.friction_threshold,
         ),
+        *necessity_steps(),
     )
     return Derivation(
         "reverse_chatter",
         "Bounces near a sticking contact",
-        "For any mechanism with one contact whose free normal acceleration is downward, with "
-        "impacts whose slip stops in compression (see the course of an impact).",
+        "For any mechanism with one planar contact whose free normal acceleration is downward, "
+        "under a constant load. The first part is for impacts whose slip stops in compression, "
+        "the last for every course of an impact. Such bounces can "
+        f"grow: reverse chatter, described by {cited('NordmarkEtAl2011')}.",
         QUANTITIES,
         steps,
     )

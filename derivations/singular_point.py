@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from derivations._page import Derivation, Quantity, Step
+from derivations._page import Derivation, Quantity, Step, cited
 from derivations.contact_coefficients import COEFFICIENTS
 from derivations.equations_of_motion import accelerations, mechanism, quantities, symbol
 from derivations.paradox_conditions import TAU, in_tangent
@@ -61,9 +61,13 @@ def flow_steps() -> list[Step]:
     rate = -(BETA_0 + BETA_1 * FORCE + FORCE * ALPHA) / (-ALPHA * LEFT)
     exponent = sp.simplify(rate.diff(FORCE) * LEFT)
     assert sp.simplify(rate - exponent * (FORCE - bounded) / LEFT) == 0
+    # r = 1, β₁ = −Ȧ: a logarithm in place of the power.
+    equal = sp.Symbol("F_0") - BETA_0 / ALPHA * sp.log(LEFT)
+    assert sp.simplify(-equal.diff(LEFT) - rate.subs(BETA_1, -ALPHA).subs(FORCE, equal)) == 0
     return [
         Step(
-            "In slip $F = -B/A$. $A$ depends on the angle alone, so that no force enters",
+            "In slip $F = -B/A$. With a constant friction coefficient $A$ depends on the angle "
+            "alone, so that no force enters",
             sp.Eq(ALPHA, readable(a_rate)),
             package=point.A_rate,
         ),
@@ -121,13 +125,18 @@ def rod_steps() -> list[Step]:
             function="F_star_rod",
         ),
         Step(
-            "For $r < 1$ the force of other slips diverges, and those with $F > F^*$ jam. For "
-            "$r > 1$ $F^*$ is negative and all slips lift off. Between them, $r = 1$ at",
+            "At the lower end of the range with $A < 0$, $\\tau < 2$ and $r > 0$: for $r < 1$ the "
+            "force of other slips diverges, and those with $F > F^*$ jam; for $r > 1$ $F^*$ is "
+            "negative and all slips lift off. For $r = 1$ the force is $F_0 - (\\beta_0/\\dot "
+            "A)\\ln u$, which tends to $-\\infty$ since $\\beta_0 > 0 > \\dot A$: all lift off. "
+            "At the upper end, where $\\dot\\theta < 0$, $\\tau > 2$ and $r < 0$: with $\\gamma > "
+            "1$ the impulse of the force is unbounded, so that every slip stops before. Between "
+            "the first two, $r = 1$ at",
             sp.Eq(TAU_C, place),
             package=threshold.at,
         ),
         Step(
-            "reached with the friction",
+            f"reached with the critical friction of {cited('GenotBrogliato1999')}",
             sp.Eq(MU_C, sp.radsimp(at_A[mu].subs(TAU, place))),
             package=threshold.friction,
         ),
@@ -145,7 +154,10 @@ def derive() -> Derivation:
         "singular_point",
         "Slip near A = B = 0",
         "Continues the conditions of the paradox: how the sliding rod reaches the point where both "
-        "coefficients vanish. The first steps hold for any mechanism with one contact.",
+        "coefficients vanish. The first steps hold for any mechanism with one planar contact. "
+        f"{cited('GenotBrogliato1999')} did this for the rod; the two eigenvalues are also in "
+        f"{cited('NordmarkEtAl2018')}.",
         (*quantities(), *COEFFICIENTS, *QUANTITIES),
         steps,
+        {"frozen configuration": "no"},
     )

@@ -56,4 +56,5 @@ def derive() -> Derivation:
             Quantity(MU_STICK, r"\mu_s", "1", "tangential per normal impulse in sticking"),
         ),
         steps,
+        {"constant μ": "no", "frozen configuration": "no"},
     )

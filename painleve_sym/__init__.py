@@ -71,6 +71,8 @@ if TYPE_CHECKING:
     from painleve_sym.motion.trajectory import Trajectory as Trajectory
     from painleve_sym.papers.registry import Reproduction as Reproduction
     from painleve_sym.papers.registry import reproduce as reproduce
+    from painleve_sym.references import Reference as Reference
+    from painleve_sym.references import citation as citation
     from painleve_sym.study.compare.comparison import Comparison as Comparison
     from painleve_sym.study.compare.comparison import compare as compare
     from painleve_sym.study.critical.bisection import Border as Border
@@ -132,6 +134,7 @@ _HOMES = {
     "Parameter": "mechanics.declarations",
     "Policy": "choices",
     "Record": "choices",
+    "Reference": "references",
     "RegionMap": "study.maps.region_map",
     "Reload": "choices",
     "Reproduction": "papers.registry",
@@ -145,6 +148,7 @@ _HOMES = {
     "Sweep": "study.sweeps.sweep",
     "TIME": "mechanics.system",
     "Trajectory": "motion.trajectory",
+    "citation": "references",
     "classify": "contacts.classify",
     "closed_forms": "laws.closed_forms",
     "compare": "study.compare.comparison",

@@ -29,7 +29,7 @@ class Restitution(enum.StrEnum):
     POISSON = "poisson"
     """The part e of the normal impulse of compression comes back."""
     NEWTON = "newton"
-    """The part e of the normal velocity comes back."""
+    """The part e of the normal velocity comes back; it can add energy."""
 
 
 class Policy(enum.StrEnum):
@@ -47,9 +47,11 @@ class Reload(enum.StrEnum):
     """Rule of an elasto-plastic contact for compression that grows again before separation."""
 
     ELASTIC = "elastic"
-    """Back up the unloading curve (Walton and Braun)."""
+    """Back up the unloading curve, as in Walton & Braun (1986)."""
     VIRGIN = "virgin"
-    """The loading curve at once, with a jump of the force."""
+    """The loading curve at once, with a jump of the force.
+
+    Thermodynamically inadmissible, since the jump creates energy; for the reproduction only."""
 
 
 class Record(enum.StrEnum):

@@ -47,6 +47,7 @@ class NamedModel:
 
 rod = NamedModel("rod")
 rod_inertia = NamedModel("rod-inertia")
+rod_bending = NamedModel("rod-bending")
 block = NamedModel("block")
 block_two_feet = NamedModel("block-two-feet")
 eccentric_disc = NamedModel("eccentric-disc")

@@ -28,6 +28,11 @@ RUNS: dict[str, tuple[tuple[str, ...], tuple[str, ...], str]] = {
         r"expected -0\.8503",
     ),
     "fit_noisy_impacts.py": (("{}/new",), ("new/impacts.csv", "new/force.csv"), ""),
+    "impact_energy.py": (
+        ("40",),
+        (),
+        r"(?s)ladder +energetic +0 .*ladder +poisson +0 .*ladder +newton +[1-9]",
+    ),
     "reverse_chatter/growth.py": (
         ("--points", "3", "--out", "{}/new"),
         ("new/growth.json", "new/growth.png", "new/growth.svg"),

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-FOLDERS = ("painleve_sym", "derivations", "docs", "examples", "tests", "tools", ".github")
+FOLDERS = ("painleve_sym", "derivations", "docs", "examples", "paper", "tests", "tools", ".github")
 # Outputs of commands, which have the words of the commands.
 EXCLUDED = ("examples/output", "tools/prose.toml")
 DEFINITIONS = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)

@@ -32,7 +32,7 @@ def E_star(E: float, nu: float) -> float:
     return (1/2)*E/(1 - nu**2)
 
 
-def K_e(R: float, E: float, nu: float) -> float:
+def K_e(R: float, E: float, nu: float, n: float, l_0: float) -> float:
     """Return stiffness; N/m^n. Paper (4), K_e.
 
     Parameters
@@ -43,8 +43,12 @@ def K_e(R: float, E: float, nu: float) -> float:
         elastic modulus of both bodies; Pa.
     nu : float
         Poisson's ratio of both bodies; 1.
+    n : float
+        exponent of the compression law; 1.
+    l_0 : float
+        reference length, 1 m in the paper's numbers; m.
     """
-    return (2/3)*E*math.sqrt(R)/(1 - nu**2)
+    return float((2/3)*E*math.sqrt(R)*l_0**(3/2 - n)/(1 - nu**2))
 
 
 def F_n_loading(K_e: float, n: float, delta: float) -> float:

@@ -209,3 +209,33 @@ def mu_1(W_tt: float, kappa: float, A_stick: float, tau: float, e_energetic: flo
         kappa*(A_stick*e_energetic**2*tau**2 + W_tt*e_energetic**2*(kappa*tau + 1)**2 -
         W_tt)/(W_tt*(e_energetic**2*(kappa*tau + 1)**2 - 1))
     )
+
+
+def stick_drop(W_tt: float, kappa: float, mu: float) -> float:
+    """Return fall of dv_n/dP_n where the slip stops to stick; 1/kg.
+
+    Parameters
+    ----------
+    W_tt : float
+        tangential mobility; 1/kg.
+    kappa : float
+        W_{nt}/W_{tt}; 1.
+    mu : float
+        friction coefficient; 1.
+    """
+    return W_tt*kappa*(kappa - mu)
+
+
+def reverse_drop(W_tt: float, kappa: float, mu: float) -> float:
+    """Return fall of dv_n/dP_n where the slip reverses; 1/kg.
+
+    Parameters
+    ----------
+    W_tt : float
+        tangential mobility; 1/kg.
+    kappa : float
+        W_{nt}/W_{tt}; 1.
+    mu : float
+        friction coefficient; 1.
+    """
+    return -2*W_tt*kappa*mu

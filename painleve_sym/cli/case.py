@@ -71,9 +71,10 @@ def _describes_mechanism(path: str) -> bool:
 def _base(case: str, command: str) -> Scenario:
     if case.endswith(".toml") and _describes_mechanism(case):
         return Scenario(model=case, where=f"{command} {case}")
-    if case.endswith(".toml") or "/" in case or (case not in MODELS and os.path.isfile(case)):
+    named = case.partition(":")[0] in MODELS
+    if case.endswith(".toml") or "/" in case or (not named and os.path.isfile(case)):
         return Scenario.read(case)
-    if case not in MODELS:
+    if not named:
         raise InputError(
             f"{command}: {unknown_name('model', case, MODELS)} "
             "Fix: name one of these, or a mechanism or scenario file ending in .toml."
@@ -123,7 +124,7 @@ def chosen_law(name: str | None, texts: list[str] | None) -> Law | LawsByContact
 
 def _check_owners(scenario: Scenario) -> None:
     """Point out a parameter that was given to the mechanism but belongs to the law."""
-    if scenario.law is None or scenario.model not in MODELS:
+    if scenario.law is None or scenario.model.partition(":")[0] not in MODELS:
         return
     own = {p.name for p in model(scenario.model).outline.parameters}
     of_law = {p.name for p in scenario.contact_law().parameters}

@@ -14,13 +14,14 @@ from painleve_sym.codegen.derivation_cache import entry_key, read_entry, write_e
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import plain_fields, to_plain
-from painleve_sym.laws.catalogue import CHOICES, LAWS, one_law
+from painleve_sym.laws.catalogue import CHOICE_NOTES, CHOICES, LAWS, one_law
 from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.laws.restitution import RESTITUTIONS, RestitutionLaw
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.declarations import TIME_NAME, Parameter
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.models import MODELS
+from painleve_sym.references import cited_works
 
 if TYPE_CHECKING:
     from painleve_sym.hybrid.automaton import HybridAutomaton, Transition
@@ -54,6 +55,7 @@ def model_data(mechanism: Mechanism) -> dict[str, Any]:
     """Return what there is to know of a mechanism as plain data."""
     return {
         **plain_fields(mechanism, "name", "title", "source"),
+        "references": references_data(mechanism.source),
         "coordinates": [
             {
                 **plain_fields(c, "name", "meaning", "unit"),
@@ -98,7 +100,7 @@ def _show_model(mechanism: Mechanism) -> None:
     if mechanism.start:
         start = ",".join(f"{name}={number(value)}" for name, value in mechanism.start.items())
         show(f"  to begin with: --state {start}")
-    show(f"  source: {mechanism.source}")
+    _show_source(mechanism.source)
 
 
 def _show_parameters(parameters: Sequence[Parameter]) -> None:
@@ -141,6 +143,7 @@ def _one_law_or_rule(name: str, as_json: bool) -> int:
         print_json({key: [one for one in data[key] if one["name"] == name] for key in data})
     elif name in RESTITUTIONS:
         _show_rules([name])
+        _show_source(RESTITUTIONS[name]().source)
     else:
         _show_law(one_law(name))
     return 0
@@ -152,7 +155,20 @@ def _show_law(one: ContactLaw | RigidLaw) -> None:
     for name, default in one.choices.items():
         values = ", ".join(v + " (default)" * (v == default) for v in CHOICES[name])
         show(f"  {name}: {values}")
-    show(f"  source: {one.source}")
+        for value, note in _notes(name).items():
+            show(f"    {value} is {note}")
+    _show_source(one.source)
+
+
+def _show_source(source: str) -> None:
+    show(f"  source: {source}")
+    for work in cited_works(source):
+        show(f"    {work}")
+
+
+def _notes(choice: str) -> dict[str, str]:
+    """Return what to know about values of a choice, by value."""
+    return {v: CHOICE_NOTES[v] for v in CHOICES[choice] if v in CHOICE_NOTES}
 
 
 def _show_rules(names: Sequence[str]) -> None:
@@ -174,6 +190,9 @@ def laws_data() -> dict[str, Any]:
         }
         if key:
             write_entry(key, data)
+    # The cache does not know when the literature changes.
+    for one in (*data["laws"], *data["restitution_rules"]):
+        one["references"] = references_data(one["source"])
     return data
 
 
@@ -183,11 +202,19 @@ def law_data(one: ContactLaw | RigidLaw) -> dict[str, Any]:
         **plain_fields(one, "name", "title", "source"),
         "parameters": [parameter_data(p) for p in one.parameters],
         "choices": {
-            name: {"default": default, "values": CHOICES[name]}
+            name: {"default": default, "values": CHOICES[name], "notes": _notes(name)}
             for name, default in one.choices.items()
         },
         "branches": [b.name for b in one.branches] if isinstance(one, ContactLaw) else [],
     }
+
+
+def references_data(source: str) -> list[dict[str, Any]]:
+    """Return the works that a source cites as plain data."""
+    return [
+        plain_fields(work, "key", "label", "text", "link", "unconfirmed")
+        for work in cited_works(source)
+    ]
 
 
 def rule_data(rule: RestitutionLaw) -> dict[str, Any]:

@@ -93,7 +93,7 @@ def _case(parser: argparse.ArgumentParser) -> None:
 
 def _law(parser: argparse.ArgumentParser) -> None:
     _texts(parser, ("--law", "NAME", "contact law (`painleve laws` lists them)"))
-    text = "parameters and choices of the law, such as E=20.9e14,reload=virgin"
+    text = "parameters and choices of the law, such as E=20.9e14,reload=elastic"
     _lists(parser, ("--law-set", "NAME=VALUE,...", text))
 
 
@@ -150,6 +150,7 @@ def _run_options(sub: dict[str, Parser]) -> None:
         ("--samples", "N", "also give state and forces at N evenly spaced times"),
         ("--save", "FILE", "write the whole trajectory, an NPZ file"),
         ("--plot", "FILE", "draw it, as PNG, SVG or PDF by the suffix"),
+        ("--report", "FILE", "write a page about it, .html: formulas, figure, events, sources"),
     )
     for name in ("classify", "jump", "simulate"):
         _json(sub[name])

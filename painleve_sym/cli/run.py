@@ -25,6 +25,7 @@ from painleve_sym.study.scenario import Scenario
 EXIT_STOPPED_EARLY = 3
 ORDINARY = (StopReason.T_END, StopReason.UNTIL, StopReason.LEFT_DOMAIN)
 SHOWN_EVENTS = 40
+_WRITTEN = {"save": "saved", "plot": "plotted", "report": "report"}
 
 
 def show_case(
@@ -92,6 +93,8 @@ def jump_data(impact: JumpResult) -> dict[str, Any]:
         "phases": to_plain(impact.phases),
         "final": {"velocity": dict(impact.velocity)},
         "energy_change": impact.energy_change,
+        "kinetic_energy": impact.kinetic_energy,
+        "notices": [impact.notice] if impact.notice else [],
     }
 
 
@@ -129,8 +132,8 @@ def _show_jump(impact: JumpResult, scenario: Scenario) -> None:
     if impact.end.value == "jam":
         show("The impulse of a rigid contact has no end here. A compliant contact has a solution.")
     show(f"energy change {quantity(impact.energy_change, 'J')}")
-    if impact.energy_change > 0:
-        show(f"Energy was gained: {rule.note}.")
+    if impact.notice:
+        show(f"{impact.notice} That law is {rule.note}.")
 
 
 def _show_tangential_impact(impact: TangentialImpact, units: dict[str, str]) -> None:
@@ -177,6 +180,8 @@ def _output_files(arguments: argparse.Namespace) -> dict[str, Path]:
             )
     if arguments.plot is not None:
         files["plot"] = output_file("--plot", arguments.plot, FIGURES)
+    if arguments.report is not None:
+        files["report"] = output_file("--report", arguments.report, (".html",))
     return files
 
 
@@ -195,6 +200,11 @@ def _write_files(
 
         write_figure(trajectory_figure(trajectory), files["plot"])
         written["plot"] = str(files["plot"])
+    if "report" in files:
+        from painleve_sym.present.run_page import run_page
+
+        run_page(scenario, trajectory).write(files["report"])
+        written["report"] = str(files["report"])
     return written
 
 
@@ -246,7 +256,7 @@ def _show_run(trajectory: Trajectory, scenario: Scenario, written: Mapping[str, 
     if scenario.samples is not None:
         _show_samples(samples(trajectory, scenario.samples))
     for name, path in written.items():
-        show(f"{'saved' if name == 'save' else 'plotted'}: {path}")
+        show(f"{_WRITTEN[name]}: {path}")
 
 
 def _show_events(events: Sequence[EventRecord]) -> None:
@@ -299,7 +309,9 @@ def _show_end(trajectory: Trajectory, units: Mapping[str, str]) -> None:
 
 
 def _show_findings(trajectory: Trajectory, units: Mapping[str, str]) -> None:
-    """Print where a slip runs into A = 0, and which bounces grow."""
+    """Print where energy is gained, where a slip runs into A = 0, and which bounces grow."""
+    for notice in trajectory.notices:
+        show(notice)
     for c in trajectory.reverse_chatter:
         show(
             f"reverse chatter: {c.bounces} bounces grow from t = {number(c.start_time, 9)} s to "

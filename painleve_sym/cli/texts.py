@@ -58,7 +58,7 @@ CASE is the name of a mechanism (`painleve models`) or a scenario, a TOML file:
 
   [law]
   name = "bilinear-hertz"
-  reload = "virgin"
+  reload = "elastic"
   parameters = { E = 20.9e14, e_energetic = 0.75 }
 
 Other keys: title, contact, close, initial_force, engine, rtol, max_steps,

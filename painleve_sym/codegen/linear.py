@@ -44,8 +44,7 @@ def least_solution(matrix: Matrix, right: Matrix, ease: Sequence[ca.SX]) -> list
 
     References
     ----------
-    Riley, Solving systems of linear equations with a positive definite, symmetric, but possibly
-    ill-conditioned matrix, Math. Tables Aids Comput. 9 (1955) 96-101.
+    Riley (1955).
     """
     size = len(right)
     if size == 1:

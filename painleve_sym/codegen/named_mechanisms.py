@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
 from pathlib import Path
 
 from painleve_sym.codegen.derivation_cache import entry_key, read_entry, write_entry
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.models import MODELS
+from painleve_sym.mechanics.models import COUNTS, MODELS
 from painleve_sym.mechanics.outline import MechanismOutline
 
 _TEXTS = ("name", "title", "source", "sketch", "start", "definition", "locked")
@@ -23,7 +24,7 @@ def model(name: str | Path, **parameters: float) -> Mechanism:
     Parameters
     ----------
     name : str or path
-        A named mechanism is made once.
+        A named mechanism is made once. ``rod-bending:5,3`` has five bending and three axial modes.
     **parameters : float
         Other defaults of its parameters; see `Mechanism.with_parameters`.
 
@@ -56,21 +57,37 @@ def _by_name(name: str) -> Mechanism:
         from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
 
         return load_mechanism(name)
-    if name not in MODELS:
-        raise InputError(unknown_name("model", name, MODELS))
     return _named(name)
 
 
-@functools.cache
+def _maker(name: str) -> Callable[[], Mechanism]:
+    """Return the function that makes a named mechanism, with the counts behind its name."""
+    head, colon, text = name.partition(":")
+    if head not in MODELS:
+        raise InputError(unknown_name("model", name, MODELS))
+    if not colon:
+        return MODELS[head]
+    counted, given = COUNTS.get(head, ()), text.split(",")
+    if not counted:
+        raise InputError(f"model {head!r}: got {text!r} behind the name, where nothing is counted.")
+    if len(given) != len(counted) or not all(g.isascii() and g.isdigit() for g in given):
+        example = ",".join("3" for _ in counted)
+        raise InputError(
+            f"model {head!r}: got {text!r} behind the name, need the numbers of "
+            f"{' and '.join(counted)}, such as {head}:{example}."
+        )
+    return functools.partial(MODELS[head], *(int(g[:9]) for g in given))
+
+
+@functools.lru_cache(maxsize=256)
 def _named(name: str) -> Mechanism:
+    make = _maker(name)
     key = entry_key(f"mechanism {name}")
     entry = read_entry(key) if key else None
     if entry is not None:
         outline = MechanismOutline.of_data(entry["outline"])
-        return Mechanism.deferred(
-            MODELS[name], outline=outline, **{text: entry[text] for text in _TEXTS}
-        )
-    mechanism = MODELS[name]()
+        return Mechanism.deferred(make, outline=outline, **{text: entry[text] for text in _TEXTS})
+    mechanism = make()
     texts = {text: getattr(mechanism, text) for text in _TEXTS}
     if key:
         write_entry(key, {"outline": mechanism.outline.to_data(), **texts})

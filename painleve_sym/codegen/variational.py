@@ -10,6 +10,10 @@ dσ = −(g_x S + g_z Z + g_c C)/(g_x f), and
 with the reset R, the derivatives Z of the memory and C of the constants, and T = dτ/dw. A guard
 that fires at once takes no time: dσ = 0. At a fixed time t the derivative is S − f T; put together,
 that is the saltation matrix R_x + (f⁺ − R_x f⁻) g_x/(g_x f⁻).
+
+References
+----------
+Aizerman & Gantmakher (1958); Leine & Nijmeijer (2004); Galán, Feehery & Barton (1999).
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@ exception: the paradox of a rod on rough ground is exactly an LCP that has none 
 
 References
 ----------
-Cottle, Pang & Stone (1992), The Linear Complementarity Problem. Academic Press ("CPS" below).
+Cottle, Pang & Stone (1992), "CPS" below.
 """
 
 from __future__ import annotations

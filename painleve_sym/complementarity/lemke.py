@@ -2,8 +2,7 @@
 
 References
 ----------
-Lemke (1965), Bimatrix equilibrium points and mathematical programming. Manag. Sci. 11, 681-689.
-Cottle, Pang & Stone (1992), The Linear Complementarity Problem. Academic Press ("CPS" below).
+Lemke (1965); Cottle, Pang & Stone (1992), "CPS" below.
 """
 
 from __future__ import annotations

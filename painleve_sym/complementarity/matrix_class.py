@@ -2,8 +2,7 @@
 
 References
 ----------
-Cottle, Pang & Stone (1992), The Linear Complementarity Problem. Academic Press ("CPS" below).
-Hadeler (1983), On copositive matrices. Linear Algebra Appl. 49, 79-89.
+Cottle, Pang & Stone (1992), "CPS" below; Hadeler (1983).
 """
 
 from __future__ import annotations

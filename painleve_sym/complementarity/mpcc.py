@@ -7,10 +7,7 @@ answer. Both are said in the result.
 
 References
 ----------
-Scholtes (2001), Convergence properties of a regularization scheme for mathematical programs with
-    complementarity constraints. SIAM J. Optim. 11, 918-936.
-Wächter & Biegler (2006), On the implementation of an interior-point filter line-search algorithm
-    for large-scale nonlinear programming. Math. Program. 106, 25-57.
+Scholtes (2001); Wächter & Biegler (2006).
 """
 
 from __future__ import annotations

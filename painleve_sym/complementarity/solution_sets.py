@@ -37,8 +37,7 @@ def solve_refined(block: FloatArray, goal: FloatArray) -> FloatArray:
 
     References
     ----------
-    Skeel (1980), Iterative refinement implies numerical stability for Gaussian elimination. Math.
-        Comp. 35, 817-832.
+    Skeel (1980).
     """
     if goal.shape[-1] == 1:
         quotient: FloatArray = goal / block[..., 0]
@@ -188,7 +187,7 @@ def _wide(
 def _nearest(slope: FloatArray, start: FloatArray) -> tuple[FloatArray | None, bool]:
     """Return the shortest t with ``start + slope t >= 0``, or whether there is certainly none.
 
-    Lawson & Hanson (1974), Solving Least Squares Problems, chapter 23, algorithm LDP.
+    Lawson & Hanson (1974), chapter 23, algorithm LDP.
     """
     from scipy.optimize import nnls  # as for linprog below
 

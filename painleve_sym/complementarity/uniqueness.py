@@ -23,11 +23,7 @@ when that map is one-to-one and onto.
 
 References
 ----------
-Samelson, Thrall & Wesler (1958), A partition theorem for Euclidean n-space. Proc. Amer. Math. Soc.
-    9, 805-807.
-Scholtes (1996), Homeomorphism conditions for coherently oriented piecewise affine mappings. Math.
-    Oper. Res. 21, 955-978.
-Cottle, Pang & Stone (1992), The Linear Complementarity Problem. Academic Press.
+Samelson, Thrall & Wesler (1958); Scholtes (1996); Cottle, Pang & Stone (1992).
 """
 
 from __future__ import annotations
@@ -69,7 +65,7 @@ class Uniqueness(enum.Enum):
         "not_guaranteed",
         "for some b the forces are not unique, and for some there may be none (Painlevé's "
         "paradox): nothing is promised, so ask solutions() at the b of interest",
-        "Painlevé (1895), C. R. Acad. Sci. 121, 112-115",
+        "Painlevé (1895)",
     )
 
     def __init__(self, label: str, meaning: str, reference: str) -> None:

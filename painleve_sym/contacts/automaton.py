@@ -72,7 +72,7 @@ class PluralContacts:
 
     References
     ----------
-    Glocker & Pfeiffer, Nonlinear Dynamics 7 (1995) 471–497.
+    Glocker & Pfeiffer (1995).
     """
 
     mechanism: Mechanism

@@ -259,7 +259,7 @@ def classify(
 
     References
     ----------
-    Zhao, Liu & Chen, (1)–(3) and Fig. 2.
+    Impact model resolution on Painlevé's paradox, (1)–(3) and Fig. 2.
 
     Examples
     --------

@@ -14,10 +14,7 @@ are the same at all its points. docs/complementarity.md has the proof.
 
 References
 ----------
-Moreau (1966), Quadratic programming in mechanics: dynamics of one-sided constraints. SIAM J.
-    Control 4, 153-158.
-Lötstedt (1982), Mechanical systems of rigid bodies subject to unilateral constraints. SIAM J.
-    Appl. Math. 42, 281-296.
+Moreau (1966) and Lötstedt (1982) for such minima where the normal forces are unknown.
 """
 
 from __future__ import annotations

@@ -60,7 +60,7 @@ class BilateralContact(ContactStates):
 
     References
     ----------
-    Klein (1909); Génot & Brogliato, Eur. J. Mech. A 18 (1999) 653–677, on tangential impacts.
+    Klein (1909); Génot & Brogliato (1999) and Le Xuan Anh (2003) on tangential impacts.
     """
 
     policy: PolicyLike = Policy.LIFTOFF

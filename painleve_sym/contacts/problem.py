@@ -35,19 +35,9 @@ or a continuum: a body on more contacts than it has degrees of freedom can be lo
 
 References
 ----------
-Painlevé (1895), Sur les lois du frottement de glissement. C. R. Acad. Sci. 121, 112-115.
-Klein (1909), Zu Painlevés Kritik der Coulombschen Reibungsgesetze. Z. Math. Phys. 58, 186-191.
-Glocker & Pfeiffer (1993), Complementarity problems in multibody systems with planar friction.
-    Arch. Appl. Mech. 63, 452-463.
-Pfeiffer & Glocker (1996), Multibody Dynamics with Unilateral Contacts. Wiley.
-Pang & Trinkle (1996), Complementarity formulations and existence of solutions of dynamic
-    multi-rigid-body contact problems with Coulomb friction. Math. Program. 73, 199-226.
-Anitescu & Potra (1997), Formulating dynamic multi-rigid-body contact problems with friction as
-    solvable linear complementarity problems. Nonlinear Dynamics 14, 231-247.
-Le Xuan Anh (2003), Dynamics of Mechanical Systems with Coulomb Friction. Springer.
-Blumentals, Brogliato & Bertails-Descoubes (2016), The contact problem in Lagrangian systems subject
-    to bilateral and unilateral constraints, with or without sliding Coulomb's friction: a tutorial.
-    Multibody Syst. Dyn. 38, 43-76.
+Painlevé (1895) and Klein (1909) for the paradox; Glocker & Pfeiffer (1993), Pfeiffer & Glocker
+(1996), Pang & Trinkle (1996) and Anitescu & Potra (1997) for contacts that open; Le Xuan Anh (2003)
+for bilateral ones; Blumentals, Brogliato & Bertails-Descoubes (2016) for both.
 """
 
 from __future__ import annotations

@@ -59,7 +59,7 @@ class RigidContact(ContactStates):
 
     References
     ----------
-    Génot & Brogliato, Eur. J. Mech. A 18 (1999); Champneys & Várkonyi (2016).
+    Génot & Brogliato (1999); Champneys & Várkonyi (2016).
     """
 
     restitution: RestitutionLike = Restitution.ENERGETIC

@@ -137,7 +137,7 @@ class _Run:
     # ---- entering a mode ----
 
     def first_step(self) -> float:
-        """Return a first step (Hairer, Nørsett & Wanner, II.4), as the compiled engine does."""
+        """Return a first step (Hairer, Nørsett & Wanner 1993, II.4), as in C."""
         o, field = self.options, self.runner.field
         scale = self.atol + o.rtol * np.abs(self.x)
         f0 = field(self.x, self.z, self.c)[0]

@@ -16,6 +16,13 @@ if TYPE_CHECKING:
     from painleve_sym.codegen.modes import AutomatonFunctions
     from painleve_sym.hybrid.automaton import HybridAutomaton
 
+SOURCES = {
+    EngineName.TAYLOR: "Jorba & Zou (2005)",
+    EngineName.COMPILED: "Prince & Dormand (1981); Hairer, Nørsett & Wanner (1993)",
+    EngineName.ERK: "Prince & Dormand (1981); Hairer, Nørsett & Wanner (1993)",
+}
+"""Works on the integrator of each engine."""
+
 
 def make_engine(
     automaton: HybridAutomaton | AutomatonBuilder,

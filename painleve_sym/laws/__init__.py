@@ -38,12 +38,13 @@ def bilinear_hertz(
     Parameters
     ----------
     reload : Reload or its text
-        What follows when compression grows again before separation.
+        What follows when compression grows again before separation. ``virgin`` is
+        thermodynamically inadmissible, since it creates energy; the paper's Fig. 4 needs it.
     bodies : {1, 2}
         1: both bodies of one material. 2: each has its own, and its curvature.
     **parameters : float
-        ``E``, ``nu``, ``R``, ``n``, ``e_energetic``; of two bodies ``E_1``, ``nu_1``, ``kappa_1``,
-        …; SI units.
+        ``E``, ``nu``, ``R``, ``n``, ``l_0``, ``e_energetic``; of two bodies ``E_1``, ``nu_1``,
+        ``kappa_1``, …; SI units.
 
     Raises
     ------
@@ -73,7 +74,7 @@ def hertz(*, bodies: int = 1, **parameters: float) -> ContactLaw:
     --------
     >>> from painleve_sym import laws
     >>> laws.hertz(E=1e9)
-    ContactLaw 'hertz': E=1e+09, nu=0.3, R=0.00645, n=1.5
+    ContactLaw 'hertz': E=1e+09, nu=0.3, R=0.00645, n=1.5, l_0=1
     """
     from painleve_sym.laws import contact_law
 
@@ -111,7 +112,7 @@ def hunt_crossley(*, bodies: int = 1, **parameters: float) -> ContactLaw:
     --------
     >>> from painleve_sym import laws
     >>> laws.hunt_crossley(c=0.2)
-    ContactLaw 'hunt-crossley': E=2.09e+11, nu=0.3, R=0.00645, n=1.5, c=0.2
+    ContactLaw 'hunt-crossley': E=2.09e+11, nu=0.3, R=0.00645, n=1.5, l_0=1, c=0.2
     """
     from painleve_sym.laws import contact_law
 

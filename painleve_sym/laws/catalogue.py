@@ -29,6 +29,11 @@ CHOICES: Mapping[str, tuple[str, ...]] = {
 }
 """Every named choice of a contact law and its values."""
 
+CHOICE_NOTES: Mapping[str, str] = {
+    Reload.VIRGIN: "thermodynamically inadmissible: each reload creates energy; for reproduction",
+}
+"""What to know before a choice is made, by its value."""
+
 
 Law = ContactLaw | RigidLaw
 LawLike = Law | str
@@ -92,8 +97,8 @@ def law(name: str, **choices: str) -> Law | LawsByContact:
     name : str
         One of `LAWS`; or such a name for each contact, ``A=hertz,B=rigid``.
     **choices : str
-        Named choices of the law, such as ``reload="virgin"``; see `CHOICES`. Of several laws each
-        takes those that it has.
+        Named choices of the law, such as ``reload="virgin"`` (which creates energy); see `CHOICES`.
+        Of several laws each takes those that it has.
 
     Raises
     ------

@@ -61,8 +61,7 @@ class ChatterRatio:
 
     References
     ----------
-    Nordmark, Dankowicz & Champneys, Friction-induced reverse chatter in rigid-body mechanisms with
-    impacts, IMA J. Appl. Math. 76 (2011) 85–119; Champneys & Várkonyi (2016).
+    Nordmark, Dankowicz & Champneys (2011); Champneys & Várkonyi (2016).
     """
 
     law: RestitutionLaw

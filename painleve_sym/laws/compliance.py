@@ -90,13 +90,19 @@ class Branch:
     exits: tuple[Exit, ...]
 
 
-def _stiffness(parameters: Sequence[Parameter]) -> sp.Expr:
-    """K_e = (4/3) E* √R* of the parameters of one body, or of two.
+def _stiffness(body: Sequence[Parameter], n: Parameter, l_0: Parameter) -> sp.Expr:
+    """K_e = (4/3) E* √R* l_0^(3/2−n) of the parameters of one body, or of two; N/mⁿ.
 
     One body: both of the same material, the second one flat. 1/E* = Σ (1 − ν_i²)/E_i and
-    1/R* = Σ 1/R_i (the paper sums four principal curvatures, which would halve R*).
+    1/R* = Σ 1/R_i (the paper sums four principal curvatures, which would halve R*). Without the
+    reference length, as in the paper, the unit would be N/m^(3/2) whatever n.
     """
-    symbols = [p.symbol for p in parameters]
+    return hertz_stiffness(body) * l_0.symbol ** (sp.Rational(3, 2) - n.symbol)
+
+
+def hertz_stiffness(body: Sequence[Parameter]) -> sp.Expr:
+    """Return (4/3) E* √R* of the parameters of one body, or of two; N/m^(3/2)."""
+    symbols = [p.symbol for p in body]
     if len(symbols) == 3:
         E, nu, R = symbols
         e_star = E / (2 * (1 - nu**2))
@@ -109,11 +115,12 @@ def _stiffness(parameters: Sequence[Parameter]) -> sp.Expr:
 
 
 K_E = sp.Symbol("K_e", positive=True)
+"""Stiffness of the loading curve K_e δⁿ; N/mⁿ."""
 _E2 = sp.Symbol("e_squared", positive=True)
 
 
 def _bilinear_hertz(known: Mapping[str, Any]) -> ContactLaw:
-    *body, n, e = known["parameters"]
+    *body, n, l_0, e = known["parameters"]
     reload, N = known["choices"]["reload"], n.symbol
     delta_p = DELTA_MAX * (1 - e.symbol**2)
     virgin = K_E * ramp(DELTA) ** N
@@ -164,7 +171,7 @@ def _bilinear_hertz(known: Mapping[str, Any]) -> ContactLaw:
         memory=(DELTA_MAX,),
         # The floor keeps e = 0 from dividing by zero: unloading then ends where it begins.
         definitions={
-            K_E: _stiffness(body),
+            K_E: _stiffness(body, n, l_0),
             _E2: sp.Max(e.symbol**2, sp.Float("1e-200"), evaluate=False),
         },
         recontacts=(recontact,),
@@ -204,8 +211,8 @@ def _viscoelastic(
 
 
 def _hertz(known: Mapping[str, Any]) -> ContactLaw:
-    *body, n = known["parameters"]
-    return _viscoelastic(known, {K_E: _stiffness(body)}, n.symbol, sp.Integer(0), ())
+    *body, n, l_0 = known["parameters"]
+    return _viscoelastic(known, {K_E: _stiffness(body, n, l_0)}, n.symbol, sp.Integer(0), ())
 
 
 def _linear(known: Mapping[str, Any]) -> ContactLaw:
@@ -217,10 +224,10 @@ def _linear(known: Mapping[str, Any]) -> ContactLaw:
 
 
 def _hunt_crossley(known: Mapping[str, Any]) -> ContactLaw:
-    *body, n, c = known["parameters"]
+    *body, n, l_0, c = known["parameters"]
     damping = K_E * ramp(DELTA) ** n.symbol * c.symbol * DELTA_DOT
     release = 1 + c.symbol * DELTA_DOT
-    return _viscoelastic(known, {K_E: _stiffness(body)}, n.symbol, damping, (release,))
+    return _viscoelastic(known, {K_E: _stiffness(body, n, l_0)}, n.symbol, damping, (release,))
 
 
 FORMULAS: Mapping[str, Callable[[Mapping[str, Any]], ContactLaw]] = {

@@ -196,8 +196,11 @@ class ContactLaw(Deferred):
         return next(b for b in self.branches if b.name == name)
 
 
-def _exponent(default: float) -> Parameter:
-    return Parameter("n", default, "1", "exponent of the compression law", 0.0, lower_closed=False)
+def _exponent(default: float) -> tuple[Parameter, Parameter]:
+    """Exponent n of the compression law, and the length at which it equals Hertz's with n = 3/2."""
+    n = Parameter("n", default, "1", "exponent of the compression law", 0.0, lower_closed=False)
+    meaning = "compression at which the force is Hertz's, K_e = (4/3) E* sqrt(R*) l_0^(3/2 - n)"
+    return n, Parameter("l_0", 1.0, "m", meaning, 0.0, lower_closed=False)
 
 
 def _body_parameters(bodies: int) -> tuple[Parameter, ...]:
@@ -222,6 +225,11 @@ def _body_parameters(bodies: int) -> tuple[Parameter, ...]:
 def bilinear_hertz(reload: ReloadLike = Reload.ELASTIC, bodies: int = 1) -> ContactLaw:
     """Return the paper's elasto-plastic law: F_n = K_e δⁿ, and (5) after δ_max.
 
+    K_e = (4/3) E* √R* l_0^(3/2−n), in N/mⁿ. The paper has no l_0, and its K_e is in N/m^(3/2): with
+    n = 1.764 its force depends on the unit of length (in mm it would be 6.19 times as large). The
+    length l_0, at which K_e δⁿ equals Hertz's force, makes the law one of every unit; l_0 = 1 m
+    gives the numbers of the paper, and at n = 3/2 it has no effect.
+
     With δ_p = δ_max (1 − e²) the unloading curve (5) is F_n = K_e ((δ − δ_p)/e²)ⁿ. Of the work
     done on the loading curve the part e² is stored, the rest is dissipated by plasticity.
 
@@ -229,36 +237,43 @@ def bilinear_hertz(reload: ReloadLike = Reload.ELASTIC, bodies: int = 1) -> Cont
     ----------
     reload : {"elastic", "virgin"}
         What follows when compression grows again before separation. ``elastic``: back up the
-        unloading curve to δ_max, then the loading curve (Walton & Braun). ``virgin``: the loading
-        curve at once, with a jump of the force; what the paper's Fig. 4 needs.
+        unloading curve to δ_max, then the loading curve. ``virgin``: the loading
+        curve at once, with a jump of the force. It is thermodynamically inadmissible: each reload
+        creates the energy by which the loading curve at that compression exceeds what is stored.
+        It is here to reproduce the paper, whose Fig. 4 needs it.
         At e = 0 there is no unloading curve, and a contact that stays loaded ends a run at its
         first maximum compression, as an accumulation of events.
     bodies : {1, 2}
         1: parameters E, nu, R, the same material on a plane. 2: E_i, nu_i and curvature kappa_i.
+        Both have n and l_0 besides.
 
     References
     ----------
-    Zhao, Liu & Chen, (4)–(10). Walton & Braun, J. Rheology 30 (1986) 949–980.
+    Impact model resolution on Painlevé's paradox, (4)–(10). Walton & Braun (1986), whose two
+    branches are linear, for the elastic reload.
     """
     reload = chosen(Reload, reload, "reload rule", "law bilinear-hertz")
     e = Parameter("e_energetic", 0.75, "1", "energetic coefficient of restitution", 0.0, 1.0)
     known: dict[str, Any] = {
         "name": "bilinear-hertz" if bodies == 1 else "bilinear-hertz-two-bodies",
         "title": "elasto-plastic Hertz law, loading K δⁿ, unloading from the energetic restitution",
-        "source": "Zhao, Liu & Chen, (4)–(10)",
-        "parameters": (*_body_parameters(bodies), _exponent(1.764), e),
+        "source": "Impact model resolution on Painlevé's paradox, (4)–(10)",
+        "parameters": (*_body_parameters(bodies), *_exponent(1.764), e),
         "choices": {"reload": str(reload)},
     }
     return _named(known, f"bilinear-hertz {bodies} {reload}")
 
 
 def hertz(bodies: int = 1) -> ContactLaw:
-    """Return the elastic law F_n = K_e δⁿ (n = 3/2 by default), nothing dissipated."""
+    """Return the elastic law F_n = K_e δⁿ (n = 3/2 by default), nothing dissipated.
+
+    K_e is that of `bilinear_hertz`; the reference length l_0 matters where n is not 3/2.
+    """
     known: dict[str, Any] = {
         "name": "hertz",
         "title": "elastic Hertz law K δⁿ",
-        "source": "Johnson, Contact Mechanics (1985), ch. 4",
-        "parameters": (*_body_parameters(bodies), _exponent(1.5)),
+        "source": "Johnson (1985), ch. 4",
+        "parameters": (*_body_parameters(bodies), *_exponent(1.5)),
         "choices": {},
     }
     return _named(known, f"hertz {bodies}")
@@ -269,7 +284,7 @@ def linear() -> ContactLaw:
     known: dict[str, Any] = {
         "name": "linear",
         "title": "linear spring and dashpot",
-        "source": "Hogan & Kristiansen, SIAM J. Appl. Dyn. Syst. 16 (2017)",
+        "source": "Hogan & Kristiansen (2017)",
         "parameters": (
             Parameter("k", 1e8, "N/m", "stiffness", 0.0, lower_closed=False),
             Parameter("c", 0.0, "N s/m", "damping", 0.0),
@@ -280,13 +295,16 @@ def linear() -> ContactLaw:
 
 
 def hunt_crossley(bodies: int = 1) -> ContactLaw:
-    """Return F_n = K_e δⁿ (1 + c δ̇), whose dashpot vanishes with the compression."""
+    """Return F_n = K_e δⁿ (1 + c δ̇), whose dashpot vanishes with the compression.
+
+    K_e is that of `bilinear_hertz`; the reference length l_0 matters where n is not 3/2.
+    """
     damping = Parameter("c", 0.1, "s/m", "damping factor", 0.0)
     known: dict[str, Any] = {
         "name": "hunt-crossley",
         "title": "Hertz law with a dashpot proportional to the elastic force",
-        "source": "Hunt & Crossley, J. Appl. Mech. 42 (1975) 440–445",
-        "parameters": (*_body_parameters(bodies), _exponent(1.5), damping),
+        "source": "Hunt & Crossley (1975)",
+        "parameters": (*_body_parameters(bodies), *_exponent(1.5), damping),
         "choices": {},
     }
     return _named(known, f"hunt-crossley {bodies}")

@@ -1,6 +1,6 @@
 """Closed forms of the jump at finite stiffness: A and B frozen at the start but not dropped.
 
-An impact without collision of any mechanism with one contact and a force F = K δⁿ: slip from rest
+An impact without collision of a mechanism with one planar contact, a force F = K δⁿ: slip from rest
 at δ = 0 with A < 0 and B < 0, sticking compression, sticking restitution along
 F = K ((δ − δ_p)/e²)ⁿ with δ_p = (1 − e²) δ_max. In slip v̇_n = A F + B and v̇_t = C F + b_t, in
 sticking v̇_n = A′ F + B′.
@@ -110,7 +110,7 @@ def separating_rate() -> sp.Expr:
 
     References
     ----------
-    Hogan & Kristiansen, Proc. R. Soc. A 473 (2017) 20160773.
+    Hogan & Kristiansen (2017).
     """
     root = sp.sqrt((A * DAMPING) ** 2 - 4 * A * K)
     return (-A * DAMPING - root) / 2 * (DELTA + B_FREE / (A * K))

@@ -166,7 +166,7 @@ def impact_cases(
 
     References
     ----------
-    Routh, Rigid Dynamics (1905); Keller (1986); Stronge (1990); Wang & Mason (1992).
+    Routh (1905); Keller (1986); Stronge (1990); Wang & Mason (1992).
     """
     law = restitution or energetic()
     return {
@@ -199,7 +199,7 @@ def three_phase_jump(
 
     References
     ----------
-    Zhao, Liu & Chen, section 4, (14)–(21).
+    Impact model resolution on Painlevé's paradox, section 4, (14)–(21).
     """
     course = impact_course(coefficients, ImpactClass.C_STICKING, slip, write)
     return ImpactCase(restitution or energetic(), course)

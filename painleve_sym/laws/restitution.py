@@ -25,7 +25,9 @@ class RestitutionLaw(Deferred):
     Newton's law gives no rebound at all.
 
     With restitution in [0, 1] and Coulomb friction the energetic and Poisson's law never add
-    energy in a planar impact of one contact; Newton's can.
+    energy in a planar impact of a single contact over ground at rest; Newton's can. They are laws
+    of one contact: how several contacts share an impact is a rule of this package, with which the
+    same holds; see `solve_simultaneous_impact`.
 
     Attributes
     ----------
@@ -70,18 +72,20 @@ class RestitutionLaw(Deferred):
 def newton() -> RestitutionLaw:
     """Return Newton's law, v_n⁺ = −e v_n⁻.
 
-    With friction and a change of slip it can add energy, and it gives no rebound where the
-    approach velocity is zero: it is inert in an impact without collision.
+    It gives no rebound where the approach velocity is zero: it is inert in an impact without
+    collision. The kinetic energy changes by (P_t (v_t⁺ + v_t⁻) − (1 − e) P_n |v_n⁻|)/2, summed over
+    the contacts: it grows where friction, opposed to the slip at the end, pushed along the slip
+    before by more than restitution loses. Without friction, and with e = 0, it never does.
 
     References
     ----------
-    Kane & Levinson, Dynamics: Theory and Applications (1985), on the energy it adds.
+    Kane & Levinson (1985) on the energy it adds.
     """
     e = Parameter("e_newton", 0.75, "1", "Newton's coefficient of restitution", 0.0, 1.0)
     return _named(
         "newton",
         "Newton's kinematic restitution",
-        "Newton, Principia (1687); Brogliato, Nonsmooth Mechanics (2016), ch. 4",
+        "Newton (1687); Brogliato (2016), ch. 4",
         e,
         "kinematic; can add energy where the slip stops or reverses during the impact",
     )
@@ -90,35 +94,41 @@ def newton() -> RestitutionLaw:
 def poisson() -> RestitutionLaw:
     """Return Poisson's law, P_r = e P_c, between the impulses of restitution and compression.
 
-    The normal force can release more than it stored, E_r < −E_c; friction has then taken at
-    least the difference, and the impact as a whole never gains energy.
+    The normal force can release more than it stored, E_r < −E_c; in the impact of a single contact
+    friction has then taken at least the difference, so that the impact as a whole never gains
+    energy. With several contacts that argument fails; what restitution is left then lapses where
+    the energy would grow (`solve_simultaneous_impact`).
 
     References
     ----------
-    Wang & Mason, J. Appl. Mech. 59 (1992) 635–642.
+    Wang & Mason (1992); Ivanov (1992) and Batlle (1993) on its energy.
     """
     e = Parameter("e_poisson", 0.75, "1", "Poisson's coefficient of restitution", 0.0, 1.0)
     return _named(
         "poisson",
         "Poisson's kinetic restitution",
-        "Poisson, Traité de mécanique (1833); Routh, Rigid Dynamics (1905), §179",
+        "Poisson (1833); Routh (1905)",
         e,
         "kinetic; the compression can release more energy than it stored where the slip stops",
     )
 
 
 def energetic() -> RestitutionLaw:
-    """Return Stronge's law, E_r = −e² E_c: the paper's. Never adds energy.
+    """Return Stronge's law of a single contact, E_r = −e² E_c: the paper's. It never adds energy.
+
+    With several contacts each gives back e² of the energy that its own normal force took, and no
+    energy is gained either: friction opposes the slip of each moment. How the contacts share the
+    impulse is a rule of this package (`solve_simultaneous_impact`), not Stronge's.
 
     References
     ----------
-    Zhao, Liu & Chen, (9) and (21).
+    Stronge (1990); Impact model resolution on Painlevé's paradox, (9) and (21).
     """
     e = Parameter("e_energetic", 0.75, "1", "energetic coefficient of restitution", 0.0, 1.0)
     return _named(
         "energetic",
         "Stronge's energetic restitution",
-        "Stronge, Proc. R. Soc. A 431 (1990) 169–181",
+        "Stronge (1990)",
         e,
         "energetic; releases the part e² of the stored energy whatever the slip does",
     )

@@ -46,7 +46,6 @@ class RigidLaw:
 
     name = "rigid"
     title = "rigid contact: contact problem between impacts, Routh's construction at them"
-    source = "Routh (1905); Génot & Brogliato, Eur. J. Mech. A 18 (1999)"
     is_compliant: ClassVar[bool] = False
     """Whether the contact yields."""
     definitions: ClassVar[Mapping[Symbol, Expr]] = {}
@@ -57,6 +56,11 @@ class RigidLaw:
         restitution = chosen(Restitution, self.restitution, "restitution law")
         self.__dict__.update(restitution=restitution, policy=policy)
         _ = self.parameters  # rejects a coefficient out of range
+
+    @property
+    def source(self) -> str:
+        """Works on rigid contact and on the restitution law."""
+        return f"Routh (1905); Génot & Brogliato (1999); {restitution_law(self.restitution).source}"
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:

@@ -27,7 +27,8 @@ class LawSaddle:
 
     References
     ----------
-    Zhao, Liu & Chen, §3.4, state that the sliding solution is not stable.
+    Impact model resolution on Painlevé's paradox, §3.4: the sliding solution is not stable.
+    Hogan & Kristiansen (2017) and Kristiansen & Hogan (2018) for linear contacts.
     """
 
     law: ContactLaw
@@ -56,8 +57,9 @@ class LawSaddle:
     def rates(self) -> tuple[sp.Expr, sp.Expr]:
         """Growth rate λ₊ > 0 and decay rate λ₋ < 0 of a small deviation; 1/s.
 
-        λ² + A F_δ̇ λ + A F_δ = 0. Both are real for A < 0, F_δ > 0: the equilibrium is a saddle
-        whatever the law, and a dashpot (F_δ̇ > 0) makes it leave faster.
+        λ² + A F_δ̇ λ + A F_δ = 0. Both are real for A < 0, F_δ > 0 and finite F_δ̇: the equilibrium
+        is a saddle for every such law, and a dashpot (F_δ̇ > 0) makes it leave faster. A and B
+        are held constant.
         """
         half, product = -A * self.damping / 2, -A * self.slope
         root = sp.sqrt(half**2 + product)

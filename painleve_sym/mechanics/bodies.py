@@ -1,12 +1,14 @@
-"""Parts of a planar mechanism: bodies, springs with dampers, and applied forces or torques."""
+"""Parts of a planar mechanism: bodies and their modes, springs with dampers, applied loads."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeAlias
 
 import sympy as sp
+
+from painleve_sym.errors import ModelError
 
 Scalar: TypeAlias = sp.Expr | float
 """What a formula may be given as: an expression or a number, never text."""
@@ -28,8 +30,58 @@ def rate(value: Scalar, rates: Rates) -> sp.Expr:
 
 
 @dataclass(frozen=True)
+class Mode:
+    """A natural mode of a body that deforms: the body's points move by φ(P) q in its frame.
+
+    Deflections are small and the body turns slowly against the mode, so that terms of the order
+    (φ̇/ω)² q are left out. A free mode moves neither the mass centre nor the mean angle: its
+    `momentum` and `angular_momentum` are 0. A mode of a body that is clamped in its frame has them.
+
+    Attributes
+    ----------
+    coordinate : sympy.Symbol
+        q, one of the system's coordinates; m.
+    mass : sympy.Expr
+        Modal mass ∫φ² dm; kg.
+    frequency : sympy.Expr
+        Natural circular frequency ω; rad/s.
+    damping : sympy.Expr
+        Ratio ζ of the modal damping to the critical one; 1.
+    momentum : pair of sympy.Expr
+        ∫φ dm in the body's frame; kg.
+    angular_momentum : sympy.Expr
+        ∫(ξ φ_η − η φ_ξ) dm with (ξ, η) from the body's mass centre; kg m.
+    stretch : sympy.Expr, optional
+        ∫(ξ φ_ξ + η φ_η) dm; kg m. Where it is given the inertia grows by 2 `stretch` q + `mass` q²;
+        it belongs to modes along a bar. Bending changes the inertia in second order alone.
+    """
+
+    coordinate: sp.Symbol
+    mass: Scalar
+    frequency: Scalar
+    damping: Scalar = 0
+    momentum: tuple[Scalar, Scalar] = (0, 0)
+    angular_momentum: Scalar = 0
+    stretch: Scalar | None = None
+
+    @property
+    def spring(self) -> Spring:
+        """The mode's restoring and damping force: k = m ω², c = 2 ζ m ω."""
+        stiffness = expr(self.mass) * expr(self.frequency) ** 2
+        damping = 2 * expr(self.damping) * expr(self.mass) * expr(self.frequency)
+        return Spring(self.coordinate, stiffness, damping)
+
+
+Shape: TypeAlias = Mapping[sp.Symbol, tuple[Scalar, Scalar]]
+"""Values (φ_ξ, φ_η) of modes at one point of a body, by the mode's coordinate."""
+
+
+@dataclass(frozen=True)
 class Body:
-    """A rigid body: T = m (ẋ² + ẏ²)/2 + J φ̇²/2 with x, y of its mass centre and its angle φ.
+    """A body: T = m (ẋ² + ẏ²)/2 + J φ̇²/2 with x, y of its mass centre and its angle φ.
+
+    A body with modes deforms. `centre` and `angle` are then those of its frame, in which it is
+    undeformed where every modal coordinate is 0.
 
     Attributes
     ----------
@@ -40,19 +92,100 @@ class Body:
     inertia : sympy.Expr
         J about the mass centre; kg m². 0 for a point mass.
     angle : sympy.Expr
-        φ(q, t), counter-clockwise; rad. Only its rate matters.
+        φ(q, t), counter-clockwise; rad. Without modes only its rate matters.
+    modes : tuple of Mode
+        Orthogonal to each other with respect to the mass.
+    name : str
+        For messages.
+
+    References
+    ----------
+    Modes in a floating frame: Shabana (1989).
     """
 
     mass: Scalar
     centre: tuple[Scalar, Scalar]
     inertia: Scalar = 0
     angle: Scalar = 0
+    modes: tuple[Mode, ...] = field(default_factory=tuple)
+    name: str = "body"
 
     def kinetic_energy(self, rates: Rates) -> sp.Expr:
         """Return T; J."""
         speeds = [rate(c, rates) for c in self.centre]
         turn = rate(self.angle, rates)
-        return expr(self.mass) * sum(v**2 for v in speeds) / 2 + expr(self.inertia) * turn**2 / 2
+        inertia = expr(self.inertia)
+        for mode in self.modes:
+            if mode.stretch is not None:
+                q = mode.coordinate
+                inertia += 2 * expr(mode.stretch) * q + expr(mode.mass) * q**2
+        kinetic = expr(self.mass) * sum(v**2 for v in speeds) / 2 + inertia * turn**2 / 2
+        shift = [rate(p, rates) for p in self._turned(self._mass_shift)]
+        kinetic += sum(v * p for v, p in zip(speeds, shift, strict=True))
+        for mode in self.modes:
+            speed = rates[mode.coordinate]
+            kinetic += expr(mode.angular_momentum) * turn * speed + expr(mode.mass) * speed**2 / 2
+        return kinetic
+
+    @property
+    def _mass_shift(self) -> tuple[sp.Expr, sp.Expr]:
+        """∫φ dm q summed over the modes, in the body's frame: m times the mass centre's shift."""
+        x, y = (
+            sum((expr(m.momentum[i]) * m.coordinate for m in self.modes), sp.S.Zero) for i in (0, 1)
+        )
+        return x, y
+
+    def _turned(self, vector: tuple[sp.Expr, sp.Expr]) -> tuple[sp.Expr, sp.Expr]:
+        """Return a vector of the body's frame in the directions x, y."""
+        if vector == (0, 0):
+            return vector
+        c, s = sp.cos(expr(self.angle)), sp.sin(expr(self.angle))
+        return c * vector[0] - s * vector[1], s * vector[0] + c * vector[1]
+
+    def point(
+        self, at: tuple[Scalar, Scalar], shape: Shape | None = None
+    ) -> tuple[sp.Expr, sp.Expr]:
+        """Return the place (x, y) of a material point as a function of q and t.
+
+        Parameters
+        ----------
+        at : pair of sympy.Expr
+            (ξ, η) of the undeformed point in the body's frame, from the mass centre; m.
+        shape : mapping of modal coordinate to pair of sympy.Expr
+            (φ_ξ, φ_η) of every mode at the point.
+
+        Raises
+        ------
+        ModelError
+            Modes without value at the point, values of unknown modes.
+        """
+        shape = shape or {}
+        modes = [m.coordinate for m in self.modes]
+        faults = [
+            f"mode {q} has no value at this point. Fix: give its shape there; (0, 0) at a node."
+            for q in modes
+            if q not in shape
+        ]
+        faults += [
+            f"{q} is not a mode of this body; its modes: {', '.join(map(str, modes)) or 'none'}."
+            for q in shape
+            if q not in modes
+        ]
+        if faults:
+            raise ModelError(f"point of {self.name}", faults)
+        moved = [
+            expr(at[i]) + sum((expr(values[i]) * q for q, values in shape.items()), sp.S.Zero)
+            for i in (0, 1)
+        ]
+        x, y = self._turned((moved[0], moved[1]))
+        return expr(self.centre[0]) + x, expr(self.centre[1]) + y
+
+    @property
+    def mass_moment(self) -> tuple[sp.Expr, sp.Expr]:
+        """m (x, y) of the mass centre of the deformed body; kg m."""
+        x, y = self._turned(self._mass_shift)
+        mass = expr(self.mass)
+        return mass * expr(self.centre[0]) + x, mass * expr(self.centre[1]) + y
 
 
 @dataclass(frozen=True)
@@ -124,10 +257,6 @@ def weight(bodies: Iterable[Body], gravity: Scalar | tuple[Scalar, Scalar]) -> s
     """
     pull = gravity if isinstance(gravity, tuple) else (0, -expr(gravity))
     return sum(
-        (
-            -expr(b.mass) * expr(g) * expr(c)
-            for b in bodies
-            for g, c in zip(pull, b.centre, strict=True)
-        ),
+        (-expr(g) * moment for b in bodies for g, moment in zip(pull, b.mass_moment, strict=True)),
         sp.Integer(0),
     )

@@ -26,7 +26,7 @@ class ContactCoefficients:
 
     References
     ----------
-    Zhao, Liu & Chen, equations (1)–(3) and (19).
+    Impact model resolution on Painlevé's paradox, (1)–(3) and (19).
     """
 
     contact: Contact

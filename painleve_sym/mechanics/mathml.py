@@ -112,7 +112,11 @@ def _paired(rest: Sequence[sp.Expr], left: list[sp.Expr], marks: Marks) -> Itera
 
     def shared(part: sp.Expr, other: sp.Expr) -> int:
         kinds = (sp.Mul, sp.Add)
-        return max(len(set(k.make_args(part)) & set(k.make_args(other))) for k in kinds)
+        common = max(len(set(k.make_args(part)) & set(k.make_args(other))) for k in kinds)
+        if part.func != other.func:
+            return common
+        same_function = int(isinstance(part, sp.Function))
+        return max(common, len(set(part.args) & set(other.args))) + same_function
 
     for part in rest:
         nearest = max(left, key=lambda other: shared(part, other), default=None)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import keyword
 import re
 from collections import Counter
@@ -142,7 +143,7 @@ class LagrangianSystem:
         potential_energy: Scalar = 0,
         generalized_forces: Mapping[str, Scalar] | None = None,
     ) -> LagrangianSystem:
-        """Return the system of rigid bodies with springs, dampers and applied loads.
+        """Return the system of bodies with springs, dampers and applied loads.
 
         Parameters
         ----------
@@ -159,6 +160,10 @@ class LagrangianSystem:
             What is to be added to dampers and loads.
         """
         q, rates = [c.symbol for c in coordinates], _rates(coordinates, parameters)
+        faults = [fault for b in bodies for fault in _mode_faults(b, q)]
+        if faults:
+            raise ModelError(f"mechanism {name!r}", faults)
+        springs = [*springs, *(m.spring for b in bodies for m in b.modes)]
         kinetic = sum((b.kinetic_energy(rates) for b in bodies), expr(kinetic_energy))
         potential = expr(potential_energy) + weight(bodies, gravity)
         potential += sum(s.potential_energy for s in springs)
@@ -378,6 +383,29 @@ class LagrangianSystem:
         still = dict.fromkeys(self.q_dot, sp.Integer(0))
         value = sp.sympify(formula).xreplace(still)
         return value if value == 0 else readable(value)
+
+
+def _mode_faults(body: Body, coordinates: Sequence[sp.Symbol]) -> Iterator[str]:
+    """Yield a sentence for each mode that cannot be: constants that are out of range, mostly."""
+    where = f"{body.name}: mode"
+    for mode in body.modes:
+        named = f"{where} {mode.coordinate}"
+        if mode.coordinate not in coordinates:
+            yield f"{where}: " + unknown_name(
+                "coordinate", str(mode.coordinate), map(str, coordinates)
+            )
+        for title, value in (("mass", mode.mass), ("frequency", mode.frequency)):
+            if expr(value).is_nonpositive:
+                yield f"{named}: {title} is {value}, need > 0."
+        if expr(mode.damping).is_negative:
+            yield f"{named}: damping ratio is {mode.damping}, need >= 0."
+    for before, after in itertools.pairwise(body.modes):
+        difference = expr(after.frequency) - expr(before.frequency)
+        if difference.is_negative:
+            yield (
+                f"{where} {after.coordinate}: frequency {after.frequency} is below the one before, "
+                f"{before.frequency}. Fix: order the modes by frequency."
+            )
 
 
 def _rates(

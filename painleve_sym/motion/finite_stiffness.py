@@ -69,7 +69,8 @@ class CorrectedJumpRule:
 
     References
     ----------
-    docs/corrected-jump.md; Zhao, Liu & Chen, section 4, for the limit K → ∞.
+    docs/corrected-jump.md; Impact model resolution on Painlevé's paradox, section 4, for the limit
+    K → ∞.
     """
 
     mechanism: Mechanism

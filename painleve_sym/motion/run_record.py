@@ -14,6 +14,7 @@ from painleve_sym.engines.protocol import RawRun
 from painleve_sym.engines.records import StepRecords
 from painleve_sym.errors import EventKind
 from painleve_sym.hybrid.signature import mode_name
+from painleve_sym.motion.energy_gains import GAINING, EnergyGain, energy_gains
 from painleve_sym.motion.rigid import alternatives, chatter_at, growing_bounces
 from painleve_sym.motion.singular_limit import ReverseChatter
 from painleve_sym.motion.trajectory import EventRecord, StoredRecord
@@ -139,6 +140,25 @@ class RunRecord:
                 )
             )
         return records
+
+    @cached_property
+    def energy_gains(self) -> tuple[EnergyGain, ...]:
+        """Impacts and reloads that add energy."""
+        rows, outline = self.raw.event_records, self.simulator.outline
+        causes = [outline.kinds.index(kind) for kind in GAINING if kind in outline.kinds]
+        if not np.isin(rows.kind, causes).any():
+            return ()
+        sides = (
+            (rows.mode_before, rows.state_before, rows.memory_before),
+            (rows.mode_after, rows.state_after, rows.memory_after),
+        )
+        before, after = (self._output("kinetic_energy", *side) for side in sides)
+        return energy_gains(rows, self.events, (before, after), self.simulator.names)
+
+    def _output(self, name: str, modes: Any, states: Array, memory: Array) -> Array:
+        """Return an output at n points, shape (n,)."""
+        outputs = self.simulator.integrator.outputs(modes, states, memory, self.constants)
+        return outputs[:, self.simulator.outline.output_names.index(name)]
 
     @cached_property
     def reverse_chatter(self) -> tuple[ReverseChatter, ...]:

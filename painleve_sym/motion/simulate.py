@@ -146,7 +146,8 @@ def simulate(
 
     References
     ----------
-    Zhao, Liu & Chen, sections 2 and 3; the start below is that of their Table 3.
+    Impact model resolution on Painlevé's paradox, sections 2 and 3; the start below is that of
+    its Table 3.
 
     Examples
     --------

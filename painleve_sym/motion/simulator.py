@@ -21,7 +21,7 @@ from painleve_sym.contacts.inputs import resolve_state, state_values
 from painleve_sym.contacts.model import CONTACT, ContactModel
 from painleve_sym.contacts.terms import ContactImpacts
 from painleve_sym.engines.compiled import CompiledEngine
-from painleve_sym.engines.factory import make_engine
+from painleve_sym.engines.factory import SOURCES, make_engine
 from painleve_sym.engines.protocol import MAX_EVENTS, MAX_STEPS, Engine, RawRun, RunOptions
 from painleve_sym.errors import InputError, StopReason, unknown_name
 from painleve_sym.hybrid.signature import Outline
@@ -114,7 +114,7 @@ class Simulator:
     >>> block = model("block-two-feet")
     >>> simulator = Simulator(block, {"A": law("rigid"), "B": law("hertz")})
     >>> [p.name for p in simulator.own_parameters]
-    ['e_energetic', 'E_B', 'nu_B', 'R_B', 'n_B']
+    ['e_energetic', 'E_B', 'nu_B', 'R_B', 'n_B', 'l_0_B']
     """
 
     mechanism: Mechanism
@@ -188,6 +188,12 @@ class Simulator:
     def label(self) -> str:
         """Names of the laws, for messages and results."""
         return ", ".join(law.name for law in self.laws)
+
+    @property
+    def source(self) -> str:
+        """Works on the mechanism, the laws and the integrator."""
+        texts = [self.mechanism.source, *(law.source for law in self.laws)]
+        return "; ".join([*texts, SOURCES[EngineName(self.integrator.name)]])
 
     @property
     def choices(self) -> dict[str, str]:
@@ -699,7 +705,7 @@ class Simulator:
     ) -> Trajectory:
         """Return a run as a trajectory; `resolved` are the impulses of a resolver."""
         return Trajectory(
-            names=self._names,
+            names=self.names,
             parameters=start.values,
             rtol=rtol,
             record=RunRecord(self, start, raw, resolved),
@@ -727,7 +733,8 @@ class Simulator:
         return {name: self.__dict__[name] for name in ("mechanism", "law", "engine")}
 
     @cached_property
-    def _names(self) -> MotionNames:
+    def names(self) -> MotionNames:
+        """Names that all motions of the simulator share."""
         outline = self.outline
         return MotionNames(
             mechanism=self.mechanism.name,
@@ -740,6 +747,7 @@ class Simulator:
             contacts=tuple(c.name for c in self.mechanism.outline.contacts),
             units=self.mechanism.units | {p.name: p.unit for p in self.own_parameters},
             latex=self.mechanism.latex_names,
+            source=self.source,
         )
 
     def _detail(self, raw: RawRun) -> str:

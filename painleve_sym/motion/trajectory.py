@@ -18,6 +18,7 @@ from painleve_sym.engines.protocol import Engine
 from painleve_sym.engines.records import StepRecords
 from painleve_sym.errors import EventKind, InputError, StopReason, unknown_name
 from painleve_sym.files import plain_fields, to_plain
+from painleve_sym.motion.energy_gains import EnergyGain, notices
 from painleve_sym.motion.singular_limit import ReverseChatter, SingularLimit
 from painleve_sym.quantities import unit_of
 
@@ -97,6 +98,8 @@ class MotionNames:
         In the mechanism's order.
     units, latex : dict of str to str
         Of coordinates, velocities and parameters.
+    source : str
+        Works on the mechanism, the laws and the integrator.
     """
 
     mechanism: str
@@ -109,6 +112,7 @@ class MotionNames:
     contacts: tuple[str, ...]
     units: dict[str, str]
     latex: dict[str, str]
+    source: str
 
 
 class Evaluator(Protocol):
@@ -178,6 +182,10 @@ class MotionRecord(Protocol):
         """Rigid motion: stretches of bounces that grow out of contact."""
 
     @property
+    def energy_gains(self) -> tuple[EnergyGain, ...]:
+        """Impacts and reloads that add energy, as far as events were kept."""
+
+    @property
     def constants(self) -> Array:
         """Parameters and definitions, as the engine takes them."""
 
@@ -191,6 +199,7 @@ class StoredRecord:
     final_mode: int
     events: tuple[EventRecord, ...]
     reverse_chatter: tuple[ReverseChatter, ...]
+    energy_gains: tuple[EnergyGain, ...]
     constants: Array
 
     @classmethod
@@ -296,6 +305,11 @@ class Trajectory:
         return self.names.choices
 
     @property
+    def source(self) -> str:
+        """Works on the mechanism, the laws and the integrator; see `painleve_sym.citation`."""
+        return self.names.source
+
+    @property
     def engine(self) -> str:
         """Name of the engine."""
         return self.names.engine
@@ -334,6 +348,20 @@ class Trajectory:
     def reverse_chatter(self) -> tuple[ReverseChatter, ...]:
         """Rigid motion: stretches of bounces that grow out of contact."""
         return self.record.reverse_chatter
+
+    @property
+    def energy_gains(self) -> tuple[EnergyGain, ...]:
+        """Impacts and reloads that add energy, in order; none where no events were kept.
+
+        Newton's law of restitution can add energy where friction acts, and the virgin reload rule
+        does at every reload. What drives add by a moving surface does not count.
+        """
+        return self.record.energy_gains
+
+    @property
+    def notices(self) -> tuple[str, ...]:
+        """Sentences that a reader of the result should know: energy that the motion gained."""
+        return notices(self.energy_gains)
 
     @property
     def constants(self) -> Array:
@@ -713,6 +741,7 @@ class Trajectory:
             "stop_reason": self.stop_reason.label,
             "stop_detail": self.stop_detail,
             **self._findings,
+            "notices": list(self.notices),
             "energy_residual": self.energy_residual,
             "counters": self.counters,
             "engine": self.engine,
@@ -720,7 +749,7 @@ class Trajectory:
 
     @property
     def _findings(self) -> dict[str, Any]:
-        return plain_fields(self, "limit", "reverse_chatter")
+        return plain_fields(self, "limit", "reverse_chatter", "energy_gains")
 
     def save(self, path: str | Path) -> None:
         """Write to an NPZ file; see `save_npz`.
@@ -748,6 +777,7 @@ class Trajectory:
             "contacts": self.names.contacts,
             "units": self.names.units,
             "latex": self.names.latex,
+            "source": self.names.source,
             "outputs": self.evaluator.portable().to_data() if self.evaluator else None,
         }
         arrays = {name: getattr(self, name) for name in (*_ARRAYS, "step_bend")}
@@ -782,6 +812,7 @@ class Trajectory:
             final_mode=text["final_mode"],
             events=tuple(_event(e) for e in text["events"]),
             reverse_chatter=tuple(ReverseChatter(**c) for c in text.get("reverse_chatter", ())),
+            energy_gains=tuple(EnergyGain.from_dict(g) for g in text.get("energy_gains", ())),
             constants=arrays["constants"],
         )
         named = {name: text[name] for name in ("mechanism", "law", "choices", "engine")}
@@ -795,6 +826,8 @@ class Trajectory:
                 contacts=tuple(text["contacts"]),
                 units=text["units"],
                 latex=text["latex"],
+                # Files of earlier releases name no source.
+                source=text.get("source", ""),
             ),
             record=record,
             **{k: text[k] for k in given},

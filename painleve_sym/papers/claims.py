@@ -14,6 +14,7 @@ import sympy as sp
 
 from painleve_sym.papers.formula import expression
 from painleve_sym.papers.item import Verdict
+from painleve_sym.references import Reference, reference
 
 
 @dataclass(frozen=True)
@@ -103,48 +104,13 @@ class ItemClaim:
 
 
 @dataclass(frozen=True)
-class Source:
-    """The bibliographic record of a paper.
-
-    Attributes
-    ----------
-    title, authors, journal, pages, doi : str
-    year : int or None
-    unconfirmed : tuple of str
-        Fields that were not checked against the title page.
-    """
-
-    title: str
-    authors: str = ""
-    journal: str = ""
-    year: int | None = None
-    pages: str = ""
-    doi: str = ""
-    unconfirmed: tuple[str, ...] = ()
-
-    def citation(self, title: str = "") -> str:
-        """Return the record as one phrase, with its unconfirmed part marked.
-
-        Parameters
-        ----------
-        title : str, optional
-            The title as it is to be written, for example in italics.
-        """
-        names = ("authors", "journal", "year", "pages", "doi")
-        given = [(name, str(getattr(self, name))) for name in names if getattr(self, name)]
-        sure = [text for name, text in given if name not in self.unconfirmed]
-        phrase = ", ".join([title or self.title, *sure])
-        probable = ", ".join(text for name, text in given if name in self.unconfirmed)
-        return f"{phrase} (probably {probable}; unconfirmed)" if probable else phrase
-
-
-@dataclass(frozen=True)
 class Claims:
     """Everything a paper prints that is compared with.
 
     Attributes
     ----------
-    source : Source
+    source : Reference
+        The paper.
     formulas : mapping of str to PrintedFormula
     letters : mapping of str to str
         Letters in which the paper writes another formula, with the name of that formula.
@@ -156,7 +122,7 @@ class Claims:
         Other tables of the file, which only the paper's own modules read.
     """
 
-    source: Source
+    source: Reference
     formulas: Mapping[str, PrintedFormula] = field(default_factory=dict)
     letters: Mapping[str, str] = field(default_factory=dict)
     numbers: Mapping[str, Printed] = field(default_factory=dict)
@@ -194,11 +160,12 @@ def read_claims(path: Path) -> Claims:
     ------
     TypeError
         An entry has a key that is not known, or lacks one.
+    InputError
+        ``docs/references.bib`` has no entry for the paper.
     """
     with path.open("rb") as file:
         data = tomllib.load(file)
-    source = data.pop("source")
-    source["unconfirmed"] = tuple(source.get("unconfirmed", ()))
+    source = reference(data.pop("source"))
     formulas = {k: PrintedFormula(**v) for k, v in data.pop("formulas", {}).items()}
     items = {
         name: ItemClaim(
@@ -215,7 +182,7 @@ def read_claims(path: Path) -> Claims:
         expected = Verdict(entry.pop("expected", Verdict.REPRODUCED.value))
         items[name] = ItemClaim(**entry, expected=expected)
     return Claims(
-        source=Source(**source),
+        source=source,
         formulas=formulas,
         letters=data.pop("letters", {}),
         numbers={k: Printed(**v) for k, v in data.pop("numbers", {}).items()},

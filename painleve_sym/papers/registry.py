@@ -149,8 +149,8 @@ class Reproduction:
 
     @property
     def source(self) -> str:
-        """The papers as they are cited."""
-        return "; ".join(paper.claims.source.citation() for paper in self.papers)
+        """The papers with their bibliographic data."""
+        return " ".join(str(paper.claims.source) for paper in self.papers)
 
     def label(self, item: Item) -> str:
         """Return the id of an item, with its paper before it where there are several."""

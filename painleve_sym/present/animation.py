@@ -294,6 +294,11 @@ class Animation:
             picture = _Picture(self.scene, self.width, self.rate)
             return [picture.pixels(i) for i in range(len(self.scene.times))]
 
+    def still(self, frame: int = 0) -> Figure:
+        """Return one frame as a figure."""
+        with matplotlib.rc_context(_STYLE):
+            return _Picture(self.scene, self.width, self.rate).still(frame)
+
     def images(self) -> list[Any]:
         """Return every frame as an image of Pillow, all with one palette."""
         from PIL import Image
@@ -446,6 +451,14 @@ class _Picture:
         self.moves = moving_ground or bool((np.ptp(self.corner, axis=0) > 0).any())
         for artist in (*self.dynamic, self.cursor, self.clock, self.label):
             artist.set_animated(True)
+
+    def still(self, i: int) -> Figure:
+        """Return the figure of the frame i."""
+        self._show_place(i)
+        self._show(i)
+        for artist in (*self.dynamic, self.cursor, self.clock, self.label):
+            artist.set_animated(False)
+        return self.figure
 
     def pixels(self, i: int) -> Array:
         """Return the pixels of the frame i, shape (height, width, 3)."""

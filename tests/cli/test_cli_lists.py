@@ -31,6 +31,8 @@ def test_models_lists_names_coordinates_parameters_units_and_source(capsys):
     assert parameters["g"]["default"] == 9.8 and parameters["g"]["unit"] == "m/s^2"
     assert parameters["mu"]["upper"] is None
     assert rod["source"] and rod["sketch"]
+    assert [work["key"] for work in rod["references"]] == ["ImpactModelResolution"]
+    assert "doi" in rod["references"][0]["unconfirmed"]
     code, out, err = run(capsys, "models")
     assert (code, err) == (0, "")
     assert "theta_dot" in out and "friction coefficient" in out
@@ -40,6 +42,10 @@ def test_laws_lists_every_law_with_choices_that_work(capsys):
     data = run_json(capsys, "laws")
     assert [one["name"] for one in data["laws"]] == list(LAWS)
     assert [r["name"] for r in data["restitution_rules"]] == list(RESTITUTIONS)
+    linear = next(one for one in data["laws"] if one["name"] == "linear")
+    (work,) = linear["references"]
+    assert work["link"] == "https://doi.org/10.1098/rspa.2016.0773"
+    assert all(one["references"] for one in (*data["laws"], *data["restitution_rules"]))
     for one in data["laws"]:
         for name, choice in one["choices"].items():
             assert choice["default"] in choice["values"]

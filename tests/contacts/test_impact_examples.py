@@ -55,7 +55,7 @@ def double_pendulum() -> Mechanism:
         "double pendulum", (a, b), (m, l, h, g, mu), sp.expand(kinetic), potential
     )
     contact = Contact.of_point("tip", system, (tip[0], h.symbol + tip[1]), mu.symbol)
-    source = "Kane & Levinson, Dynamics: Theory and Applications (1985)"
+    source = "Kane & Levinson (1985)"
     return Mechanism("double pendulum", "two hinged rods over ground", source, system, (contact,))
 
 

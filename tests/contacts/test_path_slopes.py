@@ -8,7 +8,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
-from painleve_sym.contacts.impact.path_slopes import ImpactData, impact_slopes
+from painleve_sym.contacts.impact.path_slopes import ImpactData, impact_slopes, least_norm_slopes
 from painleve_sym.contacts.impact.simultaneous import solve_simultaneous_impact
 from painleve_sym.laws.restitution import RESTITUTIONS
 
@@ -171,6 +171,69 @@ def test_slip_that_begins_at_zero_has_a_derivative_where_it_sticks():
         assert np.allclose(left, right, atol=1e-5) == sticks
         if sticks:
             assert np.allclose(exact, right, atol=1e-5)
+
+
+def of_rank(rank, size, seed):
+    """Return matrices of a smooth family of constant rank, and right sides in their range."""
+    rng = np.random.default_rng(seed)
+    left, right, point = (rng.normal(size=s) for s in ((2, size, rank), (2, rank, size), (2, size)))
+
+    def at(h):
+        matrix = (left[0] + h * left[1]) @ (right[0] + h * right[1])
+        return matrix, matrix @ (point[0] + h * point[1])
+
+    matrix, vector = at(0.0)
+    moved = left[1] @ right[0] + left[0] @ right[1]
+    return at, matrix, moved, vector, moved @ point[0] + matrix @ point[1]
+
+
+@pytest.mark.parametrize("rank", [1, 2, 3, 4])
+def test_least_norm_of_open_forces_changes_with_its_matrix(rank):
+    """Of NumPy's pseudo-inverse by differences; for rank 4 nothing is open."""
+    at, matrix, moved, vector, right = of_rank(rank, 4, rank)
+    x, change = least_norm_slopes(matrix, moved[..., None], vector, right[:, None])
+
+    def solution(h):
+        return np.linalg.pinv(at(h)[0], rcond=1e-10) @ at(h)[1]
+
+    np.testing.assert_allclose(x, solution(0.0), atol=1e-12)
+    np.testing.assert_allclose(change[:, 0], difference(solution, 1e-3), rtol=1e-7, atol=1e-8)
+    # Across the range of the matrix lies what least norm alone decides.
+    across = (np.eye(4) - np.linalg.pinv(matrix, rcond=1e-10) @ matrix) @ change[:, 0]
+    assert (np.max(np.abs(across)) > 1e-3) == (rank < 4)
+
+
+TANGENTS = np.array([[1.0, 0.2], [0.4, 1.0], [-0.5, 0.7]])
+COUPLINGS = np.array([[0.3, -0.1], [0.2, 0.25], [-0.15, 0.3]])
+SHIFTS = np.array([[0.3, 0.2], [-0.1, 0.4], [0.2, -0.3]])
+
+
+def held_impact(h):
+    """Return the impact of three contacts whose tangents share two freedoms, each normal a third.
+
+    Their slips are 0 before, and friction of 5 holds them: three tangential impulses for two
+    velocities, with a direction between them that moves with h.
+    """
+    J = np.zeros((6, 5))
+    J[1::2, :2] = TANGENTS + h * SHIFTS
+    J[::2, :2], J[::2, 2:] = COUPLINGS - h * SHIFTS, np.diag([1.0, 1.2, 0.9])
+    v = J @ np.array([0.0, 0.0, -1.0, -0.7, -1.1])
+    return solve_simultaneous_impact(J @ J.T, np.full(3, 5.0), v, "poisson", 0.4), (J @ J.T, v)
+
+
+def test_friction_that_rigidity_leaves_open_has_the_derivative_of_its_least_norm():
+    impact, (W, _) = held_impact(0.0)
+    tangential = W[1::2, 1::2]
+    assert np.linalg.matrix_rank(tangential, tol=1e-10) == 2
+    assert [row % 2 for row in impact.path.steps[1].rows] == [1, 1, 1]
+    moved = [difference(lambda h, k=k: held_impact(h)[1][k], 1e-3) for k in (0, 1)]
+    exact = slopes(impact, moved[0], np.zeros(3), moved[1], 0.0)
+    by_differences = difference(lambda h: numbers(held_impact(h)[0]), 1e-3)
+    size = np.max(np.abs(by_differences))
+    np.testing.assert_allclose(exact, by_differences, atol=1e-7 * size)
+    # Along the direction that moves no contact lies what only the least norm decides.
+    still = np.linalg.svd(tangential)[2][-1]
+    assert abs(still @ exact[6:12][1::2]) > 1e-3 * size
 
 
 def test_no_derivative_by_an_energetic_restitution_of_zero():

@@ -149,6 +149,61 @@ def test_no_gain_in_a_sweep_of_ladders_and_blocks():
     assert jams <= 10
 
 
+@settings(max_examples=150, deadline=None)
+@given(impacts_at_rest(), unit)
+def test_newtons_law_gains_what_friction_returns_beyond_what_restitution_loses(impact, e):
+    """ΔT = Σ (P_t (v_t⁺ + v_t⁻) − (1 − e) P_n |v_n⁻|)/2, by hand from v⁺ − v⁻ = W P."""
+    W, mu, v = impact
+    solution = solve_simultaneous_impact(W, mu, v, "newton", e)
+    if solution.end is ImpactEnd.JAM:
+        return
+    P, both = solution.impulses, v + solution.velocities
+    expected = (P[1::2] @ both[1::2] + (1 - e) * P[::2] @ v[::2]) / 2
+    change = energy(W, solution.velocities) - energy(W, v)
+    assert change == pytest.approx(expected, abs=1e-8 * energy(W, v) + 1e-9 * abs(expected))
+    assert bool(solution.notice) == (solution.energy_change > 1e-9 * energy(W, v))
+    if e == 0:
+        assert change <= 1e-9 * energy(W, v)
+
+
+@settings(max_examples=60, deadline=None)
+@given(impacts_at_rest(), unit)
+def test_newtons_law_gains_nothing_without_friction(impact, e):
+    W, _, v = impact
+    solution = solve_simultaneous_impact(W, np.zeros(2), v, "newton", e)
+    assert energy(W, solution.velocities) <= energy(W, v) * (1 + 1e-9)
+    assert solution.notice == ""
+
+
+def test_newtons_law_gains_energy_in_the_fall_of_a_block_on_two_feet():
+    """By hand: foot B alone pushes, its approach comes back by e, and its slip is stopped."""
+    W = mobility(block_rows(1.0, 1.4655005627793976), np.array([1.0, 1.0, 1.0492306332]))
+    v, mu = np.array([-0.8336, -1.42637, -3.2932, -1.42637]), np.full(2, 0.9309)
+    impact = solve_simultaneous_impact(W, mu, v, "newton", 0.9813)
+    foot = np.linalg.solve(W[2:, 2:], [1.9813 * 3.2932, 1.42637])
+    assert abs(foot[1]) < 0.9309 * foot[0]
+    np.testing.assert_allclose(impact.impulses, [0, 0, *foot], rtol=1e-12)
+    gain = foot @ [(0.9813 - 1) * 3.2932, -1.42637] / 2
+    assert impact.energy_change == pytest.approx(gain, rel=1e-12)
+    assert gain / energy(W, v) == pytest.approx(0.331, abs=5e-4)
+    assert impact.notice == "The impact adds 0.99 J, 33.1 % of the kinetic energy before it, " + (
+        "by the restitution law newton."
+    )
+    for law in NEVER_GAINS:
+        assert solve_simultaneous_impact(W, mu, v, law, 0.9813).energy_change < 0
+
+
+def test_of_several_ways_on_an_impact_says_that_there_were_others():
+    """Two bodies that slide with A < 0 at rest against the ground: each may begin, or both."""
+    one = np.array([[1.0, 0.6], [0.6, 1.0]])
+    W = np.block([[one, np.zeros((2, 2))], [np.zeros((2, 2)), one]])
+    v, load = np.array([0.0, 1.0, 0.0, 1.0]), np.array([-1.0, 0.0, -1.0, 0.0])
+    impact = solve_simultaneous_impact(W, np.full(2, 2.0), v, "energetic", 0.5, load=load)
+    assert not impact.is_unique
+    alone = solve_simultaneous_impact(one, np.array([2.0]), v[:2], "energetic", 0.5, load=load[:2])
+    assert alone.is_unique
+
+
 LADDER_GAIN = {
     "x": 1.1643135350014513,
     "theta": 0.949417546469858,

@@ -141,3 +141,25 @@ def test_a_homogeneous_block_has_the_critical_friction_of_a_rod(ratio):
     tan = h / b
     assert limit == pytest.approx((4 + tan**2) / (3 * tan))
     assert limit >= 4 / 3 - 1e-12
+
+
+@settings(deadline=None)
+@given(blocks, st.floats(0.1, 0.9), st.floats(0.1, 10.0))
+def test_above_the_limit_the_two_solutions_merge_on_the_border(data, ratio, load):
+    mu = critical_friction(*data) / ratio
+    A = block(*data, mu).lcp().matrix
+    for free in ((load, 0.0), (0.0, 0.0)):
+        (floating,) = block(*data, mu, free=free).solutions()
+        assert not floating.normal_forces.any()
+    # A power of two keeps the border b_1 A_22 = A_12 b_2 to the last digit of A_12/A_22.
+    on_border = (A[0, 1] / A[1, 1], 1.0)
+    (jam,) = block(*data, mu, free=on_border).solutions()
+    assert jam.normal_forces == pytest.approx([0.0, -1 / A[1, 1]], abs=1e-9)
+    assert block(*data, mu, free=(load, -load)).solutions() == ()
+    assert block(*data, mu, free=(-load, 0.0)).solutions() == ()
+
+
+def test_at_the_critical_friction_a_load_without_its_leading_foot_leaves_a_ray():
+    # m = J = b = h = 1: the limit is 2, and A of the leading foot exactly 0.
+    solutions = block(1.0, 1.0, 1.0, 1.0, 2.0, free=(1.0, 0.0)).solutions()
+    assert solutions and not any(solution.isolated for solution in solutions)

@@ -158,12 +158,13 @@ def as_bytes(r: Random, text: str) -> bytes:
 
 MODELS = (
     *("rod", "rod-inertia", "block", "block-two-feet", "eccentric-disc", "cart-pendulum"),
-    *("two-link-arm", "pr-robot", "strut", "painleve-klein"),
+    *("two-link-arm", "pr-robot", "strut", "painleve-klein", "rod-bending:1,0"),
 )
 LAWS = ("bilinear-hertz", "bilinear-hertz-two-bodies", "hertz", "hunt-crossley", "linear", "rigid")
 STARTS = {
     "rod": "theta=1,theta_dot=1,x_A_dot=-1",
     "rod-inertia": "theta=1,theta_dot=1,x_A_dot=-1",
+    "rod-bending:1,0": "theta=1,theta_dot=1,x_A_dot=-1",
     "block": "theta=0.5,x_A_dot=-1",
     "block-two-feet": "x_A_dot=-1",
     "pr-robot": "theta=0.927295,x_dot=-1",
@@ -191,7 +192,7 @@ def _settings(r: Random, names: tuple[str, ...]) -> str:
 def _law(r: Random) -> list[str]:
     words = ["--law", r.choice(LAWS)]
     if r.random() < 0.4:
-        names = ("E", "nu", "R", "n", "E", "n", "e_energetic", "e_newton", "c", "k")
+        names = ("E", "nu", "R", "n", "E", "n", "l_0", "e_energetic", "e_newton", "c", "k")
         words += ["--law-set", _settings(r, names)]
     return words
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import pytest
@@ -127,6 +128,53 @@ def test_impacts_with_reversed_slip_never_rebound_faster_than_e(law, w, a, k, u,
     impact = solve_impact(W, part * k, (-1.0, -u), law, e)
     assert impact.case.value in ("sliding", "c_reversed", "r_reversed")
     assert impact.velocity[0] <= e * (1 + 1e-9) + 1e-12
+
+
+@settings(max_examples=300, deadline=None)
+@given(
+    law=st.sampled_from(["newton", "poisson", "energetic"]),
+    w=st.floats(0.1, 3),
+    a=st.floats(0.05, 3),
+    k=st.floats(0, 2),
+    u=st.floats(0, 4),
+    friction=st.floats(0, 4),
+    e=st.floats(0, 1),
+)
+def test_slip_against_the_coupling_never_rebounds_faster_than_e(law, w, a, k, u, friction, e):
+    """The normal velocity is concave in the impulse for s W_nt ≤ 0: docs/reverse-chatter.md."""
+    W = ((a + k * k * w, -k * w), (-k * w, w))
+    impact = solve_impact(W, friction, (-1.0, u), law, e)
+    rates = [
+        (p.velocity[0] - before[0]) / p.normal_impulse
+        for before, p in zip(
+            [(-1.0, u), *(p.velocity for p in impact.phases)], impact.phases, strict=False
+        )
+        if p.normal_impulse > 1e-6
+    ]
+    assert all(y <= x * (1 + 1e-6) for x, y in itertools.pairwise(rates))
+    assert impact.velocity[0] <= e * (1 + 1e-9) + 1e-12
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    law=st.sampled_from(["poisson", "energetic"]),
+    w=st.floats(0.1, 3),
+    a=st.floats(0.05, 3),
+    k=st.floats(0, 2),
+    t=st.floats(0, 4),
+    friction=st.floats(0, 4),
+    e=st.floats(0.1, 1),
+)
+def test_bounces_do_not_grow_without_kappa_tau_above_zero(law, w, a, k, t, friction, e):
+    """Forty bounces from rest, each flight adding τ v_n to the slip, of any course."""
+    W = ((a + k * k * w, -k * w), (-k * w, w))
+    v_n, v_t = 1.0, 0.0
+    for _ in range(40):
+        impact = solve_impact(W, friction, (-v_n, v_t + t * v_n), law, e)
+        assert impact.velocity[0] <= e * v_n * (1 + 1e-9)
+        # Impacts are homogeneous: the size of a bounce is taken out.
+        v_t = impact.velocity[1] / impact.velocity[0]
+        v_n = 1.0
 
 
 def test_general_contact_has_the_coefficients_it_is_named_by(contact):

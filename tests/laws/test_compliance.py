@@ -20,6 +20,7 @@ from painleve_sym.laws.compliance import (
     SEPARATED,
     Branch,
     Exit,
+    hertz_stiffness,
     ramp,
     without_ramps,
 )
@@ -98,7 +99,7 @@ def test_exit_keeps_force_and_stored_energy(contact_law, branch, exit_):
 def test_exit_virgin_reload_raises_the_force():
     contact_law = bilinear_hertz(reload="virgin")
     unloading, loading = contact_law.branch("restitution"), contact_law.loading
-    e, n = (p.symbol for p in contact_law.parameters[-2:][::-1])
+    n, _, e = (p.symbol for p in contact_law.parameters[-3:])
     jump = _plain(loading.force, contact_law) - _plain(unloading.force, contact_law)
     values = {e: 0.75, n: 1.764, D: 0.8, D_MAX: 1.0, K_E: 1.0}
     assert jump.subs(values) > 0
@@ -107,7 +108,7 @@ def test_exit_virgin_reload_raises_the_force():
 @pytest.mark.parametrize("reload", ["elastic", "virgin"])
 def test_bilinear_works_are_those_of_the_paper(reload):
     contact_law = bilinear_hertz(reload=reload)
-    n, e = (p.symbol for p in contact_law.parameters[-2:])
+    n, _, e = (p.symbol for p in contact_law.parameters[-3:])
     depth = sp.Symbol("depth", positive=True)
     loading = _plain(contact_law.loading.force, contact_law)
     work_in = sp.integrate(loading, (D, 0, D_MAX))
@@ -149,7 +150,7 @@ def test_law_defaults_are_valid_and_explained(contact_law):
 )
 def test_bilinear_unloading_lies_below_loading_and_above_zero(n, e, deepest, part):
     contact_law = bilinear_hertz()
-    values = dict(zip((p.symbol for p in contact_law.parameters[-2:]), (n, e), strict=True))
+    values = dict(zip((p.symbol for p in contact_law.parameters[-3:]), (n, 1.0, e), strict=True))
     permanent = deepest * (1 - e**2)
     delta = permanent + part * (deepest - permanent)
     values |= {D: delta, D_MAX: deepest, K_E: 1e9}
@@ -179,6 +180,32 @@ def test_stiffness_of_the_paper_contact():
     values = {p.symbol: p.default for p in contact_law.parameters}
     values[contact_law.parameters[0].symbol] = 20.9e14
     assert math.isclose(contact_law.definitions[K_E].subs(values), 1.2297e14, rel_tol=5e-5)
+
+
+@pytest.mark.parametrize("name", [name for name in COMPLIANT_LAWS if name != "linear"])
+def test_stiffness_has_the_unit_of_a_force_over_a_length_to_the_n(name):
+    """With lengths in units λ times as small and moduli as they follow, K_e is λ^−n times."""
+    contact_law = law(name)
+    stiffness = contact_law.definitions[K_E]
+    scale = sp.Symbol("lambda", positive=True)
+    powers = {"Pa": -2, "m": 1, "1/m": -1, "1": 0, "s/m": -1}
+    scaled = {p.symbol: p.symbol * scale ** powers[p.unit] for p in contact_law.parameters}
+    ratio = sp.simplify(stiffness.subs(scaled, simultaneous=True) / stiffness)
+    n = next(p.symbol for p in contact_law.parameters if p.name == "n")
+    assert sp.simplify(ratio * scale**n) == 1
+
+
+def test_reference_length_is_where_the_force_is_hertzs_and_has_no_effect_on_hertzs_law():
+    contact_law = bilinear_hertz()
+    *body, n, l_0, _ = contact_law.parameters
+    stiffness = contact_law.definitions[K_E]
+    own = {p.symbol: sp.Float(p.default, 30) for p in contact_law.parameters}
+    there = hertz_stiffness(body) * l_0.symbol ** sp.Rational(3, 2)
+    assert sp.simplify(stiffness * l_0.symbol**n.symbol / there) == 1
+    hertzian = stiffness.subs(n.symbol, sp.Rational(3, 2))
+    assert not hertzian.has(l_0.symbol)
+    assert sp.simplify(hertzian - hertz_stiffness(body)) == 0
+    assert stiffness.subs(own).subs(l_0.symbol, 1) == hertz_stiffness(body).subs(own)
 
 
 def test_stiffness_of_two_equal_bodies_on_a_plane_is_that_of_one():

@@ -28,6 +28,9 @@ def random_numbers(mechanism: Mechanism, rng: np.random.Generator) -> dict[str, 
     system = mechanism.system
     values = {c.name: float(rng.uniform(-1.4, 1.4)) for c in system.coordinates}
     values |= {c.rate.name: float(rng.uniform(-2, 2)) for c in system.coordinates}
+    # Deflections are small: the terms of second order that modes leave out are round-off then.
+    modal = [c.name for c in system.coordinates if "mode" in c.meaning]
+    values |= {n: 1e-12 * values[n] for name in modal for n in (name, f"{name}_dot")}
     for p in system.parameters:
         low = 0.3 if p.lower == 0 else max(-1.4, p.lower)
         values[p.name] = float(rng.uniform(low, min(2.0, p.upper)))

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from tests.mechanics.elastic_rod import ElasticRod
 from tests.mechanics.newton_euler import (
     WORLD,
     Angle,
@@ -214,9 +215,10 @@ def painleve_klein(v: Numbers) -> Machine:
     )
 
 
-MACHINES: Mapping[str, Callable[[Numbers], Machine]] = {
+MACHINES: Mapping[str, Callable[[Numbers], Machine | ElasticRod]] = {
     "rod": rod,
     "rod-inertia": rod_inertia,
+    "rod-bending": ElasticRod,
     "block": block,
     "block-two-feet": block_two_feet,
     "eccentric-disc": eccentric_disc,

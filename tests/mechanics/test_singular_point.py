@@ -43,7 +43,7 @@ def test_bounded_force_of_the_rod_is_the_published_one(point):
         assert _numbers(at_B_zero, **values) == pytest.approx(expected, rel=1e-12)
 
 
-def test_glockers_rod_has_exponent_one_third(point):
+def test_jamming_rod_has_exponent_one_third(point):
     at = {"theta": math.pi / 4, "theta_dot": 3.0}
     assert _numbers(point.on_A_zero(point.force_exponent), **at) == pytest.approx(1 / 3, rel=1e-12)
 

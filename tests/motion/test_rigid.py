@@ -97,7 +97,7 @@ def test_unstable_slip_carries_the_second_solution():
     assert run.values("normal_force", 0.0)[0] == pytest.approx(332.99227098, rel=1e-10)
 
 
-def test_glockers_rod_meets_the_singular_point(rigid):
+def test_jamming_rod_meets_the_singular_point(rigid):
     """m = l = 1, J = 1/3, g = 10, μ = 5/3: A = B = 0 at θ = 45°, θ̇ = √(g/(l sinθ))."""
     start = {"theta": math.radians(31), "x_A_dot": -30.0}
     run = rigid.run(start, t_end=3.0, parameters={"g": 10.0, "mu": 5 / 3})

@@ -82,7 +82,7 @@ def test_every_kind_of_end_occurs_among_random_rows(rigid):
 
 
 def test_slips_that_meet_the_singular_point_are_told_apart(rigid):
-    """Glocker's rod jams at θ = 45°; from forces well below F* the slip lifts off instead."""
+    """The slip jams at θ = 45°; from forces well below F* the slip lifts off instead."""
     states = {"theta": np.radians([31.0, 31.0, 40.0]), "x_A_dot": [-30.0, -29.0, -0.5]}
     batch = run_batch(rigid, states, {"g": 10.0, "mu": 5 / 3}, t_end=3.0, events=KEPT)
     assert batch["stop_reason"][:2].tolist() == ["dynamic_jam"] * 2

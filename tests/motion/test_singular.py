@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import pytest
+import sympy as sp
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
@@ -17,7 +19,7 @@ from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.singular_limit import LimitKind
 from painleve_sym.motion.trajectory import Trajectory
 
-GLOCKER = {"theta": math.radians(31), "x_A_dot": -30.0}
+JAMMING_ROD = {"theta": math.radians(31), "x_A_dot": -30.0}
 PARAMETERS = {"g": 10.0, "mu": 5 / 3}
 
 
@@ -28,7 +30,7 @@ def rigid():
 
 @pytest.fixture(scope="module")
 def jam(rigid):
-    return rigid.run(GLOCKER, t_end=3.0, parameters=PARAMETERS)
+    return rigid.run(JAMMING_ROD, t_end=3.0, parameters=PARAMETERS)
 
 
 def _desingularised(start, mu, g):
@@ -47,7 +49,7 @@ def _desingularised(start, mu, g):
     return solve_ivp(field, (0, 6), z, **options).y[:, -1]
 
 
-def test_glockers_rod_jams_at_forty_five_degrees(jam):
+def test_jamming_rod_ends_at_forty_five_degrees(jam):
     """A = B = 0 at θ = 45°, θ̇ = √(g/(l sinθ)); γ = 1/3 and F* = m g cot θ/(3 − 2) = 10 N."""
     limit = jam.limit
     assert jam.stop_reason is StopReason.DYNAMIC_JAM
@@ -62,8 +64,8 @@ def test_glockers_rod_jams_at_forty_five_degrees(jam):
 
 
 def test_limit_is_that_of_the_desingularised_slip(rigid):
-    t, theta, theta_dot, x_dot = _desingularised(GLOCKER, PARAMETERS["mu"], PARAMETERS["g"])
-    limit = rigid.run(GLOCKER, t_end=3.0, parameters=PARAMETERS, rtol=1e-14).limit
+    t, theta, theta_dot, x_dot = _desingularised(JAMMING_ROD, PARAMETERS["mu"], PARAMETERS["g"])
+    limit = rigid.run(JAMMING_ROD, t_end=3.0, parameters=PARAMETERS, rtol=1e-14).limit
     assert limit.time == pytest.approx(t, abs=1e-11)
     assert limit.state["theta"] == pytest.approx(theta, abs=1e-12)
     assert limit.state["theta_dot"] == pytest.approx(theta_dot, abs=1e-9)
@@ -106,7 +108,7 @@ def test_below_the_threshold_everything_lifts_off(rigid):
 
 
 def test_mirrored_slip_jams_at_the_mirrored_place(rigid, jam):
-    start = {"theta": math.pi - GLOCKER["theta"], "x_A_dot": 30.0}
+    start = {"theta": math.pi - JAMMING_ROD["theta"], "x_A_dot": 30.0}
     run = rigid.run(start, t_end=3.0, parameters=PARAMETERS)
     assert run.stop_reason is StopReason.DYNAMIC_JAM
     assert run.limit.time == pytest.approx(jam.limit.time, abs=1e-9)
@@ -134,17 +136,17 @@ def test_limit_is_saved_and_loaded(jam, tmp_path):
 
 
 def test_runs_without_dense_output_have_no_measured_exponent(rigid, jam):
-    run = rigid.run(GLOCKER, t_end=3.0, parameters=PARAMETERS, record="end")
+    run = rigid.run(JAMMING_ROD, t_end=3.0, parameters=PARAMETERS, record="end")
     assert run.limit.measured_exponent is None
     assert run.limit.time == pytest.approx(jam.limit.time, abs=1e-13)
 
 
 def test_second_engine_finds_the_same_limit(jam):
     run = Simulator(rod(), RigidLaw(), "erk").run(
-        GLOCKER | {"theta": 0.7, "theta_dot": 3.6}, t_end=1.0, parameters=PARAMETERS
+        JAMMING_ROD | {"theta": 0.7, "theta_dot": 3.6}, t_end=1.0, parameters=PARAMETERS
     )
     other = Simulator(rod(), RigidLaw(), "compiled").run(
-        GLOCKER | {"theta": 0.7, "theta_dot": 3.6}, t_end=1.0, parameters=PARAMETERS
+        JAMMING_ROD | {"theta": 0.7, "theta_dot": 3.6}, t_end=1.0, parameters=PARAMETERS
     )
     assert run.stop_reason is other.stop_reason
     if other.limit is not None:
@@ -163,3 +165,67 @@ def test_slip_that_opens_within_rounding_of_the_point_is_told_apart(rigid):
     assert run.stop_reason is StopReason.SINGULAR
     assert run.limit.kind is LimitKind.LIFTOFF
     assert "falls to 0" in run.stop_detail
+
+
+PAGE = (Path(__file__).parents[2] / "docs" / "singular-point.md").read_text("utf-8")
+
+
+def _ends(mu):
+    """Return the angles between which A < 0 for the rod that slides to the left."""
+    root = math.sqrt(9 * mu**2 - 16)
+    return math.atan((3 * mu - root) / 2), math.atan((3 * mu + root) / 2)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    mu=st.floats(1.35, 2.5),
+    gap=st.floats(1e-3, 0.05),
+    spin=st.floats(-3.0, -1.0),
+    slip=st.floats(-50.0, -0.5),
+)
+def test_no_slip_reaches_A_below_zero_at_the_upper_end(rigid, mu, gap, spin, slip):
+    start = {"theta": min(_ends(mu)[1] + gap, 1.55), "theta_dot": spin, "x_A_dot": slip}
+    assume(spin**2 * math.sin(start["theta"]) < 9.8)
+    run = rigid.run(start, t_end=0.1, parameters={"mu": mu}, until=("slip_stop", "liftoff"))
+    assert run.stop_reason in (StopReason.UNTIL, StopReason.T_END)
+    assert run.final["theta"] > _ends(mu)[1]
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    gap=st.floats(1e-3, 0.1),
+    upper=st.booleans(),
+    spin=st.floats(0.5, 3.2),
+    slip=st.floats(-50.0, -0.5),
+)
+def test_below_the_threshold_no_slip_reaches_A_below_zero(rigid, gap, upper, spin, slip):
+    low, high = _ends(1.4)
+    theta = min(high + gap, 1.55) if upper else low - gap
+    start = {"theta": theta, "theta_dot": -spin if upper else spin, "x_A_dot": slip}
+    assume(spin**2 * math.sin(theta) < 9.8)
+    run = rigid.run(start, t_end=0.3, until=("slip_stop", "liftoff"))
+    assert run.stop_reason in (StopReason.UNTIL, StopReason.T_END)
+    assert run.final["theta"] > high if upper else run.final["theta"] < low
+
+
+@pytest.mark.parametrize(
+    ("start", "time", "force"),
+    [
+        ({"theta": 1.25, "theta_dot": -1.0, "x_A_dot": -5.0}, "6.57863", "68.7"),
+        ({"theta": 1.3, "theta_dot": -2.0, "x_A_dot": -2.0}, "6.78625", "83.5"),
+    ],
+)
+def test_commands_of_the_page_stop_the_slip(rigid, start, time, force):
+    text = ",".join(f"{name}={value:g}" for name, value in start.items())
+    assert f"--state {text} --t-end 0.3" in PAGE
+    run = rigid.run(start, t_end=0.3)
+    stop = next(event for event in run.events if event.kind == "slip_stop")
+    assert (f"{1e3 * stop.time:.5f}", f"{stop.normal_force:.1f}") == (time, force)
+    assert f"{time} ms" in PAGE and force in PAGE
+
+
+def test_impulse_in_front_of_A_0_always_slows_the_slip():
+    """At A_s = 0 and det W > 0: s W_nt − μ W_tt = −det W/(s W_nt), since μ = W_nn/(s W_nt)."""
+    W_nn, W_tt, coupling = sp.symbols("W_nn W_tt s_W_nt", positive=True)
+    mu, det = W_nn / coupling, W_nn * W_tt - coupling**2
+    assert sp.simplify(coupling - mu * W_tt + det / coupling) == 0

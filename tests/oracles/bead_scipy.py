@@ -118,3 +118,34 @@ def yielding(state, stiffness, mu, b, *, damping_ratio=1.0, cycles=40.0):
     run = solve_ivp(field, (0, cycles / rate), start, method="Radau", rtol=1e-6, atol=1e-11)
     assert run.status == 0
     return run.y[3:, -1]
+
+
+def yielding_stop(state, stiffness, mu):
+    """Return the time at which the slip to the right stops in a groove that is a spring alone."""
+    p, w = state[1], state[3]
+
+    def field(_, z):
+        y, _, vy, w, p = z
+        normal, sin, cos = -stiffness * y, math.sin(p), math.cos(p)
+        matrix = [
+            [M + m, 0, m * L * cos],
+            [0, M + m, m * L * sin],
+            [m * L * cos, m * L * sin, m * L**2],
+        ]
+        right = [
+            -mu * abs(normal) + m * L * w**2 * sin,
+            normal - (M + m) * g - m * L * w**2 * cos,
+            -m * g * L * sin,
+        ]
+        ax, ay, turn = np.linalg.solve(matrix, right)
+        return [vy, ax, ay, turn, w]
+
+    def stops(_, z):
+        return z[1]
+
+    stops.terminal = True
+    scale = [1e-14 / math.sqrt(stiffness), 1e-10, 1e-12, 1e-10, 1e-12]
+    start = [0.0, state[2], 0.0, w, p]
+    run = solve_ivp(field, (0, 1), start, method="DOP853", rtol=1e-10, atol=scale, events=stops)
+    assert run.status == 1
+    return run.t[-1]

@@ -32,7 +32,7 @@ _AFTER = 1e-9
 
 @dataclass(frozen=True)
 class Law:
-    """F = k d^n + c d' while loading; with `e` < 1 the plastic unloading of Zhao, Liu and Chen."""
+    """F = k d^n + c d' while loading; with `e` < 1 the plastic unloading of the paper, (5)."""
 
     k: float
     n: float = 1.0

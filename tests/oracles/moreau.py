@@ -12,8 +12,7 @@ over the contacts that are closed there. Rows and impulses are n1, t1, n2, t2, �
 
 References
 ----------
-Moreau (1988), Unilateral contact and dry friction in finite freedom dynamics. CISM 302, 1–82.
-Jean (1999), The non-smooth contact dynamics method. Comput. Methods Appl. Mech. Eng. 177, 235–257.
+Moreau (1988); Jean (1999).
 """
 
 from __future__ import annotations

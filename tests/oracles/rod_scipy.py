@@ -13,7 +13,7 @@ is positive.
 
 References
 ----------
-Zhao, Liu, Chen, *Impact model resolution on Painlevé's paradox*, equations (4)-(6) for the contact
+Impact model resolution on Painlevé's paradox, equations (4)-(6) for the contact
 force and the sticking friction of section 3.
 """
 

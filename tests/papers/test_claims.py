@@ -9,13 +9,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from painleve_sym.errors import InputError
-from painleve_sym.papers.claims import Printed, Source, read_claims
+from painleve_sym.papers.claims import Printed, read_claims
 from painleve_sym.papers.formula import expression
 from painleve_sym.papers.impact_resolution.claims import CLAIMS, COLUMNS, TABLES
 from painleve_sym.papers.impact_resolution.formulas import derived_forms
 from painleve_sym.papers.impact_resolution.runs import Workbench
 from painleve_sym.papers.item import Verdict
 from painleve_sym.papers.registry import known_papers
+from painleve_sym.references import reference
 
 ROOT = Path(__file__).parents[2]
 
@@ -78,19 +79,18 @@ def test_items_that_are_not_reproduced_have_a_reason():
         assert item.expected is Verdict.REPRODUCED or item.reason, name
 
 
-def test_citation_says_what_is_unconfirmed():
-    text = CLAIMS.source.citation()
-    assert text.startswith("Impact model resolution on Painlevé's paradox (probably ")
-    assert "Acta Mechanica Sinica" in text
-    sure = Source("T", authors="A", year=1895, unconfirmed=("year",))
-    assert sure.citation() == "T, A (probably 1895; unconfirmed)"
-    assert Source("T", authors="A", year=1895).citation("*T*") == "*T*, A, 1895"
+def test_paper_is_an_entry_of_the_bibliography(tmp_path):
+    assert CLAIMS.source is reference("ImpactModelResolution")
+    path = tmp_path / "claims.toml"
+    path.write_text('source = "ImpactModelResolutions"\n', encoding="utf-8")
+    with pytest.raises(InputError, match="Did you mean 'ImpactModelResolution'"):
+        read_claims(path)
 
 
 @pytest.mark.parametrize("entry", ['paper = "x"', 'group = "g"\ntitle = "t"\nverdict = "differs"'])
 def test_claims_with_a_missing_or_unknown_key_are_refused(tmp_path, entry):
     path = tmp_path / "claims.toml"
-    path.write_text(f'[source]\ntitle = "T"\n[items.a]\n{entry}\n', encoding="utf-8")
+    path.write_text(f'source = "Newton1687"\n[items.a]\n{entry}\n', encoding="utf-8")
     with pytest.raises(TypeError):
         read_claims(path)
 

@@ -43,7 +43,7 @@ def test_formula_agrees_with_the_package_at_exact_points(derived, name):
     assert max(differences(derived, name, corrected=True)) < 1e-25
 
 
-@pytest.mark.parametrize("name", ["eq-4-radius", "eq-18-impulse"])
+@pytest.mark.parametrize("name", ["eq-4-radius", "eq-4-stiffness", "eq-18-impulse"])
 def test_formula_misprinted_in_the_paper_differs_at_every_point(derived, name):
     assert min(differences(derived, name, corrected=False)) > 1e-3
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from painleve_sym.codegen.named_mechanisms import model
@@ -23,12 +23,15 @@ from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
 from painleve_sym.motion.batch.run import run_batch
+from painleve_sym.motion.finite_stiffness import evaluate_corrected_jump
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.time_stepping.stepping import TimeStepper
 
 DECADES = st.floats(-6.0, 6.0)
 FACTORS = st.tuples(DECADES, DECADES, DECADES).map(lambda d: tuple(10.0**x for x in d))
 """Numbers of new units in one metre, one kilogram and one second."""
+MILLI = (1e3, 1e3, 1e3)
+"""The same for millimetre, gram and millisecond."""
 _DERIVED = {"N": "kg m/s^2", "Pa": "kg/(m s^2)", "J": "kg m^2/s^2"}
 _BASE = {"m": (1, 0, 0), "kg": (0, 1, 0), "s": (0, 0, 1), "rad": (0, 0, 0), "1": (0, 0, 0)}
 
@@ -135,6 +138,22 @@ MOTIONS = {
         5,
         {"E": 20.9e14},
     ),
+    "rod, Hertz's law with another exponent": Motion(
+        _named("rod"),
+        _compliant("hertz"),
+        {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0},
+        0.01,
+        5,
+        {"E": 20.9e13, "n": 1.2, "l_0": 0.01},
+    ),
+    "rod, two bodies": Motion(
+        _named("rod"),
+        _compliant("bilinear-hertz-two-bodies"),
+        {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0},
+        0.01,
+        5,
+        {"E_1": 20.9e14, "E_2": 20.9e13, "kappa_2": 3.0},
+    ),
     "disc, rigid": Motion(
         _named("eccentric-disc"), rigid_simulator, {"y": 0.5, "x_dot": 0.3, "phi": 0.4}, 1.5, 10
     ),
@@ -198,12 +217,9 @@ def _simulator(name: str) -> Any:
     return MOTIONS[name].simulator(MOTIONS[name].mechanism())
 
 
-def _declared_units(simulator: Any, parameters: Mapping[str, float]) -> dict[str, str]:
-    """Return the unit of every parameter; a modulus is given in that of K of its K δⁿ."""
-    units = {p.name: p.unit for p in simulator.own_parameters} | simulator.mechanism.units
-    if "E" in units:
-        units["E"] = f"N/m^{parameters['n'] + 0.5}"
-    return units
+def _declared_units(simulator: Any) -> dict[str, str]:
+    """Return the unit of every parameter and state."""
+    return {p.name: p.unit for p in simulator.own_parameters} | simulator.mechanism.units
 
 
 def _scaled(
@@ -215,7 +231,7 @@ def _scaled(
 def _run(name: str, factors: tuple[float, ...]) -> Any:
     motion, simulator = MOTIONS[name], _simulator(name)
     parameters = simulator.parameters(motion.parameters)
-    units = _declared_units(simulator, parameters)
+    units = _declared_units(simulator)
     more = {}
     if motion.initial_force is not None:
         more["initial_force"] = motion.initial_force * factor("N", factors)
@@ -248,6 +264,7 @@ def _kinds(run: Any) -> list[tuple[str, ...]]:
 @pytest.mark.parametrize("name", MOTIONS)
 @settings(max_examples=20, deadline=None)
 @given(factors=FACTORS)
+@example(factors=MILLI)
 def test_motion_is_the_same_in_any_units(name, factors):
     run, reference = _run(name, factors), _reference(name)
     assert len(reference.events) >= MOTIONS[name].events
@@ -264,7 +281,7 @@ def test_motion_is_the_same_in_any_units(name, factors):
 @given(units=st.lists(FACTORS, min_size=2, max_size=5))
 def test_batch_has_the_same_rows_in_any_units(name, units):
     motion, simulator, reference = MOTIONS[name], _simulator(name), _reference(name)
-    declared = _declared_units(simulator, simulator.parameters(motion.parameters))
+    declared = _declared_units(simulator)
     # One run has one end time: the units differ where the time they are made of does not.
     factors = [(length, mass, 1.0) for length, mass, _ in units]
 
@@ -369,6 +386,48 @@ def test_jump_is_the_same_in_any_units(approach, factors):
     for name, value in reference.velocity.items():
         own = same.velocity[name] / factor(mechanism.units[name], factors)
         assert own == pytest.approx(value, rel=1e-10, abs=1e-10)
+
+
+def _corrected(factors: Any, configuration: str, **changes: float) -> dict[str, float]:
+    """Return the jump of the rod at finite stiffness by name, in the old units."""
+    rod, paper = model("rod"), law("bilinear-hertz")
+    units = {p.name: p.unit for p in paper.parameters} | rod.units
+    values = {p.name: p.default for p in (*rod.system.parameters, *paper.parameters)}
+    jump = evaluate_corrected_jump(
+        rod,
+        paper,
+        _scaled({"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}, units, factors),
+        parameters=_scaled(values | {"E": 20.9e14}, units, factors) | changes,
+        initial_force=5.0 * factor("N", factors),
+        configuration=configuration,
+    )
+    velocity = {name: v / factor(units[name], factors) for name, v in jump.velocity.items()}
+    depth = jump.largest_compression / factor("m", factors)
+    return velocity | {"depth": depth, "duration": jump.duration / factor("s", factors)}
+
+
+@pytest.mark.parametrize("configuration", ["frozen", "carried"])
+@settings(max_examples=10, deadline=None)
+@given(factors=FACTORS)
+@example(factors=MILLI)
+def test_jump_at_finite_stiffness_is_the_same_in_any_units(configuration, factors):
+    reference = _corrected((1.0, 1.0, 1.0), configuration)
+    assert _corrected(factors, configuration) == pytest.approx(reference, rel=1e-9, abs=1e-12)
+
+
+def test_without_its_reference_length_the_law_of_the_paper_depends_on_the_unit_of_length():
+    """The same E, R and δ in mm with l_0 = 1: the force is 10^(3n − 4.5) times as large."""
+    millimetre = (1e3, 1.0, 1.0)
+    simulator = Simulator(model("rod"), law("bilinear-hertz"))
+    values = simulator.parameters()
+    scaled = _scaled(values, _declared_units(simulator), millimetre)
+    depth = simulator.compression_of_force(1.0, values)
+    stiffness, exponent = simulator._curve(scaled | {"l_0": 1.0})
+    newton = factor("N", millimetre)
+    force = stiffness * (depth * 1e3) ** exponent / newton
+    assert force == pytest.approx(10 ** (3 * 1.764 - 4.5), rel=1e-12)
+    assert force == pytest.approx(6.19, rel=1e-3)
+    assert simulator.compression_of_force(newton, scaled) == pytest.approx(depth * 1e3, rel=1e-12)
 
 
 @settings(max_examples=30, deadline=None)

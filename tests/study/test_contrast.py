@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -47,6 +50,19 @@ def test_table_3_stepping_finds_the_plastic_jump_and_no_paradox(table_3):
         assert answer.first_impulse == pytest.approx(impulse, abs=10 * answer.setting)
         assert [answer.velocity[n] for n in ("x_A_dot", "y_A_dot")] == pytest.approx([0, 0])
         assert answer.reference == "newton"
+
+
+def test_table_3_step_could_warn_of_the_paradox(table_3):
+    """A_s < 0 is known to the step, and Λ/h grows like 1/h: the text of docs/contrast.md."""
+    answers = [a for a in table_3.stepping if a.way.endswith("lemke")]
+    forces = [a.first_impulse / a.setting for a in answers]
+    assert forces[1] / forces[0] == pytest.approx(STEPS[0] / STEPS[1], rel=0.02)
+    page = (Path(__file__).parents[2] / "docs" / "contrast.md").read_text("utf-8")
+    rows = re.findall(r"(?m)^\| (1e-\d) \| (0\.\d+) \|", page)
+    printed = [f"{float(impulse) / float(h):.0f}" for h, impulse in rows]
+    words = " ".join(page.split())
+    assert f"({printed[0]} N, {printed[1]} N and {printed[2]} N in the table below)" in words
+    assert float(rows[0][1]) == pytest.approx(answers[0].first_impulse, abs=5e-6)
 
 
 def test_table_3_orders(table_3):
@@ -214,7 +230,7 @@ def test_another_mechanism_jams_as_does_its_mirror_image(side):
 
 @pytest.mark.parametrize("sign", [1, -1])
 def test_rigid_motion_that_jams_dynamically_says_where_it_would_arrive(sign):
-    """Glocker's rod (A = B = 0 at θ = 45° with g = 10, μ = 5/3), and its mirror image."""
+    """A rod that jams (A = B = 0 at θ = 45° with g = 10, μ = 5/3), and its mirror image."""
     given = {"g": 10.0, "mu": 5 / 3}
     start = {"theta": np.radians(31), "x_A_dot": -30.0}
     near = Simulator(rod(), RigidLaw()).run(start, parameters=given, t_end=0.8).final

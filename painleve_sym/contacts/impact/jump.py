@@ -11,6 +11,7 @@ from painleve_sym.choices import RestitutionLike
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.contacts.contact_numbers import argument_names, argument_symbols
+from painleve_sym.contacts.impact.energy_gain import gain_notice
 from painleve_sym.contacts.impact.one_contact import Impact, ImpactEnd, solve_impact
 from painleve_sym.contacts.inputs import resolve_state
 from painleve_sym.errors import InputError
@@ -69,13 +70,18 @@ class JumpResult:
         Those before the jam where the impact jams, else all.
     energy_change : float
         Work of the contact impulses as seen from the surface; J. With a surface at rest it is the
-        change of the kinetic energy. Never positive with the energetic and with Poisson's law.
+        change of the kinetic energy. Never positive with the energetic and with Poisson's law;
+        Newton's can gain.
     case : ImpactClass
         ``C_STICKING`` with a slip before the impact is the paper's three-phase jump.
     end : ImpactEnd
         ``JAM`` where the impulse has no end: no rigid jump answers there.
     velocity_before : mapping of str to float
         Velocities of the mechanism before the jump, by state name.
+    kinetic_energy : float
+        Of the mechanism before the jump; J.
+    contact : str
+        Name of the contact.
     """
 
     mechanism: str
@@ -86,6 +92,14 @@ class JumpResult:
     case: ImpactClass
     end: ImpactEnd
     velocity_before: Mapping[str, float]
+    kinetic_energy: float
+    contact: str
+
+    @property
+    def notice(self) -> str:
+        """One sentence where the jump adds energy; else empty."""
+        given = self.energy_change, self.kinetic_energy, self.restitution
+        return gain_notice(*given, (self.contact,))
 
     @property
     def velocity(self) -> Mapping[str, float]:
@@ -139,7 +153,8 @@ def evaluate_jump(
 
     References
     ----------
-    Zhao, Liu & Chen, section 4; Wang & Mason (1992) for the other classes.
+    Impact model resolution on Painlevé's paradox, section 4; Wang & Mason (1992) for the other
+    classes.
 
     Examples
     --------
@@ -182,13 +197,13 @@ def _jump(mechanism: Mechanism, law: RestitutionLaw, values: Values, where: str)
             f"{impact.case.value!r}, need one of {sorted(RESTITUTIONS)}. Fix: give one of these."
         )
     before = {name: values[name] for name in mechanism.outline.velocity_names}
-    return JumpResult(
-        mechanism.name, law.name, slip, phases, energy, impact.case, impact.end, before
-    )
+    contact = mechanism.outline.contacts[0].name
+    own = (impact.case, impact.end, before, at["kinetic_energy"], contact)
+    return JumpResult(mechanism.name, law.name, slip, phases, energy, *own)
 
 
 def _jump_numbers(mechanism: Mechanism) -> Quantities:
-    """Return v_n, v_t, their Jacobians J_n_k and J_t_k, W, mu, A_pos, A_neg, B, and M⁻¹ Jᵀ.
+    """Return v_n, v_t, T, the Jacobians J_n_k and J_t_k, W, mu, A_pos, A_neg, B, and M⁻¹ Jᵀ.
 
     The last as change_n_k and change_t_k: of velocity k per normal and per tangential impulse.
     """
@@ -196,6 +211,7 @@ def _jump_numbers(mechanism: Mechanism) -> Quantities:
     def derive() -> tuple[dict[str, Any], tuple[Any, ...]]:
         contact, c = mechanism.contact, mechanism.coefficients
         formulas = {"v_n": contact.gap_rate, "v_t": contact.slip_velocity}
+        formulas["kinetic_energy"] = mechanism.system.kinetic_energy
         for row, jacobian in (("n", contact.J_N), ("t", contact.J_T)):
             formulas |= {f"J_{row}_{k}": entry for k, entry in enumerate(jacobian)}
         formulas |= {name: getattr(c, name) for name in ("W_nn", "W_nt", "W_tt", "mu")}

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from painleve_sym.checks import checked_number
+from painleve_sym.contacts.impact.energy_gain import contact_energy, gain_notice
 from painleve_sym.contacts.impact.path import (
     COINCIDENT,
     EnergeticEnd,
@@ -86,6 +87,8 @@ class Impact:
     phases : tuple of ImpactPhase
         In order, of no length where two events coincide or with restitution 0. Empty without
         impact; where it jams, those before the jam.
+    W : tuple of tuple of float
+        Mobility, rows and columns (n, t); 1/kg.
     """
 
     case: ImpactClass
@@ -94,6 +97,7 @@ class Impact:
     velocity_before: tuple[float, float]
     velocity: tuple[float, float]
     phases: tuple[ImpactPhase, ...]
+    W: tuple[tuple[float, float], tuple[float, float]]
 
     @property
     def without_collision(self) -> bool:
@@ -115,6 +119,17 @@ class Impact:
         """Work of the contact; J. The change of kinetic energy over a surface at rest."""
         works = [w for p in self.phases for w in (p.normal_work, p.tangential_work)]
         return math.fsum(works)
+
+    @property
+    def notice(self) -> str:
+        """One sentence where the impact adds energy, which Newton's law can do; else empty.
+
+        Its percentage is that of the least kinetic energy with these contact velocities.
+        """
+        gain = self.energy_change
+        if gain <= 0:
+            return ""
+        return gain_notice(gain, contact_energy(self.W, self.velocity_before), self.restitution)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data with the documented keys."""
@@ -149,7 +164,8 @@ def solve_impact(
         (v_n, v_t) before the impact, v_n ≤ 0; exactly 0 means at rest; m/s.
     restitution : {"energetic", "poisson", "newton"}
         Agree where the impact follows one ray, where W_nt = 0, and for e = 0. Newton's gives
-        nothing back without collision, and can add energy; the others never do.
+        nothing back without collision, and can add energy (see `Impact.notice`); the others never
+        do in the impact of this single contact.
     e : float
         Coefficient of restitution of that law, in [0, 1].
 
@@ -167,8 +183,8 @@ def solve_impact(
 
     References
     ----------
-    Routh, Rigid Dynamics (1905); Keller, J. Appl. Mech. 53 (1986) 1–4; Stronge, Proc.
-    R. Soc. A 431 (1990) 169–181; Wang & Mason, J. Appl. Mech. 59 (1992) 635–642.
+    Routh (1905); Keller (1986); Stronge (1990); Wang & Mason (1992); Nordmark, Dankowicz &
+    Champneys (2009).
 
     Examples
     --------
@@ -178,18 +194,19 @@ def solve_impact(
     <ImpactClass.SLIDING: 'sliding'>
     """
     W_nn, W_nt, W_tt, mu, v_n, v_t, e = _checked(W, mu, velocity, restitution, e)
+    given = ((W_nn, W_nt), (W_nt, W_tt))
     # Powers of two leave every digit, and keep squares of the velocities in range.
     mass, speed = _exponent(W_nn, W_tt), _exponent(v_n, v_t)
     W_nn, W_nt, W_tt = (math.ldexp(w, -mass) for w in (W_nn, W_nt, W_tt))
     path = ImpactPath(W_nn, W_nt, W_tt, mu, math.ldexp(v_n, -speed), math.ldexp(v_t, -speed))
     if path.v_n == 0.0 and not path.starts_without_collision:
-        still = (v_n, v_t)
-        return Impact(ImpactClass.NO_IMPACT, ImpactEnd.PERSISTENT, restitution, still, still, ())
+        still, case = (v_n, v_t), ImpactClass.NO_IMPACT
+        return Impact(case, ImpactEnd.PERSISTENT, restitution, still, still, (), given)
     ended = path.compress() and path.restitute(_LAWS[restitution](e, path))
     end = ImpactEnd.SEPARATION if path.v_n > 0.0 else ImpactEnd.PERSISTENT
     phases, after = _scaled(path, speed, mass)
     final = end if ended else ImpactEnd.JAM
-    return Impact(path.case, final, restitution, (v_n, v_t), after, phases)
+    return Impact(path.case, final, restitution, (v_n, v_t), after, phases, given)
 
 
 _LAWS: dict[str, type[NewtonEnd] | type[PoissonEnd] | type[EnergeticEnd]] = {

@@ -309,7 +309,7 @@ def least_norm_slopes(
 
     References
     ----------
-    Golub & Pereyra, SIAM J. Numer. Anal. 10 (1973) 413–432.
+    Golub & Pereyra (1973).
     """
     inverse = np.linalg.pinv(matrix, rcond=_ROUNDING)
     x = inverse @ right

@@ -11,7 +11,7 @@ moment, as in Routh's construction for one contact. With the path parameter τ, 
 
 dP_t = −μ sign(v_t) dP_n in slip, and |dP_t| ≤ μ dP_n in sticking. The weights w_i are otherwise
 constant: the normal impulses that would stop all approaches at once, 0 ≤ P_n ⟂ v_n⁺ ≥ 0 with
-friction against v_t⁺ (Moreau; Glocker & Pfeiffer), in parts of the largest, or all 1 where there
+friction against v_t⁺ (Glocker & Pfeiffer 1995), in parts of the largest, or all 1 where there
 are none. Rigid bodies do not tell the ratio of two contact forces; with these, all contacts end
 compression together where no slip stops or turns. A weight may be 0: what would be stopped by the
 others does not push until it is on the border. So only contacts with w_i > 0 store energy, and a
@@ -21,6 +21,8 @@ The right side is a bounded, convex and upper semicontinuous function of v (Fili
 path begins at every v; it is made of straight pieces. Each contact has its own budget of
 restitution: the part e² of the energy that its own normal force took (energetic law), or the part e
 of its own impulse of compression (Poisson's), which lapses where the energy of all would grow.
+The weights and budgets are this package's rule for several contacts; Stronge's and Poisson's laws
+are of one.
 
 Newton's law has no path of several contacts: where more than one of them pushes, it is one
 complementarity problem, 0 ≤ P_n ⟂ v_n⁺ + e v_n⁻ ≥ 0 with friction against v_t⁺ (Moreau). Where only
@@ -33,18 +35,15 @@ and v_n⁺ = 0 of the guides with friction against v_t⁺, as in the tangential 
 
 References
 ----------
-Keller, J. Appl. Mech. 53 (1986) 1–4, for the path of one contact.
-Glocker & Pfeiffer, Nonlinear Dynamics 7 (1995) 471–497.
-Liu, Zhao & Brogliato, Proc. R. Soc. A 464 (2008) 3193–3211, for several contacts with an energy
-    budget at each.
-Moreau (1988), Unilateral contact and dry friction in finite freedom dynamics. CISM 302, 1–82.
-Filippov, Differential Equations with Discontinuous Righthand Sides (1988), §7.
+Keller (1986) for the path of one contact; Glocker & Pfeiffer (1995) and Moreau (1988) for impulses
+of several contacts; Liu, Zhao & Brogliato (2008) for an energy budget at each; Filippov (1988), §7,
+for the beginning of a path.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -54,6 +53,7 @@ import numpy as np
 
 from painleve_sym.arrays import Array
 from painleve_sym.complementarity.solution_sets import BoolArray
+from painleve_sym.contacts.impact.energy_gain import contact_energy, gain_notice
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
 from painleve_sym.contacts.local_mode import ContactMode
 from painleve_sym.contacts.problem import ContactProblem, ContactSolution
@@ -72,6 +72,8 @@ _ROUND_OFF, _ALL_ROUND_OFF = 1e-14, 1e-10
 # Of a mobility with a unit diagonal: a singular value below the first is zero. Of the largest
 # mobility: what is then added to tell the least of several impulses of one effect.
 _SINGULAR, _REGULAR = 1e-12, 1e-8
+# Of the sum of the terms of a rate: two that differ by less are one.
+_EQUAL_RATES = 1e-6
 _PIECE_LIMIT = 1000
 """Pieces after which a path counts as endless; a path of two contacts has about ten."""
 
@@ -135,6 +137,8 @@ class Straight(NamedTuple):
     velocities_after : ndarray, shape (2 n,)
     budget_after : ndarray, shape (n,)
     work_after : float
+    alone : bool
+        Whether no other dv/dτ was possible.
     """
 
     fixed: Array
@@ -150,6 +154,7 @@ class Straight(NamedTuple):
     velocities_after: Array
     budget_after: Array
     work_after: float
+    alone: bool
 
 
 class AtOnce(NamedTuple):
@@ -168,6 +173,8 @@ class AtOnce(NamedTuple):
     rows : tuple of int
     columns : ndarray, shape (2 n, len(rows))
         Directions of the impulses.
+    alone : bool
+        Whether no other impulses were possible.
     """
 
     weighs: bool
@@ -177,6 +184,7 @@ class AtOnce(NamedTuple):
     rates: Array
     rows: tuple[int, ...]
     columns: Array
+    alone: bool
 
 
 class PathRecord(NamedTuple):
@@ -251,6 +259,31 @@ class SimultaneousImpact:
         """Energy that friction gives to the mechanism, never positive; J."""
         return math.fsum(self.works[1::2])
 
+    @property
+    def is_unique(self) -> bool:
+        """Whether no other continuation was possible on the way; else that of least push is taken.
+
+        It says nothing of paths that begin another way and were not followed.
+        """
+        return all(step.alone for step in self.path.steps)
+
+    @property
+    def energy_change(self) -> float:
+        """Work of the contacts; J. The change of kinetic energy over ground at rest."""
+        return math.fsum(self.works)
+
+    @property
+    def notice(self) -> str:
+        """One sentence where the impact adds energy, which Newton's law can do; else empty.
+
+        Its percentage is that of the least kinetic energy with these contact velocities.
+        """
+        path, gain = self.path, self.energy_change
+        if gain <= 0:
+            return ""
+        least = contact_energy(np.ldexp(path.W, path.mass), self.velocities_before)
+        return gain_notice(gain, least, path.restitution)
+
 
 def solve_simultaneous_impact(
     W: Array,
@@ -274,7 +307,7 @@ def solve_simultaneous_impact(
         v_n, v_t of each contact, v_n ≤ 0, and 0 of a bilateral one; exactly 0 means at rest. With
         all v_n = 0 the impact without collision is meant; m/s.
     restitution : {"energetic", "poisson", "newton"}
-        The first two never add energy, Newton's can.
+        The first two never add energy over ground at rest, Newton's can; `notice` says so.
     e : float
         Coefficient of restitution of all contacts, in [0, 1].
     load : ndarray, shape (2 n,), optional
@@ -360,7 +393,7 @@ class _Candidate(NamedTuple):
     missed : float
         By how much it misses its conditions.
     push : ndarray, shape (2 n,)
-    fixed, columns, rows
+    fixed, columns, rows, alone
         As in `Straight`.
     """
 
@@ -369,6 +402,7 @@ class _Candidate(NamedTuple):
     fixed: Array
     columns: Array
     rows: tuple[int, ...]
+    alone: bool = True
 
 
 class _Path:
@@ -429,6 +463,7 @@ class _Path:
                     velocities_after=self.v,
                     budget_after=self.budget.copy(),
                     work_after=self.work,
+                    alone=chosen.alone,
                 )
             )
         return False
@@ -438,7 +473,7 @@ class _Path:
         self.weights = np.ones(len(self.mu))
         if len(self.mu) > 1:
             none = np.zeros_like(self.v)
-            nothing = AtOnce(True, 0.0, self.v, none, none, (), np.empty((len(none), 0)))
+            nothing = AtOnce(True, 0.0, self.v, none, none, (), np.empty((len(none), 0)), True)
             solution = self._at_once(0.0, weighs=True) or nothing
             stops = np.where(self.held, 0.0, solution.impulses[::2])
             if np.any(stops > 0):
@@ -464,14 +499,15 @@ class _Path:
         aim[::2] -= -(e or 0.0) * self.v[::2]
         if self._is_singular:
             W = W + _REGULAR * float(np.max(np.diag(W))) * np.eye(len(aim))
-        solution = self._least(W, aim, moving)
+        solution, alone = self._least(W, aim, moving)
         if solution is None:
             return None
         rows, U = self._unknowns(solution)
         if not self._is_singular:
             parts = solution.normal_accelerations, solution.tangential_accelerations
             accelerations = np.ravel(parts, order="F")
-            return AtOnce(weighs, e, self.v, _forces(solution), accelerations, tuple(rows), U)
+            own = _forces(solution), accelerations, tuple(rows), U
+            return AtOnce(weighs, e, self.v, *own, alone)
         # The limit of ever less mobility added, in the same modes.
         impulses = np.zeros(len(aim))
         if rows:
@@ -483,7 +519,7 @@ class _Path:
             return None
         rates[np.abs(share) <= _ROUNDING] = 0.0
         rates[rows] = 0.0
-        return AtOnce(weighs, e, self.v, impulses, rates, tuple(rows), U)
+        return AtOnce(weighs, e, self.v, impulses, rates, tuple(rows), U, alone)
 
     def _unknowns(self, solution: ContactSolution) -> tuple[list[int], Array]:
         """Return the rates that the modes of a solution make vanish, and directions of impulses."""
@@ -535,7 +571,8 @@ class _Path:
         unit = np.divide(self.W, size, out=np.zeros_like(self.W), where=size > 0)
         return not np.linalg.svd(unit, compute_uv=False)[-1] > _SINGULAR
 
-    def _least(self, W: Array, aim: Array, moving: bool) -> ContactSolution | None:
+    def _least(self, W: Array, aim: Array, moving: bool) -> tuple[ContactSolution | None, bool]:
+        """Return the solution of least normal impulse, and whether there is no other."""
         problem = ContactProblem(W, aim, self.mu, np.zeros(len(self.mu)), self.held)
         solutions = problem.solutions()
         if moving:
@@ -545,7 +582,7 @@ class _Path:
             opening, guided = s.normal_forces[~self.held], np.abs(s.normal_forces[self.held])
             return round(float(opening.sum()), 9), round(float(guided.sum()), 9)
 
-        return min(solutions, key=size, default=None)
+        return min(solutions, key=size, default=None), len(solutions) <= 1
 
     def restart_at_once(self) -> bool:
         """Replace the path by Newton's law for all contacts at once; False without a solution."""
@@ -598,13 +635,24 @@ class _Path:
             def pressed(c: _Candidate) -> tuple[float, float, float]:
                 return round(float(c.push[::2] @ pressing) / size, 9), *self._order(c)
 
-            return min(moving, key=pressed, default=None)
+            return self._first(moving, pressed)
         # Without guides one exists, by Kakutani's theorem: where rounding hides it, the nearest is
         # taken.
         bound = _TOLERANCE
         if not np.any(self.held):
             bound = max(bound, min(c.missed for c in candidates))
-        return min((c for c in candidates if c.missed <= bound), key=self._order, default=None)
+        return self._first([c for c in candidates if c.missed <= bound], self._order)
+
+    def _first(
+        self, possible: list[_Candidate], order: Callable[[_Candidate], tuple[float, ...]]
+    ) -> _Candidate | None:
+        """Return the candidate that is least in an order, and whether all have its dv/dτ."""
+        if not possible:
+            return None
+        least = min(possible, key=order)
+        terms = np.abs(self.W) @ np.max([np.abs(c.push) for c in possible], axis=0)
+        others = (np.abs(self.W @ (c.push - least.push)) for c in possible)
+        return least._replace(alone=not any(np.any(d > _EQUAL_RATES * terms) for d in others))
 
     def _local(self, i: int) -> list[_Local]:
         """Return the ways in which contact i may push at the present velocity."""

@@ -89,8 +89,8 @@ static int guard_side(double g, double d, double d2, double zero, int departs) {
   return (fabs(first) > fabs(second) ? first : second) < 0 ? -1 : 0;
 }
 
-/* First step of a mode (Hairer, Norsett & Wanner, II.4, with the time in parts of tau, the state's
- * own time |x|/|f|, so that it does not depend on the unit); k[0] = f(x) is set here. */
+/* First step of a mode (Hairer, Norsett & Wanner 1993, II.4, with the time in parts of tau, the
+ * state's own time |x|/|f|, so that it does not depend on the unit); k[0] = f(x) is set here. */
 static double first_step(ps_run *s, const ps_options *o) {
   double y[PS_NX], weight[PS_NX], d0 = 0, d1 = 0, d2 = 0;
   field(s, s->x, s->k[0]);

@@ -68,8 +68,8 @@ static double time_to_event(const ps_run *s) {
   return first;
 }
 
-/* Next step size after a good step of size h (Gustafsson, ACM Trans. Math. Softw. 20 (1994)
- * 496-517): the error per size to the eighth continues to change as it did. */
+/* Next step size after a good step of size h (Gustafsson 1994; for explicit methods
+ * Gustafsson 1991): the error per size to the eighth continues to change as it did. */
 static double next_size(ps_run *s, double h, double err) {
   double grow = err > 0 ? 0.9 * pow(err, -0.125) : 6;
   if (s->h_last > 0 && err > 0) {

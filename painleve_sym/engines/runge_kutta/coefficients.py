@@ -2,8 +2,8 @@
 
 References
 ----------
-Hairer, Nørsett & Wanner, Solving Ordinary Differential Equations I, 2nd ed. (1993), section II.5
-and the accompanying code DOP853 (Dormand & Prince coefficients), as SciPy has them.
+Prince & Dormand (1981); Hairer, Nørsett & Wanner (1993), II.5, II.6 for the dense output, and the
+accompanying code DOP853, as SciPy has it.
 """
 
 from __future__ import annotations

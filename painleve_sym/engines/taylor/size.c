@@ -19,7 +19,7 @@ static const double PS_MOMENT = 16e-16;
 enum { PS_BY_NEED = 1, PS_BY_CHOICE, PS_KEPT };
 
 static void prepare(ps_run *s, const ps_options *o) {
-  /* Jorba & Zou, Experiment. Math. 14 (2005) 99-117: the order that is cheapest for a tolerance. */
+  /* Jorba & Zou (2005): the order that is cheapest for a tolerance. Their step size differs. */
   int order = (int)ceil(-0.5 * log(PS_SHARE * o->rtol)) + 1;
   s->order = order < 4 ? 4 : order > PS_ORDER ? PS_ORDER : order;
   s->steps.width = PS_STEP_HEAD + PS_NZ + (s->order + 1) * PS_NX + 1;

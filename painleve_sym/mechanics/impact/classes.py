@@ -104,7 +104,7 @@ def impact_course(
 
     References
     ----------
-    Wang & Mason (1992); Keller, J. Appl. Mech. 53 (1986) 1–4.
+    Wang & Mason (1992); Keller (1986).
     """
     if case is ImpactClass.NO_IMPACT:
         raise InputError("course of an impact: got no_impact, which has no phases.")

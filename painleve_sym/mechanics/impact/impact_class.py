@@ -32,7 +32,7 @@ class ImpactClass(enum.Enum):
 
     References
     ----------
-    Wang & Mason, J. Appl. Mech. 59 (1992) 635–642; Routh, Rigid Dynamics (1905).
+    Wang & Mason (1992) for all but ``NO_IMPACT``; Routh (1905).
     """
 
     NO_IMPACT = "no_impact"

@@ -259,7 +259,7 @@ def tangential_phase(
 
     References
     ----------
-    Zhao, Liu & Chen, (14) and (17).
+    Impact model resolution on Painlevé's paradox, (14) and (17).
     """
     ray = ImpulseRay.slipping(coefficients, slip, write)
     phase = ray.until_slip_stops("tangential")
@@ -280,7 +280,7 @@ def sticking_compression(coefficients: ContactCoefficients, write: Writer = read
 
     References
     ----------
-    Zhao, Liu & Chen, (18) and (20).
+    Impact model resolution on Painlevé's paradox, (18) and (20).
     """
     ray = ImpulseRay.sticking(coefficients, write)
     phase = ray.until_normal_velocity("sticking compression", sp.Integer(0))
@@ -292,7 +292,7 @@ def sticking_restitution(coefficients: ContactCoefficients, write: Writer = read
 
     References
     ----------
-    Zhao, Liu & Chen, (21).
+    Impact model resolution on Painlevé's paradox, (21).
     """
     ray = ImpulseRay.sticking(coefficients, write)
     return ray.until_normal_velocity("sticking restitution", V_N_PLUS, sp.Integer(0))

@@ -11,15 +11,16 @@ if TYPE_CHECKING:
     from painleve_sym.mechanics.mechanism import Mechanism
 
 
-def _imported(module: str, function: str) -> Mechanism:
+def _imported(module: str, function: str, *counts: int) -> Mechanism:
     home = importlib.import_module(f"{__name__}.{module}")
-    mechanism: Mechanism = getattr(home, function)()
+    mechanism: Mechanism = getattr(home, function)(*counts)
     return mechanism
 
 
-MODELS: Mapping[str, Callable[[], Mechanism]] = {
+MODELS: Mapping[str, Callable[..., Mechanism]] = {
     "rod": partial(_imported, "rods", "rod"),
     "rod-inertia": partial(_imported, "rods", "rod_inertia"),
+    "rod-bending": partial(_imported, "rods", "rod_bending"),
     "block": partial(_imported, "blocks", "block"),
     "block-two-feet": partial(_imported, "blocks", "block_two_feet"),
     "eccentric-disc": partial(_imported, "discs", "eccentric_disc"),
@@ -30,3 +31,6 @@ MODELS: Mapping[str, Callable[[], Mechanism]] = {
     "painleve-klein": partial(_imported, "sliders", "painleve_klein"),
 }
 """Named mechanisms: functions that make them; see `painleve_sym.codegen.named_mechanisms.model`."""
+
+COUNTS: Mapping[str, tuple[str, ...]] = {"rod-bending": ("bending modes", "axial modes")}
+"""What may be counted in a model, as in ``rod-bending:5,3``: whole numbers from 0."""

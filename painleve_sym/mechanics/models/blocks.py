@@ -40,7 +40,7 @@ def block() -> Mechanism:
 
     References
     ----------
-    Lötstedt, Coulomb friction in two-dimensional rigid body systems, ZAMM 61 (1981).
+    Lötstedt (1981).
     """
     coordinates = _coordinates()
     m = positive("m", 1.0, "kg", "mass")
@@ -61,7 +61,7 @@ def block() -> Mechanism:
     return Mechanism(
         name="block",
         title="rectangular block on one corner on a slope",
-        source="after Lötstedt, ZAMM 61 (1981)",
+        source="after Lötstedt (1981)",
         system=system,
         contacts=(Contact.of_point("A", system, corner, mu.symbol),),
         domain=(
@@ -87,8 +87,7 @@ def block_two_feet() -> Mechanism:
 
     References
     ----------
-    Várkonyi & Or, Lyapunov stability of a rigid body with two frictional contacts,
-    Nonlinear Dynamics 88 (2017).
+    Várkonyi & Or (2017).
     """
     coordinates = _coordinates()
     m = positive("m", 1.0, "kg", "mass")
@@ -114,7 +113,7 @@ def block_two_feet() -> Mechanism:
     return Mechanism(
         name="block-two-feet",
         title="block sliding on two feet on a slope",
-        source="after Várkonyi & Or, Nonlinear Dynamics 88 (2017), arXiv:1603.09672",
+        source="after Várkonyi & Or (2017)",
         system=system,
         contacts=contacts,
         domain=(

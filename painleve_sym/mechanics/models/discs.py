@@ -21,7 +21,7 @@ def eccentric_disc() -> Mechanism:
 
     References
     ----------
-    Tokieda, The hopping hoop, Amer. Math. Monthly 104 (1997).
+    Tokieda (1997).
     """
     x = Coordinate("x", "position of the middle along the ground", "m")
     y = Coordinate("y", "height of the lowest point of the rim above the ground", "m")
@@ -47,7 +47,7 @@ def eccentric_disc() -> Mechanism:
     return Mechanism(
         name="eccentric-disc",
         title="disc with its mass centre off the middle, on rough ground",
-        source="after Tokieda, Amer. Math. Monthly 104 (1997)",
+        source="after Tokieda (1997)",
         system=system,
         contacts=(contact,),
         sketch=(

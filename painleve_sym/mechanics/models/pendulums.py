@@ -22,8 +22,8 @@ def cart_pendulum() -> Mechanism:
 
     References
     ----------
-    Champneys & Várkonyi, The Painlevé paradox in contact mechanics, IMA J. Appl. Math. 81 (2016),
-    for the contact equations of any mechanism; the example is a common one.
+    Champneys & Várkonyi (2016) for the contact equations of any mechanism; the example is a common
+    one.
     """
     x = Coordinate("x", "position of the cart along the ground", "m")
     y = Coordinate("y", "height of the cart above the ground", "m")
@@ -50,7 +50,7 @@ def cart_pendulum() -> Mechanism:
     return Mechanism(
         name="cart-pendulum",
         title="pendulum on a cart sliding on rough ground",
-        source="a common example; see Champneys & Várkonyi, IMA J. Appl. Math. 81 (2016)",
+        source="a common example; see Champneys & Várkonyi (2016)",
         system=system,
         contacts=(Contact.of_point("cart", system, cart, mu.symbol),),
         sketch=(

@@ -29,9 +29,7 @@ def two_link_arm() -> Mechanism:
 
     References
     ----------
-    Zhao, Liu, Ma & Chen, Experimental investigation of the Painlevé paradox in a robotic system,
-    J. Appl. Mech. 75 (2008), after Liu, Zhao & Chen, The bouncing motion appearing in a robotic
-    system with unilateral constraint, Nonlinear Dynamics 49 (2007) 217–232.
+    Zhao et al. (2008), after Liu, Zhao & Chen (2007).
     """
     one = Coordinate("theta_1", "angle of the upper link, from +x", "rad", r"\theta_1")
     two = Coordinate("theta_2", "angle of the lower link, from +x", "rad", r"\theta_2")
@@ -66,7 +64,7 @@ def two_link_arm() -> Mechanism:
     return Mechanism(
         name="two-link-arm",
         title="two-link arm with its tip on a moving belt",
-        source="Zhao, Liu, Ma & Chen, J. Appl. Mech. 75 (2008), doi 10.1115/1.2910825",
+        source="Zhao et al. (2008)",
         system=system,
         contacts=(Contact.of_point("tip", system, _place(tip), mu.symbol, surface_speed=u.symbol),),
         sketch=(
@@ -89,8 +87,7 @@ def pr_robot() -> Mechanism:
 
     References
     ----------
-    Elkaranshawy, Mohamed, Ashour & Alkomy, Solving Painlevé paradox: (P–R) sliding robot case,
-    Nonlinear Dynamics 88 (2017).
+    Elkaranshawy et al. (2017).
     """
     x = Coordinate("x", "position of the carriage along its guide", "m")
     theta = Coordinate("theta", "angle from the ground to the link", "rad", r"\theta")
@@ -122,7 +119,7 @@ def pr_robot() -> Mechanism:
     return Mechanism(
         name="pr-robot",
         title="prismatic-revolute robot sliding its tip along the ground",
-        source="Elkaranshawy, Mohamed, Ashour & Alkomy, Nonlinear Dynamics 88 (2017)",
+        source="Elkaranshawy et al. (2017)",
         system=system,
         contacts=(Contact.of_point("tip", system, _place(tip), mu.symbol),),
         domain=(DomainBound(sp.cos(theta.symbol), "the link is upright: the gap does not change"),),

@@ -21,8 +21,7 @@ def painleve_klein() -> Mechanism:
 
     References
     ----------
-    Klein, Zu Painlevés Kritik der Coulombschen Reibungsgesetze, Z. Math. Phys. 58 (1909).
-    Le, Dynamics of Mechanical Systems with Coulomb Friction (2003).
+    Klein (1909); Le Xuan Anh (2003).
     """
     x = Coordinate("x", "position of the lower block along its guide", "m")
     phi = Coordinate("phi", "angle from the guides to the rod", "rad", r"\varphi")
@@ -51,7 +50,7 @@ def painleve_klein() -> Mechanism:
     return Mechanism(
         name="painleve-klein",
         title="two blocks in parallel guides joined by a rod (Painlevé and Klein)",
-        source="Klein, Z. Math. Phys. 58 (1909)",
+        source="Klein (1909)",
         system=system,
         contacts=(Contact.of_point("guide", system, lower, mu.symbol, bilateral=True),),
         domain=(DomainBound(cos, "the rod is upright: the lower block cannot move in y"),),

@@ -20,8 +20,7 @@ def strut() -> Mechanism:
 
     References
     ----------
-    Spurr, A theory of brake squeal, Proc. Inst. Mech. Eng. Auto. Div. 15 (1961).
-    Champneys & Várkonyi, The Painlevé paradox in contact mechanics, IMA J. Appl. Math. 81 (2016).
+    Spurr (1961); Champneys & Várkonyi (2016).
     """
     theta = Coordinate("theta", "angle from the surface to the strut", "rad", r"\theta")
     m = positive("m", 1.0, "kg", "mass")
@@ -45,7 +44,7 @@ def strut() -> Mechanism:
     return Mechanism(
         name="strut",
         title="pivoted strut pressed onto a moving surface (chalk, sprag)",
-        source="Spurr, Proc. Inst. Mech. Eng. Auto. Div. 15 (1961)",
+        source="Spurr (1961)",
         system=system,
         contacts=(Contact.of_point("tip", system, tip, mu.symbol, surface_speed=u.symbol),),
         domain=(

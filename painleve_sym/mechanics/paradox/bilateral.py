@@ -29,7 +29,7 @@ class BilateralForms:
 
     References
     ----------
-    Painlevé (1895); Klein, Z. Math. Phys. 58 (1909) 186–191.
+    Painlevé (1895); Klein (1909).
     """
 
     coefficients: ContactCoefficients

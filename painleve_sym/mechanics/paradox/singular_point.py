@@ -37,8 +37,8 @@ class JamThreshold:
 class SingularPoint:
     """Slip near A_s = B = 0, for any mechanism with one contact.
 
-    In slip q̈ = f + w_s F with F = −B/A_s and w_s = M⁻¹(J_N − μ s J_T)ᵀ. A_s depends on q alone, so
-    along the motion
+    In slip q̈ = f + w_s F with F = −B/A_s and w_s = M⁻¹(J_N − μ s J_T)ᵀ. A_s depends on q alone
+    where μ is constant and nothing depends on the time, so along the motion
 
         Ȧ = α,  Ḃ = β₀ + β₁ F,
 
@@ -49,6 +49,8 @@ class SingularPoint:
 
     as a slip with α A < 0 reaches A = 0 at t*. For 0 < r < 1 the force diverges and its impulse
     does not, so that B reaches 0 together with A: dynamic jam. For r > 1 every force tends to F*.
+    For r = 1 the power is a logarithm; for r ≤ 0 a force above F* has an unbounded impulse, so that
+    the slip stops before.
     Every expression is in the state and the parameters; A = B = 0 is not substituted.
 
     Parameters
@@ -61,8 +63,8 @@ class SingularPoint:
 
     References
     ----------
-    Génot & Brogliato, Eur. J. Mech. A/Solids 18 (1999) 653–677; Champneys & Várkonyi, IMA J. Appl.
-    Math. 81 (2016) 538–588; Nordmark, Várkonyi & Champneys (2018), arXiv:1707.08343.
+    Génot & Brogliato (1999), whose critical friction μ_C is; Champneys & Várkonyi (2016); Nordmark,
+    Várkonyi & Champneys (2018).
     """
 
     coefficients: ContactCoefficients

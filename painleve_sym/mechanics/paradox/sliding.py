@@ -18,7 +18,7 @@ def sliding_force(coefficients: ContactCoefficients, slip: int = -1) -> sp.Expr:
 
     References
     ----------
-    Zhao, Liu & Chen, §3.4.
+    Impact model resolution on Painlevé's paradox, §3.4.
     """
     return -coefficients.B / coefficients.A(slip)
 

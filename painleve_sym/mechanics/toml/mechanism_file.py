@@ -12,7 +12,7 @@ import sympy as sp
 
 from painleve_sym.errors import ModelError, unknown_name
 from painleve_sym.files import parse_toml, read_text
-from painleve_sym.mechanics.bodies import Body, Load, Spring
+from painleve_sym.mechanics.bodies import Body, Load, Mode, Spring
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.declarations import Coordinate, Parameter
 from painleve_sym.mechanics.mechanism import DomainBound, Mechanism
@@ -36,7 +36,10 @@ _TOP = (
 _COORDINATE = ("unit", "meaning", "latex")
 _RANGE = ("lower", "upper", "lower_closed", "upper_closed", "positive")
 _PARAMETER = ("default", "unit", "meaning", *_RANGE)
-_BODY = ("name", "mass", "inertia", "centre", "angle")
+_BODY = ("name", "mass", "inertia", "centre", "angle", "modes")
+_MODE = (
+    *("coordinate", "mass", "frequency", "damping", "momentum", "angular_momentum", "stretch"),
+)
 _SPRING = ("name", "extension", "stiffness", "damping")
 _LOAD = ("name", "point", "force", "angle", "torque")
 _SURFACE = ("slope", "through", "surface_speed")
@@ -103,6 +106,7 @@ class _Reader:
         self.source, self.formulas = source, source.formulas
         self.top = Table.of(source, (), data, _TOP)
         self.name = self.top.text("name", name) or name
+        self.bodies: list[Body] = []
 
     def mechanism(self) -> Mechanism:
         """Return the mechanism, or raise ModelError with every fault of the file."""
@@ -185,7 +189,7 @@ class _Reader:
         self, coordinates: tuple[Coordinate, ...], parameters: tuple[Parameter, ...], named: bool
     ) -> LagrangianSystem | None:
         before = len(self.source.faults)
-        bodies = [_body(table) for table in self.top.tables("bodies", _BODY)]
+        self.bodies = [_body(table, coordinates) for table in self.top.tables("bodies", _BODY)]
         springs = [_spring(table) for table in self.top.tables("springs", _SPRING)]
         loads = [_load(table) for table in self.top.tables("loads", _LOAD)]
         gravity = self.gravity()
@@ -202,7 +206,7 @@ class _Reader:
                 self.name,
                 coordinates,
                 parameters,
-                bodies,
+                self.bodies,
                 gravity=gravity,
                 springs=springs,
                 loads=[load for load in loads if load is not None],
@@ -234,7 +238,7 @@ class _Reader:
         tables = self.top.tables("contacts", _CONTACT)
         if not tables:
             self.top.fault("no contact. Fix: add [[contacts]] with point, friction.", "contacts")
-        read = [_contact(table, parameters, system) for table in tables]
+        read = [_contact(table, parameters, system, self.bodies) for table in tables]
         names = [c.name for c in read if c]
         for i, (table, contact) in enumerate(zip(tables, read, strict=True)):
             if contact and contact.name in names[:i]:
@@ -302,8 +306,10 @@ def _parameter(name: str, given: Table, is_friction: bool) -> Parameter:
     return parameter
 
 
-def _body(table: Table) -> Body:
-    table.text("name", "")
+def _body(table: Table, coordinates: Sequence[Coordinate]) -> Body:
+    symbols = {c.name: c.symbol for c in coordinates}
+    modes = [_mode(mode, symbols) for mode in table.tables("modes", _MODE)]
+    name = table.text("name", "body")
     if ("inertia" in table) != ("angle" in table):
         table.fault("inertia and angle belong together. Fix: give both or none.")
     mass, inertia, angle = (
@@ -311,7 +317,22 @@ def _body(table: Table) -> Body:
         table.formula("inertia", 0),
         table.formula("angle", 0),
     )
-    return Body(mass, table.pair("centre"), inertia, angle)
+    kept = tuple(mode for mode in modes if mode is not None)
+    return Body(mass, table.pair("centre"), inertia, angle, kept, name)
+
+
+def _mode(table: Table, coordinates: Mapping[str, sp.Symbol]) -> Mode | None:
+    name = table.text("coordinate")
+    momentum = table.pair("momentum", (0, 0))
+    turning = table.formula("angular_momentum", 0)
+    stretch = table.formula("stretch") if "stretch" in table else None
+    mass, frequency = table.formula("mass"), table.formula("frequency")
+    damping = table.formula("damping", 0)
+    if name not in coordinates:
+        if isinstance(table.entries.get("coordinate"), str):
+            table.fault(unknown_name("coordinate", name, coordinates), "coordinate")
+        return None
+    return Mode(coordinates[name], mass, frequency, damping, momentum, turning, stretch)
 
 
 def _spring(table: Table) -> Spring:
@@ -361,7 +382,10 @@ Maker = Callable[..., Contact]
 
 
 def _contact(
-    table: Table, parameters: Sequence[Parameter], system: LagrangianSystem | None
+    table: Table,
+    parameters: Sequence[Parameter],
+    system: LagrangianSystem | None,
+    bodies: Sequence[Body],
 ) -> Contact | None:
     """Return the contact, or None where it has faults or there is no system."""
     before, kinds = table.source.stand_ins, [kind for kind in _KINDS if kind in table]
@@ -389,7 +413,7 @@ def _contact(
         make = partial(Contact.of_disc, **_disc(table), **_surface(table))
     else:
         clock = {s.name: s for s in system.clock} if system else {TIME.name: TIME}
-        make = _point(table, {**clock, **symbols})
+        make = _point(table, {**clock, **symbols}, bodies)
     if table.source.stand_ins > before or friction not in symbols or system is None:
         return None
     try:
@@ -410,9 +434,31 @@ def _disc(table: Table) -> dict[str, Any]:
     return {"centre": centre, "radius": radius, "angle": disc.formula("angle")}
 
 
-def _point(table: Table, names: Mapping[str, sp.Expr]) -> Maker:
+def _point_of_body(contact: Table, bodies: Sequence[Body]) -> tuple[sp.Expr, sp.Expr]:
+    """Return the place of a material point of a named body, moved by the body's modes."""
+    table = contact.table("point", ("body", "at", "shape"))
+    named, name, at = {body.name: body for body in bodies}, table.text("body"), table.pair("at")
+    shapes = table.table("shape")
+    values = {key: shapes.pair(key) for key in shapes}
+    if name not in named:
+        if isinstance(table.entries.get("body"), str):
+            table.fault(unknown_name("body", name, named), "body")
+    else:
+        body = named[name]
+        modes = {str(mode.coordinate): mode.coordinate for mode in body.modes}
+        try:
+            return body.point(at, {modes.get(k, sp.Symbol(k)): v for k, v in values.items()})
+        except ModelError as error:
+            table.source.model_faults(table.path, error)
+    table.source.stand_ins += 1
+    return sp.Integer(1), sp.Integer(1)
+
+
+def _point(table: Table, names: Mapping[str, sp.Expr], bodies: Sequence[Body]) -> Maker:
     """Return the contact of a point; a curve may use `names` beside its place x, y."""
-    point, surface = table.pair("point"), _surface(table)
+    on_body = isinstance(table.entries["point"], Mapping)
+    point = _point_of_body(table, bodies) if on_body else table.pair("point")
+    surface = _surface(table)
     if "curve" not in table:
         return partial(Contact.of_point, point=point, **surface)
     if "slope" in table:

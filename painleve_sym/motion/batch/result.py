@@ -63,6 +63,11 @@ class BatchResult:
     kept: BatchOutputs
     rows: BatchRows
 
+    @property
+    def source(self) -> str:
+        """Works on the mechanism, the laws and the integrator; see `painleve_sym.citation`."""
+        return self.simulator.source
+
     def __repr__(self) -> str:
         """Return mechanism, law, shape and stop reasons in one line."""
         ends = ", ".join(f"{count} {reason}" for reason, count in self.counts().items())

@@ -12,11 +12,8 @@ the jump of the impact without collision then takes one step and looks like any 
 
 References
 ----------
-Moreau (1988), Unilateral contact and dry friction in finite freedom dynamics. CISM 302, 1–82.
-Jean (1999), The non-smooth contact dynamics method. Comput. Methods Appl. Mech. Eng. 177, 235–257.
-Stewart & Trinkle (1996), An implicit time-stepping scheme for rigid body dynamics with inelastic
-    collisions and Coulomb friction. Int. J. Numer. Methods Eng. 39, 2673–2691.
-Anitescu & Potra (1997), Nonlinear Dynamics 14, 231–247.
+Moreau (1988) and Jean (1999), Stewart & Trinkle (1996) and Anitescu & Potra (1997) for the schemes;
+Stewart (1998) and Stewart (2000) for their convergence through Painlevé's paradox.
 """
 
 from __future__ import annotations

@@ -30,12 +30,17 @@ from painleve_sym.papers.impact_resolution.runs import Workbench
 from painleve_sym.papers.item import Outcome, Verdict
 
 POSITIVE = (
-    "delta delta_0 delta_max delta_p n e_s E nu R R_1 R_2 R_star K_e F_n_max F_n0 W_c E_nc depth"
+    "delta delta_0 delta_max delta_p n e_s E nu R R_1 R_2 R_star l_0 K_e F_n_max F_n0 W_c E_nc "
+    "depth"
 )
 REAL = (
     "x_A_dot_0 y_A_dot_0 y_A_dot_1 y_A_dot_3 theta_dot_0 theta_dot_1 theta_dot_2 P_n1 "
     "y_ddot theta_ddot"
 )
+
+
+_LETTERS = {"e_energetic": "e_s"}
+"""Letters of the paper for parameters of its law that have another name here."""
 
 
 @dataclass(frozen=True)
@@ -119,8 +124,7 @@ class Derived:
 
     def of_law(self, expr: sp.Expr) -> sp.Expr:
         """Return an expression of the law in the letters of the paper."""
-        own = {"e_energetic": "e_s", "n": "n", "E": "E", "nu": "nu", "R": "R"}
-        swap = {p.symbol: self[own[p.name]] for p in self.law.parameters}
+        swap = {p.symbol: self[_LETTERS.get(p.name, p.name)] for p in self.law.parameters}
         swap |= {DELTA: self["delta"], DELTA_MAX: self["delta_max"]}
         squared = {s: self["e_s"] ** 2 for s in self.law.definitions if s != K_E}
         return without_ramps(expr).subs(squared).subs(swap)
@@ -130,7 +134,7 @@ class Derived:
         return self.of_law(self.law.loading.force)
 
     def stiffness(self) -> sp.Expr:
-        """Return K_e, with R* = R on a plane."""
+        """Return K_e in N/mⁿ, with R* = R on a plane."""
         return self.of_law(self.law.definitions[K_E]).subs(self["R"], self["R_star"])
 
     def relative_curvature(self) -> sp.Expr:

@@ -67,10 +67,11 @@ class RegionMap:
     curves : dict of str to ndarray, shape (n, 2, 2)
         ``A`` and ``B``: straight pieces of A = 0 and B = 0, whose ends are zeros to round-off.
     crossings : ndarray, shape (n, 2)
-        Where A = B = 0 (Génot–Brogliato points), to round-off.
+        Where A = B = 0 (the points of Génot & Brogliato 1999), to round-off.
     thresholds : dict of str to float
         ``mu_P``: least friction with A < 0 somewhere, where it has a closed form; for the rods also
-        ``mu_C`` = (2/√3) μ_P, where at the crossing both rates of approach are equal.
+        ``mu_C`` = (2/√3) μ_P (Génot & Brogliato 1999), where at the crossing both rates of approach
+        are equal.
     state, parameters : dict of str to float
         Values that are constant over the map.
     A_pull : ndarray or None
@@ -232,7 +233,8 @@ def region_map(
 
     References
     ----------
-    Génot & Brogliato, Eur. J. Mech. A/Solids 18 (1999); Zhao, Liu & Chen, (1)–(3), Fig. 2.
+    Génot & Brogliato (1999) for the crossings and μ_C;
+    Impact model resolution on Painlevé's paradox, (1)–(3), Fig. 2.
 
     Examples
     --------

@@ -1,0 +1,212 @@
+"""The page of one motion: mechanism, input, figure, events, energy balance and sources."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Mapping
+from dataclasses import replace
+from html import escape
+
+import numpy as np
+import sympy as sp
+
+from painleve_sym.errors import InputError
+from painleve_sym.laws.catalogue import LawsByContact
+from painleve_sym.laws.restitution import restitution_law
+from painleve_sym.mechanics.formulas.formula import Formula
+from painleve_sym.mechanics.formulas.one_contact import energies
+from painleve_sym.mechanics.mathml import mathml
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.motion.trajectory import Trajectory
+from painleve_sym.present.animation import Animation
+from painleve_sym.present.page import Page, Part, figure, paragraph, preformatted, table
+from painleve_sym.present.style import event_label, svg_text
+from painleve_sym.present.trajectory_plot import trajectory_figure
+from painleve_sym.study.scenario import Scenario
+
+MAX_EVENTS = 200
+"""Rows of the table of events; the others are counted."""
+MAX_OPERATIONS = 400
+"""Longer formulas than this are left to `painleve derive`."""
+
+
+def run_page(scenario: Scenario, run: Trajectory) -> Page:
+    """Return the page of a motion.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        The case that was computed.
+    run : Trajectory
+        Its motion.
+    """
+    mechanism = scenario.mechanism()
+    title = scenario.title or f"{mechanism.title}: motion with law {run.law}"
+    lead = paragraph(
+        f"{len(run.events)} events, end at t = {run.final_time:.10g} s ({run.stop_reason.label}). "
+        f"{run.stop_detail}"
+    )
+    parts = [
+        Part("Mechanism", _mechanism(mechanism, run)),
+        Part("Formulas", _formulas(mechanism)),
+        Part("Input", _input(scenario, run)),
+    ]
+    if len(run.step_time):
+        drawing = svg_text(trajectory_figure(run), "motion")
+        caption = "Forces, coordinates and velocities over time, with the events marked."
+        parts.append(Part("Motion", figure(drawing, caption)))
+    parts += [
+        Part("Events", _events(run)),
+        Part("End", _end(run)),
+        Part("Energy balance", _energy(run)),
+        Part("Sources", _sources(scenario, run)),
+    ]
+    return Page(title, lead, parts)
+
+
+def scenario_command(scenario: Scenario) -> str:
+    """Return the command that computes a scenario again."""
+    words = ["painleve", "simulate", scenario.model]
+    state = dict(scenario.state or {})
+    pairs: tuple[tuple[str, Mapping[str, object]], ...] = (
+        ("--state", state),
+        ("--set", scenario.parameters),
+        ("--law-set", {**scenario.law_choices, **scenario.law_parameters}),
+    )
+    single = {
+        "--contact": scenario.contact,
+        "--close": scenario.close,
+        "--law": scenario.law,
+        "--t-end": scenario.t_end,
+        "--until": ",".join(scenario.until) or None,
+        "--initial-force": scenario.initial_force,
+        "--max-steps": scenario.max_steps,
+        "--max-events": scenario.max_events,
+    }
+    for option, value in single.items():
+        words += [option, str(value)] if value is not None else []
+    for option, values in pairs:
+        entries = ",".join(f"{k}={v}" for k, v in values.items())
+        words += [option, entries] if entries else []
+    if scenario.rtol != Scenario(scenario.model).rtol:
+        words += ["--rtol", str(scenario.rtol)]
+    if str(scenario.engine) != "auto":
+        words += ["--engine", str(scenario.engine)]
+    return shlex.join(words)
+
+
+def _mechanism(mechanism: Mechanism, run: Trajectory) -> str:
+    names = [(c.name, c.unit, "coordinate", c.meaning) for c in mechanism.outline.coordinates] + [
+        (c.name, "", "contact", f"gap {c.gap}") for c in mechanism.outline.contacts
+    ]
+    parts = [paragraph(f"{mechanism.name}: {mechanism.title}.")]
+    if mechanism.sketch:
+        parts.append(preformatted(mechanism.sketch, "Sketch of the mechanism"))
+    parts.append(table(("name", "unit", "kind", "meaning"), names, "Coordinates and contacts"))
+    try:
+        still = Animation(run, mechanism).still()
+    except InputError as error:
+        parts.append(paragraph(str(error)))
+    else:
+        drawing = svg_text(still, "mechanism")
+        parts.append(figure(drawing, "The mechanism at the start, to scale."))
+    return "\n".join(parts)
+
+
+def _formulas(mechanism: Mechanism) -> str:
+    formulas = [*energies(mechanism).formulas]
+    for contact, c in zip(mechanism.contacts, mechanism.all_coefficients, strict=True):
+        values = {
+            "gap": contact.gap,
+            "slip_velocity": contact.slip_velocity,
+            **{name: getattr(c, name) for name in ("W_nn", "W_nt", "W_tt", "b_n", "b_t")},
+            **{"A_neg": c.A(-1), "A_pos": c.A(1), "B": c.B},
+        }
+        several = f" of {contact.name}" if len(mechanism.contacts) > 1 else ""
+        named = (Formula.of(name, value) for name, value in values.items())
+        formulas += [replace(f, name=f.name + several) for f in named]
+    return "\n".join(map(_formula, formulas))
+
+
+def _formula(formula: Formula) -> str:
+    name, meaning = escape(formula.name), escape(formula.meaning)
+    unit = f" ({escape(formula.unit)})" if formula.unit not in ("1", "SI", "") else ""
+    if sp.count_ops(formula.value) > MAX_OPERATIONS:
+        body = "<p>It is too long for this page; <code>painleve derive</code> prints it.</p>"
+    else:
+        body = mathml(formula.value)
+    box = f'<div class="wide" tabindex="0" role="region" aria-label="{name}">{body}</div>'
+    return f"<p><code>{name}</code>{unit}: {meaning}</p>{box}"
+
+
+def _input(scenario: Scenario, run: Trajectory) -> str:
+    mechanism = scenario.mechanism()
+    start, units = scenario.start(), mechanism.units
+    declared = {p.name: p for p in mechanism.outline.parameters}
+    of_law = {p.name: p for p in scenario.contact_law().parameters}
+    rows = [(n, f"{start.get(n, 0.0):.10g}", units[n], "start") for n in mechanism.state_names]
+    for name, value in run.parameters.items():
+        p = declared.get(name) or of_law.get(name.removesuffix("_law"))
+        meaning = p.meaning if p else "parameter of the law"
+        rows.append((name, f"{value:.10g}", p.unit if p else "", meaning))
+    choices = "".join(f", {name} {value}" for name, value in run.choices.items())
+    return (
+        paragraph(f"Law {run.law}{choices}; relative tolerance {run.rtol:g}; engine {run.engine}.")
+        + table(("name", "value", "unit", "meaning"), rows, "Input")
+        + paragraph("Compute it again:")
+        + preformatted(scenario_command(scenario), "Command")
+    )
+
+
+def _events(run: Trajectory) -> str:
+    if not run.events:
+        return paragraph("There were no events.")
+    head = ("time (s)", "event", "contact", "mode after", "F_n (N)", "F_t (N)", "also possible")
+    rows = [
+        (
+            f"{e.time:.10g}",
+            event_label(e.kind),
+            e.contact,
+            e.mode_after,
+            f"{e.normal_force:.6g}",
+            f"{e.tangential_force:.6g}",
+            ", ".join(e.alternatives),
+        )
+        for e in run.events[:MAX_EVENTS]
+    ]
+    rest = len(run.events) - MAX_EVENTS
+    note = paragraph(f"{rest} more events are not shown.") if rest > 0 else ""
+    return table(head, rows, "Events") + note
+
+
+def _end(run: Trajectory) -> str:
+    rows = [(name, value, run.units(name)) for name, value in run.final.items()]
+    rows += [(name, value, run.units(name)) for name, value in run.final_outputs.items()]
+    return table(("name", "value", "unit"), rows, "State and forces at the end")
+
+
+def _energy(run: Trajectory) -> str:
+    if not len(run.step_time):
+        return paragraph("No step was taken, so there is no balance.")
+    terms = run.energies(np.array([run.step_time[0], run.final_time]))
+    rows = [(n, v[0], v[1], v[1] - v[0]) for n, v in terms.items()]
+    text = (
+        "Kinetic, potential and stored energy with everything dissipated add up to a constant. "
+        f"Over the ends of all steps the sum changes by {run.energy_residual:.2g} of its "
+        "largest term."
+    )
+    head = ("term (J)", "start", "end", "change")
+    return paragraph(text) + table(
+        head, [(n.replace("_", " "), *map(float, v)) for n, *v in rows], "Energy balance"
+    )
+
+
+def _sources(scenario: Scenario, run: Trajectory) -> str:
+    mechanism, law = scenario.mechanism(), scenario.contact_law()
+    laws = [law] if not isinstance(law, LawsByContact) else list(law.values())
+    cited = [f"Mechanism {mechanism.name}: {mechanism.source}"]
+    cited += [f"Law {entry.name} ({entry.title}): {entry.source}" for entry in laws]
+    rules = {value for name, value in run.choices.items() if name.startswith("restitution")}
+    cited += [f"Restitution: {restitution_law(str(r)).source}" for r in sorted(rules)]
+    entries = "".join(f"<li>{escape(text)}.</li>" for text in dict.fromkeys(cited))
+    return f"<ul>{entries}</ul>"
