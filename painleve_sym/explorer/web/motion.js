@@ -123,7 +123,7 @@ export class MotionView {
     const main = this.runs.find((run) => run.end);
     const events = main ? main.events.slice(0, 60) : [];
     this.figure.replaceChildren(
-      frame.axes("time [s]", "force [N]", marks),
+      frame.axes("time (s)", "force (N)", marks),
       ...events.map((e, i) => {
         const at = this.clock.part(e.time);
         const d = frame.path([[at, frame.y[0]], [at, frame.y[1]]]);
@@ -219,7 +219,7 @@ export class EventView {
   #events(run, label) {
     const forces = run.motion.outputNames.filter((n) => n.startsWith("normal_force"));
     const speeds = this.engine.states.filter((n) => n.endsWith("_dot"));
-    const head = ["", "time [s]", "event", "mode after", ...forces.map((f) => `${f.replace("normal_force", "F_n")} [N]`)];
+    const head = ["", "time (s)", "event", "mode after", ...forces.map((f) => `${f.replace("normal_force", "F_n")} (N)`)];
     const rows = run.events.slice(0, 200).map((e, i) => [
       String(i + 1),
       number(e.time, "time"),

@@ -156,7 +156,7 @@ export class Explorer {
     });
     this.fields.push((/** @type {Settings} */ s) => (number.value = s.force === null ? "" : s.force));
     return [html("div", { class: "field" },
-      html("span", { class: "name", title: "compressed at the start" }, "F_n at start [N]"),
+      html("span", { class: "name", title: "compressed at the start" }, "F_n at start (N)"),
       html("span"), number)];
   }
 
@@ -170,7 +170,7 @@ export class Explorer {
       },
     });
     this.fields.push((/** @type {Settings} */ s) => (end.value = String(s.end)));
-    const rows = [html("div", { class: "field" }, html("span", { class: "name" }, "end time [s]"),
+    const rows = [html("div", { class: "field" }, html("span", { class: "name" }, "end time (s)"),
       html("span"), end)];
     if (contacts.length > 1) {
       const names = contacts.map((/** @type {any} */ c, /** @type {number} */ i) =>
