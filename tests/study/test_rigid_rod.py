@@ -78,6 +78,16 @@ def test_closed_forms_join_rigid_motion_and_half_infinite_bar():
             assert value == pytest.approx(expected, rel=2e-5)
 
 
+def test_far_end_has_no_part_in_bending():
+    _, k = study.contact(study.WEIGHT)
+    finite, endless = study.euler_bernoulli(STEEL), study.half_infinite(STEEL)
+    expected, _ = study.threshold(finite, 1.0, k)
+    mixed, _ = study.threshold(lambda p: (endless(p)[0], finite(p)[1]), 1.0, k)
+    mass, _ = study.threshold(lambda p: (endless(p)[0], 1 / (STEEL.mass * p**2)), 1.0, k)
+    assert mixed == pytest.approx(expected, rel=1e-9)
+    assert f"{mass:.4f} instead of {expected:.4f}" in PAGE
+
+
 def test_timoshenko_ends_in_a_wave_of_shear():
     p = np.array([1e10])
     across, along = study.timoshenko(STEEL)(p)
