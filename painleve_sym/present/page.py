@@ -29,7 +29,7 @@ tr[hidden] { display: none; }
 figure { margin: 1rem 0; } figure svg, figure img { max-width: 100%; height: auto; }
 figcaption { font-size: 0.9rem; color: #444; }
 .pair { display: grid; grid-template-columns: repeat(auto-fit, minmax(18rem, 1fr)); gap: 0.8rem; }
-.pair > div { border: 1px solid #ccc; padding: 0.5rem 0.8rem; overflow-x: auto; overflow-y: hidden; }
+.pair > div { border: 1px solid #ccc; padding: 0.5rem 0.8rem; overflow: auto hidden; }
 .pair p { margin: 0; font-size: 0.9rem; color: #444; }
 math { font-size: 1.1rem; }
 .misprint { background: #ffd9c7; outline: 2px solid #b33c00; }
