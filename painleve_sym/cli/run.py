@@ -34,6 +34,8 @@ def show_case(
     """Print the subject of the command: the mechanism, its parameters and the state."""
     if scenario.title:
         show(scenario.title)
+    if scenario.material:
+        show(f"material {scenario.material}")
     units = {p.name: p.unit for p in mechanism.outline.parameters}
     values = {p.name: p.default for p in mechanism.outline.parameters} | dict(scenario.parameters)
     show(f"{mechanism.name} with {assignments(parameters or values, units)}")

@@ -74,6 +74,7 @@ def scenario_command(scenario: Scenario) -> str:
         ("--law-set", {**scenario.law_choices, **scenario.law_parameters}),
     )
     single = {
+        "--material": scenario.material,
         "--contact": scenario.contact,
         "--close": scenario.close,
         "--law": scenario.law,
