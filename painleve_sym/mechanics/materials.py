@@ -163,6 +163,12 @@ def material(name: str) -> Material:
     ------
     InputError
         An unknown name; the message names the nearest.
+
+    Examples
+    --------
+    >>> from painleve_sym import material
+    >>> material("rubber").poisson_ratio
+    0.48
     """
     if name not in materials():
         raise InputError(unknown_name("material", name, list(materials())))

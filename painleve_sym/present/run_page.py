@@ -46,6 +46,7 @@ def run_page(scenario: Scenario, run: Trajectory) -> Page:
         f"{len(run.events)} events, end at t = {run.final_time:.10g} s ({run.stop_reason.label}). "
         f"{run.stop_detail}"
     )
+    lead += "".join(paragraph(notice) for notice in run.notices)
     parts = [
         Part("Mechanism", _mechanism(mechanism, run)),
         Part("Formulas", _formulas(mechanism)),

@@ -26,9 +26,11 @@ from painleve_sym.files import parse_toml, read_text
 from painleve_sym.laws.catalogue import Law, LawsByContact, law
 from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.laws.restitution import RestitutionLaw, restitution_law
+from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.declarations import resolve_parameters
 from painleve_sym.mechanics.materials import material_values, two_materials
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.motion.rigidity import body_periods, rigidity_notices
 from painleve_sym.motion.simulator import DEFAULT_RTOL, Simulator
 from painleve_sym.motion.trajectory import Trajectory
 
@@ -179,7 +181,9 @@ class Scenario:
         pair, mechanism = two_materials(self.material), mechanism or self.mechanism()
         declared = mechanism.outline.parameters
         of_law = self.contact_law().parameters if self.law is not None else ()
-        if not any(p.material for p in (*declared, *of_law)):
+        compliant = self.law is not None and not isinstance(self.contact_law(), RigidLaw)
+        has_bars = compliant and any(p.of_material for p in mechanism.outline.periods)
+        if not (has_bars or any(p.material for p in (*declared, *of_law))):
             raise InputError(
                 f"{self.where}: material {self.material}: nothing here depends on a material. "
                 "Fix: leave it out, or name a compliant law such as --law bilinear-hertz."
@@ -339,6 +343,13 @@ class Scenario:
         if self.e is not None:
             return self.e
         return self.law_parameters.get(rule.parameter.name, rule.parameter.default)
+
+    def rigidity_notices(self, duration: float) -> tuple[str, ...]:
+        """Return sentences on bodies that are not rigid in an impact of this duration; s."""
+        mechanism = self.mechanism()
+        of_body = two_materials(self.material)[0] if self.material is not None else None
+        periods = body_periods(mechanism, self._given(mechanism), of_body)
+        return rigidity_notices({mechanism.outline.contacts[0].name: duration}, periods)
 
     def corrected_jump(self, configuration: str = "frozen") -> CorrectedJump | None:
         """Return the jump at finite stiffness; None where no compliant law is named."""

@@ -37,7 +37,7 @@ _TOP = (
 _COORDINATE = ("unit", "meaning", "latex")
 _RANGE = ("lower", "upper", "lower_closed", "upper_closed", "positive")
 _PARAMETER = ("default", "unit", "meaning", "material", *_RANGE)
-_BODY = ("name", "mass", "inertia", "centre", "angle", "modes")
+_BODY = ("name", "mass", "inertia", "centre", "angle", "modes", "length", "lowest_period")
 _MODE = (
     *("coordinate", "mass", "frequency", "damping", "momentum", "angular_momentum", "stretch"),
 )
@@ -330,7 +330,10 @@ def _body(table: Table, coordinates: Sequence[Coordinate]) -> Body:
         table.formula("angle", 0),
     )
     kept = tuple(mode for mode in modes if mode is not None)
-    return Body(mass, table.pair("centre"), inertia, angle, kept, name)
+    length, period = (
+        table.formula(key) if key in table else None for key in ("length", "lowest_period")
+    )
+    return Body(mass, table.pair("centre"), inertia, angle, kept, name, length, period)
 
 
 def _mode(table: Table, coordinates: Mapping[str, sp.Symbol]) -> Mode | None:
