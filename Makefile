@@ -17,7 +17,7 @@ export MPLBACKEND ?= Agg
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup test lint slow oldest mutants fuzz reproduce derivations references bench setup-browser explorer-modules clean distclean
+.PHONY: help setup test lint slow oldest mutants fuzz reproduce derivations references bench numerics docs docs-check setup-browser explorer-modules clean distclean
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -50,13 +50,13 @@ oldest: ## test the oldest versions of the dependencies, in .venv-oldest
 	$(VENV)-oldest/bin/python -m pytest -q $(PARALLEL) -m "not slow" $(OLDEST_TESTS)
 
 # Tests of pages are skipped, with the reason, where these are absent.
-AXE := axe-core@4.14.1
+NODE_PACKAGES := axe-core@4.14.1 typescript@5.9.3
 setup-browser: $(VENV)/.installed ## install what tests of pages need besides Chromium and Node
 	@command -v chromium chromium-browser chrome > /dev/null || echo "make: Chromium is absent. Fix: sudo apt install chromium"
 	@command -v node > /dev/null || echo "make: Node is absent. Fix: sudo apt install nodejs npm"
 	@command -v wasm-ld > /dev/null || echo "make: clang for WebAssembly is absent; the package ziglang takes its place, or: sudo apt install clang lld wasi-libc libclang-rt-dev-wasm32"
 	@$(PIP) install -c constraints.txt -e '.[browser,notebook,web]'
-	@npm install --silent --no-audit --no-fund --prefix $(VENV)/browser $(AXE)
+	@npm install --silent --no-audit --no-fund --prefix $(VENV)/browser $(NODE_PACKAGES)
 
 explorer-modules: $(VENV)/.installed ## compile the explorer's modules of the named mechanisms again where they are old
 	$(BIN)/python tools/explorer_modules.py
@@ -82,7 +82,18 @@ bench: $(VENV)/.installed-bench ## run the benchmarks against the other integrat
 	$(PYTEST) -q -s tests/benchmarks -o python_files="bench_*.py test_*.py"
 	$(BIN)/python -m tests.benchmarks --out out/bench.json
 
+docs: $(VENV)/.installed-docs ## build the documentation site into out/site; needs no network
+	rm -rf out/site
+	$(BIN)/python -m sphinx --fail-on-warning --keep-going -b html docs out/site
+
+docs-check: docs ## open every page of the site in Chromium
+	$(BIN)/python tools/check_site.py out/site
+
+numerics: $(VENV)/.installed-bench ## measure error against cost, and write docs/numerics.md and its figures
+	$(BIN)/python -m tests.benchmarks.numerics_page --measure
+
 clean: ## remove results, build products and caches
+	rm -rf docs/_generated docs/gallery docs/reference/api docs/sg_execution_times.rst
 	rm -rf out build dist *.egg-info .pytest_cache .hypothesis .mypy_cache .ruff_cache .import_linter_cache
 	find . -path './$(VENV)*' -prune -o -name __pycache__ -type d -prune -exec rm -rf {} +
 
@@ -105,4 +116,9 @@ $(VENV)/.installed: $(VENV)/.created pyproject.toml constraints.txt
 $(VENV)/.installed-bench: $(VENV)/.installed
 	@echo "Installing the integrators to compare with ..."
 	@$(PIP) install -c constraints.txt -e '.[bench]'
+	@touch $@
+
+$(VENV)/.installed-docs: $(VENV)/.installed
+	@echo "Installing what builds the documentation site ..."
+	@$(PIP) install -c constraints.txt -e '.[docs]'
 	@touch $@

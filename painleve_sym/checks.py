@@ -7,6 +7,9 @@ from typing import Any
 
 from painleve_sym.errors import InputError
 
+LARGEST = 1e100
+"""Size limit of numbers that are given: products of three of them are in the range of doubles."""
+
 
 def checked_number(
     value: Any,
@@ -17,7 +20,9 @@ def checked_number(
     above: float = -math.inf,
     below: float = math.inf,
 ) -> tuple[float, str]:
-    """Return a value as float, and a sentence where it is not a finite number in range.
+    """Return a value as float, and a sentence where it is not a number in range.
+
+    No number may be larger than `LARGEST` in size.
 
     Parameters
     ----------
@@ -43,11 +48,16 @@ def checked_number(
         number = math.inf
     except (TypeError, ValueError):
         return math.nan, f"{name}: got {value!r}, need a number."
-    if math.isfinite(number) and lower <= number <= upper and above < number < below:
+    if abs(number) <= LARGEST and lower <= number <= upper and above < number < below:
         return number, ""
     shown = number if isinstance(value, float) else value
-    need = f"a finite number{_range(lower, upper, above, below)}"
+    need = f"a finite number{_range(lower, upper, above, below)}{size_text(number)}"
     return number, f"{name}: got {shown!r}, need {need}."
+
+
+def size_text(number: float) -> str:
+    """Return what a message adds of the size limit: nothing unless the number is too large."""
+    return f", of at most {LARGEST:g} in size" if LARGEST < abs(number) < math.inf else ""
 
 
 def _range(lower: float, upper: float, above: float, below: float) -> str:

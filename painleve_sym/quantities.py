@@ -132,10 +132,46 @@ def symbol_latex(name: str) -> str:
 
 
 def axis_label(latex: str, unit: str = "1") -> str:
-    """Return the label of an axis: a formula with its unit in brackets; no unit for "1"."""
+    """Return the label of an axis: a formula with its unit in parentheses; no unit for "1"."""
     return text_label(f"${latex}$", unit)
 
 
 def text_label(text: str, unit: str = "1") -> str:
     """Return the label of an axis that a text names; formulas in it stand between dollar signs."""
-    return text if unit in ("1", "") else f"{text} [{unit}]"
+    return text if unit in ("1", "") else f"{text} ({unit})"
+
+
+def scaled_unit(unit: str, largest: float) -> tuple[float, str]:
+    """Return a factor and a unit with an SI prefix, such as 1e6 and "μm", that suit a size.
+
+    Only lengths, times, forces and their rates per second take a prefix; others keep their unit
+    and the factor 1.
+
+    Parameters
+    ----------
+    unit : str
+        Such as ``m`` or ``m/s``.
+    largest : float
+        The largest size that is shown, in this unit.
+    """
+    base, slash, rest = unit.partition("/")
+    if base not in ("m", "s", "N", "J") or not 0 < largest < float("inf"):
+        return 1.0, unit
+    prefixes = {1.0: "", 1e3: "m", 1e6: "μ", 1e9: "n"}
+    fitting = [f for f in prefixes if largest * f >= (0.1 if f == 1.0 else 1.0)]
+    factor = fitting[0] if fitting else 1e9
+    prefix = prefixes[factor]
+    if base in ("N", "J") and largest >= 1e4:
+        factor, prefix = 1e-3, "k"
+    return factor, f"{prefix}{base}{slash}{rest}"
+
+
+def number_latex(value: float, digits: int = 3) -> str:
+    r"""Return a number in the one style of figures, such as ``2.09\times 10^{15}``."""
+    text = f"{value:.{digits - 1}e}"
+    mantissa, exponent = text.split("e")
+    mantissa = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa
+    power = f"10^{{{int(exponent)}}}"
+    if int(exponent) in range(-3, 4):
+        return f"{value:.{digits}g}"
+    return power if mantissa == "1" else rf"{mantissa}\times {power}"

@@ -14,7 +14,7 @@ Value = float | str
 
 _NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _POWER = r"(?:(?:\^|\*\*)-?[0-9])?"
-_UNIT = rf"[A-Za-zµμ°]{{1,30}}{_POWER}(?:(?:[ ]?[*/·][ ]?|[ ])(?:[A-Za-zµμ°]{{1,30}}{_POWER}|1))*"
+_UNIT = rf"[A-Za-zμμ°]{{1,30}}{_POWER}(?:(?:[ ]?[*/·][ ]?|[ ])(?:[A-Za-zμμ°]{{1,30}}{_POWER}|1))*"
 _UNIT_TEXT = re.compile(rf"(?:1[ ]?/[ ]?)?{_UNIT}|1")
 _QUANTITY_TEXT = re.compile(rf"({_NUMBER})[ ]*({_UNIT})")
 _LONGEST = 100

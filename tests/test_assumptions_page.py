@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import painleve_sym as ps
+from painleve_sym.mechanics.bars import bending_modes
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -69,6 +70,8 @@ def test_a_steel_rod_of_that_mass_bends_in_the_impact():
     # First root of cos(x) cosh(x) = 1: a free–free beam.
     root = 4.730040744862704
     assert math.cos(root) * math.cosh(root) == pytest.approx(1, abs=1e-9)
+    (mode,) = bending_modes(("free", "free"), 1)
+    assert float(mode.wavenumber) == pytest.approx(root, rel=1e-14)
     rate = root**2 / length**2 * math.sqrt(bending / (density * area))
     period = 2 * math.pi / rate
     state = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}

@@ -75,5 +75,5 @@ def test_derivatives_keep_the_index_outside():
 
 
 def test_axis_labels_name_the_unit_unless_it_is_one():
-    assert axis_label("F_n", "N") == "$F_n$ [N]"
+    assert axis_label("F_n", "N") == "$F_n$ (N)"
     assert axis_label(r"\mu", "1") == r"$\mu$"

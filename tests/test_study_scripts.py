@@ -57,7 +57,9 @@ def numbers(text: str) -> list[float]:
 
 
 def test_every_study_script_is_run_here():
-    assert {str(p.relative_to(STUDIES)) for p in STUDIES.glob("**/*.py")} == set(RUNS)
+    # Those of the folder `peers` need other programs: tests/test_peers_page.py.
+    here = {p.relative_to(STUDIES) for p in STUDIES.glob("**/*.py")}
+    assert {str(p) for p in here if p.parts[0] != "peers"} == set(RUNS)
 
 
 @pytest.mark.slow

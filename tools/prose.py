@@ -19,8 +19,10 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 FOLDERS = ("painleve_sym", "derivations", "docs", "examples", "paper", "tests", "tools", ".github")
+# Pages that `make docs` writes from the package.
+GENERATED = ("docs/_generated", "docs/gallery", "docs/reference/api", "docs/sg_execution_times")
 # Outputs of commands, which have the words of the commands.
-EXCLUDED = ("examples/output", "tools/prose.toml")
+EXCLUDED = ("examples/output", "tools/prose.toml", *GENERATED)
 DEFINITIONS = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 # Code, the target of a link, and the names before the types in a numpydoc section.
 CODE = r"(`+)((?!\n\n).)+?(?<!`)\1(?!`)|(?<=\])\([^)]*\)|(?<=\n)[\w*]+(, [\w*]+)* : "

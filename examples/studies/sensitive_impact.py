@@ -47,5 +47,5 @@ if len(sys.argv) > 1:
 
     symbols = {"e_energetic": "e", "mu": r"\mu"}
     drawn = simulator.sensitivities(STATE, WRT, parameters=PARAMETERS, t_end=4.5e-4)
-    figure = sensitivity_figure(drawn, "y_A_dot", r"$\dot{y}_A$ [m/s]", symbols, 3.95e-4)
+    figure = sensitivity_figure(drawn, "y_A_dot", r"$\dot{y}_A$ (m/s)", symbols, 3.95e-4)
     save(figure, Path(sys.argv[1]))

@@ -7,7 +7,7 @@ import math
 from typing import Any
 
 from painleve_sym.cli.case import read_case
-from painleve_sym.cli.options import FIGURES, output_file, read_number
+from painleve_sym.cli.options import figure_file, read_look, read_number
 from painleve_sym.cli.output import assignments, number, print_json, quantity, show, show_table
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
 from painleve_sym.contacts.problem import ContactCase
@@ -22,7 +22,8 @@ _OPEN = "open or closing, so there is no contact problem of accelerations"
 
 def contrast(arguments: argparse.Namespace) -> int:
     """Print what every method makes of a state; draw it where a file is named."""
-    out = None if arguments.out is None else output_file("--out", arguments.out, FIGURES)
+    look = read_look(arguments)
+    out = None if arguments.out is None else figure_file("--out", arguments.out, look)
     scenario = read_case(arguments)
     options: dict[str, Any] = {}
     for name in ("steps", "stiffness"):
@@ -40,9 +41,9 @@ def contrast(arguments: argparse.Namespace) -> int:
     )
     if out is not None:
         from painleve_sym.present.contrast_figure import contrast_figure
-        from painleve_sym.present.style import write_figure
+        from painleve_sym.present.style import Look, write_figure
 
-        write_figure(contrast_figure(comparison), out)
+        write_figure(contrast_figure(comparison), out, Look(**look))
     if arguments.json:
         print_json(contrast_data(comparison) | ({} if out is None else {"files": {"out": out}}))
         return 0

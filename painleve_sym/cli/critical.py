@@ -9,7 +9,14 @@ from pathlib import Path
 from typing import Any
 
 from painleve_sym.cli.case import read_case
-from painleve_sym.cli.options import MAPS, output_file, read_assignments, read_count, read_range
+from painleve_sym.cli.options import (
+    MAPS,
+    figure_file,
+    read_assignments,
+    read_count,
+    read_look,
+    read_range,
+)
 from painleve_sym.cli.output import (
     assignments,
     number,
@@ -44,11 +51,12 @@ def critical(arguments: argparse.Namespace) -> int:
     if arguments.law is None and not arguments.case.endswith(".toml"):
         arguments.law = DEFAULT_LAW
     scenario = read_case(arguments)
-    files = [output_file("--out", text, MAPS) for text in arguments.out or ()]
+    look = read_look(arguments)
+    files = [figure_file("--out", text, look, MAPS) for text in arguments.out or ()]
     finder = _finder(scenario)
     given = {**scenario.parameters, **scenario.law_parameters}
     if arguments.over is not None:
-        return _map(arguments, scenario, finder, given, files)
+        return _map(arguments, scenario, finder, given, files, look)
     for option in ("forces", "points", "out"):
         if getattr(arguments, option) is not None:
             raise InputError(f"--{option}: needs --over NAME=FROM:TO, which maps the outcomes.")
@@ -165,6 +173,7 @@ def _map(
     finder: CriticalForceFinder,
     given: dict[str, float],
     files: list[Path],
+    look: dict[str, Any],
 ) -> int:
     if arguments.gradient is not None:
         raise InputError("--gradient: goes without --over, at one state.")
@@ -180,7 +189,7 @@ def _map(
     ends = read_range(f"--over {over}", text, _RANGE)
     outcomes = outcome_map(finder, scenario.start(), over, ends, progress=_progress, **options)
     for path in files:
-        write_map(outcomes, path, _figure)
+        write_map(outcomes, path, _figure, look)
     if arguments.json:
         written = {"files": [str(path) for path in files]} if files else {}
         print_json(outcomes.summary() | written)

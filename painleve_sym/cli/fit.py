@@ -6,7 +6,13 @@ import argparse
 import warnings
 
 from painleve_sym.cli.case import read_case
-from painleve_sym.cli.options import FIGURES, output_file, read_number, read_numbers
+from painleve_sym.cli.options import (
+    figure_file,
+    read_count,
+    read_look,
+    read_number,
+    read_numbers,
+)
 from painleve_sym.cli.output import number, print_json, quantity, show, show_table
 from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.motion.simulator import Simulator
@@ -18,33 +24,42 @@ from painleve_sym.study.scenario import Scenario
 
 def fit(arguments: argparse.Namespace) -> int:
     """Estimate, write the figure asked for and print the result."""
-    out = output_file("--out", arguments.out, FIGURES) if arguments.out else None
+    look = read_look(arguments)
+    out = figure_file("--out", arguments.out, look) if arguments.out else None
     if arguments.estimate is None:
         raise InputError("--estimate: missing. Fix: name parameters, such as e_energetic,mu,E.")
     level = 0.95 if arguments.level is None else read_number("--level", arguments.level)
     sigma = read_numbers("--sigma", arguments.sigma.split(",")) if arguments.sigma else None
     scenario = read_case(arguments)
     data = read_fit_data(arguments.data, scenario.mechanism())
-    # Motions row by row have starts of their own; what these leave out is 0.
-    whole = data.times is not None or scenario.close is not None
+    limits = {} if scenario.max_steps is None else {"max_steps": scenario.max_steps}
+    if arguments.max_evaluations is not None:
+        limits["max_evaluations"] = read_count("--max-evaluations", arguments.max_evaluations)
+    if data.times is None and scenario.state is None and scenario.close is None:
+        # Motions row by row have starts of their own.
+        start = scenario.mechanism().start
+        start = {name: value for name, value in start.items() if name not in data.starts}
+    else:
+        start = dict(scenario.start())
     problem = FitProblem(
         simulator=_simulator(scenario),
         data=data,
         estimate=tuple(name.strip() for name in arguments.estimate.split(",")),
-        state=dict(scenario.start() if whole else scenario.state or {}),
+        state=start,
         parameters={**scenario.parameters, **scenario.law_parameters},
         until=scenario.until or ("separation",),
         t_end=1.0 if scenario.t_end is None else scenario.t_end,
         sigma=sigma,
         level=level,
+        **limits,
     )
     fit_result = problem.solve()
     units = {**scenario.mechanism().state_units, **data.units}
     if out is not None:
         from painleve_sym.present.fit_figure import fit_figure
-        from painleve_sym.present.style import write_figure
+        from painleve_sym.present.style import Look, write_figure
 
-        write_figure(fit_figure(fit_result, units), out)
+        write_figure(fit_figure(fit_result, units), out, Look(**look))
     if arguments.json:
         written = {"files": [str(out)]} if out else {}
         print_json(

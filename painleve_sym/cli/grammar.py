@@ -102,6 +102,16 @@ def _json(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print JSON with full precision")
 
 
+def _look(parser: argparse.ArgumentParser) -> None:
+    """Add the options of every command that draws a figure; `read_look` reads them."""
+    _texts(
+        parser,
+        ("--width", "WIDTH", "of the figure: column, page, or a number in cm"),
+        ("--title", "TITLE", "none leaves the titles of the figure out"),
+        ("--format", "FORMAT", "of the figure: png, svg or pdf; by default as the suffix says"),
+    )
+
+
 def _describe_options(sub: dict[str, Parser]) -> None:
     shown = {
         "models": "the mechanism, or its TOML file",
@@ -157,6 +167,7 @@ def _run_options(sub: dict[str, Parser]) -> None:
         ("--plot", "FILE", "draw it, as PNG, SVG or PDF by the suffix"),
         ("--report", "FILE", "write a page about it, .html: formulas, figure, events, sources"),
     )
+    _look(simulate)
     for name in ("classify", "jump", "simulate"):
         _json(sub[name])
 
@@ -240,20 +251,21 @@ def _map_options(parser: Parser) -> None:
     text = "the axes: two coordinates, velocities (theta_dot) or parameters"
     _texts(parser, ("--over", "NAME,NAME", text), required=True)
     ranges = "ends of the axes, such as theta=0.1:1.5,theta_dot=-5:5; chosen where left out"
-    held = "coordinates and velocities that are held; by default 0"
+    held = "coordinates and velocities that are held; by default the start of the mechanism"
     _lists(
         parser,
         ("--range", "NAME=FROM:TO,...", ranges),
         ("--state", "NAME=VALUE,...", held),
         _SET,
     )
-    _texts(parser, _MATERIAL, _CONTACT)
+    _texts(parser, _MATERIAL, _CONTACT, _CLOSE)
     points = "points along each axis, from 5 to 2000, by default 400"
     _texts(parser, ("--points", "N", points), default="400")
     slip = "sign of the slip velocity, -1 (default) or 1"
     _texts(parser, ("--slip", "SIGN", slip), default="-1")
     files = "draw it (.png, .svg, .pdf) or save it (.npz, .json); may be given several times"
     _lists(parser, ("--out", "FILE", files))
+    _look(parser)
     _json(parser)
     parser.epilog = (
         "--json prints what the map holds without its grids; --out FILE.json has them too."
@@ -273,6 +285,7 @@ def _critical_options(parser: Parser) -> None:
     )
     files = "draw the map (.png, .svg, .pdf) or save it (.npz, .json); may be given several times"
     _lists(parser, ("--out", "FILE", files))
+    _look(parser)
     _json(parser)
     parser.epilog = (
         "The state must be indeterminate: on the surface, slipping, A < 0 and B > 0. The law\n"
@@ -295,6 +308,7 @@ def _contrast_options(parser: Parser) -> None:
         ("--t-end", "TIME", "when the velocities are compared, s, by default 1e-2"),
         ("--out", "FILE", "draw it, as PNG, SVG or PDF by the suffix"),
     )
+    _look(parser)
     _json(parser)
     parser.epilog = (
         "The least-impulse, largest-impulse and first solvers enumerate every solution of a\n"
@@ -315,8 +329,11 @@ def _fit_options(parser: Parser) -> None:
         ("--t-end", "TIME", "by when each motion has ended, s, by default 1"),
         ("--sigma", "NAME=VALUE,...", "known standard deviations; by default from the residuals"),
         ("--level", "P", "of the confidence intervals, in (0, 1), by default 0.95"),
+        ("--max-evaluations", "N", "of the model, after which the fit ends, by default 200"),
+        ("--max-steps", "N", "of one motion, by default 50 000"),
         ("--out", "FILE", "draw data and model, as PNG, SVG or PDF by the suffix"),
     )
+    _look(parser)
     _json(parser)
     parser.epilog = (
         "DATA is a history of one motion, with a column t [s], or one motion per row:\n\n"

@@ -9,9 +9,10 @@ from typing import Any
 from painleve_sym.cli.case import chosen_mechanism
 from painleve_sym.cli.options import (
     MAPS,
-    output_file,
+    figure_file,
     read_assignments,
     read_count,
+    read_look,
     read_number,
     read_quantities,
     read_range,
@@ -45,11 +46,13 @@ _BILATERAL_CASES = _CASES | {
 
 def map(arguments: argparse.Namespace) -> int:
     """Compute the map, write the files asked for and print what it holds."""
-    files = [output_file("--out", text, MAPS) for text in arguments.out or ()]
+    look = read_look(arguments)
+    files = [figure_file("--out", text, look, MAPS) for text in arguments.out or ()]
     options: dict[str, Any] = {
         "ranges": _read_ranges(arguments.range or ()),
         "points": read_count("--points", arguments.points),
         "slip": _read_slip(arguments.slip),
+        "close": arguments.close,
     }
     over = [name.strip() for name in arguments.over.split(",")]
     mechanism = chosen_mechanism(arguments.model, arguments.contact)
@@ -64,7 +67,7 @@ def map(arguments: argparse.Namespace) -> int:
         options["parameters"] = case.from_material(over).parameters
     regions = region_map(mechanism, over, **options)
     for path in files:
-        write_map(regions, path, _figure)
+        write_map(regions, path, _figure, look)
     if arguments.json:
         written = {"files": [str(path) for path in files]} if files else {}
         print_json(regions.summary() | written)
@@ -103,6 +106,8 @@ def _show(regions: RegionMap, mechanism: Mechanism) -> None:
     held = {name: value for name, value in regions.state.items() if value != 0}
     if held:
         show(f"at {assignments(held, mechanism.state_units)} (others 0)")
+    if regions.close:
+        show(f"with the contact closed at every point by {regions.close}")
     data: dict[str, Any] = regions.summary()
     for axis in data["axes"]:
         ends = f"{number(axis['from'])} to {quantity(axis['to'], axis['unit'])}"

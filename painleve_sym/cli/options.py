@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import argparse
 import math
 import os
 import tempfile
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
+from typing import Any
 
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.units import in_unit, is_quantity
@@ -14,7 +16,46 @@ from painleve_sym.units import in_unit, is_quantity
 FIGURES = (".png", ".svg", ".pdf")
 MAPS = (*FIGURES, ".npz", ".json")
 """Suffixes of what a map is written as."""
+WIDTHS = {"column": 3.4, "page": 7.0}
+"""Named widths of figures; inch."""
 OTHER_FORMATS = (".csv", ".json", ".mat", ".h5", ".txt", ".toml", ".png", ".svg", ".pdf", ".py")
+
+
+def read_look(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Return the values of --width, --title and --format, for `Look` of figures.
+
+    Raises
+    ------
+    InputError
+        A width that is neither a name nor from 3 to 60 cm, another title or format.
+    """
+    look: dict[str, Any] = {}
+    if arguments.width is not None:
+        width = WIDTHS.get(arguments.width)
+        if width is None:
+            width = read_number("--width", arguments.width) / 2.54
+        if not 3 <= width * 2.54 <= 60:
+            raise InputError(
+                f"--width: got {arguments.width!r}, need column, page, or 3 to 60, in cm."
+            )
+        look["width"] = width
+    if arguments.title is not None:
+        if arguments.title != "none":
+            raise InputError(f"--title: got {arguments.title!r}, need none, or leave it out.")
+        look["titled"] = False
+    if arguments.format is not None:
+        names = [suffix[1:] for suffix in FIGURES]
+        if arguments.format not in names:
+            raise InputError(f"--format: {unknown_name('format', arguments.format, names)}")
+        look["file_format"] = arguments.format
+    return look
+
+
+def figure_file(
+    where: str, text: str, look: Mapping[str, Any], suffixes: tuple[str, ...] = FIGURES
+) -> Path:
+    """Return the path of a figure, as `output_file` does; with --format any suffix will do."""
+    return output_file(where, text, () if "file_format" in look else suffixes)
 
 
 def read_number(where: str, text: str) -> float:

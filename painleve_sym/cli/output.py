@@ -33,7 +33,12 @@ def print_json(data: Mapping[str, Any]) -> None:
     sys.stdout.write(_laid_out(clean, "") + "\n")
 
 
-def write_map(computed_map: RegionMap | OutcomeMap, path: Path, draw: Callable[[Any], Any]) -> None:
+def write_map(
+    computed_map: RegionMap | OutcomeMap,
+    path: Path,
+    draw: Callable[[Any], Any],
+    look: Mapping[str, Any],
+) -> None:
     """Write a map as JSON, as arrays (``.npz``) or as the figure that `draw` makes of it."""
     suffix = path.suffix.lower()
     if suffix == ".npz":
@@ -42,9 +47,9 @@ def write_map(computed_map: RegionMap | OutcomeMap, path: Path, draw: Callable[[
         content = json.dumps(computed_map.to_dict(), allow_nan=False) + "\n"
         write_beside(path, lambda file: file.write(content.encode("ascii")))
     else:
-        from painleve_sym.present.style import write_figure
+        from painleve_sym.present.style import Look, write_figure
 
-        write_figure(draw(computed_map), path)
+        write_figure(draw(computed_map), path, Look(**look))
 
 
 def _laid_out(value: Any, indent: str) -> str:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from painleve_sym.cli.case import read_case
 from painleve_sym.cli.corrected import corrected_data, show_corrected
-from painleve_sym.cli.options import FIGURES, OTHER_FORMATS, output_file
+from painleve_sym.cli.options import OTHER_FORMATS, figure_file, output_file, read_look
 from painleve_sym.cli.output import assignments, number, print_json, quantity, show, show_table
 from painleve_sym.contacts.impact.jump import JumpResult
 from painleve_sym.contacts.impact.tangential import TangentialImpact
@@ -173,10 +173,11 @@ def _show_tangential_impact(impact: TangentialImpact, units: dict[str, str]) -> 
 
 def simulate(arguments: argparse.Namespace) -> int:
     """Integrate the motion and print its events and its end."""
-    files = _output_files(arguments)
+    look = read_look(arguments)
+    files = _output_files(arguments, look)
     scenario = read_case(arguments)
     trajectory = scenario.simulate()
-    written = _write_files(files, trajectory, scenario)
+    written = _write_files(files, trajectory, scenario, look)
     if arguments.json:
         print_json(simulation_data(trajectory, scenario, written))
     else:
@@ -184,7 +185,7 @@ def simulate(arguments: argparse.Namespace) -> int:
     return 0 if trajectory.stop_reason in ORDINARY else EXIT_STOPPED_EARLY
 
 
-def _output_files(arguments: argparse.Namespace) -> dict[str, Path]:
+def _output_files(arguments: argparse.Namespace, look: Mapping[str, Any]) -> dict[str, Path]:
     files = {}
     if arguments.save is not None:
         files["save"] = output_file("--save", arguments.save)
@@ -193,14 +194,17 @@ def _output_files(arguments: argparse.Namespace) -> dict[str, Path]:
                 f"--save: got {arguments.save}, need a name ending in .npz, the format written."
             )
     if arguments.plot is not None:
-        files["plot"] = output_file("--plot", arguments.plot, FIGURES)
+        files["plot"] = figure_file("--plot", arguments.plot, look)
     if arguments.report is not None:
         files["report"] = output_file("--report", arguments.report, (".html",))
     return files
 
 
 def _write_files(
-    files: Mapping[str, Path], trajectory: Trajectory, scenario: Scenario
+    files: Mapping[str, Path],
+    trajectory: Trajectory,
+    scenario: Scenario,
+    look: Mapping[str, Any],
 ) -> dict[str, str]:
     written = {}
     if "save" in files:
@@ -209,10 +213,10 @@ def _write_files(
     if "plot" in files and not len(trajectory.step_time):
         warnings.warn("nothing to plot: no step was taken.", PainleveWarning, stacklevel=2)
     elif "plot" in files:
-        from painleve_sym.present.style import write_figure
+        from painleve_sym.present.style import Look, write_figure
         from painleve_sym.present.trajectory_plot import trajectory_figure
 
-        write_figure(trajectory_figure(trajectory), files["plot"])
+        write_figure(trajectory_figure(trajectory), files["plot"], Look(**look))
         written["plot"] = str(files["plot"])
     if "report" in files:
         from painleve_sym.present.run_page import run_page

@@ -318,7 +318,7 @@ def _run(compiler: Compiler, target: Path, *arguments: str | Path) -> None:
             text=True,
             errors="replace",
             check=False,
-            env=_environment(target.parent),
+            env=environment(target.parent),
         )
     except OSError as error:
         raise CompileError(f"compiler {compiler} cannot be run: {error.strerror}") from error
@@ -331,7 +331,7 @@ def _run(compiler: Compiler, target: Path, *arguments: str | Path) -> None:
         raise CompileError(f"compiler {compiler} ({compiler.version}) wrote no file")
 
 
-def _environment(work: Path) -> dict[str, str]:
+def environment(work: Path) -> dict[str, str]:
     """Return the environment of a compiler; ziglang keeps its own libraries in the cache."""
     shared = str(cache_folder() / ZIG_FOLDER)
     own = {"ZIG_GLOBAL_CACHE_DIR": shared, "ZIG_LOCAL_CACHE_DIR": str(work / "zig")}

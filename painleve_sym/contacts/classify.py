@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -281,6 +282,11 @@ def classify(
         rows = [row for i in closed for row in (2 * i, 2 * i + 1)]
         W, b = W[np.ix_(rows, rows)], b[rows]
         mu, slip, A, B = (array[closed] for array in (mu, slip, A, B))
+    if not math.isfinite(sum((*A.tolist(), *B.tolist()))):
+        raise InputError(
+            f"classify {mechanism.name!r}: got A' = {A}, B' = {B} in sticking, need finite "
+            "numbers. Fix: check the state and the parameters."
+        )
     sides = np.array([contacts[i].bilateral for i in closed])
     problem = ContactProblem(W, b, mu, slip, sides)
     names = [c.name for c in contacts]

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.quantities import Quantities, quantities
@@ -22,16 +22,19 @@ from painleve_sym.contacts.contact_numbers import (
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.mechanics.mechanism import Mechanism
 
-_FINE = 2000
-"""Even steps of the search on each side: over a turn of an angle, or 4 lengths."""
-_COARSE = np.geomspace(1.0, 1e6, 1400)[1:]
-"""Steps of 1 % beyond them, as multiples of what the even ones cover."""
-_POLISH = 3
-_TRIED = 100
-"""Roots that are looked at until one is inside the domain."""
+IntArray = NDArray[np.intp]
 
-Gap = Callable[[Array], tuple[Array, Array]]
-"""Gap and its derivative at many values of one coordinate."""
+_EVEN = 2000
+_AWAY = np.concatenate([np.linspace(0.0, 1.0, _EVEN + 1), np.geomspace(1.0, 1e6, 1400)[1:]])
+"""Distances of the search on each side, as parts of a turn of an angle or of 4 lengths: even steps
+first, then steps of 1 %."""
+_TOGETHER = 20_000
+"""Values of the gap that are looked at together; the search ends at the roots."""
+_HALVINGS = 56
+_POLISH = 3
+
+Gap = Callable[[IntArray, Array], tuple[Array, Array]]
+"""Gap and its derivative by the coordinate, of states by their numbers, at values of it."""
 
 
 @dataclass(frozen=True)
@@ -91,12 +94,42 @@ def closed_state(
     >>> round(closed_state(arm, state, arm.parameters, "theta_2")["theta_2"], 6)
     -0.988783
     """
-    where = f"close {mechanism.name!r}"
     values = dict(state)
     for unknown in unknowns(mechanism, close):
-        solve = _closing_velocity if unknown.is_velocity else _closing_coordinate
-        values[unknown.name] = solve(where, mechanism, unknown, {**values, **parameters})
+        every = {n: np.array([v]) for n, v in {**values, **parameters}.items()}
+        value = float(_solved(mechanism, unknown, every)[0])
+        if not math.isfinite(value):
+            raise InputError(_unsolved(mechanism, unknown, {**values, **parameters}))
+        values[unknown.name] = value
     return values
+
+
+def closed_states(
+    mechanism: Mechanism, values: Mapping[str, ArrayLike], close: str
+) -> dict[str, Array]:
+    """Return the values that close the contact in many states, each as `closed_state` alone.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    values : mapping of str to array_like
+        Coordinates, velocities and parameters, complete; arrays broadcast against each other.
+    close : str
+        See `closed_state`.
+
+    Returns
+    -------
+    dict of str to ndarray
+        Of the names in `close`, in the shape of all values; nan where no value closes the contact.
+    """
+    names = argument_names(mechanism)
+    every = dict(zip(names, np.broadcast_arrays(*(values[n] for n in names)), strict=True))
+    shape = every[names[0]].shape
+    flat = {n: np.ascontiguousarray(a, np.float64).reshape(-1) for n, a in every.items()}
+    solved = {}
+    for unknown in unknowns(mechanism, close):
+        solved[unknown.name] = flat[unknown.name] = _solved(mechanism, unknown, flat)
+    return {name: array.reshape(shape) for name, array in solved.items()}
 
 
 def unknowns(mechanism: Mechanism, close: str) -> tuple[Unknown, ...]:
@@ -158,98 +191,178 @@ def gap_slopes(mechanism: Mechanism, i: int) -> Quantities:
     return quantities(f"gap {i}", mechanism.definition, argument_names(mechanism), derive)
 
 
-def _closing_velocity(
-    where: str, mechanism: Mechanism, unknown: Unknown, values: Mapping[str, float]
-) -> float:
-    """Return the velocity with gap_rate = 0, which is linear in it."""
+def _solved(mechanism: Mechanism, unknown: Unknown, values: Mapping[str, Array]) -> Array:
+    """Return the unknown in n states, nan where nothing closes the contact; shape (n,)."""
+    if not len(values[unknown.name]):
+        return np.zeros(0)
+    solve = _closing_velocities if unknown.is_velocity else _closing_coordinates
+    return solve(mechanism, unknown, values)
+
+
+def _unsolved(mechanism: Mechanism, unknown: Unknown, values: Mapping[str, float]) -> str:
+    """Return a sentence on a state in which nothing closes the contact."""
+    where, name = f"close {mechanism.name!r}", unknown.name
     at = gap_slopes(mechanism, unknown.contact)(values)
-    slope = at[f"gap_by_{unknown.coordinate}"]
-    velocity = values[unknown.name] - at["gap_rate"] / slope if slope else math.nan
-    if not math.isfinite(velocity):
-        raise InputError(
-            f"{where}: {unknown.name} does not change the normal velocity at this state, which is "
+    if unknown.is_velocity:
+        return (
+            f"{where}: {name} does not change the normal velocity at this state, which is "
             f"{at['gap_rate']:g} m/s. Fix: name another velocity, or give another state."
         )
-    return velocity
+    return (
+        f"{where}: no {name} makes the gap of contact "
+        f"{mechanism.outline.contacts[unknown.contact].name!r} zero; it is {at['gap']:g} m at "
+        f"{name} = {values[name]:g} {mechanism.units[name]}. "
+        "Fix: give other coordinates, or name another one."
+    )
 
 
-def _closing_coordinate(
-    where: str, mechanism: Mechanism, unknown: Unknown, values: Mapping[str, float]
-) -> float:
+def _closing_velocities(
+    mechanism: Mechanism, unknown: Unknown, values: Mapping[str, Array]
+) -> Array:
+    """Return the velocity with gap_rate = 0, which is linear in it."""
+    at = gap_slopes(mechanism, unknown.contact).at(values)
+    with np.errstate(all="ignore"):
+        velocity = values[unknown.name] - at["gap_rate"] / at[f"gap_by_{unknown.coordinate}"]
+    return np.where(np.isfinite(velocity), velocity, np.nan)
+
+
+def _closing_coordinates(
+    mechanism: Mechanism, unknown: Unknown, values: Mapping[str, Array]
+) -> Array:
     """Return the nearest value of the coordinate with gap = 0; inside the domain where one is."""
-    i, name = unknown.contact, unknown.name
-    slopes = gap_slopes(mechanism, i)
-    at = contact_numbers(mechanism, i)(values)
-    start, near = values[name], at["gap_tolerance"]
-    if abs(at["gap"]) <= near:
-        return start
+    at = contact_numbers(mechanism, unknown.contact).at(values)
+    near = at["gap_tolerance"]
+    # Neither velocities nor friction play a part: each other combination is solved once.
+    outline = mechanism.outline
+    idle = {*outline.velocity_names, *(c.friction for c in outline.contacts)}
+    columns = [v for n, v in values.items() if n not in idle and n in outline.argument_names]
+    varied = [v for v in (*columns, near) if (v != v[0]).any()]
+    if varied:
+        _, first, back = np.unique(
+            np.stack(varied), axis=1, return_index=True, return_inverse=True
+        )
+    else:
+        first, back = np.zeros(1, np.intp), np.zeros(len(near), np.intp)
+    own = {n: np.asarray(v)[first] for n, v in values.items()}
+    chosen = {n: a[first] for n, a in at.items()}
+    return _nearest_roots(mechanism, unknown, own, chosen)[np.reshape(back, -1)]
 
-    def gap(points: Array) -> tuple[Array, Array]:
-        numbers = slopes.at(_spread(values, name, points))
+
+def _nearest_roots(
+    mechanism: Mechanism, unknown: Unknown, values: Mapping[str, Array], at: Mapping[str, Array]
+) -> Array:
+    """Return what `_closing_coordinates` does, for states whose numbers are known."""
+    slopes, name = gap_slopes(mechanism, unknown.contact), unknown.name
+    start, near = values[name], at["gap_tolerance"]
+    unit = mechanism.units[name]
+    length = np.maximum(near / CONTACT_TOLERANCE, np.maximum(abs(start), abs(at["gap"])))
+    reach = np.full(len(start), 2 * math.pi) if unit == "rad" else 4 * length
+
+    varied = {n for n, v in values.items() if (v != v[0]).any()}
+
+    def gap(rows: IntArray, x: Array) -> tuple[Array, Array]:
+        own = {n: v[rows] if n in varied else np.full(len(x), v[0]) for n, v in values.items()}
+        numbers = slopes.at({**own, name: x})
         return numbers["gap"], numbers[f"gap_by_{name}"]
 
-    unit = next(c.unit for c in mechanism.outline.coordinates if c.name == name)
-    length = max(near / CONTACT_TOLERANCE, abs(start), abs(at["gap"]))
-    reach = 2 * math.pi if unit == "rad" else 4 * length
-    outside = math.nan
-    for root in itertools.islice(_roots(gap, start, reach, near), _TRIED):
-        if _in_domain(mechanism, {**values, name: root}):
-            return root
-        outside = root if math.isnan(outside) else outside
-    if math.isnan(outside):
-        raise InputError(
-            f"{where}: no {name} makes the gap of contact "
-            f"{mechanism.outline.contacts[i].name!r} zero; it is {at['gap']:g} m at "
-            f"{name} = {start:g} {unit}. Fix: give other coordinates, or name another one."
-        )
-    return outside
+    # A gap that repeats after a turn has no other roots beyond it.
+    last = _EVEN if unit == "rad" and _repeats(gap, start, at["gap"], length) else len(_AWAY) - 1
+    result = np.where(abs(at["gap"]) <= near, start, np.nan)
+    outside = np.full(len(start), np.nan)
+    left, k = np.flatnonzero(np.isnan(result)), 0
+    while len(left) and k < last:
+        stop = min(last, k + max(1, _TOGETHER // len(left)))
+        rows, roots = _roots_between(gap, left, start, reach, _AWAY[k : stop + 1], near)
+        inside = _in_domain(mechanism, {**{n: v[rows] for n, v in values.items()}, name: roots})
+        # Roots are in the order of distance: of each state the first one stays.
+        for into, kept in ((result, inside), (outside, ~inside)):
+            of, place = np.unique(rows[kept], return_index=True)
+            new = np.isnan(into[of])
+            into[of[new]] = roots[kept][place[new]]
+        left, k = left[np.isnan(result[left])], stop
+    return np.where(np.isnan(result), outside, result)
 
 
-def _in_domain(mechanism: Mechanism, values: Mapping[str, float]) -> bool:
-    bounded = mechanism.outline.domain
-    return not bounded or all(v > 0 for v in domain_margins(mechanism)(values).values())
+def _repeats(gap: Gap, start: Array, at_start: Array, length: Array) -> bool:
+    """Return whether the gap is the same after a turn, at some angles of every state."""
+    rows = np.arange(len(start))
+    for part in (0.0, 0.2, 0.5, 0.9):
+        angles = start + 2 * math.pi * part
+        with np.errstate(all="ignore"):
+            change = gap(rows, angles + 2 * math.pi)[0] - gap(rows, angles)[0]
+        if not (abs(change) <= 1e-9 * (length + abs(at_start))).all():
+            return False
+    return True
 
 
-def _spread(values: Mapping[str, float], name: str, points: Array) -> dict[str, Array]:
-    return {n: points if n == name else np.full(len(points), v) for n, v in values.items()}
+def _in_domain(mechanism: Mechanism, values: Mapping[str, Array]) -> NDArray[np.bool_]:
+    n = len(next(iter(values.values())))
+    if not mechanism.outline.domain or not n:
+        return np.full(n, True)
+    inside = np.full(n, True)
+    for margin in domain_margins(mechanism).at(values).values():
+        inside &= margin > 0
+    return inside
 
 
-def _roots(gap: Gap, start: float, reach: float, near: float) -> Iterator[float]:
-    """Yield the zeros that the search meets, the nearest first; also where the gap touches 0."""
-    from scipy.optimize import brentq
+def _roots_between(
+    gap: Gap, states: IntArray, start: Array, reach: Array, away: Array, near: Array
+) -> tuple[IntArray, Array]:
+    """Return states and zeros of their gaps at these distances from the start, the nearest first.
 
-    even = np.linspace(0.0, reach, _FINE + 1)
-    away = np.concatenate([even, reach * _COARSE])
-    points = np.concatenate([start - away[:0:-1], start + away])
+    Also zeros where the gap touches 0 and turns.
+    """
+    sides = np.array([-1.0, 1.0])
+    x = start[states, None, None] + reach[states, None, None] * away[:, None] * sides
+    rows = np.broadcast_to(states[:, None, None], x.shape)
     with np.errstate(all="ignore"):
-        values, slopes = gap(points)
-
-    def zero(of: int, low: float, high: float) -> float:
-        def at(x: float) -> float:
-            return float(gap(np.array([x]))[of][0])
-
-        return float(brentq(at, low, high, xtol=1e-300, rtol=4 * np.finfo(float).eps))
-
-    finite = np.isfinite(values[:-1]) & np.isfinite(values[1:])
-    crosses = finite & (np.sign(values[:-1]) != np.sign(values[1:]))
-    turns = finite & ~crosses & (slopes[:-1] * slopes[1:] < 0)
-    turns &= values[:-1] * slopes[:-1] < 0
-    places = np.flatnonzero(crosses | turns)
-    nearest_first = places[np.argsort(np.abs(points[places] + points[places + 1] - 2 * start))]
-    for k in nearest_first:
-        root = zero(int(turns[k]), points[k], points[k + 1])
-        root = _polished(gap, root) if crosses[k] else root
+        value, slope = (a.reshape(x.shape) for a in gap(rows.reshape(-1), x.reshape(-1)))
+        finite = np.isfinite(value[:, :-1]) & np.isfinite(value[:, 1:])
+        crosses = finite & (np.sign(value[:, :-1]) != np.sign(value[:, 1:]))
+        turns = finite & ~crosses & (slope[:, :-1] * slope[:, 1:] < 0)
+        # Away from the start the size of the gap falls before it grows, and the tangents of the
+        # ends do not cross above 0.
+        turns &= (value * slope * sides)[:, :-1] < 0
+        size, rate = abs(value), slope * np.sign(value) * sides
+        width = np.diff(x, axis=1) * sides
+        crossing = size[:, 1:] - size[:, :-1] - rate[:, 1:] * width
+        least = size[:, :-1] + rate[:, :-1] * crossing / (rate[:, :-1] - rate[:, 1:])
+        turns &= least <= near[states, None, None]
+    state, step, side = np.nonzero(crosses | turns)
+    order = np.lexsort((side, step, state))
+    state, step, side = state[order], step[order], side[order]
+    of, turn = states[state], turns[state, step, side]
+    ends = [x[state, step + e, side] for e in (0, 1)]
+    at_ends = [np.where(turn, *(a[state, step + e, side] for a in (slope, value))) for e in (0, 1)]
+    roots = _halved(gap, of, turn, ends, at_ends)
+    roots = np.where(turn, roots, _polished(gap, of, roots))
+    with np.errstate(all="ignore"):
         # A pole changes the sign too; a turn need not reach 0.
-        if abs(gap(np.array([root]))[0][0]) <= near:
-            yield root
+        zero = abs(gap(of, roots)[0]) <= near[of]
+    return of[zero], roots[zero]
 
 
-def _polished(gap: Gap, root: float) -> float:
-    """Return the root after Newton steps, as long as each brings the gap nearer to 0."""
-    for _ in range(_POLISH):
-        (value,), (slope,) = gap(np.array([root]))
-        better = root - value / slope if slope else root
-        if not abs(gap(np.array([better]))[0][0]) < abs(value):
-            break
-        root = float(better)
-    return root
+def _halved(
+    gap: Gap, states: IntArray, turn: NDArray[np.bool_], ends: list[Array], at_ends: list[Array]
+) -> Array:
+    """Return where the gap, or its slope where the gap turns, changes its sign between two ends."""
+    rising = at_ends[1] > at_ends[0]
+    low, high = np.where(rising, ends[0], ends[1]), np.where(rising, ends[1], ends[0])
+    with np.errstate(all="ignore"):
+        for _ in range(_HALVINGS):
+            middle = (low + high) / 2
+            value, slope = gap(states, middle)
+            above = np.where(turn, slope, value) > 0
+            low, high = np.where(above, low, middle), np.where(above, middle, high)
+    return high
+
+
+def _polished(gap: Gap, states: IntArray, roots: Array) -> Array:
+    """Return the roots after Newton steps, as long as each brings the gap nearer to 0."""
+    with np.errstate(all="ignore"):
+        for _ in range(_POLISH):
+            value, slope = gap(states, roots)
+            better = roots - value / slope
+            nearer = abs(gap(states, better)[0]) < abs(value)
+            roots = np.where(nearer, better, roots)
+    return roots

@@ -141,6 +141,8 @@ class ContactStates:
         if contact == "stick":
             if self.slip != SLIP:
                 return c.sticking_force.xreplace({F_N: force})
+            if c.W_tt == 0:  # no motion slides the contact: nothing is to be held
+                return sp.Integer(0)
             smooth = c.accelerations.xreplace({F_N: force, F_T: sp.Integer(0)})
             return -_along(c.contact.J_T, smooth, c.contact.tangential_bias) / c.W_tt
         return -CONTACTS[contact] * c.mu * force

@@ -32,7 +32,7 @@ _MAX_STEPS = 1000
 
 
 class Call:
-    """A CasADi function bound to arrays of its own: a call costs 1 µs instead of 20.
+    """A CasADi function bound to arrays of its own: a call costs 1 μs instead of 20.
 
     Parameters
     ----------

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import importlib.util
-import os
 import shutil
 import subprocess
 import sys
@@ -12,6 +11,7 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
+from painleve_sym.codegen.compile import environment
 from painleve_sym.errors import CompileError, CompilerMissing
 from painleve_sym.explorer.source import ModuleSource
 
@@ -75,7 +75,6 @@ def _candidates() -> Iterator[tuple[str, ...]]:
 def _compiled(command: tuple[str, ...], work: str, units: tuple[str, ...]) -> bytes:
     target = Path(work, "module.wasm")
     arguments = [*command, *FLAGS, "-o", target.name, *units]
-    local = {"ZIG_LOCAL_CACHE_DIR": str(Path(work, "zig"))}
     try:
         answer = subprocess.run(
             arguments,
@@ -85,7 +84,7 @@ def _compiled(command: tuple[str, ...], work: str, units: tuple[str, ...]) -> by
             text=True,
             errors="replace",
             check=False,
-            env={**local, **os.environ},
+            env=environment(Path(work)),
         )
     except OSError as error:
         raise CompileError(f"compiler {command[0]} cannot be run: {error.strerror}") from error

@@ -21,6 +21,9 @@ _JAM = (
     "before the normal velocity is 0 jams: rigid bodies have no exit from it, a compliant "
     "contact has one."
 )
+_NOTHING_SLIDES = (
+    "W_tt = 0: no motion slides the contact, and the impact begins with the next phase."
+)
 
 
 IMPULSE_VALUES = (
@@ -69,19 +72,20 @@ def _closed_forms(mechanism: Mechanism) -> tuple[Section, ...]:
 
 def _jump(mechanism: Mechanism) -> Iterator[Section]:
     c = mechanism.coefficients
-    left, right = (tangential_phase(c, slip) for slip in (-1, 1))
-    opening = (
+    phases: tuple[ImpulsePhase, ...] = ()
+    note = (
         "v_t and v_n are slip and normal velocity at the start of the phase, "
         "the velocities of the mechanism those at its start."
     )
-    yield Section(
-        "jump, phase 1: tangential impact until the slip stops",
-        phases=(
+    if c.W_tt == 0:
+        note = f"{_NOTHING_SLIDES} {note}"
+    else:
+        left, right = (tangential_phase(c, slip) for slip in (-1, 1))
+        phases = (
             _impulse("tangential_neg", LEFT, left),
             _impulse("tangential_pos", RIGHT, right),
-        ),
-        note=opening,
-    )
+        )
+    yield Section("jump, phase 1: tangential impact until the slip stops", phases=phases, note=note)
     if c.rank_one:
         yield Section("jump, phase 2: jam", note=_JAM)
         return

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, TypeVar
 
-from painleve_sym.checks import checked_number
+from painleve_sym.checks import LARGEST, checked_number, size_text
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.units import Value, in_unit
 
@@ -106,9 +106,10 @@ class Parameter:
         """Return one sentence when `value` is not valid, else None."""
         above = value >= self.lower if self.lower_closed else value > self.lower
         below = value <= self.upper if self.upper_closed else value < self.upper
-        if above and below and abs(value) != float("inf"):
+        if above and below and abs(value) <= LARGEST:
             return None
-        return f"parameter {self.name} ({self.meaning}): got {value!r}, need {self.range_text}."
+        need = self.range_text + size_text(value)
+        return f"parameter {self.name} ({self.meaning}): got {value!r}, need {need}."
 
     @property
     def range_text(self) -> str:

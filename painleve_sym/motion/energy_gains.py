@@ -24,6 +24,8 @@ _CONTINUES = (
     EventKind.IMPACT_END,
 )
 """Events of one contact's impact after its beginning."""
+_ROUNDING = 1e-15
+"""Of the largest kinetic energy at an event: bodies all but at rest gain less than that."""
 _IMPACT_SENTENCES = 3
 """Impacts with a sentence of their own."""
 
@@ -83,6 +85,7 @@ def energy_gains(
     """
     before, after = kinetic
     lost, driven = (_around(rows, names, f"{n}_dissipation") for n in ("contact", "force"))
+    rounding = _ROUNDING * max(before, default=0.0)
     every: list[EnergyGain] = []
     for k, event in enumerate(events):
         last = _end_of_impact(events, k)
@@ -94,7 +97,7 @@ def energy_gains(
             law = names.choices.get("reload", names.choices.get(f"reload_{event.contact}", ""))
         else:
             continue
-        if gains(gain, max(before[k], after[last])):
+        if gain > rounding and gains(gain, max(before[k], after[last])):
             contacts = _contacts(event, names.contacts)
             own = float(gain), float(before[k])
             every.append(EnergyGain(event.time, event.kind, contacts, *own, law))

@@ -15,7 +15,11 @@ from painleve_sym.laws.rigid_contact import RigidLaw
 WINDOWS = (1, 2, 3, 5, 8)
 """Numbers of touchdowns whose time, taken together, may shrink from each to the next."""
 SETTLED = 1e-9
-"""Gap and normal speed, in parts of the state's scale, at which bounces have died out."""
+"""Gap and normal speed at which bounces have died out, in parts of the state's scale.
+
+The speed also in parts of that which the free acceleration gives in the time so far, since a run
+that starts all but at rest has a small scale.
+"""
 
 
 @dataclass
@@ -54,7 +58,7 @@ class ImpactResolver:
         impacts, contact = self.impacts, self.target
         state = impacts.touching(question.state, self.scale)
         if self._accumulates(question):
-            closed = self._settled(state)
+            closed = self._settled(state, question.time)
             if closed is not None:
                 self.impulses.append(())
                 events = ((EventKind.SETTLE, closed, contact),)
@@ -88,15 +92,16 @@ class ImpactResolver:
         self.touchdowns.append(question.time)
         return accumulates(self.touchdowns)
 
-    def _settled(self, state: Array) -> Array | None:
+    def _settled(self, state: Array, time: float) -> Array | None:
         """Return the state with the contacts closed whose bounces have died out; None for none."""
         settled, moves = list[int](), False
-        states = self.impacts.states
+        states, free = self.impacts.states, self.impacts.terms(state, self.values).b[::2]
         for i in self.impacts.rigid:
             row = self.impacts.rows[i]
             gap, rate = states.index(row.gap), states.index(row.gap_rate)
             near = abs(state[gap]) < SETTLED * self.scale[gap]
-            if near and abs(state[rate]) < SETTLED * self.scale[rate]:
+            speed = max(self.scale[rate], time * abs(free[i]))
+            if near and abs(state[rate]) < SETTLED * speed:
                 settled.append(i)
                 moves = moves or state[rate] != 0
         return self.closed(state, settled) if moves else None

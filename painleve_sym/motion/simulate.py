@@ -195,6 +195,7 @@ def simulate_batch(
     parameters: Mapping[str, ArrayLike] | None = None,
     law_parameters: Mapping[str, ArrayLike] | None = None,
     initial_force: ArrayLike | None = None,
+    close: str | None = None,
     engine: EngineLike = EngineName.AUTO,
     rtol: float = DEFAULT_RTOL,
     threads: int | None = None,
@@ -220,6 +221,8 @@ def simulate_batch(
         Numbers, or arrays that broadcast against each other.
     initial_force : array_like
         N.
+    close : str, optional
+        A coordinate for which gap = 0 is solved in every row, as `simulate` does.
     t_end, until, rtol, first_step, max_step, max_steps, max_events
         As for `simulate`; the same for every row.
     threads : int
@@ -258,6 +261,7 @@ def simulate_batch(
         until=until,
         law_parameters=law_parameters,
         initial_force=initial_force,
+        close=close,
         rtol=rtol,
         threads=threads,
         events=events,

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, cast
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.checks import LARGEST
 from painleve_sym.choices import EngineLike, EngineName, Record, RecordLike
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.codegen.tape import TapeOutputs, output_tapes
@@ -494,7 +495,7 @@ class Simulator:
         values = {**self._at_rest, **state}
         numbers = state.values()
         known = len(values) == len(self._at_rest)
-        if known and all(type(v) is float and math.isfinite(v) for v in numbers):
+        if known and all(type(v) is float and abs(v) <= LARGEST for v in numbers):
             return cast(dict[str, float], values)
         return state_values(self.mechanism, state)
 

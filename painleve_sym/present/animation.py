@@ -633,7 +633,7 @@ def _time_unit(length: float) -> tuple[str, float]:
     for unit, factor in (("s", 1.0), ("ms", 1e3)):
         if length * factor >= 1:
             return unit, factor
-    return "µs", 1e6
+    return "μs", 1e6
 
 
 def _artist(axes: Axes, shape: Shape) -> Any:

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from painleve_sym.present.style import DASHES, PAGE, PALETTE, REFERENCE, STYLE
-from painleve_sym.quantities import axis_label, text_label
+from painleve_sym.quantities import axis_label, number_latex, text_label
 from painleve_sym.study.compare.comparison import ROUND_OFF, Comparison
 from painleve_sym.study.compare.methods import Answer
 
@@ -25,6 +25,14 @@ _SOLVERS: dict[str, tuple[str, str, float]] = {
     "mpcc": (PALETTE[0], "x", 3.6),
 }
 _SOFTENED = PALETTE[2]
+_TITLES = (
+    "normal velocity",
+    "slip velocity",
+    "time stepping, equal points side by side",
+    "compliant motion",
+)
+ASIDE = 1.22
+"""Ratio of the places of two points beside each other, where methods agree on one point."""
 _EARLY = {"marker": "X", "markersize": 5.0, "markevery": [-1], "clip_on": False}
 """The cross where a motion ended before the end time."""
 
@@ -47,7 +55,7 @@ def contrast_figure(comparison: Comparison) -> Figure:
         for letter, axes, title in zip(
             "abcd",
             (normal, slip, steps, stiffness),
-            ("normal velocity", "slip velocity", "time stepping", "compliant motion"),
+            _TITLES,
             strict=True,
         ):
             axes.set_title(f"({letter}) {title}")
@@ -63,18 +71,20 @@ def _draw_motion(axes: Axes, comparison: Comparison, column: int) -> None:
             look = look | _EARLY
         axes.plot(answer.times * 1e3, values, label=label, **look)
     longest = max(a.setting for a in comparison.stepping)
-    for answer in sorted(comparison.stepping, key=_size, reverse=True):
-        if answer.setting != longest:
-            continue
+    drawn = [a for a in comparison.stepping if a.setting == longest]
+    for answer in sorted(drawn, key=_size, reverse=True):
+        # Solvers that agree take turns, so that no mark hides another.
+        alike = [a for a in drawn if _agree(a, answer)]
         values = answer.contact_velocities[:, column]
         label = f"{answer.way}, $h$ = {_power(longest)} s"
         every = max(1, len(values) // 20)
+        turn = alike.index(answer)
         axes.plot(
             answer.times * 1e3,
             values,
             label=label,
             linestyle="none",
-            markevery=every,
+            markevery=(turn * every, len(alike) * every),
             zorder=3,
             clip_on=False,
             **_symbol(answer.way),
@@ -82,6 +92,14 @@ def _draw_motion(axes: Axes, comparison: Comparison, column: int) -> None:
     axes.axhline(0, color=REFERENCE, linewidth=0.5, zorder=0)
     axes.set_xlabel(axis_label("t", "ms"))
     axes.set_ylabel(axis_label((r"\dot{g}_N", "v_t")[column], "m/s"))
+
+
+def _agree(one: Answer, other: Answer) -> bool:
+    """Return whether two answers are the same to the width of a line."""
+    a, b = one.contact_velocities, other.contact_velocities
+    if a.shape != b.shape:
+        return False
+    return bool(np.abs(a - b).max() <= 1e-3 * max(float(np.abs(a).max()), 1e-300))
 
 
 def _lines(comparison: Comparison) -> list[tuple[Answer, str, dict[str, Any]]]:
@@ -133,11 +151,7 @@ def _columns(axes: Axes) -> tuple[list[Any], list[str]]:
 
 
 def _power(value: float) -> str:
-    """Return a number as mathtext, such as 2.09·10¹⁵."""
-    exponent = int(np.floor(np.log10(value) + 1e-12))
-    digits = f"{value / 10.0**exponent:.3g}"
-    power = f"10^{{{exponent}}}"
-    return f"${power}$" if digits == "1" else rf"${digits} \cdot {power}$"
+    return f"${number_latex(value)}$"
 
 
 def _draw_errors(axes: Axes, answers: tuple[Answer, ...], label: str, slope: float) -> None:
@@ -153,7 +167,7 @@ def _draw_errors(axes: Axes, answers: tuple[Answer, ...], label: str, slope: flo
         )
         joined = len({a.first_mode for a in chosen}) == 1
         axes.plot(
-            [a.setting for a in chosen],
+            [a.setting * _aside(a, answers) for a in chosen],
             [a.error for a in chosen],
             linestyle="solid" if joined else "none",
             **look,
@@ -183,6 +197,16 @@ def _draw_errors(axes: Axes, answers: tuple[Answer, ...], label: str, slope: flo
         _draw_slope(axes, drawn, slope)
     axes.set_xlabel(label)
     axes.set_ylabel("relative error")
+
+
+def _aside(answer: Answer, answers: tuple[Answer, ...]) -> float:
+    """Return the factor that moves a point beside the others of equal setting and error."""
+    alike = [
+        a.way
+        for a in answers
+        if a.setting == answer.setting and abs(a.error - answer.error) <= 0.02 * answer.error
+    ]
+    return float(ASIDE ** (alike.index(answer.way) - (len(alike) - 1) / 2))
 
 
 def _draw_slope(axes: Axes, answers: list[Answer], slope: float) -> None:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable, Sequence
 from typing import Any
 
 import matplotlib
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
@@ -36,6 +38,8 @@ _LAYOUT = {
     6: (2, 3, PAGE, 1.95),
 }
 _LEGEND_ROW = 0.17
+HIDDEN = 0.03
+"""Part of the abscissa: marks closer than this hide each other and are shown in an inset."""
 
 
 def draw(panels: Sequence[Panel]) -> Figure:
@@ -86,6 +90,7 @@ def _draw_panel(axes: Axes, panel: Panel, letter: str) -> None:
     axes.set_xlabel(text_label(panel.x.label, panel.x.unit))
     axes.set_ylabel(text_label(panel.y.label, panel.y.unit))
     axes.set_title(" ".join(part for part in (letter, panel.title) if part))
+    _draw_inset(axes, panel)
     if panel.note:
         axes.text(0.95, 0.93, panel.note, transform=axes.transAxes, ha="right", va="top")
 
@@ -125,6 +130,42 @@ def _draw_marks(axes: Axes, panel: Panel) -> None:
             zorder=5 if look.face == "black" else 4,
             clip_on=False,
         )
+
+
+def _draw_inset(axes: Axes, panel: Panel) -> None:
+    """Magnify the abscissa where marks of different kinds on the only curve hide each other."""
+    if len(panel.curves) != 1 or panel.x.log or panel.y.log:
+        return
+    (curve,) = panel.curves
+    x, y = curve.x * panel.x.factor, curve.y * panel.y.factor
+    low, high = axes.get_xlim()
+    places = sorted((m.x * panel.x.factor, m.kind) for m in panel.marks)
+    close = [
+        (a, b)
+        for (a, kind), (b, other) in itertools.pairwise(places)
+        if kind != other and 0 < b - a < HIDDEN * (high - low)
+    ]
+    if len(close) != 1 or (np.diff(x) < 0).any():
+        return
+    ((first, second),) = close
+    window = (first - 1.2 * (second - first), second + 1.2 * (second - first))
+    within = (x >= window[0]) & (x <= window[1])
+    if within.sum() < 4:
+        return
+    bottom, top = axes.get_ylim()
+    left = y[x < (low + high) / 2]
+    above = bool(left.size and np.mean(left) < (bottom + top) / 2)
+    inset = axes.inset_axes((0.16, 0.5 if above else 0.12, 0.42, 0.38))
+    inset.plot(x[within], y[within], color=PALETTE[0], linewidth=0.9)
+    _draw_marks(inset, panel)
+    spread = float(np.ptp(y[within])) or 1.0
+    inset.set_xlim(window)
+    inset.set_ylim(y[within].min() - 0.25 * spread, y[within].max() + 0.25 * spread)
+    inset.set_xticks([first, second], [f"{first:.3g}", f"{second:.3g}"])
+    inset.set_yticks([])
+    inset.tick_params(labelsize=5.5, length=2, pad=1.5, top=False)
+    for artist in inset.lines:
+        artist.set_clip_on(True)
 
 
 def _scale(ticks: Any, axis: Axis, set_scale: Any, set_limits: Any) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from matplotlib import rc_context
@@ -14,7 +15,7 @@ from painleve_sym.quantities import symbol_latex, text_label
 from painleve_sym.study.fitting.data import MEASURABLE
 from painleve_sym.study.fitting.result import FitResult
 
-_HEIGHT, _MARGIN = 1.75, 0.5
+_HEIGHT, _MARGIN = 2.45, 0.5
 
 
 def fit_figure(fit_result: FitResult, units: Mapping[str, str]) -> Figure:
@@ -30,13 +31,17 @@ def fit_figure(fit_result: FitResult, units: Mapping[str, str]) -> Figure:
             height = COLUMN * len(names)
         figure = Figure(figsize=(COLUMN, height), layout="constrained")
         share = fit_result.times is not None
-        panels = figure.subplots(len(names), 1, sharex=share, squeeze=False)[:, 0]
-        for axes, name in zip(panels, names, strict=True):
+        rows = [r for _ in names for r in ((3, 1) if share else (1,))]
+        panels: Any = figure.subplots(
+            len(rows), 1, sharex=share, squeeze=False, height_ratios=rows
+        )[:, 0]
+        for k, name in enumerate(names):
             label = text_label(_symbol(name), units[name])
             if fit_result.times is None:
-                _draw_rows(axes, fit_result, name, label)
+                _draw_rows(panels[k], fit_result, name, label)
             else:
-                _draw_history(axes, fit_result, name, label)
+                _draw_history(panels[2 * k], fit_result, name, label)
+                _draw_residual(panels[2 * k + 1], fit_result, name, units[name])
         if fit_result.times is not None:
             panels[-1].set_xlabel(text_label("time", "ms"))
         panels[0].legend(loc="best")
@@ -54,6 +59,17 @@ def _draw_history(axes: Axes, fit_result: FitResult, name: str, label: str) -> N
     axes.plot(times, data, ".", color=REFERENCE, markersize=3.0, label="measured")
     axes.plot(times, fit_result.model[name], color=PALETTE[2], label="fitted model")
     axes.set_ylabel(label)
+
+
+def _draw_residual(axes: Axes, fit_result: FitResult, name: str, unit: str) -> None:
+    """Draw measured less fitted values, with one standard deviation of the noise as a band."""
+    assert fit_result.times is not None
+    times = fit_result.times * 1e3
+    axes.axhspan(-fit_result.noise[name], fit_result.noise[name], color="0.9", zorder=0)
+    axes.axhline(0, color=REFERENCE, linewidth=0.6, zorder=0.5)
+    residual = fit_result.measured[name] - fit_result.model[name]
+    axes.plot(times, residual, ".", color=PALETTE[0], markersize=2.4)
+    axes.set_ylabel(text_label("residual", unit))
 
 
 def _draw_rows(axes: Axes, fit_result: FitResult, name: str, label: str) -> None:

@@ -11,11 +11,12 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from painleve_sym.arrays import Array
 from painleve_sym.present.map_figure import HEIGHT, WIDTH
 from painleve_sym.present.style import DASHES, PALETTE, REFERENCE, STYLE
-from painleve_sym.quantities import axis_label, symbol_latex
+from painleve_sym.quantities import axis_label, scaled_unit, symbol_latex
 from painleve_sym.study.critical.outcome_map import LEGEND, OutcomeMap
 
 # Tints of Okabe & Ito's colours, each of another lightness: distinct in grey too.
@@ -27,7 +28,7 @@ FILLS = {
 }
 NAMES = {
     "undecided": "not indeterminate, or undecided",
-    "lifts_off": "lifts off",
+    "lifts_off": "lift-off",
     "stops_in_restitution": "slip stops in restitution",
     "stops_in_compression": "slip stops in compression",
 }
@@ -56,7 +57,14 @@ def outcome_figure(outcomes: OutcomeMap) -> Figure:
             axes.set_xscale("log")
         axes.set_xlim(outcomes.values[0], outcomes.values[-1])
         axes.set_ylim(outcomes.forces[0], outcomes.forces[-1])
-        axes.set_xlabel(axis_label(symbol_latex(outcomes.over), outcomes.unit))
+        factor, unit = 1.0, outcomes.unit
+        if not outcomes.logarithmic:
+            factor, unit = scaled_unit(unit, float(np.abs(outcomes.values).max()))
+            axes.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]))
+            axes.xaxis.set_major_formatter(
+                FuncFormatter(lambda x, _: f"{x * factor:.6g}".replace("-", "\u2212"))
+            )
+        axes.set_xlabel(axis_label(symbol_latex(outcomes.over), unit))
         axes.set_ylabel(axis_label("F_{n0}", "N"))
         axes.set_title(f"{outcomes.mechanism}, {outcomes.law}")
         present = [n for n in FILLS if outcomes.counts[n]]
@@ -70,6 +78,49 @@ def outcome_figure(outcomes: OutcomeMap) -> Figure:
 
 
 def _fill(axes: Axes, outcomes: OutcomeMap) -> None:
+    """Fill between the critical forces, which were bisected; where runs say otherwise, by runs."""
+    borders = _borders(outcomes)
+    if borders is None:
+        _fill_cells(axes, outcomes)
+        return
+    stop, compression = borders
+    top = np.full_like(stop, outcomes.forces[-1])
+    bottom = np.full_like(stop, outcomes.forces[0])
+    for name, low, high in (
+        ("lifts_off", bottom, stop),
+        ("stops_in_restitution", stop, compression),
+        ("stops_in_compression", compression, top),
+    ):
+        look: dict[str, Any] = {"color": FILLS[name], "linewidth": 0, "zorder": 0}
+        axes.fill_between(outcomes.values, low, high, where=np.isfinite(outcomes.limit), **look)
+
+
+def _borders(outcomes: OutcomeMap) -> tuple[Array, Array] | None:
+    """Return the forces from which the slip stops, and stops in compression, shape (k,) each.
+
+    Where there is no critical force it is the end of the axis that agrees with the runs. None where
+    a run of the grid disagrees with these borders.
+    """
+    low, high = outcomes.forces[0], outcomes.forces[-1]
+    known = np.isfinite(outcomes.limit)
+    borders = []
+    for values, code in (
+        (outcomes.slip_stop, LEGEND["stops_in_restitution"]),
+        (outcomes.compression, LEGEND["stops_in_compression"]),
+    ):
+        # Without a critical force every run of a column ends on one side.
+        end = np.where((outcomes.outcome >= code).all(axis=0), low, high)
+        borders.append(np.clip(np.where(np.isfinite(values), values, end), low, high))
+    stop, compression = borders[0], np.maximum(*borders)
+    forces = outcomes.forces[:, None]
+    expected = (forces > stop).astype(int) + (forces > compression)
+    apart = np.minimum(np.abs(forces - stop), np.abs(forces - compression))
+    near = apart < 1e-6 * (high - low)
+    agrees = (expected == outcomes.outcome) | near | ~known
+    return (stop, compression) if agrees.all() else None
+
+
+def _fill_cells(axes: Axes, outcomes: OutcomeMap) -> None:
     codes = sorted(LEGEND.values())
     colours = [FILLS[name] for name in sorted(LEGEND, key=LEGEND.__getitem__)]
     axes.pcolormesh(

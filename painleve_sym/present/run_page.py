@@ -22,6 +22,7 @@ from painleve_sym.present.animation import Animation
 from painleve_sym.present.page import Page, Part, figure, paragraph, preformatted, table
 from painleve_sym.present.style import event_label, svg_text
 from painleve_sym.present.trajectory_plot import trajectory_figure
+from painleve_sym.references import Reference, citation
 from painleve_sym.study.scenario import Scenario
 
 MAX_EVENTS = 200
@@ -211,4 +212,10 @@ def _sources(scenario: Scenario, run: Trajectory) -> str:
     rules = {value for name, value in run.choices.items() if name.startswith("restitution")}
     cited += [f"Restitution: {restitution_law(str(r)).source}" for r in sorted(rules)]
     entries = "".join(f"<li>{escape(text)}.</li>" for text in dict.fromkeys(cited))
-    return f"<ul>{entries}</ul>"
+    works = "".join(f"<li>{_work(work)}</li>" for work in citation(run))
+    return f"<ul>{entries}</ul>" + (f"<p>Works to cite:</p><ol>{works}</ol>" if works else "")
+
+
+def _work(work: Reference) -> str:
+    text, link = escape(work.text), escape(work.link)
+    return f'{text} <a href="{link}">{link}</a>' if link else text

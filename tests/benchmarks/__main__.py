@@ -18,10 +18,12 @@ from typing import Any
 from painleve_sym.codegen.compile import FLAGS, find_compiler
 from painleve_sym.motion.batch.machine import processor_count
 from tests.benchmarks import (
+    accuracy,
     bench_call,
     bench_corrected_jump,
     bench_explorer,
     bench_many,
+    bench_numerics,
     bench_sensitivity,
     bench_start,
 )
@@ -145,6 +147,11 @@ def jumps() -> dict[str, Any]:
     return {"seconds": times, "wanted": {"corrected jump from rest, s": limit}}
 
 
+def numerics(repeats: int) -> dict[str, Any]:
+    """Return error against cost, and the orders of accuracy."""
+    return {"curves": bench_numerics.measure(repeats), "accuracy": accuracy.measure()}
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Measure, print, and rewrite the file after every part."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -160,6 +167,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "derivatives": derivatives,
         "corrected_jump": jumps,
         "explorer": bench_explorer.measure,
+        "numerics": lambda: numerics(max(o.repeats // 10, 1)),
     }
     result: dict[str, Any] = {"machine": machine()}
     print(json.dumps(result["machine"], indent=2), flush=True)

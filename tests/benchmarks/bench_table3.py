@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.benchmarks.cases import CASES, ROD, Case
+from tests.benchmarks.cases import CASES, MOTIONS, ROD, Case
 from tests.benchmarks.peers import HeyokaPeer, at_error, peers, time_all, tune
 from tests.oracles.rod_scipy import simulate
 
@@ -172,7 +172,7 @@ def table(lines: Sequence[Line]) -> str:
     return "\n".join(text)
 
 
-@pytest.mark.parametrize("case", CASES, ids=lambda c: c.name)
+@pytest.mark.parametrize("case", MOTIONS, ids=lambda c: c.name)
 def test_reference_is_what_80_bit_taylor_finds(case):
     pytest.importorskip("heyoka")
     for reverse_slip, reference in case.reference.items():

@@ -1,7 +1,8 @@
-"""The impacts that the benchmark solves: hand-written equations in scaled variables.
+"""The motions that the benchmarks solve: hand-written equations in scaled variables.
 
-Both go through the same four phases: slip to the left under growing compression, sticking, sticking
-restitution, and, in the last 4e-8 s, slip to the right. Nothing here imports the package.
+Two are impacts with the same four phases: slip to the left under growing compression, sticking,
+sticking restitution, and, in the last 4e-8 s, slip to the right. The third is a block on a belt
+that runs to and fro, with 21 changes between sticking and slip. Nothing here imports the package.
 """
 
 from __future__ import annotations
@@ -15,6 +16,8 @@ import numpy as np
 
 G, N = 9.8, 1.764
 E_ENERGETIC = 0.75
+#: Slip velocity with which a slip begins, m/s.
+BEGINNING = 1e-18
 #: K_e = 4/3 E* sqrt(R*), with E = 20.9e14, nu = 0.3, R* = R = 0.00645.
 K = 4.0 / 3.0 * 20.9e14 / (2.0 * (1.0 - 0.3**2)) * math.sqrt(0.00645)
 
@@ -26,11 +29,12 @@ class Phase:
     Attributes
     ----------
     normal : str
-        ``"virgin"`` or ``"unloading"``.
+        ``"virgin"``, ``"unloading"`` or ``"rigid"``.
     tangent : str
         ``"left"``, ``"stick"`` or ``"right"``.
     guard : str
-        ``"slip"``, ``"turn"``, ``"friction"`` or ``"separation"``: what reaches zero at the end.
+        ``"slip"``, ``"turn"``, ``"friction"``, ``"separation"`` or ``"time"``: what reaches zero at
+        the end. Rigid sticking ends in slip to the ``"left"`` or to the ``"right"``.
     """
 
     normal: str
@@ -64,6 +68,7 @@ class Operators(Protocol):
     cos: Callable[[Any], Any]
     #: Raise a base to the constant power N; floors it at zero where the system can.
     power: Callable[[Any], Any]
+    inverse_root: Callable[[Any], Any]
 
 
 class FloatOperators:
@@ -76,6 +81,11 @@ class FloatOperators:
     def power(base: float) -> float:
         """Return base**N; a trial step past the contact would have a complex one."""
         return max(base, 0.0) ** N
+
+    @staticmethod
+    def inverse_root(base: float) -> float:
+        """Return 1/√base."""
+        return 1.0 / math.sqrt(base)
 
 
 @dataclass(frozen=True)
@@ -113,6 +123,13 @@ class Case:
     time: ClassVar[float] = 1e-4
     #: Later than the separation, in units of time.
     horizon: ClassVar[float] = 6.0
+    #: For peers that compare the sign of a guard at the ends of long steps, in units of time:
+    #: between them it may be negative for less than a step.
+    longest_step: ClassVar[float] = math.inf
+
+    def phases(self, reverse_slip: bool) -> list[Phase]:
+        """List the phases of the motion, see `phases`."""
+        return phases(reverse_slip)
 
     def normal_force(self, phase: Phase, ops: Operators, gap: Any, delta_max: Any) -> Any:
         """Return F_n; `gap` in metres."""
@@ -166,6 +183,9 @@ class Case:
             z[self.slip] = 0.0
         elif phase.guard == "turn":
             z[self.gap_rate] = 0.0
+        elif phase.guard in ("left", "right"):
+            # A velocity of exactly zero could be taken for the end of the slip that begins.
+            z[self.slip] = BEGINNING if phase.guard == "right" else -BEGINNING
         return z
 
     def unscale(self, z: Sequence[float], t: float) -> dict[str, float]:
@@ -300,6 +320,7 @@ class Arm(Case):
         class Numbers:
             sin, cos = (staticmethod(f) for f in _elementary(number))
             power = staticmethod(lambda base: base * 0)
+            inverse_root = staticmethod(lambda base: 1 / np.sqrt(base))
 
         x = [number(value) for value in self.start]
         h = number(h)
@@ -317,6 +338,63 @@ class Arm(Case):
         ]
         scaled = [value / number(unit) for value, unit in zip(state, self.scale, strict=True)]
         return scaled, h / number(self.time)
+
+
+@dataclass(frozen=True)
+class Belt(Case):
+    """A block on a belt that runs to and fro, held by an inclined spring: ``shaken_belt.toml``.
+
+    The states are the position, the slip velocity and the phase of the belt.
+    """
+
+    mu = 0.4
+    time = 0.05
+    horizon = 50.0
+    longest_step = 1.5
+    mass: ClassVar[float] = 1.0
+    spring: ClassVar[tuple[float, float, float]] = (150.0, 2.0, 0.5)
+    joint: ClassVar[tuple[float, float]] = (0.3, 0.4)
+    speed: ClassVar[float] = 0.4
+    omega: ClassVar[float] = 16.0
+    #: Time at the end of the motion, s.
+    duration: ClassVar[float] = 2.0
+
+    def phases(self, reverse_slip: bool) -> list[Phase]:
+        """List the phases up to `duration`."""
+        right, left = Phase("rigid", "right", "slip"), Phase("rigid", "left", "slip")
+        period = [Phase("rigid", "stick", "right"), right, Phase("rigid", "stick", "left"), left]
+        return [right, left, *(5 * period)[:-1], Phase("rigid", "left", "time")]
+
+    def rates(
+        self, phase: Phase, ops: Operators, x: Sequence[Any], delta_max: Any
+    ) -> tuple[list[Any], Any, Any]:
+        """Return the derivatives of the states, then F_n and F_t."""
+        (k, c, relaxed), (a, h), m = self.spring, self.joint, self.mass
+        belt, turn = self.speed * ops.sin(x[2]), self.speed * self.omega * ops.cos(x[2])
+        velocity, level = x[1] + belt, x[0] + a
+        squared = level * level + h * h
+        # In units of the spring's length: its rate is level · velocity over that length.
+        pull = k * (1.0 - relaxed * ops.inverse_root(squared)) + c * level * velocity / squared
+        F_n, spring = m * G - h * pull, -1.0 * level * pull
+        if phase.tangent == "stick":
+            return [belt, 0.0 * x[1], self.omega + 0.0 * x[1]], F_n, m * turn - spring
+        F_t = (self.mu if phase.tangent == "left" else -self.mu) * F_n
+        return [velocity, (spring + F_t) * (1.0 / m) - turn, self.omega + 0.0 * x[1]], F_n, F_t
+
+    def guard(self, phase: Phase, ops: Operators, z: Sequence[Any], delta_max: Any) -> Any:
+        """Return the guard of the phase, positive until it ends."""
+        if phase.guard == "slip":
+            return (1.0 if phase.tangent == "right" else -1.0) * z[self.slip]
+        x = [v * s if s != 1.0 else v for v, s in zip(z, self.scale, strict=True)]
+        if phase.guard == "time":
+            return self.omega * self.duration - x[2]
+        _, F_n, F_t = self.rates(phase, ops, x, delta_max)
+        return self.mu * F_n + (1.0 if phase.guard == "right" else -1.0) * F_t
+
+    def free_start(self, h: float, number: Callable[[float], Any] = float) -> tuple[list[Any], Any]:
+        """Return the start itself: all functions have series there."""
+        scaled = [number(v) / number(s) for v, s in zip(self.start, self.scale, strict=True)]
+        return scaled, number(0.0)
 
 
 ROD = Rod(
@@ -383,4 +461,27 @@ ARM = Arm(
     },
 )
 
+BELT = Belt(
+    name="block on a shaken belt",
+    states=("x", "slip_velocity", "belt_phase"),
+    start=(0.0, 0.1, 0.0),
+    scale=(0.1, 1.0, 1.0),
+    gap=0,
+    gap_rate=0,
+    slip=1,
+    compared={"x": 0.1, "slip_velocity": 1.0},
+    reference={
+        True: {
+            "x": -0.011312995898303671998,
+            "slip_velocity": -0.08384250940658787555,
+            "belt_phase": 32.0,
+            "t": 2.0,
+        }
+    },
+)
+
 CASES = (ROD, ARM)
+"""The impacts."""
+
+MOTIONS = (*CASES, BELT)
+"""All motions: the impacts, and one of many events."""

@@ -14,6 +14,7 @@ and `run`, see `bench_table3`.
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import importlib.util
 import io
 import math
@@ -28,7 +29,7 @@ from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
-from tests.benchmarks.cases import ROD, Case, FloatOperators, N, Phase, phases
+from tests.benchmarks.cases import BEGINNING, ROD, Case, FloatOperators, N, Phase
 
 
 class Peer(Protocol):
@@ -69,7 +70,7 @@ class SciPyPeer:
 
     def prepare(self) -> None:
         """Build the callables of each phase."""
-        self._phases = [(p, *self._callables(p)) for p in phases(self.reverse_slip)]
+        self._phases = [(p, *self._callables(p)) for p in self.case.phases(self.reverse_slip)]
 
     def _callables(self, phase: Phase) -> tuple[Any, Any]:
         ops, case = FloatOperators(), self.case
@@ -89,6 +90,7 @@ class SciPyPeer:
         from scipy.integrate import solve_ivp
 
         case, t, z, delta_max = self.case, 0.0, self.case.scaled_start, 1.0
+        self.times: list[float] = []
         for phase, fun, event in self._phases:
             result = solve_ivp(
                 fun,
@@ -99,10 +101,12 @@ class SciPyPeer:
                 args=(delta_max,),
                 rtol=tol,
                 atol=tol,
+                max_step=case.longest_step,
             )
             if result.status != 1:
                 raise RuntimeError(f"SciPy, tol={tol}, {phase}: {result.message}")
             t, z = float(result.t_events[0][0]), case.settle(phase, result.y_events[0][0])
+            self.times.append(t * case.time)
             if phase.guard == "turn":
                 delta_max = -float(z[case.gap]) * case.scale[case.gap]
         return case.unscale(z, t)
@@ -123,7 +127,7 @@ class SundaePeer:
 
     def prepare(self) -> None:
         """Build the callables of each phase."""
-        self._phases = [(p, *self._callables(p)) for p in phases(self.reverse_slip)]
+        self._phases = [(p, *self._callables(p)) for p in self.case.phases(self.reverse_slip)]
 
     def _callables(self, phase: Phase) -> tuple[Any, Any]:
         ops, case = FloatOperators(), self.case
@@ -177,6 +181,10 @@ class _HeyokaOperators:
         """Return base**N; heyoka's Taylor coefficients of it are nan at a zero base."""
         return base ** self._number(N)
 
+    def inverse_root(self, base: Any) -> Any:
+        """Return 1/√base."""
+        return base ** self._number(-0.5)
+
 
 @dataclass
 class HeyokaPeer:
@@ -210,7 +218,7 @@ class HeyokaPeer:
         ops, built, case = _HeyokaOperators(self.number), [], self.case
         z = hy.make_vars(*case.states)
         kind = {} if self.number is float else {"fp_type": self.number}
-        for phase in phases(self.reverse_slip):
+        for phase in self.case.phases(self.reverse_slip):
             rates = case.equations(phase, ops, z, hy.par[0])
             event = hy.t_event(
                 case.guard(phase, ops, z, hy.par[0]), direction=hy.event_direction.negative, **kind
@@ -230,20 +238,32 @@ class HeyokaPeer:
             )
         return built
 
+    @staticmethod
+    def advance(integrator: Any, horizon: Any) -> Any:
+        """Integrate up to the event that ends the phase; return what ended it."""
+        return integrator.propagate_until(horizon)[0]
+
     def solve(self, tol: float) -> tuple[Any, Any]:
         """Return the scaled state and time at separation in the peer's own number type."""
         if tol not in self._compiled:
             self._compiled[tol] = self._compile(tol)
         case, t, z, delta_max = self.case, self._time, self._start, 1.0
+        self.times: list[float] = []
         for phase, integrator in self._compiled[tol]:
             integrator.time = t
             integrator.state[:] = z
             integrator.pars[:] = delta_max
             integrator.reset_cooldowns()
-            outcome = integrator.propagate_until(self.number(case.horizon))[0]
+            outcome = self.advance(integrator, self.number(case.horizon))
             if int(outcome) != -1:
                 raise RuntimeError(f"heyoka, tol={tol}, {phase}: ended with {outcome}")
             t, z = integrator.time, case.settle(phase, integrator.state)
+            self.times.append(float(t) * case.time)
+            if phase.guard in ("left", "right"):
+                # The root is that of a truncated series: the slip's first acceleration is of the
+                # size of the tolerance, of either sign, and must not end the slip.
+                least = max(BEGINNING, 10.0 * float(tol) ** 2)
+                z[case.slip] = self.number(math.copysign(least, float(z[case.slip])))
             if phase.guard == "turn":
                 delta_max = -z[case.gap] * self.number(case.scale[case.gap])
         return z, t
@@ -251,6 +271,20 @@ class HeyokaPeer:
     def run(self, tol: float) -> dict[str, float]:
         """Integrate phase after phase."""
         return self.case.unscale(*self.solve(tol))
+
+
+class HeyokaGlue(HeyokaPeer):
+    """The Python of `HeyokaPeer` between the calls of heyoka, without these calls."""
+
+    @staticmethod
+    def advance(integrator: Any, horizon: Any) -> Any:
+        """Do nothing."""
+        return -1
+
+    def run(self, tol: float) -> dict[str, float]:
+        """Go through the phases."""
+        super().solve(tol)
+        return {}
 
 
 class _CasadiOperators:
@@ -262,6 +296,124 @@ class _CasadiOperators:
         self.sin, self.cos = casadi.sin, casadi.cos
         # No derivatives of the floored power are taken, so its kink does no harm.
         self.power = lambda base: casadi.fmax(base, 0.0) ** N
+        self.inverse_root = lambda base: 1 / casadi.sqrt(base)
+
+
+SUNDIALS_METHODS = {"Adams": 0, "BDF": 1, "ERK": 2}
+"""In the order of `sundials_loop.c`."""
+
+FLAGS = ("-O3", "-march=native", "-ffp-contract=off", "-fPIC", "-shared")
+
+
+@dataclass
+class SundialsPeer:
+    """SUNDIALS called from C: rates, guards and transitions are C that CasADi generates.
+
+    `sundials_loop.c` goes from phase to phase; a run is one call of C from Python. Methods are
+    CVODE's Adams with fixed-point iteration, its BDF with Newton's method and dense difference
+    Jacobians, and ERKStep of ARKODE with the pair of Fehlberg of orders 8 and 7.
+    """
+
+    case: Case = ROD
+    reverse_slip: bool = False
+    method: str = "Adams"
+    loosest: float = 1e-4
+    tightest: float = 1e-14
+    requires: ClassVar[str] = "casadi"
+
+    @property
+    def name(self) -> str:
+        """Return the line of the table."""
+        return {
+            "Adams": "SUNDIALS CVODE Adams, C",
+            "BDF": "SUNDIALS CVODE BDF, C",
+            "ERK": "SUNDIALS ARKODE ERK 8(7), C",
+        }[self.method]
+
+    @staticmethod
+    def available() -> bool:
+        """Return whether there is a C compiler with the headers of SUNDIALS."""
+        if shutil.which("cc") is None:
+            return False
+        test = "#include <arkode/arkode_erkstep.h>\n#include <cvode/cvode.h>\n"
+        command = ["cc", "-fsyntax-only", "-x", "c", "-"]
+        return subprocess.run(command, input=test.encode(), capture_output=True).returncode == 0
+
+    def prepare(self) -> None:
+        """Generate and compile the phases and the loop."""
+        import casadi as ca
+
+        ops, case = _CasadiOperators(), self.case
+        steps = case.phases(self.reverse_slip)
+        n = len(case.states)
+        z, memory = ca.SX.sym("z", n), ca.SX.sym("memory")
+        states, delta_max = [z[k] for k in range(n)], memory * case.scale[case.gap]
+        functions: dict[str, list[Any]] = {"rates": [], "guard": [], "jump": []}
+        for i, phase in enumerate(steps):
+            rate = ca.vertcat(*case.equations(phase, ops, states, delta_max))
+            guard = case.guard(phase, ops, states, delta_max)
+            largest = -z[case.gap] if phase.guard == "turn" else memory
+            jump = [ca.vertcat(*case.settle(phase, list(states))), largest]
+            for name, values in (("rates", [rate]), ("guard", [guard]), ("jump", jump)):
+                functions[name].append(ca.Function(f"{name}_{i}", [z, memory], ca.cse(values)))
+        generator = ca.CodeGenerator("phases.c")
+        every = [f for row in functions.values() for f in row]
+        for function in every:
+            generator.add(function)
+        work = max(f.sz_w() for f in every)
+        tables = [
+            f"enum {{ PHASES = {len(steps)}, STATES = {n}, WORK = {work} }};",
+            f"static const double LONGEST_STEP = {min(case.longest_step, 1e300)!r};",
+            "typedef int (*function)(const double **, double **, casadi_int *, double *, int);",
+        ]
+        for table, row in zip(("RATES", "GUARDS", "JUMPS"), functions.values(), strict=True):
+            names = ", ".join(f.name() for f in row)
+            tables.append(f"static const function {table}[PHASES] = {{{names}}};")
+        loop = Path(__file__).with_name("sundials_loop.c").read_text("utf-8")
+        with tempfile.TemporaryDirectory() as folder:
+            source, library = Path(folder, "loop.c"), Path(folder, "loop.so")
+            source.write_text("\n".join([generator.dump(), *tables, loop]), "utf-8")
+            command = ["cc", *FLAGS, str(source), "-o", str(library), *SUNDIALS_LIBRARIES, "-lm"]
+            subprocess.run(command, check=True, capture_output=True)
+            # A loaded library outlives its file.
+            self._library = ctypes.CDLL(str(library))
+        self._library.loop_open.restype = ctypes.c_void_p
+        self._library.loop_open.argtypes = [ctypes.c_int, ctypes.c_double]
+        array = ctypes.c_void_p
+        self._library.loop_run.argtypes = [array, array, ctypes.c_double, array, array]
+        self._library.loop_close.argtypes = [ctypes.c_void_p]
+        self._start = np.array(case.scaled_start)
+        self._end, self._times = np.zeros(n), np.zeros(len(steps))
+        self._places = [a.ctypes.data for a in (self._start, self._end, self._times)]
+        self._loops: dict[float, int] = {}
+
+    def run(self, tol: float) -> dict[str, float]:
+        """Integrate phase after phase, in one call."""
+        if tol not in self._loops:
+            loop = self._library.loop_open(SUNDIALS_METHODS[self.method], tol)
+            if not loop:
+                raise RuntimeError(f"{self.name}, tol={tol}: not prepared")
+            self._loops[tol] = loop
+        start, end, times = self._places
+        failed = self._library.loop_run(self._loops[tol], start, self.case.horizon, end, times)
+        if failed:
+            raise RuntimeError(f"{self.name}, tol={tol}: no event in phase {failed - 1}")
+        return self.case.unscale(self._end.tolist(), self._times[-1])
+
+    @property
+    def times(self) -> list[float]:
+        """Times at which the phases of the last run ended, s."""
+        return (self._times * self.case.time).tolist()
+
+
+SUNDIALS_LIBRARIES = (
+    "-lsundials_arkode",
+    "-lsundials_cvode",
+    "-lsundials_nvecserial",
+    "-lsundials_sunlinsoldense",
+    "-lsundials_sunmatrixdense",
+    "-lsundials_sunnonlinsolfixedpoint",
+)
 
 
 @dataclass
@@ -280,7 +432,6 @@ class ErkPeer:
     loosest: float = 1e-4
     tightest: float = 1e-15
     requires: ClassVar[str] = "casadi"
-    flags: tuple[str, ...] = ("-O3", "-march=native", "-ffp-contract=off", "-fPIC", "-shared")
 
     @property
     def name(self) -> str:
@@ -296,7 +447,7 @@ class ErkPeer:
         """Build the equations of all phases and the transitions between them."""
         import casadi as ca
 
-        ops, steps, case = _CasadiOperators(), phases(self.reverse_slip), self.case
+        ops, steps, case = _CasadiOperators(), self.case.phases(self.reverse_slip), self.case
         n = len(case.states)
         z = ca.SX.sym("z", n + 3)
         states, delta_max = [z[k] for k in range(n)], z[n] * case.scale[case.gap]
@@ -337,6 +488,7 @@ class ErkPeer:
             # Rounding of the scaled time, which is of order one.
             "event_tol": 1e-16,
             "max_num_steps": 1_000_000,
+            "max_events": 1000,
         }
         integrator = ca.integrator("impact", "erk", self._dae, 0.0, self.case.horizon, options)
         if not self.compiled:
@@ -346,7 +498,7 @@ class ErkPeer:
             generator = ca.CodeGenerator(source.name)
             generator.add(integrator)
             generator.generate(f"{folder}/")
-            command = ["cc", *self.flags, str(source), "-o", str(library), "-lm"]
+            command = ["cc", *FLAGS, str(source), "-o", str(library), "-lm"]
             subprocess.run(command, check=True, capture_output=True)
             # A loaded library outlives its file.
             return ca.external("impact", str(library))
@@ -365,7 +517,7 @@ class ErkPeer:
             self._ready[tol] = (function, buffer, call, start, end)
         _, buffer, call, _, end = self._ready[tol]
         call()
-        if buffer.ret() or round(end[-2]) != len(phases(self.reverse_slip)):
+        if buffer.ret() or round(end[-2]) != len(self.case.phases(self.reverse_slip)):
             raise RuntimeError(f"CasADi erk, tol={tol}: stopped in phase {end[-2]:g}")
         return self.case.unscale(end[:-3], end[-1])
 
@@ -383,9 +535,11 @@ def peers(case: Case = ROD, reverse_slip: bool = False) -> tuple[list[Peer], lis
         SciPyPeer(case, reverse_slip),
         SundaePeer(case, reverse_slip),
         HeyokaPeer(case, reverse_slip),
+        *(SundialsPeer(case, reverse_slip, method) for method in SUNDIALS_METHODS),
         ErkPeer(case, reverse_slip),
         ErkPeer(case, reverse_slip, compiled=True),
     ]
+    sundials = SundialsPeer.available()
     available: list[Peer] = []
     skipped: list[str] = []
     for peer in every:
@@ -393,6 +547,8 @@ def peers(case: Case = ROD, reverse_slip: bool = False) -> tuple[list[Peer], lis
             skipped.append(f"skipped: {peer.name} ({peer.requires} is not installed)")
         elif getattr(peer, "compiled", False) and shutil.which("cc") is None:
             skipped.append(f"skipped: {peer.name} (there is no C compiler `cc`)")
+        elif isinstance(peer, SundialsPeer) and not sundials:
+            skipped.append(f"skipped: {peer.name} (no `cc` with the headers of SUNDIALS)")
         else:
             available.append(peer)
     return available, skipped

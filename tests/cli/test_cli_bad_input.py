@@ -44,12 +44,12 @@ CASES = [
     (("classify", "rod", "--state", f"{TABLE_3},y_A=-1e-6"), "inside the ground"),
     (("classify", "rod", "--state", f"{TABLE_3},y_A=1e-6"), "gap = 1e-06"),
     (("classify", "rod", "--state", f"{TABLE_3},y_A_dot=-1"), "use jump or simulate"),
-    (("classify", "rod", "--state", "theta=1,theta_dot=1e200"), "finite"),
+    (("classify", "rod", "--state", "theta=1,theta_dot=1e200"), "at most 1e+100 in size"),
     (("jump", "rod", "--state", f"{TABLE_3},y_A=-1e-6"), "inside the ground"),
     (("jump", "rod", "--state", f"{TABLE_3},y_A=1"), "above the ground"),
     (("jump", "rod", "--state", f"{TABLE_3},y_A_dot=1"), "opening"),
     (("jump", "rod", "--state", "theta=0.5,x_A_dot=-1"), "need A <= 0"),
-    (("jump", "rod", "--state", "theta=1,x_A_dot=-1e300,y_A_dot=-1e300"), "floating point"),
+    (("jump", "rod", "--state", "theta=1,x_A_dot=-1e300"), "at most 1e+100 in size"),
     ((*JUMP, "--restitution", "1.5"), "0 <= e_energetic <= 1"),
     ((*JUMP, "--restitution", "-0.1"), "0 <= e_energetic <= 1"),
     ((*JUMP, "--restitution", "nan"), "need a finite number"),
@@ -99,7 +99,7 @@ CASES = [
     (("automaton", "rod", "--law", "hertz", "--law-set", "reload=virgin"), "'reload'"),
     (("automaton", "rod", "--law", "hertz", "--format", "dot"), "graphviz"),
     (("reproduce", "--only", "no-such-item"), "unknown item 'no-such-item'"),
-    ((*CRITICAL, "--law-set", "n=1e200"), "range of floating point"),
+    ((*CRITICAL, "--law-set", "n=1e90"), "range of floating point"),
     ((*CRITICAL, "--law-set", "n=1e-200"), "range of floating point"),
 ]
 

@@ -104,7 +104,7 @@ BAD = [
     ((*ROD, "--state", "theta=1"), "is an axis"),
     ((*ROD, "--out", "a.gif"), ".json"),
     ((*ROD, "--out", "no/such/folder/a.png"), "no such folder"),
-    (("map", "rod", "--over", "theta_dot,mu"), "inside the domain"),
+    (("map", "rod", "--over", "theta_dot,mu", "--state", "x_A_dot=-1"), "inside the domain"),
 ]
 
 

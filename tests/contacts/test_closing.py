@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 import painleve_sym as ps
-from painleve_sym.contacts.closing import closed_state
+from painleve_sym.contacts.closing import closed_state, closed_states
+from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
 
 PLACE = st.floats(-1.0, 1.0)
 QUICK = settings(deadline=None, max_examples=25)
@@ -107,3 +109,60 @@ def test_every_entry_point_closes_alike():
     assert jump.velocity == by_hand.velocity
     with pytest.raises(ps.InputError, match="does not depend on x"):
         ps.classify("pr-robot", state, close="x")
+
+
+def test_many_states_are_closed_as_each_alone():
+    robot = ps.model("pr-robot")
+    starts = np.array([-2.0, 0.3, 0.9, 4.0, 7.0])[:, None]
+    heights = np.array([0.2, 0.8, 0.99, 1.3])
+    rest = dict.fromkeys(robot.state_names, 0.0) | robot.parameters | {"x_dot": -1.0}
+    values = rest | {"theta": starts, "h": heights, "theta_dot": 0.5}
+    solved = closed_states(robot, values, "theta,theta_dot")
+    for place in np.ndindex(5, 4):
+        state = {"theta": float(starts[place[0], 0]), "theta_dot": 0.5, "x_dot": -1.0}
+        height = float(heights[place[1]])
+        if height > 1:  # out of reach
+            assert np.isnan(solved["theta"][place])
+            with pytest.raises(ps.InputError, match="no theta makes the gap"):
+                closed("pr-robot", "theta", state, h=height)
+            continue
+        alone = closed("pr-robot", "theta,theta_dot", state, h=height)
+        assert solved["theta"][place] == alone["theta"]
+        assert solved["theta_dot"][place] == alone["theta_dot"]
+
+
+def test_a_root_far_beyond_a_turn_is_reached():
+    # A winch: the rope of a drum of radius 0.1 m lowers a load from 5 m to the ground.
+    text = """
+[coordinates]
+x = { unit = "m" }
+phi = { unit = "rad" }
+[parameters]
+m = { default = 1.0, unit = "kg", positive = true }
+mu = { default = 0.3, unit = "1" }
+[[bodies]]
+mass = "m"
+centre = ["x", "5 - phi/10"]
+[[bodies]]
+mass = "m"
+centre = ["0", "0"]
+inertia = "m/100"
+angle = "phi"
+[[contacts]]
+name = "load"
+point = ["x", "5 - phi/10"]
+friction = "mu"
+"""
+    winch = mechanism_from_text(text, "winch.toml", "winch")
+    rest = dict.fromkeys(winch.state_names, 0.0)
+    assert closed_state(winch, rest, winch.parameters, "phi")["phi"] == pytest.approx(50, rel=1e-14)
+
+
+def test_rows_of_a_batch_start_closed():
+    times = {"t_end": 1e-4, "close": "theta"}
+    states, heights = {"theta": 0.9, "x_dot": -1.0}, [0.7, 0.8, 1.5]
+    runs = ps.simulate_batch("pr-robot", "hertz", states, parameters={"h": heights}, **times)
+    assert runs["stop_reason"].tolist() == ["t_end", "t_end", "invalid_start"]
+    for i in (0, 1):
+        alone = ps.simulate("pr-robot", "hertz", states, parameters={"h": heights[i]}, **times)
+        assert alone.final_state.tobytes() == runs.rows.state[i].tobytes()

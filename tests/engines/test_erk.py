@@ -171,12 +171,12 @@ def test_a_start_at_zero_speed_is_no_trap():
 
 
 def test_grazing_separation_is_not_missed():
-    # Undamped, the rod all but comes back to rest on the surface: 0.17 nm of gap for 0.4 µs.
+    # Undamped, the rod all but comes back to rest on the surface: 0.17 nm of gap for 0.4 μs.
     run = simulator("linear", "erk").run(
         {"theta": 0.3, "theta_dot": 1e-5}, t_end=1.4e-3, parameters={"mu": 0.0}, rtol=1e-11
     )
     assert "reload" not in {e.kind for e in run.events}
-    # Agreed on by both engines at rtol 1e-13 with steps of 1 µs.
+    # Agreed on by both engines at rtol 1e-13 with steps of 1 μs.
     assert run.events_of("separation")[-1].time == pytest.approx(1.299743644145e-3, rel=1e-9)
 
 

@@ -6,6 +6,7 @@ import json
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -114,6 +115,19 @@ def test_presets_are_the_states_of_the_papers_tables():
     assert data_of(ps.explore("block").html)["presets"] == []
 
 
+def test_commands_and_sizes_of_the_docs_hold(capsys, tmp_path, monkeypatch):
+    text = Path(__file__).parents[2].joinpath("docs", "explorer.md").read_text("utf-8")
+    monkeypatch.chdir(tmp_path)
+    commands = re.findall(r"^painleve (explore rod .*)$", text, re.M)
+    assert len(commands) == 2
+    for command in commands:
+        data = run_json(capsys, *command.split())
+        assert data["prebuilt"] and Path(data["file"]).stat().st_size == data["bytes"]
+    for name, words in {"rod": "page of the rod has", "two-link-arm": "two-link arm"}.items():
+        (size,) = re.findall(rf"{words} (\d+) kB", text)
+        assert len(ps.explore(name).html.encode()) == pytest.approx(1000 * int(size), rel=0.03)
+
+
 # ---- stored modules ----
 
 
@@ -172,6 +186,18 @@ def test_a_motion_without_a_taylor_series_is_integrated_by_runge_kutta_steps(tmp
     assert [m["engine"] for m in source.description["motions"]] == ["compiled", "compiled"]
     needs_compiler()
     assert wasm.module(source)[:4] == b"\0asm"
+
+
+@pytest.mark.slow
+def test_every_compiler_makes_a_module_without_imports(monkeypatch):
+    needs_compiler()
+    source = ModuleSource(ps.model("painleve-klein"), ps.law("rigid"))
+    for command in list(wasm._candidates()):
+        monkeypatch.setattr(wasm, "compiler", lambda command=command: command)
+        code = wasm.module(source)
+        # Section 2 of a module lists imports: the first section after the types is another one.
+        assert code[:8] == b"\0asm\1\0\0\0" and b"wasi_snapshot" not in code
+        assert 50_000 < len(code) < 500_000
 
 
 @pytest.mark.parametrize(

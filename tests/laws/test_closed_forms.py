@@ -70,3 +70,22 @@ def test_forms_of_sliding_contacts_make_every_normal_acceleration_zero(mechanism
     accelerations = W.reshape(2 * n, 2 * n) @ np.column_stack([F, tangential]).ravel() + b
     assert np.max(np.abs(b)) > 1
     assert accelerations[::2] == pytest.approx(np.zeros(n), abs=1e-12 * np.max(np.abs(b)))
+
+
+def test_the_jump_of_a_contact_that_nothing_slides_is_a_normal_impact():
+    x, y = (Coordinate(n, "place", "m") for n in "xy")
+    mu = Parameter("mu", 0.3, "1", "friction", 0.0)
+    energy = sp.Integer(2) * (x.rate**2 + y.rate**2) / 2
+    system = LagrangianSystem("press", (x, y), (mu,), energy, sp.Integer(0))
+    contact = Contact("A", system, y.symbol, sp.Integer(0), mu.symbol)
+    press = Mechanism("press", "press", "made for this test", system, (contact,))
+    jumps = [s for s in ps.closed_forms(press) if s.title.startswith("jump")]
+    assert not jumps[0].phases
+    assert "no motion slides the contact" in jumps[0].note
+    compression, restitution = (section.phases[0].values for section in jumps[1:])
+    v_n, v_n_plus = sp.Symbol("v_n", real=True), sp.Symbol("v_n_plus", nonnegative=True)
+    assert compression["normal_impulse"] == -2 * v_n
+    assert restitution["normal_impulse"] == 2 * v_n_plus
+    for values in (compression, restitution):
+        assert (values["tangential_impulse"], values["slip_velocity"]) == (0, 0)
+        assert values["x_dot"] == x.rate

@@ -190,7 +190,7 @@ def test_parts_refuse_text_which_sympy_would_execute():
         (Parameter("gap", 1.0, "m", "k"), "parameter: name 'gap' is reserved."),
         (Parameter("x_dot", 1.0, "m", "k"), "name 'x_dot' is declared twice."),
         (Coordinate("lambda", "z", "m"), "coordinate: name 'lambda' is not usable."),
-        (Parameter("µ", 1.0, "1", "k"), "parameter: name 'µ' is not usable."),
+        (Parameter("μ", 1.0, "1", "k"), "parameter: name 'μ' is not usable."),
     ],
 )
 def test_system_faults_of_names_and_units(entry, fault):

@@ -38,12 +38,14 @@ def touching(rows: int = ROWS) -> tuple[dict, dict]:
         "x_A_dot": draw.choice([-1.0, -0.2, 0.0, 0.5], rows),
         "y_A_dot": draw.choice([0.0, -0.3], rows),
     }
-    states["theta_dot"][17] = 1e200
     states["theta"][23] = 4.0
+    # A contact force beyond the largest double.
+    states["y_A"] = np.where(np.arange(rows) == 17, -1e100, 0.0)
     parameters = {
         "mu": draw.uniform(0.2, 1.6, rows),
         "e_energetic": draw.uniform(0.3, 0.9, rows),
         "E": draw.choice([20.9e10, 20.9e14], rows),
+        "n": np.where(np.arange(rows) == 17, 5.0, 1.5),
     }
     return states, parameters
 

@@ -177,3 +177,34 @@ def test_law_whose_parameter_the_mechanism_has_is_refused():
     text = legs.read_text("utf-8").replace("mu_left", "e_energetic")
     with pytest.raises(InputError, match="has a parameter 'e_energetic' too"):
         Simulator(mechanism_from_text(text, name="legs"), RigidLaw())
+
+
+ROCKING = FLAT | {"h": 0.3, "mu_A": 1.5, "mu_B": 1.5, "e_energetic": 0.2}
+
+
+@pytest.mark.parametrize("spin", [1e-7, -1e-5, 1e-3])
+def test_rocking_that_starts_all_but_at_rest_comes_to_rest_as_from_rest(spin):
+    """A run that hardly moves at its start has a scale that says nothing of its bounces."""
+    simulator = Simulator(model("block-two-feet"), RigidLaw())
+    runs = [
+        simulator.run({"theta": 0.1, "theta_dot": s}, t_end=1.75, parameters=ROCKING)
+        for s in (0.0, spin)
+    ]
+    for run in runs:
+        assert run.stop_reason is StopReason.T_END
+        assert run.mode_names[run.final_mode] == "stick + stick"
+        assert run.notices == ()
+    rest, moved = (run.events_of("settle")[-1].time for run in runs)
+    assert moved == pytest.approx(rest, abs=abs(spin) + 1e-6)
+
+
+def test_engines_agree_on_when_bounces_of_a_slow_start_have_died_out():
+    start = {"theta": 0.1, "theta_dot": 1e-5}
+    ends = []
+    for engine in ("taylor", "compiled", "erk"):
+        simulator = Simulator(model("block-two-feet"), RigidLaw(), engine)
+        run = simulator.run(start, t_end=0.194, parameters=ROCKING)
+        settled = run.events_of("settle")[0]
+        ends.append((settled.time, run.final["theta_dot"]))
+        assert run.stop_reason is StopReason.T_END
+    np.testing.assert_allclose(ends, [ends[0]] * 3, rtol=1e-9)

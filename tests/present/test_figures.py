@@ -100,8 +100,8 @@ def test_figure_has_a_letter_and_labels_with_units_on_every_panel(figures, name)
     item, figure = figures[name]
     assert len(figure.axes) == len(item.series)
     for letter, axes, panel in zip("abcdef", figure.axes, item.series, strict=False):
-        assert f"[{panel.x.unit}]" in axes.get_xlabel()
-        assert f"[{panel.y.unit}]" in axes.get_ylabel()
+        assert f"({panel.x.unit})" in axes.get_xlabel()
+        assert f"({panel.y.unit})" in axes.get_ylabel()
         if len(item.series) > 1:
             assert axes.get_title(loc="left").startswith(f"({letter})")
 
@@ -158,6 +158,6 @@ def test_axis_labels_are_written_by_one_function():
     by_hand = re.compile(r"""(?:set_[xy]label|set_label_text)\(\s*(?:r|f|rf)?["'][^"']*[\[(]""")
     faults = [path.name for path in folder.glob("*.py") if by_hand.search(path.read_text())]
     assert faults == []
-    assert axis_label(r"\dot{\theta}", "rad/s") == r"$\dot{\theta}$ [rad/s]"
+    assert axis_label(r"\dot{\theta}", "rad/s") == r"$\dot{\theta}$ (rad/s)"
     assert axis_label(r"\mu") == axis_label(r"\mu", "1") == r"$\mu$"
-    assert text_label("time", "ms") == "time [ms]"
+    assert text_label("time", "ms") == "time (ms)"

@@ -6,12 +6,13 @@ import json
 import re
 import shlex
 from dataclasses import replace
+from html import escape
 from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
 
-from painleve_sym import Trajectory
+from painleve_sym import Trajectory, citation
 from painleve_sym.__main__ import main
 from painleve_sym.papers.registry import reproduce
 from painleve_sym.present.page import Page, Part, preformatted, table
@@ -38,7 +39,7 @@ class _Reader(HTMLParser):
 
     def __init__(self, text: str) -> None:
         super().__init__()
-        self.open, self.ids, self.links = [], [], []
+        self.open, self.ids, self.links, self.elsewhere = [], [], [], []
         self.feed(text)
         self.close()
         assert self.open == []
@@ -46,7 +47,10 @@ class _Reader(HTMLParser):
     def handle_starttag(self, tag, attrs):
         values = dict(attrs)
         self.ids += [values["id"]] if "id" in values else []
-        self.links += [values[k] for k in ("href", "src", "xlink:href") if k in values]
+        links = [values[k] for k in ("href", "src", "xlink:href") if k in values]
+        # A link that a reader may follow is not a file that the page needs.
+        outside = tag == "a" and not links[0].startswith("#")
+        (self.elsewhere if outside else self.links).extend(links)
         if tag not in VOID:
             self.open.append(tag)
 
@@ -85,6 +89,7 @@ def test_page_is_whole_and_needs_no_other_file(name, request):
     read = _Reader(text)
     assert len(read.ids) == len(set(read.ids))
     assert all(link.startswith(("#", "data:")) for link in read.links)
+    assert all(link.startswith("https://doi.org/") for link in read.elsewhere)
     assert {link[1:] for link in read.links if link[0] == "#"} <= set(read.ids)
     assert "@media print" in text
 
@@ -119,7 +124,11 @@ def test_motion_has_its_numbers(motion):
     for event in run.events:
         assert f"<td>{event.time:.10g}</td>" in text
     assert f"<td>{run.final['theta_dot']:.10g}</td>" in text
-    assert "Zhao, Liu" in text and text.count("<svg") == 2
+    assert text.count("<svg") == 2
+    works = citation(run)
+    assert len(works) >= 2
+    for work in works:
+        assert escape(work.title) in text and work.link in text
     assert "<math" in text
 
 
@@ -155,7 +164,8 @@ def test_command_of_every_option(capsys):
 def test_report_of_a_file_shows_its_names_as_text(tmp_path, capsys):
     text = (ROOT / "examples" / "mechanisms" / "rod.toml").read_text("utf-8")
     text = text.replace('"rod-from-file"', '"<img src=x onerror=alert(1)>"')
-    text = text.replace("Zhao, Liu & Chen, Impact", "<script>alert(2)</script>, Impact")
+    text = text.replace('source = "Impact', 'source = "<script>alert(2)</script>, Impact')
+    assert "alert(2)" in text
     text = text.replace('meaning = "mass"', 'meaning = "<i>mass</i>"')
     (tmp_path / "own.toml").write_text(text, "utf-8")
     out = tmp_path / "page.html"

@@ -28,7 +28,7 @@ def test_derivatives_are_drawn_per_relative_change_with_every_event(tmp_path):
     run = motion()
 
     def draw():
-        return sensitivity_figure(run, "y_A_dot", "velocity [m/s]", {"mu": r"\mu"}, 3.95e-4)
+        return sensitivity_figure(run, "y_A_dot", "velocity (m/s)", {"mu": r"\mu"}, 3.95e-4)
 
     figure = draw()
     above, below = figure.axes
@@ -60,8 +60,10 @@ UNITS = {"theta_dot": "rad/s", "normal_force": "N"}
 def test_a_history_is_drawn_over_time():
     figure = fit_figure(result(np.array([0.0, 1e-3, 2e-3])), UNITS)
     assert [a.get_ylabel() for a in figure.axes] == [
-        r"$\dot{\theta}$ [rad/s]",
-        "normal force [N]",
+        r"$\dot{\theta}$ (rad/s)",
+        "residual (rad/s)",
+        "normal force (N)",
+        "residual (N)",
     ]
     np.testing.assert_allclose(figure.axes[0].lines[0].get_xdata(), [0.0, 1.0, 2.0])
 
@@ -74,4 +76,4 @@ def test_motions_row_by_row_are_drawn_against_the_data(tmp_path, suffix):
     write_figure(fit_figure(result(None), UNITS), path)
     assert path.read_bytes() == first
     figure = fit_figure(result(None), UNITS)
-    assert figure.axes[0].get_xlabel() == r"measured $\dot{\theta}$ [rad/s]"
+    assert figure.axes[0].get_xlabel() == r"measured $\dot{\theta}$ (rad/s)"

@@ -143,7 +143,7 @@ MOTIONS = {
         _compliant("hertz"),
         {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0},
         0.01,
-        5,
+        4,
         {"E": 20.9e13, "n": 1.2, "l_0": 0.01},
     ),
     "rod, two bodies": Motion(

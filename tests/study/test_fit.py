@@ -197,3 +197,18 @@ def test_files_that_cannot_be_read_are_named(tmp_path):
     path.write_bytes(b"\xff\xfe\x00t")
     with pytest.raises(InputError, match="not UTF-8 text"):
         read_fit_data(path, model("rod"))
+
+
+def test_the_least_squares_end_at_the_limit_of_evaluations():
+    whole = problem(history(clean_force())).solve()
+    assert whole.message.startswith("converged")
+    limited = problem(history(clean_force()), max_evaluations=3).solve()
+    assert limited.evaluations == 3 < whole.evaluations
+    assert limited.message == "not converged: the limit of evaluations was reached"
+    with pytest.raises(InputError, match="max_evaluations: got 0"):
+        problem(history(clean_force()), max_evaluations=0)
+
+
+def test_a_motion_that_takes_too_many_steps_is_named():
+    with pytest.raises(InputError, match="step_limit"):
+        problem(history(clean_force()), max_steps=3).solve()

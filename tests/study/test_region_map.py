@@ -11,7 +11,7 @@ import pytest
 import sympy as sp
 
 from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.contacts.classify import classify
+from painleve_sym.contacts.classify import classify, contact_problem
 from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.study.maps.region_map import LEGEND, RegionMap, region_map
 from painleve_sym.study.maps.zero_curves import common_zeros, zero_segments
@@ -66,6 +66,19 @@ def test_map_codes_equal_classify_at_random_points(name, over, slip, slip_name, 
         assert CASE_OF[int(regions.case[i, j])] == single.case.value
         for grid, value in (("A", single.A), ("B", single.B), ("A_stick", single.A_stick)):
             assert getattr(regions, grid)[i, j] == pytest.approx(value, rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.filterwarnings("ignore:at .* points the state has a gap")
+def test_map_has_a_case_where_no_motion_slides_the_contact():
+    """At theta = 0 the tip of the strut moves along its normal alone: W_tt = W_nt = 0."""
+    strut = model("strut")
+    regions = region_map(strut, ("theta", "theta_dot"), points=5)
+    assert regions.values[0][2] == 0.0
+    for theta_dot, case, A in zip(regions.values[1], regions.case[2], regions.A[2], strict=True):
+        state = {"theta": 0.0, "theta_dot": float(theta_dot)}
+        problem = contact_problem(strut, state, strut.parameters)
+        assert problem.W_tt == 0.0 and problem.A_slip(-1) == A
+        assert case == LEGEND[problem.case_of(problem.solutions()).value]
 
 
 def test_map_sticking_equals_classify_at_rest(rod, rod_map):
@@ -256,7 +269,7 @@ BAD = [
     ((("theta", "mu"), {"parameters": {"mu": 1.0}}), "mu is an axis"),
     ((("theta", "mu"), {"state": {"theta": 1.0}}), "theta is an axis"),
     ((("theta", "mu"), {"state": {"x": 1.0}}), "unknown state 'x'"),
-    ((("theta_dot", "mu"), {}), "no point of the map is inside"),
+    ((("theta_dot", "mu"), {"state": {"x_A_dot": -1.0}}), "no point of the map is inside"),
 ]
 
 
@@ -365,3 +378,30 @@ def test_a_friction_axis_reaches_past_the_threshold_by_itself(name):
     assert (regions.A[:, reach < threshold] > 0).all()
     given = region_map(smooth, (angle, "mu"), ranges={"mu": (0.01, 0.02)}, points=5)
     assert given.values[1][-1] == 0.02
+
+
+def test_a_map_follows_the_gap_where_the_contact_moves_with_an_axis():
+    ranges = {"h": (0.2, 1.2), "tau": (-20.0, 20.0)}
+    options = {"ranges": ranges, "points": 25, "close": "theta", "parameters": {"mu": 2.0}}
+    regions = region_map("pr-robot", ("h", "tau"), **options)
+    reached = regions.values[0] < 1.0  # the arm is 1 m long
+    assert ((regions.case == LEGEND["outside"]) == ~reached[:, None]).all()
+    for i, j in ((0, 3), (11, 20), (18, 12)):
+        axes = {"h": float(regions.values[0][i]), "tau": float(regions.values[1][j])}
+        alone = classify("pr-robot", regions.state, parameters={"mu": 2.0, **axes}, close="theta")
+        assert (regions.A[i, j], regions.B[i, j]) == (alone.A, alone.B)
+    assert len(regions.crossings)
+    for point in regions.crossings.tolist():
+        axes = dict(zip(regions.over, point, strict=True))
+        at = classify("pr-robot", regions.state, parameters={"mu": 2.0, **axes}, close="theta")
+        assert abs(at.A) < 1e-12 * np.nanmax(np.abs(regions.A))
+        assert abs(at.B) < 1e-11 * np.nanmax(np.abs(regions.B))
+
+
+def test_a_map_without_a_state_is_at_the_start_of_the_mechanism():
+    robot = model("pr-robot")
+    regions = region_map(robot, ("x_dot", "mu"), points=5)
+    start = dict.fromkeys(robot.state_names, 0.0) | robot.start
+    assert regions.state == {n: v for n, v in start.items() if n != "x_dot"}
+    with pytest.raises(InputError, match="close: theta is an axis"):
+        region_map(robot, ("theta", "mu"), points=5, close="theta")

@@ -17,6 +17,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import painleve_sym as ps
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.classify import classify
 from painleve_sym.errors import InputError, PainleveError
@@ -123,7 +124,6 @@ def test_log_axis_ends_where_it_says_and_has_even_ratios():
         ("chunk = 10", "chunk = 0", "chunk: got 0"),
         ("t_end = 0.01\n", "", "no end time"),
         ("t_end = 0.01\n", "t_end = 0.01\nrule = 'newton'\n", "rule plays no part"),
-        ("t_end = 0.01\n", "t_end = 0.01\nclose = 'y_A'\n", "close: a sweep does not solve"),
         ('"separation"', '"separaton"', "Did you mean 'separation'"),
         ("E = 20.9e14", "EE = 20.9e14", "unknown parameter of the law 'EE'"),
         ("[axes]", "[sample]\npoints = 3\n[axes]", "got both of"),
@@ -503,3 +503,30 @@ def test_a_folder_is_taken_up_only_if_it_is_one_of_a_sweep(tmp_path, name):
     with pytest.raises(InputError, match="not one of a sweep"):
         run_sweep(sweep_of(SMALL), tmp_path / "out.npz")
     assert (folder / name).read_text() == "[]"
+
+
+CLOSED = """
+model = "pr-robot"
+t_end = 1e-4
+close = "theta"
+keep = ["theta", "x_dot"]
+
+[law]
+name = "hertz"
+
+[axes]
+h = [0.7, 0.8, 1.5]
+"""
+
+
+def test_a_sweep_closes_the_contact_at_every_point():
+    sweep = sweep_of(CLOSED)
+    ends = sweep.compute(0, 3)
+    reasons = sweep.codes("stop_reason")
+    assert ends["stop_reason"].tolist() == [reasons[r] for r in ("t_end", "t_end", "invalid_start")]
+    for i, height in enumerate((0.7, 0.8)):
+        # Without a state the motion begins at the start of the mechanism.
+        run = ps.simulate("pr-robot", "hertz", parameters={"h": height}, t_end=1e-4, close="theta")
+        assert (run.final["theta"], run.final["x_dot"]) == (ends["theta"][i], ends["x_dot"][i])
+    with pytest.raises(InputError, match="close: theta is varied"):
+        sweep_of(CLOSED.replace("h = [0.7, 0.8, 1.5]", "theta = [0.7, 0.8]"))

@@ -89,7 +89,7 @@ def figure(data: dict[str, Any]) -> Figure:
         run = data["run"]
         left.plot(run["times"], run["speeds"], "o", color=PALETTE[2], markersize=2.5)
         left.set(xscale="log", yscale="log", title="energetic restitution, $e = 0.75$")
-        left.set(xlabel="time of touchdown [s]", ylabel="approach speed [m/s]")
+        left.set(xlabel="time of touchdown (s)", ylabel="approach speed (m/s)")
         for law, color, dash in zip(LAWS, PALETTE, DASHES, strict=False):
             rows = data["laws"][law]["ratios"]
             e = np.linspace(0.2, 1.0, 41)

@@ -129,7 +129,7 @@ def draw_fates(axes: Axes, mu: float, slips: list[dict[str, Any]], point: dict[s
         text = f"$F^* = {point['bounded_force']:.3g}$ N"
         axes.axhline(point["bounded_force"], color="black", linestyle=DASHES[1], label=text)
     axes.set(xscale="log", yscale="log", xlim=(1e-6, 0.4), ylim=(0.1, 1e6))
-    axes.set(xlabel="$A$ [1/kg]", title=rf"$\mu = {mu:.4g}$, $r = {point['eigenvalue_ratio']:.3g}$")
+    axes.set(xlabel="$A$ (1/kg)", title=rf"$\mu = {mu:.4g}$, $r = {point['eigenvalue_ratio']:.3g}$")
     axes.legend(loc="upper right")
 
 
@@ -153,7 +153,7 @@ def figure(data: dict[str, Any]) -> Figure:
         left, middle, right = drawn.subplots(1, 3)
         for axes, case in zip((left, middle), data["cases"], strict=True):
             draw_fates(axes, case["mu"], case["slips"], case["point"])
-        left.set_ylabel("$F = -B/A$ [N]")
+        left.set_ylabel("$F = -B/A$ (N)")
         mu = np.linspace(4 / 3 + 1e-4, 3.0, 120)
         closed = [singular_point(float(x))["force_exponent"] for x in mu]
         right.plot(mu, closed, color="black", label=r"$1 - r$")

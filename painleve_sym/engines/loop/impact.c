@@ -7,7 +7,9 @@ enum { PS_GAP, PS_GAP_RATE, PS_SLIP };
 
 /* Of the scale of a gap: contacts that touch down together do so to this part. */
 static const double PS_TOUCHING = 1e-10;
-/* Gap and normal speed, in parts of the state's scale, at which bounces have died out. */
+/* Gap and normal speed at which bounces have died out, in parts of the state's scale; the speed also in
+ * parts of that which the free acceleration gives in the time so far, since a run that starts all but at
+ * rest has a small scale. */
 static const double PS_SETTLED = 1e-9;
 /* Numbers of touchdowns whose time, taken together, may shrink from each to the next. */
 static const int PS_WINDOWS[] = {1, 2, 3, 5, 8};
@@ -93,20 +95,21 @@ static void close_contacts(const ps_contact_numbers *c, int n, const int *contac
     x[PS_CONTACT_STATES[contact[i]][PS_GAP]] = x[PS_CONTACT_STATES[contact[i]][PS_GAP_RATE]] = 0;
 }
 
-/* Closes the contacts whose bounces have died out; 0 where there is none. */
-static int close_settled(ps_run *s, const ps_options *o, double *x) {
+/* Closes the contacts whose bounces have died out by the time t; 0 where there is none. */
+static int close_settled(ps_run *s, const ps_options *o, double t, double *x) {
   ps_contact_numbers c;
   int contact[PS_RIGID], n = 0, moves = 0;
+  contact_numbers_of(s, x, &c);
   for (int k = 0; k < PS_RIGID; k++) {
-    const int *at = PS_CONTACT_STATES[PS_RIGID_CONTACT[k]], gap = at[PS_GAP], rate = at[PS_GAP_RATE];
-    if (fabs(x[gap]) < PS_SETTLED * state_scale(o, gap) &&
-        fabs(x[rate]) < PS_SETTLED * state_scale(o, rate)) {
-      contact[n++] = PS_RIGID_CONTACT[k];
+    const int i = PS_RIGID_CONTACT[k], *at = PS_CONTACT_STATES[i];
+    const int gap = at[PS_GAP], rate = at[PS_GAP_RATE];
+    const double speed = PS_MAX(state_scale(o, rate), t * fabs(c.load[2 * i]));
+    if (fabs(x[gap]) < PS_SETTLED * state_scale(o, gap) && fabs(x[rate]) < PS_SETTLED * speed) {
+      contact[n++] = i;
       moves |= x[rate] != 0;
     }
   }
   if (!moves) return 0;
-  contact_numbers_of(s, x, &c);
   close_contacts(&c, n, contact, x);
   return 1;
 }
@@ -207,7 +210,7 @@ static int strike(ps_run *s, const ps_options *o) {
   if (s->last_kind == PS_TOUCHDOWN_KIND) {
     note_touchdown(s, t);
     if (touchdowns_accumulate(s)) {
-      if (!close_settled(s, o, x)) {
+      if (!close_settled(s, o, t, x)) {
         stop_impact(s, x, PS_ACCUMULATION);
         return 0;
       }

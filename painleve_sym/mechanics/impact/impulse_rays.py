@@ -168,7 +168,8 @@ class ImpulseRay:
     def sticking(cls, coefficients: ContactCoefficients, write: Writer = readable) -> ImpulseRay:
         """Return the ray that keeps v_t = 0, F_t = −(W_nt/W_tt) F_n.
 
-        The cone condition is |W_nt| ≤ μ W_tt; where it fails the contact point slips again.
+        Where no motion slides the contact (W_tt = 0), F_t = 0. The cone condition is
+        |W_nt| ≤ μ W_tt; where it fails the contact point slips again.
 
         Raises
         ------
@@ -186,7 +187,8 @@ class ImpulseRay:
             coefficients.mu * coefficients.W_tt - sp.Abs(coefficients.W_nt),
             "friction cannot hold the contact point, which slips on or back",
         )
-        ratio = -coefficients.W_nt / coefficients.W_tt
+        slides = coefficients.W_tt != 0
+        ratio = -coefficients.W_nt / coefficients.W_tt if slides else sp.Integer(0)
         return cls._of(coefficients, ratio, sp.Integer(0), (holds,), write)
 
     @classmethod

@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from painleve_sym.arrays import Array
+from painleve_sym.checks import LARGEST, size_text
+from painleve_sym.contacts.closing import closed_states
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.motion.simulator import Simulator
 
@@ -23,7 +25,8 @@ class BatchInputs:
     shape : tuple of int
         What all arrays broadcast to; rows are numbered in its C order.
     inputs : dict of str to ndarray
-        States and parameters by name, with defaults.
+        States and parameters by name, with defaults; nan for a state that should close a contact
+        and cannot.
     force : ndarray or None
         Initial force; N.
     """
@@ -40,6 +43,7 @@ class BatchInputs:
         states: Mapping[str, ArrayLike],
         parameters: Mapping[str, ArrayLike],
         force: ArrayLike | None,
+        close: str | None = None,
     ) -> BatchInputs:
         """Return the inputs; InputError lists every fault of names, numbers and ranges."""
         mechanism, where = simulator.mechanism, f"batch of {simulator.where}"
@@ -78,6 +82,9 @@ class BatchInputs:
                 f"{where}: the arrays' shapes do not fit each other: {shapes}. Fix: give arrays "
                 "that broadcast, as numpy does."
             ) from None
+        if close is not None:
+            whole = {n: np.broadcast_to(a, shape) for n, a in values.items()}
+            values |= closed_states(mechanism, whole, close)
         return cls(simulator, shape, values, force)
 
     @property
@@ -110,8 +117,10 @@ def _numbers(name: str, given: ArrayLike) -> tuple[Array, str | None]:
         return np.zeros(()), f"{name}: got {given!r}, need numbers."
     if not values.size:
         return np.zeros(()), f"{name}: got no numbers, need at least one."
-    if not np.isfinite(values).all():
-        place = np.unravel_index(np.argmin(np.isfinite(values)), values.shape)
-        at = f" at {list(map(int, place))}" if place else ""
-        return np.zeros(()), f"{name}: got {float(values[place])!r}{at}, need finite numbers."
+    usable = np.abs(values) <= LARGEST
+    if not usable.all():
+        place = np.unravel_index(np.argmin(usable), values.shape)
+        value, at = float(values[place]), f" at {list(map(int, place))}" if place else ""
+        need = f"finite numbers{size_text(value)}"
+        return np.zeros(()), f"{name}: got {value!r}{at}, need {need}."
     return values, None

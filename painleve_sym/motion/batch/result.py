@@ -34,8 +34,8 @@ class BatchResult:
 
     - ``time``, ``stop_reason`` (text), ``mode`` (text);
     - ``time_of_KIND``, ``count_of_KIND``: first time of an event and how often it happened;
-    - ``times_of_KIND``, shape (*shape, events): its first times, nan where there were fewer;
-    - ``event_times``, shape (*shape, kinds, events), and ``event_counts``, shape (*shape, kinds):
+    - ``times_of_KIND``, shape ``(*shape, events)``: its first times, nan where there were fewer;
+    - ``event_times``, shape ``(*shape, kinds, events)``, and ``event_counts``, ``(*shape, kinds)``:
       the same of all kinds;
     - ``max_OUTPUT``, ``max_OUTPUT_time``, ``min_…``, ``integral_OUTPUT``: where asked for;
     - the counters of the work, such as ``accepted_steps``.
@@ -111,7 +111,7 @@ class BatchResult:
         return name in self.names
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        """Return one quantity of every motion, shape (*shape, *its own dimensions)."""
+        """Return one quantity of every motion, ``(*shape, *its own dimensions)``."""
         if name == "stop_reason":
             labels = np.array([r.label for r in ROW_REASONS])
             return np.asarray(labels[self.rows.reason].reshape(self.shape))
@@ -125,7 +125,7 @@ class BatchResult:
         return np.asarray(array.reshape(self.shape + array.shape[1:]))
 
     def event_times(self, kind: str) -> Array:
-        """Return the kept times of one kind of event, shape (*shape, events), nan where none; s."""
+        """Return the kept times of one kind of event, ``(*shape, events)``, nan where none; s."""
         if kind not in self.kinds:
             raise InputError("batch result: " + unknown_name("event", kind, self.kinds))
         times = self.rows.event_times[:, self.kinds.index(kind)]

@@ -39,6 +39,7 @@ def run_batch(
     until: str | Sequence[str] = (),
     law_parameters: Mapping[str, ArrayLike] | None = None,
     initial_force: ArrayLike | None = None,
+    close: str | None = None,
     rtol: float = DEFAULT_RTOL,
     threads: int | None = None,
     events: int = 1,
@@ -56,8 +57,8 @@ def run_batch(
     the other rows nor on the number of threads. A row that fails is a row with its stop reason.
     One that cannot start has its reason at t = 0: ``left_domain`` outside the mechanism's domain,
     ``invalid_start`` where the contact law does not admit it (inside the ground of a rigid contact,
-    off a guide, compressed as well as under an initial force), ``non_finite`` where a constant of
-    the law is not finite.
+    off a guide, compressed as well as under an initial force) or nothing closes the contact,
+    ``non_finite`` where a constant of the law is not finite.
 
     Parameters
     ----------
@@ -71,6 +72,8 @@ def run_batch(
         As for `Simulator.run`; the same for every row.
     initial_force : array_like
         Of a compliant contact that starts with gap 0: the compression that carries it; N.
+    close : str, optional
+        A coordinate for which gap = 0 is solved in every row; see `contacts.closing.closed_state`.
     threads : int
         By default the processors this process may use.
     events : int
@@ -94,7 +97,7 @@ def run_batch(
     """
     kept = BatchOutputs(events, tuple(maxima), tuple(minima), tuple(integrals))
     given = simulator.given(parameters, law_parameters)
-    rows = BatchInputs.of(simulator, states, given, initial_force)
+    rows = BatchInputs.of(simulator, states, given, initial_force, close)
     limits: dict[str, Any] = {
         "first_step": first_step,
         "max_step": max_step,

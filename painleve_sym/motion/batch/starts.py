@@ -57,4 +57,5 @@ def starts_of(simulator: Simulator, rows: BatchInputs, first: int, stop: int) ->
     refusal = np.full(n, RUNS, np.int32)
     for answers, reason in zip(admits.T, _REFUSALS, strict=True):
         refusal[answers == 0] = reason
+    refusal[np.isnan(given).any(axis=1)] = INVALID_START  # nothing closes the contact
     return Starts(first, states, parameters, scales, refusal)

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.checks import LARGEST
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import read_text
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -20,8 +21,6 @@ from painleve_sym.units import factor
 
 MAX_FILE = 50_000_000
 """Size limit of a data file in bytes; guards against special files."""
-MAX_SIZE = 1e100
-"""Of a measured value: squares of it are added up."""
 MEASURABLE = (
     "normal_force",
     "tangential_force",
@@ -151,10 +150,10 @@ def _numbers(where: str, header: list[str], body: list[tuple[int, list[str]]]) -
                 values[i, j] = float(cell)
             except ValueError:
                 values[i, j] = math.inf
-            if not abs(values[i, j]) <= MAX_SIZE:
+            if not abs(values[i, j]) <= LARGEST:
                 raise InputError(
                     f"{where}: line {line}, column {header[j]}: got {cell!r}, need a finite "
-                    f"number of at most {MAX_SIZE:g} in size, or nothing where there is none."
+                    f"number of at most {LARGEST:g} in size, or nothing where there is none."
                 )
     return values
 

@@ -30,6 +30,10 @@ RTOL = 1e-10
 """Of the motions: far below any measurement, and the derivatives then hold eight digits."""
 TOLERANCE = 1e-10
 """Relative change of cost, step and gradient at which the least squares end."""
+MAX_EVALUATIONS = 200
+"""Of the model; a fit from usual start values takes ten to fifty."""
+MAX_STEPS = 50_000
+"""Of one motion; those that are measured take hundreds, and one near an accumulation any number."""
 REWEIGHTINGS = 12
 """Rounds in which unknown noise levels are estimated; they converge in three to five."""
 SETTLED = 1e-4
@@ -40,7 +44,7 @@ the parameters open: its error would be a million times that of the others."""
 
 
 _ENDINGS = {
-    0: "not converged: the evaluations allowed were used up",
+    0: "not converged: the limit of evaluations was reached",
     1: "converged (gradient)",
     2: "converged (cost)",
     3: "converged (step)",
@@ -70,6 +74,10 @@ class FitProblem:
         Known standard deviations of all measured quantities; empty: they are estimated.
     level : float
         Of the confidence intervals, in (0, 1).
+    max_evaluations : int
+        Evaluations of the model, each with all motions, after which the least squares end.
+    max_steps : int
+        Of one motion; one that takes more cannot be followed.
     """
 
     simulator: Simulator
@@ -81,6 +89,8 @@ class FitProblem:
     t_end: float = 1.0
     sigma: Mapping[str, float] | None = None
     level: float = 0.95
+    max_evaluations: int = MAX_EVALUATIONS
+    max_steps: int = MAX_STEPS
 
     def __post_init__(self) -> None:
         where, data = f"fit of {self.simulator.where}", self.data
@@ -108,6 +118,7 @@ class FitProblem:
         if self.sigma and missing:
             raise InputError(f"{where}: sigma of {sorted(missing)[0]} is missing. Fix: give all.")
         number(self.level, "level", where=where, above=0.0, below=1.0)
+        number(self.max_evaluations, "max_evaluations", where=where, lower=1)
         if data.count <= len(self.estimate):
             raise InputError(
                 f"{data.where}: too few rows: got {data.count} measured values, need more than "
@@ -134,8 +145,9 @@ class FitProblem:
         self, state: Mapping[str, float], parameters: Mapping[str, float], row: str, **options: Any
     ) -> SensitiveTrajectory:
         sensitivities = self.simulator.sensitivities(
-            state, self.estimate, parameters=parameters, rtol=RTOL, **options
-        )
+            state, self.estimate, parameters=parameters, rtol=RTOL, max_steps=self.max_steps,
+            **options,
+        )  # fmt: skip
         if sensitivities.singular is not None or sensitivities.valid_until < math.inf:
             kind = sensitivities.singular.event.kind if sensitivities.singular else "the start"
             raise InputError(
@@ -234,6 +246,7 @@ class FitProblem:
         start, logarithmic = self._start(), self._logarithmic()
         low, high = self._bounds(start, logarithmic)
         memory: dict[bytes, Any] = {}
+        evaluations = 0
         measured = self.data.measured
         filled = {n: np.isfinite(v) for n, v in measured.items()}
         noise = dict(self.sigma or {n: _spread(v[filled[n]]) for n, v in measured.items()})
@@ -242,8 +255,10 @@ class FitProblem:
             return np.where(logarithmic, np.exp(np.where(logarithmic, x, 0.0)), x)
 
         def predicted(x: Array) -> Any:
+            nonlocal evaluations
             key = x.tobytes()
             if key not in memory:
+                evaluations += 1
                 memory[key] = self.predict(values_of(x))
             return memory[key]
 
@@ -270,9 +285,10 @@ class FitProblem:
             fit = least_squares(
                 residuals, x, jac=jacobian, bounds=(low, high), x_scale="jac",
                 xtol=TOLERANCE, ftol=TOLERANCE, gtol=TOLERANCE,
+                max_nfev=max(1, self.max_evaluations - evaluations),
             )  # fmt: skip
             x = fit.x
-            if self.sigma:
+            if self.sigma or evaluations >= self.max_evaluations:
                 break
             model = predicted(x)[0]
             new = {n: _rms((model[n] - v)[filled[n]]) or noise[n] for n, v in measured.items()}
@@ -282,7 +298,7 @@ class FitProblem:
                 break
         plain = jacobian(x) / np.where(logarithmic, values_of(x), 1.0)
         return self._result(
-            start, values_of(x), plain, residuals(x), noise, predicted(x)[0], len(memory),
+            start, values_of(x), plain, residuals(x), noise, predicted(x)[0], evaluations,
             _ENDINGS.get(int(fit.status), str(fit.message)),
         )  # fmt: skip
 
@@ -363,6 +379,8 @@ def fit(
     t_end: float = 1.0,
     sigma: Mapping[str, float] | None = None,
     level: float = 0.95,
+    max_evaluations: int = MAX_EVALUATIONS,
+    max_steps: int = MAX_STEPS,
     engine: EngineLike = EngineName.AUTO,
 ) -> FitResult:
     """Estimate parameters, or start values, from measured motions by least squares.
@@ -375,8 +393,9 @@ def fit(
         See `read_fit_data` for the columns.
     estimate : sequence of str
         Parameters of mechanism and law, or start values of a history.
-    state : mapping of str to float
-        Start values that the data do not give.
+    state : mapping of str to float, optional
+        Start values that the data do not give; those of the mechanism's `start` where no state is
+        given.
     parameters, law_parameters : mapping of str to float
         Known parameters, and from where the estimated ones start.
     until : EventKind, its text, or several
@@ -388,6 +407,11 @@ def fit(
         given.
     level : float
         Of the confidence intervals, in (0, 1).
+    max_evaluations : int
+        Evaluations of the model after which the least squares end, converged or not; the result's
+        `message` says which.
+    max_steps : int
+        Of one motion.
     engine : EngineName or its text
 
     Raises
@@ -405,16 +429,21 @@ def fit(
     """
     simulator = simulator_of(mechanism, law, engine)
     known = simulator.mechanism
+    rows = data if isinstance(data, FitData) else read_fit_data(data, known)
+    if state is None:
+        state = {name: value for name, value in known.start.items() if name not in rows.starts}
     return FitProblem(
         simulator=simulator,
-        data=data if isinstance(data, FitData) else read_fit_data(data, known),
+        data=rows,
         estimate=tuple(estimate),
-        state=dict(state or {}),
+        state=dict(state),
         parameters=simulator.given(parameters, law_parameters),
         until=(until,) if isinstance(until, str) else tuple(until),
         t_end=t_end,
         sigma=sigma,
         level=level,
+        max_evaluations=max_evaluations,
+        max_steps=max_steps,
     ).solve()
 
 

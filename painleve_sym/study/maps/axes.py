@@ -12,7 +12,9 @@ import numpy as np
 import sympy as sp
 
 from painleve_sym.arrays import Array
+from painleve_sym.checks import number
 from painleve_sym.codegen.pointwise import Pointwise
+from painleve_sym.contacts.closing import closed_states, unknowns
 from painleve_sym.contacts.inputs import resolve_state, symbol_values
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.mechanics.declarations import Parameter, resolve_parameters
@@ -20,8 +22,6 @@ from painleve_sym.mechanics.mechanism import Mechanism
 
 MIN_POINTS, MAX_POINTS = 5, 2000
 """Along an axis: fewer show nothing, the square of more does not fit into a laptop's memory."""
-LARGEST = 1e100
-"""Beyond this the squares in the formulas leave the range of floating point."""
 BEYOND = 1.25
 """Part of the threshold μ_P that a friction axis reaches at least: past (2/√3) μ_P."""
 SPEED = 5.0
@@ -42,6 +42,8 @@ class MapPlace:
     state, parameters : dict of str to float
         Without the axes.
     mechanism : Mechanism
+    close : str
+        What is solved for at every point, `state` having its first guess; see `closed_state`.
     """
 
     where: str
@@ -53,6 +55,7 @@ class MapPlace:
     state: dict[str, float]
     parameters: dict[str, float]
     mechanism: Mechanism
+    close: str = ""
 
     @property
     def all_symbols(self) -> tuple[sp.Symbol, ...]:
@@ -64,8 +67,14 @@ class MapPlace:
         return symbol_values(self.mechanism, self.state, self.parameters)
 
     def at(self, first: Array, second: Array) -> dict[Any, Any]:
-        """Return the values of all symbols at points of the map."""
-        return {**self.held_symbols(), self.symbols[0]: first, self.symbols[1]: second}
+        """Return the values of all symbols at points of the map, nan for what does not close."""
+        values = {**self.held_symbols(), self.symbols[0]: first, self.symbols[1]: second}
+        if self.close:
+            symbols = {s.name: s for s in self.all_symbols}
+            named: dict[str, Any] = {name: values[s] for name, s in symbols.items()}
+            solved = closed_states(self.mechanism, named, self.close)
+            values |= {symbols[name]: array for name, array in solved.items()}
+        return values
 
     def grid(self) -> dict[Any, Any]:
         """Return the values of all symbols on the grid."""
@@ -78,14 +87,19 @@ def map_place(
     ranges: Mapping[str, tuple[float, float]],
     points: int,
     slip: int,
-    state: Mapping[str, float],
+    state: Mapping[str, float] | None,
     parameters: Mapping[str, float],
+    close: str | None,
 ) -> MapPlace:
     """Return the checked axes and held numbers of a map (see `region_map`)."""
     where = f"map of {mechanism.name!r}"
     _check_kind(mechanism, where, points, slip)
     axes = _checked_names(mechanism, where, over)
-    for name in (*state, *parameters):
+    solved = [u.name for u in unknowns(mechanism, close)] if close is not None else []
+    for name in solved:
+        if name in axes:
+            raise InputError(f"{where}: close: {name} is an axis. Fix: name another coordinate.")
+    for name in (*(state or {}), *parameters):
         if name in axes:
             raise InputError(f"{where}: {name} is an axis. Fix: give it a range, not one value.")
     for name in ranges:
@@ -94,7 +108,8 @@ def map_place(
     values = resolve_parameters(where, mechanism.system.parameters, parameters)
     # The domain may depend on the axes: points outside are masked, not rejected.
     free = dataclasses.replace(mechanism, domain=())
-    start = resolve_state(free, state, values)
+    held = mechanism.start if state is None else state
+    start = resolve_state(free, {n: v for n, v in held.items() if n not in axes}, values)
     spans = [
         _checked_range(mechanism, where, name, ranges[name])
         if name in ranges
@@ -119,6 +134,7 @@ def map_place(
         state={n: v for n, v in start.items() if n not in axes},
         parameters={n: v for n, v in values.items() if n not in axes},
         mechanism=mechanism,
+        close=close or "",
     )
 
 
@@ -170,8 +186,8 @@ def _checked_range(
     mechanism: Mechanism, where: str, name: str, span: tuple[float, float]
 ) -> tuple[float, float]:
     low, high = float(span[0]), float(span[1])
-    if not all(math.isfinite(v) and abs(v) <= LARGEST for v in (low, high)):
-        raise InputError(f"{where}: range {name}: got {low:g}:{high:g}, need finite numbers.")
+    for end in (low, high):
+        number(end, f"range {name}", where=where)
     if not low < high:
         fix = f"{high:g}:{low:g}" if low > high else "two different ends"
         raise InputError(

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from painleve_sym.arrays import Array, load_npz, save_npz
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.codegen.pointwise import Pointwise
-from painleve_sym.contacts.contact_numbers import closed_within, length_formula
+from painleve_sym.contacts.closing import unknowns
+from painleve_sym.contacts.contact_numbers import closed_within, length_formula, sticking
 from painleve_sym.contacts.local_mode import rounded_difference
 from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -32,7 +33,7 @@ ROD_FAMILY = ("rod", "rod-inertia")
 
 _ARRAYS = ("case", "A", "B", "A_stick", "B_stick", "stick_feasible", "crossings")
 _OPTIONAL = ("flow", "A_pull")
-_PLACE = ("over", "labels", "units", "values", "state", "parameters")
+_PLACE = ("over", "labels", "units", "values", "state", "parameters", "close")
 _TEXTS = ("mechanism", "over", "labels", "units", "slip", "thresholds", "state", "parameters")
 
 
@@ -74,6 +75,9 @@ class RegionMap:
         are equal.
     state, parameters : dict of str to float
         Values that are constant over the map.
+    close : str
+        What was solved for at every point so that the contact is closed, `state` having the first
+        guess; empty where nothing was.
     A_pull : ndarray or None
         Of a contact that is held from both sides: A where F_n < 0, `A` being that where F_n > 0.
         `curves` then has ``A_pull``, too, and the cases tell the number of solutions: ``slip``
@@ -98,6 +102,7 @@ class RegionMap:
     thresholds: dict[str, float]
     state: dict[str, float]
     parameters: dict[str, float]
+    close: str = ""
     A_pull: Array | None = None
 
     def __repr__(self) -> str:
@@ -133,6 +138,7 @@ class RegionMap:
             "thresholds": self.thresholds,
             "state": self.state,
             "parameters": self.parameters,
+            **({"close": self.close} if self.close else {}),
             **({"bilateral": True} if self.bilateral else {}),
         }
 
@@ -159,7 +165,7 @@ class RegionMap:
         InputError
             The folder does not exist or cannot be written.
         """
-        texts = {name: getattr(self, name) for name in _TEXTS}
+        texts = {name: getattr(self, name) for name in (*_TEXTS, "close")}
         arrays = {name: getattr(self, name) for name in (*_ARRAYS, *_OPTIONAL)}
         arrays |= {"values_0": self.values[0], "values_1": self.values[1]}
         arrays |= {f"curve_{name}": pieces for name, pieces in self.curves.items()}
@@ -177,6 +183,7 @@ class RegionMap:
         needed = (*_ARRAYS, "values_0", "values_1", *(f"curve_{name}" for name in CURVES[:2]))
         texts, arrays = load_npz(path, FORMAT, "map", _TEXTS, needed, _OPTIONAL)
         fields: dict[str, Any] = {name: texts[name] for name in _TEXTS}
+        fields["close"] = texts.get("close", "")
         fields |= {name: arrays[name] for name in (*_ARRAYS, *_OPTIONAL)}
         fields["values"] = (arrays["values_0"], arrays["values_1"])
         names = [name for name in CURVES if f"curve_{name}" in arrays]
@@ -202,6 +209,7 @@ def region_map(
     slip: int = -1,
     state: Mapping[str, float] | None = None,
     parameters: Mapping[str, float] | None = None,
+    close: str | None = None,
     engine: str = "auto",
 ) -> RegionMap:
     """Return the case of the rigid contact over two quantities, for one slip direction.
@@ -221,7 +229,11 @@ def region_map(
         Along each axis, 5 to 2000.
     slip : {-1, +1}
     state, parameters : mapping of str to float
-        Constant values; absent ones are 0 and the defaults.
+        Constant values; absent ones are 0 and the defaults. Without a state the mechanism's
+        `start`.
+    close : str, optional
+        A coordinate for which gap = 0 is solved at every point, a velocity for which gap_rate = 0
+        is; see `contacts.closing.closed_state`. Points that nothing closes are outside.
     engine : {"auto", "compiled", "casadi"}
         See `Pointwise`.
 
@@ -244,7 +256,9 @@ def region_map(
     400
     """
     mechanism = as_mechanism(mechanism)
-    place = map_place(mechanism, over, ranges or {}, points, slip, state or {}, parameters or {})
+    place = map_place(
+        mechanism, over, ranges or {}, points, slip, state, parameters or {}, close
+    )
     thresholds = _thresholds(mechanism, place, slip)
     place = reaching(place, ranges or {}, thresholds.get("mu_P"))
     grids, is_open, used = _grids(mechanism, place, slip, engine)
@@ -295,7 +309,7 @@ def _grids(
     if contact.bilateral:
         flow += _flow(mechanism, place, -slip)
     margins = [b.margin for b in mechanism.domain]
-    parts = [c.W_nn, c.W_nt, c.W_tt, c.b_n, c.b_t, c.A_stick, c.B_stick, c.mu]
+    parts = [c.W_nn, c.W_nt, c.W_tt, c.b_n, c.b_t, *sticking(c), c.mu]
     given = length_formula(mechanism), mechanism.system.kinetic_energy, c.W_nn, c.b_n
     _, *closed = closed_within(*given)
     parts += [contact.gap, contact.gap_rate, *closed, *margins, *flow]
@@ -366,17 +380,40 @@ def _zeros_of_pair(
     mechanism: Mechanism, place: MapPlace, slip: int, A: Array, B: Array, engine: str
 ) -> tuple[dict[str, Array], Array]:
     parts = [_A(mechanism, slip), mechanism.coefficients.B]
-    both = Pointwise(parts, place.all_symbols, derivatives=place.symbols, engine=engine)
+    held = _held(mechanism, place)
+    directions = (*place.symbols, *(symbol for symbol, _ in held))
+    parts += [zero for _, zero in held]
+    both = Pointwise(parts, place.all_symbols, derivatives=directions, engine=engine)
     x, y = place.values
 
     def system(first: Array, second: Array) -> Array:
-        return both(place.at(first, second))
+        rows = both(place.at(first, second))
+        slopes = rows[len(parts) :].reshape(len(parts), len(directions), *first.shape)
+        for k in range(len(held)):
+            # Along the axes what is solved for changes as its equation 0 = zero says.
+            own = slopes[2 + k]
+            with np.errstate(all="ignore"):
+                change = -own[:2] / own[2 + k]
+            slopes[:, :2] += slopes[:, None, 2 + k] * change
+        return np.concatenate([rows[:2], slopes[0, :2], slopes[1, :2]])
 
     curves = {
         "A": zero_segments(lambda a, b: system(a, b)[0], x, y, A),
         "B": zero_segments(lambda a, b: system(a, b)[1], x, y, B),
     }
     return curves, common_zeros(system, x, y, A, B)
+
+
+def _held(mechanism: Mechanism, place: MapPlace) -> list[tuple[sp.Symbol, sp.Expr]]:
+    """Return what is solved for at every point, each with what is 0 there."""
+    symbols = {s.name: s for s in place.all_symbols}
+    named = unknowns(mechanism, place.close) if place.close else ()
+    equations = []
+    for unknown in named:
+        contact = mechanism.contacts[unknown.contact]
+        zero = contact.gap_rate if unknown.is_velocity else contact.gap
+        equations.append((symbols[unknown.name], zero))
+    return equations
 
 
 def _thresholds(mechanism: Mechanism, place: MapPlace, slip: int) -> dict[str, float]:

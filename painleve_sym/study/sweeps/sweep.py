@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from painleve_sym.checks import whole_number
+from painleve_sym.contacts.closing import unknowns
 from painleve_sym.contacts.contact_numbers import contact_numbers
 from painleve_sym.contacts.local_mode import rounded_difference
 from painleve_sym.engines.batch import MAX_EVENTS_KEPT, BatchOutputs
@@ -191,8 +192,11 @@ class Sweep:
     def _checked(self) -> Sweep:
         where, scenario = self.scenario.where, self.scenario
         own = {p.name: p for p in self.simulator.own_parameters}
-        if scenario.close is not None:
-            raise InputError(f"{where}: close: a sweep does not solve for a coordinate.")
+        for unknown in unknowns(self.mechanism, scenario.close) if scenario.close else ():
+            if unknown.name in self.space.names:
+                raise InputError(
+                    f"{where}: close: {unknown.name} is varied. Fix: name another coordinate."
+                )
         for name in scenario.law_parameters:
             if name not in own:
                 raise InputError(f"{where}: " + unknown_name("parameter of the law", name, own))
@@ -246,6 +250,8 @@ class Sweep:
         """
         scenario, varied = self.scenario, self.space.values(start, stop)
         states: dict[str, Any] = dict(scenario.state or {})
+        if scenario.state is None:
+            states = {n: v for n, v in self.mechanism.start.items() if n not in varied}
         parameters: dict[str, Any] = {**scenario.parameters, **scenario.law_parameters}
         for name, values in varied.items():
             if name != "initial_force":
@@ -259,6 +265,7 @@ class Sweep:
             t_end=scenario.t_end,
             until=scenario.until,
             initial_force=varied.get("initial_force", scenario.initial_force),
+            close=scenario.close,
             rtol=scenario.rtol,
             threads=threads,
             **vars(self.batch_outputs),

@@ -1,0 +1,78 @@
+"""Write the tables of ``docs/peers.md`` from the results in ``examples/studies/peers``."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from tools.tables import table, written
+
+ROOT = Path(__file__).parents[2]
+RESULTS = ROOT / "examples" / "studies" / "peers" / "results.json"
+PAGE = ROOT / "docs" / "peers.md"
+MARKS = {
+    "one force (Table 1)": "one-force",
+    "lift-off (Table 2)": "lift-off",
+    "no solution (Table 3)": "no-solution",
+    "two solutions (Table 4)": "two-solutions",
+}
+"""State → name of its table."""
+STEPS = (1e-3, 1e-4, 1e-5)
+
+
+def _cells(rows: Sequence[dict[str, Any]], name: str, form: str) -> list[str]:
+    by_step = {row["step"]: row for row in rows}
+    return [format(by_step[h][name], form) if h in by_step else "—" for h in STEPS]
+
+
+def state_table(results: Sequence[dict[str, Any]], state: str) -> str:
+    """Return what every program computes at a state."""
+    head = ["program, setting"]
+    head += [
+        f"{symbol}, h = {h:.0e}".replace("e-0", "e-") for symbol in ("F_n", "P_n") for h in STEPS
+    ]
+    head += ["ẋ_A", "ẏ_A", "not converged"]
+    lines = []
+    for result in results:
+        if "missing" in result:
+            lines.append([result["program"], "not installed", *(["—"] * (len(head) - 2))])
+            continue
+        for setting, states in result["settings"].items():
+            rows = states[state]
+            slip, normal, _ = rows[-1]["end"]
+            failed = sum(row["failed"] for row in rows)
+            lines.append(
+                [
+                    f"{result['program']}: {setting}",
+                    *_cells(rows, "force", ".4g"),
+                    *_cells(rows, "impulse", ".4f"),
+                    f"{slip + 0.0:.4f}".replace("-0.0000", "0.0000"),
+                    f"{normal + 0.0:.4f}".replace("-0.0000", "0.0000"),
+                    str(failed),
+                ]
+            )
+    return table(head, lines)
+
+
+def version_table(results: Sequence[dict[str, Any]]) -> str:
+    """Return the programs with their versions."""
+    rows = [(r["program"], r.get("version", r.get("missing", ""))) for r in results]
+    return table(("program", "version"), rows)
+
+
+def tables(results: Sequence[dict[str, Any]]) -> dict[str, str]:
+    """Return every table of the page."""
+    made_of_states = {mark: state_table(results, state) for state, mark in MARKS.items()}
+    return {"versions": version_table(results)} | made_of_states
+
+
+def main() -> None:
+    """Write the page."""
+    results = json.loads(RESULTS.read_text("utf-8"))
+    PAGE.write_text(written(PAGE.read_text("utf-8"), tables(results)), "utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,108 @@
+"""The pages that the documentation site generates have everything of the package."""
+
+from __future__ import annotations
+
+import re
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import painleve_sym
+from painleve_sym.cli.grammar import parsers
+from painleve_sym.cli.texts import COMMANDS
+from painleve_sym.errors import EventKind, StopReason
+from painleve_sym.laws.catalogue import LAWS
+from painleve_sym.laws.restitution import RESTITUTIONS
+from painleve_sym.mechanics.models import MODELS
+from painleve_sym.quantities import QUANTITIES
+
+ROOT = Path(__file__).parents[1]
+EXTENSION = ROOT / "docs" / "_ext"
+
+
+@pytest.fixture(scope="module")
+def pages():
+    # Imported as Sphinx does; the module needs nothing of Sphinx.
+    sys.path.insert(0, str(EXTENSION))
+    try:
+        import reference_pages
+    finally:
+        sys.path.remove(str(EXTENSION))
+    return reference_pages
+
+
+def first_cells(table):
+    return re.findall(r"^\| `([^`]+)`", table, re.MULTILINE)
+
+
+def test_tables_have_every_event_reason_and_quantity(pages):
+    assert first_cells(pages.events()) == [str(kind) for kind in EventKind]
+    assert first_cells(pages.stop_reasons()) == [reason.label for reason in StopReason]
+    assert first_cells(pages.quantities()) == list(QUANTITIES)
+
+
+def test_every_command_has_a_section_with_every_option(pages):
+    sections = dict(
+        re.findall(r"^## `painleve (\w+)`\n(.*?)(?=^\(|\Z)", pages.commands(), re.M | re.S)
+    )
+    assert list(sections) == list(COMMANDS)
+    _, sub = parsers()
+    for name, text in sections.items():
+        for option in sub[name].options():
+            assert option == "--help" or f"`{option}" in text
+
+
+def test_every_command_with_json_has_calls_that_show_its_keys(pages):
+    _, sub = parsers()
+    with_json = {name for name in COMMANDS if "--json" in sub[name].options()}
+    assert set(pages.OUTPUTS) == with_json
+    for name, calls in pages.OUTPUTS.items():
+        assert all(call.split()[0] == name for call in calls)
+
+
+def test_keys_of_a_call_are_listed_with_type_and_example(pages):
+    answer = {"events": [{"time": 0.5, "state": {"theta": 1.0}}], "limit": None}
+    assert list(pages.paths(answer)) == [
+        ("events", answer["events"]),
+        ("events[].time", 0.5),
+        ("events[].state", {"theta": 1.0}),
+        ("events[].state.STATE", 1.0),
+        ("limit", None),
+    ]
+    assert pages.call("cache")["bytes"] >= 0
+    with pytest.raises(RuntimeError, match="unknown"):
+        pages.call("classify rodd")
+
+
+@pytest.mark.slow
+def test_every_key_that_a_command_prints_has_a_meaning(pages):
+    listed = pages.json_keys()
+    assert first_cells(listed)
+    file = ROOT / "docs" / "reference" / "json-meanings.toml"
+    meanings = tomllib.loads(file.read_text("utf-8"))
+    assert set(meanings) - {"every"} <= set(COMMANDS)
+    printed = {path.rpartition(".")[2].removesuffix("[]") for path in first_cells(listed)}
+    assert {name for table in meanings.values() for name in table} <= printed
+
+
+def test_mechanisms_laws_and_choices_are_complete(pages):
+    headings = r"^## `([\w-]+)`"
+    assert re.findall(headings, pages.mechanisms(), re.M) == list(MODELS)
+    laws = pages.laws()
+    assert re.findall(headings, laws, re.M) == list(LAWS)
+    assert first_cells(laws.split("## Restitution rules")[1]) == list(RESTITUTIONS)
+    assert "`virgin`" in pages.named_choices()
+
+
+def test_every_public_name_has_a_page(pages):
+    written = set(pages.api_pages())
+    assert written == {f"{n}.rst" for n in (*painleve_sym._HOMES, *painleve_sym._MODULES)} | {
+        "index.md"
+    }
+    assert sum(map(len, pages.api_groups().values())) == len(painleve_sym._HOMES)
+
+
+def test_cells_keep_bars(pages):
+    assert pages.table(("a",), [("|F_n|",)]) == "| a |\n|---|\n| \\|F_n\\| |\n"
