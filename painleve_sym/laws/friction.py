@@ -22,7 +22,7 @@ _STRIBECK_VELOCITY = Parameter(
     "stribeck_velocity",
     0.01,
     "m/s",
-    "slip velocity at which friction above mu has fallen to 1/e",
+    "slip velocity at which friction above mu has fallen to a half",
     0.0,
     lower_closed=False,
 )
@@ -36,7 +36,7 @@ _PARAMETERS: Mapping[Friction, tuple[Parameter, ...]] = {
 _SOURCES: Mapping[Friction, str] = {
     Friction.COULOMB: "",
     Friction.STATIC: "Armstrong-Hélouvry, Dupont & Canudas de Wit (1994)",
-    Friction.STRIBECK: "Stribeck (1902); Bo & Pavelescu (1982)",
+    Friction.STRIBECK: "Stribeck (1902); Hess & Soom (1990)",
 }
 
 
@@ -45,7 +45,11 @@ class FrictionLaw:
     """The friction of a contact: F_t = −s μ r(v_t) F_n in slip, |F_t| ≤ μ r_s F_n in stick.
 
     With Coulomb's law r = r_s = 1. With static friction above kinetic r = 1 and r_s = μ_s/μ. With
-    Stribeck's curve r = 1 + (r_s − 1) exp(−(v_t/v_s)²), so that r → r_s where slip begins.
+    Stribeck's curve r = 1 + (r_s − 1)/(1 + (v_t/v_s)²), so that r → r_s where slip begins.
+
+    The exponential exp(−(v_t/v_s)²) in place of the fraction is common, too. Its Taylor series at
+    |v_t| ≫ v_s has vanishing coefficients that do not announce the rise at v_t = 0, so that a
+    Taylor step passes over it; the fraction has poles at v_t = ±i v_s, which limit the step.
 
     Parameters
     ----------
@@ -55,7 +59,7 @@ class FrictionLaw:
 
     References
     ----------
-    Stribeck (1902); Bo & Pavelescu (1982) for the exponential;
+    Stribeck (1902); Hess & Soom (1990) for the fraction; Bo & Pavelescu (1982) for the exponential;
     Armstrong-Hélouvry, Dupont & Canudas de Wit (1994) for a survey.
     """
 
@@ -109,9 +113,9 @@ class FrictionLaw:
         slip_velocity : sympy.Expr
             v_t of either sign; m/s.
         """
-        from sympy import Integer, exp
+        from sympy import Integer
 
         if self.kind is not Friction.STRIBECK:
             return Integer(1)
         velocity = self.parameters[1].symbol
-        return 1 + (self.static_ratio - 1) * exp(-((slip_velocity / velocity) ** 2))
+        return 1 + (self.static_ratio - 1) / (1 + (slip_velocity / velocity) ** 2)
