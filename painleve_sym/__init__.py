@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from painleve_sym import models as models
     from painleve_sym.c_export.export import export_c as export_c
     from painleve_sym.choices import EngineName as EngineName
+    from painleve_sym.choices import Friction as Friction
     from painleve_sym.choices import Policy as Policy
     from painleve_sym.choices import Record as Record
     from painleve_sym.choices import Reload as Reload
@@ -116,6 +117,7 @@ _HOMES = {
     "CriticalForceFinder": "study.critical.bisection",
     "DomainBound": "mechanics.mechanism",
     "EngineName": "choices",
+    "Friction": "choices",
     "EventKind": "errors",
     "FitData": "study.fitting.data",
     "FitProblem": "study.fitting.problem",

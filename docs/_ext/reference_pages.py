@@ -106,7 +106,7 @@ def attribute_sentences(kind: type) -> dict[str, str]:
 def named_choices() -> str:
     """Return one table per enumeration that a caller may give as a text."""
     parts = []
-    for name in ("Restitution", "Policy", "Reload", "Record", "EngineName"):
+    for name in ("Restitution", "Policy", "Reload", "Friction", "Record", "EngineName"):
         kind = getattr(choices, name)
         sentences = attribute_sentences(kind)
         summary = inspect.getdoc(kind)

@@ -14,7 +14,7 @@ from painleve_sym.codegen.derivation_cache import entry_key, read_entry, write_e
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import plain_fields, to_plain
-from painleve_sym.laws.catalogue import CHOICE_NOTES, CHOICES, LAWS, one_law
+from painleve_sym.laws.catalogue import CHOICE_NOTES, CHOICES, LAWS, offered_choices, one_law
 from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.laws.restitution import RESTITUTIONS, RestitutionLaw
 from painleve_sym.laws.rigid_contact import RigidLaw
@@ -211,7 +211,7 @@ def _material_row(name: str, value: MaterialValue) -> tuple[str, ...]:
 def _show_law(one: ContactLaw | RigidLaw) -> None:
     show(f"{one.name}: {one.title}")
     _show_parameters(one.parameters)
-    for name, default in one.choices.items():
+    for name, default in offered_choices(one).items():
         values = ", ".join(v + " (default)" * (v == default) for v in CHOICES[name])
         show(f"  {name}: {values}")
         for value, note in _notes(name).items():
@@ -262,7 +262,7 @@ def law_data(one: ContactLaw | RigidLaw) -> dict[str, Any]:
         "parameters": [parameter_data(p) for p in one.parameters],
         "choices": {
             name: {"default": default, "values": CHOICES[name], "notes": _notes(name)}
-            for name, default in one.choices.items()
+            for name, default in offered_choices(one).items()
         },
         "branches": [b.name for b in one.branches] if isinstance(one, ContactLaw) else [],
     }

@@ -10,8 +10,9 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from painleve_sym.choices import Reload, ReloadLike, chosen
+from painleve_sym.choices import FrictionLike, Reload, ReloadLike, chosen
 from painleve_sym.errors import InputError, ModelError, unknown_name
+from painleve_sym.laws.friction import FrictionLaw
 from painleve_sym.mechanics.declarations import (
     Parameter,
     settings_text,
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class ContactLaw(Deferred):
-    """A normal contact law made of branches.
+    """A normal contact law made of branches, and the friction law of the contact.
 
     Parameters
     ----------
@@ -47,6 +48,8 @@ class ContactLaw(Deferred):
         Named choices the law was made with (such as the reload rule).
     stiffness, exponent : sympy.Expr
         K and n of the loading curve K δⁿ, used for scales and closed forms.
+    friction : FrictionLaw
+        Its parameters are among those of the law; by default Coulomb's.
 
     Raises
     ------
@@ -69,6 +72,7 @@ class ContactLaw(Deferred):
     definitions: Mapping[Symbol, Expr] = field(default_factory=dict)
     recontacts: tuple[Exit, ...] = field(default_factory=tuple)
     choices: Mapping[str, str] = field(default_factory=dict)
+    friction: FrictionLaw = field(default_factory=FrictionLaw)
 
     def __post_init__(self) -> None:
         from sympy import sympify
@@ -116,6 +120,52 @@ class ContactLaw(Deferred):
             self, parameters=with_defaults(f"law {self.name!r}", self.parameters, values)
         )
 
+    def with_friction(self, friction: FrictionLike) -> ContactLaw:
+        """Return the law with a friction law; its parameters follow those of the law.
+
+        Parameters
+        ----------
+        friction : {"coulomb", "static", "stribeck"}
+
+        Raises
+        ------
+        InputError
+            An unknown friction law, or a law that has one other than Coulomb's already.
+
+        Examples
+        --------
+        >>> from painleve_sym import laws
+        >>> [p.name for p in laws.linear().with_friction("stribeck").parameters]
+        ['k', 'c', 'static_ratio', 'stribeck_velocity']
+        """
+        rubbing = FrictionLaw.named(friction)
+        if not self.friction.is_coulomb:
+            raise InputError(
+                f"law {self.name!r}: friction: got {rubbing.kind.value!r} for a law that has "
+                f"{self.friction.kind.value!r} already. Fix: start from the law without it."
+            )
+        if rubbing.is_coulomb:
+            return self
+        parameters = (*self.parameters, *rubbing.parameters)
+        choices = {**self.choices, "friction": str(rubbing.kind)}
+        source = f"{self.source}; {rubbing.source}"
+
+        def make() -> ContactLaw:
+            return replace(
+                self, parameters=parameters, choices=choices, source=source, friction=rubbing
+            )
+
+        return ContactLaw.deferred(
+            make,
+            name=self.name,
+            title=self.title,
+            source=source,
+            parameters=parameters,
+            choices=choices,
+            friction=rubbing,
+            definition=f"{self.definition} with {rubbing.kind} friction",
+        )
+
     def of_contact(self, contact: str) -> ContactLaw:
         """Return the law with the contact's name behind those of its parameters and constants."""
         return self._renamed(f" of contact {contact}", lambda name: f"{name}_{contact}")
@@ -134,8 +184,10 @@ class ContactLaw(Deferred):
 
     def _renamed(self, definition: str, new_name: Callable[[str], str]) -> ContactLaw:
         parameters = tuple(replace(p, name=new_name(p.name)) for p in self.parameters)
+        friction = self.friction.renamed(new_name)
         return ContactLaw.deferred(
             partial(self._with_names, new_name, parameters),
+            friction=friction,
             name=self.name,
             title=self.title,
             source=self.source,
@@ -184,6 +236,7 @@ class ContactLaw(Deferred):
             definitions={own(s): own(v) for s, v in self.definitions.items()},
             recontacts=exits(self.recontacts),
             choices=self.choices,
+            friction=self.friction.renamed(new_name),
         )
 
     @property
@@ -325,7 +378,10 @@ def hunt_crossley(bodies: int = 1) -> ContactLaw:
 
 def _named(known: Mapping[str, Any], definition: str) -> ContactLaw:
     """Return a named law; the cache knows it by `definition` and the package's own source."""
-    return ContactLaw.deferred(partial(_with_formulas, known), definition=definition, **known)
+    friction = FrictionLaw()
+    return ContactLaw.deferred(
+        partial(_with_formulas, known), definition=definition, friction=friction, **known
+    )
 
 
 def _with_formulas(known: Mapping[str, Any]) -> ContactLaw:

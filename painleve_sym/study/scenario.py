@@ -23,7 +23,7 @@ from painleve_sym.contacts.inputs import resolve_state, state_values
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import parse_toml, read_text
-from painleve_sym.laws.catalogue import Law, LawsByContact, law
+from painleve_sym.laws.catalogue import Law, LawsByContact, law, offered_choices
 from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.laws.restitution import RestitutionLaw, restitution_law
 from painleve_sym.laws.rigid_contact import RigidLaw
@@ -440,14 +440,14 @@ def _read_law(where: str, key: str, value: Any) -> dict[str, Any]:
         if name == "parameters":
             read = _read_numbers(where, "law.parameters", entry)
             fields["law_parameters"] = read["law.parameters"]
-        elif name in chosen.choices:
+        elif name in offered_choices(chosen):
             fields["law_choices"] |= _read_text(where, name, entry)
         elif name in {p.name for p in chosen.parameters}:
             raise InputError(
                 f"{where}: [law]: {name} is a parameter. Fix: put it in [law.parameters]."
             )
         elif name != "name":
-            known = ["name", "parameters", *chosen.choices]
+            known = ["name", "parameters", *offered_choices(chosen)]
             raise InputError(f"{where}: [law]: " + unknown_name("key", name, known))
     return fields
 
