@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from painleve_sym import models as models
     from painleve_sym.c_export.export import export_c as export_c
     from painleve_sym.choices import EngineName as EngineName
+    from painleve_sym.choices import Friction as Friction
     from painleve_sym.choices import Policy as Policy
     from painleve_sym.choices import Record as Record
     from painleve_sym.choices import Reload as Reload
@@ -52,6 +53,8 @@ if TYPE_CHECKING:
     from painleve_sym.mechanics.contact import Contact as Contact
     from painleve_sym.mechanics.declarations import Coordinate as Coordinate
     from painleve_sym.mechanics.declarations import Parameter as Parameter
+    from painleve_sym.mechanics.materials import Material as Material
+    from painleve_sym.mechanics.materials import material as material
     from painleve_sym.mechanics.mechanism import DomainBound as DomainBound
     from painleve_sym.mechanics.mechanism import Mechanism as Mechanism
     from painleve_sym.mechanics.system import TIME as TIME
@@ -92,7 +95,7 @@ if TYPE_CHECKING:
     from painleve_sym.study.sweeps.runner import sweep as sweep
     from painleve_sym.study.sweeps.sweep import Sweep as Sweep
 
-__version__ = "0.2.0"
+__version__ = "0.3.0"
 
 _HOMES = {
     "BatchResult": "motion.batch.result",
@@ -114,6 +117,7 @@ _HOMES = {
     "CriticalForceFinder": "study.critical.bisection",
     "DomainBound": "mechanics.mechanism",
     "EngineName": "choices",
+    "Friction": "choices",
     "EventKind": "errors",
     "FitData": "study.fitting.data",
     "FitProblem": "study.fitting.problem",
@@ -127,6 +131,7 @@ _HOMES = {
     "LagrangianSystem": "mechanics.system",
     "LawsByContact": "laws.catalogue",
     "Load": "mechanics.bodies",
+    "Material": "mechanics.materials",
     "Mechanism": "mechanics.mechanism",
     "ModelError": "errors",
     "PainleveError": "errors",
@@ -161,6 +166,7 @@ _HOMES = {
     "fit": "study.fitting.problem",
     "law": "laws.catalogue",
     "load_mechanism": "mechanics.toml.mechanism_file",
+    "material": "mechanics.materials",
     "model": "codegen.named_mechanisms",
     "read_fit_data": "study.fitting.data",
     "region_map": "study.maps.region_map",

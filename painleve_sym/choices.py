@@ -54,6 +54,17 @@ class Reload(enum.StrEnum):
     Thermodynamically inadmissible, since the jump creates energy; for the reproduction only."""
 
 
+class Friction(enum.StrEnum):
+    """Friction law of a contact that yields, with μ the friction coefficient of the contact."""
+
+    COULOMB = "coulomb"
+    """μ in slip and in stick."""
+    STATIC = "static"
+    """μ in slip, and a higher static friction that stick must exceed before slip starts."""
+    STRIBECK = "stribeck"
+    """Static friction where slip starts, which falls to μ as the slip velocity grows."""
+
+
 class Record(enum.StrEnum):
     """Extent of the recorded run."""
 
@@ -69,6 +80,7 @@ EngineLike: TypeAlias = EngineName | Literal["auto", "compiled", "taylor", "erk"
 RestitutionLike: TypeAlias = Restitution | Literal["energetic", "poisson", "newton"]
 PolicyLike: TypeAlias = Policy | Literal["liftoff", "slip", "impact"]
 ReloadLike: TypeAlias = Reload | Literal["elastic", "virgin"]
+FrictionLike: TypeAlias = Friction | Literal["coulomb", "static", "stribeck"]
 RecordLike: TypeAlias = Record | Literal["dense", "events", "end"]
 
 _Choice = TypeVar("_Choice", bound=enum.StrEnum)

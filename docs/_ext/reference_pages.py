@@ -106,7 +106,7 @@ def attribute_sentences(kind: type) -> dict[str, str]:
 def named_choices() -> str:
     """Return one table per enumeration that a caller may give as a text."""
     parts = []
-    for name in ("Restitution", "Policy", "Reload", "Record", "EngineName"):
+    for name in ("Restitution", "Policy", "Reload", "Friction", "Record", "EngineName"):
         kind = getattr(choices, name)
         sentences = attribute_sentences(kind)
         summary = inspect.getdoc(kind)
@@ -202,6 +202,7 @@ theta = [0.9, 1.0]
 OUTPUTS: Mapping[str, tuple[str, ...]] = {
     "models": ("models",),
     "laws": ("laws",),
+    "materials": ("materials",),
     "derive": ("derive rod",),
     "classify": (
         f"classify rod --state {TABLE_4}",
@@ -215,6 +216,7 @@ OUTPUTS: Mapping[str, tuple[str, ...]] = {
     ),
     "simulate": (
         f"simulate rod --state {TABLE_3} --law bilinear-hertz --t-end 1e-3 --samples 3",
+        "simulate rod --law hertz --material steel --t-end 1e-3",
         f"simulate rod --state {TABLE_4} --law rigid --t-end 0.1",
         "simulate block-two-feet --state y_A=0.001 --law rigid --t-end 0.1",
     ),

@@ -11,14 +11,14 @@ from painleve_sym.cli.options import read_assignments, read_count, read_number, 
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import parse_toml, read_text
-from painleve_sym.laws.catalogue import Law, LawsByContact, law
+from painleve_sym.laws.catalogue import Law, LawsByContact, law, offered_choices
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.models import MODELS
 from painleve_sym.study.scenario import MAX_FILE, Scenario
 
 _NUMBERS = ("t_end", "initial_force", "rtol", "restitution")
 _COUNTS = ("max_steps", "max_events", "samples")
-_NAMES = ("engine", "rule", "contact", "close")
+_NAMES = ("engine", "rule", "material", "contact", "close")
 _FIELDS = {"restitution": "e", "rule": "restitution"}
 """Fields of a scenario by the option, where the two differ."""
 
@@ -51,7 +51,7 @@ def read_case(arguments: argparse.Namespace) -> Scenario:
         given |= read_law_settings(given.get("law", base.law), arguments.law_set)
     scenario = base.updated(given)
     _check_owners(scenario)
-    return scenario
+    return scenario.from_material()
 
 
 def chosen_mechanism(name: str, contact: str | None) -> Mechanism:
@@ -102,9 +102,11 @@ def read_law_settings(name: str | None, texts: list[str]) -> dict[str, Any]:
     if name is None:
         raise InputError("--law-set: no law to set. Fix: name one with --law.")
     pairs = read_assignments("--law-set", texts)
-    choices = {k: v for k, v in pairs.items() if k in law(name).choices}
+    # A rigid law has no friction law, and says so.
+    offered = {*offered_choices(law(name)), "friction"}
+    choices = {k: v for k, v in pairs.items() if k in offered}
     chosen = law(name, **choices)
-    known = [*(p.name for p in chosen.parameters), *chosen.choices]
+    known = [*(p.name for p in chosen.parameters), *offered_choices(chosen)]
     for key in pairs:
         if key not in known:
             raise InputError(f"--law-set of {name!r}: {unknown_name('parameter', key, known)}")

@@ -238,9 +238,7 @@ def _closing_coordinates(
     columns = [v for n, v in values.items() if n not in idle and n in outline.argument_names]
     varied = [v for v in (*columns, near) if (v != v[0]).any()]
     if varied:
-        _, first, back = np.unique(
-            np.stack(varied), axis=1, return_index=True, return_inverse=True
-        )
+        _, first, back = np.unique(np.stack(varied), axis=1, return_index=True, return_inverse=True)
     else:
         first, back = np.zeros(1, np.intp), np.zeros(len(near), np.intp)
     own = {n: np.asarray(v)[first] for n, v in values.items()}

@@ -48,6 +48,16 @@ class CompliantContact(ContactStates):
         """Parameters of the law."""
         return self.law.parameters
 
+    @cached_property
+    def friction_coefficient(self) -> sp.Expr:
+        """Coefficient of friction in slip: μ r(v_t)."""
+        return self.mechanism.coefficients.mu * self.law.friction.kinetic_ratio(self.slip)
+
+    @cached_property
+    def static_coefficient(self) -> sp.Expr:
+        """Coefficient of friction that stick must exceed before slip starts: μ r_s."""
+        return self.mechanism.coefficients.mu * self.law.friction.static_ratio
+
     def _of_state(self, expr: sp.Expr) -> sp.Expr:
         """Write a law's expression in the states of the automaton."""
         return sp.sympify(expr).xreplace({DELTA: -self.gap, DELTA_DOT: -self.gap_rate})
@@ -81,7 +91,7 @@ class CompliantContact(ContactStates):
         return self.transition(label, e.kind, self._of_state(e.guard), (Choice(target),), reset)
 
     def _contact_mode(self, contact: str, branch: Branch) -> Mode:
-        mu, name = self.mechanism.coefficients.mu, f"{contact}/{branch.name}"
+        mu, name = self.static_coefficient, f"{contact}/{branch.name}"
         force = self._of_state(branch.force)
         needed = self.tangential_force("stick", force)
         changes = []

@@ -135,6 +135,11 @@ class ContactStates:
         """`ContactCoefficients.drive_speeds` of the contact."""
         return self.mechanism.coefficients.drive_speeds
 
+    @property
+    def friction_coefficient(self) -> sp.Expr:
+        """Coefficient of friction in slip, which may depend on the slip velocity."""
+        return self.mechanism.coefficients.mu
+
     def tangential_force(self, contact: str, force: sp.Expr) -> sp.Expr:
         """Return F_t of a contact mode for the normal force `force`."""
         c = self.mechanism.coefficients
@@ -145,7 +150,7 @@ class ContactStates:
                 return sp.Integer(0)
             smooth = c.accelerations.xreplace({F_N: force, F_T: sp.Integer(0)})
             return -_along(c.contact.J_T, smooth, c.contact.tangential_bias) / c.W_tt
-        return -CONTACTS[contact] * c.mu * force
+        return -CONTACTS[contact] * self.friction_coefficient * force
 
     def field(
         self, contact: str | None, force: sp.Expr, normal: sp.Expr | None = None
@@ -189,7 +194,7 @@ class ContactStates:
             return _along(c.contact.J_N, accelerations, c.contact.normal_bias)
         if contact == "stick":
             return c.A_stick * force + c.B_stick
-        return c.A(CONTACTS[contact]) * force + c.B if contact else c.B
+        return c.A(CONTACTS[contact], self.friction_coefficient) * force + c.B if contact else c.B
 
     def _slip_rate(
         self, contact: str | None, force: sp.Expr, accelerations: sp.Matrix | None
@@ -201,7 +206,8 @@ class ContactStates:
         if self.slip == SLIP and accelerations is not None:
             return _along(c.contact.J_T, accelerations, c.contact.tangential_bias)
         if contact:
-            return c.slip_rate_coefficient(CONTACTS[contact]) * force + c.b_t
+            along = c.slip_rate_coefficient(CONTACTS[contact], self.friction_coefficient)
+            return along * force + c.b_t
         return c.b_t
 
     def outputs(self, contact: str | None, force: sp.Expr, stored: sp.Expr) -> dict[str, sp.Expr]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 
-from painleve_sym.choices import Policy, Reload, Restitution
+from painleve_sym.choices import Friction, Policy, Reload, Restitution
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.laws.contact_law import ContactLaw, bilinear_hertz, hertz, hunt_crossley, linear
 from painleve_sym.laws.rigid_contact import RigidLaw
@@ -24,6 +24,7 @@ LAWS = (*COMPLIANT_LAWS, RigidLaw.name)
 
 CHOICES: Mapping[str, tuple[str, ...]] = {
     "reload": tuple(Reload),
+    "friction": tuple(Friction),
     "restitution": tuple(Restitution),
     "policy": tuple(Policy),
 }
@@ -31,6 +32,9 @@ CHOICES: Mapping[str, tuple[str, ...]] = {
 
 CHOICE_NOTES: Mapping[str, str] = {
     Reload.VIRGIN: "thermodynamically inadmissible: each reload creates energy; for reproduction",
+    Friction.STATIC: "mu in slip, and static_ratio mu (1.25 mu) before slip starts",
+    Friction.STRIBECK: "static_ratio mu (1.25 mu) before slip starts, falling to mu with the slip "
+    "velocity over stribeck_velocity (0.01 m/s)",
 }
 """What to know before a choice is made, by its value."""
 
@@ -87,6 +91,13 @@ def choices_by_contact(laws: Mapping[str, Law]) -> dict[str, str]:
         else:
             choices |= {f"{name}_{contact}": value for contact, value in values.items()}
     return choices
+
+
+def offered_choices(given: Law | LawsByContact) -> dict[str, str]:
+    """Return every named choice of a law and its value, also Coulomb's friction."""
+    own = given.values() if isinstance(given, LawsByContact) else (given,)
+    friction = {"friction": str(Friction.COULOMB)} if any(o.is_compliant for o in own) else {}
+    return {**friction, **given.choices}
 
 
 def law(name: str, **choices: str) -> Law | LawsByContact:
@@ -155,7 +166,7 @@ def _laws_by_contact(text: str, choices: Mapping[str, str]) -> LawsByContact:
                 f"contact law {text!r}: got {part!r}, need a law for each contact, once, such as "
                 "A=hertz,B=rigid."
             )
-        own = one_law(name).choices
+        own = offered_choices(one_law(name))
         known |= set(own)
         laws[contact] = one_law(name, **{k: v for k, v in choices.items() if k in own})
     _check_choices(text, choices, sorted(known))
@@ -166,13 +177,20 @@ def compliant_law(name: str, **choices: str) -> ContactLaw:
     """Return the named law of a contact that yields; see `law`."""
     if name not in COMPLIANT_LAWS:
         raise InputError(unknown_name("contact law", name, COMPLIANT_LAWS))
-    _check_choices(name, choices, ["reload"] if name.startswith("bilinear-hertz") else [])
-    return COMPLIANT_LAWS[name](**choices)
+    known = ["reload", "friction"] if name.startswith("bilinear-hertz") else ["friction"]
+    _check_choices(name, choices, known)
+    friction = choices.pop("friction", Friction.COULOMB)
+    return COMPLIANT_LAWS[name](**choices).with_friction(friction)  # type: ignore[arg-type]
 
 
 def _check_choices(
     name: str, given: Mapping[str, str], known: Mapping[str, str] | list[str]
 ) -> None:
     for key in given:
+        if key == "friction" and "friction" not in known:
+            raise InputError(
+                f"law {name!r}: friction: got {given[key]!r}, and a rigid contact has Coulomb "
+                "friction with one coefficient. Fix: take a compliant law, such as linear."
+            )
         if key not in known:
             raise InputError(f"law {name!r}: " + unknown_name("choice", key, known))

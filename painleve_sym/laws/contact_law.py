@@ -10,8 +10,9 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from painleve_sym.choices import Reload, ReloadLike, chosen
+from painleve_sym.choices import FrictionLike, Reload, ReloadLike, chosen
 from painleve_sym.errors import InputError, ModelError, unknown_name
+from painleve_sym.laws.friction import FrictionLaw
 from painleve_sym.mechanics.declarations import (
     Parameter,
     settings_text,
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class ContactLaw(Deferred):
-    """A normal contact law made of branches.
+    """A normal contact law made of branches, and the friction law of the contact.
 
     Parameters
     ----------
@@ -47,6 +48,8 @@ class ContactLaw(Deferred):
         Named choices the law was made with (such as the reload rule).
     stiffness, exponent : sympy.Expr
         K and n of the loading curve K δⁿ, used for scales and closed forms.
+    friction : FrictionLaw
+        Its parameters are among those of the law; by default Coulomb's.
 
     Raises
     ------
@@ -69,6 +72,7 @@ class ContactLaw(Deferred):
     definitions: Mapping[Symbol, Expr] = field(default_factory=dict)
     recontacts: tuple[Exit, ...] = field(default_factory=tuple)
     choices: Mapping[str, str] = field(default_factory=dict)
+    friction: FrictionLaw = field(default_factory=FrictionLaw)
 
     def __post_init__(self) -> None:
         from sympy import sympify
@@ -116,6 +120,52 @@ class ContactLaw(Deferred):
             self, parameters=with_defaults(f"law {self.name!r}", self.parameters, values)
         )
 
+    def with_friction(self, friction: FrictionLike) -> ContactLaw:
+        """Return the law with a friction law; its parameters follow those of the law.
+
+        Parameters
+        ----------
+        friction : {"coulomb", "static", "stribeck"}
+
+        Raises
+        ------
+        InputError
+            An unknown friction law, or a law that has one other than Coulomb's already.
+
+        Examples
+        --------
+        >>> from painleve_sym import laws
+        >>> [p.name for p in laws.linear().with_friction("stribeck").parameters]
+        ['k', 'c', 'static_ratio', 'stribeck_velocity']
+        """
+        rubbing = FrictionLaw.named(friction)
+        if not self.friction.is_coulomb:
+            raise InputError(
+                f"law {self.name!r}: friction: got {rubbing.kind.value!r} for a law that has "
+                f"{self.friction.kind.value!r} already. Fix: start from the law without it."
+            )
+        if rubbing.is_coulomb:
+            return self
+        parameters = (*self.parameters, *rubbing.parameters)
+        choices = {**self.choices, "friction": str(rubbing.kind)}
+        source = f"{self.source}; {rubbing.source}"
+
+        def make() -> ContactLaw:
+            return replace(
+                self, parameters=parameters, choices=choices, source=source, friction=rubbing
+            )
+
+        return ContactLaw.deferred(
+            make,
+            name=self.name,
+            title=self.title,
+            source=source,
+            parameters=parameters,
+            choices=choices,
+            friction=rubbing,
+            definition=f"{self.definition} with {rubbing.kind} friction",
+        )
+
     def of_contact(self, contact: str) -> ContactLaw:
         """Return the law with the contact's name behind those of its parameters and constants."""
         return self._renamed(f" of contact {contact}", lambda name: f"{name}_{contact}")
@@ -134,8 +184,10 @@ class ContactLaw(Deferred):
 
     def _renamed(self, definition: str, new_name: Callable[[str], str]) -> ContactLaw:
         parameters = tuple(replace(p, name=new_name(p.name)) for p in self.parameters)
+        friction = self.friction.renamed(new_name)
         return ContactLaw.deferred(
             partial(self._with_names, new_name, parameters),
+            friction=friction,
             name=self.name,
             title=self.title,
             source=self.source,
@@ -184,6 +236,7 @@ class ContactLaw(Deferred):
             definitions={own(s): own(v) for s, v in self.definitions.items()},
             recontacts=exits(self.recontacts),
             choices=self.choices,
+            friction=self.friction.renamed(new_name),
         )
 
     @property
@@ -206,20 +259,33 @@ def _exponent(default: float) -> tuple[Parameter, Parameter]:
 def _body_parameters(bodies: int) -> tuple[Parameter, ...]:
     """Modulus, Poisson's ratio and radius or curvature, of one body or of two."""
     if bodies == 1:
-        E = Parameter("E", 20.9e10, "Pa", "elastic modulus, both bodies", 0.0, lower_closed=False)
-        nu = Parameter("nu", 0.3, "1", "Poisson's ratio, both bodies", -1.0, 0.5)
+        E, nu = _elastic(0, ", both bodies")
         R = Parameter("R", 0.00645, "m", "radius of the contact end", 0.0, lower_closed=False)
         return E, nu, R
     if bodies != 2:
         raise InputError(f"contact law: bodies: got {bodies!r}, need 1 or 2.")
     parameters: tuple[Parameter, ...] = ()
     for i, default_curvature in ((1, 1 / 0.00645), (2, 0.0)):
-        body = f"of body {i}"
-        E = Parameter(f"E_{i}", 20.9e10, "Pa", f"elastic modulus {body}", 0.0, lower_closed=False)
-        nu = Parameter(f"nu_{i}", 0.3, "1", f"Poisson's ratio {body}", -1.0, 0.5)
-        k = Parameter(f"kappa_{i}", default_curvature, "1/m", f"curvature 1/R {body}")
-        parameters += (E, nu, k)
+        k = Parameter(f"kappa_{i}", default_curvature, "1/m", f"curvature 1/R of body {i}")
+        parameters += (*_elastic(i, f" of body {i}"), k)
     return parameters
+
+
+def _elastic(body: int, whose: str) -> tuple[Parameter, Parameter]:
+    """Return modulus and Poisson's ratio of body 1 or 2, or, for 0, of both."""
+    end = f"_{body}" if body else ""
+    modulus = Parameter(
+        *(f"E{end}", 20.9e10, "Pa", f"elastic modulus{whose}", 0.0),
+        lower_closed=False,
+        material="young_modulus",
+        body=body,
+    )
+    ratio = Parameter(
+        *(f"nu{end}", 0.3, "1", f"Poisson's ratio{whose}", -1.0, 0.5),
+        material="poisson_ratio",
+        body=body,
+    )
+    return modulus, ratio
 
 
 def bilinear_hertz(reload: ReloadLike = Reload.ELASTIC, bodies: int = 1) -> ContactLaw:
@@ -312,7 +378,10 @@ def hunt_crossley(bodies: int = 1) -> ContactLaw:
 
 def _named(known: Mapping[str, Any], definition: str) -> ContactLaw:
     """Return a named law; the cache knows it by `definition` and the package's own source."""
-    return ContactLaw.deferred(partial(_with_formulas, known), definition=definition, **known)
+    friction = FrictionLaw()
+    return ContactLaw.deferred(
+        partial(_with_formulas, known), definition=definition, friction=friction, **known
+    )
 
 
 def _with_formulas(known: Mapping[str, Any]) -> ContactLaw:

@@ -82,18 +82,31 @@ class ContactCoefficients:
         """Friction coefficient μ."""
         return self.contact.friction
 
-    def A(self, slip: int = -1) -> sp.Expr:
-        """Return A_s = W_nn − μ s W_nt for slip direction s = sign(v_t); 1/kg."""
-        return readable(self.W_nn - slip * self.mu * self.W_nt)
+    def A(self, slip: int = -1, friction: sp.Expr | None = None) -> sp.Expr:
+        """Return A_s = W_nn − μ s W_nt for slip direction s = sign(v_t); 1/kg.
+
+        Parameters
+        ----------
+        slip : int
+            s.
+        friction : sympy.Expr, optional
+            In place of μ.
+        """
+        mu = self.mu if friction is None else friction
+        return readable(self.W_nn - slip * mu * self.W_nt)
 
     @property
     def B(self) -> sp.Expr:
         """B = b_n, the free normal acceleration; m/s²."""
         return self.b_n
 
-    def slip_rate_coefficient(self, slip: int = -1) -> sp.Expr:
-        """Return C_s = W_nt − μ s W_tt, so that v̇_t = C_s F_n + b_t in slip; 1/kg."""
-        return readable(self.W_nt - slip * self.mu * self.W_tt)
+    def slip_rate_coefficient(self, slip: int = -1, friction: sp.Expr | None = None) -> sp.Expr:
+        """Return C_s = W_nt − μ s W_tt, so that v̇_t = C_s F_n + b_t in slip; 1/kg.
+
+        The arguments are those of `A`.
+        """
+        mu = self.mu if friction is None else friction
+        return readable(self.W_nt - slip * mu * self.W_tt)
 
     @cached_property
     def sticking_force(self) -> sp.Expr:

@@ -256,9 +256,7 @@ def region_map(
     400
     """
     mechanism = as_mechanism(mechanism)
-    place = map_place(
-        mechanism, over, ranges or {}, points, slip, state, parameters or {}, close
-    )
+    place = map_place(mechanism, over, ranges or {}, points, slip, state, parameters or {}, close)
     thresholds = _thresholds(mechanism, place, slip)
     place = reaching(place, ranges or {}, thresholds.get("mu_P"))
     grids, is_open, used = _grids(mechanism, place, slip, engine)

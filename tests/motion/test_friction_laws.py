@@ -1,0 +1,212 @@
+"""Static friction above kinetic, and Stribeck's curve: closed solutions, SciPy, and symmetries."""
+
+from __future__ import annotations
+
+import functools
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+import painleve_sym as ps
+from painleve_sym.errors import InputError
+from painleve_sym.laws.friction import FrictionLaw
+from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
+
+BELT = """
+name = "block-on-belt"
+title = "block on a belt, held by a level spring"
+source = "a test"
+gravity = "g"
+
+[coordinates]
+x = { unit = "m", meaning = "position along the belt" }
+y = { unit = "m", meaning = "height" }
+
+[parameters]
+m = { default = 2.0, unit = "kg", meaning = "mass", positive = true }
+k_s = { default = 300.0, unit = "N/m", meaning = "stiffness of the spring", lower = 0 }
+u = { default = 0.1, unit = "m/s", meaning = "speed of the belt" }
+g = { default = 9.8, unit = "m/s^2", meaning = "gravity", lower = 0 }
+mu = { default = 0.4, unit = "1", meaning = "friction coefficient" }
+
+[[bodies]]
+mass = "m"
+centre = ["x", "y"]
+
+[[springs]]
+extension = "x"
+stiffness = "k_s"
+
+[[contacts]]
+name = "belt"
+point = ["x", "y"]
+surface_speed = "u"
+friction = "mu"
+"""
+M, K_S, U, G, MU = 2.0, 300.0, 0.1, 9.8, 0.4
+TABLE_3 = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
+
+
+@pytest.fixture(scope="module")
+def belt(tmp_path_factory):
+    path = Path(tmp_path_factory.mktemp("belt")) / "block-on-belt.toml"
+    path.write_text(BELT, encoding="utf-8")
+    mechanism = load_mechanism(path)
+
+    @functools.cache
+    def simulator(friction):
+        return ps.Simulator(mechanism, ps.law("linear", friction=friction))
+
+    def run(friction, t_end, state=None, **parameters):
+        start = {"x_dot": parameters.get("u", U), **(state or {})}
+        return simulator(friction).run(
+            start, t_end=t_end, initial_force=M * G, parameters=parameters, rtol=1e-11
+        )
+
+    return run
+
+
+@functools.cache
+def rod_simulator(friction, engine="auto"):
+    return ps.Simulator(ps.model("rod"), ps.law("hertz", friction=friction), engine)
+
+
+# ---- Coulomb is the limit ----
+
+
+@pytest.mark.parametrize("friction", ["static", "stribeck"])
+def test_equal_static_and_kinetic_friction_is_coulomb(friction):
+    plain = rod_simulator("coulomb").run(TABLE_3, t_end=0.006)
+    other = rod_simulator(friction).run(TABLE_3, t_end=0.006, parameters={"static_ratio": 1.0})
+    assert [e.kind for e in plain.events] == [e.kind for e in other.events]
+    assert {"slip_stop", "separation"} <= {e.kind for e in plain.events}
+    for a, b in zip(plain.events, other.events, strict=True):
+        assert b.time == pytest.approx(a.time, rel=1e-13)
+    for name, value in plain.final.items():
+        assert other.final[name] == pytest.approx(value, rel=1e-11, abs=1e-13)
+
+
+def test_coulomb_friction_is_the_law_itself():
+    law = ps.law("hertz")
+    assert law.with_friction("coulomb") is law
+    assert ps.law("hertz", friction="coulomb").definition == law.definition
+
+
+# ---- a closed solution, and SciPy ----
+
+
+def test_stick_slip_under_static_friction_has_its_closed_solution(belt):
+    ratio = 1.5
+    run = belt("static", 1.2, static_ratio=ratio)
+    starts, stops = run.events_of("slip_start"), run.events_of("slip_stop")
+    # It sticks to the belt until the spring carries mu_s m g.
+    force = M * G * MU
+    assert starts[0].time == pytest.approx(ratio * force / K_S / U, rel=1e-9)
+    # Then it swings about the kinetic force until it is as fast as the belt again.
+    w, a = math.sqrt(K_S / M), (ratio - 1) * force / K_S
+    slipping = 2 * (math.pi - math.atan(a * w / U)) / w
+    assert stops[0].time - starts[0].time == pytest.approx(slipping, rel=1e-8)
+    assert starts[1].time - stops[0].time == pytest.approx(2 * a / U, rel=1e-8)
+
+
+@settings(max_examples=12, deadline=None)
+@given(
+    ratio=st.floats(1.05, 2.5),
+    v_s=st.floats(0.02, 0.5),
+    start=st.floats(-0.4, 0.4),
+)
+def test_stribeck_slip_equals_scipy(belt, ratio, v_s, start):
+    run = belt(
+        "stribeck",
+        0.15,
+        {"x_dot": start + 3 * U, "x": 0.02},
+        static_ratio=ratio,
+        stribeck_velocity=v_s,
+    )
+    end = min([e.time for e in run.events], default=0.15)
+
+    def rates(_, z):
+        v = z[1] - U
+        mu = MU * (1 + (ratio - 1) / (1 + (v / v_s) ** 2))
+        return [z[1], -K_S / M * z[0] - math.copysign(mu, v) * G]
+
+    z0 = [0.02, start + 3 * U]
+    other = solve_ivp(rates, (0, end), z0, "DOP853", rtol=1e-12, atol=1e-14)
+    if abs(z0[1] - U) > 1e-9:
+        assert run.state(end)["x"] == pytest.approx(other.y[0, -1], rel=1e-8, abs=1e-11)
+        assert run.state(end)["x_dot"] == pytest.approx(other.y[1, -1], rel=1e-8, abs=1e-10)
+
+
+# ---- the rod: energy, mirror image, engines ----
+
+CASES = st.fixed_dictionaries(
+    {
+        "static_ratio": st.floats(1.0, 3.0),
+        "stribeck_velocity": st.floats(1e-3, 2.0),
+        "mu": st.floats(0.1, 2.0),
+    }
+)
+
+
+@settings(max_examples=15, deadline=None)
+@given(parameters=CASES, friction=st.sampled_from(["static", "stribeck"]), slip=st.floats(-2, 2))
+def test_energy_balance_closes_and_the_mirror_image_mirrors(parameters, friction, slip):
+    if friction == "static":
+        parameters = {k: v for k, v in parameters.items() if k != "stribeck_velocity"}
+    simulator = rod_simulator(friction)
+    state = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": slip, "y_A_dot": -0.1}
+    other = {**state, "theta": math.pi - 1.0, "theta_dot": -1.0, "x_A_dot": -slip}
+    run = simulator.run(state, t_end=0.004, parameters=parameters, rtol=1e-11)
+    mirror = simulator.run(other, t_end=0.004, parameters=parameters, rtol=1e-11)
+    t = run.sample(40)
+    values = run.outputs(t)
+    energy = sum(values[f"{n}_energy"] for n in ("kinetic", "potential", "stored"))
+    for loss in ("friction_dissipation", "contact_dissipation"):
+        energy = energy + run.values(loss, t)
+    assert np.ptp(energy) < 1e-9 * np.max(np.abs(energy))
+    assert np.all(np.diff(run.values("friction_dissipation", t)) >= -1e-12)
+    bound = parameters["mu"] * parameters["static_ratio"] * values["normal_force"]
+    assert np.all(np.abs(values["tangential_force"]) <= bound * (1 + 1e-9) + 1e-9)
+    assert [e.kind for e in run.events] == [e.kind for e in mirror.events]
+    assert mirror.final["y_A"] == pytest.approx(run.final["y_A"], rel=1e-8, abs=1e-12)
+    assert mirror.final["x_A_dot"] == pytest.approx(-run.final["x_A_dot"], rel=1e-7, abs=1e-9)
+
+
+@pytest.mark.parametrize("friction", ["static", "stribeck"])
+def test_engines_agree(friction):
+    runs = [rod_simulator(friction, e).run(TABLE_3, t_end=0.006) for e in ("auto", "compiled")]
+    assert [e.kind for e in runs[0].events] == [e.kind for e in runs[1].events]
+    for name in ("theta_dot", "y_A_dot", "x_A_dot"):
+        assert runs[0].final[name] == pytest.approx(runs[1].final[name], rel=1e-7, abs=1e-9)
+
+
+# ---- bad input ----
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: ps.law("rigid", friction="stribeck"), "compliant law"),
+        (lambda: ps.law("hertz", friction="lugre"), "coulomb, static, stribeck"),
+        (lambda: ps.law("hertz", friction="static").with_friction("stribeck"), "already"),
+        (lambda: FrictionLaw.named("Coulomb"), "coulomb"),
+        (
+            lambda: ps.Simulator(ps.model("block-two-feet"), ps.law("hertz", friction="static")),
+            "one contact",
+        ),
+        (
+            lambda: rod_simulator("static").run(
+                TABLE_3, t_end=1e-3, parameters={"static_ratio": 0.5}
+            ),
+            "1 <= static_ratio",
+        ),
+    ],
+)
+def test_what_does_not_go_together_is_one_sentence(make, words):
+    with pytest.raises(InputError, match=words):
+        make()
