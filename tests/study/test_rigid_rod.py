@@ -12,9 +12,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.optimize import brentq
 
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.codegen.named_mechanisms import model
+from painleve_sym.laws.catalogue import law
+from painleve_sym.motion.simulator import Simulator
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "examples" / "studies" / "rigid_rod"
@@ -124,6 +127,25 @@ def test_divergence_is_a_real_root_of_the_same_modes():
     assert abs(below.imag) > 1 and below.real > 1  # coupled modes
 
 
+def test_runs_part_at_the_rate_of_the_root():
+    """Nonlinear motion on a linear contact; θ drifts by a hundredth meanwhile."""
+    k, mu = 2.5e6, 1.1
+    p = study.growth(STEEL, (2, 1), 1.0, mu, k)
+    assert p.imag == 0 and f"p = {p.real:.1f} 1/s" in PAGE
+    simulator = Simulator(model("rod-bending:2,1"), law("linear"))
+    runs = [
+        simulator.run(
+            {"theta": 1.0, "x_A_dot": -20.0}, t_end=0.01, initial_force=force,
+            until=("slip_stop", "separation"), parameters={"mu": mu, "k": k},
+        )
+        for force in (60.0, 60.0 * (1 + 1e-7))
+    ]  # fmt: skip
+    t = np.linspace(0.5, 0.8, 7) * min(r.t[-1] for r in runs)
+    gap = np.abs(np.subtract(*(r.values("normal_force", t) for r in runs)))
+    rate = np.polyfit(t, np.log(gap), 1)[0]
+    assert rate == pytest.approx(p.real, rel=0.01)
+
+
 def test_mobilities_ratio_peaks_at_the_number_of_the_page():
     for slender in (50, 222, 1000):
         peak = study.peak_ratio(study.round_bar(slender))
@@ -153,6 +175,23 @@ def test_orders_and_agreement_of_the_oracle_are_those_of_the_page():
         limit = t[3] + (t[3] - t[2]) / 3
         (best,) = [r["slip_stop"] for r in modes if r["speed"] == speed and r["model"] == "16,2"]
         assert abs(best / limit - 1) < tolerance
+
+
+def test_opening_numbers_of_the_page():
+    _, k = study.contact(study.WEIGHT)
+    form = study.euler_bernoulli(STEEL)
+    least = min(study.threshold(form, angle, k)[0] for angle in np.linspace(1.3, 1.38, 9))
+    coupled = study.flutter_threshold(STEEL, (12, 6), 1.0, k)
+
+    def excess(slender):
+        bar = study.round_bar(slender)
+        return study.contact(study.WEIGHT, radius=bar.radius)[1] / study.rigid_up_to(bar) - 1
+
+    edge = brentq(excess, 10, 100)
+    opening = PAGE.split("## Assumptions")[0]
+    for text in (f"{least:.2f} instead of 4/3", f"μ = {coupled:.3f}", f"{edge:.0f} diameters"):
+        assert text in opening, text
+    assert f"{study.threshold(form, 1.0, k)[0]:.3f} instead of 1.375" in opening
 
 
 def test_page_prints_the_tables_of_the_study():

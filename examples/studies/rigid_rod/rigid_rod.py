@@ -322,7 +322,8 @@ def chain(
     masses[[0, -1]] /= 2
     taut, bent = bar.modulus * bar.area / h, bar.stiffness / h
     constant, _ = contact(1.0, bar.modulus)
-    n, e = 1.764, 0.75
+    values = {p.name: p.default for p in ps.law("bilinear-hertz").parameters}
+    n, e = values["n"], values["e_energetic"]
 
     def normal_force(depth: float, deepest: float) -> float:
         if depth >= deepest:
