@@ -50,13 +50,13 @@ oldest: ## test the oldest versions of the dependencies, in .venv-oldest
 	$(VENV)-oldest/bin/python -m pytest -q $(PARALLEL) -m "not slow" $(OLDEST_TESTS)
 
 # Tests of pages are skipped, with the reason, where these are absent.
-AXE := axe-core@4.14.1
+NODE_PACKAGES := axe-core@4.14.1 typescript@5.9.3
 setup-browser: $(VENV)/.installed ## install what tests of pages need besides Chromium and Node
 	@command -v chromium chromium-browser chrome > /dev/null || echo "make: Chromium is absent. Fix: sudo apt install chromium"
 	@command -v node > /dev/null || echo "make: Node is absent. Fix: sudo apt install nodejs npm"
 	@command -v wasm-ld > /dev/null || echo "make: clang for WebAssembly is absent; the package ziglang takes its place, or: sudo apt install clang lld wasi-libc libclang-rt-dev-wasm32"
 	@$(PIP) install -c constraints.txt -e '.[browser,notebook,web]'
-	@npm install --silent --no-audit --no-fund --prefix $(VENV)/browser $(AXE)
+	@npm install --silent --no-audit --no-fund --prefix $(VENV)/browser $(NODE_PACKAGES)
 
 explorer-modules: $(VENV)/.installed ## compile the explorer's modules of the named mechanisms again where they are old
 	$(BIN)/python tools/explorer_modules.py

@@ -53,6 +53,8 @@ if TYPE_CHECKING:
     from painleve_sym.mechanics.contact import Contact as Contact
     from painleve_sym.mechanics.declarations import Coordinate as Coordinate
     from painleve_sym.mechanics.declarations import Parameter as Parameter
+    from painleve_sym.mechanics.materials import Material as Material
+    from painleve_sym.mechanics.materials import material as material
     from painleve_sym.mechanics.mechanism import DomainBound as DomainBound
     from painleve_sym.mechanics.mechanism import Mechanism as Mechanism
     from painleve_sym.mechanics.system import TIME as TIME
@@ -93,7 +95,7 @@ if TYPE_CHECKING:
     from painleve_sym.study.sweeps.runner import sweep as sweep
     from painleve_sym.study.sweeps.sweep import Sweep as Sweep
 
-__version__ = "0.2.0"
+__version__ = "0.3.0"
 
 _HOMES = {
     "BatchResult": "motion.batch.result",
@@ -129,6 +131,7 @@ _HOMES = {
     "LagrangianSystem": "mechanics.system",
     "LawsByContact": "laws.catalogue",
     "Load": "mechanics.bodies",
+    "Material": "mechanics.materials",
     "Mechanism": "mechanics.mechanism",
     "ModelError": "errors",
     "PainleveError": "errors",
@@ -163,6 +166,7 @@ _HOMES = {
     "fit": "study.fitting.problem",
     "law": "laws.catalogue",
     "load_mechanism": "mechanics.toml.mechanism_file",
+    "material": "mechanics.materials",
     "model": "codegen.named_mechanisms",
     "read_fit_data": "study.fitting.data",
     "region_map": "study.maps.region_map",

@@ -25,6 +25,7 @@ EXPLANATIONS = (
     "impacts.md",
     "maps.md",
     "reverse-chatter.md",
+    "rigid-rod.md",
     "sensitivities.md",
     "several-contacts.md",
     "singular-point.md",

@@ -72,6 +72,8 @@ def test_files_of_every_kind_are_tested():
         (MECHANISM["coordinates"]["additionalProperties"]["properties"], reader._COORDINATE),
         (MECHANISM["parameters"]["additionalProperties"]["properties"], reader._PARAMETER),
         (MECHANISM["bodies"]["items"]["properties"], reader._BODY),
+        (MECHANISM["bodies"]["items"]["properties"]["modes"]["items"]["properties"], reader._MODE),
+        (MECHANISM["shapes"]["items"]["properties"], reader._SHAPE),
         (MECHANISM["springs"]["items"]["properties"], reader._SPRING),
         (MECHANISM["loads"]["items"]["properties"], reader._LOAD),
         (MECHANISM["contacts"]["items"]["properties"], reader._CONTACT),

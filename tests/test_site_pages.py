@@ -13,6 +13,7 @@ from tests.site_pages import ROOT, Page, matches
 
 DOCS = ROOT / "docs"
 PAGES = sorted([*(DOCS / "tutorials").glob("*.md"), *(DOCS / "how-to").glob("*.md")])
+PAGES.append(DOCS / "reference" / "cite.md")
 SLOW = {"cluster", "fit"}
 # Pages that show nothing to run.
 TEXT = {"explorer", "newcomers-hour", "which-command"}

@@ -38,6 +38,11 @@ RUNS: dict[str, tuple[tuple[str, ...], tuple[str, ...], str]] = {
         ("new/growth.json", "new/growth.png", "new/growth.svg"),
         r"(?m)^energetic +0\.\d+ ",
     ),
+    "rigid_rod/rigid_rod.py": (
+        ("--quick", "--out", "{}/new"),
+        ("new/rigid-rod.json", "new/thresholds.csv", "new/rigid-rod.png", "new/rigid-rod.svg"),
+        r"nothing diverges below mu = 0\.3639",
+    ),
     "sensitive_impact.py": (("{}/rate",), ("rate.png", "rate.svg"), r"mu"),
     "sticking_feet.py": (
         ("{}/feet",),

@@ -15,6 +15,17 @@ SECTIONS = {
     "studies": "Studies, not executed here: they run for minutes or take options",
 }
 
+THUMBNAILS = {
+    "corrected_jump": "docs/figures/corrected-jump.png",
+    "study": "docs/figures/critical-force-convergence.png",
+    "fit_noisy_impacts": "docs/figures/fit-force.png",
+    "sensitive_impact": "docs/figures/sensitive-impact.png",
+    "sticking_feet": "docs/figures/sticking-feet.png",
+    "growth": "examples/studies/reverse_chatter/growth.png",
+    "fates": "examples/studies/singular_point/fates.png",
+}
+"""Figures of scripts that are not executed."""
+
 
 def stage(examples: Path, folder: Path) -> None:
     """Copy the scripts, one folder per section; the first line of a docstring becomes the title."""
@@ -29,10 +40,8 @@ def stage(examples: Path, folder: Path) -> None:
             assert question, f"{script}: no docstring"
             line = "=" * len(question[1])
             text = text.replace(question[1], f"\n{line}\n{question[1]}\n{line}", 1)
-            figures = sorted(script.parent.glob("*.png")) if section == "studies" else []
-            if figures:
-                path = figures[0].relative_to(examples.parent)
-                text += f"# sphinx_gallery_thumbnail_path = '../{path}'\n"
+            if script.stem in THUMBNAILS:
+                text += f"# sphinx_gallery_thumbnail_path = '../{THUMBNAILS[script.stem]}'\n"
             (folder / section / script.name).write_text(text, "utf-8")
     header = "Gallery\n=======\n\nOne question per script; each is in the folder ``examples``.\n"
     (folder / "GALLERY_HEADER.rst").write_text(header, "utf-8")

@@ -202,6 +202,7 @@ theta = [0.9, 1.0]
 OUTPUTS: Mapping[str, tuple[str, ...]] = {
     "models": ("models",),
     "laws": ("laws",),
+    "materials": ("materials",),
     "derive": ("derive rod",),
     "classify": (
         f"classify rod --state {TABLE_4}",
@@ -215,9 +216,12 @@ OUTPUTS: Mapping[str, tuple[str, ...]] = {
     ),
     "simulate": (
         f"simulate rod --state {TABLE_3} --law bilinear-hertz --t-end 1e-3 --samples 3",
+        "simulate rod --law hertz --material steel --t-end 1e-3",
         f"simulate rod --state {TABLE_4} --law rigid --t-end 0.1",
         "simulate block-two-feet --state y_A=0.001 --law rigid --t-end 0.1",
     ),
+    "animate": ("animate rod --law rigid --t-end 0.01 --duration 1 --out {folder}/rod.gif",),
+    "explore": ("explore rod --out {folder}/rod.html",),
     "map": ("map rod --over theta,theta_dot --points 9",),
     "critical": (f"critical rod --state {TABLE_4} --gradient mu",),
     "sweep": ("sweep {folder}/sweep.toml --out {folder}/sweep.npz",),
@@ -504,16 +508,16 @@ def write(folder: Path) -> None:
 
 
 def explorer(folder: Path) -> str:
-    """Write the explorer page of every named mechanism that has one; return links to them."""
-    if "explore" not in COMMANDS:
-        return "The explorer is not part of this version.\n"
+    """Write the explorer page of every mechanism whose module is in the package; return links."""
     folder.mkdir(parents=True, exist_ok=True)
-    links = []
+    modules = Path(painleve_sym.__path__[0]) / "explorer" / "data"
+    rows = []
     for name in MODELS:
-        page = folder / f"{name}.html"
-        if main(["explore", name, "--out", str(page)]) == 0:
-            links.append(f'- <a href="../explorer/{name}.html">{name}</a>')
-    return "\n".join(links) + "\n"
+        if (modules / f"{name}.wasm.gz").exists():
+            answer = call(f"explore {name} --out {folder / name}.html")
+            link = f'<a href="../explorer/{name}.html">{name}</a>'
+            rows.append((link, model(name).title, f"{answer['bytes'] / 1000:.0f} kB"))
+    return table(("page", "mechanism", "size"), rows)
 
 
 def _write(path: Path, text: str) -> None:

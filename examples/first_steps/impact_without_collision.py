@@ -6,7 +6,7 @@ contact, E = 20.9e14 Pa: nothing collides, yet there is an impact. SI units.
 
 import painleve_sym as ps
 
-law = ps.laws.bilinear_hertz(E=20.9e14, reload="virgin")
+law = ps.laws.bilinear_hertz(E=20.9e14)
 start = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
 run = ps.simulate(ps.models.rod(), law, start, t_end=1e-3)
 for event in run.events:

@@ -18,7 +18,7 @@ from painleve_sym.study.scenario import MAX_FILE, Scenario
 
 _NUMBERS = ("t_end", "initial_force", "rtol", "restitution")
 _COUNTS = ("max_steps", "max_events", "samples")
-_NAMES = ("engine", "rule", "contact", "close")
+_NAMES = ("engine", "rule", "material", "contact", "close")
 _FIELDS = {"restitution": "e", "rule": "restitution"}
 """Fields of a scenario by the option, where the two differ."""
 
@@ -51,7 +51,7 @@ def read_case(arguments: argparse.Namespace) -> Scenario:
         given |= read_law_settings(given.get("law", base.law), arguments.law_set)
     scenario = base.updated(given)
     _check_owners(scenario)
-    return scenario
+    return scenario.from_material()
 
 
 def chosen_mechanism(name: str, contact: str | None) -> Mechanism:

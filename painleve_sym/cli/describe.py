@@ -1,4 +1,4 @@
-"""The commands that list what there is: models, laws, automaton."""
+"""The commands that list what there is: models, laws, materials, automaton."""
 
 from __future__ import annotations
 
@@ -19,9 +19,11 @@ from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.laws.restitution import RESTITUTIONS, RestitutionLaw
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.declarations import TIME_NAME, Parameter
+from painleve_sym.mechanics.materials import PAIR_PROPERTIES, Material, MaterialValue, material
+from painleve_sym.mechanics.materials import materials as known_materials
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.models import MODELS
-from painleve_sym.references import cited_works
+from painleve_sym.references import Reference, cited_works, reference
 
 if TYPE_CHECKING:
     from painleve_sym.hybrid.automaton import HybridAutomaton, Transition
@@ -149,6 +151,63 @@ def _one_law_or_rule(name: str, as_json: bool) -> int:
     return 0
 
 
+# ---- materials ----
+
+
+def materials(arguments: argparse.Namespace) -> int:
+    """List the materials, or show the named one."""
+    named = known_materials()
+    chosen = list(named.values()) if arguments.name is None else [material(arguments.name)]
+    if arguments.json:
+        print_json({"materials": [material_data(m) for m in chosen]})
+        return 0
+    for i, one in enumerate(chosen):
+        if i:
+            show()
+        _show_material(one)
+    return 0
+
+
+def material_data(one: Material) -> dict[str, Any]:
+    """Return a material as plain data; a pair lacks what no source gives."""
+    pairs = []
+    for pair in one.pairs:
+        values = {name: getattr(pair, name) for name in PAIR_PROPERTIES}
+        given = {name: to_plain(value) for name, value in values.items() if value is not None}
+        pairs.append({"other": pair.other, **given})
+    keys = dict.fromkeys(source for value in _values(one) for source in value.sources)
+    return {
+        **plain_fields(one, "name", "title", "properties"),
+        "pairs": pairs,
+        "references": [reference_data(reference(key)) for key in keys],
+    }
+
+
+def _values(one: Material) -> list[MaterialValue]:
+    of_pairs = [getattr(pair, name) for pair in one.pairs for name in PAIR_PROPERTIES]
+    return [*one.properties.values(), *(value for value in of_pairs if value is not None)]
+
+
+def _show_material(one: Material) -> None:
+    show(f"{one.name}: {one.title}")
+    rows = [_material_row(name, value) for name, value in one.properties.items()]
+    for pair in one.pairs:
+        for name in PAIR_PROPERTIES:
+            value = getattr(pair, name)
+            if value is not None:
+                rows.append(_material_row(f"{name} with {pair.other}", value))
+    show_table(("property", "value", "range", "unit", "note"), rows, left=(0, 2, 3, 4))
+    show("  sources:")
+    keys = dict.fromkeys(source for value in _values(one) for source in value.sources)
+    for key in keys:
+        show(f"    {reference(key)}")
+
+
+def _material_row(name: str, value: MaterialValue) -> tuple[str, ...]:
+    spread = f"{number(value.lower)} to {number(value.upper)}" * (value.lower < value.upper)
+    return name, number(value.value), spread, value.unit, value.note
+
+
 def _show_law(one: ContactLaw | RigidLaw) -> None:
     show(f"{one.name}: {one.title}")
     _show_parameters(one.parameters)
@@ -211,10 +270,12 @@ def law_data(one: ContactLaw | RigidLaw) -> dict[str, Any]:
 
 def references_data(source: str) -> list[dict[str, Any]]:
     """Return the works that a source cites as plain data."""
-    return [
-        plain_fields(work, "key", "label", "text", "link", "unconfirmed")
-        for work in cited_works(source)
-    ]
+    return [reference_data(work) for work in cited_works(source)]
+
+
+def reference_data(work: Reference) -> dict[str, Any]:
+    """Return a work as plain data."""
+    return plain_fields(work, "key", "label", "text", "link", "unconfirmed")
 
 
 def rule_data(rule: RestitutionLaw) -> dict[str, Any]:

@@ -78,6 +78,7 @@ def _lists(parser: argparse.ArgumentParser, *options: tuple[str, str, str]) -> N
 
 
 _CONTACT = ("--contact", "NAME", "of several contacts, consider this one alone")
+_MATERIAL = ("--material", "NAME", "sets what it provides (`painleve materials`): steel, or two")
 _SET = ("--set", "NAME=VALUE,...", "parameters of the mechanism, such as mu=1.2,m=0.2")
 
 _ENGINE = ("--engine", "NAME", "auto (default), compiled, taylor or erk")
@@ -88,7 +89,7 @@ def _case(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("case", metavar="CASE", help="mechanism, or a scenario file (see below)")
     text = "such as theta=1,theta_dot=5, others 0; by default the mechanism's own start"
     _lists(parser, ("--state", "NAME=VALUE,...", text), _SET)
-    _texts(parser, _CONTACT, _CLOSE)
+    _texts(parser, _MATERIAL, _CONTACT, _CLOSE)
 
 
 def _law(parser: argparse.ArgumentParser) -> None:
@@ -112,7 +113,11 @@ def _look(parser: argparse.ArgumentParser) -> None:
 
 
 def _describe_options(sub: dict[str, Parser]) -> None:
-    shown = {"models": "the mechanism, or its TOML file", "laws": "the law or restitution rule"}
+    shown = {
+        "models": "the mechanism, or its TOML file",
+        "laws": "the law or restitution rule",
+        "materials": "the material",
+    }
     for name, text in shown.items():
         help_text = f"show {text}, alone; default all"
         sub[name].add_argument("name", nargs="?", metavar="NAME", help=help_text)
@@ -253,7 +258,7 @@ def _map_options(parser: Parser) -> None:
         ("--state", "NAME=VALUE,...", held),
         _SET,
     )
-    _texts(parser, _CONTACT, _CLOSE)
+    _texts(parser, _MATERIAL, _CONTACT, _CLOSE)
     points = "points along each axis, from 5 to 2000, by default 400"
     _texts(parser, ("--points", "N", points), default="400")
     slip = "sign of the slip velocity, -1 (default) or 1"

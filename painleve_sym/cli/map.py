@@ -29,6 +29,7 @@ from painleve_sym.cli.output import (
 from painleve_sym.errors import InputError
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.study.maps.region_map import RegionMap, region_map
+from painleve_sym.study.scenario import Scenario
 
 _CASES = {
     "slip": "one solution, the contact slides on",
@@ -60,6 +61,10 @@ def map(arguments: argparse.Namespace) -> int:
         ("parameters", "--set", arguments.set),
     ):
         options[key] = read_quantities(option, texts, lambda: mechanism.units) if texts else None
+    if arguments.material is not None:
+        given = {"parameters": options["parameters"] or {}, "material": arguments.material}
+        case = Scenario(arguments.model, contact=arguments.contact, where="map", **given)
+        options["parameters"] = case.from_material(over).parameters
     regions = region_map(mechanism, over, **options)
     for path in files:
         write_map(regions, path, _figure, look)

@@ -7,7 +7,7 @@ import math
 import warnings
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from painleve_sym.cli.case import read_case
 from painleve_sym.cli.corrected import corrected_data, show_corrected
@@ -22,6 +22,9 @@ from painleve_sym.motion.singular_limit import LimitKind
 from painleve_sym.motion.trajectory import EventRecord, Trajectory
 from painleve_sym.study.scenario import Scenario
 
+if TYPE_CHECKING:
+    from painleve_sym.motion.finite_stiffness import CorrectedJump
+
 EXIT_STOPPED_EARLY = 3
 ORDINARY = (StopReason.T_END, StopReason.UNTIL, StopReason.LEFT_DOMAIN)
 SHOWN_EVENTS = 40
@@ -34,6 +37,8 @@ def show_case(
     """Print the subject of the command: the mechanism, its parameters and the state."""
     if scenario.title:
         show(scenario.title)
+    if scenario.material:
+        show(f"material {scenario.material}")
     units = {p.name: p.unit for p in mechanism.outline.parameters}
     values = {p.name: p.default for p in mechanism.outline.parameters} | dict(scenario.parameters)
     show(f"{mechanism.name} with {assignments(parameters or values, units)}")
@@ -73,13 +78,22 @@ def jump(arguments: argparse.Namespace) -> int:
         data = jump_data(impact)
         if corrected is not None:
             data["corrected"] = corrected_data(corrected)
+            data["notices"] += _rigidity(scenario, corrected)
         print_json(data)
         return 0
     show_case(scenario.mechanism(), scenario)
     _show_jump(impact, scenario)
     if corrected is not None:
         show_corrected(corrected, impact, scenario.mechanism().state_units)
+        for notice in _rigidity(scenario, corrected):
+            show(notice)
     return 0
+
+
+def _rigidity(scenario: Scenario, corrected: CorrectedJump) -> tuple[str, ...]:
+    """Return sentences on bodies that are not rigid in an impact that ends."""
+    ends = corrected.end.name == "SEPARATION"
+    return scenario.rigidity_notices(corrected.duration) if ends else ()
 
 
 def jump_data(impact: JumpResult) -> dict[str, Any]:

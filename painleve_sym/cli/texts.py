@@ -10,6 +10,10 @@ AUTOMATON_FORMATS = ("text", "mermaid", "graphviz", "json")
 COMMANDS: dict[str, tuple[str, str]] = {
     "models": ("describe", "list the mechanisms, or show one: coordinates, parameters, source"),
     "laws": ("describe", "list the contact laws and restitution rules, or show one"),
+    "materials": (
+        "describe",
+        "list the materials, or show one: modulus, density, friction, sources",
+    ),
     "derive": ("derive", "show the closed forms of a mechanism: text, LaTeX, Python, JSON"),
     "classify": ("classify", "solve the rigid contact at a state: every solution, or none"),
     "jump": ("run", "compute the velocity jump of an impact at a state"),
@@ -61,9 +65,9 @@ CASE is the name of a mechanism (`painleve models`) or a scenario, a TOML file:
   reload = "elastic"
   parameters = { E = 20.9e14, e_energetic = 0.75 }
 
-Other keys: title, contact, close, initial_force, engine, rtol, max_steps,
-max_events, samples, restitution, rule. One file serves classify, simulate and
-jump; each takes the keys it needs. Options override the file, --state, --set
+Other keys: title, material, contact, close, initial_force, engine, rtol,
+max_steps, max_events, samples, restitution, rule. One file serves classify,
+simulate and jump; each takes the keys it needs. Options override the file, --state, --set
 and --law-set entry by entry; another --law drops the law parameters of the
 file. Without a state the mechanism's own start is taken."""
 

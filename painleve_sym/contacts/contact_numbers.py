@@ -16,6 +16,8 @@ from painleve_sym.mechanics.mechanism import Mechanism
 if TYPE_CHECKING:
     from sympy import Expr
 
+    from painleve_sym.mechanics.coefficients import ContactCoefficients
+
 CONTACT_TOLERANCE = 1e-12
 """Part of the mechanism's length and speed below which gap and its rate are 0: round-off."""
 
@@ -206,18 +208,27 @@ def argument_symbols(mechanism: Mechanism) -> tuple[Any, ...]:
     return (*mechanism.motion, *(p.symbol for p in mechanism.system.parameters))
 
 
-def _formulas(mechanism: Mechanism, i: int) -> tuple[Mapping[str, Any], tuple[Any, ...]]:
+def sticking(c: ContactCoefficients) -> tuple[Expr, Expr]:
+    """Return A′ and B′, with W_nn and b_n in states in which no motion slides the contact.
+
+    There W_tt = W_nt = 0: sticking holds nothing.
+    """
     import sympy as sp
 
+    if c.W_tt.is_number:
+        return c.A_stick, c.B_stick
+    slides = sp.Gt(c.W_tt, 0, evaluate=False)
+    pairs = (c.A_stick, c.W_nn), (c.B_stick, c.b_n)
+    A, B = (sp.Piecewise((held, slides), (free, True)) for held, free in pairs)
+    return A, B
+
+
+def _formulas(mechanism: Mechanism, i: int) -> tuple[Mapping[str, Any], tuple[Any, ...]]:
     system, contact, c = mechanism.system, mechanism.contacts[i], mechanism.all_coefficients[i]
-    forces = ("W_nn", "W_nt", "W_tt", "b_n", "b_t", "A_stick", "B_stick")
+    forces = ("W_nn", "W_nt", "W_tt", "b_n", "b_t")
     formulas = {name: getattr(contact, name) for name in _MOTION}
     formulas |= {name: getattr(c, name) for name in forces}
-    if not c.W_tt.is_number:
-        # In states in which no motion slides the contact W_nt = 0 too: sticking holds nothing.
-        slides = sp.Gt(c.W_tt, 0, evaluate=False)
-        for held, free in (("A_stick", c.W_nn), ("B_stick", c.b_n)):
-            formulas[held] = sp.Piecewise((formulas[held], slides), (free, True))
+    formulas["A_stick"], formulas["B_stick"] = sticking(c)
     given = length_formula(mechanism, i), system.kinetic_energy, c.W_nn, c.b_n
     _, near, slow = closed_within(*given)
     formulas |= {"gap_tolerance": near, "rate_tolerance": slow}

@@ -259,20 +259,33 @@ def _exponent(default: float) -> tuple[Parameter, Parameter]:
 def _body_parameters(bodies: int) -> tuple[Parameter, ...]:
     """Modulus, Poisson's ratio and radius or curvature, of one body or of two."""
     if bodies == 1:
-        E = Parameter("E", 20.9e10, "Pa", "elastic modulus, both bodies", 0.0, lower_closed=False)
-        nu = Parameter("nu", 0.3, "1", "Poisson's ratio, both bodies", -1.0, 0.5)
+        E, nu = _elastic(0, ", both bodies")
         R = Parameter("R", 0.00645, "m", "radius of the contact end", 0.0, lower_closed=False)
         return E, nu, R
     if bodies != 2:
         raise InputError(f"contact law: bodies: got {bodies!r}, need 1 or 2.")
     parameters: tuple[Parameter, ...] = ()
     for i, default_curvature in ((1, 1 / 0.00645), (2, 0.0)):
-        body = f"of body {i}"
-        E = Parameter(f"E_{i}", 20.9e10, "Pa", f"elastic modulus {body}", 0.0, lower_closed=False)
-        nu = Parameter(f"nu_{i}", 0.3, "1", f"Poisson's ratio {body}", -1.0, 0.5)
-        k = Parameter(f"kappa_{i}", default_curvature, "1/m", f"curvature 1/R {body}")
-        parameters += (E, nu, k)
+        k = Parameter(f"kappa_{i}", default_curvature, "1/m", f"curvature 1/R of body {i}")
+        parameters += (*_elastic(i, f" of body {i}"), k)
     return parameters
+
+
+def _elastic(body: int, whose: str) -> tuple[Parameter, Parameter]:
+    """Return modulus and Poisson's ratio of body 1 or 2, or, for 0, of both."""
+    end = f"_{body}" if body else ""
+    modulus = Parameter(
+        *(f"E{end}", 20.9e10, "Pa", f"elastic modulus{whose}", 0.0),
+        lower_closed=False,
+        material="young_modulus",
+        body=body,
+    )
+    ratio = Parameter(
+        *(f"nu{end}", 0.3, "1", f"Poisson's ratio{whose}", -1.0, 0.5),
+        material="poisson_ratio",
+        body=body,
+    )
+    return modulus, ratio
 
 
 def bilinear_hertz(reload: ReloadLike = Reload.ELASTIC, bodies: int = 1) -> ContactLaw:

@@ -55,7 +55,7 @@ FRICTION_NOTICES: Mapping[str, str] = {
         f"constant mu do not hold, and {_AT_REST}"
     ),
 }
-"""What the rigid contact problem leaves out of a friction law, by the name of the law."""
+"""Statement on the rigid contact problem under a friction law, by the name of the law."""
 
 
 @dataclass(frozen=True)

@@ -45,6 +45,42 @@ class BarMode:
     moment: sp.Expr
 
 
+@dataclass(frozen=True)
+class RoundBar:
+    """A uniform solid round bar, whose section follows from its mass.
+
+    Attributes
+    ----------
+    mass, length : sympy.Expr
+        kg, m.
+    density, modulus : sympy.Expr
+        kg/m³; Young's modulus, Pa.
+    """
+
+    mass: sp.Expr
+    length: sp.Expr
+    density: sp.Expr
+    modulus: sp.Expr
+
+    @property
+    def radius(self) -> sp.Expr:
+        """Radius of the section; m. Its radius of gyration is half of it."""
+        return sp.sqrt(self.mass / (sp.pi * self.density * self.length))
+
+    @property
+    def rate(self) -> sp.Expr:
+        """1 over the time in which sound crosses the length; 1/s."""
+        return sp.sqrt(self.modulus / self.density) / self.length
+
+    def axial_frequency(self, wavenumber: sp.Expr) -> sp.Expr:
+        """Return ω of a mode along the bar; rad/s."""
+        return wavenumber * self.rate
+
+    def bending_frequency(self, wavenumber: sp.Expr) -> sp.Expr:
+        """Return ω of a bending mode by Euler and Bernoulli; rad/s."""
+        return wavenumber**2 * self.rate * (self.radius / 2) / self.length
+
+
 @functools.cache
 def axial_modes(ends: tuple[str, str], count: int) -> tuple[BarMode, ...]:
     """Return the first modes along a uniform bar, u'' = −β² u, without its rigid motion.

@@ -9,6 +9,7 @@ from typing import TypeAlias
 import sympy as sp
 
 from painleve_sym.errors import ModelError
+from painleve_sym.mechanics.bars import RoundBar, bending_modes
 
 Scalar: TypeAlias = sp.Expr | float
 """What a formula may be given as: an expression or a number, never text."""
@@ -72,6 +73,30 @@ class Mode:
         return Spring(self.coordinate, stiffness, damping)
 
 
+DENSITY = sp.Symbol("density_of_material", positive=True)
+MODULUS = sp.Symbol("modulus_of_material", positive=True)
+"""Of a bar whose material is chosen with a run."""
+
+
+@dataclass(frozen=True)
+class NaturalPeriod:
+    """A natural period of a body.
+
+    Attributes
+    ----------
+    body, mode : str
+    period : sympy.Expr
+        In parameters, and in `DENSITY` and `MODULUS` where the material is chosen with a run; s.
+    modelled : bool
+        Whether the mechanism has the mode; otherwise the body is rigid in it.
+    """
+
+    body: str
+    mode: str
+    period: sp.Expr
+    modelled: bool = False
+
+
 Shape: TypeAlias = Mapping[sp.Symbol, tuple[Scalar, Scalar]]
 """Values (φ_ξ, φ_η) of modes at one point of a body, by the mode's coordinate."""
 
@@ -97,6 +122,11 @@ class Body:
         Orthogonal to each other with respect to the mass.
     name : str
         For messages.
+    length : sympy.Expr, optional
+        Of a uniform solid round bar without modes here; m. With it the first bending period is
+        known for every material.
+    lowest_period : sympy.Expr, optional
+        Longest natural period of a body that is rigid here, where it is known; s.
 
     References
     ----------
@@ -109,6 +139,30 @@ class Body:
     angle: Scalar = 0
     modes: tuple[Mode, ...] = field(default_factory=tuple)
     name: str = "body"
+    length: Scalar | None = None
+    lowest_period: Scalar | None = None
+
+    @property
+    def natural_periods(self) -> tuple[NaturalPeriod, ...]:
+        """Periods of its modes, or else the lowest of a body that is rigid here."""
+        if self.modes:
+            return tuple(
+                NaturalPeriod(
+                    self.name,
+                    "bending modes" if mode.stretch is None else "modes along the bar",
+                    2 * sp.pi / expr(mode.frequency),
+                    modelled=True,
+                )
+                for mode in self.modes
+            )
+        if self.lowest_period is not None:
+            return (NaturalPeriod(self.name, "lowest mode", expr(self.lowest_period)),)
+        if self.length is not None:
+            bar = RoundBar(expr(self.mass), expr(self.length), DENSITY, MODULUS)
+            first = bending_modes(("free", "free"), 1)[0]
+            frequency = bar.bending_frequency(first.wavenumber)
+            return (NaturalPeriod(self.name, "first bending mode", 2 * sp.pi / frequency),)
+        return ()
 
     def kinetic_energy(self, rates: Rates) -> sp.Expr:
         """Return T; J."""

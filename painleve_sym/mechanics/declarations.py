@@ -76,6 +76,10 @@ class Parameter:
     meaning : str
     lower, upper : float
         Valid range; the end points belong to it only where `lower_closed`, `upper_closed` say so.
+    material : str
+        Property of a material that it stands for, one of `materials.PROPERTIES`; empty for none.
+    body : int
+        Whose property: 1, the moving body; 2, the other; 0, both are of one material.
     """
 
     name: str
@@ -86,6 +90,8 @@ class Parameter:
     upper: float = float("inf")
     lower_closed: bool = True
     upper_closed: bool = True
+    material: str = field(default="", metadata=NOT_DERIVED_FROM)
+    body: int = field(default=1, metadata=NOT_DERIVED_FROM)
 
     @cached_property
     def symbol(self) -> Symbol:

@@ -24,6 +24,7 @@ from painleve_sym.quantities import derivative_latex, symbol_latex
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
 
+    from painleve_sym.mechanics.bodies import NaturalPeriod
     from painleve_sym.mechanics.coefficients import ContactCoefficients
     from painleve_sym.mechanics.contact import Contact
     from painleve_sym.mechanics.shapes import Shape
@@ -192,6 +193,15 @@ class Mechanism(Deferred):
     def parameters(self) -> dict[str, float]:
         """Default of every parameter by name, in its unit."""
         return {p.name: p.default for p in self.outline.parameters}
+
+    @property
+    def natural_periods(self) -> tuple[NaturalPeriod, ...]:
+        """Natural periods of the bodies as formulas, those that depend on parameters alone."""
+        from painleve_sym.mechanics.bodies import DENSITY, MODULUS
+
+        known = {p.symbol for p in self.system.parameters} | {DENSITY, MODULUS}
+        periods = [p for body in self.system.bodies for p in body.natural_periods]
+        return tuple(p for p in periods if p.period.free_symbols <= known)
 
     @cached_property
     def coefficients(self) -> ContactCoefficients:

@@ -56,6 +56,25 @@ class BoundOutline:
 
 
 @dataclass(frozen=True)
+class PeriodOutline:
+    """A `NaturalPeriod` as text.
+
+    Attributes
+    ----------
+    body, mode, formula : str
+    modelled : bool
+    of_material : bool
+        Whether it needs the material of the run.
+    """
+
+    body: str
+    mode: str
+    formula: str
+    modelled: bool
+    of_material: bool
+
+
+@dataclass(frozen=True)
 class MechanismOutline:
     """Names, units and defaults of a mechanism, without its formulas.
 
@@ -67,6 +86,8 @@ class MechanismOutline:
     domain : tuple of BoundOutline
     timed : bool
         Whether the time itself occurs in the energies, the forces or the domain.
+    periods : tuple of PeriodOutline
+        Natural periods of its bodies, where they are known.
     """
 
     coordinates: tuple[Coordinate, ...]
@@ -74,11 +95,14 @@ class MechanismOutline:
     contacts: tuple[ContactOutline, ...]
     domain: tuple[BoundOutline, ...]
     timed: bool
+    periods: tuple[PeriodOutline, ...] = ()
 
     @classmethod
     def of(cls, mechanism: Mechanism) -> MechanismOutline:
         """Return the outline of a mechanism."""
         from sympy import sympify
+
+        from painleve_sym.mechanics.bodies import MODULUS
 
         system = mechanism.system
 
@@ -105,7 +129,12 @@ class MechanismOutline:
         )
         formulas = [system.kinetic_energy, system.potential_energy]
         formulas += [*system.generalized_forces.values(), *(b.margin for b in mechanism.domain)]
-        return cls(system.coordinates, system.parameters, contacts, domain, timed(*formulas))
+        periods = tuple(
+            PeriodOutline(n.body, n.mode, str(n.period), n.modelled, n.period.has(MODULUS))
+            for n in mechanism.natural_periods
+        )
+        declared = system.coordinates, system.parameters
+        return cls(*declared, contacts, domain, timed(*formulas), periods)
 
     def to_data(self) -> dict[str, Any]:
         """Return plain data."""
@@ -122,6 +151,7 @@ class MechanismOutline:
                 BoundOutline(b["margin"], b["meaning"], tuple(b["names"])) for b in data["domain"]
             ),
             data["timed"],
+            tuple(PeriodOutline(**p) for p in data["periods"]),
         )
 
     def only(self, where: str, name: str) -> MechanismOutline:

@@ -160,7 +160,7 @@ class LagrangianSystem:
             What is to be added to dampers and loads.
         """
         q, rates = [c.symbol for c in coordinates], _rates(coordinates, parameters)
-        faults = [fault for b in bodies for fault in _mode_faults(b, q)]
+        faults = [fault for b in bodies for fault in _body_faults(b, q, parameters)]
         if faults:
             raise ModelError(f"mechanism {name!r}", faults)
         springs = [*springs, *(m.spring for b in bodies for m in b.modes)]
@@ -385,8 +385,20 @@ class LagrangianSystem:
         return value if value == 0 else readable(value)
 
 
-def _mode_faults(body: Body, coordinates: Sequence[sp.Symbol]) -> Iterator[str]:
-    """Yield a sentence for each mode that cannot be: constants that are out of range, mostly."""
+def _body_faults(
+    body: Body, coordinates: Sequence[sp.Symbol], parameters: Sequence[Parameter]
+) -> Iterator[str]:
+    """Yield a sentence for each mode, length or period that cannot be: out of range, mostly."""
+    known = {p.symbol for p in parameters}
+    for title, value in (("length", body.length), ("lowest_period", body.lowest_period)):
+        if value is None:
+            continue
+        if expr(value).is_nonpositive:
+            yield f"{body.name}: {title} is {value}, need > 0."
+        if expr(value).free_symbols - known:
+            yield f"{body.name}: {title} is {value}, need a formula of parameters alone."
+        if body.modes:
+            yield f"{body.name}: got modes and {title}. Fix: leave {title} out."
     where = f"{body.name}: mode"
     for mode in body.modes:
         named = f"{where} {mode.coordinate}"

@@ -14,8 +14,10 @@ from painleve_sym.engines.protocol import RawRun
 from painleve_sym.engines.records import StepRecords
 from painleve_sym.errors import EventKind
 from painleve_sym.hybrid.signature import mode_name
+from painleve_sym.mechanics.materials import Material
 from painleve_sym.motion.energy_gains import GAINING, EnergyGain, energy_gains
 from painleve_sym.motion.rigid import alternatives, chatter_at, growing_bounces
+from painleve_sym.motion.rigidity import BodyPeriod, body_periods
 from painleve_sym.motion.singular_limit import ReverseChatter
 from painleve_sym.motion.trajectory import EventRecord, StoredRecord
 
@@ -34,12 +36,15 @@ class RunRecord:
     raw : RawRun
     resolved : sequence of tuple of float
         Impulses of the events that a resolver answered, in order.
+    material : Material or None
+        Of the moving body.
     """
 
     simulator: Simulator
     start: Start
     raw: RawRun
     resolved: Sequence[tuple[float, ...]] = ()
+    material: Material | None = None
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the recorded arrays, without the simulator."""
@@ -154,6 +159,11 @@ class RunRecord:
         )
         before, after = (self._output("kinetic_energy", *side) for side in sides)
         return energy_gains(rows, self.events, (before, after), self.simulator.names)
+
+    @cached_property
+    def body_periods(self) -> tuple[BodyPeriod, ...]:
+        """Natural periods of the bodies."""
+        return body_periods(self.simulator.mechanism, self.start.values, self.material)
 
     def _output(self, name: str, modes: Any, states: Array, memory: Array) -> Array:
         """Return an output at n points, shape (n,)."""

@@ -15,6 +15,7 @@ from painleve_sym.choices import EngineLike, EngineName, Record, RecordLike, cho
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.engines.protocol import MAX_EVENTS, MAX_STEPS
 from painleve_sym.laws.catalogue import Law, LawsLike, as_law
+from painleve_sym.mechanics.materials import MaterialsLike
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.simulator import DEFAULT_RTOL, Simulator
 from painleve_sym.motion.trajectory import Trajectory
@@ -89,6 +90,7 @@ def simulate(
     until: str | Sequence[str] = (),
     parameters: Mapping[str, Value] | None = None,
     law_parameters: Mapping[str, Value] | None = None,
+    material: MaterialsLike | None = None,
     initial_force: float | None = None,
     close: str | None = None,
     engine: EngineLike = EngineName.AUTO,
@@ -119,6 +121,9 @@ def simulate(
         Kinds of events that end the run.
     parameters, law_parameters : mapping of str to float
         Of the mechanism, and of the law; absent ones have their defaults.
+    material : Material or its name, or two, optional
+        Sets every parameter that stands for a property of it and is not given: one of both bodies,
+        or those of the moving body and of the other, ``steel,rubber``.
     initial_force : float
         Sets the initial compression so that the only, compliant contact carries this force; N.
     close : str, optional
@@ -167,6 +172,7 @@ def simulate(
         until=until,
         parameters=parameters,
         law_parameters=law_parameters,
+        material=material,
         initial_force=initial_force,
         close=close,
         rtol=rtol,

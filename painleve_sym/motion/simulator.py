@@ -29,6 +29,12 @@ from painleve_sym.hybrid.signature import Outline
 from painleve_sym.laws.catalogue import Law, choices_by_contact
 from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.mechanics.declarations import Parameter, resolve_parameters
+from painleve_sym.mechanics.materials import (
+    Material,
+    MaterialsLike,
+    material_values,
+    two_materials,
+)
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.impact_resolver import ImpactResolver
 from painleve_sym.motion.rigid import with_limit
@@ -185,6 +191,30 @@ class Simulator:
                 given[here] = value
         return given
 
+    def of_materials(
+        self, materials: MaterialsLike, given: Mapping[str, Any] | None = None
+    ) -> dict[str, float]:
+        """Return the values that materials give to parameters of mechanism and laws.
+
+        Parameters
+        ----------
+        materials : Material or its name, or two
+            That of both bodies in contact, or those of the moving body and of the other:
+            ``steel,rubber``.
+        given : mapping of str to object
+            Parameters that have their values, and are left out.
+
+        Raises
+        ------
+        InputError
+            Unknown names, a property that a material lacks.
+        """
+        pair, known = two_materials(materials), given or {}
+        return {
+            **material_values(self.where, pair, self.mechanism.outline.parameters, known),
+            **material_values(f"law {self.label!r}", pair, self.own_parameters, known),
+        }
+
     @property
     def label(self) -> str:
         """Names of the laws, for messages and results."""
@@ -310,6 +340,7 @@ class Simulator:
         until: str | Sequence[str] = (),
         parameters: Mapping[str, Value] | None = None,
         law_parameters: Mapping[str, Value] | None = None,
+        material: MaterialsLike | None = None,
         initial_force: float | None = None,
         close: str | None = None,
         rtol: float = DEFAULT_RTOL,
@@ -337,6 +368,9 @@ class Simulator:
             mechanism's here, and the law's has ``_law`` behind it.
         law_parameters : mapping of str to float
             Of the laws, by the names that the laws themselves give them.
+        material : Material or its name, or two, optional
+            Sets every parameter that stands for a property of it and is not given; see
+            `of_materials`. Natural periods of bars follow from it, for `Trajectory.notices`.
         initial_force : float
             Sets the initial compression so that the only, compliant contact carries this force; N.
             Where the gap is not a coordinate, the coordinates stay and the surface counts as raised
@@ -377,6 +411,10 @@ class Simulator:
         """
         state = self.mechanism.start if state is None else state
         given = self.given(parameters, law_parameters)
+        of_body = None
+        if material is not None:
+            given = {**self.of_materials(material, given), **given}
+            of_body = two_materials(material)[0]
         start = self.start(state, given, initial_force, close)
         checked = self.options(
             start.scale,
@@ -393,7 +431,7 @@ class Simulator:
         resolver = self._resolver(start, checked)
         raw = self.integrator.run(start.state, start.parameters, checked, resolve=resolver)
         resolved = resolver.impulses if resolver else ()
-        trajectory = self.trajectory(raw, start, checked.rtol, resolved)
+        trajectory = self.trajectory(raw, start, checked.rtol, resolved, of_body)
         if raw.stop_reason is StopReason.SINGULAR and self.contact.can_open:
             return with_limit(self.contact, trajectory, start.values)
         return trajectory
@@ -702,14 +740,19 @@ class Simulator:
         return self.integrator.scales(self._vector_of(parameters), np.asarray(vector))
 
     def trajectory(
-        self, raw: RawRun, start: Start, rtol: float, resolved: Sequence[tuple[float, ...]] = ()
+        self,
+        raw: RawRun,
+        start: Start,
+        rtol: float,
+        resolved: Sequence[tuple[float, ...]] = (),
+        material: Material | None = None,
     ) -> Trajectory:
         """Return a run as a trajectory; `resolved` are the impulses of a resolver."""
         return Trajectory(
             names=self.names,
             parameters=start.values,
             rtol=rtol,
-            record=RunRecord(self, start, raw, resolved),
+            record=RunRecord(self, start, raw, resolved, material),
             final_time=raw.time,
             final_state=raw.state,
             final_memory=raw.memory,

@@ -19,6 +19,7 @@ from painleve_sym.engines.records import StepRecords
 from painleve_sym.errors import EventKind, InputError, StopReason, unknown_name
 from painleve_sym.files import plain_fields, to_plain
 from painleve_sym.motion.energy_gains import EnergyGain, notices
+from painleve_sym.motion.rigidity import BodyPeriod, contact_durations, rigidity_notices
 from painleve_sym.motion.singular_limit import ReverseChatter, SingularLimit
 from painleve_sym.quantities import unit_of
 
@@ -186,6 +187,10 @@ class MotionRecord(Protocol):
         """Impacts and reloads that add energy, as far as events were kept."""
 
     @property
+    def body_periods(self) -> tuple[BodyPeriod, ...]:
+        """Natural periods of the bodies, as far as they are known."""
+
+    @property
     def constants(self) -> Array:
         """Parameters and definitions, as the engine takes them."""
 
@@ -201,6 +206,7 @@ class StoredRecord:
     reverse_chatter: tuple[ReverseChatter, ...]
     energy_gains: tuple[EnergyGain, ...]
     constants: Array
+    body_periods: tuple[BodyPeriod, ...] = ()
 
     @classmethod
     def of(cls, record: MotionRecord) -> StoredRecord:
@@ -360,8 +366,22 @@ class Trajectory:
 
     @property
     def notices(self) -> tuple[str, ...]:
-        """Sentences that a reader of the result should know: energy that the motion gained."""
-        return notices(self.energy_gains)
+        """Sentences that a reader of the result should know.
+
+        They name energy that the motion gained, and bodies that are not rigid in its impacts.
+        """
+        gained = notices(self.energy_gains)
+        periods = self.body_periods
+        durations = contact_durations(self.events) if periods else {}
+        return (*gained, *rigidity_notices(durations, periods))
+
+    @property
+    def body_periods(self) -> tuple[BodyPeriod, ...]:
+        """Natural periods of the bodies, with which durations of contacts are compared.
+
+        Known of bodies with modes, with a `lowest_period`, and of bars whose material is given.
+        """
+        return self.record.body_periods
 
     @property
     def constants(self) -> Array:
@@ -749,7 +769,7 @@ class Trajectory:
 
     @property
     def _findings(self) -> dict[str, Any]:
-        return plain_fields(self, "limit", "reverse_chatter", "energy_gains")
+        return plain_fields(self, "limit", "reverse_chatter", "energy_gains", "body_periods")
 
     def save(self, path: str | Path) -> None:
         """Write to an NPZ file; see `save_npz`.
@@ -814,6 +834,7 @@ class Trajectory:
             reverse_chatter=tuple(ReverseChatter(**c) for c in text.get("reverse_chatter", ())),
             energy_gains=tuple(EnergyGain.from_dict(g) for g in text.get("energy_gains", ())),
             constants=arrays["constants"],
+            body_periods=tuple(BodyPeriod(**p) for p in text.get("body_periods", ())),
         )
         named = {name: text[name] for name in ("mechanism", "law", "choices", "engine")}
         evaluator = TapeOutputs.of_data(text["outputs"]) if text["outputs"] else None

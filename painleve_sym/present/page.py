@@ -21,7 +21,7 @@ h3 { font-size: 1.1rem; margin: 2rem 0 0.5rem; }
 a { color: #004a80; }
 pre { overflow-x: auto; background: #f4f4f4; padding: 0.6rem; font-size: 0.9rem; }
 code { font-size: 0.92em; }
-.wide { overflow-x: auto; }
+.wide { overflow-x: auto; overflow-y: hidden; padding: 0.2rem 0; }
 table { border-collapse: collapse; margin: 0.8rem 0; font-variant-numeric: tabular-nums; }
 th, td { border: 1px solid #ccc; padding: 0.25rem 0.55rem; text-align: left; vertical-align: top; }
 th { background: #f0f0f0; }
@@ -29,7 +29,7 @@ tr[hidden] { display: none; }
 figure { margin: 1rem 0; } figure svg, figure img { max-width: 100%; height: auto; }
 figcaption { font-size: 0.9rem; color: #444; }
 .pair { display: grid; grid-template-columns: repeat(auto-fit, minmax(18rem, 1fr)); gap: 0.8rem; }
-.pair > div { border: 1px solid #ccc; padding: 0.5rem 0.8rem; overflow-x: auto; }
+.pair > div { border: 1px solid #ccc; padding: 0.5rem 0.8rem; overflow: auto hidden; }
 .pair p { margin: 0; font-size: 0.9rem; color: #444; }
 math { font-size: 1.1rem; }
 .misprint { background: #ffd9c7; outline: 2px solid #b33c00; }

@@ -22,7 +22,7 @@ FIGURES = "figures"
 """Folder of the figures below the report."""
 WIDTH = 100
 """Columns of the terminal table."""
-_HEADINGS = {"beyond": "beyond the paper"}
+_HEADINGS = {"beyond": "beyond the paper", "physical": "physical values"}
 """Of groups that have another heading than their plural."""
 _COLUMNS = (("item", 20), ("paper", 31), ("computed", 31), ("verdict", 12))
 _MARK = {True: "", False: " !"}

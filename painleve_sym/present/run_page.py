@@ -47,6 +47,7 @@ def run_page(scenario: Scenario, run: Trajectory) -> Page:
         f"{len(run.events)} events, end at t = {run.final_time:.10g} s ({run.stop_reason.label}). "
         f"{run.stop_detail}"
     )
+    lead += "".join(paragraph(notice) for notice in run.notices)
     parts = [
         Part("Mechanism", _mechanism(mechanism, run)),
         Part("Formulas", _formulas(mechanism)),
@@ -75,6 +76,7 @@ def scenario_command(scenario: Scenario) -> str:
         ("--law-set", {**scenario.law_choices, **scenario.law_parameters}),
     )
     single = {
+        "--material": scenario.material,
         "--contact": scenario.contact,
         "--close": scenario.close,
         "--law": scenario.law,

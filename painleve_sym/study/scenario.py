@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -27,8 +27,11 @@ from painleve_sym.laws.catalogue import Law, LawsByContact, law, offered_choices
 from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.laws.friction import FRICTION_NOTICES
 from painleve_sym.laws.restitution import RestitutionLaw, restitution_law
+from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.declarations import resolve_parameters
+from painleve_sym.mechanics.materials import material_values, two_materials
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.motion.rigidity import body_periods, rigidity_notices
 from painleve_sym.motion.simulator import DEFAULT_RTOL, Simulator
 from painleve_sym.motion.trajectory import Trajectory
 
@@ -77,6 +80,9 @@ class Scenario:
         Coefficient of restitution of the jump, in [0, 1]; None: the default of its law.
     restitution : Restitution or its text
         Restitution law of the jump.
+    material : str
+        Name of the material of both bodies in contact, or ``steel,rubber`` for the moving body and
+        the other; see `from_material`. None: no parameter is one of a material.
     contact : str
         Name of the only contact to consider, of a mechanism with several; None: all.
     close : str
@@ -102,6 +108,7 @@ class Scenario:
     samples: int | None = None
     e: float | None = None
     restitution: str = Restitution.ENERGETIC
+    material: str | None = None
     contact: str | None = None
     close: str | None = None
     title: str = ""
@@ -152,6 +159,43 @@ class Scenario:
             if name in given:
                 merged[name] = {**(getattr(old, name) or {}), **given[name]}
         return dataclasses.replace(old, **merged)
+
+    def from_material(
+        self, varied: Collection[str] = (), mechanism: Mechanism | None = None
+    ) -> Scenario:
+        """Return a copy with the parameters that `material` provides; given ones keep their values.
+
+        Parameters
+        ----------
+        varied : collection of str
+            Further parameters to leave alone, such as the axes of a sweep.
+        mechanism : Mechanism, optional
+            That of `model`, where it is known already.
+
+        Raises
+        ------
+        InputError
+            An unknown material, a property that it lacks, or nothing that depends on a material.
+        """
+        if self.material is None:
+            return self
+        pair, mechanism = two_materials(self.material), mechanism or self.mechanism()
+        declared = mechanism.outline.parameters
+        of_law = self.contact_law().parameters if self.law is not None else ()
+        compliant = self.law is not None and not isinstance(self.contact_law(), RigidLaw)
+        has_bars = compliant and any(p.of_material for p in mechanism.outline.periods)
+        if not (has_bars or any(p.material for p in (*declared, *of_law))):
+            raise InputError(
+                f"{self.where}: material {self.material}: nothing here depends on a material. "
+                "Fix: leave it out, or name a compliant law such as --law bilinear-hertz."
+            )
+        own, given = self.parameters, self.law_parameters
+        where, law_name = f"mechanism {mechanism.name!r}", f"law {self.law!r}"
+        provided = material_values(where, pair, declared, {*own, *varied})
+        provided_to_law = material_values(law_name, pair, of_law, {*given, *varied})
+        return dataclasses.replace(
+            self, parameters={**provided, **own}, law_parameters={**provided_to_law, **given}
+        )
 
     # ---- parts ----
 
@@ -215,7 +259,7 @@ class Scenario:
 
     @property
     def friction_notice(self) -> str:
-        """What the friction law takes from the rigid contact problem; empty for Coulomb's."""
+        """Statement on the rigid contact problem under the friction law; empty for Coulomb's."""
         kind = offered_choices(self.contact_law()).get("friction") if self.law else None
         return FRICTION_NOTICES.get(kind or "", "")
 
@@ -261,6 +305,7 @@ class Scenario:
             "parameters": {**given, **of_law},
             "until": self.until,
             "rtol": self.rtol,
+            "material": self.material,
             **limits,
         }
         if self.initial_force is not None:
@@ -305,6 +350,13 @@ class Scenario:
         if self.e is not None:
             return self.e
         return self.law_parameters.get(rule.parameter.name, rule.parameter.default)
+
+    def rigidity_notices(self, duration: float) -> tuple[str, ...]:
+        """Return sentences on bodies that are not rigid in an impact of this duration; s."""
+        mechanism = self.mechanism()
+        of_body = two_materials(self.material)[0] if self.material is not None else None
+        periods = body_periods(mechanism, self._given(mechanism), of_body)
+        return rigidity_notices({mechanism.outline.contacts[0].name: duration}, periods)
 
     def corrected_jump(self, configuration: str = "frozen") -> CorrectedJump | None:
         """Return the jump at finite stiffness; None where no compliant law is named."""
@@ -409,6 +461,7 @@ def _read_law(where: str, key: str, value: Any) -> dict[str, Any]:
 
 _READERS: Mapping[str, Reader] = {
     "title": _read_text,
+    "material": _read_text,
     "contact": _read_text,
     "close": _read_text,
     "model": _read_model,

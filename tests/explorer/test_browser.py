@@ -154,6 +154,7 @@ def test_outcome_map_runs_ten_thousand_motions(opened):
     field.press("Tab")
     field.fill("-1")
     field.press("Tab")
+    settled(page)
     page.wait_for_selector(".map ~ .note:has-text('10000 motions')")
     assert rows(page, 1) == before
 

@@ -7,6 +7,7 @@ import json
 import os
 import shutil
 import subprocess
+import sys
 from importlib import resources
 from pathlib import Path
 
@@ -21,6 +22,7 @@ from painleve_sym.study.maps.case_codes import LEGEND
 
 WEB = Path(str(resources.files("painleve_sym.explorer").joinpath("web")))
 NODE = shutil.which("node")
+TSC = Path(sys.prefix, "browser", "node_modules", "typescript", "bin", "tsc")
 needs_node = pytest.mark.skipif(NODE is None, reason="Node is not installed (apt install nodejs)")
 
 STARTS = {
@@ -142,3 +144,18 @@ def test_modules_pass_their_tests_and_compute_the_packages_numbers(tmp_path):
     assert done.returncode == 0, done.stdout[-8000:] + done.stderr[-2000:]
     assert f"# pass {8 + len(cases)}\n" in done.stdout
     assert "# skipped 0\n" in done.stdout
+
+
+@needs_node
+@pytest.mark.skipif(not TSC.is_file(), reason="typescript is not installed: `make setup-browser`")
+def test_types_in_the_comments_of_the_modules_hold():
+    options = "--noEmit --allowJs --checkJs --strict --target es2022 --module es2022"
+    options += " --moduleResolution bundler --lib es2023,dom,dom.iterable"
+    done = subprocess.run(
+        [NODE, TSC, *options.split(), *sorted(WEB.glob("*.js"))],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout

@@ -255,9 +255,9 @@ def test_stiff_modes_tend_to_the_rigid_rod_and_the_difference_falls_as_their_sti
     """The rod of a modulus 10 times as large differs a tenth as much: modes follow statically."""
     rigid = Simulator(model("rod"), HERTZ).run(TABLE_3, t_end=0.01)
     separation = rigid.events_of("slip_stop")[0].time
-    simulator = Simulator(model("rod-bending:1,1"), HERTZ)
+    simulator = Simulator(model("rod-bending:1,0"), HERTZ)
     errors = []
-    for modulus in (1e14, 1e15, 1e16):
+    for modulus in (1e16, 1e17, 1e18):
         run = simulator.run(TABLE_3, t_end=0.01, parameters={"Y": modulus}, until="slip_stop")
         errors.append(run.events_of("slip_stop")[0].time - separation)
     assert errors[0] / errors[1] == pytest.approx(10, rel=0.05)

@@ -11,7 +11,7 @@ import pytest
 import sympy as sp
 
 from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.contacts.classify import classify
+from painleve_sym.contacts.classify import classify, contact_problem
 from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.study.maps.region_map import LEGEND, RegionMap, region_map
 from painleve_sym.study.maps.zero_curves import common_zeros, zero_segments
@@ -66,6 +66,19 @@ def test_map_codes_equal_classify_at_random_points(name, over, slip, slip_name, 
         assert CASE_OF[int(regions.case[i, j])] == single.case.value
         for grid, value in (("A", single.A), ("B", single.B), ("A_stick", single.A_stick)):
             assert getattr(regions, grid)[i, j] == pytest.approx(value, rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.filterwarnings("ignore:at .* points the state has a gap")
+def test_map_has_a_case_where_no_motion_slides_the_contact():
+    """At theta = 0 the tip of the strut moves along its normal alone: W_tt = W_nt = 0."""
+    strut = model("strut")
+    regions = region_map(strut, ("theta", "theta_dot"), points=5)
+    assert regions.values[0][2] == 0.0
+    for theta_dot, case, A in zip(regions.values[1], regions.case[2], regions.A[2], strict=True):
+        state = {"theta": 0.0, "theta_dot": float(theta_dot)}
+        problem = contact_problem(strut, state, strut.parameters)
+        assert problem.W_tt == 0.0 and problem.A_slip(-1) == A
+        assert case == LEGEND[problem.case_of(problem.solutions()).value]
 
 
 def test_map_sticking_equals_classify_at_rest(rod, rod_map):

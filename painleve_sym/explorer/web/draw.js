@@ -68,7 +68,7 @@ const GREEK = {
 
 /** @param {string} name @param {string} unit */
 export const withUnit = (name, unit) =>
-  unit === "1" || !unit ? pretty(name) : `${pretty(name)} [${unit}]`;
+  unit === "1" || !unit ? pretty(name) : `${pretty(name)} (${unit})`;
 
 /**
  * Returns round numbers within a range.

@@ -33,8 +33,9 @@ const named = (numbers, names) => Object.fromEntries(names.map((name, i) => [nam
  * @param {Uint8Array} wasm @param {Description} description
  */
 export async function load(wasm, description) {
-  const { instance } = await WebAssembly.instantiate(wasm, {});
-  return new Engine(/** @type {any} */ (instance.exports), description);
+  // Of bytes, the result has module and instance.
+  const { instance } = /** @type {any} */ (await WebAssembly.instantiate(wasm, {}));
+  return new Engine(instance.exports, description);
 }
 
 /**
@@ -128,18 +129,25 @@ export class Engine {
     return { push: part(0), B: part(1), pull: part(2) };
   }
 
+  #drawing() {
+    const { scene } = this.description;
+    if (!scene) throw new Error("this mechanism is not drawn");
+    return scene;
+  }
+
   /**
    * Returns the points of every shape, and place and normal of every contact that has them.
    * @param {Values} values @param {Values} state
    */
   scene(values, state) {
-    const { shapes, contacts } = this.description.scene;
+    const { shapes, contacts } = this.#drawing();
     this.motions[0].set({ ...values, ...state });
     const at = this.functions.scene();
     const count = 2 * shapes.reduce((sum, s) => sum + s.points, 0) + 4 * contacts.length;
     const numbers = Array.from(view(this.functions, at, count));
     const pair = () => numbers.splice(0, 2);
     return {
+      kinds: shapes.map((s) => s.kind),
       points: shapes.map((s) => Array.from({ length: s.points }, pair)),
       contacts: contacts.map((name) => ({ name, point: pair(), normal: pair() })),
     };
@@ -151,7 +159,7 @@ export class Engine {
    * @param {number} count of points along each side
    */
   surfaces(values, state, xs, ys, count) {
-    const { contacts } = this.description.scene;
+    const { contacts } = this.#drawing();
     this.motions[0].set({ ...values, ...state });
     const at = this.functions.surfaces(xs[0], xs[1], ys[0], ys[1], count);
     const grid = view(this.functions, at, count * count * contacts.length);

@@ -58,6 +58,12 @@ export class MapView {
     this.root = root;
     this.key = "";
     this.turn = 0;
+    this.held = false;
+    // Set by the first update.
+    this.settings = /** @type {Settings} */ (/** @type {unknown} */ (null));
+    this.frame = /** @type {Frame} */ (/** @type {unknown} */ (null));
+    /** @type {any} */
+    this.problem = null;
     /** @type {any[]} */
     this.quantities = [...engine.description.states, ...engine.description.parameters];
     this.picture = svg("image", { preserveAspectRatio: "none", class: "raster" });

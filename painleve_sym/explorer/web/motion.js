@@ -18,6 +18,18 @@ export class MotionView {
   constructor(engine, change) {
     this.engine = engine;
     this.change = change;
+    this.playing = false;
+    // Set by the first update.
+    this.clock = /** @type {Clock} */ (/** @type {unknown} */ (null));
+    this.frame = /** @type {Frame} */ (/** @type {unknown} */ (null));
+    /** @type {any} */
+    this.settings = null;
+    /** @type {import("./engine.js").Run[]} */
+    this.runs = [];
+    /** @type {any} */
+    this.box = null;
+    this.largest = 0;
+    this.cursor = svg("path", { class: "cursor" });
     this.labels = engine.motions.map((m) => (m.names.rigid ? "rigid" : `compliant (${m.names.law})`));
     const { scene } = engine.description;
     const titles = engine.motions.map((m) => (m.names.rigid ? "rigid" : "compliant"));
@@ -108,11 +120,10 @@ export class MotionView {
     const frame = new Frame([0, 1], span(values));
     this.frame = frame;
     const marks = [0, 0.25, 0.5, 0.75, 1].map((at) => ({ at, text: short(this.clock.time(at), 3) }));
-    this.cursor = svg("path", { class: "cursor" });
     const main = this.runs.find((run) => run.end);
     const events = main ? main.events.slice(0, 60) : [];
     this.figure.replaceChildren(
-      frame.axes("time [s]", "force [N]", marks),
+      frame.axes("time (s)", "force (N)", marks),
       ...events.map((e, i) => {
         const at = this.clock.part(e.time);
         const d = frame.path([[at, frame.y[0]], [at, frame.y[1]]]);
@@ -208,7 +219,7 @@ export class EventView {
   #events(run, label) {
     const forces = run.motion.outputNames.filter((n) => n.startsWith("normal_force"));
     const speeds = this.engine.states.filter((n) => n.endsWith("_dot"));
-    const head = ["", "time [s]", "event", "mode after", ...forces.map((f) => `${f.replace("normal_force", "F_n")} [N]`)];
+    const head = ["", "time (s)", "event", "mode after", ...forces.map((f) => `${f.replace("normal_force", "F_n")} (N)`)];
     const rows = run.events.slice(0, 200).map((e, i) => [
       String(i + 1),
       number(e.time, "time"),
@@ -217,14 +228,15 @@ export class EventView {
       ...forces.map((f) => number(e.outputs[f], f)),
       ...speeds.map((s) => number(e.after[s], s)),
     ]);
-    if (run.end) {
+    const { end } = run;
+    if (end) {
       rows.push([
         "",
-        number(run.end.time, "time"),
-        `end: ${run.end.stop.name.replaceAll("_", " ")}`,
-        run.end.mode.replaceAll("_", " "),
-        ...forces.map((f) => number(run.end.outputs[f], f)),
-        ...speeds.map((s) => number(run.end.state[s], s)),
+        number(end.time, "time"),
+        `end: ${end.stop.name.replaceAll("_", " ")}`,
+        end.mode.replaceAll("_", " "),
+        ...forces.map((f) => number(end.outputs[f], f)),
+        ...speeds.map((s) => number(end.state[s], s)),
       ]);
     }
     return table(`Events, ${label}`, [...head, ...speeds.map((s) => `${pretty(s)} after`)], rows);

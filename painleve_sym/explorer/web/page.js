@@ -10,12 +10,12 @@ import { defaults, fault, fromText, toText } from "./settings.js";
 /** @typedef {import("./settings.js").Settings} Settings */
 /** @typedef {{name: string, look: string, settings: Partial<Settings>}} Preset */
 /** @typedef {{description: import("./engine.js").Description, module: string,
- *   presets: Preset[], initial: Partial<Settings>}} PageData */
+ *   presets: Preset[], initial: Partial<Settings>, version: string}} PageData */
 
 const RTOL = 1e-11;
 /** Of a motion that follows every move of a slider: some tenths of a second of work. */
-const MAX_STEPS = 20000;
-const MAX_EVENTS = 2000;
+const MAX_STEPS = 10000;
+const MAX_EVENTS = 1000;
 /** Positions of a slider. */
 const NOTCHES = 1000;
 
@@ -156,7 +156,7 @@ export class Explorer {
     });
     this.fields.push((/** @type {Settings} */ s) => (number.value = s.force === null ? "" : s.force));
     return [html("div", { class: "field" },
-      html("span", { class: "name", title: "compressed at the start" }, "F_n at start [N]"),
+      html("span", { class: "name", title: "compressed at the start" }, "F_n at start (N)"),
       html("span"), number)];
   }
 
@@ -170,7 +170,7 @@ export class Explorer {
       },
     });
     this.fields.push((/** @type {Settings} */ s) => (end.value = String(s.end)));
-    const rows = [html("div", { class: "field" }, html("span", { class: "name" }, "end time [s]"),
+    const rows = [html("div", { class: "field" }, html("span", { class: "name" }, "end time (s)"),
       html("span"), end)];
     if (contacts.length > 1) {
       const names = contacts.map((/** @type {any} */ c, /** @type {number} */ i) =>

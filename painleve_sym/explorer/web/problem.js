@@ -101,7 +101,7 @@ export class ProblemView {
     const zero = frame.path([[x[0], 0], [x[1], 0]]);
     const up = frame.path([[0, frame.y[0]], [0, frame.y[1]]]);
     this.figure.replaceChildren(
-      frame.axes("normal force F_n [N]", "normal acceleration a_n [m/s²]"),
+      frame.axes("normal force F_n (N)", "normal acceleration a_n (m/s²)"),
       svg("path", { d: zero + up, class: "thin" }),
       svg("path", {
         d: bilateral ? zero : frame.path([[0, frame.y[1]], [0, 0], [x[1], 0]]),

@@ -26,7 +26,8 @@ export class Scene {
   }
 
   /**
-   * Sets the window so that it holds the mechanism at all these states.
+   * Returns the window that holds the mechanism at all these states.
+   * @param {import("./engine.js").Engine} engine
    * @param {import("./engine.js").Values} values @param {any[]} states
    */
   static window(engine, values, states) {
@@ -57,9 +58,7 @@ export class Scene {
     const scene = this.engine.scene(values, moment.state);
     this.figure.setAttribute("viewBox", `${left} ${-high} ${right - left} ${high - low}`);
     const dot = 0.012 * (right - left);
-    const parts = this.engine.description.scene.shapes.map((/** @type {any} */ shape, /** @type {number} */ i) =>
-      drawn(shape.kind, scene.points[i], dot),
-    );
+    const parts = scene.points.map((points, i) => drawn(scene.kinds[i], points, dot));
     const length = (/** @type {number} */ force) => {
       const part = 1 + Math.log10(Math.abs(force) / largest) / DECADES;
       return part > 0 ? Math.sign(force) * part * ARROW * (high - low) : 0;

@@ -5,9 +5,9 @@ from __future__ import annotations
 from painleve_sym.mechanics.declarations import Parameter
 
 
-def positive(name: str, default: float, unit: str, meaning: str) -> Parameter:
-    """Return a parameter that must be > 0."""
-    return Parameter(name, default, unit, meaning, 0.0, lower_closed=False)
+def positive(name: str, default: float, unit: str, meaning: str, material: str = "") -> Parameter:
+    """Return a parameter that must be > 0; `material` is the property of one that it stands for."""
+    return Parameter(name, default, unit, meaning, 0.0, lower_closed=False, material=material)
 
 
 def gravity() -> Parameter:

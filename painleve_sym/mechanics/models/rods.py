@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from painleve_sym.mechanics.bars import axial_modes, bending_modes
+from painleve_sym.mechanics.bars import RoundBar, axial_modes, bending_modes
 from painleve_sym.mechanics.bodies import Body, Mode
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.declarations import Coordinate, Parameter
@@ -75,15 +75,19 @@ def _rod(
     centre_x_dot = x.rate - l.symbol * sin * theta.rate
     centre_y_dot = y.rate + l.symbol * cos * theta.rate
     kinetic = m.symbol * (centre_x_dot**2 + centre_y_dot**2) / 2 + inertia * theta.rate**2 / 2
+    length = None if more else 2 * l.symbol
+    centre = x.symbol + l.symbol * cos, y.symbol + l.symbol * sin
+    body = Body(m.symbol, centre, inertia, theta.symbol, name="rod", length=length)
     system = LagrangianSystem(
         name=name,
         coordinates=(x, y, theta),
         parameters=(m, l, *more, g, mu),
         kinetic_energy=kinetic,
         potential_energy=m.symbol * g.symbol * (y.symbol + l.symbol * sin),
+        bodies=(body,),
     )
-    lower, length = (x.symbol, y.symbol), 2 * l.symbol
-    upper = (x.symbol + length * cos, y.symbol + length * sin)
+    lower = x.symbol, y.symbol
+    upper = (x.symbol + 2 * l.symbol * cos, y.symbol + 2 * l.symbol * sin)
     contact = Contact.of_point("A", system, lower, mu.symbol)
     return Mechanism(
         name=name,
@@ -129,28 +133,25 @@ def rod_bending(bending: int = 3, axial: int = 1) -> Mechanism:
     theta = Coordinate("theta", "angle from the ground to the rod", "rad", r"\theta")
     m = positive("m", 1.0, "kg", "mass")
     l = positive("l", 1.0, "m", "half length of the rod")
-    rho = positive("rho", 7850.0, "kg/m^3", "density")
-    Y = positive("Y", 2.09e11, "Pa", "Young's modulus of the rod")
+    rho = positive("rho", 7850.0, "kg/m^3", "density", "density")
+    Y = positive("Y", 2.09e11, "Pa", "Young's modulus of the rod", "young_modulus")
     zeta = Parameter("zeta", 0.0, "1", "ratio of modal to critical damping", 0.0)
     g, mu = gravity(), friction(1.4)
-    radius = sp.sqrt(m.symbol / (2 * sp.pi * rho.symbol * l.symbol))
-    # Sound crosses the length in 1/rate; a solid round section's radius of gyration is radius/2.
-    rate, gyration = sp.sqrt(Y.symbol / rho.symbol) / (2 * l.symbol), radius / 2
+    bar = RoundBar(m.symbol, 2 * l.symbol, rho.symbol, Y.symbol)
     modal, modes, shapes = [], [], {}
-    for i, bar in enumerate(bending_modes(free, bending), 1):
+    for i, shape in enumerate(bending_modes(free, bending), 1):
         across = Coordinate(f"w_{i}", f"bending mode {i}", "m", f"w_{{{i}}}")
-        frequency = bar.wavenumber**2 * rate * gyration / (2 * l.symbol)
+        frequency = bar.bending_frequency(shape.wavenumber)
         modal.append(across)
         modes.append(Mode(across.symbol, m.symbol, frequency, zeta.symbol))
-        shapes[across.symbol] = (sp.S.Zero, bar.ends[0])
-    for i, bar in enumerate(axial_modes(free, axial), 1):
+        shapes[across.symbol] = (sp.S.Zero, shape.ends[0])
+    for i, shape in enumerate(axial_modes(free, axial), 1):
         along = Coordinate(f"u_{i}", f"mode {i} along the rod", "m", f"u_{{{i}}}")
-        stretch = 2 * m.symbol * l.symbol * bar.moment
+        stretch = 2 * m.symbol * l.symbol * shape.moment
+        frequency = bar.axial_frequency(shape.wavenumber)
         modal.append(along)
-        modes.append(
-            Mode(along.symbol, m.symbol, bar.wavenumber * rate, zeta.symbol, stretch=stretch)
-        )
-        shapes[along.symbol] = (bar.ends[0], sp.S.Zero)
+        modes.append(Mode(along.symbol, m.symbol, frequency, zeta.symbol, stretch=stretch))
+        shapes[along.symbol] = (shape.ends[0], sp.S.Zero)
     centre = x.symbol + l.symbol * sp.cos(theta.symbol), y.symbol + l.symbol * sp.sin(theta.symbol)
     inertia = m.symbol * l.symbol**2 / 3
     body = Body(m.symbol, centre, inertia, theta.symbol, tuple(modes), "rod")
@@ -173,7 +174,7 @@ def rod_bending(bending: int = 3, axial: int = 1) -> Mechanism:
             DomainBound(theta.symbol, "the rod lies flat at theta = 0"),
             DomainBound(sp.pi - theta.symbol, "the rod lies flat at theta = pi"),
             DomainBound(
-                l.symbol / 5 - radius, "a bar thicker than a fifth of its length is not slender"
+                l.symbol / 5 - bar.radius, "a bar thicker than a fifth of its length is not slender"
             ),
         ),
         sketch=_SKETCH,

@@ -15,6 +15,7 @@ from painleve_sym.files import parse_toml, read_text
 from painleve_sym.mechanics.bodies import Body, Load, Mode, Spring
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.declarations import Coordinate, Parameter
+from painleve_sym.mechanics.materials import PROPERTIES
 from painleve_sym.mechanics.mechanism import DomainBound, Mechanism
 from painleve_sym.mechanics.shapes import ContactGeometry, Shape
 from painleve_sym.mechanics.system import TIME, LagrangianSystem, name_fault
@@ -35,8 +36,8 @@ _TOP = (
 )
 _COORDINATE = ("unit", "meaning", "latex")
 _RANGE = ("lower", "upper", "lower_closed", "upper_closed", "positive")
-_PARAMETER = ("default", "unit", "meaning", *_RANGE)
-_BODY = ("name", "mass", "inertia", "centre", "angle", "modes")
+_PARAMETER = ("default", "unit", "meaning", "material", *_RANGE)
+_BODY = ("name", "mass", "inertia", "centre", "angle", "modes", "length", "lowest_period")
 _MODE = (
     *("coordinate", "mass", "frequency", "damping", "momentum", "angular_momentum", "stretch"),
 )
@@ -299,11 +300,22 @@ def _parameter(name: str, given: Table, is_friction: bool) -> Parameter:
         table.number("upper", math.inf),
         table.flag("lower_closed", not positive),
         table.flag("upper_closed", True),
+        _material_property(table),
     )
     fault = parameter.fault(parameter.default) if "default" in table else None
     if fault:
         table.fault(fault, "default")
     return parameter
+
+
+def _material_property(table: Table) -> str:
+    """Return the property of a material that a parameter stands for, empty for none."""
+    name, unit = table.text("material", ""), table.entries.get("unit")
+    if name and name not in PROPERTIES:
+        table.fault(unknown_name("property of a material", name, PROPERTIES), "material")
+    elif name and unit != PROPERTIES[name]:
+        table.fault(f"unit is {unit!r}, need {PROPERTIES[name]!r} of the {name}.", "unit")
+    return name
 
 
 def _body(table: Table, coordinates: Sequence[Coordinate]) -> Body:
@@ -318,7 +330,10 @@ def _body(table: Table, coordinates: Sequence[Coordinate]) -> Body:
         table.formula("angle", 0),
     )
     kept = tuple(mode for mode in modes if mode is not None)
-    return Body(mass, table.pair("centre"), inertia, angle, kept, name)
+    length, period = (
+        table.formula(key) if key in table else None for key in ("length", "lowest_period")
+    )
+    return Body(mass, table.pair("centre"), inertia, angle, kept, name, length, period)
 
 
 def _mode(table: Table, coordinates: Mapping[str, sp.Symbol]) -> Mode | None:

@@ -9,6 +9,7 @@ from painleve_sym.papers.impact_resolution import (
     formulas,
     impacts,
     jump,
+    physical,
     reference_values,
     statements,
     tables,
@@ -27,5 +28,6 @@ COMPUTE = {
     **jump.COMPUTE,
     **reference_values.COMPUTE,
     **beyond.COMPUTE,
+    **physical.COMPUTE,
 }
 """By item, as a function of the `Workbench` that they share."""

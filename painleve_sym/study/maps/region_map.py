@@ -17,7 +17,7 @@ from painleve_sym.arrays import Array, load_npz, save_npz
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.codegen.pointwise import Pointwise
 from painleve_sym.contacts.closing import unknowns
-from painleve_sym.contacts.contact_numbers import closed_within, length_formula
+from painleve_sym.contacts.contact_numbers import closed_within, length_formula, sticking
 from painleve_sym.contacts.local_mode import rounded_difference
 from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -307,7 +307,7 @@ def _grids(
     if contact.bilateral:
         flow += _flow(mechanism, place, -slip)
     margins = [b.margin for b in mechanism.domain]
-    parts = [c.W_nn, c.W_nt, c.W_tt, c.b_n, c.b_t, c.A_stick, c.B_stick, c.mu]
+    parts = [c.W_nn, c.W_nt, c.W_tt, c.b_n, c.b_t, *sticking(c), c.mu]
     given = length_formula(mechanism), mechanism.system.kinetic_energy, c.W_nn, c.b_n
     _, *closed = closed_within(*given)
     parts += [contact.gap, contact.gap_rate, *closed, *margins, *flow]

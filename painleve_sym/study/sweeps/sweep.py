@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -121,7 +121,8 @@ class Sweep:
         kept = tuple(dict.fromkeys(keep))
         sweep = cls(scenario, space, kept, events, chunk, form, text, mechanism_text)
         with _placed(where):
-            return sweep._checked()
+            scenario = scenario.from_material(space.names, sweep.mechanism)
+            return replace(sweep, scenario=scenario)._checked()
 
     @cached_property
     def mechanism(self) -> Mechanism:

@@ -1,0 +1,233 @@
+"""Materials: moduli, densities, friction and restitution of what things are made of."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Container, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.mechanics.declarations import Parameter
+
+DATA = "materials.toml"
+
+PROPERTIES: Mapping[str, str] = {"young_modulus": "Pa", "poisson_ratio": "1", "density": "kg/m^3"}
+"""Properties that a parameter may stand for (`Parameter.material`), with their SI units."""
+PAIR_PROPERTIES = ("static_friction", "sliding_friction", "restitution")
+"""What belongs to two bodies in contact; no command takes it from here, since its range is wide."""
+
+
+@dataclass(frozen=True)
+class MaterialValue:
+    """A number from the literature.
+
+    Attributes
+    ----------
+    value : float
+        In `unit`.
+    lower, upper : float
+        What the sources span; both are the value where they agree.
+    unit : str
+    sources : tuple of str
+        Keys of `painleve_sym.references`.
+    note : str
+        Under which condition it holds.
+    """
+
+    value: float
+    lower: float
+    upper: float
+    unit: str
+    sources: tuple[str, ...]
+    note: str = ""
+
+    @classmethod
+    def of(cls, entry: Mapping[str, Any], unit: str) -> MaterialValue:
+        """Return the value of an entry of the data file."""
+        lower, upper = entry.get("range", (entry["value"],) * 2)
+        return cls(
+            entry["value"], lower, upper, unit, tuple(entry["source"]), entry.get("note", "")
+        )
+
+
+@dataclass(frozen=True)
+class MaterialPair:
+    """A material in dry contact with another body.
+
+    Attributes
+    ----------
+    other : str
+        Name of a material, or words such as ``a hard floor``.
+    static_friction, sliding_friction, restitution : MaterialValue or None
+        None where no source gives it.
+    """
+
+    other: str
+    static_friction: MaterialValue | None = None
+    sliding_friction: MaterialValue | None = None
+    restitution: MaterialValue | None = None
+
+
+@dataclass(frozen=True)
+class Material:
+    """A material with its properties.
+
+    Attributes
+    ----------
+    name, title : str
+    properties : mapping of str to MaterialValue
+        By the names of `PROPERTIES`; one that no source gives is absent.
+    pairs : tuple of MaterialPair
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> ps.material("steel").density
+    7860.0
+    """
+
+    name: str
+    title: str
+    properties: Mapping[str, MaterialValue]
+    pairs: tuple[MaterialPair, ...] = ()
+
+    def value_of(self, name: str, needed_for: str = "") -> float:
+        """Return the value of a property in SI units.
+
+        Raises
+        ------
+        InputError
+            The material has none; `needed_for` tells which parameter needs it.
+        """
+        if name not in self.properties:
+            raise InputError(
+                f"material {self.name!r}: {name} is missing{needed_for}. "
+                "Fix: give that parameter itself, or name another material."
+            )
+        return self.properties[name].value
+
+    @property
+    def young_modulus(self) -> float:
+        """Young's modulus; Pa."""
+        return self.value_of("young_modulus")
+
+    @property
+    def poisson_ratio(self) -> float:
+        """Poisson's ratio."""
+        return self.value_of("poisson_ratio")
+
+    @property
+    def density(self) -> float:
+        """Density; kg/m³."""
+        return self.value_of("density")
+
+
+MaterialLike = Material | str
+"""A material or its name."""
+MaterialsLike = MaterialLike | Sequence[MaterialLike]
+"""The material of both bodies in contact, or those of the moving body and of the other.
+
+A text may name both: ``steel,rubber``.
+"""
+
+
+@cache
+def materials() -> Mapping[str, Material]:
+    """Return every material by its name, in the order of the data file."""
+    data = tomllib.loads(Path(__file__).with_name(DATA).read_text("utf-8"))
+    pairs = data.pop("pairs")
+    return MappingProxyType({name: _material(name, data[name], pairs) for name in data})
+
+
+def _material(name: str, entry: Mapping[str, Any], pairs: Sequence[Mapping[str, Any]]) -> Material:
+    properties = {
+        key: MaterialValue.of(entry[key], unit) for key, unit in PROPERTIES.items() if key in entry
+    }
+    own = []
+    for pair in pairs:
+        first, second = pair["bodies"]
+        if name in (first, second):
+            values = {k: MaterialValue.of(pair[k], "1") for k in PAIR_PROPERTIES if k in pair}
+            own.append(MaterialPair(second if name == first else first, **values))
+    return Material(name, entry["title"], properties, tuple(own))
+
+
+def material(name: str) -> Material:
+    """Return the named material.
+
+    Raises
+    ------
+    InputError
+        An unknown name; the message names the nearest.
+
+    Examples
+    --------
+    >>> from painleve_sym import material
+    >>> material("rubber").poisson_ratio
+    0.48
+    """
+    if name not in materials():
+        raise InputError(unknown_name("material", name, list(materials())))
+    return materials()[name]
+
+
+def two_materials(given: MaterialsLike) -> tuple[Material, Material]:
+    """Return the materials of the moving body and of the other; one material is that of both.
+
+    Raises
+    ------
+    InputError
+        Unknown names, more than two.
+    """
+    several = given.split(",") if isinstance(given, str) else given
+    named = [several] if isinstance(several, Material) else list(several)
+    chosen = [material(m.strip()) if isinstance(m, str) else m for m in named]
+    if not 1 <= len(chosen) <= 2:
+        raise InputError(
+            f"material: got {len(chosen)} materials, need one of both bodies, or one of each, "
+            "such as steel,rubber."
+        )
+    return chosen[0], chosen[-1]
+
+
+def material_values(
+    where: str,
+    pair: tuple[Material, Material],
+    declared: Sequence[Parameter],
+    given: Container[str] = (),
+) -> dict[str, float]:
+    """Return the values that materials give to the parameters that stand for their properties.
+
+    Parameters
+    ----------
+    where : str
+        What declares the parameters, for messages.
+    pair : tuple of two Material
+        See `two_materials`.
+    declared : sequence of Parameter
+    given : container of str
+        Parameters that have their value already, and are left out.
+
+    Raises
+    ------
+    InputError
+        A property that a material lacks; two materials where one parameter stands for both.
+    """
+    values = {}
+    for p in declared:
+        if not p.material or p.name in given:
+            continue
+        if p.body == 0 and pair[0] != pair[1]:
+            raise InputError(
+                f"{where}: got {pair[0].name} and {pair[1].name}, but parameter {p.name} is that "
+                "of both bodies. Fix: name one material, or a law of two bodies "
+                "(bilinear-hertz-two-bodies)."
+            )
+        values[p.name] = pair[p.body == 2].value_of(
+            p.material, f", which parameter {p.name} of {where} needs"
+        )
+    return values

@@ -1,0 +1,189 @@
+"""Materials: the data and its page, what they set in mechanisms and laws, bad input."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+import painleve_sym as ps
+from painleve_sym.errors import InputError, ModelError
+from painleve_sym.laws.catalogue import COMPLIANT_LAWS, law
+from painleve_sym.mechanics.materials import (
+    PAIR_PROPERTIES,
+    PROPERTIES,
+    material,
+    material_values,
+    materials,
+    two_materials,
+)
+from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
+from painleve_sym.references import references
+from painleve_sym.study.scenario import Scenario
+from painleve_sym.study.sweeps.sweep import Sweep
+
+PAGE = (Path(__file__).parents[2] / "docs" / "materials.md").read_text("utf-8")
+
+
+def _values(one):
+    pairs = [getattr(pair, name) for pair in one.pairs for name in PAIR_PROPERTIES]
+    return [*one.properties.values(), *(v for v in pairs if v is not None)]
+
+
+# ---- the data ----
+
+
+@pytest.mark.parametrize("one", materials().values(), ids=materials())
+def test_every_number_has_its_sources_and_lies_in_its_range(one):
+    assert set(one.properties) <= set(PROPERTIES)
+    for value in _values(one):
+        assert value.lower <= value.value <= value.upper
+        assert value.sources and set(value.sources) <= set(references())
+    assert -1 < one.poisson_ratio <= 0.5
+
+
+def test_a_pair_of_materials_is_the_same_from_both_sides():
+    for one in materials().values():
+        for pair in one.pairs:
+            if pair.other in materials():
+                (back,) = [p for p in material(pair.other).pairs if p.other == one.name]
+                assert replace(back, other=pair.other) == pair
+
+
+def test_moduli_of_chalk_are_those_of_its_bulk_and_shear_modulus():
+    bulk, shear = 9e9, 3.2e9
+    young = 9 * bulk * shear / (3 * bulk + shear)
+    ratio = (3 * bulk - 2 * shear) / (2 * (3 * bulk + shear))
+    assert math.isclose(material("chalk").young_modulus, young, rel_tol=0.005)
+    assert math.isclose(material("chalk").poisson_ratio, ratio, rel_tol=0.005)
+
+
+def test_page_has_the_numbers_of_the_data():
+    cells = [[c.strip() for c in row.strip("|").split("|")] for row in re.findall(r"\|.*\|", PAGE)]
+    rows = {row[0]: row for row in cells}
+    for one in materials().values():
+        expected = [f"{one.young_modulus / 1e9:g} GPa", f"{one.poisson_ratio:g}"]
+        assert rows[one.name][1:4] == [*expected, f"{one.density:g} kg/m³"]
+        for pair in one.pairs:
+            friction = pair.sliding_friction
+            names = [f"{one.name}, {pair.other}", f"{pair.other}, {one.name}"]
+            row = next((rows[n] for n in names if n in rows), None)
+            assert (row is None) == (friction is None)
+            if friction is not None:
+                ends = dict.fromkeys((f"{friction.lower:g}", f"{friction.upper:g}"))
+                assert row[1] == " to ".join(ends)
+    for one in materials().values():
+        sources = {key for value in _values(one) for key in value.sources}
+        assert all(f"references.md#{key.lower()}" in PAGE for key in sources)
+
+
+# ---- what they set ----
+
+
+@pytest.mark.parametrize("name", [n for n in COMPLIANT_LAWS if n != "linear"])
+def test_laws_of_one_modulus_and_of_two_take_what_materials_provide(name):
+    chosen = law(name)
+    values = material_values(name, two_materials("steel"), chosen.parameters)
+    expected = {"E": 200e9, "nu": 0.3}
+    if name.endswith("two-bodies"):
+        expected = {f"{key}_{i}": value for key, value in expected.items() for i in (1, 2)}
+        mixed = material_values(name, two_materials("steel,rubber"), chosen.parameters)
+        assert mixed == expected | {"E_2": 2.76e6, "nu_2": 0.48}
+    else:
+        with pytest.raises(InputError, match="got steel and rubber, but parameter E is that of"):
+            material_values(name, two_materials("steel,rubber"), chosen.parameters)
+    assert values == expected
+
+
+def test_elastic_rod_takes_density_and_modulus_and_the_law_of_a_contact_takes_its_own():
+    simulator = ps.Simulator(ps.model("rod-bending:1,0"), {"A": ps.law("hertz")})
+    assert simulator.of_materials("wood", {"E": 1.0}) == {"rho": 525.0, "Y": 13e9, "nu": 0.29}
+    laws = law("A=hertz,B=bilinear-hertz-two-bodies").parameters
+    values = material_values("laws", two_materials("steel"), laws)
+    assert values == {"E_A": 2e11, "nu_A": 0.3, "E_1_B": 2e11, "nu_1_B": 0.3, "E_2_B": 2e11,
+                      "nu_2_B": 0.3}  # fmt: skip
+
+
+def test_given_values_win_and_the_run_is_the_one_with_these_numbers():
+    start = {"theta": 1.0, "x_A_dot": -1.0, "theta_dot": 1.0}
+    by_name = ps.simulate("rod", "hertz", start, t_end=1e-3, material="steel",
+                          law_parameters={"nu": 0.2})  # fmt: skip
+    by_number = ps.simulate(
+        "rod", "hertz", start, t_end=1e-3, law_parameters={"E": 2e11, "nu": 0.2}
+    )
+    assert by_name.parameters == by_number.parameters
+    assert by_name.final == by_number.final
+
+
+def test_parameter_of_a_file_stands_for_a_property():
+    text = """\
+[coordinates]
+x = { unit = "m" }
+y = { unit = "m" }
+[parameters]
+rho = { default = 1000.0, unit = "kg/m^3", positive = true, material = "density" }
+g = { default = 9.8, unit = "m/s^2" }
+mu = { default = 0.5, unit = "1" }
+[[bodies]]
+mass = "rho*0.001"
+centre = ["x", "y"]
+[[contacts]]
+name = "A"
+friction = "mu"
+point = ["x", "y"]
+"""
+    declared = mechanism_from_text(text).outline.parameters
+    assert material_values("file", two_materials("chalk"), declared) == {"rho": 2100.0}
+    for old, new, fault in (
+        (
+            '"density"',
+            '"densty"',
+            "unknown property of a material 'densty'. Did you mean 'density'",
+        ),
+        ('"density"', '"young_modulus"', "unit is 'kg/m^3', need 'Pa' of the young_modulus."),
+    ):
+        with pytest.raises(ModelError, match=re.escape(fault)):
+            mechanism_from_text(text.replace(old, new))
+
+
+def test_sweep_over_a_property_keeps_the_values_of_its_axis():
+    text = """\
+model = "rod"
+t_end = 1e-3
+material = "aluminium"
+state = { theta = 1.0, theta_dot = 1.0, x_A_dot = -1.0 }
+law = { name = "hertz" }
+[axes]
+E = [1e9, 2e9]
+"""
+    assert Sweep.from_text(text, "here").scenario.law_parameters == {"nu": 0.33}
+
+
+# ---- bad input ----
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"material": "stel"}, "unknown material 'stel'. Did you mean 'steel'"),
+        ({"material": "steel,wood,chalk"}, "got 3 materials, need one of both bodies"),
+        ({"material": "steel", "law": None}, "nothing here depends on a material. Fix: leave it"),
+        ({"material": "steel", "law": "linear"}, "nothing here depends on a material."),
+        ({"material": "steel,wood"}, "name one material, or a law of two bodies"),
+    ],
+)
+def test_materials_that_cannot_be_are_refused(given, message):
+    with pytest.raises(InputError, match=re.escape(message)):
+        Scenario(**{"model": "rod-inertia", "law": "hertz", **given}).from_material()
+
+
+def test_property_that_a_material_lacks_is_named_with_who_needs_it():
+    steel = material("steel")
+    bare = replace(steel, properties={"density": steel.properties["density"]})
+    with pytest.raises(InputError, match="'steel': young_modulus is missing, which parameter E of"):
+        material_values("law 'hertz'", two_materials(bare), law("hertz").parameters)
+    given = {"E", "nu"}
+    assert material_values("law", two_materials(bare), law("hertz").parameters, given) == {}
