@@ -21,6 +21,7 @@ EXPLANATIONS = (
     "corrected-jump.md",
     "critical-force.md",
     "derivations/README.md",
+    "friction-laws.md",
     "impacts.md",
     "maps.md",
     "reverse-chatter.md",

@@ -16,10 +16,14 @@ def classify(arguments: argparse.Namespace) -> int:
     scenario = read_case(arguments)
     classification = scenario.classify()
     if arguments.json:
-        print_json(classification.to_dict())
+        notice = scenario.friction_notice
+        print_json(classification.to_dict() | ({"notices": [notice]} if notice else {}))
         return 0
     show_case(scenario.mechanism(), scenario, classification.parameters)
     show_classification(classification)
+    if scenario.friction_notice:
+        show()
+        show(scenario.friction_notice)
     return 0
 
 

@@ -39,6 +39,24 @@ _SOURCES: Mapping[Friction, str] = {
     Friction.STRIBECK: "Stribeck (1902); Hess & Soom (1990)",
 }
 
+_AT_REST = (
+    "at v_t = 0 stick and slip both solve the contact problem where the tangential force that "
+    "stick needs lies between mu F_n and mu_s F_n, so that the statements on one solution for "
+    "every load fail there."
+)
+FRICTION_NOTICES: Mapping[str, str] = {
+    Friction.STATIC: (
+        "Classified with mu, the friction of slip. With a static friction mu_s above it, "
+        f"{_AT_REST}"
+    ),
+    Friction.STRIBECK: (
+        "Classified with mu, the friction of fast slip. With Stribeck's curve the case of a "
+        "sliding contact is that of the coefficient at its slip velocity, the impact laws of a "
+        f"constant mu do not hold, and {_AT_REST}"
+    ),
+}
+"""Statement on the rigid contact problem under a friction law, by the name of the law."""
+
 
 @dataclass(frozen=True)
 class FrictionLaw:

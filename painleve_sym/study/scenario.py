@@ -25,6 +25,7 @@ from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import parse_toml, read_text
 from painleve_sym.laws.catalogue import Law, LawsByContact, law, offered_choices
 from painleve_sym.laws.contact_law import ContactLaw
+from painleve_sym.laws.friction import FRICTION_NOTICES
 from painleve_sym.laws.restitution import RestitutionLaw, restitution_law
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.declarations import resolve_parameters
@@ -255,6 +256,12 @@ class Scenario:
             ) from error
 
     # ---- questions ----
+
+    @property
+    def friction_notice(self) -> str:
+        """Statement on the rigid contact problem under the friction law; empty for Coulomb's."""
+        kind = offered_choices(self.contact_law()).get("friction") if self.law else None
+        return FRICTION_NOTICES.get(kind or "", "")
 
     def classify(self) -> Classification:
         """Return the rigid contact problem at the state, with every solution."""

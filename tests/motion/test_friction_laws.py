@@ -13,9 +13,11 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 import painleve_sym as ps
+from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.errors import InputError
 from painleve_sym.laws.friction import FrictionLaw
 from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
+from painleve_sym.study.scenario import Scenario
 
 BELT = """
 name = "block-on-belt"
@@ -183,6 +185,46 @@ def test_engines_agree(friction):
     assert [e.kind for e in runs[0].events] == [e.kind for e in runs[1].events]
     for name in ("theta_dot", "y_A_dot", "x_A_dot"):
         assert runs[0].final[name] == pytest.approx(runs[1].final[name], rel=1e-7, abs=1e-9)
+
+
+def test_derivatives_by_the_parameters_of_friction_are_differences():
+    simulator, step = rod_simulator("stribeck"), 1e-5
+    options = {"t_end": 0.006, "rtol": 1e-12, "until": "separation"}
+    names = ("static_ratio", "stribeck_velocity")
+    values = {"static_ratio": 1.4, "stribeck_velocity": 0.05}
+    own = simulator.sensitivities(TABLE_3, wrt=names, parameters=values, **options)
+    for name in names:
+        ends = [
+            simulator.run(TABLE_3, parameters=values | {name: values[name] + h}, **options)
+            for h in (-step, step)
+        ]
+        slope = (ends[1].final["y_A_dot"] - ends[0].final["y_A_dot"]) / (2 * step)
+        assert own.final_gradient("y_A_dot")[name] == pytest.approx(slope, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("friction", "said"), [("coulomb", ""), ("static", "static"), ("stribeck", "Stribeck")]
+)
+def test_classification_says_what_friction_takes_from_its_theorems(friction, said, tmp_path):
+    path = tmp_path / "case.toml"
+    path.write_text(
+        'model = "rod"\n[state]\ntheta = 1.0\nx_A_dot = -1.0\n'
+        f'[law]\nname = "hertz"\nfriction = "{friction}"\n',
+        encoding="utf-8",
+    )
+    notice = Scenario.read(path).friction_notice
+    assert (said in notice) and bool(notice) == bool(said)
+
+
+def test_at_rest_stick_and_slip_are_both_possible_between_the_two_coefficients():
+    # The statement of the notice: W diagonal, F_n = 1 N, and a pull of 0.6 N at mu 0.4, mu_s 0.8.
+    pull, kinetic, static = 0.6, 0.4, 0.8
+    assert pull <= static and pull - kinetic > 0
+    W, b = np.eye(2), np.array([-1.0, pull])
+    assert [s.mode.value for s in ContactProblem(W, b, [static], [0.0]).solutions()] == ["stick"]
+    assert [s.mode.value for s in ContactProblem(W, b, [kinetic], [0.0]).solutions()] == [
+        "slip_pos"
+    ]
 
 
 # ---- bad input ----
