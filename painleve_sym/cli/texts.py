@@ -12,7 +12,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "laws": ("describe", "list the contact laws and restitution rules, or show one"),
     "materials": (
         "describe",
-        "list the materials, or show one: modulus, density, friction, sources",
+        "list the materials, or show one: modulus, density, friction",
     ),
     "derive": ("derive", "show the closed forms of a mechanism: text, LaTeX, Python, JSON"),
     "classify": ("classify", "solve the rigid contact at a state: every solution, or none"),
@@ -67,9 +67,9 @@ CASE is the name of a mechanism (`painleve models`) or a scenario, a TOML file:
 
 Other keys: title, material, contact, close, initial_force, engine, rtol,
 max_steps, max_events, samples, restitution, rule. One file serves classify,
-simulate and jump; each takes the keys it needs. Options override the file, --state, --set
-and --law-set entry by entry; another --law drops the law parameters of the
-file. Without a state the mechanism's own start is taken."""
+simulate and jump; each takes the keys it needs. Options override the file,
+--state, --set and --law-set entry by entry; another --law drops the law
+parameters of the file. Without a state the mechanism's own start is taken."""
 
 JUMP = """\
 With a contact law the jump is also computed at its stiffness: the free normal
