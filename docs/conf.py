@@ -42,6 +42,8 @@ default_role = "py:obj"
 myst_enable_extensions = ["dollarmath", "colon_fence", "deflist"]
 myst_heading_anchors = 4
 nb_execution_mode = "force"
+# Sliders need a running kernel; their script would be loaded from the network.
+nb_ipywidgets_js = {}
 nb_execution_timeout = 120
 nb_execution_raise_on_error = True
 # Redoing the paper takes minutes; the notebook is shown without its outputs.

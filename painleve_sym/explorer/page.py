@@ -196,14 +196,26 @@ def explore(
     mechanism = as_mechanism(mechanism)
     laws = default_law(mechanism) if law is None else _one_or_by_contact(as_law(law))
     stored = stored_module(mechanism, laws)
-    packed, description = _compiled(mechanism, laws) if stored is None else stored
+    if stored is None:
+        # What derives and compiles is not loaded for a stored module.
+        from painleve_sym.explorer.source import ModuleSource
+
+        source = ModuleSource(mechanism, laws)
+        description = source.description
+    else:
+        packed, description = stored
+    initial = _initial(
+        mechanism, description, state, parameters, law_parameters, initial_force, t_end, close
+    )
+    if stored is None:
+        from painleve_sym.explorer.wasm import module
+
+        packed = packed_module(module(source))
     data = {
         "description": description,
         "module": base64.b64encode(packed).decode("ascii"),
         "presets": presets(description),
-        "initial": _initial(
-            mechanism, description, state, parameters, law_parameters, initial_force, t_end, close
-        ),
+        "initial": initial,
         "version": painleve_sym.__version__,
     }
     page = Page(
@@ -217,15 +229,6 @@ def explore(
     if out is not None:
         page.save(out)
     return page
-
-
-def _compiled(mechanism: Mechanism, laws: Laws) -> tuple[bytes, dict[str, Any]]:
-    # What derives and compiles is not loaded for a stored module.
-    from painleve_sym.explorer.source import ModuleSource
-    from painleve_sym.explorer.wasm import module
-
-    source = ModuleSource(mechanism, laws)
-    return packed_module(module(source)), source.description
 
 
 def packed_module(code: bytes) -> bytes:
