@@ -1,0 +1,300 @@
+"""A tape's derivatives as C: a function per mode that fills their rows of Taylor coefficients.
+
+With dc the derivatives of row c in all directions, every operation says D · dc = Σ ± P · da, with rows
+D and P of the tape and the derivatives da of its arguments a. Order k of such a product is a Cauchy
+product of numbers with vectors, one or two for an operation and as many directions as a vector
+register holds. Scalars have derivatives that are constant within a mode and take no such product.
+
+References
+----------
+Griewank & Walther (2008), section 13.2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+from painleve_sym.engines.taylor.emit import SeriesCode, in_order
+from painleve_sym.engines.taylor.scalars import ZERO, Scalar
+from painleve_sym.engines.taylor.tape import Combination, Node, Tape
+
+_LOADS = 12
+"""Sums in one loop: more would not stay in registers."""
+
+_OWN, _PAIR, _TWICE = -1, -2, -3
+"""Places of rows: the node itself, its partner, twice its argument; others are arguments."""
+
+_RULES: dict[str, tuple[int | None, tuple[tuple[int, int | None, int], ...]]] = {
+    "mul": (None, ((1, 1, 0), (1, 0, 1))),
+    "sq": (None, ((1, _TWICE, 0),)),
+    "div": (1, ((1, None, 0), (-1, _OWN, 1))),
+    "inv": (0, ((-1, _OWN, 0),)),
+    "exp": (None, ((1, _OWN, 0),)),
+    "log": (0, ((1, None, 0),)),
+    "sin": (None, ((1, _PAIR, 0),)),
+    "cos": (None, ((-1, _PAIR, 0),)),
+    "sinh": (None, ((1, _PAIR, 0),)),
+    "cosh": (None, ((1, _PAIR, 0),)),
+    "atan2": (2, ((1, 1, 0), (-1, 0, 1))),
+}
+"""D and the terms ± P · da of each operation: sign, P, the argument a. None stands for 1."""
+
+
+@dataclass(frozen=True)
+class Rule:
+    """divisor · dc = Σ sign · partial · d argument + Σ d scalar · row.
+
+    Attributes
+    ----------
+    terms : tuple of (int, int or None, int)
+        Sign, partial and argument, both of them nodes; a partial None stands for 1.
+    divisor : int or None
+        A node; None stands for 1.
+    scalars : tuple of (Scalar, int)
+        Scalars that have derivatives, with their rows.
+    """
+
+    terms: tuple[tuple[int, int | None, int], ...]
+    divisor: int | None = None
+    scalars: tuple[tuple[Scalar, int], ...] = ()
+
+
+class Tangents:
+    """What the derivatives of a tape's states need.
+
+    Parameters
+    ----------
+    tape : Tape
+        Its `others` become the rows that are factors of derivatives.
+    states : sequence of int
+        The states that have derivatives, in their order.
+    moves : callable
+        Whether a scalar has derivatives.
+
+    Attributes
+    ----------
+    nodes : list of int
+        Those whose derivatives are needed, in order.
+    rules : dict of int to Rule
+        Of the nodes that are neither states nor sums.
+    """
+
+    def __init__(self, tape: Tape, states: Sequence[int], moves: Callable[[Scalar], bool]) -> None:
+        self.tape, self.states, self._of_scalars = tape, list(states), moves
+        self._moving = set(states)
+        for i in tape.reachable():
+            node = tape.nodes[i]
+            inner = () if node.inner is None else (node.inner.constant, *dict(node.inner.terms).values())
+            scalars = (*inner, *([node.scalar] if node.op == "pow" and node.scalar else []))
+            if any(map(self.moves, scalars)) or any(n in self._moving for n in node.operands):
+                self._moving.add(i)
+        self.nodes = self._needed()
+        sums = (tape.nodes[i].inner for i in self.nodes)
+        self.sums = [*(a for a in sums if a is not None), *(tape.rates[i] for i in self.states)]
+        of_rules = (i for i in self.nodes if i >= len(tape.rates) and tape.nodes[i].inner is None)
+        self.rules = {i: self._rule(i) for i in of_rules}
+        tape.others = sorted(self._rows())
+
+    def moves(self, scalar: Scalar) -> bool:
+        """Whether a scalar has derivatives."""
+        return bool(scalar.factors) and self._of_scalars(scalar)
+
+    def moving_terms(self, a: Combination) -> list[tuple[int, Scalar]]:
+        """Return the terms of a sum whose nodes have derivatives."""
+        return [(n, c) for n, c in a.terms if n in self._moving]
+
+    def moving_scalars(self, a: Combination) -> list[tuple[Scalar, int]]:
+        """Return the coefficients of a sum that have derivatives, with their nodes."""
+        return [(c, n) for n, c in a.terms if self.moves(c)]
+
+    def _needed(self) -> list[int]:
+        needed = set[int]()
+        front = [n for i in self.states for n, _ in self.tape.rates[i].terms]
+        while front:
+            n = front.pop()
+            if n in self._moving and n not in needed:
+                needed.add(n)
+                front += self.tape.nodes[n].operands
+        return sorted(needed)
+
+    def _rule(self, i: int) -> Rule:
+        tape, node = self.tape, self.tape.nodes[i]
+        a, scalars = node.args, tuple[tuple[Scalar, int], ...]()
+
+        def multiple(row: int, factor: Scalar) -> int:
+            return tape.row(Combination(ZERO, ((row, factor),)))
+
+        divisor: int | None
+        terms: tuple[tuple[int, int | None, int], ...]
+        if node.op == "pow" and node.scalar is not None:
+            # d(aᵉ) = e · (aᵉ/a) · da + (aᵉ log a) · de
+            if self.moves(node.scalar):
+                log = tape.node(Node("log", a))
+                scalars = ((node.scalar, tape.node(Node("mul", (i, log)))),)
+            quotient = tape.node(Node("div", (i, a[0])))
+            divisor, terms = None, ((1, multiple(quotient, node.scalar), a[0]),)
+        elif node.op == "sqrt":
+            divisor, terms = multiple(i, Scalar(2.0)), ((1, None, a[0]),)
+        else:
+            twice = multiple(a[0], Scalar(2.0)) if node.op == "sq" else i
+            rows: dict[int | None, int | None] = {None: None, **dict(enumerate(a))}
+            rows |= {_OWN: i, _PAIR: tape.pair(i), _TWICE: twice}
+            place, rule = _RULES[node.op]
+            divisor, terms = rows[place], tuple((s, rows[p], a[n]) for s, p, n in rule)
+        return Rule(tuple(t for t in terms if t[2] in self._moving), divisor, scalars)
+
+    def _rows(self) -> set[int]:
+        rows = {n for a in self.sums for _, n in self.moving_scalars(a)}
+        for rule in self.rules.values():
+            rows |= {p for _, p, _ in rule.terms if p is not None}
+            rows |= {n for _, n in rule.scalars}
+            rows |= set() if rule.divisor is None else {rule.divisor}
+        return rows
+
+
+class TangentCode:
+    """Writes the C of the derivatives of one tape.
+
+    The generated function takes what the function of the series takes, states and scalars each
+    followed by their derivatives, the first direction of its vector, and `v` with the series in it.
+    It fills the columns of the derivatives of the states, order by order.
+
+    Parameters
+    ----------
+    tangents : Tangents
+    code : SeriesCode
+        Of the same tape, with the rows that are factors of derivatives.
+    directions : int
+    """
+
+    def __init__(self, tangents: Tangents, code: SeriesCode, directions: int) -> None:
+        self._of, self._code, self.directions = tangents, code, directions
+        self._slots: dict[Scalar, int] = {}
+        rules = tangents.rules
+        # Of each sum over lower orders: sign, row of numbers, node of derivatives.
+        self._products = {
+            i: [(s, p, n) for s, p, n in rule.terms if p is not None]
+            + ([] if rule.divisor is None else [(-1, rule.divisor, i)])
+            for i, rule in rules.items()
+        }
+        factors = {n for products in self._products.values() for _, _, n in products}
+        kept = [*tangents.states, *sorted(factors - set(tangents.states))]
+        self._places = {n: place for place, n in enumerate(kept)}
+        self.text = self._function()
+
+    @property
+    def scalars(self) -> list[Scalar]:
+        """Scalars whose derivatives follow the values of all, in their order."""
+        return list(self._slots)
+
+    def _function(self) -> str:
+        of, code = self._of, self._code
+        own = len(of.tape.rates)
+        start = [line for i in of.nodes for line in self._node(i, "0")]
+        each = [line for i in of.nodes for line in self._node(i, "k")]
+        rates = {i: of.tape.rates[i] for i in of.states}
+        start += [f"ps_wide f{i} = {self._sum(r, '0')}, b{i} = {{0}};" for i, r in rates.items()]
+        turn = [f"b{i} = f{i}; f{i} = {self._sum(r, 'k')};" for i, r in rates.items()]
+        columns = [own + place * self.directions for place in range(len(of.states))]
+        read = [f"V[0][{j}] = ps_wide_at(x + {c} + first, n);" for j, c in enumerate(columns)]
+        step, write = [], []
+        for j, (i, c) in enumerate(zip(of.states, columns, strict=True)):
+            step.append(f"V[k][{j}] = PS_WIDE_FMA(q, f{i}, qb * b{i});")
+            write.append(f"ps_wide_to(&v[k][{c}] + first, V[k][{j}], n);")
+        divisors = {i: rule.divisor for i, rule in of.rules.items() if rule.divisor is not None}
+        factors = [f"const double r{i} = 1 / {self._row(d, '0')};" for i, d in divisors.items()]
+        scalars = len(self._slots)
+        lines = [
+            f"static void {code.name}_tangents(const double *x, const double *w, const double *live,",
+            "    int p, double dt, double bend, int first, double (*restrict v)[PS_COLUMNS]) {",
+            f"  ps_wide V[PS_ORDER + 1][{len(self._places)}], D[{max(1, scalars)}];",
+            f"  const int n = PS_DIRECTIONS - first < PS_WIDTH ? PS_DIRECTIONS - first : PS_WIDTH;",
+            f"  for (int i = 0; i < {scalars}; i++)",
+            f"    D[i] = ps_wide_at(w + {len(code.scalars)} + i * PS_DIRECTIONS + first, n);",
+            *(f"  {line}" for line in (*read, *factors, *start)),
+            "  for (int k = 1;; k++) {",
+            "    const double r = PS_INVERSE[k];",
+            "    const ps_wide q = PS_WIDE_OF(dt * r), qb = PS_WIDE_OF(bend * r);",
+            *(f"    {line}" for line in (*step, *write)),
+            "    if (k == p) break;",
+            *(f"    {line}" for line in (*self._lower_orders(), *each, *turn)),
+            "  }",
+            "  (void)live; (void)D;",
+            "}",
+        ]
+        return "\n".join(lines) + "\n"
+
+    # ---- pieces of C ----
+
+    def _row(self, node: int, order: str) -> str:
+        return f"v[{order}][{self._code.row(node)}]"
+
+    def _derivatives(self, scalars: Iterable[tuple[Scalar, int]], order: str) -> list[str]:
+        """Return factors of the derivatives of scalars, times their rows."""
+        return [f"{self._row(n, order)}, {self._derivative(c)}" for c, n in scalars]
+
+    def _derivative(self, scalar: Scalar) -> str:
+        return f"D[{self._slots.setdefault(scalar, len(self._slots))}]"
+
+    def _lower_orders(self) -> list[str]:
+        """Return the sums over lower orders, 0 < j < k."""
+        used = [i for i, products in self._products.items() if products]
+        lines = [f"ps_wide s{i} = {{0}};" for i in used]
+        for first in range(0, len(used), _LOADS):
+            add = [
+                f"s{i} = {_added(s, f'v[{{0}}][{self._code.row(p)}]', f'V[{{1}}][{self._places[n]}]', f's{i}')};"
+                for i in used[first : first + _LOADS]
+                for s, p, n in self._products[i]
+            ]
+            lines += in_order(add)
+        return lines
+
+    def _node(self, i: int, order: str) -> list[str]:
+        """Return the lines that make order 0 or k of a node's derivatives."""
+        node = self._of.tape.nodes[i]
+        if node.op == "state":
+            return [f"const ps_wide t{i} = V[{order}][{self._places[i]}];"]
+        if node.inner is None:
+            value = self._operation(i, order)
+        else:
+            value = self._sum(node.inner, order)
+        if node.op == "ramp":
+            value = f"PS_WIDE_OF(live[{self._code.ramps.index(i)}]) * ({value})"
+        lines = [f"const ps_wide t{i} = {value};"]
+        if i in self._places:
+            lines.append(f"V[{order}][{self._places[i]}] = t{i};")
+        return lines
+
+    def _operation(self, i: int, order: str) -> str:
+        rule, text = self._of.rules[i], ""
+        if order != "0" and self._products[i]:
+            text = f"s{i}"
+            for sign, p, n in self._products[i]:
+                text = _added(sign, self._row(p, order), f"V[0][{self._places[n]}]", text)
+        for sign, p, n in rule.terms:
+            text = _added(sign, "" if p is None else self._row(p, "0"), f"t{n}", text)
+        for c, n in rule.scalars:
+            text = _added(1, self._row(n, order), self._derivative(c), text)
+        return text if rule.divisor is None else f"PS_WIDE_OF(r{i}) * ({text})"
+
+    def _sum(self, a: Combination, order: str) -> str:
+        """Return the derivatives of a sum; its constant takes part in order 0."""
+        text = self._derivative(a.constant) if order == "0" and self._of.moves(a.constant) else ""
+        for n, c in self._of.moving_terms(a):
+            unit = not c.factors and abs(c.number) == 1
+            sign, factor = (int(c.number), "") if unit else (1, self._code.number(c))
+            text = _added(sign, factor, f"t{n}", text)
+        for c, n in self._of.moving_scalars(a):
+            text = _added(1, self._row(n, order), self._derivative(c), text)
+        return text or "PS_WIDE_OF(0.0)"
+
+
+def _added(sign: int, factor: str, vector: str, text: str) -> str:
+    """Return text ± factor · vector in C; an empty factor is 1, an empty text 0."""
+    minus = "-" if sign < 0 else ""
+    if not factor:
+        return f"({text} {minus or '+'} {vector})" if text else f"{minus}{vector}"
+    if not text:
+        return f"PS_WIDE_OF({minus}{factor}) * {vector}"
+    return f"PS_WIDE_FMA(PS_WIDE_OF({minus}{factor}), {vector}, {text})"
