@@ -197,11 +197,12 @@ class TangentCode:
         start += [f"ps_wide f{i} = {self._sum(r, '0')}, b{i} = {{0}};" for i, r in rates.items()]
         turn = [f"b{i} = f{i}; f{i} = {self._sum(r, 'k')};" for i, r in rates.items()]
         columns = [own + place * self.directions for place in range(len(of.states))]
-        read = [f"V[0][{j}] = ps_wide_at(x + {c} + first, n);" for j, c in enumerate(columns)]
-        step, write = [], []
+        read, step = [], []
         for j, (i, c) in enumerate(zip(of.states, columns, strict=True)):
+            read.append(f"V[0][{j}] = ps_wide_at(x + {c} + first, n);")
+            read.append(_kept("0", c, j))
             step.append(f"V[k][{j}] = PS_WIDE_FMA(q, f{i}, qb * b{i});")
-            write.append(f"ps_wide_to(&v[k][{c}] + first, V[k][{j}], n);")
+            step.append(_kept("k", c, j))
         divisors = {i: rule.divisor for i, rule in of.rules.items() if rule.divisor is not None}
         factors = [f"const double r{i} = 1 / {self._row(d, '0')};" for i, d in divisors.items()]
         scalars = len(self._slots)
@@ -216,7 +217,7 @@ class TangentCode:
             "  for (int k = 1;; k++) {",
             "    const double r = PS_INVERSE[k];",
             "    const ps_wide q = PS_WIDE_OF(dt * r), qb = PS_WIDE_OF(bend * r);",
-            *(f"    {line}" for line in (*step, *write)),
+            *(f"    {line}" for line in step),
             "    if (k == p) break;",
             *(f"    {line}" for line in (*self._lower_orders(), *each, *turn)),
             "  }",
@@ -288,6 +289,10 @@ class TangentCode:
         for c, n in self._of.moving_scalars(a):
             text = _added(1, self._row(n, order), self._derivative(c), text)
         return text or "PS_WIDE_OF(0.0)"
+
+
+def _kept(order: str, column: int, place: int) -> str:
+    return f"ps_wide_to(&v[{order}][{column}] + first, V[{order}][{place}], n);"
 
 
 def _added(sign: int, factor: str, vector: str, text: str) -> str:
