@@ -10,6 +10,10 @@ typedef double ps_wide __attribute__((vector_size(8 * PS_WIDTH)));
 #define PS_WIDE_FMA(a, b, c) PS_FMA_OF(ps_wide, PS_WIDTH, a, b, c)
 #endif
 
+/* Directions of the vector whose first one is given: a constant where all vectors are full. */
+#define PS_DIRECTIONS_FROM(first) \
+  (PS_DIRECTIONS % PS_WIDTH == 0 ? PS_WIDTH : PS_MIN(PS_DIRECTIONS - (first), PS_WIDTH))
+
 /* The n numbers at `at`, and zeros. */
 __attribute__((unused)) static inline ps_wide ps_wide_at(const double *at, int n) {
   ps_wide a = {0};

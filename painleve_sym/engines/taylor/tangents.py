@@ -12,52 +12,61 @@ Griewank & Walther (2008), section 13.2.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+import itertools
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
-from painleve_sym.engines.taylor.emit import SeriesCode, in_order
-from painleve_sym.engines.taylor.scalars import ZERO, Scalar
+from painleve_sym.engines.taylor.emit import SeriesCode
+from painleve_sym.engines.taylor.scalars import ONE, ZERO, Scalar
 from painleve_sym.engines.taylor.tape import Combination, Node, Tape
 
-_LOADS = 12
+_LOADS = 14
 """Sums in one loop: more would not stay in registers."""
 
-_OWN, _PAIR, _TWICE = -1, -2, -3
-"""Places of rows: the node itself, its partner, twice its argument; others are arguments."""
-
-_RULES: dict[str, tuple[int | None, tuple[tuple[int, int | None, int], ...]]] = {
-    "mul": (None, ((1, 1, 0), (1, 0, 1))),
-    "sq": (None, ((1, _TWICE, 0),)),
-    "div": (1, ((1, None, 0), (-1, _OWN, 1))),
-    "inv": (0, ((-1, _OWN, 0),)),
-    "exp": (None, ((1, _OWN, 0),)),
-    "log": (0, ((1, None, 0),)),
-    "sin": (None, ((1, _PAIR, 0),)),
-    "cos": (None, ((-1, _PAIR, 0),)),
-    "sinh": (None, ((1, _PAIR, 0),)),
-    "cosh": (None, ((1, _PAIR, 0),)),
-    "atan2": (2, ((1, 1, 0), (-1, 0, 1))),
+_OWN, _PAIR = -1, -2
+_RULES: dict[str, tuple[tuple[float, int] | None, tuple[tuple[float, int | None, int], ...]]] = {
+    "mul": (None, ((1.0, 1, 0), (1.0, 0, 1))),
+    "sq": (None, ((2.0, 0, 0),)),
+    "div": ((1.0, 1), ((1.0, None, 0), (-1.0, _OWN, 1))),
+    "inv": ((1.0, 0), ((-1.0, _OWN, 0),)),
+    "sqrt": ((2.0, _OWN), ((1.0, None, 0),)),
+    "exp": (None, ((1.0, _OWN, 0),)),
+    "log": ((1.0, 0), ((1.0, None, 0),)),
+    "sin": (None, ((1.0, _PAIR, 0),)),
+    "cos": (None, ((-1.0, _PAIR, 0),)),
+    "sinh": (None, ((1.0, _PAIR, 0),)),
+    "cosh": (None, ((1.0, _PAIR, 0),)),
+    "atan2": ((1.0, 2), ((1.0, 1, 0), (-1.0, 0, 1))),
 }
-"""D and the terms ± P · da of each operation: sign, P, the argument a. None stands for 1."""
+"""D and the terms P · da of each operation: a number and a row whose product is D or P, and the argument
+a. A row is an argument, the node itself or its partner; None stands for 1."""
 
 
 @dataclass(frozen=True)
 class Rule:
-    """divisor · dc = Σ sign · partial · d argument + Σ d scalar · row.
+    """divisor · dc = Σ partial · d argument + Σ d scalar · row.
 
     Attributes
     ----------
-    terms : tuple of (int, int or None, int)
-        Sign, partial and argument, both of them nodes; a partial None stands for 1.
+    terms : tuple of (int or None, int)
+        Partial and argument, both of them nodes; a partial None stands for 1.
     divisor : int or None
         A node; None stands for 1.
+    minus : int or None
+        The node −divisor.
     scalars : tuple of (Scalar, int)
         Scalars that have derivatives, with their rows.
     """
 
-    terms: tuple[tuple[int, int | None, int], ...]
+    terms: tuple[tuple[int | None, int], ...]
     divisor: int | None = None
+    minus: int | None = None
     scalars: tuple[tuple[Scalar, int], ...] = ()
+
+    def products(self, own: int) -> list[tuple[int, int]]:
+        """Return what is summed of lower orders: partials, and the nodes whose derivatives they multiply."""
+        products = [(p, n) for p, n in self.terms if p is not None]
+        return products if self.minus is None else [*products, (self.minus, own)]
 
 
 class Tangents:
@@ -120,36 +129,39 @@ class Tangents:
 
     def _rule(self, i: int) -> Rule:
         tape, node = self.tape, self.tape.nodes[i]
-        a, scalars = node.args, tuple[tuple[Scalar, int], ...]()
 
-        def multiple(row: int, factor: Scalar) -> int:
+        def multiple(factor: Scalar, row: int) -> int:
             return tape.row(Combination(ZERO, ((row, factor),)))
 
-        divisor: int | None
-        terms: tuple[tuple[int, int | None, int], ...]
         if node.op == "pow" and node.scalar is not None:
             # d(aᵉ) = e · (aᵉ/a) · da + (aᵉ log a) · de
+            (base,), scalars = node.args, tuple[tuple[Scalar, int], ...]()
             if self.moves(node.scalar):
-                log = tape.node(Node("log", a))
+                log = tape.node(Node("log", (base,)))
                 scalars = ((node.scalar, tape.node(Node("mul", (i, log)))),)
-            quotient = tape.node(Node("div", (i, a[0])))
-            divisor, terms = None, ((1, multiple(quotient, node.scalar), a[0]),)
-        elif node.op == "sqrt":
-            divisor, terms = multiple(i, Scalar(2.0)), ((1, None, a[0]),)
-        else:
-            twice = multiple(a[0], Scalar(2.0)) if node.op == "sq" else i
-            rows: dict[int | None, int | None] = {None: None, **dict(enumerate(a))}
-            rows |= {_OWN: i, _PAIR: tape.pair(i), _TWICE: twice}
-            place, rule = _RULES[node.op]
-            divisor, terms = rows[place], tuple((s, rows[p], a[n]) for s, p, n in rule)
-        return Rule(tuple(t for t in terms if t[2] in self._moving), divisor, scalars)
+            slope = multiple(node.scalar, tape.node(Node("div", (i, base))))
+            return Rule(((slope, base),) if base in self._moving else (), scalars=scalars)
+        rows = dict(enumerate(node.args)) | {_OWN: i, _PAIR: tape.pair(i)}
+        divisor, terms = _RULES[node.op]
+        moving = (t for t in terms if node.args[t[2]] in self._moving)
+        rule = Rule(
+            tuple(
+                (None if p is None else multiple(Scalar(c), rows[p]), node.args[a])
+                for c, p, a in moving
+            )
+        )
+        if divisor is None:
+            return rule
+        number, place = divisor
+        both = (multiple(Scalar(sign * number), rows[place]) for sign in (1, -1))
+        return replace(rule, divisor=next(both), minus=next(both))
 
     def _rows(self) -> set[int]:
         rows = {n for a in self.sums for _, n in self.moving_scalars(a)}
         for rule in self.rules.values():
-            rows |= {p for _, p, _ in rule.terms if p is not None}
+            rows |= {p for p in (rule.divisor, rule.minus) if p is not None}
+            rows |= {p for p, _ in rule.terms if p is not None}
             rows |= {n for _, n in rule.scalars}
-            rows |= set() if rule.divisor is None else {rule.divisor}
         return rows
 
 
@@ -171,14 +183,8 @@ class TangentCode:
     def __init__(self, tangents: Tangents, code: SeriesCode, directions: int) -> None:
         self._of, self._code, self.directions = tangents, code, directions
         self._slots: dict[Scalar, int] = {}
-        rules = tangents.rules
-        # Of each sum over lower orders: sign, row of numbers, node of derivatives.
-        self._products = {
-            i: [(s, p, n) for s, p, n in rule.terms if p is not None]
-            + ([] if rule.divisor is None else [(-1, rule.divisor, i)])
-            for i, rule in rules.items()
-        }
-        factors = {n for products in self._products.values() for _, _, n in products}
+        self._products = {i: rule.products(i) for i, rule in tangents.rules.items()}
+        factors = {n for products in self._products.values() for _, n in products}
         kept = [*tangents.states, *sorted(factors - set(tangents.states))]
         self._places = {n: place for place, n in enumerate(kept)}
         self.text = self._function()
@@ -210,7 +216,7 @@ class TangentCode:
             f"static void {code.name}_tangents(const double *x, const double *w, const double *live,",
             "    int p, double dt, double bend, int first, double (*restrict v)[PS_COLUMNS]) {",
             f"  ps_wide V[PS_ORDER + 1][{len(self._places)}], D[{max(1, scalars)}];",
-            f"  const int n = PS_DIRECTIONS - first < PS_WIDTH ? PS_DIRECTIONS - first : PS_WIDTH;",
+            "  const int n = PS_DIRECTIONS_FROM(first);",
             f"  for (int i = 0; i < {scalars}; i++)",
             f"    D[i] = ps_wide_at(w + {len(code.scalars)} + i * PS_DIRECTIONS + first, n);",
             *(f"  {line}" for line in (*read, *factors, *start)),
@@ -231,10 +237,6 @@ class TangentCode:
     def _row(self, node: int, order: str) -> str:
         return f"v[{order}][{self._code.row(node)}]"
 
-    def _derivatives(self, scalars: Iterable[tuple[Scalar, int]], order: str) -> list[str]:
-        """Return factors of the derivatives of scalars, times their rows."""
-        return [f"{self._row(n, order)}, {self._derivative(c)}" for c, n in scalars]
-
     def _derivative(self, scalar: Scalar) -> str:
         return f"D[{self._slots.setdefault(scalar, len(self._slots))}]"
 
@@ -242,13 +244,17 @@ class TangentCode:
         """Return the sums over lower orders, 0 < j < k."""
         used = [i for i, products in self._products.items() if products]
         lines = [f"ps_wide s{i} = {{0}};" for i in used]
-        for first in range(0, len(used), _LOADS):
-            add = [
-                f"s{i} = {_added(s, f'v[{{0}}][{self._code.row(p)}]', f'V[{{1}}][{self._places[n]}]', f's{i}')};"
-                for i in used[first : first + _LOADS]
-                for s, p, n in self._products[i]
-            ]
-            lines += in_order(add)
+        loops = -(-len(used) // _LOADS)
+        for loop in range(loops):
+            some = used[loop * len(used) // loops : (loop + 1) * len(used) // loops]
+            products = sorted((n, p, i) for i in some for p, n in self._products[i])
+            lines.append("for (int j = 1; j < k; j++) {")
+            # A vector that several sums need is loaded once: loads are what the loop takes its time for.
+            for n, group in itertools.groupby(products, lambda product: product[0]):
+                lines.append(f"  const ps_wide a{n} = V[j][{self._places[n]}];")
+                for _, p, i in group:
+                    lines.append(f"  s{i} = {_added(self._row(p, 'k - j'), f'a{n}', f's{i}')};")
+            lines.append("}")
         return lines
 
     def _node(self, i: int, order: str) -> list[str]:
@@ -271,35 +277,32 @@ class TangentCode:
         rule, text = self._of.rules[i], ""
         if order != "0" and self._products[i]:
             text = f"s{i}"
-            for sign, p, n in self._products[i]:
-                text = _added(sign, self._row(p, order), f"V[0][{self._places[n]}]", text)
-        for sign, p, n in rule.terms:
-            text = _added(sign, "" if p is None else self._row(p, "0"), f"t{n}", text)
+            for p, n in self._products[i]:
+                text = _added(self._row(p, order), f"V[0][{self._places[n]}]", text)
+        for p, n in rule.terms:
+            text = _added("" if p is None else self._row(p, "0"), f"t{n}", text)
         for c, n in rule.scalars:
-            text = _added(1, self._row(n, order), self._derivative(c), text)
+            text = _added(self._row(n, order), self._derivative(c), text)
         return text if rule.divisor is None else f"PS_WIDE_OF(r{i}) * ({text})"
 
     def _sum(self, a: Combination, order: str) -> str:
         """Return the derivatives of a sum; its constant takes part in order 0."""
         text = self._derivative(a.constant) if order == "0" and self._of.moves(a.constant) else ""
         for n, c in self._of.moving_terms(a):
-            unit = not c.factors and abs(c.number) == 1
-            sign, factor = (int(c.number), "") if unit else (1, self._code.number(c))
-            text = _added(sign, factor, f"t{n}", text)
+            text = _added("" if c == ONE else self._code.number(c), f"t{n}", text)
         for c, n in self._of.moving_scalars(a):
-            text = _added(1, self._row(n, order), self._derivative(c), text)
+            text = _added(self._row(n, order), self._derivative(c), text)
         return text or "PS_WIDE_OF(0.0)"
+
+
+def _added(factor: str, vector: str, text: str) -> str:
+    """Return text + factor · vector in C; an empty factor is 1, an empty text 0."""
+    if not factor:
+        return f"({text} + {vector})" if text else vector
+    if not text:
+        return f"PS_WIDE_OF({factor}) * {vector}"
+    return f"PS_WIDE_FMA(PS_WIDE_OF({factor}), {vector}, {text})"
 
 
 def _kept(order: str, column: int, place: int) -> str:
     return f"ps_wide_to(&v[{order}][{column}] + first, V[{order}][{place}], n);"
-
-
-def _added(sign: int, factor: str, vector: str, text: str) -> str:
-    """Return text ± factor · vector in C; an empty factor is 1, an empty text 0."""
-    minus = "-" if sign < 0 else ""
-    if not factor:
-        return f"({text} {minus or '+'} {vector})" if text else f"{minus}{vector}"
-    if not text:
-        return f"PS_WIDE_OF({minus}{factor}) * {vector}"
-    return f"PS_WIDE_FMA(PS_WIDE_OF({minus}{factor}), {vector}, {text})"
