@@ -10,23 +10,38 @@ typedef double ps_wide __attribute__((vector_size(8 * PS_WIDTH)));
 #define PS_WIDE_FMA(a, b, c) PS_FMA_OF(ps_wide, PS_WIDTH, a, b, c)
 #endif
 
-/* Directions of the vector whose first one is given: a constant where all vectors are full. */
-#define PS_DIRECTIONS_FROM(first) \
-  (PS_DIRECTIONS % PS_WIDTH == 0 ? PS_WIDTH : PS_MIN(PS_DIRECTIONS - (first), PS_WIDTH))
+/* Left alone, gcc 12 loads a vector again for every product that it is a factor of. */
+#if defined(__x86_64__)
+#define PS_IN_REGISTER(a) __asm__("" : "+v"(a))
+#else
+#define PS_IN_REGISTER(a)
+#endif
 
-/* The n numbers at `at`, and zeros. */
-__attribute__((unused)) static inline ps_wide ps_wide_at(const double *at, int n) {
+#define PS_GROUPS ((PS_DIRECTIONS + PS_WIDTH - 1) / PS_WIDTH)
+
+/* Number of directions in group g: a constant where all groups are full. */
+static inline int ps_grouped(int g) {
+  const int rest = PS_DIRECTIONS % PS_WIDTH;
+  return rest && g == PS_GROUPS - 1 ? rest : PS_WIDTH;
+}
+
+/* The part of group g of a row of derivatives, followed by zeros. */
+__attribute__((unused)) static inline ps_wide ps_wide_at(const double *row, int g) {
   ps_wide a = {0};
+  const int n = ps_grouped(g);
+  row += g * PS_WIDTH;
   if (n == PS_WIDTH)
-    memcpy(&a, at, sizeof a);
+    __builtin_memcpy(&a, row, sizeof a);
   else
-    for (int i = 0; i < n; i++) a[i] = at[i];
+    for (int i = 0; i < n; i++) a[i] = row[i];
   return a;
 }
 
-__attribute__((unused)) static inline void ps_wide_to(double *at, ps_wide a, int n) {
+__attribute__((unused)) static inline void ps_wide_to(double *row, ps_wide a, int g) {
+  const int n = ps_grouped(g);
+  row += g * PS_WIDTH;
   if (n == PS_WIDTH)
-    memcpy(at, &a, sizeof a);
+    __builtin_memcpy(row, &a, sizeof a);
   else
-    for (int i = 0; i < n; i++) at[i] = a[i];
+    for (int i = 0; i < n; i++) row[i] = a[i];
 }
