@@ -13,7 +13,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from painleve_sym.engines.taylor.scalars import ONE, ZERO, Scalar
-from painleve_sym.engines.taylor.tangents import TangentCode, TangentLines
 from painleve_sym.engines.taylor.tape import PAIRS, Combination, Node, Tape
 
 WIDTH = 4
@@ -139,18 +138,18 @@ class SeriesCode:
     tape : Tape
     name : str
         Of the C function.
-    tangents : TangentCode, optional
-        Of the same tape, where its series are differentiated.
+    first : int, optional
+        The column that follows those of the states; the next one by default.
     """
 
-    def __init__(self, tape: Tape, name: str, tangents: TangentCode | None = None) -> None:
-        self.tape, self.name, self._tangents = tape, name, tangents
+    def __init__(self, tape: Tape, name: str, first: int | None = None) -> None:
+        self.tape, self.name = tape, name
         self.states = len(tape.rates)
         self._slots: dict[Scalar, int] = {}
         self._live = tape.reachable()
         kept = {n for g in tape.guards for n, _ in g.terms if n >= self.states} | set(self.ramps)
         kept |= {n for n in tape.others if n >= self.states}
-        next_column = self.states + (tangents.columns if tangents else 0)
+        next_column = self.states if first is None else first
         self._columns = {n: n for n in range(self.states)}
         self._columns |= {n: next_column + i for i, n in enumerate(sorted(kept))}
         # A ramp's column holds its argument, which the ramp itself differs from where it is dead.
@@ -168,8 +167,8 @@ class SeriesCode:
         self._read = factors | {f"c{n}" for c in sums for n, _ in c.terms}
         self._read |= {f"c{n}" for i in self._live for n in tape.nodes[i].args}
         self._slopes = {int(f[1:]) for f in factors if f[0] == "d"}
-        self.guards_text, self.text = self._guards(_ONE), self._function()
-        self.lanes_text = "" if tangents else self._lanes_function() + self._guards(_LANES)
+        self.text, self.guards_text = self._function(), self._guards(_ONE)
+        self.lanes_text = self._lanes_function() + self._guards(_LANES)
 
     def row(self, node: int) -> int:
         """Return the column of the series of a node of the tape's `others`, or of a state."""
@@ -183,17 +182,6 @@ class SeriesCode:
     def scalars(self) -> list[Scalar]:
         """Scalars to be evaluated before, in the order of the argument `w`."""
         return list(self._slots)
-
-    @property
-    def moving_scalars(self) -> list[Scalar]:
-        """Scalars whose derivatives follow them, in that order."""
-        return self._tangents.scalars if self._tangents else []
-
-    @property
-    def scalar_count(self) -> int:
-        """Length of the argument `w`."""
-        more = self._tangents.directions * len(self.moving_scalars) if self._tangents else 0
-        return len(self._slots) + more
 
     @property
     def ramps(self) -> list[int]:
@@ -308,17 +296,15 @@ class SeriesCode:
             start.append(f"{kind.real} f{i} = {value}, b{i} = {zero};")
         each = [line for i in self._live for line in self._each(i, kind, sums)]
         turn = [f"b{i} = f{i}; f{i} = {self.sum(r, 'c{}', kind)};" for i, r in rates]
-        more = self._tangents.lines(self) if self._tangents else TangentLines()
         lines = [
             *head,
-            *(f"  {line}" for line in (*more.variables, *start, *more.start)),
+            *(f"  {line}" for line in start),
             "  for (int k = 1;; k++) {",
             "    const double r = PS_INVERSE[k];",
             f"    const {kind.real} q = dt * r, qb = bend * r;",
             *(f"    v[k][{i}] = q * f{i} + qb * b{i};" for i, _ in rates),
-            *(f"    {line}" for line in more.states),
             "    if (k == p) break;",
-            *(f"    {line}" for line in (*sum_lines, *each, *turn, *end, *more.rest)),
+            *(f"    {line}" for line in (*sum_lines, *each, *turn, *end)),
             "  }",
             "  (void)w; (void)live;",
             "}",

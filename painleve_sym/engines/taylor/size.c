@@ -52,6 +52,10 @@ static const double (*series_of(const ps_run *s))[PS_COLUMNS] {
 static void fill_series(ps_run *s) {
   PS_SERIES[s->mode].series(s->x, s->scalars, s->live, s->order, s->unit, s->bend,
                             s->v);
+#ifdef PS_DIRECTIONS
+  for (int g = 0; g < PS_GROUPS; g++)
+    PS_SERIES[s->mode].tangents(s->x, s->scalars, s->live, s->order, s->unit, s->bend, g, s->v);
+#endif
   s->count.dense++;
 }
 

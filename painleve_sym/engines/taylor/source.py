@@ -6,6 +6,7 @@ import functools
 import math
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import casadi as ca
 
@@ -71,6 +72,20 @@ def tapes(functions: AutomatonFunctions) -> list[Tape]:
     return tapes_of_modes
 
 
+@dataclass(frozen=True)
+class _ModeCode:
+    """The C of one mode's series, and where the automaton is differentiated, of their derivatives."""
+
+    series: SeriesCode
+    tangents: TangentCode | None = None
+
+    @property
+    def scalar_count(self) -> int:
+        """Numbers that `_scalars` returns, or room for them."""
+        more = self.tangents.directions * len(self.tangents.scalars) if self.tangents else 0
+        return len(self.series.scalars) + more
+
+
 def source(functions: AutomatonFunctions) -> str:
     """Return one self-contained C file: event loop, series and guards of every mode."""
     codes = [_code(functions, t, f"series_{i}") for i, t in enumerate(tapes(functions))]
@@ -96,21 +111,23 @@ def source(functions: AutomatonFunctions) -> str:
     return assemble(functions, more, "", engine, shared, written)
 
 
-def _code(functions: AutomatonFunctions, tape: Tape, name: str) -> SeriesCode:
+def _code(functions: AutomatonFunctions, tape: Tape, name: str) -> _ModeCode:
     if not isinstance(functions, VariationalFunctions):
-        return SeriesCode(tape, name)
+        return _ModeCode(SeriesCode(tape, name))
 
     def moves(scalar: Scalar) -> bool:
         return bool(functions.slopes(tape.scalars.expression(scalar)).nnz())
 
     tangents = Tangents(tape, functions.moved_states, functools.cache(moves))
-    return SeriesCode(tape, name, TangentCode(tangents, functions.directions))
+    series = SeriesCode(tape, name, functions.x.numel())
+    return _ModeCode(series, TangentCode(tangents, series, functions.directions))
 
 
-def _series(codes: list[SeriesCode]) -> dict[str, str]:
+def _series(codes: list[_ModeCode]) -> dict[str, str]:
     """Return the functions of every mode by name; modes of the same motion share theirs."""
-    texts = [(t, _alone) for c in codes for t in (c.text, c.guards_text)]
-    texts += [(c.lanes_text, _in_lanes) for c in codes]
+    texts = [(t, _alone) for c in codes for t in (c.series.text, c.series.guards_text)]
+    texts += [(c.tangents.text, _alone) for c in codes if c.tangents]
+    texts += [(c.series.lanes_text, _in_lanes) for c in codes if not c.tangents]
     return {
         m[1]: wrapped(m[0].replace("static", "PS_SHARED", 1))
         for text, wrapped in texts
@@ -133,11 +150,11 @@ def _first_of_equals(texts: Mapping[str, str]) -> dict[str, str]:
     return {name: first.setdefault(text.replace(name, "", 1), name) for name, text in texts.items()}
 
 
-def _scalars(functions: AutomatonFunctions, code: SeriesCode, i: int) -> ca.Function:
-    expression = code.tape.scalars.expression
-    values = [expression(s) for s in code.scalars] or [ca.SX(0.0)]
-    if isinstance(functions, VariationalFunctions):
-        moving = ca.vertcat(*map(expression, code.moving_scalars))
+def _scalars(functions: AutomatonFunctions, code: _ModeCode, i: int) -> ca.Function:
+    expression = code.series.tape.scalars.expression
+    values = [expression(s) for s in code.series.scalars] or [ca.SX(0.0)]
+    if code.tangents and isinstance(functions, VariationalFunctions):
+        moving = ca.vertcat(*map(expression, code.tangents.scalars))
         values.append(ca.vec(functions.slopes(moving).T))
     arguments = [functions.x, functions.z, functions.c]
     return ca.Function(f"scalars_{i}", arguments, [ca.cse(ca.densify(ca.vertcat(*values)))])
@@ -148,14 +165,15 @@ def _padded(n: int) -> int:
     return max(1, -(-n // WIDTH)) * WIDTH
 
 
-def _header(codes: list[SeriesCode]) -> str:
+def _header(codes: list[_ModeCode]) -> str:
+    series = [code.series for code in codes]
     sizes = {
         "ORDER": ORDER,
         "LENGTH": _LENGTH,
-        "COLUMNS": _padded(max(code.columns for code in codes)),
-        "WATCHED": _padded(max(len(code.tape.guards) + len(code.ramps) for code in codes)),
+        "COLUMNS": _padded(max(code.columns for code in series)),
+        "WATCHED": _padded(max(len(code.tape.guards) + len(code.ramps) for code in series)),
         "SCALARS": max(1, *(code.scalar_count for code in codes)),
-        "RAMPS": max(1, *(len(code.ramps) for code in codes)),
+        "RAMPS": max(1, *(len(code.ramps) for code in series)),
         "STAGES": 2,
     }
     lines = [f"#define PS_{name} {value}" for name, value in sizes.items()]
@@ -182,7 +200,13 @@ _GUARDS = (
     "typedef void (*ps_guards{0})(const {1} *, int, const {1} *, const {1} (*)[PS_COLUMNS], "
     "{1} (*restrict)[PS_WATCHED]);"
 )
-def _table(codes: list[SeriesCode], names: Mapping[str, str]) -> str:
+_TANGENTS = (
+    "void (*tangents)(const double *, const double *, const double *, int, double, double, int, "
+    "double (*restrict)[PS_COLUMNS]);"
+)
+
+
+def _table(codes: list[_ModeCode], names: Mapping[str, str]) -> str:
     lines = [
         "#if PS_LANES > 1",
         "#define PS_WIDE(function) function",
@@ -198,6 +222,7 @@ def _table(codes: list[SeriesCode], names: Mapping[str, str]) -> str:
         "  void (*series_lanes)(const ps_lanes *, const ps_lanes *, const ps_lanes *, int,",
         "                       const ps_lanes *, ps_lanes (*restrict)[PS_COLUMNS]);",
         "  ps_guards_lanes guards_lanes;",
+        *(f"  {line}" for line in [_TANGENTS] if codes[0].tangents),
         "  ps_function scalars;",
         "  int scalar_count, columns;",
         "  int ramps, ramp[PS_RAMPS], guarded[PS_RAMPS];  /* columns; a guard is zero with it */",
@@ -205,12 +230,13 @@ def _table(codes: list[SeriesCode], names: Mapping[str, str]) -> str:
         "} ps_series;",
         "static const ps_series PS_SERIES[PS_NM] = {",
     ]
-    for i, code in enumerate(codes):
+    for i, code in enumerate(code.series for code in codes):
         ramps = ", ".join(str(code.column(r)) for r in code.ramps) or "0"
         guarded = ", ".join(str(int(code.guarded(r))) for r in code.ramps) or "0"
         floors = ", ".join(repr(code.floor(r)) for r in code.ramps) or "0"
         own = [names[f"series_{i}{e}"] for e in ("", "_guards")]
         own += [f"PS_WIDE({names.get(f'series_{i}{e}', '0')})" for e in ("_lanes", "_guards_lanes")]
+        own += [names[f"series_{i}_tangents"]] if codes[i].tangents else []
         row = f"{', '.join(own)}, scalars_{i}, {len(code.scalars)}, {code.columns}"
         lines.append(f"  {{{row}, {len(code.ramps)}, {{{ramps}}}, {{{guarded}}}, {{{floors}}}}},")
     return "\n".join([*lines, "};", ""])

@@ -15,13 +15,10 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, NamedTuple
 
+from painleve_sym.engines.taylor.emit import SeriesCode
 from painleve_sym.engines.taylor.scalars import ONE, ZERO, Scalar
 from painleve_sym.engines.taylor.tape import Combination, Node, Tape
-
-if TYPE_CHECKING:
-    from painleve_sym.engines.taylor.emit import SeriesCode
 
 _LOADS = 14
 """Sums in one loop: more would not stay in registers."""
@@ -70,15 +67,6 @@ class Rule:
         """Return what is summed of lower orders: partials, and the nodes whose derivatives they multiply."""
         products = [(p, n) for p, n in self.terms if p is not None]
         return products if self.minus is None else [*products, (self.minus, own)]
-
-
-class TangentLines(NamedTuple):
-    """C of derivatives in a function of series: variables; order 0; states and all else in order k."""
-
-    variables: Sequence[str] = ()
-    start: Sequence[str] = ()
-    states: Sequence[str] = ()
-    rest: Sequence[str] = ()
 
 
 class Tangents:
@@ -178,68 +166,69 @@ class Tangents:
 
 
 class TangentCode:
-    """Writes the C that differentiates one tape's series, as part of their function.
+    """Writes the C of the derivatives of one tape.
 
-    States and scalars are followed by their derivatives in all directions. Those of the series fill
-    the columns of `v` after the states, order by order, for one vector of directions after the other.
+    The generated function takes what the function of the series takes, with `v` as that has filled it,
+    and the number of a vector of directions. States and scalars are followed by their derivatives.
+    It fills the columns of the derivatives of the states, order by order.
 
     Parameters
     ----------
     tangents : Tangents
+    code : SeriesCode
+        Of the same tape, with the rows that are factors of derivatives.
     directions : int
     """
 
-    def __init__(self, tangents: Tangents, directions: int) -> None:
-        self._of, self.directions = tangents, directions
+    def __init__(self, tangents: Tangents, code: SeriesCode, directions: int) -> None:
+        self._of, self._code, self.directions = tangents, code, directions
         self._slots: dict[Scalar, int] = {}
         self._products = {i: rule.products(i) for i, rule in tangents.rules.items()}
         factors = {n for products in self._products.values() for _, n in products}
         kept = [*tangents.states, *sorted(factors - set(tangents.states))]
         self._places = {n: place for place, n in enumerate(kept)}
-
-    @property
-    def columns(self) -> int:
-        """Number of columns it fills."""
-        return len(self._of.states) * self.directions
+        self.text = self._function()
 
     @property
     def scalars(self) -> list[Scalar]:
         """Scalars whose derivatives follow the values of all, in their order."""
         return list(self._slots)
 
-    def lines(self, code: SeriesCode) -> TangentLines:
-        """Return the lines of C, for the series of the same tape."""
-        self._code, of = code, self._of
-        rates = [(j, of.tape.rates[i]) for j, i in enumerate(of.states)]
+    def _function(self) -> str:
+        of, name = self._of, self._code.name
         start = [line for i in of.nodes for line in self._node(i, "0")]
-        start += [f"t->F[{j}] = {self._sum(r, '0')}; t->B[{j}] = PS_WIDE_OF(0.0);" for j, r in rates]
         each = [line for i in of.nodes for line in self._node(i, "k")]
-        each += [f"t->B[{j}] = t->F[{j}]; t->F[{j}] = {self._sum(r, 'k')};" for j, r in rates]
-        places, count, scalars = len(self._places) or 1, len(of.states), len(self._slots)
-        first = len(of.tape.rates)
+        rates = {i: of.tape.rates[i] for i in of.states}
+        start += [f"ps_wide f{i} = {self._sum(r, '0')}, b{i} = {{0}};" for i, r in rates.items()]
+        turn = [f"b{i} = f{i}; f{i} = {self._sum(r, 'k')};" for i, r in rates.items()]
+        read, step = [], []
+        for place, i in enumerate(of.states):
+            column = f"{len(of.tape.rates)} + {place} * PS_DIRECTIONS"
+            read.append(f"V[0][{place}] = ps_wide_at(x + {column}, g);")
+            read.append(f"ps_wide_to(v[0] + {column}, V[0][{place}], g);")
+            step.append(f"V[k][{place}] = PS_WIDE_FMA(q, f{i}, qb * b{i});")
+            step.append(f"ps_wide_to(v[k] + {column}, V[k][{place}], g);")
         divisors = {i: rule.divisor for i, rule in of.rules.items() if rule.divisor is not None}
-        inverse = [f"const double m{i} = 1 / {self._row(d, '0')};" for i, d in divisors.items()]
-        read = [
-            f"for (int i = 0; i < {scalars}; i++)",
-            f"  t->D[i] = ps_wide_at(w + {len(code.scalars)} + i * PS_DIRECTIONS, g);",
-            f"for (int i = 0; i < {count}; i++) {{",
-            f"  t->V[0][i] = ps_wide_at(x + {first} + i * PS_DIRECTIONS, g);",
-            f"  ps_wide_to(&v[0][{first} + i * PS_DIRECTIONS], t->V[0][i], g);",
+        inverse = [f"const double r{i} = 1 / {self._row(d, '0')};" for i, d in divisors.items()]
+        places, scalars = len(self._places) or 1, len(self._slots)
+        lines = [
+            f"static void {name}_tangents(const double *x, const double *w, const double *live,",
+            "    int p, double dt, double bend, int g, double (*restrict v)[PS_COLUMNS]) {",
+            f"  ps_wide V[PS_ORDER + 1][{places}], D[{scalars or 1}];",
+            f"  for (int i = 0; i < {scalars}; i++)",
+            f"    D[i] = ps_wide_at(w + {len(self._code.scalars)} + i * PS_DIRECTIONS, g);",
+            *(f"  {line}" for line in (*read, *inverse, *start)),
+            "  for (int k = 1;; k++) {",
+            "    const double r = PS_INVERSE[k];",
+            "    const ps_wide q = PS_WIDE_OF(dt * r), qb = PS_WIDE_OF(bend * r);",
+            *(f"    {line}" for line in step),
+            "    if (k == p) break;",
+            *(f"    {line}" for line in (*self._lower_orders(), *each, *turn)),
+            "  }",
+            "  (void)x; (void)w; (void)live; (void)v; (void)D;",
             "}",
         ]
-        step = [
-            f"for (int i = 0; i < {count}; i++) {{",
-            "  t->V[k][i] = PS_WIDE_FMA(PS_WIDE_OF(q), t->F[i], PS_WIDE_OF(qb) * t->B[i]);",
-            f"  ps_wide_to(&v[k][{first} + i * PS_DIRECTIONS], t->V[k][i], g);",
-            "}",
-        ]
-        sizes = f"V[PS_ORDER + 1][{places}], D[{scalars or 1}], F[{count or 1}], B[{count or 1}]"
-        return TangentLines(
-            [f"struct {{ ps_wide {sizes}; }} groups[PS_GROUPS], *t = groups;"],
-            [*inverse, *_for_groups([*read, *start])],
-            _for_groups(step),
-            _for_groups([*self._lower_orders(), *each]),
-        )
+        return "\n".join(lines) + "\n"
 
     # ---- pieces of C ----
 
@@ -247,7 +236,7 @@ class TangentCode:
         return f"v[{order}][{self._code.row(node)}]"
 
     def _derivative(self, scalar: Scalar) -> str:
-        return f"t->D[{self._slots.setdefault(scalar, len(self._slots))}]"
+        return f"D[{self._slots.setdefault(scalar, len(self._slots))}]"
 
     def _lower_orders(self) -> list[str]:
         """Return the sums over lower orders, 0 < j < k."""
@@ -259,7 +248,7 @@ class TangentCode:
             products = sorted((n, p, i) for i in some for p, n in self._products[i])
             lines.append("for (int j = 1; j < k; j++) {")
             for n, group in itertools.groupby(products, lambda product: product[0]):
-                lines.append(f"  ps_wide a{n} = t->V[j][{self._places[n]}];")
+                lines.append(f"  ps_wide a{n} = V[j][{self._places[n]}];")
                 lines.append(f"  PS_IN_REGISTER(a{n});")
                 for _, p, i in group:
                     lines.append(f"  s{i} = {_added(self._row(p, 'k - j'), f'a{n}', f's{i}')};")
@@ -270,16 +259,16 @@ class TangentCode:
         """Return the lines that make order 0 or k of a node's derivatives."""
         node = self._of.tape.nodes[i]
         if node.op == "state":
-            return [f"const ps_wide d{i} = t->V[{order}][{self._places[i]}];"]
+            return [f"const ps_wide t{i} = V[{order}][{self._places[i]}];"]
         if node.inner is None:
             value = self._operation(i, order)
         else:
             value = self._sum(node.inner, order)
         if node.op == "ramp":
             value = f"PS_WIDE_OF(live[{self._code.ramps.index(i)}]) * ({value})"
-        lines = [f"const ps_wide d{i} = {value};"]
+        lines = [f"const ps_wide t{i} = {value};"]
         if i in self._places:
-            lines.append(f"t->V[{order}][{self._places[i]}] = d{i};")
+            lines.append(f"V[{order}][{self._places[i]}] = t{i};")
         return lines
 
     def _operation(self, i: int, order: str) -> str:
@@ -287,27 +276,21 @@ class TangentCode:
         if order != "0" and self._products[i]:
             text = f"s{i}"
             for p, n in self._products[i]:
-                text = _added(self._row(p, order), f"t->V[0][{self._places[n]}]", text)
+                text = _added(self._row(p, order), f"V[0][{self._places[n]}]", text)
         for p, n in rule.terms:
-            text = _added("" if p is None else self._row(p, "0"), f"d{n}", text)
+            text = _added("" if p is None else self._row(p, "0"), f"t{n}", text)
         for c, n in rule.scalars:
             text = _added(self._row(n, order), self._derivative(c), text)
-        return text if rule.divisor is None else f"PS_WIDE_OF(m{i}) * ({text})"
+        return text if rule.divisor is None else f"PS_WIDE_OF(r{i}) * ({text})"
 
     def _sum(self, a: Combination, order: str) -> str:
         """Return the derivatives of a sum; its constant takes part in order 0."""
         text = self._derivative(a.constant) if order == "0" and self._of.moves(a.constant) else ""
         for n, c in self._of.moving_terms(a):
-            text = _added("" if c == ONE else self._code.number(c), f"d{n}", text)
+            text = _added("" if c == ONE else self._code.number(c), f"t{n}", text)
         for c, n in self._of.moving_scalars(a):
             text = _added(self._row(n, order), self._derivative(c), text)
         return text or "PS_WIDE_OF(0.0)"
-
-
-def _for_groups(lines: list[str]) -> list[str]:
-    """Return lines that are run for one vector of directions after the other."""
-    head = "for (int g = 0; g < PS_GROUPS; g++) {"
-    return [head, "  t = &groups[g];", *(f"  {line}" for line in lines), "}"]
 
 
 def _added(factor: str, vector: str, text: str) -> str:
