@@ -31,6 +31,7 @@ from scipy.optimize import minimize_scalar
 
 import painleve_sym as ps
 from painleve_sym.mechanics.bars import axial_modes, bending_modes
+from painleve_sym.mechanics.materials import materials
 from painleve_sym.present.style import COLUMN, DASHES, PAGE, PALETTE, REFERENCE, STYLE, save
 
 Pair = tuple[Any, Any]
@@ -42,19 +43,10 @@ MODELS = ("rod", "1,0", "2,0", "4,0", "1,1", "2,1", "4,1", "4,2", "8,2")
 RATES = np.geomspace(0.1, 1e9, 2001)
 G = 9.8
 
-# Nominal values: modulus in Pa, density in kg/m³, Poisson's ratio.
-MATERIALS = {
-    "steel": (209e9, 7850.0, 0.3),
-    "aluminium": (70e9, 2700.0, 0.33),
-    "glass": (70e9, 2500.0, 0.22),
-    "beech": (12e9, 700.0, 0.35),
-    "PMMA": (3e9, 1190.0, 0.37),
-}
-
 
 @dataclass(frozen=True)
 class Bar:
-    """A solid round bar with free ends; lengths in m, mass in kg, moduli in Pa."""
+    """A solid round bar with free ends, by default the paper's rod; m, kg, Pa."""
 
     mass: float = 1.0
     length: float = 2.0
@@ -321,7 +313,7 @@ def chain(
     masses = np.full(elements + 1, bar.mass / elements)
     masses[[0, -1]] /= 2
     taut, bent = bar.modulus * bar.area / h, bar.stiffness / h
-    constant, _ = contact(1.0, bar.modulus)
+    constant, _ = contact(1.0, bar.modulus, poisson=bar.poisson)
     values = {p.name: p.default for p in ps.law("bilinear-hertz").parameters}
     n, e = values["n"], values["e_energetic"]
 
@@ -440,9 +432,18 @@ def round_bar(slenderness: float, mass: float = 1.0, **material: float) -> Bar:
 
 
 def bench(name: str) -> Bar:
-    """Return the bar of half a metre and 10 mm of a material."""
-    modulus, density, poisson = MATERIALS[name]
-    return Bar(density * math.pi / 4 * 0.01**2 * 0.5, 0.5, density, modulus, poisson)
+    """Return the bar of half a metre and 10 mm of a material of the table."""
+    given = ps.material(name)
+    mass = given.density * math.pi / 4 * 0.01**2 * 0.5
+    return Bar(mass, 0.5, given.density, given.young_modulus, given.poisson_ratio)
+
+
+def parameters_of(bar: Bar) -> dict[str, float]:
+    """Return the parameters of `rod-bending` and of the contact law for a bar."""
+    return {
+        "m": bar.mass, "l": bar.length / 2, "rho": bar.density, "Y": bar.modulus,
+        "E": bar.modulus, "nu": bar.poisson,
+    }  # fmt: skip
 
 
 def thresholds() -> dict[str, Any]:
@@ -472,7 +473,7 @@ def thresholds() -> dict[str, Any]:
         row |= {"stiffness": slope, "rigid up to": rigid_up_to(bar)}
         over_slenderness.append(row | {f"peak {n}": v for n, v in peak_ratio(bar).items()})
     over_material = []
-    for name in MATERIALS:
+    for name in materials():
         bar = bench(name)
         slope = contact(bar.mass * G, bar.modulus, 0.005, bar.poisson)[1]
         mu, rate = threshold(euler_bernoulli(bar), 1.0, slope)
@@ -529,7 +530,7 @@ def oracle(elements: Sequence[int], names: Sequence[str], mu: float = 1.2) -> di
         for name in names:
             run = simulator(name).run(
                 SLIDING | {"x_A_dot": -speed}, t_end=0.003, until="slip_stop",
-                parameters={"mu": mu, "m": bar.mass, "l": bar.length / 2},
+                parameters={"mu": mu, **parameters_of(bar)},
             )  # fmt: skip
             stops = [e.time for e in run.events_of("slip_stop")]
             row = {"speed": speed, "model": name, "slip_stop": stops[0] if stops else None}
