@@ -102,9 +102,7 @@ class SensitiveImpacts(ImpactResolver):
         after = super().closed(state, contacts)
         given, slopes, jacobian = self._at(state)
         closing = self.impacts.closing(state, contacts)
-        rows = self.impacts.closing_rows(
-            state, self.impacts.terms(state, self.values), closing
-        )
+        rows = self.impacts.closing_rows(state, self.impacts.terms(state, self.values), closing)
         at, block = self._velocities[rows], np.ix_(rows, rows)
         # The solution of W P = −v with the least norm.
         P, change = least_norm_slopes(given.W[block], slopes.W[block], -state[at], -jacobian[at])
