@@ -77,6 +77,9 @@ class AutomatonFunctions:
     automaton : HybridAutomaton
     """
 
+    directions = 0
+    """Number of directions in which states are differentiated."""
+
     def __init__(self, automaton: HybridAutomaton) -> None:
         self.automaton = automaton
         self.x = self._x = ca.SX.sym("x", len(automaton.states))
@@ -95,6 +98,15 @@ class AutomatonFunctions:
     def own(self) -> tuple[ca.SX, ca.SX, ca.SX]:
         """States, memory and constants of the automaton itself, with which x, z and c begin."""
         return self._x, self._z, self._c
+
+    @property
+    def moved_states(self) -> list[int]:
+        """Indices of the states that have derivatives, in the order in which these follow."""
+        return []
+
+    def slopes(self, values: ca.SX) -> ca.SX:
+        """Return the derivatives of a column of expressions, shape (values, directions)."""
+        return ca.SX(values.numel(), 0)
 
     def _translator(self, symbols: Mapping[Any, ca.SX], **options: float) -> Translator:
         """Return a translator that knows the symbols and the automaton's terms."""

@@ -50,8 +50,9 @@ class VariationalFunctions(AutomatonFunctions):
     """Functions of an automaton extended by derivatives in some directions.
 
     The state is followed by the derivatives S, the memory by Z, then by `event_entries`, the
-    constants by the derivatives of the definitions. Derivatives that are zero in every mode are
-    left out. An output is followed by the derivatives of all states, then of all outputs, at a
+    constants by the derivatives of the definitions. States and definitions whose derivatives are
+    zero in every mode have none; those of a state follow one another in the order of the
+    directions. An output is followed by the derivatives of all states, then of all outputs, at a
     fixed time, each column by column.
 
     Parameters

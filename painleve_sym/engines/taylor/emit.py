@@ -268,7 +268,7 @@ class SeriesCode:
                 for i, (a, b) in enumerate(self._products)
                 if i in products[first : first + _LOADS]
             ]
-            lines += in_order(each)
+            lines += _in_order(each)
         head = [
             f"static void {self.name}_lanes(const ps_lanes *x, const ps_lanes *w,",
             "    const ps_lanes *live, int p, const ps_lanes *time,",
@@ -316,7 +316,7 @@ class SeriesCode:
         for first in range(0, len(packs), _CHUNK):
             some = packs[first : first + _CHUNK]
             add = "s{0} = PS_VECTOR_FMA(L[{{0}}][{0}], R[{{1}}][{0}], s{0});"
-            lines += in_order([add.format(g) for g in some])
+            lines += _in_order([add.format(g) for g in some])
         return lines
 
     def _start(self, i: int, kind: _Kind) -> list[str]:
@@ -425,7 +425,7 @@ class SeriesCode:
         return "\n".join(lines) + "\n"
 
 
-def in_order(add: Sequence[str]) -> list[str]:
+def _in_order(add: Sequence[str]) -> list[str]:
     """Sum products of orders {0} and {1} = k - {0}, in one loop for all of them."""
 
     def lines(first: str, second: str) -> list[str]:

@@ -4,7 +4,8 @@
  * the rates at the end of the step decides how long it may be. */
 static const double PS_SMALL_BASE = 1e-2;
 
-/* The zero of a base is near when it is at most this multiple of the last step away. */
+/* The zero of a base is near when it is at most this multiple of the last step away. Derivatives, of
+ * lower powers of the base, make steps shorter next to it. */
 #ifdef PS_DIRECTIONS
 static const double PS_NEAR = 4;
 #else

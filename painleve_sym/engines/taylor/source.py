@@ -6,12 +6,11 @@ import functools
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import casadi as ca
 
 from painleve_sym.codegen.modes import AutomatonFunctions
-from painleve_sym.codegen.variational import VariationalFunctions
 from painleve_sym.engines.source import assemble, engine_texts
 from painleve_sym.engines.taylor.emit import WIDTH, SeriesCode
 from painleve_sym.engines.taylor.runner import ORDER
@@ -72,18 +71,17 @@ def tapes(functions: AutomatonFunctions) -> list[Tape]:
     return tapes_of_modes
 
 
-@dataclass(frozen=True)
-class _ModeCode:
-    """The C of one mode's series, and where the automaton is differentiated, of their derivatives."""
+class _ModeCode(NamedTuple):
+    """The C of one mode's series, and of their derivatives where there are any."""
 
     series: SeriesCode
-    tangents: TangentCode | None = None
+    tangents: TangentCode | None
 
     @property
     def scalar_count(self) -> int:
-        """Numbers that `_scalars` returns, or room for them."""
+        """Numbers that `_scalars` returns."""
         more = self.tangents.directions * len(self.tangents.scalars) if self.tangents else 0
-        return len(self.series.scalars) + more
+        return max(1, len(self.series.scalars) + more)
 
 
 def source(functions: AutomatonFunctions) -> str:
@@ -104,21 +102,22 @@ def source(functions: AutomatonFunctions) -> str:
     engine = [*first, roots, _table(codes, names), *twice, size, advance, _in_lanes(lanes), *last]
     written = [texts[name] for name in dict.fromkeys(names.values())]
     shared = _header(codes) + series
-    if isinstance(functions, VariationalFunctions):
+    if functions.directions:
         # A motion with derivatives runs alone: its lanes are directions.
-        (tangents,) = engine_texts("taylor/tangents")
-        shared = f"#define PS_LANES 1\n#define PS_DIRECTIONS {functions.directions}\n{shared}{tangents}"
+        head = f"#define PS_LANES 1\n#define PS_DIRECTIONS {functions.directions}\n"
+        shared = "".join([head, shared, *engine_texts("taylor/tangents")])
     return assemble(functions, more, "", engine, shared, written)
 
 
 def _code(functions: AutomatonFunctions, tape: Tape, name: str) -> _ModeCode:
-    if not isinstance(functions, VariationalFunctions):
-        return _ModeCode(SeriesCode(tape, name))
+    if not functions.directions:
+        return _ModeCode(SeriesCode(tape, name), None)
 
+    @functools.cache
     def moves(scalar: Scalar) -> bool:
         return bool(functions.slopes(tape.scalars.expression(scalar)).nnz())
 
-    tangents = Tangents(tape, functions.moved_states, functools.cache(moves))
+    tangents = Tangents(tape, functions.moved_states, moves)
     series = SeriesCode(tape, name, functions.x.numel())
     return _ModeCode(series, TangentCode(tangents, series, functions.directions))
 
@@ -153,7 +152,7 @@ def _first_of_equals(texts: Mapping[str, str]) -> dict[str, str]:
 def _scalars(functions: AutomatonFunctions, code: _ModeCode, i: int) -> ca.Function:
     expression = code.series.tape.scalars.expression
     values = [expression(s) for s in code.series.scalars] or [ca.SX(0.0)]
-    if code.tangents and isinstance(functions, VariationalFunctions):
+    if code.tangents:
         moving = ca.vertcat(*map(expression, code.tangents.scalars))
         values.append(ca.vec(functions.slopes(moving).T))
     arguments = [functions.x, functions.z, functions.c]
@@ -172,7 +171,7 @@ def _header(codes: list[_ModeCode]) -> str:
         "LENGTH": _LENGTH,
         "COLUMNS": _padded(max(code.columns for code in series)),
         "WATCHED": _padded(max(len(code.tape.guards) + len(code.ramps) for code in series)),
-        "SCALARS": max(1, *(code.scalar_count for code in codes)),
+        "SCALARS": max(code.scalar_count for code in codes),
         "RAMPS": max(1, *(len(code.ramps) for code in series)),
         "STAGES": 2,
     }

@@ -1,13 +1,14 @@
 """A tape's derivatives as C: a function per mode that fills their rows of Taylor coefficients.
 
-With dc the derivatives of row c in all directions, every operation says D · dc = Σ ± P · da, with rows
-D and P of the tape and the derivatives da of its arguments a. Order k of such a product is a Cauchy
-product of numbers with vectors, one or two for an operation and as many directions as a vector
-register holds. Scalars have derivatives that are constant within a mode and take no such product.
+With dc the derivatives of row c in all directions, every operation says D · dc = Σ P · da, with
+rows D and P of the tape and the derivatives da of its arguments a. Order k of such a product is a
+Cauchy product of numbers with vectors, which hold as many directions as a register of the
+processor; an operation takes one or two of them. Scalars have derivatives that are constant within
+a mode and take none.
 
 References
 ----------
-Griewank & Walther (2008), section 13.2.
+Jorba & Zou (2005)
 """
 
 from __future__ import annotations
@@ -38,8 +39,8 @@ _RULES: dict[str, tuple[tuple[float, int] | None, tuple[tuple[float, int | None,
     "cosh": (None, ((1.0, _PAIR, 0),)),
     "atan2": ((1.0, 2), ((1.0, 1, 0), (-1.0, 0, 1))),
 }
-"""D and the terms P · da of each operation: a number and a row whose product is D or P, and the argument
-a. A row is an argument, the node itself or its partner; None stands for 1."""
+"""D and the terms P · da of each operation: D and P as a number times a row, and the argument a. A
+row is an argument, the node itself or its partner; None stands for 1."""
 
 
 @dataclass(frozen=True)
@@ -64,13 +65,13 @@ class Rule:
     scalars: tuple[tuple[Scalar, int], ...] = ()
 
     def products(self, own: int) -> list[tuple[int, int]]:
-        """Return what is summed of lower orders: partials, and the nodes whose derivatives they multiply."""
+        """Return rows and the nodes whose derivatives they multiply; `own` is the node c."""
         products = [(p, n) for p, n in self.terms if p is not None]
         return products if self.minus is None else [*products, (self.minus, own)]
 
 
 class Tangents:
-    """What the derivatives of a tape's states need.
+    """Rules and rows that the derivatives of a tape's states are made of.
 
     Parameters
     ----------
@@ -94,8 +95,9 @@ class Tangents:
         self._moving = set(states)
         for i in tape.reachable():
             node = tape.nodes[i]
-            inner = () if node.inner is None else (node.inner.constant, *dict(node.inner.terms).values())
-            scalars = (*inner, *([node.scalar] if node.op == "pow" and node.scalar else []))
+            scalars = [node.scalar] if node.op == "pow" and node.scalar else []
+            if node.inner is not None:
+                scalars += [node.inner.constant, *(c for _, c in node.inner.terms)]
             if any(map(self.moves, scalars)) or any(n in self._moving for n in node.operands):
                 self._moving.add(i)
         self.nodes = self._needed()
@@ -168,9 +170,9 @@ class Tangents:
 class TangentCode:
     """Writes the C of the derivatives of one tape.
 
-    The generated function takes what the function of the series takes, with `v` as that has filled it,
-    and the number of a vector of directions. States and scalars are followed by their derivatives.
-    It fills the columns of the derivatives of the states, order by order.
+    The generated function takes the arguments of the function of the series, which has filled `v`,
+    and the number g of a vector of directions. States and scalars are followed by their
+    derivatives. It fills the columns of the derivatives of the states, order by order.
 
     Parameters
     ----------
@@ -277,8 +279,8 @@ class TangentCode:
             text = f"s{i}"
             for p, n in self._products[i]:
                 text = _added(self._row(p, order), f"V[0][{self._places[n]}]", text)
-        for p, n in rule.terms:
-            text = _added("" if p is None else self._row(p, "0"), f"t{n}", text)
+        for partial, n in rule.terms:
+            text = _added("" if partial is None else self._row(partial, "0"), f"t{n}", text)
         for c, n in rule.scalars:
             text = _added(self._row(n, order), self._derivative(c), text)
         return text if rule.divisor is None else f"PS_WIDE_OF(r{i}) * ({text})"

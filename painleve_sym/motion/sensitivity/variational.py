@@ -13,7 +13,7 @@ import numpy as np
 from sympy import diff, sympify
 
 from painleve_sym.arrays import Array
-from painleve_sym.choices import Record, RecordLike
+from painleve_sym.choices import EngineName, Record, RecordLike
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.codegen.tape import tapes_of_functions
 from painleve_sym.codegen.variational import VariationalFunctions
@@ -191,7 +191,7 @@ class _Differentiated:
             names = [s.name for s in sim.automaton.parameters]
             moved = [names.index(w) if w in names else None for w in self.wrt]
             functions = VariationalFunctions(sim.automaton, moved, pattern)
-            engine = make_engine(sim.automaton, sim.integrator.name, functions)
+            engine = make_engine(sim.automaton, EngineName(sim.integrator.name), functions)
             known[key] = (engine, functions)
         return known[key]
 
