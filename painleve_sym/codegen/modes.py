@@ -80,9 +80,9 @@ class AutomatonFunctions:
     def __init__(self, automaton: HybridAutomaton) -> None:
         self.automaton = automaton
         self.x = self._x = ca.SX.sym("x", len(automaton.states))
-        self.z = ca.SX.sym("z", len(automaton.memory))
+        self.z = self._z = ca.SX.sym("z", len(automaton.memory))
         constants = (*automaton.parameters, *automaton.definitions)
-        self.c = ca.SX.sym("c", len(constants))
+        self.c = self._c = ca.SX.sym("c", len(constants))
         table = {s: self.x[i] for i, s in enumerate(automaton.states)}
         table |= {s: self.z[i] for i, s in enumerate(automaton.memory)}
         table |= {s: self.c[i] for i, s in enumerate(constants)}
@@ -90,6 +90,11 @@ class AutomatonFunctions:
         # Outputs are never differentiated: a contact that has just opened carries exactly 0 N.
         self._translate_value = self._translator(table, floor=0.0)
         self.mode_index = {m.name: i for i, m in enumerate(automaton.modes)}
+
+    @property
+    def own(self) -> tuple[ca.SX, ca.SX, ca.SX]:
+        """States, memory and constants of the automaton itself, with which x, z and c begin."""
+        return self._x, self._z, self._c
 
     def _translator(self, symbols: Mapping[Any, ca.SX], **options: float) -> Translator:
         """Return a translator that knows the symbols and the automaton's terms."""

@@ -191,9 +191,7 @@ class _Differentiated:
             names = [s.name for s in sim.automaton.parameters]
             moved = [names.index(w) if w in names else None for w in self.wrt]
             functions = VariationalFunctions(sim.automaton, moved, pattern)
-            # Derivatives take Runge–Kutta steps under "auto" too; see `make_engine`.
-            name = "compiled" if sim.engine == "taylor" else sim.engine
-            engine = make_engine(sim.automaton, name, functions)
+            engine = make_engine(sim.automaton, sim.integrator.name, functions)
             known[key] = (engine, functions)
         return known[key]
 
