@@ -12,8 +12,10 @@ Writes bench-rod.json (all numbers), bench-rod.png, bench-rod.svg and tables.md.
 from __future__ import annotations
 
 import argparse
+import importlib.util
 import json
 import math
+import sys
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
@@ -33,6 +35,7 @@ Interval = tuple[float, float]
 SAMPLE = 400
 SEED = 20
 MODES = "8,4"
+ORACLE_MODES = ("4,2", "8,4", "16,8")
 G = 9.8
 
 SPRUNG_TIP = """
@@ -299,6 +302,57 @@ def simulator() -> ps.Simulator:
     return ps.Simulator(ps.model("two-link-arm"), ps.law("bilinear-hertz"))
 
 
+@cache
+def rigid_rod() -> Any:
+    """Return the study `rigid_rod`, whose chain of particles is the oracle."""
+    path = Path(__file__).parents[1] / "rigid_rod" / "rigid_rod.py"
+    spec = importlib.util.spec_from_file_location("rigid_rod", path)
+    assert spec and spec.loader
+    module = importlib.util.module_from_spec(spec)
+    sys.modules.setdefault(spec.name, module)
+    spec.loader.exec_module(module)
+    return module
+
+
+def oracle(elements: Sequence[int], counts: Sequence[str], mu: float = 0.6) -> list[dict[str, Any]]:
+    """Return the first contact of the bench rod at its middle values: particles, and modes."""
+    theory, aluminium = rigid_rod(), ps.material("aluminium")
+    middle = {name: sum(interval) / 2 for name, interval in ROD.items()}
+    length, diameter, theta = (middle[n] for n in ("length", "diameter", "theta"))
+    approach = math.sqrt(2 * G * middle["gap"])
+    mass = aluminium.density * math.pi / 4 * diameter**2 * length
+    bar = theory.Bar(
+        mass, length, aluminium.density, aluminium.young_modulus, aluminium.poisson_ratio
+    )
+    given = {"n": 1.5, "R": diameter / 2, "e_energetic": middle["restitution"]}
+    rows = []
+    for n in elements:
+        events = theory.Chain(bar, n, mu, given).impact(
+            1e-3, middle["belt"], theta, approach, until="separation"
+        )
+        (stop,) = (e["time"] for e in events if e["kind"] == "slip_stop")
+        rows.append(
+            {"model": f"chain of {n} links", "slip_stop": stop, "contact": events[-1]["time"],
+             "peak_force": max(e["force"] for e in events), "v_y": events[-1]["v_y"],
+             "spin": events[-1]["spin"]}
+        )  # fmt: skip
+    for count in counts:
+        run = ps.simulate(
+            mechanism(count), law(),
+            {"theta": theta, "x_A_dot": -middle["belt"], "y_A_dot": -approach},
+            parameters={**theory.parameters_of(bar), **given, "mu": mu},
+            t_end=1e-3, until="separation",
+        )  # fmt: skip
+        end = run.final
+        rows.append(
+            {"model": name_of(count), "slip_stop": run.events_of("slip_stop")[0].time,
+             "contact": run.final_time, "peak_force": max(e.normal_force for e in run.events),
+             "v_y": end["y_A_dot"] + length / 2 * math.cos(end["theta"]) * end["theta_dot"],
+             "spin": end["theta_dot"]}
+        )  # fmt: skip
+    return rows
+
+
 def study(quick: bool) -> dict[str, Any]:
     """Return all numbers of the study."""
     size = 40 if quick else SAMPLE
@@ -337,6 +391,7 @@ def study(quick: bool) -> dict[str, Any]:
         "bar modes": [
             drop(m, LENGTHS[-1], theta, size) for m in bar_counts for theta in shown_angles
         ],
+        "oracle": oracle((16,), (modes,)) if quick else oracle((32, 64, 128), ORACLE_MODES),
         "arm": [arm(mu, u) for mu in (0.6, 0.8, 1.0) for u in (0.25, 0.5, 1.0, 2.0)],
     }  # fmt: skip
 
@@ -415,6 +470,11 @@ def tables(data: Mapping[str, Any]) -> list[str]:
     drops += [[f"{1e3 * n:.0f} mm", *(bars[MODES, n, a] for a in TABLE_ANGLES)] for n in LENGTHS]
     counts = list(dict.fromkeys(r["model"] for r in data["bar modes"]))
     converging = [[name_of(m), *(bars[m, LENGTHS[-1], a] for a in TABLE_ANGLES)] for m in counts]
+    checked = [
+        [r["model"], f"{1e3 * r['slip_stop']:.4f}", f"{1e3 * r['contact']:.4f}",
+         f"{r['peak_force']:.1f}", f"{r['v_y']:.4f}", f"{r['spin']:.4f}"]
+        for r in data["oracle"]
+    ]  # fmt: skip
     belts = [
         [f"{r['mu']}", f"{r['belt']:g}",
          "none" if r["slip_stop"] is None else f"{1e3 * r['slip_stop']:.2f}",
@@ -431,6 +491,8 @@ def tables(data: Mapping[str, Any]) -> list[str]:
         table(["control", *head], rod_rows(data["controls"], "control")),
         table(head, rod_rows(data["modes"], "")),
         tolerances(),
+        table(["model", "slip stop, ms", "contact, ms", "peak force, N", "centre upwards, m/s",
+               "spin, rad/s"], checked),
     ]  # fmt: skip
 
 
