@@ -131,6 +131,7 @@ def _header(codes: list[SeriesCode]) -> str:
         "WATCHED": _padded(max(len(code.tape.guards) + len(code.ramps) for code in codes)),
         "SCALARS": max(1, *(len(code.scalars) for code in codes)),
         "RAMPS": max(1, *(len(code.ramps) for code in codes)),
+        "ARGUMENTS": max(1, *(len(code.arguments) for code in codes)),
         "STAGES": 2,
     }
     lines = [f"#define PS_{name} {value}" for name, value in sizes.items()]
@@ -179,6 +180,7 @@ def _table(codes: list[SeriesCode], names: Mapping[str, str]) -> str:
         "  int scalar_count, columns;",
         "  int ramps, ramp[PS_RAMPS], guarded[PS_RAMPS];  /* columns; a guard is zero with it */",
         "  double floor[PS_RAMPS];",
+        "  int arguments, argument[PS_ARGUMENTS], sides[PS_ARGUMENTS];",
         "} ps_series;",
         "static const ps_series PS_SERIES[PS_NM] = {",
     ]
@@ -189,5 +191,8 @@ def _table(codes: list[SeriesCode], names: Mapping[str, str]) -> str:
         own = [names[f"series_{i}{e}"] for e in ("", "_guards")]
         own += [f"PS_WIDE({names[f'series_{i}{e}']})" for e in ("_lanes", "_guards_lanes")]
         row = f"{', '.join(own)}, scalars_{i}, {len(code.scalars)}, {code.columns}"
-        lines.append(f"  {{{row}, {len(code.ramps)}, {{{ramps}}}, {{{guarded}}}, {{{floors}}}}},")
+        places = ", ".join(str(code.column(a)) for a in code.arguments) or "0"
+        sides = ", ".join(map(str, code.arguments.values())) or "0"
+        lines.append(f"  {{{row}, {len(code.ramps)}, {{{ramps}}}, {{{guarded}}}, {{{floors}}},")
+        lines.append(f"   {len(code.arguments)}, {{{places}}}, {{{sides}}}}},")
     return "\n".join([*lines, "};", ""])
