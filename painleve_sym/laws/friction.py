@@ -66,8 +66,8 @@ class FrictionLaw:
     Stribeck's curve r = 1 + (r_s − 1)/(1 + (v_t/v_s)²), so that r → r_s where slip begins.
 
     The exponential exp(−(v_t/v_s)²) in place of the fraction is common, too. Its Taylor series at
-    |v_t| ≫ v_s has vanishing coefficients that do not announce the rise at v_t = 0, so that a
-    Taylor step passes over it; the fraction has poles at v_t = ±i v_s, which limit the step.
+    |v_t| ≫ v_s has vanishing coefficients that do not announce the rise at v_t = 0, so that steps
+    must be limited (docs/friction-laws.md); the fraction has poles at v_t = ±i v_s, which do so.
 
     Parameters
     ----------

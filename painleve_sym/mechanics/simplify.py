@@ -58,6 +58,8 @@ def _readable(expr: sp.Expr) -> sp.Expr:
 
 
 def _written(expr: sp.Expr) -> sp.Expr:
+    if _is_monomial(expr):
+        return expr
     operations = sp.count_ops(expr)
     if operations > _LONG:
         return expr
@@ -217,7 +219,21 @@ _factor_terms = lru_cache(maxsize=2048)(sp.factor_terms)
 
 @lru_cache(maxsize=2048)
 def _shortest(expr: sp.Expr) -> sp.Expr:
-    return _cheapest(_writings(expr))
+    return expr if _is_monomial(expr) else _cheapest(_writings(expr))
+
+
+def _is_monomial(expr: sp.Expr) -> bool:
+    """Return whether a product of whole powers of symbols and of single sines and cosines.
+
+    It is short as it is; of squares of sines −cos² has the shorter writing sin² − 1.
+    """
+    powers = (factor.as_base_exp() for factor in sp.Mul.make_args(expr))
+    return all(
+        exponent == 1
+        if isinstance(base, sp.sin | sp.cos)
+        else exponent.is_Integer and (base.is_Symbol or base.is_Rational)
+        for base, exponent in powers
+    )
 
 
 def _writings(expr: sp.Expr) -> Iterator[sp.Expr]:

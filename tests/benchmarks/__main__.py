@@ -23,6 +23,7 @@ from tests.benchmarks import (
     bench_corrected_jump,
     bench_explorer,
     bench_many,
+    bench_modes,
     bench_numerics,
     bench_sensitivity,
     bench_start,
@@ -148,6 +149,20 @@ def jumps() -> dict[str, Any]:
     return {"seconds": times, "wanted": {"corrected jump from rest, s": limit}}
 
 
+def modes() -> dict[str, Any]:
+    """Return the cost of natural modes in both integrators, and that of ten in rigid rods."""
+    cases = bench_modes.measure()
+    ten = f"rod-bending:10,0 {bench_modes.MODULI[0]:.2e}"
+    wanted = {
+        f"ten bending modes, {integrator}, in rigid rods": {
+            "measured": cases[f"{integrator} {ten}"]["ratio"],
+            "at_most": bench_modes.LIMIT,
+        }
+        for integrator in bench_modes.ENGINES.values()
+    }
+    return {"cases": cases, "wanted": wanted}
+
+
 def numerics(repeats: int) -> dict[str, Any]:
     """Return error against cost, and the orders of accuracy."""
     return {"curves": bench_numerics.measure(repeats), "accuracy": accuracy.measure()}
@@ -167,6 +182,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "calls": calls,
         "derivatives": derivatives,
         "corrected_jump": jumps,
+        "modes": modes,
         "explorer": bench_explorer.measure,
         "numerics": lambda: numerics(max(o.repeats // 10, 1)),
     }

@@ -94,3 +94,9 @@ __attribute__((noinline, unused)) static ps_pair ps_sin_cos(double x) {
 __attribute__((unused)) static inline double ps_ramp(double live, double x, double floor) {
   return live > 0 && x > floor ? x : floor;
 }
+
+/* 1/cosh^2, also where cosh has no digits left. */
+__attribute__((unused)) static inline double ps_sech2(double x) {
+  const double c = cosh(x);
+  return 1 / (c * c);
+}

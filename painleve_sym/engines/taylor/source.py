@@ -173,6 +173,7 @@ def _header(codes: list[_ModeCode]) -> str:
         "WATCHED": _padded(max(len(code.tape.guards) + len(code.ramps) for code in series)),
         "SCALARS": max(code.scalar_count for code in codes),
         "RAMPS": max(1, *(len(code.ramps) for code in series)),
+        "ARGUMENTS": max(1, *(len(code.arguments) for code in series)),
         "STAGES": 2,
     }
     lines = [f"#define PS_{name} {value}" for name, value in sizes.items()]
@@ -226,6 +227,7 @@ def _table(codes: list[_ModeCode], names: Mapping[str, str]) -> str:
         "  int scalar_count, columns;",
         "  int ramps, ramp[PS_RAMPS], guarded[PS_RAMPS];  /* columns; a guard is zero with it */",
         "  double floor[PS_RAMPS];",
+        "  int arguments, argument[PS_ARGUMENTS], sides[PS_ARGUMENTS];",
         "} ps_series;",
         "static const ps_series PS_SERIES[PS_NM] = {",
     ]
@@ -237,5 +239,8 @@ def _table(codes: list[_ModeCode], names: Mapping[str, str]) -> str:
         own += [f"PS_WIDE({names.get(f'series_{i}{e}', '0')})" for e in ("_lanes", "_guards_lanes")]
         own += [names[f"series_{i}_tangents"]] if codes[i].tangents else []
         row = f"{', '.join(own)}, scalars_{i}, {len(code.scalars)}, {code.columns}"
-        lines.append(f"  {{{row}, {len(code.ramps)}, {{{ramps}}}, {{{guarded}}}, {{{floors}}}}},")
+        places = ", ".join(str(code.column(a)) for a in code.arguments) or "0"
+        sides = ", ".join(map(str, code.arguments.values())) or "0"
+        lines.append(f"  {{{row}, {len(code.ramps)}, {{{ramps}}}, {{{guarded}}}, {{{floors}}},")
+        lines.append(f"   {len(code.arguments)}, {{{places}}}, {{{sides}}}}},")
     return "\n".join([*lines, "};", ""])

@@ -51,7 +51,8 @@ class Node:
     ----------
     op : str
         ``state``, ``linear``, ``ramp``, ``mul``, ``sq``, ``div``, ``inv``, ``sqrt``, ``pow``,
-        ``exp``, ``log``, ``sin``, ``cos``, ``sinh``, ``cosh``, ``atan2``.
+        ``exp``, ``log``, ``sin``, ``cos``, ``sinh``, ``cosh``, ``tanh``, ``sech2`` (1/cosh²),
+        ``atan2``.
     args : tuple of int
         Nodes, all of them earlier; of ``atan2`` y, x and x² + y².
     inner : Combination or None
@@ -75,7 +76,11 @@ class Node:
 
 
 PAIRS = {"sin": "cos", "cos": "sin", "sinh": "cosh", "cosh": "sinh"}
+PAIRS |= {"tanh": "sech2", "sech2": "tanh"}
 """Functions whose recurrences need each other."""
+
+FLAT = ("exp", "sinh", "tanh")
+"""Functions whose series may have vanishing terms far from where they change."""
 
 PRODUCTS = dict.fromkeys(("mul", "sq", "div", "inv", "sqrt", "exp", "log", *PAIRS), 1)
 PRODUCTS |= {"pow": 2, "atan2": 3}
@@ -312,7 +317,7 @@ _RULES: dict[int, _Rule] = {
     ca.OP_TAN: lambda t, a: t.over(t.function("sin", a), t.function("cos", a)),
     ca.OP_SINH: lambda t, a: t.function("sinh", a),
     ca.OP_COSH: lambda t, a: t.function("cosh", a),
-    ca.OP_TANH: lambda t, a: t.over(t.function("sinh", a), t.function("cosh", a)),
+    ca.OP_TANH: lambda t, a: t.function("tanh", a),
     ca.OP_ATAN: lambda t, a: t.angle(a, Combination(ONE)),
     ca.OP_ASIN: _asin,
     ca.OP_ACOS: lambda t, a: t.angle(_beside(t, a), a),
