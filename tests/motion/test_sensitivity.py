@@ -230,7 +230,7 @@ def test_engines_agree(other, name, contact_law, start, wrt, options):
 
 @pytest.mark.slow
 def test_arm_that_strikes_a_moving_belt():
-    """Its gap is no coordinate, and the belt drives it."""
+    """Its gap is not a coordinate, and the belt drives it."""
     sim = Simulator(model("two-link-arm"), RigidLaw())
     run = assert_derivatives(
         sim, ARM, ARM_WRT, {"mu": 0.9, "e_energetic": 0.4}, t_end=0.12, tolerance=1e-8

@@ -37,6 +37,7 @@ _RULES: dict[str, tuple[tuple[float, int] | None, tuple[tuple[float, int | None,
     "cos": (None, ((-1.0, _PAIR, 0),)),
     "sinh": (None, ((1.0, _PAIR, 0),)),
     "cosh": (None, ((1.0, _PAIR, 0),)),
+    "tanh": (None, ((1.0, _PAIR, 0),)),
     "atan2": ((1.0, 2), ((1.0, 1, 0), (-1.0, 0, 1))),
 }
 """D and the terms P · da of each operation: D and P as a number times a row, and the argument a. A
