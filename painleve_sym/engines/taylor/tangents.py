@@ -41,7 +41,8 @@ _RULES: dict[str, tuple[tuple[float, int] | None, tuple[tuple[float, int | None,
     "atan2": ((1.0, 2), ((1.0, 1, 0), (-1.0, 0, 1))),
 }
 """D and the terms P · da of each operation: D and P as a number times a row, and the argument a. A
-row is an argument, the node itself or its partner; None stands for 1."""
+row is an argument, the node itself or its partner; None stands for 1. The partner of tanh has no
+rule: rates do not contain it."""
 
 
 @dataclass(frozen=True)

@@ -367,23 +367,23 @@ def _judged(
     marked: list[_Marked], directions: Array, scale: Array, rtol: float
 ) -> tuple[EventSensitivity, ...]:
     """Return the events with what is singular about them named."""
-    judged: list[EventSensitivity] = []
-    lost = False
-    for m in marked:
-        condition, note = _verdict(m, directions, rtol)
-        lost |= note in NO_DERIVATIVE
-        sized = m.jacobian * directions / scale[:, None]
-        judged.append(
-            EventSensitivity(
-                event=m.record,
-                time_gradient=np.full_like(m.time_gradient, np.nan) if lost else m.time_gradient,
-                state_jacobian=np.full_like(m.jacobian, np.nan) if lost else m.jacobian,
-                condition=condition,
-                rank=-1 if lost else int(np.linalg.matrix_rank(sized, rtol=1e-9)),
-                note=note,
-            )
+    verdicts = [_verdict(m, directions, rtol) for m in marked]
+    known = next((i for i, (_, note) in enumerate(verdicts) if note in NO_DERIVATIVE), len(marked))
+    ranks = np.full(len(marked), -1)
+    if known:
+        sized = np.array([m.jacobian for m in marked[:known]]) * directions / scale[:, None]
+        ranks[:known] = np.linalg.matrix_rank(sized, rtol=1e-9)
+    return tuple(
+        EventSensitivity(
+            event=m.record,
+            time_gradient=m.time_gradient if i < known else np.full_like(m.time_gradient, np.nan),
+            state_jacobian=m.jacobian if i < known else np.full_like(m.jacobian, np.nan),
+            condition=condition,
+            rank=int(ranks[i]),
+            note=note,
         )
-    return tuple(judged)
+        for i, (m, (condition, note)) in enumerate(zip(marked, verdicts, strict=True))
+    )
 
 
 def _verdict(m: _Marked, directions: Array, rtol: float) -> tuple[float, str]:
