@@ -166,7 +166,10 @@ class ContactModel:
         (law,) = self.laws
         if law.is_compliant:
             from painleve_sym.contacts.compliant import CompliantContact
+            from painleve_sym.contacts.tangential_spring import TangentialSpringContact
 
+            if law.friction.tangential_stiffness is not None:
+                return TangentialSpringContact(self.mechanism, law)
             return CompliantContact(self.mechanism, law)
         if self.is_guide:
             from painleve_sym.contacts.guide import BilateralContact

@@ -10,7 +10,7 @@ import sympy as sp
 from sympy.logic.boolalg import Boolean
 
 from painleve_sym.contacts.contact_numbers import closed_within, length_formula
-from painleve_sym.contacts.contact_states import ContactRow
+from painleve_sym.contacts.contact_states import DEFLECTION, ContactRow
 from painleve_sym.hybrid.automaton import Definition, Preparation
 from painleve_sym.laws.catalogue import Law
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -222,10 +222,15 @@ def _scales(
     scales[TIME] = length / terms.root(2 * energy * numbers[0]["W_nn"])
     for k, speed in enumerate(system.q_dot):
         scales[speed] = terms.root(2 * energy / terms("mass", system.mass_matrix[k, k]))
-    for row, own, (gap, rate) in zip(contacts.rows, numbers, of_contacts, strict=True):
+    given = zip(contacts.rows, contacts.own_laws, numbers, of_contacts, strict=True)
+    for row, law, own, (gap, rate) in given:
         normal, slip = (terms("speed", terms.root(2 * energy * own[w])) for w in ("W_nn", "W_tt"))
         scales[row.slip] = where(sp.Eq(slip, 0), normal, slip)
         scales |= {row.gap: gap, row.gap_rate: rate}
+        if law.is_compliant and law.friction.tangential_stiffness is not None:
+            # What the force of the gap's scale deflects.
+            load = terms("load", law.stiffness * gap**law.exponent)
+            scales[DEFLECTION] = load / law.friction.tangential_stiffness
     return scales
 
 

@@ -29,7 +29,7 @@ TIME = sp.Symbol(TIME_NAME, real=True)
 _CONTACT_NAMES = (
     ("gap", "gap_dot", "slip_velocity", "delta", "delta_dot", "delta_max", "K_e", "e_squared"),
     ("friction_dissipation", "contact_dissipation", "force_dissipation", "F_n", "F_t"),
-    ("v_t", "v_n", "v_n_plus", "v_n_minus", "E_c", "P_c"),
+    ("v_t", "v_n", "v_n_plus", "v_n_minus", "E_c", "P_c", "deflection_from_slip", "slip_side"),
 )
 _FUNCTION_NAMES = ("sin", "cos", "tan", "sqrt", "exp", "log", "atan2", "abs", "pi")
 RESERVED = frozenset((*(n for group in _CONTACT_NAMES for n in group), *_FUNCTION_NAMES))
