@@ -195,14 +195,6 @@ def check_compliant(mechanism: Mechanism, law: Law) -> None:
 
 def check_several(mechanism: Mechanism, laws: Sequence[Law]) -> None:
     """Raise InputError where several contacts cannot follow their laws together."""
-    for law in laws:
-        if law.is_compliant and "friction" in law.choices:
-            raise InputError(
-                f"{mechanism.name}: friction: got {law.choices['friction']!r} for "
-                f"{len(mechanism.outline.contacts)} contacts, and friction other than Coulomb's "
-                "is for a mechanism with one contact. Fix: consider one contact at a time, or "
-                "leave friction out."
-            )
     rigid = list(dict.fromkeys(law for law in laws if isinstance(law, RigidLaw)))
     if len(rigid) > 1:
         first, second = (

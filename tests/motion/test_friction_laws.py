@@ -238,10 +238,6 @@ def test_at_rest_stick_and_slip_are_both_possible_between_the_two_coefficients()
         (lambda: ps.law("hertz", friction="static").with_friction("stribeck"), "already"),
         (lambda: FrictionLaw.named("Coulomb"), "coulomb"),
         (
-            lambda: ps.Simulator(ps.model("block-two-feet"), ps.law("hertz", friction="static")),
-            "one contact",
-        ),
-        (
             lambda: rod_simulator("static").run(
                 TABLE_3, t_end=1e-3, parameters={"static_ratio": 0.5}
             ),
