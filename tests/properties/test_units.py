@@ -99,8 +99,8 @@ def _plural(*laws: Any) -> Callable[[Mechanism], Any]:
     return simulator
 
 
-def _compliant(name: str) -> Callable[[Mechanism], Any]:
-    return lambda mechanism: Simulator(mechanism, law(name))
+def _compliant(name: str, friction: str = "coulomb") -> Callable[[Mechanism], Any]:
+    return lambda mechanism: Simulator(mechanism, law(name, friction=friction))
 
 
 MOTIONS = {
@@ -145,6 +145,22 @@ MOTIONS = {
         0.01,
         4,
         {"E": 20.9e13, "n": 1.2, "l_0": 0.01},
+    ),
+    "rod, static friction": Motion(
+        _named("rod"),
+        _compliant("hertz", "static"),
+        {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0},
+        0.01,
+        4,
+        {"E": 20.9e13, "static_ratio": 1.4},
+    ),
+    "rod, Stribeck's curve": Motion(
+        _named("rod"),
+        _compliant("hertz", "stribeck"),
+        {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0},
+        0.01,
+        4,
+        {"E": 20.9e13, "static_ratio": 1.4, "stribeck_velocity": 0.05},
     ),
     "rod, two bodies": Motion(
         _named("rod"),
@@ -194,6 +210,14 @@ MOTIONS = {
         0.1,
         6,
         {"k": 1e5, "c": 40.0},
+    ),
+    "block with two feet, static friction and Stribeck's curve": Motion(
+        _named("block-two-feet"),
+        _plural(law("linear", friction="static"), law("linear", friction="stribeck")),
+        {"y_A": 1e-3, "theta": 0.02, "x_A_dot": -0.3},
+        0.1,
+        6,
+        {"k_A": 1e5, "c_A": 40.0, "k_B": 1e5, "c_B": 40.0, "stribeck_velocity_B": 0.05},
     ),
     "block with two feet, rigid and compliant": Motion(
         _named("block-two-feet"),
