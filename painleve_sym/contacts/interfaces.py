@@ -521,9 +521,7 @@ class CompliantInterface(Interface):
         has_static = not self.law.friction.is_coulomb
         may_stick = sp.And(at_rest, positive(self.sticks + self.sign**2)) if has_static else at_rest
         choices.append(Alternative(may_stick, self._rub(_ZERO, _ONE), preferred=has_static))
-        choices += [
-            Alternative(at_rest, self._rub(sp.Integer(sign), _ZERO)) for sign in (-1, 1)
-        ]
+        choices += [Alternative(at_rest, self._rub(sp.Integer(sign), _ZERO)) for sign in (-1, 1)]
         # Of a slip that begins only: compliant contacts open and close by their law.
         leaving = self._leaving[:1]
         return Part(

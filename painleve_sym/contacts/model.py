@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from painleve_sym.choices import Friction
 from painleve_sym.errors import InputError
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.declarations import Parameter
@@ -107,7 +108,7 @@ class ContactModel:
     @property
     def is_rigid(self) -> bool:
         """Whether the only contact is rigid and can open, or is a guide."""
-        return not self.several and isinstance(self.laws[0], RigidLaw)
+        return not self.several and not self.laws[0].is_compliant
 
     @property
     def can_open(self) -> bool:
@@ -129,7 +130,7 @@ class ContactModel:
     def own_laws(self) -> tuple[Law, ...]:
         """The law of each contact, in its own symbols."""
         contacts = self.mechanism.outline.contacts
-        if self.is_guide and isinstance(self.laws[0], RigidLaw):
+        if self.is_guide and not self.laws[0].is_compliant:
             return (RigidLaw(policy=self.laws[0].policy),)
         if len(self.laws) == 1:
             return self.laws * len(contacts)
@@ -147,7 +148,7 @@ class ContactModel:
     @property
     def rigid_law(self) -> RigidLaw:
         """The law of all rigid contacts; the default one where only guides are rigid."""
-        return next((law for law in self.laws if isinstance(law, RigidLaw)), RigidLaw())
+        return next((law for law in self.laws if not law.is_compliant), RigidLaw())
 
     @cached_property
     def definition(self) -> str:
@@ -164,9 +165,12 @@ class ContactModel:
 
             return PluralContacts(self.mechanism, self.laws)
         (law,) = self.laws
-        if not isinstance(law, RigidLaw):
+        if law.is_compliant:
             from painleve_sym.contacts.compliant import CompliantContact
+            from painleve_sym.contacts.tangential_spring import TangentialSpringContact
 
+            if law.friction.tangential_stiffness is not None:
+                return TangentialSpringContact(self.mechanism, law)
             return CompliantContact(self.mechanism, law)
         if self.is_guide:
             from painleve_sym.contacts.guide import BilateralContact
@@ -195,6 +199,14 @@ def check_compliant(mechanism: Mechanism, law: Law) -> None:
 
 def check_several(mechanism: Mechanism, laws: Sequence[Law]) -> None:
     """Raise InputError where several contacts cannot follow their laws together."""
+    for law in laws:
+        if law.is_compliant and law.choices.get("friction") == Friction.SPRING:
+            raise InputError(
+                f"{mechanism.name}: friction: got {law.choices['friction']!r} for "
+                f"{len(mechanism.outline.contacts)} contacts, and a tangential spring is for a "
+                "mechanism with one contact. Fix: consider one contact at a time, or give "
+                "another friction law."
+            )
     rigid = list(dict.fromkeys(law for law in laws if isinstance(law, RigidLaw)))
     if len(rigid) > 1:
         first, second = (

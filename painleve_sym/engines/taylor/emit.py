@@ -142,17 +142,24 @@ class SeriesCode:
     tape : Tape
     name : str
         Of the C function.
+    first : int, optional
+        The column that follows those of the states; the next one by default.
     """
 
-    def __init__(self, tape: Tape, name: str) -> None:
+    def __init__(self, tape: Tape, name: str, first: int | None = None) -> None:
         self.tape, self.name = tape, name
         self.states = len(tape.rates)
         self._slots: dict[Scalar, int] = {}
         self._live = tape.reachable()
-        guards = {n for g in tape.guards for n, _ in g.terms}
-        kept = {n for n in guards | set(self.arguments) if n >= self.states} | set(self.ramps)
+        watched = {n for g in tape.guards for n, _ in g.terms} | set(self.arguments)
+        kept = {n for n in (*watched, *tape.others) if n >= self.states} | set(self.ramps)
+        next_column = self.states if first is None else first
         self._columns = {n: n for n in range(self.states)}
-        self._columns |= {n: self.states + i for i, n in enumerate(sorted(kept))}
+        self._columns |= {n: next_column + i for i, n in enumerate(sorted(kept))}
+        # A ramp's column holds its argument, which the ramp itself differs from where it is dead.
+        ramps = [n for n in tape.others if tape.nodes[n].op == "ramp"]
+        self._ramps = {n: next_column + len(kept) + i for i, n in enumerate(ramps)}
+        self.columns = next_column + len(kept) + len(ramps)
         self._pairs = {i: tape.pair(i) for i in self._live}
         products = {i: _products(i, tape.nodes[i], self._pairs[i]) for i in self._live}
         # Equal left factors side by side are one number spread over a vector.
@@ -167,10 +174,9 @@ class SeriesCode:
         self.text, self.guards_text = self._function(), self._guards(_ONE)
         self.lanes_text = self._lanes_function() + self._guards(_LANES)
 
-    @property
-    def columns(self) -> int:
-        """Number of columns it fills."""
-        return len(self._columns)
+    def row(self, node: int) -> int:
+        """Return the column of the series of a node of the tape's `others`, or of a state."""
+        return self._ramps.get(node, self._columns[node])
 
     def column(self, node: int) -> int:
         """Return the column of a node that is kept."""
@@ -217,6 +223,10 @@ class SeriesCode:
         return sums + each * (order - 1)
 
     # ---- pieces of C ----
+
+    def number(self, s: Scalar) -> str:
+        """Return a scalar in the C of one motion."""
+        return self.scalar(s, _ONE)
 
     def scalar(self, s: Scalar, kind: _Kind) -> str:
         """Return a scalar in C: a number, or an entry of `w`."""
@@ -336,6 +346,8 @@ class SeriesCode:
             # A ramp stores its argument, which continues where the ramp is dead.
             kept = f"{'a' if node.op == 'ramp' else 'o'}{i}"
             lines.append(f"v[0][{self._columns[i]}] = {kept};")
+        if i in self._ramps:
+            lines.append(f"v[0][{self._ramps[i]}] = o{i};")
         if node.op in _FACTOR:
             lines.append(f"const {real} r{i} = {_FACTOR[node.op].format(*args, o=f'o{i}')};")
         if node.op == "pow" and node.scalar is not None:
@@ -392,6 +404,8 @@ class SeriesCode:
             lines = [f"const {kind.real} c{i} = {value};"]
             if i in self._columns and node.op != "state":
                 lines.append(f"v[k][{self._columns[i]}] = c{i};")
+        if i in self._ramps:
+            lines.append(f"v[k][{self._ramps[i]}] = c{i};")
         if i in self._slopes:
             lines.append(f"const {kind.real} d{i} = (double)k * c{i};")
         return lines

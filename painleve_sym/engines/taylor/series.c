@@ -2,15 +2,16 @@
 
 typedef double ps_vector __attribute__((vector_size(32)));
 
-/* Motions side by side: as many as a vector register holds. */
-#ifndef PS_LANES
+/* Numbers that a vector register holds, and motions side by side. */
 #if defined(__AVX512F__)
-#define PS_LANES 8
+#define PS_WIDTH 8
 #elif defined(__AVX__)
-#define PS_LANES 4
+#define PS_WIDTH 4
 #else
-#define PS_LANES 2
+#define PS_WIDTH 2
 #endif
+#ifndef PS_LANES
+#define PS_LANES PS_WIDTH
 #endif
 typedef double ps_lanes __attribute__((vector_size(8 * PS_LANES)));
 typedef long long ps_mask __attribute__((vector_size(8 * PS_LANES)));

@@ -4,8 +4,13 @@
  * the rates at the end of the step decides how long it may be. */
 static const double PS_SMALL_BASE = 1e-2;
 
-/* The zero of a base is near when it is at most this multiple of the last step away. */
+/* The zero of a base is near when it is at most this multiple of the last step away. Derivatives, of
+ * lower powers of the base, make steps shorter next to it. */
+#ifdef PS_DIRECTIONS
+static const double PS_NEAR = 4;
+#else
 static const double PS_NEAR = 2;
+#endif
 /* ... and taken to be a little farther: a series cannot continue beyond it. */
 static const double PS_MARGIN = 1.02;
 /* A step along the root of the time since a zero should be this part of that time; else the zero is
@@ -48,6 +53,10 @@ static const double (*series_of(const ps_run *s))[PS_COLUMNS] {
 static void fill_series(ps_run *s) {
   PS_SERIES[s->mode].series(s->x, s->scalars, s->live, s->order, s->unit, s->bend,
                             s->v);
+#ifdef PS_DIRECTIONS
+  for (int g = 0; g < PS_GROUPS; g++)
+    PS_SERIES[s->mode].tangents(s->x, s->scalars, s->live, s->order, s->unit, s->bend, g, s->v);
+#endif
   s->count.dense++;
 }
 

@@ -98,12 +98,15 @@ class Tape:
         ẋ, one per state.
     guards : list of Combination
     scalars : Scalars
+    others : list of int
+        Nodes that are needed besides.
     """
 
     nodes: list[Node] = field(default_factory=list)
     rates: list[Combination] = field(default_factory=list)
     guards: list[Combination] = field(default_factory=list)
     scalars: Scalars = field(default_factory=Scalars)
+    others: list[int] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self._known = {node: i for i, node in enumerate(self.nodes)}
@@ -111,7 +114,7 @@ class Tape:
     def reachable(self) -> list[int]:
         """Return the states and every node that rates and guards need, in order."""
         reached = set(range(len(self.rates)))
-        front = [n for c in (*self.rates, *self.guards) for n, _ in c.terms]
+        front = [*self.others, *(n for c in (*self.rates, *self.guards) for n, _ in c.terms)]
         while front:
             n = front.pop()
             if n not in reached:
