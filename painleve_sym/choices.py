@@ -63,6 +63,8 @@ class Friction(enum.StrEnum):
     """μ in slip, and a higher static friction that stick must exceed before slip starts."""
     STRIBECK = "stribeck"
     """Static friction where slip starts, which falls to μ as the slip velocity grows."""
+    SPRING = "spring"
+    """μ in series with a tangential spring: the contact yields along its tangent, too."""
 
 
 class Record(enum.StrEnum):
@@ -80,7 +82,7 @@ EngineLike: TypeAlias = EngineName | Literal["auto", "compiled", "taylor", "erk"
 RestitutionLike: TypeAlias = Restitution | Literal["energetic", "poisson", "newton"]
 PolicyLike: TypeAlias = Policy | Literal["liftoff", "slip", "impact"]
 ReloadLike: TypeAlias = Reload | Literal["elastic", "virgin"]
-FrictionLike: TypeAlias = Friction | Literal["coulomb", "static", "stribeck"]
+FrictionLike: TypeAlias = Friction | Literal["coulomb", "static", "stribeck", "spring"]
 RecordLike: TypeAlias = Record | Literal["dense", "events", "end"]
 
 _Choice = TypeVar("_Choice", bound=enum.StrEnum)

@@ -34,6 +34,10 @@ QUANTITIES: Mapping[str, Quantity] = {
     "slip_velocity": Quantity("m/s", "v_t", "slip velocity v_t"),
     "normal_velocity": Quantity("m/s", "v_n", "normal velocity"),
     "compression": Quantity("m", r"\delta", "compression, the negative gap"),
+    "tangential_deflection": Quantity("m", r"\xi", "deflection of the tangential spring"),
+    "deflection_from_slip": Quantity(
+        "m", r"\zeta", "deflection of the tangential spring from that of slip"
+    ),
     "normal_force": Quantity("N", "F_n", "normal force F_n"),
     "tangential_force": Quantity("N", "F_t", "tangential force F_t"),
     # Energies.

@@ -48,6 +48,11 @@ class CompliantContact(ContactStates):
         """Parameters of the law."""
         return self.law.parameters
 
+    @property
+    def memory(self) -> tuple[sp.Symbol, ...]:
+        """Memory of the law."""
+        return self.law.memory
+
     @cached_property
     def friction_coefficient(self) -> sp.Expr:
         """Coefficient of friction in slip: μ r(v_t)."""
@@ -67,11 +72,18 @@ class CompliantContact(ContactStates):
         return rates | {CONTACT_WORK: self._of_state(branch.dissipated_power)}
 
     def _contact_choices(self, branch: str) -> tuple[Choice, ...]:
+        """Return the choices of a loaded contact in a branch."""
         return (
             Choice(f"slip_neg/{branch}", positive(-self.slip)),
             Choice(f"slip_pos/{branch}", positive(self.slip)),
             Choice(f"stick/{branch}"),
         )
+
+    def _landing(
+        self, branch: Branch, touchdown: bool
+    ) -> tuple[tuple[Choice, ...], dict[sp.Symbol, sp.Expr]]:
+        """Return choices and reset of a contact whose force sets in; δ = 0 at a touchdown."""
+        return self._contact_choices(branch.name), {}
 
     def _exit(self, number: int, contact: str, branch: Branch, e: Exit) -> Transition:
         if e.target == SEPARATED:
@@ -91,38 +103,44 @@ class CompliantContact(ContactStates):
         return self.transition(label, e.kind, self._of_state(e.guard), (Choice(target),), reset)
 
     def _contact_mode(self, contact: str, branch: Branch) -> Mode:
-        mu, name = self.static_coefficient, f"{contact}/{branch.name}"
         force = self._of_state(branch.force)
-        needed = self.tangential_force("stick", force)
-        changes = []
         if contact == "stick":
-            for direction, margin in (("neg", mu * force - needed), ("pos", mu * force + needed)):
-                enter = Choice(f"slip_{direction}/{branch.name}", departs=("slip_stop",))
-                changes.append(
-                    self.transition(f"slip_{direction}", EventKind.SLIP_START, margin, (enter,))
-                )
+            changes = self._slip_starts(branch, force)
         else:
-            s = CONTACTS[contact]
-            other = "slip_pos" if s < 0 else "slip_neg"
-            turns = positive(s * needed - mu * force)
-            reverse = Choice(f"{other}/{branch.name}", turns, ("slip_stop",))
-            stop = (reverse, Choice(f"stick/{branch.name}"))
-            reset = {self.slip: sp.Integer(0)}
-            changes.append(
-                self.transition("slip_stop", EventKind.SLIP_STOP, s * self.slip, stop, reset)
-            )
+            changes = [self._slip_stop(CONTACTS[contact], branch, force)]
         exits = [self._exit(i, contact, branch, e) for i, e in enumerate(branch.exits)]
         return Mode(
-            name,
+            f"{contact}/{branch.name}",
             self._law_field(contact, branch),
             # Friction first: at a start at rest it decides which normal motion follows.
             (*changes, *exits, *domain_transitions(self.mechanism)),
             self.outputs(contact, force, self._of_state(branch.stored_energy)),
         )
 
+    def _slip_starts(self, branch: Branch, force: sp.Expr) -> list[Transition]:
+        """Return the ends of stick: |F_t| has reached what friction can bear."""
+        limit, needed = self.static_coefficient * force, self.tangential_force("stick", force)
+        changes = []
+        for direction, margin in (("neg", limit - needed), ("pos", limit + needed)):
+            enter = Choice(f"slip_{direction}/{branch.name}", departs=("slip_stop",))
+            changes.append(
+                self.transition(f"slip_{direction}", EventKind.SLIP_START, margin, (enter,))
+            )
+        return changes
+
+    def _slip_stop(self, s: int, branch: Branch, force: sp.Expr) -> Transition:
+        """Return the end of slip along s: v_t = 0."""
+        needed = self.tangential_force("stick", force)
+        other = "slip_pos" if s < 0 else "slip_neg"
+        turns = positive(s * needed - self.static_coefficient * force)
+        reverse = Choice(f"{other}/{branch.name}", turns, ("slip_stop",))
+        stop = (reverse, Choice(f"stick/{branch.name}"))
+        reset = {self.slip: sp.Integer(0)}
+        return self.transition("slip_stop", EventKind.SLIP_STOP, s * self.slip, stop, reset)
+
     def _flight_modes(self) -> list[Mode]:
-        loading = self._contact_choices(self.law.loading.name)
-        land = self.transition("touchdown", EventKind.TOUCHDOWN, self.gap, loading)
+        lands = self._landing(self.law.loading, touchdown=True)
+        land = self.transition("touchdown", EventKind.TOUCHDOWN, self.gap, *lands)
         zero = sp.Integer(0)
         free, outputs = self.field(None, zero), self.outputs(None, zero, zero)
         modes = [Mode(FLIGHT, free, (land, *domain_transitions(self.mechanism)), outputs)]
@@ -131,20 +149,17 @@ class CompliantContact(ContactStates):
             leave = self.transition(
                 "liftoff", EventKind.LIFTOFF, -self.gap, (Choice(FLIGHT),), clean
             )
-            back = [
-                self.transition(
-                    f"recontact_{i}",
-                    e.kind,
-                    self._of_state(e.guard),
-                    self._contact_choices(e.target),
-                    self._recontact_reset(e),
-                )
-                for i, e in enumerate(self.law.recontacts)
-            ]
+            back = [self._recontact(i, e) for i, e in enumerate(self.law.recontacts)]
             modes.append(
                 Mode(INDENTED, free, (leave, *back, *domain_transitions(self.mechanism)), outputs)
             )
         return modes
+
+    def _recontact(self, number: int, e: Exit) -> Transition:
+        choices, landed = self._landing(self.law.branch(e.target), touchdown=False)
+        reset = self._recontact_reset(e) | landed
+        label = f"recontact_{number}"
+        return self.transition(label, e.kind, self._of_state(e.guard), choices, reset)
 
     def _recontact_reset(self, e: Exit) -> dict[sp.Symbol, sp.Expr]:
         reset = {s: self._of_state(v) for s, v in e.memory.items()}
@@ -160,7 +175,7 @@ class CompliantContact(ContactStates):
         return HybridAutomaton(
             name=f"{mechanism.name} with {law.name}",
             states=self.states,
-            memory=law.memory,
+            memory=self.memory,
             parameters=tuple(p.symbol for p in (*mechanism.system.parameters, *law.parameters)),
             definitions={s: readable(v) for s, v in law.definitions.items()},
             modes=(*self._flight_modes(), *contact_modes),

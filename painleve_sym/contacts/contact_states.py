@@ -18,6 +18,8 @@ from painleve_sym.mechanics.system import TIME
 
 GAP, GAP_RATE = sp.Symbol("gap", real=True), sp.Symbol("gap_dot", real=True)
 SLIP = sp.Symbol("slip_velocity", real=True)
+DEFLECTION = sp.Symbol("deflection_from_slip", real=True)
+"""ζ of the tangential spring of a contact, its deflection from that of slip; m."""
 FRICTION_WORK = sp.Symbol(FRICTION_LOSS, real=True)
 CONTACT_WORK = sp.Symbol(CONTACT_LOSS, real=True)
 FORCE_WORK = sp.Symbol(FORCE_LOSS, real=True)
@@ -149,7 +151,7 @@ class ContactStates:
             if c.W_tt == 0:  # no motion slides the contact: nothing is to be held
                 return sp.Integer(0)
             smooth = c.accelerations.xreplace({F_N: force, F_T: sp.Integer(0)})
-            return -_along(c.contact.J_T, smooth, c.contact.tangential_bias) / c.W_tt
+            return -row_acceleration(c.contact.J_T, smooth, c.contact.tangential_bias) / c.W_tt
         return -CONTACTS[contact] * self.friction_coefficient * force
 
     def field(
@@ -191,7 +193,7 @@ class ContactStates:
         """Return g̈_N: exactly the same for any force where A′ = 0."""
         c = self.mechanism.coefficients
         if self.gap_rate == GAP_RATE and not (contact == "stick" and c.rank_one):
-            return _along(c.contact.J_N, accelerations, c.contact.normal_bias)
+            return row_acceleration(c.contact.J_N, accelerations, c.contact.normal_bias)
         if contact == "stick":
             return c.A_stick * force + c.B_stick
         return c.A(CONTACTS[contact], self.friction_coefficient) * force + c.B if contact else c.B
@@ -204,7 +206,7 @@ class ContactStates:
         if contact == "stick":
             return sp.Integer(0)
         if self.slip == SLIP and accelerations is not None:
-            return _along(c.contact.J_T, accelerations, c.contact.tangential_bias)
+            return row_acceleration(c.contact.J_T, accelerations, c.contact.tangential_bias)
         if contact:
             along = c.slip_rate_coefficient(CONTACTS[contact], self.friction_coefficient)
             return along * force + c.b_t
@@ -236,7 +238,7 @@ class ContactStates:
         return Mode(name, rates, (*transitions, *domain_transitions(self.mechanism)), outputs)
 
 
-def _along(jacobian: sp.Matrix, accelerations: sp.Matrix, bias: sp.Expr) -> sp.Expr:
+def row_acceleration(jacobian: sp.Matrix, accelerations: sp.Matrix, bias: sp.Expr) -> sp.Expr:
     """Return J q̈ + J̇ q̇ with the accelerations as they stand: they are computed once."""
     parts = [
         a if j == 1 else sp.Mul(j, a, evaluate=False)

@@ -35,6 +35,7 @@ CHOICE_NOTES: Mapping[str, str] = {
     Friction.STATIC: "mu in slip, and static_ratio mu (1.25 mu) before slip starts",
     Friction.STRIBECK: "static_ratio mu (1.25 mu) before slip starts, falling to mu with the slip "
     "velocity over stribeck_velocity (0.01 m/s)",
+    Friction.SPRING: "mu in series with a tangential spring of tangential_stiffness (1e8 N/m)",
 }
 """What to know before a choice is made, by its value."""
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from painleve_sym.choices import FrictionLike, Reload, ReloadLike, chosen
 from painleve_sym.errors import InputError, ModelError, unknown_name
@@ -57,7 +57,7 @@ class ContactLaw(Deferred):
         Branch names repeated, exits to unknown branches, undeclared symbols.
     """
 
-    is_compliant: ClassVar[bool] = True
+    is_compliant: ClassVar[Literal[True]] = True
     """Whether the contact yields."""
 
     name: str
@@ -125,12 +125,13 @@ class ContactLaw(Deferred):
 
         Parameters
         ----------
-        friction : {"coulomb", "static", "stribeck"}
+        friction : {"coulomb", "static", "stribeck", "spring"}
 
         Raises
         ------
         InputError
-            An unknown friction law, or a law that has one other than Coulomb's already.
+            An unknown friction law, a law that has one other than Coulomb's already, or a spring
+            with a normal force that jumps.
 
         Examples
         --------
@@ -146,6 +147,12 @@ class ContactLaw(Deferred):
             )
         if rubbing.is_coulomb:
             return self
+        if rubbing.tangential_stiffness is not None and self.choices.get("reload") == Reload.VIRGIN:
+            raise InputError(
+                f"law {self.name!r}: friction: got {rubbing.kind.value!r} with reload='virgin', "
+                "where the normal force jumps, and the force of a tangential spring cannot jump "
+                "with it. Fix: take reload='elastic'."
+            )
         parameters = (*self.parameters, *rubbing.parameters)
         choices = {**self.choices, "friction": str(rubbing.kind)}
         source = f"{self.source}; {rubbing.source}"

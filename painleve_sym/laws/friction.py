@@ -1,6 +1,7 @@
 """Friction of a contact that yields: Coulomb's law, static friction above kinetic, and Stribeck's.
 
-Each law scales the friction coefficient μ of the contact by a function of its slip velocity.
+These scale the friction coefficient μ of the contact by a function of its slip velocity. A fourth
+law has a tangential spring in series with Coulomb's friction.
 """
 
 from __future__ import annotations
@@ -27,16 +28,30 @@ _STRIBECK_VELOCITY = Parameter(
     lower_closed=False,
 )
 
+_TANGENTIAL_STIFFNESS = Parameter(
+    "tangential_stiffness",
+    1e8,
+    "N/m",
+    "stiffness k_t of the spring in series with friction",
+    0.0,
+    lower_closed=False,
+)
+
 _PARAMETERS: Mapping[Friction, tuple[Parameter, ...]] = {
     Friction.COULOMB: (),
     Friction.STATIC: (_STATIC_RATIO,),
     Friction.STRIBECK: (_STATIC_RATIO, _STRIBECK_VELOCITY),
+    Friction.SPRING: (_TANGENTIAL_STIFFNESS,),
 }
+
+_CONSTANT = (Friction.COULOMB, Friction.SPRING)
+"""Laws with one coefficient for stick and slip."""
 
 _SOURCES: Mapping[Friction, str] = {
     Friction.COULOMB: "",
     Friction.STATIC: "Armstrong-Hélouvry, Dupont & Canudas de Wit (1994)",
     Friction.STRIBECK: "Stribeck (1902); Hess & Soom (1990)",
+    Friction.SPRING: "Mindlin (1949); Iwan (1966)",
 }
 
 _AT_REST = (
@@ -54,6 +69,11 @@ FRICTION_NOTICES: Mapping[str, str] = {
         "sliding contact is that of the coefficient at its slip velocity, the impact laws of a "
         f"constant mu do not hold, and {_AT_REST}"
     ),
+    Friction.SPRING: (
+        "Classified without the tangential spring, as the limit of infinite stiffness. With the "
+        "spring a sliding contact keeps its case, and one that sticks has a force of its own, "
+        "F_t = -k_t xi, so that its contact problem always has exactly one solution."
+    ),
 }
 """Statement on the rigid contact problem under a friction law, by the name of the law."""
 
@@ -65,20 +85,25 @@ class FrictionLaw:
     With Coulomb's law r = r_s = 1. With static friction above kinetic r = 1 and r_s = μ_s/μ. With
     Stribeck's curve r = 1 + (r_s − 1)/(1 + (v_t/v_s)²), so that r → r_s where slip begins.
 
+    With a tangential spring r = r_s = 1, and F_t = −k_t ξ with the deflection ξ of the spring. In
+    stick ξ̇ = v_t, and in slip ξ = s μ F_n/k_t, so that friction slips at v_t − ξ̇.
+
     The exponential exp(−(v_t/v_s)²) in place of the fraction is common, too. Its Taylor series at
-    |v_t| ≫ v_s has vanishing coefficients that do not announce the rise at v_t = 0, so that a
-    Taylor step passes over it; the fraction has poles at v_t = ±i v_s, which limit the step.
+    |v_t| ≫ v_s has vanishing coefficients that do not announce the rise at v_t = 0, so that steps
+    must be limited (docs/friction-laws.md); the fraction has poles at v_t = ±i v_s, which do so.
 
     Parameters
     ----------
     kind : Friction
     parameters : tuple of Parameter
-        r_s ≥ 1 and, with Stribeck's curve, v_s; by default those of the kind with its names.
+        r_s ≥ 1 and, with Stribeck's curve, v_s; k_t of a spring; by default those of the kind with
+        its names.
 
     References
     ----------
     Stribeck (1902); Hess & Soom (1990) for the fraction; Bo & Pavelescu (1982) for the exponential;
-    Armstrong-Hélouvry, Dupont & Canudas de Wit (1994) for a survey.
+    Armstrong-Hélouvry, Dupont & Canudas de Wit (1994) for a survey. Mindlin (1949) for the
+    tangential stiffness of a contact, Iwan (1966) for a spring in series with Coulomb friction.
     """
 
     kind: Friction = Friction.COULOMB
@@ -90,7 +115,7 @@ class FrictionLaw:
 
         Parameters
         ----------
-        name : {"coulomb", "static", "stribeck"}
+        name : {"coulomb", "static", "stribeck", "spring"}
 
         Raises
         ------
@@ -121,7 +146,12 @@ class FrictionLaw:
         """r_s = μ_s/μ."""
         from sympy import Integer
 
-        return self.parameters[0].symbol if self.parameters else Integer(1)
+        return Integer(1) if self.kind in _CONSTANT else self.parameters[0].symbol
+
+    @property
+    def tangential_stiffness(self) -> Expr | None:
+        """k_t of the spring in series with friction; N/m; None where there is no spring."""
+        return self.parameters[0].symbol if self.kind is Friction.SPRING else None
 
     def kinetic_ratio(self, slip_velocity: Expr) -> Expr:
         """Return r at a slip velocity.

@@ -65,7 +65,7 @@ class CorrectedJumpRule:
     Raises
     ------
     InputError
-        W has rank one, as with one coordinate: A' = 0.
+        W has rank one, as with one coordinate: A' = 0. A law with a tangential spring.
 
     References
     ----------

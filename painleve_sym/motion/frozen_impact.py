@@ -136,10 +136,23 @@ class FrozenImpactSolver:
     law : ContactLaw
     engine : {"auto", "compiled", "taylor", "erk"}
         As for `Simulator`.
+
+    Raises
+    ------
+    InputError
+        A law with a tangential spring.
     """
 
     law: ContactLaw
     engine: EngineLike = EngineName.AUTO
+
+    def __post_init__(self) -> None:
+        if self.law.friction.tangential_stiffness is not None:
+            raise InputError(
+                f"impact with law {self.law.name!r}: friction: got 'spring', and the phases of an "
+                "impact with constant coefficients are those of a contact that does not yield "
+                "along its tangent. Fix: simulate the motion, or leave friction=spring out."
+            )
 
     @cached_property
     def simulator(self) -> Simulator:

@@ -99,8 +99,8 @@ def _plural(*laws: Any) -> Callable[[Mechanism], Any]:
     return simulator
 
 
-def _compliant(name: str) -> Callable[[Mechanism], Any]:
-    return lambda mechanism: Simulator(mechanism, law(name))
+def _compliant(name: str, **choices: str) -> Callable[[Mechanism], Any]:
+    return lambda mechanism: Simulator(mechanism, law(name, **choices))
 
 
 MOTIONS = {
@@ -137,6 +137,21 @@ MOTIONS = {
         0.01,
         5,
         {"E": 20.9e14},
+    ),
+    "rod, tangential spring": Motion(
+        _named("rod"),
+        _compliant("linear", friction="spring"),
+        {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0},
+        0.006,
+        5,
+        {"tangential_stiffness": 8e7},
+    ),
+    "rod, Hertz's law and a tangential spring": Motion(
+        _named("rod"),
+        _compliant("hertz", friction="spring"),
+        {"theta": 1.0, "x_A_dot": -0.3, "y_A_dot": -0.4, "y_A": 1e-3},
+        0.006,
+        4,
     ),
     "rod, Hertz's law with another exponent": Motion(
         _named("rod"),

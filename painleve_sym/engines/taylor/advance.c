@@ -20,6 +20,9 @@ static void column(const ps_look *g, int j, int order, double *p) {
   for (int k = 0; k <= order; k++) p[k] = g->at[k * g->row + j * g->next];
 }
 
+/* Part of the series of a guard, by size, above which its last two terms make it doubtful. */
+static const double PS_TAIL = 1e-4;
+
 static int may_vanish(const ps_look *g, int j) {
   return !(g->least[j * g->next] > 0);
 }
@@ -55,18 +58,37 @@ static double zero_of_guard(ps_run *s, int j, double h, double u) {
   return b;
 }
 
+/* Whether the series of a guard does not reach the end of the step. A guard made of a low power of a
+ * base that has just been zero may change much while the power does nothing to the states yet. */
+static int diverges(const double *p, int order) {
+  double sum = 0;
+  for (int k = 0; k <= order; k++) sum += fabs(p[k]);
+  return fabs(p[order]) + fabs(p[order - 1]) > PS_TAIL * sum;
+}
+
 /* Earliest event inside a step of h units: its guard and its place in [0, 1]; -1 for none, and then
  * `rising` has the guards that are positive at the end. */
 static int find_event(ps_run *s, const ps_look *g, double h, double at_once, double *where,
                       ps_bits *rising) {
-  int n = PS_MODES[s->mode].n, first = -1, order = s->order;
+  int n = PS_MODES[s->mode].n, first = -1, order = s->order, known = 0;
+  double y[PS_NX], after[PS_NG], slope[PS_NG];
   *where = 2;
   *rising = 0;
   for (int j = 0; j < n; j++) {
     double p[PS_LENGTH], u;
-    if (s->armed[j] && !may_vanish(g, j)) continue;
+    if (s->armed[j] && !may_vanish(g, j) && !s->left_out) continue;
     column(g, j, order, p);
     double end = horner(p, order, 1);
+    int doubt = s->left_out || diverges(p, order);
+    if (doubt) {
+      if (!known) {
+        own_series(s, g);
+        state_at(s, h, y);
+        guards(s, y, after, slope);
+      }
+      known = 1;
+      end = after[j];
+    }
     int crossed = end <= 0 && (s->armed[j] || end < 0 || horner_slope(p, order, 1) < 0);
     if (end > 0) *rising |= (ps_bits)1 << j;
     if (s->armed[j]) {
@@ -75,7 +97,7 @@ static int find_event(ps_run *s, const ps_look *g, double h, double at_once, dou
     } else {
       u = next_root(p, order, at_once, crossed);
     }
-    if (u >= 0 && s->left_out) u = zero_of_guard(s, j, h, u);
+    if (u >= 0 && doubt) u = zero_of_guard(s, j, h, u);
     if (u >= 0 && u < *where - PS_TIE) {
       *where = u;
       first = j;
