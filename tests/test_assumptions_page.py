@@ -29,6 +29,7 @@ EXPLANATIONS = (
     "sensitivities.md",
     "several-contacts.md",
     "singular-point.md",
+    "tangential-compliance.md",
 )
 
 
