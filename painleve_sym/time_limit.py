@@ -7,6 +7,7 @@ import os
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from typing import TypeVar
 
 from painleve_sym.errors import DerivationTimeout, InputError
@@ -87,6 +88,7 @@ class _Watch:
     def __init__(self, thread: int, seconds: float) -> None:
         self.thread, self.seconds = thread, seconds
         self.lock, self.ended = threading.Lock(), threading.Event()
+        self.interrupted = False
         threading.Thread(target=self._wait, name="painleve time limit", daemon=True).start()
 
     def _wait(self) -> None:
@@ -95,14 +97,23 @@ class _Watch:
             left = self.seconds - (time.process_time() - begun)
             with self.lock:
                 if left <= 0 and not self.ended.is_set():
-                    self._interrupt(_Expired)
+                    self._interrupt()
 
     def end(self) -> None:
-        """Stop interrupting, and cancel an interruption that has not arrived yet."""
+        """Stop interrupting, and take an interruption that has not arrived yet."""
         self.ended.set()
         with self.lock:
-            self._interrupt(None)
+            interrupted = self.interrupted
+        if not interrupted:
+            return
+        # Cancelled instead, with a null pointer, it would leave CPython 3.11 with a mark that makes
+        # the next profiler or debugger of the process wait without end.
+        with suppress(_Expired):
+            self._interrupt()  # takes the place of one that has not arrived
+            while True:
+                time.sleep(0)
 
-    def _interrupt(self, kind: type[BaseException] | None) -> None:
-        exception = None if kind is None else ctypes.py_object(kind)
+    def _interrupt(self) -> None:
+        self.interrupted = True
+        exception = ctypes.py_object(_Expired)
         ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(self.thread), exception)

@@ -21,6 +21,7 @@ EXPLANATIONS = (
     "corrected-jump.md",
     "critical-force.md",
     "derivations/README.md",
+    "experiments.md",
     "friction-laws.md",
     "impacts.md",
     "maps.md",

@@ -17,6 +17,11 @@ FIGURES = (".png", ".svg")
 
 # Script: arguments ({} is the folder), files it writes there, a line it prints.
 RUNS: dict[str, tuple[tuple[str, ...], tuple[str, ...], str]] = {
+    "bench_rod/bench_rod.py": (
+        ("--quick", "--out", "{}/new"),
+        ("new/bench-rod.json", "new/bench-rod.png", "new/bench-rod.svg"),
+        r"rigid +0\.\d\d .*\n.*\nbending 2,1 +[1-9]",
+    ),
     "corrected_jump/corrected_jump.py": (
         ("{}/new",),
         ("new/corrected-jump.png", "new/corrected-jump.svg"),

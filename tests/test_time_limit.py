@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 import threading
 import time
 
@@ -58,6 +61,33 @@ def test_work_in_time_is_returned_and_not_interrupted_later(monkeypatch):
         assert within_time("the work", lambda: i) == i  # noqa: B023
     time.sleep(0.4)
     assert within_time("the work", lambda: "whole") == "whole"
+
+
+@pytest.mark.parametrize("seconds", ["10", "0.05"])
+def test_a_profiler_works_after_a_derivation(seconds):
+    """On CPython 3.11 a cancelled interruption lets the next profiler wait without end."""
+    lines = [
+        "import sys",
+        "from painleve_sym.errors import DerivationTimeout",
+        "from painleve_sym.time_limit import within_time",
+        "from tests.test_time_limit import forever",
+        "try:",
+        f"    within_time('work', forever if {seconds} < 1 else int)",
+        "except DerivationTimeout:",
+        "    print('over')",
+        "sys.setprofile(lambda *_: None)",
+        "int('1', base=(lambda: 10)())",
+        "sys.setprofile(None)",
+    ]
+    answer = subprocess.run(
+        [sys.executable, "-c", "\n".join(lines)],
+        env={**os.environ, VARIABLE: seconds, "PYTHONPATH": os.pathsep.join(sys.path)},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=True,
+    )
+    assert answer.stdout == ("over\n" if float(seconds) < 1 else "")
 
 
 def test_inner_work_counts_for_the_outer(monkeypatch):

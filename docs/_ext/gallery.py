@@ -16,6 +16,7 @@ SECTIONS = {
 }
 
 THUMBNAILS = {
+    "bench_rod": "examples/studies/bench_rod/bench-rod.png",
     "corrected_jump": "docs/figures/corrected-jump.png",
     "study": "docs/figures/critical-force-convergence.png",
     "fit_noisy_impacts": "docs/figures/fit-force.png",

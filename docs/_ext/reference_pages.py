@@ -190,6 +190,12 @@ def _command(name: str, parser: Parser) -> str:
 
 TABLE_3 = "theta=1,theta_dot=1,x_A_dot=-1"
 TABLE_4 = "theta=1,theta_dot=5,x_A_dot=-1"
+STRIBECK = """\
+model = "rod"
+[law]
+name = "hertz"
+friction = "stribeck"
+"""
 SWEEP = """\
 model = "rod"
 t_end = 0.01
@@ -209,6 +215,7 @@ OUTPUTS: Mapping[str, tuple[str, ...]] = {
         "classify cart-pendulum --state phi=2.9 --set F=-10",
         "classify painleve-klein",
         "classify block-two-feet",
+        "classify {folder}/stribeck.toml",
     ),
     "jump": (
         f"jump rod --state {TABLE_3} --law bilinear-hertz",
@@ -219,10 +226,12 @@ OUTPUTS: Mapping[str, tuple[str, ...]] = {
         "simulate rod --law hertz --material steel --t-end 1e-3",
         f"simulate rod --state {TABLE_4} --law rigid --t-end 0.1",
         "simulate block-two-feet --state y_A=0.001 --law rigid --t-end 0.1",
+        "simulate rod --state theta=0.9095,theta_dot=0.665,x_A_dot=0.674,y_A_dot=-1 --set mu=0.827 --law rigid "
+        "--law-set restitution=newton,e_newton=0.9 --t-end 1e-3",
     ),
     "animate": ("animate rod --law rigid --t-end 0.01 --duration 1 --out {folder}/rod.gif",),
     "explore": ("explore rod --out {folder}/rod.html",),
-    "map": ("map rod --over theta,theta_dot --points 9",),
+    "map": ("map rod --over theta,theta_dot --points 9 --out {folder}/map.json",),
     "critical": (f"critical rod --state {TABLE_4} --gradient mu",),
     "sweep": ("sweep {folder}/sweep.toml --out {folder}/sweep.npz",),
     "contrast": (f"contrast rod --state {TABLE_3}",),
@@ -287,6 +296,7 @@ def json_keys() -> str:
     parts = []
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(DOCS.parent):
         (Path(folder) / "sweep.toml").write_text(SWEEP, "utf-8")
+        (Path(folder) / "stribeck.toml").write_text(STRIBECK, "utf-8")
         for command, calls in OUTPUTS.items():
             keys = keys_of([words.format(folder=folder) for words in calls])
             known = {**meanings["every"], **meanings.get(command, {})}

@@ -18,10 +18,11 @@ from painleve_sym.laws.closed_forms import closed_forms, impulse_units
 from painleve_sym.laws.impact_cases import V_N_MINUS
 from painleve_sym.laws.python_module import python_module
 from painleve_sym.mechanics.formulas.formula import (
-    Formula,
     ImpulsePhase,
     Section,
+    Value,
     latex_names,
+    named_parts,
     plain,
     wrap_expression,
     written_forms,
@@ -120,37 +121,52 @@ def _show_expression(start: str, text: str) -> None:
 
 
 def latex_page(mechanism: Mechanism, sections: Sequence[Section]) -> str:
-    """Return the formulas as LaTeX to be read into a document with amsmath."""
+    """Return the formulas as LaTeX to be read into a document with amsmath.
+
+    Parts that long formulas share have names of their own, which come first.
+    """
     names = _latex_names(mechanism)
+    parts, written = named_parts([value for section in sections for value in _values(section)])
     lines = [f"% {mechanism.name}: {mechanism.title}", "% for \\input; needs amsmath"]
+    if parts:
+        lines += ["", "% parts that long formulas share"]
+    for symbol, part in parts.items():
+        lines.append(f"\\[ {sp.latex(symbol)} = {sp.latex(part, symbol_names=names)} \\]")
+    texts = iter([sp.latex(value, symbol_names=names) for value in written])
     for section in sections:
         lines += ["", f"% {section.title}"]
         for formula in section.formulas:
-            lines += _latex_lines(formula, names)
+            lines.append(f"% {formula.name}: {formula.meaning}")
+            lines.append(f"\\[ {formula.latex} = {next(texts)} \\]")
         for phase in section.phases:
-            lines += _latex_phase(phase, names)
+            lines += _latex_phase(phase, names, texts)
     return "\n".join(lines) + "\n"
 
 
-def _latex_lines(formula: Formula, names: dict[sp.Symbol, str]) -> list[str]:
-    right = sp.latex(formula.value, symbol_names=names)
-    return [f"% {formula.name}: {formula.meaning}", f"\\[ {formula.latex} = {right} \\]"]
+def _values(section: Section) -> Iterator[Value]:
+    """Yield the values of a section in the order of the page."""
+    yield from (formula.value for formula in section.formulas)
+    for phase in section.phases:
+        yield from (margin for _, margin, _ in phase.conditions)
+        yield from phase.values.values()
 
 
-def _latex_phase(phase: ImpulsePhase, names: dict[sp.Symbol, str]) -> Iterator[str]:
+def _latex_phase(
+    phase: ImpulsePhase, names: dict[sp.Symbol, str], texts: Iterator[str]
+) -> Iterator[str]:
     by_name = {str(symbol): latex for symbol, latex in names.items()}
     yield f"% {phase.name}{f': {phase.meaning}' if phase.meaning else ''}"
-    for name, margin, strict in phase.conditions:
+    for name, _, strict in phase.conditions:
         sign = ">" if strict else r"\ge"
-        yield f"\\[ {sp.latex(margin, symbol_names=names)} {sign} 0 \\] % {name}"
-    for name, value in phase.values.items():
+        yield f"\\[ {next(texts)} {sign} 0 \\] % {name}"
+    for name in phase.values:
         latex = QUANTITIES[name].latex if name in QUANTITIES else by_name[name]
         left = (
             latex
             if name in ("normal_impulse", "tangential_impulse", "stored_energy")
             else f"{latex}^{{+}}"
         )
-        yield f"\\[ {left} = {sp.latex(value, symbol_names=names)} \\]"
+        yield f"\\[ {left} = {next(texts)} \\]"
 
 
 def _latex_names(mechanism: Mechanism) -> dict[sp.Symbol, str]:

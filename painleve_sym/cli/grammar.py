@@ -102,13 +102,13 @@ def _json(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print JSON with full precision")
 
 
-def _look(parser: argparse.ArgumentParser) -> None:
+def _look(parser: argparse.ArgumentParser, default: str = "as the suffix says") -> None:
     """Add the options of every command that draws a figure; `read_look` reads them."""
     _texts(
         parser,
         ("--width", "WIDTH", "of the figure: column, page, or a number in cm"),
         ("--title", "TITLE", "none leaves the titles of the figure out"),
-        ("--format", "FORMAT", "of the figure: png, svg or pdf; by default as the suffix says"),
+        ("--format", "FORMAT", f"of the figure: png, svg or pdf; by default {default}"),
     )
 
 
@@ -382,6 +382,7 @@ def _reproduce_options(parser: Parser) -> None:
     _texts(parser, ("--out", "DIR", "also write a report with figures here"))
     _lists(parser, ("--only", "ID,...", "only these items or groups (--list shows them)"))
     parser.add_argument("--list", action="store_true", help="list the items and end")
+    _look(parser, "png and svg; pdf comes beside these two")
     _json(parser)
     parser.epilog = (
         "Progress goes to standard error, the table to standard output.\n\n"

@@ -6,7 +6,7 @@ import argparse
 import sys
 from contextlib import suppress
 
-from painleve_sym.cli.options import output_folder
+from painleve_sym.cli.options import output_folder, read_look
 from painleve_sym.cli.output import print_json, show_table
 from painleve_sym.papers import registry
 
@@ -14,7 +14,7 @@ from painleve_sym.papers import registry
 def reproduce(arguments: argparse.Namespace) -> int:
     """Compute the items asked for; 0 only when every verdict is the expected one."""
     out = output_folder("--out", arguments.out) if arguments.out is not None else None
-    only = None
+    look, only = read_look(arguments), None
     if arguments.only is not None:
         only = [name.strip() for name in ",".join(arguments.only).split(",")]
     chosen = registry.selected(only, arguments.paper)
@@ -32,7 +32,9 @@ def reproduce(arguments: argparse.Namespace) -> int:
         from painleve_sym.present.report import terminal_table, write_report
     reproduction = registry.reproduce(only, progress=_progress, paper=arguments.paper)
     if out is not None:
-        write_report(reproduction, out)
+        from painleve_sym.present.style import Look
+
+        write_report(reproduction, out, Look(**look))
         _report(f"report written to {out}")
     if arguments.json:
         print_json(reproduction.to_dict())

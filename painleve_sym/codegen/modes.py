@@ -77,12 +77,15 @@ class AutomatonFunctions:
     automaton : HybridAutomaton
     """
 
+    directions = 0
+    """Number of directions in which states are differentiated."""
+
     def __init__(self, automaton: HybridAutomaton) -> None:
         self.automaton = automaton
         self.x = self._x = ca.SX.sym("x", len(automaton.states))
-        self.z = ca.SX.sym("z", len(automaton.memory))
+        self.z = self._z = ca.SX.sym("z", len(automaton.memory))
         constants = (*automaton.parameters, *automaton.definitions)
-        self.c = ca.SX.sym("c", len(constants))
+        self.c = self._c = ca.SX.sym("c", len(constants))
         table = {s: self.x[i] for i, s in enumerate(automaton.states)}
         table |= {s: self.z[i] for i, s in enumerate(automaton.memory)}
         table |= {s: self.c[i] for i, s in enumerate(constants)}
@@ -90,6 +93,20 @@ class AutomatonFunctions:
         # Outputs are never differentiated: a contact that has just opened carries exactly 0 N.
         self._translate_value = self._translator(table, floor=0.0)
         self.mode_index = {m.name: i for i, m in enumerate(automaton.modes)}
+
+    @property
+    def own(self) -> tuple[ca.SX, ca.SX, ca.SX]:
+        """States, memory and constants of the automaton itself, with which x, z and c begin."""
+        return self._x, self._z, self._c
+
+    @property
+    def moved_states(self) -> list[int]:
+        """Indices of the states that have derivatives, in the order in which these follow."""
+        return []
+
+    def slopes(self, values: ca.SX) -> ca.SX:
+        """Return the derivatives of a column of expressions, shape (values, directions)."""
+        return ca.SX(values.numel(), 0)
 
     def _translator(self, symbols: Mapping[Any, ca.SX], **options: float) -> Translator:
         """Return a translator that knows the symbols and the automaton's terms."""

@@ -50,8 +50,9 @@ class VariationalFunctions(AutomatonFunctions):
     """Functions of an automaton extended by derivatives in some directions.
 
     The state is followed by the derivatives S, the memory by Z, then by `event_entries`, the
-    constants by the derivatives of the definitions. Derivatives that are zero in every mode are
-    left out. An output is followed by the derivatives of all states, then of all outputs, at a
+    constants by the derivatives of the definitions. States and definitions whose derivatives are
+    zero in every mode have none; those of a state follow one another in the order of the
+    directions. An output is followed by the derivatives of all states, then of all outputs, at a
     fixed time, each column by column.
 
     Parameters
@@ -69,7 +70,6 @@ class VariationalFunctions(AutomatonFunctions):
         super().__init__(automaton)
         self.directions = len(parameters)
         self._moved = tuple(parameters)
-        self._z, self._c = self.z, self.c
         self._rates = [self._field(mode) for mode in automaton.modes]
         self._rates_by = [self._by(f) for f in self._rates]
         self._events = [[self._slopes(t) for t in mode.transitions] for mode in automaton.modes]
@@ -80,7 +80,9 @@ class VariationalFunctions(AutomatonFunctions):
             if t.on_accumulation is not None
         }
         definitions = self._definitions_pattern()
-        self.state_pattern, memory = self._patterns(np.array(start, dtype=bool), definitions)
+        moved, memory = self._patterns(np.array(start, dtype=bool), definitions)
+        # Whole rows: a vector of the processor holds a state's derivatives side by side.
+        self.state_pattern = np.repeat(moved.any(axis=1)[:, None], self.directions, axis=1)
         self._S, states = _unknowns("S", self.state_pattern)
         self._Z, remembered = _unknowns("Z", memory)
         self._D, derived = _unknowns("D", definitions)
@@ -102,8 +104,7 @@ class VariationalFunctions(AutomatonFunctions):
         Those of a result of shape (r,) have the shape (r, directions).
         """
         numbers = self._impact_numbers()
-        slopes = [self._along(self._by(values), self._S) for values in numbers]
-        return self._function("impact_slopes", [*numbers, *slopes])
+        return self._function("impact_slopes", [*numbers, *map(self.slopes, numbers)])
 
     @cached_property
     def struck_states(self) -> list[int]:
@@ -142,7 +143,7 @@ class VariationalFunctions(AutomatonFunctions):
     @cached_property
     def entries(self) -> tuple[Any, Any]:
         """Rows and directions of the derivatives that follow the state, in their order."""
-        directions, rows = np.nonzero(self.state_pattern.T)
+        rows, directions = np.nonzero(self.state_pattern)
         return rows, directions
 
     def packed(self, state: Array, jacobian: Array) -> Array:
@@ -157,6 +158,15 @@ class VariationalFunctions(AutomatonFunctions):
         return extended[:nx], jacobian
 
     # ---- derivatives and which of them are zero ----
+
+    @property
+    def moved_states(self) -> list[int]:
+        """Indices of the states that have derivatives, in the order in which these follow."""
+        return [int(i) for i in np.flatnonzero(self.state_pattern.any(axis=1))]
+
+    def slopes(self, values: ca.SX) -> ca.SX:
+        """Return the derivatives of a column of expressions, shape (values, directions)."""
+        return self._along(self._by(values), self._S)
 
     def _by(self, expr: ca.SX) -> Rows:
         return (
@@ -296,11 +306,11 @@ def _sparse(pattern: Pattern) -> ca.DM:
 
 def _unknowns(name: str, pattern: Pattern) -> tuple[ca.SX, ca.SX]:
     """Return a matrix of symbols where `pattern` is true, and the column of these symbols."""
-    matrix = ca.SX.sym(name, _sparse(pattern).sparsity())
+    matrix = ca.SX.sym(name, _sparse(pattern.T).sparsity()).T
     return matrix, _listed(matrix, matrix.sparsity())
 
 
 def _listed(matrix: ca.SX, sparsity: ca.Sparsity) -> ca.SX:
-    """Return the column of the entries at `sparsity`, which holds all that are not zero."""
-    entries: list[Any] = ca.project(matrix, sparsity).nonzeros()
+    """Return the entries at `sparsity`, which holds all that are not zero, row by row."""
+    entries: list[Any] = ca.project(matrix, sparsity).T.nonzeros()
     return ca.vertcat(*entries) if entries else ca.SX(0, 1)

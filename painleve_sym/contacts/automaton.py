@@ -84,7 +84,7 @@ class PluralContacts:
     @property
     def rigid_law(self) -> RigidLaw:
         """The law of all rigid contacts; the default one where only guides are rigid."""
-        return next((law for law in self.laws if isinstance(law, RigidLaw)), RigidLaw())
+        return next((law for law in self.laws if not law.is_compliant), RigidLaw())
 
     @cached_property
     def contact_set(self) -> ContactSet:
@@ -123,9 +123,9 @@ class PluralContacts:
         def interface(row: ContactRow, law: ContactLaw | RigidLaw) -> Interface:
             if row.contact.bilateral:
                 return GuideInterface(row, target)
-            if isinstance(law, RigidLaw):
-                return RigidInterface(row, target)
-            return CompliantInterface(row, target, law)
+            if law.is_compliant:
+                return CompliantInterface(row, target, law)
+            return RigidInterface(row, target)
 
         return tuple(interface(*pair) for pair in zip(self.rows, self.own_laws, strict=True))
 

@@ -68,20 +68,20 @@ def all_contact_numbers(mechanism: Mechanism, values: Mapping[str, float]) -> Co
     """
     n = len(mechanism.outline.contacts)
     numbers = [contact_numbers(mechanism, i)(values) for i in range(n)]
-    W = np.zeros((2 * n, 2 * n))
+    W = [[0.0] * (2 * n) for _ in range(2 * n)]
     for i, own in enumerate(numbers):
-        block = [[own["W_nn"], own["W_nt"]], [own["W_nt"], own["W_tt"]]]
-        W[2 * i : 2 * i + 2, 2 * i : 2 * i + 2] = block
+        W[2 * i][2 * i : 2 * i + 2] = own["W_nn"], own["W_nt"]
+        W[2 * i + 1][2 * i : 2 * i + 2] = own["W_nt"], own["W_tt"]
     if n > 1:
         for name, value in couplings(mechanism)(values).items():
             row, column = map(int, name.split("_")[1:])
-            W[row, column] = W[column, row] = value
+            W[row][column] = W[column][row] = value
     motion = {
         name: np.array([own[name] for own in numbers])
         for name in (*_MOTION, "A_stick", "B_stick", "gap_tolerance", "rate_tolerance")
     }
     return ContactNumbers(
-        W=W,
+        W=np.array(W),
         b=np.array([own[name] for own in numbers for name in ("b_n", "b_t")]),
         mu=np.array([float(values[c.friction]) for c in mechanism.outline.contacts]),
         **motion,

@@ -13,6 +13,7 @@ velocity v_t. A bilateral contact has both signs of F_n, its two sides, and keep
 from __future__ import annotations
 
 import enum
+import functools
 import itertools
 import math
 from collections.abc import Iterable, Iterator, Sequence
@@ -183,6 +184,8 @@ def stick(mu: float, side: int = 1) -> LocalMode:
     return LocalMode(ContactMode.STICK, _AXES, (NORMAL, TANGENTIAL), cone, (), unit, side)
 
 
+# The same few for all states of a mechanism.
+@functools.lru_cache(maxsize=256)
 def local_modes(mu: float, direction: int, bilateral: bool = False) -> tuple[LocalMode, ...]:
     """Return everything one contact may do at zero normal velocity.
 

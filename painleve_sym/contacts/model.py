@@ -107,7 +107,7 @@ class ContactModel:
     @property
     def is_rigid(self) -> bool:
         """Whether the only contact is rigid and can open, or is a guide."""
-        return not self.several and isinstance(self.laws[0], RigidLaw)
+        return not self.several and not self.laws[0].is_compliant
 
     @property
     def can_open(self) -> bool:
@@ -129,7 +129,7 @@ class ContactModel:
     def own_laws(self) -> tuple[Law, ...]:
         """The law of each contact, in its own symbols."""
         contacts = self.mechanism.outline.contacts
-        if self.is_guide and isinstance(self.laws[0], RigidLaw):
+        if self.is_guide and not self.laws[0].is_compliant:
             return (RigidLaw(policy=self.laws[0].policy),)
         if len(self.laws) == 1:
             return self.laws * len(contacts)
@@ -147,7 +147,7 @@ class ContactModel:
     @property
     def rigid_law(self) -> RigidLaw:
         """The law of all rigid contacts; the default one where only guides are rigid."""
-        return next((law for law in self.laws if isinstance(law, RigidLaw)), RigidLaw())
+        return next((law for law in self.laws if not law.is_compliant), RigidLaw())
 
     @cached_property
     def definition(self) -> str:
@@ -164,7 +164,7 @@ class ContactModel:
 
             return PluralContacts(self.mechanism, self.laws)
         (law,) = self.laws
-        if not isinstance(law, RigidLaw):
+        if law.is_compliant:
             from painleve_sym.contacts.compliant import CompliantContact
             from painleve_sym.contacts.tangential_spring import TangentialSpringContact
 

@@ -13,7 +13,6 @@ from painleve_sym.contacts.contact_numbers import closed_within, length_formula
 from painleve_sym.contacts.contact_states import DEFLECTION, ContactRow
 from painleve_sym.hybrid.automaton import Definition, Preparation
 from painleve_sym.laws.catalogue import Law
-from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import TIME
 
@@ -161,7 +160,7 @@ def preparation(contacts: Contacts) -> Preparation:
         states |= values
         refused += faults
     first, law = contacts.rows[0], contacts.own_laws[0]
-    pressable = len(contacts.rows) == 1 and isinstance(law, ContactLaw)
+    pressable = len(contacts.rows) == 1 and law.is_compliant
     if pressable:
         refused.append(sp.And(sp.Ge(force, 0), sp.Ne(states[first.gap], 0)))
     definitions = [s for own_law in contacts.own_laws for s in own_law.definitions]
@@ -172,7 +171,7 @@ def preparation(contacts: Contacts) -> Preparation:
         terms("finite", where(sp.And(*finite), 1, 0)),
         terms("domain", where(sp.And(*inside, evaluate=False), 1, 0) if inside else 1),
     )
-    if pressable and isinstance(law, ContactLaw):
+    if pressable and law.is_compliant:
         ready = sp.And(sp.Ge(force, 0), *(sp.Gt(value, 0) for value in admits))
         load = terms("load", force / terms("stiffness", law.stiffness))
         states[first.gap] = where(ready, -(load ** (1 / law.exponent)), states[first.gap])
@@ -228,7 +227,7 @@ def _scales(
         normal, slip = (terms("speed", terms.root(2 * energy * own[w])) for w in ("W_nn", "W_tt"))
         scales[row.slip] = where(sp.Eq(slip, 0), normal, slip)
         scales |= {row.gap: gap, row.gap_rate: rate}
-        if isinstance(law, ContactLaw) and law.friction.tangential_stiffness is not None:
+        if law.is_compliant and law.friction.tangential_stiffness is not None:
             # What the force of the gap's scale deflects.
             load = terms("load", law.stiffness * gap**law.exponent)
             scales[DEFLECTION] = load / law.friction.tangential_stiffness
@@ -246,7 +245,7 @@ def _all_scales(
 
     def own_scales(i: int, own: Numbers) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
         law = contacts.own_laws[i]
-        if not isinstance(law, ContactLaw):
+        if not law.is_compliant:
             return rigid_scales(own, terms)
         return compliant_scales(own, contacts.rows[i].gap, law.stiffness, law.exponent, terms)
 

@@ -245,7 +245,7 @@ class ContactProblem:
                 value = np.array(getattr(self, name), dtype=float)
             except (TypeError, ValueError):
                 value = np.array(math.nan)
-            if not np.isfinite(value).all():
+            if not all(map(math.isfinite, value.ravel().tolist())):
                 faults.append(
                     f"{name}: got {getattr(self, name)!r}, need finite numbers. "
                     "Fix: check the state it was evaluated at."
@@ -324,7 +324,7 @@ class ContactProblem:
     def _physical_faults(self) -> list[str]:
         """Return a sentence for each entry that no mechanism can have."""
         faults: list[str] = []
-        if (self.mu < 0).any():
+        if min(self.mu.tolist()) < 0:
             received = self.mu.item() if self.size == 1 else self.mu.tolist()
             faults.append(
                 f"mu: got {received!r}, need mu >= 0. Fix: give the direction by slip_velocity."
@@ -746,7 +746,9 @@ class ContactProblem:
     def _law(self) -> _ScaledLaw:
         """Return the scaled problem with the local modes of its contacts."""
         W, b, mu, unit = scale_contacts(self.W, self.b, self.mu)
-        return _ScaledLaw(self, W, b, mu, unit)
+        sides: list[bool] = self.bilateral.tolist()
+        modes = list(map(local_modes, mu, self.slip_directions, sides))
+        return _ScaledLaw(self, W, b, mu, unit, sides, modes)
 
     def _isolated(self, point: _Checked) -> bool | None:
         """Return whether no choice of local modes through these forces is wide.
@@ -794,23 +796,13 @@ class _ScaledLaw:
     b: Vector
     mu: Vector
     unit: Vector
-
-    @cached_property
-    def modes(self) -> list[tuple[LocalMode, ...]]:
-        """The local modes of each contact."""
-        given = zip(self.mu, self.problem.slip_directions, self.bilateral, strict=True)
-        return [local_modes(mu, s, sides) for mu, s, sides in given]
+    bilateral: list[bool]
+    modes: list[tuple[LocalMode, ...]]
 
     @cached_property
     def product(self) -> ModeProduct:
         """All choices of local modes."""
         return ModeProduct(self.W, self.b, self.modes)
-
-    @cached_property
-    def bilateral(self) -> list[bool]:
-        """Return which contacts hold from both sides."""
-        sides: list[bool] = self.problem.bilateral.tolist()
-        return sides
 
     def residual(self, forces: Vector) -> float:
         """Measure forces; see `ContactProblem.residual`."""

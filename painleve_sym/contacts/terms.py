@@ -163,8 +163,21 @@ class ContactImpacts:
         resting = [i for i in self.rigid if gaps[i] <= 0 and rates[i] == 0]
         return sorted({*contacts, *resting})
 
+    def closing_rows(self, state: Array, terms: ContactTerms, contacts: Sequence[int]) -> list[int]:
+        """Return the rows of the velocities that closing contacts makes vanish.
+
+        All normal ones, and the slip velocity of a contact with friction that the normal impulses
+        alone would start or turn: it sticks. So no energy is added.
+        """
+        _, rates, slips = self.contact_values(state)
+        normals = [2 * i for i in contacts]
+        alone = _least_norm(terms.W, normals, -rates[list(contacts)])
+        change = np.abs(terms.W @ alone)[1::2]
+        stick = [i for i in contacts if terms.mu[i] > 0 and abs(slips[i]) <= change[i] != 0]
+        return sorted([*normals, *(2 * i + 1 for i in stick)])
+
     def closed(self, state: Array, values: Mapping[str, float], contacts: Sequence[int]) -> Array:
-        """Return the state with contacts closed: gap and normal velocity 0, by normal impulses.
+        """Return the state with contacts closed: gap and normal velocity 0, by impulses.
 
         Parameters
         ----------
@@ -175,18 +188,17 @@ class ContactImpacts:
             Contacts whose gap and normal velocity are all but 0. Those at rest stay closed with
             them, guides too.
         """
-        _, rates, _ = self.contact_values(state)
-        contacts = self.closing(state, contacts)
-        terms, normals = self.terms(state, values), [2 * i for i in contacts]
-        arriving = rates[contacts]
-        block = terms.W[np.ix_(normals, normals)]
-        impulses = np.zeros(len(terms.b))
-        impulses[normals] = np.linalg.lstsq(block, -arriving, rcond=1e-12)[0]
+        _, rates, slips = self.contact_values(state)
+        contacts, terms = self.closing(state, contacts), self.terms(state, values)
+        rows = self.closing_rows(state, terms, contacts)
+        velocity = np.ravel([rates, slips], order="F")
+        impulses = _least_norm(terms.W, rows, -velocity[rows])
         after = self._pushed(state, terms, impulses)
-        after[self._index[CONTACT_LOSS]] -= impulses[normals] @ arriving / 2
-        for i in contacts:
-            after[self._index[self.rows[i].gap]] = 0.0
-            after[self._index[self.rows[i].gap_rate]] = 0.0
+        after[self._index[CONTACT_LOSS]] -= impulses[::2] @ rates / 2
+        after[self._index[FRICTION_LOSS]] -= impulses[1::2] @ slips / 2
+        symbols = [s for row in self.rows for s in (row.gap_rate, row.slip)]
+        for name in (*(self.rows[i].gap for i in contacts), *(symbols[r] for r in rows)):
+            after[self._index[name]] = 0.0
         return after
 
     def _pushed(self, state: Array, terms: ContactTerms, impulses: Array) -> Array:
@@ -227,6 +239,13 @@ class ContactImpacts:
         after[self._index[CONTACT_LOSS]] -= impact.normal_work
         after[self._index[FRICTION_LOSS]] -= impact.tangential_work
         return ImpactResult(impulses, after, tuple(closed), impact.path)
+
+
+def _least_norm(W: Array, rows: Sequence[int], change: Array) -> Array:
+    """Return the impulses (2 n) in these rows, of least norm, that change the velocities there."""
+    impulses = np.zeros(len(W))
+    impulses[rows] = np.linalg.lstsq(W[np.ix_(rows, rows)], change, rcond=1e-12)[0]
+    return impulses
 
 
 def rows_of(contacts: Sequence[int]) -> list[int]:

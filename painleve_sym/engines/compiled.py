@@ -194,8 +194,11 @@ class CompiledEngine:
         self._library.ps_constants.argtypes = (_address, _address)
         self._library.ps_outputs.argtypes = (ctypes.c_long, *[_address] * 5)
         self._library.ps_evaluate.argtypes = (ctypes.c_int, *[_address] * 6)
-        # Loops of runs use the same few options.
+        # Loops of runs use the same few options, or even the same object.
         self._in_c = functools.lru_cache(maxsize=64)(self._options_in_c)
+        self._last_options: tuple[RunOptions | None, Any] = (None, None)
+        self._no_steps = np.empty((0, self._step_width))
+        self._no_events = np.empty((0, self._event_width))
 
     @classmethod
     def _alone(cls, text: str) -> str:
@@ -277,7 +280,10 @@ class CompiledEngine:
         # Passing `bytes` avoids the overhead of `ndarray.ctypes`.
         x, p, atol = _bytes(state), _bytes(parameters), _bytes(options.atol)
         z = self._no_memory if memory is None else _bytes(memory)
-        shared = ctypes.byref(self._in_c(_shared(options)))
+        last, shared = self._last_options
+        if last is not options:
+            shared = ctypes.byref(self._in_c(_shared(options)))
+            self._last_options = (options, shared)
         kept = self._library.ps_complete(x, z, p, shared, atol, out)
         time, mode, reason, stop, *counters, step_count, event_count, width = out[:_HEAD]
         decision = reason == _DECISION
@@ -287,12 +293,15 @@ class CompiledEngine:
                 f"{self.name} engine: no memory for the record after t = {time:g} s. "
                 "Fix: record='events' keeps less."
             )
-        step_width, event_width = int(width) or self._step_width, self._event_width
-        steps = bytearray(8 * int(step_count) * step_width)
-        events = bytearray(8 * int(event_count) * event_width)
+        steps, events = self._no_steps, self._no_events
         if kept:
-            filled = _Filled.from_buffer(steps), _Filled.from_buffer(events)
+            step_width = int(width) or self._step_width
+            rows = bytearray(8 * int(step_count) * step_width)
+            event_rows = bytearray(8 * int(event_count) * self._event_width)
+            filled = _Filled.from_buffer(rows), _Filled.from_buffer(event_rows)
             self._library.ps_take(kept, *filled)
+            steps = np.frombuffer(rows).reshape(-1, step_width)
+            events = np.frombuffer(event_rows).reshape(-1, self._event_width)
         values: Array = np.frombuffer(out)[_HEAD:]
         return RawRun(
             time=time,
@@ -301,8 +310,8 @@ class CompiledEngine:
             mode=int(mode),
             stop_reason=StopReason.NO_MODE if decision else ENGINE_REASONS[int(reason)],
             stop_transition=int(stop),
-            steps=np.frombuffer(steps).reshape(-1, step_width),
-            events=np.frombuffer(events).reshape(-1, event_width),
+            steps=steps,
+            events=events,
             counters=dict(zip(COUNTERS, map(int, counters), strict=True)),
             decision=decision,
         )

@@ -35,8 +35,7 @@ def make_engine(
     compiler it is ``erk``, with a notice. Where a mode has no Taylor series, ``compiled`` takes the
     place of ``taylor``, with a notice where that was asked for. What a builder derives is taken
     from the cache where it was derived and compiled before. `functions` are those of the automaton
-    where they are not the plain ones; their series would be long to generate, so they are
-    integrated by Runge–Kutta steps.
+    where they are not the plain ones.
 
     Raises
     ------
@@ -47,9 +46,9 @@ def make_engine(
     """
     name = chosen(EngineName, name, "engine")
     try:
-        if functions is None and name in (EngineName.AUTO, EngineName.TAYLOR):
+        if name in (EngineName.AUTO, EngineName.TAYLOR):
             try:
-                return _compiled(TaylorEngine, automaton)
+                return _compiled(TaylorEngine, automaton, functions)
             except NoRecurrence as error:
                 if name is EngineName.TAYLOR:
                     _notice(f"engine 'taylor': {error}. Engine 'compiled' (Runge–Kutta) is used.")

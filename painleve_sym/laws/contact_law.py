@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from painleve_sym.choices import FrictionLike, Reload, ReloadLike, chosen
 from painleve_sym.errors import InputError, ModelError, unknown_name
@@ -57,7 +57,7 @@ class ContactLaw(Deferred):
         Branch names repeated, exits to unknown branches, undeclared symbols.
     """
 
-    is_compliant: ClassVar[bool] = True
+    is_compliant: ClassVar[Literal[True]] = True
     """Whether the contact yields."""
 
     name: str

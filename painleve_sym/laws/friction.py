@@ -89,8 +89,8 @@ class FrictionLaw:
     stick ξ̇ = v_t, and in slip ξ = s μ F_n/k_t, so that friction slips at v_t − ξ̇.
 
     The exponential exp(−(v_t/v_s)²) in place of the fraction is common, too. Its Taylor series at
-    |v_t| ≫ v_s has vanishing coefficients that do not announce the rise at v_t = 0, so that a
-    Taylor step passes over it; the fraction has poles at v_t = ±i v_s, which limit the step.
+    |v_t| ≫ v_s has vanishing coefficients that do not announce the rise at v_t = 0, so that steps
+    must be limited (docs/friction-laws.md); the fraction has poles at v_t = ±i v_s, which do so.
 
     Parameters
     ----------

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from painleve_sym.choices import Policy, PolicyLike, Restitution, RestitutionLike, chosen
 from painleve_sym.errors import InputError
@@ -46,7 +46,7 @@ class RigidLaw:
 
     name = "rigid"
     title = "rigid contact: contact problem between impacts, Routh's construction at them"
-    is_compliant: ClassVar[bool] = False
+    is_compliant: ClassVar[Literal[False]] = False
     """Whether the contact yields."""
     definitions: ClassVar[Mapping[Symbol, Expr]] = {}
     """Abbreviations in the parameters: none."""

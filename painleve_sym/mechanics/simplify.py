@@ -18,6 +18,8 @@ _TERMS = 2000
 # Beyond these, even common factors and sin² + cos² = 1 take seconds, for an unreadable result.
 _LONG = 1500
 _REDUCED = 300
+# Beyond this many terms a long expression rarely collapses to a few.
+_COLLAPSED = 250
 # A numerator of more terms than this is rarely written shorter, and takes seconds.
 _SEARCHED = 15
 # Products of two angles are contracted pair by pair, which takes seconds for more terms.
@@ -58,6 +60,8 @@ def _readable(expr: sp.Expr) -> sp.Expr:
 
 
 def _written(expr: sp.Expr) -> sp.Expr:
+    if _is_monomial(expr):
+        return expr
     operations = sp.count_ops(expr)
     if operations > _LONG:
         return expr
@@ -69,6 +73,36 @@ def _written(expr: sp.Expr) -> sp.Expr:
     candidates = [expr, _quotient(*sp.fraction(whole)), _termwise(*sp.fraction(whole))]
     candidates.append(_quotient(*sp.fraction(sp.cancel(candidates[-1]))))
     return _cheapest(candidates)
+
+
+def collapsed(expr: sp.Expr) -> sp.Expr:
+    """Return what `readable` does, or shorter where most terms of a long expression cancel.
+
+    Meant for determinants of long entries, for which `readable` does not search, and for what is
+    divided by them. Rounded numbers do not cancel, and stay as they are.
+    """
+    masked, powers = without_high_powers(sp.sympify(expr))
+    forms = (readable(masked), *within_time("determinant", lambda: [*_few_terms(masked)]))
+    return _cheapest(forms).xreplace(powers)
+
+
+def _few_terms(expr: sp.Expr) -> Iterator[sp.Expr]:
+    """Yield quotients of the few terms that are left of a long expression; else nothing."""
+    parts = sp.fraction(sp.together(expr))
+    if sp.count_ops(expr) <= _OPERATIONS or expr.has(sp.Float):
+        return
+    if any(_too_many_terms(part, _COLLAPSED) for part in parts):
+        return
+    short = []
+    for part in parts:
+        expanded = sp.expand(part)
+        forms = (expanded, *_pythagorean(expanded))
+        short.append(min(forms, key=lambda form: len(sp.Add.make_args(form))))
+        if len(sp.Add.make_args(short[-1])) > _SEARCHED:
+            return
+    numerator, denominator = short
+    yield _quotient(*sp.fraction(sp.cancel(numerator / denominator)))
+    yield _quotient(numerator, denominator)
 
 
 def reduced(expr: sp.Expr) -> sp.Expr:
@@ -217,7 +251,21 @@ _factor_terms = lru_cache(maxsize=2048)(sp.factor_terms)
 
 @lru_cache(maxsize=2048)
 def _shortest(expr: sp.Expr) -> sp.Expr:
-    return _cheapest(_writings(expr))
+    return expr if _is_monomial(expr) else _cheapest(_writings(expr))
+
+
+def _is_monomial(expr: sp.Expr) -> bool:
+    """Return whether a product of whole powers of symbols and of single sines and cosines.
+
+    It is short as it is; of squares of sines −cos² has the shorter writing sin² − 1.
+    """
+    powers = (factor.as_base_exp() for factor in sp.Mul.make_args(expr))
+    return all(
+        exponent == 1
+        if isinstance(base, sp.sin | sp.cos)
+        else exponent.is_Integer and (base.is_Symbol or base.is_Rational)
+        for base, exponent in powers
+    )
 
 
 def _writings(expr: sp.Expr) -> Iterator[sp.Expr]:

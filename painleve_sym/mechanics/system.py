@@ -407,17 +407,36 @@ def _body_faults(
                 "coordinate", str(mode.coordinate), map(str, coordinates)
             )
         for title, value in (("mass", mode.mass), ("frequency", mode.frequency)):
-            if expr(value).is_nonpositive:
-                yield f"{named}: {title} is {value}, need > 0."
-        if expr(mode.damping).is_negative:
-            yield f"{named}: damping ratio is {mode.damping}, need >= 0."
+            if _at_defaults(value, parameters).is_positive is False:
+                yield f"{named}: {title} is {_shown(value, parameters)}, need > 0."
+        damping = expr(mode.damping)
+        if _at_defaults(damping, parameters).is_negative:
+            yield f"{named}: damping ratio is {_shown(damping, parameters)}, need >= 0."
+        elif damping.is_nonnegative is None:
+            yield (
+                f"{named}: damping ratio is {damping}, which other parameters make negative, need "
+                ">= 0. Fix: give its parameters lower = 0."
+            )
     for before, after in itertools.pairwise(body.modes):
         difference = expr(after.frequency) - expr(before.frequency)
-        if difference.is_negative:
+        if difference.is_negative or _at_defaults(difference, parameters).is_negative:
             yield (
                 f"{where} {after.coordinate}: frequency {after.frequency} is below the one before, "
                 f"{before.frequency}. Fix: order the modes by frequency."
             )
+
+
+def _at_defaults(value: Scalar, parameters: Sequence[Parameter]) -> sp.Expr:
+    """Return a formula with the defaults of the parameters, where only these occur in it."""
+    formula = expr(value).xreplace({p.symbol: sp.Float(p.default) for p in parameters})
+    return formula if formula.is_number else expr(value)
+
+
+def _shown(value: Scalar, parameters: Sequence[Parameter]) -> str:
+    """Return a formula as text, with its number where parameters occur in it."""
+    number = _at_defaults(value, parameters)
+    same = not expr(value).free_symbols or not number.is_number
+    return str(value) if same else f"{value} = {sp.N(number, 6)} at the defaults"
 
 
 def _rates(

@@ -245,7 +245,7 @@ class Simulator:
             A rigid contact, or several contacts.
         """
         law, *more = self.contact.own_laws
-        if more or not isinstance(law, ContactLaw):
+        if more or not law.is_compliant:
             raise InputError(
                 f"{self.where}: need one contact with a compliant law. Fix: take such a law, and "
                 "one contact of several (Mechanism.only)."
@@ -297,7 +297,7 @@ class Simulator:
                 f"{name}_{i}": getattr(law, name)
                 for i, law in enumerate(laws)
                 for name in ("stiffness", "exponent")
-                if isinstance(law, ContactLaw)
+                if law.is_compliant
             }
             return curves, (*self.automaton.parameters, *self.automaton.definitions)
 

@@ -16,7 +16,7 @@ from painleve_sym.papers.item import Verdict
 from painleve_sym.papers.registry import Item, Reproduction
 from painleve_sym.present.figures import draw
 from painleve_sym.present.page import Page, Part, figure, paragraph, table
-from painleve_sym.present.style import inline_svg, save
+from painleve_sym.present.style import Look, inline_svg, save
 
 FIGURES = "figures"
 """Folder of the figures below the report."""
@@ -28,7 +28,9 @@ _COLUMNS = (("item", 20), ("paper", 31), ("computed", 31), ("verdict", 12))
 _MARK = {True: "", False: " !"}
 
 
-def write_report(reproduction: Reproduction, out_dir: str | Path) -> tuple[Path, ...]:
+def write_report(
+    reproduction: Reproduction, out_dir: str | Path, look: Look | None = None
+) -> tuple[Path, ...]:
     """Write ``report.md``, ``report.html``, ``results.json`` and the figures as PNG and SVG.
 
     Every file is written beside its name and then renamed: a reader never sees half of one.
@@ -38,6 +40,8 @@ def write_report(reproduction: Reproduction, out_dir: str | Path) -> tuple[Path,
     reproduction : Reproduction
     out_dir : str or Path
         Made where it does not exist.
+    look : Look, optional
+        Width and titles of the figures, and a format besides PNG and SVG.
 
     Returns
     -------
@@ -56,24 +60,24 @@ def write_report(reproduction: Reproduction, out_dir: str | Path) -> tuple[Path,
         raise InputError(
             f"report folder {out}: {error.strerror}. Fix: name a folder that can be written."
         ) from error
-    figures: dict[str, tuple[Path, Path]] = {}
+    figures: dict[str, tuple[Path, ...]] = {}
     for item in reproduction.items:
         if item.series is not None:
             label = reproduction.label(item)
-            figures[label] = save(draw(item.series), out / FIGURES / label)
+            figures[label] = save(draw(item.series), out / FIGURES / label, look)
     report, page, results = (out / n for n in ("report.md", "report.html", "results.json"))
     _write(results, _results(reproduction, figures, out))
     _write(report, markdown(reproduction))
-    texts = {label: svg.read_text("utf-8") for label, (_, svg) in figures.items()}
+    texts = {label: svg.read_text("utf-8") for label, (_, svg, *_) in figures.items()}
     report_page(reproduction, texts).write(page)
-    return (report, page, results, *(path for pair in figures.values() for path in pair))
+    return (report, page, results, *(path for paths in figures.values() for path in paths))
 
 
 def _write(path: Path, text: str) -> None:
     write_beside(path, lambda file: file.write(text.encode()))
 
 
-def _results(reproduction: Reproduction, figures: dict[str, tuple[Path, Path]], out: Path) -> str:
+def _results(reproduction: Reproduction, figures: dict[str, tuple[Path, ...]], out: Path) -> str:
     data = reproduction.to_dict()
     for item, entry in zip(reproduction.items, data["items"], strict=True):
         files = figures.get(reproduction.label(item), ())

@@ -191,21 +191,30 @@ def inline_svg(text: str, label: str, title: str = "") -> str:
     return svg.replace("<svg", f'<svg role="img" aria-label="{name}"', 1)
 
 
-def save(figure: Figure, stem: Path) -> tuple[Path, Path]:
-    """Write a figure as PNG and SVG, as `write_figure` does; return both paths.
+def save(figure: Figure, stem: Path, look: Look | None = None) -> tuple[Path, ...]:
+    """Write a figure as PNG and SVG, as `write_figure` does; return the paths, PNG and SVG first.
 
     Parameters
     ----------
     figure : Figure
     stem : Path
         Path without suffix.
+    look : Look, optional
+        Width and titles; a third format is written besides the two.
 
     Raises
     ------
     InputError
         The folder does not exist or cannot be written.
     """
-    png, svg = (stem.with_name(f"{stem.name}.{suffix}") for suffix in ("png", "svg"))
+    chosen = look or Look()
+    chosen.apply(figure)
+    png, svg, other = (
+        stem.with_name(f"{stem.name}.{suffix}") for suffix in ("png", "svg", chosen.file_format)
+    )
+    more = () if chosen.file_format in ("", "png", "svg") else (other,)
+    for path in more:
+        write_figure(figure, path)
     # The canvases draw once each, where savefig would draw twice.
     with matplotlib.rc_context(STYLE):
         pixels: Any = FigureCanvasAgg(figure)
@@ -214,4 +223,4 @@ def save(figure: Figure, stem: Path) -> tuple[Path, Path]:
         figure.set_layout_engine("none")
         lines: Any = FigureCanvasSVG(figure)
         write_beside(svg, lambda file: lines.print_svg(file, metadata=_METADATA[".svg"]))
-    return png, svg
+    return png, svg, *more

@@ -30,7 +30,7 @@ OVERHEAD = 2.5
 
 NAMED_LIMITS = {"simulate": 150e-6, "classify": 100e-6, "evaluate_jump": 300e-6}
 """Wanted of the calls with names, s."""
-NAMED_RATIOS = {"simulate": 4.0, "classify": 5.0, "evaluate_jump": 10.0}
+NAMED_RATIOS = {"simulate": 4.0, "classify": 3.5, "evaluate_jump": 10.0}
 """Most that they may take, in parts of the engine's time for the impact of Table 3."""
 
 TABLE_3 = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}

@@ -131,6 +131,24 @@ def test_full_disk_names_the_file_of_a_report(capsys, monkeypatch, tmp_path):
     assert err.endswith(f"painleve: error: {image}: No space left on device.\n")
 
 
+def test_figures_of_a_report_have_the_look_asked_for(capsys, tmp_path):
+    look = ("--width", "10", "--title", "none", "--format", "pdf")
+    code, _, err = run(capsys, "reproduce", "--only", "fig-3", "--out", tmp_path / "own")
+    assert code == 0
+    code, _, err = run(capsys, "reproduce", "--only", "fig-3", "--out", tmp_path / "new", *look)
+    assert code == 0 and "report written" in err
+    figures = {path.name: path for path in (tmp_path / "new" / "figures").iterdir()}
+    assert set(figures) == {"fig-3.png", "fig-3.svg", "fig-3.pdf"}
+    assert figures["fig-3.pdf"].read_bytes().startswith(b"%PDF")
+    # Bytes 16 to 20 of a PNG are its width; 300 dpi.
+    assert int.from_bytes(figures["fig-3.png"].read_bytes()[16:20]) == int(10 / 2.54 * 300)
+    own = tmp_path / "own" / "figures"
+    assert {path.name for path in own.iterdir()} == {"fig-3.png", "fig-3.svg"}
+    assert (own / "fig-3.png").read_bytes() != figures["fig-3.png"].read_bytes()
+    code, out, err = run(capsys, "reproduce", "--width", "wide")
+    assert (code, out) == (2, "") and err.startswith("painleve: error: --width")
+
+
 def _fill_the_disk(monkeypatch):
     class Full(io.BytesIO):
         def __init__(self, handle, _):

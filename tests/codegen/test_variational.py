@@ -11,16 +11,19 @@ import mpmath as mp
 import numpy as np
 import pytest
 import sympy as sp
+from scipy.integrate import solve_ivp
 
 from painleve_sym.codegen.variational import VariationalFunctions
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.erk import ErkEngine
 from painleve_sym.engines.protocol import RunOptions
+from painleve_sym.engines.taylor.runner import TaylorEngine
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
 
 X, V, TOP = (sp.Symbol(n, real=True) for n in ("x", "v", "top"))
 E, G, L, K = (sp.Symbol(n, real=True) for n in ("e", "g", "l", "k"))
-ENGINES = [CompiledEngine, ErkEngine]
+COMPILED = [CompiledEngine, TaylorEngine]
+ENGINES = [*COMPILED, ErkEngine]
 
 
 def automaton(name, modes, parameters, memory=(), definitions=None, states=(X, V)):
@@ -91,7 +94,7 @@ def test_ball_after_two_bounces_is_the_closed_form(engine):
     at = {H: h, V0: v, E: e, G: g, T: t_end}
     wrt = (H, V0, E, G)
     exact = np.array([[float(sp.diff(f, w).subs(at)) for w in wrt] for f in (height, rate)])
-    tolerance = 1e-11 if engine is CompiledEngine else 1e-9
+    tolerance = 1e-9 if engine is ErkEngine else 1e-11
     np.testing.assert_allclose(
         fixed_time(built[0], built[1], run, [e, g], 1), exact, rtol=tolerance, atol=tolerance
     )
@@ -101,10 +104,11 @@ def test_ball_after_two_bounces_is_the_closed_form(engine):
     np.testing.assert_allclose(memory[:, place], times, rtol=tolerance, atol=tolerance)
 
 
-def test_update_is_the_saltation_matrix():
+@pytest.mark.parametrize("engine", COMPILED)
+def test_update_is_the_saltation_matrix(engine):
     """S⁺ = (R_x + (f⁺ − R_x f⁻) g_x/(g_x f⁻)) S⁻ at a fixed time, by hand for the ball."""
     e, g = 0.6, 9.81
-    engine, functions, start = differentiated(ball, CompiledEngine, parameters=())
+    engine, functions, start = differentiated(ball, engine, parameters=())
     run = go(engine, functions, start, [1.0, 0.0], [e, g], 10.0, until=("impact",))
     w = math.sqrt(2 * g)
     before = np.array([[1.0, run.time], [0.0, 1.0]])
@@ -125,7 +129,8 @@ def forty_digits(x0, v0, e, g, l, t_end):
 
 
 @pytest.mark.slow
-def test_pendulum_is_the_forty_digit_reference():
+@pytest.mark.parametrize("engine", COMPILED)
+def test_pendulum_is_the_forty_digit_reference(engine):
     values = [mp.mpf(s) for s in ("0.2", "-0.1", "0.7", "9.81", "1.3")]
     with mp.workdps(40):
         h, end, columns = mp.mpf("1e-19"), mp.mpf("0.45"), []
@@ -134,7 +139,7 @@ def test_pendulum_is_the_forty_digit_reference():
             moved = forty_digits(*values[:k], values[k] + h, *values[k + 1 :], end)
             columns.append([float((p - q) / h) for p, q in zip(moved, base, strict=True)])
     exact = np.array(columns).T
-    built = differentiated(pendulum, CompiledEngine, parameters=(0, 1, 2))
+    built = differentiated(pendulum, engine, parameters=(0, 1, 2))
     x, p = [0.2, -0.1], [0.7, 9.81, 1.3]
     run = go(*built, x, p, 0.45)
     assert len(run.events) == 1
@@ -191,13 +196,61 @@ def test_memory_carries_derivatives(engine):
     np.testing.assert_allclose(derivatives, np.array(exact).T, rtol=1e-8, atol=1e-9)
 
 
-def test_derivatives_that_are_zero_in_every_mode_are_left_out():
-    W = sp.Symbol("w", real=True)
-    mode = Mode("free", {X: V, V: -X, W: V * X}, (), {"x": X})
-    a = automaton("work", (mode,), (G,), states=(X, V, W))
-    start = np.array([[True, False, False], [False, False, False], [False, True, False]])
-    functions = VariationalFunctions(a, [None, None, 0], start)
-    # The parameter moves nothing, and the work moves itself only.
-    expected = [[True, False, False], [True, False, False], [True, True, False]]
+def test_states_that_no_direction_moves_are_left_out():
+    W, U = (sp.Symbol(n, real=True) for n in "wu")
+    mode = Mode("free", {X: V, V: -X, W: V * X, U: -E * U}, (), {"x": X})
+    a = automaton("work", (mode,), (E, G), states=(X, U, V, W))
+    start = np.array([[True, False], [False, False], [False, False], [False, False]])
+    functions = VariationalFunctions(a, [None, 1], start)
+    # The second parameter moves nothing, and the start of x all states but u.
+    expected = [[True, True], [False, False], [True, True], [True, True]]
     np.testing.assert_array_equal(functions.state_pattern, expected)
-    assert functions.x.numel() == 3 + 4
+    assert functions.moved_states == [0, 2, 3]
+    assert functions.x.numel() == 4 + 6
+
+
+X2, Y2 = (sp.Symbol(n, real=True) for n in ("x2", "y2"))
+P1, P2 = (sp.Symbol(n, positive=True) for n in ("p1", "p2"))
+
+
+def every_operation():
+    """Rates with every operation that has a series, and powers of a state and of a parameter."""
+    rates = {
+        X: sp.sin(P1 * Y2) / (2 + sp.cos(X)) + sp.sqrt(3 + X * V),
+        V: sp.exp(-P2 * X) * sp.log(2 + Y2**2) - V**3,
+        X2: sp.atan2(Y2, 1 + X**2) + sp.tanh(P1 * V) + sp.asin(X2 / 5),
+        Y2: (2 + X) ** (P2 + sp.Rational(1, 3)) / 10 - 1 / (P1 + V**2) + sp.cosh(X2) / 4,
+    }
+    mode = Mode("only", rates, (), {"x": X})
+    return automaton("operations", (mode,), (P1, P2), states=(X, V, X2, Y2))
+
+
+@pytest.mark.parametrize("count", [1, 5, 6, 11])
+def test_series_of_derivatives_are_variational_equations_of_scipy(count):
+    """Vectors of directions that are full, not full, and several."""
+    a = every_operation()
+    names = (*a.states, *a.parameters)
+    values = dict(zip(names, (0.3, -0.4, 0.2, 0.6, 0.7, 1.1), strict=True))
+    rates = sp.Matrix([a.modes[0].field[s] for s in a.states])
+    by = sp.lambdify(names, [rates, rates.jacobian(a.states), rates.jacobian(a.parameters)])
+    at = [values[n] for n in names]
+    rng = np.random.default_rng(1)
+    chosen = [int(i) for i in rng.integers(0, 6, count)]
+    start, of_parameters = np.zeros((4, count)), np.zeros((2, count))
+    for k, i in enumerate(chosen):
+        (start if i < 4 else of_parameters)[i % 4, k] = 1.0
+
+    def extended(_, y):
+        f, f_x, f_p = by(*y[:4], *at[4:])
+        slopes = f_x @ y[4:].reshape(4, count) + f_p @ of_parameters
+        return np.concatenate([f.ravel(), slopes.ravel()])
+
+    exact = solve_ivp(
+        extended, (0, 1.5), [*at[:4], *start.ravel()], method="DOP853", rtol=1e-13, atol=1e-13
+    ).y[:, -1]
+    functions = VariationalFunctions(a, [i - 4 if i >= 4 else None for i in chosen], start != 0)
+    run = go(TaylorEngine(a, functions), functions, start, at[:4], at[4:], 1.5)
+    state, jacobian = functions.unpacked(run.state)
+    np.testing.assert_allclose(state, exact[:4], rtol=1e-11)
+    expected = exact[4:].reshape(4, count)
+    np.testing.assert_allclose(jacobian, expected, rtol=1e-9, atol=1e-10)

@@ -13,6 +13,7 @@ import pytest
 import sympy as sp
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
 
 from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.engines.compiled import CompiledEngine
@@ -112,6 +113,78 @@ def test_coefficients_are_those_of_mpmath(integrals, x0, n):
                     name,
                     k,
                 )
+
+
+BUMPS = {
+    "gauss": (sp.exp(-((X / N) ** 2)), lambda x, w: math.exp(-((x / w) ** 2))),
+    "tanh": (sp.tanh(X / N), lambda x, w: math.tanh(x / w)),
+    "sech": (1 - sp.tanh(X / N) ** 2, lambda x, w: 1 - math.tanh(x / w) ** 2),
+    "sine": (sp.exp(-((sp.sin(X) / N) ** 2)), lambda x, w: math.exp(-((math.sin(x) / w) ** 2))),
+}
+"""Forces that are flat beyond the width w, as formulas and as functions of x and w."""
+
+
+@pytest.fixture(scope="module")
+def bumps():
+    """Return the engines of ẍ = −x/4 − bump(x) by kind of bump."""
+    engines = {}
+    for kind, (force, _) in BUMPS.items():
+        mode = Mode("run", {X: V, V: -X / 4 - force}, (), {"x": X})
+        engines[kind] = TaylorEngine(automaton((X, V), (mode,), (N,)))
+    return engines
+
+
+def through_bumps(kind, width, start, t_end):
+    """Return the motion by SciPy, which is led through the bump at x = 0 by short steps."""
+    force = BUMPS[kind][1]
+
+    t, y = 0.0, np.array([start, 0.0])
+    while t < t_end:
+        far, side = abs(y[0]) > 20 * width, math.copysign(1, y[0])
+
+        def edge(t, y, far=far, side=side):
+            return (side * y[0] if far else abs(y[0])) - 20 * width
+
+        edge.terminal = True
+        solved = solve_ivp(
+            lambda t, y: (y[1], -y[0] / 4 - force(y[0], width)),
+            (t, t_end),
+            y,
+            "DOP853",
+            rtol=1e-13,
+            atol=1e-14,
+            events=edge,
+            max_step=0.1 if far else 0.5 * width / max(abs(y[1]), width),
+        )
+        t, y = solved.t[-1], solved.y[:, -1]
+        if solved.status == 1:
+            # A little beyond the edge, into the bump or out of it.
+            step = 1e-9 * width / abs(y[1])
+            t, y = t + step, y + step * np.array([y[1], -y[0] / 4 - force(y[0], width)])
+    return y
+
+
+@pytest.mark.parametrize("kind", BUMPS)
+@settings(max_examples=5, deadline=None)
+@given(
+    exponent=st.floats(-5, 0),
+    start=st.floats(0.5, 1.5) | st.floats(-1.5, -0.5),
+    t_end=st.floats(2, 6),
+)
+@example(exponent=-4.0, start=1.0, t_end=6.0)
+def test_narrow_function_is_not_passed_over(bumps, kind, exponent, start, t_end):
+    """Far from a bump no term of its series announces it."""
+    width = 10**exponent
+    run = bumps[kind].run(np.array([start, 0.0]), np.array([width]), options(t_end, 2, rtol=1e-12))
+    assert run.stop_reason is StopReason.T_END
+    expected = through_bumps(kind, width, start, t_end)
+    np.testing.assert_allclose(run.state, expected, atol=1e-9)
+
+
+def test_flat_function_costs_few_steps(bumps):
+    """Through a Gauss curve of 1/1000000 of the way, there and back."""
+    run = bumps["gauss"].run(np.array([1.0, 0.0]), np.array([1e-6]), options(12.0, 2, rtol=1e-12))
+    assert run.counters["accepted_steps"] < 150
 
 
 def test_dense_output_is_as_exact_as_the_steps():

@@ -197,6 +197,11 @@ def _law(r: Random) -> list[str]:
     return words
 
 
+def _look(r: Random) -> list[str]:
+    looks = (("--width", number(r)), ("--title", "none"), ("--format", "pdf"), ("--width", "page"))
+    return [*r.choice(((), *looks))]
+
+
 def _command_words(r: Random) -> list[str]:
     model = r.choice(("rod", "rod", "rod", *MODELS))
     words = {
@@ -217,13 +222,24 @@ def _command_words(r: Random) -> list[str]:
         "models": lambda: ["models"],
         "laws": lambda: ["laws"],
         "contrast": lambda: ["contrast", "rod", "--state", _state(r, "rod"), "--t-end", "1e-3"],
-        "reproduce": lambda: ["reproduce", "--only", r.choice(NASTY)],
+        "reproduce": lambda: ["reproduce", "--only", r.choice(NASTY), *_look(r)],
+        "animate": lambda: [
+            *("animate", model, "--state", _state(r, model), *_law(r), *BOUNDS),
+            *("--t-end", r.choice(("1e-3", number(r))), "--duration", r.choice(("1", number(r)))),
+            *("--width", r.choice(("200", number(r))), "--out", r.choice(("o.gif", "o.html"))),
+        ],
+        "explore": lambda: [
+            *("explore", model, "--state", _state(r, model), *r.choice(((), _law(r)))),
+            *("--t-end", number(r), "--out", r.choice(("o.html", "o.htm", r.choice(NASTY)))),
+        ],
         "derive": lambda: ["derive", r.choice(("rod", "block")), *r.choice(((), ("--json",)))],
     }
     weights = {"classify": 30, "jump": 20, "simulate": 25, "map": 6, "critical": 4, "automaton": 2}
+    weights |= {"animate": 2, "explore": 3}
     name = r.choices(tuple(words), [weights.get(n, 1) for n in words])[0]
     made_words = words[name]()
-    if name in ("classify", "jump", "simulate", "critical", "map") and r.random() < 0.4:
+    plain = ("models", "laws", "automaton", "contrast", "reproduce", "derive")
+    if name not in plain and r.random() < 0.4:
         made_words += ["--set", _settings(r, ("m", "l", "g", "mu") if r.random() < 0.8 else KEYS)]
     if name == "jump" and r.random() < 0.5:
         made_words += ["--restitution", number(r)]

@@ -226,6 +226,46 @@ def test_modes_with_a_fault_are_refused_with_line_and_fix(old, new, fault):
     assert any(fault in f for f in caught.value.faults), caught.value.faults
 
 
+OPEN_ROD = FREE_ROD.replace("[[bodies]]", 'q = { default = -3.0, unit = "1" }\n[[bodies]]', 1)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "fault"),
+    [
+        (
+            "frequency = 65",
+            'frequency = "q"',
+            "w_1: frequency is q = -3.00000 at the defaults, need",
+        ),
+        ("frequency = 65", 'frequency = "-3000*q"', "8105 is below the one before, -3000*q."),
+        ("damping = 0.01", 'damping = "q"', "w_1: damping ratio is q = -3.00000 at the defaults"),
+        ("damping = 0.01", 'damping = "-q"', "is -q, which other parameters make negative, need"),
+    ],
+)
+def test_formulas_of_modes_with_a_fault_at_the_defaults_are_rejected(old, new, fault):
+    with pytest.raises(ModelError) as caught:
+        mechanism_from_text(OPEN_ROD.replace(old, new, 1), "file")
+    assert any(fault in f for f in caught.value.faults), caught.value.faults
+
+
+@pytest.mark.parametrize(
+    ("value", "fault"),
+    [
+        (-3.0, "need q > 0 (rod: mode w_1: a natural frequency is positive)"),
+        (9000.0, "need 8105 - q > 0 (rod: mode u_1: modes are in the order of their frequencies)"),
+    ],
+)
+def test_parameters_that_make_frequencies_descend_or_negative_are_rejected(value, fault):
+    from painleve_sym.contacts.classify import classify
+
+    text = OPEN_ROD.replace("frequency = 65", 'frequency = "q"').replace("-3.0", "65.0")
+    mechanism, state = mechanism_from_text(text), {"theta": 1.0, "x_A_dot": -1.0}
+    assert classify(mechanism, state).solutions is not None
+    with pytest.raises(InputError) as caught:
+        classify(mechanism, state, parameters={"q": value})
+    assert fault in str(caught.value)
+
+
 def test_mode_of_a_coordinate_that_the_system_lacks_is_refused():
     coordinates, body = _clamped_bar()
     with pytest.raises(ModelError, match="bar: mode: unknown coordinate 'u_1'"):

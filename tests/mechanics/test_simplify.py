@@ -54,6 +54,8 @@ def test_readable_keeps_the_value_and_needs_no_more_operations(expr, values):
         (1 / m + 3 * s**2 / m, "(3*sin(a)**2 + 1)/m"),
         (4 / (3 * m * s**2 + m), "4/(m*(3*sin(a)**2 + 1))"),
         (s * sp.sin(b) + c * sp.cos(b), "cos(a - b)"),
+        (-3 * mu * s * c / m, "-3*mu*sin(a)*cos(a)/m"),
+        (-(c**2), "sin(a)**2 - 1"),
     ],
 )
 def test_readable_writes_as_a_person_would(long, short):

@@ -192,16 +192,50 @@ def test_eight_parameters_of_a_tangential_impact():
     )  # fmt: skip
 
 
-def test_engines_agree():
-    other = Simulator(model("rod"), law("bilinear-hertz", reload="virgin"), "erk")
-    options = {"parameters": HARD, "t_end": 0.01, "until": "separation", "rtol": 1e-12}
-    start = TABLE_3 | {"y_A_dot": -0.01}
-    a, b = (s.sensitivities(start, WRT, **options) for s in (softened(), other))
-    assert b.trajectory.engine == "erk"
+ARM = {"theta_1": -0.6, "theta_2": -0.9272952180016122, "theta_1_dot": -0.3}
+ARM_WRT = ("theta_1", "theta_2_dot", "mu", "e_energetic", "m_2", "l_1", "u")
+
+
+@pytest.mark.parametrize(
+    ("other", "name", "contact_law", "start", "wrt", "options"),
+    [
+        pytest.param(
+            engine, "rod", law("bilinear-hertz", reload="virgin"), TABLE_3 | {"y_A_dot": -0.01},
+            WRT, {"parameters": HARD, "t_end": 0.01, "until": "separation"}, id=f"rod-{engine}",
+        )
+        for engine in ("erk", "compiled")
+    ]
+    + [
+        pytest.param(
+            "compiled", "two-link-arm", contact_law, ARM, ARM_WRT,
+            {"parameters": parameters | {"mu": 0.9}, "t_end": 0.12},
+            id=f"arm-{contact_law.name}", marks=pytest.mark.slow,
+        )
+        for contact_law, parameters in (
+            (law("bilinear-hertz", reload="virgin"), {"E": 20.9e12}),
+            (RigidLaw(), {"e_energetic": 0.4}),
+        )
+    ],
+)  # fmt: skip
+def test_engines_agree(other, name, contact_law, start, wrt, options):
+    simulators = (Simulator(model(name), contact_law, engine) for engine in ("taylor", other))
+    a, b = (s.sensitivities(start, wrt, rtol=1e-12, **options) for s in simulators)
+    assert (a.trajectory.engine, b.trajectory.engine) == ("taylor", other)
     scale = np.max(np.abs(a.final_jacobian), axis=0)
     np.testing.assert_allclose(b.final_jacobian / scale, a.final_jacobian / scale, atol=1e-8)
     for e, f in zip(a.events, b.events, strict=True):
+        assert e.event.kind == f.event.kind
         np.testing.assert_allclose(f.time_gradient, e.time_gradient, rtol=1e-7, atol=1e-20)
+
+
+@pytest.mark.slow
+def test_arm_that_strikes_a_moving_belt():
+    """Its gap is not a coordinate, and the belt drives it."""
+    sim = Simulator(model("two-link-arm"), RigidLaw())
+    run = assert_derivatives(
+        sim, ARM, ARM_WRT, {"mu": 0.9, "e_energetic": 0.4}, t_end=0.12, tolerance=1e-8
+    )
+    assert "impact" in [e.event.kind for e in run.events]
 
 
 def test_the_gap_of_a_touching_start_is_differentiated_towards_compression():

@@ -17,9 +17,9 @@ import argparse
 import csv
 import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +31,7 @@ from scipy.optimize import minimize_scalar
 
 import painleve_sym as ps
 from painleve_sym.mechanics.bars import axial_modes, bending_modes
+from painleve_sym.mechanics.materials import materials
 from painleve_sym.present.style import COLUMN, DASHES, PAGE, PALETTE, REFERENCE, STYLE, save
 
 Pair = tuple[Any, Any]
@@ -42,19 +43,10 @@ MODELS = ("rod", "1,0", "2,0", "4,0", "1,1", "2,1", "4,1", "4,2", "8,2")
 RATES = np.geomspace(0.1, 1e9, 2001)
 G = 9.8
 
-# Nominal values: modulus in Pa, density in kg/m³, Poisson's ratio.
-MATERIALS = {
-    "steel": (209e9, 7850.0, 0.3),
-    "aluminium": (70e9, 2700.0, 0.33),
-    "glass": (70e9, 2500.0, 0.22),
-    "beech": (12e9, 700.0, 0.35),
-    "PMMA": (3e9, 1190.0, 0.37),
-}
-
 
 @dataclass(frozen=True)
 class Bar:
-    """A solid round bar with free ends; lengths in m, mass in kg, moduli in Pa."""
+    """A solid round bar with free ends, by default the paper's rod; m, kg, Pa."""
 
     mass: float = 1.0
     length: float = 2.0
@@ -255,10 +247,15 @@ def simulator(counts: str) -> ps.Simulator:
 
 
 def contact(
-    force: float, modulus: float = 209e9, radius: float = 0.00645, poisson: float = 0.3
+    force: float,
+    modulus: float = 209e9,
+    radius: float = 0.00645,
+    poisson: float = 0.3,
+    **others: float,
 ) -> Pair:
     """Return K and the slope dF/dδ at a force on the loading curve K δⁿ of the contact law."""
-    law = ps.law("bilinear-hertz").with_parameters(E=modulus, R=radius, nu=poisson)
+    given = {"E": modulus, "R": radius, "nu": poisson} | others
+    law = ps.law("bilinear-hertz").with_parameters(**given)
     values = {p.symbol: p.default for p in law.parameters}
     constant = law.stiffness.subs(dict(law.definitions)).subs(values)
     n = float(law.exponent.subs(values))
@@ -308,91 +305,152 @@ def vibration(counts: str, state: dict[str, float], bar: Bar | None = None) -> f
     return float(sum(energies))
 
 
-def chain(
-    mu: float, elements: int, t_end: float, bar: Bar | None = None, speed: float = 1.0
-) -> dict[str, Any]:
-    """Return slip stop, and the force then, of a chain of particles: no modes, no frame.
+@dataclass(frozen=True)
+class Chain:
+    """An elastic rod without modes and without a frame: a line of particles.
 
-    Particles, half of one at either end, with springs along their links and torsion springs between
-    them turn and stretch without limit; SciPy integrates their positions. Error of order 1/n².
+    Half a particle is at either end. Springs along the links and torsion springs between them turn
+    and stretch without limit; SciPy integrates the positions. Error of order 1/elements².
+
+    Attributes
+    ----------
+    bar : Bar
+    elements : int
+    mu : float
+    law : mapping of str to float
+        Parameters of `bilinear-hertz` other than the bar's modulus and Poisson's ratio.
     """
-    bar = bar or Bar()
-    h = bar.length / elements
-    masses = np.full(elements + 1, bar.mass / elements)
-    masses[[0, -1]] /= 2
-    taut, bent = bar.modulus * bar.area / h, bar.stiffness / h
-    constant, _ = contact(1.0, bar.modulus)
-    values = {p.name: p.default for p in ps.law("bilinear-hertz").parameters}
-    n, e = values["n"], values["e_energetic"]
 
-    def normal_force(depth: float, deepest: float) -> float:
+    bar: Bar
+    elements: int
+    mu: float
+    law: Mapping[str, float]
+
+    @cached_property
+    def masses(self) -> Any:
+        """Masses of the particles, kg."""
+        masses = np.full(self.elements + 1, self.bar.mass / self.elements)
+        masses[[0, -1]] /= 2
+        return masses
+
+    @cached_property
+    def curve(self) -> tuple[float, float, float]:
+        """K and n of the loading curve K δⁿ, and the energetic restitution."""
+        constant, _ = contact(1.0, self.bar.modulus, poisson=self.bar.poisson, **self.law)
+        values = {p.name: p.default for p in ps.law("bilinear-hertz").parameters} | self.law
+        return constant, values["n"], values["e_energetic"]
+
+    def plastic(self, deepest: float) -> float:
+        """Return the permanent compression after unloading from the deepest one, m."""
+        return deepest * (1 - self.curve[2] ** 2)
+
+    def normal_force(self, depth: float, deepest: float) -> float:
+        """Return the force of the contact, N; `deepest` is 0 while the first loading lasts."""
+        constant, n, e = self.curve
         if depth >= deepest:
             return constant * max(depth, 0.0) ** n
-        left = deepest * (1 - e**2)
-        return constant * (max(depth - left, 0.0) / e**2) ** n
+        return constant * (max(depth - self.plastic(deepest), 0.0) / e**2) ** n
 
-    def accelerations(place: Any, force: float) -> Any:
+    def forces(self, place: Any) -> Any:
+        """Return the forces of springs and weight on the particles, N."""
+        bar, h = self.bar, self.bar.length / self.elements
+        taut, bent = bar.modulus * bar.area / h, bar.stiffness / h
         link = np.diff(place, axis=0)
         size = np.hypot(link[:, 0], link[:, 1])
         along = link / size[:, None]
         across = np.stack([-along[:, 1], along[:, 0]], axis=1)
         a, b = along[:-1], along[1:]
-        moment = np.zeros(elements + 1)
+        moment = np.zeros(self.elements + 1)
         moment[1:-1] = bent * np.arctan2(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], (a * b).sum(axis=1))
         pull = (taut * (size - h))[:, None] * along
         pull += ((moment[:-1] - moment[1:]) / size)[:, None] * across
         total = np.zeros_like(place)
         total[:-1] += pull
         total[1:] -= pull
-        total[0] += (mu * force, force)
-        total /= masses[:, None]
-        total[:, 1] -= G
+        total[:, 1] -= G * self.masses
         return total
 
-    def field(_: float, y: Any, deepest: float) -> Any:
+    def field(self, _: float, y: Any, deepest: float, slip: int) -> Any:
+        """Return the rates; the tip slips to the left (-1) or right (1), or sticks (0)."""
         place, speed = y.reshape(2, -1, 2)
-        force = normal_force(-place[0, 1], deepest)
-        return np.concatenate([speed, accelerations(place, force)]).ravel()
+        total = self.forces(place)
+        normal = self.normal_force(-place[0, 1], deepest)
+        total[0, 0] = total[0, 0] - slip * self.mu * normal if slip else 0.0
+        total[0, 1] += normal
+        return np.concatenate([speed, total / self.masses[:, None]]).ravel()
 
-    half = 2 * (elements + 1)
-    direction = np.array([math.cos(SLIDING["theta"]), math.sin(SLIDING["theta"])])
-    place = np.linspace(0, bar.length, elements + 1)[:, None] * direction
-    y = np.concatenate([place, np.tile([-speed, 0.0], (elements + 1, 1))]).ravel()
+    def events(self, loading: bool, slip: int) -> dict[str, Any]:
+        """Return the events of a phase of the contact, by their names."""
+        tip = 2 * (self.elements + 1)
 
-    def terminal(value: Callable[[Any, float], float]) -> Any:
-        def event(_: float, state: Any, deepest: float) -> float:
-            return value(state, deepest)
+        def room(_: float, y: Any, deepest: float, __: int) -> float:
+            pull = abs(self.forces(y.reshape(2, -1, 2)[0])[0, 0])
+            return float(self.mu * self.normal_force(-y[1], deepest) - pull)
 
-        event.terminal, event.direction = True, 1  # type: ignore[attr-defined]
-        return event
+        events: dict[str, Any] = {}
+        if loading:
+            events["turn"] = lambda _, y, *a: y[tip + 1]
+        else:
+            events["reload"] = lambda _, y, deepest, __: -y[1] - deepest
+            events["separation"] = lambda _, y, deepest, __: y[1] + self.plastic(deepest)
+        if slip:
+            events["slip_stop"] = lambda _, y, *a: -slip * y[tip]
+        else:
+            events["slip_start"] = lambda *a: -room(*a)
+        for event in events.values():
+            event.terminal, event.direction = True, 1
+        return events
 
-    stop, turn = terminal(lambda y, _: y[half]), terminal(lambda y, _: y[half + 1])
-    reload = terminal(lambda y, deepest: -y[1] - deepest)
-    t, deepest = 0.0, 0.0
-    while t < t_end:
-        loading = deepest == 0.0
-        events = [stop, turn] if loading else [stop, reload]
-        part = solve_ivp(
-            field,
-            (t, t_end),
-            y,
-            method="DOP853",
-            rtol=1e-9,
-            atol=1e-13,
-            args=(deepest,),
-            events=events,
-        )
-        forces = [normal_force(-d, deepest) for d in part.y[1]]
-        t, y = float(part.t[-1]), part.y[:, -1]
-        if part.status == 0 or len(part.t_events[0]):
-            break
-        deepest = -y[1] if loading else 0.0
-    stopped = bool(len(part.t_events[0]))
+    def impact(
+        self, t_end: float, speed: float, theta: float, approach: float, until: str
+    ) -> list[dict[str, Any]]:
+        """Return the events of one contact: time, kind, force, motion of the mass centre, spin."""
+        place = np.linspace(0, self.bar.length, self.elements + 1)[:, None]
+        place = place * np.array([math.cos(theta), math.sin(theta)])
+        y = np.concatenate([place, np.tile([-speed, -approach], (self.elements + 1, 1))]).ravel()
+        t, deepest, slip, rows = 0.0, 0.0, -1, list[dict[str, Any]]()
+        while t < t_end and (not rows or rows[-1]["kind"] not in (until, "separation")):
+            events = self.events(deepest == 0.0, slip)
+            part = solve_ivp(
+                self.field, (t, t_end), y, method="DOP853", rtol=1e-9, atol=1e-13,
+                args=(deepest, slip), events=list(events.values()),
+            )  # fmt: skip
+            t, y = float(part.t[-1]), part.y[:, -1]
+            if part.status == 0:
+                break
+            (kind,) = [k for k, times in zip(events, part.t_events, strict=True) if len(times)]
+            force = float(self.normal_force(-y[1], deepest))
+            rows.append({"time": t, "kind": kind, "force": force, **self.rigid_motion(y)})
+            if kind == "slip_start":
+                slip = 1 if self.forces(y.reshape(2, -1, 2)[0])[0, 0] > 0 else -1
+            slip = 0 if kind == "slip_stop" else slip
+            deepest = {"turn": -y[1], "reload": 0.0}.get(kind, deepest)
+        return rows
+
+    def rigid_motion(self, y: Any) -> dict[str, float]:
+        """Return velocity of the mass centre, and angular momentum over the straight inertia."""
+        place, speed = y.reshape(2, -1, 2)
+        m = self.masses
+        centre, drift = (m @ v / self.bar.mass for v in (place, speed))
+        x, v = place - centre, speed - drift
+        momentum = m @ (x[:, 0] * v[:, 1] - x[:, 1] * v[:, 0])
+        inertia = self.bar.mass * self.bar.length**2 / 12
+        return {"v_x": float(drift[0]), "v_y": float(drift[1]), "spin": float(momentum / inertia)}
+
+
+def chain(
+    mu: float, elements: int, t_end: float, bar: Bar | None = None, speed: float = 1.0
+) -> dict[str, Any]:
+    """Return slip stop, and the force then, of a chain of particles that slides without load."""
+    rows = Chain(bar or Bar(), elements, mu, {}).impact(
+        t_end, speed, SLIDING["theta"], 0.0, until="slip_stop"
+    )
+    stops = [r for r in rows if r["kind"] == "slip_stop"]
     return {
         "elements": elements,
         "mu": mu,
-        "slip_stop": t if stopped else None,
-        "force": float(forces[-1]),
+        "slip_stop": stops[0]["time"] if stops else None,
+        "force": stops[0]["force"] if stops else None,
     }
 
 
@@ -440,9 +498,18 @@ def round_bar(slenderness: float, mass: float = 1.0, **material: float) -> Bar:
 
 
 def bench(name: str) -> Bar:
-    """Return the bar of half a metre and 10 mm of a material."""
-    modulus, density, poisson = MATERIALS[name]
-    return Bar(density * math.pi / 4 * 0.01**2 * 0.5, 0.5, density, modulus, poisson)
+    """Return the bar of half a metre and 10 mm of a material of the table."""
+    given = ps.material(name)
+    mass = given.density * math.pi / 4 * 0.01**2 * 0.5
+    return Bar(mass, 0.5, given.density, given.young_modulus, given.poisson_ratio)
+
+
+def parameters_of(bar: Bar) -> dict[str, float]:
+    """Return the parameters of `rod-bending` and of the contact law for a bar."""
+    return {
+        "m": bar.mass, "l": bar.length / 2, "rho": bar.density, "Y": bar.modulus,
+        "E": bar.modulus, "nu": bar.poisson,
+    }  # fmt: skip
 
 
 def thresholds() -> dict[str, Any]:
@@ -472,7 +539,7 @@ def thresholds() -> dict[str, Any]:
         row |= {"stiffness": slope, "rigid up to": rigid_up_to(bar)}
         over_slenderness.append(row | {f"peak {n}": v for n, v in peak_ratio(bar).items()})
     over_material = []
-    for name in MATERIALS:
+    for name in materials():
         bar = bench(name)
         slope = contact(bar.mass * G, bar.modulus, 0.005, bar.poisson)[1]
         mu, rate = threshold(euler_bernoulli(bar), 1.0, slope)
@@ -529,7 +596,7 @@ def oracle(elements: Sequence[int], names: Sequence[str], mu: float = 1.2) -> di
         for name in names:
             run = simulator(name).run(
                 SLIDING | {"x_A_dot": -speed}, t_end=0.003, until="slip_stop",
-                parameters={"mu": mu, "m": bar.mass, "l": bar.length / 2},
+                parameters={"mu": mu, **parameters_of(bar)},
             )  # fmt: skip
             stops = [e.time for e in run.events_of("slip_stop")]
             row = {"speed": speed, "model": name, "slip_stop": stops[0] if stops else None}

@@ -73,26 +73,42 @@ static void push_contacts(const ps_contact_numbers *c, const double *impulses, d
   if (PS_WORKS[2] >= 0) x[PS_WORKS[2]] -= driven;
 }
 
-/* Closes contacts whose gap and normal velocity are all but 0, by normal impulses; those at rest, guides
- * too, are among them and stay closed. */
-static void close_contacts(const ps_contact_numbers *c, int n, const int *contact, double *x) {
+/* Impulses (2 n) of least norm in `count` rows that make the velocities there vanish. */
+static void stop_rows(const ps_contact_numbers *c, int count, const int *row, const double *x,
+                      double *impulses) {
   ps_square W;
-  double P[PS_ROWS] = {0}, arriving[PS_RIGID] = {0}, stop[PS_RIGID] = {0};
-  double impulses[PS_CONTACT_ROWS] = {0}, work = 0;
-  for (int i = 0; i < n; i++) {
-    for (int j = 0; j < n; j++) W[i][j] = c->W[2 * contact[i] * PS_CONTACT_ROWS + 2 * contact[j]];
-    arriving[i] = x[PS_CONTACT_STATES[contact[i]][PS_GAP_RATE]];
-    stop[i] = -arriving[i];
+  double P[PS_ROWS] = {0}, stop[PS_ROWS] = {0};
+  for (int i = 0; i < count; i++) {
+    for (int j = 0; j < count; j++) W[i][j] = c->W[row[i] * PS_CONTACT_ROWS + row[j]];
+    stop[i] = -x[PS_CONTACT_STATES[row[i] / 2][PS_GAP_RATE + row[i] % 2]];
   }
-  least_norm(n, W, stop, P);
+  least_norm(count, W, stop, P);
+  for (int i = 0; i < PS_CONTACT_ROWS; i++) impulses[i] = 0;
+  for (int i = 0; i < count; i++) impulses[row[i]] = P[i];
+}
+
+/* Closes contacts whose gap and normal velocity are all but 0; those at rest, guides too, are among
+ * them and stay closed. A contact with friction whose slip the normal impulses alone would start or turn
+ * sticks: so no energy is added. */
+static void close_contacts(const ps_contact_numbers *c, int n, const int *contact, double *x) {
+  int row[PS_ROWS], count = n;
+  double impulses[PS_CONTACT_ROWS], work[2] = {0};
+  for (int i = 0; i < n; i++) row[i] = 2 * contact[i];
+  stop_rows(c, n, row, x, impulses);
   for (int i = 0; i < n; i++) {
-    impulses[2 * contact[i]] = P[i];
-    work += P[i] * arriving[i] / 2;
+    const int t = 2 * contact[i] + 1, slip = PS_CONTACT_STATES[contact[i]][PS_SLIP];
+    const double change = fabs(dot(PS_CONTACT_ROWS, c->W + t * PS_CONTACT_ROWS, impulses));
+    if (c->mu[contact[i]] > 0 && fabs(x[slip]) <= change && change != 0) row[count++] = t;
   }
+  if (count > n) stop_rows(c, count, row, x, impulses);
+  for (int i = 0; i < count; i++)
+    work[row[i] % 2] +=
+        impulses[row[i]] * x[PS_CONTACT_STATES[row[i] / 2][PS_GAP_RATE + row[i] % 2]] / 2;
   push_contacts(c, impulses, x);
-  x[PS_WORKS[0]] -= work;
-  for (int i = 0; i < n; i++)
-    x[PS_CONTACT_STATES[contact[i]][PS_GAP]] = x[PS_CONTACT_STATES[contact[i]][PS_GAP_RATE]] = 0;
+  for (int i = 0; i < 2; i++) x[PS_WORKS[i]] -= work[i];
+  for (int i = 0; i < n; i++) x[PS_CONTACT_STATES[contact[i]][PS_GAP]] = 0;
+  for (int i = 0; i < count; i++)
+    x[PS_CONTACT_STATES[row[i] / 2][PS_GAP_RATE + row[i] % 2]] = 0;
 }
 
 /* Closes the contacts whose bounces have died out by the time t; 0 where there is none. */

@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from painleve_sym.engines.taylor.scalars import ONE, ZERO, Scalar
-from painleve_sym.engines.taylor.tape import PAIRS, Combination, Node, Tape
+from painleve_sym.engines.taylor.tape import FLAT, PAIRS, Combination, Node, Tape
 
 WIDTH = 4
 """Products side by side: doubles in a vector."""
@@ -49,10 +49,12 @@ _EACH = {
     "cos": "-r * PS_FMA({d0}, {pair}, {s0})",
     "sinh": "r * PS_FMA({d0}, {pair}, {s0})",
     "cosh": "r * PS_FMA({d0}, {pair}, {s0})",
+    "tanh": "r * PS_FMA({d0}, {pair}, {s0})",
+    "sech2": "-PS_FMA(2 * {pair}, {cpair}, {s0})",
     "atan2": "r{i} * r * (PS_FMA({d0}, {o1}, {s0}) - PS_FMA({d1}, {o0}, {s1}) - {s2})",
 }
 """Order k of node i: {c0} … of its arguments, {d0} … their slopes k·cₖ, {o0} … their order 0, {o}
-its own, {pair} that of its partner, {s0} … its sums over lower orders."""
+its own, {pair} and {cpair} those of its partner, {s0} … its sums over lower orders."""
 
 
 @dataclass(frozen=True)
@@ -107,6 +109,8 @@ def _products(i: int, node: Node, pair: int) -> tuple[tuple[str, str], ...]:
         "exp": ((d[0], own),) if a else (),
         "log": ((f"d{i}", a[0]),) if a else (),
     }
+    if node.op == "sech2":
+        return ((f"c{pair}", f"c{pair}"),)
     if node.op in PAIRS:
         return ((d[0], f"c{pair}"),)
     if node.op == "atan2":
@@ -138,16 +142,24 @@ class SeriesCode:
     tape : Tape
     name : str
         Of the C function.
+    first : int, optional
+        The column that follows those of the states; the next one by default.
     """
 
-    def __init__(self, tape: Tape, name: str) -> None:
+    def __init__(self, tape: Tape, name: str, first: int | None = None) -> None:
         self.tape, self.name = tape, name
         self.states = len(tape.rates)
         self._slots: dict[Scalar, int] = {}
         self._live = tape.reachable()
-        kept = {n for g in tape.guards for n, _ in g.terms if n >= self.states} | set(self.ramps)
+        watched = {n for g in tape.guards for n, _ in g.terms} | set(self.arguments)
+        kept = {n for n in (*watched, *tape.others) if n >= self.states} | set(self.ramps)
+        next_column = self.states if first is None else first
         self._columns = {n: n for n in range(self.states)}
-        self._columns |= {n: self.states + i for i, n in enumerate(sorted(kept))}
+        self._columns |= {n: next_column + i for i, n in enumerate(sorted(kept))}
+        # A ramp's column holds its argument, which the ramp itself differs from where it is dead.
+        ramps = [n for n in tape.others if tape.nodes[n].op == "ramp"]
+        self._ramps = {n: next_column + len(kept) + i for i, n in enumerate(ramps)}
+        self.columns = next_column + len(kept) + len(ramps)
         self._pairs = {i: tape.pair(i) for i in self._live}
         products = {i: _products(i, tape.nodes[i], self._pairs[i]) for i in self._live}
         # Equal left factors side by side are one number spread over a vector.
@@ -162,10 +174,9 @@ class SeriesCode:
         self.text, self.guards_text = self._function(), self._guards(_ONE)
         self.lanes_text = self._lanes_function() + self._guards(_LANES)
 
-    @property
-    def columns(self) -> int:
-        """Number of columns it fills."""
-        return len(self._columns)
+    def row(self, node: int) -> int:
+        """Return the column of the series of a node of the tape's `others`, or of a state."""
+        return self._ramps.get(node, self._columns[node])
 
     def column(self, node: int) -> int:
         """Return the column of a node that is kept."""
@@ -180,6 +191,13 @@ class SeriesCode:
     def ramps(self) -> list[int]:
         """Nodes that are ramps."""
         return [i for i in self._live if self.tape.nodes[i].op == "ramp"]
+
+    @property
+    def arguments(self) -> dict[int, int]:
+        """Arguments of the functions that may be flat, with 1, or 2 where on either side."""
+        nodes = [self.tape.nodes[i] for i in self._live]
+        of = sorted((2 - (n.op == "exp"), n.args[0]) for n in nodes if n.op in FLAT)
+        return {argument: sides for sides, argument in of}
 
     def floor(self, ramp: int) -> float:
         """Return the least value of a ramp."""
@@ -205,6 +223,10 @@ class SeriesCode:
         return sums + each * (order - 1)
 
     # ---- pieces of C ----
+
+    def number(self, s: Scalar) -> str:
+        """Return a scalar in the C of one motion."""
+        return self.scalar(s, _ONE)
 
     def scalar(self, s: Scalar, kind: _Kind) -> str:
         """Return a scalar in C: a number, or an entry of `w`."""
@@ -324,6 +346,8 @@ class SeriesCode:
             # A ramp stores its argument, which continues where the ramp is dead.
             kept = f"{'a' if node.op == 'ramp' else 'o'}{i}"
             lines.append(f"v[0][{self._columns[i]}] = {kept};")
+        if i in self._ramps:
+            lines.append(f"v[0][{self._ramps[i]}] = o{i};")
         if node.op in _FACTOR:
             lines.append(f"const {real} r{i} = {_FACTOR[node.op].format(*args, o=f'o{i}')};")
         if node.op == "pow" and node.scalar is not None:
@@ -350,7 +374,8 @@ class SeriesCode:
             value = f"{both}{at}.{node.op}"
         else:
             # The third of atan2, the square, is for its recurrence.
-            value = f"{node.op}({', '.join(args[:2])})"
+            name = "ps_sech2" if node.op == "sech2" else node.op
+            value = f"{name}({', '.join(args[:2])})"
         return [*lines, kind.each.format(f"o{i}", value)]
 
     def _each(self, i: int, kind: _Kind, sums: Mapping[int, str]) -> list[str]:
@@ -368,7 +393,9 @@ class SeriesCode:
                 if place is not None:
                     names[f"s{j}"] = sums[place]
             rule = _EACH[node.op].replace("PS_FMA", kind.fma)
-            value = rule.format(i=i, o=f"o{i}", pair=f"o{self._pairs[i]}", **names)
+            pair = self._pairs[i]
+            names |= {"pair": f"o{pair}", "cpair": f"c{pair}"}
+            value = rule.format(i=i, o=f"o{i}", **names)
         if node.op == "ramp":
             column = f"v[k][{self._columns[i]}]"
             live = f"live[{self.ramps.index(i)}]"
@@ -377,6 +404,8 @@ class SeriesCode:
             lines = [f"const {kind.real} c{i} = {value};"]
             if i in self._columns and node.op != "state":
                 lines.append(f"v[k][{self._columns[i]}] = c{i};")
+        if i in self._ramps:
+            lines.append(f"v[k][{self._ramps[i]}] = c{i};")
         if i in self._slopes:
             lines.append(f"const {kind.real} d{i} = (double)k * c{i};")
         return lines

@@ -53,6 +53,8 @@ static double measure_lane(ps_group *b, int l) {
   const ps_series *m = &PS_SERIES[s->mode];
   for (int r = 0; r < m->ramps; r++)
     for (int k = 0; k < 3; k++) s->v[k][m->ramp[r]] = b->v[k][m->ramp[r]][l];
+  for (int i = 0; i < m->arguments; i++)
+    for (int k = 0; k < s->order; k++) s->v[k][m->argument[i]] = b->v[k][m->argument[i]][l];
   const long filled = ++s->count.dense;
   double h = measure_step(s, b->own[l], b->step[l], &b->last[l]);
   if (s->count.dense > filled)

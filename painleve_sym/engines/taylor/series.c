@@ -2,15 +2,16 @@
 
 typedef double ps_vector __attribute__((vector_size(32)));
 
-/* Motions side by side: as many as a vector register holds. */
-#ifndef PS_LANES
+/* Numbers that a vector register holds, and motions side by side. */
 #if defined(__AVX512F__)
-#define PS_LANES 8
+#define PS_WIDTH 8
 #elif defined(__AVX__)
-#define PS_LANES 4
+#define PS_WIDTH 4
 #else
-#define PS_LANES 2
+#define PS_WIDTH 2
 #endif
+#ifndef PS_LANES
+#define PS_LANES PS_WIDTH
 #endif
 typedef double ps_lanes __attribute__((vector_size(8 * PS_LANES)));
 typedef long long ps_mask __attribute__((vector_size(8 * PS_LANES)));
@@ -92,4 +93,10 @@ __attribute__((noinline, unused)) static ps_pair ps_sin_cos(double x) {
 /* The base of a real power, or its floor where the power is left out. */
 __attribute__((unused)) static inline double ps_ramp(double live, double x, double floor) {
   return live > 0 && x > floor ? x : floor;
+}
+
+/* 1/cosh^2, also where cosh has no digits left. */
+__attribute__((unused)) static inline double ps_sech2(double x) {
+  const double c = cosh(x);
+  return 1 / (c * c);
 }

@@ -16,9 +16,14 @@ def simplify(tape: Tape) -> Tape:
     best = tape
     # A shared ratio is no longer a term over a common denominator, so it comes last.
     for ratios in (False, True):
-        current = best
+        current, before = best, list[tuple[bool, Tape]]()
         for i in range(_PASSES):
-            current = _Rebuild(current, distribute=i % 2 == 1, ratios=ratios).result
+            distribute = i % 2 == 1
+            # A pass over the same tape once more begins what would only repeat itself.
+            if (distribute, current) in before:
+                break
+            before.append((distribute, current))
+            current = _Rebuild(current, distribute=distribute, ratios=ratios).result
             if current.cost < best.cost:
                 best = current
     return best

@@ -4,8 +4,13 @@
  * the rates at the end of the step decides how long it may be. */
 static const double PS_SMALL_BASE = 1e-2;
 
-/* The zero of a base is near when it is at most this multiple of the last step away. */
+/* The zero of a base is near when it is at most this multiple of the last step away. Derivatives, of
+ * lower powers of the base, make steps shorter next to it. */
+#ifdef PS_DIRECTIONS
+static const double PS_NEAR = 4;
+#else
 static const double PS_NEAR = 2;
+#endif
 /* ... and taken to be a little farther: a series cannot continue beyond it. */
 static const double PS_MARGIN = 1.02;
 /* A step along the root of the time since a zero should be this part of that time; else the zero is
@@ -48,6 +53,10 @@ static const double (*series_of(const ps_run *s))[PS_COLUMNS] {
 static void fill_series(ps_run *s) {
   PS_SERIES[s->mode].series(s->x, s->scalars, s->live, s->order, s->unit, s->bend,
                             s->v);
+#ifdef PS_DIRECTIONS
+  for (int g = 0; g < PS_GROUPS; g++)
+    PS_SERIES[s->mode].tangents(s->x, s->scalars, s->live, s->order, s->unit, s->bend, g, s->v);
+#endif
   s->count.dense++;
 }
 
@@ -234,10 +243,54 @@ static double good_for(ps_run *s, const ps_options *o, double h) {
   return h;
 }
 
+/* Argument of exp, or half of that of its like, below which it is 0 to every tolerance. */
+static const double PS_FLAT = -150;
+/* Last known term of the series of an argument, in parts of the change that all terms make. */
+static const double PS_SETTLED_TERM = 1e-3;
+
+/* The part of h units over which the terms of exp(a) say what it does. They are those of
+ * exp(a0) D^k/k! with the change D of its argument: where exp(a0) is below round-off, all of them may
+ * be, though it rises within the step. So D is at most half the order, and a flat exp is followed to
+ * where it is flat no longer. `p` has the n terms of a, in steps of h. */
+static double part_of_flat(const double *p, int n, double most) {
+  double part = 1, rises[PS_LENGTH];
+  int reaches = 0;
+  while (!reaches && part > 1e-12) {
+    double change = 0, power = part, term = 0, before = 0;
+    for (int k = 1; k < n; k++, power *= part) {
+      before = term;
+      term = fabs(p[k]) * power;
+      change += term;
+    }
+    reaches = PS_MAX(term, before) <= PS_SETTLED_TERM * change && (p[0] < PS_FLAT || change <= most);
+    if (!reaches) part *= 0.8;
+  }
+  if (p[0] >= PS_FLAT) return part;
+  rises[0] = PS_FLAT + 1 - p[0];
+  double power = part;
+  for (int k = 1; k < n; k++, power *= part) rises[k] = -p[k] * power;
+  const double u = first_root(rises, n - 1, 0);
+  return u > 0 ? u * part : part;
+}
+
+/* At most h units, over which no function that may be flat comes and goes unnoticed. */
+static double before_bump(const ps_run *s, double h) {
+  const ps_series *m = &PS_SERIES[s->mode];
+  for (int i = 0; i < m->arguments; i++) {
+    double p[PS_LENGTH], power = 1;
+    const double start = s->v[0][m->argument[i]], other = start > 0 ? -2 : 2;
+    const double factor = m->sides[i] == 2 ? other : 1;
+    for (int k = 0; k < s->order; k++, power *= h) p[k] = factor * s->v[k][m->argument[i]] * power;
+    h *= part_of_flat(p, s->order, 0.5 * s->order);
+  }
+  return h;
+}
+
 /* The step, in units, that is tried; 0 where the run stops. `last`: it would end at the end time. */
 static double measure_step(ps_run *s, const ps_options *o, double h, int *last) {
   h = good_for(s, o, h);
   double left = units_of(s, s->t_end - s->t);
+  if (PS_SERIES[s->mode].arguments && isfinite(h)) h = before_bump(s, PS_MIN(h, left));
   *last = 0;
   if (!isfinite(h)) {
     s->reason = PS_NON_FINITE;

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import re
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import casadi as ca
 
@@ -12,7 +14,9 @@ from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.engines.source import assemble, engine_texts
 from painleve_sym.engines.taylor.emit import WIDTH, SeriesCode
 from painleve_sym.engines.taylor.runner import ORDER
+from painleve_sym.engines.taylor.scalars import Scalar
 from painleve_sym.engines.taylor.simplify import simplify
+from painleve_sym.engines.taylor.tangents import TangentCode, Tangents
 from painleve_sym.engines.taylor.tape import Tape, build
 from painleve_sym.errors import NoRecurrence
 
@@ -53,12 +57,13 @@ def tapes(functions: AutomatonFunctions) -> list[Tape]:
     NoRecurrence
         Names the mode and the operation.
     """
-    x, z, c = functions.x, functions.z, functions.c
+    every, own = (functions.x, functions.z, functions.c), functions.own
+    nx = own[0].numel()
     tapes_of_modes = []
     for mode, f in zip(functions.automaton.modes, functions.modes, strict=True):
-        expressions = ca.vertcat(f.field(x, z, c), f.guards(x, z, c)[0])
+        expressions = ca.vertcat(f.field(*every)[:nx], f.guards(*every)[0])
         try:
-            tapes_of_modes.append(simplify(build(expressions, x, z, c, x.numel())))
+            tapes_of_modes.append(simplify(build(expressions, *own, nx)))
         except NoRecurrence as error:
             raise NoRecurrence(
                 f"mode {mode.name!r} uses {error} of a state, which has no Taylor series"
@@ -66,9 +71,22 @@ def tapes(functions: AutomatonFunctions) -> list[Tape]:
     return tapes_of_modes
 
 
+class _ModeCode(NamedTuple):
+    """The C of one mode's series, and of their derivatives where there are any."""
+
+    series: SeriesCode
+    tangents: TangentCode | None
+
+    @property
+    def scalar_count(self) -> int:
+        """Numbers that `_scalars` returns."""
+        more = self.tangents.directions * len(self.tangents.scalars) if self.tangents else 0
+        return max(1, len(self.series.scalars) + more)
+
+
 def source(functions: AutomatonFunctions) -> str:
     """Return one self-contained C file: event loop, series and guards of every mode."""
-    codes = [SeriesCode(t, f"series_{i}") for i, t in enumerate(tapes(functions))]
+    codes = [_code(functions, t, f"series_{i}") for i, t in enumerate(tapes(functions))]
     more = [_scalars(functions, code, i) for i, code in enumerate(codes)]
     series, roots = engine_texts("taylor/series", "taylor/roots")
     first = engine_texts(
@@ -83,13 +101,32 @@ def source(functions: AutomatonFunctions) -> str:
     names = _first_of_equals(texts)
     engine = [*first, roots, _table(codes, names), *twice, size, advance, _in_lanes(lanes), *last]
     written = [texts[name] for name in dict.fromkeys(names.values())]
-    return assemble(functions, more, "", engine, _header(codes) + series, written)
+    shared = _header(codes) + series
+    if functions.directions:
+        # A motion with derivatives runs alone: its lanes are directions.
+        head = f"#define PS_LANES 1\n#define PS_DIRECTIONS {functions.directions}\n"
+        shared = "".join([head, shared, *engine_texts("taylor/tangents")])
+    return assemble(functions, more, "", engine, shared, written)
 
 
-def _series(codes: list[SeriesCode]) -> dict[str, str]:
+def _code(functions: AutomatonFunctions, tape: Tape, name: str) -> _ModeCode:
+    if not functions.directions:
+        return _ModeCode(SeriesCode(tape, name), None)
+
+    @functools.cache
+    def moves(scalar: Scalar) -> bool:
+        return bool(functions.slopes(tape.scalars.expression(scalar)).nnz())
+
+    tangents = Tangents(tape, functions.moved_states, moves)
+    series = SeriesCode(tape, name, functions.x.numel())
+    return _ModeCode(series, TangentCode(tangents, series, functions.directions))
+
+
+def _series(codes: list[_ModeCode]) -> dict[str, str]:
     """Return the functions of every mode by name; modes of the same motion share theirs."""
-    texts = [(t, _alone) for c in codes for t in (c.text, c.guards_text)]
-    texts += [(c.lanes_text, _in_lanes) for c in codes]
+    texts = [(t, _alone) for c in codes for t in (c.series.text, c.series.guards_text)]
+    texts += [(c.tangents.text, _alone) for c in codes if c.tangents]
+    texts += [(c.series.lanes_text, _in_lanes) for c in codes if not c.tangents]
     return {
         m[1]: wrapped(m[0].replace("static", "PS_SHARED", 1))
         for text, wrapped in texts
@@ -112,8 +149,12 @@ def _first_of_equals(texts: Mapping[str, str]) -> dict[str, str]:
     return {name: first.setdefault(text.replace(name, "", 1), name) for name, text in texts.items()}
 
 
-def _scalars(functions: AutomatonFunctions, code: SeriesCode, i: int) -> ca.Function:
-    values = [code.tape.scalars.expression(s) for s in code.scalars] or [ca.SX(0.0)]
+def _scalars(functions: AutomatonFunctions, code: _ModeCode, i: int) -> ca.Function:
+    expression = code.series.tape.scalars.expression
+    values = [expression(s) for s in code.series.scalars] or [ca.SX(0.0)]
+    if code.tangents:
+        moving = ca.vertcat(*map(expression, code.tangents.scalars))
+        values.append(ca.vec(functions.slopes(moving).T))
     arguments = [functions.x, functions.z, functions.c]
     return ca.Function(f"scalars_{i}", arguments, [ca.cse(ca.densify(ca.vertcat(*values)))])
 
@@ -123,14 +164,16 @@ def _padded(n: int) -> int:
     return max(1, -(-n // WIDTH)) * WIDTH
 
 
-def _header(codes: list[SeriesCode]) -> str:
+def _header(codes: list[_ModeCode]) -> str:
+    series = [code.series for code in codes]
     sizes = {
         "ORDER": ORDER,
         "LENGTH": _LENGTH,
-        "COLUMNS": _padded(max(code.columns for code in codes)),
-        "WATCHED": _padded(max(len(code.tape.guards) + len(code.ramps) for code in codes)),
-        "SCALARS": max(1, *(len(code.scalars) for code in codes)),
-        "RAMPS": max(1, *(len(code.ramps) for code in codes)),
+        "COLUMNS": _padded(max(code.columns for code in series)),
+        "WATCHED": _padded(max(len(code.tape.guards) + len(code.ramps) for code in series)),
+        "SCALARS": max(code.scalar_count for code in codes),
+        "RAMPS": max(1, *(len(code.ramps) for code in series)),
+        "ARGUMENTS": max(1, *(len(code.arguments) for code in series)),
         "STAGES": 2,
     }
     lines = [f"#define PS_{name} {value}" for name, value in sizes.items()]
@@ -157,9 +200,13 @@ _GUARDS = (
     "typedef void (*ps_guards{0})(const {1} *, int, const {1} *, const {1} (*)[PS_COLUMNS], "
     "{1} (*restrict)[PS_WATCHED]);"
 )
+_TANGENTS = (
+    "void (*tangents)(const double *, const double *, const double *, int, double, double, int, "
+    "double (*restrict)[PS_COLUMNS]);"
+)
 
 
-def _table(codes: list[SeriesCode], names: Mapping[str, str]) -> str:
+def _table(codes: list[_ModeCode], names: Mapping[str, str]) -> str:
     lines = [
         "#if PS_LANES > 1",
         "#define PS_WIDE(function) function",
@@ -175,19 +222,25 @@ def _table(codes: list[SeriesCode], names: Mapping[str, str]) -> str:
         "  void (*series_lanes)(const ps_lanes *, const ps_lanes *, const ps_lanes *, int,",
         "                       const ps_lanes *, ps_lanes (*restrict)[PS_COLUMNS]);",
         "  ps_guards_lanes guards_lanes;",
+        *(f"  {line}" for line in [_TANGENTS] if codes[0].tangents),
         "  ps_function scalars;",
         "  int scalar_count, columns;",
         "  int ramps, ramp[PS_RAMPS], guarded[PS_RAMPS];  /* columns; a guard is zero with it */",
         "  double floor[PS_RAMPS];",
+        "  int arguments, argument[PS_ARGUMENTS], sides[PS_ARGUMENTS];",
         "} ps_series;",
         "static const ps_series PS_SERIES[PS_NM] = {",
     ]
-    for i, code in enumerate(codes):
+    for i, code in enumerate(code.series for code in codes):
         ramps = ", ".join(str(code.column(r)) for r in code.ramps) or "0"
         guarded = ", ".join(str(int(code.guarded(r))) for r in code.ramps) or "0"
         floors = ", ".join(repr(code.floor(r)) for r in code.ramps) or "0"
         own = [names[f"series_{i}{e}"] for e in ("", "_guards")]
-        own += [f"PS_WIDE({names[f'series_{i}{e}']})" for e in ("_lanes", "_guards_lanes")]
+        own += [f"PS_WIDE({names.get(f'series_{i}{e}', '0')})" for e in ("_lanes", "_guards_lanes")]
+        own += [names[f"series_{i}_tangents"]] if codes[i].tangents else []
         row = f"{', '.join(own)}, scalars_{i}, {len(code.scalars)}, {code.columns}"
-        lines.append(f"  {{{row}, {len(code.ramps)}, {{{ramps}}}, {{{guarded}}}, {{{floors}}}}},")
+        places = ", ".join(str(code.column(a)) for a in code.arguments) or "0"
+        sides = ", ".join(map(str, code.arguments.values())) or "0"
+        lines.append(f"  {{{row}, {len(code.ramps)}, {{{ramps}}}, {{{guarded}}}, {{{floors}}},")
+        lines.append(f"   {len(code.arguments)}, {{{places}}}, {{{sides}}}}},")
     return "\n".join([*lines, "};", ""])

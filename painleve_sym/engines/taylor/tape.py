@@ -51,7 +51,8 @@ class Node:
     ----------
     op : str
         ``state``, ``linear``, ``ramp``, ``mul``, ``sq``, ``div``, ``inv``, ``sqrt``, ``pow``,
-        ``exp``, ``log``, ``sin``, ``cos``, ``sinh``, ``cosh``, ``atan2``.
+        ``exp``, ``log``, ``sin``, ``cos``, ``sinh``, ``cosh``, ``tanh``, ``sech2`` (1/cosh²),
+        ``atan2``.
     args : tuple of int
         Nodes, all of them earlier; of ``atan2`` y, x and x² + y².
     inner : Combination or None
@@ -75,7 +76,11 @@ class Node:
 
 
 PAIRS = {"sin": "cos", "cos": "sin", "sinh": "cosh", "cosh": "sinh"}
+PAIRS |= {"tanh": "sech2", "sech2": "tanh"}
 """Functions whose recurrences need each other."""
+
+FLAT = ("exp", "sinh", "tanh")
+"""Functions whose series may have vanishing terms far from where they change."""
 
 PRODUCTS = dict.fromkeys(("mul", "sq", "div", "inv", "sqrt", "exp", "log", *PAIRS), 1)
 PRODUCTS |= {"pow": 2, "atan2": 3}
@@ -93,12 +98,15 @@ class Tape:
         ẋ, one per state.
     guards : list of Combination
     scalars : Scalars
+    others : list of int
+        Nodes that are needed besides.
     """
 
     nodes: list[Node] = field(default_factory=list)
     rates: list[Combination] = field(default_factory=list)
     guards: list[Combination] = field(default_factory=list)
     scalars: Scalars = field(default_factory=Scalars)
+    others: list[int] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self._known = {node: i for i, node in enumerate(self.nodes)}
@@ -106,7 +114,7 @@ class Tape:
     def reachable(self) -> list[int]:
         """Return the states and every node that rates and guards need, in order."""
         reached = set(range(len(self.rates)))
-        front = [n for c in (*self.rates, *self.guards) for n, _ in c.terms]
+        front = [*self.others, *(n for c in (*self.rates, *self.guards) for n, _ in c.terms)]
         while front:
             n = front.pop()
             if n not in reached:
@@ -309,7 +317,7 @@ _RULES: dict[int, _Rule] = {
     ca.OP_TAN: lambda t, a: t.over(t.function("sin", a), t.function("cos", a)),
     ca.OP_SINH: lambda t, a: t.function("sinh", a),
     ca.OP_COSH: lambda t, a: t.function("cosh", a),
-    ca.OP_TANH: lambda t, a: t.over(t.function("sinh", a), t.function("cosh", a)),
+    ca.OP_TANH: lambda t, a: t.function("tanh", a),
     ca.OP_ATAN: lambda t, a: t.angle(a, Combination(ONE)),
     ca.OP_ASIN: _asin,
     ca.OP_ACOS: lambda t, a: t.angle(_beside(t, a), a),

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+import graphlib
+from collections import Counter
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
@@ -10,6 +12,12 @@ import sympy as sp
 
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.quantities import QUANTITIES, derivative_latex
+
+# A formula of more operations does not fit on a line of a page.
+_LONG = 30
+# A part of fewer operations, or one that spares fewer, is not worth a name.
+_NAMED = 5
+_SPARED = 25
 
 Value: TypeAlias = sp.Basic | sp.MatrixBase
 """An expression or a matrix of expressions."""
@@ -144,6 +152,91 @@ def written_forms(value: Value, names: Mapping[sp.Symbol, str]) -> dict[str, Any
         "latex": sp.latex(value, symbol_names=dict(names)),
         "python": _by_entry(value, python_code),
     }
+
+
+def named_parts(values: Sequence[Value]) -> tuple[dict[sp.Symbol, sp.Expr], list[Value]]:
+    """Return names of the parts that long values share, and the values written with them.
+
+    A part is named where that spares most operations. In the order returned, a part uses only
+    earlier ones. With every symbol replaced by its part, last one first, each value is the one
+    given, term by term; what SymPy would arrange in another way, as -(a + b), is left whole.
+
+    Parameters
+    ----------
+    values : sequence of sympy.Expr or sympy.Matrix
+    """
+    entries = {e for v in values if sp.count_ops(v) > _LONG for e in _entries(v)}
+    written = {entry: entry for entry in sorted(entries, key=sp.default_sort_key)}
+    parts: dict[sp.Symbol, sp.Expr] = {}
+    while (part := _best_part([*written.values(), *parts.values()], written.values())) is not None:
+        swap = {part: sp.Dummy(real=True)}
+        written = {entry: w.xreplace(swap) for entry, w in written.items()}
+        parts = {symbol: p.xreplace(swap) for symbol, p in parts.items()}
+        parts[swap[part]] = part
+    ordered = _in_order(parts)
+    kept = {e: w if _whole(w, ordered) == e else e for e, w in written.items()}
+    used = _free(kept.values())
+    for symbol in reversed(ordered):
+        used |= ordered[symbol].free_symbols if symbol in used else set()
+    names = dict(zip((s for s in ordered if s in used), _unused_symbols(values), strict=False))
+    short = {entry: form.xreplace(names) for entry, form in kept.items()}
+    return (
+        {name: ordered[symbol].xreplace(names) for symbol, name in names.items()},
+        [_by_value(value, short) for value in values],
+    )
+
+
+def _entries(value: Value) -> list[sp.Expr]:
+    return list(value) if isinstance(value, sp.MatrixBase) else [value]
+
+
+def _by_value(value: Value, short: Mapping[sp.Expr, sp.Expr]) -> Value:
+    if isinstance(value, sp.MatrixBase):
+        return value.applyfunc(lambda entry: short.get(entry, entry))
+    return short.get(value, value)
+
+
+def _free(values: Iterable[sp.Expr]) -> set[sp.Basic]:
+    return set().union(*(v.free_symbols for v in values))
+
+
+def _in_order(parts: Mapping[sp.Symbol, sp.Expr]) -> dict[sp.Symbol, sp.Expr]:
+    """Return the parts so that each uses only earlier ones."""
+    needs = {symbol: p.free_symbols & parts.keys() for symbol, p in parts.items()}
+    return {s: parts[s] for s in graphlib.TopologicalSorter(needs).static_order()}
+
+
+def _whole(written: sp.Expr, parts: dict[sp.Symbol, sp.Expr]) -> sp.Expr:
+    """Return a value with every part in its place again."""
+    for symbol in reversed(parts):
+        written = written.xreplace({symbol: parts[symbol]})
+    return written
+
+
+def _unused_symbols(values: Sequence[Value]) -> Iterator[sp.Symbol]:
+    """Yield chi_1, chi_2, ... or the next letter's, so that no symbol of the values is one."""
+    taken = {str(symbol).partition("_")[0] for v in values for symbol in v.free_symbols}
+    letter = next(name for name in ("chi", "xi", "eta", "upsilon", "aux") if name not in taken)
+    names: Iterator[sp.Symbol] = sp.numbered_symbols(f"{letter}_", start=1, real=True)
+    return names
+
+
+def _best_part(entries: Sequence[sp.Expr], whole: Collection[sp.Expr]) -> sp.Expr | None:
+    """Return the part that spares most operations where it is written once; None for too few.
+
+    None of those that are whole values, which have names already.
+    """
+    counts = Counter(part for entry in entries for part in sp.preorder_traversal(entry))
+    shared = [p for p, n in counts.items() if n > 1 and p not in whole and not _is_inverse(p)]
+    sizes = {part: int(sp.count_ops(part)) for part in shared}
+    spared = {p: (counts[p] - 1) * size for p, size in sizes.items() if size >= _NAMED}
+    most = max(spared.values(), default=0)
+    return min((p for p, n in spared.items() if n == most), key=str) if most >= _SPARED else None
+
+
+def _is_inverse(part: sp.Basic) -> bool:
+    """Return whether 1 over something, which the page writes as a denominator."""
+    return bool(part.is_Pow and part.args[1].could_extract_minus_sign())
 
 
 def _by_entry(value: Value, write: Callable[[sp.Basic], str]) -> Any:

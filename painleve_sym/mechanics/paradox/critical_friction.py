@@ -9,10 +9,12 @@ import sympy as sp
 
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.mechanics.coefficients import ContactCoefficients
-from painleve_sym.mechanics.simplify import readable, without_high_powers
+from painleve_sym.mechanics.simplify import collapsed, readable, without_high_powers
 
 # Beyond this many operations in W_nn and W_nt a search for closed forms takes minutes.
 _OPERATIONS = 60
+# Beyond this many operations a sum of squares is only lengthened by multiplying it out.
+_READ_WHOLE = 100
 # Roots with an imaginary part below this are real ones with round-off.
 _ROUND_OFF = 1e-9
 
@@ -303,11 +305,16 @@ def least_over_directions(coefficients: ContactCoefficients) -> sp.Expr:
     first, *others = _turned_together(c) or (None,)
     # The eigenvalues do not feel a common turn: the first angle is 0, the others differences.
     W_nn, W_nt, W_tt = (w.subs(first, 0) if others else w for w in (c.W_nn, c.W_nt, c.W_tt))
-    determinant = readable(W_nn * W_tt - W_nt**2)
+    determinant = collapsed(W_nn * W_tt - W_nt**2)
     spread = readable((W_nn - W_tt) ** 2 + 4 * W_nt**2)
     if spread == 0:
         return sp.zoo
-    return _root_of_square(4 * determinant / spread).subs({q: q - first for q in others})
+    if sp.count_ops(spread) > _READ_WHOLE:
+        top, bottom = sp.fraction(sp.together(spread))
+        root = 2 * _root_of_square(determinant) * _root_of_square(bottom) / sp.sqrt(top)
+    else:
+        root = _root_of_square(4 * determinant / spread)
+    return root.subs({q: q - first for q in others})
 
 
 def _free(exprs: tuple[sp.Expr, ...]) -> set[sp.Symbol]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path as FilePath
 from typing import Any
@@ -12,7 +13,7 @@ import sympy as sp
 
 from painleve_sym.errors import ModelError, unknown_name
 from painleve_sym.files import parse_toml, read_text
-from painleve_sym.mechanics.bodies import Body, Load, Mode, Spring
+from painleve_sym.mechanics.bodies import Body, Load, Mode, Spring, expr
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.declarations import Coordinate, Parameter
 from painleve_sym.mechanics.materials import PROPERTIES
@@ -249,9 +250,8 @@ class _Reader:
 
     def domain(self) -> tuple[DomainBound, ...]:
         tables = self.top.tables("domain", ("margin", "meaning"))
-        return tuple(
-            DomainBound(table.formula("margin"), table.text("meaning")) for table in tables
-        )
+        given = (DomainBound(table.formula("margin"), table.text("meaning")) for table in tables)
+        return (*given, *(bound for body in self.bodies for bound in _mode_bounds(body)))
 
     def shapes(self) -> tuple[Shape, ...]:
         return tuple(s for t in self.top.tables("shapes", _SHAPE) if (s := _shape(t)) is not None)
@@ -264,6 +264,21 @@ class _Reader:
             if name not in names:
                 table.fault(unknown_name("state", name, names), name)
         return {name: table.number(name) for name in table}
+
+
+def _mode_bounds(body: Body) -> Iterator[DomainBound]:
+    """Yield positive and ascending frequencies as bounds where values of parameters decide them."""
+    where = f"{body.name}: mode"
+    for mode in body.modes:
+        frequency = expr(mode.frequency)
+        if frequency.is_positive is None:
+            meaning = f"{where} {mode.coordinate}: a natural frequency is positive"
+            yield DomainBound(frequency, meaning)
+    for before, after in itertools.pairwise(body.modes):
+        difference = expr(after.frequency) - expr(before.frequency)
+        if difference.is_nonnegative is None:
+            meaning = f"{where} {after.coordinate}: modes are in the order of their frequencies"
+            yield DomainBound(difference, meaning)
 
 
 def _stand_in(

@@ -102,17 +102,20 @@ class SensitiveImpacts(ImpactResolver):
         after = super().closed(state, contacts)
         given, slopes, jacobian = self._at(state)
         closing = self.impacts.closing(state, contacts)
-        normals = np.array([2 * i for i in closing])
-        at = self._velocities[normals]
-        block = np.ix_(normals, normals)
-        # The solution of W P = −v_n with the least norm.
+        rows = self.impacts.closing_rows(state, self.impacts.terms(state, self.values), closing)
+        at, block = self._velocities[rows], np.ix_(rows, rows)
+        # The solution of W P = −v with the least norm.
         P, change = least_norm_slopes(given.W[block], slopes.W[block], -state[at], -jacobian[at])
         all_P = np.zeros(len(self._velocities))
         all_change = np.zeros((len(all_P), len(self.sizes)))
-        all_P[normals], all_change[normals] = P, change
-        work = (state[at] @ change + P @ jacobian[at]) / 2
+        all_P[rows], all_change[rows] = P, change
+        velocities, slopes_v = state[self._velocities], jacobian[self._velocities]
+        works = [
+            (velocities[k::2] @ all_change[k::2] + all_P[k::2] @ slopes_v[k::2]) / 2 for k in (0, 1)
+        ]
         self._push(jacobian, (given, slopes), all_P, all_change)
-        jacobian[self._works[0]] -= work
+        for place, work in zip(self._works, works, strict=False):
+            jacobian[place] -= work
         jacobian[at] = 0.0
         gaps = [self._index(self.impacts.rows[i].gap) for i in closing]
         jacobian[gaps] = 0.0

@@ -13,7 +13,7 @@ import numpy as np
 from sympy import diff, sympify
 
 from painleve_sym.arrays import Array
-from painleve_sym.choices import Record, RecordLike
+from painleve_sym.choices import EngineName, Record, RecordLike
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.codegen.tape import tapes_of_functions
 from painleve_sym.codegen.variational import VariationalFunctions
@@ -191,9 +191,7 @@ class _Differentiated:
             names = [s.name for s in sim.automaton.parameters]
             moved = [names.index(w) if w in names else None for w in self.wrt]
             functions = VariationalFunctions(sim.automaton, moved, pattern)
-            # Derivatives take Runge–Kutta steps under "auto" too; see `make_engine`.
-            name = "compiled" if sim.engine == "taylor" else sim.engine
-            engine = make_engine(sim.automaton, name, functions)
+            engine = make_engine(sim.automaton, EngineName(sim.integrator.name), functions)
             known[key] = (engine, functions)
         return known[key]
 
@@ -369,23 +367,23 @@ def _judged(
     marked: list[_Marked], directions: Array, scale: Array, rtol: float
 ) -> tuple[EventSensitivity, ...]:
     """Return the events with what is singular about them named."""
-    judged: list[EventSensitivity] = []
-    lost = False
-    for m in marked:
-        condition, note = _verdict(m, directions, rtol)
-        lost |= note in NO_DERIVATIVE
-        sized = m.jacobian * directions / scale[:, None]
-        judged.append(
-            EventSensitivity(
-                event=m.record,
-                time_gradient=np.full_like(m.time_gradient, np.nan) if lost else m.time_gradient,
-                state_jacobian=np.full_like(m.jacobian, np.nan) if lost else m.jacobian,
-                condition=condition,
-                rank=-1 if lost else int(np.linalg.matrix_rank(sized, rtol=1e-9)),
-                note=note,
-            )
+    verdicts = [_verdict(m, directions, rtol) for m in marked]
+    known = next((i for i, (_, note) in enumerate(verdicts) if note in NO_DERIVATIVE), len(marked))
+    ranks = np.full(len(marked), -1)
+    if known:
+        sized = np.array([m.jacobian for m in marked[:known]]) * directions / scale[:, None]
+        ranks[:known] = np.linalg.matrix_rank(sized, rtol=1e-9)
+    return tuple(
+        EventSensitivity(
+            event=m.record,
+            time_gradient=m.time_gradient if i < known else np.full_like(m.time_gradient, np.nan),
+            state_jacobian=m.jacobian if i < known else np.full_like(m.jacobian, np.nan),
+            condition=condition,
+            rank=int(ranks[i]),
+            note=note,
         )
-    return tuple(judged)
+        for i, (m, (condition, note)) in enumerate(zip(marked, verdicts, strict=True))
+    )
 
 
 def _verdict(m: _Marked, directions: Array, rtol: float) -> tuple[float, str]:

@@ -1,17 +1,25 @@
-"""Beyond the paper: the impact of its Table 3 with the stiffness of real materials."""
+"""Beyond the paper: its headline results at the stiffness and friction of real materials."""
 
 from __future__ import annotations
 
+import itertools
+import math
 from typing import Any
 
+import sympy as sp
+
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.impact.jump import evaluate_jump
 from painleve_sym.errors import EventKind
 from painleve_sym.mechanics.materials import materials
+from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.paradox.critical_friction import least_over_directions
 from painleve_sym.motion.finite_stiffness import CONFIGURATIONS, CorrectedJumpRule
 from painleve_sym.motion.rigidity import contact_durations
 from painleve_sym.papers.impact_resolution.claims import SOFT, STIFF
 from painleve_sym.papers.impact_resolution.runs import Workbench, modulus_text
 from painleve_sym.papers.item import Outcome, checked, table
+from painleve_sym.study.critical.bisection import CriticalForceFinder
 
 T_END = 1.0
 """s; the softest of the materials, rubber, is in contact for less than a tenth of it."""
@@ -84,4 +92,84 @@ def compute_physical(bench: Workbench) -> Outcome:
     )
 
 
-COMPUTE = {"physical-values": compute_physical}
+def compute_physical_force(bench: Workbench) -> Outcome:
+    """Set the critical force of Table 4 at every material beside the paper's modulus and F_n*."""
+    simulator, state = bench.simulator(), bench.state(4)
+    finder = CriticalForceFinder(simulator)
+    limit = -bench.rigid(4).B / bench.rigid(4).A
+    rows = list[list[Any]]()
+    for name in (*_PAPER, *materials()):
+        material = materials().get(name)
+        given = simulator.of_materials(material) if material else {"E": _PAPER[name]}
+        force = finder.find(state, given, check_tolerance=False).value
+        rows.append([name, given["E"], force, force / limit])
+    forces = {name: force for name, _, force, _ in rows}
+    by_modulus = [force for *_, force, _ in sorted(rows, key=lambda row: float(row[1]))]
+    checks = {
+        "a stiffer contact needs more": all(a < b for a, b in itertools.pairwise(by_modulus)),
+        "less than F_n* is enough at every material": all(forces[n] < limit for n in materials()),
+        "more than F_n* is needed at the paper's modulus": forces["stiff"] > limit,
+    }
+    return checked(
+        f"the slip stops from {forces['steel']:.1f} N at steel, from {forces['stiff']:.1f} N at "
+        f"{modulus_text(STIFF)}; F_n* = {limit:.1f} N",
+        checks,
+        {"F_n*": limit, "table": table(["case", "E (Pa)", "slip stops from (N)", "/F_n*"], rows)},
+        share=100 * forces["steel"] / limit,
+    )
+
+
+def compute_physical_friction(bench: Workbench) -> Outcome:
+    """Set the friction of real pairs beside the least of the paradox, rigid and with one mode."""
+    least = {
+        name: float(least_over_directions(mechanism.coefficients).subs(_at_rest(mechanism)))
+        for name, mechanism in (("rigid", bench.rod), ("one mode", model("rod-bending:1,0")))
+    }
+    rows: list[list[Any]] = [
+        [f"{material.name}, {pair.other}", friction.lower, friction.upper]
+        + [friction.upper >= value for value in least.values()]
+        for material in materials().values()
+        for pair in material.pairs
+        if (friction := pair.sliding_friction) and pair.other not in _before(material.name)
+    ]
+    reached = {name: [row[0] for row in rows if row[3 + i]] for i, name in enumerate(least)}
+    checks = {
+        "rigid: 4/3": abs(least["rigid"] - 4 / 3) < 1e-12,
+        "one pair reaches it": reached["rigid"] == ["aluminium, aluminium"],
+        "one bending mode: 2 sqrt(8)/7": abs(least["one mode"] - 2 * math.sqrt(8) / 7) < 1e-12,
+    }
+    return checked(
+        f"the paradox needs μ > {least['rigid']:.4f}, with one bending mode "
+        f"{least['one mode']:.4f}; the first is reached by {len(reached['rigid'])} of {len(rows)} "
+        "pairs",
+        checks,
+        {
+            "least": least,
+            "table": table(["pair", "sliding friction from", "to", *map(_reaches, least)], rows),
+        },
+        pairs=", ".join(reached["rigid"]),
+    )
+
+
+def _reaches(name: str) -> str:
+    return f"reaches that of {name}"
+
+
+def _before(name: str) -> tuple[str, ...]:
+    """Return the materials before one in the table, whose pairs with it were listed."""
+    names = tuple(materials())
+    return names[: names.index(name)]
+
+
+def _at_rest(mechanism: Mechanism) -> dict[sp.Symbol, float]:
+    """Return the mechanism's defaults, and its start without velocities and deflection."""
+    system = mechanism.system
+    values = {p.symbol: p.default for p in system.parameters}
+    return values | {q: mechanism.start.get(q.name, 0.0) for q in system.q}
+
+
+COMPUTE = {
+    "physical-values": compute_physical,
+    "physical-critical-force": compute_physical_force,
+    "physical-friction": compute_physical_friction,
+}
