@@ -95,7 +95,7 @@ if TYPE_CHECKING:
     from painleve_sym.study.sweeps.runner import sweep as sweep
     from painleve_sym.study.sweeps.sweep import Sweep as Sweep
 
-__version__ = "0.3.0"
+__version__ = "0.4.0"
 
 _HOMES = {
     "BatchResult": "motion.batch.result",
