@@ -30,6 +30,7 @@ EXPLANATIONS = (
     "sensitivities.md",
     "several-contacts.md",
     "singular-point.md",
+    "tangential-compliance.md",
 )
 
 

@@ -54,6 +54,11 @@ RUNS: dict[str, tuple[tuple[str, ...], tuple[str, ...], str]] = {
         ("feet.png", "feet.svg"),
         r"(?s)rigid feet stop together at 0\.170068 s.*2e\+05 +B +0\.170068",
     ),
+    "tangential_compliance.py": (
+        ("--quick", "--out", "{}/new/spring"),
+        ("new/spring.json", "new/spring.png", "new/spring.svg"),
+        r"(?s)0\.8235 +0\.098358.*slip reverses.*order 0\.50",
+    ),
     "singular_point/fates.py": (
         ("--points", "3", "--out", "{}/new"),
         ("new/fates.json", "new/fates.png", "new/fates.svg"),

@@ -23,6 +23,7 @@ THUMBNAILS = {
     "sensitive_impact": "docs/figures/sensitive-impact.png",
     "sticking_feet": "docs/figures/sticking-feet.png",
     "growth": "examples/studies/reverse_chatter/growth.png",
+    "tangential_compliance": "docs/figures/tangential-compliance.png",
     "fates": "examples/studies/singular_point/fates.png",
 }
 """Figures of scripts that are not executed."""
