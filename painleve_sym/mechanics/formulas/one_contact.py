@@ -24,6 +24,7 @@ _ANY_FORCE = (
     "A' = 0: W has rank one, gap and slip velocity are tied, and sticking carries any normal "
     "force with F_t = F_t_stick(F_n)."
 )
+_NOTHING_TO_STOP = "W_tt = 0: no motion slides the contact, there is no slip to be stopped."
 _NO_FORM = "has no closed form."
 
 LEFT, RIGHT = "slip to the left (v_t < 0)", "slip to the right (v_t > 0)"
@@ -146,6 +147,9 @@ def _bilateral(mechanism: Mechanism) -> Iterator[Section]:
             ),
         ),
     )
+    if mechanism.coefficients.W_tt == 0:
+        yield Section("tangential impact", note=_NOTHING_TO_STOP)
+        return
     yield Section(
         "tangential impact",
         (
