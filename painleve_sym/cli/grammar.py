@@ -82,6 +82,12 @@ _MATERIAL = ("--material", "NAME", "sets what it provides (`painleve materials`)
 _SET = ("--set", "NAME=VALUE,...", "parameters of the mechanism, such as mu=1.2,m=0.2")
 
 _ENGINE = ("--engine", "NAME", "auto (default), compiled, taylor or erk")
+_INITIAL_FORCE = (
+    "--initial-force",
+    "N",
+    "start compressed so that the contact carries this force, N",
+)
+_RESTITUTION = ("--restitution", "E", "coefficient in [0, 1], by default 0.75")
 _CLOSE = ("--close", "COORDINATE", "solve gap = 0 for it; of several contacts CONTACT:COORDINATE")
 
 
@@ -110,6 +116,13 @@ def _look(parser: argparse.ArgumentParser, default: str = "as the suffix says") 
         ("--title", "TITLE", "none leaves the titles of the figure out"),
         ("--format", "FORMAT", f"of the figure: png, svg or pdf; by default {default}"),
     )
+
+
+def _map_files(parser: argparse.ArgumentParser, subject: str) -> None:
+    text = "(.png, .svg, .pdf) or save it (.npz, .json); may be given several times"
+    _lists(parser, ("--out", "FILE", f"draw {subject} {text}"))
+    _look(parser)
+    _json(parser)
 
 
 def _describe_options(sub: dict[str, Parser]) -> None:
@@ -149,7 +162,7 @@ def _run_options(sub: dict[str, Parser]) -> None:
     jump, simulate = sub["jump"], sub["simulate"]
     _texts(
         jump,
-        ("--restitution", "E", "coefficient in [0, 1], by default 0.75"),
+        _RESTITUTION,
         ("--rule", "RULE", "energetic (default), poisson or newton"),
     )
     _law(jump)
@@ -199,7 +212,7 @@ def _motion(parser: Parser) -> None:
         parser,
         ("--t-end", "TIME", "end time, s"),
         ("--until", "EVENT,...", "end at the first event of these kinds, such as separation"),
-        ("--initial-force", "N", "start compressed so that the contact carries this force, N"),
+        _INITIAL_FORCE,
         ("--rtol", "X", "relative tolerance, from 1e-15 up to 1"),
         ("--max-steps", "N", "stop after N steps, by default 1e6"),
         ("--max-events", "N", "stop after N events, by default 1e5"),
@@ -231,7 +244,7 @@ def _explore_options(parser: Parser) -> None:
     _texts(
         parser,
         ("--t-end", "TIME", "end time of the motions at first, s"),
-        ("--initial-force", "N", "start compressed so that the contact carries this force, N"),
+        _INITIAL_FORCE,
     )
     _texts(parser, ("--out", "FILE", "page to write, .html"), required=True)
     _json(parser)
@@ -263,10 +276,7 @@ def _map_options(parser: Parser) -> None:
     _texts(parser, ("--points", "N", points), default="400")
     slip = "sign of the slip velocity, -1 (default) or 1"
     _texts(parser, ("--slip", "SIGN", slip), default="-1")
-    files = "draw it (.png, .svg, .pdf) or save it (.npz, .json); may be given several times"
-    _lists(parser, ("--out", "FILE", files))
-    _look(parser)
-    _json(parser)
+    _map_files(parser, "it")
     parser.epilog = (
         "--json prints what the map holds without its grids; --out FILE.json has them too."
     )
@@ -283,10 +293,7 @@ def _critical_options(parser: Parser) -> None:
         ("--gradient", "NAME,...", "also the derivatives of the critical force by these"),
         ("--engine", "NAME", "auto (default), compiled or erk"),
     )
-    files = "draw the map (.png, .svg, .pdf) or save it (.npz, .json); may be given several times"
-    _lists(parser, ("--out", "FILE", files))
-    _look(parser)
-    _json(parser)
+    _map_files(parser, "the map")
     parser.epilog = (
         "The state must be indeterminate: on the surface, slipping, A < 0 and B > 0. The law\n"
         "is bilinear-hertz unless --law or the scenario file (see `painleve simulate -h`)\n"
@@ -301,7 +308,7 @@ def _contrast_options(parser: Parser) -> None:
     _case(parser)
     _texts(
         parser,
-        ("--restitution", "E", "coefficient in [0, 1], by default 0.75"),
+        _RESTITUTION,
         ("--steps", "H,...", "steps of time stepping, s, by default 1/10, 1/100, 1/1000 of t-end"),
         ("--stiffness", "E,...", "Young's moduli, Pa, by default 20.9e12,20.9e14,20.9e16"),
         ("--solvers", "NAME,...", "of time stepping: least-impulse, largest-impulse, lemke, mpcc"),

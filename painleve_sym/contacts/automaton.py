@@ -203,7 +203,7 @@ class PluralContacts:
                 matrix[i, j] = share if i != j else W[t, t]
             for k, force in enumerate(columns):
                 slipping = [
-                    -c.row.contact.friction * c.side * c.sign * force(j)
+                    -c.kinetic_coefficient * c.side * c.sign * force(j)
                     for j, c in enumerate(self.interfaces)
                 ]
                 pulled = sum(
@@ -214,14 +214,14 @@ class PluralContacts:
         return LinearSystem(unknowns, matrix, right, ease=self._capacities(columns))
 
     def _capacities(self, columns: Sequence[Callable[[int], sp.Expr]]) -> tuple[sp.Expr, ...]:
-        """Return μ |F_n| of sticking contacts, by which they share what is not determined.
+        """Return μ_s |F_n| of sticking contacts, by which they share what is not determined.
 
         Those that slip have a force of their own, and the capacity of all as their ease.
         """
         if len(columns) > 1:
             return ()
         force = columns[0]
-        limits = [c.row.contact.friction * c.side * force(i) for i, c in enumerate(self.interfaces)]
+        limits = [c.static_coefficient * c.side * force(i) for i, c in enumerate(self.interfaces)]
         return tuple(
             c.sticks * limit + (1 - c.sticks) * sp.Add(*limits)
             for c, limit in zip(self.interfaces, limits, strict=True)

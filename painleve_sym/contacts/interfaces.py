@@ -115,6 +115,16 @@ class Interface(ABC):
         return _ONE
 
     @property
+    def static_coefficient(self) -> sp.Expr:
+        """Coefficient of friction up to which it sticks."""
+        return self.row.contact.friction
+
+    @property
+    def kinetic_coefficient(self) -> sp.Expr:
+        """Coefficient of friction in slip, a function of its slip velocity."""
+        return self.row.contact.friction
+
+    @property
     @abstractmethod
     def closed(self) -> sp.Expr:
         """1 where it may carry force, else 0."""
@@ -159,7 +169,7 @@ class Interface(ABC):
 
     def tests(self, motion: ContactMotion) -> list[Test]:
         """Return what must not be negative for its local mode to follow a decision."""
-        limit = self.row.contact.friction * self.side * motion.normal_force
+        limit = self.static_coefficient * self.side * motion.normal_force
         at_rest = self.sign * zero_factor(self.row.slip)
         # A contact that can bear nothing does not stick.
         moving = sp.Abs(motion.tangential_acceleration)
@@ -201,8 +211,13 @@ class Interface(ABC):
             chooses=chooses,
         )
 
+    @property
+    def _released(self) -> Memory:
+        """Change of memory where sticking reaches its cone."""
+        return {}
+
     def _friction_changes(self, motion: ContactMotion) -> list[Transition]:
-        limit = self.row.contact.friction * self.side * motion.normal_force
+        limit = self.static_coefficient * self.side * motion.normal_force
         follows = (Choice(self.target),)
         chooses = self.target == MOTION
         changes = [
@@ -211,6 +226,7 @@ class Interface(ABC):
                 EventKind.SLIP_START,
                 self.sticks * (limit - s * motion.tangential_force),
                 follows,
+                self._released,
                 chooses=chooses,
             )
             for side, s in (("neg", 1), ("pos", -1))
@@ -427,6 +443,25 @@ class CompliantInterface(Interface):
         ]
         return sp.Add(*values)
 
+    @property
+    def static_coefficient(self) -> sp.Expr:
+        """Coefficient of friction up to which it sticks: μ r_s."""
+        return self.row.contact.friction * self.law.friction.static_ratio
+
+    @property
+    def kinetic_coefficient(self) -> sp.Expr:
+        """Coefficient of friction in slip: μ r(v_t)."""
+        return self.row.contact.friction * self.law.friction.kinetic_ratio(self.row.slip)
+
+    @property
+    def _released(self) -> Memory:
+        """Neither stick nor slip: a contact whose sticking has just ended does not stick again.
+
+        With a static friction above the kinetic one both may be possible.
+        """
+        ends = not self.law.friction.is_coulomb
+        return {self.sign: _ZERO, self.sticks: _ZERO} if ends else {}
+
     @cached_property
     def given_force(self) -> sp.Expr:
         """F_n of the branch it is in; 0 in flight; N."""
@@ -460,10 +495,12 @@ class CompliantInterface(Interface):
     def _enter_branch(self, branch: str) -> Memory:
         """Return the memory in a branch after a flight, slipping by the sign of v_t."""
         sign = sp.sign(self.row.slip)
+        # What lands without slip may stick.
+        sticks = _ZERO if self.law.friction.is_coulomb else zero_factor(self.row.slip)
         return {
             self.local: self._index(branch) + sign,
             self.sign: sign,
-            self.sticks: _ZERO,
+            self.sticks: sticks,
             **self._flags(self.branches[branch]),
         }
 
@@ -481,10 +518,10 @@ class CompliantInterface(Interface):
             Alternative(sp.Le(self.closed, 0, evaluate=False)),
             Alternative(sliding, self._rub(sp.sign(self.row.slip), _ZERO)),
         ]
-        choices += [
-            Alternative(at_rest, self._rub(sp.Integer(sign), sp.Integer(0 if sign else 1)))
-            for sign in (0, -1, 1)
-        ]
+        has_static = not self.law.friction.is_coulomb
+        may_stick = sp.And(at_rest, positive(self.sticks + self.sign**2)) if has_static else at_rest
+        choices.append(Alternative(may_stick, self._rub(_ZERO, _ONE), preferred=has_static))
+        choices += [Alternative(at_rest, self._rub(sp.Integer(sign), _ZERO)) for sign in (-1, 1)]
         # Of a slip that begins only: compliant contacts open and close by their law.
         leaving = self._leaving[:1]
         return Part(

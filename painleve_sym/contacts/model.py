@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from painleve_sym.choices import Friction
 from painleve_sym.errors import InputError
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.declarations import Parameter
@@ -199,12 +200,12 @@ def check_compliant(mechanism: Mechanism, law: Law) -> None:
 def check_several(mechanism: Mechanism, laws: Sequence[Law]) -> None:
     """Raise InputError where several contacts cannot follow their laws together."""
     for law in laws:
-        if law.is_compliant and "friction" in law.choices:
+        if law.is_compliant and law.choices.get("friction") == Friction.SPRING:
             raise InputError(
                 f"{mechanism.name}: friction: got {law.choices['friction']!r} for "
-                f"{len(mechanism.outline.contacts)} contacts, and friction other than Coulomb's "
-                "is for a mechanism with one contact. Fix: consider one contact at a time, or "
-                "leave friction out."
+                f"{len(mechanism.outline.contacts)} contacts, and a tangential spring is for a "
+                "mechanism with one contact. Fix: consider one contact at a time, or give "
+                "another friction law."
             )
     rigid = list(dict.fromkeys(law for law in laws if isinstance(law, RigidLaw)))
     if len(rigid) > 1:

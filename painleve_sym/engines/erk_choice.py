@@ -97,16 +97,19 @@ class Parts:
         transitions = self.automaton.modes[mode].transitions
         return tuple(j for j, t in enumerate(transitions) if t.label in labels)
 
-    def combinations(self, x: Array, z: Array, c: Array) -> list[tuple[Array, int]]:
-        """Return the memory of every combination of alternatives, and its number of open parts."""
+    def combinations(self, x: Array, z: Array, c: Array) -> list[tuple[Array, int, int]]:
+        """Return the memory of every combination of alternatives.
+
+        With the numbers of its open parts, and of those in what they prefer.
+        """
         conditions, flat = self._alternatives(x, z, c)
         memory, place, first = flat.reshape(len(conditions), -1), 0, 0
-        offered: list[list[tuple[Array, int]]] = []
+        offered: list[list[tuple[Array, int, int]]] = []
         for part in self.automaton.parts:
             own = slice(place, place + len(part.memory))
             offered.append(
                 [
-                    (memory[first + k, own], int(a.open))
+                    (memory[first + k, own], int(a.open), int(a.preferred))
                     for k, a in enumerate(part.alternatives)
                     if conditions[first + k] > 0
                 ]
@@ -115,13 +118,17 @@ class Parts:
         # What no part owns, the impulses of the last impact, is kept.
         kept = z[place:]
         return [
-            (np.concatenate([*(m for m, _ in each), kept]), sum(is_open for _, is_open in each))
+            (
+                np.concatenate([*(m for m, _, _ in each), kept]),
+                sum(is_open for _, is_open, _ in each),
+                sum(preferred for _, _, preferred in each),
+            )
             for each in itertools.product(*offered)
         ]
 
     def choose(
         self,
-        combinations: list[tuple[Array, int]],
+        combinations: list[tuple[Array, int, int]],
         held: Callable[[Array], tuple[int, float, Array]],
         before: Array,
         entered: list[Array],
@@ -133,7 +140,7 @@ class Parts:
 
         Parameters
         ----------
-        combinations : list of (ndarray, int)
+        combinations : list of (ndarray, int, int)
         held : callable
             Memory to the results of `tests_hold` and the rates of the states.
         before : ndarray, shape (nz,)
@@ -142,9 +149,9 @@ class Parts:
             Memory that was chosen before at this instant.
         """
         policy, parts = self.automaton.preference, len(self.automaton.parts)
-        best, motions, chosen, rate, repeats = -1, 0, None, before, True
+        best, motions, chosen, rate, repeats, most = -1, 0, None, before, True, 0
         nearest, exists = (math.inf, before), self.automaton.impacts is None
-        for memory, is_open, hold, missed, rates in self._tested(combinations, held):
+        for memory, is_open, preferred, hold, missed, rates in self._tested(combinations, held):
             left = np.array_equal(memory, before)
             again = exists and (left or any(np.array_equal(memory, m) for m in entered))
             if not hold:
@@ -153,9 +160,12 @@ class Parts:
                 continue
             repeats &= again
             # Of those that differ by rounding alone, one that lasts; last the one just left.
-            rank = 3 * (parts - is_open if policy < 0 else is_open)
-            rank += 0 if left or again else hold
-            motions += not motions or not same_motion(rates, rate)
+            rank = 2 * (parts - is_open if policy < 0 else is_open) + (not (left or again))
+            rank = 3 * ((parts + 1) * rank + preferred) + (0 if left or again else hold)
+            if preferred > most:
+                most, motions = preferred, 0
+            if preferred == most:
+                motions += not motions or not same_motion(rates, rate)
             if rank > best:
                 best, chosen, rate = rank, memory, rates
         if exists and (not motions or repeats) and nearest[0] < math.inf:
@@ -164,9 +174,11 @@ class Parts:
 
     @staticmethod
     def _tested(
-        combinations: list[tuple[Array, int]], held: Callable[[Array], tuple[int, float, Array]]
-    ) -> Iterator[tuple[Array, int, int, float, Array]]:
-        for memory, is_open in combinations:
+        combinations: list[tuple[Array, int, int]],
+        held: Callable[[Array], tuple[int, float, Array]],
+    ) -> Iterator[tuple[Array, int, int, int, float, Array]]:
+        for memory, is_open, preferred in combinations:
             hold, missed, rates = held(memory)
             # What alone is possible needs no test.
-            yield memory, is_open, hold if len(combinations) > 1 else 1, missed, rates
+            hold = hold if len(combinations) > 1 else 1
+            yield memory, is_open, preferred, hold, missed, rates

@@ -187,7 +187,9 @@ def _parts(automaton: HybridAutomaton) -> list[str]:
     if not automaton.parts:
         return []
     counts = ", ".join(str(len(part.alternatives)) for part in automaton.parts)
-    opens = ", ".join(str(int(a.open)) for part in automaton.parts for a in part.alternatives)
+    every = [a for part in automaton.parts for a in part.alternatives]
+    opens = ", ".join(str(int(a.open)) for a in every)
+    preferred = ", ".join(str(int(a.preferred)) for a in every)
     leaving = {label for part in automaton.parts for label in part.leaving}
     masks = [
         sum(1 << j for j, t in enumerate(mode.transitions) if t.label in leaving)
@@ -206,6 +208,7 @@ def _parts(automaton: HybridAutomaton) -> list[str]:
         f"static const int PS_REST[] = {{{', '.join(map(str, rest)) or '0'}}};",
         f"static const int PS_OFFERED[PS_NPART] = {{{counts}}};",
         f"static const int PS_IS_OPEN[PS_NALT] = {{{opens}}};",
+        f"static const int PS_IS_PREFERRED[PS_NALT] = {{{preferred}}};",
         f"static const int PS_OWNED[PS_NPART + 1] = {{{places}}};",
     ]
 

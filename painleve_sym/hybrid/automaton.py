@@ -205,11 +205,15 @@ class Alternative:
         New values of the memory of that part; what is absent is kept.
     open : bool
         Whether it is counted as open, where a policy prefers many or few open parts.
+    preferred : bool
+        Whether it is entered where others are possible, too: stick under a static friction above
+        the kinetic one. After the policy, most preferred alternatives decide.
     """
 
     condition: Boolean
     memory: Mapping[sp.Symbol, sp.Expr] = dataclasses.field(default_factory=dict)
     open: bool = False
+    preferred: bool = False
 
 
 @dataclass(frozen=True)

@@ -135,21 +135,21 @@ def table(columns: Sequence[str], rows: Iterable[Sequence[Any]], label: str) -> 
         Names the table for screen readers.
     """
     head = "".join(f'<th scope="col">{escape(c)}</th>' for c in columns)
-    lines = ["<tr>" + "".join(f"<td>{_cell(v)}</td>" for v in row) + "</tr>" for row in rows]
+    texts = ([escape(cell_text(value)) for value in row] for row in rows)
+    lines = [f"<tr>{''.join(f'<td>{text}</td>' for text in row)}</tr>" for row in texts]
     return (
         f'<div class="wide" tabindex="0" role="region" aria-label="{escape(label)}"><table>'
         f"<thead><tr>{head}</tr></thead><tbody>{''.join(lines)}</tbody></table></div>"
     )
 
 
-def _cell(value: Any) -> str:
+def cell_text(value: Any) -> str:
+    """Return the text of a cell of a table, before any marks are escaped."""
     if value is None:
         return ""
     if isinstance(value, bool):
         return "yes" if value else "no"
-    if isinstance(value, float):
-        return f"{value:.10g}"
-    return escape(str(value))
+    return f"{value:.10g}" if isinstance(value, float) else str(value)
 
 
 def figure(inner: str, caption: str = "", command: str = "") -> str:

@@ -15,7 +15,7 @@ from painleve_sym.files import write_beside
 from painleve_sym.papers.item import Verdict
 from painleve_sym.papers.registry import Item, Reproduction
 from painleve_sym.present.figures import draw
-from painleve_sym.present.page import Page, Part, figure, paragraph, table
+from painleve_sym.present.page import Page, Part, cell_text, figure, paragraph, table
 from painleve_sym.present.style import Look, inline_svg, save
 
 FIGURES = "figures"
@@ -192,18 +192,9 @@ def _section(item: Item, label: str) -> list[str]:
 
 
 def _table(columns: list[str], rows: list[list[Any]]) -> str:
-    lines = [columns, ["---"] * len(columns), *([_cell(v) for v in row] for row in rows)]
+    cells = [[_escaped(cell_text(value)) for value in row] for row in rows]
+    lines = [columns, ["---"] * len(columns), *cells]
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)
-
-
-def _cell(value: Any) -> str:
-    if value is None:
-        return ""
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, float):
-        return f"{value:.10g}"
-    return _escaped(str(value))
 
 
 def _escaped(text: str) -> str:

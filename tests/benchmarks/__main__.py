@@ -103,7 +103,7 @@ def starts() -> dict[str, Any]:
     wanted = {
         f"{case} from nothing, s": {
             "measured": stages["from nothing"]["total"],
-            "at_most": 3.0 if case.startswith("rod") else 15.0,
+            "at_most": 2.0 if case.startswith("rod") else 15.0,
         }
         for case, stages in times.items()
     }

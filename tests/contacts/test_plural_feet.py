@@ -61,6 +61,55 @@ def test_two_feet_follow_the_independent_integration(names, start, engine):
         assert final[name] == pytest.approx(value, rel=1e-8, abs=2e-9), name
 
 
+FRICTIONS = {
+    "static": ("static", "static"),
+    "stribeck": ("stribeck", "stribeck"),
+    "mixed": ("static", "stribeck"),
+    "one foot": ("coulomb", "static"),
+}
+STICK_SLIP = {
+    "level drop on the slope": ({"y_A": 1e-3, "x_A_dot": -0.05}, 0.1, {}),
+    "tilted drop": ({"y_A": 1e-3, "theta": 0.02, "x_A_dot": -0.3}, 0.1, {}),
+    "rocking": ({"y_A": 1e-4, "theta": 0.05}, 0.15, {"mu_A": 0.9, "mu_B": 0.9}),
+}
+
+
+@pytest.mark.parametrize("engine", ["compiled", "taylor"])
+@pytest.mark.parametrize("start", STICK_SLIP)
+@pytest.mark.parametrize("frictions", FRICTIONS)
+def test_feet_with_static_friction_follow_the_independent_integration(frictions, start, engine):
+    ratio, width = 1.6, 0.02
+    state, t_end, own = STICK_SLIP[start]
+    kinds = dict(zip("AB", FRICTIONS[frictions], strict=True))
+    simulator = _with_frictions(FRICTIONS[frictions], engine)
+    given = {f"{n}_{c}": v for n, v in LAWS["linear"][1].items() for c in "AB"}
+    given |= {f"static_ratio_{c}": ratio for c, k in kinds.items() if k != "coulomb"}
+    given |= {f"stribeck_velocity_{c}": width for c, k in kinds.items() if k == "stribeck"}
+    block = Block(
+        (LAWS["linear"][2],) * 2,
+        mu=(own.get("mu_A", 0.4), own.get("mu_B", 0.6)),
+        h=own.get("h", 0.2),
+        static=tuple(1.0 if k == "coulomb" else ratio for k in kinds.values()),
+        stribeck=tuple(width if k == "stribeck" else 0.0 for k in kinds.values()),
+    )
+    events, end = block.run(block.start(**state), t_end)
+    run = simulator.run(state, parameters=given | own, t_end=t_end)
+    assert run.stop_reason is StopReason.T_END
+    assert [(str(e.kind), e.contact) for e in run.events] == [(e.kind, e.foot) for e in events]
+    times = np.array([[e.time, o.time] for e, o in zip(run.events, events, strict=True)])
+    assert np.abs(times[:, 0] - times[:, 1]).max() < 2e-9 * t_end
+    final = dict(zip(run.state_names, run.final_state, strict=True))
+    for name, value in block.foot_A(end).items():
+        assert final[name] == pytest.approx(value, rel=1e-8, abs=2e-9), name
+    assert run.energy_residual < 1e-9
+
+
+@cache
+def _with_frictions(frictions, engine):
+    laws = {c: law("linear", friction=f) for c, f in zip("AB", frictions, strict=True)}
+    return Simulator(model("block-two-feet"), laws, engine)
+
+
 @pytest.mark.parametrize("engine", ["compiled", "taylor"])
 @pytest.mark.parametrize("name", ["hertz", "linear", "bilinear"])
 def test_feet_that_come_to_rest_together_share_their_friction(name, engine):

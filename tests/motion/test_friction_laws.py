@@ -13,11 +13,17 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 import painleve_sym as ps
+from painleve_sym.c_export.export import export_scenario
+from painleve_sym.c_export.files import expected
 from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.errors import InputError
 from painleve_sym.laws.friction import FrictionLaw
 from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
+from painleve_sym.motion.batch.run import run_batch
 from painleve_sym.study.scenario import Scenario
+from painleve_sym.study.sweeps.runner import run_sweep
+from painleve_sym.study.sweeps.sweep import Sweep
+from tests.c_export.test_export import built_by_compiler
 
 BELT = """
 name = "block-on-belt"
@@ -187,6 +193,63 @@ def test_engines_agree(friction):
         assert runs[0].final[name] == pytest.approx(runs[1].final[name], rel=1e-7, abs=1e-9)
 
 
+@pytest.mark.parametrize("friction", ["static", "stribeck"])
+def test_without_a_compiler_the_motion_is_the_same(friction):
+    start = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -0.3}
+    runs = [rod_simulator(friction, e).run(start, t_end=0.006, rtol=1e-9) for e in ("auto", "erk")]
+    assert [e.kind for e in runs[0].events] == [e.kind for e in runs[1].events]
+    assert "slip_stop" in [e.kind for e in runs[0].events]
+    for name in ("theta_dot", "y_A_dot", "x_A_dot"):
+        assert runs[1].final[name] == pytest.approx(runs[0].final[name], rel=1e-6, abs=1e-8)
+
+
+@pytest.mark.parametrize("friction", ["static", "stribeck"])
+def test_rows_of_a_batch_are_the_runs(friction):
+    simulator, ratios = rod_simulator(friction), np.linspace(1.0, 2.0, 11)
+    batch = run_batch(simulator, TABLE_3, {"static_ratio": ratios}, t_end=0.006)
+    for i, ratio in enumerate(ratios):
+        run = simulator.run(TABLE_3, t_end=0.006, parameters={"static_ratio": float(ratio)})
+        for name in ("theta_dot", "y_A_dot", "x_A_dot"):
+            assert batch[name][i] == run.final[name]
+
+
+@pytest.mark.parametrize("friction", ["static", "stribeck"])
+@pytest.mark.parametrize("mechanism", ["rod", "block-two-feet"])
+def test_exported_c_gives_the_bits_of_the_run(mechanism, friction, tmp_path):
+    """Also of several contacts; the friction law is part of the export's own scenario."""
+    start = TABLE_3 if mechanism == "rod" else {"y_A": 1e-3, "theta": 0.02, "x_A_dot": -0.3}
+    scenario = Scenario(
+        mechanism, start, law="linear", law_choices={"friction": friction}, t_end=0.02,
+        law_parameters={"k": 1e6, "c": 100.0, "static_ratio": 1.4},
+    )  # fmt: skip
+    done = export_scenario(scenario, tmp_path / "c")
+    assert len(done.trajectory.events) >= 3
+    assert built_by_compiler(done, "-O1", "-march=native", "-ffp-contract=off") == expected(
+        done.trajectory
+    )
+
+
+def test_sweep_over_the_static_ratio_is_its_runs(tmp_path):
+    text = """
+    model = "rod"
+    t_end = 0.006
+    state = { theta = 1.0, theta_dot = 1.0, x_A_dot = -1.0 }
+    law = { name = "hertz", friction = "static" }
+    keep = ["theta_dot"]
+
+    [axes]
+    static_ratio = [1.0, 1.3, 1.6]
+    """
+    out = tmp_path / "swept.npz"
+    run_sweep(Sweep.from_text(text, "static.toml"), out, threads=1)
+    with np.load(out, allow_pickle=False) as data:
+        swept = data["theta_dot"]
+    simulator = rod_simulator("static")
+    for value, ratio in zip(swept, (1.0, 1.3, 1.6), strict=True):
+        run = simulator.run(TABLE_3, t_end=0.006, parameters={"static_ratio": ratio})
+        assert value == run.final["theta_dot"]
+
+
 def test_derivatives_by_the_parameters_of_friction_are_differences():
     simulator, step = rod_simulator("stribeck"), 1e-5
     options = {"t_end": 0.006, "rtol": 1e-12, "until": "separation"}
@@ -237,10 +300,6 @@ def test_at_rest_stick_and_slip_are_both_possible_between_the_two_coefficients()
         (lambda: ps.law("hertz", friction="lugre"), "coulomb, spring, static, stribeck"),
         (lambda: ps.law("hertz", friction="static").with_friction("stribeck"), "already"),
         (lambda: FrictionLaw.named("Coulomb"), "coulomb"),
-        (
-            lambda: ps.Simulator(ps.model("block-two-feet"), ps.law("hertz", friction="static")),
-            "one contact",
-        ),
         (
             lambda: rod_simulator("static").run(
                 TABLE_3, t_end=1e-3, parameters={"static_ratio": 0.5}

@@ -105,7 +105,11 @@ class Event:
 
 @dataclass
 class Block:
-    """Mass m, inertia J, half distance a, height h, slope beta, gravity g, friction, laws."""
+    """Mass m, inertia J, half distance a, height h, slope beta, gravity g, friction, laws.
+
+    Friction is mu in slip and static mu in stick; with a Stribeck velocity (m/s) it falls from one
+    to the other.
+    """
 
     laws: tuple[Law, Law]
     m: float = 1.0
@@ -115,6 +119,8 @@ class Block:
     beta: float = 0.2
     g: float = 9.8
     mu: tuple[float, float] = (0.4, 0.6)
+    static: tuple[float, float] = (1.0, 1.0)
+    stribeck: tuple[float, float] = (0.0, 0.0)
     feet: tuple[Foot, Foot] = field(default_factory=lambda: (Foot(), Foot()))
 
     # ---- mechanics ----
@@ -144,10 +150,17 @@ class Block:
         """Return the acceleration of a point of the body."""
         return centre + alpha * np.array([-r[1], r[0]]) - y[OMEGA] ** 2 * r
 
+    def kinetic(self, i: int, v: float) -> float:
+        """Return the friction coefficient of a foot that slips."""
+        width = self.stribeck[i]
+        rise = (self.static[i] - 1) / (1 + (v / width) ** 2) if width > 0 else 0.0
+        return self.mu[i] * (1 + rise)
+
     def friction(self, y: Array, N: Array) -> Array:
         """Return the tangential forces of the present slip signs."""
         r = self.arms(y[THETA])
-        T = np.array([-f.sign * mu * n for f, mu, n in zip(self.feet, self.mu, N, strict=True)])
+        mu = [self.kinetic(i, y[SLIP[i]]) for i in (0, 1)]
+        T = np.array([-f.sign * m * n for f, m, n in zip(self.feet, mu, N, strict=True)])
         held = [i for i, f in enumerate(self.feet) if f.closed and f.sign == 0]
         if not held:
             return T
@@ -156,7 +169,7 @@ class Block:
         b = np.array([self.point(r[i], y, centre, alpha)[0] for i in (0, 1)]) + W @ T
         if len(held) == 2 and abs(r[0, 1] - r[1, 1]) <= 1e-15 * self.a:
             whole = -b[0] / W[0, 0]  # both feet share one force: by what each can carry
-            room = np.array(self.mu) * N
+            room = np.array(self.mu) * np.array(self.static) * N
             return whole * (room / room.sum() if room.sum() > 0 else np.array([0.5, 0.5]))
         T[held] = np.linalg.solve(W[np.ix_(held, held)], -b[held])
         return T
@@ -197,7 +210,8 @@ class Block:
 
                     def cone(y: Array, i: int = i, s: int = s) -> float:
                         N = self.normal(y)
-                        return float(self.mu[i] * N[i] - s * self.friction(y, N)[i])
+                        limit = self.mu[i] * self.static[i] * N[i]
+                        return float(limit - s * self.friction(y, N)[i])
 
                     margins.append((i, "slip_start", "", cone))
             elif f.closed:
@@ -231,10 +245,13 @@ class Block:
             elif not was:
                 f.sign = int(np.sign(y[SLIP[i]]))
         if kind in ("slip_stop", "slip_start", "touchdown"):
-            self.decide(y)
+            self.decide(y, i if kind == "slip_start" and self.static[i] > 1 else None)
 
-    def decide(self, y: Array) -> None:
-        """Set the slip signs of closed feet at rest to what satisfies Coulomb's law."""
+    def decide(self, y: Array, released: int | None = None) -> None:
+        """Set the slip signs of closed feet at rest to what satisfies the law of friction.
+
+        Where that leaves a choice most feet stick, but not the one whose sticking just ended.
+        """
         rest = [i for i, f in enumerate(self.feet) if f.closed and y[SLIP[i]] == 0.0]
         # Forces just after: at a landing both sides of the cone are zero.
         ahead = self._ahead(y)
@@ -243,6 +260,8 @@ class Block:
         N = self.normal(y)
         fits = []
         for signs in itertools.product((0, 1, -1), repeat=len(rest)):
+            if any(i == released and s == 0 for i, s in zip(rest, signs, strict=True)):
+                continue
             for i, s in zip(rest, signs, strict=True):
                 self.feet[i].sign = s
             try:
@@ -252,10 +271,11 @@ class Block:
             size = 1e-12 * (np.abs(T).sum() + N.sum() + self.m * self.g)
             worst = 0.0
             for i, s in zip(rest, signs, strict=True):
-                over = abs(T[i]) - self.mu[i] * N[i] if s == 0 else -s * rate[SLIP[i]] * self.m
+                limit = self.mu[i] * self.static[i] * N[i]
+                over = abs(T[i]) - limit if s == 0 else -s * rate[SLIP[i]] * self.m
                 worst = max(worst, over)
-            fits.append((max(worst - size, 0.0), signs))
-        best = min(fits, key=lambda e: e[0])[1]
+            fits.append((max(worst - size, 0.0), -signs.count(0), signs))
+        best = min(fits, key=lambda e: e[:2] if max(self.static) > 1 else e[0])[2]
         for i, s in zip(rest, best, strict=True):
             self.feet[i].sign = s
 

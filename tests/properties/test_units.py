@@ -161,6 +161,22 @@ MOTIONS = {
         4,
         {"E": 20.9e13, "n": 1.2, "l_0": 0.01},
     ),
+    "rod, static friction": Motion(
+        _named("rod"),
+        _compliant("hertz", friction="static"),
+        {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0},
+        0.01,
+        4,
+        {"E": 20.9e13, "static_ratio": 1.4},
+    ),
+    "rod, Stribeck's curve": Motion(
+        _named("rod"),
+        _compliant("hertz", friction="stribeck"),
+        {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0},
+        0.01,
+        4,
+        {"E": 20.9e13, "static_ratio": 1.4, "stribeck_velocity": 0.05},
+    ),
     "rod, two bodies": Motion(
         _named("rod"),
         _compliant("bilinear-hertz-two-bodies"),
@@ -209,6 +225,14 @@ MOTIONS = {
         0.1,
         6,
         {"k": 1e5, "c": 40.0},
+    ),
+    "block with two feet, static friction and Stribeck's curve": Motion(
+        _named("block-two-feet"),
+        _plural(law("linear", friction="static"), law("linear", friction="stribeck")),
+        {"y_A": 1e-3, "theta": 0.02, "x_A_dot": -0.3},
+        0.1,
+        6,
+        {"k_A": 1e5, "c_A": 40.0, "k_B": 1e5, "c_B": 40.0, "stribeck_velocity_B": 0.05},
     ),
     "block with two feet, rigid and compliant": Motion(
         _named("block-two-feet"),

@@ -65,14 +65,14 @@ static int same_motion(const double *a, const double *b) {
 }
 
 /* Chooses the local modes after a reset to x and z, both of which may be changed. Of several motions
- * the policy takes the one with most (1) or fewest (-1) open parts, or none (0). Returns how many
- * there are. */
+ * the policy takes the one with most (1) or fewest (-1) open parts, or none (0); where that leaves a
+ * choice, one with most parts in what they prefer. Returns how many such motions there are. */
 static int choose(ps_run *s, const ps_options *o, double *x, double *z) {
   double condition[PS_NALT], memory[PS_NALT][PS_OWNED_SIZE], x_before[PS_NX], z_before[PS_NZ];
   double best_rate[PS_NX] = {0}, nearest = HUGE_VAL, near[PS_NZ], missed = 0;
   double *res[2] = {condition, &memory[0][0]};
   int offered[PS_NPART][PS_NALT], count[PS_NPART], at[PS_NPART] = {0};
-  int motions = 0, best = -1, first = 0, combinations = 1, repeats = 1;
+  int motions = 0, best = -1, first = 0, combinations = 1, repeats = 1, most = 0;
   memcpy(x_before, s->x, sizeof x_before);
   memcpy(z_before, s->z, sizeof z_before);
   for (int i = 0; i < PS_NREST; i++)
@@ -88,10 +88,11 @@ static int choose(ps_run *s, const ps_options *o, double *x, double *z) {
     combinations *= count[p];
   }
   for (int k = 0; k < combinations; k++) {
-    int rank = 0;
+    int rank = 0, preferred = 0;
     for (int p = 0; p < PS_NPART; p++) {
       const int a = offered[p][at[p]];
       rank += PS_IS_OPEN[a];
+      preferred += PS_IS_PREFERRED[a];
       for (int i = PS_OWNED[p]; i < PS_OWNED[p + 1]; i++) s->z[i] = memory[a][i];
     }
     rank = PS_POLICY < 0 ? PS_NPART - rank : rank;
@@ -100,9 +101,12 @@ static int choose(ps_run *s, const ps_options *o, double *x, double *z) {
     const int again = PS_EXISTS && (left || entered_before(s, s->z));
     if (held) {
       /* Among those that differ by rounding alone, one that lasts; last the combination just left. */
-      rank = 3 * rank + (left || again ? 0 : held);
+      rank = 3 * (PS_NPART + 1) * (2 * rank + !(left || again)) + 3 * preferred;
+      rank += left || again ? 0 : held;
       repeats &= again;
-      motions += !motions || !same_motion(s->k[0], best_rate);
+      if (preferred > most) motions = 0;
+      most = PS_MAX(most, preferred);
+      if (preferred == most) motions += !motions || !same_motion(s->k[0], best_rate);
       if (rank > best) {
         best = rank;
         memcpy(best_rate, s->k[0], sizeof best_rate);

@@ -189,8 +189,7 @@ class TangentCode:
         self._slots: dict[Scalar, int] = {}
         self._products = {i: rule.products(i) for i, rule in tangents.rules.items()}
         factors = {n for products in self._products.values() for _, n in products}
-        kept = [*tangents.states, *sorted(factors - set(tangents.states))]
-        self._places = {n: place for place, n in enumerate(kept)}
+        self._places = {n: place for place, n in enumerate(sorted(factors))}
         self.text = self._function()
 
     @property
@@ -208,10 +207,10 @@ class TangentCode:
         read, step = [], []
         for place, i in enumerate(of.states):
             column = f"{len(of.tape.rates)} + {place} * PS_DIRECTIONS"
-            read.append(f"V[0][{place}] = ps_wide_at(x + {column}, g);")
-            read.append(f"ps_wide_to(v[0] + {column}, V[0][{place}], g);")
-            step.append(f"V[k][{place}] = PS_WIDE_FMA(q, f{i}, qb * b{i});")
-            step.append(f"ps_wide_to(v[k] + {column}, V[k][{place}], g);")
+            read.append(f"ps_wide t{i} = ps_wide_at(x + {column}, g);")
+            read += [f"ps_wide_to(v[0] + {column}, t{i}, g);", *self._kept(i, "0")]
+            step.append(f"t{i} = PS_WIDE_FMA(q, f{i}, qb * b{i});")
+            step += [f"ps_wide_to(v[k] + {column}, t{i}, g);", *self._kept(i, "k")]
         divisors = {i: rule.divisor for i, rule in of.rules.items() if rule.divisor is not None}
         inverse = [f"const double r{i} = 1 / {self._row(d, '0')};" for i, d in divisors.items()]
         places, scalars = len(self._places) or 1, len(self._slots)
@@ -263,17 +262,18 @@ class TangentCode:
         """Return the lines that make order 0 or k of a node's derivatives."""
         node = self._of.tape.nodes[i]
         if node.op == "state":
-            return [f"const ps_wide t{i} = V[{order}][{self._places[i]}];"]
+            return []
         if node.inner is None:
             value = self._operation(i, order)
         else:
             value = self._sum(node.inner, order)
         if node.op == "ramp":
             value = f"PS_WIDE_OF(live[{self._code.ramps.index(i)}]) * ({value})"
-        lines = [f"const ps_wide t{i} = {value};"]
-        if i in self._places:
-            lines.append(f"V[{order}][{self._places[i]}] = t{i};")
-        return lines
+        return [f"const ps_wide t{i} = {value};", *self._kept(i, order)]
+
+    def _kept(self, i: int, order: str) -> list[str]:
+        """Return the line that keeps derivatives which sums of higher orders need."""
+        return [f"V[{order}][{self._places[i]}] = t{i};"] if i in self._places else []
 
     def _operation(self, i: int, order: str) -> str:
         rule, text = self._of.rules[i], ""
