@@ -79,15 +79,18 @@ static int find_event(ps_run *s, const ps_look *g, double h, double at_once, dou
     if (s->armed[j] && !may_vanish(g, j) && !s->left_out) continue;
     column(g, j, order, p);
     double end = horner(p, order, 1);
-    int doubt = s->left_out || diverges(p, order);
-    if (doubt) {
+    int crosses = end <= 0, own = s->left_out;
+    if (own || diverges(p, order)) {
       if (!known) {
         own_series(s, g);
         state_at(s, h, y);
         guards(s, y, after, slope);
       }
       known = 1;
-      end = after[j];
+      /* Where both cross zero, the series says where: the event is placed on the guard itself. Where
+       * only the series does, away from a zero of a base, its place shortens the step. */
+      own |= crosses ? s->zero != 0 && after[j] > 0 : after[j] <= 0;
+      if (own) end = after[j];
     }
     int crossed = end <= 0 && (s->armed[j] || end < 0 || horner_slope(p, order, 1) < 0);
     if (end > 0) *rising |= (ps_bits)1 << j;
@@ -97,7 +100,7 @@ static int find_event(ps_run *s, const ps_look *g, double h, double at_once, dou
     } else {
       u = next_root(p, order, at_once, crossed);
     }
-    if (u >= 0 && doubt) u = zero_of_guard(s, j, h, u);
+    if (u >= 0 && own) u = zero_of_guard(s, j, h, u);
     if (u >= 0 && u < *where - PS_TIE) {
       *where = u;
       first = j;
