@@ -20,7 +20,7 @@ from painleve_sym.motion.batch.run import run_batch
 BLOCKS = """
 name = "blocks-on-belt"
 title = "two blocks on a belt, coupled by a spring and held by springs"
-source = "after Burridge & Knopoff (1967)"
+source = "two blocks of a spring-block model"
 gravity = "g"
 
 [coordinates]
