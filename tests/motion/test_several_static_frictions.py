@@ -195,7 +195,7 @@ PAIRS = [
 
 @pytest.mark.parametrize("engine", ["taylor", "compiled"])
 @pytest.mark.parametrize("pair", PAIRS)
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=3, deadline=None)
 @given(
     ratio=st.floats(1.1, 2.0),
     width=st.floats(0.02, 0.3),

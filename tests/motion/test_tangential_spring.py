@@ -200,7 +200,7 @@ class ByHand:
         return 1 if slip > 0 else -1
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(
     name=st.sampled_from(["linear", "hertz"]),
     theta=st.floats(0.6, 1.2),
@@ -234,7 +234,7 @@ def test_landing_of_the_rod_equals_scipy(name, theta, slip, approach, mu, log_k_
 # ---- the limit of a rigid tangent ----
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(
     law=st.sampled_from(LAWS),
     slip=st.floats(1.0, 4.0),

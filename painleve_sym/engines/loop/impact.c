@@ -91,7 +91,7 @@ static void stop_rows(const ps_contact_numbers *c, int count, const int *row, co
  * them and stay closed. A contact with friction whose slip the normal impulses alone would start or turn
  * sticks: so no energy is added. */
 static void close_contacts(const ps_contact_numbers *c, int n, const int *contact, double *x) {
-  int row[PS_ROWS], count = n;
+  int row[PS_ROWS] = {0}, count = n;
   double impulses[PS_CONTACT_ROWS], work[2] = {0};
   for (int i = 0; i < n; i++) row[i] = 2 * contact[i];
   stop_rows(c, n, row, x, impulses);
