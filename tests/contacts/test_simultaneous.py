@@ -279,6 +279,7 @@ def _stepped(W, mu, v, e, weights, step):
     raise AssertionError("the steps do not end")
 
 
+@pytest.mark.slow
 def test_the_path_agrees_with_small_steps():
     rng = np.random.default_rng(5)
     for _ in range(12):

@@ -96,6 +96,7 @@ def test_three_legged_table():
     }
 
 
+@pytest.mark.slow
 def test_feet_that_land_together_in_directions_that_keep_them_together():
     sim = simulator("block-two-feet", "energetic")
     start = {"y_A": 0.02, "x_A_dot": 0.4}
@@ -104,6 +105,7 @@ def test_feet_that_land_together_in_directions_that_keep_them_together():
     assert min(hit.event.impulses[::2]) > 0 and hit.note == ""
 
 
+@pytest.mark.slow
 def test_feet_that_land_together_are_parted_by_a_turn():
     sim = simulator("block-two-feet", "energetic")
     start = {"y_A": 0.02, "x_A_dot": 0.4}
@@ -123,6 +125,7 @@ def test_feet_that_land_together_are_parted_by_a_turn():
     assert abs(left - right) > 0.1
 
 
+@pytest.mark.slow
 def test_slip_that_begins_at_zero_and_does_not_stick_has_no_derivative():
     sim = simulator("block-two-feet", "energetic")
     start, values = {"y_A": 0.02, "theta": 0.3}, FLAT | {"mu_A": 0.01}
@@ -139,6 +142,7 @@ def test_slip_that_begins_at_zero_and_does_not_stick_has_no_derivative():
     assert abs(above - below) > 1e-3
 
 
+@pytest.mark.slow
 def test_impacts_beside_a_guide():
     block = model("block-two-feet")
     held, free = block.contacts
@@ -149,6 +153,7 @@ def test_impacts_beside_a_guide():
     assert len(impacts(motion)) >= 2
 
 
+@pytest.mark.slow
 def test_both_engines_agree():
     start, wrt = {"y_A": 0.02, "theta": 0.1, "x_A_dot": 0.3}, ("theta", "mu_A")
     ends = [

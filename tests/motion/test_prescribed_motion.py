@@ -317,6 +317,7 @@ def test_energy_of_a_driven_pivot_above_a_rocking_floor_closes(name):
     assert run.energy_residual < 1e-9
 
 
+@pytest.mark.slow
 def test_energy_of_a_pendulum_under_a_shaken_rail_closes_through_tangential_impacts():
     sim = Simulator(mechanism_from_text(HEAD + GUIDE, name="rail"), RigidLaw())
     start = {"theta": 1.0, "x_dot": 0.5, "y_dot": 0.4}

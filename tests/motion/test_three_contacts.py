@@ -230,8 +230,15 @@ def test_stepping_keeps_the_energy_of_a_sprung_table_in_flight():
     assert errors[1] < 0.55 * errors[0] and errors[1] < 1e-2 * energy(q, u)
 
 
-@pytest.mark.parametrize("restitution", ["newton", "energetic"])
-@pytest.mark.parametrize("engine", ["taylor", "compiled"])
+@pytest.mark.parametrize(
+    ("engine", "restitution"),
+    [
+        ("taylor", "newton"),
+        pytest.param("taylor", "energetic", marks=pytest.mark.slow),
+        pytest.param("compiled", "newton", marks=pytest.mark.slow),
+        pytest.param("compiled", "energetic", marks=pytest.mark.slow),
+    ],
+)
 def test_feet_that_stop_together_do_not_bounce_in_rounding(tmp_path, engine, restitution):
     """Feet at rest keep a normal velocity of exactly 0 where another one lands beside them."""
     path = tmp_path / "level.toml"

@@ -152,6 +152,7 @@ def test_mobilities_ratio_peaks_at_the_number_of_the_page():
         assert peak["ratio"] == pytest.approx(2.1596 * math.sqrt(slender), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_chain_of_particles_stops_when_the_rod_of_modes_does():
     """Positions of particles, no modes and no frame; the rest is the chain's error of order 2."""
     coarse, fine = (study.chain(1.2, n, 0.002, bar=study.bench("steel")) for n in (8, 16))
