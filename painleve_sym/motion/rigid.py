@@ -17,7 +17,7 @@ from painleve_sym.contacts.classify import contact_problem, solution_name
 from painleve_sym.contacts.model import ContactModel
 from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.contacts.terms import rows_of
-from painleve_sym.errors import EventKind, StopReason
+from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.motion.locate_limit import locate_limit
 from painleve_sym.motion.singular_limit import LimitKind, ReverseChatter
 from painleve_sym.motion.trajectory import EventRecord, Trajectory
@@ -67,7 +67,10 @@ def _of_one(
 ) -> tuple[str, ...]:
     """Return the names of several solutions of the only contact; none for less than two."""
     contact = simulator.contact
-    problem = contact_problem(simulator.mechanism, event.state, values)
+    try:
+        problem = contact_problem(simulator.mechanism, event.state, values)
+    except InputError:  # a mobility that overflows has none; the run ends there (`non_finite`)
+        return ()
     modes = tuple(dict.fromkeys(solution_name(s, problem) for s in problem.solutions()))
     if contact.parameters and modes and event.state[contact.rows[0].slip] == 0:
         bounces = chatter_at(contact, event.state, values)
