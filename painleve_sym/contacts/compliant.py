@@ -7,46 +7,32 @@ from functools import cached_property
 
 import sympy as sp
 
-from painleve_sym.contacts.contact_states import CONTACT_WORK, ContactStates, domain_transitions
-from painleve_sym.contacts.model import CONTACTS, FLIGHT, check_compliant
-from painleve_sym.contacts.preparation import preparation
+from painleve_sym.contacts.contact_states import CONTACT_WORK, OneContact
+from painleve_sym.contacts.model import CONTACTS, FLIGHT
 from painleve_sym.errors import EventKind
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition, positive
 from painleve_sym.laws.compliance import DELTA, DELTA_DOT, SEPARATED, Branch, Exit
 from painleve_sym.laws.contact_law import ContactLaw
-from painleve_sym.mechanics.declarations import Parameter
-from painleve_sym.mechanics.simplify import readable
 
 INDENTED = "flight_indented"
 
 
 @dataclass(frozen=True)
-class CompliantContact(ContactStates):
+class CompliantContact(OneContact):
     """Builds the automaton: flight, slip ±, stick, each with the branches of the law.
 
     Parameters
     ----------
-    mechanism : Mechanism
-        With exactly one contact.
-    law : ContactLaw
+    model : ContactModel
+        With exactly one contact, and a compliant law.
     """
 
-    law: ContactLaw
-
-    def __post_init__(self) -> None:
-        check_compliant(self.mechanism, self.law)
-        taken = [p.name for p in self.mechanism.outline.parameters]
-        self.__dict__["law"] = self.law.apart_from(taken)
-
     @property
-    def own_laws(self) -> tuple[ContactLaw]:
+    def law(self) -> ContactLaw:
         """The law of the contact."""
-        return (self.law,)
-
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        """Parameters of the law."""
-        return self.law.parameters
+        (law,) = self.model.own_laws
+        assert law.is_compliant
+        return law
 
     @property
     def memory(self) -> tuple[sp.Symbol, ...]:
@@ -113,7 +99,7 @@ class CompliantContact(ContactStates):
             f"{contact}/{branch.name}",
             self._law_field(contact, branch),
             # Friction first: at a start at rest it decides which normal motion follows.
-            (*changes, *exits, *domain_transitions(self.mechanism)),
+            (*changes, *exits, *self.domain_ends),
             self.outputs(contact, force, self._of_state(branch.stored_energy)),
         )
 
@@ -143,16 +129,14 @@ class CompliantContact(ContactStates):
         land = self.transition("touchdown", EventKind.TOUCHDOWN, self.gap, *lands)
         zero = sp.Integer(0)
         free, outputs = self.field(None, zero), self.outputs(None, zero, zero)
-        modes = [Mode(FLIGHT, free, (land, *domain_transitions(self.mechanism)), outputs)]
+        modes = [Mode(FLIGHT, free, (land, *self.domain_ends), outputs)]
         if self.law.recontacts:
             clean = {s: sp.Integer(0) for s in self.law.memory}
             leave = self.transition(
                 "liftoff", EventKind.LIFTOFF, -self.gap, (Choice(FLIGHT),), clean
             )
             back = [self._recontact(i, e) for i, e in enumerate(self.law.recontacts)]
-            modes.append(
-                Mode(INDENTED, free, (leave, *back, *domain_transitions(self.mechanism)), outputs)
-            )
+            modes.append(Mode(INDENTED, free, (leave, *back, *self.domain_ends), outputs))
         return modes
 
     def _recontact(self, number: int, e: Exit) -> Transition:
@@ -170,19 +154,9 @@ class CompliantContact(ContactStates):
     @cached_property
     def automaton(self) -> HybridAutomaton:
         """The automaton, validated."""
-        mechanism, law = self.mechanism, self.law
-        contact_modes = [self._contact_mode(c, b) for c in CONTACTS for b in law.branches]
-        return HybridAutomaton(
-            name=f"{mechanism.name} with {law.name}",
-            states=self.states,
-            memory=self.memory,
-            parameters=tuple(p.symbol for p in (*mechanism.system.parameters, *law.parameters)),
-            definitions={s: readable(v) for s, v in law.definitions.items()},
-            modes=(*self._flight_modes(), *contact_modes),
-            starts=self._start_choices(),
-            uncontrolled=self.dissipations,
-            preparation=preparation(self),
-        )
+        contact_modes = [self._contact_mode(c, b) for c in CONTACTS for b in self.law.branches]
+        modes, starts = (*self._flight_modes(), *contact_modes), self._start_choices()
+        return self.automaton_of(f" with {self.law.name}", modes, starts, memory=self.memory)
 
     def _start_choices(self) -> tuple[Choice, ...]:
         # Inside the surface: loading, whose guards then sort out unloading. On it: flight, whose

@@ -12,12 +12,10 @@ from functools import cached_property
 
 import sympy as sp
 
-from painleve_sym.choices import Policy, PolicyLike
-from painleve_sym.contacts.contact_states import FORCE_WORK, FRICTION_WORK, ContactStates
-from painleve_sym.contacts.model import CONTACTS, guide_slip_mode, guide_stick_mode, locked_guide
-from painleve_sym.contacts.preparation import preparation
+from painleve_sym.contacts.contact_states import FORCE_WORK, FRICTION_WORK, OneContact
+from painleve_sym.contacts.model import CONTACTS, guide_slip_mode, guide_stick_mode
 from painleve_sym.contacts.rigid import DECISION, SINGULAR_MARGIN
-from painleve_sym.errors import EventKind, InputError, StopReason
+from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.hybrid.automaton import (
     Choice,
     HybridAutomaton,
@@ -26,8 +24,6 @@ from painleve_sym.hybrid.automaton import (
     is_zero,
     positive,
 )
-from painleve_sym.laws.rigid_contact import RigidLaw
-from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.mechanics.impact.impulse_rays import V_T
 from painleve_sym.mechanics.outline import SIDES
 from painleve_sym.mechanics.paradox.bilateral import BilateralForms
@@ -41,47 +37,22 @@ _SIDES = {side: name for name, side in SIDES.items()}
 
 
 @dataclass(frozen=True)
-class BilateralContact(ContactStates):
+class BilateralContact(OneContact):
     """Builds the automaton: slip ± and stick, each with either sign of F_n, and a decision.
+
+    Where a slip has two solutions the policy decides: the one with A > 0 (there is no lift-off
+    here), the one with A < 0, or the tangential impact. At v_t = 0 it sticks where that is
+    possible.
 
     Parameters
     ----------
-    mechanism : Mechanism
-        With exactly one contact, bilateral.
-    policy : Policy or its text
-        Followed where a slip has two solutions: the one with A > 0 (there is no lift-off here),
-        the one with A < 0, or the tangential impact. At v_t = 0 it sticks where that is possible.
-
-    Raises
-    ------
-    InputError
-        A contact that can open, an unknown policy, or a W of rank one, where the constraint
-        leaves no slip.
+    model : ContactModel
+        With exactly one contact, bilateral, whose W has not rank one: it could not slip.
 
     References
     ----------
     Klein (1909); Génot & Brogliato (1999) and Le Xuan Anh (2003) on tangential impacts.
     """
-
-    policy: PolicyLike = Policy.LIFTOFF
-
-    def __post_init__(self) -> None:
-        _ = self.own_laws  # rejects unknown names
-        where = f"mechanism {self.mechanism.name!r}"
-        if not self.mechanism.contact.bilateral:
-            raise InputError(f"{where}: its contact can open. Fix: use RigidContact.")
-        if self.mechanism.locked:
-            raise InputError(locked_guide(self.mechanism))
-
-    @property
-    def own_laws(self) -> tuple[RigidLaw]:
-        """The law of the contact, of which only the policy plays a part."""
-        return (RigidLaw(policy=self.policy),)
-
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        """Parameters of the contact itself: none, since it never separates."""
-        return ()
 
     @cached_property
     def forms(self) -> BilateralForms:
@@ -99,7 +70,7 @@ class BilateralContact(ContactStates):
                 "liftoff": guide_slip_mode(slip, side),
                 "slip": guide_slip_mode(slip, -side, unstable=True),
                 "impact": TANGENTIAL_IMPACT,
-            }[self.policy]
+            }[self.model.rigid_law.policy]
             yield Choice(taken, all_positive(moving, A, -other, -side * B))
             yield Choice(guide_slip_mode(slip, side), all_positive(moving, A, -side * B))
         for side in _SIDES:
@@ -141,10 +112,7 @@ class BilateralContact(ContactStates):
         reset[FRICTION_WORK] = FRICTION_WORK + forms.friction_loss.xreplace(now)
         if FORCE_WORK in self.dissipations:
             impulses = (forms.normal_impulse, forms.tangential_impulse)
-            reset[FORCE_WORK] = FORCE_WORK - sum(
-                p.xreplace(now) * speed
-                for p, speed in zip(impulses, self.drive_speeds, strict=True)
-            )
+            reset[FORCE_WORK] = FORCE_WORK - self.drive_work(p.xreplace(now) for p in impulses)
         stop = self.transition(
             "stop", EventKind.TANGENTIAL_IMPACT, None, (Choice(DECISION),), reset
         )
@@ -214,14 +182,5 @@ class BilateralContact(ContactStates):
             for unstable in (False, True)
         ]
         sticks = [self._stick(side) for side in _SIDES]
-        return HybridAutomaton(
-            name=f"{self.mechanism.name}, rigid, bilateral",
-            states=self.states,
-            memory=(),
-            parameters=tuple(p.symbol for p in self.mechanism.system.parameters),
-            definitions={},
-            modes=(self._decision(), self._impact(), *sticks, *slips),
-            starts=(Choice(DECISION),),
-            uncontrolled=self.dissipations,
-            preparation=preparation(self),
-        )
+        modes = (self._decision(), self._impact(), *sticks, *slips)
+        return self.automaton_of(", rigid, bilateral", modes, (Choice(DECISION),), memory=())

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from painleve_sym.choices import Friction
 from painleve_sym.errors import InputError
@@ -15,6 +15,7 @@ from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.outline import SIDES, ContactOutline
 
 if TYPE_CHECKING:
+    from painleve_sym.contacts.contact_states import ContactStates
     from painleve_sym.hybrid.automaton import HybridAutomaton
     from painleve_sym.laws.catalogue import Law
 
@@ -60,14 +61,14 @@ class StateRow(NamedTuple):
     slip: str
 
     @classmethod
-    def of(cls, contact: ContactOutline, end: str = "") -> StateRow:
+    def of(cls, contact: ContactOutline, end: str) -> StateRow:
         """Return the row, with coordinates and velocities in place of states of its own.
 
         Parameters
         ----------
         contact : ContactOutline
         end : str
-            Put behind ``gap`` and ``slip_velocity`` where there are several contacts.
+            Stands behind ``gap`` and ``slip_velocity`` where there are several contacts.
         """
         gap = contact.gap_coordinate or f"gap{end}"
         return cls(gap, f"{gap}_dot", contact.slip_rate or f"slip_velocity{end}")
@@ -93,6 +94,7 @@ class ContactModel:
     laws: tuple[Law, ...]
 
     def __post_init__(self) -> None:
+        _ = self.own_laws  # rejects names that the mechanism has, too
         if self.several:
             check_several(self.mechanism, self.laws)
         elif not self.is_rigid:
@@ -120,22 +122,27 @@ class ContactModel:
         """Whether the only contact holds from both sides."""
         return [c.bilateral for c in self.mechanism.outline.contacts] == [True]
 
+    @property
+    def ends(self) -> tuple[str, ...]:
+        """Ends of the names of each contact's states and outputs: empty for an only contact."""
+        return tuple(f"_{c.name}" * self.several for c in self.mechanism.outline.contacts)
+
     @cached_property
     def rows(self) -> tuple[StateRow, ...]:
         """Names of the states of each contact."""
-        contacts = self.mechanism.outline.contacts
-        return tuple(StateRow.of(c, f"_{c.name}" * self.several) for c in contacts)
+        return tuple(map(StateRow.of, self.mechanism.outline.contacts, self.ends))
 
     @cached_property
     def own_laws(self) -> tuple[Law, ...]:
         """The law of each contact, in its own symbols."""
-        contacts = self.mechanism.outline.contacts
+        outline = self.mechanism.outline
         if self.is_guide and not self.laws[0].is_compliant:
             return (RigidLaw(policy=self.laws[0].policy),)
+        taken = [p.name for p in outline.parameters]
         if len(self.laws) == 1:
-            return self.laws * len(contacts)
-        pairs = zip(self.laws, contacts, strict=True)
-        return tuple(law.of_contact(c.name) for law, c in pairs)
+            return (self.laws[0].apart_from(taken),) * len(outline.contacts)
+        pairs = zip(self.laws, outline.contacts, strict=True)
+        return tuple(law.of_contact(c.name).apart_from(taken) for law, c in pairs)
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -158,33 +165,30 @@ class ContactModel:
         return "\n".join((self.mechanism.definition, *laws, *own))
 
     @cached_property
-    def builder(self) -> Any:
+    def builder(self) -> ContactStates:
         """Object that derives the automaton."""
         if self.several:
             from painleve_sym.contacts.automaton import PluralContacts
 
-            return PluralContacts(self.mechanism, self.laws)
-        (law,) = self.laws
-        if law.is_compliant:
+            return PluralContacts(self)
+        if self.own_laws[0].is_compliant:
             from painleve_sym.contacts.compliant import CompliantContact
             from painleve_sym.contacts.tangential_spring import TangentialSpringContact
 
-            if law.friction.tangential_stiffness is not None:
-                return TangentialSpringContact(self.mechanism, law)
-            return CompliantContact(self.mechanism, law)
+            yields = self.own_laws[0].friction.tangential_stiffness is not None
+            return TangentialSpringContact(self) if yields else CompliantContact(self)
         if self.is_guide:
             from painleve_sym.contacts.guide import BilateralContact
 
-            return BilateralContact(self.mechanism, law.policy)
+            return BilateralContact(self)
         from painleve_sym.contacts.rigid import RigidContact
 
-        return RigidContact(self.mechanism, law.restitution, law.policy)
+        return RigidContact(self)
 
     @property
     def automaton(self) -> HybridAutomaton:
         """The automaton, derived when first asked for."""
-        automaton: HybridAutomaton = self.builder.automaton
-        return automaton
+        return self.builder.automaton
 
 
 def check_compliant(mechanism: Mechanism, law: Law) -> None:

@@ -6,24 +6,21 @@ instantaneous modes, one per straight ray in the space of impulses (Routh's cons
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import sympy as sp
 from sympy.logic.boolalg import Boolean
 
-from painleve_sym.choices import Policy, PolicyLike, Restitution, RestitutionLike
-from painleve_sym.contacts.contact_states import ContactStates, domain_transitions
+from painleve_sym.contacts.contact_states import OneContact
 from painleve_sym.contacts.impact_rays import (
     APPROACH,
     MEMORY,
     RATE_ROUNDING,
     ImpactRays,
-    restitution_parameter,
 )
 from painleve_sym.contacts.model import CONTACTS, FLIGHT
-from painleve_sym.contacts.preparation import preparation
-from painleve_sym.errors import EventKind, InputError, StopReason
+from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.hybrid.automaton import (
     Accumulation,
     Choice,
@@ -33,8 +30,6 @@ from painleve_sym.hybrid.automaton import (
     is_zero,
     positive,
 )
-from painleve_sym.laws.rigid_contact import RigidLaw
-from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.mechanics.impact.impulse_rays import raw
 from painleve_sym.mechanics.paradox.singular_point import SingularPoint
 
@@ -46,44 +41,23 @@ SINGULAR_MARGIN = sp.Rational(1, 10**8)
 
 
 @dataclass(frozen=True)
-class RigidContact(ContactStates):
+class RigidContact(OneContact):
     """Builds the automaton: flight, slip ±, stick, a decision, and the rays of an impact.
 
     Parameters
     ----------
-    mechanism : Mechanism
-        With exactly one contact.
-    restitution : Restitution or its text
-    policy : Policy or its text
-        Followed where the contact problem has several solutions.
+    model : ContactModel
+        With exactly one contact, which can open, and a rigid law.
 
     References
     ----------
     Génot & Brogliato (1999); Champneys & Várkonyi (2016).
     """
 
-    restitution: RestitutionLike = Restitution.ENERGETIC
-    policy: PolicyLike = Policy.LIFTOFF
-    rays: ImpactRays = field(init=False, repr=False, compare=False)
-
-    def __post_init__(self) -> None:
-        _ = self.own_laws  # rejects unknown names
-        if self.mechanism.contact.bilateral:
-            raise InputError(
-                f"mechanism {self.mechanism.name!r}: its contact is bilateral, and rigid motion "
-                "needs one that can open. Fix: use BilateralContact."
-            )
-        object.__setattr__(self, "rays", ImpactRays(self, self.restitution))
-
-    @property
-    def own_laws(self) -> tuple[RigidLaw]:
-        """The law of the contact."""
-        return (RigidLaw(self.restitution, self.policy),)
-
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        """Parameters of the rigid contact itself: its coefficient of restitution."""
-        return (restitution_parameter(self.restitution),)
+    @cached_property
+    def rays(self) -> ImpactRays:
+        """Modes of an impact."""
+        return ImpactRays(self, self.model.rigid_law.restitution)
 
     @cached_property
     def singular_points(self) -> dict[int, SingularPoint]:
@@ -115,7 +89,7 @@ class RigidContact(ContactStates):
         return (
             Choice(name, all_positive(moving, A - RATE_ROUNDING * c.W_nn, -B)),
             Choice(self.rays.first(name), all_positive(moving, -B)),  # A <= 0 is left: A = 0 too
-            Choice(several[self.policy], all_positive(moving, -A, B)),
+            Choice(several[self.model.rigid_law.policy], all_positive(moving, -A, B)),
         )
 
     def _resting_choices(self) -> tuple[Choice, ...]:
@@ -129,7 +103,8 @@ class RigidContact(ContactStates):
                 condition = all_positive(sign * c.A(slip), -sign * c.B, rate)
                 onsets.append(Choice(target, condition, ("slip_stop",)))
         lift = Choice(FLIGHT, positive(c.B))
-        order = (lift, stick, *onsets) if self.policy == "liftoff" else (stick, *onsets, lift)
+        lifts = self.model.rigid_law.policy == "liftoff"
+        order = (lift, stick, *onsets) if lifts else (stick, *onsets, lift)
         return tuple(Choice(x.target, sp.And(rest, x.condition), x.departs) for x in order)
 
     def _stick_condition(self) -> Boolean:
@@ -181,9 +156,7 @@ class RigidContact(ContactStates):
             on_accumulation=Accumulation(EventKind.SETTLE, DECISION, closed),
         )
         outputs = self.outputs(None, zero, zero)
-        return Mode(
-            FLIGHT, self.field(None, zero), (land, *domain_transitions(self.mechanism)), outputs
-        )
+        return Mode(FLIGHT, self.field(None, zero), (land, *self.domain_ends), outputs)
 
     def _slip(self, contact: str, unstable: bool) -> Mode:
         c, s = self.mechanism.coefficients, CONTACTS[contact]
@@ -226,19 +199,9 @@ class RigidContact(ContactStates):
     @cached_property
     def automaton(self) -> HybridAutomaton:
         """The automaton, validated; modes that cannot be reached under the policy are left out."""
-        system = self.mechanism.system
         modes = [self._flight(), self._decision(), self._stick()]
         modes += [self._slip(n, u) for n in ("slip_neg", "slip_pos") for u in (False, True)]
         modes += self.rays.modes(DECISION)
-        parameters = (*system.parameters, *self.parameters)
-        return HybridAutomaton(
-            name=f"{self.mechanism.name}, rigid, {self.restitution} restitution",
-            states=self.states,
-            memory=MEMORY,
-            parameters=tuple(p.symbol for p in parameters),
-            definitions={},
-            modes=tuple(modes),
-            starts=(Choice(FLIGHT, positive(self.gap)), Choice(DECISION)),
-            uncontrolled=self.dissipations,
-            preparation=preparation(self),
-        )
+        starts = (Choice(FLIGHT, positive(self.gap)), Choice(DECISION))
+        title = f", rigid, {self.model.rigid_law.restitution} restitution"
+        return self.automaton_of(title, modes, starts, memory=MEMORY)

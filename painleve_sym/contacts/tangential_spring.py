@@ -18,10 +18,7 @@ import sympy as sp
 
 from painleve_sym.contacts.compliant import CompliantContact
 from painleve_sym.contacts.contact_states import (
-    DEFLECTION,
     FRICTION_WORK,
-    GAP_RATE,
-    SLIP,
     row_acceleration,
 )
 from painleve_sym.contacts.model import CONTACTS
@@ -33,8 +30,6 @@ SIDE = sp.Symbol("slip_side", real=True)
 """Memory: s, the last direction of slip, or 0 where there was none since the contact closed."""
 
 _ZERO = sp.Integer(0)
-_RELAXED = {SIDE: _ZERO, DEFLECTION: _ZERO}
-"""Reset where a contact closes: ξ = 0."""
 _SIDES = {"slip_neg": -1, "slip_pos": 1}
 
 
@@ -47,10 +42,8 @@ class TangentialSpringContact(CompliantContact):
 
     Parameters
     ----------
-    mechanism : Mechanism
-        With exactly one contact.
-    law : ContactLaw
-        Its force must not jump while the contact is loaded.
+    model : ContactModel
+        With exactly one contact, and a law whose force does not jump while the contact is loaded.
 
     References
     ----------
@@ -64,11 +57,21 @@ class TangentialSpringContact(CompliantContact):
         assert stiffness is not None
         return stiffness
 
+    @property
+    def _relaxed(self) -> dict[sp.Symbol, sp.Expr]:
+        """Reset where the contact closes: ξ = 0."""
+        return {SIDE: _ZERO, self.deflection: _ZERO}
+
+    @property
+    def deflection(self) -> sp.Symbol:
+        """State ζ."""
+        return self.rows[0].deflection
+
     @cached_property
     def states(self) -> tuple[sp.Symbol, ...]:
         """Those of every contact, with ζ before the dissipated energies."""
         own, count = super().states, len(self.dissipations)
-        return (*own[:-count], DEFLECTION, *own[-count:])
+        return (*own[:-count], self.deflection, *own[-count:])
 
     @property
     def memory(self) -> tuple[sp.Symbol, ...]:
@@ -81,14 +84,14 @@ class TangentialSpringContact(CompliantContact):
         """Return F_t of a contact mode for the normal force `force`."""
         if contact == "stick":
             limit = self.friction_coefficient * force
-            return -SIDE * limit - self.tangential_stiffness * DEFLECTION
+            return -SIDE * limit - self.tangential_stiffness * self.deflection
         return super().tangential_force(contact, force)
 
     def _normal(self, contact: str | None, force: sp.Expr, accelerations: sp.Matrix) -> sp.Expr:
         if contact != "stick":
             return super()._normal(contact, force, accelerations)
         c = self.mechanism.coefficients
-        if self.gap_rate == GAP_RATE:
+        if self._gap_is_extra:
             return row_acceleration(c.contact.J_N, accelerations, c.contact.normal_bias)
         return c.W_nn * force + c.W_nt * self.tangential_force("stick", force) + c.b_n
 
@@ -98,7 +101,7 @@ class TangentialSpringContact(CompliantContact):
         if contact != "stick":
             return super()._slip_rate(contact, force, accelerations)
         c = self.mechanism.coefficients
-        if self.slip == SLIP and accelerations is not None:
+        if self._slip_is_extra and accelerations is not None:
             return row_acceleration(c.contact.J_T, accelerations, c.contact.tangential_bias)
         return c.W_nt * force + c.W_tt * self.tangential_force("stick", force) + c.b_t
 
@@ -116,7 +119,7 @@ class TangentialSpringContact(CompliantContact):
         rates = super()._law_field(contact, branch)
         yields = self._limit_rate(branch, rates[self.gap_rate])
         if contact == "stick":
-            return rates | {DEFLECTION: self.slip - SIDE * yields, FRICTION_WORK: _ZERO}
+            return rates | {self.deflection: self.slip - SIDE * yields, FRICTION_WORK: _ZERO}
         friction = self.tangential_force(contact, self._of_state(branch.force))
         velocity = self.slip - CONTACTS[contact] * yields
         return rates | {FRICTION_WORK: -friction * velocity}
@@ -137,9 +140,9 @@ class TangentialSpringContact(CompliantContact):
         for name, s in _SIDES.items():
             # μ F_n + s F_t, where nothing cancels on the side of the last slip.
             beyond = (1 - s * SIDE) * self.friction_coefficient * force
-            margin = beyond - s * self.tangential_stiffness * DEFLECTION
+            margin = beyond - s * self.tangential_stiffness * self.deflection
             enter = Choice(f"{name}/{branch.name}", departs=("slip_stop",))
-            reset = {DEFLECTION: _ZERO}
+            reset = {self.deflection: _ZERO}
             changes.append(self.transition(name, EventKind.SLIP_START, margin, (enter,), reset))
         return changes
 
@@ -150,7 +153,7 @@ class TangentialSpringContact(CompliantContact):
         yields = s * self._limit_rate(branch, acceleration)
         # |F_t| = μ F_n there, and both sides grow alike.
         stick = Choice(f"stick/{branch.name}", departs=(name,))
-        reset = {DEFLECTION: _ZERO, SIDE: sp.Integer(s)}
+        reset = {self.deflection: _ZERO, SIDE: sp.Integer(s)}
         guard = s * (self.slip - yields)
         return self.transition("slip_stop", EventKind.SLIP_STOP, guard, (stick,), reset)
 
@@ -158,7 +161,7 @@ class TangentialSpringContact(CompliantContact):
         transition = super()._exit(number, contact, branch, e)
         if e.target != SEPARATED:
             return transition
-        return replace(transition, reset={**transition.reset, **_RELAXED})
+        return replace(transition, reset={**transition.reset, **self._relaxed})
 
     def _landing(
         self, branch: Branch, touchdown: bool
@@ -177,4 +180,4 @@ class TangentialSpringContact(CompliantContact):
             *(Choice(f"{n}/{branch.name}", c) for n, c in zip(_SIDES, slides, strict=True)),
             Choice(f"stick/{branch.name}", departs=tuple(_SIDES)),
         )
-        return choices, {**_RELAXED, **at}
+        return choices, {**self._relaxed, **at}
