@@ -19,6 +19,7 @@ from painleve_sym.contacts.contact_states import (
     CONTACT_WORK,
     FORCE_WORK,
     FRICTION_WORK,
+    SINGULAR_MARGIN,
     ContactRow,
     ContactStates,
 )
@@ -31,7 +32,6 @@ from painleve_sym.contacts.interfaces import (
     zero_factor,
 )
 from painleve_sym.contacts.model import CONTACT, MOTION, START
-from painleve_sym.contacts.rigid import SINGULAR_MARGIN
 from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.hybrid.automaton import (
     Choice,

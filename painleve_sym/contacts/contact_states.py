@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -15,6 +15,7 @@ from painleve_sym.contacts.model import (
     CONTACTS,
     FORCE_LOSS,
     FRICTION_LOSS,
+    SLIPS,
     ContactModel,
     StateRow,
 )
@@ -30,6 +31,10 @@ from painleve_sym.mechanics.system import TIME
 FRICTION_WORK = sp.Symbol(FRICTION_LOSS, real=True)
 CONTACT_WORK = sp.Symbol(CONTACT_LOSS, real=True)
 FORCE_WORK = sp.Symbol(FORCE_LOSS, real=True)
+
+
+SINGULAR_MARGIN = sp.Rational(1, 10**8)
+"""|A_s|/W_nn at which a slip counts as having met A = 0: the limit is then linear in time."""
 
 
 @dataclass(frozen=True)
@@ -258,6 +263,33 @@ class OneContact(ContactStates):
         """Coefficient of friction in slip, which may depend on the slip velocity."""
         return self.mechanism.coefficients.mu
 
+    # ---- events of friction ----
+
+    def slip_starts(
+        self,
+        margins: Mapping[int, sp.Expr],
+        choices: Callable[[int], tuple[Choice, ...]],
+        reset: Reset | None = None,
+    ) -> list[Transition]:
+        """Return the ends of stick by their margins; each leads to choices of its slip."""
+        kind = EventKind.SLIP_START
+        return [
+            self.transition(SLIPS[s], kind, margin, choices(s), reset)
+            for s, margin in margins.items()
+        ]
+
+    def slip_stop(self, slip: int, choices: tuple[Choice, ...]) -> Transition:
+        """Return the end of slip: v_t = 0."""
+        still, kind = {self.slip: sp.Integer(0)}, EventKind.SLIP_STOP
+        return self.transition("slip_stop", kind, slip * self.slip, choices, still)
+
+    def singular(self, A: sp.Expr) -> Transition:
+        """Return the end of a slip that meets A = 0, where its A is positive before."""
+        margin = A / self.mechanism.coefficients.W_nn - SINGULAR_MARGIN
+        return self.transition("singular", EventKind.SINGULAR, margin, stop=StopReason.SINGULAR)
+
+    # ---- forces and rates ----
+
     def tangential_force(self, contact: str, force: sp.Expr) -> sp.Expr:
         """Return F_t of a contact mode for the normal force `force`."""
         c = self.mechanism.coefficients
@@ -335,6 +367,24 @@ class OneContact(ContactStates):
         rates = self.field(contact, force, normal=zero) | {self.gap: zero}
         outputs = self.outputs(contact, force, zero)
         return Mode(name, rates, (*transitions, *self.domain_ends), outputs)
+
+
+def cone_margins(limit: sp.Expr, friction: sp.Expr) -> dict[int, sp.Expr]:
+    """Return the distances of friction from what the contact can bear.
+
+    Parameters
+    ----------
+    limit : sympy.Expr
+        μ |F_n|; N.
+    friction : sympy.Expr
+        F_t; N.
+
+    Returns
+    -------
+    dict of int to sympy.Expr
+        By the direction of the slip that begins where the distance falls to 0.
+    """
+    return {-1: limit - friction, 1: limit + friction}
 
 
 def row_acceleration(jacobian: sp.Matrix, accelerations: sp.Matrix, bias: sp.Expr) -> sp.Expr:

@@ -12,10 +12,10 @@ from functools import cached_property
 
 import sympy as sp
 
-from painleve_sym.contacts.contact_states import FORCE_WORK, FRICTION_WORK, OneContact
-from painleve_sym.contacts.model import CONTACTS, guide_slip_mode, guide_stick_mode
-from painleve_sym.contacts.rigid import DECISION, SINGULAR_MARGIN
-from painleve_sym.errors import EventKind, StopReason
+from painleve_sym.contacts.contact_states import FORCE_WORK, FRICTION_WORK, OneContact, cone_margins
+from painleve_sym.contacts.model import SLIPS, guide_slip_mode, guide_stick_mode
+from painleve_sym.contacts.rigid import DECISION
+from painleve_sym.errors import EventKind
 from painleve_sym.hybrid.automaton import (
     Choice,
     HybridAutomaton,
@@ -32,7 +32,6 @@ TANGENTIAL_IMPACT = "tangential_impact"
 """The instantaneous mode in which a slip without a solution stops."""
 
 _ZERO = sp.Integer(0)
-_SLIPS = {s: name for name, s in CONTACTS.items() if s}
 _SIDES = {side: name for name, side in SIDES.items()}
 
 
@@ -85,13 +84,13 @@ class BilateralContact(OneContact):
         for side in _SIDES:
             yield Choice(guide_stick_mode(side), all_positive(*self._stick_margins(side).values()))
         for sign in (1, -1):
-            for slip in _SLIPS:
+            for slip in SLIPS:
                 for side in _SIDES:
                     A, force = self.forms.A[slip * side], self.forms.slip_force(slip, side)
                     rate = slip * (self.forms.slip_rate_coefficient[slip * side] * force + c.b_t)
                     possible = all_positive(sign * A, -sign * side * c.B, rate)
                     yield Choice(guide_slip_mode(slip, side, sign < 0), possible, stop)
-        for slip in _SLIPS:
+        for slip in SLIPS:
             for side in _SIDES:
                 moves = all_positive(slip * c.b_t, self.forms.A[slip * side])
                 possible = sp.And(is_zero(c.B), moves)
@@ -121,11 +120,8 @@ class BilateralContact(OneContact):
     # ---- modes ----
 
     def _slip(self, slip: int, side: int, unstable: bool) -> Mode:
-        c, sign = self.mechanism.coefficients, -1 if unstable else 1
-        still = {self.slip: _ZERO}
-        stop = self.transition(
-            "slip_stop", EventKind.SLIP_STOP, slip * self.slip, (Choice(DECISION),), still
-        )
+        sign = -1 if unstable else 1
+        stop = self.slip_stop(slip, (Choice(DECISION),))
         # Beyond F_n = 0 the other side answers where its A is positive; else nothing does.
         over: tuple[Choice, ...] = (Choice(TANGENTIAL_IMPACT),)
         if not unstable:
@@ -137,32 +133,29 @@ class BilateralContact(OneContact):
                 ),
                 *over,
             )
-        turn = self.transition("force_reversal", EventKind.FORCE_REVERSAL, -sign * side * c.B, over)
-        margin = sign * self.forms.A[slip * side] / c.W_nn - SINGULAR_MARGIN
-        meet = self.transition("singular", EventKind.SINGULAR, margin, stop=StopReason.SINGULAR)
+        loss = -sign * side * self.mechanism.coefficients.B
+        turn = self.transition("force_reversal", EventKind.FORCE_REVERSAL, loss, over)
+        meet = self.singular(sign * self.forms.A[slip * side])
         # With F_n < 0 friction has the sign of slip in the opposite direction: F_t = −μ s σ F_n.
-        rubbing, force = _SLIPS[slip * side], self.forms.slip_force(slip, side)
+        rubbing, force = SLIPS[slip * side], self.forms.slip_force(slip, side)
         return self.held_mode(
             guide_slip_mode(slip, side, unstable), rubbing, force, (stop, turn, meet)
         )
 
     def _stick_margins(self, side: int) -> dict[int, sp.Expr]:
-        """Return μ |F_n| ∓ F_t by the direction of the slip that begins where it ends."""
         force = self.forms.stick_force
-        needed = self.tangential_force("stick", force)
         limit = self.mechanism.coefficients.mu * side * force
-        return {-1: limit - needed, 1: limit + needed}
+        return cone_margins(limit, self.tangential_force("stick", force))
 
     def _stick(self, side: int) -> Mode:
-        stop, changes = ("slip_stop",), []
-        for slip, margin in self._stick_margins(side).items():
+        def enter(slip: int) -> tuple[Choice, ...]:
             # With A < 0 the slip on this side would run backwards: only the other side slips on.
-            enter = (
-                Choice(guide_slip_mode(slip, side), positive(self.forms.A[slip * side]), stop),
-                Choice(guide_slip_mode(slip, -side), None, stop),
-            )
-            changes.append(self.transition(_SLIPS[slip], EventKind.SLIP_START, margin, enter))
-        every = ("force_reversal", *_SLIPS.values())
+            possible, stop = positive(self.forms.A[slip * side]), ("slip_stop",)
+            this, other = guide_slip_mode(slip, side), guide_slip_mode(slip, -side)
+            return Choice(this, possible, stop), Choice(other, None, stop)
+
+        changes = self.slip_starts(self._stick_margins(side), enter)
+        every = ("force_reversal", *SLIPS.values())
         other = (Choice(guide_stick_mode(-side), None, every),)
         # Reached only where F_t vanishes with F_n; any other F_t begins a slip before.
         turn = self.transition(
@@ -177,7 +170,7 @@ class BilateralContact(OneContact):
         """The automaton, validated."""
         slips = [
             self._slip(slip, side, unstable)
-            for slip in _SLIPS
+            for slip in SLIPS
             for side in _SIDES
             for unstable in (False, True)
         ]

@@ -21,8 +21,12 @@ if TYPE_CHECKING:
 
 
 FLIGHT = "flight"
+INDENTED = "flight_indented"
+"""Flight above the indentation that a plastic law has left: the gap is still negative."""
 CONTACTS = {"slip_neg": -1, "slip_pos": 1, "stick": 0}
 """Contact modes and their slip direction."""
+SLIPS = {s: name for name, s in CONTACTS.items() if s}
+"""Contact modes of slip by their direction."""
 
 MOTION = "motion"
 """The one mode of several contacts in which time passes."""
@@ -36,7 +40,6 @@ FRICTION_LOSS, CONTACT_LOSS, FORCE_LOSS = (
 )
 """Names of the states that only account for energy."""
 
-_SLIPS = {s: name for name, s in CONTACTS.items() if s}
 _SIDES = {side: name for name, side in SIDES.items()}
 
 
@@ -45,7 +48,7 @@ def guide_slip_mode(slip: int, side: int, unstable: bool = False) -> str:
 
     Unstable: A_{sσ} < 0, a force from which the smallest yielding of the guide runs away.
     """
-    return f"{_SLIPS[slip]}/{_SIDES[side]}" + "_unstable" * unstable
+    return f"{SLIPS[slip]}/{_SIDES[side]}" + "_unstable" * unstable
 
 
 def guide_stick_mode(side: int) -> str:

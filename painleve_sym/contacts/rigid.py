@@ -12,14 +12,14 @@ from functools import cached_property
 import sympy as sp
 from sympy.logic.boolalg import Boolean
 
-from painleve_sym.contacts.contact_states import OneContact
+from painleve_sym.contacts.contact_states import OneContact, cone_margins
 from painleve_sym.contacts.impact_rays import (
     APPROACH,
     MEMORY,
     RATE_ROUNDING,
     ImpactRays,
 )
-from painleve_sym.contacts.model import CONTACTS, FLIGHT
+from painleve_sym.contacts.model import CONTACTS, FLIGHT, SLIPS
 from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.hybrid.automaton import (
     Accumulation,
@@ -35,9 +35,6 @@ from painleve_sym.mechanics.paradox.singular_point import SingularPoint
 
 DECISION = "contact"
 """The instantaneous mode in which a closed contact finds its solution."""
-
-SINGULAR_MARGIN = sp.Rational(1, 10**8)
-"""|A_s|/W_nn at which a slip counts as having met A = 0: the limit is then linear in time."""
 
 
 @dataclass(frozen=True)
@@ -77,10 +74,9 @@ class RigidContact(OneContact):
         c = self.mechanism.coefficients
         return -c.B_stick / c.A_stick
 
-    def _stick_margins(self) -> tuple[sp.Expr, sp.Expr]:
-        needed = self.tangential_force("stick", self.stick_force)
+    def _stick_margins(self) -> dict[int, sp.Expr]:
         limit = self.mechanism.coefficients.mu * self.stick_force
-        return limit - needed, limit + needed
+        return cone_margins(limit, self.tangential_force("stick", self.stick_force))
 
     def _sliding_choices(self, slip: int) -> tuple[Choice, ...]:
         c, name = self.mechanism.coefficients, "slip_neg" if slip < 0 else "slip_pos"
@@ -111,7 +107,7 @@ class RigidContact(OneContact):
         """Whether sticking is a solution; for a rank-one W, whether its line of forces is."""
         c = self.mechanism.coefficients
         if not self._wedged:
-            return all_positive(self.stick_force, *self._stick_margins())
+            return all_positive(self.stick_force, *self._stick_margins().values())
         # Every F_n with F_t = −(W_nt F_n + b_t)/W_tt holds v̇_t = 0; g̈_N = B′ must be 0 too.
         margin = c.mu * c.W_tt - sp.Abs(c.W_nt)
         terms = sp.Abs(c.W_tt * c.b_n) + sp.Abs(c.W_nt * c.b_t)
@@ -161,19 +157,12 @@ class RigidContact(OneContact):
     def _slip(self, contact: str, unstable: bool) -> Mode:
         c, s = self.mechanism.coefficients, CONTACTS[contact]
         sign = -1 if unstable else 1
-        stop = self.transition(
-            "slip_stop",
-            EventKind.SLIP_STOP,
-            s * self.slip,
-            (Choice(DECISION),),
-            {self.slip: sp.Integer(0)},
-        )
+        stop = self.slip_stop(s, (Choice(DECISION),))
         # Where F_n crosses zero from above: A > 0, B reaches 0 from below; A < 0, B from above.
         # Ḃ > 0 there: the gap opens, though rounding may leave B below 0 at first.
         open_ = Choice(DECISION) if unstable else Choice(FLIGHT, None, ("touchdown",))
         lift = self.transition("liftoff", EventKind.LIFTOFF, -sign * c.B, (open_,))
-        margin = sign * c.A(s) / c.W_nn - SINGULAR_MARGIN
-        meet = self.transition("singular", EventKind.SINGULAR, margin, stop=StopReason.SINGULAR)
+        meet = self.singular(sign * c.A(s))
         name = f"{contact}_unstable" if unstable else contact
         return self.held_mode(name, contact, self.slip_force(s), (stop, lift, meet))
 
@@ -183,16 +172,13 @@ class RigidContact(OneContact):
             zero = sp.Integer(0)
             jam = self.transition("jam", EventKind.JAM, None, stop=StopReason.JAM)
             return Mode("stick", {}, (jam,), self.outputs(None, zero, zero))
-        changes = []
-        for (name, slip), margin in zip(
-            (("slip_neg", -1), ("slip_pos", 1)), self._stick_margins(), strict=True
-        ):
-            enter = (
-                Choice(name, positive(c.A(slip)), ("slip_stop",)),
-                # The force of such a slip would turn it back: only lift-off is left.
-                Choice(FLIGHT),
-            )
-            changes.append(self.transition(name, EventKind.SLIP_START, margin, enter))
+
+        def enter(slip: int) -> tuple[Choice, ...]:
+            # Where the force of such a slip would turn it back, only lift-off is left.
+            possible = Choice(SLIPS[slip], positive(c.A(slip)), ("slip_stop",))
+            return possible, Choice(FLIGHT)
+
+        changes = self.slip_starts(self._stick_margins(), enter)
         lift = self.transition("liftoff", EventKind.LIFTOFF, self.stick_force, (Choice(DECISION),))
         return self.held_mode("stick", "stick", self.stick_force, (*changes, lift))
 

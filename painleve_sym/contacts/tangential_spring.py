@@ -12,7 +12,7 @@ with ζ itself as a state round-off does not start it again.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import sympy as sp
 
@@ -21,16 +21,16 @@ from painleve_sym.contacts.contact_states import (
     FRICTION_WORK,
     row_acceleration,
 )
-from painleve_sym.contacts.model import CONTACTS
+from painleve_sym.contacts.interfaces import FLIGHTS, BranchChange
+from painleve_sym.contacts.model import CONTACTS, SLIPS
 from painleve_sym.errors import EventKind
 from painleve_sym.hybrid.automaton import Choice, Transition, positive
-from painleve_sym.laws.compliance import DELTA, DELTA_DOT, SEPARATED, Branch, Exit
+from painleve_sym.laws.compliance import DELTA, DELTA_DOT, Branch
 
 SIDE = sp.Symbol("slip_side", real=True)
 """Memory: s, the last direction of slip, or 0 where there was none since the contact closed."""
 
 _ZERO = sp.Integer(0)
-_SIDES = {"slip_neg": -1, "slip_pos": 1}
 
 
 @dataclass(frozen=True)
@@ -136,19 +136,17 @@ class TangentialSpringContact(CompliantContact):
 
     def _slip_starts(self, branch: Branch, force: sp.Expr) -> list[Transition]:
         """Return the ends of stick: the spring is deflected as far as friction can bear."""
-        changes = []
-        for name, s in _SIDES.items():
-            # μ F_n + s F_t, where nothing cancels on the side of the last slip.
-            beyond = (1 - s * SIDE) * self.friction_coefficient * force
-            margin = beyond - s * self.tangential_stiffness * self.deflection
-            enter = Choice(f"{name}/{branch.name}", departs=("slip_stop",))
-            reset = {self.deflection: _ZERO}
-            changes.append(self.transition(name, EventKind.SLIP_START, margin, (enter,), reset))
-        return changes
+        # μ F_n + s F_t, where nothing cancels on the side of the last slip.
+        margins = {
+            s: (1 - s * SIDE) * self.friction_coefficient * force
+            - s * self.tangential_stiffness * self.deflection
+            for s in SLIPS
+        }
+        return self.slip_starts(margins, partial(self._begun, branch), {self.deflection: _ZERO})
 
     def _slip_stop(self, s: int, branch: Branch, force: sp.Expr) -> Transition:
         """Return the end of slip along s: the spring yields as fast as the contact moves."""
-        name = next(n for n, side in _SIDES.items() if side == s)
+        name = SLIPS[s]
         acceleration = self._law_field(name, branch)[self.gap_rate]
         yields = s * self._limit_rate(branch, acceleration)
         # |F_t| = μ F_n there, and both sides grow alike.
@@ -157,9 +155,9 @@ class TangentialSpringContact(CompliantContact):
         guard = s * (self.slip - yields)
         return self.transition("slip_stop", EventKind.SLIP_STOP, guard, (stick,), reset)
 
-    def _exit(self, number: int, contact: str, branch: Branch, e: Exit) -> Transition:
-        transition = super()._exit(number, contact, branch, e)
-        if e.target != SEPARATED:
+    def _change(self, contact: str, change: BranchChange) -> Transition:
+        transition = super()._change(contact, change)
+        if change.source in FLIGHTS or change.target not in FLIGHTS:
             return transition
         return replace(transition, reset={**transition.reset, **self._relaxed})
 
@@ -172,12 +170,12 @@ class TangentialSpringContact(CompliantContact):
         """
         at = {self.gap: _ZERO} if touchdown else {}
         limit = self._limit_rate(branch, self.mechanism.coefficients.b_n).xreplace(at)
-        slides = [positive(s * self.slip - limit) for s in _SIDES.values()]
+        slides = [positive(s * self.slip - limit) for s in SLIPS]
         if touchdown and branch.force.has(DELTA_DOT):
             borne = self.friction_coefficient * self._of_state(branch.force).xreplace(at)
             slides = [sp.And(sp.Le(borne, 0, evaluate=False), slide) for slide in slides]
         choices = (
-            *(Choice(f"{n}/{branch.name}", c) for n, c in zip(_SIDES, slides, strict=True)),
-            Choice(f"stick/{branch.name}", departs=tuple(_SIDES)),
+            *(Choice(f"{n}/{branch.name}", c) for n, c in zip(SLIPS.values(), slides, strict=True)),
+            Choice(f"stick/{branch.name}", departs=tuple(SLIPS.values())),
         )
         return choices, {**self._relaxed, **at}
