@@ -29,6 +29,7 @@ from painleve_sym.contacts.interfaces import (
     GuideInterface,
     Interface,
     RigidInterface,
+    SpringInterface,
     zero_factor,
 )
 from painleve_sym.contacts.model import CONTACT, MOTION, START
@@ -73,9 +74,10 @@ class PluralContacts(ContactStates):
         def interface(row: ContactRow, law: ContactLaw | RigidLaw) -> Interface:
             if row.contact.bilateral:
                 return GuideInterface(row, target)
-            if law.is_compliant:
-                return CompliantInterface(row, target, law)
-            return RigidInterface(row, target)
+            if not law.is_compliant:
+                return RigidInterface(row, target)
+            spring = law.friction.tangential_stiffness is not None
+            return (SpringInterface if spring else CompliantInterface)(row, target, law)
 
         return tuple(interface(*pair) for pair in zip(self.rows, self.model.own_laws, strict=True))
 
@@ -109,20 +111,19 @@ class PluralContacts(ContactStates):
         return list(self._symbols["F"])[0::2]
 
     def _friction(
-        self, columns: Sequence[Callable[[int], sp.Expr]], free: bool, unknowns: sp.Matrix
+        self, columns: Sequence[Callable[[int], sp.Expr]], unknowns: sp.Matrix
     ) -> LinearSystem:
         """Return the tangential forces: v̇_t = 0 where a contact sticks, −μ s F_n where it slips.
 
         Parameters
         ----------
         columns : sequence of callable
-            Normal force of each contact by its index, one right side each.
-        free : bool
-            Whether the first right side also has the free accelerations.
+            Normal force of each contact by its index, one right side each. The first also has the
+            free accelerations and the forces of springs.
         unknowns : sympy.Matrix, shape (n, len(columns))
         """
         W, b, n = self._symbols["W"], self._symbols["b"], len(self.interfaces)
-        sticks = [c.sticks for c in self.interfaces]
+        sticks = [c.holds for c in self.interfaces]
         matrix, right = sp.zeros(n, n), sp.zeros(n, len(columns))
         for i in range(n):
             t = 2 * i + 1
@@ -131,13 +132,13 @@ class PluralContacts(ContactStates):
                 matrix[i, j] = share if i != j else W[t, t]
             for k, force in enumerate(columns):
                 slipping = [
-                    -c.kinetic_coefficient * c.side * c.sign * force(j)
+                    c.known_friction(force(j)) + (c.spring_force if k == 0 else _ZERO)
                     for j, c in enumerate(self.interfaces)
                 ]
                 pulled = sum(
                     W[t, 2 * j] * force(j) + W[t, 2 * j + 1] * slipping[j] for j in range(n)
                 )
-                pulled += b[t] if free and k == 0 else _ZERO
+                pulled += b[t] if k == 0 else _ZERO
                 right[i, k] = -sticks[i] * pulled + (1 - sticks[i]) * W[t, t] * slipping[i]
         return LinearSystem(unknowns, matrix, right, ease=self._capacities(columns))
 
@@ -151,7 +152,7 @@ class PluralContacts(ContactStates):
         force = columns[0]
         limits = [c.static_coefficient * c.side * force(i) for i, c in enumerate(self.interfaces)]
         return tuple(
-            c.sticks * limit + (1 - c.sticks) * sp.Add(*limits)
+            c.holds * limit + (1 - c.holds) * sp.Add(*limits)
             for c, limit in zip(self.interfaces, limits, strict=True)
         )
 
@@ -172,7 +173,7 @@ class PluralContacts(ContactStates):
             if c.given_force is not None
         ]
         normals = self._normals()
-        last = self._friction([lambda i: normals[i]], True, sp.Matrix(list(F)[1::2]))
+        last = self._friction([lambda i: normals[i]], sp.Matrix(list(F)[1::2]))
         moved = W * F + own["b"]
         ends = [Definition(*pair) for pair in zip(own["acceleration"], moved, strict=True)]
         return (*(Definition(*pair) for pair in pairs), *self._closing(), last, *ends)
@@ -189,7 +190,7 @@ class PluralContacts(ContactStates):
             lambda i: _ZERO if i in unknown else normals[i],
             *(partial(_unit, u) for u in unknown),
         ]
-        first = self._friction(columns, True, X)
+        first = self._friction(columns, X)
         size = len(unknown)
         matrix, right = sp.zeros(size, size), sp.zeros(size, 1)
         for row, u in enumerate(unknown):
@@ -230,14 +231,16 @@ class PluralContacts(ContactStates):
             apart = 1 - c.closed if c.given_force is None else sp.Integer(1)
             rates[row.gap] = apart * row.gap_rate
             rates[row.gap_rate] = apart * moved[n]
-            rates[row.slip] = (1 - c.sticks) * moved[t]
-            friction -= (1 - c.sticks) * F[t] * row.slip
+            rates[row.slip] = (1 - c.holds) * moved[t]
+            rates |= c.rates(self._motion(i))
+            friction -= (1 - c.sticks) * F[t] * c.rubbing_velocity(self._motion(i))
             lost += c.dissipated_power
         return rates | {FRICTION_WORK: friction, CONTACT_WORK: lost}
 
     def _outputs(self) -> dict[str, sp.Expr]:
         stored = sp.Add(*[c.stored_energy for c in self.interfaces])
-        return self.outputs_of(self._symbols["F"], stored)
+        own = {name: value for c in self.interfaces for name, value in c.outputs.items()}
+        return self.outputs_of(self._symbols["F"], stored) | own
 
     def _modes(self) -> tuple[Mode, ...]:
         changes = [t for i, c in enumerate(self.interfaces) for t in c.transitions(self._motion(i))]

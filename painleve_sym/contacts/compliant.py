@@ -62,18 +62,15 @@ class CompliantContact(OneContact):
             Choice(f"stick/{branch}"),
         )
 
-    def _landing(
-        self, branch: Branch, touchdown: bool
-    ) -> tuple[tuple[Choice, ...], dict[sp.Symbol, sp.Expr]]:
-        """Return choices and reset of a contact whose force sets in; δ = 0 at a touchdown."""
-        return self._contact_choices(branch.name), {}
+    def _landing(self, change: BranchChange) -> tuple[tuple[Choice, ...], dict[sp.Symbol, sp.Expr]]:
+        """Return choices and reset of a contact whose force sets in."""
+        return self._contact_choices(change.target), {}
 
     def _change(self, contact: str, change: BranchChange) -> Transition:
         """Return a change of branch or flight as one of the mode."""
         reset = change.reset
         if change.closes:
-            branch, touchdown = self.law.branch(change.target), change.source == FLIGHT
-            choices, landed = self._landing(branch, touchdown)
+            choices, landed = self._landing(change)
             reset = reset | landed
         else:
             flies = change.target in FLIGHTS

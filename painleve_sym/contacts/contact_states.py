@@ -107,10 +107,15 @@ class ContactStates(ABC):
 
     @cached_property
     def states(self) -> tuple[sp.Symbol, ...]:
-        """States of `Mechanism.motion`, contact states where needed, then dissipated energies."""
+        """States of `Mechanism.motion`, of contacts where needed, then dissipated energies."""
         own = self.mechanism.motion
         extra = [s for row in self.rows for s in row.symbols if s not in own]
-        return (*own, *extra, *self.dissipations)
+        springs = [
+            row.deflection
+            for row, law in zip(self.rows, self.model.own_laws, strict=True)
+            if law.is_compliant and law.friction.tangential_stiffness is not None
+        ]
+        return (*own, *extra, *springs, *self.dissipations)
 
     @cached_property
     def dissipations(self) -> tuple[sp.Symbol, ...]:

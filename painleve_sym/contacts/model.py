@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
-from painleve_sym.choices import Friction
 from painleve_sym.errors import InputError
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.declarations import Parameter
@@ -206,14 +205,6 @@ def check_compliant(mechanism: Mechanism, law: Law) -> None:
 
 def check_several(mechanism: Mechanism, laws: Sequence[Law]) -> None:
     """Raise InputError where several contacts cannot follow their laws together."""
-    for law in laws:
-        if law.is_compliant and law.choices.get("friction") == Friction.SPRING:
-            raise InputError(
-                f"{mechanism.name}: friction: got {law.choices['friction']!r} for "
-                f"{len(mechanism.outline.contacts)} contacts, and a tangential spring is for a "
-                "mechanism with one contact. Fix: consider one contact at a time, or give "
-                "another friction law."
-            )
     rigid = list(dict.fromkeys(law for law in laws if isinstance(law, RigidLaw)))
     if len(rigid) > 1:
         first, second = (
@@ -223,6 +214,13 @@ def check_several(mechanism: Mechanism, laws: Sequence[Law]) -> None:
             f"{mechanism.name}: rigid contacts: got laws with {first} and with {second}, "
             "and contacts that have an impact together follow one law. "
             "Fix: give all rigid contacts the same restitution law and policy."
+        )
+    sprung = [law for law in laws if law.is_compliant and law.choices.get("friction") == "spring"]
+    if rigid and any(law.depends_on_rate for law in sprung):
+        raise InputError(
+            f"{mechanism.name}: friction: got 'spring' with a dashpot beside a rigid contact. The "
+            "impacts of that contact make the normal force jump, and the force of a tangential "
+            "spring cannot jump with it. Fix: take a law without damping there, such as hertz."
         )
 
 
