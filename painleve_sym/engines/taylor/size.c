@@ -42,6 +42,7 @@ static double pace_at(const ps_run *s, double u) {
 }
 
 static double units_of(const ps_run *s, double t) {
+  if (s->bend == 0) return t / s->unit;
   double root = s->unit * s->unit + 2 * s->bend * t;
   return root > 0 ? 2 * t / (s->unit + sqrt(root)) : HUGE_VAL;
 }
@@ -157,11 +158,11 @@ static double zero_ahead(const ps_run *s, double h, const ps_end *end) {
   double nearest = 0;
   for (int r = 0; r < m->ramps; r++) {
     double pace = pace_at(s, h), a = end->ramp[r][0];
-    if (!(s->live[r] > 0)) continue;
+    if (!(s->live[r] > 0) || !(a > m->floor[r]) || !(end->ramp[r][1] < 0)) continue;
     double b = end->ramp[r][1] / pace;
     double d = (end->ramp[r][2] - 0.5 * b * s->bend) / (pace * pace);
     double root = b * b - 4 * a * d;
-    if (!(a > m->floor[r]) || !(b < 0) || !(root > 0)) continue;
+    if (!(root > 0)) continue;
     double t = 2 * a / (-b + sqrt(root));
     if (t < PS_NEAR * time_at(s, h) && (nearest == 0 || t < nearest)) nearest = t;
   }
