@@ -89,32 +89,16 @@ static int guard_side(double g, double d, double d2, double zero, int departs) {
   return (fabs(first) > fabs(second) ? first : second) < 0 ? -1 : 0;
 }
 
-/* The state and its rate in parts of the tolerances, squared; the inverse of these in `weight`. Returns
- * nan where a number is not finite, else 0. */
-__attribute__((noinline)) static double weigh(const ps_options *o, const double *x, const double *rate,
-                                              double *restrict weight, double *restrict a,
-                                              double *restrict b) {
-  double nothing[PS_NX], sum = 0;
-  for (int i = 0; i < PS_NX; i++) {
-    weight[i] = 1 / (o->atol[i] + o->rtol * fabs(x[i]));
-    a[i] = x[i] * weight[i];
-    b[i] = rate[i] * weight[i];
-    a[i] *= a[i];
-    b[i] *= b[i];
-    nothing[i] = 0 * x[i] + 0 * rate[i];
-  }
-  for (int i = 0; i < PS_NX; i++) sum += nothing[i];
-  return sum;
-}
-
 /* First step of a mode (Hairer, Norsett & Wanner 1993, II.4, with the time in parts of tau, the
  * state's own time |x|/|f|, so that it does not depend on the unit); k[0] is f(x). */
 static double first_step(ps_run *s, const ps_options *o) {
-  double y[PS_NX], weight[PS_NX], a[PS_NX], b[PS_NX], d0 = 0, d1 = 0, d2 = 0;
-  if (isnan(weigh(o, s->x, s->k[0], weight, a, b))) return NAN;
+  double y[PS_NX], weight[PS_NX], d0 = 0, d1 = 0, d2 = 0;
   for (int i = 0; i < PS_NX; i++) {
-    d0 += a[i];
-    d1 += b[i];
+    if (!isfinite(s->k[0][i]) || !isfinite(s->x[i])) return NAN;
+    weight[i] = 1 / (o->atol[i] + o->rtol * fabs(s->x[i]));
+    double a = s->x[i] * weight[i], b = s->k[0][i] * weight[i];
+    d0 += a * a;
+    d1 += b * b;
   }
   double tau = PS_FROM_REST * s->t_end, h;
   if (d1 > 0) tau = d0 > 1e-10 ? sqrt(d0 / d1) : PS_FROM_REST / (o->rtol * sqrt(d1));
@@ -125,8 +109,8 @@ static double first_step(ps_run *s, const ps_options *o) {
   for (int i = 0; i < PS_NX; i++) y[i] = s->x[i] + h * s->k[0][i];
   field(s, y, s->k[1]);
   for (int i = 0; i < PS_NX; i++) {
-    double change = (s->k[1][i] - s->k[0][i]) * weight[i];
-    d2 += change * change;
+    double a = (s->k[1][i] - s->k[0][i]) * weight[i];
+    d2 += a * a;
   }
   /* A nan of d2 says nothing. */
   double bent = sqrt(d2) / h, straight = sqrt(d1), slope = PS_MAX(bent, straight);

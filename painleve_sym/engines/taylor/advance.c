@@ -177,8 +177,9 @@ static int keep_step(ps_run *s, const ps_options *o, double h) {
  * than what a step makes of it, and the zero is where the series says. */
 static const int PS_MISSES = 8;
 
-/* Brings the end of the step, y after h of `whole` units, to the zero of guard j itself; 0, and h as
- * it was, where that has none: near a zero of a force its series is not as exact as the states. */
+/* Brings the end of the step, h of `whole` units, to the zero of guard j itself; 0, and h as it was,
+ * where that has none: near a zero of a force its series is not as exact as the states. y is the state
+ * at h. */
 static int polish(ps_run *s, int j, double whole, double *h, double *y) {
   double g[PS_NG], dg[PS_NG], before = HUGE_VAL;
   const double start = *h;
@@ -201,9 +202,9 @@ static int polish(ps_run *s, int j, double whole, double *h, double *y) {
     *h = PS_MAX(*h + change, 0);
     before = fabs(change);
   }
-  if (g[j] < 0) return 1;
-  *h = start;
-  return 0;
+  if (!(g[j] < 0)) *h = start;
+  state_at(s, *h, y);
+  return g[j] < 0;
 }
 
 /* Ends the step at the event of guard j, at the part `where` of h units, and takes it. */
@@ -213,9 +214,11 @@ static void take_event(ps_run *s, const ps_options *o, int j, double where, doub
   int fires = 1;
   const double whole = h;
   h *= where;
-  if (where > PS_AT_ONCE) fires = polish(s, j, whole, &h, y) || s->missed == PS_MISSES;
+  if (where > PS_AT_ONCE)
+    fires = polish(s, j, whole, &h, y) || s->missed == PS_MISSES;
+  else
+    state_at(s, h, y);
   s->missed = fires ? 0 : s->missed + 1;
-  state_at(s, h, y);
   if (!keep_step(s, o, h)) return;
   s->t += time_at(s, h);
   memcpy(s->x, y, sizeof s->x);

@@ -109,7 +109,8 @@ static double until_return(const ps_run *s, double h) {
 /* Step, in units and at most h, over which what a vanished power would have done is within the
  * tolerance; the power grows like t^(e - 1), and e is determined on the way. */
 static double step_by_defect(ps_run *s, const ps_options *o, double h) {
-  double e = 4, last_h = 0, last = 0, least = 0, most = h *= until_return(s, h);
+  double e = 4, last_h = 0, last = 0, least = 0, most = h * until_return(s, h);
+  h = PS_MIN(most, 4 * s->h_ref / s->unit);
   for (int it = 0; it < 20; it++) {
     double y[PS_NX], rate[PS_NX], slope[PS_NX], error = 0;
     state_at(s, h, y);
@@ -120,7 +121,7 @@ static double step_by_defect(ps_run *s, const ps_options *o, double h) {
       if (!(d <= error)) error = d;
     }
     error *= h * s->unit / e;
-    if (error <= 1 && (it == 0 || error > 0.1 || h <= least)) return h;
+    if (error <= 1 && (h == most || error > 0.1 || h <= least)) return h;
     if (!isfinite(error)) {
       h *= 0.1;
       continue;
@@ -132,7 +133,7 @@ static double step_by_defect(ps_run *s, const ps_options *o, double h) {
     last_h = h;
     last = error;
     if (error <= 1) least = h;
-    double factor = rough_power(0.5 / PS_MAX(error, 1e-30), 1 / e), top = error > 1 ? 1 : 4;
+    double factor = rough_power(0.5 / PS_MAX(error, 1e-30), 1 / e), top = error > 1 ? 1 : 64;
     h *= PS_MIN(factor, top);
     h = PS_MIN(h, most);
   }
