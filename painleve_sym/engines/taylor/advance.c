@@ -24,6 +24,11 @@ static void column(const ps_look *g, int j, int order, double *p) {
 /* Part of the series of a guard, by size, above which its last two terms make it doubtful. */
 static const double PS_TAIL = 1e-4;
 
+/* Whether guard j is a sum of states, whose series is as exact as theirs. */
+static int of_states(const ps_run *s, int j) {
+  return (PS_SERIES[s->mode].of_states >> j) & 1;
+}
+
 static int may_vanish(const ps_look *g, int j) {
   return !(g->least[j * g->next] > 0);
 }
@@ -77,11 +82,13 @@ static int find_event(ps_run *s, ps_look *g, double h, double at_once, double *w
   *rising = 0;
   for (int j = 0; j < n; j++) {
     double p[PS_LENGTH], u;
-    if (s->armed[j] && !may_vanish(g, j) && !s->left_out) continue;
+    const int exact = of_states(s, j);
+    int own = s->left_out && !exact;
+    if (s->armed[j] && !may_vanish(g, j) && !own) continue;
     const ps_outline o = outline(g->at + j * g->next, g->row, order);
     double end = o.end;
-    int crosses = end <= 0, own = s->left_out;
-    if (own || diverges(g, j, order, &o)) {
+    const int crosses = end <= 0;
+    if (own || (!exact && diverges(g, j, order, &o))) {
       if (!known) {
         own_series(s, g);
         state_at(s, h, y);
@@ -183,16 +190,19 @@ static const int PS_MISSES = 8;
 static int polish(ps_run *s, int j, double whole, double *h, double *y) {
   double g[PS_NG], dg[PS_NG], before = HUGE_VAL;
   const double start = *h;
-  int beyond = 0;
-  for (int it = 0; it < 6; it++) {
+  int beyond = 0, reaches = 0;
+  for (int it = 0; it < 6 && !reaches; it++) {
     state_at(s, *h, y);
     guards(s, y, g, dg);
     if (g[j] == 0 || (beyond && g[j] < 0)) return 1;
     double change = -g[j] / (dg[j] * pace_at(s, *h));
+    const double shrinks = change / before;
     if (!(dg[j] < 0) || !(fabs(change) < 0.01 * whole)) break;
     /* As near as h, or the time, can tell. */
     if (fabs(change) <= 1e-15 * whole) return 1;
     if (fabs(g[j]) <= -dg[j] * PS_MOMENT * fabs(s->t)) return 1;
+    /* Changes shrink with their squares: the next one would be nothing. */
+    reaches = it > 0 && shrinks * shrinks * fabs(change) <= 1e-17 * whole;
     if (fabs(change) > 0.5 * before) {
       /* Round-off of a guard that hardly moves: beyond its zero, so that it is not met again. */
       if (g[j] < 0) return 1;
@@ -202,9 +212,9 @@ static int polish(ps_run *s, int j, double whole, double *h, double *y) {
     *h = PS_MAX(*h + change, 0);
     before = fabs(change);
   }
-  if (!(g[j] < 0)) *h = start;
+  if (!reaches && !(g[j] < 0)) *h = start;
   state_at(s, *h, y);
-  return g[j] < 0;
+  return reaches || g[j] < 0;
 }
 
 /* Ends the step at the event of guard j, at the part `where` of h units, and takes it. */

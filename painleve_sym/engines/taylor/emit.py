@@ -191,6 +191,12 @@ class SeriesCode:
         return [i for i in self._live if self.tape.nodes[i].op == "ramp"]
 
     @property
+    def guards_of_states(self) -> int:
+        """Bits of the guards that are sums of states."""
+        terms = [[n for n, _ in guard.terms] for guard in self.tape.guards]
+        return sum(1 << j for j, own in enumerate(terms) if all(n < self.states for n in own))
+
+    @property
     def arguments(self) -> dict[int, int]:
         """Arguments of the functions that may be flat, with 1, or 2 where on either side."""
         nodes = [self.tape.nodes[i] for i in self._live]

@@ -48,7 +48,7 @@ static double horner_slope(const double *p, int n, double u) {
 /* The zero between a, where p is positive, and b, where it is not: Halley, else bisection. `at_a` and
  * `at_b` are what p is there. */
 static double refine(const double *p, int n, double a, double b, double at_a, double at_b) {
-  double u = a + (b - a) * at_a / (at_a - at_b), before = b - a;
+  double u = a + (b - a) * at_a / (at_a - at_b), before = 0;
   if (!(u > a && u < b)) u = b;
   for (int it = 0; it < 100 && b - a > 4e-16; it++) {
     double value = p[n], slope = 0, bend = 0;
@@ -66,7 +66,7 @@ static double refine(const double *p, int n, double a, double b, double at_a, do
     /* Changes shrink with their cubes: the next one would be as small. */
     const double shrinks = change / before;
     if (inside && shrinks * shrinks * shrinks * change <= 1e-17 * u) return PS_MIN(next + 2e-16 * u, b);
-    before = inside ? change : b - a;
+    before = inside ? change : 0;
     u = inside ? next : 0.5 * (a + b);
   }
   return b;

@@ -107,10 +107,10 @@ static double until_return(const ps_run *s, double h) {
 }
 
 /* Step, in units and at most h, over which what a vanished power would have done is within the
- * tolerance; the power grows like t^(e - 1), and e is determined on the way. */
-static double step_by_defect(ps_run *s, const ps_options *o, double h) {
+ * tolerance; the power grows like t^(e - 1), and e is determined on the way. `first` is tried first. */
+static double step_by_defect(ps_run *s, const ps_options *o, double h, double first) {
   double e = 4, last_h = 0, last = 0, least = 0, most = h * until_return(s, h);
-  h = PS_MIN(most, 4 * s->h_ref / s->unit);
+  h = PS_MIN(most, first);
   for (int it = 0; it < 20; it++) {
     double y[PS_NX], rate[PS_NX], slope[PS_NX], error = 0;
     state_at(s, h, y);
@@ -133,7 +133,7 @@ static double step_by_defect(ps_run *s, const ps_options *o, double h) {
     last_h = h;
     last = error;
     if (error <= 1) least = h;
-    double factor = rough_power(0.5 / PS_MAX(error, 1e-30), 1 / e), top = error > 1 ? 1 : 64;
+    double factor = rough_power(0.5 / PS_MAX(error, 1e-30), 1 / e), top = error > 1 ? 1 : 4;
     h *= PS_MIN(factor, top);
     h = PS_MIN(h, most);
   }
@@ -233,7 +233,9 @@ static double good_for(ps_run *s, const ps_options *o, double h) {
   fill_series(s);
   h = step_by_terms(s, o);
   double left = (s->t_end - s->t) / s->unit;
-  if (isfinite(h)) h = step_by_defect(s, o, PS_MIN(h, left));
+  /* Of a contact that has just closed, the step of its mode tells how fast the power grows. */
+  double first = fresh ? 4 * s->h_ref / s->unit : HUGE_VAL;
+  if (isfinite(h)) h = step_by_defect(s, o, PS_MIN(h, left), first);
   if (alive > h) {
     for (int r = 0; r < m->ramps; r++)
       if (smalls[r]) s->live[r] = 1;

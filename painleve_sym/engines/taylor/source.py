@@ -237,6 +237,7 @@ def _table(codes: list[_ModeCode], names: Mapping[str, str]) -> str:
         *(f"  {line}" for line in [_TANGENTS] if codes[0].tangents),
         "  ps_function scalars;",
         "  int scalar_count, columns;",
+        "  ps_bits of_states;  /* guards that are sums of states */",
         "  int ramps, ramp[PS_RAMPS], guarded[PS_RAMPS];  /* columns; a guard is zero with it */",
         "  double floor[PS_RAMPS];",
         "  int arguments, argument[PS_ARGUMENTS], sides[PS_ARGUMENTS];",
@@ -251,6 +252,7 @@ def _table(codes: list[_ModeCode], names: Mapping[str, str]) -> str:
         own += [f"PS_WIDE({names.get(f'series_{i}{e}', '0')})" for e in ("_lanes", "_guards_lanes")]
         own += [names[f"series_{i}_tangents"]] if codes[i].tangents else []
         row = f"{', '.join(own)}, scalars_{i}, {len(code.scalars)}, {code.columns}"
+        row += f", {code.guards_of_states}ull"
         places = ", ".join(str(code.column(a)) for a in code.arguments) or "0"
         sides = ", ".join(map(str, code.arguments.values())) or "0"
         lines.append(f"  {{{row}, {len(code.ramps)}, {{{ramps}}}, {{{guarded}}}, {{{floors}}},")
