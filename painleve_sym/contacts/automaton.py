@@ -48,7 +48,6 @@ from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.contact_set import ContactSet
 from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.simplify import readable
 from painleve_sym.mechanics.system import TIME
 
 _ZERO = sp.Integer(0)
@@ -420,7 +419,7 @@ class PluralContacts:
             states=self.states,
             memory=(*(s for c in self.interfaces for s in c.memory), *self.impulses),
             parameters=tuple(p.symbol for p in parameters),
-            definitions={s: readable(v) for s, v in definitions.items()},
+            definitions=definitions,
             modes=self._modes(),
             starts=(Choice(START if self._starts_with_memory else CONTACT),),
             uncontrolled=self.dissipations,

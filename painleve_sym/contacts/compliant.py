@@ -15,7 +15,6 @@ from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transit
 from painleve_sym.laws.compliance import DELTA, DELTA_DOT, SEPARATED, Branch, Exit
 from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.mechanics.declarations import Parameter
-from painleve_sym.mechanics.simplify import readable
 
 INDENTED = "flight_indented"
 
@@ -177,7 +176,7 @@ class CompliantContact(ContactStates):
             states=self.states,
             memory=self.memory,
             parameters=tuple(p.symbol for p in (*mechanism.system.parameters, *law.parameters)),
-            definitions={s: readable(v) for s, v in law.definitions.items()},
+            definitions=dict(law.definitions),
             modes=(*self._flight_modes(), *contact_modes),
             starts=self._start_choices(),
             uncontrolled=self.dissipations,
