@@ -124,13 +124,7 @@ def reference_from(entry: Mapping[str, Any]) -> Reference:
 
 
 def reference(key: str) -> Reference:
-    """Return the work of a key.
-
-    Raises
-    ------
-    InputError
-        An unknown key; the message names the nearest.
-    """
+    """Return the work of a key; InputError names the nearest known key."""
     if key not in references():
         raise InputError(unknown_name("key of a reference", key, list(references())))
     return references()[key]

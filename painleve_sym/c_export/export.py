@@ -150,14 +150,7 @@ def export_c(
 
 
 def export_scenario(scenario: Scenario, folder: str | Path, name: str | None = None) -> Export:
-    """Write the C code of a scenario; see `export_c`.
-
-    Parameters
-    ----------
-    scenario : Scenario
-    folder : path
-    name : str, optional
-    """
+    """Write the C code of a scenario; see `export_c`."""
     return export_c(
         scenario.mechanism(),
         scenario.contact_law(),

@@ -120,11 +120,8 @@ class ArrayFunction:
     def at_points(self, arrays: Sequence[Array], n: int) -> Array:
         """Return the numbers at n points, shape (k, n), the same bits as one by one.
 
-        Parameters
-        ----------
-        arrays : sequence of ndarray, shape (n,) or ()
-            Of each argument, contiguous; a number is the same at every point.
-        n : int
+        Arrays are contiguous, shape (n,) or (), one for each argument; a number is the same at
+        every point.
         """
         out = np.empty((self._outputs, n))
         addresses = (ctypes.c_void_p * (self._arguments + 1))(*(a.ctypes.data for a in arrays))

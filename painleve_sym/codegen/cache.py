@@ -162,13 +162,7 @@ class CacheContent:
 
 
 def cache_content() -> CacheContent:
-    """Return what the cache holds; nothing is created, and nothing where there is no folder.
-
-    Raises
-    ------
-    PainleveError
-        The folder cannot be read.
-    """
+    """Return what the cache holds; nothing is created, and nothing where there is no folder."""
     folder = named_folder()
     try:
         entries = list(_entries(folder))
@@ -184,10 +178,7 @@ def cache_content() -> CacheContent:
 def clear_cache() -> CacheContent:
     """Remove what the cache holds, other files in its folder apart; return what was removed.
 
-    Raises
-    ------
-    PainleveError
-        The folder belongs to another user, or a file cannot be removed.
+    PainleveError where the folder belongs to another user, or a file cannot be removed.
     """
     content = cache_content()
     if content.folder.exists():

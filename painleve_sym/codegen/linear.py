@@ -85,14 +85,8 @@ def solution(
     """Return the solution of a general system, and its determinant with rows of unit scale.
 
     Up to two unknowns by Cramer's rule. Of more, whose system may be singular (three feet of one
-    body carry forces that are not determined), the solution of least norm.
-
-    Parameters
-    ----------
-    matrix : k rows of k casadi.SX
-    right : sequence of k casadi.SX
-    scales : sequence of k casadi.SX
-        Size of each row and column, positive.
+    body carry forces that are not determined), the solution of least norm. `scales` are the sizes
+    of each row and column, positive.
     """
     size = len(right)
     root = [ca.sqrt(s) for s in scales]

@@ -76,15 +76,8 @@ class Pointwise:
     def __call__(self, values: Mapping[Any, Any]) -> Array:
         """Return the expressions at the points, shape (outputs, *shape of the points).
 
-        Parameters
-        ----------
-        values : mapping of sympy.Symbol to float or ndarray
-            Of every symbol; arrays are broadcast against each other, as numpy does.
-
-        Raises
-        ------
-        InputError
-            A symbol has no value, or the shapes do not fit.
+        Arrays are broadcast against each other, as numpy does. InputError where a symbol has no
+        value, or the shapes do not fit.
         """
         absent = [str(s) for s in self.symbols if s not in values]
         if absent:

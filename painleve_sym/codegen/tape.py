@@ -132,17 +132,9 @@ class Tape:
 
     @classmethod
     def of_function(cls, function: Any) -> Tape:
-        """Return the operations of a CasADi function of scalar expressions.
+        """Return the operations of a CasADi function of vectors to one dense vector, made of SX.
 
-        Parameters
-        ----------
-        function : casadi.Function
-            Of vectors to one dense vector, made of SX.
-
-        Raises
-        ------
-        TranslationError
-            An operation that has no counterpart here.
+        TranslationError for an operation that has no counterpart here.
         """
         import casadi as ca
 
@@ -163,13 +155,7 @@ class Tape:
         return cls(sizes, function.numel_out(0), function.sz_w(), tuple(operations))
 
     def __call__(self, *arguments: Array) -> Array:
-        """Return the results at n points, shape (n, outputs).
-
-        Parameters
-        ----------
-        *arguments : ndarray, shape (n, size)
-            One for each of `sizes`.
-        """
+        """Return the results at n points, shape (n, outputs); arrays (n, size) by `sizes`."""
         n = max((len(a) for a in arguments), default=1)
         work: list[Any] = [0.0] * self.work
         results = np.zeros((n, self.outputs))

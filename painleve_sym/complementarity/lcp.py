@@ -204,12 +204,8 @@ def solve_all(lcp: LCP, tol: float = RESIDUAL_TOLERANCE) -> tuple[LCPSolution, .
 def equilibrate(lcp: LCP) -> tuple[LCP, FloatArray]:
     """Scale rows, columns and offset to order one by powers of two, which rounds nothing.
 
-    Returns
-    -------
-    scaled : LCP
-        The problem with the same signs and the same sets of active pairs.
-    unit : ndarray, shape (n,)
-        A solution z' of `scaled` is the solution ``unit * z'`` of `lcp`.
+    Return the problem with the same signs and the same sets of active pairs, and its unit, shape
+    (n,): a solution z' of it is the solution ``unit * z'`` of `lcp`.
     """
     row = _power_of_two(np.max(np.abs(lcp.matrix), axis=1))
     matrix = lcp.matrix / row[:, None]

@@ -28,16 +28,8 @@ def solve_refined(block: FloatArray, goal: FloatArray) -> FloatArray:
 
     Elimination leaves errors in proportion to the largest terms of the whole system. One step of
     refinement makes the error of every equation that of its own terms (Skeel 1980), which the check
-    of an answer by shares needs where unknowns differ by orders of magnitude.
-
-    Parameters
-    ----------
-    block : ndarray, shape (..., k, k)
-    goal : ndarray, shape (..., k)
-
-    References
-    ----------
-    Skeel (1980).
+    of an answer by shares needs where unknowns differ by orders of magnitude. Shapes (..., k, k)
+    and (..., k).
     """
     if goal.shape[-1] == 1:
         quotient: FloatArray = goal / block[..., 0]
@@ -53,12 +45,7 @@ def solve_two(
 ) -> list[float] | None:
     """Solve one system of two equations as `solve_refined` does, number by number.
 
-    Parameters
-    ----------
-    block : two rows of two float
-    goal : two float
-    least : float
-        Smallest singular value of a regular block; None is returned for others.
+    None for a block whose smallest singular value is not above `least`.
     """
     (a, b), (c, d) = block
     determinant, square = a * d - b * c, a * a + b * b + c * c + d * d

@@ -119,13 +119,7 @@ class Page:
         return _html(f"{self.mechanism}: explorer", self.data)
 
     def widget(self) -> ExplorerWidget:
-        """Return the page as a widget of notebooks.
-
-        Raises
-        ------
-        InputError
-            The package anywidget is not installed.
-        """
+        """Return the page as a widget of notebooks; InputError where anywidget is not installed."""
         if importlib.util.find_spec("anywidget") is None:
             raise InputError(
                 "explorer widget: needs anywidget. Fix: pip install 'painleve-sym[notebook]'."
@@ -135,13 +129,7 @@ class Page:
         return widget(self)
 
     def save(self, path: str | Path) -> None:
-        """Write the file: whole, or not at all.
-
-        Raises
-        ------
-        InputError
-            The folder does not exist or cannot be written.
-        """
+        """Write the file whole, or not at all; InputError where the folder cannot be written."""
         write_beside(Path(path), lambda file: file.write(self.html.encode()))
 
 

@@ -303,11 +303,7 @@ class Load:
 def weight(bodies: Iterable[Body], gravity: Scalar | tuple[Scalar, Scalar]) -> sp.Expr:
     """Return the potential energy of the bodies' weight; J.
 
-    Parameters
-    ----------
-    bodies : iterable of Body
-    gravity : sympy.Expr or pair
-        g, acting along −y, or the acceleration vector (g_x, g_y); m/s².
+    `gravity` is g, acting along −y, or the acceleration vector (g_x, g_y); m/s².
     """
     pull = gravity if isinstance(gravity, tuple) else (0, -expr(gravity))
     return sum(

@@ -202,20 +202,9 @@ def material_values(
 ) -> dict[str, float]:
     """Return the values that materials give to the parameters that stand for their properties.
 
-    Parameters
-    ----------
-    where : str
-        What declares the parameters, for messages.
-    pair : tuple of two Material
-        See `two_materials`.
-    declared : sequence of Parameter
-    given : container of str
-        Parameters that have their value already, and are left out.
-
-    Raises
-    ------
-    InputError
-        A property that a material lacks; two materials where one parameter stands for both.
+    The pair is that of `two_materials`; parameters in `given` have their value already and are left
+    out; messages call what declares them `where`. InputError for a property that a material lacks,
+    and for two materials where one parameter stands for both.
     """
     values = {}
     for p in declared:

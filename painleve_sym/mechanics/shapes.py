@@ -229,17 +229,9 @@ def contact_geometries(mechanism: Mechanism) -> dict[str, ContactGeometry]:
 def scene_formulas(mechanism: Mechanism, shapes: Sequence[Shape]) -> dict[str, sp.Expr]:
     """Return every number that a drawing of the mechanism needs, by name.
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-    shapes : sequence of Shape
-
-    Returns
-    -------
-    dict of str to sympy.Expr
-        ``shape_i_point_k_x`` and ``…_y`` in the order of the shapes; then, for each contact c of
-        those with a geometry, ``c_x``, ``c_y``, ``c_normal_x``, ``c_normal_y``. Functions of
-        coordinates, time and parameters; m.
+    ``shape_i_point_k_x`` and ``…_y`` in the order of the shapes; then, for each contact c of those
+    with a geometry, ``c_x``, ``c_y``, ``c_normal_x``, ``c_normal_y``. Functions of coordinates,
+    time and parameters; m.
     """
     formulas: dict[str, sp.Expr] = {}
     for i, shape in enumerate(shapes):

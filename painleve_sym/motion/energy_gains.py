@@ -73,15 +73,8 @@ def energy_gains(
 ) -> tuple[EnergyGain, ...]:
     """Return the events that add energy, in order.
 
-    Parameters
-    ----------
-    rows : EventRecords
-        Of n events.
-    events : sequence of EventRecord
-        The same with names.
-    kinetic : tuple of two ndarray, each of shape (n,)
-        Kinetic energy before and after each event; J.
-    names : MotionNames
+    `events` are the n `rows` with names; `kinetic` is the energy before and after each of them,
+    shape (n,) each; J.
     """
     before, after = kinetic
     lost, driven = (_around(rows, names, f"{n}_dissipation") for n in ("contact", "force"))

@@ -110,13 +110,8 @@ class ImpactResolver:
 def accumulates(times: list[float]) -> bool:
     """Return whether touchdowns of several contacts shrink towards a limit that is reached.
 
-    One contact's bounces are a geometric series; those of several take turns, and only windows of
-    them, taken together, shrink steadily.
-
-    Parameters
-    ----------
-    times : list of float
-        Of all touchdowns so far; s.
+    The times, s, are those of all touchdowns so far. One contact's bounces are a geometric series;
+    those of several take turns, and only windows of them, taken together, shrink steadily.
     """
     for size in WINDOWS:
         ends = times[-1 : -2 - size * SHRINKING : -size]

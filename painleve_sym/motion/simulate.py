@@ -68,14 +68,7 @@ _law_of_name = functools.lru_cache(maxsize=64)(as_law)
 def simulator_of(
     mechanism: MechanismLike, law: LawsLike, engine: EngineLike = EngineName.AUTO
 ) -> Simulator:
-    """Return the simulator of a mechanism with its law; one of an earlier call where it is kept.
-
-    Parameters
-    ----------
-    mechanism : Mechanism, or its name, or the path of a mechanism file
-    law : ContactLaw or RigidLaw, or its name, or mapping of contact to these
-    engine : EngineName or its text
-    """
+    """Return the simulator of a mechanism with its law; one of an earlier call where it is kept."""
     name = chosen(EngineName, engine, "engine")
     laws = _law_of_name(law) if isinstance(law, str) else as_law(law)
     return _kept.get(as_mechanism(mechanism), laws, name)

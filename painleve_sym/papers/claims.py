@@ -134,13 +134,7 @@ class Claims:
     ) -> sp.Expr:
         """Return the right side of a formula, as printed or with its misprint removed.
 
-        Parameters
-        ----------
-        formula : str
-            Name of the formula.
-        names : mapping of str to sympy.Expr
-            Meaning of each name; the letters of other formulas are added.
-        corrected : bool
+        To the meanings of the names the letters of other formulas are added.
         """
         claim = self.formulas[formula]
         letters = {
@@ -154,15 +148,7 @@ class Claims:
 
 @cache
 def read_claims(path: Path) -> Claims:
-    """Return the claims of a ``claims.toml``.
-
-    Raises
-    ------
-    TypeError
-        An entry has a key that is not known, or lacks one.
-    InputError
-        ``docs/references.bib`` has no entry for the paper.
-    """
+    """Return the claims of a ``claims.toml``; TypeError where an entry has or lacks a key."""
     with path.open("rb") as file:
         data = tomllib.load(file)
     source = reference(data.pop("source"))

@@ -72,15 +72,8 @@ def checked(
 ) -> Outcome:
     """Return the outcome of a claim in words: reproduced when every check holds.
 
-    Parameters
-    ----------
-    computed : str
-    checks : mapping of str to bool
-        Statements the words amount to; kept in the data.
-    data : mapping, optional
-    panels : tuple of Panel
-    **reason
-        Numbers for the reason in the claims.
+    The checks are statements that the words amount to, and are kept in the data; `reason` are
+    numbers for the reason in the claims.
     """
     plain = {name: bool(value) for name, value in checks.items()}
     data = {**(data or {}), "checks": plain}

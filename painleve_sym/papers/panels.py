@@ -120,15 +120,8 @@ MODULUS = Axis(r"$E$", "Pa", log=True)
 def window(trajectory: Trajectory, start: float, end: float, per_step: int = 40) -> Array:
     """Return times that draw a run smoothly, shape (n,).
 
-    Every step is divided, and each event has a point just before it, so that a jump of the force
-    is drawn as one.
-
-    Parameters
-    ----------
-    trajectory : Trajectory
-    start, end : float
-        s; cut to the run.
-    per_step : int
+    Every step is divided into `per_step`, and each event has a point just before it, so that a jump
+    of the force is drawn as one. Start and end, s, are cut to the run.
     """
     end = min(end, trajectory.final_time)
     times = trajectory.fine_times(per_step)

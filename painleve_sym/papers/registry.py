@@ -48,10 +48,7 @@ class Paper:
     def module(self) -> ModuleType:
         """The module with ``COMPUTE`` and ``Workbench``, loaded on first use.
 
-        Raises
-        ------
-        LookupError
-            An item has a claim and no computation, or a computation and no claim.
+        LookupError where an item has a claim and no computation, or a computation and no claim.
         """
         module = import_module(f"{papers.__name__}.{self.folder.name}.items")
         lonely = sorted(set(module.COMPUTE) ^ set(self.claims.items))
@@ -190,13 +187,7 @@ def known_papers() -> dict[str, Paper]:
 
 
 def chosen_papers(name: str | None = None) -> tuple[Paper, ...]:
-    """Return the paper of a name; all for None.
-
-    Raises
-    ------
-    InputError
-        An unknown name; the message names the nearest.
-    """
+    """Return the paper of a name, all for None; InputError names the nearest known one."""
     known = known_papers()
     if name is None:
         return tuple(known.values())
@@ -210,17 +201,8 @@ def selected(
 ) -> tuple[tuple[Paper, str], ...]:
     """Return the items of these ids or groups in their order, each after its paper.
 
-    Parameters
-    ----------
-    only : sequence of str, optional
-        Ids or groups; all when left out.
-    paper : str, optional
-        Name of the paper; all when left out.
-
-    Raises
-    ------
-    InputError
-        An unknown paper, id or group, or an empty list; the message names the nearest.
+    All ids, and all papers, when left out. InputError for an unknown paper, id or group, or an
+    empty list; the message names the nearest.
     """
     items = [(p, name) for p in chosen_papers(paper) for name in p.claims.items]
     if only is None:

@@ -62,16 +62,10 @@ NORMAL, TANGENTIAL, SLIP = PALETTE[1], PALETTE[2], PALETTE[3]
 def film_times(trajectory: Trajectory, frames: int) -> Array:
     """Return the times of the frames, increasing from start to end, shape (frames,); s.
 
-    The film runs slowly where forces change fast: a part of it is in proportion to the time, a
-    part is spent on the steps of the integration, in proportion to a small power of their lengths,
-    and a part near events, about which the time is magnified logarithmically.
-
-    Parameters
-    ----------
-    trajectory : Trajectory
-        With steps.
-    frames : int
-        At least 2.
+    The film runs slowly where forces change fast: a part of it is in proportion to the time, a part
+    is spent on the steps of the integration, in proportion to a small power of their lengths, and a
+    part near events, about which the time is magnified logarithmically. There are at least 2
+    frames.
     """
     start, end = float(trajectory.t[0]), float(trajectory.t[-1])
     shortest = SHORTEST * (end - start)
@@ -311,10 +305,7 @@ class Animation:
     def save(self, path: str | Path) -> None:
         """Write the film as GIF, MP4 or HTML, as the suffix says: whole, or not at all.
 
-        Raises
-        ------
-        InputError
-            Another suffix, a folder that cannot be written, or no ffmpeg for an MP4.
+        InputError for another suffix, a folder that cannot be written, or no ffmpeg for an MP4.
         """
         path = Path(path)
         suffix = path.suffix.lower()

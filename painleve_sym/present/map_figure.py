@@ -54,12 +54,7 @@ FLOW_GRID = 120
 
 
 def map_figure(regions: RegionMap) -> Figure:
-    """Return the figure of a map, wider than a column, narrower than a page.
-
-    Parameters
-    ----------
-    regions : RegionMap
-    """
+    """Return the figure of a map, wider than a column, narrower than a page."""
     with rc_context(STYLE):
         figure = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
         axes = figure.add_subplot()

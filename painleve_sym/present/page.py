@@ -127,12 +127,7 @@ def preformatted(text: str, label: str) -> str:
 def table(columns: Sequence[str], rows: Iterable[Sequence[Any]], label: str) -> str:
     """Return a table with a heading row; numbers have ten digits, other values are text.
 
-    Parameters
-    ----------
-    columns : sequence of str
-    rows : iterable of sequences
-    label : str
-        Names the table for screen readers.
+    The label names the table for screen readers.
     """
     head = "".join(f'<th scope="col">{escape(c)}</th>' for c in columns)
     texts = ([escape(cell_text(value)) for value in row] for row in rows)
@@ -153,14 +148,7 @@ def cell_text(value: Any) -> str:
 
 
 def figure(inner: str, caption: str = "", command: str = "") -> str:
-    """Return a figure with its caption and the command that draws it alone.
-
-    Parameters
-    ----------
-    inner : str
-        HTML, such as an SVG element.
-    caption, command : str
-    """
+    """Return a figure of HTML, such as SVG, with its caption and the command that draws it."""
     again = f" Draw it alone: <code>{escape(command)}</code>" if command else ""
     below = f"<figcaption>{escape(caption)}{again}</figcaption>" if caption or again else ""
     return f"<figure>{inner}{below}</figure>"

@@ -120,10 +120,8 @@ class Scenario:
     def read(cls, path: str | Path) -> Scenario:
         """Return the scenario a TOML file holds; nothing in the file is executed.
 
-        Raises
-        ------
-        InputError
-            Not readable, not TOML, unknown keys, entries of a wrong type.
+        InputError where it is not readable, not TOML, or has unknown keys or entries of a wrong
+        type.
         """
         where = f"scenario file {path}"
         return cls.from_data(parse_toml(read_text(path, where, MAX_FILE), where), str(path))
@@ -165,17 +163,9 @@ class Scenario:
     ) -> Scenario:
         """Return a copy with the parameters that `material` provides; given ones keep their values.
 
-        Parameters
-        ----------
-        varied : collection of str
-            Further parameters to leave alone, such as the axes of a sweep.
-        mechanism : Mechanism, optional
-            That of `model`, where it is known already.
-
-        Raises
-        ------
-        InputError
-            An unknown material, a property that it lacks, or nothing that depends on a material.
+        `varied` are further parameters to leave alone, such as the axes of a sweep; `mechanism` is
+        that of `model`, where it is known already. InputError for an unknown material, a property
+        that it lacks, or where nothing depends on a material.
         """
         if self.material is None:
             return self
@@ -221,10 +211,7 @@ class Scenario:
     def start(self) -> Mapping[str, float]:
         """Return the state as given, or the mechanism's start; with the contact closed by `close`.
 
-        Raises
-        ------
-        InputError
-            There is neither; the contact cannot be closed.
+        InputError where there is neither, or the contact cannot be closed.
         """
         mechanism = self.mechanism()
         state = mechanism.start if self.state is None else self.state
@@ -273,10 +260,7 @@ class Scenario:
     def simulate(self) -> Trajectory:
         """Return the compliant or rigid motion from the state.
 
-        Raises
-        ------
-        InputError
-            What is missing, unknown or out of range, before anything is compiled.
+        InputError, before anything is compiled, for what is missing, unknown or out of range.
         """
         mechanism, contact_law, _ = self.mechanism(), self.contact_law(), self.start()
         if self.t_end is None:

@@ -139,14 +139,7 @@ def latex_names(mechanism: Mechanism) -> dict[sp.Symbol, str]:
 
 
 def written_forms(value: Value, names: Mapping[sp.Symbol, str]) -> dict[str, Any]:
-    """Return a value as `text`, `latex` and `python`; matrices as nested lists of text and Python.
-
-    Parameters
-    ----------
-    value : sympy.Expr or sympy.Matrix
-    names : mapping of sympy.Symbol to str
-        LaTeX of symbols.
-    """
+    """Return a value as `text`, `latex` and `python`; matrices as nested lists of text."""
     return {
         "text": _by_entry(value, plain),
         "latex": sp.latex(value, symbol_names=dict(names)),
@@ -160,10 +153,6 @@ def named_parts(values: Sequence[Value]) -> tuple[dict[sp.Symbol, sp.Expr], list
     A part is named where that spares most operations. In the order returned, a part uses only
     earlier ones. With every symbol replaced by its part, last one first, each value is the one
     given, term by term; what SymPy would arrange in another way, as -(a + b), is left whole.
-
-    Parameters
-    ----------
-    values : sequence of sympy.Expr or sympy.Matrix
     """
     entries = {e for v in values if sp.count_ops(v) > _LONG for e in _entries(v)}
     written = {entry: entry for entry in sorted(entries, key=sp.default_sort_key)}
@@ -248,13 +237,7 @@ def _by_entry(value: Value, write: Callable[[sp.Basic], str]) -> Any:
 def wrap_expression(start: str, text: str, width: int = 80, indent: str = "") -> list[str]:
     """Return `start` and a formula as lines, broken before + or − in as few brackets as can be.
 
-    Parameters
-    ----------
-    start : str
-        Opens the first line; the others open with `indent`.
-    text : str
-    width : int
-    indent : str
+    `start` opens the first line; the others open with `indent`.
     """
     lines: list[str] = []
     line = start + text

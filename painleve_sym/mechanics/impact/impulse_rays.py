@@ -143,20 +143,7 @@ class ImpulseRay:
     def slipping(
         cls, coefficients: ContactCoefficients, slip: int = -1, write: Writer = readable
     ) -> ImpulseRay:
-        """Return the ray of sliding friction, F_t = −μ s F_n.
-
-        Parameters
-        ----------
-        coefficients : ContactCoefficients
-        slip : {-1, +1}
-            s = sign(v_t).
-        write : callable
-
-        Raises
-        ------
-        InputError
-            `slip` is neither −1 nor +1.
-        """
+        """Return the ray of sliding friction, F_t = −μ s F_n with s = sign(v_t), −1 or +1."""
         if slip not in (-1, 1):
             raise InputError(f"slip direction: got {slip!r}, need -1 or +1. Fix: give sign(v_t).")
         moving = Condition(

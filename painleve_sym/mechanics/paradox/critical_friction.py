@@ -49,13 +49,7 @@ class CriticalMinimum:
     root: sp.Symbol | None = None
 
     def number(self, values: Mapping[sp.Symbol, float]) -> tuple[float, tuple[float, ...]]:
-        """Return the minimum and the places of `variable` for numbers of every other symbol.
-
-        Raises
-        ------
-        InputError
-            A symbol without a number.
-        """
+        """Return the minimum and the places of `variable` for numbers of every other symbol."""
         missing = (self.value.free_symbols | _free(self.at)) - {self.root} - set(values)
         if missing:
             names = ", ".join(sorted(map(str, missing)))

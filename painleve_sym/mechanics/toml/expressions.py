@@ -122,13 +122,7 @@ class Formulas:
         return faults
 
     def read(self, text: object) -> tuple[sp.Expr | None, list[TextFault]]:
-        """Return the expression and an empty list, or None and everything that is wrong.
-
-        Parameters
-        ----------
-        text : str, int or float
-            A formula, or a plain number.
-        """
+        """Return the expression of a formula or number and no faults, or None and all faults."""
         part, faults = self._translate(text)
         return (part.expr if part else None), faults
 

@@ -51,49 +51,15 @@ def run_batch(
     max_steps: int = MAX_STEPS,
     max_events: int = MAX_EVENTS,
 ) -> BatchResult:
-    """Integrate one motion for every entry of the arrays, in threads over compiled code.
+    """Integrate one motion for every entry of the arrays; see `simulate_batch` for the arguments.
 
     Each row is the same, bit for bit, as `simulator.run` on its own numbers: it depends neither on
-    the other rows nor on the number of threads. A row that fails is a row with its stop reason.
-    One that cannot start has its reason at t = 0: ``left_domain`` outside the mechanism's domain,
+    the other rows nor on the number of threads. A row that fails is a row with its stop reason. One
+    that cannot start has its reason at t = 0: ``left_domain`` outside the mechanism's domain,
     ``invalid_start`` where the contact law does not admit it (inside the ground of a rigid contact,
     off a guide, compressed as well as under an initial force) or nothing closes the contact,
-    ``non_finite`` where a constant of the law is not finite.
-
-    Parameters
-    ----------
-    simulator : Simulator
-        With any number and kinds of contacts. The engine ``erk`` runs row after row in Python.
-    states : mapping of str to array_like
-        Coordinates and velocities by name; absent ones are 0. SI units, rad.
-    parameters, law_parameters : mapping of str to array_like
-        Of mechanism and law; absent ones have their defaults. Names as for `Simulator.run`.
-    t_end, until, rtol, first_step, max_step, max_steps, max_events
-        As for `Simulator.run`; the same for every row.
-    initial_force : array_like
-        Of a compliant contact that starts with gap 0: the compression that carries it; N.
-    close : str, optional
-        A coordinate for which gap = 0 is solved in every row; see `contacts.closing.closed_state`.
-    threads : int
-        By default the processors this process may use.
-    events : int
-        How many event times of each kind are kept, the first ones; all are counted.
-    maxima, minima : tuple of str
-        Outputs (``normal_force``, ``compression``, …) of which the extreme over the run and its
-        time are kept: located on the dense output of each step.
-    integrals : tuple of str
-        Outputs integrated over the run: of ``normal_force`` this is the normal impulse.
-
-    Returns
-    -------
-    BatchResult
-        Arrays of the shape that all the given ones broadcast to.
-
-    Raises
-    ------
-    InputError
-        Unknown names, shapes that do not fit, numbers that are not finite or out of range, more
-        rows than memory holds: before anything runs.
+    ``non_finite`` where a constant of the law is not finite. The engine ``erk`` runs row after row
+    in Python.
     """
     kept = BatchOutputs(events, tuple(maxima), tuple(minima), tuple(integrals))
     given = simulator.given(parameters, law_parameters)

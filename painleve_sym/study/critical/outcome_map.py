@@ -114,13 +114,7 @@ class OutcomeMap:
 
     @classmethod
     def load(cls, path: str | Path) -> OutcomeMap:
-        """Read what `save` wrote.
-
-        Raises
-        ------
-        InputError
-            Not readable, or not a map of outcomes.
-        """
+        """Read what `save` wrote; InputError where it is not readable, or not a map of outcomes."""
         texts, arrays = load_npz(path, FORMAT, "outcome map", _TEXTS, _ARRAYS)
         return cls(**{name: texts[name] for name in _TEXTS}, **arrays)
 

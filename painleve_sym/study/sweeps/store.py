@@ -98,19 +98,9 @@ def parts_folder(out: Path) -> Path:
 def open_store(out: Path, sweep: Sweep, row: Columns) -> Iterator[Store]:
     """Make the store of a result file, or take it up again, for this process alone.
 
-    Parameters
-    ----------
-    out : Path
-        The result; the store is the folder ``OUT.parts`` beside it.
-    sweep : Sweep
-    row : dict of str to ndarray
-        The columns of one point.
-
-    Raises
-    ------
-    InputError
-        The folder belongs to another sweep or another build, another process writes to it, or it
-        cannot be written.
+    The store is the folder ``OUT.parts`` beside the result; `row` are the columns of one point.
+    InputError where the folder belongs to another sweep or another build, another process writes to
+    it, or it cannot be written.
     """
     folder = parts_folder(out)
     with ExitStack() as stack:
@@ -263,10 +253,7 @@ class Store:
     def finish(self, out: Path) -> None:
         """Write the result, whole or not at all, and remove the store.
 
-        Raises
-        ------
-        PainleveError
-            A full disk or another fault of writing; the store stays.
+        PainleveError for a full disk or another fault of writing; the store stays.
         """
         new = self.folder / "result" / out.name
         shutil.rmtree(new.parent, ignore_errors=True)
