@@ -33,19 +33,9 @@ _RESERVED = ("ps", "casadi", "generated")
 
 @dataclass(frozen=True)
 class Export:
-    """Name, folder and files of an export.
+    """An export: the prefix of all C names, the folder, and the names of the files in it.
 
-    Attributes
-    ----------
-    name : str
-        Prefix of all C names.
-    folder : Path
-    files : tuple of str
-        Names of the files in it.
-    compiler : Compiler
-        That of the expected output.
-    trajectory : Trajectory
-        The example's motion.
+    The compiler is that of the expected output, the trajectory the example's motion.
     """
 
     name: str

@@ -32,16 +32,9 @@ from painleve_sym.motion.trajectory import Trajectory
 
 @dataclass(frozen=True)
 class MotionCode:
-    """One mechanism with its contact laws, to be written as C.
+    """One mechanism with its contact laws, to be written as C; `name` is the prefix of all C names.
 
-    Attributes
-    ----------
-    name : str
-        Prefix of all C names.
-    simulator : Simulator
-    engine_name : {"taylor", "compiled"}
-    compiler : Compiler
-        That the comments name.
+    The engine is ``taylor`` or ``compiled``; comments name the compiler.
     """
 
     name: str

@@ -55,13 +55,7 @@ def array_source(function: ca.Function) -> str:
 
 
 class Selection:
-    """A function whose results are some of its arguments, or numbers: nothing to compile.
-
-    Parameters
-    ----------
-    entries : sequence of int or float
-        The index of an argument, or a number.
-    """
+    """A function whose results are arguments, by their indices, or numbers: nothing to compile."""
 
     def __init__(self, entries: Sequence[int | float]) -> None:
         self.entries = tuple(entries)
@@ -79,15 +73,7 @@ class Selection:
 
 
 class ArrayFunction:
-    """A function of m numbers to k numbers from a compiled library.
-
-    Parameters
-    ----------
-    library : Path
-        Compiled from an `array_source`.
-    arguments, outputs : int
-        m and k.
-    """
+    """A function of m numbers to k numbers from a library made from an `array_source`."""
 
     def __init__(self, library: Path, arguments: int, outputs: int) -> None:
         self.library = library

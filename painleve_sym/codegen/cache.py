@@ -144,16 +144,7 @@ def full(folder: Path) -> str | None:
 
 @dataclass(frozen=True)
 class CacheContent:
-    """Sizes of the cache.
-
-    Attributes
-    ----------
-    folder : Path
-    libraries, derivations : int
-        Compiled libraries; entries of `derivation_cache`.
-    size : int
-        Of all files of the cache, also of a compiler's own; bytes.
-    """
+    """Numbers of compiled libraries and of `derivation_cache` entries; bytes of all files."""
 
     folder: Path
     libraries: int

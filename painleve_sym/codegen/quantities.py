@@ -24,17 +24,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Quantities:
-    """Formulas as one function.
+    """Formulas as one function of the arguments, in this order, with its text as CasADi writes it.
 
-    Attributes
-    ----------
-    names : tuple of str
-    arguments : tuple of str
-        Names of the arguments of the function, in this order.
-    text : str
-        The function as CasADi writes it.
-    compiled : ArrayFunction or Selection or None
-        None where there is no C compiler: CasADi then evaluates it.
+    `compiled` is None where there is no C compiler: CasADi then evaluates it.
     """
 
     names: tuple[str, ...]

@@ -202,12 +202,9 @@ def _count(value: Any) -> int:
 
 @dataclass(frozen=True)
 class TapeOutputs:
-    """Outputs of an automaton, mode by mode, computed from tapes.
+    """Outputs of an automaton, mode by mode, computed from tapes; a single one serves all modes.
 
-    Attributes
-    ----------
-    tapes : tuple of Tape
-        Of each mode; a single one serves all modes. Arguments are state, memory and constants.
+    The arguments of a tape are state, memory and constants.
     """
 
     tapes: tuple[Tape, ...]

@@ -156,17 +156,7 @@ class MPCCResult:
 
 @dataclass(frozen=True, eq=False)
 class MPCCSurvey:
-    """Report many starts: the distinct solutions, and how many starts failed.
-
-    Attributes
-    ----------
-    solutions : tuple of MPCCResult
-        All SOLVED and distinct, in the order of their starts.
-    failures : tuple of MPCCResult
-        The runs that ended without a solution, one for each failed start.
-    starts : int
-        Number of starts tried.
-    """
+    """Report many starts: the distinct solutions in order of their starts, and the failed runs."""
 
     solutions: tuple[MPCCResult, ...]
     failures: tuple[MPCCResult, ...]

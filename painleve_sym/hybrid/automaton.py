@@ -221,13 +221,7 @@ class Test:
     """An inequality of a local mode: `value` ≥ 0 just after a decision.
 
     Where the value is 0 but for rounding, its first derivative along the motion that is not
-    decides.
-
-    Attributes
-    ----------
-    value : sympy.Expr
-    scale : sympy.Expr
-        Size of the terms of which it is made.
+    decides. `scale` is the size of the terms of which it is made.
     """
 
     value: sp.Expr

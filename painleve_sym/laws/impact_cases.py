@@ -71,13 +71,7 @@ def _solved(equation: sp.Eq, ray: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
 
 @dataclass(frozen=True)
 class ImpactCase:
-    """One class of impact closed by a restitution law: all in the velocities before it.
-
-    Attributes
-    ----------
-    law : RestitutionLaw
-    course : ImpactCourse
-    """
+    """One class of impact closed by a restitution law: all in the velocities before it."""
 
     law: RestitutionLaw
     course: ImpactCourse

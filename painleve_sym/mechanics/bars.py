@@ -47,15 +47,7 @@ class BarMode:
 
 @dataclass(frozen=True)
 class RoundBar:
-    """A uniform solid round bar, whose section follows from its mass.
-
-    Attributes
-    ----------
-    mass, length : sympy.Expr
-        kg, m.
-    density, modulus : sympy.Expr
-        kg/m³; Young's modulus, Pa.
-    """
+    """A uniform solid round bar, whose section follows from its mass; kg, m, kg/m³, Pa."""
 
     mass: sp.Expr
     length: sp.Expr

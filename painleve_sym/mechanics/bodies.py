@@ -80,15 +80,10 @@ MODULUS = sp.Symbol("modulus_of_material", positive=True)
 
 @dataclass(frozen=True)
 class NaturalPeriod:
-    """A natural period of a body.
+    """A natural period of a body, s; where it is not `modelled` the body is rigid in the mechanism.
 
-    Attributes
-    ----------
-    body, mode : str
-    period : sympy.Expr
-        In parameters, and in `DENSITY` and `MODULUS` where the material is chosen with a run; s.
-    modelled : bool
-        Whether the mechanism has the mode; otherwise the body is rigid in it.
+    It is written in parameters, and in `DENSITY` and `MODULUS` where the material is chosen with a
+    run.
     """
 
     body: str

@@ -56,15 +56,7 @@ class MaterialValue:
 
 @dataclass(frozen=True)
 class MaterialPair:
-    """A material in dry contact with another body.
-
-    Attributes
-    ----------
-    other : str
-        Name of a material, or words such as ``a hard floor``.
-    static_friction, sliding_friction, restitution : MaterialValue or None
-        None where no source gives it.
-    """
+    """A material in dry contact with another, or with ``a hard floor``; None without a source."""
 
     other: str
     static_friction: MaterialValue | None = None

@@ -57,15 +57,7 @@ class BoundOutline:
 
 @dataclass(frozen=True)
 class PeriodOutline:
-    """A `NaturalPeriod` as text.
-
-    Attributes
-    ----------
-    body, mode, formula : str
-    modelled : bool
-    of_material : bool
-        Whether it needs the material of the run.
-    """
+    """A `NaturalPeriod` as text; `of_material` where it needs the material of the run."""
 
     body: str
     mode: str
@@ -78,16 +70,8 @@ class PeriodOutline:
 class MechanismOutline:
     """Names, units and defaults of a mechanism, without its formulas.
 
-    Attributes
-    ----------
-    coordinates : tuple of Coordinate
-    parameters : tuple of Parameter
-    contacts : tuple of ContactOutline
-    domain : tuple of BoundOutline
-    timed : bool
-        Whether the time itself occurs in the energies, the forces or the domain.
-    periods : tuple of PeriodOutline
-        Natural periods of its bodies, where they are known.
+    `timed` says whether the time itself occurs in the energies, the forces or the domain; `periods`
+    are the natural periods of its bodies, where they are known.
     """
 
     coordinates: tuple[Coordinate, ...]

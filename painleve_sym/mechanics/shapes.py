@@ -40,12 +40,8 @@ class ShapeKind(StrEnum):
 class Shape:
     """A shape that moves with a mechanism.
 
-    Attributes
-    ----------
-    kind : ShapeKind
-    points : tuple of Point
-        A stick has its two ends, a polygon its corners in order, a disc its centre and a point of
-        its rim that turns with it, a dot its place.
+    A stick has its two ends, a polygon its corners in order, a disc its centre and a point of its
+    rim that turns with it, a dot its place.
     """
 
     kind: ShapeKind

@@ -23,17 +23,9 @@ _MATERIAL_ARGUMENTS = ("density_of_material", "modulus_of_material")
 
 @dataclass(frozen=True)
 class BodyPeriod:
-    """A natural period of a body of a motion.
+    """A natural period of a body of a motion, s; where not `modelled`, the body is rigid in it.
 
-    Attributes
-    ----------
-    body, mode : str
-    period : float
-        s.
-    modelled : bool
-        Whether the mechanism has the mode; otherwise the body is rigid in it.
-    material : str
-        From which the period follows; empty where the mechanism says it.
+    The material is that from which the period follows; empty where the mechanism says it.
     """
 
     body: str

@@ -61,17 +61,9 @@ _GUIDE_MEETS = (
 
 
 class Start(NamedTuple):
-    """Start of a run.
+    """Start of a run: its state, its parameters by name and in the engine's order, and its scale.
 
-    Attributes
-    ----------
-    state : ndarray, shape (nx,)
-    values : dict of str to float
-        Parameters by name, and
-    parameters : ndarray, shape (np,)
-        in the engine's order.
-    scale : ndarray, shape (nx,)
-        Of each state: below it only its absolute error counts.
+    Below the scale of a state, shape (nx,), only its absolute error counts.
     """
 
     state: Array

@@ -38,21 +38,11 @@ class Verdict(enum.Enum):
 
 @dataclass(frozen=True)
 class Outcome:
-    """The result of computing an item.
+    """The result of computing an item, in short, with its verdict and its figure.
 
-    Attributes
-    ----------
-    computed : str
-        The answer, in short.
-    verdict : Verdict
-    reason : mapping of str to float or str
-        Numbers for the ``{fields}`` of the reason in the claims.
-    data : mapping
-        Numbers in full precision, as JSON values. ``table`` holds ``columns`` and ``rows``.
-    panels : tuple of Panel
-        The figure, where there is one.
-    paper : str
-        The claim, where it is made of printed numbers.
+    `reason` has the numbers for the ``{fields}`` of the reason in the claims, `data` numbers in
+    full precision, as JSON values (``table`` holds ``columns`` and ``rows``), `paper` the claim
+    where it is made of printed numbers.
     """
 
     computed: str

@@ -27,14 +27,7 @@ Progress = Callable[[int, int, str], None]
 
 @dataclass(frozen=True)
 class Paper:
-    """A paper whose claims are computed again.
-
-    Attributes
-    ----------
-    name : str
-        Name of its folder, with hyphens.
-    folder : Path
-    """
+    """A paper whose claims are computed again; its name is that of its folder, with hyphens."""
 
     name: str
     folder: Path

@@ -102,16 +102,7 @@ def _local_scales(events: Array, start: float, end: float) -> Array:
 
 @dataclass(frozen=True)
 class Scene:
-    """Places of bodies and contacts of a motion, and the forces on the contacts.
-
-    Attributes
-    ----------
-    trajectory : Trajectory
-    mechanism : Mechanism
-        Of the trajectory.
-    times : ndarray, shape (frames,)
-        s.
-    """
+    """Places of bodies and contacts of a motion, and the forces on the contacts, at times in s."""
 
     trajectory: Trajectory
     mechanism: Mechanism

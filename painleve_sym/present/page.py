@@ -51,18 +51,7 @@ footer { margin-top: 3rem; font-size: 0.9rem; color: #444; border-top: 1px solid
 
 @dataclass(frozen=True)
 class Part:
-    """A section of a page.
-
-    Attributes
-    ----------
-    title : str
-    body : str
-        HTML; user text in it is escaped.
-    anchor : str
-        Id of the section; empty for none.
-    level : int
-        Of its heading, 2 or 3.
-    """
+    """A section of a page: HTML, an anchor that may be empty, and the level of its heading."""
 
     title: str
     body: str
@@ -77,16 +66,9 @@ class Part:
 
 @dataclass(frozen=True)
 class Page:
-    """A page of results.
+    """A page of results: HTML before the first section, the sections, JavaScript at the end.
 
-    Attributes
-    ----------
-    title : str
-    lead : str
-        HTML before the first section.
-    parts : sequence of Part
-    script : str
-        JavaScript at the end; the page is complete without it.
+    The page is complete without the script.
     """
 
     title: str

@@ -111,16 +111,10 @@ STYLE: Any = {
 
 @dataclass(frozen=True)
 class Look:
-    """Choices of a caller about a finished figure.
+    """Choices of a caller about a finished figure; by default they are the figure's own.
 
-    Attributes
-    ----------
-    width : float or None
-        inch; the height keeps its share. None: the figure's own.
-    titled : bool
-        Whether panels keep their titles; their letters stay in any case.
-    file_format : str
-        ``png``, ``svg`` or ``pdf``; empty: as the suffix of the file says.
+    The width is in inches, and the height keeps its share; without titles, panels keep their
+    letters.
     """
 
     width: float | None = None

@@ -25,17 +25,9 @@ Value: TypeAlias = sp.Basic | sp.MatrixBase
 
 @dataclass(frozen=True, repr=False)
 class Formula:
-    """One closed form.
+    """One closed form; `latex` is its left side, and the name also that of the Python function.
 
-    Attributes
-    ----------
-    name : str
-        Also the name of the Python function.
-    value : sympy.Expr or sympy.Matrix
-    unit, meaning, latex : str
-        `latex` is the left side.
-    symbols : mapping of sympy.Symbol to str
-        Meaning of symbols that do not belong to the mechanism.
+    `symbols` are the meanings of symbols that do not belong to the mechanism.
     """
 
     name: str
@@ -70,16 +62,10 @@ class Formula:
 
 @dataclass(frozen=True)
 class ImpulsePhase:
-    """A phase of the jump, with the names and meanings of what it gives.
+    """A phase of the jump, with names and meanings of its values in the velocities at its start.
 
-    Attributes
-    ----------
-    name : str
-    meaning : str
-    values : mapping of str to sympy.Expr
-        In the velocities at the start of the phase.
-    conditions : tuple of (str, sympy.Expr, bool)
-        What must hold at its start: in words, the margin, whether it must be > 0 and not only ≥ 0.
+    Its conditions must hold at the start: in words, the margin, whether it must be > 0 and not only
+    ≥ 0.
     """
 
     name: str
@@ -92,13 +78,7 @@ class ImpulsePhase:
 class Section:
     """A group of formulas, or of phases of the jump.
 
-    Attributes
-    ----------
-    title, note : str
-    formulas : tuple of Formula
-    phases : tuple of ImpulsePhase
-    contact : str
-        The contact whose least critical friction has no closed form; else empty.
+    `contact` is the one whose least critical friction has no closed form; else empty.
     """
 
     title: str

@@ -31,15 +31,8 @@ def raw(expr: sp.Expr) -> sp.Expr:
 class Condition:
     """Condition for a phase to take place: `margin` ≥ 0, or > 0 where `strict`.
 
-    Attributes
-    ----------
-    name : str
-        Short name, such as ``slip stops``.
-    margin : sympy.Expr
-        In the configuration, the parameters and the velocities at the start of the phase.
-    meaning : str
-        What the impact does instead where the condition fails.
-    strict : bool
+    The margin is written in the configuration, the parameters and the velocities at the start of
+    the phase; `meaning` says what the impact does instead where the condition fails.
     """
 
     name: str

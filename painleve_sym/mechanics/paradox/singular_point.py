@@ -16,16 +16,9 @@ from painleve_sym.mechanics.simplify import readable
 
 @dataclass(frozen=True)
 class JamThreshold:
-    """State in which the eigenvalues of the singular point are equal, with its friction.
+    """State in which the eigenvalues of the singular point are equal, with its friction μ_C.
 
-    Attributes
-    ----------
-    friction : sympy.Expr
-        μ_C; 1.
-    variable : sympy.Expr
-        tan q, tan(q/2) or the coordinate q itself.
-    at : sympy.Expr
-        Value of `variable` at the singular point for μ = μ_C.
+    `at` is the value of `variable` (tan q, tan(q/2) or the coordinate q itself) there.
     """
 
     friction: sp.Expr

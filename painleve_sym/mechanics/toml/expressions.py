@@ -61,15 +61,7 @@ _OTHER_OPERATORS: Mapping[type[ast.operator], str] = {
 
 @dataclass(frozen=True)
 class TextFault:
-    """Fault in a formula, with its place.
-
-    Attributes
-    ----------
-    message : str
-        One or two sentences.
-    line : int
-        Line within the text, from 0.
-    """
+    """Fault in a formula, with its line within the text, from 0."""
 
     message: str
     line: int = 0
@@ -92,17 +84,8 @@ class _Refused(Exception):
 class Formulas:
     """The names formulas may use; grows as definitions are added.
 
-    Parameters
-    ----------
-    names : mapping of str to sympy.Expr
-        Symbols of coordinates, velocities and parameters.
-
-    Attributes
-    ----------
-    sizes : dict of str to int
-        How many parts each definition stands for.
-    broken : set of str
-        Names defined by a formula with faults.
+    `sizes` tell how many parts each definition stands for; `broken` are names defined by a formula
+    with faults.
     """
 
     names: dict[str, sp.Expr]

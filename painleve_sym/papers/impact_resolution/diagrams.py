@@ -31,19 +31,7 @@ STICKING = 1e-9
 
 @dataclass(frozen=True)
 class Diagram:
-    """One of the paper's diagrams of ÿ_A over F_n.
-
-    Attributes
-    ----------
-    table : int
-        State it is drawn for.
-    case : ContactCase
-        The answer of the paper.
-    title : str
-        For Fig. 2.
-    top : float
-        Largest force drawn; N.
-    """
+    """One of the paper's diagrams of ÿ_A over F_n: its state, its answer, the largest force; N."""
 
     table: int
     case: ContactCase

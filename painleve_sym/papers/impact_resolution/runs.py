@@ -35,24 +35,10 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Case:
-    """A compliant run of the rod.
+    """A compliant run of the rod from the state of a table, with entries that replace those of it.
 
-    Attributes
-    ----------
-    table : int
-        Table of the paper whose state it starts from.
-    modulus : float
-        E; Pa.
-    t_end : float
-        s.
-    initial_force : float
-        Surface energy as the force of the initial compression; N.
-    until : str
-        Kind of event that ends it; empty for none.
-    reload : {"virgin", "elastic"}
-    state : tuple of (str, float)
-        Entries that replace those of the table.
-    rtol : float
+    `modulus` is E, Pa; `initial_force` the surface energy as the force of the initial compression,
+    N; `until` the kind of event that ends it, or empty.
     """
 
     table: int

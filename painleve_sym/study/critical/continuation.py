@@ -173,13 +173,7 @@ def _predicted(
 
 @dataclass(frozen=True)
 class Setting:
-    """State and parameters of which one quantity is varied.
-
-    Parameters
-    ----------
-    finder : CriticalForceFinder
-    state, parameters : mapping of str to float
-    """
+    """State and parameters of which one quantity is varied."""
 
     finder: CriticalForceFinder
     state: Mapping[str, float]

@@ -182,12 +182,7 @@ def _separatrix(level: float, relative: float, n: float) -> float:
 
 @dataclass(frozen=True)
 class SlidingAnalysis:
-    """Finds the sliding solution of a mechanism on a contact law; build once, use often.
-
-    Parameters
-    ----------
-    simulator : Simulator
-    """
+    """Finds the sliding solution of a mechanism on a contact law; build once, use often."""
 
     simulator: Simulator
 

@@ -24,15 +24,7 @@ _VANISHED = 1e-6
 
 @dataclass(frozen=True)
 class LeastFriction:
-    """The smallest W_nn/|W_nt| over the configurations in contact.
-
-    Attributes
-    ----------
-    value : float
-        1; 0 where it falls without bound.
-    configuration : mapping of str to float
-        Where, by coordinate.
-    """
+    """The smallest W_nn/|W_nt| over the configurations in contact; 0 where it has no bound."""
 
     value: float
     configuration: Mapping[str, float]

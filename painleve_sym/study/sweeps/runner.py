@@ -127,14 +127,7 @@ def _compute(store: Store, threads: int | None, cluster: str | None, progress: P
 
 
 class Reporter:
-    """Shows points done, their rate and the time left, on one line of a stream.
-
-    Parameters
-    ----------
-    stream : text stream
-    clock : callable
-        Returns seconds.
-    """
+    """Shows points done, their rate and the time left, on one line of a stream; the clock in s."""
 
     def __init__(self, stream: Any, clock: Callable[[], float] = time.monotonic) -> None:
         self._stream, self._clock = stream, clock

@@ -192,14 +192,8 @@ class Store:
     """The folder of a sweep's columns: one NumPy file for each, with a row for every point.
 
     Chunks are written into the files; the sum of a chunk (CRC-32 of all its columns, plus 1) is
-    written after it, so that a chunk counts only when it is whole.
-
-    Attributes
-    ----------
-    folder : Path
-    sweep : Sweep
-    columns : dict of str to ndarray
-        Maps of the files, and of the sums.
+    written after it, so that a chunk counts only when it is whole. `columns` are maps of the files,
+    and of the sums.
     """
 
     folder: Path
