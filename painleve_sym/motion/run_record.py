@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RunRecord:
-    """A `MotionRecord` of a run; `resolved` are the impulses of the events a resolver answered."""
+    """The record of a run; `resolved` are the impulses of the events that a resolver answered."""
 
     simulator: Simulator
     start: Start

@@ -136,7 +136,7 @@ def impact_course(
     continues = Condition(
         "restitution continues", last.normal_impulse, "the restitution ends before the slip does"
     )
-    return ImpactCourse(case, slip, (first,), (then, _adding(last, continues)), ray.normal_rate)
+    return ImpactCourse(case, slip, (first,), (then, last.needing(continues)), ray.normal_rate)
 
 
 def _reversed_ray(coefficients: ContactCoefficients, slip: int, write: Writer) -> ImpulseRay:
@@ -153,8 +153,7 @@ def _reversed_ray(coefficients: ContactCoefficients, slip: int, write: Writer) -
 
 def _slip_compression(ray: ImpulseRay, slip: int) -> Phase:
     phase = ray.until_normal_velocity("slip compression", sp.Integer(0))
-    return _adding(
-        phase,
+    return phase.needing(
         Condition("approach", -V_N, "the bodies do not approach", strict=True),
         Condition("compression ends", ray.normal_rate, "friction presses the bodies on", True),
         Condition(
@@ -170,14 +169,10 @@ def _slip_to_the_end(ray: ImpulseRay, slip: int) -> Phase:
     end = Condition(
         "slip lasts", slip * phase.slip_velocity, "the slip stops before the restitution ends"
     )
-    return _adding(replace(phase, conditions=()), end)
+    return replace(phase, conditions=(end,))
 
 
 def _slip_restitution(ray: ImpulseRay, slip: int) -> Phase:
     phase = ray.until_slip_stops("slip restitution").started_from({V_N: sp.Integer(0)})
     stops = Condition("slip stops", -slip * ray.slip_rate, "friction does not stop the slip", True)
-    return _adding(replace(phase, conditions=()), stops)
-
-
-def _adding(phase: Phase, *conditions: Condition) -> Phase:
-    return replace(phase, conditions=(*phase.conditions, *conditions))
+    return replace(phase, conditions=(stops,))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import sympy as sp
 
@@ -79,6 +79,10 @@ class Phase:
     normal_velocity: sp.Expr
     stored_energy: sp.Expr
     conditions: tuple[Condition, ...] = ()
+
+    def needing(self, *conditions: Condition) -> Phase:
+        """Return the phase with further conditions."""
+        return replace(self, conditions=(*self.conditions, *conditions))
 
     def started_from(self, start: Mapping[sp.Symbol, sp.Expr]) -> Phase:
         """Return the phase with its starting velocities replaced by other expressions."""
@@ -245,7 +249,7 @@ def tangential_phase(
     """
     ray = ImpulseRay.slipping(coefficients, slip, write)
     phase = ray.until_slip_stops("tangential")
-    conditions = (
+    return phase.needing(
         Condition("approach", -V_N, "the bodies separate: there is no impact"),
         Condition("slip stops", -slip * ray.slip_rate, "friction does not stop the slip", True),
         Condition(
@@ -254,7 +258,6 @@ def tangential_phase(
             "the compression ends before the slip does",
         ),
     )
-    return _with(phase, conditions)
 
 
 def sticking_compression(coefficients: ContactCoefficients, write: Writer = readable) -> Phase:
@@ -266,7 +269,7 @@ def sticking_compression(coefficients: ContactCoefficients, write: Writer = read
     """
     ray = ImpulseRay.sticking(coefficients, write)
     phase = ray.until_normal_velocity("sticking compression", sp.Integer(0))
-    return _with(phase, (Condition("approach", -V_N, "the bodies separate already"),))
+    return phase.needing(Condition("approach", -V_N, "the bodies separate already"))
 
 
 def sticking_restitution(coefficients: ContactCoefficients, write: Writer = readable) -> Phase:
@@ -278,8 +281,3 @@ def sticking_restitution(coefficients: ContactCoefficients, write: Writer = read
     """
     ray = ImpulseRay.sticking(coefficients, write)
     return ray.until_normal_velocity("sticking restitution", V_N_PLUS, sp.Integer(0))
-
-
-def _with(phase: Phase, conditions: tuple[Condition, ...]) -> Phase:
-    values = {name: getattr(phase, name) for name in phase.__dataclass_fields__}
-    return Phase(**{**values, "conditions": (*phase.conditions, *conditions)})

@@ -411,10 +411,3 @@ def _work(impulse: Impulse, free: Array, W: Array) -> float:
     normal, tangential = impulse
     own = W[0] * normal**2 + 2 * W[1] * normal * tangential + W[2] * tangential**2
     return float(normal * free[0] + tangential * free[1] + own / 2)
-
-
-def simulate_stepping(
-    mechanism: Mechanism, state: Mapping[str, float], *, scheme: str = SCHEMES[0], **options: Any
-) -> SteppingRun:
-    """Step a motion; see `TimeStepper.run` for the options."""
-    return TimeStepper(mechanism, scheme).run(state, **options)

@@ -74,7 +74,6 @@ def compare_jump(
     state: Mapping[str, float],
     stiffness: Sequence[float],
     *,
-    parameter: str = "E",
     parameters: Mapping[str, float] | None = None,
     t_end: float = 1.0,
 ) -> JumpComparison:
@@ -86,9 +85,7 @@ def compare_jump(
     state : mapping of str to float
         Coordinates and velocities; absent ones are 0.
     stiffness : sequence of float
-        Values of the parameter that is varied.
-    parameter : str
-        Name of that parameter of the law.
+        Young's moduli E of the law; Pa.
     parameters : mapping of str to float, optional
         Further parameters of mechanism and law.
     t_end : float
@@ -114,11 +111,11 @@ def compare_jump(
     names = tuple(s.name for s in mechanism.system.q_dot)
     runs = []
     for value in stiffness:
-        given = {**(parameters or {}), parameter: value}
+        given = {**(parameters or {}), "E": value}
         run = simulator.run(
             complete, t_end=t_end, parameters=given, until="separation", record="events", rtol=RTOL
         )
-        runs.append(_at_ends(run, names, f"{parameter} = {value:g}"))
+        runs.append(_at_ends(run, names, f"E = {value:g}"))
     symbols = simulator.constants(values)
     exponent = float(numbers([simulator.contact_law.exponent], symbols)[0])
     return JumpComparison(
