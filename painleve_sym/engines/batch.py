@@ -30,14 +30,8 @@ MAX_EVENTS_KEPT = 10_000
 class BatchOutputs:
     """Per-run outputs to record, besides the end of the run.
 
-    Attributes
-    ----------
-    events : int
-        How many event times of each kind, the first ones.
-    maxima, minima : tuple of str
-        Outputs of which the largest and smallest value over the run is kept, with its time.
-    integrals : tuple of str
-        Outputs that are integrated over time.
+    The first event times of each kind, outputs of which the largest and smallest value over the run
+    is kept, with its time, and outputs that are integrated over time.
     """
 
     events: int = 1
@@ -126,15 +120,9 @@ class BatchRows:
             getattr(self, f.name)[rows] = getattr(other, f.name)
 
     def fill_unmoved(self, rows: Any, states: Array, reason: Any) -> None:
-        """Overwrite some rows by motions that ended where they began.
+        """Overwrite some rows, a mask of shape (n,), by motions that ended where they began.
 
-        Parameters
-        ----------
-        rows : ndarray of bool, shape (n,)
-        states : ndarray, shape (n, nx)
-            Where each row began.
-        reason : int, or ndarray of int
-            Of all of them, or of each.
+        The states are those of these rows, the reason is that of all of them, or of each.
         """
         for f in fields(self):
             array = getattr(self, f.name)

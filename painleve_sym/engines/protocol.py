@@ -357,13 +357,8 @@ class Engine(Protocol):
     def prepare(self, parameters: Array, given: Array, forces: Array) -> Prepared:
         """Return whole start states with their scales; see `Preparation`.
 
-        Parameters
-        ----------
-        parameters : ndarray, shape (n, np)
-        given : ndarray, shape (n, given)
-            The first states; the others follow.
-        forces : ndarray, shape (n,)
-            Initial forces, N; negative for none.
+        Of n runs: parameters (n, np), the first states, which the others follow from, and the
+        initial forces, N; negative for none.
         """
         ...
 

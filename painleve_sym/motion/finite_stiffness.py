@@ -106,19 +106,10 @@ class CorrectedJumpRule:
         compression: ArrayLike = 0.0,
         configuration: str = "frozen",
     ) -> CorrectedJumps:
-        """Return the jumps from the states.
+        """Return the jumps from the states; those absent are 0, and every parameter is given.
 
-        The contact counts as touching, or compressed by δ₀ = `compression`.
-
-        Parameters
-        ----------
-        state : mapping of str to float or ndarray
-            Coordinates and velocities; absent ones are 0.
-        parameters : mapping of str to float or ndarray
-            Every parameter of the mechanism and of the law.
-        compression : float or ndarray
-            δ₀ ≥ 0; m. Its surface energy is K δ₀^(n+1)/(n+1).
-        configuration : {"frozen", "carried"}
+        The contact counts as touching, or compressed by δ₀ = `compression` ≥ 0, m, with the surface
+        energy K δ₀^(n+1)/(n+1). The configuration is one of `CONFIGURATIONS`.
         """
         if configuration not in CONFIGURATIONS:
             raise InputError(

@@ -49,47 +49,12 @@ MAX_COUNT = 1_000_000_000
 class Scenario:
     """One case: a mechanism, a state, and what the question asked of it needs.
 
-    Attributes
-    ----------
-    model : str
-        Name of the mechanism.
-    state : mapping of str to float
-        Coordinates and velocities by name, absent ones are 0; SI units, rad. None: the
-        mechanism's start.
-    parameters : mapping of str to float
-        Of the mechanism; absent ones have their defaults.
-    law : str
-        Name of the contact law, compliant or rigid.
-    law_parameters : mapping of str to float
-    law_choices : mapping of str to str
-        Named choices of the law, such as ``reload``.
-    t_end : float
-        End time, > 0; s.
-    until : tuple of str
-        Kinds of events that end the motion.
-    initial_force : float
-        Sets the initial compression so that the contact carries this force; N.
-    engine : EngineName or its text
-    rtol : float
-        Relative tolerance.
-    max_steps, max_events : int
-        Limits of a run; None: those of `RunOptions`.
-    samples : int
-        Number of evenly spaced times to report, at least 2.
-    e : float
-        Coefficient of restitution of the jump, in [0, 1]; None: the default of its law.
-    restitution : Restitution or its text
-        Restitution law of the jump.
-    material : str
-        Name of the material of both bodies in contact, or ``steel,rubber`` for the moving body and
-        the other; see `from_material`. None: no parameter is one of a material.
-    contact : str
-        Name of the only contact to consider, of a mechanism with several; None: all.
-    close : str
-        Coordinate for which gap = 0 is solved (see `closed_state`); None: none.
-    title : str
-    where : str
-        What error messages call this scenario, such as the name of its file.
+    Attributes are those of `simulate`, by the names that a file has; None stands for its defaults,
+    and for no state, law or material. `model` names the mechanism, `contact` the only one of
+    several contacts to consider. A state that is not given is the mechanism's start. `law_choices`
+    are named choices of the law, such as ``reload``. `samples` is the number of evenly spaced times
+    to report, at least 2. `e` and `restitution` are those of the jump. `where` is what error
+    messages call this scenario, such as the name of its file.
     """
 
     model: str
