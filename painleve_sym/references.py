@@ -173,10 +173,7 @@ def citation(*results: HasSource) -> tuple[Reference, ...]:
 def cited_works(text: str) -> tuple[Reference, ...]:
     """Return the works that a text cites, each once, in the order of their labels in the text.
 
-    Parameters
-    ----------
-    text : str
-        The year of a label may stand without its parentheses, and a line may end within it.
+    The year of a label may stand without its parentheses, and a line may end within it.
 
     Examples
     --------

@@ -78,23 +78,11 @@ _TWO: Mapping[str, Callable[[Any, Any], Any]] = {
 class Tape:
     """A function of several vectors to one vector, operation by operation.
 
-    Attributes
-    ----------
-    sizes : tuple of int
-        Lengths of the arguments.
-    outputs : int
-        Length of the result.
-    work : int
-        Number of places that hold intermediate values.
-    operations : tuple of tuples
-        ``("CONST", place, value)``, ``("INPUT", place, argument, entry)``,
-        ``("OUTPUT", entry, place)``, or the name of an elementary operation, the place of its
-        result and those of its one or two operands.
-
-    Raises
-    ------
-    InputError
-        An operation that is unknown, or that uses a place there is not.
+    Its arguments have the lengths `sizes`, its result that of `outputs`; `work` is the number of
+    places that hold intermediate values. Operations are ``("CONST", place, value)``, ``("INPUT",
+    place, argument, entry)``, ``("OUTPUT", entry, place)``, or the name of an elementary operation,
+    the place of its result and those of its one or two operands. An unknown one, or one that uses a
+    place there is not, is rejected.
     """
 
     sizes: tuple[int, ...]

@@ -123,29 +123,13 @@ class LCPSolution:
 
 
 def residual(lcp: LCP, z: npt.ArrayLike) -> float:
-    """Measure how far z is from solving the problem, free of units.
+    """Measure how far z is from solving the problem, free of units; 0 for an exact solution.
 
     The largest of ``-z_i`` and ``-w_i`` where negative and of ``min(|z_i|, |w_i|)``, each as a
     fraction of its own scale. That of w_i is the sum of its terms, ``|q_i| + sum_j |M_ij z_j|``;
     z_j is measured by the largest share it has in any of these sums. Positive scaling of rows or
-    columns therefore changes nothing, and rounding alone leaves some 1e-15.
-
-    Parameters
-    ----------
-    lcp : LCP
-        The problem.
-    z : array_like, shape (n,)
-        The candidate; entries that are not finite give ``inf``.
-
-    Returns
-    -------
-    float
-        0 for an exact solution, up to 1 otherwise, ``inf`` for an infinite or nan entry.
-
-    Raises
-    ------
-    InputError
-        For a candidate of another length. Fix: give one entry for each pair.
+    columns therefore changes nothing, and rounding alone leaves some 1e-15. It is at most 1, or
+    ``inf`` for an infinite or nan entry.
     """
     point = np.asarray(z, dtype=float)
     if point.shape != lcp.offset.shape:
@@ -168,23 +152,13 @@ def solve_all(lcp: LCP, tol: float = RESIDUAL_TOLERANCE) -> tuple[LCPSolution, .
     point, segment, ray or wider face; one representative of it is returned, inside the face where
     it has an inside, and marked as not isolated unless the face is a point.
 
-    Parameters
-    ----------
-    lcp : LCP
-        The problem, with at most `ENUMERATION_LIMIT` pairs.
-    tol : float
-        Largest `residual` of a solution, and the distance in the same measure below which two
-        solutions are one.
-
-    Returns
-    -------
-    tuple of LCPSolution
-        Ordered by the number of active pairs; empty when the problem has no solution.
+    Solutions are ordered by the number of active pairs. Their `residual` is at most `tol`, and two
+    that are nearer than that in the same measure are one.
 
     Raises
     ------
     InputError
-        For too many pairs. Fix: use `solve_lemke`, which returns one solution.
+        For more than `ENUMERATION_LIMIT` pairs. Fix: use `solve_lemke`, which returns one solution.
     """
     if lcp.size > ENUMERATION_LIMIT:
         raise InputError(

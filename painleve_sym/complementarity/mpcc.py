@@ -107,16 +107,8 @@ class MPCCOptions:
 class RelaxationStep:
     """Record one solve: the bound tau, IPOPT's return word and iterations, the residual after it.
 
-    Attributes
-    ----------
-    tau : float
-        Bound on the products ``z_i w_i`` of the scaled problem.
-    ipopt_status : str
-        IPOPT's own word, such as ``Solve_Succeeded`` or ``Infeasible_Problem_Detected``.
-    iterations : int
-        IPOPT iterations of this step.
-    residual : float
-        `residual` of the iterate.
+    The bound is that on the products ``z_i w_i`` of the scaled problem; the word is one such as
+    ``Solve_Succeeded`` or ``Infeasible_Problem_Detected``.
     """
 
     tau: float
@@ -127,22 +119,11 @@ class RelaxationStep:
 
 @dataclass(frozen=True, eq=False)
 class MPCCResult:
-    """Report the run from one start.
+    """Report the run from one start: SOLVED only with ``residual <= tolerance``.
 
-    Attributes
-    ----------
-    status : MPCCStatus
-        SOLVED only with ``residual <= tolerance``.
-    z, w : ndarray, shape (n,)
-        The last point and ``w = M z + q``; a solution only if the status is SOLVED.
-    residual : float
-        `residual` of z.
-    iterations : int
-        IPOPT iterations over all relaxations of this start.
-    history : tuple of RelaxationStep
-        One entry for each tau tried.
-    polished : bool
-        Whether z was recomputed from IPOPT's active pairs (a linear solve) to pass the check.
+    `z` is the last point, a solution only then, and ``w = M z + q``. Iterations are IPOPT's over
+    all relaxations of this start, of which `history` has each. `polished` tells whether z was
+    recomputed from IPOPT's active pairs (a linear solve) to pass the check.
     """
 
     status: MPCCStatus
@@ -182,18 +163,8 @@ def solve_mpcc(
     The limit is then recomputed from its active pairs, since an interior point stops some 1e-9
     short of the bounds, and the better of the two points is checked against the problem itself.
 
-    Parameters
-    ----------
-    problem : LCP
-    start : array_like, shape (n,), optional
-        Where to begin; when not given, several starts are tried until one succeeds.
-    options : MPCCOptions, optional
-        The relaxation.
-
-    Returns
-    -------
-    MPCCResult
-        The first success, or else the failure with the smallest residual.
+    Without a start several are tried until one succeeds; where none does, the failure with the
+    smallest residual is returned.
 
     Raises
     ------
@@ -223,28 +194,16 @@ def solve_mpcc_all(
     """Run `solve_mpcc` from many starts and keep the distinct solutions.
 
     A survey without solutions does not prove that there is none, and solutions may be missing:
-    `painleve_sym.complementarity.lcp.solve_all` decides both.
+    `painleve_sym.complementarity.lcp.solve_all` decides both. The starts are by default the corners
+    and random starts of `MPCCOptions`.
 
-    Parameters
-    ----------
-    problem : LCP
-    starts : iterable of array_like, shape (n,), optional
-        Where to begin; the corners and random starts of `MPCCOptions` when not given.
-    options : MPCCOptions, optional
-        The relaxation.
-    compared : int, optional
-        Solutions are distinct if their first `compared` entries are; all when not given. The forces
-        of one contact at rest are the first two: how a_t divides into two parts does not count.
-
-    Returns
-    -------
-    MPCCSurvey
-        Distinct solutions and failed starts.
+    Solutions are distinct if their first `compared` entries are, or all. The forces of one contact
+    at rest are the first two: how a_t divides into two parts does not count.
 
     Raises
     ------
     InputError
-        As for `solve_mpcc`, and for an empty list of starts. Fix: give at least one start.
+        As `solve_mpcc`.
     """
     options = options or MPCCOptions()
     program = _RelaxedProgram(problem, options)

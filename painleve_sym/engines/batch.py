@@ -63,21 +63,10 @@ class BatchOutputs:
 class BatchRows:
     """Ends of n runs; every array has n rows.
 
-    Attributes
-    ----------
-    time : ndarray, shape (n,)
-    state : ndarray, shape (n, nx)
-    memory : ndarray, shape (n, nz)
-    mode, reason, transition : ndarray of int, shape (n,)
-        Index of the mode, number of the stop reason (the engine's are `ENGINE_REASONS`), index of
-        the transition that ended the run or -1.
-    counters : ndarray of int, shape (n, 6)
-    event_counts : ndarray of int, shape (n, kinds)
-    event_times : ndarray, shape (n, kinds, events)
-        nan where there was no such event.
-    extremes : ndarray, shape (n, maxima + minima, 2)
-        Value and time.
-    integrals : ndarray, shape (n, integrals)
+    `mode` and `transition` are indices, of the mode and of the transition that ended the run or -1;
+    `reason` is the number of the stop reason (the engine's are `ENGINE_REASONS`). Columns of
+    `event_counts` are kinds. `event_times` has kinds and events, nan where there was no such event;
+    `extremes` has maxima, then minima, value and time of each.
     """
 
     time: Array

@@ -68,16 +68,7 @@ class Call:
 
 @dataclass(frozen=True)
 class Samples:
-    """A mode at n points.
-
-    Attributes
-    ----------
-    x : ndarray, shape (n, nx)
-    g, dg : ndarray, shape (n, ng)
-        Guards and their rates.
-    rate, bend : ndarray, shape (n, nx)
-        ẋ and ẍ.
-    """
+    """A mode at n points: states x, guards g and their rates dg, ẋ and ẍ, each of n rows."""
 
     x: Array
     g: Array
@@ -88,19 +79,10 @@ class Samples:
 
 @dataclass(frozen=True)
 class Window:
-    """A smooth stretch of motion on a grid.
+    """A smooth stretch of motion at GRID + 1 times from the start of the window, s; memory z.
 
-    Attributes
-    ----------
-    times : ndarray, shape (GRID + 1,)
-        From the start of the window; s.
-    at : Samples
-    z, c : ndarray
-        Memory and constants.
-    fired : int
-        The guard that crosses zero according to `erk`, -1 for none; the state is constant after it.
-    place : float
-        Where it did, as a part of the window.
+    `fired` is the guard that crosses zero according to `erk`, -1 for none, and `place` where it
+    did, as a part of the window; the state is constant after it.
     """
 
     times: Array

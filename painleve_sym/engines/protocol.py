@@ -96,16 +96,10 @@ class RunOptions:
 
 
 class Prepared(NamedTuple):
-    """Start states and scales of n runs.
+    """Start states and scales of n runs, shape (n, nx).
 
-    Attributes
-    ----------
-    states : ndarray, shape (n, nx)
-    admits : ndarray, shape (n, 3)
-        1 or 0: whether the contact laws admit a start, every constant is finite, and the start is
-        inside the domain.
-    scales : ndarray, shape (n, nx)
-        Of the states: below them only absolute errors count.
+    Below the scales only absolute errors count. `admits`, shape (n, 3), is 1 or 0: whether the
+    contact laws admit a start, every constant is finite, and the start is inside the domain.
     """
 
     states: Array
@@ -122,21 +116,10 @@ class Prepared(NamedTuple):
 class RawRun(NamedTuple):
     """Raw result of an engine.
 
-    Attributes
-    ----------
-    time : float
-    state : ndarray, shape (nx,)
-    memory : ndarray, shape (nz,)
-    mode : int
-        Index into the automaton's modes.
-    stop_reason : StopReason
-    stop_transition : int
-        Index of the transition that ended the run, -1 where none did.
-    steps, events : ndarray, shapes (steps, width) and (events, width)
-        Rows that `step_records` and `event_records` read.
-    counters : dict
-    decision : bool
-        Whether it ended in a mode that needs a resolver, without one.
+    `mode` is an index into the automaton's modes, `stop_transition` that of the transition that
+    ended the run, -1 where none did. `steps` and `events` have the rows that `step_records` and
+    `event_records` read. `decision` tells whether it ended in a mode that needs a resolver, without
+    one.
     """
 
     time: float
@@ -171,21 +154,10 @@ class RawRun(NamedTuple):
 
 @dataclass(frozen=True)
 class Question:
-    """State of a run that asks a resolver how to continue.
+    """State of a run that asks a resolver how to continue, at a time since its start; s.
 
-    Attributes
-    ----------
-    time : float
-        Since the start of the run; s.
-    state, memory : ndarray
-    mode : int
-        Which mode the last event ended, or the mode that asks where nothing happened before.
-    kind : EventKind or None
-        Of the last event; None where nothing happened before.
-    contact : str
-        Of the last event.
-    spent : float
-        Time since the last answer; s.
+    `mode` is that which the last event ended, or the one that asks where nothing happened before;
+    `kind` and `contact` are those of the last event. `spent` is the time since the last answer; s.
     """
 
     time: float
@@ -201,16 +173,9 @@ class Question:
 class Answer:
     """Continuation that a resolver returns.
 
-    Attributes
-    ----------
-    mode : int
-        In which the run continues, or ends where there is a reason to `stop`.
-    state : ndarray, shape (nx,)
-    departs : tuple of int
-        Guards of that mode that are zero and known to become positive.
-    events : tuple of (EventKind, ndarray, int)
-        What happened at this instant: kind, state just after, and mode entered.
-    stop : StopReason or None
+    In `mode` the run continues, or ends where there is a reason to `stop`. `departs` are guards of
+    that mode that are zero and known to become positive. `events` are what happened at this
+    instant: kind, state just after, and mode entered.
     """
 
     mode: int

@@ -132,20 +132,9 @@ def chatter_ratio(
 ) -> ChatterRatio:
     """Return the ratio of successive bounces of any contact in closed form.
 
-    Parameters
-    ----------
-    case : ImpactClass
-        ``SLIDING``, ``C_STICKING`` or ``R_STICKING``. Bounces whose slip reverses never grow:
-        ρ ≤ e, since then s W_nt < 0.
-    restitution : RestitutionLaw, optional
-        The energetic one when left out. Newton's has ρ = e in every class.
-    slip : {-1, +1}
-        s = sign(v_t) at the impacts.
-
-    Raises
-    ------
-    InputError
-        Another class.
+    The case is ``SLIDING``, ``C_STICKING`` or ``R_STICKING``: bounces whose slip reverses never
+    grow, ρ ≤ e, since then s W_nt < 0. The restitution is the energetic one when left out; Newton's
+    has ρ = e in every class. `slip` is s = sign(v_t) at the impacts.
     """
     if case not in CYCLES:
         raise InputError(

@@ -23,19 +23,10 @@ PAIR_PROPERTIES = ("static_friction", "sliding_friction", "restitution")
 
 @dataclass(frozen=True)
 class MaterialValue:
-    """A number from the literature.
+    """A number from the literature, in `unit`, with its sources' keys in `painleve_sym.references`.
 
-    Attributes
-    ----------
-    value : float
-        In `unit`.
-    lower, upper : float
-        What the sources span; both are the value where they agree.
-    unit : str
-    sources : tuple of str
-        Keys of `painleve_sym.references`.
-    note : str
-        Under which condition it holds.
+    `lower` and `upper` are what the sources span, both the value where they agree; `note` says
+    under which condition it holds.
     """
 
     value: float

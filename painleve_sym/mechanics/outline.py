@@ -20,20 +20,11 @@ SIDES = {"push": 1, "pull": -1}
 
 @dataclass(frozen=True)
 class ContactOutline:
-    """A `Contact` without its formulas.
+    """A `Contact` without its formulas, whose texts `gap` and `slip_velocity` are to be shown.
 
-    Attributes
-    ----------
-    name : str
-    bilateral : bool
-    friction : str
-        Name of the parameter μ.
-    gap, slip_velocity : str
-        The formulas as text, to be shown.
-    gap_coordinate, slip_rate : str
-        The coordinate that is the gap, the velocity that is the slip velocity; empty where none is.
-    depends_on_time : bool
-        Whether the time itself occurs in one of both formulas.
+    `friction` is the name of the parameter μ; `gap_coordinate` and `slip_rate` are the coordinate
+    that is the gap and the velocity that is the slip velocity, empty where none is.
+    `depends_on_time` tells whether the time itself occurs in one of both formulas.
     """
 
     name: str

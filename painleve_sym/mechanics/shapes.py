@@ -78,17 +78,9 @@ class Shape:
 class ContactGeometry:
     """The place of a contact in the plane, with which its forces are drawn.
 
-    Attributes
-    ----------
-    point : Point
-        The point of the mechanism that touches.
-    normal : Point
-        Unit vector along which F_n acts on the mechanism; F_t acts along it turned clockwise by a
-        right angle.
-    surface : sympy.Expr
-        A function of `PLACE`, zero on the surface and positive on its free side.
-    rim : Shape or None
-        The disc whose rim touches.
+    `point` is that of the mechanism that touches, `rim` the disc whose rim touches. F_n acts on the
+    mechanism along the unit vector `normal`, F_t along it turned clockwise by a right angle.
+    `surface` is a function of `PLACE`, zero on the surface and positive on its free side.
     """
 
     point: Point

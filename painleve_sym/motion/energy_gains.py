@@ -32,23 +32,11 @@ _IMPACT_SENTENCES = 3
 
 @dataclass(frozen=True)
 class EnergyGain:
-    """An event that adds energy.
+    """An impact or a reload that adds energy, by the law of restitution or the reload rule `law`.
 
-    Attributes
-    ----------
-    time : float
-        s.
-    kind : EventKind
-        IMPACT or RELOAD.
-    contacts : tuple of str
-        Which take part.
-    gain : float
-        Of an impact, the growth of the kinetic energy but for the work of drives; of a reload, the
-        stored energy that appears without work; J.
-    kinetic_energy : float
-        Before the event; J.
-    law : str
-        The law of restitution, or the reload rule.
+    The gain of an impact is the growth of the kinetic energy but for the work of drives; that of a
+    reload the stored energy that appears without work; J. `kinetic_energy` is that before the
+    event, J, `time` in s.
     """
 
     time: float

@@ -89,19 +89,9 @@ class Segment:
 class MotionNames:
     """Names that all motions of a simulator share.
 
-    Attributes
-    ----------
-    mechanism, law : str
-    choices : dict of str to str
-        The law's named choices.
-    states, memory, outputs : tuple of str
-    engine : str
-    contacts : tuple of str
-        In the mechanism's order.
-    units, latex : dict of str to str
-        Of coordinates, velocities and parameters.
-    source : str
-        Works on the mechanism, the laws and the integrator.
+    `choices` are the law's, `contacts` in the mechanism's order, `units` and `latex` those of
+    coordinates, velocities and parameters, `source` the works on the mechanism, the laws and the
+    integrator.
     """
 
     mechanism: str
@@ -121,11 +111,8 @@ class MotionNames:
 class EngineOutputs:
     """Outputs of a motion (forces, gaps, energies), which the engine of the run computes.
 
-    Attributes
-    ----------
-    engine : Engine
-    tapes : callable
-        Returns the outputs of each mode as tapes; called where a motion is saved or pickled.
+    `tapes` returns the outputs of each mode as tapes; it is called where a motion is saved or
+    pickled.
     """
 
     engine: Engine

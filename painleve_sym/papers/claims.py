@@ -85,19 +85,10 @@ class ItemClaim:
 class Claims:
     """Everything a paper prints that is compared with.
 
-    Attributes
-    ----------
-    source : Reference
-        The paper.
-    formulas : mapping of str to PrintedFormula
-    letters : mapping of str to str
-        Letters in which the paper writes another formula, with the name of that formula.
-    numbers : mapping of str to Printed
-        Single numbers in the text.
-    items : mapping of str to ItemClaim
-        By item, in the order in which they are reported; each titled formula is one.
-    data : mapping
-        Other tables of the file, which only the paper's own modules read.
+    `letters` are those in which the paper writes another formula, with the name of that formula.
+    `numbers` are single ones in the text. `items` are in the order in which they are reported; each
+    titled formula is one. `data` are other tables of the file, which only the paper's own modules
+    read.
     """
 
     source: Reference

@@ -55,26 +55,12 @@ class Paper:
 
 @dataclass(frozen=True)
 class Item:
-    """One claim of a paper with its verdict.
+    """One claim of a paper, as `paper` says it, and the answer in short, with its verdict.
 
-    Attributes
-    ----------
-    id, group, title : str
-    paper : str
-        The claim.
-    computed : str
-        The answer, in short.
-    verdict, expected : Verdict
-        The computed one, and the one the derivations and independent computations establish.
-    reason : str
-        Why it differs, or under which assumption it agrees.
-    seconds : float
-        Time to compute it; runs shared with earlier items are not counted again.
-    data : mapping
-        Numbers in full precision, as JSON values.
-    series : tuple of Panel or None
-        Content of its figure.
-    paper_name : str
+    The verdict is the computed one; expected is the one the derivations and independent
+    computations establish, for the `reason`, or under the assumption named there. Runs shared with
+    earlier items do not count in `seconds`. `data` are numbers in full precision, as JSON values;
+    `series` are the content of its figure.
     """
 
     id: str

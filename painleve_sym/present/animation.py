@@ -229,19 +229,9 @@ class Scene:
 
 @dataclass(frozen=True)
 class Animation:
-    """A film of a motion, to be saved or shown in a notebook.
+    """A film of a motion with steps, to be saved or shown in a notebook.
 
-    Attributes
-    ----------
-    trajectory : Trajectory
-        With steps.
-    mechanism : Mechanism
-    duration : float
-        s of the film.
-    rate : int
-        Frames per second.
-    width : int
-        Pixels.
+    The film lasts `duration`, s, at `rate` frames per second, and is `width` pixels wide.
     """
 
     trajectory: Trajectory

@@ -29,15 +29,8 @@ from painleve_sym.mechanics.simplify import readable
 class ImpactCourse:
     """One class of impact as phases; the last one ends at `V_N_PLUS`, which a law gives.
 
-    Attributes
-    ----------
-    case : ImpactClass
-    slip : {-1, +1}
-        s = sign(v_t) before the impact; of the slip that begins where v_t = 0.
-    compression, restitution : tuple of Phase
-        Each phase in terms of the velocities at its own start.
-    final_rate : sympy.Expr
-        dv_n/dP_n on the last ray; 1/kg.
+    `slip` is s = sign(v_t) before the impact, or of the slip that begins where v_t = 0. Each phase
+    is in terms of the velocities at its own start. `final_rate` is dv_n/dP_n on the last ray; 1/kg.
     """
 
     case: ImpactClass
@@ -85,22 +78,9 @@ def impact_course(
 ) -> ImpactCourse:
     """Return the phases of one class of impact, with the conditions under which it happens.
 
-    dv_n/dP_n and dv_t/dP_n are A_s, C_s in slip, A′, 0 in sticking, A_{−s}, C_{−s} in reverse
-    slip. After a stop the slip goes to sign(W_nt), so that a reversal needs s W_nt < −μ W_tt.
-
-    Parameters
-    ----------
-    coefficients : ContactCoefficients
-    case : ImpactClass
-    slip : {-1, +1}
-        s = sign(v_t). Where v_t = 0, sign(W_nt) for ``SLIDING``, either for ``C_STICKING``.
-    write : callable
-        See `Writer`.
-
-    Raises
-    ------
-    InputError
-        `slip` is not a sign, or `case` is ``NO_IMPACT``.
+    dv_n/dP_n and dv_t/dP_n are A_s, C_s in slip, A′, 0 in sticking, A_{−s}, C_{−s} in reverse slip.
+    After a stop the slip goes to sign(W_nt), so that a reversal needs s W_nt < −μ W_tt. `slip` is s
+    = sign(v_t); where v_t = 0, sign(W_nt) for ``SLIDING``, either for ``C_STICKING``.
 
     References
     ----------

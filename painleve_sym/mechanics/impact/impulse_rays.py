@@ -232,16 +232,8 @@ def tangential_phase(
 ) -> Phase:
     """Return the first phase: slip in direction s until v_t = 0, still in compression.
 
-    P_n = −v_t/C_s and v_n(t1) = v_n − (A_s/C_s) v_t. With v_n = 0 at the start it is the
-    impact without collision, and then needs A_s < 0.
-
-    Parameters
-    ----------
-    coefficients : ContactCoefficients
-    slip : {-1, +1}
-        s = sign(v_t) before the impact.
-    write : callable
-        See `Writer`.
+    P_n = −v_t/C_s and v_n(t1) = v_n − (A_s/C_s) v_t. With v_n = 0 at the start it is the impact
+    without collision, and then needs A_s < 0.
 
     References
     ----------

@@ -74,13 +74,8 @@ class CriticalFriction:
     A_s = W_nn − μ s W_nt < 0 needs s W_nt > 0 and μ > μ_P = W_nn/(s W_nt). In the other slip
     direction A_s > 0 for every μ.
 
-    Attributes
-    ----------
-    coefficients : ContactCoefficients
-    slip : {-1, +1, 0}
-        Slip direction s; 0 for the one in which the paradox can happen, s = sign(W_nt).
-    value : sympy.Expr
-        μ_P(q), of either sign where `slip` is given: valid where it is positive; 1.
+    `slip` is s; 0 for the one in which the paradox can happen, s = sign(W_nt). `value` is μ_P(q),
+    of either sign where `slip` is given: valid where it is positive; 1.
     """
 
     coefficients: ContactCoefficients
@@ -98,11 +93,6 @@ class CriticalFriction:
         Where the coordinate turns the mobility without changing its eigenvalues, the minimum is
         `least_over_directions`. Otherwise the stationary values are compared; where they are roots
         of a polynomial of degree three or more, that polynomial is returned.
-
-        Parameters
-        ----------
-        coordinate : str
-            Name of a coordinate, with the others and the parameters left as symbols.
 
         Raises
         ------
@@ -246,19 +236,7 @@ class CriticalFriction:
 def critical_friction(coefficients: ContactCoefficients, slip: int = 0) -> CriticalFriction:
     """Return μ_P(q) = W_nn/|W_nt|, or W_nn/(s W_nt) for a given slip direction.
 
-    Parameters
-    ----------
-    coefficients : ContactCoefficients
-    slip : {0, -1, +1}
-
-    Returns
-    -------
-    CriticalFriction
-
-    Raises
-    ------
-    InputError
-        W_nt = 0 for every configuration: friction and normal motion are not coupled.
+    W_nt = 0 for every configuration is rejected: friction and normal motion are not coupled.
     """
     if slip not in (-1, 0, 1):
         raise InputError(f"slip direction: got {slip!r}, need -1, +1, or 0 for either.")
@@ -278,22 +256,14 @@ def least_over_directions(coefficients: ContactCoefficients) -> sp.Expr:
     """Return 2 √(λ₁ λ₂)/(λ₂ − λ₁), the least μ_P over all directions of the surface.
 
     λ₁ ≤ λ₂ are the eigenvalues of the mobility W = [[W_nn, W_nt], [W_nt, W_tt]] of the contact
-    point. A surface whose normal is turned by ψ from the first axis of W has
-    W_nn = λ₁ cos²ψ + λ₂ sin²ψ and W_nt = (λ₂ − λ₁) sinψ cosψ, so that
+    point. A surface whose normal is turned by ψ from the first axis of W has W_nn = λ₁ cos²ψ + λ₂
+    sin²ψ and W_nt = (λ₂ − λ₁) sinψ cosψ, so that
 
         μ_P = (λ₁ + λ₂ tan²ψ)/((λ₂ − λ₁) |tanψ|),  least at tan²ψ = λ₁/λ₂.
 
     It is a lower bound of μ_P in the given configuration, and its minimum over a coordinate that
-    turns W without changing the eigenvalues. It is 0 for a W of rank one.
-
-    Parameters
-    ----------
-    coefficients : ContactCoefficients
-
-    Returns
-    -------
-    sympy.Expr
-        In the coordinates and parameters; infinite (SymPy's zoo) where λ₁ = λ₂ everywhere.
+    turns W without changing the eigenvalues. It is 0 for a W of rank one, and infinite (SymPy's
+    zoo) where λ₁ = λ₂ everywhere.
     """
     c = coefficients
     first, *others = _turned_together(c) or (None,)

@@ -146,16 +146,7 @@ class SingularPoint:
         """Return where r = 1, as the singular point moves along one coordinate with μ.
 
         On one side of it the force stays bounded as A → 0, on the other an open set of slips jams.
-
-        Parameters
-        ----------
-        coordinate : str
-            Name of a coordinate, with the others and the parameters left as symbols.
-
-        Returns
-        -------
-        tuple of JamThreshold
-            With positive friction, or one whose sign depends on parameters; empty where none is.
+        Thresholds have positive friction, or one whose sign depends on parameters.
 
         Raises
         ------

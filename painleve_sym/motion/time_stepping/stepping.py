@@ -122,18 +122,8 @@ class TimeStepper:
 
     Moreau–Jean evaluates M and J half a step ahead, q + h u/2, and asks for contact where the gap
     there is closed; then c = e v_n⁻ (Newton's restitution). Stewart–Trinkle evaluates them at q and
-    has c = g_N/h, so that the gap is closed at the end of the step: impacts are plastic.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-        With exactly one contact.
-    scheme : {"moreau-jean", "stewart-trinkle"}
-
-    Raises
-    ------
-    InputError
-        Several contacts, a bilateral one, an unknown scheme.
+    has c = g_N/h, so that the gap is closed at the end of the step: impacts are plastic. The scheme
+    is ``moreau-jean`` or ``stewart-trinkle``.
     """
 
     mechanism: Mechanism
@@ -195,27 +185,11 @@ class TimeStepper:
         parameters: Mapping[str, float] | None = None,
         max_solves: int = MAX_STEPS,
     ) -> SteppingRun:
-        """Step from t = 0 to `t_end`.
+        """Step from t = 0 to `t_end` in steps h of (0, t_end], with one of `SOLVERS`; s.
 
-        Parameters
-        ----------
-        state, parameters : mapping of str to float
-            Absent coordinates and velocities are 0, absent parameters have their defaults.
-        step : float
-            h in (0, t_end]; s.
-        t_end : float
-            s, > 0.
-        solver : str
-            One of `SOLVERS`.
-        e_newton : float
-            Newton's coefficient of restitution, in [0, 1]; 0 with Stewart–Trinkle.
-        max_solves : int
-            Most contact problems to solve.
-
-        Returns
-        -------
-        SteppingRun
-            Also when it stopped early: `stop_reason` says why.
+        Absent coordinates and velocities are 0, absent parameters have their defaults. `e_newton`
+        is Newton's coefficient of restitution, in [0, 1]; 0 with Stewart–Trinkle. Of a run that
+        stopped early `stop_reason` says why.
 
         Raises
         ------

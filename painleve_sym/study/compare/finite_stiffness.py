@@ -26,18 +26,9 @@ RULES = ("classical", "frozen", "carried")
 class CorrectedComparison:
     """Velocities after the impact by the three rules and by compliant runs.
 
-    Attributes
-    ----------
-    velocities : tuple of str
-    stiffness : ndarray, shape (k,)
-        Values of the parameter that was varied.
-    rules : mapping of str to ndarray, shape (k, v)
-        By the names of `RULES`.
-    softened : ndarray, shape (k, v)
-    slip_times : ndarray, shape (k,)
-        Time at which the slip stops, by the frozen rule; s.
-    exponent : float
-        n of the force K δⁿ.
+    `rules`, by the names of `RULES`, and `softened` have rows of the k values of the parameter that
+    was varied and columns of velocities. `slip_times` are when the slip stops, by the frozen rule,
+    s; `exponent` is n of the force K δⁿ.
     """
 
     velocities: tuple[str, ...]

@@ -24,18 +24,10 @@ SAMPLES = 41
 class GrowthComparison:
     """Growth of a small deviation from the sliding solution.
 
-    Attributes
-    ----------
-    times : ndarray, shape (k,)
-        s.
-    deviation : ndarray, shape (k,)
-        Difference of the compressions of both runs; m.
-    growth_rate : ndarray, shape (k,)
-        λ₊ of the sliding solution along the run; 1/s.
-    measured, predicted : float
-        ln of the deviation's growth from the first to the last instant, and ∫λ₊ dt.
-    base, other : Trajectory
-        From the critical force, and from one a little larger.
+    `deviation` is the difference of the compressions of both runs, m; `growth_rate` is λ₊ of the
+    sliding solution along the run, 1/s. `measured` and `predicted` are ln of the deviation's growth
+    from the first to the last instant, and ∫λ₊ dt. `base` runs from the critical force, `other`
+    from one a little larger.
     """
 
     times: Array

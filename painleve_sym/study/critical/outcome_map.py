@@ -140,22 +140,10 @@ def outcome_map(
 ) -> OutcomeMap:
     """Run from a grid of initial forces and values of one quantity; add both critical forces.
 
-    Parameters
-    ----------
-    finder : CriticalForceFinder
-    state : mapping of str to float
-    over : str
-        Parameter of mechanism or law, coordinate or velocity.
-    ends : tuple of float
-        From where to where; spaced logarithmically over more than a decade and a half.
-    forces : tuple of float, optional
-        Ends of the forces, N; by default 0 to 1.25 times the largest of F_n* and the critical
-        forces.
-    points : int
-        Along each axis, 2 to 400.
-    parameters : mapping of str to float, optional
-    progress : callable, optional
-        Called with the number of values done and of all.
+    `over` is a parameter of mechanism or law, a coordinate or a velocity; it goes between its
+    `ends`, spaced logarithmically over more than a decade and a half. `forces` are by default 0 to
+    1.25 times the largest of F_n* and the critical forces, N. Along each axis are 2 to 400 points.
+    `progress` is called with the number of values done and of all.
 
     Raises
     ------
