@@ -97,17 +97,11 @@ class LCP:
 class LCPSolution:
     """Hold one verified solution.
 
-    Attributes
-    ----------
-    z, w : ndarray, shape (n,)
-        The solution and ``w = M z + q`` as computed, rounding included. Read-only.
-    residual : float
-        `residual` of z; dimensionless.
-    active : tuple of bool
-        Where ``z_i > 0``, so that ``w_i = 0``.
-    varying : tuple of bool, or None
-        Which z_i change along the ray, segment or wider set of solutions through this one. None
-        where more than `ENUMERATION_LIMIT` pairs are zero on both sides, too many to try.
+    `z` and ``w = M z + q`` are as computed, rounding included, and read-only. A pair is active
+    where ``z_i > 0``, so that ``w_i = 0``.
+
+    `varying` tells which z_i change along the ray, segment or wider set of solutions through this
+    one. None where more than `ENUMERATION_LIMIT` pairs are zero on both sides, too many to try.
     """
 
     z: FloatArray

@@ -58,18 +58,10 @@ class MPCCStatus(enum.Enum):
 class MPCCOptions:
     """Set the relaxation.
 
-    Parameters
-    ----------
-    relaxations : tuple of float
-        The bounds tau > 0 on ``z_i w_i``, decreasing; on the scaled problem, so of order one.
-    tolerance : float
-        Largest `residual` of a success.
-    max_iterations : int
-        IPOPT iterations for each tau.
-    random_starts : int
-        Starts added to the corners ``z_i in {0, large}`` of problems with few pairs.
-    seed : int
-        Of the random starts; one seed always gives the same answers.
+    `relaxations` are the bounds tau > 0 on ``z_i w_i``, decreasing; on the scaled problem, so of
+    order one. `tolerance` is the largest `residual` of a success, `max_iterations` that of IPOPT
+    for each tau. Random starts are added to the corners ``z_i in {0, large}`` of problems with few
+    pairs; one seed always gives the same ones.
 
     Raises
     ------

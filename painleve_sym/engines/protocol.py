@@ -48,28 +48,13 @@ DENSE_ROWS = 8
 class RunOptions:
     """Options of one integration.
 
-    Attributes
-    ----------
-    t_end : float
-        End time; s.
-    rtol : float
-        Relative tolerance of every state.
-    atol : ndarray, shape (nx,)
-        Absolute tolerance of each state, in its unit; inf leaves it out of the step control.
-    until : tuple of str
-        Kinds of events that end the run.
-    record : {"end", "events", "dense"}
-        Extent of the result: the end, the events, or every step.
-    first_step, max_step : float
-        Bounds of the step; 0 lets the engine choose the first one. s.
-    max_steps, max_events : int
-    start_events : bool
-        Whether what the start state makes happen at once is recorded as events (an impact), or
-        only chooses the mode.
-    start_mode : int
-        Index of the mode to start in; -1: chosen from the state.
-    start_departs : tuple of int
-        Guards of that mode that are zero at the start and known to become positive.
+    `atol` is the absolute tolerance of each state, in its unit; inf leaves it out of the step
+    control. Events of the kinds `until` end the run. A `first_step` of 0 lets the engine choose; s.
+
+    `start_events` tells whether what the start state makes happen at once is recorded as events (an
+    impact), or only chooses the mode. `start_mode` is the index of the mode to start in; -1: chosen
+    from the state. `start_departs` are guards of that mode that are zero at the start and known to
+    become positive.
     """
 
     t_end: float

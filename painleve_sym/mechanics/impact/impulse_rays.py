@@ -50,24 +50,13 @@ class Phase:
     """A part of an impact in which tangential and normal force keep one ratio.
 
     Every expression is in the configuration, the parameters, and the velocities at the *start* of
-    the phase: the velocity symbols of the mechanism, `V_T` and `V_N` (and `V_N_PLUS` where the
-    end is given by the final normal velocity).
+    the phase: the velocity symbols of the mechanism, `V_T` and `V_N` (and `V_N_PLUS` where the end
+    is given by the final normal velocity).
 
-    Attributes
-    ----------
-    name : str
-    force_ratio : sympy.Expr
-        F_t/F_n: −μ s in slip, −W_nt/W_tt in sticking; 1.
-    normal_impulse, tangential_impulse : sympy.Expr
-        P_n = ∫F_n dt and P_t = ∫F_t dt over the phase; N s.
-    velocity : mapping of velocity symbol to sympy.Expr
-        q̇ at the end of the phase; unit of the velocity.
-    slip_velocity, normal_velocity : sympy.Expr
-        v_t and v_n at the end of the phase; m/s.
-    stored_energy : sympy.Expr
-        −∫F_n v_n dt, the energy the compression gains in the phase; J. Negative in restitution.
-    conditions : tuple of Condition
-        What must hold for the phase to take place in this form.
+    The force ratio F_t/F_n is −μ s in slip, −W_nt/W_tt in sticking. The impulses are P_n = ∫F_n dt
+    and P_t = ∫F_t dt over the phase, N s; the velocities q̇, v_t and v_n are those at its end. The
+    stored energy, −∫F_n v_n dt, is what the compression gains in the phase, J: negative in
+    restitution. The conditions must hold for the phase to take place in this form.
     """
 
     name: str
@@ -112,20 +101,9 @@ class ImpulseRay:
     P_n: dv_n/dP_n = W_nn + ratio W_nt, dv_t/dP_n = W_nt + ratio W_tt. An impact is a chain of such
     rays; each ends where v_t or v_n reaches a value, or where restitution ends.
 
-    Attributes
-    ----------
-    force_ratio : sympy.Expr
-        F_t/F_n; 1.
-    slip_start : sympy.Expr
-        v_t at the start: `V_T` in slip, 0 in sticking; m/s.
-    normal_rate, slip_rate : sympy.Expr
-        dv_n/dP_n and dv_t/dP_n; 1/kg.
-    velocity_rates : mapping of velocity symbol to sympy.Expr
-        dq̇/dP_n; unit of the velocity per N s.
-    conditions : tuple of Condition
-        Conditions of being on this ray at all.
-    write : callable
-        See `Writer`.
+    The force ratio is F_t/F_n, `slip_start` v_t at the start: `V_T` in slip, 0 in sticking. The
+    rates are dv_n/dP_n and dv_t/dP_n, 1/kg, and by velocity symbol dq̇/dP_n. The conditions are
+    those of being on this ray at all.
     """
 
     force_ratio: sp.Expr

@@ -23,22 +23,13 @@ _ROUND_OFF = 1e-9
 class CriticalMinimum:
     """The smallest critical friction over one coordinate.
 
-    Attributes
-    ----------
-    value : sympy.Expr
-        min μ_P, or the limit it falls to where it is not attained; 1. With an `equation` it is
-        written in the root of that.
-    variable : sympy.Expr
-        What the minimum was sought in: a sine, cosine, tangent, tan(q/2) or the coordinate itself.
-    at : tuple of sympy.Expr
-        Where `variable` takes the minimum; empty where `equation` tells it.
-    attained : bool
-        False where μ_P only tends to `value`, since W_nn tends to 0.
-    equation : sympy.Expr, optional
-        Polynomial in `root` of degree three or more. The minimum is at its root with the smallest
-        positive value, among those in [-1, 1] where `variable` is a sine or cosine.
-    root : sympy.Symbol, optional
-        Stands for `variable` in `value` and `equation`.
+    `value` is min μ_P, or the limit it falls to where it is not attained, since W_nn tends to 0; 1.
+    `variable` is what the minimum was sought in: a sine, cosine, tangent, tan(q/2) or the
+    coordinate itself; `at` is where it takes the minimum.
+
+    Where the stationary values are roots of a polynomial of degree three or more, that is the
+    `equation` in `root`, in which `value` is written, and `at` is empty. The minimum is at its root
+    with the smallest positive value, among those in [-1, 1] where `variable` is a sine or cosine.
     """
 
     value: sp.Expr

@@ -51,33 +51,18 @@ MAX_STEPS = 1_000_000
 
 @dataclass(frozen=True)
 class SteppingRun:
-    """A motion by time stepping.
+    """A motion by time stepping, by names of mechanism, scheme and solver, with its step in s.
 
-    Attributes
-    ----------
-    mechanism, scheme, solver : str
-        Names.
-    step : float
-        s; the last step is shorter where the end asks for it.
-    e_newton : float
-        Newton's coefficient of restitution.
-    state_names : tuple of str
-    times : ndarray, shape (k + 1,)
-        s.
-    states : ndarray, shape (k + 1, 2 n)
-        Coordinates, then velocities.
-    contact_velocities : ndarray, shape (k + 1, 2)
-        ġ_N and v_t of these states; m/s.
-    impulses : ndarray, shape (k, 2)
-        Λ_n and Λ_t of each step; N s.
-    solutions_found : ndarray of int, shape (k,)
-        Solutions the solver found in each step; −1 where the contact was open and none was asked.
-    contact_work : ndarray, shape (k,)
-        Work of the impulses on the contact's velocity, Λ·(v⁺ + v_free)/2; J. Never positive with
-        `e_newton` = 0 and Moreau–Jean's scheme.
-    stop_reason : StopReason
-        T_END; LEFT_DOMAIN; NON_FINITE; NO_MODE where the solver has no solution; STEP_LIMIT
-        where `max_solves` was used up.
+    The last step is shorter where the end asks for it. `times` (s) and `states` (coordinates, then
+    velocities) have k + 1 rows, as have `contact_velocities`, ġ_N and v_t of these states.
+    `impulses`, Λ_n and Λ_t of each step, have k; N s. `solutions_found` counts those the solver
+    found in each step; −1 where the contact was open and none was asked.
+
+    `contact_work` is the work of the impulses on the contact's velocity, Λ·(v⁺ + v_free)/2; J. It
+    is never positive with Newton's restitution `e_newton` = 0 and Moreau–Jean's scheme.
+
+    It stops for T_END; LEFT_DOMAIN; NON_FINITE; NO_MODE where the solver has no solution;
+    STEP_LIMIT where `max_solves` was used up.
     """
 
     mechanism: str
