@@ -153,19 +153,10 @@ class LinearSystem:
 
     Either symmetric and semidefinite, where `ease` or several right sides are given, or general.
 
-    Attributes
-    ----------
-    unknowns : sympy.Matrix of sympy.Symbol, shape (k, m)
-    matrix : sympy.Matrix, shape (k, k)
-    right : sympy.Matrix, shape (k, m)
-    ease : tuple of sympy.Expr, or None
-        None for a general matrix. Else the matrix is symmetric and positive semidefinite, with a
-        positive diagonal; where it is singular, the solution of least norm is taken, each unknown
-        measured by the root of its entry here (empty: all alike).
-    scales : tuple of sympy.Expr
-        Of a general matrix: size of each row and column, positive.
-    determinant : sympy.Symbol or None
-        Stands for the determinant of a general matrix, of unit scales.
+    `ease` is None for a general matrix. Else the matrix is symmetric and positive semidefinite,
+    with a positive diagonal; where it is singular, the solution of least norm is taken, each
+    unknown measured by the root of its entry there (empty: all alike). Of a general matrix `scales`
+    are the size of each row and column, positive, and `determinant` stands for that of unit scales.
     """
 
     unknowns: sp.Matrix
@@ -288,23 +279,15 @@ class Impacts:
 class Preparation:
     """Start of a run: the whole start state, and the scale of every state.
 
-    Attributes
-    ----------
-    given : tuple of sympy.Symbol
-        The first of the automaton's states, which the others follow from.
-    force : sympy.Symbol
-        Initial force of the only contact, N; negative where none is given.
-    states : mapping of symbol to sympy.Expr
-        In given states, parameters, definitions and `force`; what is absent keeps its given value,
-        or is 0.
-    admits : tuple of sympy.Expr
-        1 or 0: whether the contact laws admit the start, whether every definition is finite, and
-        whether the start is inside the domain.
-    scales : mapping of symbol to sympy.Expr
-        Of every state, in states, parameters and definitions: below it only the absolute error
-        counts. oo leaves a state out of the step control.
-    terms : tuple of Definition
-        Abbreviations that all these formulas may use, each in terms of those before it.
+    The others of the automaton's states follow from those `given`, its first. `force` is the
+    initial one of the only contact, N; negative where none is given. `states` are in given states,
+    parameters, definitions and the force; what is absent keeps its given value, or is 0.
+
+    `admits` are 1 or 0: whether the contact laws admit the start, whether every definition is
+    finite, and whether the start is inside the domain. `scales`, in states, parameters and
+    definitions, are of every state: below them only the absolute error counts, and oo leaves a
+    state out of the step control. All these formulas may use the `terms`, each in terms of those
+    before it.
     """
 
     given: tuple[sp.Symbol, ...]

@@ -79,16 +79,15 @@ class Phase:
         def put(expr: sp.Expr) -> sp.Expr:
             return sp.sympify(expr).subs(dict(start), simultaneous=True)
 
-        return Phase(
-            self.name,
-            self.force_ratio,
-            put(self.normal_impulse),
-            put(self.tangential_impulse),
-            {v: put(e) for v, e in self.velocity.items()},
-            put(self.slip_velocity),
-            put(self.normal_velocity),
-            put(self.stored_energy),
-            tuple(Condition(c.name, put(c.margin), c.meaning, c.strict) for c in self.conditions),
+        return replace(
+            self,
+            normal_impulse=put(self.normal_impulse),
+            tangential_impulse=put(self.tangential_impulse),
+            velocity={v: put(e) for v, e in self.velocity.items()},
+            slip_velocity=put(self.slip_velocity),
+            normal_velocity=put(self.normal_velocity),
+            stored_energy=put(self.stored_energy),
+            conditions=tuple(replace(c, margin=put(c.margin)) for c in self.conditions),
         )
 
 

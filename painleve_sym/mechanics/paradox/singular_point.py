@@ -44,15 +44,8 @@ class SingularPoint:
     does not, so that B reaches 0 together with A: dynamic jam. For r > 1 every force tends to F*.
     For r = 1 the power is a logarithm; for r ≤ 0 a force above F* has an unbounded impulse, so that
     the slip stops before.
-    Every expression is in the state and the parameters; A = B = 0 is not substituted.
-
-    Parameters
-    ----------
-    coefficients : ContactCoefficients
-    slip : {-1, +1}
-        s = sign(v_t).
-    write : callable
-        `readable` (simplified) or `raw` (unsimplified, faster).
+    Every expression is in the state and the parameters; A = B = 0 is not substituted. `slip` is
+    s = sign(v_t); expressions are `readable` (simplified) or `raw` (unsimplified, faster).
 
     References
     ----------
