@@ -68,14 +68,7 @@ class ModeFunctions:
 
 
 class AutomatonFunctions:
-    """Translates an automaton once; x are states, z memory, c constants.
-
-    The constants are the parameters followed by the definitions.
-
-    Parameters
-    ----------
-    automaton : HybridAutomaton
-    """
+    """Translates an automaton once; x are states, z memory, c parameters, then definitions."""
 
     directions = 0
     """Number of directions in which states are differentiated."""
