@@ -59,11 +59,9 @@ def sledge(kinetic=None, potential=None, forces=None, parameters=(M, MU, G), gap
 
 
 @pytest.fixture
-def cache(tmp_path, monkeypatch):
-    folder = tmp_path / "cache"
-    monkeypatch.setenv("PAINLEVE_CACHE", str(folder))
+def cache(cache):
     quantities._stored.cache_clear()
-    yield folder
+    yield cache
     quantities._stored.cache_clear()
 
 
