@@ -415,12 +415,6 @@ class ErkEngine:
     The motion is integrated window by window. An event ends a window; the stretch up to it is then
     integrated again, so that the event lies at the end of a step and Newton places it to round-off.
     All else repeats the decisions of the compiled engine, which this one serves to check.
-
-    Parameters
-    ----------
-    automaton : HybridAutomaton
-    functions : AutomatonFunctions, optional
-        Its functions, where they are not the plain ones.
     """
 
     name = "erk"

@@ -27,16 +27,9 @@ _AXIAL_ENDS = ("free", "clamped")
 class BarMode:
     """One mode φ(s) of a uniform bar of length 1 and mass 1, with ∫φ² ds = 1.
 
-    Attributes
-    ----------
-    wavenumber : sympy.Expr
-        β; the mode varies as cos βs.
-    ends : pair of sympy.Expr
-        φ(0) and φ(1); the first that is not 0 is positive.
-    momentum : sympy.Expr
-        ∫φ ds.
-    moment : sympy.Expr
-        ∫(s − ½) φ ds: angular momentum of bending, stretch of an axial mode.
+    It varies as cos βs with β the wavenumber. `ends` are φ(0) and φ(1), of which the first that is
+    not 0 is positive. `momentum` is ∫φ ds, `moment` ∫(s − ½) φ ds: angular momentum of bending,
+    stretch of an axial mode.
     """
 
     wavenumber: sp.Expr
@@ -47,15 +40,7 @@ class BarMode:
 
 @dataclass(frozen=True)
 class RoundBar:
-    """A uniform solid round bar, whose section follows from its mass.
-
-    Attributes
-    ----------
-    mass, length : sympy.Expr
-        kg, m.
-    density, modulus : sympy.Expr
-        kg/m³; Young's modulus, Pa.
-    """
+    """A uniform solid round bar, whose section follows from its mass; kg, m, kg/m³, Pa."""
 
     mass: sp.Expr
     length: sp.Expr
@@ -85,19 +70,8 @@ class RoundBar:
 def axial_modes(ends: tuple[str, str], count: int) -> tuple[BarMode, ...]:
     """Return the first modes along a uniform bar, u'' = −β² u, without its rigid motion.
 
-    Their frequencies are β c/L with c² = Y/ρ.
-
-    Parameters
-    ----------
-    ends : pair of str
-        ``"free"`` or ``"clamped"``, at s = 0 and at s = 1.
-    count : int
-        At most `MAX_MODES`.
-
-    Raises
-    ------
-    InputError
-        A count out of range, ends of an unknown kind.
+    Their frequencies are β c/L with c² = Y/ρ. The ends, at s = 0 and at s = 1, are ``"free"`` or
+    ``"clamped"``; the count is at most `MAX_MODES`.
 
     Examples
     --------
@@ -132,19 +106,8 @@ def bending_modes(ends: tuple[str, str], count: int) -> tuple[BarMode, ...]:
     """Return the first bending modes of a uniform bar, w'''' = β⁴ w, without rigid motions.
 
     Their frequencies are β² κ c/L² with κ the section's radius of gyration and c² = Y/ρ. The
-    wavenumbers are the roots of the determinant of the conditions at both ends.
-
-    Parameters
-    ----------
-    ends : pair of str
-        ``"free"``, ``"clamped"`` or ``"pinned"``, at s = 0 and at s = 1.
-    count : int
-        At most `MAX_MODES`.
-
-    Raises
-    ------
-    InputError
-        A count out of range, ends of an unknown kind.
+    wavenumbers are the roots of the determinant of the conditions at both ends. The ends, at s = 0
+    and at s = 1, are ``"free"``, ``"clamped"`` or ``"pinned"``; the count is at most `MAX_MODES`.
 
     Examples
     --------
