@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from painleve_sym.complementarity.lcp import LCP as LCP
     from painleve_sym.contacts.classify import Classification as Classification
     from painleve_sym.contacts.classify import classify as classify
-    from painleve_sym.contacts.compliant import CompliantContact as CompliantContact
-    from painleve_sym.contacts.guide import BilateralContact as BilateralContact
     from painleve_sym.contacts.impact.jump import JumpResult as JumpResult
     from painleve_sym.contacts.impact.jump import evaluate_jump as evaluate_jump
     from painleve_sym.contacts.impact.one_contact import Impact as Impact
@@ -32,7 +30,6 @@ if TYPE_CHECKING:
     from painleve_sym.contacts.impact.tangential import tangential_impact as tangential_impact
     from painleve_sym.contacts.problem import ContactCase as ContactCase
     from painleve_sym.contacts.problem import ContactProblem as ContactProblem
-    from painleve_sym.contacts.rigid import RigidContact as RigidContact
     from painleve_sym.errors import EventKind as EventKind
     from painleve_sym.errors import InputError as InputError
     from painleve_sym.errors import ModelError as ModelError
@@ -103,13 +100,10 @@ _NAMES = {
     "codegen.named_mechanisms": ("model",),
     "complementarity.lcp": ("LCP",),
     "contacts.classify": ("Classification", "classify"),
-    "contacts.compliant": ("CompliantContact",),
-    "contacts.guide": ("BilateralContact",),
     "contacts.impact.jump": ("JumpResult", "evaluate_jump"),
     "contacts.impact.one_contact": ("Impact", "solve_impact"),
     "contacts.impact.tangential": ("tangential_impact",),
     "contacts.problem": ("ContactCase", "ContactProblem"),
-    "contacts.rigid": ("RigidContact",),
     "errors": (
         "EventKind",
         "InputError",

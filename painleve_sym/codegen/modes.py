@@ -28,11 +28,11 @@ class ModeFunctions:
     """The CasADi functions of one mode; arguments are always (x, z, c).
 
     `field` is ẋ. `guards` are guards and their first Lie derivatives along the field, two vectors;
-    an immediate transition has none. `jets` have the second ones, too. Per transition `events` are
-    x⁺, z⁺ and the conditions of its choices, 1 or 0; the engine passes a fourth argument, 1 where a
-    guard crossed zero from above in time and 0 where it fired at once. `limits` are x⁺ and z⁺
-    beyond an accumulation that is passed. `tests` have first and second Lie derivatives, and their
-    scales: four vectors.
+    an immediate transition has none. `jets` have the second ones and ẋ, too. Per transition
+    `events` are x⁺, z⁺ and the conditions of its choices, 1 or 0; the engine passes a fourth
+    argument, 1 where a guard crossed zero from above in time and 0 where it fired at once. `limits`
+    are x⁺ and z⁺ beyond an accumulation that is passed. `tests` have first and second Lie
+    derivatives, and their scales: four vectors.
     """
 
     field: ca.Function
@@ -241,7 +241,7 @@ class AutomatonFunctions:
         return ModeFunctions(
             field=self._function(f"field_{i}", [field]),
             guards=self._function(f"guards_{i}", [guards, first]),
-            jets=self._function(f"jets_{i}", [guards, first, second]),
+            jets=self._function(f"jets_{i}", [guards, first, second, field]),
             events=tuple(self._event(i, j, t) for j, t in enumerate(mode.transitions)),
             limits={
                 j: self._limit(i, j, t.on_accumulation.reset)

@@ -246,6 +246,13 @@ class ContactLaw(Deferred):
         """Branch in which a fresh surface is compressed."""
         return self.branches[0]
 
+    @property
+    def depends_on_rate(self) -> bool:
+        """Whether the force depends on the rate of the compression in any branch."""
+        from painleve_sym.laws.compliance import DELTA_DOT
+
+        return any(branch.force.has(DELTA_DOT) for branch in self.branches)
+
     def branch(self, name: str) -> Branch:
         """Return the branch of that name."""
         return next(b for b in self.branches if b.name == name)

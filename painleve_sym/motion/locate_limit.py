@@ -119,10 +119,10 @@ class _Approach:
         constants: Mapping[str, Array],
     ) -> None:
         def derive() -> tuple[dict[str, Any], list[Any]]:
-
+            from painleve_sym.contacts.rigid import RigidContact
             from painleve_sym.mechanics.coefficients import F_N
 
-            builder, slip = contact.builder, CONTACTS[mode]
+            builder, slip = RigidContact(contact), CONTACTS[mode]
             point, c = builder.singular_points[slip], builder.mechanism.coefficients
             local = (c.A(slip), c.B, point.A_rate, point.B_rate, point.B_rate_per_force)
             rates = builder.field(mode, F_N) | {builder.gap: 0, builder.gap_rate: 0}

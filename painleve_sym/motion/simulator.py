@@ -84,7 +84,9 @@ class Simulator:
     StopReason.DYNAMIC_JAM, any other that meets A = 0 with SINGULAR; `Trajectory.limit` holds time
     and state it would arrive at. A contact at rest that can also leave in growing bounces lists
     ``reverse_chatter`` among its `alternatives`, and `Trajectory.reverse_chatter` tells of bounces
-    that do grow. A bilateral contact keeps its gap 0; see `BilateralContact`.
+    that do grow. A bilateral contact keeps its gap 0. Where its slip
+    has two forces, the policy takes that with A > 0 (liftoff), that with A < 0 (slip), or the
+    tangential impact.
 
     **Several contacts**, of any kinds: at an event every combination of what the closed contacts
     may do is held against their contact problem, and where several motions are possible the policy
@@ -126,9 +128,8 @@ class Simulator:
     @cached_property
     def laws(self) -> tuple[Law, ...]:
         """One law for all contacts, or one for each in the mechanism's order."""
-        taken = [p.name for p in self.mechanism.outline.parameters]
         if not isinstance(self.law, Mapping):
-            return (self.law.apart_from(taken),)
+            return (self.law,)
         names = [c.name for c in self.mechanism.outline.contacts]
         for name in self.law:
             if name not in names:
@@ -155,10 +156,7 @@ class Simulator:
     @property
     def own_parameters(self) -> tuple[Parameter, ...]:
         """Parameters besides the mechanism's: those of the laws."""
-        known = {p.name for p in self.contact.parameters}
-        if self.contact.several:
-            return self.contact.parameters
-        return tuple(p for p in self.laws[0].parameters if p.name in known)
+        return self.contact.parameters
 
     def given(
         self,

@@ -399,10 +399,6 @@ def test_exported_c_has_the_state_of_the_spring(tmp_path):
             "reload='elastic'",
         ),
         (
-            lambda: ps.Simulator(ps.model("block-two-feet"), ps.law("hertz", friction="spring")),
-            "one contact",
-        ),
-        (
             lambda: ps.Simulator(ps.model("painleve-klein"), ps.law("linear", friction="spring")),
             "both sides",
         ),

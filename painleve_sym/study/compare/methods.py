@@ -21,6 +21,7 @@ from painleve_sym.contacts.contact_numbers import contact_numbers
 from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
 from painleve_sym.contacts.impact_rays import Ray
 from painleve_sym.contacts.inputs import symbol_values
+from painleve_sym.contacts.model import ContactModel
 from painleve_sym.contacts.problem import ContactCase
 from painleve_sym.contacts.rigid import RigidContact
 from painleve_sym.errors import EventKind, InputError, StopReason, unknown_name
@@ -244,7 +245,7 @@ class Case:
 
     def _impact_impulse(self, run: Trajectory) -> float:
         """Return the sum of the normal impulses of the impacts of a rigid motion; N s."""
-        rigid = RigidContact(self.mechanism)
+        rigid = RigidContact(ContactModel(self.mechanism, (RigidLaw(),)))
         rays, slip_velocity, total = rigid.rays.rays, rigid.slip.name, 0.0
         for before, after in pairwise(run.events):
             family, _, phase = before.mode_after.partition("/")
