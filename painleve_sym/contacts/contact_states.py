@@ -25,7 +25,6 @@ from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Reset, 
 from painleve_sym.mechanics.coefficients import F_N, F_T
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.simplify import readable
 from painleve_sym.mechanics.system import TIME
 
 FRICTION_WORK = sp.Symbol(FRICTION_LOSS, real=True)
@@ -209,7 +208,7 @@ class ContactStates(ABC):
             name=f"{self.mechanism.name}{title}",
             states=self.states,
             parameters=tuple(p.symbol for p in parameters),
-            definitions={s: readable(v) for s, v in definitions.items()},
+            definitions=definitions,
             modes=tuple(modes),
             starts=starts,
             uncontrolled=self.dissipations,

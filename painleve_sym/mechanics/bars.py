@@ -125,6 +125,21 @@ def bending_modes(ends: tuple[str, str], count: int) -> tuple[BarMode, ...]:
         return tuple(_bending_mode(ends, beta) for beta in _wavenumbers(ends, count))
 
 
+@functools.cache
+def first_bending_wavenumber(ends: tuple[str, str]) -> sp.Expr:
+    """Return β of the first bending mode without its shape, whose integrals take longer.
+
+    Parameters
+    ----------
+    ends : pair of str
+        As those of `bending_modes`.
+    """
+    _check(ends, tuple(_BENDING_ENDS), 1)
+    with mp.workdps(_DIGITS):
+        (beta,) = _wavenumbers(ends, 1)
+        return _rounded(beta)
+
+
 def _check(ends: tuple[str, str], known: tuple[str, ...], count: int) -> None:
     if not 0 <= count <= MAX_MODES:
         raise InputError(f"number of modes: got {count!r}, need a whole number 0 to {MAX_MODES}.")
@@ -187,10 +202,14 @@ def _bending_mode(ends: tuple[str, str], beta: Any) -> BarMode:
     momentum = integral(shape, pieces) / size
     moment = integral(lambda s: (s - mp.mpf(1) / 2) * shape(s), pieces) / size
     start, end = (_number(v / size) for v in values)
-    return BarMode(sp.Float(str(beta), 17), (start, end), _number(momentum), _number(moment))
+    return BarMode(_rounded(beta), (start, end), _number(momentum), _number(moment))
 
 
 def _number(value: Any) -> sp.Expr:
     """Return the whole number that the value is to 20 digits, or its first 17 digits."""
     whole = mp.nint(value)
-    return sp.Integer(int(whole)) if abs(value - whole) < 1e-20 else sp.Float(str(value), 17)
+    return sp.Integer(int(whole)) if abs(value - whole) < 1e-20 else _rounded(value)
+
+
+def _rounded(value: Any) -> sp.Expr:
+    return sp.Float(str(value), 17)

@@ -9,7 +9,7 @@ from typing import TypeAlias
 import sympy as sp
 
 from painleve_sym.errors import ModelError
-from painleve_sym.mechanics.bars import RoundBar, bending_modes
+from painleve_sym.mechanics.bars import RoundBar, first_bending_wavenumber
 
 Scalar: TypeAlias = sp.Expr | float
 """What a formula may be given as: an expression or a number, never text."""
@@ -154,8 +154,7 @@ class Body:
             return (NaturalPeriod(self.name, "lowest mode", expr(self.lowest_period)),)
         if self.length is not None:
             bar = RoundBar(expr(self.mass), expr(self.length), DENSITY, MODULUS)
-            first = bending_modes(("free", "free"), 1)[0]
-            frequency = bar.bending_frequency(first.wavenumber)
+            frequency = bar.bending_frequency(first_bending_wavenumber(("free", "free")))
             return (NaturalPeriod(self.name, "first bending mode", 2 * sp.pi / frequency),)
         return ()
 
