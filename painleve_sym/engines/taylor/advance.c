@@ -18,7 +18,9 @@ static void own_series(ps_run *s, ps_look *g) {
 }
 
 static void column(const ps_look *g, int j, int order, double *p) {
-  for (int k = 0; k <= order; k++) p[k] = g->at[k * g->row + j * g->next];
+  int k = 0;
+  do p[k] = g->at[k * g->row + j * g->next];
+  while (++k <= PS_MAX(order, 1));
 }
 
 /* Part of the series of a guard, by size, above which its last two terms make it doubtful. */
