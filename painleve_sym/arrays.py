@@ -20,19 +20,7 @@ Array = NDArray[np.float64]
 
 
 def table_library(name: str, noun: str) -> Any:
-    """Return the library pandas or xarray.
-
-    Parameters
-    ----------
-    name : str
-    noun : str
-        What it is needed for, for the message.
-
-    Raises
-    ------
-    InputError
-        It is not installed.
-    """
+    """Return the library pandas or xarray; InputError where it is not installed."""
     try:
         return importlib.import_module(name)
     except ImportError as error:
@@ -44,19 +32,8 @@ def save_npz(
 ) -> None:
     """Write an NPZ file (arrays and JSON text, no pickle): whole, or not at all.
 
-    Parameters
-    ----------
-    path : path
-    form : str
-        Name and version of the format, which `load_npz` asks for.
-    texts : mapping of str to JSON values
-    arrays : mapping of str to ndarray or None
-        None is left out.
-
-    Raises
-    ------
-    InputError
-        The folder does not exist or cannot be written.
+    `form` is the name and version of the format, which `load_npz` asks for; arrays that are None
+    are left out. InputError where the folder does not exist or cannot be written.
     """
     text = json.dumps({"format": form, **texts})
     kept = {name: array for name, array in arrays.items() if array is not None}
@@ -73,20 +50,8 @@ def load_npz(
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return all texts and arrays that `save_npz` wrote; missing `optional` arrays are None.
 
-    Parameters
-    ----------
-    path : path
-    form : str
-        The format the file must have.
-    noun : str
-        What messages call the file: ``trajectory``.
-    texts, arrays, optional : sequence of str
-        Names that must be there, and of arrays that may be.
-
-    Raises
-    ------
-    InputError
-        Not readable, of another format, incomplete.
+    InputError, which calls the file by the noun (``trajectory``), where it is not readable, of
+    another format, or lacks one of the names.
     """
     try:
         # Opened here: np.load leaves the file open where it is not an archive.

@@ -22,23 +22,9 @@ def checked_number(
 ) -> tuple[float, str]:
     """Return a value as float, and a sentence where it is not a number in range.
 
-    No number may be larger than `LARGEST` in size.
-
-    Parameters
-    ----------
-    value : number
-        Of Python or NumPy; text and truth values are not numbers.
-    name : str
-        What the sentence calls it.
-    lower, upper, above, below : float
-        lower ≤ value ≤ upper and above < value < below.
-
-    Returns
-    -------
-    number : float
-        nan where it is not a number.
-    fault : str
-        Empty where there is none.
+    Numbers are those of Python or NumPy; text and truth values are none, and the float is nan then.
+    lower ≤ value ≤ upper, above < value < below, and none may be larger than `LARGEST` in size. The
+    sentence calls the value by its name and is empty where there is no fault.
     """
     try:
         if isinstance(value, bool | str | bytes):
@@ -67,12 +53,9 @@ def _range(lower: float, upper: float, above: float, below: float) -> str:
 
 
 def number(value: Any, name: str, *, where: str, **bounds: float) -> float:
-    """Return a finite number in range as float; see `checked_number` for the bounds.
+    """Return a finite number in range as float; InputError, with `where` in front, for others.
 
-    Raises
-    ------
-    InputError
-        What it is not, with `where` in front.
+    See `checked_number` for the bounds.
     """
     result, fault = checked_number(value, name, **bounds)
     if fault:

@@ -89,17 +89,7 @@ _Choice = TypeVar("_Choice", bound=enum.StrEnum)
 
 
 def chosen(kind: type[_Choice], value: str, meaning: str, where: str = "") -> _Choice:
-    """Return the member whose text `value` is.
-
-    Parameters
-    ----------
-    kind : type of StrEnum
-    value : str
-        A member or its text.
-    meaning : str
-        What the message calls the choice.
-    where : str
-        What the message calls the place.
+    """Return the member whose text `value` is; messages name the choice and its place.
 
     Raises
     ------

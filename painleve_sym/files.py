@@ -16,20 +16,10 @@ from painleve_sym.errors import InputError
 
 
 def write_beside(path: Path, write: Any) -> None:
-    """Write through a temporary file in the same folder, then rename.
+    """Write through a temporary file in the same folder, then rename; `write` takes the open file.
 
-    Parameters
-    ----------
-    path : Path
-    write : callable
-        Takes the open binary file.
-
-    Raises
-    ------
-    InputError
-        No file can be made there.
-    OSError
-        It cannot be written (a full disk), with the name of the file; nothing is left.
+    InputError where no file can be made there. OSError, with the name of the file, where it cannot
+    be written (a full disk); nothing is left then.
     """
     try:
         handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
@@ -52,20 +42,8 @@ def write_beside(path: Path, write: Any) -> None:
 def read_text(path: str | Path, where: str, most: int, kind: str = "TOML file") -> str:
     """Return the UTF-8 text of a file that may be of any size or kind.
 
-    Parameters
-    ----------
-    path : path
-    where : str
-        What messages call the file.
-    most : int
-        Bytes: a special file may never end.
-    kind : str
-        What the file should be, for messages.
-
-    Raises
-    ------
-    InputError
-        Not readable, too long, not UTF-8.
+    Messages call the file `where`, and `kind` what it should be; at most `most` bytes are read,
+    since a special file may never end. InputError where it is not readable, too long, or not UTF-8.
     """
     try:
         with open(path, "rb") as file:
@@ -94,10 +72,7 @@ _LONG_KEY = re.compile(
 def parse_toml(text: str, where: str) -> dict[str, Any]:
     """Return the entries of TOML text.
 
-    Raises
-    ------
-    InputError
-        Not TOML, nested too deeply, or a whole number beyond the 64 bits that TOML has.
+    InputError where it is not TOML, nested too deeply, or has a whole number beyond 64 bits.
     """
     deep = InputError(
         f"{where}: tables, arrays or the parts of a dotted key are nested too deeply, need at "

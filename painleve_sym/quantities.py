@@ -96,12 +96,8 @@ def quantity(name: str) -> Quantity | None:
 def unit_of(name: str, own: Mapping[str, str]) -> str:
     """Return the SI unit of a state, parameter or output, or of an extreme, integral or time of it.
 
-    Parameters
-    ----------
-    name : str
-        ``max_NAME``, ``integral_NAME``, ``time_of_EVENT`` and such besides plain names.
-    own : mapping of str to str
-        Units of coordinates, velocities and parameters by name: `Mechanism.units`.
+    The name may be ``max_NAME``, ``integral_NAME``, ``time_of_EVENT`` and such; `own` are the units
+    of coordinates, velocities and parameters by name: `Mechanism.units`.
     """
     if name in own:
         return own[name]
@@ -148,15 +144,8 @@ def text_label(text: str, unit: str = "1") -> str:
 def scaled_unit(unit: str, largest: float) -> tuple[float, str]:
     """Return a factor and a unit with an SI prefix, such as 1e6 and "μm", that suit a size.
 
-    Only lengths, times, forces and their rates per second take a prefix; others keep their unit
-    and the factor 1.
-
-    Parameters
-    ----------
-    unit : str
-        Such as ``m`` or ``m/s``.
-    largest : float
-        The largest size that is shown, in this unit.
+    The size is the largest that is shown, in the unit given. Only lengths, times, forces and their
+    rates per second take a prefix; others keep their unit and the factor 1.
     """
     base, slash, rest = unit.partition("/")
     if base not in ("m", "s", "N", "J") or not 0 < largest < float("inf"):

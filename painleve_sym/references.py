@@ -124,13 +124,7 @@ def reference_from(entry: Mapping[str, Any]) -> Reference:
 
 
 def reference(key: str) -> Reference:
-    """Return the work of a key.
-
-    Raises
-    ------
-    InputError
-        An unknown key; the message names the nearest.
-    """
+    """Return the work of a key; InputError names the nearest known key."""
     if key not in references():
         raise InputError(unknown_name("key of a reference", key, list(references())))
     return references()[key]
@@ -179,10 +173,7 @@ def citation(*results: HasSource) -> tuple[Reference, ...]:
 def cited_works(text: str) -> tuple[Reference, ...]:
     """Return the works that a text cites, each once, in the order of their labels in the text.
 
-    Parameters
-    ----------
-    text : str
-        The year of a label may stand without its parentheses, and a line may end within it.
+    The year of a label may stand without its parentheses, and a line may end within it.
 
     Examples
     --------

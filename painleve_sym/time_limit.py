@@ -48,17 +48,7 @@ def within_time(label: str, derive: Callable[[], Result]) -> Result:
     The time is the processor's, so that a busy machine changes nothing. A second thread interrupts
     this one between two steps of the Python interpreter, so that the limit also holds outside the
     main thread and where there is no SIGALRM. Another interpreter than CPython has no limit.
-
-    Parameters
-    ----------
-    label : str
-        Name of the derivation in the message.
-    derive : callable
-
-    Raises
-    ------
-    DerivationTimeout
-        The time is over.
+    DerivationTimeout, with the label of the derivation, where the time is over.
     """
     if getattr(_active, "on", False) or not hasattr(ctypes, "pythonapi"):
         return derive()

@@ -27,17 +27,10 @@ def is_quantity(text: str) -> bool:
 
 
 def in_unit(text: str, unit: str, name: str) -> float:
-    """Return a number with its unit in the unit needed.
+    """Return a number with its unit, such as ``30 deg`` or ``5 mm/s``, in the SI unit needed.
 
-    Parameters
-    ----------
-    text : str
-        A number and a unit, such as ``30 deg`` or ``5 mm/s``; a product of names with whole
-        exponents. Nothing else reaches pint, whose own texts are expressions.
-    unit : str
-        The SI unit needed, ``1`` for none.
-    name : str
-        What messages call the value.
+    Units are products of names with whole exponents. Nothing else reaches pint, whose own texts are
+    expressions. The unit ``1`` stands for none; messages call the value `name`.
 
     Raises
     ------

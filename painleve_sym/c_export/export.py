@@ -33,19 +33,9 @@ _RESERVED = ("ps", "casadi", "generated")
 
 @dataclass(frozen=True)
 class Export:
-    """Name, folder and files of an export.
+    """An export: the prefix of all C names, the folder, and the names of the files in it.
 
-    Attributes
-    ----------
-    name : str
-        Prefix of all C names.
-    folder : Path
-    files : tuple of str
-        Names of the files in it.
-    compiler : Compiler
-        That of the expected output.
-    trajectory : Trajectory
-        The example's motion.
+    The compiler is that of the expected output, the trajectory the example's motion.
     """
 
     name: str
@@ -150,14 +140,7 @@ def export_c(
 
 
 def export_scenario(scenario: Scenario, folder: str | Path, name: str | None = None) -> Export:
-    """Write the C code of a scenario; see `export_c`.
-
-    Parameters
-    ----------
-    scenario : Scenario
-    folder : path
-    name : str, optional
-    """
+    """Write the C code of a scenario; see `export_c`."""
     return export_c(
         scenario.mechanism(),
         scenario.contact_law(),

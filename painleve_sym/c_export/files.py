@@ -32,16 +32,9 @@ from painleve_sym.motion.trajectory import Trajectory
 
 @dataclass(frozen=True)
 class MotionCode:
-    """One mechanism with its contact laws, to be written as C.
+    """One mechanism with its contact laws, to be written as C; `name` is the prefix of all C names.
 
-    Attributes
-    ----------
-    name : str
-        Prefix of all C names.
-    simulator : Simulator
-    engine_name : {"taylor", "compiled"}
-    compiler : Compiler
-        That the comments name.
+    The engine is ``taylor`` or ``compiled``; comments name the compiler.
     """
 
     name: str
@@ -108,17 +101,8 @@ class MotionCode:
 class Case(MotionCode):
     """One mechanism with its contact laws, and the example to run.
 
-    Attributes
-    ----------
-    trajectory : Trajectory
-        What the package computed for the example.
-    motion : ndarray, shape (2 n,)
-        Coordinates and velocities at the start.
-    t_end, rtol : float
-    until : tuple of str
-    limits : mapping of str to int
-        Those of max_steps, max_events that were given.
-    initial_force : float or None
+    The trajectory is what the package computed for the example, `motion` its coordinates and
+    velocities at the start; `limits` are those of max_steps and max_events that were given.
     """
 
     trajectory: Trajectory

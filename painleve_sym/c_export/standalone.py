@@ -28,12 +28,6 @@ def filled(template: str, values: Mapping[str, Any]) -> str:
 
 
 def engine_text(automaton: HybridAutomaton, engine: str) -> str:
-    """Return what the package compiles for the automaton, to be put into another C file.
-
-    Parameters
-    ----------
-    automaton : HybridAutomaton
-    engine : {"taylor", "compiled"}
-    """
+    """Return what the package compiles for the automaton, to be put into another C file."""
     write = taylor_source if engine == TaylorEngine.name else source
     return write(AutomatonFunctions(automaton))

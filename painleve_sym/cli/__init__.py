@@ -19,18 +19,10 @@ EXIT_INTERRUPTED, EXIT_BROKEN_PIPE = 130, 141
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command line and return its exit code.
+    """Run the command line and return its exit code; the arguments are by default the process's.
 
-    Parameters
-    ----------
-    argv : sequence of str, optional
-        Arguments without the program's name; those of the process when left out.
-
-    Returns
-    -------
-    int
-        0 success; 1 failure; 2 bad input; 3 a run that stopped early; 130 interrupted; 141 the
-        reader of standard output went away.
+    0 success; 1 failure; 2 bad input; 3 a run that stopped early; 130 interrupted; 141 the reader
+    of standard output went away.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
     with _standard_error():

@@ -24,13 +24,7 @@ _FIELDS = {"restitution": "e", "rule": "restitution"}
 
 
 def read_case(arguments: argparse.Namespace) -> Scenario:
-    """Return the scenario of the command line: the file, if one is named, under the options.
-
-    Raises
-    ------
-    InputError
-        Malformed entries, unknown names, a file that cannot be used.
-    """
+    """Return the scenario of the command line: the file, if one is named, under the options."""
     base = _base(arguments.case, arguments.command)
     given: dict[str, Any] = {}
 

@@ -22,13 +22,7 @@ OTHER_FORMATS = (".csv", ".json", ".mat", ".h5", ".txt", ".toml", ".png", ".svg"
 
 
 def read_look(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Return the values of --width, --title and --format, for `Look` of figures.
-
-    Raises
-    ------
-    InputError
-        A width that is neither a name nor from 3 to 60 cm, another title or format.
-    """
+    """Return the values of --width, --title and --format, for `Look` of figures."""
     look: dict[str, Any] = {}
     if arguments.width is not None:
         width = WIDTHS.get(arguments.width)
@@ -130,11 +124,8 @@ def read_range(where: str, text: str, example: str) -> tuple[float, float]:
 def output_file(where: str, text: str, suffixes: tuple[str, ...] = ()) -> Path:
     """Return the path of a file that can be written; checked now, before anything is computed.
 
-    Raises
-    ------
-    InputError
-        A folder or another special file, a folder that is missing or not writable, a file that
-        must not be written, a suffix that is not one of `suffixes`.
+    InputError for a folder or another special file, a folder that is missing or not writable, a
+    file that must not be written, a suffix that is not one of `suffixes`.
     """
     path = Path(text)
     if os.path.isdir(path) or text.endswith("/"):
@@ -166,13 +157,7 @@ def output_folder(where: str, text: str) -> Path:
 
 
 def output_store(where: str, text: str) -> Path:
-    """Return the path of a Zarr store (a folder) that can be written, or can replace an older one.
-
-    Raises
-    ------
-    InputError
-        A file, or a folder that is not a Zarr store; a folder around it that cannot be written.
-    """
+    """Return the path of a Zarr store (a folder) that can be written or replaced."""
     path = Path(os.path.realpath(text))
     if os.path.exists(path) and not any((path / n).is_file() for n in (".zgroup", "zarr.json")):
         raise InputError(

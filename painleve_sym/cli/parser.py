@@ -15,10 +15,7 @@ from painleve_sym.errors import InputError, unknown_name
 def read_arguments(argv: Sequence[str]) -> argparse.Namespace:
     """Return the parsed arguments; without any, those that ask for help.
 
-    Raises
-    ------
-    InputError
-        Unknown commands and options (the nearest is named), missing or misplaced values.
+    InputError for unknown commands and options (the nearest is named), missing or misplaced values.
     """
     words = list(argv) or ["--help"]
     if words[0] == "help":

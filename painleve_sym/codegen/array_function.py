@@ -55,13 +55,7 @@ def array_source(function: ca.Function) -> str:
 
 
 class Selection:
-    """A function whose results are some of its arguments, or numbers: nothing to compile.
-
-    Parameters
-    ----------
-    entries : sequence of int or float
-        The index of an argument, or a number.
-    """
+    """A function whose results are arguments, by their indices, or numbers: nothing to compile."""
 
     def __init__(self, entries: Sequence[int | float]) -> None:
         self.entries = tuple(entries)
@@ -79,15 +73,7 @@ class Selection:
 
 
 class ArrayFunction:
-    """A function of m numbers to k numbers from a compiled library.
-
-    Parameters
-    ----------
-    library : Path
-        Compiled from an `array_source`.
-    arguments, outputs : int
-        m and k.
-    """
+    """A function of m numbers to k numbers from a library made from an `array_source`."""
 
     def __init__(self, library: Path, arguments: int, outputs: int) -> None:
         self.library = library
@@ -120,11 +106,8 @@ class ArrayFunction:
     def at_points(self, arrays: Sequence[Array], n: int) -> Array:
         """Return the numbers at n points, shape (k, n), the same bits as one by one.
 
-        Parameters
-        ----------
-        arrays : sequence of ndarray, shape (n,) or ()
-            Of each argument, contiguous; a number is the same at every point.
-        n : int
+        Arrays are contiguous, shape (n,) or (), one for each argument; a number is the same at
+        every point.
         """
         out = np.empty((self._outputs, n))
         addresses = (ctypes.c_void_p * (self._arguments + 1))(*(a.ctypes.data for a in arrays))

@@ -46,12 +46,8 @@ _CONDITIONS: dict[type[sp.Basic], Callable[[Any, Any], Any]] = {
 class Translator:
     """Translates expressions over one table of symbols, sharing common subexpressions.
 
-    Parameters
-    ----------
-    table : mapping of sympy.Symbol to casadi.SX
-        Every symbol an expression may contain.
-    floor : float
-        Least value of a ramp: POWER_FLOOR where derivatives are taken, 0 for plain values.
+    The table has every symbol that an expression may contain. `floor` is the least value of a ramp:
+    POWER_FLOOR where derivatives are taken, 0 for plain values.
     """
 
     def __init__(self, table: Mapping[sp.Symbol, ca.SX], floor: float = POWER_FLOOR) -> None:

@@ -77,17 +77,8 @@ def c_file(
 ) -> str:
     """Return a C file of functions and of the code that calls them.
 
-    Its parts may be compiled side by side (`compile.compiled_library`).
-
-    Parameters
-    ----------
-    functions : sequence of casadi.Function
-    callers : str
-        C text; it may name every function.
-    shared : str
-        C text that every part sees first.
-    more : sequence of str
-        Further functions, each `PS_SHARED`.
+    Its parts may be compiled side by side (`compile.compiled_library`). `callers` may name every
+    function, every part sees `shared` first, and `more` are further functions, each `PS_SHARED`.
     """
     text = _generated(functions)
     text, end, rest = text.rpartition(_END)

@@ -144,16 +144,7 @@ def full(folder: Path) -> str | None:
 
 @dataclass(frozen=True)
 class CacheContent:
-    """Sizes of the cache.
-
-    Attributes
-    ----------
-    folder : Path
-    libraries, derivations : int
-        Compiled libraries; entries of `derivation_cache`.
-    size : int
-        Of all files of the cache, also of a compiler's own; bytes.
-    """
+    """Numbers of compiled libraries and of `derivation_cache` entries; bytes of all files."""
 
     folder: Path
     libraries: int
@@ -162,13 +153,7 @@ class CacheContent:
 
 
 def cache_content() -> CacheContent:
-    """Return what the cache holds; nothing is created, and nothing where there is no folder.
-
-    Raises
-    ------
-    PainleveError
-        The folder cannot be read.
-    """
+    """Return what the cache holds; nothing is created, and nothing where there is no folder."""
     folder = named_folder()
     try:
         entries = list(_entries(folder))
@@ -184,10 +169,7 @@ def cache_content() -> CacheContent:
 def clear_cache() -> CacheContent:
     """Remove what the cache holds, other files in its folder apart; return what was removed.
 
-    Raises
-    ------
-    PainleveError
-        The folder belongs to another user, or a file cannot be removed.
+    PainleveError where the folder belongs to another user, or a file cannot be removed.
     """
     content = cache_content()
     if content.folder.exists():

@@ -56,14 +56,7 @@ _LOOKED_FOR = "cc, gcc, clang and the package ziglang"
 
 @dataclass(frozen=True)
 class Compiler:
-    """A C compiler that was asked for its version.
-
-    Attributes
-    ----------
-    command : tuple of str
-        Program and the arguments that come before all others.
-    version : str
-    """
+    """A C compiler that was asked for its version: program, with arguments before all others."""
 
     command: tuple[str, ...]
     version: str

@@ -26,12 +26,8 @@ _AT_ONCE = 1 << 20
 def entry_key(title: str, *objects: Any) -> str | None:
     """Return the name of an entry, or None where an object has no definition to go by.
 
-    Parameters
-    ----------
-    title : str
-        What the entry holds, and all else that it depends on.
-    *objects : object
-        What it is derived from: texts, or what has a `definition` or a `definition_text`.
+    The title says what the entry holds, and all else that it depends on; the objects are what it is
+    derived from: texts, or what has a `definition` or a `definition_text`.
     """
     try:
         texts = [_definition(source) for source in objects]

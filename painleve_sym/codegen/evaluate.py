@@ -21,11 +21,7 @@ BLOCK = 4096
 def numbers(expressions: Sequence[Any], values: Mapping[Any, float]) -> Array:
     """Return the values of SymPy expressions at a point, shape (len(expressions),).
 
-    Parameters
-    ----------
-    expressions : sequence of sympy.Expr
-    values : mapping of sympy.Symbol or str to float
-        Every symbol that occurs, or its name.
+    The values are those of every symbol that occurs, or of its name.
     """
     import casadi as ca
 
@@ -44,15 +40,8 @@ def expression_function(
 ) -> ca.Function:
     """Return expressions as one CasADi function of one vector, shape (len(symbols),).
 
-    Parameters
-    ----------
-    name : str
-        Of the function.
-    expressions : sequence of sympy.Expr
-    symbols : sequence of sympy.Symbol
-        Every symbol that occurs.
-    derivatives : sequence of sympy.Symbol
-        Each expression's derivatives by these follow all the expressions, expression by expression.
+    Each expression's derivatives by `derivatives` follow all the expressions, expression by
+    expression.
     """
     import casadi as ca
 
@@ -73,10 +62,7 @@ def expression_function(
 def at_points(function: ca.Function, points: Array) -> Array:
     """Return a function of one vector at n points, shape (n, outputs), the same bits as one by one.
 
-    Parameters
-    ----------
-    function : casadi.Function
-    points : ndarray, shape (n, arguments), contiguous
+    The points are contiguous, shape (n, arguments).
     """
     results = np.empty((len(points), function.numel_out(0)))
     for start in range(0, len(points), BLOCK):

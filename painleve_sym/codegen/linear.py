@@ -29,18 +29,8 @@ def least_solution(matrix: Matrix, right: Matrix, ease: Sequence[ca.SX]) -> list
     direction z has rounding, amplified by 1/ρ. Its part there, v = ρ² (A D + ρ)⁻² z, is taken off
     where it is small beside 1: what the system demands there is not.
 
-    Parameters
-    ----------
-    matrix : k rows of k casadi.SX
-        Symmetric; its diagonal is positive.
-    right : k rows of m casadi.SX
-    ease : sequence of k casadi.SX
-        Sizes that the unknowns may have, not negative; empty for the inverse of the diagonal:
-        equal shares, in its units, with their rounding.
-
-    Returns
-    -------
-    list of k rows of m casadi.SX
+    The diagonal of A is positive. `ease` has the sizes that the unknowns may have, not negative;
+    where it is empty, the inverse of the diagonal: equal shares, in its units, with their rounding.
 
     References
     ----------
@@ -85,14 +75,8 @@ def solution(
     """Return the solution of a general system, and its determinant with rows of unit scale.
 
     Up to two unknowns by Cramer's rule. Of more, whose system may be singular (three feet of one
-    body carry forces that are not determined), the solution of least norm.
-
-    Parameters
-    ----------
-    matrix : k rows of k casadi.SX
-    right : sequence of k casadi.SX
-    scales : sequence of k casadi.SX
-        Size of each row and column, positive.
+    body carry forces that are not determined), the solution of least norm. `scales` are the sizes
+    of each row and column, positive.
     """
     size = len(right)
     root = [ca.sqrt(s) for s in scales]

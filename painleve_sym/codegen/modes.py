@@ -35,7 +35,7 @@ class ModeFunctions:
         Guards and their first Lie derivatives along the field, two vectors of shape (ng,); an
         immediate transition has none.
     jets : casadi.Function
-        Guards with first and second Lie derivatives, three vectors of shape (ng,).
+        Guards with first and second Lie derivatives, three vectors of shape (ng,), and ẋ.
     events : tuple of casadi.Function
         Per transition: x⁺, z⁺ and the conditions of its choices, 1 or 0. The engine passes a fourth
         argument, 1 where a guard crossed zero from above in time and 0 where it fired at once.
@@ -68,14 +68,7 @@ class ModeFunctions:
 
 
 class AutomatonFunctions:
-    """Translates an automaton once; x are states, z memory, c constants.
-
-    The constants are the parameters followed by the definitions.
-
-    Parameters
-    ----------
-    automaton : HybridAutomaton
-    """
+    """Translates an automaton once; x are states, z memory, c parameters, then definitions."""
 
     directions = 0
     """Number of directions in which states are differentiated."""
@@ -259,7 +252,7 @@ class AutomatonFunctions:
         return ModeFunctions(
             field=self._function(f"field_{i}", [field]),
             guards=self._function(f"guards_{i}", [guards, first]),
-            jets=self._function(f"jets_{i}", [guards, first, second]),
+            jets=self._function(f"jets_{i}", [guards, first, second, field]),
             events=tuple(self._event(i, j, t) for j, t in enumerate(mode.transitions)),
             limits={
                 j: self._limit(i, j, t.on_accumulation.reset)

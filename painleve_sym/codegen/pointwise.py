@@ -19,20 +19,12 @@ ENGINES = ("auto", "compiled", "casadi")
 class Pointwise:
     """SymPy expressions as one function of arrays.
 
-    Numbers that are the same at every point are arguments too, so that one compiled library
-    serves all of them.
+    Numbers that are the same at every point are arguments too, so that one compiled library serves
+    all of them. The symbols are every one that occurs in the expressions. Each expression's
+    derivatives by `derivatives` follow all the expressions, expression by expression.
 
-    Parameters
-    ----------
-    expressions : sequence of sympy.Expr
-        At least one.
-    symbols : sequence of sympy.Symbol
-        The arguments: every symbol that occurs in the expressions.
-    derivatives : sequence of sympy.Symbol
-        Each expression's derivatives by these follow all the expressions, expression by expression.
-    engine : {"auto", "compiled", "casadi"}
-        ``auto`` is ``compiled`` (C), or ``casadi`` (its virtual machine, slower) with a notice
-        where there is no C compiler.
+    The engine ``auto`` is ``compiled`` (C), or ``casadi`` (its virtual machine, slower) with a
+    notice where there is no C compiler.
 
     Raises
     ------
@@ -76,15 +68,8 @@ class Pointwise:
     def __call__(self, values: Mapping[Any, Any]) -> Array:
         """Return the expressions at the points, shape (outputs, *shape of the points).
 
-        Parameters
-        ----------
-        values : mapping of sympy.Symbol to float or ndarray
-            Of every symbol; arrays are broadcast against each other, as numpy does.
-
-        Raises
-        ------
-        InputError
-            A symbol has no value, or the shapes do not fit.
+        Arrays are broadcast against each other, as numpy does. InputError where a symbol has no
+        value, or the shapes do not fit.
         """
         absent = [str(s) for s in self.symbols if s not in values]
         if absent:

@@ -24,17 +24,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Quantities:
-    """Formulas as one function.
+    """Formulas as one function of the arguments, in this order, with its text as CasADi writes it.
 
-    Attributes
-    ----------
-    names : tuple of str
-    arguments : tuple of str
-        Names of the arguments of the function, in this order.
-    text : str
-        The function as CasADi writes it.
-    compiled : ArrayFunction or Selection or None
-        None where there is no C compiler: CasADi then evaluates it.
+    `compiled` is None where there is no C compiler: CasADi then evaluates it.
     """
 
     names: tuple[str, ...]
@@ -63,10 +55,7 @@ class Quantities:
     def at(self, values: Mapping[str, Array]) -> dict[str, Array]:
         """Return the numbers at n points, each of shape (n,), the same bits as one by one.
 
-        Parameters
-        ----------
-        values : mapping of str to ndarray, shape (n,)
-            Every argument, and maybe others.
+        The values are arrays of shape (n,): every argument, and maybe others.
         """
         arrays = [np.ascontiguousarray(values[name], np.float64) for name in self.arguments]
         if self.compiled is not None:
@@ -86,16 +75,9 @@ def quantities(
 ) -> Quantities:
     """Return formulas ready to be evaluated; `derive` is called only where the cache lacks them.
 
-    Parameters
-    ----------
-    title : str
-        Distinguishes these formulas from others of the same object.
-    of : object
-        What they are derived from (`definition_text`).
-    arguments : sequence of str
-        Names of every symbol that occurs in the formulas.
-    derive : callable
-        Returns the formulas by name, and the symbols of the arguments.
+    The title distinguishes these formulas from others of the same object `of`, from which they are
+    derived (`definition_text`). `arguments` are the names of every symbol that occurs, and `derive`
+    returns the formulas by name, and the symbols of the arguments.
     """
     mark = _mark(os.environ.get("CC"), os.environ.get("PATH"))
     text = f"quantities\n{title}\n{mark}"

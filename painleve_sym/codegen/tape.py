@@ -78,23 +78,11 @@ _TWO: Mapping[str, Callable[[Any, Any], Any]] = {
 class Tape:
     """A function of several vectors to one vector, operation by operation.
 
-    Attributes
-    ----------
-    sizes : tuple of int
-        Lengths of the arguments.
-    outputs : int
-        Length of the result.
-    work : int
-        Number of places that hold intermediate values.
-    operations : tuple of tuples
-        ``("CONST", place, value)``, ``("INPUT", place, argument, entry)``,
-        ``("OUTPUT", entry, place)``, or the name of an elementary operation, the place of its
-        result and those of its one or two operands.
-
-    Raises
-    ------
-    InputError
-        An operation that is unknown, or that uses a place there is not.
+    Its arguments have the lengths `sizes`, its result that of `outputs`; `work` is the number of
+    places that hold intermediate values. Operations are ``("CONST", place, value)``, ``("INPUT",
+    place, argument, entry)``, ``("OUTPUT", entry, place)``, or the name of an elementary operation,
+    the place of its result and those of its one or two operands. An unknown one, or one that uses a
+    place there is not, is rejected.
     """
 
     sizes: tuple[int, ...]
@@ -132,17 +120,9 @@ class Tape:
 
     @classmethod
     def of_function(cls, function: Any) -> Tape:
-        """Return the operations of a CasADi function of scalar expressions.
+        """Return the operations of a CasADi function of vectors to one dense vector, made of SX.
 
-        Parameters
-        ----------
-        function : casadi.Function
-            Of vectors to one dense vector, made of SX.
-
-        Raises
-        ------
-        TranslationError
-            An operation that has no counterpart here.
+        TranslationError for an operation that has no counterpart here.
         """
         import casadi as ca
 
@@ -163,13 +143,7 @@ class Tape:
         return cls(sizes, function.numel_out(0), function.sz_w(), tuple(operations))
 
     def __call__(self, *arguments: Array) -> Array:
-        """Return the results at n points, shape (n, outputs).
-
-        Parameters
-        ----------
-        *arguments : ndarray, shape (n, size)
-            One for each of `sizes`.
-        """
+        """Return the results at n points, shape (n, outputs); arrays (n, size) by `sizes`."""
         n = max((len(a) for a in arguments), default=1)
         work: list[Any] = [0.0] * self.work
         results = np.zeros((n, self.outputs))
@@ -216,12 +190,9 @@ def _count(value: Any) -> int:
 
 @dataclass(frozen=True)
 class TapeOutputs:
-    """Outputs of an automaton, mode by mode, computed from tapes.
+    """Outputs of an automaton, mode by mode, computed from tapes; a single one serves all modes.
 
-    Attributes
-    ----------
-    tapes : tuple of Tape
-        Of each mode; a single one serves all modes. Arguments are state, memory and constants.
+    The arguments of a tape are state, memory and constants.
     """
 
     tapes: tuple[Tape, ...]

@@ -55,13 +55,8 @@ class VariationalFunctions(AutomatonFunctions):
     directions. An output is followed by the derivatives of all states, then of all outputs, at a
     fixed time, each column by column.
 
-    Parameters
-    ----------
-    automaton : HybridAutomaton
-    parameters : sequence of int or None
-        Per direction: the index of the parameter that it moves, None for none.
-    start : ndarray of bool, shape (nx, directions)
-        Which states the direction moves at the start.
+    Per direction `parameters` has the index of the parameter that it moves, None for none, and
+    `start` which states it moves at the start, shape (nx, directions).
     """
 
     def __init__(

@@ -97,17 +97,11 @@ class LCP:
 class LCPSolution:
     """Hold one verified solution.
 
-    Attributes
-    ----------
-    z, w : ndarray, shape (n,)
-        The solution and ``w = M z + q`` as computed, rounding included. Read-only.
-    residual : float
-        `residual` of z; dimensionless.
-    active : tuple of bool
-        Where ``z_i > 0``, so that ``w_i = 0``.
-    varying : tuple of bool, or None
-        Which z_i change along the ray, segment or wider set of solutions through this one. None
-        where more than `ENUMERATION_LIMIT` pairs are zero on both sides, too many to try.
+    `z` and ``w = M z + q`` are as computed, rounding included, and read-only. A pair is active
+    where ``z_i > 0``, so that ``w_i = 0``.
+
+    `varying` tells which z_i change along the ray, segment or wider set of solutions through this
+    one. None where more than `ENUMERATION_LIMIT` pairs are zero on both sides, too many to try.
     """
 
     z: FloatArray
@@ -123,29 +117,13 @@ class LCPSolution:
 
 
 def residual(lcp: LCP, z: npt.ArrayLike) -> float:
-    """Measure how far z is from solving the problem, free of units.
+    """Measure how far z is from solving the problem, free of units; 0 for an exact solution.
 
     The largest of ``-z_i`` and ``-w_i`` where negative and of ``min(|z_i|, |w_i|)``, each as a
     fraction of its own scale. That of w_i is the sum of its terms, ``|q_i| + sum_j |M_ij z_j|``;
     z_j is measured by the largest share it has in any of these sums. Positive scaling of rows or
-    columns therefore changes nothing, and rounding alone leaves some 1e-15.
-
-    Parameters
-    ----------
-    lcp : LCP
-        The problem.
-    z : array_like, shape (n,)
-        The candidate; entries that are not finite give ``inf``.
-
-    Returns
-    -------
-    float
-        0 for an exact solution, up to 1 otherwise, ``inf`` for an infinite or nan entry.
-
-    Raises
-    ------
-    InputError
-        For a candidate of another length. Fix: give one entry for each pair.
+    columns therefore changes nothing, and rounding alone leaves some 1e-15. It is at most 1, or
+    ``inf`` for an infinite or nan entry.
     """
     point = np.asarray(z, dtype=float)
     if point.shape != lcp.offset.shape:
@@ -168,23 +146,13 @@ def solve_all(lcp: LCP, tol: float = RESIDUAL_TOLERANCE) -> tuple[LCPSolution, .
     point, segment, ray or wider face; one representative of it is returned, inside the face where
     it has an inside, and marked as not isolated unless the face is a point.
 
-    Parameters
-    ----------
-    lcp : LCP
-        The problem, with at most `ENUMERATION_LIMIT` pairs.
-    tol : float
-        Largest `residual` of a solution, and the distance in the same measure below which two
-        solutions are one.
-
-    Returns
-    -------
-    tuple of LCPSolution
-        Ordered by the number of active pairs; empty when the problem has no solution.
+    Solutions are ordered by the number of active pairs. Their `residual` is at most `tol`, and two
+    that are nearer than that in the same measure are one.
 
     Raises
     ------
     InputError
-        For too many pairs. Fix: use `solve_lemke`, which returns one solution.
+        For more than `ENUMERATION_LIMIT` pairs. Fix: use `solve_lemke`, which returns one solution.
     """
     if lcp.size > ENUMERATION_LIMIT:
         raise InputError(
@@ -204,12 +172,8 @@ def solve_all(lcp: LCP, tol: float = RESIDUAL_TOLERANCE) -> tuple[LCPSolution, .
 def equilibrate(lcp: LCP) -> tuple[LCP, FloatArray]:
     """Scale rows, columns and offset to order one by powers of two, which rounds nothing.
 
-    Returns
-    -------
-    scaled : LCP
-        The problem with the same signs and the same sets of active pairs.
-    unit : ndarray, shape (n,)
-        A solution z' of `scaled` is the solution ``unit * z'`` of `lcp`.
+    Return the problem with the same signs and the same sets of active pairs, and its unit, shape
+    (n,): a solution z' of it is the solution ``unit * z'`` of `lcp`.
     """
     row = _power_of_two(np.max(np.abs(lcp.matrix), axis=1))
     matrix = lcp.matrix / row[:, None]

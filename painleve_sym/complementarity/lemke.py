@@ -70,21 +70,9 @@ def solve_lemke(
 
     ``w = M z + d z_0 + q`` with d of ones starts from a z_0 that makes all w >= 0 and pivots until
     z_0 leaves. Ties are broken lexicographically, so that no basis returns (CPS section 4.9). The
-    solution is computed again from the last basis and checked, never read off the tableau.
-
-    Parameters
-    ----------
-    lcp : LCP
-        The problem, of any size.
-    max_pivots : int, optional
-        Most pivots; 50 per pair when not given, far above the few per pair that are usual.
-    tol : float
-        Largest `residual` of a solution.
-
-    Returns
-    -------
-    LemkeResult
-        With `solution` None unless the status is SOLVED.
+    solution is computed again from the last basis and checked against `tol`, never read off the
+    tableau. Without `max_pivots` the most pivots are 50 per pair, far above the few per pair that
+    are usual.
     """
     scaled, unit = equilibrate(lcp)
     status, point, pivots = pivot(scaled, 50 * lcp.size if max_pivots is None else max_pivots, tol)

@@ -29,13 +29,8 @@ def is_p_matrix(matrix: npt.ArrayLike) -> bool:
     """Return whether every principal minor is positive.
 
     Exactly then the LCP has one and only one solution for every offset (CPS theorem 3.3.7), and
-    Lemke's method finds it. All ``2**n - 1`` minors are computed; one within rounding of zero
-    counts as not positive.
-
-    Raises
-    ------
-    InputError
-        As for `LCP`, and for n above `ENUMERATION_LIMIT`. Fix: test a smaller block.
+    Lemke's method finds it. All ``2**n - 1`` minors are computed, for n up to `ENUMERATION_LIMIT`;
+    one within rounding of zero counts as not positive.
     """
     scaled, _ = equilibrate(_square("is_p_matrix", matrix))
     return all(_sign(principal_block(scaled.matrix, index)) > 0 for index in _subsets(scaled.size))
@@ -46,14 +41,10 @@ def is_copositive(matrix: npt.ArrayLike, strict: bool = False) -> bool:
 
     By Hadeler (1983): a symmetric matrix whose smaller principal blocks all pass fails if and only
     if ``det < 0`` and ``adj >= 0`` (strict: ``det <= 0`` and ``adj > 0``). The symmetric part is
-    taken first. With a strictly copositive M, Lemke's method solves the LCP for every offset (CPS
-    section 4.4); with a copositive one, for each q with ``q'v >= 0`` for all solutions v of the
-    homogeneous problem. Neither promises that the solution is the only one.
-
-    Raises
-    ------
-    InputError
-        As for `LCP`, and for n above `ENUMERATION_LIMIT`. Fix: test a smaller block.
+    taken first; n is at most `ENUMERATION_LIMIT`. With a strictly copositive M, Lemke's method
+    solves the LCP for every offset (CPS section 4.4); with a copositive one, for each q with ``q'v
+    >= 0`` for all solutions v of the homogeneous problem. Neither promises that the solution is the
+    only one.
     """
     full = _square("is_copositive", matrix).matrix
     symmetric = (full + full.T) / 2

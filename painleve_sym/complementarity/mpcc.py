@@ -58,18 +58,10 @@ class MPCCStatus(enum.Enum):
 class MPCCOptions:
     """Set the relaxation.
 
-    Parameters
-    ----------
-    relaxations : tuple of float
-        The bounds tau > 0 on ``z_i w_i``, decreasing; on the scaled problem, so of order one.
-    tolerance : float
-        Largest `residual` of a success.
-    max_iterations : int
-        IPOPT iterations for each tau.
-    random_starts : int
-        Starts added to the corners ``z_i in {0, large}`` of problems with few pairs.
-    seed : int
-        Of the random starts; one seed always gives the same answers.
+    `relaxations` are the bounds tau > 0 on ``z_i w_i``, decreasing; on the scaled problem, so of
+    order one. `tolerance` is the largest `residual` of a success, `max_iterations` that of IPOPT
+    for each tau. Random starts are added to the corners ``z_i in {0, large}`` of problems with few
+    pairs; one seed always gives the same ones.
 
     Raises
     ------
@@ -107,16 +99,8 @@ class MPCCOptions:
 class RelaxationStep:
     """Record one solve: the bound tau, IPOPT's return word and iterations, the residual after it.
 
-    Attributes
-    ----------
-    tau : float
-        Bound on the products ``z_i w_i`` of the scaled problem.
-    ipopt_status : str
-        IPOPT's own word, such as ``Solve_Succeeded`` or ``Infeasible_Problem_Detected``.
-    iterations : int
-        IPOPT iterations of this step.
-    residual : float
-        `residual` of the iterate.
+    The bound is that on the products ``z_i w_i`` of the scaled problem; the word is one such as
+    ``Solve_Succeeded`` or ``Infeasible_Problem_Detected``.
     """
 
     tau: float
@@ -127,22 +111,11 @@ class RelaxationStep:
 
 @dataclass(frozen=True, eq=False)
 class MPCCResult:
-    """Report the run from one start.
+    """Report the run from one start: SOLVED only with ``residual <= tolerance``.
 
-    Attributes
-    ----------
-    status : MPCCStatus
-        SOLVED only with ``residual <= tolerance``.
-    z, w : ndarray, shape (n,)
-        The last point and ``w = M z + q``; a solution only if the status is SOLVED.
-    residual : float
-        `residual` of z.
-    iterations : int
-        IPOPT iterations over all relaxations of this start.
-    history : tuple of RelaxationStep
-        One entry for each tau tried.
-    polished : bool
-        Whether z was recomputed from IPOPT's active pairs (a linear solve) to pass the check.
+    `z` is the last point, a solution only then, and ``w = M z + q``. Iterations are IPOPT's over
+    all relaxations of this start, of which `history` has each. `polished` tells whether z was
+    recomputed from IPOPT's active pairs (a linear solve) to pass the check.
     """
 
     status: MPCCStatus
@@ -156,17 +129,7 @@ class MPCCResult:
 
 @dataclass(frozen=True, eq=False)
 class MPCCSurvey:
-    """Report many starts: the distinct solutions, and how many starts failed.
-
-    Attributes
-    ----------
-    solutions : tuple of MPCCResult
-        All SOLVED and distinct, in the order of their starts.
-    failures : tuple of MPCCResult
-        The runs that ended without a solution, one for each failed start.
-    starts : int
-        Number of starts tried.
-    """
+    """Report many starts: the distinct solutions in order of their starts, and the failed runs."""
 
     solutions: tuple[MPCCResult, ...]
     failures: tuple[MPCCResult, ...]
@@ -192,18 +155,8 @@ def solve_mpcc(
     The limit is then recomputed from its active pairs, since an interior point stops some 1e-9
     short of the bounds, and the better of the two points is checked against the problem itself.
 
-    Parameters
-    ----------
-    problem : LCP
-    start : array_like, shape (n,), optional
-        Where to begin; when not given, several starts are tried until one succeeds.
-    options : MPCCOptions, optional
-        The relaxation.
-
-    Returns
-    -------
-    MPCCResult
-        The first success, or else the failure with the smallest residual.
+    Without a start several are tried until one succeeds; where none does, the failure with the
+    smallest residual is returned.
 
     Raises
     ------
@@ -233,28 +186,16 @@ def solve_mpcc_all(
     """Run `solve_mpcc` from many starts and keep the distinct solutions.
 
     A survey without solutions does not prove that there is none, and solutions may be missing:
-    `painleve_sym.complementarity.lcp.solve_all` decides both.
+    `painleve_sym.complementarity.lcp.solve_all` decides both. The starts are by default the corners
+    and random starts of `MPCCOptions`.
 
-    Parameters
-    ----------
-    problem : LCP
-    starts : iterable of array_like, shape (n,), optional
-        Where to begin; the corners and random starts of `MPCCOptions` when not given.
-    options : MPCCOptions, optional
-        The relaxation.
-    compared : int, optional
-        Solutions are distinct if their first `compared` entries are; all when not given. The forces
-        of one contact at rest are the first two: how a_t divides into two parts does not count.
-
-    Returns
-    -------
-    MPCCSurvey
-        Distinct solutions and failed starts.
+    Solutions are distinct if their first `compared` entries are, or all. The forces of one contact
+    at rest are the first two: how a_t divides into two parts does not count.
 
     Raises
     ------
     InputError
-        As for `solve_mpcc`, and for an empty list of starts. Fix: give at least one start.
+        As `solve_mpcc`.
     """
     options = options or MPCCOptions()
     program = _RelaxedProgram(problem, options)

@@ -28,16 +28,8 @@ def solve_refined(block: FloatArray, goal: FloatArray) -> FloatArray:
 
     Elimination leaves errors in proportion to the largest terms of the whole system. One step of
     refinement makes the error of every equation that of its own terms (Skeel 1980), which the check
-    of an answer by shares needs where unknowns differ by orders of magnitude.
-
-    Parameters
-    ----------
-    block : ndarray, shape (..., k, k)
-    goal : ndarray, shape (..., k)
-
-    References
-    ----------
-    Skeel (1980).
+    of an answer by shares needs where unknowns differ by orders of magnitude. Shapes (..., k, k)
+    and (..., k).
     """
     if goal.shape[-1] == 1:
         quotient: FloatArray = goal / block[..., 0]
@@ -53,12 +45,7 @@ def solve_two(
 ) -> list[float] | None:
     """Solve one system of two equations as `solve_refined` does, number by number.
 
-    Parameters
-    ----------
-    block : two rows of two float
-    goal : two float
-    least : float
-        Smallest singular value of a regular block; None is returned for others.
+    None for a block whose smallest singular value is not above `least`.
     """
     (a, b), (c, d) = block
     determinant, square = a * d - b * c, a * a + b * b + c * c + d * d
@@ -93,35 +80,16 @@ def affine_face(
 ) -> tuple[FloatArray, BoolArray] | None:
     """Return one x with ``block x = goal`` and ``rows x + start >= 0``, and what varies around it.
 
-    The inequalities are used only where the block is singular: they bound the face. The point of a
-    regular block is returned unchecked, since its check is that of the whole problem.
+    The inequalities are used only where the block, with entries of order one, is singular: they
+    bound the face. The point of a regular block is returned unchecked, since its check is that of
+    the whole problem, whose number of rows is `size`: roundings are in proportion to it.
 
-    Parameters
-    ----------
-    block : ndarray, shape (k, k)
-        Entries of order one.
-    goal : ndarray, shape (k,)
-        Right-hand side.
-    rows : ndarray, shape (m, k)
-        Slopes of the inequalities.
-    start : ndarray, shape (m,)
-        Their values at x = 0.
-    size : int
-        Number of rows of the whole problem, to which roundings are in proportion.
-    quick : bool
-        Take any point well inside the face rather than its deepest one, for thousands of faces.
-    unit : ndarray, shape (k,), optional
-        The extent of the face along each unknown where it is not of order one: `rows * unit` has
-        entries of order one, and what varies is measured by it.
+    `quick` takes any point well inside the face rather than its deepest one, for thousands of
+    faces. `unit` is the extent of the face along each unknown where it is not of order one: rows
+    times it have entries of order one, and what varies is measured by it.
 
-    Returns
-    -------
-    x : ndarray, shape (k,)
-        A point of the face, inside it where it has an inside.
-    moving : ndarray of bool, shape (k,)
-        Which entries differ somewhere on the face.
-
-    None is returned for a face that is empty.
+    The first result is a point inside the face where it has an inside, the second tells which
+    entries differ somewhere on the face. None is returned for a face that is empty.
     """
     fixed: BoolArray = np.zeros(goal.size, np.bool_)
     if goal.size == 0:

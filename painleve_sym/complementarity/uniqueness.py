@@ -79,14 +79,10 @@ def uniqueness_of(
 ) -> Uniqueness:
     """Classify a piecewise linear problem by its pieces.
 
-    Parameters
-    ----------
-    pieces : iterable of (ndarray, ndarray), each of shape (m, k, k)
-        The matrices of all choices with k unknowns, and the sizes of the terms of each entry. A
-        determinant within rounding of zero counts as zero.
-    forms : iterable of ndarray, shape (p, p)
-        The matrices ``H'WG`` of the existence test, one for each choice of the sides of bilateral
-        contacts.
+    A piece has the matrices of all choices with k unknowns, shape (m, k, k), and the sizes of the
+    terms of each entry: a determinant within rounding of zero counts as zero. The forms are the
+    matrices ``H'WG`` of the existence test, shape (p, p), one for each choice of the sides of
+    bilateral contacts.
     """
     if all(np.all(determinant_signs(blocks, terms) > 0) for blocks, terms in pieces):
         return Uniqueness.UNIQUE_FOR_ALL

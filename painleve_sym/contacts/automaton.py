@@ -19,8 +19,9 @@ from painleve_sym.contacts.contact_states import (
     CONTACT_WORK,
     FORCE_WORK,
     FRICTION_WORK,
+    SINGULAR_MARGIN,
     ContactRow,
-    domain_transitions,
+    ContactStates,
 )
 from painleve_sym.contacts.interfaces import (
     CompliantInterface,
@@ -28,11 +29,10 @@ from painleve_sym.contacts.interfaces import (
     GuideInterface,
     Interface,
     RigidInterface,
+    SpringInterface,
     zero_factor,
 )
-from painleve_sym.contacts.model import CONTACT, MOTION, START, check_several
-from painleve_sym.contacts.preparation import preparation
-from painleve_sym.contacts.rigid import SINGULAR_MARGIN
+from painleve_sym.contacts.model import CONTACT, MOTION, START
 from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.hybrid.automaton import (
     Choice,
@@ -46,45 +46,18 @@ from painleve_sym.hybrid.automaton import (
 from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.contact_set import ContactSet
-from painleve_sym.mechanics.declarations import Parameter
-from painleve_sym.mechanics.mechanism import Mechanism
-from painleve_sym.mechanics.simplify import readable
-from painleve_sym.mechanics.system import TIME
 
 _ZERO = sp.Integer(0)
 
 
 @dataclass(frozen=True)
-class PluralContacts:
+class PluralContacts(ContactStates):
     """Builds the automaton of a mechanism with any number of contacts of any kinds.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    laws : tuple of (ContactLaw or RigidLaw)
-        One for all contacts, or one for each in the mechanism's order. One law keeps the names of
-        its parameters; of several, each has the contact's name behind the names of its parameters.
-
-    Raises
-    ------
-    InputError
-        Rigid laws that differ, or a law's parameter with the name of one of the mechanism's.
 
     References
     ----------
     Glocker & Pfeiffer (1995).
     """
-
-    mechanism: Mechanism
-    laws: tuple[ContactLaw | RigidLaw, ...]
-
-    def __post_init__(self) -> None:
-        check_several(self.mechanism, self.laws)
-
-    @property
-    def rigid_law(self) -> RigidLaw:
-        """The law of all rigid contacts; the default one where only guides are rigid."""
-        return next((law for law in self.laws if not law.is_compliant), RigidLaw())
 
     @cached_property
     def contact_set(self) -> ContactSet:
@@ -92,64 +65,21 @@ class PluralContacts:
         return ContactSet(self.mechanism)
 
     @cached_property
-    def rows(self) -> tuple[ContactRow, ...]:
-        """States of each contact."""
-        return tuple(
-            ContactRow.of(
-                c,
-                sp.Symbol(f"gap_{c.name}", real=True),
-                sp.Symbol(f"gap_{c.name}_dot", real=True),
-                sp.Symbol(f"slip_velocity_{c.name}", real=True),
-            )
-            for c in self.mechanism.contacts
-        )
-
-    @cached_property
-    def own_laws(self) -> tuple[ContactLaw | RigidLaw, ...]:
-        """The law of each contact, in its own symbols."""
-        taken = [p.name for p in self.mechanism.system.parameters]
-        if len(self.laws) == 1:
-            return (self.laws[0].apart_from(taken),) * len(self.rows)
-        pairs = zip(self.laws, self.mechanism.contacts, strict=True)
-        return tuple(law.of_contact(c.name).apart_from(taken) for law, c in pairs)
-
-    @cached_property
     def interfaces(self) -> tuple[Interface, ...]:
         """The interface of each contact: its memory, local modes and transitions."""
-        yields = all(law.is_compliant for law in self.own_laws)
+        yields = all(law.is_compliant for law in self.model.own_laws)
         guided = any(c.bilateral for c in self.mechanism.contacts)
         target = MOTION if yields and not guided else CONTACT
 
         def interface(row: ContactRow, law: ContactLaw | RigidLaw) -> Interface:
             if row.contact.bilateral:
                 return GuideInterface(row, target)
-            if law.is_compliant:
-                return CompliantInterface(row, target, law)
-            return RigidInterface(row, target)
+            if not law.is_compliant:
+                return RigidInterface(row, target)
+            spring = law.friction.tangential_stiffness is not None
+            return (SpringInterface if spring else CompliantInterface)(row, target, law)
 
-        return tuple(interface(*pair) for pair in zip(self.rows, self.own_laws, strict=True))
-
-    @cached_property
-    def parameters(self) -> tuple[Parameter, ...]:
-        """Parameters of the laws, each once."""
-        every = [p for law in self.own_laws for p in law.parameters]
-        return tuple({p.name: p for p in every}.values())
-
-    # ---- states ----
-
-    @cached_property
-    def dissipations(self) -> tuple[sp.Symbol, ...]:
-        """States that only account for energy."""
-        moving = any(speed != 0 for speed in self.contact_set.drive_speeds)
-        driven = self.mechanism.system.dissipated_power != 0 or moving
-        return (FRICTION_WORK, CONTACT_WORK, *((FORCE_WORK,) if driven else ()))
-
-    @cached_property
-    def states(self) -> tuple[sp.Symbol, ...]:
-        """States of `Mechanism.motion`, contact states where needed, then dissipated energies."""
-        own = self.mechanism.motion
-        extra = [s for row in self.rows for s in row.symbols if s not in own]
-        return (*own, *extra, *self.dissipations)
+        return tuple(interface(*pair) for pair in zip(self.rows, self.model.own_laws, strict=True))
 
     # ---- forces ----
 
@@ -181,20 +111,19 @@ class PluralContacts:
         return list(self._symbols["F"])[0::2]
 
     def _friction(
-        self, columns: Sequence[Callable[[int], sp.Expr]], free: bool, unknowns: sp.Matrix
+        self, columns: Sequence[Callable[[int], sp.Expr]], unknowns: sp.Matrix
     ) -> LinearSystem:
         """Return the tangential forces: v̇_t = 0 where a contact sticks, −μ s F_n where it slips.
 
         Parameters
         ----------
         columns : sequence of callable
-            Normal force of each contact by its index, one right side each.
-        free : bool
-            Whether the first right side also has the free accelerations.
+            Normal force of each contact by its index, one right side each. The first also has the
+            free accelerations and the forces of springs.
         unknowns : sympy.Matrix, shape (n, len(columns))
         """
         W, b, n = self._symbols["W"], self._symbols["b"], len(self.interfaces)
-        sticks = [c.sticks for c in self.interfaces]
+        sticks = [c.holds for c in self.interfaces]
         matrix, right = sp.zeros(n, n), sp.zeros(n, len(columns))
         for i in range(n):
             t = 2 * i + 1
@@ -203,13 +132,13 @@ class PluralContacts:
                 matrix[i, j] = share if i != j else W[t, t]
             for k, force in enumerate(columns):
                 slipping = [
-                    -c.kinetic_coefficient * c.side * c.sign * force(j)
+                    c.known_friction(force(j)) + (c.spring_force if k == 0 else _ZERO)
                     for j, c in enumerate(self.interfaces)
                 ]
                 pulled = sum(
                     W[t, 2 * j] * force(j) + W[t, 2 * j + 1] * slipping[j] for j in range(n)
                 )
-                pulled += b[t] if free and k == 0 else _ZERO
+                pulled += b[t] if k == 0 else _ZERO
                 right[i, k] = -sticks[i] * pulled + (1 - sticks[i]) * W[t, t] * slipping[i]
         return LinearSystem(unknowns, matrix, right, ease=self._capacities(columns))
 
@@ -223,13 +152,15 @@ class PluralContacts:
         if len(columns) > 1:
             return ()
         force = columns[0]
-        sticks = [c.sticks for c in self.interfaces]
+        sticks = [c.holds for c in self.interfaces]
         limits = [
-            c.sticks * c.static_coefficient * c.side * force(i)
+            c.holds * c.static_coefficient * c.side * force(i)
             for i, c in enumerate(self.interfaces)
         ]
         none = sp.Mul(*[1 - s for s in sticks])
-        one = sp.Add(*[s * sp.Mul(*[1 - r for r in sticks if r != s]) for s in sticks])
+        one = sp.Add(
+            *[s * sp.Mul(*[1 - r for r in sticks if r is not s]) for s in sticks if s != 0]
+        )
         several = 1 - none - one
         return tuple(
             several * (limit + (1 - s) * sp.Add(*limits)) + (1 - several)
@@ -253,7 +184,7 @@ class PluralContacts:
             if c.given_force is not None
         ]
         normals = self._normals()
-        last = self._friction([lambda i: normals[i]], True, sp.Matrix(list(F)[1::2]))
+        last = self._friction([lambda i: normals[i]], sp.Matrix(list(F)[1::2]))
         moved = W * F + own["b"]
         ends = [Definition(*pair) for pair in zip(own["acceleration"], moved, strict=True)]
         return (*(Definition(*pair) for pair in pairs), *self._closing(), last, *ends)
@@ -270,7 +201,7 @@ class PluralContacts:
             lambda i: _ZERO if i in unknown else normals[i],
             *(partial(_unit, u) for u in unknown),
         ]
-        first = self._friction(columns, True, X)
+        first = self._friction(columns, X)
         size = len(unknown)
         matrix, right = sp.zeros(size, size), sp.zeros(size, 1)
         for row, u in enumerate(unknown):
@@ -302,46 +233,25 @@ class PluralContacts:
     # ---- the automaton ----
 
     def _field(self) -> dict[sp.Symbol, sp.Expr]:
-        system, own = self.mechanism.system, self._symbols
+        own = self._symbols
         F, moved = own["F"], own["acceleration"]
-        rates = dict(zip(system.q, system.q_dot, strict=True))
-        rates |= dict(zip(system.q_dot, own["a"] + own["D"] * F, strict=True))
+        rates = self.motion_rates(own["a"] + own["D"] * F, F)
         friction = lost = _ZERO
         for i, c in enumerate(self.interfaces):
             n, t, row = 2 * i, 2 * i + 1, c.row
             apart = 1 - c.closed if c.given_force is None else sp.Integer(1)
             rates[row.gap] = apart * row.gap_rate
             rates[row.gap_rate] = apart * moved[n]
-            rates[row.slip] = (1 - c.sticks) * moved[t]
-            friction -= (1 - c.sticks) * F[t] * row.slip
+            rates[row.slip] = (1 - c.holds) * moved[t]
+            rates |= c.rates(self._motion(i))
+            friction -= (1 - c.sticks) * F[t] * c.rubbing_velocity(self._motion(i))
             lost += c.dissipated_power
-        rates |= {FRICTION_WORK: friction, CONTACT_WORK: lost}
-        if FORCE_WORK in self.dissipations:
-            speeds = self.contact_set.drive_speeds
-            drive = sum(f * v for f, v in zip(F, speeds, strict=True))
-            rates[FORCE_WORK] = system.dissipated_power - drive
-        if self.mechanism.depends_on_time:
-            rates[TIME] = sp.Integer(1)
-        return rates
+        return rates | {FRICTION_WORK: friction, CONTACT_WORK: lost}
 
-    def outputs(self) -> dict[str, sp.Expr]:
-        """Return forces, gaps and velocities of each contact by name, and energies."""
-        system, F = self.mechanism.system, self._symbols["F"]
-        values: dict[str, sp.Expr] = {}
-        for i, c in enumerate(self.interfaces):
-            own = {
-                "normal_force": F[2 * i],
-                "tangential_force": F[2 * i + 1],
-                "gap": c.row.gap,
-                "gap_rate": c.row.gap_rate,
-                "slip_velocity": c.row.slip,
-            }
-            values |= {f"{name}_{c.name}": value for name, value in own.items()}
-        return values | {
-            "kinetic_energy": system.kinetic_energy,
-            "potential_energy": system.potential_energy,
-            "stored_energy": sp.Add(*[c.stored_energy for c in self.interfaces]),
-        }
+    def _outputs(self) -> dict[str, sp.Expr]:
+        stored = sp.Add(*[c.stored_energy for c in self.interfaces])
+        own = {name: value for c in self.interfaces for name, value in c.outputs.items()}
+        return self.outputs_of(self._symbols["F"], stored) | own
 
     def _modes(self) -> tuple[Mode, ...]:
         changes = [t for i, c in enumerate(self.interfaces) for t in c.transitions(self._motion(i))]
@@ -351,16 +261,16 @@ class PluralContacts:
             changes.append(
                 Transition("singular", EventKind.SINGULAR, margin, stop=StopReason.SINGULAR)
             )
-        changes += domain_transitions(self.mechanism)
-        motion = Mode(MOTION, self._field(), tuple(changes), self.outputs(), tuple(tests))
+        changes += self.domain_ends
+        motion = Mode(MOTION, self._field(), tuple(changes), self._outputs(), tuple(tests))
         begin = {s: v for c in self.interfaces for s, v in c.start().items()}
         follow = (Choice(CONTACT if self._unknown else MOTION),)
         start = Transition(START, EventKind.CONTACT, None, follow, begin, chooses=not self._unknown)
         modes = [motion]
         if self._starts_with_memory:
-            modes.append(Mode(START, {}, (start,), self.outputs()))
+            modes.append(Mode(START, {}, (start,), self._outputs()))
         if self._unknown:
-            modes.append(Mode(CONTACT, {}, self._decision(), self.outputs()))
+            modes.append(Mode(CONTACT, {}, self._decision(), self._outputs()))
         return tuple(modes)
 
     @property
@@ -393,8 +303,8 @@ class PluralContacts:
         """Impacts of the rigid contacts; None where there is none."""
         if not self._unknown:
             return None
-        has_law = not all(w.is_compliant for w in self.laws)
-        own, given, law = self._symbols, self.contact_set, self.rigid_law
+        has_law = not all(law.is_compliant for law in self.model.laws)
+        own, given, rigid = self._symbols, self.contact_set, self.model.rigid_law
         return Impacts(
             rigid=self._unknown,
             bilateral=tuple(i for i, row in enumerate(self.rows) if row.contact.bilateral),
@@ -410,39 +320,29 @@ class PluralContacts:
             load=own["b"],
             directions=own["D"],
             friction=tuple(given.mu),
-            drive_speeds=tuple(given.drive_speeds),
-            restitution=law.restitution,
+            drive_speeds=self.drive_speeds,
+            restitution=rigid.restitution,
             # Guides among compliant contacts: no law, and nothing approaches them.
-            coefficient=law.parameters[0].symbol if has_law else _ZERO,
+            coefficient=rigid.parameters[0].symbol if has_law else _ZERO,
             target=CONTACT,
         )
 
     @cached_property
     def automaton(self) -> HybridAutomaton:
         """The automaton, validated."""
-        mechanism = self.mechanism
-        parameters = (*mechanism.system.parameters, *self.parameters)
-        definitions = {s: v for law in self.own_laws for s, v in law.definitions.items()}
-        names = dict.fromkeys(w.name for w in self.own_laws)
-        return HybridAutomaton(
-            name=f"{mechanism.name} with {', '.join(names)}",
-            states=self.states,
+        names = dict.fromkeys(law.name for law in self.model.own_laws)
+        first = START if self._starts_with_memory else CONTACT
+        policy = self.model.rigid_law.policy
+        return self.automaton_of(
+            f" with {', '.join(names)}",
+            self._modes(),
+            (Choice(first),),
             memory=(*(s for c in self.interfaces for s in c.memory), *self.impulses),
-            parameters=tuple(p.symbol for p in parameters),
-            definitions={s: readable(v) for s, v in definitions.items()},
-            modes=self._modes(),
-            starts=(Choice(START if self._starts_with_memory else CONTACT),),
-            uncontrolled=self.dissipations,
             terms=self.terms,
             parts=tuple(c.part for c in self.interfaces),
-            preference=self._preference,
+            preference={"liftoff": 1, "slip": -1, "impact": 0}[policy],
             impacts=self.impacts,
-            preparation=preparation(self),
         )
-
-    @property
-    def _preference(self) -> int:
-        return {"liftoff": 1, "slip": -1, "impact": 0}[self.rigid_law.policy]
 
 
 _DETERMINANT = sp.Symbol("determinant", real=True)

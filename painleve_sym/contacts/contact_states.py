@@ -1,51 +1,71 @@
-"""The states of a mechanism with one contact, shared by its compliant and its rigid automaton."""
+"""The states of a mechanism with its contacts, shared by all its automata."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import sympy as sp
 
-from painleve_sym.contacts.model import CONTACT_LOSS, CONTACTS, FORCE_LOSS, FRICTION_LOSS
+from painleve_sym.contacts.model import (
+    CONTACT_LOSS,
+    CONTACTS,
+    FORCE_LOSS,
+    FRICTION_LOSS,
+    SLIPS,
+    ContactModel,
+    StateRow,
+)
+from painleve_sym.contacts.preparation import preparation
 from painleve_sym.errors import EventKind, StopReason
-from painleve_sym.hybrid.automaton import Choice, Mode, Reset, Transition
+from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Reset, Transition
 from painleve_sym.mechanics.coefficients import F_N, F_T
 from painleve_sym.mechanics.contact import Contact
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import TIME
 
-GAP, GAP_RATE = sp.Symbol("gap", real=True), sp.Symbol("gap_dot", real=True)
-SLIP = sp.Symbol("slip_velocity", real=True)
-DEFLECTION = sp.Symbol("deflection_from_slip", real=True)
-"""ζ of the tangential spring of a contact, its deflection from that of slip; m."""
 FRICTION_WORK = sp.Symbol(FRICTION_LOSS, real=True)
 CONTACT_WORK = sp.Symbol(CONTACT_LOSS, real=True)
 FORCE_WORK = sp.Symbol(FORCE_LOSS, real=True)
 
 
+SINGULAR_MARGIN = sp.Rational(1, 10**8)
+"""|A_s|/W_nn at which a slip counts as having met A = 0: the limit is then linear in time."""
+
+
 @dataclass(frozen=True)
 class ContactRow:
-    """The states of one contact: gap, its rate, and slip velocity."""
+    """The states of one contact: gap, its rate, and slip velocity.
+
+    Attributes
+    ----------
+    contact : Contact
+    gap, gap_rate, slip : sympy.Symbol
+    end : str
+        Stands behind the names of its states and outputs where there are several contacts.
+    """
 
     contact: Contact
     gap: sp.Symbol
     gap_rate: sp.Symbol
     slip: sp.Symbol
+    end: str = ""
 
     @classmethod
-    def of(
-        cls, contact: Contact, gap: sp.Symbol, gap_rate: sp.Symbol, slip: sp.Symbol
-    ) -> ContactRow:
+    def of(cls, contact: Contact, names: StateRow, end: str) -> ContactRow:
         """Return the row, with coordinates and velocities in place of symbols of its own."""
         system = contact.system
-        if contact.gap in system.q:
-            gap = contact.gap
-            gap_rate = system.q_dot[system.q.index(gap)]
-        if contact.slip_velocity in system.q_dot:
-            slip = contact.slip_velocity
-        return cls(contact, gap, gap_rate, slip)
+        known = {s.name: s for s in (*system.q, *system.q_dot)}
+        gap, rate, slip = (known.get(name) or sp.Symbol(name, real=True) for name in names)
+        return cls(contact, gap, rate, slip, end)
+
+    @property
+    def deflection(self) -> sp.Symbol:
+        """State ζ of its tangential spring, the deflection from that of slip; m."""
+        return sp.Symbol(f"deflection_from_slip{self.end}", real=True)
 
     @property
     def symbols(self) -> tuple[sp.Symbol, sp.Symbol, sp.Symbol]:
@@ -58,39 +78,151 @@ class ContactRow:
         return self.contact.gap, self.contact.gap_rate, self.contact.slip_velocity
 
 
-def domain_transitions(mechanism: Mechanism) -> list[Transition]:
-    """Return the transitions that end a run outside the mechanism's domain."""
-    return [
-        Transition(
-            f"domain_{i}",
-            EventKind.LEFT_DOMAIN,
-            bound.margin,
-            stop=StopReason.LEFT_DOMAIN,
-            bound=i,
-        )
-        for i, bound in enumerate(mechanism.domain)
-    ]
-
-
 @dataclass(frozen=True)
-class ContactStates:
-    """States and fields that do not depend on how the normal force arises.
+class ContactStates(ABC):
+    """States, energies and outputs of a mechanism with any number of contacts.
 
     The gap, its rate and the slip velocity are states of their own where they are not
     coordinates already: computed from q they cancel and lose precision.
 
     Parameters
     ----------
-    mechanism : Mechanism
-        With exactly one contact.
+    model : ContactModel
+        The contacts with their laws.
     """
 
-    mechanism: Mechanism
+    model: ContactModel
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The mechanism."""
+        return self.model.mechanism
 
     @cached_property
     def rows(self) -> tuple[ContactRow, ...]:
-        """States of the contact, as the only row."""
-        return (ContactRow.of(self.mechanism.contact, GAP, GAP_RATE, SLIP),)
+        """States of each contact."""
+        given = zip(self.mechanism.contacts, self.model.rows, self.model.ends, strict=True)
+        return tuple(ContactRow.of(*row) for row in given)
+
+    @cached_property
+    def states(self) -> tuple[sp.Symbol, ...]:
+        """States of `Mechanism.motion`, of contacts where needed, then dissipated energies."""
+        own = self.mechanism.motion
+        extra = [s for row in self.rows for s in row.symbols if s not in own]
+        springs = [
+            row.deflection
+            for row, law in zip(self.rows, self.model.own_laws, strict=True)
+            if law.is_compliant and law.friction.tangential_stiffness is not None
+        ]
+        return (*own, *extra, *springs, *self.dissipations)
+
+    @cached_property
+    def dissipations(self) -> tuple[sp.Symbol, ...]:
+        """States that only account for energy; a moving surface does work like a drive."""
+        moving = any(speed != 0 for speed in self.drive_speeds)
+        driven = self.mechanism.system.dissipated_power != 0 or moving
+        return (FRICTION_WORK, CONTACT_WORK, *((FORCE_WORK,) if driven else ()))
+
+    @cached_property
+    def drive_speeds(self) -> tuple[sp.Expr, ...]:
+        """Speeds of the surfaces, n1, t1, n2, t2, …; see `ContactCoefficients.drive_speeds`."""
+        return tuple(v for c in self.mechanism.all_coefficients for v in c.drive_speeds)
+
+    def drive_work(self, pushes: Iterable[sp.Expr]) -> sp.Expr:
+        """Return the power (or work) taken from the drives by forces (or impulses) n1, t1, …."""
+        return sp.Add(*[p * v for p, v in zip(pushes, self.drive_speeds, strict=True)])
+
+    def motion_rates(
+        self, accelerations: Iterable[sp.Expr], forces: Sequence[sp.Expr]
+    ) -> dict[sp.Symbol, sp.Expr]:
+        """Return the rates of coordinates, velocities, time, and the work of forces and drives.
+
+        Parameters
+        ----------
+        accelerations : iterable of sympy.Expr
+            q̈.
+        forces : sequence of sympy.Expr
+            Of the contacts, n1, t1, n2, t2, …; N.
+        """
+        system = self.mechanism.system
+        rates = dict(zip(system.q, system.q_dot, strict=True))
+        rates |= dict(zip(system.q_dot, accelerations, strict=True))
+        if FORCE_WORK in self.dissipations:
+            rates[FORCE_WORK] = system.dissipated_power - self.drive_work(forces)
+        if self.mechanism.depends_on_time:
+            rates[TIME] = sp.Integer(1)
+        return rates
+
+    def outputs_of(self, forces: Sequence[sp.Expr], stored: sp.Expr) -> dict[str, sp.Expr]:
+        """Return forces, gaps and velocities of each contact, and energies.
+
+        Of several contacts each name has that of its contact behind it.
+        """
+        values: dict[str, sp.Expr] = {}
+        for i, row in enumerate(self.rows):
+            compression = {} if self.model.several else {"compression": -row.gap}
+            own = {
+                "normal_force": forces[2 * i],
+                "tangential_force": forces[2 * i + 1],
+                **compression,
+                "gap": row.gap,
+                "gap_rate": row.gap_rate,
+                "slip_velocity": row.slip,
+            }
+            values |= {f"{name}{row.end}": value for name, value in own.items()}
+        return values | {
+            "kinetic_energy": self.mechanism.system.kinetic_energy,
+            "potential_energy": self.mechanism.system.potential_energy,
+            "stored_energy": stored,
+        }
+
+    @property
+    def domain_ends(self) -> tuple[Transition, ...]:
+        """Transitions that end a run outside the mechanism's domain."""
+        kind, stop = EventKind.LEFT_DOMAIN, StopReason.LEFT_DOMAIN
+        return tuple(
+            Transition(f"domain_{i}", kind, bound.margin, stop=stop, bound=i)
+            for i, bound in enumerate(self.mechanism.domain)
+        )
+
+    @property
+    @abstractmethod
+    def automaton(self) -> HybridAutomaton:
+        """The automaton, validated."""
+
+    def automaton_of(
+        self, title: str, modes: Iterable[Mode], starts: tuple[Choice, ...], **more: Any
+    ) -> HybridAutomaton:
+        """Return the automaton of these modes; `more` are further attributes of it.
+
+        Parameters
+        ----------
+        title : str
+            What comes behind the mechanism's name in that of the automaton.
+        modes : iterable of Mode
+        starts : tuple of Choice
+        """
+        parameters = (*self.mechanism.system.parameters, *self.model.parameters)
+        definitions = {s: v for law in self.model.own_laws for s, v in law.definitions.items()}
+        return HybridAutomaton(
+            name=f"{self.mechanism.name}{title}",
+            states=self.states,
+            parameters=tuple(p.symbol for p in parameters),
+            definitions=definitions,
+            modes=tuple(modes),
+            starts=starts,
+            uncontrolled=self.dissipations,
+            preparation=preparation(self),
+            **more,
+        )
+
+
+@dataclass(frozen=True)
+class OneContact(ContactStates):
+    """The only contact of a mechanism: its fields in local modes that are modes of the automaton.
+
+    None of them depends on how the normal force arises.
+    """
 
     def transition(
         self,
@@ -120,33 +252,53 @@ class ContactStates:
         """State that holds v_t."""
         return self.rows[0].slip
 
-    @cached_property
-    def states(self) -> tuple[sp.Symbol, ...]:
-        """States of `Mechanism.motion`, contact states where needed, then dissipated energies."""
-        extra = [s for s in self.rows[0].symbols if s in (GAP, GAP_RATE, SLIP)]
-        return (*self.mechanism.motion, *extra, *self.dissipations)
-
-    @cached_property
-    def dissipations(self) -> tuple[sp.Symbol, ...]:
-        """States that only account for energy; a moving surface does work like a drive."""
-        driven = self.mechanism.system.dissipated_power != 0 or any(self.drive_speeds)
-        return (FRICTION_WORK, CONTACT_WORK, *((FORCE_WORK,) if driven else ()))
+    @property
+    def _gap_is_extra(self) -> bool:
+        """Whether the gap is a state beside the coordinates."""
+        return self.gap not in self.mechanism.motion
 
     @property
-    def drive_speeds(self) -> tuple[sp.Expr, sp.Expr]:
-        """`ContactCoefficients.drive_speeds` of the contact."""
-        return self.mechanism.coefficients.drive_speeds
+    def _slip_is_extra(self) -> bool:
+        """Whether the slip velocity is a state beside the velocities."""
+        return self.slip not in self.mechanism.motion
 
     @property
     def friction_coefficient(self) -> sp.Expr:
         """Coefficient of friction in slip, which may depend on the slip velocity."""
         return self.mechanism.coefficients.mu
 
+    # ---- events of friction ----
+
+    def slip_starts(
+        self,
+        margins: Mapping[int, sp.Expr],
+        choices: Callable[[int], tuple[Choice, ...]],
+        reset: Reset | None = None,
+    ) -> list[Transition]:
+        """Return the ends of stick by their margins; each leads to choices of its slip."""
+        kind = EventKind.SLIP_START
+        return [
+            self.transition(SLIPS[s], kind, margin, choices(s), reset)
+            for s, margin in margins.items()
+        ]
+
+    def slip_stop(self, slip: int, choices: tuple[Choice, ...]) -> Transition:
+        """Return the end of slip: v_t = 0."""
+        still, kind = {self.slip: sp.Integer(0)}, EventKind.SLIP_STOP
+        return self.transition("slip_stop", kind, slip * self.slip, choices, still)
+
+    def singular(self, A: sp.Expr) -> Transition:
+        """Return the end of a slip that meets A = 0, where its A is positive before."""
+        margin = A / self.mechanism.coefficients.W_nn - SINGULAR_MARGIN
+        return self.transition("singular", EventKind.SINGULAR, margin, stop=StopReason.SINGULAR)
+
+    # ---- forces and rates ----
+
     def tangential_force(self, contact: str, force: sp.Expr) -> sp.Expr:
         """Return F_t of a contact mode for the normal force `force`."""
         c = self.mechanism.coefficients
         if contact == "stick":
-            if self.slip != SLIP:
+            if not self._slip_is_extra:
                 return c.sticking_force.xreplace({F_N: force})
             if c.W_tt == 0:  # no motion slides the contact: nothing is to be held
                 return sp.Integer(0)
@@ -168,11 +320,10 @@ class ContactStates:
         normal : sympy.Expr, optional
             g̈_N where it is known better than A F_n + B (0 on a rigid surface).
         """
-        system, c = self.mechanism.system, self.mechanism.coefficients
+        c = self.mechanism.coefficients
         friction = self.tangential_force(contact, force) if contact else sp.Integer(0)
-        rates = dict(zip(system.q, system.q_dot, strict=True))
         accelerations = c.accelerations.xreplace({F_N: force, F_T: friction})
-        rates |= dict(zip(system.q_dot, accelerations, strict=True))
+        rates = self.motion_rates(accelerations, (force, friction))
         rates[self.gap] = self.gap_rate
         # Both rows along q̈ share what it is made of; one alone is shorter as C F_n + b_t.
         along = accelerations if normal is None else None
@@ -182,17 +333,12 @@ class ContactStates:
         )
         rates[FRICTION_WORK] = -friction * self.slip if contact != "stick" else sp.Integer(0)
         rates[CONTACT_WORK] = sp.Integer(0)
-        if FORCE_WORK in self.dissipations:
-            normal_drive, drive = self.drive_speeds
-            rates[FORCE_WORK] = system.dissipated_power - friction * drive - force * normal_drive
-        if self.mechanism.depends_on_time:
-            rates[TIME] = sp.Integer(1)
         return rates
 
     def _normal(self, contact: str | None, force: sp.Expr, accelerations: sp.Matrix) -> sp.Expr:
         """Return g̈_N: exactly the same for any force where A′ = 0."""
         c = self.mechanism.coefficients
-        if self.gap_rate == GAP_RATE and not (contact == "stick" and c.rank_one):
+        if self._gap_is_extra and not (contact == "stick" and c.rank_one):
             return row_acceleration(c.contact.J_N, accelerations, c.contact.normal_bias)
         if contact == "stick":
             return c.A_stick * force + c.B_stick
@@ -205,7 +351,7 @@ class ContactStates:
         c = self.mechanism.coefficients
         if contact == "stick":
             return sp.Integer(0)
-        if self.slip == SLIP and accelerations is not None:
+        if self._slip_is_extra and accelerations is not None:
             return row_acceleration(c.contact.J_T, accelerations, c.contact.tangential_bias)
         if contact:
             along = c.slip_rate_coefficient(CONTACTS[contact], self.friction_coefficient)
@@ -214,19 +360,8 @@ class ContactStates:
 
     def outputs(self, contact: str | None, force: sp.Expr, stored: sp.Expr) -> dict[str, sp.Expr]:
         """Return forces, gap and energies of a mode."""
-        system = self.mechanism.system
         friction = self.tangential_force(contact, force) if contact else sp.Integer(0)
-        return {
-            "normal_force": force,
-            "tangential_force": friction,
-            "compression": -self.gap,
-            "gap": self.gap,
-            "gap_rate": self.gap_rate,
-            "slip_velocity": self.slip,
-            "kinetic_energy": system.kinetic_energy,
-            "potential_energy": system.potential_energy,
-            "stored_energy": stored,
-        }
+        return self.outputs_of((force, friction), stored)
 
     def held_mode(
         self, name: str, contact: str, force: sp.Expr, transitions: tuple[Transition, ...]
@@ -235,7 +370,25 @@ class ContactStates:
         zero = sp.Integer(0)
         rates = self.field(contact, force, normal=zero) | {self.gap: zero}
         outputs = self.outputs(contact, force, zero)
-        return Mode(name, rates, (*transitions, *domain_transitions(self.mechanism)), outputs)
+        return Mode(name, rates, (*transitions, *self.domain_ends), outputs)
+
+
+def cone_margins(limit: sp.Expr, friction: sp.Expr) -> dict[int, sp.Expr]:
+    """Return the distances of friction from what the contact can bear.
+
+    Parameters
+    ----------
+    limit : sympy.Expr
+        μ |F_n|; N.
+    friction : sympy.Expr
+        F_t; N.
+
+    Returns
+    -------
+    dict of int to sympy.Expr
+        By the direction of the slip that begins where the distance falls to 0.
+    """
+    return {-1: limit - friction, 1: limit + friction}
 
 
 def row_acceleration(jacobian: sp.Matrix, accelerations: sp.Matrix, bias: sp.Expr) -> sp.Expr:

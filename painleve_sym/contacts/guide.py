@@ -12,12 +12,10 @@ from functools import cached_property
 
 import sympy as sp
 
-from painleve_sym.choices import Policy, PolicyLike
-from painleve_sym.contacts.contact_states import FORCE_WORK, FRICTION_WORK, ContactStates
-from painleve_sym.contacts.model import CONTACTS, guide_slip_mode, guide_stick_mode, locked_guide
-from painleve_sym.contacts.preparation import preparation
-from painleve_sym.contacts.rigid import DECISION, SINGULAR_MARGIN
-from painleve_sym.errors import EventKind, InputError, StopReason
+from painleve_sym.contacts.contact_states import FORCE_WORK, FRICTION_WORK, OneContact, cone_margins
+from painleve_sym.contacts.model import SLIPS, guide_slip_mode, guide_stick_mode
+from painleve_sym.contacts.rigid import DECISION
+from painleve_sym.errors import EventKind
 from painleve_sym.hybrid.automaton import (
     Choice,
     HybridAutomaton,
@@ -26,8 +24,6 @@ from painleve_sym.hybrid.automaton import (
     is_zero,
     positive,
 )
-from painleve_sym.laws.rigid_contact import RigidLaw
-from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.mechanics.impact.impulse_rays import V_T
 from painleve_sym.mechanics.outline import SIDES
 from painleve_sym.mechanics.paradox.bilateral import BilateralForms
@@ -36,52 +32,26 @@ TANGENTIAL_IMPACT = "tangential_impact"
 """The instantaneous mode in which a slip without a solution stops."""
 
 _ZERO = sp.Integer(0)
-_SLIPS = {s: name for name, s in CONTACTS.items() if s}
 _SIDES = {side: name for name, side in SIDES.items()}
 
 
 @dataclass(frozen=True)
-class BilateralContact(ContactStates):
+class BilateralContact(OneContact):
     """Builds the automaton: slip ± and stick, each with either sign of F_n, and a decision.
+
+    Where a slip has two solutions the policy decides: the one with A > 0 (there is no lift-off
+    here), the one with A < 0, or the tangential impact. At v_t = 0 it sticks where that is
+    possible.
 
     Parameters
     ----------
-    mechanism : Mechanism
-        With exactly one contact, bilateral.
-    policy : Policy or its text
-        Followed where a slip has two solutions: the one with A > 0 (there is no lift-off here),
-        the one with A < 0, or the tangential impact. At v_t = 0 it sticks where that is possible.
-
-    Raises
-    ------
-    InputError
-        A contact that can open, an unknown policy, or a W of rank one, where the constraint
-        leaves no slip.
+    model : ContactModel
+        With exactly one contact, bilateral, whose W has not rank one: it could not slip.
 
     References
     ----------
     Klein (1909); Génot & Brogliato (1999) and Le Xuan Anh (2003) on tangential impacts.
     """
-
-    policy: PolicyLike = Policy.LIFTOFF
-
-    def __post_init__(self) -> None:
-        _ = self.own_laws  # rejects unknown names
-        where = f"mechanism {self.mechanism.name!r}"
-        if not self.mechanism.contact.bilateral:
-            raise InputError(f"{where}: its contact can open. Fix: use RigidContact.")
-        if self.mechanism.locked:
-            raise InputError(locked_guide(self.mechanism))
-
-    @property
-    def own_laws(self) -> tuple[RigidLaw]:
-        """The law of the contact, of which only the policy plays a part."""
-        return (RigidLaw(policy=self.policy),)
-
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        """Parameters of the contact itself: none, since it never separates."""
-        return ()
 
     @cached_property
     def forms(self) -> BilateralForms:
@@ -99,7 +69,7 @@ class BilateralContact(ContactStates):
                 "liftoff": guide_slip_mode(slip, side),
                 "slip": guide_slip_mode(slip, -side, unstable=True),
                 "impact": TANGENTIAL_IMPACT,
-            }[self.policy]
+            }[self.model.rigid_law.policy]
             yield Choice(taken, all_positive(moving, A, -other, -side * B))
             yield Choice(guide_slip_mode(slip, side), all_positive(moving, A, -side * B))
         for side in _SIDES:
@@ -114,13 +84,13 @@ class BilateralContact(ContactStates):
         for side in _SIDES:
             yield Choice(guide_stick_mode(side), all_positive(*self._stick_margins(side).values()))
         for sign in (1, -1):
-            for slip in _SLIPS:
+            for slip in SLIPS:
                 for side in _SIDES:
                     A, force = self.forms.A[slip * side], self.forms.slip_force(slip, side)
                     rate = slip * (self.forms.slip_rate_coefficient[slip * side] * force + c.b_t)
                     possible = all_positive(sign * A, -sign * side * c.B, rate)
                     yield Choice(guide_slip_mode(slip, side, sign < 0), possible, stop)
-        for slip in _SLIPS:
+        for slip in SLIPS:
             for side in _SIDES:
                 moves = all_positive(slip * c.b_t, self.forms.A[slip * side])
                 possible = sp.And(is_zero(c.B), moves)
@@ -141,10 +111,7 @@ class BilateralContact(ContactStates):
         reset[FRICTION_WORK] = FRICTION_WORK + forms.friction_loss.xreplace(now)
         if FORCE_WORK in self.dissipations:
             impulses = (forms.normal_impulse, forms.tangential_impulse)
-            reset[FORCE_WORK] = FORCE_WORK - sum(
-                p.xreplace(now) * speed
-                for p, speed in zip(impulses, self.drive_speeds, strict=True)
-            )
+            reset[FORCE_WORK] = FORCE_WORK - self.drive_work(p.xreplace(now) for p in impulses)
         stop = self.transition(
             "stop", EventKind.TANGENTIAL_IMPACT, None, (Choice(DECISION),), reset
         )
@@ -153,11 +120,8 @@ class BilateralContact(ContactStates):
     # ---- modes ----
 
     def _slip(self, slip: int, side: int, unstable: bool) -> Mode:
-        c, sign = self.mechanism.coefficients, -1 if unstable else 1
-        still = {self.slip: _ZERO}
-        stop = self.transition(
-            "slip_stop", EventKind.SLIP_STOP, slip * self.slip, (Choice(DECISION),), still
-        )
+        sign = -1 if unstable else 1
+        stop = self.slip_stop(slip, (Choice(DECISION),))
         # Beyond F_n = 0 the other side answers where its A is positive; else nothing does.
         over: tuple[Choice, ...] = (Choice(TANGENTIAL_IMPACT),)
         if not unstable:
@@ -169,32 +133,29 @@ class BilateralContact(ContactStates):
                 ),
                 *over,
             )
-        turn = self.transition("force_reversal", EventKind.FORCE_REVERSAL, -sign * side * c.B, over)
-        margin = sign * self.forms.A[slip * side] / c.W_nn - SINGULAR_MARGIN
-        meet = self.transition("singular", EventKind.SINGULAR, margin, stop=StopReason.SINGULAR)
+        loss = -sign * side * self.mechanism.coefficients.B
+        turn = self.transition("force_reversal", EventKind.FORCE_REVERSAL, loss, over)
+        meet = self.singular(sign * self.forms.A[slip * side])
         # With F_n < 0 friction has the sign of slip in the opposite direction: F_t = −μ s σ F_n.
-        rubbing, force = _SLIPS[slip * side], self.forms.slip_force(slip, side)
+        rubbing, force = SLIPS[slip * side], self.forms.slip_force(slip, side)
         return self.held_mode(
             guide_slip_mode(slip, side, unstable), rubbing, force, (stop, turn, meet)
         )
 
     def _stick_margins(self, side: int) -> dict[int, sp.Expr]:
-        """Return μ |F_n| ∓ F_t by the direction of the slip that begins where it ends."""
         force = self.forms.stick_force
-        needed = self.tangential_force("stick", force)
         limit = self.mechanism.coefficients.mu * side * force
-        return {-1: limit - needed, 1: limit + needed}
+        return cone_margins(limit, self.tangential_force("stick", force))
 
     def _stick(self, side: int) -> Mode:
-        stop, changes = ("slip_stop",), []
-        for slip, margin in self._stick_margins(side).items():
+        def enter(slip: int) -> tuple[Choice, ...]:
             # With A < 0 the slip on this side would run backwards: only the other side slips on.
-            enter = (
-                Choice(guide_slip_mode(slip, side), positive(self.forms.A[slip * side]), stop),
-                Choice(guide_slip_mode(slip, -side), None, stop),
-            )
-            changes.append(self.transition(_SLIPS[slip], EventKind.SLIP_START, margin, enter))
-        every = ("force_reversal", *_SLIPS.values())
+            possible, stop = positive(self.forms.A[slip * side]), ("slip_stop",)
+            this, other = guide_slip_mode(slip, side), guide_slip_mode(slip, -side)
+            return Choice(this, possible, stop), Choice(other, None, stop)
+
+        changes = self.slip_starts(self._stick_margins(side), enter)
+        every = ("force_reversal", *SLIPS.values())
         other = (Choice(guide_stick_mode(-side), None, every),)
         # Reached only where F_t vanishes with F_n; any other F_t begins a slip before.
         turn = self.transition(
@@ -209,19 +170,10 @@ class BilateralContact(ContactStates):
         """The automaton, validated."""
         slips = [
             self._slip(slip, side, unstable)
-            for slip in _SLIPS
+            for slip in SLIPS
             for side in _SIDES
             for unstable in (False, True)
         ]
         sticks = [self._stick(side) for side in _SIDES]
-        return HybridAutomaton(
-            name=f"{self.mechanism.name}, rigid, bilateral",
-            states=self.states,
-            memory=(),
-            parameters=tuple(p.symbol for p in self.mechanism.system.parameters),
-            definitions={},
-            modes=(self._decision(), self._impact(), *sticks, *slips),
-            starts=(Choice(DECISION),),
-            uncontrolled=self.dissipations,
-            preparation=preparation(self),
-        )
+        modes = (self._decision(), self._impact(), *sticks, *slips)
+        return self.automaton_of(", rigid, bilateral", modes, (Choice(DECISION),), memory=())

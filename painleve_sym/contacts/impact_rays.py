@@ -11,7 +11,7 @@ from painleve_sym.contacts.contact_states import (
     CONTACT_WORK,
     FORCE_WORK,
     FRICTION_WORK,
-    ContactStates,
+    OneContact,
 )
 from painleve_sym.contacts.model import CONTACTS
 from painleve_sym.errors import EventKind, StopReason
@@ -56,11 +56,11 @@ class ImpactRays:
 
     Parameters
     ----------
-    states : ContactStates
+    states : OneContact
     restitution : {"energetic", "poisson", "newton"}
     """
 
-    states: ContactStates
+    states: OneContact
     restitution: str
 
     @staticmethod
@@ -115,8 +115,7 @@ class ImpactRays:
         friction = ray.ratio * (v_t * impulse + ray.a_t * impulse**2 / 2)
         reset |= {CONTACT_WORK: CONTACT_WORK - work, FRICTION_WORK: FRICTION_WORK - friction}
         if FORCE_WORK in st.dissipations:
-            normal_drive, drive = st.drive_speeds
-            reset[FORCE_WORK] = FORCE_WORK - ray.ratio * impulse * drive - impulse * normal_drive
+            reset[FORCE_WORK] = FORCE_WORK - st.drive_work((impulse, ray.ratio * impulse))
         spent = {"energetic": work, "poisson": -impulse if phase == "compression" else impulse}
         amount = spent.get(self.restitution, sp.Integer(0))
         reset |= {

@@ -8,14 +8,15 @@ that its local modes must satisfy.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
 import sympy as sp
 from sympy.logic.boolalg import Boolean
 
-from painleve_sym.contacts.contact_states import CONTACT_WORK, ContactRow
-from painleve_sym.contacts.model import MOTION
+from painleve_sym.contacts.contact_states import CONTACT_WORK, ContactRow, cone_margins
+from painleve_sym.contacts.model import FLIGHT, INDENTED, MOTION, SLIPS
 from painleve_sym.errors import EventKind
 from painleve_sym.hybrid.automaton import (
     Alternative,
@@ -35,10 +36,9 @@ AT_REST = sp.Rational(1, 10**6)
 _DENORMAL = sp.Float("1e-300")
 """Accelerations below it have no digits; m/s²."""
 
-OPEN, INDENTED = 0, 1
-"""Indices of the local modes without force: the gap is open, or the surface is still indented."""
-FLIGHTS = ("flight", "flight_indented")
-SLIPS = ("slip_neg", "stick", "slip_pos")
+FLIGHTS = (FLIGHT, INDENTED)
+"""Local modes without force."""
+RUBBING = ("slip_neg", "stick", "slip_pos")
 """Closed local modes, in the order of the sign of slip."""
 
 _ZERO, _ONE = sp.Integer(0), sp.Integer(1)
@@ -92,7 +92,7 @@ class Interface(ABC):
         return self.row.contact.name
 
     def _symbol(self, prefix: str) -> sp.Symbol:
-        return sp.Symbol(f"{prefix}_{self.name}", real=True)
+        return sp.Symbol(f"{prefix}{self.row.end}", real=True)
 
     @cached_property
     def local(self) -> sp.Symbol:
@@ -128,6 +128,33 @@ class Interface(ABC):
     @abstractmethod
     def closed(self) -> sp.Expr:
         """1 where it may carry force, else 0."""
+
+    @property
+    def holds(self) -> sp.Expr:
+        """1 where its friction keeps v̇_t = 0, else 0."""
+        return self.sticks
+
+    def known_friction(self, normal_force: sp.Expr) -> sp.Expr:
+        """Return F_t per normal force where its friction does not keep v̇_t = 0; N."""
+        return -self.kinetic_coefficient * self.side * self.sign * normal_force
+
+    @property
+    def spring_force(self) -> sp.Expr:
+        """Part of F_t that no normal force determines; N."""
+        return _ZERO
+
+    def rates(self, motion: ContactMotion) -> dict[sp.Symbol, sp.Expr]:
+        """Return the rates of states of its own beside its row."""
+        return {}
+
+    def rubbing_velocity(self, motion: ContactMotion) -> sp.Expr:
+        """Return the velocity at which friction slips; m/s."""
+        return self.row.slip
+
+    @property
+    def outputs(self) -> dict[str, sp.Expr]:
+        """Outputs of its own."""
+        return {}
 
     @property
     def given_force(self) -> sp.Expr | None:
@@ -169,16 +196,12 @@ class Interface(ABC):
 
     def tests(self, motion: ContactMotion) -> list[Test]:
         """Return what must not be negative for its local mode to follow a decision."""
-        limit = self.static_coefficient * self.side * motion.normal_force
         at_rest = self.sign * zero_factor(self.row.slip)
         # A contact that can bear nothing does not stick.
         moving = sp.Abs(motion.tangential_acceleration)
         slack = AT_REST * motion.tangential_scale + _DENORMAL
         return [
-            *(
-                Test(self.sticks * (limit + s * motion.tangential_force), motion.force_scale)
-                for s in (-1, 1)
-            ),
+            *(Test(self.sticks * m, motion.force_scale) for m in self._margins(motion).values()),
             Test(at_rest * motion.tangential_acceleration, motion.tangential_scale),
             Test(self.sticks * (slack - moving), motion.tangential_scale),
         ]
@@ -195,51 +218,35 @@ class Interface(ABC):
         label: str,
         kind: EventKind,
         guard: sp.Expr,
-        choices: tuple[Choice, ...],
         reset: Memory | None = None,
         *,
-        chooses: bool = False,
+        asks: bool = True,
+        departs: tuple[str, ...] = (),
     ) -> Transition:
-        """Return a transition of this contact."""
-        return Transition(
-            f"{label}:{self.name}",
-            kind,
-            guard,
-            choices,
-            reset or {},
-            contact=self.name,
-            chooses=chooses,
-        )
+        """Return a transition of this contact; `asks` where its contact problem must answer."""
+        follows = (Choice(self.target if asks else MOTION, departs=departs),)
+        chooses = asks and self.target == MOTION
+        name, label = self.name, f"{label}:{self.name}"
+        return Transition(label, kind, guard, follows, reset or {}, contact=name, chooses=chooses)
 
     @property
     def _released(self) -> Memory:
         """Change of memory where sticking reaches its cone."""
         return {}
 
-    def _friction_changes(self, motion: ContactMotion) -> list[Transition]:
+    def _margins(self, motion: ContactMotion) -> dict[int, sp.Expr]:
         limit = self.static_coefficient * self.side * motion.normal_force
-        follows = (Choice(self.target),)
-        chooses = self.target == MOTION
+        return cone_margins(limit, motion.tangential_force)
+
+    def _friction_changes(self, motion: ContactMotion) -> list[Transition]:
         changes = [
-            self._transition(
-                f"slip_start_{side}",
-                EventKind.SLIP_START,
-                self.sticks * (limit - s * motion.tangential_force),
-                follows,
-                self._released,
-                chooses=chooses,
+            self._transition(label, EventKind.SLIP_START, self.sticks * margin, self._released)
+            for label, margin in zip(
+                ("slip_start_neg", "slip_start_pos"), self._margins(motion).values(), strict=True
             )
-            for side, s in (("neg", 1), ("pos", -1))
         ]
-        stop = self._transition(
-            "slip_stop",
-            EventKind.SLIP_STOP,
-            self.sign * self.row.slip,
-            follows,
-            {self.row.slip: _ZERO},
-            chooses=chooses,
-        )
-        return [*changes, stop]
+        still, guard = {self.row.slip: _ZERO}, self.sign * self.row.slip
+        return [*changes, self._transition("slip_stop", EventKind.SLIP_STOP, guard, still)]
 
 
 @dataclass(frozen=True)
@@ -259,7 +266,7 @@ class RigidInterface(Interface):
     @property
     def local_modes(self) -> tuple[str, ...]:
         """Flight, slip to either side, stick."""
-        return FLIGHTS[0], *SLIPS
+        return FLIGHT, *RUBBING
 
     def _closed(self, sign: int) -> Memory:
         return {
@@ -293,21 +300,9 @@ class RigidInterface(Interface):
 
     def transitions(self, motion: ContactMotion) -> list[Transition]:
         """Return slip start and stop, touchdown and lift-off."""
-        row = self.row
-        follows = (Choice(self.target),)
-        land = self._transition(
-            "touchdown",
-            EventKind.TOUCHDOWN,
-            (1 - self.closed) * row.gap,
-            follows,
-            {row.gap: _ZERO},
-        )
-        leave = self._transition(
-            "liftoff",
-            EventKind.LIFTOFF,
-            self.closed * motion.normal_force,
-            follows,
-        )
+        gap, kind = self.row.gap, EventKind.TOUCHDOWN
+        land = self._transition("touchdown", kind, (1 - self.closed) * gap, {gap: _ZERO})
+        leave = self._transition("liftoff", EventKind.LIFTOFF, self.closed * motion.normal_force)
         return [*self._friction_changes(motion), land, leave]
 
     def tests(self, motion: ContactMotion) -> list[Test]:
@@ -342,11 +337,11 @@ class GuideInterface(Interface):
     @property
     def local_modes(self) -> tuple[str, ...]:
         """Slip to either side and stick, each with either sign of F_n."""
-        return tuple(f"{slip}/{side}" for side in ("pull", "push") for slip in SLIPS)
+        return tuple(f"{slip}/{side}" for side in ("pull", "push") for slip in RUBBING)
 
     def _held(self, sign: int, side: int) -> Memory:
         return {
-            self.local: sp.Integer(len(SLIPS) * (side > 0) + 1 + sign),
+            self.local: sp.Integer(len(RUBBING) * (side > 0) + 1 + sign),
             self.sign: sp.Integer(sign),
             self.sticks: sp.Integer(0 if sign else 1),
             self.side: sp.Integer(side),
@@ -371,18 +366,46 @@ class GuideInterface(Interface):
 
     def transitions(self, motion: ContactMotion) -> list[Transition]:
         """Return slip start and stop, and the reversal of the normal force."""
-        turn = self._transition(
-            "force_reversal",
-            EventKind.FORCE_REVERSAL,
-            self.side * motion.normal_force,
-            (Choice(self.target),),
-        )
+        guard = self.side * motion.normal_force
+        turn = self._transition("force_reversal", EventKind.FORCE_REVERSAL, guard)
         return [*self._friction_changes(motion), turn]
 
     def tests(self, motion: ContactMotion) -> list[Test]:
         """Return the sign of F_n, the friction cone, and the onset of slip."""
         own = Test(self.side * motion.normal_force, motion.force_scale)
         return [own, *super().tests(motion)]
+
+
+@dataclass(frozen=True)
+class BranchChange:
+    """Passage of a contact from one branch of its law, or a flight, to another.
+
+    Attributes
+    ----------
+    label : str
+        Unique among those with the same source.
+    kind : EventKind
+    source, target : str
+        Name of a branch, or one of `FLIGHTS`.
+    guard : sympy.Expr
+        Crosses from + to −.
+    reset : mapping of symbol to sympy.Expr
+        Of the law's memory, and of the energy that it takes: what the stored energy jumps by is
+        nothing where the force is continuous, a loss where a stretched dashpot lets go, a gain
+        under the virgin reload rule.
+    """
+
+    label: str
+    kind: EventKind
+    source: str
+    target: str
+    guard: sp.Expr
+    reset: Memory
+
+    @property
+    def closes(self) -> bool:
+        """Whether the force sets in."""
+        return self.source in FLIGHTS and self.target not in FLIGHTS
 
 
 @dataclass(frozen=True)
@@ -399,37 +422,41 @@ class CompliantInterface(Interface):
 
     law: ContactLaw
 
-    @cached_property
-    def branches(self) -> dict[str, sp.Symbol]:
-        """By branch of the law: 1 in it, else 0."""
-        return {b.name: self._symbol(f"in_{b.name}") for b in self.law.branches}
+    @property
+    def flights(self) -> tuple[str, ...]:
+        """Its local modes without force."""
+        return FLIGHTS if self.law.recontacts else FLIGHTS[:1]
 
     @cached_property
-    def flights(self) -> tuple[sp.Symbol, ...]:
-        """1 where the gap is open, and 1 where only the indented surface is left; else 0."""
-        names = FLIGHTS if self.law.recontacts else FLIGHTS[:1]
-        return tuple(self._symbol(f"in_{name}") for name in names)
+    def branches(self) -> tuple[str, ...]:
+        """Names of the branches of the law."""
+        return tuple(b.name for b in self.law.branches)
+
+    @cached_property
+    def flags(self) -> dict[str, sp.Symbol]:
+        """By flight and branch: 1 in it, else 0."""
+        return {name: self._symbol(f"in_{name}") for name in (*self.flights, *self.branches)}
 
     @cached_property
     def law_memory(self) -> dict[sp.Symbol, sp.Symbol]:
-        """Memory of the law, by the law's own symbols."""
-        return {s: self._symbol(s.name) for s in self.law.memory}
+        """Memory of the law, by the law's own symbols; the same for an only contact."""
+        return {s: self._symbol(s.name) if self.row.end else s for s in self.law.memory}
 
     @cached_property
     def memory(self) -> tuple[sp.Symbol, ...]:
         """All memory of the contact."""
-        flags = (self.local, self.sign, self.sticks, *self.flights, *self.branches.values())
-        return (*flags, *self.law_memory.values())
+        own = (self.local, self.sign, self.sticks)
+        return (*own, *self.flags.values(), *self.law_memory.values())
 
     @cached_property
     def local_modes(self) -> tuple[str, ...]:
         """Flights, then slips and stick in each branch."""
-        return (*FLIGHTS, *(f"{s}/{b.name}" for b in self.law.branches for s in SLIPS))
+        return (*FLIGHTS, *(f"{s}/{b.name}" for b in self.law.branches for s in RUBBING))
 
     @property
     def closed(self) -> sp.Expr:
         """1 where it carries force, else 0."""
-        return sp.Add(*self.branches.values())
+        return sp.Add(*(self.flags[name] for name in self.branches))
 
     def of_state(self, expr: sp.Expr) -> sp.Expr:
         """Write an expression of the law in states and memory of the automaton."""
@@ -438,8 +465,8 @@ class CompliantInterface(Interface):
 
     def _in_branches(self, quantity: str) -> sp.Expr:
         values = [
-            _where(flag, self.of_state(getattr(self.law.branch(name), quantity)))
-            for name, flag in self.branches.items()
+            _where(self.flags[b.name], self.of_state(getattr(b, quantity)))
+            for b in self.law.branches
         ]
         return sp.Add(*values)
 
@@ -479,18 +506,18 @@ class CompliantInterface(Interface):
 
     # ---- entering a local mode ----
 
-    def _flags(self, on: sp.Symbol) -> Memory:
-        every = (*self.flights, *self.branches.values())
-        return {s: _ONE if s == on else _ZERO for s in every}
+    def _in(self, place: str) -> Memory:
+        return {s: _ONE if name == place else _ZERO for name, s in self.flags.items()}
 
-    def _enter_flight(self, index: int) -> Memory:
+    def _enter_flight(self, name: str) -> Memory:
         none = {self.sign: _ZERO, self.sticks: _ZERO}
-        clean = dict.fromkeys(self.law_memory.values(), _ZERO) if index == OPEN else {}
-        return {self.local: sp.Integer(index), **none, **self._flags(self.flights[index]), **clean}
+        clean = dict.fromkeys(self.law_memory.values(), _ZERO) if name == FLIGHT else {}
+        index = sp.Integer(FLIGHTS.index(name))
+        return {self.local: index, **none, **self._in(name), **clean}
 
     def _index(self, branch: str) -> int:
         """Return the index of sticking in a branch; slip is one beside it."""
-        return len(FLIGHTS) + len(SLIPS) * list(self.branches).index(branch) + 1
+        return len(FLIGHTS) + len(RUBBING) * self.branches.index(branch) + 1
 
     def _enter_branch(self, branch: str) -> Memory:
         """Return the memory in a branch after a flight, slipping by the sign of v_t."""
@@ -501,12 +528,16 @@ class CompliantInterface(Interface):
             self.local: self._index(branch) + sign,
             self.sign: sign,
             self.sticks: sticks,
-            **self._flags(self.branches[branch]),
+            **self._in(branch),
         }
+
+    def _land(self, change: BranchChange, motion: ContactMotion) -> Memory:
+        """Return the memory, and changed states, of a contact whose force sets in."""
+        return self._enter_branch(change.target)
 
     def _rub(self, sign: sp.Expr, sticks: sp.Expr) -> Memory:
         """Return the memory in the same branch with another slip."""
-        here = sp.Add(*[flag * self._index(name) for name, flag in self.branches.items()])
+        here = sp.Add(*[self.flags[name] * self._index(name) for name in self.branches])
         return {self.local: here + sign, self.sign: sign, self.sticks: sticks}
 
     @cached_property
@@ -530,71 +561,247 @@ class CompliantInterface(Interface):
 
     def start(self) -> Memory:
         """Return the memory at the start: loading where the gap is negative, else open."""
-        inside, outside = self._enter_branch(self.law.loading.name), self._enter_flight(OPEN)
+        inside, outside = self._enter_branch(self.law.loading.name), self._enter_flight(FLIGHT)
         pressed = sp.Heaviside(-self.row.gap, 0)
         return {s: pressed * inside.get(s, _ZERO) + (1 - pressed) * outside[s] for s in outside}
 
     # ---- transitions ----
 
-    def transitions(self, motion: ContactMotion) -> list[Transition]:
-        """Return slip start and stop, touchdown, the exits of every branch, and recontact."""
-        changes = self._friction_changes(motion)
-        changes.append(
-            self._closing(
-                "touchdown", EventKind.TOUCHDOWN, self.row.gap, self.law.loading.name, OPEN, {}
-            )
-        )
-        changes += [self._exit(b, i, e) for b in self.law.branches for i, e in enumerate(b.exits)]
-        if self.law.recontacts:
-            flag = self.flights[INDENTED]
-            guard = _where(flag, -self.row.gap)
-            changes.append(
-                self._transition(
-                    "liftoff",
-                    EventKind.LIFTOFF,
-                    guard,
-                    (Choice(MOTION),),
-                    self._enter_flight(OPEN),
-                )
-            )
-        for i, e in enumerate(self.law.recontacts):
-            reset = {self.law_memory[s]: self.of_state(v) for s, v in e.memory.items()}
-            stored = self.law.branch(e.target).stored_energy.xreplace(dict(e.memory))
-            reset[CONTACT_WORK] = CONTACT_WORK - self.of_state(stored)
-            guard = self.of_state(e.guard)
-            changes.append(
-                self._closing(f"recontact_{i}", e.kind, guard, e.target, INDENTED, reset)
-            )
-        return changes
+    @cached_property
+    def changes(self) -> tuple[BranchChange, ...]:
+        """Touchdown, exits of every branch, lift-off from an indented surface, and recontact."""
+        law, row = self.law, self.row
+        separated = INDENTED if law.recontacts else FLIGHT
+        land = BranchChange("touchdown", EventKind.TOUCHDOWN, FLIGHT, law.loading.name, row.gap, {})
+        changes = [land]
+        for branch in law.branches:
+            for i, e in enumerate(branch.exits):
+                target = separated if e.target == SEPARATED else e.target
+                changes.append(self._change(f"{e.kind}_{i}", branch.name, target, e))
+        if law.recontacts:
+            clean = dict.fromkeys(self.law_memory.values(), _ZERO)
+            leave = BranchChange("liftoff", EventKind.LIFTOFF, INDENTED, FLIGHT, -row.gap, clean)
+            changes.append(leave)
+        for i, e in enumerate(law.recontacts):
+            changes.append(self._change(f"recontact_{i}", INDENTED, e.target, e))
+        return tuple(changes)
 
-    def _closing(
-        self, label: str, kind: EventKind, guard: sp.Expr, branch: str, flight: int, reset: Memory
-    ) -> Transition:
-        return self._transition(
-            label,
-            kind,
-            _where(self.flights[flight], guard),
-            (Choice(self.target),),
-            reset | self._enter_branch(branch),
-            chooses=self.target == MOTION,
+    def _change(self, label: str, source: str, target: str, e: Exit) -> BranchChange:
+        before, after = (
+            _ZERO if name in FLIGHTS else self.law.branch(name).stored_energy
+            for name in (source, target)
         )
-
-    def _exit(self, branch: Branch, number: int, e: Exit) -> Transition:
-        reset: Memory
-        if e.target == SEPARATED:
-            reset = self._enter_flight(INDENTED if self.law.recontacts else OPEN)
-            after: sp.Expr = _ZERO
-        else:
-            shift = self._index(e.target) - self._index(branch.name)
-            reset = {self.law_memory[s]: self.of_state(v) for s, v in e.memory.items()}
-            reset |= {self.local: self.local + shift, **self._flags(self.branches[e.target])}
-            after = self.law.branch(e.target).stored_energy.xreplace(dict(e.memory))
-        released = self.of_state(branch.stored_energy - after)
+        reset = {self.law_memory[s]: self.of_state(v) for s, v in e.memory.items()}
+        released = self.of_state(before - after.xreplace(dict(e.memory)))
         if released != 0:
             reset[CONTACT_WORK] = CONTACT_WORK + released
-        label = f"{e.kind}_{branch.name}_{number}"
-        guard = _where(self.branches[branch.name], self.of_state(e.guard))
-        return self._transition(label, e.kind, guard, (Choice(MOTION),), reset)
+        return BranchChange(label, e.kind, source, target, self.of_state(e.guard), reset)
+
+    def transitions(self, motion: ContactMotion) -> list[Transition]:
+        """Return slip start and stop, and the changes of branch and flight."""
+        return [*self._friction_changes(motion), *(self._switch(c, motion) for c in self.changes)]
+
+    def _switch(self, change: BranchChange, motion: ContactMotion) -> Transition:
+        """Return a change as one of the memory of this contact."""
+        label = change.label
+        if change.target in FLIGHTS:
+            enter = self._enter_flight(change.target)
+        elif change.closes:
+            enter = self._land(change, motion)
+        else:
+            shift = self._index(change.target) - self._index(change.source)
+            enter = {self.local: self.local + shift, **self._in(change.target)}
+        if change.source not in FLIGHTS:
+            label = f"{label}_{change.source}"
+        guard, reset = _where(self.flags[change.source], change.guard), change.reset | enter
+        return self._transition(label, change.kind, guard, reset, asks=change.closes)
+
+
+@dataclass(frozen=True)
+class SpringInterface(CompliantInterface):
+    """A compliant contact that yields along its tangent, too: its law has `Friction.SPRING`.
+
+    A spring of stiffness k_t is in series with Coulomb friction; its deflection is ξ, and
+    F_t = −k_t ξ. In stick ξ̇ = v_t. In slip along s the force is −s μ F_n, hence ξ = s μ F_n/k_t:
+    friction slips at v_t − ξ̇ = v_t − s μ Ḟ_n/k_t, and stops where that vanishes.
+
+    The state of the contact is ζ = ξ − s μ F_n/k_t, the deflection from that of slip along s, where
+    s is the last direction of slip, 0 before the first slip of a contact. Slip ends with
+    ζ = ζ̇ = 0, and with ζ itself as a state round-off does not start it again. As F_t follows from
+    the states, nothing is to be chosen where such a contact stops, slips or lands.
+
+    References
+    ----------
+    Mindlin (1949); Iwan (1966); Dupont & Yamajako (1997).
+    """
+
+    @property
+    def stiffness(self) -> sp.Expr:
+        """k_t; N/m."""
+        stiffness = self.law.friction.tangential_stiffness
+        assert stiffness is not None
+        return stiffness
+
+    @cached_property
+    def last_slip(self) -> sp.Symbol:
+        """Memory: s, the last direction of slip, or 0 where there was none since it closed."""
+        return self._symbol("slip_side")
+
+    @property
+    def relaxed(self) -> Memory:
+        """Reset where the contact closes: ξ = 0."""
+        return {self.last_slip: _ZERO, self.row.deflection: _ZERO}
+
+    def limit_rate(self, branch: Branch, acceleration: sp.Expr) -> sp.Expr:
+        """Return μ Ḟ_n/k_t of a branch at a g̈_N, inside the contact or where it begins; m/s."""
+        by_depth, by_rate = (
+            # A ramp rises from its kink on, and xⁿ/x is xⁿ⁻¹ also at x = 0.
+            sp.powsimp(sp.diff(branch.force, s).replace(sp.Heaviside, lambda *_: _ONE))
+            for s in (DELTA, DELTA_DOT)
+        )
+        rate = self.of_state(by_depth * DELTA_DOT) - self.of_state(by_rate) * acceleration
+        return self.kinetic_coefficient * rate / self.stiffness
+
+    def slip_margins(self, normal_force: sp.Expr) -> dict[int, sp.Expr]:
+        """Return μ F_n + s F_t by s; nothing cancels on the side of the last slip."""
+        return {
+            s: (1 - s * self.last_slip) * self.kinetic_coefficient * normal_force
+            - s * self.stiffness * self.row.deflection
+            for s in SLIPS
+        }
+
+    def slides(self, change: BranchChange, acceleration: sp.Expr) -> dict[int, Boolean]:
+        """Return where a closing contact slides, by the direction of the slip.
+
+        There the force of the spring, relaxed, would outgrow friction. Where the normal force sets
+        in with a jump, by a dashpot, friction bears any deflection at first.
+        """
+        branch, at = self.law.branch(change.target), self.landing_states(change)
+        limit = self.limit_rate(branch, acceleration).xreplace(at)
+        slides = {s: positive(s * self.row.slip - limit) for s in SLIPS}
+        if at and branch.force.has(DELTA_DOT):
+            borne = self.kinetic_coefficient * self.of_state(branch.force).xreplace(at)
+            none = sp.Le(borne, 0, evaluate=False)
+            slides = {s: sp.And(none, slide) for s, slide in slides.items()}
+        return slides
+
+    def landing_states(self, change: BranchChange) -> Memory:
+        """Return the gap of a touchdown, exactly 0."""
+        return {self.row.gap: _ZERO} if change.source == FLIGHT else {}
+
+    # ---- one of several contacts ----
+
+    @property
+    def holds(self) -> sp.Expr:
+        """It holds by its deflection, not by its velocity."""
+        return _ZERO
+
+    @property
+    def memory(self) -> tuple[sp.Symbol, ...]:
+        """All memory of the contact."""
+        return (*super().memory, self.last_slip)
+
+    def known_friction(self, normal_force: sp.Expr) -> sp.Expr:
+        """Return −s μ F_n, of stick and of slip; N."""
+        return -self.kinetic_coefficient * self.last_slip * normal_force
+
+    @property
+    def spring_force(self) -> sp.Expr:
+        """−k_t ζ; N."""
+        return -self.stiffness * self.row.deflection
+
+    @property
+    def tangential_deflection(self) -> sp.Expr:
+        """ξ; m."""
+        return -self.known_friction(self.given_force) / self.stiffness + self.row.deflection
+
+    @property
+    def stored_energy(self) -> sp.Expr:
+        """Energy that the contact can still return, with that of the spring; J."""
+        return super().stored_energy + self.stiffness * self.tangential_deflection**2 / 2
+
+    @property
+    def outputs(self) -> dict[str, sp.Expr]:
+        """ξ."""
+        return {f"tangential_deflection{self.row.end}": self.tangential_deflection}
+
+    def _yields(self, motion: ContactMotion) -> sp.Expr:
+        """Return μ Ḟ_n/k_t; m/s."""
+        rates = [
+            _where(self.flags[b.name], self.limit_rate(b, motion.normal_acceleration))
+            for b in self.law.branches
+        ]
+        return sp.Add(*rates)
+
+    def rates(self, motion: ContactMotion) -> dict[sp.Symbol, sp.Expr]:
+        """Return ζ̇."""
+        velocity = self.row.slip - self.last_slip * self._yields(motion)
+        return {self.row.deflection: self.sticks * velocity}
+
+    def rubbing_velocity(self, motion: ContactMotion) -> sp.Expr:
+        """Return v_t − ξ̇ of slip; m/s."""
+        return self.row.slip - self.sign * self._yields(motion)
+
+    def tests(self, motion: ContactMotion) -> list[Test]:
+        """Return none: its forces follow from its state."""
+        return []
+
+    @property
+    def part(self) -> Part:
+        """It keeps on, whatever the others choose."""
+        keeps = (Alternative(_not_negative(self.closed)),)
+        return Part(self.name, self.memory, self.local_modes, keeps, leaving=self._starts)
+
+    @property
+    def _starts(self) -> tuple[str, ...]:
+        return f"slip_start_neg:{self.name}", f"slip_start_pos:{self.name}"
+
+    def _friction_changes(self, motion: ContactMotion) -> list[Transition]:
+        still = {self.row.deflection: _ZERO}
+        changes = [
+            self._transition(
+                label.partition(":")[0],
+                EventKind.SLIP_START,
+                self.sticks * margin,
+                self._rub(sp.Integer(s), _ZERO) | {self.last_slip: sp.Integer(s)} | still,
+                asks=False,
+                departs=(f"slip_stop:{self.name}",),
+            )
+            for label, (s, margin) in zip(
+                self._starts, self.slip_margins(motion.normal_force).items(), strict=True
+            )
+        ]
+        guard, sticks = self.sign * self.rubbing_velocity(motion), self._rub(_ZERO, _ONE) | still
+        stop = self._transition(
+            "slip_stop", EventKind.SLIP_STOP, guard, sticks, asks=False, departs=self._starts
+        )
+        return [*changes, stop]
+
+    def _enter_flight(self, name: str) -> Memory:
+        return super()._enter_flight(name) | self.relaxed
+
+    def _enter_branch(self, branch: str) -> Memory:
+        """Return the memory of a loaded start: what slides has been sliding."""
+        return super()._enter_branch(branch) | {self.last_slip: sp.sign(self.row.slip)}
+
+    def _land(self, change: BranchChange, motion: ContactMotion) -> Memory:
+        slides = self.slides(change, motion.normal_acceleration)
+
+        def where(values: Mapping[int, int]) -> sp.Piecewise:
+            """Return the value of the slip that begins, or that of stick, 0."""
+            cases = [(values[s], condition) for s, condition in slides.items()]
+            return sp.Piecewise(*cases, (values[0], True), evaluate=False)
+
+        sign = where({-1: -1, 0: 0, 1: 1})
+        return {
+            self.local: self._index(change.target) + sign,
+            self.sign: sign,
+            self.sticks: where({-1: 0, 0: 1, 1: 0}),
+            **self._in(change.target),
+            **self.relaxed,
+            **self.landing_states(change),
+            self.last_slip: sign,
+        }
 
 
 def zero_factor(expr: sp.Expr) -> sp.Expr:

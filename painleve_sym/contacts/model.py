@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from painleve_sym.choices import Friction
 from painleve_sym.errors import InputError
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.declarations import Parameter
@@ -15,13 +14,18 @@ from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.outline import SIDES, ContactOutline
 
 if TYPE_CHECKING:
+    from painleve_sym.contacts.contact_states import ContactStates
     from painleve_sym.hybrid.automaton import HybridAutomaton
     from painleve_sym.laws.catalogue import Law
 
 
 FLIGHT = "flight"
+INDENTED = "flight_indented"
+"""Flight above the indentation that a plastic law has left: the gap is still negative."""
 CONTACTS = {"slip_neg": -1, "slip_pos": 1, "stick": 0}
 """Contact modes and their slip direction."""
+SLIPS = {s: name for name, s in CONTACTS.items() if s}
+"""Contact modes of slip by their direction."""
 
 MOTION = "motion"
 """The one mode of several contacts in which time passes."""
@@ -35,7 +39,6 @@ FRICTION_LOSS, CONTACT_LOSS, FORCE_LOSS = (
 )
 """Names of the states that only account for energy."""
 
-_SLIPS = {s: name for name, s in CONTACTS.items() if s}
 _SIDES = {side: name for name, side in SIDES.items()}
 
 
@@ -44,7 +47,7 @@ def guide_slip_mode(slip: int, side: int, unstable: bool = False) -> str:
 
     Unstable: A_{sσ} < 0, a force from which the smallest yielding of the guide runs away.
     """
-    return f"{_SLIPS[slip]}/{_SIDES[side]}" + "_unstable" * unstable
+    return f"{SLIPS[slip]}/{_SIDES[side]}" + "_unstable" * unstable
 
 
 def guide_stick_mode(side: int) -> str:
@@ -60,14 +63,14 @@ class StateRow(NamedTuple):
     slip: str
 
     @classmethod
-    def of(cls, contact: ContactOutline, end: str = "") -> StateRow:
+    def of(cls, contact: ContactOutline, end: str) -> StateRow:
         """Return the row, with coordinates and velocities in place of states of its own.
 
         Parameters
         ----------
         contact : ContactOutline
         end : str
-            Put behind ``gap`` and ``slip_velocity`` where there are several contacts.
+            Stands behind ``gap`` and ``slip_velocity`` where there are several contacts.
         """
         gap = contact.gap_coordinate or f"gap{end}"
         return cls(gap, f"{gap}_dot", contact.slip_rate or f"slip_velocity{end}")
@@ -93,6 +96,7 @@ class ContactModel:
     laws: tuple[Law, ...]
 
     def __post_init__(self) -> None:
+        _ = self.own_laws  # rejects names that the mechanism has, too
         if self.several:
             check_several(self.mechanism, self.laws)
         elif not self.is_rigid:
@@ -120,22 +124,27 @@ class ContactModel:
         """Whether the only contact holds from both sides."""
         return [c.bilateral for c in self.mechanism.outline.contacts] == [True]
 
+    @property
+    def ends(self) -> tuple[str, ...]:
+        """Ends of the names of each contact's states and outputs: empty for an only contact."""
+        return tuple(f"_{c.name}" * self.several for c in self.mechanism.outline.contacts)
+
     @cached_property
     def rows(self) -> tuple[StateRow, ...]:
         """Names of the states of each contact."""
-        contacts = self.mechanism.outline.contacts
-        return tuple(StateRow.of(c, f"_{c.name}" * self.several) for c in contacts)
+        return tuple(map(StateRow.of, self.mechanism.outline.contacts, self.ends))
 
     @cached_property
     def own_laws(self) -> tuple[Law, ...]:
         """The law of each contact, in its own symbols."""
-        contacts = self.mechanism.outline.contacts
+        outline = self.mechanism.outline
         if self.is_guide and not self.laws[0].is_compliant:
             return (RigidLaw(policy=self.laws[0].policy),)
+        taken = [p.name for p in outline.parameters]
         if len(self.laws) == 1:
-            return self.laws * len(contacts)
-        pairs = zip(self.laws, contacts, strict=True)
-        return tuple(law.of_contact(c.name) for law, c in pairs)
+            return (self.laws[0].apart_from(taken),) * len(outline.contacts)
+        pairs = zip(self.laws, outline.contacts, strict=True)
+        return tuple(law.of_contact(c.name).apart_from(taken) for law, c in pairs)
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -158,33 +167,30 @@ class ContactModel:
         return "\n".join((self.mechanism.definition, *laws, *own))
 
     @cached_property
-    def builder(self) -> Any:
+    def builder(self) -> ContactStates:
         """Object that derives the automaton."""
         if self.several:
             from painleve_sym.contacts.automaton import PluralContacts
 
-            return PluralContacts(self.mechanism, self.laws)
-        (law,) = self.laws
-        if law.is_compliant:
+            return PluralContacts(self)
+        if self.own_laws[0].is_compliant:
             from painleve_sym.contacts.compliant import CompliantContact
             from painleve_sym.contacts.tangential_spring import TangentialSpringContact
 
-            if law.friction.tangential_stiffness is not None:
-                return TangentialSpringContact(self.mechanism, law)
-            return CompliantContact(self.mechanism, law)
+            yields = self.own_laws[0].friction.tangential_stiffness is not None
+            return TangentialSpringContact(self) if yields else CompliantContact(self)
         if self.is_guide:
             from painleve_sym.contacts.guide import BilateralContact
 
-            return BilateralContact(self.mechanism, law.policy)
+            return BilateralContact(self)
         from painleve_sym.contacts.rigid import RigidContact
 
-        return RigidContact(self.mechanism, law.restitution, law.policy)
+        return RigidContact(self)
 
     @property
     def automaton(self) -> HybridAutomaton:
         """The automaton, derived when first asked for."""
-        automaton: HybridAutomaton = self.builder.automaton
-        return automaton
+        return self.builder.automaton
 
 
 def check_compliant(mechanism: Mechanism, law: Law) -> None:
@@ -199,14 +205,6 @@ def check_compliant(mechanism: Mechanism, law: Law) -> None:
 
 def check_several(mechanism: Mechanism, laws: Sequence[Law]) -> None:
     """Raise InputError where several contacts cannot follow their laws together."""
-    for law in laws:
-        if law.is_compliant and law.choices.get("friction") == Friction.SPRING:
-            raise InputError(
-                f"{mechanism.name}: friction: got {law.choices['friction']!r} for "
-                f"{len(mechanism.outline.contacts)} contacts, and a tangential spring is for a "
-                "mechanism with one contact. Fix: consider one contact at a time, or give "
-                "another friction law."
-            )
     rigid = list(dict.fromkeys(law for law in laws if isinstance(law, RigidLaw)))
     if len(rigid) > 1:
         first, second = (
@@ -216,6 +214,13 @@ def check_several(mechanism: Mechanism, laws: Sequence[Law]) -> None:
             f"{mechanism.name}: rigid contacts: got laws with {first} and with {second}, "
             "and contacts that have an impact together follow one law. "
             "Fix: give all rigid contacts the same restitution law and policy."
+        )
+    sprung = [law for law in laws if law.is_compliant and law.choices.get("friction") == "spring"]
+    if rigid and any(law.depends_on_rate for law in sprung):
+        raise InputError(
+            f"{mechanism.name}: friction: got 'spring' with a dashpot beside a rigid contact. The "
+            "impacts of that contact make the normal force jump, and the force of a tangential "
+            "spring cannot jump with it. Fix: take a law without damping there, such as hertz."
         )
 
 

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping, Sequence
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import sympy as sp
 from sympy.logic.boolalg import Boolean
 
 from painleve_sym.contacts.contact_numbers import closed_within, length_formula
-from painleve_sym.contacts.contact_states import DEFLECTION, ContactRow
 from painleve_sym.hybrid.automaton import Definition, Preparation
 from painleve_sym.laws.catalogue import Law
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.system import TIME
+
+if TYPE_CHECKING:
+    from painleve_sym.contacts.contact_states import ContactRow, ContactStates
 
 AT_REST = sp.Float(1e-20)
 """Part of the energy to be gained below which a motion starts from rest."""
@@ -24,26 +26,6 @@ the free accelerations of the contacts beside it."""
 
 Numbers = Mapping[str, sp.Expr]
 """Of one contact: ``kinetic_energy``, ``W_nn``, ``W_tt``, ``b_n``, ``b_t`` and ``length``."""
-
-
-class Contacts(Protocol):
-    """Contacts of which the formulas are made."""
-
-    @property
-    def mechanism(self) -> Mechanism:
-        """The mechanism."""
-
-    @property
-    def rows(self) -> tuple[ContactRow, ...]:
-        """States of each contact."""
-
-    @property
-    def own_laws(self) -> tuple[Law, ...]:
-        """The law of each contact, in its own symbols."""
-
-    @property
-    def dissipations(self) -> tuple[sp.Symbol, ...]:
-        """States that only account for energy."""
 
 
 class Terms:
@@ -138,7 +120,7 @@ def _length(numbers: Numbers, terms: Terms) -> sp.Symbol:
 # ---- all contacts ----
 
 
-def preparation(contacts: Contacts) -> Preparation:
+def preparation(contacts: ContactStates) -> Preparation:
     """Return the formulas of the start of a run with these contacts.
 
     A start state has gap, gap rate and slip velocity of every contact, those of a closed one
@@ -155,15 +137,15 @@ def preparation(contacts: Contacts) -> Preparation:
         numbers.append({**own, "kinetic_energy": kinetic})
     states: dict[sp.Symbol, sp.Expr] = {}
     refused: list[Boolean] = []
-    for row, law, own in zip(contacts.rows, contacts.own_laws, numbers, strict=True):
+    for row, law, own in zip(contacts.rows, contacts.model.own_laws, numbers, strict=True):
         values, faults = _contact_start(row, law, own, mechanism, terms)
         states |= values
         refused += faults
-    first, law = contacts.rows[0], contacts.own_laws[0]
+    first, law = contacts.rows[0], contacts.model.own_laws[0]
     pressable = len(contacts.rows) == 1 and law.is_compliant
     if pressable:
         refused.append(sp.And(sp.Ge(force, 0), sp.Ne(states[first.gap], 0)))
-    definitions = [s for own_law in contacts.own_laws for s in own_law.definitions]
+    definitions = [s for own_law in contacts.model.own_laws for s in own_law.definitions]
     finite = [sp.Le(sp.Abs(s), sp.Float(sys.float_info.max)) for s in definitions]
     inside = [sp.Gt(bound.margin, 0, evaluate=False) for bound in mechanism.domain]
     admits = (
@@ -205,7 +187,7 @@ def _contact_start(
 
 
 def _scales(
-    contacts: Contacts, numbers: Sequence[Numbers], terms: Terms
+    contacts: ContactStates, numbers: Sequence[Numbers], terms: Terms
 ) -> dict[sp.Symbol, sp.Expr]:
     """Return the scale of each state below which only its absolute error counts.
 
@@ -222,7 +204,7 @@ def _scales(
     scales[TIME] = length / terms.root(2 * energy * numbers[0]["W_nn"])
     for k, speed in enumerate(system.q_dot):
         scales[speed] = terms.root(2 * energy / terms("mass", system.mass_matrix[k, k]))
-    given = zip(contacts.rows, contacts.own_laws, numbers, of_contacts, strict=True)
+    given = zip(contacts.rows, contacts.model.own_laws, numbers, of_contacts, strict=True)
     for row, law, own, (gap, rate) in given:
         normal, slip = (terms("speed", terms.root(2 * energy * own[w])) for w in ("W_nn", "W_tt"))
         scales[row.slip] = where(sp.Eq(slip, 0), normal, slip)
@@ -230,12 +212,12 @@ def _scales(
         if law.is_compliant and law.friction.tangential_stiffness is not None:
             # What the force of the gap's scale deflects.
             load = terms("load", law.stiffness * gap**law.exponent)
-            scales[DEFLECTION] = load / law.friction.tangential_stiffness
+            scales[row.deflection] = load / law.friction.tangential_stiffness
     return scales
 
 
 def _all_scales(
-    contacts: Contacts, numbers: Sequence[Numbers], terms: Terms
+    contacts: ContactStates, numbers: Sequence[Numbers], terms: Terms
 ) -> tuple[list[tuple[sp.Expr, sp.Expr]], sp.Expr]:
     """Return the scales of gap and gap rate of every contact, and the largest energy of any.
 
@@ -244,7 +226,7 @@ def _all_scales(
     """
 
     def own_scales(i: int, own: Numbers) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
-        law = contacts.own_laws[i]
+        law = contacts.model.own_laws[i]
         if not law.is_compliant:
             return rigid_scales(own, terms)
         return compliant_scales(own, contacts.rows[i].gap, law.stiffness, law.exponent, terms)

@@ -6,24 +6,21 @@ instantaneous modes, one per straight ray in the space of impulses (Routh's cons
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import sympy as sp
 from sympy.logic.boolalg import Boolean
 
-from painleve_sym.choices import Policy, PolicyLike, Restitution, RestitutionLike
-from painleve_sym.contacts.contact_states import ContactStates, domain_transitions
+from painleve_sym.contacts.contact_states import OneContact, cone_margins
 from painleve_sym.contacts.impact_rays import (
     APPROACH,
     MEMORY,
     RATE_ROUNDING,
     ImpactRays,
-    restitution_parameter,
 )
-from painleve_sym.contacts.model import CONTACTS, FLIGHT
-from painleve_sym.contacts.preparation import preparation
-from painleve_sym.errors import EventKind, InputError, StopReason
+from painleve_sym.contacts.model import CONTACTS, FLIGHT, SLIPS
+from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.hybrid.automaton import (
     Accumulation,
     Choice,
@@ -33,57 +30,31 @@ from painleve_sym.hybrid.automaton import (
     is_zero,
     positive,
 )
-from painleve_sym.laws.rigid_contact import RigidLaw
-from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.mechanics.impact.impulse_rays import raw
 from painleve_sym.mechanics.paradox.singular_point import SingularPoint
 
 DECISION = "contact"
 """The instantaneous mode in which a closed contact finds its solution."""
 
-SINGULAR_MARGIN = sp.Rational(1, 10**8)
-"""|A_s|/W_nn at which a slip counts as having met A = 0: the limit is then linear in time."""
-
 
 @dataclass(frozen=True)
-class RigidContact(ContactStates):
+class RigidContact(OneContact):
     """Builds the automaton: flight, slip ±, stick, a decision, and the rays of an impact.
 
     Parameters
     ----------
-    mechanism : Mechanism
-        With exactly one contact.
-    restitution : Restitution or its text
-    policy : Policy or its text
-        Followed where the contact problem has several solutions.
+    model : ContactModel
+        With exactly one contact, which can open, and a rigid law.
 
     References
     ----------
     Génot & Brogliato (1999); Champneys & Várkonyi (2016).
     """
 
-    restitution: RestitutionLike = Restitution.ENERGETIC
-    policy: PolicyLike = Policy.LIFTOFF
-    rays: ImpactRays = field(init=False, repr=False, compare=False)
-
-    def __post_init__(self) -> None:
-        _ = self.own_laws  # rejects unknown names
-        if self.mechanism.contact.bilateral:
-            raise InputError(
-                f"mechanism {self.mechanism.name!r}: its contact is bilateral, and rigid motion "
-                "needs one that can open. Fix: use BilateralContact."
-            )
-        object.__setattr__(self, "rays", ImpactRays(self, self.restitution))
-
-    @property
-    def own_laws(self) -> tuple[RigidLaw]:
-        """The law of the contact."""
-        return (RigidLaw(self.restitution, self.policy),)
-
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        """Parameters of the rigid contact itself: its coefficient of restitution."""
-        return (restitution_parameter(self.restitution),)
+    @cached_property
+    def rays(self) -> ImpactRays:
+        """Modes of an impact."""
+        return ImpactRays(self, self.model.rigid_law.restitution)
 
     @cached_property
     def singular_points(self) -> dict[int, SingularPoint]:
@@ -103,10 +74,9 @@ class RigidContact(ContactStates):
         c = self.mechanism.coefficients
         return -c.B_stick / c.A_stick
 
-    def _stick_margins(self) -> tuple[sp.Expr, sp.Expr]:
-        needed = self.tangential_force("stick", self.stick_force)
+    def _stick_margins(self) -> dict[int, sp.Expr]:
         limit = self.mechanism.coefficients.mu * self.stick_force
-        return limit - needed, limit + needed
+        return cone_margins(limit, self.tangential_force("stick", self.stick_force))
 
     def _sliding_choices(self, slip: int) -> tuple[Choice, ...]:
         c, name = self.mechanism.coefficients, "slip_neg" if slip < 0 else "slip_pos"
@@ -115,7 +85,7 @@ class RigidContact(ContactStates):
         return (
             Choice(name, all_positive(moving, A - RATE_ROUNDING * c.W_nn, -B)),
             Choice(self.rays.first(name), all_positive(moving, -B)),  # A <= 0 is left: A = 0 too
-            Choice(several[self.policy], all_positive(moving, -A, B)),
+            Choice(several[self.model.rigid_law.policy], all_positive(moving, -A, B)),
         )
 
     def _resting_choices(self) -> tuple[Choice, ...]:
@@ -129,14 +99,15 @@ class RigidContact(ContactStates):
                 condition = all_positive(sign * c.A(slip), -sign * c.B, rate)
                 onsets.append(Choice(target, condition, ("slip_stop",)))
         lift = Choice(FLIGHT, positive(c.B))
-        order = (lift, stick, *onsets) if self.policy == "liftoff" else (stick, *onsets, lift)
+        lifts = self.model.rigid_law.policy == "liftoff"
+        order = (lift, stick, *onsets) if lifts else (stick, *onsets, lift)
         return tuple(Choice(x.target, sp.And(rest, x.condition), x.departs) for x in order)
 
     def _stick_condition(self) -> Boolean:
         """Whether sticking is a solution; for a rank-one W, whether its line of forces is."""
         c = self.mechanism.coefficients
         if not self._wedged:
-            return all_positive(self.stick_force, *self._stick_margins())
+            return all_positive(self.stick_force, *self._stick_margins().values())
         # Every F_n with F_t = −(W_nt F_n + b_t)/W_tt holds v̇_t = 0; g̈_N = B′ must be 0 too.
         margin = c.mu * c.W_tt - sp.Abs(c.W_nt)
         terms = sp.Abs(c.W_tt * c.b_n) + sp.Abs(c.W_nt * c.b_t)
@@ -181,26 +152,17 @@ class RigidContact(ContactStates):
             on_accumulation=Accumulation(EventKind.SETTLE, DECISION, closed),
         )
         outputs = self.outputs(None, zero, zero)
-        return Mode(
-            FLIGHT, self.field(None, zero), (land, *domain_transitions(self.mechanism)), outputs
-        )
+        return Mode(FLIGHT, self.field(None, zero), (land, *self.domain_ends), outputs)
 
     def _slip(self, contact: str, unstable: bool) -> Mode:
         c, s = self.mechanism.coefficients, CONTACTS[contact]
         sign = -1 if unstable else 1
-        stop = self.transition(
-            "slip_stop",
-            EventKind.SLIP_STOP,
-            s * self.slip,
-            (Choice(DECISION),),
-            {self.slip: sp.Integer(0)},
-        )
+        stop = self.slip_stop(s, (Choice(DECISION),))
         # Where F_n crosses zero from above: A > 0, B reaches 0 from below; A < 0, B from above.
         # Ḃ > 0 there: the gap opens, though rounding may leave B below 0 at first.
         open_ = Choice(DECISION) if unstable else Choice(FLIGHT, None, ("touchdown",))
         lift = self.transition("liftoff", EventKind.LIFTOFF, -sign * c.B, (open_,))
-        margin = sign * c.A(s) / c.W_nn - SINGULAR_MARGIN
-        meet = self.transition("singular", EventKind.SINGULAR, margin, stop=StopReason.SINGULAR)
+        meet = self.singular(sign * c.A(s))
         name = f"{contact}_unstable" if unstable else contact
         return self.held_mode(name, contact, self.slip_force(s), (stop, lift, meet))
 
@@ -210,35 +172,22 @@ class RigidContact(ContactStates):
             zero = sp.Integer(0)
             jam = self.transition("jam", EventKind.JAM, None, stop=StopReason.JAM)
             return Mode("stick", {}, (jam,), self.outputs(None, zero, zero))
-        changes = []
-        for (name, slip), margin in zip(
-            (("slip_neg", -1), ("slip_pos", 1)), self._stick_margins(), strict=True
-        ):
-            enter = (
-                Choice(name, positive(c.A(slip)), ("slip_stop",)),
-                # The force of such a slip would turn it back: only lift-off is left.
-                Choice(FLIGHT),
-            )
-            changes.append(self.transition(name, EventKind.SLIP_START, margin, enter))
+
+        def enter(slip: int) -> tuple[Choice, ...]:
+            # Where the force of such a slip would turn it back, only lift-off is left.
+            possible = Choice(SLIPS[slip], positive(c.A(slip)), ("slip_stop",))
+            return possible, Choice(FLIGHT)
+
+        changes = self.slip_starts(self._stick_margins(), enter)
         lift = self.transition("liftoff", EventKind.LIFTOFF, self.stick_force, (Choice(DECISION),))
         return self.held_mode("stick", "stick", self.stick_force, (*changes, lift))
 
     @cached_property
     def automaton(self) -> HybridAutomaton:
         """The automaton, validated; modes that cannot be reached under the policy are left out."""
-        system = self.mechanism.system
         modes = [self._flight(), self._decision(), self._stick()]
         modes += [self._slip(n, u) for n in ("slip_neg", "slip_pos") for u in (False, True)]
         modes += self.rays.modes(DECISION)
-        parameters = (*system.parameters, *self.parameters)
-        return HybridAutomaton(
-            name=f"{self.mechanism.name}, rigid, {self.restitution} restitution",
-            states=self.states,
-            memory=MEMORY,
-            parameters=tuple(p.symbol for p in parameters),
-            definitions={},
-            modes=tuple(modes),
-            starts=(Choice(FLIGHT, positive(self.gap)), Choice(DECISION)),
-            uncontrolled=self.dissipations,
-            preparation=preparation(self),
-        )
+        starts = (Choice(FLIGHT, positive(self.gap)), Choice(DECISION))
+        title = f", rigid, {self.model.rigid_law.restitution} restitution"
+        return self.automaton_of(title, modes, starts, memory=MEMORY)

@@ -30,14 +30,8 @@ MAX_EVENTS_KEPT = 10_000
 class BatchOutputs:
     """Per-run outputs to record, besides the end of the run.
 
-    Attributes
-    ----------
-    events : int
-        How many event times of each kind, the first ones.
-    maxima, minima : tuple of str
-        Outputs of which the largest and smallest value over the run is kept, with its time.
-    integrals : tuple of str
-        Outputs that are integrated over time.
+    The first event times of each kind, outputs of which the largest and smallest value over the run
+    is kept, with its time, and outputs that are integrated over time.
     """
 
     events: int = 1
@@ -69,21 +63,10 @@ class BatchOutputs:
 class BatchRows:
     """Ends of n runs; every array has n rows.
 
-    Attributes
-    ----------
-    time : ndarray, shape (n,)
-    state : ndarray, shape (n, nx)
-    memory : ndarray, shape (n, nz)
-    mode, reason, transition : ndarray of int, shape (n,)
-        Index of the mode, number of the stop reason (the engine's are `ENGINE_REASONS`), index of
-        the transition that ended the run or -1.
-    counters : ndarray of int, shape (n, 6)
-    event_counts : ndarray of int, shape (n, kinds)
-    event_times : ndarray, shape (n, kinds, events)
-        nan where there was no such event.
-    extremes : ndarray, shape (n, maxima + minima, 2)
-        Value and time.
-    integrals : ndarray, shape (n, integrals)
+    `mode` and `transition` are indices, of the mode and of the transition that ended the run or -1;
+    `reason` is the number of the stop reason (the engine's are `ENGINE_REASONS`). Columns of
+    `event_counts` are kinds. `event_times` has kinds and events, nan where there was no such event;
+    `extremes` has maxima, then minima, value and time of each.
     """
 
     time: Array
@@ -126,15 +109,9 @@ class BatchRows:
             getattr(self, f.name)[rows] = getattr(other, f.name)
 
     def fill_unmoved(self, rows: Any, states: Array, reason: Any) -> None:
-        """Overwrite some rows by motions that ended where they began.
+        """Overwrite some rows, a mask of shape (n,), by motions that ended where they began.
 
-        Parameters
-        ----------
-        rows : ndarray of bool, shape (n,)
-        states : ndarray, shape (n, nx)
-            Where each row began.
-        reason : int, or ndarray of int
-            Of all of them, or of each.
+        The states are those of these rows, the reason is that of all of them, or of each.
         """
         for f in fields(self):
             array = getattr(self, f.name)

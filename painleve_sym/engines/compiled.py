@@ -80,15 +80,7 @@ def _options_structure(nx: int, kinds: int) -> type[Any]:
 class CompiledEngine:
     """Runge–Kutta 8(5,3) with located events, wholly in compiled code.
 
-    Parameters
-    ----------
-    automaton : HybridAutomaton
-    functions : AutomatonFunctions, optional
-        Its functions, where they are not the plain ones.
-
-    Raises
-    ------
-    CompilerMissing, CompileError
+    The functions are those of the automaton, where they are not the plain ones.
     """
 
     name = "compiled"
@@ -328,17 +320,8 @@ class CompiledEngine:
     ) -> None:
         """Integrate every row from t = 0 as `run` would, in one call that holds no Python lock.
 
-        Parameters
-        ----------
-        states : ndarray, shape (n, nx)
-        parameters : ndarray, shape (n, np)
-        t_end : ndarray, shape (n,)
-        atol : ndarray, shape (n, nx)
-        options : RunOptions
-            What all rows share; its t_end, atol and record are not used.
-        kept : BatchOutputs
-        rows : BatchRows
-            Filled; of n rows.
+        Shapes are (n, nx) of states and tolerances, (n, np) and (n,). The options are what all rows
+        share: their t_end, atol and record are not used. The n rows are filled.
         """
         n = len(states)
         x, p, t = _plain(states), _plain(parameters), _plain(t_end)

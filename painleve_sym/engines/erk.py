@@ -164,7 +164,7 @@ class _Run:
             if not np.isfinite(self.h_ref):
                 self.reason = StopReason.NON_FINITE
                 return
-            g, d, d2 = self.runner.jets(self.x, self.z, self.c)
+            g, d, d2, _ = self.runner.jets(self.x, self.z, self.c)
             sides = [guard_side(g[j], d[j], d2[j], self.h_ref, j in departs) for j in range(len(g))]
             self.armed = np.array(sides) > 0
             transitions = self.modes[self.mode].transitions
@@ -415,12 +415,6 @@ class ErkEngine:
     The motion is integrated window by window. An event ends a window; the stretch up to it is then
     integrated again, so that the event lies at the end of a step and Newton places it to round-off.
     All else repeats the decisions of the compiled engine, which this one serves to check.
-
-    Parameters
-    ----------
-    automaton : HybridAutomaton
-    functions : AutomatonFunctions, optional
-        Its functions, where they are not the plain ones.
     """
 
     name = "erk"

@@ -40,14 +40,9 @@ def guard_side(g: float, d: float, d2: float, h: float, departs: bool) -> int:
 def tests_hold(values: list[Array], h: float) -> tuple[int, float]:
     """Return whether tests hold, and by how much they are missed, in parts of their scales.
 
-    They hold: 0 no, 1 yes, 2 also by the measure by which guards are armed.
-
-    Parameters
-    ----------
-    values : list of four ndarrays, shape (nt,)
-        Tests with first and second derivatives along the motion, and their scales.
-    h : float
-        First step of the motion; s.
+    They hold: 0 no, 1 yes, 2 also by the measure by which guards are armed. The values are tests
+    with first and second derivatives along the motion, and their scales, shape (nt,) each; h is the
+    first step of the motion, s.
     """
     lasts, missed = True, 0.0
     for v, d, d2, scale in zip(*values, strict=True):
@@ -72,14 +67,7 @@ def same_motion(a: Array, b: Array) -> bool:
 
 
 class Parts:
-    """The parts of an automaton: what they may do, and what follows a choice.
-
-    Parameters
-    ----------
-    functions : AutomatonFunctions
-        Of an automaton with parts.
-    alternatives : casadi.Function
-    """
+    """The parts of an automaton: what they may do, and what follows a choice."""
 
     def __init__(self, functions: AutomatonFunctions, alternatives: ca.Function) -> None:
         self.automaton: HybridAutomaton = functions.automaton
@@ -136,17 +124,9 @@ class Parts:
         """Return the memory that is entered; None where no combination satisfies the tests.
 
         Forces that are all given leave one motion: where rounding hides it, that is the nearest. A
-        motion that ends where it begins is not the one that lasts.
-
-        Parameters
-        ----------
-        combinations : list of (ndarray, int, int)
-        held : callable
-            Memory to the results of `tests_hold` and the rates of the states.
-        before : ndarray, shape (nz,)
-            Memory before the event.
-        entered : list of ndarray, shape (nz,)
-            Memory that was chosen before at this instant.
+        motion that ends where it begins is not the one that lasts. `held` maps the memory to the
+        results of `tests_hold` and the rates of the states; `before` is the memory before the
+        event, shape (nz,), and `entered` are those chosen before at this instant.
         """
         policy, parts = self.automaton.preference, len(self.automaton.parts)
         best, motions, chosen, rate, repeats, most = -1, 0, None, before, True, 0

@@ -32,13 +32,7 @@ _MAX_STEPS = 1000
 
 
 class Call:
-    """A CasADi function bound to arrays of its own: a call costs 1 μs instead of 20.
-
-    Parameters
-    ----------
-    function : casadi.Function
-        With dense arguments and results.
-    """
+    """A CasADi function bound to dense arrays of its own: a call costs 1 μs instead of 20."""
 
     def __init__(self, function: ca.Function) -> None:
         buffer: Any = function.buffer()
@@ -74,16 +68,7 @@ class Call:
 
 @dataclass(frozen=True)
 class Samples:
-    """A mode at n points.
-
-    Attributes
-    ----------
-    x : ndarray, shape (n, nx)
-    g, dg : ndarray, shape (n, ng)
-        Guards and their rates.
-    rate, bend : ndarray, shape (n, nx)
-        ẋ and ẍ.
-    """
+    """A mode at n points: states x, guards g and their rates dg, ẋ and ẍ, each of n rows."""
 
     x: Array
     g: Array
@@ -94,19 +79,10 @@ class Samples:
 
 @dataclass(frozen=True)
 class Window:
-    """A smooth stretch of motion on a grid.
+    """A smooth stretch of motion at GRID + 1 times from the start of the window, s; memory z.
 
-    Attributes
-    ----------
-    times : ndarray, shape (GRID + 1,)
-        From the start of the window; s.
-    at : Samples
-    z, c : ndarray
-        Memory and constants.
-    fired : int
-        The guard that crosses zero according to `erk`, -1 for none; the state is constant after it.
-    place : float
-        Where it did, as a part of the window.
+    `fired` is the guard that crosses zero according to `erk`, -1 for none, and `place` where it
+    did, as a part of the window; the state is constant after it.
     """
 
     times: Array
@@ -180,13 +156,6 @@ class ModeRunner:
     CasADi has no event that ends an integration. Here the transition clears the extra state
     `alive`, which switches the field off, and notes which guard fired and when; the state at the
     end of the window is then the state at the event.
-
-    Parameters
-    ----------
-    functions : AutomatonFunctions
-    index : int
-        Of the mode.
-    rtol : float
     """
 
     def __init__(self, functions: AutomatonFunctions, index: int, rtol: float) -> None:
@@ -246,24 +215,10 @@ class ModeRunner:
     def window(
         self, x: Array, z: Array, c: Array, scale: Array, length: float, watch: bool
     ) -> tuple[Window | None, dict[str, int]]:
-        """Integrate over `length`, up to the first event if `watch`.
+        """Integrate over `length`, s, up to the first event if `watch`; add CasADi's counters.
 
-        Parameters
-        ----------
-        x, z, c : ndarray
-        scale : ndarray, shape (nx,)
-            Size of each state below which its error counts as absolute.
-        length : float
-            s.
-        watch : bool
-            Whether guards fire.
-
-        Returns
-        -------
-        window : Window or None
-            None where the motion cannot be integrated that far.
-        work : dict
-            CasADi's counters.
+        None in place of the window where the motion cannot be integrated that far. Below its scale,
+        shape (nx,), the error of a state counts as absolute.
         """
         start = np.concatenate([x / scale, [1.0, -1.0, 0.0]])
         p = np.concatenate([z, c, scale, [length, float(watch)]])
@@ -280,23 +235,11 @@ class ModeRunner:
         return Window(times, at, z, c, round(fired), place), work
 
     def first_zero(self, window: Window, j: int, armed: bool, intervals: int) -> float | None:
-        """Return the time at which guard j first crosses zero from above in a window, or None.
+        """Return the time at which guard j first crosses zero from above in a window, s, or None.
 
-        Parameters
-        ----------
-        window : Window
-            In which no guard fired.
-        j : int
-        armed : bool
-            Whether the guard is positive at the start; otherwise it is zero and should leave it
-            upwards. If it is not seen to, that is a zero at time 0.
-        intervals : int
-            How many of the window to search.
-
-        Returns
-        -------
-        float or None
-            From the start of the window; s.
+        No guard fired in the window, of which `intervals` are searched. An armed guard is
+        positive at the start; otherwise it is zero and should leave it upwards: if it is not seen
+        to, that is a zero at time 0.
         """
         g, dg, times = window.at.g[:, j], window.at.dg[:, j], window.times
         first = 0

@@ -48,28 +48,13 @@ DENSE_ROWS = 8
 class RunOptions:
     """Options of one integration.
 
-    Attributes
-    ----------
-    t_end : float
-        End time; s.
-    rtol : float
-        Relative tolerance of every state.
-    atol : ndarray, shape (nx,)
-        Absolute tolerance of each state, in its unit; inf leaves it out of the step control.
-    until : tuple of str
-        Kinds of events that end the run.
-    record : {"end", "events", "dense"}
-        Extent of the result: the end, the events, or every step.
-    first_step, max_step : float
-        Bounds of the step; 0 lets the engine choose the first one. s.
-    max_steps, max_events : int
-    start_events : bool
-        Whether what the start state makes happen at once is recorded as events (an impact), or
-        only chooses the mode.
-    start_mode : int
-        Index of the mode to start in; -1: chosen from the state.
-    start_departs : tuple of int
-        Guards of that mode that are zero at the start and known to become positive.
+    `atol` is the absolute tolerance of each state, in its unit; inf leaves it out of the step
+    control. Events of the kinds `until` end the run. A `first_step` of 0 lets the engine choose; s.
+
+    `start_events` tells whether what the start state makes happen at once is recorded as events (an
+    impact), or only chooses the mode. `start_mode` is the index of the mode to start in; -1: chosen
+    from the state. `start_departs` are guards of that mode that are zero at the start and known to
+    become positive.
     """
 
     t_end: float
@@ -96,16 +81,10 @@ class RunOptions:
 
 
 class Prepared(NamedTuple):
-    """Start states and scales of n runs.
+    """Start states and scales of n runs, shape (n, nx).
 
-    Attributes
-    ----------
-    states : ndarray, shape (n, nx)
-    admits : ndarray, shape (n, 3)
-        1 or 0: whether the contact laws admit a start, every constant is finite, and the start is
-        inside the domain.
-    scales : ndarray, shape (n, nx)
-        Of the states: below them only absolute errors count.
+    Below the scales only absolute errors count. `admits`, shape (n, 3), is 1 or 0: whether the
+    contact laws admit a start, every constant is finite, and the start is inside the domain.
     """
 
     states: Array
@@ -122,21 +101,10 @@ class Prepared(NamedTuple):
 class RawRun(NamedTuple):
     """Raw result of an engine.
 
-    Attributes
-    ----------
-    time : float
-    state : ndarray, shape (nx,)
-    memory : ndarray, shape (nz,)
-    mode : int
-        Index into the automaton's modes.
-    stop_reason : StopReason
-    stop_transition : int
-        Index of the transition that ended the run, -1 where none did.
-    steps, events : ndarray, shapes (steps, width) and (events, width)
-        Rows that `step_records` and `event_records` read.
-    counters : dict
-    decision : bool
-        Whether it ended in a mode that needs a resolver, without one.
+    `mode` is an index into the automaton's modes, `stop_transition` that of the transition that
+    ended the run, -1 where none did. `steps` and `events` have the rows that `step_records` and
+    `event_records` read. `decision` tells whether it ended in a mode that needs a resolver, without
+    one.
     """
 
     time: float
@@ -171,21 +139,10 @@ class RawRun(NamedTuple):
 
 @dataclass(frozen=True)
 class Question:
-    """State of a run that asks a resolver how to continue.
+    """State of a run that asks a resolver how to continue, at a time since its start; s.
 
-    Attributes
-    ----------
-    time : float
-        Since the start of the run; s.
-    state, memory : ndarray
-    mode : int
-        Which mode the last event ended, or the mode that asks where nothing happened before.
-    kind : EventKind or None
-        Of the last event; None where nothing happened before.
-    contact : str
-        Of the last event.
-    spent : float
-        Time since the last answer; s.
+    `mode` is that which the last event ended, or the one that asks where nothing happened before;
+    `kind` and `contact` are those of the last event. `spent` is the time since the last answer; s.
     """
 
     time: float
@@ -201,16 +158,9 @@ class Question:
 class Answer:
     """Continuation that a resolver returns.
 
-    Attributes
-    ----------
-    mode : int
-        In which the run continues, or ends where there is a reason to `stop`.
-    state : ndarray, shape (nx,)
-    departs : tuple of int
-        Guards of that mode that are zero and known to become positive.
-    events : tuple of (EventKind, ndarray, int)
-        What happened at this instant: kind, state just after, and mode entered.
-    stop : StopReason or None
+    In `mode` the run continues, or ends where there is a reason to `stop`. `departs` are guards of
+    that mode that are zero and known to become positive. `events` are what happened at this
+    instant: kind, state just after, and mode entered.
     """
 
     mode: int
@@ -357,13 +307,8 @@ class Engine(Protocol):
     def prepare(self, parameters: Array, given: Array, forces: Array) -> Prepared:
         """Return whole start states with their scales; see `Preparation`.
 
-        Parameters
-        ----------
-        parameters : ndarray, shape (n, np)
-        given : ndarray, shape (n, given)
-            The first states; the others follow.
-        forces : ndarray, shape (n,)
-            Initial forces, N; negative for none.
+        Of n runs: parameters (n, np), the first states, which the others follow from, and the
+        initial forces, N; negative for none.
         """
         ...
 

@@ -18,18 +18,9 @@ STEP_HEAD, EVENT_HEAD = 3, 6
 
 @dataclass(frozen=True)
 class StepRecords:
-    """Steps of a run; n of them.
+    """Steps of a run, n of them: times and lengths in s, and the dense polynomials.
 
-    Attributes
-    ----------
-    time, length : ndarray, shape (n,)
-        s.
-    mode : ndarray of int, shape (n,)
-    memory : ndarray, shape (n, nz)
-    polynomial : ndarray, shape (n, rows, nx)
-        The dense polynomial and
-    bend : ndarray, shape (n,)
-        the bend of time (see `Trajectory`).
+    These have the shape (n, rows, nx); `bend` is that of time (see `Trajectory`).
     """
 
     time: Array
@@ -67,19 +58,11 @@ class StepRecords:
 
 @dataclass(frozen=True)
 class EventRecords:
-    """Events of a run; n of them.
+    """Events of a run, n of them, with states and memories, shapes (n, nx) and (n, nz); times in s.
 
-    Attributes
-    ----------
-    time : ndarray, shape (n,)
-        s.
-    mode_before, mode_after : ndarray of int, shape (n,)
-    transition : ndarray of int, shape (n,)
-        Index in the mode before; −1 where no transition of that mode made the event.
-    kind, contact : ndarray of int, shape (n,)
-        Indices into the automaton's `kinds` and `contacts`; contact −1 for no single one.
-    state_before, state_after : ndarray, shape (n, nx)
-    memory_before, memory_after : ndarray, shape (n, nz)
+    `transition` is the index in the mode before; −1 where no transition of that mode made the
+    event. `kind` and `contact` are indices into the automaton's `kinds` and `contacts`; contact −1
+    for no single one.
     """
 
     time: Array

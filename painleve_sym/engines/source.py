@@ -54,17 +54,9 @@ def assemble(
 ) -> str:
     """Return the C file of an automaton.
 
-    Parameters
-    ----------
-    functions : AutomatonFunctions
-    more : sequence of casadi.Function
-        What the stepper needs besides.
-    stepper : str
-        C that the stepper's files expect above them.
-    engine : sequence of str
-        Hand-written C, in the order in which it must be read.
-    shared, written
-        C that is read before all of it, and functions that need no more than that; see `c_file`.
+    `more` are functions that the stepper needs besides, `stepper` is C that its files expect above
+    them, `engine` hand-written C in the order in which it must be read. For `shared` and `written`
+    see `c_file`.
     """
     every = (*functions.all(), *more)
     parts = (_tables(functions), stepper, *engine)

@@ -31,13 +31,8 @@ export default { render };
 class ExplorerWidget(anywidget.AnyWidget):
     """The page of a mechanism within a notebook.
 
-    Attributes
-    ----------
-    data : dict
-        Everything the page is made of.
-    settings : dict
-        What is shown now: ``values`` of states and parameters, ``force``, ``end``, …; empty until
-        something is changed.
+    `data` is everything the page is made of. `settings` is what is shown now: ``values`` of states
+    and parameters, ``force``, ``end``, …; empty until something is changed.
     """
 
     _esm = script() + _RENDER

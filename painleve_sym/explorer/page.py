@@ -90,20 +90,11 @@ modules["page.js"].mount(root, data).catch((error) => {{
 
 @dataclass(frozen=True)
 class Page:
-    """An explorer page.
+    """An explorer page: names of mechanism, law and engines of the motions, and all it is made of.
 
-    Attributes
-    ----------
-    mechanism, law : str
-        Names.
-    engines : tuple of str
-        Those of the motions: ``taylor``, or ``compiled`` where a mode has no Taylor series.
-    prebuilt : bool
-        Whether the module was taken from the package, so that no compiler was needed.
-    module_bytes : int
-        Size of the WebAssembly module.
-    data : mapping
-        Everything the page is made of, as plain data: names, module, presets and first numbers.
+    An engine is ``taylor``, or ``compiled`` where a mode has no Taylor series. A prebuilt module
+    was taken from the package, so that no compiler was needed; `module_bytes` is the size of the
+    WebAssembly. `data` are names, module, presets and first numbers, as plain data.
     """
 
     mechanism: str
@@ -119,13 +110,7 @@ class Page:
         return _html(f"{self.mechanism}: explorer", self.data)
 
     def widget(self) -> ExplorerWidget:
-        """Return the page as a widget of notebooks.
-
-        Raises
-        ------
-        InputError
-            The package anywidget is not installed.
-        """
+        """Return the page as a widget of notebooks; InputError where anywidget is not installed."""
         if importlib.util.find_spec("anywidget") is None:
             raise InputError(
                 "explorer widget: needs anywidget. Fix: pip install 'painleve-sym[notebook]'."
@@ -135,13 +120,7 @@ class Page:
         return widget(self)
 
     def save(self, path: str | Path) -> None:
-        """Write the file: whole, or not at all.
-
-        Raises
-        ------
-        InputError
-            The folder does not exist or cannot be written.
-        """
+        """Write the file whole, or not at all; InputError where the folder cannot be written."""
         write_beside(Path(path), lambda file: file.write(self.html.encode()))
 
 

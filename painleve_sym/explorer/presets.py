@@ -12,12 +12,7 @@ def presets(description: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Return the presets of a page: name, the sentence on what to look at, and settings.
 
     The numbers are those of ``claims.toml`` of the paper; a preset that needs a parameter which
-    the page does not have is left out.
-
-    Parameters
-    ----------
-    description : mapping
-        `ModuleSource.description`.
+    `ModuleSource.description` does not have is left out.
     """
     own = resources.files(__package__).joinpath("presets.toml")
     entries = tomllib.loads(own.read_text("utf-8"))["presets"]

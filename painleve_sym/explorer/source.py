@@ -47,18 +47,7 @@ _WEB = Compiler((), "clang --target=wasm32-wasi")
 
 @dataclass(frozen=True)
 class ModuleSource:
-    """A mechanism with a contact law, and with the rigid law beside a compliant one.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    law : ContactLaw, RigidLaw or LawsByContact
-
-    Raises
-    ------
-    InputError
-        A law that does not fit the contacts.
-    """
+    """A mechanism with a contact law, and with the rigid law beside a compliant one."""
 
     mechanism: Mechanism
     law: Laws

@@ -26,12 +26,8 @@ _PLACES = ("/usr", "/opt/wasi-sdk/share/wasi-sysroot", "/usr/share/wasi-sysroot"
 def module(source: ModuleSource) -> bytes:
     """Return the WebAssembly module of a mechanism with its laws.
 
-    Raises
-    ------
-    CompilerMissing
-        Neither clang with the C library of WASI nor the package ziglang is installed.
-    CompileError
-        A compiler that works rejects the code.
+    CompilerMissing where neither clang with the C library of WASI nor the package ziglang is
+    installed; CompileError where a compiler that works rejects the code.
     """
     command = compiler()
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as work:

@@ -50,14 +50,9 @@ Reset = Mapping[sp.Symbol, sp.Expr]
 class Choice:
     """A possible target of a transition; the first whose `condition` holds is taken.
 
-    Attributes
-    ----------
-    target : str
-        Name of the mode entered.
-    condition : sympy Boolean or None
-        In the state before the reset; None admits always (must be the last choice).
-    departs : tuple of str
-        Labels of guards of the target that are zero on entry and known to become positive.
+    The condition is in the state before the reset; None admits always (must be the last choice).
+    `departs` has labels of guards of the target that are zero on entry and known to become
+    positive.
     """
 
     target: str
@@ -70,15 +65,8 @@ class Accumulation:
     """Continuation after transitions that repeat ever faster up to a limit time.
 
     It is entered when the transition has come so close to that time that the rest is below
-    round-off, and what the reset changes is below round-off of the states.
-
-    Attributes
-    ----------
-    kind : EventKind
-        Of the event that the limit is.
-    target : str
-        Name of the mode entered.
-    reset : mapping of symbol to sympy.Expr
+    round-off, and what the reset changes is below round-off of the states. The event that the limit
+    is has this kind; the target is the mode entered.
     """
 
     kind: EventKind
@@ -165,19 +153,10 @@ class LinearSystem:
 
     Either symmetric and semidefinite, where `ease` or several right sides are given, or general.
 
-    Attributes
-    ----------
-    unknowns : sympy.Matrix of sympy.Symbol, shape (k, m)
-    matrix : sympy.Matrix, shape (k, k)
-    right : sympy.Matrix, shape (k, m)
-    ease : tuple of sympy.Expr, or None
-        None for a general matrix. Else the matrix is symmetric and positive semidefinite, with a
-        positive diagonal; where it is singular, the solution of least norm is taken, each unknown
-        measured by the root of its entry here (empty: all alike).
-    scales : tuple of sympy.Expr
-        Of a general matrix: size of each row and column, positive.
-    determinant : sympy.Symbol or None
-        Stands for the determinant of a general matrix, of unit scales.
+    `ease` is None for a general matrix. Else the matrix is symmetric and positive semidefinite,
+    with a positive diagonal; where it is singular, the solution of least norm is taken, each
+    unknown measured by the root of its entry there (empty: all alike). Of a general matrix `scales`
+    are the size of each row and column, positive, and `determinant` stands for that of unit scales.
     """
 
     unknowns: sp.Matrix
@@ -197,17 +176,10 @@ class LinearSystem:
 class Alternative:
     """A local mode that a part of the system may enter when a transition chooses.
 
-    Attributes
-    ----------
-    condition : sympy Boolean
-        Where it may be entered.
-    memory : mapping of symbol to sympy.Expr
-        New values of the memory of that part; what is absent is kept.
-    open : bool
-        Whether it is counted as open, where a policy prefers many or few open parts.
-    preferred : bool
-        Whether it is entered where others are possible, too: stick under a static friction above
-        the kinetic one. After the policy, most preferred alternatives decide.
+    The condition tells where it may be entered. New values of the memory are those of that part;
+    what is absent is kept. `open` tells whether it is counted as open, where a policy prefers many
+    or few open parts; `preferred` whether it is entered where others are possible, too: stick under
+    a static friction above the kinetic one. After the policy, most preferred alternatives decide.
     """
 
     condition: Boolean
@@ -221,13 +193,7 @@ class Test:
     """An inequality of a local mode: `value` ≥ 0 just after a decision.
 
     Where the value is 0 but for rounding, its first derivative along the motion that is not
-    decides.
-
-    Attributes
-    ----------
-    value : sympy.Expr
-    scale : sympy.Expr
-        Size of the terms of which it is made.
+    decides. `scale` is the size of the terms of which it is made.
     """
 
     value: sp.Expr
@@ -238,18 +204,10 @@ class Test:
 class Part:
     """A part of the system, such as one contact, whose local mode is data: its memory.
 
-    Attributes
-    ----------
-    name : str
-    memory : tuple of sympy.Symbol
-        Its own memory; the first entry holds the index of its local mode.
-    local_modes : tuple of str
-    alternatives : tuple of Alternative
-        What it may do after a transition that chooses, in the order in which they are tried.
-    rest : tuple of sympy.Symbol
-        States that count as 0 where they are 0 within the tolerance when it chooses.
-    leaving : tuple of str
-        Labels of guards that leave 0 upwards after a choice, whatever rounding says.
+    The first entry of its own memory holds the index of its local mode. The alternatives are tried
+    in their order after a transition that chooses; `rest` are states that then count as 0 where
+    they are 0 within the tolerance. `leaving` has labels of guards that leave 0 upwards after a
+    choice, whatever rounding says.
     """
 
     name: str
@@ -321,23 +279,15 @@ class Impacts:
 class Preparation:
     """Start of a run: the whole start state, and the scale of every state.
 
-    Attributes
-    ----------
-    given : tuple of sympy.Symbol
-        The first of the automaton's states, which the others follow from.
-    force : sympy.Symbol
-        Initial force of the only contact, N; negative where none is given.
-    states : mapping of symbol to sympy.Expr
-        In given states, parameters, definitions and `force`; what is absent keeps its given value,
-        or is 0.
-    admits : tuple of sympy.Expr
-        1 or 0: whether the contact laws admit the start, whether every definition is finite, and
-        whether the start is inside the domain.
-    scales : mapping of symbol to sympy.Expr
-        Of every state, in states, parameters and definitions: below it only the absolute error
-        counts. oo leaves a state out of the step control.
-    terms : tuple of Definition
-        Abbreviations that all these formulas may use, each in terms of those before it.
+    The others of the automaton's states follow from those `given`, its first. `force` is the
+    initial one of the only contact, N; negative where none is given. `states` are in given states,
+    parameters, definitions and the force; what is absent keeps its given value, or is 0.
+
+    `admits` are 1 or 0: whether the contact laws admit the start, whether every definition is
+    finite, and whether the start is inside the domain. `scales`, in states, parameters and
+    definitions, are of every state: below them only the absolute error counts, and oo leaves a
+    state out of the step control. All these formulas may use the `terms`, each in terms of those
+    before it.
     """
 
     given: tuple[sp.Symbol, ...]
@@ -352,17 +302,9 @@ class Preparation:
 class Mode:
     """A smooth regime.
 
-    Attributes
-    ----------
-    name : str
-    field : mapping of state symbol to sympy.Expr
-        Time derivatives; states that are absent are constant.
-    transitions : tuple of Transition
-        At most one is immediate, and that is the last.
-    outputs : mapping of name to sympy.Expr
-        Quantities derived from the state (forces, energies); the same names in every mode.
-    tests : tuple of Test
-        What a combination of alternatives must satisfy to be entered.
+    `field` has time derivatives; states that are absent are constant. At most one transition is
+    immediate, and that is the last. Outputs are derived from the state (forces, energies), with the
+    same names in every mode. A combination of alternatives must satisfy the tests to be entered.
     """
 
     name: str

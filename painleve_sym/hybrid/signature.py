@@ -140,14 +140,7 @@ def _transition(data: Sequence[Any]) -> TransitionOutline:
 
 
 def mode_name(outline: Outline, mode: int, memory: Sequence[float]) -> str:
-    """Return the name of a mode; where local modes are data, those of all parts in their order.
-
-    Parameters
-    ----------
-    outline : Outline
-    mode : int
-    memory : sequence of float, shape (nz,)
-    """
+    """Return the name of a mode; where local modes are data, those of all parts in their order."""
     if not outline.parts:
         return outline.modes[mode].name
     names, first = [], 0

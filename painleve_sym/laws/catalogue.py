@@ -129,13 +129,7 @@ def law(name: str, **choices: str) -> Law | LawsByContact:
 
 
 def as_law(given: LawsLike) -> Law | Mapping[str, Law]:
-    """Return the law or the laws by contact; a text is what `law` knows.
-
-    Raises
-    ------
-    InputError
-        Unknown name.
-    """
+    """Return the law or the laws by contact; a text is what `law` knows."""
     if isinstance(given, str):
         return law(given)
     if isinstance(given, Mapping):

@@ -39,25 +39,19 @@ TAU = sp.Symbol("tau", real=True)
 class ChatterRatio:
     """The ratio of successive bounces of one impact class, W, b_t and b_n frozen.
 
-    Small bounces near a state of contact take so little time that W, b_t and b_n < 0 do not
-    change. A flight that starts with v_n > 0 lasts T = 2 v_n/|b_n|, returns with −v_n and adds
-    b_t T to v_t. Impacts are homogeneous of degree one in (v_t, v_n), so that a sequence of
-    bounces that all have one ratio v_t/v_n at the impacts grows or dies out by one ratio ρ.
-    After a sticking impact v_t = 0: the next one has v_t/|v_n| = τ = 2 b_t/|b_n| whatever happened
-    before. Slip that outlasts its impact has ρ = e.
+    Small bounces near a state of contact take so little time that W, b_t and b_n < 0 do not change.
+    A flight that starts with v_n > 0 lasts T = 2 v_n/|b_n|, returns with −v_n and adds b_t T to
+    v_t. Impacts are homogeneous of degree one in (v_t, v_n), so that a sequence of bounces that all
+    have one ratio v_t/v_n at the impacts grows or dies out by one ratio ρ. After a sticking impact
+    v_t = 0: the next one has v_t/|v_n| = τ = 2 b_t/|b_n| whatever happened before. Slip that
+    outlasts its impact has ρ = e.
 
     ρ < 1 is chatter, which ends in contact; ρ > 1 is reverse chatter, which leaves contact by
     infinitely many bounces after t = 0.
 
     Every expression is in the symbols of `general_contact`, τ and the law's coefficient;
-    `symbols_of` gives those of a mechanism.
-
-    Attributes
-    ----------
-    law : RestitutionLaw
-    case : ImpactClass
-    slip : {-1, +1}
-        s = sign(v_t) at the impacts; sign(b_t) in sticking classes.
+    `symbols_of` gives those of a mechanism. `slip` is s = sign(v_t) at the impacts; sign(b_t) in
+    sticking classes.
 
     References
     ----------
@@ -132,20 +126,9 @@ def chatter_ratio(
 ) -> ChatterRatio:
     """Return the ratio of successive bounces of any contact in closed form.
 
-    Parameters
-    ----------
-    case : ImpactClass
-        ``SLIDING``, ``C_STICKING`` or ``R_STICKING``. Bounces whose slip reverses never grow:
-        ρ ≤ e, since then s W_nt < 0.
-    restitution : RestitutionLaw, optional
-        The energetic one when left out. Newton's has ρ = e in every class.
-    slip : {-1, +1}
-        s = sign(v_t) at the impacts.
-
-    Raises
-    ------
-    InputError
-        Another class.
+    The case is ``SLIDING``, ``C_STICKING`` or ``R_STICKING``: bounces whose slip reverses never
+    grow, ρ ≤ e, since then s W_nt < 0. The restitution is the energetic one when left out; Newton's
+    has ρ = e in every class. `slip` is s = sign(v_t) at the impacts.
     """
     if case not in CYCLES:
         raise InputError(

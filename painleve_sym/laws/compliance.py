@@ -47,18 +47,10 @@ def without_ramps(expr: sp.Expr) -> sp.Expr:
 
 @dataclass(frozen=True)
 class Exit:
-    """End of a branch, where `guard` crosses from + to −.
+    """End of a branch, where `guard` crosses from + to −; the event is of the law's kinds.
 
-    Attributes
-    ----------
-    kind : EventKind
-        max_compression, reload, yield, separation or touchdown.
-    guard : sympy.Expr
-        In δ, δ̇, memory and parameters.
-    target : str
-        Name of the next branch, or SEPARATED.
-    memory : mapping of memory symbol to sympy.Expr
-        New values, in δ and the old memory; what is absent is kept.
+    The guard is in δ, δ̇, memory and parameters; the target is the next branch, or SEPARATED. New
+    values of the memory are in δ and the old one; what is absent is kept.
     """
 
     kind: EventKind
@@ -71,16 +63,8 @@ class Exit:
 class Branch:
     """One curve F_n(δ, δ̇) with its energies; F_n δ̇ = d(stored)/dt + dissipated power.
 
-    Attributes
-    ----------
-    name : str
-    force : sympy.Expr
-        F_n ≥ 0; N.
-    stored_energy : sympy.Expr
-        What this contact can still give back; J.
-    dissipated_power : sympy.Expr
-        Power lost for good; W.
-    exits : tuple of Exit
+    The force is ≥ 0, N. The stored energy is what this contact can still give back, J; the
+    dissipated power is lost for good, W.
     """
 
     name: str

@@ -230,19 +230,14 @@ class ContactLaw(Deferred):
             )
             for b in self.branches
         )
-        return ContactLaw(
-            name=self.name,
-            title=self.title,
-            source=self.source,
+        return replace(
+            self,
             parameters=parameters,
             branches=branches,
-            unloading=self.unloading,
             stiffness=own(self.stiffness),
             exponent=own(self.exponent),
-            memory=self.memory,
             definitions={own(s): own(v) for s, v in self.definitions.items()},
             recontacts=exits(self.recontacts),
-            choices=self.choices,
             friction=self.friction.renamed(new_name),
         )
 
@@ -250,6 +245,13 @@ class ContactLaw(Deferred):
     def loading(self) -> Branch:
         """Branch in which a fresh surface is compressed."""
         return self.branches[0]
+
+    @property
+    def depends_on_rate(self) -> bool:
+        """Whether the force depends on the rate of the compression in any branch."""
+        from painleve_sym.laws.compliance import DELTA_DOT
+
+        return any(branch.force.has(DELTA_DOT) for branch in self.branches)
 
     def branch(self, name: str) -> Branch:
         """Return the branch of that name."""
@@ -306,19 +308,9 @@ def bilinear_hertz(reload: ReloadLike = Reload.ELASTIC, bodies: int = 1) -> Cont
     With δ_p = δ_max (1 − e²) the unloading curve (5) is F_n = K_e ((δ − δ_p)/e²)ⁿ. Of the work
     done on the loading curve the part e² is stored, the rest is dissipated by plasticity.
 
-    Parameters
-    ----------
-    reload : {"elastic", "virgin"}
-        What follows when compression grows again before separation. ``elastic``: back up the
-        unloading curve to δ_max, then the loading curve. ``virgin``: the loading
-        curve at once, with a jump of the force. It is thermodynamically inadmissible: each reload
-        creates the energy by which the loading curve at that compression exceeds what is stored.
-        It is here to reproduce the paper, whose Fig. 4 needs it.
-        At e = 0 there is no unloading curve, and a contact that stays loaded ends a run at its
-        first maximum compression, as an accumulation of events.
-    bodies : {1, 2}
-        1: parameters E, nu, R, the same material on a plane. 2: E_i, nu_i and curvature kappa_i.
-        Both have n and l_0 besides.
+    A virgin reload creates the energy by which the loading curve at that compression exceeds what
+    is stored. At e = 0 there is no unloading curve, and a contact that stays loaded ends a run at
+    its first maximum compression, as an accumulation of events. See `laws.bilinear_hertz`.
 
     References
     ----------

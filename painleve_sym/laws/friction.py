@@ -111,17 +111,7 @@ class FrictionLaw:
 
     @classmethod
     def named(cls, name: FrictionLike) -> FrictionLaw:
-        """Return the law of that name.
-
-        Parameters
-        ----------
-        name : {"coulomb", "static", "stribeck", "spring"}
-
-        Raises
-        ------
-        InputError
-            Another name.
-        """
+        """Return the law of that name: ``coulomb``, ``static``, ``stribeck`` or ``spring``."""
         kind = chosen(Friction, name, "friction law")
         return cls(kind, _PARAMETERS[kind])
 
@@ -154,13 +144,7 @@ class FrictionLaw:
         return self.parameters[0].symbol if self.kind is Friction.SPRING else None
 
     def kinetic_ratio(self, slip_velocity: Expr) -> Expr:
-        """Return r at a slip velocity.
-
-        Parameters
-        ----------
-        slip_velocity : sympy.Expr
-            v_t of either sign; m/s.
-        """
+        """Return r at a slip velocity v_t of either sign; m/s."""
         from sympy import Integer
 
         if self.kind is not Friction.STRIBECK:

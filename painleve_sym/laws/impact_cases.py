@@ -71,13 +71,7 @@ def _solved(equation: sp.Eq, ray: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
 
 @dataclass(frozen=True)
 class ImpactCase:
-    """One class of impact closed by a restitution law: all in the velocities before it.
-
-    Attributes
-    ----------
-    law : RestitutionLaw
-    course : ImpactCourse
-    """
+    """One class of impact closed by a restitution law: all in the velocities before it."""
 
     law: RestitutionLaw
     course: ImpactCourse
@@ -147,22 +141,9 @@ def impact_cases(
     """Return the closed forms of every class of impact of any mechanism with one contact.
 
     Choose one by its class, or by its rays: ``ImpactClass.of_rays(("slip", "reverse"))``.
-    `solve_impact` tells which class an impact with given numbers has.
-
-    Parameters
-    ----------
-    coefficients : ContactCoefficients
-    restitution : RestitutionLaw, optional
-        The energetic one when left out.
-    slip : {-1, +1}
-        s = sign(v_t) before the impact.
-    write : callable
-        `readable`, or `raw` where the forms are not read.
-
-    Returns
-    -------
-    dict of ImpactClass to ImpactCase
-        Without the classes that stick where W has rank one: those impacts jam.
+    `solve_impact` tells which class an impact with given numbers has. Where W has rank one, classes
+    that stick are left out: those impacts jam. `slip` is s = sign(v_t) before the impact; the
+    restitution is the energetic one when left out.
 
     References
     ----------
@@ -184,18 +165,9 @@ def three_phase_jump(
 ) -> ImpactCase:
     """Return the paper's jump: slip until it stops, sticking compression, sticking restitution.
 
-    It is the class ``C_STICKING``; `ImpactCourse.phases` has its three phases, each in the
-    velocities at its own start.
-
-    Parameters
-    ----------
-    coefficients, restitution, slip, write
-        As for `impact_cases`.
-
-    Raises
-    ------
-    InputError
-        W has rank one (A′ = 0): there is no exit from sticking.
+    It is the class ``C_STICKING`` of `impact_cases`; `ImpactCourse.phases` has its three phases,
+    each in the velocities at its own start. A W of rank one (A′ = 0) is rejected: there is no exit
+    from sticking.
 
     References
     ----------

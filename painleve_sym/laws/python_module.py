@@ -35,11 +35,7 @@ _CONTACT = {
 def python_module(mechanism: Mechanism, sections: Sequence[Section] | None = None) -> str:
     """Return the text of a Python module: one function per formula, and the whole jump.
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-    sections : sequence of Section, optional
-        Those of `closed_forms` when left out.
+    The sections are those of `closed_forms` when left out.
     """
     sections = closed_forms(mechanism) if sections is None else sections
     formulas = [f for s in sections for f in s.formulas]

@@ -24,20 +24,14 @@ class RestitutionLaw(Deferred):
     W_nn on every ray). Otherwise they differ; for an impact without collision v_n⁻ = 0, and
     Newton's law gives no rebound at all.
 
-    With restitution in [0, 1] and Coulomb friction the energetic and Poisson's law never add
-    energy in a planar impact of a single contact over ground at rest; Newton's can. They are laws
-    of one contact: how several contacts share an impact is a rule of this package, with which the
-    same holds; see `solve_simultaneous_impact`.
+    With restitution in [0, 1] and Coulomb friction the energetic and Poisson's law never add energy
+    in a planar impact of a single contact over ground at rest; Newton's can. They are laws of one
+    contact: how several contacts share an impact is a rule of this package, with which the same
+    holds; see `solve_simultaneous_impact`.
 
-    Attributes
-    ----------
-    name, title, source : str
-    parameter : Parameter
-        Coefficient of restitution, in [0, 1].
-    equation : sympy.Eq
-        In `V_N_MINUS`, `V_N_PLUS`, `P_C`, `P_R`, `E_C`, `E_R` and the parameter.
-    note : str
-        What the law assumes and where it fails.
+    The parameter is the coefficient of restitution, in [0, 1]. The equation is in it, `V_N_MINUS`,
+    `V_N_PLUS`, `P_C`, `P_R`, `E_C` and `E_R`. The note says what the law assumes and where it
+    fails.
     """
 
     name: str

@@ -19,11 +19,7 @@ DEPTH = sp.Symbol("delta_sliding", positive=True)
 class LawSaddle:
     """The equilibrium F_n(δ*) = −B/A of δ̈ = −(A F_n(δ, δ̇) + B) for constant A < 0 < B.
 
-    Parameters
-    ----------
-    law : ContactLaw
-    branch : Branch
-        The curve the motion is on: loading, or unloading from δ_max = δ*.
+    The branch is the curve the motion is on: loading, or unloading from δ_max = δ*.
 
     References
     ----------

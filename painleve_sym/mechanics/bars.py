@@ -27,16 +27,9 @@ _AXIAL_ENDS = ("free", "clamped")
 class BarMode:
     """One mode φ(s) of a uniform bar of length 1 and mass 1, with ∫φ² ds = 1.
 
-    Attributes
-    ----------
-    wavenumber : sympy.Expr
-        β; the mode varies as cos βs.
-    ends : pair of sympy.Expr
-        φ(0) and φ(1); the first that is not 0 is positive.
-    momentum : sympy.Expr
-        ∫φ ds.
-    moment : sympy.Expr
-        ∫(s − ½) φ ds: angular momentum of bending, stretch of an axial mode.
+    It varies as cos βs with β the wavenumber. `ends` are φ(0) and φ(1), of which the first that is
+    not 0 is positive. `momentum` is ∫φ ds, `moment` ∫(s − ½) φ ds: angular momentum of bending,
+    stretch of an axial mode.
     """
 
     wavenumber: sp.Expr
@@ -47,15 +40,7 @@ class BarMode:
 
 @dataclass(frozen=True)
 class RoundBar:
-    """A uniform solid round bar, whose section follows from its mass.
-
-    Attributes
-    ----------
-    mass, length : sympy.Expr
-        kg, m.
-    density, modulus : sympy.Expr
-        kg/m³; Young's modulus, Pa.
-    """
+    """A uniform solid round bar, whose section follows from its mass; kg, m, kg/m³, Pa."""
 
     mass: sp.Expr
     length: sp.Expr
@@ -85,19 +70,8 @@ class RoundBar:
 def axial_modes(ends: tuple[str, str], count: int) -> tuple[BarMode, ...]:
     """Return the first modes along a uniform bar, u'' = −β² u, without its rigid motion.
 
-    Their frequencies are β c/L with c² = Y/ρ.
-
-    Parameters
-    ----------
-    ends : pair of str
-        ``"free"`` or ``"clamped"``, at s = 0 and at s = 1.
-    count : int
-        At most `MAX_MODES`.
-
-    Raises
-    ------
-    InputError
-        A count out of range, ends of an unknown kind.
+    Their frequencies are β c/L with c² = Y/ρ. The ends, at s = 0 and at s = 1, are ``"free"`` or
+    ``"clamped"``; the count is at most `MAX_MODES`.
 
     Examples
     --------
@@ -132,19 +106,8 @@ def bending_modes(ends: tuple[str, str], count: int) -> tuple[BarMode, ...]:
     """Return the first bending modes of a uniform bar, w'''' = β⁴ w, without rigid motions.
 
     Their frequencies are β² κ c/L² with κ the section's radius of gyration and c² = Y/ρ. The
-    wavenumbers are the roots of the determinant of the conditions at both ends.
-
-    Parameters
-    ----------
-    ends : pair of str
-        ``"free"``, ``"clamped"`` or ``"pinned"``, at s = 0 and at s = 1.
-    count : int
-        At most `MAX_MODES`.
-
-    Raises
-    ------
-    InputError
-        A count out of range, ends of an unknown kind.
+    wavenumbers are the roots of the determinant of the conditions at both ends. The ends, at s = 0
+    and at s = 1, are ``"free"``, ``"clamped"`` or ``"pinned"``; the count is at most `MAX_MODES`.
 
     Examples
     --------
@@ -160,6 +123,21 @@ def bending_modes(ends: tuple[str, str], count: int) -> tuple[BarMode, ...]:
     _check(ends, tuple(_BENDING_ENDS), count)
     with mp.workdps(_DIGITS):
         return tuple(_bending_mode(ends, beta) for beta in _wavenumbers(ends, count))
+
+
+@functools.cache
+def first_bending_wavenumber(ends: tuple[str, str]) -> sp.Expr:
+    """Return β of the first bending mode without its shape, whose integrals take longer.
+
+    Parameters
+    ----------
+    ends : pair of str
+        As those of `bending_modes`.
+    """
+    _check(ends, tuple(_BENDING_ENDS), 1)
+    with mp.workdps(_DIGITS):
+        (beta,) = _wavenumbers(ends, 1)
+        return _rounded(beta)
 
 
 def _check(ends: tuple[str, str], known: tuple[str, ...], count: int) -> None:
@@ -224,10 +202,14 @@ def _bending_mode(ends: tuple[str, str], beta: Any) -> BarMode:
     momentum = integral(shape, pieces) / size
     moment = integral(lambda s: (s - mp.mpf(1) / 2) * shape(s), pieces) / size
     start, end = (_number(v / size) for v in values)
-    return BarMode(sp.Float(str(beta), 17), (start, end), _number(momentum), _number(moment))
+    return BarMode(_rounded(beta), (start, end), _number(momentum), _number(moment))
 
 
 def _number(value: Any) -> sp.Expr:
     """Return the whole number that the value is to 20 digits, or its first 17 digits."""
     whole = mp.nint(value)
-    return sp.Integer(int(whole)) if abs(value - whole) < 1e-20 else sp.Float(str(value), 17)
+    return sp.Integer(int(whole)) if abs(value - whole) < 1e-20 else _rounded(value)
+
+
+def _rounded(value: Any) -> sp.Expr:
+    return sp.Float(str(value), 17)

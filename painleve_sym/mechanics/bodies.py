@@ -9,7 +9,7 @@ from typing import TypeAlias
 import sympy as sp
 
 from painleve_sym.errors import ModelError
-from painleve_sym.mechanics.bars import RoundBar, bending_modes
+from painleve_sym.mechanics.bars import RoundBar, first_bending_wavenumber
 
 Scalar: TypeAlias = sp.Expr | float
 """What a formula may be given as: an expression or a number, never text."""
@@ -80,15 +80,10 @@ MODULUS = sp.Symbol("modulus_of_material", positive=True)
 
 @dataclass(frozen=True)
 class NaturalPeriod:
-    """A natural period of a body.
+    """A natural period of a body, s; where it is not `modelled` the body is rigid in the mechanism.
 
-    Attributes
-    ----------
-    body, mode : str
-    period : sympy.Expr
-        In parameters, and in `DENSITY` and `MODULUS` where the material is chosen with a run; s.
-    modelled : bool
-        Whether the mechanism has the mode; otherwise the body is rigid in it.
+    It is written in parameters, and in `DENSITY` and `MODULUS` where the material is chosen with a
+    run.
     """
 
     body: str
@@ -159,8 +154,7 @@ class Body:
             return (NaturalPeriod(self.name, "lowest mode", expr(self.lowest_period)),)
         if self.length is not None:
             bar = RoundBar(expr(self.mass), expr(self.length), DENSITY, MODULUS)
-            first = bending_modes(("free", "free"), 1)[0]
-            frequency = bar.bending_frequency(first.wavenumber)
+            frequency = bar.bending_frequency(first_bending_wavenumber(("free", "free")))
             return (NaturalPeriod(self.name, "first bending mode", 2 * sp.pi / frequency),)
         return ()
 
@@ -303,11 +297,7 @@ class Load:
 def weight(bodies: Iterable[Body], gravity: Scalar | tuple[Scalar, Scalar]) -> sp.Expr:
     """Return the potential energy of the bodies' weight; J.
 
-    Parameters
-    ----------
-    bodies : iterable of Body
-    gravity : sympy.Expr or pair
-        g, acting along −y, or the acceleration vector (g_x, g_y); m/s².
+    `gravity` is g, acting along −y, or the acceleration vector (g_x, g_y); m/s².
     """
     pull = gravity if isinstance(gravity, tuple) else (0, -expr(gravity))
     return sum(

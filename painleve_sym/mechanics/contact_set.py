@@ -18,11 +18,6 @@ class ContactSet:
 
     The entries are as they come, unsimplified: they are meant for generated code. The closed forms
     of one contact are its `ContactCoefficients`.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-        With any number of contacts.
     """
 
     mechanism: Mechanism

@@ -16,11 +16,8 @@ class Deferred:
     def deferred(cls, make: Callable[[], Self], **known: Any) -> Self:
         """Return what `make` returns; it is called when a field is asked for that is not known.
 
-        Parameters
-        ----------
-        make : callable
-        **known
-            Fields and cached properties that are known before. They must be those of the result.
+        `known` are fields and cached properties that are known before; they must be those of the
+        result.
         """
         instance = object.__new__(cls)
         instance.__dict__.update(known, _make=make)

@@ -22,16 +22,9 @@ def definition_text(value: Any) -> str:
     Nothing is derived. Arguments keep the order they have, since the order of a sum decides its
     last digit. The text is for comparing and hashing; it is never read back.
 
-    Parameters
-    ----------
-    value : object
-        Dataclasses, SymPy expressions, mappings, sequences, enums, texts and numbers, nested in
-        any way. Fields marked as `NOT_DERIVED_FROM`, or left out of comparisons, play no part.
-
-    Raises
-    ------
-    TypeError
-        It contains something else (a function, say), whose content has no text.
+    The object may hold dataclasses, SymPy expressions, mappings, sequences, enums, texts and
+    numbers, nested in any way; anything else (a function, say) has no text and raises TypeError.
+    Fields marked as `NOT_DERIVED_FROM`, or left out of comparisons, play no part.
     """
     return _Writer(value).text(value)
 

@@ -23,19 +23,10 @@ PAIR_PROPERTIES = ("static_friction", "sliding_friction", "restitution")
 
 @dataclass(frozen=True)
 class MaterialValue:
-    """A number from the literature.
+    """A number from the literature, in `unit`, with its sources' keys in `painleve_sym.references`.
 
-    Attributes
-    ----------
-    value : float
-        In `unit`.
-    lower, upper : float
-        What the sources span; both are the value where they agree.
-    unit : str
-    sources : tuple of str
-        Keys of `painleve_sym.references`.
-    note : str
-        Under which condition it holds.
+    `lower` and `upper` are what the sources span, both the value where they agree; `note` says
+    under which condition it holds.
     """
 
     value: float
@@ -56,15 +47,7 @@ class MaterialValue:
 
 @dataclass(frozen=True)
 class MaterialPair:
-    """A material in dry contact with another body.
-
-    Attributes
-    ----------
-    other : str
-        Name of a material, or words such as ``a hard floor``.
-    static_friction, sliding_friction, restitution : MaterialValue or None
-        None where no source gives it.
-    """
+    """A material in dry contact with another, or with ``a hard floor``; None without a source."""
 
     other: str
     static_friction: MaterialValue | None = None
@@ -202,20 +185,9 @@ def material_values(
 ) -> dict[str, float]:
     """Return the values that materials give to the parameters that stand for their properties.
 
-    Parameters
-    ----------
-    where : str
-        What declares the parameters, for messages.
-    pair : tuple of two Material
-        See `two_materials`.
-    declared : sequence of Parameter
-    given : container of str
-        Parameters that have their value already, and are left out.
-
-    Raises
-    ------
-    InputError
-        A property that a material lacks; two materials where one parameter stands for both.
+    The pair is that of `two_materials`; parameters in `given` have their value already and are left
+    out; messages call what declares them `where`. InputError for a property that a material lacks,
+    and for two materials where one parameter stands for both.
     """
     values = {}
     for p in declared:

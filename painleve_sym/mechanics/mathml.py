@@ -60,13 +60,8 @@ class _Printer(MathMLPresentationPrinter):
 def mathml(value: Any, name: str = "", marked: Sequence[Any] = ()) -> str:
     """Return a formula, or an equation where a name stands before it, as a MathML element.
 
-    Parameters
-    ----------
-    value : sympy.Expr or sympy.Matrix
-    name : str
-        Name of a symbol on the left side, such as ``theta_dot``.
-    marked : sequence of sympy.Symbol and sympy.Expr
-        Pairs from `with_marks`: parts that have the class ``misprint``.
+    The name is that of a symbol, such as ``theta_dot``; `marked` are the pairs of `with_marks`,
+    whose parts have the class ``misprint``.
     """
     printer = _Printer(dict(marked))
     inner = printer.doprint(value)
@@ -80,12 +75,7 @@ def with_marks(
 ) -> tuple[sp.Expr, tuple[tuple[sp.Symbol, sp.Expr], ...]]:
     """Return a formula with symbols in place of the parts that differ from the correct one.
 
-    Returns
-    -------
-    sympy.Expr
-        The printed formula with these symbols.
-    tuple of pairs
-        The symbols, each with the part it stands for; see `mathml`.
+    The symbols follow, each with the part it stands for; see `mathml`.
     """
     marks: Marks = []
     return _marked(printed, correct, marks), tuple(marks)

@@ -20,20 +20,11 @@ SIDES = {"push": 1, "pull": -1}
 
 @dataclass(frozen=True)
 class ContactOutline:
-    """A `Contact` without its formulas.
+    """A `Contact` without its formulas, whose texts `gap` and `slip_velocity` are to be shown.
 
-    Attributes
-    ----------
-    name : str
-    bilateral : bool
-    friction : str
-        Name of the parameter μ.
-    gap, slip_velocity : str
-        The formulas as text, to be shown.
-    gap_coordinate, slip_rate : str
-        The coordinate that is the gap, the velocity that is the slip velocity; empty where none is.
-    depends_on_time : bool
-        Whether the time itself occurs in one of both formulas.
+    `friction` is the name of the parameter μ; `gap_coordinate` and `slip_rate` are the coordinate
+    that is the gap and the velocity that is the slip velocity, empty where none is.
+    `depends_on_time` tells whether the time itself occurs in one of both formulas.
     """
 
     name: str
@@ -57,15 +48,7 @@ class BoundOutline:
 
 @dataclass(frozen=True)
 class PeriodOutline:
-    """A `NaturalPeriod` as text.
-
-    Attributes
-    ----------
-    body, mode, formula : str
-    modelled : bool
-    of_material : bool
-        Whether it needs the material of the run.
-    """
+    """A `NaturalPeriod` as text; `of_material` where it needs the material of the run."""
 
     body: str
     mode: str
@@ -78,16 +61,8 @@ class PeriodOutline:
 class MechanismOutline:
     """Names, units and defaults of a mechanism, without its formulas.
 
-    Attributes
-    ----------
-    coordinates : tuple of Coordinate
-    parameters : tuple of Parameter
-    contacts : tuple of ContactOutline
-    domain : tuple of BoundOutline
-    timed : bool
-        Whether the time itself occurs in the energies, the forces or the domain.
-    periods : tuple of PeriodOutline
-        Natural periods of its bodies, where they are known.
+    `timed` says whether the time itself occurs in the energies, the forces or the domain; `periods`
+    are the natural periods of its bodies, where they are known.
     """
 
     coordinates: tuple[Coordinate, ...]

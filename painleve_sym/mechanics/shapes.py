@@ -40,12 +40,8 @@ class ShapeKind(StrEnum):
 class Shape:
     """A shape that moves with a mechanism.
 
-    Attributes
-    ----------
-    kind : ShapeKind
-    points : tuple of Point
-        A stick has its two ends, a polygon its corners in order, a disc its centre and a point of
-        its rim that turns with it, a dot its place.
+    A stick has its two ends, a polygon its corners in order, a disc its centre and a point of its
+    rim that turns with it, a dot its place.
     """
 
     kind: ShapeKind
@@ -82,17 +78,9 @@ class Shape:
 class ContactGeometry:
     """The place of a contact in the plane, with which its forces are drawn.
 
-    Attributes
-    ----------
-    point : Point
-        The point of the mechanism that touches.
-    normal : Point
-        Unit vector along which F_n acts on the mechanism; F_t acts along it turned clockwise by a
-        right angle.
-    surface : sympy.Expr
-        A function of `PLACE`, zero on the surface and positive on its free side.
-    rim : Shape or None
-        The disc whose rim touches.
+    `point` is that of the mechanism that touches, `rim` the disc whose rim touches. F_n acts on the
+    mechanism along the unit vector `normal`, F_t along it turned clockwise by a right angle.
+    `surface` is a function of `PLACE`, zero on the surface and positive on its free side.
     """
 
     point: Point
@@ -229,17 +217,9 @@ def contact_geometries(mechanism: Mechanism) -> dict[str, ContactGeometry]:
 def scene_formulas(mechanism: Mechanism, shapes: Sequence[Shape]) -> dict[str, sp.Expr]:
     """Return every number that a drawing of the mechanism needs, by name.
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-    shapes : sequence of Shape
-
-    Returns
-    -------
-    dict of str to sympy.Expr
-        ``shape_i_point_k_x`` and ``…_y`` in the order of the shapes; then, for each contact c of
-        those with a geometry, ``c_x``, ``c_y``, ``c_normal_x``, ``c_normal_y``. Functions of
-        coordinates, time and parameters; m.
+    ``shape_i_point_k_x`` and ``…_y`` in the order of the shapes; then, for each contact c of those
+    with a geometry, ``c_x``, ``c_y``, ``c_normal_x``, ``c_normal_y``. Functions of coordinates,
+    time and parameters; m.
     """
     formulas: dict[str, sp.Expr] = {}
     for i, shape in enumerate(shapes):

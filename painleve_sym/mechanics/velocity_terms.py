@@ -26,18 +26,8 @@ def velocity_terms(
 ) -> Terms | None:
     """Return the terms of degree 0, 1 and 2 in the velocities at a point.
 
-    Parameters
-    ----------
-    expr : sympy.Expr
-    velocities : sequence of sympy.Symbol
-    point : mapping of sympy.Symbol to sympy.Expr
-        Numbers for all other symbols.
-
-    Returns
-    -------
-    dict or None
-        None where the formula, as it is written, does not show that it is such a polynomial: it
-        may be one all the same.
+    The point has numbers for all other symbols. None where the formula, as it is written, does not
+    show that it is such a polynomial: it may be one all the same.
     """
     known: dict[sp.Basic, Terms] = {v: {(i,): 1.0} for i, v in enumerate(velocities)}
     known |= {s: {(): float(value)} for s, value in point.items()}

@@ -32,23 +32,11 @@ _IMPACT_SENTENCES = 3
 
 @dataclass(frozen=True)
 class EnergyGain:
-    """An event that adds energy.
+    """An impact or a reload that adds energy, by the law of restitution or the reload rule `law`.
 
-    Attributes
-    ----------
-    time : float
-        s.
-    kind : EventKind
-        IMPACT or RELOAD.
-    contacts : tuple of str
-        Which take part.
-    gain : float
-        Of an impact, the growth of the kinetic energy but for the work of drives; of a reload, the
-        stored energy that appears without work; J.
-    kinetic_energy : float
-        Before the event; J.
-    law : str
-        The law of restitution, or the reload rule.
+    The gain of an impact is the growth of the kinetic energy but for the work of drives; that of a
+    reload the stored energy that appears without work; J. `kinetic_energy` is that before the
+    event, J, `time` in s.
     """
 
     time: float
@@ -73,15 +61,8 @@ def energy_gains(
 ) -> tuple[EnergyGain, ...]:
     """Return the events that add energy, in order.
 
-    Parameters
-    ----------
-    rows : EventRecords
-        Of n events.
-    events : sequence of EventRecord
-        The same with names.
-    kinetic : tuple of two ndarray, each of shape (n,)
-        Kinetic energy before and after each event; J.
-    names : MotionNames
+    `events` are the n `rows` with names; `kinetic` is the energy before and after each of them,
+    shape (n,) each; J.
     """
     before, after = kinetic
     lost, driven = (_around(rows, names, f"{n}_dissipation") for n in ("contact", "force"))

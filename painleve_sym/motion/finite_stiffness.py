@@ -36,13 +36,8 @@ CONFIGURATIONS = ("frozen", "carried")
 class CorrectedJumps:
     """Jumps at finite stiffness; every array has the shape of the cases.
 
-    Attributes
-    ----------
-    impacts : FrozenImpacts
-        The contact: phases, impulses, v_t and v_n at the end, how it ends.
-    velocity : mapping of str to ndarray
-        Velocities of the mechanism after the impact, by state name.
-    configuration : str
+    `impacts` are those of the contact: phases, impulses, v_t and v_n at the end, how it ends.
+    `velocity` are the velocities of the mechanism after the impact, by state name.
     """
 
     impacts: FrozenImpacts
@@ -111,19 +106,10 @@ class CorrectedJumpRule:
         compression: ArrayLike = 0.0,
         configuration: str = "frozen",
     ) -> CorrectedJumps:
-        """Return the jumps from the states.
+        """Return the jumps from the states; those absent are 0, and every parameter is given.
 
-        The contact counts as touching, or compressed by δ₀ = `compression`.
-
-        Parameters
-        ----------
-        state : mapping of str to float or ndarray
-            Coordinates and velocities; absent ones are 0.
-        parameters : mapping of str to float or ndarray
-            Every parameter of the mechanism and of the law.
-        compression : float or ndarray
-            δ₀ ≥ 0; m. Its surface energy is K δ₀^(n+1)/(n+1).
-        configuration : {"frozen", "carried"}
+        The contact counts as touching, or compressed by δ₀ = `compression` ≥ 0, m, with the surface
+        energy K δ₀^(n+1)/(n+1). The configuration is one of `CONFIGURATIONS`.
         """
         if configuration not in CONFIGURATIONS:
             raise InputError(
@@ -250,20 +236,9 @@ def _halves(impacts: FrozenImpacts, moving: Array) -> tuple[dict[str, Array], di
 
 @dataclass(frozen=True)
 class CorrectedPhase:
-    """One phase of a jump at finite stiffness.
+    """One phase of a jump at finite stiffness, such as ``reverse slip compression``.
 
-    Attributes
-    ----------
-    name : str
-        ``slip``, ``sticking`` or ``reverse slip``, then ``compression`` or ``restitution``.
-    duration : float
-        s.
-    normal_impulse, tangential_impulse : float
-        N s.
-    compression : float
-        δ at the end; m.
-    slip_velocity, normal_velocity : float
-        Of the contact at the end; m/s.
+    Duration in s, impulses in N s; δ (m) and the velocities of the contact (m/s) at its end.
     """
 
     name: str

@@ -107,18 +107,10 @@ class _Begin:
 
 @dataclass(frozen=True)
 class _Course:
-    """Phases of motions.
+    """Phases of motions: the number of each one's motion, ascending, and its `PHASE` numbers.
 
-    Attributes
-    ----------
-    row : ndarray of int, shape (phases,)
-        Number of the motion of each phase, ascending.
-    numbers : mapping of str to ndarray, shape (phases,)
-        `PHASE`.
-    end : ndarray of int, shape (motions,)
-        Number of a `FrozenEnd`; `_RESUMES` where the slip has stopped and the motion continues.
-    later : _Begin
-        There the state at which the slip has stopped.
+    `end`, shape (motions,), is the number of a `FrozenEnd`, or `_RESUMES` where the slip has
+    stopped and the motion continues: `later` has the state there.
     """
 
     row: NDArray[np.int64]

@@ -26,23 +26,10 @@ that starts all but at rest has a small scale.
 class ImpactResolver:
     """Answers the questions of one run without compiled code: the impacts of rigid contacts.
 
-    It repeats the decisions of ``engines/loop/impact.c``, which it serves to check.
-
-    Attributes
-    ----------
-    impacts : ContactImpacts
-    law : RigidLaw
-        Of all rigid contacts.
-    target : int
-        The mode in which the motion continues.
-    values : dict of str to float
-        Parameters.
-    scale : ndarray, shape (nx,)
-        Of each state.
-    touchdowns : list of float
-        Times of the touchdowns; s.
-    impulses : list of tuple of float
-        Per event of the answers.
+    It repeats the decisions of ``engines/loop/impact.c``, which it serves to check. The law is that
+    of all rigid contacts, `target` the mode in which the motion continues, `values` the parameters,
+    `scale` that of each state. It collects the times of the touchdowns, s, and per event of the
+    answers its impulses.
     """
 
     impacts: ContactImpacts
@@ -110,13 +97,8 @@ class ImpactResolver:
 def accumulates(times: list[float]) -> bool:
     """Return whether touchdowns of several contacts shrink towards a limit that is reached.
 
-    One contact's bounces are a geometric series; those of several take turns, and only windows of
-    them, taken together, shrink steadily.
-
-    Parameters
-    ----------
-    times : list of float
-        Of all touchdowns so far; s.
+    The times, s, are those of all touchdowns so far. One contact's bounces are a geometric series;
+    those of several take turns, and only windows of them, taken together, shrink steadily.
     """
     for size in WINDOWS:
         ends = times[-1 : -2 - size * SHRINKING : -size]

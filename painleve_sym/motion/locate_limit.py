@@ -32,15 +32,8 @@ def locate_limit(
     """Return the limit of a run that stopped where its slip meets A = 0; None for other stops.
 
     With the law F − F* ~ (t* − t)^(r − 1) of the singular point, the mean force from the stop to
-    the limit is (F + β₀/α)/r, which stays finite where F* does not (r = 1). All rates are affine
-    in the force, so that this mean force carries the state to t*; there it is corrected to B = 0.
-
-    Parameters
-    ----------
-    contact : ContactModel
-    run : Trajectory
-    values : mapping of str to float
-        All parameters by name.
+    the limit is (F + β₀/α)/r, which stays finite where F* does not (r = 1). All rates are affine in
+    the force, so that this mean force carries the state to t*; there it is corrected to B = 0.
     """
     mode = _slip(run.mode_names[run.final_mode])
     if run.stop_reason is not StopReason.SINGULAR or mode is None:
@@ -74,16 +67,8 @@ def jams(
 ) -> Any:
     """Return which runs that stopped where their slip meets A = 0 jam dynamically, shape (n,).
 
-    Parameters
-    ----------
-    contact : ContactModel
-    mode : str
-        In which all of them stopped.
-    names : sequence of str
-        Of the states.
-    states : ndarray, shape (n, nx)
-    values : mapping of str to ndarray, shape (n,)
-        All parameters.
+    All of them stopped in one mode; `names` are those of the states, shape (n, nx), and the values,
+    shape (n,), those of all parameters.
     """
     slip = _slip(mode)
     if slip is None:
@@ -134,10 +119,10 @@ class _Approach:
         constants: Mapping[str, Array],
     ) -> None:
         def derive() -> tuple[dict[str, Any], list[Any]]:
-
+            from painleve_sym.contacts.rigid import RigidContact
             from painleve_sym.mechanics.coefficients import F_N
 
-            builder, slip = contact.builder, CONTACTS[mode]
+            builder, slip = RigidContact(contact), CONTACTS[mode]
             point, c = builder.singular_points[slip], builder.mechanism.coefficients
             local = (c.A(slip), c.B, point.A_rate, point.B_rate, point.B_rate_per_force)
             rates = builder.field(mode, F_N) | {builder.gap: 0, builder.gap_rate: 0}

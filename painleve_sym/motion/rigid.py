@@ -42,14 +42,7 @@ _MEETINGS = {
 def chatter_at(
     contact: ContactModel, state: Mapping[str, float], values: Mapping[str, float]
 ) -> Chatter | None:
-    """Return how small bounces near a contact at rest follow each other (see `chatter`).
-
-    Parameters
-    ----------
-    contact : ContactModel
-    state, values : mapping of str to float
-        Coordinates and velocities, and all parameters.
-    """
+    """Return how small bounces near a contact at rest follow each other (see `chatter`)."""
     problem = contact_problem(contact.mechanism, state, values)
     return chatter(problem, contact.rigid_law.restitution, values[contact.parameters[0].name])
 
@@ -124,14 +117,9 @@ def growing_bounces(
 ) -> tuple[ReverseChatter, ...]:
     """Return the stretches of bounces that grow out of contact.
 
-    Parameters
-    ----------
-    events : sequence of EventRecord
-    gap_rate : str
-        Name of the state that holds ġ_N.
-    at_contact : callable
-        Tells of a state how small bounces near it follow each other. Growth where it expects none
-        is not reverse chatter but a motion that falls harder (a rod that tumbles).
+    `gap_rate` is the name of the state that holds ġ_N. `at_contact` tells of a state how small
+    bounces near it follow each other: growth where it expects none is not reverse chatter but a
+    motion that falls harder (a rod that tumbles).
     """
     touchdowns = [e for e in events if e.kind is EventKind.TOUCHDOWN]
     speeds = [-e.state[gap_rate] for e in touchdowns]

@@ -23,17 +23,9 @@ _MATERIAL_ARGUMENTS = ("density_of_material", "modulus_of_material")
 
 @dataclass(frozen=True)
 class BodyPeriod:
-    """A natural period of a body of a motion.
+    """A natural period of a body of a motion, s; where not `modelled`, the body is rigid in it.
 
-    Attributes
-    ----------
-    body, mode : str
-    period : float
-        s.
-    modelled : bool
-        Whether the mechanism has the mode; otherwise the body is rigid in it.
-    material : str
-        From which the period follows; empty where the mechanism says it.
+    The material is that from which the period follows; empty where the mechanism says it.
     """
 
     body: str
@@ -49,14 +41,7 @@ def body_periods(
     """Return the natural periods of the bodies with these parameters.
 
     Of modes that the mechanism has, the shortest period of each kind; of a rigid body the longest.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    values : mapping of str to float
-        Every parameter by name.
-    material : Material, optional
-        Of the bars of the mechanism; without it nothing is known of them.
+    Without the material of the bars nothing is known of them.
     """
     declared = mechanism.outline.periods
     known = [p for p in declared if material is not None or not p.of_material]
@@ -113,11 +98,7 @@ def rigidity_notices(
 ) -> tuple[str, ...]:
     """Return a sentence for each body whose vibration an impact excites and the motion leaves out.
 
-    Parameters
-    ----------
-    durations : mapping of str to float
-        Of the shortest contact by the contact's name; s.
-    periods : sequence of BodyPeriod
+    The durations, s, are those of the shortest contact by the contact's name.
     """
     if not durations:
         return ()

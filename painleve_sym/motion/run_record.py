@@ -27,18 +27,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RunRecord:
-    """A `MotionRecord` of a run.
-
-    Attributes
-    ----------
-    simulator : Simulator
-    start : Start
-    raw : RawRun
-    resolved : sequence of tuple of float
-        Impulses of the events that a resolver answered, in order.
-    material : Material or None
-        Of the moving body.
-    """
+    """The record of a run; `resolved` are the impulses of the events that a resolver answered."""
 
     simulator: Simulator
     start: Start

@@ -68,14 +68,7 @@ _law_of_name = functools.lru_cache(maxsize=64)(as_law)
 def simulator_of(
     mechanism: MechanismLike, law: LawsLike, engine: EngineLike = EngineName.AUTO
 ) -> Simulator:
-    """Return the simulator of a mechanism with its law; one of an earlier call where it is kept.
-
-    Parameters
-    ----------
-    mechanism : Mechanism, or its name, or the path of a mechanism file
-    law : ContactLaw or RigidLaw, or its name, or mapping of contact to these
-    engine : EngineName or its text
-    """
+    """Return the simulator of a mechanism with its law; one of an earlier call where it is kept."""
     name = chosen(EngineName, engine, "engine")
     laws = _law_of_name(law) if isinstance(law, str) else as_law(law)
     return _kept.get(as_mechanism(mechanism), laws, name)
@@ -114,18 +107,24 @@ def simulate(
         One law for all contacts, or the law of each by the contact's name.
     state : mapping of str to (float or str), optional
         Coordinates and velocities by name, SI units and rad; absent ones are 0. The mechanism's
-        `start` where no state is given.
+        `start` where no state is given. A negative gap is a compression, which only a compliant
+        contact may have.
     t_end : float
         s, > 0.
     until : EventKind, its text, or several
         Kinds of events that end the run.
     parameters, law_parameters : mapping of str to float
-        Of the mechanism, and of the law; absent ones have their defaults.
+        Of the mechanism, and of the law; absent ones have their defaults. Parameters of laws may
+        also be among the former: a name that both have is the mechanism's there, and the law's
+        has ``_law`` behind it.
     material : Material or its name, or two, optional
         Sets every parameter that stands for a property of it and is not given: one of both bodies,
-        or those of the moving body and of the other, ``steel,rubber``.
+        or those of the moving body and of the other, ``steel,rubber``. Natural periods of bars
+        follow from it, for `Trajectory.notices`.
     initial_force : float
         Sets the initial compression so that the only, compliant contact carries this force; N.
+        Where the gap is not a coordinate, the coordinates stay and the surface counts as raised
+        by it.
     close : str, optional
         A coordinate for which gap = 0 is solved from the given state, ``CONTACT:COORDINATE`` with
         several contacts; see `contacts.closing.closed_state`.
@@ -133,16 +132,20 @@ def simulate(
     rtol : float
         Relative tolerance of every state, in [1e-15, 1).
     atol : ndarray, shape (nx,)
-        Per state; by default scaled to the contact.
+        Per state; by default scaled to the contact (see `Simulator.tolerances`).
     record : Record or its text
+        Extent of the recorded run: ``dense``, ``events`` or ``end``.
     first_step, max_step : float
         s; a first step of 0 lets the engine choose it.
     max_steps, max_events : int
+        Where they are reached the run stops and says so.
 
     Returns
     -------
     Trajectory
-        Also when it stopped early: `stop_reason` says why.
+        Also when it stopped early: `stop_reason` says why. Of several contacts, forces and gaps of
+        each are the outputs ``normal_force_<contact>``, …; where the bodies' rigidity leaves forces
+        open, contacts share them in proportion to what their friction carries.
 
     Raises
     ------
@@ -230,7 +233,8 @@ def simulate_batch(
     events : int
         How many event times of each kind are kept, the first ones; all are counted.
     maxima, minima, integrals : sequence of str
-        Outputs of which the extreme over the run with its time, or the integral, is kept.
+        Outputs (``normal_force``, ``compression``, …) of which the extreme over the run with its
+        time, or the integral, is kept: that of ``normal_force`` is the normal impulse.
 
     Returns
     -------

@@ -61,17 +61,9 @@ _GUIDE_MEETS = (
 
 
 class Start(NamedTuple):
-    """Start of a run.
+    """Start of a run: its state, its parameters by name and in the engine's order, and its scale.
 
-    Attributes
-    ----------
-    state : ndarray, shape (nx,)
-    values : dict of str to float
-        Parameters by name, and
-    parameters : ndarray, shape (np,)
-        in the engine's order.
-    scale : ndarray, shape (nx,)
-        Of each state: below it only its absolute error counts.
+    Below the scale of a state, shape (nx,), only its absolute error counts.
     """
 
     state: Array
@@ -92,7 +84,9 @@ class Simulator:
     StopReason.DYNAMIC_JAM, any other that meets A = 0 with SINGULAR; `Trajectory.limit` holds time
     and state it would arrive at. A contact at rest that can also leave in growing bounces lists
     ``reverse_chatter`` among its `alternatives`, and `Trajectory.reverse_chatter` tells of bounces
-    that do grow. A bilateral contact keeps its gap 0; see `BilateralContact`.
+    that do grow. A bilateral contact keeps its gap 0. Where its slip
+    has two forces, the policy takes that with A > 0 (liftoff), that with A < 0 (slip), or the
+    tangential impact.
 
     **Several contacts**, of any kinds: at an event every combination of what the closed contacts
     may do is held against their contact problem, and where several motions are possible the policy
@@ -134,9 +128,8 @@ class Simulator:
     @cached_property
     def laws(self) -> tuple[Law, ...]:
         """One law for all contacts, or one for each in the mechanism's order."""
-        taken = [p.name for p in self.mechanism.outline.parameters]
         if not isinstance(self.law, Mapping):
-            return (self.law.apart_from(taken),)
+            return (self.law,)
         names = [c.name for c in self.mechanism.outline.contacts]
         for name in self.law:
             if name not in names:
@@ -163,17 +156,14 @@ class Simulator:
     @property
     def own_parameters(self) -> tuple[Parameter, ...]:
         """Parameters besides the mechanism's: those of the laws."""
-        known = {p.name for p in self.contact.parameters}
-        if self.contact.several:
-            return self.contact.parameters
-        return tuple(p for p in self.laws[0].parameters if p.name in known)
+        return self.contact.parameters
 
     def given(
         self,
         parameters: Mapping[str, Any] | None = None,
         law_parameters: Mapping[str, Any] | None = None,
     ) -> dict[str, Any]:
-        """Return parameters of mechanism and laws as one mapping; see `run` for the names.
+        """Return parameters of mechanism and laws as one mapping; see `simulate` for names.
 
         Raises
         ------
@@ -353,53 +343,7 @@ class Simulator:
     ) -> Trajectory:
         """Integrate the motion from t = 0.
 
-        Parameters
-        ----------
-        state : mapping of str to (float or str), optional
-            Coordinates and velocities by name, SI units and rad; absent ones are 0. The
-            mechanism's `start` where no state is given. A negative gap is a compression, which
-            only a compliant contact may have.
-        t_end : float
-            s, > 0.
-        until : EventKind, its text, or several
-            Kinds of events that end the run.
-        parameters : mapping of str to float
-            Of mechanism and laws; absent ones have their defaults. A name that both have is the
-            mechanism's here, and the law's has ``_law`` behind it.
-        law_parameters : mapping of str to float
-            Of the laws, by the names that the laws themselves give them.
-        material : Material or its name, or two, optional
-            Sets every parameter that stands for a property of it and is not given; see
-            `of_materials`. Natural periods of bars follow from it, for `Trajectory.notices`.
-        initial_force : float
-            Sets the initial compression so that the only, compliant contact carries this force; N.
-            Where the gap is not a coordinate, the coordinates stay and the surface counts as raised
-            by it.
-        close : str, optional
-            A coordinate for which gap = 0 is solved from the given state; ``CONTACT:COORDINATE``
-            with several contacts; see `contacts.closing.closed_state`.
-        rtol : float
-            Relative tolerance of every state, in [1e-15, 1).
-        atol : ndarray, shape (nx,)
-            Per state; by default scaled to the contact (see `tolerances`).
-        record : Record or its text
-            Extent of the recorded run: ``dense``, ``events`` or ``end``.
-        first_step, max_step : float
-            s; a first step of 0 lets the engine choose it.
-        max_steps, max_events : int
-            Where they are reached the run stops and says so.
-
-        Returns
-        -------
-        Trajectory
-            Also when it stopped early: `stop_reason` says why. Of several contacts, forces and gaps
-            of each are the outputs ``normal_force_<contact>``, …; where the bodies' rigidity leaves
-            forces open, contacts share them in proportion to what their friction carries.
-
-        Raises
-        ------
-        InputError
-            Unknown names, numbers out of range, a start outside the domain or inside the ground.
+        Arguments, result and errors are those of `painleve_sym.simulate`.
 
         Examples
         --------
@@ -459,7 +403,7 @@ class Simulator:
         initial_force: float | None = None,
         close: str | None = None,
     ) -> Start:
-        """Return the checked start of a run; see `run` for the arguments and errors."""
+        """Return the checked start of a run; see `simulate` for the arguments."""
         values, given = self.parameters(parameters), self._state_values(state)
         if close is not None:
             given = closed_state(self.mechanism, given, values, close)
@@ -711,7 +655,7 @@ class Simulator:
         max_steps: int = MAX_STEPS,
         max_events: int = MAX_EVENTS,
     ) -> RunOptions:
-        """Return checked options of a run from a state with this scale, shape (nx,); see `run`."""
+        """Return checked options of a run; `scale` is that of its start. See `simulate`."""
         if not (math.isfinite(t_end) and t_end > 0):
             raise InputError(f"{self.where}: t_end: got {t_end!r}, need a finite number > 0.")
         kinds = (until,) if isinstance(until, str) else tuple(until)

@@ -83,16 +83,9 @@ class SingularLimit:
 class ReverseChatter:
     """Successive bounces of a rigid motion that grow where growth is expected.
 
-    Attributes
-    ----------
-    start_time, end_time : float
-        Of the first and the last of these touchdowns; s.
-    bounces : int
-        How many touchdowns.
-    ratio : float
-        Geometric mean of the ratios of successive approach speeds; 1.
-    expected_ratio : float
-        Ratio of bounces of frozen coefficients at the first touchdown (see `Chatter`); 1.
+    The times are those of the first and the last of these touchdowns, s; `bounces` is their number.
+    `ratio` is the geometric mean of the ratios of successive approach speeds, `expected_ratio` that
+    of bounces of frozen coefficients at the first touchdown (see `Chatter`).
     """
 
     start_time: float

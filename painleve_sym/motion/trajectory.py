@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from painleve_sym.mechanics.mechanism import Mechanism
+    from painleve_sym.motion.run_record import RunRecord
 
 FORMAT = "painleve-sym trajectory 2"
 ENERGIES = ("kinetic_energy", "potential_energy", "stored_energy")
@@ -88,19 +89,9 @@ class Segment:
 class MotionNames:
     """Names that all motions of a simulator share.
 
-    Attributes
-    ----------
-    mechanism, law : str
-    choices : dict of str to str
-        The law's named choices.
-    states, memory, outputs : tuple of str
-    engine : str
-    contacts : tuple of str
-        In the mechanism's order.
-    units, latex : dict of str to str
-        Of coordinates, velocities and parameters.
-    source : str
-        Works on the mechanism, the laws and the integrator.
+    `choices` are the law's, `contacts` in the mechanism's order, `units` and `latex` those of
+    coordinates, velocities and parameters, `source` the works on the mechanism, the laws and the
+    integrator.
     """
 
     mechanism: str
@@ -116,25 +107,12 @@ class MotionNames:
     source: str
 
 
-class Evaluator(Protocol):
-    """Computes the outputs of a motion: forces, gaps, energies."""
-
-    def outputs(self, modes: Any, states: Array, memory: Array, constants: Array) -> Array:
-        """Return the outputs at n points, shape (n, no)."""
-
-    def portable(self) -> TapeOutputs:
-        """Return an evaluator that can be saved and sent to another process."""
-
-
 @dataclass(frozen=True)
 class EngineOutputs:
-    """An `Evaluator` that asks the engine of the run.
+    """Outputs of a motion (forces, gaps, energies), which the engine of the run computes.
 
-    Attributes
-    ----------
-    engine : Engine
-    tapes : callable
-        Returns the outputs of each mode as tapes; called where a motion is saved or pickled.
+    `tapes` returns the outputs of each mode as tapes; it is called where a motion is saved or
+    pickled.
     """
 
     engine: Engine
@@ -159,45 +137,9 @@ class Film(Protocol):
         """Return it as HTML with play, pause and a slider."""
 
 
-class MotionRecord(Protocol):
-    """Recorded arrays of a motion, read at the first access."""
-
-    @property
-    def steps(self) -> StepRecords:
-        """The steps; their modes are indices into `mode_names`."""
-
-    @property
-    def mode_names(self) -> tuple[str, ...]:
-        """Names of the modes."""
-
-    @property
-    def final_mode(self) -> int:
-        """Index into `mode_names`."""
-
-    @property
-    def events(self) -> tuple[EventRecord, ...]:
-        """The events, in order."""
-
-    @property
-    def reverse_chatter(self) -> tuple[ReverseChatter, ...]:
-        """Rigid motion: stretches of bounces that grow out of contact."""
-
-    @property
-    def energy_gains(self) -> tuple[EnergyGain, ...]:
-        """Impacts and reloads that add energy, as far as events were kept."""
-
-    @property
-    def body_periods(self) -> tuple[BodyPeriod, ...]:
-        """Natural periods of the bodies, as far as they are known."""
-
-    @property
-    def constants(self) -> Array:
-        """Parameters and definitions, as the engine takes them."""
-
-
 @dataclass(frozen=True)
 class StoredRecord:
-    """A `MotionRecord` that has been read, such as one from a file."""
+    """Recorded arrays of a motion that have been read; modes are indices into `mode_names`."""
 
     steps: StepRecords
     mode_names: tuple[str, ...]
@@ -209,7 +151,7 @@ class StoredRecord:
     body_periods: tuple[BodyPeriod, ...] = ()
 
     @classmethod
-    def of(cls, record: MotionRecord) -> StoredRecord:
+    def of(cls, record: RunRecord | StoredRecord) -> StoredRecord:
         """Return all that a record gives."""
         return cls(**{f.name: getattr(record, f.name) for f in fields(cls)})
 
@@ -261,14 +203,14 @@ class Trajectory:
     names: MotionNames
     parameters: dict[str, float]
     rtol: float
-    record: MotionRecord = field(repr=False)
+    record: RunRecord | StoredRecord = field(repr=False)
     final_time: float
     final_state: Array
     final_memory: Array
     stop_reason: StopReason
     stop_detail: str
     counters: dict[str, int]
-    evaluator: Evaluator | None = field(default=None, compare=False)
+    evaluator: EngineOutputs | TapeOutputs | None = field(default=None, compare=False)
     limit: SingularLimit | None = None
     subject: Mechanism | None = field(default=None, compare=False)
 
@@ -728,8 +670,8 @@ class Trajectory:
         CompilerMissing
             The module is not part of the package and there is no compiler for WebAssembly.
         """
-        record: Any = self.record
-        if not hasattr(record, "simulator"):
+        record = self.record
+        if isinstance(record, StoredRecord):
             raise InputError(
                 "explorer: the trajectory comes from a file or another process, which do not keep "
                 "the mechanism. Fix: call painleve_sym.explore with mechanism, law and state."

@@ -19,16 +19,10 @@ from painleve_sym.references import Reference, reference
 
 @dataclass(frozen=True)
 class Printed:
-    """A number as it is printed.
+    """A number as it is printed, with all its digits, such as ``-0.0337``.
 
-    Attributes
-    ----------
-    text : str
-        With all its digits, such as ``-0.0337``.
-    within : float or None
-        Tolerance where the paper calls the number approximate; else half the last digit.
-    where : str
-        Section, meaning and unit.
+    `within` is the tolerance where the paper calls the number approximate; `where` tells section,
+    meaning and unit.
     """
 
     text: str
@@ -56,20 +50,11 @@ class Printed:
 
 @dataclass(frozen=True)
 class PrintedFormula:
-    """A formula of the paper.
+    """A formula of the paper: where it is printed, the formula for people, and its right side.
 
-    Attributes
-    ----------
-    number, text : str
-        Where it is printed, and the formula for people.
-    title : str
-        Name of the quantity; empty where only the derivations compare it.
-    expression : str
-        Its right side; empty where the paper leaves the line out.
-    corrected, holds : str
-        The right side with the misprint removed, where there is one; the same for people.
-    misprint : str
-        The fault of the print.
+    The title is empty where only the derivations compare it, the expression where the paper leaves
+    the line out. Of a misprint there are the right side without it (`corrected`), the same for
+    people (`holds`), and the fault.
     """
 
     number: str
@@ -83,17 +68,10 @@ class PrintedFormula:
 
 @dataclass(frozen=True)
 class ItemClaim:
-    """One thing the paper says, and how it fares.
+    """One thing the paper says in short, or with printed numbers, and how it fares.
 
-    Attributes
-    ----------
-    group, title : str
-    paper : str
-        The claim in short; empty where it is made of printed numbers.
-    expected : Verdict
-        The verdict the derivations and independent computations establish.
-    reason : str
-        Why, or under which assumption; ``{name}`` stands for a computed number.
+    The verdict expected is that of the derivations and of independent computations; in the reason
+    ``{name}`` stands for a computed number.
     """
 
     group: str
@@ -107,19 +85,10 @@ class ItemClaim:
 class Claims:
     """Everything a paper prints that is compared with.
 
-    Attributes
-    ----------
-    source : Reference
-        The paper.
-    formulas : mapping of str to PrintedFormula
-    letters : mapping of str to str
-        Letters in which the paper writes another formula, with the name of that formula.
-    numbers : mapping of str to Printed
-        Single numbers in the text.
-    items : mapping of str to ItemClaim
-        By item, in the order in which they are reported; each titled formula is one.
-    data : mapping
-        Other tables of the file, which only the paper's own modules read.
+    `letters` are those in which the paper writes another formula, with the name of that formula.
+    `numbers` are single ones in the text. `items` are in the order in which they are reported; each
+    titled formula is one. `data` are other tables of the file, which only the paper's own modules
+    read.
     """
 
     source: Reference
@@ -134,13 +103,7 @@ class Claims:
     ) -> sp.Expr:
         """Return the right side of a formula, as printed or with its misprint removed.
 
-        Parameters
-        ----------
-        formula : str
-            Name of the formula.
-        names : mapping of str to sympy.Expr
-            Meaning of each name; the letters of other formulas are added.
-        corrected : bool
+        To the meanings of the names the letters of other formulas are added.
         """
         claim = self.formulas[formula]
         letters = {
@@ -154,15 +117,7 @@ class Claims:
 
 @cache
 def read_claims(path: Path) -> Claims:
-    """Return the claims of a ``claims.toml``.
-
-    Raises
-    ------
-    TypeError
-        An entry has a key that is not known, or lacks one.
-    InputError
-        ``docs/references.bib`` has no entry for the paper.
-    """
+    """Return the claims of a ``claims.toml``; TypeError where an entry has or lacks a key."""
     with path.open("rb") as file:
         data = tomllib.load(file)
     source = reference(data.pop("source"))

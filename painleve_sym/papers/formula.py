@@ -13,16 +13,7 @@ from painleve_sym.mechanics.toml.expressions import Formulas
 def expression(text: str, names: Mapping[str, sp.Expr]) -> sp.Expr:
     """Return the expression of a formula written as text; the text is parsed, never executed.
 
-    Parameters
-    ----------
-    text : str
-    names : mapping of str to sympy.Expr
-        Meaning of each name in the text.
-
-    Raises
-    ------
-    InputError
-        The text is not a formula, or uses a name that is not given.
+    InputError where it is not a formula, or uses a name that is not given.
     """
     expr, faults = Formulas(dict(names)).read(text)
     if expr is None:

@@ -38,21 +38,11 @@ class Verdict(enum.Enum):
 
 @dataclass(frozen=True)
 class Outcome:
-    """The result of computing an item.
+    """The result of computing an item, in short, with its verdict and its figure.
 
-    Attributes
-    ----------
-    computed : str
-        The answer, in short.
-    verdict : Verdict
-    reason : mapping of str to float or str
-        Numbers for the ``{fields}`` of the reason in the claims.
-    data : mapping
-        Numbers in full precision, as JSON values. ``table`` holds ``columns`` and ``rows``.
-    panels : tuple of Panel
-        The figure, where there is one.
-    paper : str
-        The claim, where it is made of printed numbers.
+    `reason` has the numbers for the ``{fields}`` of the reason in the claims, `data` numbers in
+    full precision, as JSON values (``table`` holds ``columns`` and ``rows``), `paper` the claim
+    where it is made of printed numbers.
     """
 
     computed: str
@@ -72,15 +62,8 @@ def checked(
 ) -> Outcome:
     """Return the outcome of a claim in words: reproduced when every check holds.
 
-    Parameters
-    ----------
-    computed : str
-    checks : mapping of str to bool
-        Statements the words amount to; kept in the data.
-    data : mapping, optional
-    panels : tuple of Panel
-    **reason
-        Numbers for the reason in the claims.
+    The checks are statements that the words amount to, and are kept in the data; `reason` are
+    numbers for the reason in the claims.
     """
     plain = {name: bool(value) for name, value in checks.items()}
     data = {**(data or {}), "checks": plain}

@@ -13,19 +13,10 @@ from painleve_sym.motion.trajectory import Trajectory
 
 @dataclass(frozen=True)
 class Axis:
-    """A quantity along an axis.
+    """A quantity along an axis: its symbol in mathtext and its unit, empty for a plain number.
 
-    Attributes
-    ----------
-    label : str
-        Symbol in mathtext.
-    unit : str
-        Unit shown; empty for a plain number.
-    factor : float
-        Shown value per SI value, such as 1e3 for milliseconds.
-    log : bool
-    limits : tuple of float or None
-        Range shown, in the shown unit; None leaves it to the data.
+    `factor` is the shown value per SI value, such as 1e3 for milliseconds; limits are in the shown
+    unit.
     """
 
     label: str
@@ -41,16 +32,10 @@ class Axis:
 
 @dataclass(frozen=True)
 class Curve:
-    """Points joined by a line, in SI units.
+    """Points joined by a line, in SI units, shape (n,) each; the label is mathtext, or empty.
 
-    Attributes
-    ----------
-    label : str
-        Mathtext; empty for a curve that needs no name.
-    x, y : ndarray, shape (n,)
-    role : {"line", "reference", "admissible", "points"}
-        A result, something to compare with, the set that complementarity admits, or computed
-        points joined by a line.
+    Roles are ``line`` (a result), ``reference`` (to compare with), ``admissible`` (the set that
+    complementarity admits) and ``points`` (computed points joined by a line).
     """
 
     label: str
@@ -65,15 +50,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Mark:
-    """A point worth naming: an event of a run, or a solution.
-
-    Attributes
-    ----------
-    kind : str
-        slip_stop, max_compression, reload, separation or solution.
-    x, y : float
-        SI units.
-    """
+    """A point worth naming, in SI units: an event of a run by its kind, or a ``solution``."""
 
     kind: str
     x: float
@@ -82,18 +59,7 @@ class Mark:
 
 @dataclass(frozen=True)
 class Panel:
-    """One diagram of a figure.
-
-    Attributes
-    ----------
-    x, y : Axis
-    curves : tuple of Curve
-    marks : tuple of Mark
-    title : str
-        Short text after the letter of the panel.
-    note : str
-        A few words shown inside, where there is nothing to mark.
-    """
+    """One diagram of a figure; its note is shown inside, where there is nothing to mark."""
 
     x: Axis
     y: Axis
@@ -120,15 +86,8 @@ MODULUS = Axis(r"$E$", "Pa", log=True)
 def window(trajectory: Trajectory, start: float, end: float, per_step: int = 40) -> Array:
     """Return times that draw a run smoothly, shape (n,).
 
-    Every step is divided, and each event has a point just before it, so that a jump of the force
-    is drawn as one.
-
-    Parameters
-    ----------
-    trajectory : Trajectory
-    start, end : float
-        s; cut to the run.
-    per_step : int
+    Every step is divided into `per_step`, and each event has a point just before it, so that a jump
+    of the force is drawn as one. Start and end, s, are cut to the run.
     """
     end = min(end, trajectory.final_time)
     times = trajectory.fine_times(per_step)

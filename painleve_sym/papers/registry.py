@@ -27,14 +27,7 @@ Progress = Callable[[int, int, str], None]
 
 @dataclass(frozen=True)
 class Paper:
-    """A paper whose claims are computed again.
-
-    Attributes
-    ----------
-    name : str
-        Name of its folder, with hyphens.
-    folder : Path
-    """
+    """A paper whose claims are computed again; its name is that of its folder, with hyphens."""
 
     name: str
     folder: Path
@@ -48,10 +41,7 @@ class Paper:
     def module(self) -> ModuleType:
         """The module with ``COMPUTE`` and ``Workbench``, loaded on first use.
 
-        Raises
-        ------
-        LookupError
-            An item has a claim and no computation, or a computation and no claim.
+        LookupError where an item has a claim and no computation, or a computation and no claim.
         """
         module = import_module(f"{papers.__name__}.{self.folder.name}.items")
         lonely = sorted(set(module.COMPUTE) ^ set(self.claims.items))
@@ -65,26 +55,12 @@ class Paper:
 
 @dataclass(frozen=True)
 class Item:
-    """One claim of a paper with its verdict.
+    """One claim of a paper, as `paper` says it, and the answer in short, with its verdict.
 
-    Attributes
-    ----------
-    id, group, title : str
-    paper : str
-        The claim.
-    computed : str
-        The answer, in short.
-    verdict, expected : Verdict
-        The computed one, and the one the derivations and independent computations establish.
-    reason : str
-        Why it differs, or under which assumption it agrees.
-    seconds : float
-        Time to compute it; runs shared with earlier items are not counted again.
-    data : mapping
-        Numbers in full precision, as JSON values.
-    series : tuple of Panel or None
-        Content of its figure.
-    paper_name : str
+    The verdict is the computed one; expected is the one the derivations and independent
+    computations establish, for the `reason`, or under the assumption named there. Runs shared with
+    earlier items do not count in `seconds`. `data` are numbers in full precision, as JSON values;
+    `series` are the content of its figure.
     """
 
     id: str
@@ -190,13 +166,7 @@ def known_papers() -> dict[str, Paper]:
 
 
 def chosen_papers(name: str | None = None) -> tuple[Paper, ...]:
-    """Return the paper of a name; all for None.
-
-    Raises
-    ------
-    InputError
-        An unknown name; the message names the nearest.
-    """
+    """Return the paper of a name, all for None; InputError names the nearest known one."""
     known = known_papers()
     if name is None:
         return tuple(known.values())
@@ -210,17 +180,8 @@ def selected(
 ) -> tuple[tuple[Paper, str], ...]:
     """Return the items of these ids or groups in their order, each after its paper.
 
-    Parameters
-    ----------
-    only : sequence of str, optional
-        Ids or groups; all when left out.
-    paper : str, optional
-        Name of the paper; all when left out.
-
-    Raises
-    ------
-    InputError
-        An unknown paper, id or group, or an empty list; the message names the nearest.
+    All ids, and all papers, when left out. InputError for an unknown paper, id or group, or an
+    empty list; the message names the nearest.
     """
     items = [(p, name) for p in chosen_papers(paper) for name in p.claims.items]
     if only is None:

@@ -62,16 +62,10 @@ NORMAL, TANGENTIAL, SLIP = PALETTE[1], PALETTE[2], PALETTE[3]
 def film_times(trajectory: Trajectory, frames: int) -> Array:
     """Return the times of the frames, increasing from start to end, shape (frames,); s.
 
-    The film runs slowly where forces change fast: a part of it is in proportion to the time, a
-    part is spent on the steps of the integration, in proportion to a small power of their lengths,
-    and a part near events, about which the time is magnified logarithmically.
-
-    Parameters
-    ----------
-    trajectory : Trajectory
-        With steps.
-    frames : int
-        At least 2.
+    The film runs slowly where forces change fast: a part of it is in proportion to the time, a part
+    is spent on the steps of the integration, in proportion to a small power of their lengths, and a
+    part near events, about which the time is magnified logarithmically. There are at least 2
+    frames.
     """
     start, end = float(trajectory.t[0]), float(trajectory.t[-1])
     shortest = SHORTEST * (end - start)
@@ -108,16 +102,7 @@ def _local_scales(events: Array, start: float, end: float) -> Array:
 
 @dataclass(frozen=True)
 class Scene:
-    """Places of bodies and contacts of a motion, and the forces on the contacts.
-
-    Attributes
-    ----------
-    trajectory : Trajectory
-    mechanism : Mechanism
-        Of the trajectory.
-    times : ndarray, shape (frames,)
-        s.
-    """
+    """Places of bodies and contacts of a motion, and the forces on the contacts, at times in s."""
 
     trajectory: Trajectory
     mechanism: Mechanism
@@ -244,19 +229,9 @@ class Scene:
 
 @dataclass(frozen=True)
 class Animation:
-    """A film of a motion, to be saved or shown in a notebook.
+    """A film of a motion with steps, to be saved or shown in a notebook.
 
-    Attributes
-    ----------
-    trajectory : Trajectory
-        With steps.
-    mechanism : Mechanism
-    duration : float
-        s of the film.
-    rate : int
-        Frames per second.
-    width : int
-        Pixels.
+    The film lasts `duration`, s, at `rate` frames per second, and is `width` pixels wide.
     """
 
     trajectory: Trajectory
@@ -311,10 +286,7 @@ class Animation:
     def save(self, path: str | Path) -> None:
         """Write the film as GIF, MP4 or HTML, as the suffix says: whole, or not at all.
 
-        Raises
-        ------
-        InputError
-            Another suffix, a folder that cannot be written, or no ffmpeg for an MP4.
+        InputError for another suffix, a folder that cannot be written, or no ffmpeg for an MP4.
         """
         path = Path(path)
         suffix = path.suffix.lower()

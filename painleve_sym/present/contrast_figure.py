@@ -38,12 +38,7 @@ _EARLY = {"marker": "X", "markersize": 5.0, "markevery": [-1], "clip_on": False}
 
 
 def contrast_figure(comparison: Comparison) -> Figure:
-    """Return the figure: normal and slip velocity over time, error over step and over stiffness.
-
-    Parameters
-    ----------
-    comparison : Comparison
-    """
+    """Return the figure: normal and slip velocity over time, error over step and over stiffness."""
     with rc_context(STYLE):
         figure = Figure(figsize=(PAGE, 5.0), layout="constrained")
         (normal, slip), (steps, stiffness) = figure.subplots(2, 2)

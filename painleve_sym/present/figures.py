@@ -43,17 +43,7 @@ HIDDEN = 0.03
 
 
 def draw(panels: Sequence[Panel]) -> Figure:
-    """Return a figure of one to six panels, lettered, with one legend below them.
-
-    Parameters
-    ----------
-    panels : sequence of Panel
-
-    Raises
-    ------
-    InputError
-        No panel, or more than six.
-    """
+    """Return a figure of one to six panels, lettered, with one legend below them."""
     if len(panels) not in _LAYOUT:
         raise InputError(f"figure: panels: got {len(panels)}, need 1 to {max(_LAYOUT)}.")
     rows, columns, width, height = _LAYOUT[len(panels)]

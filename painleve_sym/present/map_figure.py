@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -47,6 +48,13 @@ LOOKS: dict[str, dict[str, Any]] = {
     "B": {"colors": PALETTE[1], "linestyles": [DASHES[1]], "linewidths": 1.2},
     "A_pull": {"colors": PALETTE[2], "linestyles": [DASHES[2]], "linewidths": 1.2},
 }
+CROSSING: dict[str, Any] = {
+    "linestyle": "none",
+    "marker": "o",
+    "markersize": 4.6,
+    "markerfacecolor": "white",
+    "markeredgecolor": "black",
+}
 WIDTH, HEIGHT = 4.2, 3.25
 """Between one column and the page; inch."""
 FLOW_GRID = 120
@@ -54,12 +62,7 @@ FLOW_GRID = 120
 
 
 def map_figure(regions: RegionMap) -> Figure:
-    """Return the figure of a map, wider than a column, narrower than a page.
-
-    Parameters
-    ----------
-    regions : RegionMap
-    """
+    """Return the figure of a map, wider than a column, narrower than a page."""
     with rc_context(STYLE):
         figure = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
         axes = figure.add_subplot()
@@ -80,20 +83,29 @@ def _present(regions: RegionMap) -> list[str]:
     return [name for name, count in regions.counts.items() if count]
 
 
+def code_colours(codes: Mapping[str, int], fills: Mapping[str, str]) -> dict[str, Any]:
+    """Return colour map and norm that give each code the fill of its name."""
+    names = sorted(codes, key=codes.__getitem__)
+    borders = [codes[name] - 0.5 for name in names] + [codes[names[-1]] + 0.5]
+    colours = ListedColormap([fills[name] for name in names])
+    return {"cmap": colours, "norm": BoundaryNorm(borders, len(names))}
+
+
+def fill_patch(fill: str, label: str) -> Patch:
+    """Return the entry of a fill in a legend."""
+    return Patch(facecolor=fill, edgecolor="black", linewidth=0.4, label=label)
+
+
 def _fill(axes: Axes, regions: RegionMap) -> None:
-    codes = sorted(LEGEND.values())
-    colours = [FILLS[name] for name in sorted(LEGEND, key=LEGEND.__getitem__)]
-    norm = BoundaryNorm([c - 0.5 for c in (*codes, codes[-1] + 1)], len(codes))
     x, y = regions.values
     axes.imshow(
         regions.case.T,
         origin="lower",
         aspect="auto",
         interpolation="nearest",
-        cmap=ListedColormap(colours),
-        norm=norm,
         extent=(*_ends(x), *_ends(y)),
         zorder=0,
+        **code_colours(LEGEND, FILLS),
     )
     axes.set_xlim(x[0], x[-1])
     axes.set_ylim(y[0], y[-1])
@@ -173,16 +185,7 @@ def _joined(pieces: Array) -> list[Array]:
 
 def _draw_crossings(axes: Axes, regions: RegionMap) -> None:
     if len(regions.crossings):
-        axes.plot(
-            *regions.crossings.T,
-            linestyle="none",
-            marker="o",
-            markersize=4.6,
-            markerfacecolor="white",
-            markeredgecolor="black",
-            markeredgewidth=0.9,
-            zorder=5,
-        )
+        axes.plot(*regions.crossings.T, markeredgewidth=0.9, zorder=5, **CROSSING)
 
 
 def _draw_thresholds(axes: Axes, regions: RegionMap) -> None:
@@ -280,23 +283,12 @@ def _curve_label(regions: RegionMap, name: str) -> str:
 def _legend(regions: RegionMap) -> list[Any]:
     names = BILATERAL_NAMES if regions.bilateral else NAMES
     handles: list[Any] = [
-        Patch(facecolor=FILLS[n], edgecolor="black", linewidth=0.4, label=names[n])
+        fill_patch(FILLS[n], names[n])
         for n in (*(n for n in LEGEND if n != "outside"), "outside")
         if n in _present(regions)
     ]
     if _flows(regions):
         handles.append(Line2D([], [], color=FLOW, linewidth=0.6, label="flow of slip"))
     if len(regions.crossings):
-        handles.append(
-            Line2D(
-                [],
-                [],
-                linestyle="none",
-                marker="o",
-                markersize=4.6,
-                markerfacecolor="white",
-                markeredgecolor="black",
-                label="$A = B = 0$",
-            )
-        )
+        handles.append(Line2D([], [], label="$A = B = 0$", **CROSSING))
     return handles

@@ -17,17 +17,9 @@ _HEAD = ("time [s]", "event", "contact", "mode after", "F_n [N]", "F_t [N]")
 
 
 def trajectory_html(trajectory: Trajectory) -> str:
-    """Return a trajectory as HTML.
+    """Return a trajectory as HTML: heading, table of the first events, figure of the forces.
 
-    Parameters
-    ----------
-    trajectory : Trajectory
-
-    Returns
-    -------
-    str
-        A heading, a table of the first events, and a figure of the normal forces as SVG where steps
-        were kept. Names are escaped.
+    The figure is SVG, and there is none where no steps were kept. Names are escaped.
     """
     parts = [f"<p>{escape(repr(trajectory))}</p>", _table(trajectory.events)]
     if len(trajectory.step_time) and trajectory.evaluator is not None:

@@ -7,14 +7,12 @@ from typing import Any
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from painleve_sym.arrays import Array
-from painleve_sym.present.map_figure import HEIGHT, WIDTH
+from painleve_sym.present.map_figure import HEIGHT, WIDTH, code_colours, fill_patch
 from painleve_sym.present.style import DASHES, PALETTE, REFERENCE, STYLE
 from painleve_sym.quantities import axis_label, scaled_unit, symbol_latex
 from painleve_sym.study.critical.outcome_map import LEGEND, OutcomeMap
@@ -67,11 +65,7 @@ def outcome_figure(outcomes: OutcomeMap) -> Figure:
         axes.set_xlabel(axis_label(symbol_latex(outcomes.over), unit))
         axes.set_ylabel(axis_label("F_{n0}", "N"))
         axes.set_title(f"{outcomes.mechanism}, {outcomes.law}")
-        present = [n for n in FILLS if outcomes.counts[n]]
-        handles: list[Any] = [
-            Patch(facecolor=FILLS[n], edgecolor="black", linewidth=0.4, label=NAMES[n])
-            for n in present
-        ]
+        handles: list[Any] = [fill_patch(FILLS[n], NAMES[n]) for n in FILLS if outcomes.counts[n]]
         handles += [Line2D([], [], label=label, **look) for label, look in LINES.values()]
         figure.legend(handles=handles, loc="outside lower center", ncols=2)
     return figure
@@ -121,16 +115,13 @@ def _borders(outcomes: OutcomeMap) -> tuple[Array, Array] | None:
 
 
 def _fill_cells(axes: Axes, outcomes: OutcomeMap) -> None:
-    codes = sorted(LEGEND.values())
-    colours = [FILLS[name] for name in sorted(LEGEND, key=LEGEND.__getitem__)]
     axes.pcolormesh(
         _edges(outcomes.values, outcomes.logarithmic),
         _edges(outcomes.forces, logarithmic=False),
         outcomes.outcome,
-        cmap=ListedColormap(colours),
-        norm=BoundaryNorm([c - 0.5 for c in (*codes, codes[-1] + 1)], len(codes)),
         rasterized=True,
         zorder=0,
+        **code_colours(LEGEND, FILLS),
     )
 
 

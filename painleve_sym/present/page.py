@@ -51,18 +51,7 @@ footer { margin-top: 3rem; font-size: 0.9rem; color: #444; border-top: 1px solid
 
 @dataclass(frozen=True)
 class Part:
-    """A section of a page.
-
-    Attributes
-    ----------
-    title : str
-    body : str
-        HTML; user text in it is escaped.
-    anchor : str
-        Id of the section; empty for none.
-    level : int
-        Of its heading, 2 or 3.
-    """
+    """A section of a page: HTML, an anchor that may be empty, and the level of its heading."""
 
     title: str
     body: str
@@ -77,16 +66,9 @@ class Part:
 
 @dataclass(frozen=True)
 class Page:
-    """A page of results.
+    """A page of results: HTML before the first section, the sections, JavaScript at the end.
 
-    Attributes
-    ----------
-    title : str
-    lead : str
-        HTML before the first section.
-    parts : sequence of Part
-    script : str
-        JavaScript at the end; the page is complete without it.
+    The page is complete without the script.
     """
 
     title: str
@@ -127,12 +109,7 @@ def preformatted(text: str, label: str) -> str:
 def table(columns: Sequence[str], rows: Iterable[Sequence[Any]], label: str) -> str:
     """Return a table with a heading row; numbers have ten digits, other values are text.
 
-    Parameters
-    ----------
-    columns : sequence of str
-    rows : iterable of sequences
-    label : str
-        Names the table for screen readers.
+    The label names the table for screen readers.
     """
     head = "".join(f'<th scope="col">{escape(c)}</th>' for c in columns)
     texts = ([escape(cell_text(value)) for value in row] for row in rows)
@@ -153,14 +130,7 @@ def cell_text(value: Any) -> str:
 
 
 def figure(inner: str, caption: str = "", command: str = "") -> str:
-    """Return a figure with its caption and the command that draws it alone.
-
-    Parameters
-    ----------
-    inner : str
-        HTML, such as an SVG element.
-    caption, command : str
-    """
+    """Return a figure of HTML, such as SVG, with its caption and the command that draws it."""
     again = f" Draw it alone: <code>{escape(command)}</code>" if command else ""
     below = f"<figcaption>{escape(caption)}{again}</figcaption>" if caption or again else ""
     return f"<figure>{inner}{below}</figure>"

@@ -33,25 +33,8 @@ def write_report(
 ) -> tuple[Path, ...]:
     """Write ``report.md``, ``report.html``, ``results.json`` and the figures as PNG and SVG.
 
-    Every file is written beside its name and then renamed: a reader never sees half of one.
-
-    Parameters
-    ----------
-    reproduction : Reproduction
-    out_dir : str or Path
-        Made where it does not exist.
-    look : Look, optional
-        Width and titles of the figures, and a format besides PNG and SVG.
-
-    Returns
-    -------
-    tuple of Path
-        All files, the report first.
-
-    Raises
-    ------
-    InputError
-        The folder cannot be made or written.
+    Every file is written beside its name and then renamed: a reader never sees half of one. Return
+    all files, the report first. InputError where the folder cannot be made or written.
     """
     out = Path(out_dir)
     try:
@@ -256,14 +239,7 @@ _FILTER = """
 
 
 def report_page(reproduction: Reproduction, figures: Mapping[str, str]) -> Page:
-    """Return the report as one page with formulas and figures in it.
-
-    Parameters
-    ----------
-    reproduction : Reproduction
-    figures : mapping of str to str
-        Text of the SVG file of each item's figure, by the item's label.
-    """
+    """Return the report as one page with formulas, and figures as SVG text by the item's label."""
     meanings = "".join(f"<dt>{escape(n)}</dt><dd>{escape(m)}</dd>" for n, m in _VERDICTS.items())
     lead = (
         paragraph(f"{reproduction.source}: every table, figure and formula, computed again.")

@@ -32,15 +32,7 @@ MAX_OPERATIONS = 400
 
 
 def run_page(scenario: Scenario, run: Trajectory) -> Page:
-    """Return the page of a motion.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        The case that was computed.
-    run : Trajectory
-        Its motion.
-    """
+    """Return the page of a motion, computed from the scenario."""
     mechanism = scenario.mechanism()
     title = scenario.title or f"{mechanism.title}: motion with law {run.law}"
     lead = paragraph(

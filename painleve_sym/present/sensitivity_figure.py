@@ -27,18 +27,9 @@ def sensitivity_figure(
 ) -> Figure:
     """Return a figure of a quantity, and of its derivatives per relative change of a parameter.
 
-    Parameters
-    ----------
-    sensitivity : SensitiveTrajectory
-        With dense steps; its directions are parameters.
-    quantity : str
-        State or output.
-    label : str
-        Of its axis, with the unit.
-    symbols : mapping of str to str, optional
-        LaTeX of directions; by default from their names.
-    start : float
-        From when on it is drawn; s.
+    The sensitivities have dense steps, and parameters as directions, whose LaTeX is by default that
+    of their names. The label is that of the quantity's axis, with the unit. Drawn from `start` on;
+    s.
     """
     run = sensitivity.trajectory
     times = run.fine_times(24)

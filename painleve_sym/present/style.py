@@ -111,16 +111,10 @@ STYLE: Any = {
 
 @dataclass(frozen=True)
 class Look:
-    """Choices of a caller about a finished figure.
+    """Choices of a caller about a finished figure; by default they are the figure's own.
 
-    Attributes
-    ----------
-    width : float or None
-        inch; the height keeps its share. None: the figure's own.
-    titled : bool
-        Whether panels keep their titles; their letters stay in any case.
-    file_format : str
-        ``png``, ``svg`` or ``pdf``; empty: as the suffix of the file says.
+    The width is in inches, and the height keeps its share; without titles, panels keep their
+    letters.
     """
 
     width: float | None = None
@@ -141,19 +135,9 @@ class Look:
 def write_figure(figure: Figure, path: str | Path, look: Look | None = None) -> None:
     """Write a figure as PNG, SVG or PDF, as the suffix says: whole, or not at all.
 
-    Equal figures give equal files: no date, no version, no random ids.
-
-    Parameters
-    ----------
-    figure : Figure
-    path : str or Path
-    look : Look, optional
-        Width, titles and format where they are not the figure's and the suffix's.
-
-    Raises
-    ------
-    InputError
-        Another suffix, or a folder that cannot be written.
+    Equal figures give equal files: no date, no version, no random ids. The look replaces the width,
+    titles and format of figure and suffix. InputError for another suffix, or a folder that cannot
+    be written.
     """
     path, chosen = Path(path), look or Look()
     suffix = f".{chosen.file_format}" if chosen.file_format else path.suffix.lower()
@@ -168,11 +152,7 @@ def write_figure(figure: Figure, path: str | Path, look: Look | None = None) -> 
 def svg_text(figure: Figure, label: str) -> str:
     """Return a figure as an SVG element for a page; `label` keeps its ids apart from others'.
 
-    Parameters
-    ----------
-    figure : Figure
-    label : str
-        A word that no other figure of the page has; the title of the element, too.
+    The label is a word that no other figure of the page has, and the title of the element, too.
     """
     text = io.StringIO()
     with matplotlib.rc_context(STYLE):
@@ -194,18 +174,7 @@ def inline_svg(text: str, label: str, title: str = "") -> str:
 def save(figure: Figure, stem: Path, look: Look | None = None) -> tuple[Path, ...]:
     """Write a figure as PNG and SVG, as `write_figure` does; return the paths, PNG and SVG first.
 
-    Parameters
-    ----------
-    figure : Figure
-    stem : Path
-        Path without suffix.
-    look : Look, optional
-        Width and titles; a third format is written besides the two.
-
-    Raises
-    ------
-    InputError
-        The folder does not exist or cannot be written.
+    The stem is a path without suffix; a third format of the look is written besides the two.
     """
     chosen = look or Look()
     chosen.apply(figure)

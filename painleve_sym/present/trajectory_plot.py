@@ -28,15 +28,7 @@ _FORCES = {"normal_force": ("F_n", "solid"), "tangential_force": ("F_t", (0, (5,
 def trajectory_figure(trajectory: Trajectory) -> Figure:
     """Return a figure of the forces, every coordinate and every velocity over time.
 
-    Parameters
-    ----------
-    trajectory : Trajectory
-        With steps.
-
-    Raises
-    ------
-    InputError
-        The trajectory holds no steps.
+    InputError where the trajectory holds no steps.
     """
     if not len(trajectory.step_time):
         why = f"the run ended at its start ({trajectory.stop_reason.label})"

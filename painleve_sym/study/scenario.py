@@ -49,47 +49,12 @@ MAX_COUNT = 1_000_000_000
 class Scenario:
     """One case: a mechanism, a state, and what the question asked of it needs.
 
-    Attributes
-    ----------
-    model : str
-        Name of the mechanism.
-    state : mapping of str to float
-        Coordinates and velocities by name, absent ones are 0; SI units, rad. None: the
-        mechanism's start.
-    parameters : mapping of str to float
-        Of the mechanism; absent ones have their defaults.
-    law : str
-        Name of the contact law, compliant or rigid.
-    law_parameters : mapping of str to float
-    law_choices : mapping of str to str
-        Named choices of the law, such as ``reload``.
-    t_end : float
-        End time, > 0; s.
-    until : tuple of str
-        Kinds of events that end the motion.
-    initial_force : float
-        Sets the initial compression so that the contact carries this force; N.
-    engine : EngineName or its text
-    rtol : float
-        Relative tolerance.
-    max_steps, max_events : int
-        Limits of a run; None: those of `RunOptions`.
-    samples : int
-        Number of evenly spaced times to report, at least 2.
-    e : float
-        Coefficient of restitution of the jump, in [0, 1]; None: the default of its law.
-    restitution : Restitution or its text
-        Restitution law of the jump.
-    material : str
-        Name of the material of both bodies in contact, or ``steel,rubber`` for the moving body and
-        the other; see `from_material`. None: no parameter is one of a material.
-    contact : str
-        Name of the only contact to consider, of a mechanism with several; None: all.
-    close : str
-        Coordinate for which gap = 0 is solved (see `closed_state`); None: none.
-    title : str
-    where : str
-        What error messages call this scenario, such as the name of its file.
+    Attributes are those of `simulate`, by the names that a file has; None stands for its defaults,
+    and for no state, law or material. `model` names the mechanism, `contact` the only one of
+    several contacts to consider. A state that is not given is the mechanism's start. `law_choices`
+    are named choices of the law, such as ``reload``. `samples` is the number of evenly spaced times
+    to report, at least 2. `e` and `restitution` are those of the jump. `where` is what error
+    messages call this scenario, such as the name of its file.
     """
 
     model: str
@@ -120,10 +85,8 @@ class Scenario:
     def read(cls, path: str | Path) -> Scenario:
         """Return the scenario a TOML file holds; nothing in the file is executed.
 
-        Raises
-        ------
-        InputError
-            Not readable, not TOML, unknown keys, entries of a wrong type.
+        InputError where it is not readable, not TOML, or has unknown keys or entries of a wrong
+        type.
         """
         where = f"scenario file {path}"
         return cls.from_data(parse_toml(read_text(path, where, MAX_FILE), where), str(path))
@@ -165,17 +128,9 @@ class Scenario:
     ) -> Scenario:
         """Return a copy with the parameters that `material` provides; given ones keep their values.
 
-        Parameters
-        ----------
-        varied : collection of str
-            Further parameters to leave alone, such as the axes of a sweep.
-        mechanism : Mechanism, optional
-            That of `model`, where it is known already.
-
-        Raises
-        ------
-        InputError
-            An unknown material, a property that it lacks, or nothing that depends on a material.
+        `varied` are further parameters to leave alone, such as the axes of a sweep; `mechanism` is
+        that of `model`, where it is known already. InputError for an unknown material, a property
+        that it lacks, or where nothing depends on a material.
         """
         if self.material is None:
             return self
@@ -221,10 +176,7 @@ class Scenario:
     def start(self) -> Mapping[str, float]:
         """Return the state as given, or the mechanism's start; with the contact closed by `close`.
 
-        Raises
-        ------
-        InputError
-            There is neither; the contact cannot be closed.
+        InputError where there is neither, or the contact cannot be closed.
         """
         mechanism = self.mechanism()
         state = mechanism.start if self.state is None else self.state
@@ -273,10 +225,7 @@ class Scenario:
     def simulate(self) -> Trajectory:
         """Return the compliant or rigid motion from the state.
 
-        Raises
-        ------
-        InputError
-            What is missing, unknown or out of range, before anything is compiled.
+        InputError, before anything is compiled, for what is missing, unknown or out of range.
         """
         mechanism, contact_law, _ = self.mechanism(), self.contact_law(), self.start()
         if self.t_end is None:

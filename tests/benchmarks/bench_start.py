@@ -64,6 +64,11 @@ def _python(cache: str, *arguments: str, **variables: str) -> str:
     ).stdout
 
 
+def _modules(folder: str) -> dict[str, str]:
+    """Return variables with which modules are compiled once, as after an installation."""
+    return {"PYTHONPYCACHEPREFIX": f"{folder}/modules", "PYTHONDONTWRITEBYTECODE": ""}
+
+
 def commands(repeats: int = 5) -> dict[str, dict[str, float]]:
     """Print and return the least processor time of each command with a full cache, s.
 
@@ -73,8 +78,7 @@ def commands(repeats: int = 5) -> dict[str, dict[str, float]]:
     calls |= {name: ("-m", "painleve_sym", *words) for name, words in COMMANDS.items()}
     least = dict.fromkeys(calls, float("inf"))
     with tempfile.TemporaryDirectory() as folder:
-        # Modules are compiled once, as after an installation.
-        modules = {"PYTHONPYCACHEPREFIX": f"{folder}/modules", "PYTHONDONTWRITEBYTECODE": ""}
+        modules = _modules(folder)
         for repeat in range(repeats + 1):
             for name, arguments in calls.items():
                 before = os.times()
@@ -94,9 +98,9 @@ def test_commands_take_a_few_times_as_long_as_numpy():
     assert all(line["ratio"] < COMMAND_RATIO for line in lines.values())
 
 
-def start(model: str, law: str, cache: str) -> dict[str, Any]:
+def start(model: str, law: str, cache: str, modules: dict[str, str]) -> dict[str, Any]:
     """Return the end state and, per stage, seconds by the clock and of the processor."""
-    result = json.loads(_python(cache, "-c", CHILD, model, law))
+    result = json.loads(_python(cache, "-c", CHILD, model, law, **modules))
     pairs = zip(result["stages"], result["stages"][1:], strict=False)
     seconds = [(b[0] - a[0], b[1] - a[1]) for a, b in pairs]
     return {"end": result["end"], **dict(zip(STAGES, seconds, strict=True))}
@@ -104,10 +108,10 @@ def start(model: str, law: str, cache: str) -> dict[str, Any]:
 
 def measure(model: str, law: str) -> dict[str, dict[str, float]]:
     """Print and return seconds by the clock; `total` is from the mechanism to the first run."""
-    with tempfile.TemporaryDirectory() as cache:
-        cold = start(model, law, cache)
-        start(model, law, cache)
-        warm = start(model, law, cache)
+    with tempfile.TemporaryDirectory() as folder:
+        modules = _modules(folder)
+        start(model, law, f"{folder}/first", modules)
+        cold, _, warm = (start(model, law, f"{folder}/cache", modules) for _ in range(3))
     seconds = {}
     for name, times in (("from nothing", cold), ("from the cache", warm)):
         cells = [f"{s} {times[s][0]:8.4f} ({times[s][1]:6.2f})" for s in STAGES]

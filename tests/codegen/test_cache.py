@@ -18,20 +18,9 @@ from painleve_sym.codegen.cache import cache_folder, own_content
 from painleve_sym.codegen.compile import compiled_library, library_named, load
 from painleve_sym.codegen.derivation_cache import read_entry, write_entry
 from painleve_sym.errors import PainleveWarning
+from tests.codegen.cache_helpers import SOURCE, mode
 
-SOURCE = '__attribute__((visibility("default"))) int answer(void) { return %d; }\n'
 KEY = "0" * 40
-
-
-@pytest.fixture
-def cache(tmp_path, monkeypatch):
-    folder = tmp_path / "cache"
-    monkeypatch.setenv("PAINLEVE_CACHE", str(folder))
-    return folder
-
-
-def mode(path):
-    return stat.S_IMODE(path.stat().st_mode)
 
 
 # ---- folders that cannot serve ----

@@ -7,7 +7,6 @@ import dataclasses
 import importlib.util
 import os
 import shutil
-import stat
 import subprocess
 import sys
 
@@ -22,8 +21,7 @@ from painleve_sym.codegen.compile import (
     load,
 )
 from painleve_sym.errors import CompileError, CompilerMissing
-
-SOURCE = '__attribute__((visibility("default"))) int answer(void) { return %d; }\n'
+from tests.codegen.cache_helpers import SOURCE, mode
 
 CC = shutil.which("cc") or "cc"
 
@@ -37,17 +35,6 @@ def script(path, text):
     path.write_text(f"#!/bin/sh\n{text}\n")
     path.chmod(0o755)
     return path
-
-
-@pytest.fixture
-def cache(tmp_path, monkeypatch):
-    folder = tmp_path / "cache"
-    monkeypatch.setenv("PAINLEVE_CACHE", str(folder))
-    return folder
-
-
-def mode(path):
-    return stat.S_IMODE(path.stat().st_mode)
 
 
 def libraries(folder):

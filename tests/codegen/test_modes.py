@@ -20,6 +20,7 @@ def test_jets_are_the_lie_derivatives_of_the_guards():
     # With x' = v and v' = -4 x: g = x² v, g' = 2 x v² - 4 x³, g'' = 2 v³ - 28 x² v.
     g, first = x**2 * v, 2 * x * v**2 - 4 * x**3
     second = 2 * v**3 - 28 * x**2 * v
-    computed = [float(value) for value in functions.jets([x, v], [], [])]
-    assert np.allclose(computed, [g, first, second], rtol=1e-14)
+    *jets, rates = functions.jets([x, v], [], [])
+    assert np.allclose([float(value) for value in jets], [g, first, second], rtol=1e-14)
+    assert np.allclose(rates.full().ravel(), [v, -4 * x], rtol=1e-14)
     assert np.allclose([float(v) for v in functions.guards([x, v], [], [])], [g, first], rtol=1e-14)

@@ -81,11 +81,10 @@ def test_pointwise_without_compiler_says_so_and_gives_the_same(monkeypatch, tmp_
         Pointwise(FORMULAS, (X, Y, P), engine="compiled")
 
 
-def test_pointwise_keeps_one_library_for_all_values(monkeypatch, tmp_path):
-    monkeypatch.setenv("PAINLEVE_CACHE", str(tmp_path / "cache"))
+def test_pointwise_keeps_one_library_for_all_values(cache):
     for value in (1.0, 2.0):
         Pointwise(FORMULAS, (X, Y, P))({X: 1.0, Y: 1.0, P: value})
-    assert len(list((tmp_path / "cache").glob("*.so"))) == 1
+    assert len(list(cache.glob("*.so"))) == 1
 
 
 def test_pointwise_refuses_what_it_cannot_use():

@@ -47,6 +47,18 @@ def test_classify_takes_every_mechanism(name, state, keys):
     assert all(s.residual < 1e-12 for s in classification.solutions)
 
 
+def test_classify_away_from_the_wall_has_the_rows_of_the_floor():
+    # A slender bar of mass m held by one end, by hand: the wall has no part in it.
+    theta, m, g = 0.9, 5.0, 9.8
+    ladder = load_mechanism(LADDER)
+    classification = ps.classify(ladder, {"x": 2.0, "theta": theta, "x_dot": -1.0})
+    c, s = np.cos(theta), np.sin(theta)
+    mobility = np.array([[1 + 3 * c**2, 3 * s * c], [3 * s * c, 1 + 3 * s**2]]) / m
+    assert classification.contacts == ("floor",) and classification.open == ("wall",)
+    np.testing.assert_allclose(classification.problem.W, mobility, rtol=1e-14)
+    np.testing.assert_allclose(classification.problem.b, [-g, 0.0], atol=1e-14)
+
+
 def test_contact_numbers_are_evaluated_once(monkeypatch):
     calls, evaluate = [], Quantities.__call__
 

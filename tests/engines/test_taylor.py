@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import json
 import math
 from pathlib import Path
@@ -15,6 +16,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
+from painleve_sym.codegen.compile import load
 from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.factory import make_engine
@@ -22,7 +24,7 @@ from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.engines.taylor.emit import SeriesCode
 from painleve_sym.engines.taylor.runner import TaylorEngine
 from painleve_sym.engines.taylor.simplify import simplify
-from painleve_sym.engines.taylor.source import tapes
+from painleve_sym.engines.taylor.source import arithmetic, tapes
 from painleve_sym.engines.taylor.tape import build
 from painleve_sym.errors import NoRecurrence, PainleveWarning, StopReason
 from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition
@@ -113,6 +115,65 @@ def test_coefficients_are_those_of_mpmath(integrals, x0, n):
                     name,
                     k,
                 )
+
+
+_ANGLES = """
+#include <math.h>
+#include <string.h>
+%s
+__attribute__((visibility("default"))) void angles(long n, const double *x, double *one,
+                                                   double *lanes) {
+  for (long i = 0; i < n; i++) {
+    const ps_pair both = ps_sin_cos(x[i]);
+    memcpy(one + 2 * i, &both, sizeof both);
+  }
+#if PS_LANES > 1
+  for (long i = 0; i < n; i += PS_LANES) {
+    ps_lanes some;
+    memcpy(&some, x + i, sizeof some);
+    const ps_pair_lanes both = ps_sin_cos_lanes(some);
+    PS_EACH_LANE((lanes[2 * (i + l)] = both.sin[l], lanes[2 * (i + l) + 1] = both.cos[l]))
+  }
+#else
+  memcpy(lanes, one, (size_t)n * 2 * sizeof(double));
+#endif
+}
+"""
+
+
+def sines_and_cosines(angles):
+    """Return those of single motions and of lanes, each of shape (n, 2)."""
+    x, results = np.ascontiguousarray(angles), np.empty((2, len(angles), 2))
+    load(_ANGLES % arithmetic()).angles(
+        ctypes.c_long(len(x)), *(ctypes.c_void_p(a.ctypes.data) for a in (x, *results))
+    )
+    return results
+
+
+def test_sine_and_cosine_are_exact_within_a_unit_of_the_last_place():
+    draw = np.random.default_rng(0)
+    sizes = 10 ** draw.uniform(-9, 6, 1600)
+    right = np.pi / 2 * draw.integers(-60000, 60000, 400) + 1e-9 * draw.normal(size=400)
+    x = np.concatenate([sizes * draw.choice([-1, 1], 1600), right])
+    one, lanes = sines_and_cosines(x)
+    with mpmath.workdps(40):
+        exact = [(mpmath.sin(mpmath.mpf(a)), mpmath.cos(mpmath.mpf(a))) for a in x.tolist()]
+        errors = [
+            [abs(v - e) for v, e in zip(*row, strict=True)]
+            for row in zip(one.tolist(), exact, strict=True)
+        ]
+    units = np.spacing(np.abs(np.array(exact, dtype=float)))
+    assert (np.array(errors, dtype=float) < units).all()
+    assert np.array_equal(one, lanes)
+
+
+def test_sine_and_cosine_of_what_is_no_angle_are_those_of_the_c_library():
+    x = np.array([0.0, -0.0, np.inf, -np.inf, np.nan, 1e5 + 1, 1e22, -1e300])
+    one, lanes = sines_and_cosines(x)
+    with np.errstate(invalid="ignore"):
+        expected = np.array([np.sin(x), np.cos(x)]).T
+    assert np.allclose(one, expected, rtol=1e-15, atol=0, equal_nan=True)
+    assert np.array_equal(one, lanes, equal_nan=True)
 
 
 BUMPS = {

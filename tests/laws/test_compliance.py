@@ -25,6 +25,7 @@ from painleve_sym.laws.compliance import (
     without_ramps,
 )
 from painleve_sym.laws.contact_law import ContactLaw, bilinear_hertz, hertz
+from painleve_sym.mechanics.simplify import readable
 
 D, D_MAX = sp.symbols("D D_max", positive=True)
 VARIANTS = [law(name) for name in COMPLIANT_LAWS]
@@ -254,6 +255,12 @@ def test_formulas_of_a_named_law_are_made_when_first_asked_for():
     assert lazy == whole == dataclasses.replace(whole)
     with pytest.raises(AttributeError, match="curvature"):
         _ = lazy.curvature
+
+
+@pytest.mark.parametrize("contact_law", VARIANTS, ids=IDS)
+def test_definitions_are_written_as_short_as_they_can_be(contact_law):
+    """Automata take them as they stand."""
+    assert all(readable(v) == v for v in contact_law.definitions.values())
 
 
 def test_definitions_tell_named_laws_from_changed_ones():

@@ -13,8 +13,10 @@ from hypothesis import strategies as st
 
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.codegen.named_mechanisms import model
-from painleve_sym.contacts.contact_states import ContactStates
+from painleve_sym.contacts.model import ContactModel
+from painleve_sym.contacts.rigid import RigidContact
 from painleve_sym.errors import ModelError
+from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.bodies import Body, Load, Spring
 from painleve_sym.mechanics.coefficients import F_N, F_T, ContactCoefficients
 from painleve_sym.mechanics.contact import Contact
@@ -258,8 +260,9 @@ def test_time_is_a_state_only_where_it_occurs():
     assert still.state_names == ("x", "y", "x_dot", "y_dot")
     assert moving.state_names == (*still.state_names, "t")
     assert moving.state_units == {"x": "m", "y": "m", "x_dot": "m/s", "y_dot": "m/s", "t": "s"}
-    assert TIME not in ContactStates(still).states
-    assert ContactStates(moving).field(None, sp.Integer(0))[TIME] == 1
+    contacts = [RigidContact(ContactModel(m, (RigidLaw(),))) for m in (still, moving)]
+    assert TIME not in contacts[0].states
+    assert contacts[1].field(None, sp.Integer(0))[TIME] == 1
 
 
 def test_domain_alone_may_depend_on_the_time():

@@ -15,7 +15,12 @@ from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError, ModelError
 from painleve_sym.laws.catalogue import law
-from painleve_sym.mechanics.bars import MAX_MODES, axial_modes, bending_modes
+from painleve_sym.mechanics.bars import (
+    MAX_MODES,
+    axial_modes,
+    bending_modes,
+    first_bending_wavenumber,
+)
 from painleve_sym.mechanics.bodies import Body, Mode
 from painleve_sym.mechanics.declarations import Coordinate
 from painleve_sym.mechanics.models.rods import rod_bending
@@ -41,6 +46,7 @@ def test_wavenumbers_are_the_roots_of_the_classical_equations(ends):
         beta = float(mode.wavenumber)
         root = brentq(CHARACTERISTIC[ends], beta - 0.3, beta + 0.3, xtol=1e-14)
         assert math.isclose(beta, root, rel_tol=1e-13)
+    assert first_bending_wavenumber(ends) == bending_modes(ends, 1)[0].wavenumber
 
 
 def test_free_ends_deflect_by_twice_the_root_mean_square_in_bending_and_root_two_along():

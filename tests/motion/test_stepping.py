@@ -16,7 +16,7 @@ from painleve_sym.errors import InputError, StopReason
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.models.rods import rod
 from painleve_sym.motion.simulator import Simulator
-from painleve_sym.motion.time_stepping.stepping import SCHEMES, TimeStepper, simulate_stepping
+from painleve_sym.motion.time_stepping.stepping import SCHEMES, TimeStepper
 
 SLIDING = {"theta": 0.5, "theta_dot": 1.0, "x_A_dot": -1.0}
 INCONSISTENT = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
@@ -100,7 +100,7 @@ def test_indeterminate_state_has_three_steps_and_the_solver_chooses(stepper):
 def test_resting_contact_carries_weight_times_time():
     """A block that sticks on level ground under its weight."""
     state = {"theta": math.pi / 2}
-    run = simulate_stepping(rod(), state, step=1e-3, t_end=0.05)
+    run = TimeStepper(rod()).run(state, step=1e-3, t_end=0.05)
     assert run.states == pytest.approx(np.tile(run.states[0], (51, 1)), abs=1e-12)
     assert run.normal_impulse == pytest.approx(1 * 9.8 * 0.05, rel=1e-12)
     assert np.sum(run.impulses[:, 1]) == pytest.approx(0, abs=1e-12)

@@ -319,8 +319,8 @@ class Block:
             Compression below which only absolute errors count; m.
         """
         t, events = 0.0, []
-        atol = np.full(14, 1e-13)
-        atol[list(GAP)], atol[list(RATE)] = 1e-12 * scale, 1e-10 * scale
+        atol = np.full(y.size, 1e-13)
+        atol[list(GAP)], atol[list(RATE)], atol[14:] = 1e-12 * scale, 1e-10 * scale, 1e-12 * scale
         while t < t_end and len(events) < 2000:
             guards = self.guards()
             now = self._due(y, guards)

@@ -234,6 +234,20 @@ MOTIONS = {
         6,
         {"k_A": 1e5, "c_A": 40.0, "k_B": 1e5, "c_B": 40.0, "stribeck_velocity_B": 0.05},
     ),
+    "block with two feet, tangential springs": Motion(
+        _named("block-two-feet"),
+        _plural(law("linear", friction="spring"), law("hertz", friction="spring")),
+        {"y_A": 1e-3, "theta": 0.02, "x_A_dot": -0.3},
+        0.1,
+        6,
+        {
+            "k_A": 1e5,
+            "c_A": 40.0,
+            "E_B": 2e7,
+            "tangential_stiffness_A": 5e4,
+            "tangential_stiffness_B": 5e4,
+        },
+    ),
     "block with two feet, rigid and compliant": Motion(
         _named("block-two-feet"),
         _plural(law("linear"), RigidLaw()),

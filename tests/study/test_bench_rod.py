@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import math
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -14,16 +12,14 @@ import pytest
 import painleve_sym as ps
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.mechanics.bars import bending_modes
+from tests.study.study_scripts import study_script
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "examples" / "studies" / "bench_rod"
 PAGE = (ROOT / "docs" / "experiments.md").read_text("utf-8")
 DATA = json.loads((FOLDER / "bench-rod.json").read_text("utf-8"))
 
-_spec = importlib.util.spec_from_file_location("bench_rod_study", FOLDER / "bench_rod.py")
-study = importlib.util.module_from_spec(_spec)
-sys.modules["bench_rod_study"] = study
-_spec.loader.exec_module(study)
+study = study_script("bench_rod/bench_rod.py")
 
 MIDDLE = study.FRICTION["0.6 ± 10 %"]
 

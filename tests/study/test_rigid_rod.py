@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import math
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -18,16 +16,14 @@ from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.laws.catalogue import law
 from painleve_sym.motion.simulator import Simulator
+from tests.study.study_scripts import study_script
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "examples" / "studies" / "rigid_rod"
 PAGE = (ROOT / "docs" / "rigid-rod.md").read_text("utf-8")
 DATA = json.loads((FOLDER / "rigid-rod.json").read_text("utf-8"))
 
-_spec = importlib.util.spec_from_file_location("rigid_rod_study", FOLDER / "rigid_rod.py")
-study = importlib.util.module_from_spec(_spec)
-sys.modules["rigid_rod_study"] = study
-_spec.loader.exec_module(study)
+study = study_script("rigid_rod/rigid_rod.py")
 
 STEEL = study.Bar()
 

@@ -2,26 +2,21 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import math
-import sys
 from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.study.study_scripts import study_script
+
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "tangential-compliance.md").read_text("utf-8")
 DATA = json.loads((ROOT / "docs" / "figures" / "tangential-compliance.json").read_text("utf-8"))
 
-_spec = importlib.util.spec_from_file_location(
-    "tangential_compliance_study", ROOT / "examples" / "studies" / "tangential_compliance.py"
-)
-study = importlib.util.module_from_spec(_spec)
-sys.modules["tangential_compliance_study"] = study
-_spec.loader.exec_module(study)
+study = study_script("tangential_compliance.py")
 
 
 @settings(max_examples=20, deadline=None)

@@ -20,9 +20,11 @@ static int guard_side(double g, double d, double d2, double zero, int departs);
  * how much, in parts of their scales. */
 static int consistent(ps_run *s, const ps_options *o, double *missed) {
   const ps_mode *m = &PS_MODES[s->mode];
-  double v[PS_NTEST], d[PS_NTEST], d2[PS_NTEST], scale[PS_NTEST], h = first_step(s, o);
+  double v[PS_NTEST], d[PS_NTEST], d2[PS_NTEST], scale[PS_NTEST];
   double *res[4] = {v, d, d2, scale};
   int lasts = 1;
+  field(s, s->x, s->k[0]);
+  const double h = first_step(s, o);
   *missed = HUGE_VAL;
   if (!isfinite(h)) return 0;
   *missed = 0;

@@ -90,10 +90,9 @@ static int guard_side(double g, double d, double d2, double zero, int departs) {
 }
 
 /* First step of a mode (Hairer, Norsett & Wanner 1993, II.4, with the time in parts of tau, the
- * state's own time |x|/|f|, so that it does not depend on the unit); k[0] = f(x) is set here. */
+ * state's own time |x|/|f|, so that it does not depend on the unit); k[0] is f(x). */
 static double first_step(ps_run *s, const ps_options *o) {
   double y[PS_NX], weight[PS_NX], d0 = 0, d1 = 0, d2 = 0;
-  field(s, s->x, s->k[0]);
   for (int i = 0; i < PS_NX; i++) {
     if (!isfinite(s->k[0][i]) || !isfinite(s->x[i])) return NAN;
     weight[i] = 1 / (o->atol[i] + o->rtol * fabs(s->x[i]));
@@ -128,13 +127,13 @@ static void settle(ps_run *s, const ps_options *o, ps_bits departs, int visible)
       s->reason = PS_ACCUMULATION;
       return;
     }
+    double *res[4] = {s->g, s->dg, s->d2, s->k[0]};
+    call(s, m->jets, s->x, res);
     s->h_ref = first_step(s, o);
     if (!isfinite(s->h_ref)) {
       s->reason = PS_NON_FINITE;
       return;
     }
-    double *res[3] = {s->g, s->dg, s->d2};
-    call(s, m->jets, s->x, res);
     int fire = -1;
     for (int j = 0; j < m->n && fire < 0; j++) {
       int side = guard_side(s->g[j], s->dg[j], s->d2[j], PS_ZERO_TIME * s->h_ref,

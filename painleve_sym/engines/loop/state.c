@@ -1,6 +1,6 @@
 /* The event-driven integrator: model-free, in files read one after the other: state, watch, events,
- * those of a stepper (Runge-Kutta: step, extremes, search, advance; Taylor: series, tangents, roots, along
- * twice, size, advance, lanes), loop, batch. Here, what it remembers. The generated part above it defines PS_NX, PS_NZ, PS_NC,
+ * those of a stepper (Runge-Kutta: step, extremes, search, advance; Taylor: series, angles twice, tangents,
+ * roots, along twice, size, advance, lanes), loop, batch. Here, what it remembers. The generated part above it defines PS_NX, PS_NZ, PS_NC,
  * PS_NP, PS_NG, PS_NO, PS_NM, PS_NSTART, PS_WORK, the tables PS_MODES, PS_STARTS, and what the
  * stepper needs. A mode's functions are smooth; what switches is here. Guards fire when they cross
  * from + to -. */

@@ -3,17 +3,18 @@
  * motions in lanes.c, which does for all of them at once what one motion does with its series. */
 
 /* Series of guards and ramps over a step: order k of number j is at[k * row + j * next]. The series
- * of the motion itself, where they lie elsewhere than in the run, are as far apart in `series`. */
+ * of the motion itself, as long as they lie elsewhere than in the run, are as far apart in `series`. */
 typedef struct {
   const double *at, *least, *series;
   int row, next;
 } ps_look;
 
-static void own_series(ps_run *s, const ps_look *g) {
+static void own_series(ps_run *s, ps_look *g) {
   if (!g->series) return;
   for (int k = 0; k <= s->order; k++)
     for (int c = 0; c < PS_SERIES[s->mode].columns; c++)
       s->v[k][c] = g->series[(k * PS_COLUMNS + c) * g->next];
+  g->series = NULL;
 }
 
 static void column(const ps_look *g, int j, int order, double *p) {
@@ -22,6 +23,11 @@ static void column(const ps_look *g, int j, int order, double *p) {
 
 /* Part of the series of a guard, by size, above which its last two terms make it doubtful. */
 static const double PS_TAIL = 1e-4;
+
+/* Whether guard j is a sum of states, whose series is as exact as theirs. */
+static int of_states(const ps_run *s, int j) {
+  return (PS_SERIES[s->mode].of_states >> j) & 1;
+}
 
 static int may_vanish(const ps_look *g, int j) {
   return !(g->least[j * g->next] > 0);
@@ -58,17 +64,17 @@ static double zero_of_guard(ps_run *s, int j, double h, double u) {
   return b;
 }
 
-/* Whether the series of a guard does not reach the end of the step. A guard made of a low power of a
- * base that has just been zero may change much while the power does nothing to the states yet. */
-static int diverges(const double *p, int order) {
-  double sum = 0;
-  for (int k = 0; k <= order; k++) sum += fabs(p[k]);
-  return fabs(p[order]) + fabs(p[order - 1]) > PS_TAIL * sum;
+/* Whether the series of guard j, of that outline, does not reach the end of the step. A guard made of a
+ * low power of a base that has just been zero may change much while the power does nothing to the
+ * states yet. */
+static int diverges(const ps_look *g, int j, int order, const ps_outline *o) {
+  const double *last = g->at + order * g->row + j * g->next;
+  return fabs(last[0]) + fabs(last[-g->row]) > PS_TAIL * o->size;
 }
 
 /* Earliest event inside a step of h units: its guard and its place in [0, 1]; -1 for none, and then
  * `rising` has the guards that are positive at the end. */
-static int find_event(ps_run *s, const ps_look *g, double h, double at_once, double *where,
+static int find_event(ps_run *s, ps_look *g, double h, double at_once, double *where,
                       ps_bits *rising) {
   int n = PS_MODES[s->mode].n, first = -1, order = s->order, known = 0;
   double y[PS_NX], after[PS_NG], slope[PS_NG];
@@ -76,11 +82,13 @@ static int find_event(ps_run *s, const ps_look *g, double h, double at_once, dou
   *rising = 0;
   for (int j = 0; j < n; j++) {
     double p[PS_LENGTH], u;
-    if (s->armed[j] && !may_vanish(g, j) && !s->left_out) continue;
-    column(g, j, order, p);
-    double end = horner(p, order, 1);
-    int crosses = end <= 0, own = s->left_out;
-    if (own || diverges(p, order)) {
+    const int exact = of_states(s, j);
+    int own = s->left_out && !exact;
+    if (s->armed[j] && !may_vanish(g, j) && !own) continue;
+    const ps_outline o = outline(g->at + j * g->next, g->row, order);
+    double end = o.end;
+    const int crosses = end <= 0;
+    if (own || (!exact && diverges(g, j, order, &o))) {
       if (!known) {
         own_series(s, g);
         state_at(s, h, y);
@@ -92,8 +100,11 @@ static int find_event(ps_run *s, const ps_look *g, double h, double at_once, dou
       own |= crosses ? s->zero != 0 && after[j] > 0 : after[j] <= 0;
       if (own) end = after[j];
     }
-    int crossed = end <= 0 && (s->armed[j] || end < 0 || horner_slope(p, order, 1) < 0);
     if (end > 0) *rising |= (ps_bits)1 << j;
+    /* Positive where it is least. */
+    if (s->armed[j] && o.steepest < 0 && o.end > 0 && end > 0) continue;
+    column(g, j, order, p);
+    int crossed = end <= 0 && (s->armed[j] || end < 0 || horner_slope(p, order, 1) < 0);
     if (s->armed[j]) {
       u = p[0] > 0 ? first_root(p, order, 0) : PS_AT_ONCE;
       if (u < 0 && crossed) u = 1;
@@ -173,21 +184,25 @@ static int keep_step(ps_run *s, const ps_options *o, double h) {
  * than what a step makes of it, and the zero is where the series says. */
 static const int PS_MISSES = 8;
 
-/* Brings the end of the step, y after h of `whole` units, to the zero of guard j itself; 0, and h as
- * it was, where that has none: near a zero of a force its series is not as exact as the states. */
+/* Brings the end of the step, h of `whole` units, to the zero of guard j itself; 0, and h as it was,
+ * where that has none: near a zero of a force its series is not as exact as the states. y is the state
+ * at h. */
 static int polish(ps_run *s, int j, double whole, double *h, double *y) {
   double g[PS_NG], dg[PS_NG], before = HUGE_VAL;
   const double start = *h;
-  int beyond = 0;
-  for (int it = 0; it < 6; it++) {
+  int beyond = 0, reaches = 0;
+  for (int it = 0; it < 6 && !reaches; it++) {
     state_at(s, *h, y);
     guards(s, y, g, dg);
     if (g[j] == 0 || (beyond && g[j] < 0)) return 1;
     double change = -g[j] / (dg[j] * pace_at(s, *h));
+    const double shrinks = change / before;
     if (!(dg[j] < 0) || !(fabs(change) < 0.01 * whole)) break;
     /* As near as h, or the time, can tell. */
     if (fabs(change) <= 1e-15 * whole) return 1;
     if (fabs(g[j]) <= -dg[j] * PS_MOMENT * fabs(s->t)) return 1;
+    /* Changes shrink with their squares: the next one would be nothing. */
+    reaches = it > 0 && shrinks * shrinks * fabs(change) <= 1e-17 * whole;
     if (fabs(change) > 0.5 * before) {
       /* Round-off of a guard that hardly moves: beyond its zero, so that it is not met again. */
       if (g[j] < 0) return 1;
@@ -197,9 +212,9 @@ static int polish(ps_run *s, int j, double whole, double *h, double *y) {
     *h = PS_MAX(*h + change, 0);
     before = fabs(change);
   }
-  if (g[j] < 0) return 1;
-  *h = start;
-  return 0;
+  if (!reaches && !(g[j] < 0)) *h = start;
+  state_at(s, *h, y);
+  return reaches || g[j] < 0;
 }
 
 /* Ends the step at the event of guard j, at the part `where` of h units, and takes it. */
@@ -209,9 +224,11 @@ static void take_event(ps_run *s, const ps_options *o, int j, double where, doub
   int fires = 1;
   const double whole = h;
   h *= where;
-  if (where > PS_AT_ONCE) fires = polish(s, j, whole, &h, y) || s->missed == PS_MISSES;
+  if (where > PS_AT_ONCE)
+    fires = polish(s, j, whole, &h, y) || s->missed == PS_MISSES;
+  else
+    state_at(s, h, y);
   s->missed = fires ? 0 : s->missed + 1;
-  state_at(s, h, y);
   if (!keep_step(s, o, h)) return;
   s->t += time_at(s, h);
   memcpy(s->x, y, sizeof s->x);
@@ -225,8 +242,7 @@ static void take_event(ps_run *s, const ps_options *o, int j, double where, doub
 }
 
 /* Takes a step of h units up to its end, or to what it runs into; `end` as far as it is known. */
-static void take_step(ps_run *s, const ps_options *o, double h, int last, const ps_look *g,
-                      ps_end *end) {
+static void take_step(ps_run *s, const ps_options *o, double h, int last, ps_look *g, ps_end *end) {
   ps_end own;
   ps_bits rising;
   double where;
@@ -286,6 +302,6 @@ static void advance(ps_run *s, const ps_options *o) {
   if (h == 0) return;
   const int watched = PS_MODES[s->mode].n + PS_SERIES[s->mode].ramps;
   bounds(PS_SERIES[s->mode].guards, watched, s->scalars, s->order, &h, series_of(s), g, least);
-  const ps_look look = {g[0], least, NULL, PS_WATCHED, 1};
+  ps_look look = {g[0], least, NULL, PS_WATCHED, 1};
   take_step(s, o, h, last, &look, NULL);
 }

@@ -67,8 +67,8 @@ class _Kind:
         Type, ending of a function's name, fused multiplication and addition.
     number : str
         A constant as such a number.
-    each, both : str
-        A variable made by a call per lane, and one for pairs of numbers.
+    each : str
+        A variable made by a call per lane.
     at : str
         A lane of a variable, inside those calls.
     """
@@ -78,18 +78,16 @@ class _Kind:
     fma: str
     number: str
     each: str
-    both: str
     at: str
 
 
-_ONE = _Kind("double", "", "PS_FMA", "{}", "const double {} = {};", "const ps_pair {} = {};", "")
+_ONE = _Kind("double", "", "PS_FMA", "{}", "const double {} = {};", "")
 _LANES = _Kind(
     "ps_lanes",
     "_lanes",
     "PS_LANES_FMA",
     "PS_SPREAD({})",
     "ps_lanes {0}; PS_EACH_LANE({0}[l] = {1})",
-    "ps_pair {0}[PS_LANES]; PS_EACH_LANE({0}[l] = {1})",
     "[l]",
 )
 
@@ -191,6 +189,12 @@ class SeriesCode:
     def ramps(self) -> list[int]:
         """Nodes that are ramps."""
         return [i for i in self._live if self.tape.nodes[i].op == "ramp"]
+
+    @property
+    def guards_of_states(self) -> int:
+        """Bits of the guards that are sums of states."""
+        terms = [[n for n, _ in guard.terms] for guard in self.tape.guards]
+        return sum(1 << j for j, own in enumerate(terms) if all(n < self.states for n in own))
 
     @property
     def arguments(self) -> dict[int, int]:
@@ -370,8 +374,10 @@ class SeriesCode:
         elif node.op in ("sin", "cos"):
             both = f"t{min(i, self._pairs[i])}"
             if i < self._pairs[i]:
-                lines.append(kind.both.format(both, f"ps_sin_cos({args[0]})"))
-            value = f"{both}{at}.{node.op}"
+                of = f"o{node.args[0]}"
+                pair = f"ps_pair{kind.ending} {both} = ps_sin_cos{kind.ending}({of});"
+                lines.append(f"const {pair}")
+            return [*lines, f"const {kind.real} o{i} = {both}.{node.op};"]
         else:
             # The third of atan2, the square, is for its recurrence.
             name = "ps_sech2" if node.op == "sech2" else node.op

@@ -69,8 +69,8 @@ static void take_lane(ps_group *b, int l, double h) {
   for (int i = 0; i < PS_NX; i++) end.x[i] = b->end[i][l];
   for (int r = 0; r < PS_SERIES[s->mode].ramps; r++)
     for (int i = 0; i < 3; i++) end.ramp[r][i] = b->ramp[r][i][l];
-  const ps_look look = {(const double *)b->g + l, (const double *)b->least + l,
-                        (const double *)b->v + l, PS_WATCHED * PS_LANES, PS_LANES};
+  ps_look look = {(const double *)b->g + l, (const double *)b->least + l,
+                  (const double *)b->v + l, PS_WATCHED * PS_LANES, PS_LANES};
   take_step(s, b->own[l], h, b->last[l], &look, &end);
 }
 

@@ -45,38 +45,60 @@ static double horner_slope(const double *p, int n, double u) {
   return value;
 }
 
-/* The zero between a, where p is positive, and b, where it is not: Newton, else bisection. `at_a` and
+/* The zero between a, where p is positive, and b, where it is not: Halley, else bisection. `at_a` and
  * `at_b` are what p is there. */
 static double refine(const double *p, int n, double a, double b, double at_a, double at_b) {
-  double u = a + (b - a) * at_a / (at_a - at_b);
+  double u = a + (b - a) * at_a / (at_a - at_b), before = 0;
   if (!(u > a && u < b)) u = b;
   for (int it = 0; it < 100 && b - a > 4e-16; it++) {
-    double value = p[n], slope = 0;
+    double value = p[n], slope = 0, bend = 0;
     for (int k = n - 1; k >= 0; k--) {
+      bend = PS_FMA(bend, u, slope);
       slope = PS_FMA(slope, u, value);
       value = PS_FMA(value, u, p[k]);
     }
     if (value == 0) return u;
     if (value > 0) a = u; else b = u;
-    double next = u - value / slope;
+    const double next = u - value * slope / (slope * slope - value * bend), change = fabs(next - u);
+    const int inside = next > a && next < b;
     /* As near as numbers get: the side on which the polynomial is not positive. */
-    if (fabs(next - u) <= 2e-16 * u) return value > 0 ? PS_MIN(next + 2e-16 * u, b) : u;
-    u = next > a && next < b ? next : 0.5 * (a + b);
+    if (change <= 2e-16 * u) return value > 0 ? PS_MIN(next + 2e-16 * u, b) : u;
+    /* Changes shrink with their cubes: the next one would be as small. */
+    const double shrinks = change / before;
+    if (inside && shrinks * shrinks * shrinks * change <= 1e-17 * u) return PS_MIN(next + 2e-16 * u, b);
+    before = inside ? change : 0;
+    u = inside ? next : 0.5 * (a + b);
   }
   return b;
+}
+
+/* What the coefficients p, each `row` numbers after the one before, say of a polynomial on [0, 1]: its
+ * end, the sum of their sizes, what it never falls below, and what its slope never exceeds. */
+typedef struct {
+  double end, size, least, steepest;
+} ps_outline;
+
+static ps_outline outline(const double *p, int row, int n) {
+  ps_outline o = {p[0] + p[row], fabs(p[0]) + fabs(p[row]), p[0] + PS_MIN(p[row], 0), p[row]};
+  for (int k = 2; k <= n; k++) {
+    const double c = p[k * row];
+    o.end += c;
+    o.size += fabs(c);
+    o.least += PS_MIN(c, 0);
+    o.steepest += PS_MAX(k * c, 0);
+  }
+  return o;
 }
 
 /* Smallest zero of p in (from, 1] where p comes down from positive values; p(from) > 0. -1: none. */
 static double first_root(const double *p, int n, double from) {
   double b[PS_DEPTH + 2][PS_LENGTH], lo[PS_DEPTH + 2], hi[PS_DEPTH + 2];
   int depth[PS_DEPTH + 2], top = 0;
-  double steepest = p[1], end = p[0] + p[1];
-  for (int k = 2; k <= n; k++) {
-    steepest += p[k] > 0 ? k * p[k] : 0;
-    end += p[k];
-  }
+  const ps_outline o = outline(p, 1, n);
+  if (o.least > 0) return -1;
   /* Falling all the way: no zero or one. */
-  if (steepest < 0) return end > 0 ? -1 : refine(p, n, from, 1, horner(p, n, from), end);
+  if (o.steepest < 0)
+    return o.end > 0 ? -1 : refine(p, n, from, 1, from > 0 ? horner(p, n, from) : p[0], o.end);
   bernstein(p, n, b[0]);
   if (from > 0) {
     subdivide(b[0], b[1], n, from);

@@ -83,9 +83,15 @@ static inline double of_bits(unsigned long long bits) {
 typedef struct {
   double sin, cos;
 } ps_pair;
+typedef struct {
+  ps_lanes sin, cos;
+} ps_pair_lanes;
+
+/* Angles, in rad, whose reduction to a right angle is exact in angles.c. */
+static const double PS_FARTHEST = 1e5;
 
 /* Compiled once: a compiler may compute both together, with other last bits than one by one. */
-__attribute__((noinline, unused)) static ps_pair ps_sin_cos(double x) {
+__attribute__((noinline, unused)) static ps_pair far_sin_cos(double x) {
   ps_pair both = {sin(x), cos(x)};
   return both;
 }

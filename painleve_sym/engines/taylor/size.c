@@ -42,6 +42,7 @@ static double pace_at(const ps_run *s, double u) {
 }
 
 static double units_of(const ps_run *s, double t) {
+  if (s->bend == 0) return t / s->unit;
   double root = s->unit * s->unit + 2 * s->bend * t;
   return root > 0 ? 2 * t / (s->unit + sqrt(root)) : HUGE_VAL;
 }
@@ -106,9 +107,10 @@ static double until_return(const ps_run *s, double h) {
 }
 
 /* Step, in units and at most h, over which what a vanished power would have done is within the
- * tolerance; the power grows like t^(e - 1), and e is determined on the way. */
-static double step_by_defect(ps_run *s, const ps_options *o, double h) {
-  double e = 4, last_h = 0, last = 0, least = 0, most = h *= until_return(s, h);
+ * tolerance; the power grows like t^(e - 1), and e is determined on the way. `first` is tried first. */
+static double step_by_defect(ps_run *s, const ps_options *o, double h, double first) {
+  double e = 4, last_h = 0, last = 0, least = 0, most = h * until_return(s, h);
+  h = PS_MIN(most, first);
   for (int it = 0; it < 20; it++) {
     double y[PS_NX], rate[PS_NX], slope[PS_NX], error = 0;
     state_at(s, h, y);
@@ -119,7 +121,7 @@ static double step_by_defect(ps_run *s, const ps_options *o, double h) {
       if (!(d <= error)) error = d;
     }
     error *= h * s->unit / e;
-    if (error <= 1 && (it == 0 || error > 0.1 || h <= least)) return h;
+    if (error <= 1 && (h == most || error > 0.1 || h <= least)) return h;
     if (!isfinite(error)) {
       h *= 0.1;
       continue;
@@ -157,11 +159,11 @@ static double zero_ahead(const ps_run *s, double h, const ps_end *end) {
   double nearest = 0;
   for (int r = 0; r < m->ramps; r++) {
     double pace = pace_at(s, h), a = end->ramp[r][0];
-    if (!(s->live[r] > 0)) continue;
+    if (!(s->live[r] > 0) || !(a > m->floor[r]) || !(end->ramp[r][1] < 0)) continue;
     double b = end->ramp[r][1] / pace;
     double d = (end->ramp[r][2] - 0.5 * b * s->bend) / (pace * pace);
     double root = b * b - 4 * a * d;
-    if (!(a > m->floor[r]) || !(b < 0) || !(root > 0)) continue;
+    if (!(root > 0)) continue;
     double t = 2 * a / (-b + sqrt(root));
     if (t < PS_NEAR * time_at(s, h) && (nearest == 0 || t < nearest)) nearest = t;
   }
@@ -231,7 +233,9 @@ static double good_for(ps_run *s, const ps_options *o, double h) {
   fill_series(s);
   h = step_by_terms(s, o);
   double left = (s->t_end - s->t) / s->unit;
-  if (isfinite(h)) h = step_by_defect(s, o, PS_MIN(h, left));
+  /* Of a contact that has just closed, the step of its mode tells how fast the power grows. */
+  double first = fresh ? 4 * s->h_ref / s->unit : HUGE_VAL;
+  if (isfinite(h)) h = step_by_defect(s, o, PS_MIN(h, left), first);
   if (alive > h) {
     for (int r = 0; r < m->ramps; r++)
       if (smalls[r]) s->live[r] = 1;

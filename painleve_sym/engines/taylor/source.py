@@ -88,25 +88,37 @@ def source(functions: AutomatonFunctions) -> str:
     """Return one self-contained C file: event loop, series and guards of every mode."""
     codes = [_code(functions, t, f"series_{i}") for i, t in enumerate(tapes(functions))]
     more = [_scalars(functions, code, i) for i, code in enumerate(codes)]
-    series, roots = engine_texts("taylor/series", "taylor/roots")
     first = engine_texts(
         *("loop/state", "loop/watch", "loop/choose", "loop/linear", "loop/impulse"),
         *("loop/events", "loop/impact", "runge_kutta/extremes"),
     )
     last = engine_texts("loop/loop", "loop/batch")
-    (along,) = engine_texts("taylor/along")
+    roots, along = engine_texts("taylor/roots", "taylor/along")
     size, advance, lanes = engine_texts("taylor/size", "taylor/advance", "taylor/lanes")
-    twice = [_ONE_MOTION, along, _in_lanes(_LANES_OF_MOTIONS + along)]
     texts = _series(codes)
     names = _first_of_equals(texts)
-    engine = [*first, roots, _table(codes, names), *twice, size, advance, _in_lanes(lanes), *last]
+    steps = [roots, _table(codes, names), _twice(along), size, advance, _in_lanes(lanes)]
+    engine = [*first, *steps, *last]
     written = [texts[name] for name in dict.fromkeys(names.values())]
-    shared = _header(codes) + series
+    shared = _header(codes) + arithmetic()
     if functions.directions:
         # A motion with derivatives runs alone: its lanes are directions.
         head = f"#define PS_LANES 1\n#define PS_DIRECTIONS {functions.directions}\n"
         shared = "".join([head, shared, *engine_texts("taylor/tangents")])
     return assemble(functions, more, "", engine, shared, written)
+
+
+def arithmetic() -> str:
+    """Return the C that series are made of, which needs math.h alone."""
+    series, angles = engine_texts("taylor/series", "taylor/angles")
+    factorials = ", ".join(repr(1 / math.factorial(k)) for k in range(ORDER + 1))
+    table = f"static const double PS_INVERSE_FACTORIAL[] = {{{factorials}}};\n"
+    return table + series + _twice(angles)
+
+
+def _twice(text: str) -> str:
+    """Return C for one motion, and the same for lanes of motions."""
+    return _ONE_MOTION + text + _in_lanes(_LANES_OF_MOTIONS + text)
 
 
 def _code(functions: AutomatonFunctions, tape: Tape, name: str) -> _ModeCode:
@@ -225,6 +237,7 @@ def _table(codes: list[_ModeCode], names: Mapping[str, str]) -> str:
         *(f"  {line}" for line in [_TANGENTS] if codes[0].tangents),
         "  ps_function scalars;",
         "  int scalar_count, columns;",
+        "  ps_bits of_states;  /* guards that are sums of states */",
         "  int ramps, ramp[PS_RAMPS], guarded[PS_RAMPS];  /* columns; a guard is zero with it */",
         "  double floor[PS_RAMPS];",
         "  int arguments, argument[PS_ARGUMENTS], sides[PS_ARGUMENTS];",
@@ -239,6 +252,7 @@ def _table(codes: list[_ModeCode], names: Mapping[str, str]) -> str:
         own += [f"PS_WIDE({names.get(f'series_{i}{e}', '0')})" for e in ("_lanes", "_guards_lanes")]
         own += [names[f"series_{i}_tangents"]] if codes[i].tangents else []
         row = f"{', '.join(own)}, scalars_{i}, {len(code.scalars)}, {code.columns}"
+        row += f", {code.guards_of_states}ull"
         places = ", ".join(str(code.column(a)) for a in code.arguments) or "0"
         sides = ", ".join(map(str, code.arguments.values())) or "0"
         lines.append(f"  {{{row}, {len(code.ramps)}, {{{ramps}}}, {{{guarded}}}, {{{floors}}},")

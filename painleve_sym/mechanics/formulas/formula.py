@@ -25,17 +25,9 @@ Value: TypeAlias = sp.Basic | sp.MatrixBase
 
 @dataclass(frozen=True, repr=False)
 class Formula:
-    """One closed form.
+    """One closed form; `latex` is its left side, and the name also that of the Python function.
 
-    Attributes
-    ----------
-    name : str
-        Also the name of the Python function.
-    value : sympy.Expr or sympy.Matrix
-    unit, meaning, latex : str
-        `latex` is the left side.
-    symbols : mapping of sympy.Symbol to str
-        Meaning of symbols that do not belong to the mechanism.
+    `symbols` are the meanings of symbols that do not belong to the mechanism.
     """
 
     name: str
@@ -70,16 +62,10 @@ class Formula:
 
 @dataclass(frozen=True)
 class ImpulsePhase:
-    """A phase of the jump, with the names and meanings of what it gives.
+    """A phase of the jump, with names and meanings of its values in the velocities at its start.
 
-    Attributes
-    ----------
-    name : str
-    meaning : str
-    values : mapping of str to sympy.Expr
-        In the velocities at the start of the phase.
-    conditions : tuple of (str, sympy.Expr, bool)
-        What must hold at its start: in words, the margin, whether it must be > 0 and not only ≥ 0.
+    Its conditions must hold at the start: in words, the margin, whether it must be > 0 and not only
+    ≥ 0.
     """
 
     name: str
@@ -92,13 +78,7 @@ class ImpulsePhase:
 class Section:
     """A group of formulas, or of phases of the jump.
 
-    Attributes
-    ----------
-    title, note : str
-    formulas : tuple of Formula
-    phases : tuple of ImpulsePhase
-    contact : str
-        The contact whose least critical friction has no closed form; else empty.
+    `contact` is the one whose least critical friction has no closed form; else empty.
     """
 
     title: str
@@ -139,14 +119,7 @@ def latex_names(mechanism: Mechanism) -> dict[sp.Symbol, str]:
 
 
 def written_forms(value: Value, names: Mapping[sp.Symbol, str]) -> dict[str, Any]:
-    """Return a value as `text`, `latex` and `python`; matrices as nested lists of text and Python.
-
-    Parameters
-    ----------
-    value : sympy.Expr or sympy.Matrix
-    names : mapping of sympy.Symbol to str
-        LaTeX of symbols.
-    """
+    """Return a value as `text`, `latex` and `python`; matrices as nested lists of text."""
     return {
         "text": _by_entry(value, plain),
         "latex": sp.latex(value, symbol_names=dict(names)),
@@ -160,10 +133,6 @@ def named_parts(values: Sequence[Value]) -> tuple[dict[sp.Symbol, sp.Expr], list
     A part is named where that spares most operations. In the order returned, a part uses only
     earlier ones. With every symbol replaced by its part, last one first, each value is the one
     given, term by term; what SymPy would arrange in another way, as -(a + b), is left whole.
-
-    Parameters
-    ----------
-    values : sequence of sympy.Expr or sympy.Matrix
     """
     entries = {e for v in values if sp.count_ops(v) > _LONG for e in _entries(v)}
     written = {entry: entry for entry in sorted(entries, key=sp.default_sort_key)}
@@ -248,13 +217,7 @@ def _by_entry(value: Value, write: Callable[[sp.Basic], str]) -> Any:
 def wrap_expression(start: str, text: str, width: int = 80, indent: str = "") -> list[str]:
     """Return `start` and a formula as lines, broken before + or − in as few brackets as can be.
 
-    Parameters
-    ----------
-    start : str
-        Opens the first line; the others open with `indent`.
-    text : str
-    width : int
-    indent : str
+    `start` opens the first line; the others open with `indent`.
     """
     lines: list[str] = []
     line = start + text

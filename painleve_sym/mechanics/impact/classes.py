@@ -29,15 +29,8 @@ from painleve_sym.mechanics.simplify import readable
 class ImpactCourse:
     """One class of impact as phases; the last one ends at `V_N_PLUS`, which a law gives.
 
-    Attributes
-    ----------
-    case : ImpactClass
-    slip : {-1, +1}
-        s = sign(v_t) before the impact; of the slip that begins where v_t = 0.
-    compression, restitution : tuple of Phase
-        Each phase in terms of the velocities at its own start.
-    final_rate : sympy.Expr
-        dv_n/dP_n on the last ray; 1/kg.
+    `slip` is s = sign(v_t) before the impact, or of the slip that begins where v_t = 0. Each phase
+    is in terms of the velocities at its own start. `final_rate` is dv_n/dP_n on the last ray; 1/kg.
     """
 
     case: ImpactClass
@@ -85,22 +78,9 @@ def impact_course(
 ) -> ImpactCourse:
     """Return the phases of one class of impact, with the conditions under which it happens.
 
-    dv_n/dP_n and dv_t/dP_n are A_s, C_s in slip, A′, 0 in sticking, A_{−s}, C_{−s} in reverse
-    slip. After a stop the slip goes to sign(W_nt), so that a reversal needs s W_nt < −μ W_tt.
-
-    Parameters
-    ----------
-    coefficients : ContactCoefficients
-    case : ImpactClass
-    slip : {-1, +1}
-        s = sign(v_t). Where v_t = 0, sign(W_nt) for ``SLIDING``, either for ``C_STICKING``.
-    write : callable
-        See `Writer`.
-
-    Raises
-    ------
-    InputError
-        `slip` is not a sign, or `case` is ``NO_IMPACT``.
+    dv_n/dP_n and dv_t/dP_n are A_s, C_s in slip, A′, 0 in sticking, A_{−s}, C_{−s} in reverse slip.
+    After a stop the slip goes to sign(W_nt), so that a reversal needs s W_nt < −μ W_tt. `slip` is s
+    = sign(v_t); where v_t = 0, sign(W_nt) for ``SLIDING``, either for ``C_STICKING``.
 
     References
     ----------
@@ -136,7 +116,7 @@ def impact_course(
     continues = Condition(
         "restitution continues", last.normal_impulse, "the restitution ends before the slip does"
     )
-    return ImpactCourse(case, slip, (first,), (then, _adding(last, continues)), ray.normal_rate)
+    return ImpactCourse(case, slip, (first,), (then, last.needing(continues)), ray.normal_rate)
 
 
 def _reversed_ray(coefficients: ContactCoefficients, slip: int, write: Writer) -> ImpulseRay:
@@ -153,8 +133,7 @@ def _reversed_ray(coefficients: ContactCoefficients, slip: int, write: Writer) -
 
 def _slip_compression(ray: ImpulseRay, slip: int) -> Phase:
     phase = ray.until_normal_velocity("slip compression", sp.Integer(0))
-    return _adding(
-        phase,
+    return phase.needing(
         Condition("approach", -V_N, "the bodies do not approach", strict=True),
         Condition("compression ends", ray.normal_rate, "friction presses the bodies on", True),
         Condition(
@@ -170,14 +149,10 @@ def _slip_to_the_end(ray: ImpulseRay, slip: int) -> Phase:
     end = Condition(
         "slip lasts", slip * phase.slip_velocity, "the slip stops before the restitution ends"
     )
-    return _adding(replace(phase, conditions=()), end)
+    return replace(phase, conditions=(end,))
 
 
 def _slip_restitution(ray: ImpulseRay, slip: int) -> Phase:
     phase = ray.until_slip_stops("slip restitution").started_from({V_N: sp.Integer(0)})
     stops = Condition("slip stops", -slip * ray.slip_rate, "friction does not stop the slip", True)
-    return _adding(replace(phase, conditions=()), stops)
-
-
-def _adding(phase: Phase, *conditions: Condition) -> Phase:
-    return replace(phase, conditions=(*phase.conditions, *conditions))
+    return replace(phase, conditions=(stops,))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import sympy as sp
 
@@ -31,15 +31,8 @@ def raw(expr: sp.Expr) -> sp.Expr:
 class Condition:
     """Condition for a phase to take place: `margin` ≥ 0, or > 0 where `strict`.
 
-    Attributes
-    ----------
-    name : str
-        Short name, such as ``slip stops``.
-    margin : sympy.Expr
-        In the configuration, the parameters and the velocities at the start of the phase.
-    meaning : str
-        What the impact does instead where the condition fails.
-    strict : bool
+    The margin is written in the configuration, the parameters and the velocities at the start of
+    the phase; `meaning` says what the impact does instead where the condition fails.
     """
 
     name: str
@@ -57,24 +50,13 @@ class Phase:
     """A part of an impact in which tangential and normal force keep one ratio.
 
     Every expression is in the configuration, the parameters, and the velocities at the *start* of
-    the phase: the velocity symbols of the mechanism, `V_T` and `V_N` (and `V_N_PLUS` where the
-    end is given by the final normal velocity).
+    the phase: the velocity symbols of the mechanism, `V_T` and `V_N` (and `V_N_PLUS` where the end
+    is given by the final normal velocity).
 
-    Attributes
-    ----------
-    name : str
-    force_ratio : sympy.Expr
-        F_t/F_n: −μ s in slip, −W_nt/W_tt in sticking; 1.
-    normal_impulse, tangential_impulse : sympy.Expr
-        P_n = ∫F_n dt and P_t = ∫F_t dt over the phase; N s.
-    velocity : mapping of velocity symbol to sympy.Expr
-        q̇ at the end of the phase; unit of the velocity.
-    slip_velocity, normal_velocity : sympy.Expr
-        v_t and v_n at the end of the phase; m/s.
-    stored_energy : sympy.Expr
-        −∫F_n v_n dt, the energy the compression gains in the phase; J. Negative in restitution.
-    conditions : tuple of Condition
-        What must hold for the phase to take place in this form.
+    The force ratio F_t/F_n is −μ s in slip, −W_nt/W_tt in sticking. The impulses are P_n = ∫F_n dt
+    and P_t = ∫F_t dt over the phase, N s; the velocities q̇, v_t and v_n are those at its end. The
+    stored energy, −∫F_n v_n dt, is what the compression gains in the phase, J: negative in
+    restitution. The conditions must hold for the phase to take place in this form.
     """
 
     name: str
@@ -87,22 +69,25 @@ class Phase:
     stored_energy: sp.Expr
     conditions: tuple[Condition, ...] = ()
 
+    def needing(self, *conditions: Condition) -> Phase:
+        """Return the phase with further conditions."""
+        return replace(self, conditions=(*self.conditions, *conditions))
+
     def started_from(self, start: Mapping[sp.Symbol, sp.Expr]) -> Phase:
         """Return the phase with its starting velocities replaced by other expressions."""
 
         def put(expr: sp.Expr) -> sp.Expr:
             return sp.sympify(expr).subs(dict(start), simultaneous=True)
 
-        return Phase(
-            self.name,
-            self.force_ratio,
-            put(self.normal_impulse),
-            put(self.tangential_impulse),
-            {v: put(e) for v, e in self.velocity.items()},
-            put(self.slip_velocity),
-            put(self.normal_velocity),
-            put(self.stored_energy),
-            tuple(Condition(c.name, put(c.margin), c.meaning, c.strict) for c in self.conditions),
+        return replace(
+            self,
+            normal_impulse=put(self.normal_impulse),
+            tangential_impulse=put(self.tangential_impulse),
+            velocity={v: put(e) for v, e in self.velocity.items()},
+            slip_velocity=put(self.slip_velocity),
+            normal_velocity=put(self.normal_velocity),
+            stored_energy=put(self.stored_energy),
+            conditions=tuple(replace(c, margin=put(c.margin)) for c in self.conditions),
         )
 
 
@@ -115,20 +100,9 @@ class ImpulseRay:
     P_n: dv_n/dP_n = W_nn + ratio W_nt, dv_t/dP_n = W_nt + ratio W_tt. An impact is a chain of such
     rays; each ends where v_t or v_n reaches a value, or where restitution ends.
 
-    Attributes
-    ----------
-    force_ratio : sympy.Expr
-        F_t/F_n; 1.
-    slip_start : sympy.Expr
-        v_t at the start: `V_T` in slip, 0 in sticking; m/s.
-    normal_rate, slip_rate : sympy.Expr
-        dv_n/dP_n and dv_t/dP_n; 1/kg.
-    velocity_rates : mapping of velocity symbol to sympy.Expr
-        dq̇/dP_n; unit of the velocity per N s.
-    conditions : tuple of Condition
-        Conditions of being on this ray at all.
-    write : callable
-        See `Writer`.
+    The force ratio is F_t/F_n, `slip_start` v_t at the start: `V_T` in slip, 0 in sticking. The
+    rates are dv_n/dP_n and dv_t/dP_n, 1/kg, and by velocity symbol dq̇/dP_n. The conditions are
+    those of being on this ray at all.
     """
 
     force_ratio: sp.Expr
@@ -143,20 +117,7 @@ class ImpulseRay:
     def slipping(
         cls, coefficients: ContactCoefficients, slip: int = -1, write: Writer = readable
     ) -> ImpulseRay:
-        """Return the ray of sliding friction, F_t = −μ s F_n.
-
-        Parameters
-        ----------
-        coefficients : ContactCoefficients
-        slip : {-1, +1}
-            s = sign(v_t).
-        write : callable
-
-        Raises
-        ------
-        InputError
-            `slip` is neither −1 nor +1.
-        """
+        """Return the ray of sliding friction, F_t = −μ s F_n with s = sign(v_t), −1 or +1."""
         if slip not in (-1, 1):
             raise InputError(f"slip direction: got {slip!r}, need -1 or +1. Fix: give sign(v_t).")
         moving = Condition(
@@ -248,16 +209,8 @@ def tangential_phase(
 ) -> Phase:
     """Return the first phase: slip in direction s until v_t = 0, still in compression.
 
-    P_n = −v_t/C_s and v_n(t1) = v_n − (A_s/C_s) v_t. With v_n = 0 at the start it is the
-    impact without collision, and then needs A_s < 0.
-
-    Parameters
-    ----------
-    coefficients : ContactCoefficients
-    slip : {-1, +1}
-        s = sign(v_t) before the impact.
-    write : callable
-        See `Writer`.
+    P_n = −v_t/C_s and v_n(t1) = v_n − (A_s/C_s) v_t. With v_n = 0 at the start it is the impact
+    without collision, and then needs A_s < 0.
 
     References
     ----------
@@ -265,7 +218,7 @@ def tangential_phase(
     """
     ray = ImpulseRay.slipping(coefficients, slip, write)
     phase = ray.until_slip_stops("tangential")
-    conditions = (
+    return phase.needing(
         Condition("approach", -V_N, "the bodies separate: there is no impact"),
         Condition("slip stops", -slip * ray.slip_rate, "friction does not stop the slip", True),
         Condition(
@@ -274,7 +227,6 @@ def tangential_phase(
             "the compression ends before the slip does",
         ),
     )
-    return _with(phase, conditions)
 
 
 def sticking_compression(coefficients: ContactCoefficients, write: Writer = readable) -> Phase:
@@ -286,7 +238,7 @@ def sticking_compression(coefficients: ContactCoefficients, write: Writer = read
     """
     ray = ImpulseRay.sticking(coefficients, write)
     phase = ray.until_normal_velocity("sticking compression", sp.Integer(0))
-    return _with(phase, (Condition("approach", -V_N, "the bodies separate already"),))
+    return phase.needing(Condition("approach", -V_N, "the bodies separate already"))
 
 
 def sticking_restitution(coefficients: ContactCoefficients, write: Writer = readable) -> Phase:
@@ -298,8 +250,3 @@ def sticking_restitution(coefficients: ContactCoefficients, write: Writer = read
     """
     ray = ImpulseRay.sticking(coefficients, write)
     return ray.until_normal_velocity("sticking restitution", V_N_PLUS, sp.Integer(0))
-
-
-def _with(phase: Phase, conditions: tuple[Condition, ...]) -> Phase:
-    values = {name: getattr(phase, name) for name in phase.__dataclass_fields__}
-    return Phase(**{**values, "conditions": (*phase.conditions, *conditions)})

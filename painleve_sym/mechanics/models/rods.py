@@ -106,22 +106,12 @@ def _rod(
 
 
 def rod_bending(bending: int = 3, axial: int = 1) -> Mechanism:
-    """Return the rod as a solid round elastic bar with free natural modes.
+    """Return the rod as a solid round elastic bar with free natural modes, up to 20 of each kind.
 
     x_A, y_A and θ belong to the bar's frame, of which A is the undeformed end; the gap is that of
     the deformed end. Deflections are small, sections stay plane and the bar is slender (Euler and
-    Bernoulli), and it turns slowly against its modes. Every bending mode adds 4/m to the
-    transverse mobility of the end, every axial one 2/m to the mobility along the rod.
-
-    Parameters
-    ----------
-    bending, axial : int
-        Number of modes of each kind, at most 20.
-
-    Raises
-    ------
-    InputError
-        A number of modes out of range.
+    Bernoulli), and it turns slowly against its modes. Every bending mode adds 4/m to the transverse
+    mobility of the end, every axial one 2/m to the mobility along the rod.
 
     References
     ----------

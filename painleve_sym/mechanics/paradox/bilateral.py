@@ -22,11 +22,6 @@ class BilateralForms:
 
     which is A_{sσ} F_n + B = 0 for F_n of the sign σ, with A_s = W_nn − μ s W_nt.
 
-    Parameters
-    ----------
-    coefficients : ContactCoefficients
-        Of the bilateral contact.
-
     References
     ----------
     Painlevé (1895); Klein (1909).

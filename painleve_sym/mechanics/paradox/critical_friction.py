@@ -23,22 +23,13 @@ _ROUND_OFF = 1e-9
 class CriticalMinimum:
     """The smallest critical friction over one coordinate.
 
-    Attributes
-    ----------
-    value : sympy.Expr
-        min μ_P, or the limit it falls to where it is not attained; 1. With an `equation` it is
-        written in the root of that.
-    variable : sympy.Expr
-        What the minimum was sought in: a sine, cosine, tangent, tan(q/2) or the coordinate itself.
-    at : tuple of sympy.Expr
-        Where `variable` takes the minimum; empty where `equation` tells it.
-    attained : bool
-        False where μ_P only tends to `value`, since W_nn tends to 0.
-    equation : sympy.Expr, optional
-        Polynomial in `root` of degree three or more. The minimum is at its root with the smallest
-        positive value, among those in [-1, 1] where `variable` is a sine or cosine.
-    root : sympy.Symbol, optional
-        Stands for `variable` in `value` and `equation`.
+    `value` is min μ_P, or the limit it falls to where it is not attained, since W_nn tends to 0; 1.
+    `variable` is what the minimum was sought in: a sine, cosine, tangent, tan(q/2) or the
+    coordinate itself; `at` is where it takes the minimum.
+
+    Where the stationary values are roots of a polynomial of degree three or more, that is the
+    `equation` in `root`, in which `value` is written, and `at` is empty. The minimum is at its root
+    with the smallest positive value, among those in [-1, 1] where `variable` is a sine or cosine.
     """
 
     value: sp.Expr
@@ -49,13 +40,7 @@ class CriticalMinimum:
     root: sp.Symbol | None = None
 
     def number(self, values: Mapping[sp.Symbol, float]) -> tuple[float, tuple[float, ...]]:
-        """Return the minimum and the places of `variable` for numbers of every other symbol.
-
-        Raises
-        ------
-        InputError
-            A symbol without a number.
-        """
+        """Return the minimum and the places of `variable` for numbers of every other symbol."""
         missing = (self.value.free_symbols | _free(self.at)) - {self.root} - set(values)
         if missing:
             names = ", ".join(sorted(map(str, missing)))
@@ -80,13 +65,8 @@ class CriticalFriction:
     A_s = W_nn − μ s W_nt < 0 needs s W_nt > 0 and μ > μ_P = W_nn/(s W_nt). In the other slip
     direction A_s > 0 for every μ.
 
-    Attributes
-    ----------
-    coefficients : ContactCoefficients
-    slip : {-1, +1, 0}
-        Slip direction s; 0 for the one in which the paradox can happen, s = sign(W_nt).
-    value : sympy.Expr
-        μ_P(q), of either sign where `slip` is given: valid where it is positive; 1.
+    `slip` is s; 0 for the one in which the paradox can happen, s = sign(W_nt). `value` is μ_P(q),
+    of either sign where `slip` is given: valid where it is positive; 1.
     """
 
     coefficients: ContactCoefficients
@@ -104,11 +84,6 @@ class CriticalFriction:
         Where the coordinate turns the mobility without changing its eigenvalues, the minimum is
         `least_over_directions`. Otherwise the stationary values are compared; where they are roots
         of a polynomial of degree three or more, that polynomial is returned.
-
-        Parameters
-        ----------
-        coordinate : str
-            Name of a coordinate, with the others and the parameters left as symbols.
 
         Raises
         ------
@@ -252,19 +227,7 @@ class CriticalFriction:
 def critical_friction(coefficients: ContactCoefficients, slip: int = 0) -> CriticalFriction:
     """Return μ_P(q) = W_nn/|W_nt|, or W_nn/(s W_nt) for a given slip direction.
 
-    Parameters
-    ----------
-    coefficients : ContactCoefficients
-    slip : {0, -1, +1}
-
-    Returns
-    -------
-    CriticalFriction
-
-    Raises
-    ------
-    InputError
-        W_nt = 0 for every configuration: friction and normal motion are not coupled.
+    W_nt = 0 for every configuration is rejected: friction and normal motion are not coupled.
     """
     if slip not in (-1, 0, 1):
         raise InputError(f"slip direction: got {slip!r}, need -1, +1, or 0 for either.")
@@ -284,22 +247,14 @@ def least_over_directions(coefficients: ContactCoefficients) -> sp.Expr:
     """Return 2 √(λ₁ λ₂)/(λ₂ − λ₁), the least μ_P over all directions of the surface.
 
     λ₁ ≤ λ₂ are the eigenvalues of the mobility W = [[W_nn, W_nt], [W_nt, W_tt]] of the contact
-    point. A surface whose normal is turned by ψ from the first axis of W has
-    W_nn = λ₁ cos²ψ + λ₂ sin²ψ and W_nt = (λ₂ − λ₁) sinψ cosψ, so that
+    point. A surface whose normal is turned by ψ from the first axis of W has W_nn = λ₁ cos²ψ + λ₂
+    sin²ψ and W_nt = (λ₂ − λ₁) sinψ cosψ, so that
 
         μ_P = (λ₁ + λ₂ tan²ψ)/((λ₂ − λ₁) |tanψ|),  least at tan²ψ = λ₁/λ₂.
 
     It is a lower bound of μ_P in the given configuration, and its minimum over a coordinate that
-    turns W without changing the eigenvalues. It is 0 for a W of rank one.
-
-    Parameters
-    ----------
-    coefficients : ContactCoefficients
-
-    Returns
-    -------
-    sympy.Expr
-        In the coordinates and parameters; infinite (SymPy's zoo) where λ₁ = λ₂ everywhere.
+    turns W without changing the eigenvalues. It is 0 for a W of rank one, and infinite (SymPy's
+    zoo) where λ₁ = λ₂ everywhere.
     """
     c = coefficients
     first, *others = _turned_together(c) or (None,)

@@ -16,16 +16,9 @@ from painleve_sym.mechanics.simplify import readable
 
 @dataclass(frozen=True)
 class JamThreshold:
-    """State in which the eigenvalues of the singular point are equal, with its friction.
+    """State in which the eigenvalues of the singular point are equal, with its friction μ_C.
 
-    Attributes
-    ----------
-    friction : sympy.Expr
-        μ_C; 1.
-    variable : sympy.Expr
-        tan q, tan(q/2) or the coordinate q itself.
-    at : sympy.Expr
-        Value of `variable` at the singular point for μ = μ_C.
+    `at` is the value of `variable` (tan q, tan(q/2) or the coordinate q itself) there.
     """
 
     friction: sp.Expr
@@ -51,15 +44,8 @@ class SingularPoint:
     does not, so that B reaches 0 together with A: dynamic jam. For r > 1 every force tends to F*.
     For r = 1 the power is a logarithm; for r ≤ 0 a force above F* has an unbounded impulse, so that
     the slip stops before.
-    Every expression is in the state and the parameters; A = B = 0 is not substituted.
-
-    Parameters
-    ----------
-    coefficients : ContactCoefficients
-    slip : {-1, +1}
-        s = sign(v_t).
-    write : callable
-        `readable` (simplified) or `raw` (unsimplified, faster).
+    Every expression is in the state and the parameters; A = B = 0 is not substituted. `slip` is
+    s = sign(v_t); expressions are `readable` (simplified) or `raw` (unsimplified, faster).
 
     References
     ----------
@@ -153,16 +139,7 @@ class SingularPoint:
         """Return where r = 1, as the singular point moves along one coordinate with μ.
 
         On one side of it the force stays bounded as A → 0, on the other an open set of slips jams.
-
-        Parameters
-        ----------
-        coordinate : str
-            Name of a coordinate, with the others and the parameters left as symbols.
-
-        Returns
-        -------
-        tuple of JamThreshold
-            With positive friction, or one whose sign depends on parameters; empty where none is.
+        Thresholds have positive friction, or one whose sign depends on parameters.
 
         Raises
         ------

@@ -10,12 +10,6 @@ from painleve_sym.mechanics.coefficients import F_N, F_T, ContactCoefficients
 def sliding_force(coefficients: ContactCoefficients, slip: int = -1) -> sp.Expr:
     """Return F_n* = −B/A_s, the force with which the contact slides at constant gap; N.
 
-    Parameters
-    ----------
-    coefficients : ContactCoefficients
-    slip : {-1, +1}
-        Slip direction s.
-
     References
     ----------
     Impact model resolution on Painlevé's paradox, §3.4.
@@ -24,18 +18,7 @@ def sliding_force(coefficients: ContactCoefficients, slip: int = -1) -> sp.Expr:
 
 
 def coefficient_rates(coefficients: ContactCoefficients, slip: int = -1) -> tuple[sp.Expr, sp.Expr]:
-    """Return dA_s/dt and dB/dt in slip, as functions of the state and of F_n.
-
-    Parameters
-    ----------
-    coefficients : ContactCoefficients
-    slip : {-1, +1}
-
-    Returns
-    -------
-    tuple of sympy.Expr
-        In 1/(kg s) and m/s³; the normal force is the symbol `F_N`.
-    """
+    """Return dA_s/dt and dB/dt in slip, of the state and of `F_N`; 1/(kg s), m/s³."""
     system = coefficients.contact.system
     friction = -slip * coefficients.mu * F_N
     accelerations = coefficients.accelerations.xreplace({F_T: friction})

@@ -61,15 +61,7 @@ _OTHER_OPERATORS: Mapping[type[ast.operator], str] = {
 
 @dataclass(frozen=True)
 class TextFault:
-    """Fault in a formula, with its place.
-
-    Attributes
-    ----------
-    message : str
-        One or two sentences.
-    line : int
-        Line within the text, from 0.
-    """
+    """Fault in a formula, with its line within the text, from 0."""
 
     message: str
     line: int = 0
@@ -92,17 +84,8 @@ class _Refused(Exception):
 class Formulas:
     """The names formulas may use; grows as definitions are added.
 
-    Parameters
-    ----------
-    names : mapping of str to sympy.Expr
-        Symbols of coordinates, velocities and parameters.
-
-    Attributes
-    ----------
-    sizes : dict of str to int
-        How many parts each definition stands for.
-    broken : set of str
-        Names defined by a formula with faults.
+    `sizes` tell how many parts each definition stands for; `broken` are names defined by a formula
+    with faults.
     """
 
     names: dict[str, sp.Expr]
@@ -122,13 +105,7 @@ class Formulas:
         return faults
 
     def read(self, text: object) -> tuple[sp.Expr | None, list[TextFault]]:
-        """Return the expression and an empty list, or None and everything that is wrong.
-
-        Parameters
-        ----------
-        text : str, int or float
-            A formula, or a plain number.
-        """
+        """Return the expression of a formula or number and no faults, or None and all faults."""
         part, faults = self._translate(text)
         return (part.expr if part else None), faults
 

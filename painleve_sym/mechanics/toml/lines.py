@@ -28,12 +28,8 @@ _VALUE_ENDS = ("\n", ",", "]", "}")
 class TomlLines:
     """Lines of the entries of a TOML text, counted from 1.
 
-    Attributes
-    ----------
-    keys : mapping of path to int
-        Where the key, the header of the table or the element of the array stands.
-    texts : mapping of path to int
-        Where the value begins; for text of several lines, its first line.
+    `keys`: where the key, the header of the table or the element of the array stands. `texts`:
+    where the value begins; for text of several lines, its first line.
     """
 
     keys: Mapping[Path, int]

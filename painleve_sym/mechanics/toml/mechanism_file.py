@@ -88,13 +88,7 @@ def load_mechanism(path: str | FilePath) -> Mechanism:
 def mechanism_from_text(text: str, where: str = "mechanism", name: str = "mechanism") -> Mechanism:
     """Return the mechanism that TOML text describes (see `load_mechanism`).
 
-    Parameters
-    ----------
-    text : str
-    where : str
-        What error messages call the text.
-    name : str
-        Name of the mechanism where the text gives none.
+    Messages call the text `where`; `name` is the mechanism's where the text gives none.
     """
     data = parse_toml(text, where)
     reader = _Reader(Source(where, toml_lines(text)), data, name)

@@ -26,19 +26,9 @@ def shown(path: Path) -> str:
 
 
 class Source:
-    """The text of a mechanism while it is read.
+    """The text of a mechanism while it is read, with the line and message of every fault so far.
 
-    Attributes
-    ----------
-    where : str
-        What messages call it.
-    lines : TomlLines
-    formulas : Formulas
-        Names that its formulas may use.
-    faults : list of (int, str)
-        Line and message of each.
-    stand_ins : int
-        How many values so far stand in for entries that could not be read.
+    `stand_ins` counts the values that stand in for entries that could not be read.
     """
 
     def __init__(self, where: str, lines: TomlLines) -> None:
@@ -81,12 +71,6 @@ class Table:
     """One table of a file.
 
     Missing and wrong entries are recorded as faults, and substitutes are returned for them.
-
-    Attributes
-    ----------
-    source : Source
-    path : tuple of str or int
-    entries : mapping of str to value
     """
 
     source: Source

@@ -19,16 +19,9 @@ from painleve_sym.motion.simulator import Simulator
 class BatchInputs:
     """States, parameters and initial forces of all rows.
 
-    Attributes
-    ----------
-    simulator : Simulator
-    shape : tuple of int
-        What all arrays broadcast to; rows are numbered in its C order.
-    inputs : dict of str to ndarray
-        States and parameters by name, with defaults; nan for a state that should close a contact
-        and cannot.
-    force : ndarray or None
-        Initial force; N.
+    All arrays broadcast to `shape`, and rows are numbered in its C order. `inputs` has states and
+    parameters by name, with defaults; nan for a state that should close a contact and cannot.
+    Forces are in N.
     """
 
     simulator: Simulator

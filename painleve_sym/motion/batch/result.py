@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from painleve_sym.arrays import Array, table_library
+from painleve_sym.choices import Record
 from painleve_sym.engines.batch import COUNTERS, BatchOutputs, BatchRows
 from painleve_sym.engines.protocol import RunOptions
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.hybrid.signature import mode_name
-from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.batch.reason_codes import ROW_REASONS
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.trajectory import Trajectory
@@ -145,12 +145,9 @@ class BatchResult:
             Place in the arrays: one number per dimension.
         """
         row = {n: float(np.broadcast_to(a, self.shape)[index]) for n, a in self.inputs.items()}
-        mechanism, o = self.simulator.mechanism, self.options
-        more: dict[str, Any] = {}
-        if self.initial_force is not None:
-            force = np.broadcast_to(self.initial_force, self.shape)[index]
-            more["initial_force"] = float(force)
-        return run_row(self.simulator, mechanism, row, o, "dense", **more)
+        given = self.initial_force
+        force = None if given is None else float(np.broadcast_to(given, self.shape)[index])
+        return run_row(self.simulator, row, self.options, Record.DENSE, force)
 
     def units(self, name: str) -> str:
         """Return the SI unit of a quantity; "1" where it has none."""
@@ -280,26 +277,20 @@ def event_dims(name: str) -> tuple[str, ...]:
 
 
 def run_row(
-    simulator: Simulator,
-    mechanism: Mechanism,
-    row: dict[str, float],
-    o: RunOptions,
-    record: str,
-    **more: Any,
+    simulator: Simulator, row: dict[str, float], o: RunOptions, record: Record, force: float | None
 ) -> Trajectory:
     """Return the single run of a row's states and parameters."""
-    states = {n: row[n] for n in mechanism.state_names}
-    parameters = {n: v for n, v in row.items() if n not in states}
-    limits = {n: getattr(o, n) for n in ("first_step", "max_step", "max_steps", "max_events")}
-    run: Any = getattr(simulator, "run")  # noqa: B009 - each simulator has one, of its own type
-    trajectory: Trajectory = run(
+    states = {n: row[n] for n in simulator.mechanism.state_names}
+    return simulator.run(
         states,
-        parameters=parameters,
+        parameters={n: v for n, v in row.items() if n not in states},
+        initial_force=force,
         t_end=o.t_end,
         until=o.until,
         rtol=o.rtol,
         record=record,
-        **limits,
-        **more,
+        first_step=o.first_step,
+        max_step=o.max_step,
+        max_steps=o.max_steps,
+        max_events=o.max_events,
     )
-    return trajectory

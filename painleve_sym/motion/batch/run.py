@@ -5,12 +5,12 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from painleve_sym.arrays import Array
+from painleve_sym.choices import Record
 from painleve_sym.engines.batch import COUNTERS, BatchOutputs, BatchRows
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.protocol import MAX_EVENTS, MAX_STEPS, RunOptions
@@ -51,66 +51,37 @@ def run_batch(
     max_steps: int = MAX_STEPS,
     max_events: int = MAX_EVENTS,
 ) -> BatchResult:
-    """Integrate one motion for every entry of the arrays, in threads over compiled code.
+    """Integrate one motion for every entry of the arrays; see `simulate_batch` for the arguments.
 
     Each row is the same, bit for bit, as `simulator.run` on its own numbers: it depends neither on
-    the other rows nor on the number of threads. A row that fails is a row with its stop reason.
-    One that cannot start has its reason at t = 0: ``left_domain`` outside the mechanism's domain,
+    the other rows nor on the number of threads. A row that fails is a row with its stop reason. One
+    that cannot start has its reason at t = 0: ``left_domain`` outside the mechanism's domain,
     ``invalid_start`` where the contact law does not admit it (inside the ground of a rigid contact,
     off a guide, compressed as well as under an initial force) or nothing closes the contact,
-    ``non_finite`` where a constant of the law is not finite.
-
-    Parameters
-    ----------
-    simulator : Simulator
-        With any number and kinds of contacts. The engine ``erk`` runs row after row in Python.
-    states : mapping of str to array_like
-        Coordinates and velocities by name; absent ones are 0. SI units, rad.
-    parameters, law_parameters : mapping of str to array_like
-        Of mechanism and law; absent ones have their defaults. Names as for `Simulator.run`.
-    t_end, until, rtol, first_step, max_step, max_steps, max_events
-        As for `Simulator.run`; the same for every row.
-    initial_force : array_like
-        Of a compliant contact that starts with gap 0: the compression that carries it; N.
-    close : str, optional
-        A coordinate for which gap = 0 is solved in every row; see `contacts.closing.closed_state`.
-    threads : int
-        By default the processors this process may use.
-    events : int
-        How many event times of each kind are kept, the first ones; all are counted.
-    maxima, minima : tuple of str
-        Outputs (``normal_force``, ``compression``, …) of which the extreme over the run and its
-        time are kept: located on the dense output of each step.
-    integrals : tuple of str
-        Outputs integrated over the run: of ``normal_force`` this is the normal impulse.
-
-    Returns
-    -------
-    BatchResult
-        Arrays of the shape that all the given ones broadcast to.
-
-    Raises
-    ------
-    InputError
-        Unknown names, shapes that do not fit, numbers that are not finite or out of range, more
-        rows than memory holds: before anything runs.
+    ``non_finite`` where a constant of the law is not finite. The engine ``erk`` runs row after row
+    in Python.
     """
     kept = BatchOutputs(events, tuple(maxima), tuple(minima), tuple(integrals))
     given = simulator.given(parameters, law_parameters)
     rows = BatchInputs.of(simulator, states, given, initial_force, close)
-    limits: dict[str, Any] = {
-        "first_step": first_step,
-        "max_step": max_step,
-        "max_steps": max_steps,
-        "max_events": max_events,
-    }
-    shared = _shared_options(simulator, t_end, until, rtol, limits)
+    shared = simulator.options(
+        np.zeros(len(simulator.outline.state_names)),
+        t_end=t_end,
+        until=until,
+        rtol=rtol,
+        record="events",
+        first_step=first_step,
+        max_step=max_step,
+        max_steps=max_steps,
+        max_events=max_events,
+    )
+    engine = simulator.integrator
     _check_outputs(simulator, kept)
     need = rows.count * row_bytes(simulator, kept)
     fix = "fewer rows at a time, or fewer event times"
     check_memory(f"batch of {simulator.where}", f"{rows.count:,} rows", need, fix)
-    if _is_batched(simulator):
-        ends = _in_threads(simulator, rows, shared, kept, _thread_count(threads))
+    if isinstance(engine, CompiledEngine):
+        ends = _in_threads(simulator, engine, rows, shared, kept, _thread_count(threads))
     else:
         ends = _one_by_one(simulator, rows, shared, kept)
     return BatchResult(
@@ -132,29 +103,13 @@ def _thread_count(threads: int | None) -> int:
     return threads
 
 
-def _is_batched(simulator: Simulator) -> bool:
-    return isinstance(simulator.integrator, CompiledEngine)
-
-
 def _check_outputs(simulator: Simulator, kept: BatchOutputs) -> None:
     kept.indices(simulator.outline.output_names)
-    if kept.watched and not _is_batched(simulator):
+    if kept.watched and not isinstance(simulator.integrator, CompiledEngine):
         raise InputError(
             f"{simulator.where}: {kept.watched[0]}: extremes and integrals need the compiled "
             "engine. Fix: leave them out, or take them from single runs."
         )
-
-
-def _shared_options(
-    simulator: Simulator,
-    t_end: float,
-    until: str | Sequence[str],
-    rtol: float,
-    limits: Mapping[str, Any],
-) -> RunOptions:
-    nothing = np.zeros(len(simulator.outline.state_names))
-    options = {"t_end": t_end, "until": until, "rtol": rtol, "record": "events", **limits}
-    return simulator.options(nothing, **options)
 
 
 # ---- the work ----
@@ -172,10 +127,8 @@ def _one_by_one(
             if refusal != RUNS:
                 end.fill_unmoved(np.array([True]), block.states[i - first][None], refusal)
                 continue
-            more: dict[str, Any] = {}
-            if rows.force is not None:
-                more["initial_force"] = float(rows.part(rows.force, i, i + 1)[0])
-            run = run_row(simulator, simulator.mechanism, rows.row(i), o, "events", **more)
+            force = None if rows.force is None else float(rows.part(rows.force, i, i + 1)[0])
+            run = run_row(simulator, rows.row(i), o, Record.EVENTS, force)
             _fill(end, run, simulator.outline.kinds, kept.events)
     return ends
 
@@ -193,10 +146,13 @@ def _fill(row: BatchRows, run: Trajectory, kinds: tuple[str, ...], events: int) 
 
 
 def _in_threads(
-    simulator: Simulator, rows: BatchInputs, o: RunOptions, kept: BatchOutputs, threads: int
+    simulator: Simulator,
+    engine: CompiledEngine,
+    rows: BatchInputs,
+    o: RunOptions,
+    kept: BatchOutputs,
+    threads: int,
 ) -> BatchRows:
-    engine = simulator.integrator
-    assert isinstance(engine, CompiledEngine)
     ends = BatchRows.empty(rows.count, simulator.outline, kept)
     preparing = threading.Lock()
 

@@ -21,18 +21,10 @@ _REFUSALS = (INVALID_START, NON_FINITE, LEFT_DOMAIN)
 
 @dataclass(frozen=True)
 class Starts:
-    """Some rows of a batch.
+    """Some rows of a batch, from the number `first` on; arrays of shape (n,), (n, nx) or (n, np).
 
-    Attributes
-    ----------
-    first : int
-        Number of the first of them.
-    states : ndarray, shape (n, nx)
-    parameters : ndarray, shape (n, np)
-    scales : ndarray, shape (n, nx)
-        Of the states, for their tolerances.
-    refusal : ndarray of int, shape (n,)
-        Number of the reason (`ROW_REASONS`) for which a row cannot run, or `RUNS`.
+    `scales` are those of the states, for their tolerances; `refusal` is the number of the reason
+    (`ROW_REASONS`) for which a row cannot run, or `RUNS`.
     """
 
     first: int

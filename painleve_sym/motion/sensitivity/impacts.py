@@ -34,18 +34,9 @@ class _Numbers(NamedTuple):
 class SensitiveImpacts(ImpactResolver):
     """Answers the questions of a run with derivatives: decisions are those of the state alone.
 
-    Attributes
-    ----------
-    functions : VariationalFunctions
-        Of state and derivatives, which are what the run calls its state.
-    constants : ndarray, shape (nc,)
-        Of the extended automaton.
-    sizes : ndarray, shape (k,)
-        Of the directions.
-    tolerance : float
-        See `ImpactData`.
-    notes : list of str
-        Per event of the answers: empty, or a key of `NO_DERIVATIVE`.
+    The run calls state and derivatives, those of `functions`, its state; the constants are those of
+    the extended automaton, `sizes` those of the directions, `tolerance` that of `ImpactData`. Per
+    event of the answers `notes` is empty, or a key of `NO_DERIVATIVE`.
     """
 
     functions: VariationalFunctions = field(kw_only=True)

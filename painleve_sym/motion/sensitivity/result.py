@@ -25,21 +25,15 @@ NO_DERIVATIVE = {
 class EventSensitivity:
     """Derivatives of one event.
 
-    Attributes
-    ----------
-    event : EventRecord
-    time_gradient : ndarray, shape (k,)
-        ∂τ/∂w of its time; s per unit of w.
-    state_jacobian : ndarray, shape (nx, k)
-        Total derivative of `event.state`, including the shift of the event time.
-    condition : float
-        Largest relative change of the speed at which the guard is met, per relative change of a
-        direction: large near a tangential event; 0 for one that fires at once.
-    rank : int
-        Of the state Jacobian: a slip that stops forgets a direction. -1 where it is nan.
-    note : str
-        Empty; or a key of `NO_DERIVATIVE`; or ``one-sided``: another event happens at the same time
-        by chance, and the derivatives hold as long as their order stays.
+    `time_gradient` is ∂τ/∂w of its time, s per unit of w; `state_jacobian` the total derivative of
+    `event.state`, including the shift of the event time, shape (nx, k).
+
+    `condition` is the largest relative change of the speed at which the guard is met, per relative
+    change of a direction: large near a tangential event; 0 for one that fires at once. `rank` is
+    that of the state Jacobian: a slip that stops forgets a direction. It is -1 where that is nan.
+
+    `note` is empty; or a key of `NO_DERIVATIVE`; or ``one-sided``: another event happens at the
+    same time by chance, and the derivatives hold as long as their order stays.
     """
 
     event: EventRecord

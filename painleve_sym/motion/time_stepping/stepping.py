@@ -51,33 +51,18 @@ MAX_STEPS = 1_000_000
 
 @dataclass(frozen=True)
 class SteppingRun:
-    """A motion by time stepping.
+    """A motion by time stepping, by names of mechanism, scheme and solver, with its step in s.
 
-    Attributes
-    ----------
-    mechanism, scheme, solver : str
-        Names.
-    step : float
-        s; the last step is shorter where the end asks for it.
-    e_newton : float
-        Newton's coefficient of restitution.
-    state_names : tuple of str
-    times : ndarray, shape (k + 1,)
-        s.
-    states : ndarray, shape (k + 1, 2 n)
-        Coordinates, then velocities.
-    contact_velocities : ndarray, shape (k + 1, 2)
-        ġ_N and v_t of these states; m/s.
-    impulses : ndarray, shape (k, 2)
-        Λ_n and Λ_t of each step; N s.
-    solutions_found : ndarray of int, shape (k,)
-        Solutions the solver found in each step; −1 where the contact was open and none was asked.
-    contact_work : ndarray, shape (k,)
-        Work of the impulses on the contact's velocity, Λ·(v⁺ + v_free)/2; J. Never positive with
-        `e_newton` = 0 and Moreau–Jean's scheme.
-    stop_reason : StopReason
-        T_END; LEFT_DOMAIN; NON_FINITE; NO_MODE where the solver has no solution; STEP_LIMIT
-        where `max_solves` was used up.
+    The last step is shorter where the end asks for it. `times` (s) and `states` (coordinates, then
+    velocities) have k + 1 rows, as have `contact_velocities`, ġ_N and v_t of these states.
+    `impulses`, Λ_n and Λ_t of each step, have k; N s. `solutions_found` counts those the solver
+    found in each step; −1 where the contact was open and none was asked.
+
+    `contact_work` is the work of the impulses on the contact's velocity, Λ·(v⁺ + v_free)/2; J. It
+    is never positive with Newton's restitution `e_newton` = 0 and Moreau–Jean's scheme.
+
+    It stops for T_END; LEFT_DOMAIN; NON_FINITE; NO_MODE where the solver has no solution;
+    STEP_LIMIT where `max_solves` was used up.
     """
 
     mechanism: str
@@ -122,18 +107,8 @@ class TimeStepper:
 
     Moreau–Jean evaluates M and J half a step ahead, q + h u/2, and asks for contact where the gap
     there is closed; then c = e v_n⁻ (Newton's restitution). Stewart–Trinkle evaluates them at q and
-    has c = g_N/h, so that the gap is closed at the end of the step: impacts are plastic.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-        With exactly one contact.
-    scheme : {"moreau-jean", "stewart-trinkle"}
-
-    Raises
-    ------
-    InputError
-        Several contacts, a bilateral one, an unknown scheme.
+    has c = g_N/h, so that the gap is closed at the end of the step: impacts are plastic. The scheme
+    is ``moreau-jean`` or ``stewart-trinkle``.
     """
 
     mechanism: Mechanism
@@ -195,27 +170,11 @@ class TimeStepper:
         parameters: Mapping[str, float] | None = None,
         max_solves: int = MAX_STEPS,
     ) -> SteppingRun:
-        """Step from t = 0 to `t_end`.
+        """Step from t = 0 to `t_end` in steps h of (0, t_end], with one of `SOLVERS`; s.
 
-        Parameters
-        ----------
-        state, parameters : mapping of str to float
-            Absent coordinates and velocities are 0, absent parameters have their defaults.
-        step : float
-            h in (0, t_end]; s.
-        t_end : float
-            s, > 0.
-        solver : str
-            One of `SOLVERS`.
-        e_newton : float
-            Newton's coefficient of restitution, in [0, 1]; 0 with Stewart–Trinkle.
-        max_solves : int
-            Most contact problems to solve.
-
-        Returns
-        -------
-        SteppingRun
-            Also when it stopped early: `stop_reason` says why.
+        Absent coordinates and velocities are 0, absent parameters have their defaults. `e_newton`
+        is Newton's coefficient of restitution, in [0, 1]; 0 with Stewart–Trinkle. Of a run that
+        stopped early `stop_reason` says why.
 
         Raises
         ------
@@ -411,10 +370,3 @@ def _work(impulse: Impulse, free: Array, W: Array) -> float:
     normal, tangential = impulse
     own = W[0] * normal**2 + 2 * W[1] * normal * tangential + W[2] * tangential**2
     return float(normal * free[0] + tangential * free[1] + own / 2)
-
-
-def simulate_stepping(
-    mechanism: Mechanism, state: Mapping[str, float], *, scheme: str = SCHEMES[0], **options: Any
-) -> SteppingRun:
-    """Step a motion; see `TimeStepper.run` for the options."""
-    return TimeStepper(mechanism, scheme).run(state, **options)

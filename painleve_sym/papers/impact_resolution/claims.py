@@ -14,18 +14,10 @@ NUMBERS = CLAIMS.numbers
 
 @dataclass(frozen=True)
 class PrintedTable:
-    """An initial state with its coefficients.
+    """An initial state, misprints corrected, with its coefficients; absent entries are 0.
 
-    Attributes
-    ----------
-    state : mapping of str to float
-        The state of the table, misprints corrected; absent entries are 0. SI units, rad.
-    A, B : Printed
-        As printed; 1/kg and m/s².
-    corrected_A : Printed or None
-        Where A is misprinted: the print of the other tables at the same θ.
-    row : str
-        The printed row, where its columns are damaged.
+    SI units, rad. `corrected_A` is the print of the other tables at the same θ where A is
+    misprinted, `row` the printed row where its columns are damaged.
     """
 
     state: Mapping[str, float]

@@ -31,19 +31,7 @@ STICKING = 1e-9
 
 @dataclass(frozen=True)
 class Diagram:
-    """One of the paper's diagrams of ÿ_A over F_n.
-
-    Attributes
-    ----------
-    table : int
-        State it is drawn for.
-    case : ContactCase
-        The answer of the paper.
-    title : str
-        For Fig. 2.
-    top : float
-        Largest force drawn; N.
-    """
+    """One of the paper's diagrams of ÿ_A over F_n: its state, its answer, the largest force; N."""
 
     table: int
     case: ContactCase
@@ -98,20 +86,8 @@ def solved_by_every_method(
 ) -> tuple[tuple[ContactSolution, ...], list[list[Any]], dict[str, bool]]:
     """Solve one contact problem by enumeration, Lemke's method and the relaxation.
 
-    Parameters
-    ----------
-    problem : ContactProblem
-    name, unit : str
-        Of the problem, and of its normal unknown.
-
-    Returns
-    -------
-    solutions : tuple of ContactSolution
-        All, by enumeration.
-    rows : list
-        A row of the table for each method.
-    checks : dict of str to bool
-        Whether every claimed solution is one; a method may miss some.
+    Return all solutions, a row of the table for each method, and whether every claimed solution is
+    one; a method may miss some. The unit is that of the normal unknown.
     """
     solutions = problem.solutions()
     exact = [s.normal_force for s in solutions]

@@ -45,13 +45,7 @@ _LETTERS = {"e_energetic": "e_s"}
 
 @dataclass(frozen=True)
 class Derived:
-    """The right sides the paper prints, derived by the package's symbolic stages.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-        The rod.
-    """
+    """The right sides the paper prints, derived for the rod by the package's symbolic stages."""
 
     mechanism: Mechanism
 

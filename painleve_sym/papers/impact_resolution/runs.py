@@ -35,24 +35,10 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Case:
-    """A compliant run of the rod.
+    """A compliant run of the rod from the state of a table, with entries that replace those of it.
 
-    Attributes
-    ----------
-    table : int
-        Table of the paper whose state it starts from.
-    modulus : float
-        E; Pa.
-    t_end : float
-        s.
-    initial_force : float
-        Surface energy as the force of the initial compression; N.
-    until : str
-        Kind of event that ends it; empty for none.
-    reload : {"virgin", "elastic"}
-    state : tuple of (str, float)
-        Entries that replace those of the table.
-    rtol : float
+    `modulus` is E, Pa; `initial_force` the surface energy as the force of the initial compression,
+    N; `until` the kind of event that ends it, or empty.
     """
 
     table: int
@@ -215,13 +201,7 @@ def first(run: Trajectory, kind: str) -> EventRecord | None:
 
 
 def needed(run: Trajectory, kind: str) -> EventRecord:
-    """Return the first event of a kind that the run must have.
-
-    Raises
-    ------
-    LookupError
-        There is none: the run is not the one the item is about.
-    """
+    """Return the first event of a kind; LookupError where the run has none."""
     event = first(run, kind)
     if event is None:
         kinds = [e.kind for e in run.events]
@@ -239,21 +219,9 @@ def history(
     kinds: tuple[str, ...] = (),
     title: str = "",
 ) -> Panel:
-    """Return one quantity over time for several runs.
+    """Return one state or output over time, up to `end` in s, for several runs with their labels.
 
-    Parameters
-    ----------
-    bench : Workbench
-    cases : iterable of (str, Case)
-        Label and run.
-    name : str
-        State or output.
-    x, y : Axis
-    end : float
-        s.
-    kinds : tuple of str
-        Events that are marked.
-    title : str
+    Events of the given kinds are marked.
     """
     curves, marks = [], list[Mark]()
     for label, case in cases:

@@ -38,14 +38,9 @@ ROUND_OFF = 1e-9
 
 @dataclass(frozen=True)
 class FirstStep:
-    """The velocity-level problem of the first step.
+    """The velocity-level problem of the first step, s, with all its solutions.
 
-    Attributes
-    ----------
-    step : float
-        s.
-    solutions : tuple of ContactSolution
-        All of them: forces are impulses, N s, and accelerations velocities after the step, m/s.
+    Their forces are impulses, N s, and their accelerations velocities after the step, m/s.
     """
 
     step: float

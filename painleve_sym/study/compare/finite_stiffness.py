@@ -16,6 +16,8 @@ from painleve_sym.motion.finite_stiffness import CorrectedJumpRule
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.compare.jump_convergence import compare_jump
 
+_STEP = 1e-5
+"""Of the central differences in time; s."""
 RULES = ("classical", "frozen", "carried")
 """K → ∞; A and B of the start kept; A and B moved to where the impulse acts."""
 
@@ -24,18 +26,9 @@ RULES = ("classical", "frozen", "carried")
 class CorrectedComparison:
     """Velocities after the impact by the three rules and by compliant runs.
 
-    Attributes
-    ----------
-    velocities : tuple of str
-    stiffness : ndarray, shape (k,)
-        Values of the parameter that was varied.
-    rules : mapping of str to ndarray, shape (k, v)
-        By the names of `RULES`.
-    softened : ndarray, shape (k, v)
-    slip_times : ndarray, shape (k,)
-        Time at which the slip stops, by the frozen rule; s.
-    exponent : float
-        n of the force K δⁿ.
+    `rules`, by the names of `RULES`, and `softened` have rows of the k values of the parameter that
+    was varied and columns of velocities. `slip_times` are when the slip stops, by the frozen rule,
+    s; `exponent` is n of the force K δⁿ.
     """
 
     velocities: tuple[str, ...]
@@ -63,22 +56,12 @@ class CorrectedComparison:
 
 
 def compare_corrected(
-    simulator: Simulator,
-    state: Mapping[str, float],
-    stiffness: Sequence[float],
-    *,
-    parameter: str = "E",
-    parameters: Mapping[str, float] | None = None,
+    simulator: Simulator, state: Mapping[str, float], stiffness: Sequence[float]
 ) -> CorrectedComparison:
-    """Return the three rules and compliant impacts from a state.
-
-    Parameters are those of `compare_jump`, whose errors apply.
-    """
-    classical = compare_jump(
-        simulator, state, stiffness, parameter=parameter, parameters=parameters
-    )
-    values: dict[str, ArrayLike] = {**simulator.parameters(parameters)}
-    values[parameter] = np.array(stiffness, dtype=float)
+    """Return the three rules and compliant impacts from a state; see `compare_jump`."""
+    classical = compare_jump(simulator, state, stiffness)
+    defaults = simulator.parameters()
+    values: dict[str, ArrayLike] = {**defaults, "E": np.array(stiffness, dtype=float)}
     rule = CorrectedJumpRule(simulator.mechanism, simulator.contact_law)
     corrected = {name: rule(state, values, configuration=name) for name in ("frozen", "carried")}
     names = classical.velocities
@@ -86,7 +69,7 @@ def compare_corrected(
     rules = {"classical": np.broadcast_to(classical.rule[-1], shape)}
     for name, jumps in corrected.items():
         rules[name] = np.stack([jumps.velocity[v] for v in names], axis=-1)
-    symbols = simulator.constants(simulator.parameters(parameters))
+    symbols = simulator.constants(defaults)
     return CorrectedComparison(
         names,
         classical.stiffness,
@@ -97,21 +80,19 @@ def compare_corrected(
     )
 
 
-def drift_of_the_rule(
-    simulator: Simulator, state: Mapping[str, float], velocity: str, step: float = 1e-5
-) -> float:
+def drift_of_the_rule(simulator: Simulator, state: Mapping[str, float], velocity: str) -> float:
     """Return d/dτ of a velocity after the classical jump, had it happened τ later; m/s² or 1/s².
 
     The configuration moves on freely until the impulse acts, at τ ≈ t1: times t1 this is the
     leading error of the rule with a frozen configuration. By central differences.
     """
     mechanism = simulator.mechanism
-    values = simulator.parameters(None)
+    values = simulator.parameters()
     own = {p.name for p in mechanism.system.parameters} | {"e_energetic"}
     given = {k: v for k, v in values.items() if k in own}
     full = dict.fromkeys(mechanism.state_names, 0.0) | dict(state)
     after = []
-    for tau in (-step, step):
+    for tau in (-_STEP, _STEP):
         # Only the configuration: what finite forces do to the velocities the rule keeps.
         moved = {
             c.name: full[c.name] + tau * full[f"{c.name}_dot"] for c in mechanism.system.coordinates
@@ -121,4 +102,4 @@ def drift_of_the_rule(
         after.append(
             evaluate_jump(mechanism, "energetic", full | moved, parameters=given).velocity[velocity]
         )
-    return (after[1] - after[0]) / (2 * step)
+    return (after[1] - after[0]) / (2 * _STEP)

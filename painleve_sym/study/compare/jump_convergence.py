@@ -26,22 +26,11 @@ RTOL = 1e-12
 class JumpComparison:
     """A jump and the compliant impacts from the same state, for growing stiffness.
 
-    Attributes
-    ----------
-    velocities : tuple of str
-        Names of the mechanism's velocities.
-    stiffness : ndarray, shape (k,)
-        Values of the parameter that was varied, in its unit.
-    jump : JumpResult
-    rule : ndarray, shape (3, v)
-        Velocities the jump gives at the end of each phase.
-    softened : ndarray, shape (k, 3, v)
-        Velocities at the events that end the phases.
-    times : ndarray, shape (k, 3)
-        When they end; s.
-    expected_order : float
-        −1/(2n): the rule drops the impulse of finite forces over the first phase, whose length is
-        proportional to it, up to a factor that tends to 1 slowly.
+    `rule` has the velocities (columns) that the jump gives at the end of each of three phases,
+    `softened` those at the events that end the phases, with a first axis of the values of
+    stiffness, `times` when these are, s. The `expected_order` is −1/(2n): the rule drops the
+    impulse of finite forces over the first phase, whose length is proportional to it, up to a
+    factor that tends to 1 slowly.
     """
 
     velocities: tuple[str, ...]
@@ -74,30 +63,12 @@ def compare_jump(
     state: Mapping[str, float],
     stiffness: Sequence[float],
     *,
-    parameter: str = "E",
     parameters: Mapping[str, float] | None = None,
     t_end: float = 1.0,
 ) -> JumpComparison:
-    """Return the energetic jump at a state and compliant impacts from it.
+    """Return the energetic jump at a state and compliant impacts from it for several moduli E; Pa.
 
-    Parameters
-    ----------
-    simulator : Simulator
-    state : mapping of str to float
-        Coordinates and velocities; absent ones are 0.
-    stiffness : sequence of float
-        Values of the parameter that is varied.
-    parameter : str
-        Name of that parameter of the law.
-    parameters : mapping of str to float, optional
-        Further parameters of mechanism and law.
-    t_end : float
-        By when every impact has ended; s.
-
-    Raises
-    ------
-    InputError
-        As for `evaluate_jump`, and where a compliant impact lacks one of the three events.
+    Every impact must have ended by `t_end`, and must have the three events that end the phases.
     """
     mechanism = simulator.mechanism
     complete = dict.fromkeys(mechanism.state_names, 0.0) | dict(state)
@@ -114,11 +85,11 @@ def compare_jump(
     names = tuple(s.name for s in mechanism.system.q_dot)
     runs = []
     for value in stiffness:
-        given = {**(parameters or {}), parameter: value}
+        given = {**(parameters or {}), "E": value}
         run = simulator.run(
             complete, t_end=t_end, parameters=given, until="separation", record="events", rtol=RTOL
         )
-        runs.append(_at_ends(run, names, f"{parameter} = {value:g}"))
+        runs.append(_at_ends(run, names, f"E = {value:g}"))
     symbols = simulator.constants(values)
     exponent = float(numbers([simulator.contact_law.exponent], symbols)[0])
     return JumpComparison(

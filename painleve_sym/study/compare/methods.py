@@ -21,6 +21,7 @@ from painleve_sym.contacts.contact_numbers import contact_numbers
 from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
 from painleve_sym.contacts.impact_rays import Ray
 from painleve_sym.contacts.inputs import symbol_values
+from painleve_sym.contacts.model import ContactModel
 from painleve_sym.contacts.problem import ContactCase
 from painleve_sym.contacts.rigid import RigidContact
 from painleve_sym.errors import EventKind, InputError, StopReason, unknown_name
@@ -55,49 +56,27 @@ class AccelerationLevel:
 
 @dataclass(frozen=True)
 class Answer:
-    """Result of one method.
+    """Result of one method: ``rigid``, ``stepping`` or ``softened``.
 
-    Attributes
-    ----------
-    method : {"rigid", "stepping", "softened"}
-    way : str
-        Restitution rule and policy, solver, or contact law.
-    setting : float
-        Step in s, or Young's modulus in Pa; nan for a rigid motion.
-    stop_reason : StopReason
-    stop_detail : str
-        Why it ended, in words.
-    final_time : float
-        s; before the end time where the motion ended early.
-    state : dict of str to float
-        Coordinates and velocities at the final time.
-    velocity : dict of str to float
-        The velocities among them.
-    normal_impulse : float
-        ∫F_n dt and the impulses of impacts up to the final time; of an impact that jams, up to
-        where its impulse begins to grow without end; N s.
-    peak_force : float
-        N; nan where forces are not distinguished from impulses.
-    events : tuple of (float, str)
-        Time and kind; empty for time stepping, which has none.
-    times : ndarray, shape (k,)
-    contact_velocities : ndarray, shape (k, 2)
-        ġ_N and v_t; m/s.
-    solutions_first_step : int
-        Number of solutions of a time step; −1 elsewhere.
-    first_impulse : float
-        Normal impulse of the first step; nan elsewhere.
-    first_mode : str
-        What the contact does in the first step: open, liftoff, slip or stick; empty elsewhere.
-    limit : SingularLimit or None
-        Of a rigid motion that ended where its slip meets A = 0: where it would arrive.
-    reference : str
-        The rigid motion nearest to the finest answer of this way: of the energetic rule for
-        compliant motion, of Newton's for time stepping. Empty for a rigid motion and for a motion
-        that ended early.
-    error : float
-        Distance to it in the metric of the kinetic energy, relative to the largest of the speeds
-        of the start, of the rigid motion and of what its P_n alone would give, √W_nn P_n; else nan.
+    `way` is the restitution rule and policy, the solver, or the contact law; `setting` the step in
+    s or Young's modulus in Pa, nan for a rigid motion. `stop_detail` says in words why it ended.
+    State and velocities are those at `final_time`, before the end time where the motion ended
+    early.
+
+    `normal_impulse` is ∫F_n dt and the impulses of impacts up to then; of an impact that jams, up
+    to where its impulse begins to grow without end; N s. `peak_force` is nan where forces are not
+    distinguished from impulses; N. Events are times and kinds; time stepping has none.
+    `contact_velocities` are ġ_N and v_t at `times`.
+
+    Of time stepping alone are the number of solutions and the impulse of the first step (−1 and nan
+    elsewhere), and what the contact does in it: open, liftoff, slip or stick; else empty. `limit`
+    is of a rigid motion that ended where its slip meets A = 0: where it would arrive.
+
+    `reference` is the rigid motion nearest to the finest answer of this way: of the energetic rule
+    for compliant motion, of Newton's for time stepping; empty for a rigid motion and for one that
+    ended early. `error` is the distance to it in the metric of the kinetic energy, relative to the
+    largest of the speeds of the start, of the rigid motion and of what its P_n alone would give,
+    √W_nn P_n; else nan.
     """
 
     method: str
@@ -266,7 +245,7 @@ class Case:
 
     def _impact_impulse(self, run: Trajectory) -> float:
         """Return the sum of the normal impulses of the impacts of a rigid motion; N s."""
-        rigid = RigidContact(self.mechanism)
+        rigid = RigidContact(ContactModel(self.mechanism, (RigidLaw(),)))
         rays, slip_velocity, total = rigid.rays.rays, rigid.slip.name, 0.0
         for before, after in pairwise(run.events):
             family, _, phase = before.mode_after.partition("/")

@@ -24,18 +24,8 @@ MARGIN = 0.1
 class CriticalCurve:
     """Critical forces over one quantity.
 
-    Attributes
-    ----------
-    mechanism, law : str
-    over : str
-        The quantity: a parameter of mechanism or law, a coordinate or a velocity.
-    border : Border
-    points : tuple of CriticalForce
-        In the order of `values`; ends early where `stopped` says why.
-    values : ndarray, shape (k,)
-        Of `over`, in its unit.
-    stopped : str
-        Why the curve ends before the last value asked for; empty where it does not.
+    It is a parameter of mechanism or law, a coordinate or a velocity. Points are in the order of
+    the values; where they end before the last value asked for, `stopped` says why.
     """
 
     mechanism: str
@@ -93,24 +83,14 @@ def critical_curve(
     border: Border = Border.SLIP_STOP,
     progress: Callable[[int, int], None] | None = None,
 ) -> CriticalCurve:
-    """Follow a critical force by continuation.
+    """Follow a critical force by continuation over values that increase or decrease.
 
     A secant through the last two points, in log |force − prediction of the closed form| or
     linearly, predicts the next; runs on both sides verify the bracket, which grows until it holds
-    the border; bisection then ends at round-off.
+    the border; bisection then ends at round-off. Values near to each other help the secant.
 
-    Parameters
-    ----------
-    finder : CriticalForceFinder
-    state : mapping of str to float
-    over : str
-        Parameter of mechanism or law, coordinate or velocity.
-    values : sequence of float
-        Increasing or decreasing, near enough for the secant to help.
-    parameters : mapping of str to float, optional
-    border : Border
-    progress : callable, optional
-        Called with the number of points done and of all.
+    `over` is a parameter of mechanism or law, a coordinate or a velocity. `progress` is called with
+    the number of points done and of all.
 
     Raises
     ------
@@ -173,13 +153,7 @@ def _predicted(
 
 @dataclass(frozen=True)
 class Setting:
-    """State and parameters of which one quantity is varied.
-
-    Parameters
-    ----------
-    finder : CriticalForceFinder
-    state, parameters : mapping of str to float
-    """
+    """State and parameters of which one quantity is varied."""
 
     finder: CriticalForceFinder
     state: Mapping[str, float]

@@ -24,17 +24,10 @@ _ENDS = {Border.SLIP_STOP: "separation", Border.COMPRESSION: "max_compression"}
 
 @dataclass(frozen=True)
 class ForceDerivative:
-    """Derivative of a critical force by one quantity.
+    """Derivative of a critical force by one quantity; N per unit of it.
 
-    Attributes
-    ----------
-    name : str
-    value : float
-        N per unit of the quantity.
-    error : float
-        Estimated, from the difference of the sixth and the fourth order, or of two distances.
-    method : {"differences", "sensitivities"}
-        How it was computed.
+    The error is estimated from the difference of the sixth and the fourth order, or of two
+    distances.
     """
 
     name: str

@@ -24,18 +24,10 @@ SAMPLES = 41
 class GrowthComparison:
     """Growth of a small deviation from the sliding solution.
 
-    Attributes
-    ----------
-    times : ndarray, shape (k,)
-        s.
-    deviation : ndarray, shape (k,)
-        Difference of the compressions of both runs; m.
-    growth_rate : ndarray, shape (k,)
-        λ₊ of the sliding solution along the run; 1/s.
-    measured, predicted : float
-        ln of the deviation's growth from the first to the last instant, and ∫λ₊ dt.
-    base, other : Trajectory
-        From the critical force, and from one a little larger.
+    `deviation` is the difference of the compressions of both runs, m; `growth_rate` is λ₊ of the
+    sliding solution along the run, 1/s. `measured` and `predicted` are ln of the deviation's growth
+    from the first to the last instant, and ∫λ₊ dt. `base` runs from the critical force, `other`
+    from one a little larger.
     """
 
     times: Array
@@ -56,35 +48,19 @@ def compare_growth(
     finder: CriticalForceFinder,
     state: Mapping[str, float],
     parameters: Mapping[str, float] | None = None,
-    *,
-    offset: float = OFFSET,
-    folds: tuple[float, float] = E_FOLDING_WINDOW,
 ) -> GrowthComparison:
     """Return how a deviation of the initial force grows in compliant runs.
 
-    Two runs start at the critical force and a part `offset` above it; both follow the stable
-    manifold, and what separates them is the growing solution.
-
-    Parameters
-    ----------
-    finder : CriticalForceFinder
-    state : mapping of str to float
-        Indeterminate, as for `CriticalForceFinder.find`.
-    parameters : mapping of str to float, optional
-    offset : float
-        Relative, > 0.
-    folds : tuple of float
-        From where to where the growth is read, as multiples of 1/λ at the start.
-
-    Raises
-    ------
-    InputError
-        The contact does not slide long enough for `folds`.
+    Two runs start at the critical force and a part `OFFSET` above it; both follow the stable
+    manifold, and what separates them is the growing solution. The state is indeterminate, as for
+    `CriticalForceFinder.find`; InputError where the contact does not slide long enough for
+    `E_FOLDING_WINDOW`.
     """
     simulator = finder.simulator
     critical = finder.find(state, parameters, check_tolerance=False)
     rate = critical.sliding.growth_rate
-    times = np.linspace(folds[0] / rate, folds[1] / rate, SAMPLES)
+    first, last = (fold / rate for fold in E_FOLDING_WINDOW)
+    times = np.linspace(first, last, SAMPLES)
     base, other = (
         simulator.run(
             state,
@@ -94,7 +70,7 @@ def compare_growth(
             until=("separation", "slip_stop"),
             rtol=finder.rtol,
         )
-        for force in (critical.value, critical.value * (1 + offset))
+        for force in (critical.value, critical.value * (1 + OFFSET))
     )
     ends = min(base.final_time, other.final_time)
     if ends < times[-1]:

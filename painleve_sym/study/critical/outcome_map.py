@@ -114,13 +114,7 @@ class OutcomeMap:
 
     @classmethod
     def load(cls, path: str | Path) -> OutcomeMap:
-        """Read what `save` wrote.
-
-        Raises
-        ------
-        InputError
-            Not readable, or not a map of outcomes.
-        """
+        """Read what `save` wrote; InputError where it is not readable, or not a map of outcomes."""
         texts, arrays = load_npz(path, FORMAT, "outcome map", _TEXTS, _ARRAYS)
         return cls(**{name: texts[name] for name in _TEXTS}, **arrays)
 
@@ -146,22 +140,10 @@ def outcome_map(
 ) -> OutcomeMap:
     """Run from a grid of initial forces and values of one quantity; add both critical forces.
 
-    Parameters
-    ----------
-    finder : CriticalForceFinder
-    state : mapping of str to float
-    over : str
-        Parameter of mechanism or law, coordinate or velocity.
-    ends : tuple of float
-        From where to where; spaced logarithmically over more than a decade and a half.
-    forces : tuple of float, optional
-        Ends of the forces, N; by default 0 to 1.25 times the largest of F_n* and the critical
-        forces.
-    points : int
-        Along each axis, 2 to 400.
-    parameters : mapping of str to float, optional
-    progress : callable, optional
-        Called with the number of values done and of all.
+    `over` is a parameter of mechanism or law, a coordinate or a velocity; it goes between its
+    `ends`, spaced logarithmically over more than a decade and a half. `forces` are by default 0 to
+    1.25 times the largest of F_n* and the critical forces, N. Along each axis are 2 to 400 points.
+    `progress` is called with the number of values done and of all.
 
     Raises
     ------

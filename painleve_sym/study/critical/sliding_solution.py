@@ -182,12 +182,7 @@ def _separatrix(level: float, relative: float, n: float) -> float:
 
 @dataclass(frozen=True)
 class SlidingAnalysis:
-    """Finds the sliding solution of a mechanism on a contact law; build once, use often.
-
-    Parameters
-    ----------
-    simulator : Simulator
-    """
+    """Finds the sliding solution of a mechanism on a contact law; build once, use often."""
 
     simulator: Simulator
 
@@ -244,18 +239,9 @@ class SlidingAnalysis:
     ) -> SlidingSolution:
         """Return the sliding solution at a state on the surface that slips.
 
-        Parameters
-        ----------
-        state : mapping of str to float
-            Coordinates and velocities; absent ones are 0. The gap must be 0, its rate may not be.
-        parameters : mapping of str to float
-            Of mechanism and law; absent ones have their defaults.
-
-        Raises
-        ------
-        InputError
-            Unknown names, numbers out of range, an open contact, no slip, or a state that is not
-            indeterminate.
+        Absent coordinates and velocities are 0, absent parameters of mechanism and law have their
+        defaults. The gap must be 0, its rate may not be. InputError for unknown names, numbers out
+        of range, an open contact, no slip, or a state that is not indeterminate.
         """
         solution, gap = self._at(state, parameters)
         if gap != 0:

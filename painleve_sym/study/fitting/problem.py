@@ -54,30 +54,9 @@ _ENDINGS = {
 
 @dataclass(frozen=True)
 class FitProblem:
-    """Parameter estimation: the unknowns, the data and the model.
+    """Parameter estimation: the unknowns, the data and the model; see `fit` for the fields.
 
-    Parameters
-    ----------
-    simulator : Simulator
-    data : FitData
-    estimate : tuple of str
-        Parameters of mechanism and law, or start values of a history.
-    state : mapping of str to float
-        Start values that the data do not give.
-    parameters : mapping of str to float
-        Known parameters, and from where the estimated ones start.
-    until : tuple of str
-        Events that end each motion, where every row is a motion.
-    t_end : float
-        By when it has ended; s.
-    sigma : mapping of str to float
-        Known standard deviations of all measured quantities; empty: they are estimated.
-    level : float
-        Of the confidence intervals, in (0, 1).
-    max_evaluations : int
-        Evaluations of the model, each with all motions, after which the least squares end.
-    max_steps : int
-        Of one motion; one that takes more cannot be followed.
+    No `sigma`, or an empty one, stands for standard deviations that are estimated.
     """
 
     simulator: Simulator

@@ -32,18 +32,8 @@ SPEED = 5.0
 class MapPlace:
     """Domain of a map: two axes with their values, and the constant values.
 
-    Attributes
-    ----------
-    where : str
-        What messages name as the place of a fault.
-    over, labels, units : tuple of two str
-    symbols : tuple of two sympy.Symbol
-    values : tuple of two ndarray
-    state, parameters : dict of str to float
-        Without the axes.
-    mechanism : Mechanism
-    close : str
-        What is solved for at every point, `state` having its first guess; see `closed_state`.
+    Messages name `where` as the place of a fault. State and parameters are without the axes.
+    `close` is solved for at every point, the state having its first guess; see `closed_state`.
     """
 
     where: str

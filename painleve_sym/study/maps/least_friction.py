@@ -24,15 +24,7 @@ _VANISHED = 1e-6
 
 @dataclass(frozen=True)
 class LeastFriction:
-    """The smallest W_nn/|W_nt| over the configurations in contact.
-
-    Attributes
-    ----------
-    value : float
-        1; 0 where it falls without bound.
-    configuration : mapping of str to float
-        Where, by coordinate.
-    """
+    """The smallest W_nn/|W_nt| over the configurations in contact; 0 where it has no bound."""
 
     value: float
     configuration: Mapping[str, float]
@@ -54,22 +46,11 @@ class _Smooth:
 def least_critical_friction(
     mechanism: Mechanism, parameters: Mapping[str, float] | None = None
 ) -> LeastFriction:
-    """Return the smallest critical friction over all configurations with a closed gap.
+    """Return the smallest critical friction of one contact over all its closed configurations.
 
     A local search from many starts: a bound from above, which in one or two angles is the minimum.
-    Where the time occurs, it is that of the mechanism's start.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-        With one contact.
-    parameters : mapping of str to float, optional
-        Those absent keep their default.
-
-    Raises
-    ------
-    InputError
-        Unknown or invalid parameters; no configuration in contact has W_nt ≠ 0.
+    Where the time occurs, it is that of the mechanism's start. InputError for unknown or invalid
+    parameters, and where no configuration in contact has W_nt ≠ 0.
     """
     where = f"least critical friction of {mechanism.name!r}"
     values = resolve_parameters(where, mechanism.system.parameters, parameters or {})

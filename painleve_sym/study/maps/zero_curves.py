@@ -25,15 +25,8 @@ def zero_segments(function: Function, x: Array, y: Array, values: Array) -> Arra
 
     One piece for each cell of the grid that the curve crosses. Both its ends are zeros on the
     cell's sides, located by bisection; a curve that enters and leaves through one side is missed.
-
-    Parameters
-    ----------
-    function : callable
-        Values at the points (x, y), each of shape (k,).
-    x, y : ndarray, shape (n_x,), (n_y,)
-        The grid, increasing.
-    values : ndarray, shape (n_x, n_y)
-        `function` on the grid; nan where the function is not defined.
+    The grid is increasing, shape (n_x,) and (n_y,); `values` are those of the function on it, shape
+    (n_x, n_y), nan where it is not defined. The function takes points (x, y), each of shape (k,).
     """
     grid = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
     along_x = _zeros_between(function, grid[:-1], grid[1:], values[:-1], values[1:])
@@ -77,16 +70,8 @@ def common_zeros(system: Function, x: Array, y: Array, first: Array, second: Arr
     """Return the points of the grid's rectangle where two functions vanish, shape (n, 2).
 
     Newton's method from every cell that both curves come near, sorted by x, then y. Curves that
-    touch without crossing are left out.
-
-    Parameters
-    ----------
-    system : callable
-        f, g, f_x, f_y, g_x, g_y at the points, shape (6, k).
-    x, y : ndarray, shape (n_x,), (n_y,)
-        The grid, increasing.
-    first, second : ndarray, shape (n_x, n_y)
-        f and g on the grid, nan where the function is not defined.
+    touch without crossing are left out. The system returns f, g, f_x, f_y, g_x, g_y at points,
+    shape (6, k); `first` and `second` are f and g on the grid, as for `zero_segments`.
     """
     i, j = np.nonzero(_near_zero(first) & _near_zero(second))
     point = np.stack([(x[i] + x[i + 1]) / 2, (y[j] + y[j + 1]) / 2])

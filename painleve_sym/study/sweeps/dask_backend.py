@@ -33,12 +33,9 @@ def compute_chunk(
 
 
 def check_cluster(address: str) -> Any:
-    """Return the module dask.distributed.
+    """Return the module dask.distributed; InputError where that, or an address, is missing.
 
-    Raises
-    ------
-    InputError
-        It is not installed, or this is not an address; whether something answers is not tried.
+    Whether something answers at the address is not tried.
     """
     try:
         distributed: Any = importlib.import_module("dask.distributed")
@@ -63,26 +60,13 @@ def check_cluster(address: str) -> Any:
 def chunks_on_dask(
     sweep: Sweep, starts: Sequence[int], address: str
 ) -> Iterator[tuple[int, Columns]]:
-    """Yield chunks as a cluster finishes them, in any order.
+    """Yield chunks as a cluster finishes them, in any order; `starts` are their first points.
 
-    Workers get the sweep's text and point numbers, and return arrays: they share no files with
-    this process. A chunk on a lost worker is computed by another.
-
-    Parameters
-    ----------
-    sweep : Sweep
-    starts : sequence of int
-        First points of the chunks.
-    address : str
-        Of the scheduler, such as ``tcp://10.0.0.1:8786``; ``local``: one worker per processor
-        of this machine.
-
-    Raises
-    ------
-    InputError
-        As for `check_cluster`.
-    PainleveError
-        The scheduler cannot be reached, or was lost.
+    Workers get the sweep's text and point numbers, and return arrays: they share no files with this
+    process. A chunk on a lost worker is computed by another. The address is that of the scheduler,
+    such as ``tcp://10.0.0.1:8786``, or ``local``: one worker per processor of this machine.
+    InputError as for `check_cluster`; PainleveError where the scheduler cannot be reached, or was
+    lost.
     """
     distributed = check_cluster(address)
     # What is wrong is said once, by the error below, and not in tracebacks of its own threads.

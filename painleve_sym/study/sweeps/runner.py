@@ -64,24 +64,11 @@ def run_sweep(
 ) -> dict[str, Any]:
     """Compute every chunk that is not written yet, write the result and return its summary.
 
-    Parameters
-    ----------
-    sweep : Sweep
-    out : Path
-        The result file; until it is whole, everything is in the folder ``OUT.parts`` beside it.
-    threads : int, optional
-        Of this process.
-    cluster : str, optional
-        Address of a Dask scheduler, or ``local``.
-    progress : callable
-
-    Raises
-    ------
-    InputError
-        Before anything runs: bad input, no room, a folder of another sweep.
-    PainleveError
-        A full disk, a cluster that cannot be reached or was lost: what is written stays, and the
-        same call resumes.
+    Until the result file is whole, everything is in the folder ``OUT.parts`` beside it. Threads are
+    those of this process; the cluster is the address of a Dask scheduler, or ``local``. InputError,
+    before anything runs, for bad input, no room, or a folder of another sweep. PainleveError for a
+    full disk, and a cluster that cannot be reached or was lost: what is written stays, and the same
+    call resumes.
     """
     check_format(out)
     if cluster is not None:
@@ -140,14 +127,7 @@ def _compute(store: Store, threads: int | None, cluster: str | None, progress: P
 
 
 class Reporter:
-    """Shows points done, their rate and the time left, on one line of a stream.
-
-    Parameters
-    ----------
-    stream : text stream
-    clock : callable
-        Returns seconds.
-    """
+    """Shows points done, their rate and the time left, on one line of a stream; the clock in s."""
 
     def __init__(self, stream: Any, clock: Callable[[], float] = time.monotonic) -> None:
         self._stream, self._clock = stream, clock

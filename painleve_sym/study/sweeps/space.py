@@ -26,13 +26,7 @@ MAX_AXIS = 10_000_000
 
 @dataclass(frozen=True)
 class Grid:
-    """Every combination of the axes' values; the last axis varies fastest.
-
-    Attributes
-    ----------
-    axes : dict of str to ndarray
-        Name → values, each of shape (points of the axis,).
-    """
+    """Every combination of the values of the axes, given by name; the last axis varies fastest."""
 
     axes: dict[str, Array]
 
@@ -78,15 +72,7 @@ class Range:
 
 @dataclass(frozen=True)
 class Sample:
-    """Points drawn from ranges: a scrambled Sobol sequence, or independent uniform numbers.
-
-    Attributes
-    ----------
-    ranges : dict of str to Range
-    points : int
-    method : {"sobol", "uniform"}
-    seed : int
-    """
+    """Points drawn from ranges: a scrambled Sobol sequence, or independent uniform numbers."""
 
     ranges: dict[str, Range]
     points: int

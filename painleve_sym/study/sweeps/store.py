@@ -98,19 +98,9 @@ def parts_folder(out: Path) -> Path:
 def open_store(out: Path, sweep: Sweep, row: Columns) -> Iterator[Store]:
     """Make the store of a result file, or take it up again, for this process alone.
 
-    Parameters
-    ----------
-    out : Path
-        The result; the store is the folder ``OUT.parts`` beside it.
-    sweep : Sweep
-    row : dict of str to ndarray
-        The columns of one point.
-
-    Raises
-    ------
-    InputError
-        The folder belongs to another sweep or another build, another process writes to it, or it
-        cannot be written.
+    The store is the folder ``OUT.parts`` beside the result; `row` are the columns of one point.
+    InputError where the folder belongs to another sweep or another build, another process writes to
+    it, or it cannot be written.
     """
     folder = parts_folder(out)
     with ExitStack() as stack:
@@ -202,14 +192,8 @@ class Store:
     """The folder of a sweep's columns: one NumPy file for each, with a row for every point.
 
     Chunks are written into the files; the sum of a chunk (CRC-32 of all its columns, plus 1) is
-    written after it, so that a chunk counts only when it is whole.
-
-    Attributes
-    ----------
-    folder : Path
-    sweep : Sweep
-    columns : dict of str to ndarray
-        Maps of the files, and of the sums.
+    written after it, so that a chunk counts only when it is whole. `columns` are maps of the files,
+    and of the sums.
     """
 
     folder: Path
@@ -263,10 +247,7 @@ class Store:
     def finish(self, out: Path) -> None:
         """Write the result, whole or not at all, and remove the store.
 
-        Raises
-        ------
-        PainleveError
-            A full disk or another fault of writing; the store stays.
+        PainleveError for a full disk or another fault of writing; the store stays.
         """
         new = self.folder / "result" / out.name
         shutil.rmtree(new.parent, ignore_errors=True)
