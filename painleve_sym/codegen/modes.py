@@ -27,23 +27,12 @@ from painleve_sym.hybrid.automaton import (
 class ModeFunctions:
     """The CasADi functions of one mode; arguments are always (x, z, c).
 
-    Attributes
-    ----------
-    field : casadi.Function
-        ẋ, shape (nx,).
-    guards : casadi.Function
-        Guards and their first Lie derivatives along the field, two vectors of shape (ng,); an
-        immediate transition has none.
-    jets : casadi.Function
-        Guards with first and second Lie derivatives, three vectors of shape (ng,), and ẋ.
-    events : tuple of casadi.Function
-        Per transition: x⁺, z⁺ and the conditions of its choices, 1 or 0. The engine passes a fourth
-        argument, 1 where a guard crossed zero from above in time and 0 where it fired at once.
-    limits : dict of int to casadi.Function
-        Of the transitions whose accumulation is passed: x⁺ and z⁺ beyond it.
-    outputs : casadi.Function
-    tests : casadi.Function or None
-        Tests with first and second Lie derivatives, and their scales: four vectors.
+    `field` is ẋ. `guards` are guards and their first Lie derivatives along the field, two vectors;
+    an immediate transition has none. `jets` have the second ones and ẋ, too. Per transition
+    `events` are x⁺, z⁺ and the conditions of its choices, 1 or 0; the engine passes a fourth
+    argument, 1 where a guard crossed zero from above in time and 0 where it fired at once. `limits`
+    are x⁺ and z⁺ beyond an accumulation that is passed. `tests` have first and second Lie
+    derivatives, and their scales: four vectors.
     """
 
     field: ca.Function

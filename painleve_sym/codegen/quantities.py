@@ -80,8 +80,7 @@ def quantities(
     returns the formulas by name, and the symbols of the arguments.
     """
     mark = _mark(os.environ.get("CC"), os.environ.get("PATH"))
-    text = f"quantities\n{title}\n{mark}"
-    key = _text_key(text, of) if isinstance(of, str) else entry_key(text, of)
+    key = (_text_key if isinstance(of, str) else _key)(title, mark, of)
     stored = _stored(key, tuple(arguments)) if key else None
     if stored is not None:
         return stored
@@ -130,8 +129,12 @@ def _mark(_command: str | None, _path: str | None) -> str | None:
     return compiler_mark()
 
 
+def _key(title: str, mark: str | None, of: Any) -> str | None:
+    return entry_key(f"quantities\n{title}\n{mark}", of)
+
+
 # Every run asks for the same few.
-_text_key = functools.lru_cache(maxsize=256)(entry_key)
+_text_key = functools.lru_cache(maxsize=256)(_key)
 
 
 # One entry is asked for again and again, at every state that is looked at.

@@ -244,9 +244,11 @@ class VariationalFunctions(AutomatonFunctions):
             self._rates[i],
             _listed(self._along(self._rates_by[i], self._S), self._S.sparsity()),
         )
+        *jets, _ = plain.jets(self.x, self.z, self.c)
         return replace(
             plain,
             field=self._function(f"field_{i}", [rates]),
+            jets=self._function(f"jets_{i}", [*jets, rates]),
             outputs=self._function(f"outputs_{i}", [self._all_outputs(i, mode)]),
         )
 

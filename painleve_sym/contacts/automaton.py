@@ -15,6 +15,7 @@ from functools import cached_property, partial
 
 import sympy as sp
 
+from painleve_sym.contacts.compliant import CompliantInterface
 from painleve_sym.contacts.contact_states import (
     CONTACT_WORK,
     FORCE_WORK,
@@ -23,16 +24,11 @@ from painleve_sym.contacts.contact_states import (
     ContactRow,
     ContactStates,
 )
-from painleve_sym.contacts.interfaces import (
-    CompliantInterface,
-    ContactMotion,
-    GuideInterface,
-    Interface,
-    RigidInterface,
-    SpringInterface,
-    zero_factor,
-)
+from painleve_sym.contacts.guide import GuideInterface
+from painleve_sym.contacts.interfaces import ContactMotion, Interface, zero_factor
 from painleve_sym.contacts.model import CONTACT, MOTION, START
+from painleve_sym.contacts.rigid import RigidInterface
+from painleve_sym.contacts.tangential_spring import SpringInterface
 from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.hybrid.automaton import (
     Choice,

@@ -1,4 +1,4 @@
-"""The automaton of a mechanism with one compliant frictional contact."""
+"""A contact with a force–compression law: one of several, and the automaton of an only one."""
 
 from __future__ import annotations
 
@@ -8,11 +8,272 @@ from functools import cached_property, partial
 import sympy as sp
 
 from painleve_sym.contacts.contact_states import CONTACT_WORK, OneContact, cone_margins
-from painleve_sym.contacts.interfaces import FLIGHTS, BranchChange, CompliantInterface
-from painleve_sym.contacts.model import CONTACTS, FLIGHT, MOTION, SLIPS
-from painleve_sym.hybrid.automaton import Choice, HybridAutomaton, Mode, Transition, positive
-from painleve_sym.laws.compliance import Branch
+from painleve_sym.contacts.interfaces import (
+    FLIGHTS,
+    RUBBING,
+    ContactMotion,
+    Interface,
+    Memory,
+    switched,
+    zero_factor,
+)
+from painleve_sym.contacts.model import CONTACTS, FLIGHT, INDENTED, MOTION, SLIPS
+from painleve_sym.errors import EventKind
+from painleve_sym.hybrid.automaton import (
+    Alternative,
+    Choice,
+    HybridAutomaton,
+    Mode,
+    Part,
+    Transition,
+    is_zero,
+    positive,
+)
+from painleve_sym.laws.compliance import DELTA, DELTA_DOT, SEPARATED, Branch, Exit
 from painleve_sym.laws.contact_law import ContactLaw
+
+_ZERO, _ONE = sp.Integer(0), sp.Integer(1)
+
+
+@dataclass(frozen=True)
+class BranchChange:
+    """Passage of a contact from one branch of its law, or a flight, to another.
+
+    Attributes
+    ----------
+    label : str
+        Unique among those with the same source.
+    kind : EventKind
+    source, target : str
+        Name of a branch, or one of `FLIGHTS`.
+    guard : sympy.Expr
+        Crosses from + to −.
+    reset : mapping of symbol to sympy.Expr
+        Of the law's memory, and of the energy that it takes: what the stored energy jumps by is
+        nothing where the force is continuous, a loss where a stretched dashpot lets go, a gain
+        under the virgin reload rule.
+    """
+
+    label: str
+    kind: EventKind
+    source: str
+    target: str
+    guard: sp.Expr
+    reset: Memory
+
+    @property
+    def closes(self) -> bool:
+        """Whether the force sets in."""
+        return self.source in FLIGHTS and self.target not in FLIGHTS
+
+
+@dataclass(frozen=True)
+class CompliantInterface(Interface):
+    """A contact with a force–compression law.
+
+    Parameters
+    ----------
+    row, target
+        As for `Interface`.
+    law : ContactLaw
+        In symbols of its own where the law of another contact has the same names.
+    """
+
+    law: ContactLaw
+
+    @property
+    def flights(self) -> tuple[str, ...]:
+        """Its local modes without force."""
+        return FLIGHTS if self.law.recontacts else FLIGHTS[:1]
+
+    @cached_property
+    def branches(self) -> tuple[str, ...]:
+        """Names of the branches of the law."""
+        return tuple(b.name for b in self.law.branches)
+
+    @cached_property
+    def flags(self) -> dict[str, sp.Symbol]:
+        """By flight and branch: 1 in it, else 0."""
+        return {name: self._symbol(f"in_{name}") for name in (*self.flights, *self.branches)}
+
+    @cached_property
+    def law_memory(self) -> dict[sp.Symbol, sp.Symbol]:
+        """Memory of the law, by the law's own symbols; the same for an only contact."""
+        return {s: self._symbol(s.name) if self.row.end else s for s in self.law.memory}
+
+    @cached_property
+    def memory(self) -> tuple[sp.Symbol, ...]:
+        """All memory of the contact."""
+        own = (self.local, self.sign, self.sticks)
+        return (*own, *self.flags.values(), *self.law_memory.values())
+
+    @cached_property
+    def local_modes(self) -> tuple[str, ...]:
+        """Flights, then slips and stick in each branch."""
+        return (*FLIGHTS, *(f"{s}/{b.name}" for b in self.law.branches for s in RUBBING))
+
+    @property
+    def closed(self) -> sp.Expr:
+        """1 where it carries force, else 0."""
+        return sp.Add(*(self.flags[name] for name in self.branches))
+
+    def of_state(self, expr: sp.Expr) -> sp.Expr:
+        """Write an expression of the law in states and memory of the automaton."""
+        states = {DELTA: -self.row.gap, DELTA_DOT: -self.row.gap_rate}
+        return sp.sympify(expr).xreplace(states | self.law_memory)
+
+    def _in_branches(self, quantity: str) -> sp.Expr:
+        values = [
+            switched(self.flags[b.name], self.of_state(getattr(b, quantity)))
+            for b in self.law.branches
+        ]
+        return sp.Add(*values)
+
+    @property
+    def static_coefficient(self) -> sp.Expr:
+        """Coefficient of friction up to which it sticks: μ r_s."""
+        return self.row.contact.friction * self.law.friction.static_ratio
+
+    @property
+    def kinetic_coefficient(self) -> sp.Expr:
+        """Coefficient of friction in slip: μ r(v_t)."""
+        return self.row.contact.friction * self.law.friction.kinetic_ratio(self.row.slip)
+
+    @property
+    def _released(self) -> Memory:
+        """Neither stick nor slip: a contact whose sticking has just ended does not stick again.
+
+        With a static friction above the kinetic one both may be possible.
+        """
+        ends = not self.law.friction.is_coulomb
+        return {self.sign: _ZERO, self.sticks: _ZERO} if ends else {}
+
+    @cached_property
+    def given_force(self) -> sp.Expr:
+        """F_n of the branch it is in; 0 in flight; N."""
+        return self._in_branches("force")
+
+    @cached_property
+    def stored_energy(self) -> sp.Expr:
+        """Energy that the contact can still return; J."""
+        return self._in_branches("stored_energy")
+
+    @cached_property
+    def dissipated_power(self) -> sp.Expr:
+        """Power lost in the law for good; W."""
+        return self._in_branches("dissipated_power")
+
+    # ---- entering a local mode ----
+
+    def _in(self, place: str) -> Memory:
+        return {s: _ONE if name == place else _ZERO for name, s in self.flags.items()}
+
+    def _enter_flight(self, name: str) -> Memory:
+        none = {self.sign: _ZERO, self.sticks: _ZERO}
+        clean = dict.fromkeys(self.law_memory.values(), _ZERO) if name == FLIGHT else {}
+        index = sp.Integer(FLIGHTS.index(name))
+        return {self.local: index, **none, **self._in(name), **clean}
+
+    def _index(self, branch: str) -> int:
+        """Return the index of sticking in a branch; slip is one beside it."""
+        return len(FLIGHTS) + len(RUBBING) * self.branches.index(branch) + 1
+
+    def _enter_branch(self, branch: str) -> Memory:
+        """Return the memory in a branch after a flight, slipping by the sign of v_t."""
+        sign = sp.sign(self.row.slip)
+        # What lands without slip may stick.
+        sticks = _ZERO if self.law.friction.is_coulomb else zero_factor(self.row.slip)
+        return {
+            self.local: self._index(branch) + sign,
+            self.sign: sign,
+            self.sticks: sticks,
+            **self._in(branch),
+        }
+
+    def _land(self, change: BranchChange, motion: ContactMotion) -> Memory:
+        """Return the memory, and changed states, of a contact whose force sets in."""
+        return self._enter_branch(change.target)
+
+    def _rub(self, sign: sp.Expr, sticks: sp.Expr) -> Memory:
+        """Return the memory in the same branch with another slip."""
+        here = sp.Add(*[self.flags[name] * self._index(name) for name in self.branches])
+        return {self.local: here + sign, self.sign: sign, self.sticks: sticks}
+
+    @cached_property
+    def part(self) -> Part:
+        """Alternatives where contacts at rest choose: keep on, stick, or slip either way."""
+        at_rest = sp.And(positive(self.closed), is_zero(self.row.slip))
+        sliding = sp.And(positive(self.closed), positive(sp.Abs(self.row.slip)))
+        choices = [
+            Alternative(sp.Le(self.closed, 0, evaluate=False)),
+            Alternative(sliding, self._rub(sp.sign(self.row.slip), _ZERO)),
+        ]
+        has_static = not self.law.friction.is_coulomb
+        may_stick = sp.And(at_rest, positive(self.sticks + self.sign**2)) if has_static else at_rest
+        choices.append(Alternative(may_stick, self._rub(_ZERO, _ONE), preferred=has_static))
+        choices += [Alternative(at_rest, self._rub(sp.Integer(sign), _ZERO)) for sign in (-1, 1)]
+        # Of a slip that begins only: compliant contacts open and close by their law.
+        leaving = self._leaving[:1]
+        return Part(
+            self.name, self.memory, self.local_modes, tuple(choices), (self.row.slip,), leaving
+        )
+
+    def start(self) -> Memory:
+        """Return the memory at the start: loading where the gap is negative, else open."""
+        inside, outside = self._enter_branch(self.law.loading.name), self._enter_flight(FLIGHT)
+        pressed = sp.Heaviside(-self.row.gap, 0)
+        return {s: pressed * inside.get(s, _ZERO) + (1 - pressed) * outside[s] for s in outside}
+
+    # ---- transitions ----
+
+    @cached_property
+    def changes(self) -> tuple[BranchChange, ...]:
+        """Touchdown, exits of every branch, lift-off from an indented surface, and recontact."""
+        law, row = self.law, self.row
+        separated = INDENTED if law.recontacts else FLIGHT
+        land = BranchChange("touchdown", EventKind.TOUCHDOWN, FLIGHT, law.loading.name, row.gap, {})
+        changes = [land]
+        for branch in law.branches:
+            for i, e in enumerate(branch.exits):
+                target = separated if e.target == SEPARATED else e.target
+                changes.append(self._change(f"{e.kind}_{i}", branch.name, target, e))
+        if law.recontacts:
+            clean = dict.fromkeys(self.law_memory.values(), _ZERO)
+            leave = BranchChange("liftoff", EventKind.LIFTOFF, INDENTED, FLIGHT, -row.gap, clean)
+            changes.append(leave)
+        for i, e in enumerate(law.recontacts):
+            changes.append(self._change(f"recontact_{i}", INDENTED, e.target, e))
+        return tuple(changes)
+
+    def _change(self, label: str, source: str, target: str, e: Exit) -> BranchChange:
+        before, after = (
+            _ZERO if name in FLIGHTS else self.law.branch(name).stored_energy
+            for name in (source, target)
+        )
+        reset = {self.law_memory[s]: self.of_state(v) for s, v in e.memory.items()}
+        released = self.of_state(before - after.xreplace(dict(e.memory)))
+        if released != 0:
+            reset[CONTACT_WORK] = CONTACT_WORK + released
+        return BranchChange(label, e.kind, source, target, self.of_state(e.guard), reset)
+
+    def transitions(self, motion: ContactMotion) -> list[Transition]:
+        """Return slip start and stop, and the changes of branch and flight."""
+        return [*self._friction_changes(motion), *(self._switch(c, motion) for c in self.changes)]
+
+    def _switch(self, change: BranchChange, motion: ContactMotion) -> Transition:
+        """Return a change as one of the memory of this contact."""
+        label = change.label
+        if change.target in FLIGHTS:
+            enter = self._enter_flight(change.target)
+        elif change.closes:
+            enter = self._land(change, motion)
+        else:
+            shift = self._index(change.target) - self._index(change.source)
+            enter = {self.local: self.local + shift, **self._in(change.target)}
+        if change.source not in FLIGHTS:
+            label = f"{label}_{change.source}"
+        guard, reset = switched(self.flags[change.source], change.guard), change.reset | enter
+        return self._transition(label, change.kind, guard, reset, asks=change.closes)
 
 
 @dataclass(frozen=True)

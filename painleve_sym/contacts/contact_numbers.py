@@ -23,6 +23,7 @@ CONTACT_TOLERANCE = 1e-12
 
 
 _MOTION = ("gap", "gap_rate", "slip_velocity")
+_OF_CONTACT = (*_MOTION, "A_stick", "B_stick", "gap_tolerance", "rate_tolerance")
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,15 +77,12 @@ def all_contact_numbers(mechanism: Mechanism, values: Mapping[str, float]) -> Co
         for name, value in couplings(mechanism)(values).items():
             row, column = map(int, name.split("_")[1:])
             W[row][column] = W[column][row] = value
-    motion = {
-        name: np.array([own[name] for own in numbers])
-        for name in (*_MOTION, "A_stick", "B_stick", "gap_tolerance", "rate_tolerance")
-    }
+    rows = np.array([[own[name] for own in numbers] for name in _OF_CONTACT])
     return ContactNumbers(
         W=np.array(W),
         b=np.array([own[name] for own in numbers for name in ("b_n", "b_t")]),
         mu=np.array([float(values[c.friction]) for c in mechanism.outline.contacts]),
-        **motion,
+        **dict(zip(_OF_CONTACT, rows, strict=True)),
     )
 
 

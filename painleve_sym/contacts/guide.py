@@ -1,4 +1,4 @@
-"""The automaton of a mechanism with one rigid bilateral contact with friction.
+"""A rigid contact that holds from both sides: one of several, and the automaton of an only one.
 
 The contact never opens. What can happen is slip either way and sticking, each with a normal force
 of either sign, and the tangential impact that stops a slip where no finite force can be.
@@ -13,13 +13,24 @@ from functools import cached_property
 import sympy as sp
 
 from painleve_sym.contacts.contact_states import FORCE_WORK, FRICTION_WORK, OneContact, cone_margins
+from painleve_sym.contacts.interfaces import (
+    RUBBING,
+    ContactMotion,
+    Interface,
+    Memory,
+    not_negative,
+)
 from painleve_sym.contacts.model import SLIPS, guide_slip_mode, guide_stick_mode
 from painleve_sym.contacts.rigid import DECISION
 from painleve_sym.errors import EventKind
 from painleve_sym.hybrid.automaton import (
+    Alternative,
     Choice,
     HybridAutomaton,
     Mode,
+    Part,
+    Test,
+    Transition,
     all_positive,
     is_zero,
     positive,
@@ -31,8 +42,69 @@ from painleve_sym.mechanics.paradox.bilateral import BilateralForms
 TANGENTIAL_IMPACT = "tangential_impact"
 """The instantaneous mode in which a slip without a solution stops."""
 
-_ZERO = sp.Integer(0)
+_ZERO, _ONE = sp.Integer(0), sp.Integer(1)
 _SIDES = {side: name for name, side in SIDES.items()}
+
+
+@dataclass(frozen=True)
+class GuideInterface(Interface):
+    """A rigid contact that holds from both sides: g_N = 0, F_n of either sign."""
+
+    @cached_property
+    def side(self) -> sp.Symbol:
+        """Sign of F_n."""
+        return self._symbol("side")
+
+    @property
+    def closed(self) -> sp.Expr:
+        """It never opens."""
+        return _ONE
+
+    @property
+    def memory(self) -> tuple[sp.Symbol, ...]:
+        """Local mode, sign of slip, sticking, side."""
+        return self.local, self.sign, self.sticks, self.side
+
+    @property
+    def local_modes(self) -> tuple[str, ...]:
+        """Slip to either side and stick, each with either sign of F_n."""
+        return tuple(f"{slip}/{side}" for side in ("pull", "push") for slip in RUBBING)
+
+    def _held(self, sign: int, side: int) -> Memory:
+        return {
+            self.local: sp.Integer(len(RUBBING) * (side > 0) + 1 + sign),
+            self.sign: sp.Integer(sign),
+            self.sticks: sp.Integer(0 if sign else 1),
+            self.side: sp.Integer(side),
+        }
+
+    def start(self) -> Memory:
+        """Return some memory: the decision at the start finds the right one."""
+        return self._held(0, 1)
+
+    @cached_property
+    def part(self) -> Part:
+        """Stick, or slip along v_t, with either sign of F_n."""
+        slip = self.row.slip
+        offered = [
+            Alternative(is_zero(slip) if s == 0 else not_negative(s * slip), self._held(s, side))
+            for s in (0, -1, 1)
+            for side in (1, -1)
+        ]
+        return Part(
+            self.name, self.memory, self.local_modes, tuple(offered), (slip,), self._leaving
+        )
+
+    def transitions(self, motion: ContactMotion) -> list[Transition]:
+        """Return slip start and stop, and the reversal of the normal force."""
+        guard = self.side * motion.normal_force
+        turn = self._transition("force_reversal", EventKind.FORCE_REVERSAL, guard)
+        return [*self._friction_changes(motion), turn]
+
+    def tests(self, motion: ContactMotion) -> list[Test]:
+        """Return the sign of F_n, the friction cone, and the onset of slip."""
+        own = Test(self.side * motion.normal_force, motion.force_scale)
+        return [own, *super().tests(motion)]
 
 
 @dataclass(frozen=True)

@@ -215,9 +215,9 @@ def rounded_difference(a: npt.ArrayLike, b: npt.ArrayLike) -> FloatArray:
     return np.where(np.abs(value) <= _ROUNDING * (np.abs(first) + np.abs(second)), 0.0, value)
 
 
-def _difference(first: float, second: float) -> float:
-    """Return what `rounded_difference` returns, of two numbers."""
-    value = first - second
+def _sum(first: float, second: float) -> float:
+    """Return what `rounded_difference` returns, of one number and minus the other."""
+    value = first + second
     return 0.0 if abs(value) <= _ROUNDING * (abs(first) + abs(second)) else value
 
 
@@ -290,6 +290,29 @@ class _Choice(NamedTuple):
     columns: list[int]
 
 
+_Kinds = tuple[tuple[tuple[int, ...], ...], ...]
+"""The accelerations that vanish in every local mode of every contact."""
+
+
+def _listed(kinds: _Kinds) -> list[list[_Choice]]:
+    """Return all choices of one local mode for each contact, by their number of unknowns."""
+    starts = itertools.accumulate((len(v) for given in kinds for v in given), initial=0)
+    columns = [[range(k := next(starts), k + len(v)) for v in given] for given in kinds]
+    groups: dict[int, list[_Choice]] = {}
+    for local in itertools.product(*(range(len(given)) for given in kinds)):
+        pairs = list(enumerate(local))
+        rows = [2 * i + entry for i, j in pairs for entry in kinds[i][j]]
+        own = [column for i, j in pairs for column in columns[i][j]]
+        groups.setdefault(len(rows), []).append(_Choice(local, rows, own))
+    return list(groups.values())
+
+
+# The same for all states in which the same contacts slide.
+_choices = functools.lru_cache(maxsize=64)(_listed)
+_KEPT = 4**3
+"""Most choices that are kept: those of more contacts take memory, and their solution longer."""
+
+
 class ModeProduct:
     """The linear systems of all choices of one local mode for each contact, solved size by size.
 
@@ -308,22 +331,18 @@ class ModeProduct:
 
     def __init__(self, W: list[Vector], b: Vector, modes: Sequence[Sequence[LocalMode]]) -> None:
         self.W, self.b, self.modes = W, b, modes
+        self._largest = max(map(abs, b))
         # Every direction of every local mode: its contact, its force, the accelerations that it
         # causes, and its unit. A sign that rounding left of W_nn - mu s W_nt would be an accident.
         self._ways: list[tuple[int, tuple[float, float]]] = []
         self._rates: list[Vector] = []
         self._units: list[float] = []
-        self._columns: list[list[range]] = []
         for i, given in enumerate(modes):
-            self._columns.append([])
             for mode in given:
-                start = len(self._ways)
                 for n, t in mode.directions:
                     self._ways.append((i, (n, t)))
-                    pairs = ((row[2 * i] * n, row[2 * i + 1] * t) for row in W)
-                    self._rates.append([_difference(p, -q) for p, q in pairs])
+                    self._rates.append([_sum(row[2 * i] * n, row[2 * i + 1] * t) for row in W])
                 self._units += mode.unit
-                self._columns[i].append(range(start, len(self._ways)))
 
     @cached_property
     def ways(self) -> FloatArray:
@@ -383,25 +402,18 @@ class ModeProduct:
                     partners.append(partner)
             yield np.array(partners) @ np.array(self.W) @ np.array(forces).T
 
-    def _groups(self) -> Iterable[list[_Choice]]:
+    def _groups(self) -> Iterable[Sequence[_Choice]]:
         """Return all choices, those with one number of unknowns together."""
-        groups: dict[int, list[_Choice]] = {}
-        for local in itertools.product(*(range(len(given)) for given in self.modes)):
-            rows: list[int] = []
-            columns: list[int] = []
-            for i, j in enumerate(local):
-                rows += [2 * i + entry for entry in self.modes[i][j].vanishing]
-                columns += self._columns[i][j]
-            groups.setdefault(len(rows), []).append(_Choice(local, rows, columns))
-        return groups.values()
+        kinds = tuple(tuple(mode.vanishing for mode in given) for given in self.modes)
+        return _choices(kinds) if math.prod(map(len, kinds)) <= _KEPT else _listed(kinds)
 
-    def _blocks(self, choices: list[_Choice]) -> tuple[FloatArray, IntArray, IntArray]:
+    def _blocks(self, choices: Sequence[_Choice]) -> tuple[FloatArray, IntArray, IntArray]:
         """Return the matrices of choices of one size, with their rows and columns."""
         rows = np.array([choice.rows for choice in choices], dtype=np.intp)
         columns = np.array([choice.columns for choice in choices], dtype=np.intp)
         return self.rates[rows[:, :, None], columns[:, None, :]], rows, columns
 
-    def _solve_group(self, choices: list[_Choice]) -> list[ModePoint]:
+    def _solve_group(self, choices: Sequence[_Choice]) -> list[ModePoint]:
         """Solve all choices with one number of unknowns: regular ones first, then the others."""
         small = len(choices[0].rows) <= 2
         solved = map(self._solve_small, choices) if small else self._solve_together(choices)
@@ -418,21 +430,26 @@ class ModeProduct:
                 forces[2 * i + 1] += size * tangential
             if self._plausible(forces, choice.local):
                 points.append(ModePoint(forces, choice.local, False))
-        faces = map(self._face, singular)
-        return points + [face for face in faces if face is not None]
+        for choice in singular:
+            face = self._face(choice)
+            if face is not None:
+                points.append(face)
+        return points
 
     def _solve_small(self, choice: _Choice) -> Vector | None:
         """Return the unknowns of a system of at most two, or None where it is singular."""
-        if not choice.rows:
+        _, rows, columns = choice
+        if not rows:
             return []
-        goal = [-self.b[row] for row in choice.rows]
-        block = [[self._rates[column][row] for column in choice.columns] for row in choice.rows]
-        if len(goal) == 1:
-            rate = block[0][0]
-            return [goal[0] / rate] if rate else None
-        return solve_two(block, goal, RANK * len(self.b))
+        if len(rows) == 1:
+            (row,), (column,) = rows, columns
+            rate = self._rates[column][row]
+            return [-self.b[row] / rate] if rate else None
+        (first, second), (left, right) = rows, (self._rates[column] for column in columns)
+        block = (left[first], right[first]), (left[second], right[second])
+        return solve_two(block, (-self.b[first], -self.b[second]), RANK * len(self.b))
 
-    def _solve_together(self, choices: list[_Choice]) -> list[Vector | None]:
+    def _solve_together(self, choices: Sequence[_Choice]) -> list[Vector | None]:
         """Return the unknowns of systems of one size, None for those that are singular."""
         blocks, rows, _ = self._blocks(choices)
         stretch = np.linalg.svd(blocks, compute_uv=False)
@@ -442,7 +459,7 @@ class ModeProduct:
 
     def _plausible(self, forces: Vector, local: tuple[int, ...]) -> bool:
         """Return whether forces may satisfy the inequalities of their local modes."""
-        doubt = _REJECTION_TOLERANCE * (max(map(abs, forces)) + max(map(abs, self.b)))
+        doubt = _REJECTION_TOLERANCE * (max(map(abs, forces)) + self._largest)
         for i, j in enumerate(local):
             mode = self.modes[i][j]
             if not mode.admits(forces[2 * i : 2 * i + 2], doubt):

@@ -44,6 +44,7 @@ from __future__ import annotations
 
 import enum
 import math
+import operator
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -346,22 +347,29 @@ class ContactProblem:
 
     def _matrix_faults(self) -> list[str]:
         """Return a sentence where the mobility is not symmetric or indefinite."""
-        faults: list[str] = []
-        root = np.sqrt(np.maximum(np.diag(self.W), 0.0))
-        bound = np.outer(root, root)
-        inverse = np.divide(1.0, bound, out=np.zeros_like(bound), where=bound > 0)
-        wrong = np.abs(self.W - self.W.T) > _SYMMETRY * bound
-        if np.any(wrong) or np.any(np.abs(self.W[bound == 0]) > 0):
-            faults.append(
+        rows = self.W.tolist()
+        root = [math.sqrt(max(row[k], 0.0)) for k, row in enumerate(rows)]
+        bounds = [[r * s for s in root] for r in root]
+        if any(
+            abs(w - v) > _SYMMETRY * bound or (bound == 0 and w != 0)
+            for line in zip(rows, zip(*rows, strict=True), bounds, strict=True)
+            for w, v, bound in zip(*line, strict=True)
+        ):
+            return [
                 f"W: got {self.W!r}, need a symmetric matrix with rows of zeros where the diagonal "
                 "is 0. Fix: compute it as J M^-1 J' with rows n1, t1, n2, t2, ... of J."
-            )
-        elif np.min(np.linalg.eigvalsh(self.W * inverse)) < -_INDEFINITE * len(self.W):
-            faults.append(
-                f"W: got {self.W!r}, need a positive semidefinite matrix. "
-                "Fix: compute it as J M^-1 J' with a positive definite mass matrix M."
-            )
-        return faults
+            ]
+        scaled = [
+            [w / bound if bound else 0.0 for w, bound in zip(*pair, strict=True)]
+            for pair in zip(rows, bounds, strict=True)
+        ]
+        least = _INDEFINITE * len(rows)
+        if _factorizes(scaled, least / 2) or np.min(np.linalg.eigvalsh(scaled)) >= -least:
+            return []
+        return [
+            f"W: got {self.W!r}, need a positive semidefinite matrix. "
+            "Fix: compute it as J M^-1 J' with a positive definite mass matrix M."
+        ]
 
     @property
     def size(self) -> int:
@@ -806,15 +814,19 @@ class _ScaledLaw:
 
     def residual(self, forces: Vector) -> float:
         """Measure forces; see `ContactProblem.residual`."""
-        a, terms = _accelerations(self.W, self.b, forces)
+        return self._residual(forces, _accelerations(self.W, self.b, forces))
+
+    def _residual(self, forces: Vector, motion: tuple[Vector, Vector]) -> float:
+        """Measure forces whose accelerations are known, with the sizes of their terms."""
+        a, terms = motion
         if not math.isfinite(sum(terms)):
             return math.inf
         share = [_ratio(value, size) for value, size in zip(a, terms, strict=True)]
-        weights = self._share([abs(force) for force in forces], terms)[0::2]
+        weights = self._share([abs(force) for force in forces], terms, every=2)
         residual = 0.0
         for i, (weight, s) in enumerate(zip(weights, self.problem.slip_directions, strict=True)):
-            normal, tangential = forces[2 * i : 2 * i + 2]
-            leaving, speeding = share[2 * i : 2 * i + 2]
+            normal, tangential = forces[2 * i], forces[2 * i + 1]
+            leaving, speeding = share[2 * i], share[2 * i + 1]
             held = abs(leaving)
             if not self.bilateral[i]:
                 held = max(weight if normal < 0 else min(weight, held), -leaving, 0.0)
@@ -842,9 +854,10 @@ class _ScaledLaw:
         for candidate in self._candidates(forces):
             modes = self._modes(candidate, choice)
             settled = self._settled(candidate, modes)
-            measured = self.residual(settled)
+            motion = _accelerations(self.W, self.b, settled)
+            measured = self._residual(settled, motion)
             if best is None or measured < best.residual:
-                named = self._named(settled, modes)
+                named = self._named(settled, modes, motion)
                 best = _Checked([force + 0.0 for force in settled], named, measured)  # no -0.0
             if measured <= ROUNDING:
                 break
@@ -858,7 +871,7 @@ class _ScaledLaw:
         """
         weighted = [w * abs(force) for w, force in zip(self._weights, forces, strict=True)]
         noise = _ROUND_OFF * max(weighted)
-        if any(0 < value <= noise for value in weighted):
+        if 0 < min(filter(None, weighted), default=0.0) <= noise:
             pairs = zip(forces, weighted, strict=True)
             yield [0.0 if 0 < value <= noise else force for force, value in pairs]
         yield forces
@@ -904,7 +917,7 @@ class _ScaledLaw:
         """
         settled = list(forces)
         for i, mode in enumerate(modes):
-            normal, tangential = forces[2 * i : 2 * i + 2]
+            normal, tangential = forces[2 * i], forces[2 * i + 1]
             if normal <= 0 and not self.bilateral[i]:
                 settled[2 * i : 2 * i + 2] = 0.0, 0.0
                 continue
@@ -916,9 +929,11 @@ class _ScaledLaw:
             settled[2 * i + 1] = min(max(tangential, -limit), limit)
         return settled
 
-    def _named(self, forces: Vector, modes: Sequence[ContactMode]) -> tuple[ContactMode, ...]:
+    def _named(
+        self, forces: Vector, modes: Sequence[ContactMode], motion: tuple[Vector, Vector]
+    ) -> tuple[ContactMode, ...]:
         """Return the modes, borders by the convention of `ContactMode`."""
-        a, terms = _accelerations(self.W, self.b, forces)
+        a, terms = motion
         named = []
         for i, (mode, s) in enumerate(zip(modes, self.problem.slip_directions, strict=True)):
             rate, size = a[2 * i + 1], terms[2 * i + 1]
@@ -954,15 +969,22 @@ class _ScaledLaw:
         terms = _accelerations(self.W, self.b, size)[1]
         return all(share <= _DISTINCT for share in self._share(step, terms, size))
 
-    def _share(self, part: Vector, terms: Vector, whole: Vector | None = None) -> Vector:
-        """Return how much each part of the forces matters to any acceleration, by its terms."""
+    def _share(
+        self, part: Vector, terms: Vector, whole: Vector | None = None, every: int = 1
+    ) -> Vector:
+        """Return how much each part of the forces matters to any acceleration, by its terms.
+
+        With `every` 2, of the normal forces alone.
+        """
         shares = []
-        for k, value in enumerate(part):
-            share, moves = 0.0, False
+        for k in range(0, len(part), every):
+            value, share, moves = part[k], 0.0, False
             for row, size in zip(self.W, terms, strict=True):
-                if row[k]:
+                w = row[k]
+                if w:
                     moves = True
-                    share = max(share, _ratio(abs(row[k]) * value, size))
+                    if size > 0:
+                        share = max(share, abs(w) * value / size)
             if not moves and value > 0:  # where nothing moves, forces count by themselves
                 share = 1.0 if whole is None else value / whole[k]
             shares.append(share)
@@ -987,13 +1009,37 @@ class _ScaledLaw:
         fixed = [(m is not ContactMode.LIFTOFF, m is ContactMode.STICK) for m in point.modes]
         parted = [0.0 if closed else v for v, (closed, _) in zip(a[0::2], fixed, strict=True)]
         sliding = [0.0 if sticks else v for v, (_, sticks) in zip(a[1::2], fixed, strict=True)]
-        normal, tangential = np.array(forces[0::2]), np.array(forces[1::2])
-        leaving, slipping = np.array(parted), np.array(sliding)
-        for array in (normal, tangential, leaving, slipping):
-            array.setflags(write=False)
+        numbers = np.array((forces[0::2], forces[1::2], parted, sliding))
+        numbers.setflags(write=False)
+        normal, tangential, leaving, slipping = numbers
         return ContactSolution(
             point.modes, normal, tangential, leaving, slipping, point.residual, isolated
         )
+
+
+def _factorizes(matrix: list[Vector], shift: float) -> bool:
+    """Return whether a matrix plus `shift` times the identity has a Cholesky factor.
+
+    Then no eigenvalue of the matrix lies below -shift by more than rounding. Few numbers: the
+    eigenvalues themselves would take NumPy longer.
+
+    Parameters
+    ----------
+    matrix : list of rows
+        Symmetric, with a diagonal of ones and zeros.
+    shift : float
+    """
+    factor: list[Vector] = []
+    for i, row in enumerate(matrix):
+        own: Vector = []
+        for j, other in enumerate(factor):
+            own.append((row[j] - sum(map(operator.mul, own, other))) / other[j])
+        rest = row[i] + shift - sum(map(operator.mul, own, own))
+        if not rest > 0:
+            return False
+        own.append(math.sqrt(rest))
+        factor.append(own)
+    return True
 
 
 def _ordered(points: list[_Checked]) -> list[_Checked]:

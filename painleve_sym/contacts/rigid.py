@@ -1,7 +1,7 @@
-"""The automaton of a mechanism with one rigid frictional contact.
+"""A rigid contact that can open: one of several, and the automaton of an only one.
 
-Between impacts the contact problem of the accelerations holds. An impact is a chain of
-instantaneous modes, one per straight ray in the space of impulses (Routh's construction).
+Between impacts the contact problem of the accelerations holds. An impact of the only contact is a
+chain of instantaneous modes, one per straight ray in the space of impulses (Routh's construction).
 """
 
 from __future__ import annotations
@@ -19,13 +19,25 @@ from painleve_sym.contacts.impact_rays import (
     RATE_ROUNDING,
     ImpactRays,
 )
+from painleve_sym.contacts.interfaces import (
+    RUBBING,
+    ContactMotion,
+    Interface,
+    Memory,
+    not_negative,
+    zero_factor,
+)
 from painleve_sym.contacts.model import CONTACTS, FLIGHT, SLIPS
 from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.hybrid.automaton import (
     Accumulation,
+    Alternative,
     Choice,
     HybridAutomaton,
     Mode,
+    Part,
+    Test,
+    Transition,
     all_positive,
     is_zero,
     positive,
@@ -35,6 +47,74 @@ from painleve_sym.mechanics.paradox.singular_point import SingularPoint
 
 DECISION = "contact"
 """The instantaneous mode in which a closed contact finds its solution."""
+
+_ZERO, _ONE = sp.Integer(0), sp.Integer(1)
+
+
+@dataclass(frozen=True)
+class RigidInterface(Interface):
+    """A rigid contact that can open: F_n ≥ 0, g_N ≥ 0."""
+
+    @cached_property
+    def closed(self) -> sp.Symbol:
+        """1 where g̈_N = 0 is kept, else 0."""
+        return self._symbol("closed")
+
+    @property
+    def memory(self) -> tuple[sp.Symbol, ...]:
+        """Local mode, sign of slip, sticking, closed."""
+        return self.local, self.sign, self.sticks, self.closed
+
+    @property
+    def local_modes(self) -> tuple[str, ...]:
+        """Flight, slip to either side, stick."""
+        return FLIGHT, *RUBBING
+
+    def _closed(self, sign: int) -> Memory:
+        return {
+            self.local: sp.Integer(2 + sign),
+            self.sign: sp.Integer(sign),
+            self.sticks: sp.Integer(0 if sign else 1),
+            self.closed: _ONE,
+        }
+
+    def start(self) -> Memory:
+        """Return the memory of flight: the decision at the start finds what is closed."""
+        return dict.fromkeys(self.memory, _ZERO)
+
+    @cached_property
+    def part(self) -> Part:
+        """Open where it has left or may leave; closed where gap and gap rate are 0."""
+        row = self.row
+        apart = sp.Or(positive(row.gap), sp.And(is_zero(row.gap), not_negative(row.gap_rate)))
+        together = sp.And(is_zero(row.gap), is_zero(row.gap_rate))
+        open_ = Alternative(apart, self.start(), open=True)
+        closed = [
+            Alternative(
+                sp.And(together, is_zero(row.slip) if s == 0 else not_negative(s * row.slip)),
+                self._closed(s),
+            )
+            for s in (0, -1, 1)
+        ]
+        return Part(
+            self.name, self.memory, self.local_modes, (open_, *closed), (row.slip,), self._leaving
+        )
+
+    def transitions(self, motion: ContactMotion) -> list[Transition]:
+        """Return slip start and stop, touchdown and lift-off."""
+        gap, kind = self.row.gap, EventKind.TOUCHDOWN
+        land = self._transition("touchdown", kind, (1 - self.closed) * gap, {gap: _ZERO})
+        leave = self._transition("liftoff", EventKind.LIFTOFF, self.closed * motion.normal_force)
+        return [*self._friction_changes(motion), land, leave]
+
+    def tests(self, motion: ContactMotion) -> list[Test]:
+        """Return F_n, the friction cone, and the onsets of slip and of lift-off."""
+        leaving = (1 - self.closed) * zero_factor(self.row.gap) * zero_factor(self.row.gap_rate)
+        return [
+            Test(self.closed * motion.normal_force, motion.force_scale),
+            Test(leaving * motion.normal_acceleration, motion.normal_scale),
+            *super().tests(motion),
+        ]
 
 
 @dataclass(frozen=True)

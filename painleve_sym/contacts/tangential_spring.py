@@ -1,21 +1,219 @@
-"""The automaton of a mechanism with one compliant contact that yields along its tangent, too."""
+"""A compliant contact that yields along its tangent, too: one of several, and an only one.
+
+A spring of stiffness k_t is in series with Coulomb friction; its deflection is ξ, and F_t = −k_t ξ.
+In stick ξ̇ = v_t. In slip along s the force is −s μ F_n, hence ξ = s μ F_n/k_t: friction slips at
+v_t − ξ̇ = v_t − s μ Ḟ_n/k_t, and stops where that vanishes.
+
+The state of the contact is ζ = ξ − s μ F_n/k_t, the deflection from that of slip along s, where s
+is the last direction of slip, 0 before the first slip of a contact. Slip ends with ζ = ζ̇ = 0, and
+with ζ itself as a state round-off does not start it again.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import sympy as sp
+from sympy.logic.boolalg import Boolean
 
-from painleve_sym.contacts.compliant import CompliantContact
+from painleve_sym.contacts.compliant import BranchChange, CompliantContact, CompliantInterface
 from painleve_sym.contacts.contact_states import FRICTION_WORK, row_acceleration
-from painleve_sym.contacts.interfaces import FLIGHTS, BranchChange, SpringInterface
-from painleve_sym.contacts.model import CONTACTS, MOTION, SLIPS
+from painleve_sym.contacts.interfaces import FLIGHTS, ContactMotion, Memory, not_negative, switched
+from painleve_sym.contacts.model import CONTACTS, FLIGHT, MOTION, SLIPS
 from painleve_sym.errors import EventKind
-from painleve_sym.hybrid.automaton import Choice, Transition
-from painleve_sym.laws.compliance import Branch
+from painleve_sym.hybrid.automaton import (
+    Alternative,
+    Choice,
+    Part,
+    Test,
+    Transition,
+    positive,
+)
+from painleve_sym.laws.compliance import DELTA, DELTA_DOT, Branch
 
-_ZERO = sp.Integer(0)
+_ZERO, _ONE = sp.Integer(0), sp.Integer(1)
+
+
+@dataclass(frozen=True)
+class SpringInterface(CompliantInterface):
+    """A compliant contact that yields along its tangent, too: its law has `Friction.SPRING`.
+
+    F_t follows from its states, so that nothing is to be chosen where it stops, slips or lands.
+
+    References
+    ----------
+    Mindlin (1949); Iwan (1966); Dupont & Yamajako (1997).
+    """
+
+    @property
+    def stiffness(self) -> sp.Expr:
+        """k_t; N/m."""
+        stiffness = self.law.friction.tangential_stiffness
+        assert stiffness is not None
+        return stiffness
+
+    @cached_property
+    def last_slip(self) -> sp.Symbol:
+        """Memory: s, the last direction of slip, or 0 where there was none since it closed."""
+        return self._symbol("slip_side")
+
+    @property
+    def relaxed(self) -> Memory:
+        """Reset where the contact closes: ξ = 0."""
+        return {self.last_slip: _ZERO, self.row.deflection: _ZERO}
+
+    def limit_rate(self, branch: Branch, acceleration: sp.Expr) -> sp.Expr:
+        """Return μ Ḟ_n/k_t of a branch at a g̈_N, inside the contact or where it begins; m/s."""
+        by_depth, by_rate = (
+            # A ramp rises from its kink on, and xⁿ/x is xⁿ⁻¹ also at x = 0.
+            sp.powsimp(sp.diff(branch.force, s).replace(sp.Heaviside, lambda *_: _ONE))
+            for s in (DELTA, DELTA_DOT)
+        )
+        rate = self.of_state(by_depth * DELTA_DOT) - self.of_state(by_rate) * acceleration
+        return self.kinetic_coefficient * rate / self.stiffness
+
+    def slip_margins(self, normal_force: sp.Expr) -> dict[int, sp.Expr]:
+        """Return μ F_n + s F_t by s; nothing cancels on the side of the last slip."""
+        return {
+            s: (1 - s * self.last_slip) * self.kinetic_coefficient * normal_force
+            - s * self.stiffness * self.row.deflection
+            for s in SLIPS
+        }
+
+    def slides(self, change: BranchChange, acceleration: sp.Expr) -> dict[int, Boolean]:
+        """Return where a closing contact slides, by the direction of the slip.
+
+        There the force of the spring, relaxed, would outgrow friction. Where the normal force sets
+        in with a jump, by a dashpot, friction bears any deflection at first.
+        """
+        branch, at = self.law.branch(change.target), self.landing_states(change)
+        limit = self.limit_rate(branch, acceleration).xreplace(at)
+        slides = {s: positive(s * self.row.slip - limit) for s in SLIPS}
+        if at and branch.force.has(DELTA_DOT):
+            borne = self.kinetic_coefficient * self.of_state(branch.force).xreplace(at)
+            none = sp.Le(borne, 0, evaluate=False)
+            slides = {s: sp.And(none, slide) for s, slide in slides.items()}
+        return slides
+
+    def landing_states(self, change: BranchChange) -> Memory:
+        """Return the gap of a touchdown, exactly 0."""
+        return {self.row.gap: _ZERO} if change.source == FLIGHT else {}
+
+    # ---- one of several contacts ----
+
+    @property
+    def holds(self) -> sp.Expr:
+        """It holds by its deflection, not by its velocity."""
+        return _ZERO
+
+    @property
+    def memory(self) -> tuple[sp.Symbol, ...]:
+        """All memory of the contact."""
+        return (*super().memory, self.last_slip)
+
+    def known_friction(self, normal_force: sp.Expr) -> sp.Expr:
+        """Return −s μ F_n, of stick and of slip; N."""
+        return -self.kinetic_coefficient * self.last_slip * normal_force
+
+    @property
+    def spring_force(self) -> sp.Expr:
+        """−k_t ζ; N."""
+        return -self.stiffness * self.row.deflection
+
+    @property
+    def tangential_deflection(self) -> sp.Expr:
+        """ξ; m."""
+        return -self.known_friction(self.given_force) / self.stiffness + self.row.deflection
+
+    @property
+    def stored_energy(self) -> sp.Expr:
+        """Energy that the contact can still return, with that of the spring; J."""
+        return super().stored_energy + self.stiffness * self.tangential_deflection**2 / 2
+
+    @property
+    def outputs(self) -> dict[str, sp.Expr]:
+        """ξ."""
+        return {f"tangential_deflection{self.row.end}": self.tangential_deflection}
+
+    def _yields(self, motion: ContactMotion) -> sp.Expr:
+        """Return μ Ḟ_n/k_t; m/s."""
+        rates = [
+            switched(self.flags[b.name], self.limit_rate(b, motion.normal_acceleration))
+            for b in self.law.branches
+        ]
+        return sp.Add(*rates)
+
+    def rates(self, motion: ContactMotion) -> dict[sp.Symbol, sp.Expr]:
+        """Return ζ̇."""
+        velocity = self.row.slip - self.last_slip * self._yields(motion)
+        return {self.row.deflection: self.sticks * velocity}
+
+    def rubbing_velocity(self, motion: ContactMotion) -> sp.Expr:
+        """Return v_t − ξ̇ of slip; m/s."""
+        return self.row.slip - self.sign * self._yields(motion)
+
+    def tests(self, motion: ContactMotion) -> list[Test]:
+        """Return none: its forces follow from its state."""
+        return []
+
+    @property
+    def part(self) -> Part:
+        """It keeps on, whatever the others choose."""
+        keeps = (Alternative(not_negative(self.closed)),)
+        return Part(self.name, self.memory, self.local_modes, keeps, leaving=self._starts)
+
+    @property
+    def _starts(self) -> tuple[str, ...]:
+        return f"slip_start_neg:{self.name}", f"slip_start_pos:{self.name}"
+
+    def _friction_changes(self, motion: ContactMotion) -> list[Transition]:
+        still = {self.row.deflection: _ZERO}
+        changes = [
+            self._transition(
+                label.partition(":")[0],
+                EventKind.SLIP_START,
+                self.sticks * margin,
+                self._rub(sp.Integer(s), _ZERO) | {self.last_slip: sp.Integer(s)} | still,
+                asks=False,
+                departs=(f"slip_stop:{self.name}",),
+            )
+            for label, (s, margin) in zip(
+                self._starts, self.slip_margins(motion.normal_force).items(), strict=True
+            )
+        ]
+        guard, sticks = self.sign * self.rubbing_velocity(motion), self._rub(_ZERO, _ONE) | still
+        stop = self._transition(
+            "slip_stop", EventKind.SLIP_STOP, guard, sticks, asks=False, departs=self._starts
+        )
+        return [*changes, stop]
+
+    def _enter_flight(self, name: str) -> Memory:
+        return super()._enter_flight(name) | self.relaxed
+
+    def _enter_branch(self, branch: str) -> Memory:
+        """Return the memory of a loaded start: what slides has been sliding."""
+        return super()._enter_branch(branch) | {self.last_slip: sp.sign(self.row.slip)}
+
+    def _land(self, change: BranchChange, motion: ContactMotion) -> Memory:
+        slides = self.slides(change, motion.normal_acceleration)
+
+        def where(values: Mapping[int, int]) -> sp.Piecewise:
+            """Return the value of the slip that begins, or that of stick, 0."""
+            cases = [(values[s], condition) for s, condition in slides.items()]
+            return sp.Piecewise(*cases, (values[0], True), evaluate=False)
+
+        sign = where({-1: -1, 0: 0, 1: 1})
+        return {
+            self.local: self._index(change.target) + sign,
+            self.sign: sign,
+            self.sticks: where({-1: 0, 0: 1, 1: 0}),
+            **self._in(change.target),
+            **self.relaxed,
+            **self.landing_states(change),
+            self.last_slip: sign,
+        }
 
 
 @dataclass(frozen=True)

@@ -136,11 +136,10 @@ class _Run:
 
     # ---- entering a mode ----
 
-    def first_step(self) -> float:
-        """Return a first step (Hairer, Nørsett & Wanner 1993, II.4), as in C."""
+    def first_step(self, f0: Array) -> float:
+        """Return a first step (Hairer, Nørsett & Wanner 1993, II.4), as in C; f0 are the rates."""
         o, field = self.options, self.runner.field
         scale = self.atol + o.rtol * np.abs(self.x)
-        f0 = field(self.x, self.z, self.c)[0]
         d0, d1 = np.sum((self.x / scale) ** 2), np.sum((f0 / scale) ** 2)
         tau = _FROM_REST * self.t_end
         if d1 > 0:
@@ -148,7 +147,7 @@ class _Run:
         tau = min(tau, 100 * self.t_end)
         h = min(0.01 * tau, o.max_step)
         f1 = field(self.x + h * f0, self.z, self.c)[0]
-        self.counters["field_evaluations"] += 2
+        self.counters["field_evaluations"] += 1
         d2 = np.sum(((f1 - f0) / scale) ** 2)
         slope = np.fmax(np.sqrt(d1), np.sqrt(d2) / h)
         h1 = tau * (0.01 / (tau * slope)) ** 0.125 if slope > 0 else h
@@ -160,11 +159,11 @@ class _Run:
         for _ in range(_CHAIN):
             if self.reason is not None:
                 return
-            self.h_ref = self.first_step()
+            g, d, d2, rates = self.runner.jets(self.x, self.z, self.c)
+            self.h_ref = self.first_step(rates)
             if not np.isfinite(self.h_ref):
                 self.reason = StopReason.NON_FINITE
                 return
-            g, d, d2, _ = self.runner.jets(self.x, self.z, self.c)
             sides = [guard_side(g[j], d[j], d2[j], self.h_ref, j in departs) for j in range(len(g))]
             self.armed = np.array(sides) > 0
             transitions = self.modes[self.mode].transitions
@@ -238,11 +237,13 @@ class _Run:
     def held(self, memory: Array) -> tuple[int, float, Array]:
         """Return the results of `tests_hold` with a memory, and the rates of the states."""
         self.z = memory
-        h, at = self.first_step(), (self.x, memory, self.c)
-        tests, hold = self.runner.tests, (0, np.inf)
+        at = (self.x, memory, self.c)
+        rates = self.runner.field(*at)[0]
+        self.counters["field_evaluations"] += 1
+        h, tests, hold = self.first_step(rates), self.runner.tests, (0, np.inf)
         if tests is not None and np.isfinite(h):
             hold = tests_hold(tests(*at), h)
-        return *hold, self.runner.field(*at)[0]
+        return *hold, rates
 
     def note(self, kind: EventKind, before: int, j: int, contact: str, x: Array, z: Array) -> None:
         """Count and record an event; x and z are those after it."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
-from painleve_sym.choices import FrictionLike, Reload, ReloadLike, chosen
+from painleve_sym.choices import Friction, FrictionLike, Reload, ReloadLike, chosen
 from painleve_sym.errors import InputError, ModelError, unknown_name
 from painleve_sym.laws.friction import FrictionLaw
 from painleve_sym.mechanics.declarations import (
@@ -147,7 +147,7 @@ class ContactLaw(Deferred):
             )
         if rubbing.is_coulomb:
             return self
-        if rubbing.tangential_stiffness is not None and self.choices.get("reload") == Reload.VIRGIN:
+        if rubbing.kind is Friction.SPRING and self.choices.get("reload") == Reload.VIRGIN:
             raise InputError(
                 f"law {self.name!r}: friction: got {rubbing.kind.value!r} with reload='virgin', "
                 "where the normal force jumps, and the force of a tangential spring cannot jump "

@@ -171,7 +171,7 @@ class Trajectory:
     parameters : dict of str to float
         Of mechanism and law, as used.
     rtol : float
-    record : MotionRecord
+    record : RunRecord or StoredRecord
         Steps and events.
     final_time : float
     final_state : ndarray, shape (nx,)

@@ -311,6 +311,32 @@ def test_lcp_removes_signs_that_rounding_left():
 # --- validation -------------------------------------------------------------------------------
 
 
+@given(
+    st.integers(0, 2**32 - 1),
+    st.integers(1, 6),
+    st.sampled_from([0.0, 1e-14, 1e-9, 1e-3, 1.0]),
+)
+def test_problem_takes_the_mobilities_without_a_negative_eigenvalue(seed, rank, lowered):
+    """With NumPy's eigenvalues as the judge, of all ranks and sizes of rows."""
+    rng = np.random.default_rng(seed)
+    J = rng.normal(size=(6, rank))
+    scale = 10.0 ** rng.integers(-3, 4, size=6)
+    root = np.sqrt(np.einsum("ij,ij->i", J, J))
+    W = J @ J.T / np.outer(root, root)
+    v = rng.normal(size=6)
+    W -= lowered * np.outer(v, v) / (v @ v)
+    root = np.sqrt(np.maximum(np.diag(W), 0))
+    unit = np.diag(1 / np.where(root > 0, root, 1))
+    least = np.min(np.linalg.eigvalsh(unit @ W @ unit))
+    scaled = np.diag(scale) @ ((W + W.T) / 2) @ np.diag(scale)
+    try:
+        ContactProblem(scaled, np.ones(6), np.ones(3), np.ones(3))
+        accepted = True
+    except InputError:
+        accepted = False
+    assert accepted == (least >= -6e-12) or abs(least + 6e-12) < 1e-13
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [

@@ -157,6 +157,8 @@ class _Differentiated:
         """Return d(start)/dw, shape (nx, k), and which entries can be different from zero."""
         sim = self.simulator
         symbols = {s.name: s for s in (*sim.automaton.states, *sim.automaton.parameters)}
+        # Symbols compare their assumptions too, which takes half as long as the run.
+        states = [s.name for s in sim.automaton.states]
         jacobian = np.zeros((len(self.start.state), len(self.wrt)))
         values: dict[Any, float] = dict(
             zip(sim.automaton.states, map(float, self.start.state), strict=True)
@@ -172,11 +174,11 @@ class _Differentiated:
             symbols[INITIAL_FORCE] = force
             values[force] = self.initial_force
         for k, name in enumerate(self.wrt):
-            if symbols[name] in sim.automaton.states:
-                jacobian[sim.automaton.states.index(symbols[name]), k] = 1.0
+            if name in states:
+                jacobian[states.index(name), k] = 1.0
         pattern = jacobian != 0
         for state, expr in self._start_expressions().items():
-            row = sim.automaton.states.index(state)
+            row = states.index(state.name)
             slopes = [diff(expr, symbols[name]) for name in self.wrt]
             pattern[row] = [slope != 0 for slope in slopes]
             jacobian[row] = numbers(slopes, values)
