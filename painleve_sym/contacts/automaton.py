@@ -141,15 +141,26 @@ class PluralContacts(ContactStates):
     def _capacities(self, columns: Sequence[Callable[[int], sp.Expr]]) -> tuple[sp.Expr, ...]:
         """Return μ_s |F_n| of sticking contacts, by which they share what is not determined.
 
-        Those that slip have a force of their own, and the capacity of all as their ease.
+        Those that slip have a force of their own, and the capacity of these as their ease. Nothing
+        is shared where fewer than two contacts stick: there the ease is 1 for all, so that no force
+        is divided by a normal force that may vanish.
         """
         if len(columns) > 1:
             return ()
         force = columns[0]
-        limits = [c.static_coefficient * c.side * force(i) for i, c in enumerate(self.interfaces)]
+        sticks = [c.holds for c in self.interfaces]
+        limits = [
+            c.holds * c.static_coefficient * c.side * force(i)
+            for i, c in enumerate(self.interfaces)
+        ]
+        none = sp.Mul(*[1 - s for s in sticks])
+        one = sp.Add(
+            *[s * sp.Mul(*[1 - r for r in sticks if r is not s]) for s in sticks if s != 0]
+        )
+        several = 1 - none - one
         return tuple(
-            c.holds * limit + (1 - c.holds) * sp.Add(*limits)
-            for c, limit in zip(self.interfaces, limits, strict=True)
+            several * (limit + (1 - s) * sp.Add(*limits)) + (1 - several)
+            for s, limit in zip(sticks, limits, strict=True)
         )
 
     @cached_property

@@ -29,14 +29,15 @@ static int keep_step(ps_run *s, const ps_options *o, double h, double row[8][PS_
   return record_step(s, o, h, &row[0][0], 8, 0);
 }
 
-/* Repeats the step so that it ends where guard j is zero, to round-off; returns its length.
+/* Repeats the step so that it ends where guard j is zero, to round-off; returns its length, which
+ * belongs to y. The guard is known not to be positive after `until`, or nowhere (HUGE_VAL).
  * s->k is left as a whole step needs it (k[0] at the start, k[12] at the end in y). The dense
  * output has the error of the whole step: where the repeated, shorter step shows the guard positive
  * and not coming down, there is no zero and `is_zero` is 0. */
-static double step_to_zero(ps_run *s, int j, double h, double *y, int *is_zero) {
-  double g[PS_NG], dg[PS_NG];
+static double step_to_zero(ps_run *s, int j, double h, double until, double *y, int *is_zero) {
+  double g[PS_NG], dg[PS_NG], from = 0;
   *is_zero = 1;
-  for (int it = 0; it < 60; it++) {
+  for (int it = 0;; it++) {
     step(s, s->x, h, y);
     field(s, y, s->k[12]);
     guards(s, y, g, dg);
@@ -46,14 +47,20 @@ static double step_to_zero(ps_run *s, int j, double h, double *y, int *is_zero) 
       return h;
     }
     if (!(dh > -0.5 * h)) dh = -0.5 * h;
+    if (g[j] > 0) from = h; else until = h;
+    if (fabs(dh) > 1e-7 * h && !(h + dh > from && h + dh < until)) {
+      /* The round-off of a guard that hardly moves is larger than what its slope says: its signs
+       * enclose the zero. */
+      dh = until - from > 1e-7 * h ? 0.5 * (from + until) - h : until - h;
+    }
     if (fabs(dh) <= 1e-7 * h) {
       /* So close that the rest is linear: its square is below round-off. */
       for (int i = 0; i < PS_NX; i++) y[i] += dh * s->k[12][i];
       return h + dh;
     }
+    if (it == 60) return h;
     h += dh;
   }
-  return h;
 }
 
 /* Time until the first armed guard crosses zero, by its value, slope and bend. */
@@ -99,14 +106,16 @@ static void enter_end_of_step(ps_run *s, double h, const double *y, const double
   memcpy(s->dg, dg, sizeof s->dg);
 }
 
-/* Ends the step just made at the event of guard j, near the part `where` of it, and takes it. */
-static void take_event(ps_run *s, const ps_options *o, int j, double where, double h, double *y,
-                       double row[8][PS_NX]) {
+/* Ends the step just made at the event of guard j, near the part `where` of it, and takes it; `crossed`:
+ * the guard is not positive at the end of the step. */
+static void take_event(ps_run *s, const ps_options *o, int j, double where, int crossed, double h,
+                       double *y, double row[8][PS_NX]) {
   int is_zero = 1;
   ps_bits departs = 0;
+  const double until = crossed ? h : HUGE_VAL;
   h *= where;
   if (where > PS_AT_ONCE) {
-    h = step_to_zero(s, j, h, y, &is_zero);
+    h = step_to_zero(s, j, h, until, y, &is_zero);
     /* A step beyond the event can pass by chance, where its two error estimates cancel or where
      * it left the domain of the law: the part that is taken must pass as well. */
     double err = error_norm(s, o, s->x, y, h);
@@ -189,7 +198,7 @@ static void advance(ps_run *s, const ps_options *o) {
     }
     s->h = next_size(s, h, err);
     if (event >= 0) {
-      take_event(s, o, event, where, h, y, row);
+      take_event(s, o, event, where, g1[event] <= 0, h, y, row);
       return;
     }
     if (!keep_step(s, o, h, row)) return;
