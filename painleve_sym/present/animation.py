@@ -68,7 +68,7 @@ def film_times(trajectory: Trajectory, frames: int) -> Array:
     frames.
     """
     start, end = float(trajectory.t[0]), float(trajectory.t[-1])
-    shortest = SHORTEST * (end - start)
+    shortest = max(SHORTEST * (end - start), np.finfo(float).tiny)
     ends = np.append(np.unique(np.floor((trajectory.t - start) / shortest)) * shortest, end - start)
     ends = np.unique(np.clip(start + ends, start, end))
     events = np.unique([e.time for e in trajectory.events if start < e.time < end])
