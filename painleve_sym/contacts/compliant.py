@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import sympy as sp
@@ -52,6 +52,9 @@ class BranchChange:
         Of the law's memory, and of the energy that it takes: what the stored energy jumps by is
         nothing where the force is continuous, a loss where a stretched dashpot lets go, a gain
         under the virgin reload rule.
+    back : tuple of str
+        Labels of changes from the target whose guard is this one with the other sign: it is zero
+        on entry, and motion that is smooth takes it up.
     """
 
     label: str
@@ -60,6 +63,7 @@ class BranchChange:
     target: str
     guard: sp.Expr
     reset: Memory
+    back: tuple[str, ...] = ()
 
     @property
     def closes(self) -> bool:
@@ -243,7 +247,11 @@ class CompliantInterface(Interface):
             changes.append(leave)
         for i, e in enumerate(law.recontacts):
             changes.append(self._change(f"recontact_{i}", INDENTED, e.target, e))
-        return tuple(changes)
+        back = (
+            tuple(o.label for o in changes if o.source == c.target and o.guard == -c.guard)
+            for c in changes
+        )
+        return tuple(replace(c, back=labels) for c, labels in zip(changes, back, strict=True))
 
     def _change(self, label: str, source: str, target: str, e: Exit) -> BranchChange:
         before, after = (
@@ -262,7 +270,6 @@ class CompliantInterface(Interface):
 
     def _switch(self, change: BranchChange, motion: ContactMotion) -> Transition:
         """Return a change as one of the memory of this contact."""
-        label = change.label
         if change.target in FLIGHTS:
             enter = self._enter_flight(change.target)
         elif change.closes:
@@ -270,10 +277,14 @@ class CompliantInterface(Interface):
         else:
             shift = self._index(change.target) - self._index(change.source)
             enter = {self.local: self.local + shift, **self._in(change.target)}
-        if change.source not in FLIGHTS:
-            label = f"{label}_{change.source}"
         guard, reset = switched(self.flags[change.source], change.guard), change.reset | enter
-        return self._transition(label, change.kind, guard, reset, asks=change.closes)
+        label = self._label(change.label, change.source)
+        back = tuple(f"{self._label(one, change.target)}:{self.name}" for one in change.back)
+        return self._transition(label, change.kind, guard, reset, asks=change.closes, departs=back)
+
+    def _label(self, label: str, source: str) -> str:
+        """Return the label of a change among those from every source."""
+        return label if source in FLIGHTS else f"{label}_{source}"
 
 
 @dataclass(frozen=True)
@@ -335,7 +346,8 @@ class CompliantContact(OneContact):
             reset = reset | landed
         else:
             flies = change.target in FLIGHTS
-            choices = (Choice(change.target if flies else f"{contact}/{change.target}"),)
+            target = change.target if flies else f"{contact}/{change.target}"
+            choices = (Choice(target, departs=change.back),)
         return self.transition(change.label, change.kind, change.guard, choices, reset)
 
     def _changes(self, source: str, contact: str = "") -> list[Transition]:

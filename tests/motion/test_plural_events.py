@@ -58,3 +58,24 @@ def test_state_and_time_of_an_event_agree_where_its_guard_is_at_rounding_level(s
         change = row[1][0][:, names.index(q)]
         missed = change - np.asarray(run.step_length) * (weight @ speed) / 2
         assert np.max(np.abs(missed)) < 5e-15
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize(
+    ("state", "damping", "t_end"),
+    [
+        ({"y_A": -4.9e-5}, 1000.0, 0.5),  # where the springs carry the weight exactly
+        ({"y_A": -5e-5}, 1000.0, 3.0),
+        ({"y_A": 1e-3, "x_A_dot": -0.5}, 100.0, 3.0),
+    ],
+)
+def test_feet_that_have_come_to_rest_stay_there(engine, state, damping, t_end):
+    """At rest δ̇ is noise: a turn is not followed by the turn back at the same instant."""
+    run = _soft_block(engine).run(
+        state, t_end=t_end, parameters={"k": 1e5, "c": damping, "beta": 0.0}
+    )
+    assert run.stop_reason is ps.StopReason.T_END
+    end = dict(zip(run.state_names, run.final_state, strict=True))
+    assert abs(end["y_A"] + 9.8 / (2 * 1e5)) < 1e-12 and abs(end["theta"]) < 1e-12
+    assert max(abs(end[v]) for v in ("x_A_dot", "y_A_dot", "theta_dot")) < 1e-9
+    assert len(run.events) < 2000
