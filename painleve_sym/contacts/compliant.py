@@ -53,8 +53,8 @@ class BranchChange:
         nothing where the force is continuous, a loss where a stretched dashpot lets go, a gain
         under the virgin reload rule.
     back : tuple of str
-        Labels of changes from the target whose guard is this one with the other sign: it is zero
-        on entry, and motion that is smooth takes it up.
+        Labels of changes back to the source, where both have the same force and one guard has the
+        other sign of the other: it is zero on entry, and smooth motion takes it up.
     """
 
     label: str
@@ -69,6 +69,12 @@ class BranchChange:
     def closes(self) -> bool:
         """Whether the force sets in."""
         return self.source in FLIGHTS and self.target not in FLIGHTS
+
+
+def _turns_back(second: BranchChange, first: BranchChange) -> bool:
+    """Return whether a change leads back from another, at the zero of the same guard."""
+    here = (second.source, second.target) == (first.target, first.source)
+    return here and second.guard == -first.guard
 
 
 @dataclass(frozen=True)
@@ -248,10 +254,16 @@ class CompliantInterface(Interface):
         for i, e in enumerate(law.recontacts):
             changes.append(self._change(f"recontact_{i}", INDENTED, e.target, e))
         back = (
-            tuple(o.label for o in changes if o.source == c.target and o.guard == -c.guard)
-            for c in changes
+            tuple(o.label for o in changes if self._smooth(c) and _turns_back(o, c)) for c in changes
         )
         return tuple(replace(c, back=labels) for c, labels in zip(changes, back, strict=True))
+
+    def _smooth(self, change: BranchChange) -> bool:
+        """Return whether the force of two branches is the same function."""
+        if change.source in FLIGHTS or change.target in FLIGHTS:
+            return False
+        source, target = self.law.branch(change.source), self.law.branch(change.target)
+        return bool(source.force == target.force)
 
     def _change(self, label: str, source: str, target: str, e: Exit) -> BranchChange:
         before, after = (
