@@ -254,7 +254,8 @@ class CompliantInterface(Interface):
         for i, e in enumerate(law.recontacts):
             changes.append(self._change(f"recontact_{i}", INDENTED, e.target, e))
         back = (
-            tuple(o.label for o in changes if self._smooth(c) and _turns_back(o, c)) for c in changes
+            tuple(o.label for o in changes if self._smooth(c) and _turns_back(o, c))
+            for c in changes
         )
         return tuple(replace(c, back=labels) for c, labels in zip(changes, back, strict=True))
 
