@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.checks import LARGEST
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.complementarity.uniqueness import Uniqueness
 from painleve_sym.contacts.chatter import Chatter, chatter
@@ -286,6 +287,12 @@ def classify(
         raise InputError(
             f"classify {mechanism.name!r}: got A' = {A}, B' = {B} in sticking, need finite "
             "numbers. Fix: check the state and the parameters."
+        )
+    largest = max(abs(w) for w in W.ravel().tolist())
+    if largest > LARGEST:  # bounces of the contact have no numbers then
+        raise InputError(
+            f"classify {mechanism.name!r}: got a mobility of {largest:g} 1/kg, need at most "
+            f"{LARGEST:g}. Fix: check the state and the parameters."
         )
     sides = np.array([contacts[i].bilateral for i in closed])
     problem = ContactProblem(W, b, mu, slip, sides)
