@@ -79,6 +79,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     text = options.only or ""
     mutants = [m for m in read_mutants() if text in m.name or text in m.file]
+    if not mutants:
+        parser.error(f"--only: got {text!r}, which no mutant's name or file contains.")
     tests = sorted({test for m in mutants for test in m.tests})
     with ThreadPoolExecutor(options.jobs) as pool:
         unchanged = pool.submit(run_tests, tests)
