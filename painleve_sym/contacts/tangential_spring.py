@@ -109,9 +109,11 @@ class SpringInterface(CompliantInterface):
         return _ZERO
 
     @property
-    def memory(self) -> tuple[sp.Symbol, ...]:
-        """All memory of the contact."""
-        return (*super().memory, self.last_slip)
+    def _friction_memory(self) -> tuple[sp.Symbol, ...]:
+        return (self.last_slip,)
+
+    def _resolution(self, motion: ContactMotion) -> Memory:
+        return {}
 
     def known_friction(self, normal_force: sp.Expr) -> sp.Expr:
         """Return −s μ F_n, of stick and of slip; N."""

@@ -4,9 +4,6 @@
  * an event a mode may not be smooth. */
 static const double PS_BEYOND = 1.1;
 
-/* No step is shorter than this part of the time it begins at. */
-static const double PS_MOMENT = 16e-16;
-
 static void prepare(ps_run *s, const ps_options *o) {
   (void)o;
   s->steps.width = PS_STEP_HEAD + PS_NZ + 8 * PS_NX + 1;
