@@ -9,7 +9,7 @@ against the inequalities of its contact problem and their derivatives along its 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 
@@ -96,6 +96,8 @@ class PluralContacts(ContactStates):
             "a": named("a", nq),
             "F": named("F", 2 * n),
             "acceleration": named("acceleration", 2 * n),
+            "resolved": named("resolved", 2 * n),
+            "resolved_acceleration": named("resolved_acceleration", 2 * n),
         }
 
     @cached_property
@@ -180,7 +182,19 @@ class PluralContacts(ContactStates):
         last = self._friction([lambda i: normals[i]], sp.Matrix(list(F)[1::2]))
         moved = W * F + own["b"]
         ends = [Definition(*pair) for pair in zip(own["acceleration"], moved, strict=True)]
-        return (*(Definition(*pair) for pair in pairs), *self._closing(), last, *ends)
+        terms = *(Definition(*pair) for pair in pairs), *self._closing(), last, *ends
+        return (*terms, *self._resolved_terms())
+
+    def _resolved_terms(self) -> Iterator[Definition | LinearSystem]:
+        """Yield forces and accelerations that tests take; see `Interface.resolved`."""
+        own, forces = self._symbols, self._symbols["resolved"]
+        total = sp.Add(*[sp.Abs(force) for force in self._normals()])
+        for i, (c, normal) in enumerate(zip(self.interfaces, self._normals(), strict=True)):
+            yield Definition(forces[2 * i], c.resolved(normal, total))
+        yield self._friction([lambda i: forces[2 * i]], sp.Matrix(list(forces)[1::2]))
+        moved = own["W"] * forces + own["b"]
+        for pair in zip(own["resolved_acceleration"], moved, strict=True):
+            yield Definition(*pair)
 
     def _closing(self) -> tuple[Definition | LinearSystem, ...]:
         """Return the normal forces that keep g̈_N = 0, friction following from them."""
@@ -212,8 +226,11 @@ class PluralContacts(ContactStates):
         unknowns = sp.Matrix([normals[u] for u in unknown])
         return first, LinearSystem(unknowns, matrix, right, scales=scales, determinant=_DETERMINANT)
 
-    def _motion(self, i: int) -> ContactMotion:
-        W, b, F, moved = (self._symbols[k] for k in ("W", "b", "F", "acceleration"))
+    def _motion(self, i: int, *, resolved: bool = False) -> ContactMotion:
+        own = self._symbols
+        W, b, F, moved = own["W"], own["b"], own["F"], own["acceleration"]
+        if resolved:
+            F, moved = own["resolved"], own["resolved_acceleration"]
         n, t = 2 * i, 2 * i + 1
 
         def size(row: int) -> sp.Expr:
@@ -249,7 +266,11 @@ class PluralContacts(ContactStates):
 
     def _modes(self) -> tuple[Mode, ...]:
         changes = [t for i, c in enumerate(self.interfaces) for t in c.transitions(self._motion(i))]
-        tests = [t for i, c in enumerate(self.interfaces) for t in c.tests(self._motion(i))]
+        tests = [
+            t
+            for i, c in enumerate(self.interfaces)
+            for t in c.tests(self._motion(i, resolved=True))
+        ]
         if self._unknown:
             margin = _DETERMINANT**2 - SINGULAR_MARGIN**2
             changes.append(

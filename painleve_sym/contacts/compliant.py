@@ -34,6 +34,8 @@ from painleve_sym.laws.contact_law import ContactLaw
 
 UNRESOLVED = sp.Rational(1, 10**12)
 """Of the forces of a contact: what they are known to."""
+RESOLVED = sp.Integer(10)
+"""Of the unresolved force: what is above rounding."""
 
 _ZERO, _ONE = sp.Integer(0), sp.Integer(1)
 
@@ -115,9 +117,14 @@ class CompliantInterface(Interface):
         return {s: self._symbol(s.name) if self.row.end else s for s in self.law.memory}
 
     @cached_property
-    def unresolved_friction(self) -> sp.Symbol:
-        """Memory: friction that is rounding beside the forces since the contact closed; N."""
-        return self._symbol("unresolved_friction")
+    def unresolved_force(self) -> sp.Symbol:
+        """Memory: what is rounding beside the normal forces since the contact closed; N."""
+        return self._symbol("unresolved_force")
+
+    @property
+    def unresolved_friction(self) -> sp.Expr:
+        """Friction that is rounding, which stick bears; N."""
+        return self.static_coefficient * self.unresolved_force
 
     @cached_property
     def memory(self) -> tuple[sp.Symbol, ...]:
@@ -128,7 +135,7 @@ class CompliantInterface(Interface):
     @property
     def _friction_memory(self) -> tuple[sp.Symbol, ...]:
         """Memory of friction, 0 in flight."""
-        return (self.unresolved_friction,)
+        return (self.unresolved_force,)
 
     @cached_property
     def local_modes(self) -> tuple[str, ...]:
@@ -176,6 +183,11 @@ class CompliantInterface(Interface):
         """F_n of the branch it is in; 0 in flight; N."""
         return self._in_branches("force")
 
+    def resolved(self, normal_force: sp.Expr, total: sp.Expr) -> sp.Expr:
+        """Return F_n, and what is just not rounding where all contacts have less; N."""
+        missing = sp.Max(RESOLVED * self.unresolved_force - total, 0)
+        return normal_force + self.closed * sp.Heaviside(-self.row.gap_rate, 0) * missing
+
     @cached_property
     def stored_energy(self) -> sp.Expr:
         """Energy that the contact can still return; J."""
@@ -218,7 +230,7 @@ class CompliantInterface(Interface):
         return self._enter_branch(change.target) | self._resolution(motion)
 
     def _resolution(self, motion: ContactMotion) -> Memory:
-        """Return the friction that cannot be told from none, of a contact whose force sets in.
+        """Return the force that cannot be told from none, of a contact whose force sets in.
 
         Its normal force vanishes where it closes and where it opens, and so does what friction can
         bear. A tangential load that is nothing but rounding would make it slip there.
@@ -228,7 +240,7 @@ class CompliantInterface(Interface):
         # Force at the compression that takes up the energy of the approach.
         approach = ramp((n + 1) * row.gap_rate**2 / (2 * motion.normal_mobility * K))
         forces = motion.force_scale + K * (approach ** (n / (n + 1)) + ramp(-row.gap) ** n)
-        return {self.unresolved_friction: UNRESOLVED * self.static_coefficient * forces}
+        return {self.unresolved_force: UNRESOLVED * forces}
 
     def _rub(self, sign: sp.Expr, sticks: sp.Expr) -> Memory:
         """Return the memory in the same branch with another slip."""

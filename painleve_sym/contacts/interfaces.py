@@ -163,6 +163,21 @@ class Interface(ABC):
         """Outputs of its own."""
         return {}
 
+    def resolved(self, normal_force: sp.Expr, total: sp.Expr) -> sp.Expr:
+        """Return the normal force by which is decided what follows; N.
+
+        A contact that closes has F_n = 0 and bears no friction. Where no other contact bears
+        force, it is F_n a moment later, as its friction grows together with its normal force.
+
+        Parameters
+        ----------
+        normal_force : sympy.Expr
+            F_n; N.
+        total : sympy.Expr
+            Sum of the sizes of all normal forces; N.
+        """
+        return normal_force
+
     @property
     def given_force(self) -> sp.Expr | None:
         """F_n where a law gives it; None where it keeps g̈_N = 0."""

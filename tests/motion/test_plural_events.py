@@ -4,6 +4,8 @@ import functools
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
+from scipy.optimize import brentq
 
 import painleve_sym as ps
 
@@ -79,3 +81,79 @@ def test_feet_that_have_come_to_rest_stay_there(engine, state, damping, t_end):
     assert abs(end["y_A"] + 9.8 / (2 * 1e5)) < 1e-12 and abs(end["theta"]) < 1e-12
     assert max(abs(end[v]) for v in ("x_A_dot", "y_A_dot", "theta_dot")) < 1e-9
     assert len(run.events) < 2000
+
+
+def _bounces(fall, stiffness, gravity=9.8, mass=1.0):
+    """Return times of landing and lift-off of a mass on two springs K δ^1.5 each, by quadrature."""
+    speed = np.sqrt(2 * gravity * fall)
+
+    def half_squared(depth):
+        return speed**2 / 2 + gravity * depth - 2 * stiffness / mass * depth**2.5 / 2.5
+
+    guess = (speed**2 * 2.5 / 2 / (2 * stiffness / mass)) ** 0.4
+    deepest = brentq(half_squared, 0.5 * guess, 2 * guess, xtol=1e-300, rtol=1e-15)
+
+    # With depth = deepest (1 - s²) the end of the integral is not singular.
+    def slowness(s):
+        value = half_squared(deepest * (1 - s * s)) if s > 1e-6 else None
+        slope = 2 * stiffness / mass * deepest**1.5 - gravity
+        root = np.sqrt(2 * value) / s if value is not None else np.sqrt(2 * slope * deepest)
+        return 2 * deepest / root
+
+    contact = 2 * quad(slowness, 0, 1, epsabs=0, epsrel=1e-12)[0]
+    first, flight = speed / gravity, 2 * speed / gravity
+    land = first + (contact + flight) * np.arange(5)
+    return land, land + contact
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_level_feet_that_nothing_pulls_stick_through_every_bounce(engine):
+    """Rounding alone loads their friction, also where their normal forces vanish together."""
+    simulator = ps.Simulator(ps.model("block-two-feet"), ps.law("hertz"), engine=engine)
+    run = simulator.run({"y_A": 1e-4}, t_end=0.05, parameters={"beta": 0.0})
+    assert run.stop_reason is ps.StopReason.T_END
+    modulus = 20.9e10 / (2 * (1 - 0.3**2))
+    land, leave = _bounces(1e-4, 4 / 3 * modulus * np.sqrt(0.00645))
+    for kind, expected in (("touchdown", land), ("separation", leave)):
+        times = [e.time for e in run.events if e.kind == kind]
+        assert times == pytest.approx(np.repeat(expected, 2), rel=1e-9)
+    kinds = {str(e.kind) for e in run.events}
+    assert kinds == {"touchdown", "max_compression", "separation"}
+    assert run.energy_residual < 1e-9
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("law", ["hertz", "linear", "bilinear-hertz"])
+@pytest.mark.parametrize("beta", [0.0, 0.2])
+def test_feet_that_stick_close_together_without_force(law, beta, engine):
+    """They begin with no gap, no speed and no force; the friction that they share begins at 0."""
+    simulator = ps.Simulator(ps.model("block-two-feet"), ps.law(law), engine=engine)
+    run = simulator.run({}, t_end=0.02, parameters={"beta": beta, "mu_A": 0.8, "mu_B": 0.8})
+    assert run.stop_reason is ps.StopReason.T_END
+    assert run.energy_residual < 1e-9
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_sprung_feet_that_land_together_pass_an_event_nearer_than_the_time_resolves(engine):
+    law = ps.law("bilinear-hertz", friction="spring")
+    own = {"E": 18701767256.49657, "e_energetic": 0.24499203746959647, "h": 0.1, "beta": 0.0}
+    own |= {"mu_A": 0.0910257529392581, "mu_B": 0.4087910282735886}
+    simulator = ps.Simulator(ps.model("block-two-feet"), law, engine=engine)
+    run = simulator.run(
+        {"y_A": 0.00019075344280769594}, t_end=0.02, parameters=own, rtol=1e-10, max_steps=20_000
+    )
+    assert run.stop_reason is ps.StopReason.T_END
+    assert run.energy_residual < 1e-8
+
+
+def test_a_foot_whose_weight_pushes_it_along_slips_from_its_landing():
+    """The ladder needs more friction per normal force than its floor has, from the start."""
+    ladder = ps.model("examples/mechanisms/ladder.toml")
+    start = {"x": 1.0271218761271212, "y": 0.0006081081719470687, "theta": np.pi / 3}
+    own = {"E": 69394331.93289804, "mu_floor": 0.2373631913771071, "mu_wall": 0.07047214230554795}
+    for engine in ENGINES:
+        run = ps.Simulator(ladder, ps.law("hertz"), engine=engine).run(
+            start, t_end=0.03, parameters=own
+        )
+        assert run.events[0].mode_after == "slip_pos/compression + flight"
+        assert [str(e.kind) for e in run.events] == ["touchdown", "max_compression"]
