@@ -230,7 +230,7 @@ class CompliantInterface(Interface):
         return self._enter_branch(change.target) | self._resolution(motion)
 
     def _resolution(self, motion: ContactMotion) -> Memory:
-        """Return the force that cannot be told from none, of a contact whose force sets in.
+        """Return the force that counts as rounding, of a contact whose force sets in.
 
         Its normal force vanishes where it closes and where it opens, and so does what friction can
         bear. A tangential load that is nothing but rounding would make it slip there.
