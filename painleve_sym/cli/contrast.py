@@ -7,11 +7,10 @@ import math
 from typing import Any
 
 from painleve_sym.cli.case import read_case
-from painleve_sym.cli.options import figure_file, read_look, read_number
+from painleve_sym.cli.options import figure_file, read_look
 from painleve_sym.cli.output import assignments, number, print_json, quantity, show, show_table
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
 from painleve_sym.contacts.problem import ContactCase
-from painleve_sym.errors import InputError
 from painleve_sym.files import to_plain
 from painleve_sym.study.compare import comparison as study
 from painleve_sym.study.compare.comparison import Comparison
@@ -25,19 +24,12 @@ def contrast(arguments: argparse.Namespace) -> int:
     look = read_look(arguments)
     out = None if arguments.out is None else figure_file("--out", arguments.out, look)
     scenario = read_case(arguments)
-    options: dict[str, Any] = {}
-    for name in ("steps", "stiffness"):
-        if getattr(arguments, name) is not None:
-            options[name] = _numbers(f"--{name}", getattr(arguments, name))
-    if arguments.solvers is not None:
-        options["solvers"] = [name.strip() for name in arguments.solvers.split(",")]
-    if scenario.t_end is not None:
-        options["t_end"] = scenario.t_end
-    if scenario.e is not None:
-        options["e"] = scenario.e
+    options = {name: getattr(arguments, name) for name in ("steps", "stiffness", "solvers")}
+    options |= {"t_end": scenario.t_end, "e": scenario.e}
+    given = {name: value for name, value in options.items() if value is not None}
     mechanism = scenario.mechanism()
     comparison = study.compare(
-        mechanism, scenario.start(), parameters=scenario.parameters, engine="auto", **options
+        mechanism, scenario.start(), parameters=scenario.parameters, engine="auto", **given
     )
     if out is not None:
         from painleve_sym.present.contrast_figure import contrast_figure
@@ -51,14 +43,6 @@ def contrast(arguments: argparse.Namespace) -> int:
     if out is not None:
         show(f"drawn: {out}")
     return 0
-
-
-def _numbers(where: str, text: str) -> list[float]:
-    values = [read_number(where, entry.strip()) for entry in text.split(",")]
-    for value in values:
-        if not value > 0:
-            raise InputError(f"{where}: got {value:g}, need numbers > 0.")
-    return values
 
 
 # ---- JSON ----

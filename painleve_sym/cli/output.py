@@ -33,23 +33,34 @@ def print_json(data: Mapping[str, Any]) -> None:
     sys.stdout.write(_laid_out(clean, "") + "\n")
 
 
-def write_map(
-    computed_map: RegionMap | OutcomeMap,
-    path: Path,
+def deliver_map(
+    computed: RegionMap | OutcomeMap,
+    files: Sequence[Path],
     draw: Callable[[Any], Any],
     look: Mapping[str, Any],
+    show_text: Callable[[], None] | None,
 ) -> None:
-    """Write a map as JSON, as arrays (``.npz``) or as the figure that `draw` makes of it."""
-    suffix = path.suffix.lower()
-    if suffix == ".npz":
-        computed_map.save(path)
-    elif suffix == ".json":
-        content = json.dumps(computed_map.to_dict(), allow_nan=False) + "\n"
-        write_beside(path, lambda file: file.write(content.encode("ascii")))
-    else:
-        from painleve_sym.present.style import Look, write_figure
+    """Write a map as JSON, as arrays (``.npz``) or as the figure that `draw` makes, and print it.
 
-        write_figure(draw(computed_map), path, Look(**look))
+    Without `show_text` its summary is printed as JSON.
+    """
+    for path in files:
+        suffix = path.suffix.lower()
+        if suffix == ".npz":
+            computed.save(path)
+        elif suffix == ".json":
+            content = json.dumps(computed.to_dict(), allow_nan=False) + "\n"
+            write_beside(path, lambda file, text=content: file.write(text.encode("ascii")))
+        else:
+            from painleve_sym.present.style import Look, write_figure
+
+            write_figure(draw(computed), path, Look(**look))
+    if show_text is None:
+        print_json(computed.summary() | ({"files": list(map(str, files))} if files else {}))
+        return
+    show_text()
+    for path in files:
+        show(f"written: {path}")
 
 
 def _laid_out(value: Any, indent: str) -> str:
