@@ -14,15 +14,13 @@ from painleve_sym.files import parse_toml, read_text
 from painleve_sym.laws.catalogue import Law, LawsByContact, law, offered_choices
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.models import MODELS
-from painleve_sym.study.scenario import MAX_FILE, Scenario
+from painleve_sym.study.scenario import FIELDS, MAX_FILE, Scenario
 
 _OPTIONS = (
     *("t_end", "until", "initial_force", "rtol", "max_steps", "max_events", "samples", "engine"),
     *("restitution", "rule", "material", "contact", "close", "law"),
 )
 """Options that give a field of the scenario."""
-_FIELDS = {"restitution": "e", "rule": "restitution"}
-"""Fields of a scenario by the option, where the two differ."""
 
 
 def read_case(arguments: argparse.Namespace) -> Scenario:
@@ -39,7 +37,7 @@ def read_case(arguments: argparse.Namespace) -> Scenario:
         given["parameters"] = read_quantities("--set", arguments.set, units)
     for name in _OPTIONS:
         if (value := getattr(arguments, name, None)) is not None:
-            given[_FIELDS.get(name, name)] = value
+            given[FIELDS.get(name, name)] = value
     if getattr(arguments, "law_set", None) is not None:
         given |= read_law_settings(given.get("law", base.law), arguments.law_set)
     scenario = base.updated(given)

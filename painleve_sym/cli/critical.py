@@ -189,14 +189,9 @@ def _map(
         _show_case(scenario, finder, {over: 0.0})
         _show_map(outcomes)
 
-    deliver_map(outcomes, files, _figure, look, None if arguments.json else show_text)
+    shown = None if arguments.json else show_text
+    deliver_map(outcomes, files, "outcome_figure", look, shown)
     return 0
-
-
-def _figure(outcomes: OutcomeMap) -> Any:
-    from painleve_sym.present.outcome_figure import outcome_figure
-
-    return outcome_figure(outcomes)
 
 
 def _show_map(outcomes: OutcomeMap) -> None:

@@ -7,7 +7,7 @@ import warnings
 
 from painleve_sym.cli.case import read_case
 from painleve_sym.cli.options import figure_file, read_look, read_numbers
-from painleve_sym.cli.output import number, print_json, quantity, show, show_table
+from painleve_sym.cli.output import draw, number, print_json, quantity, show, show_table
 from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.fitting.data import FitData, read_fit_data
@@ -48,10 +48,7 @@ def fit(arguments: argparse.Namespace) -> int:
     fit_result = problem.solve()
     units = {**scenario.mechanism().state_units, **data.units}
     if out is not None:
-        from painleve_sym.present.fit_figure import fit_figure
-        from painleve_sym.present.style import Look, write_figure
-
-        write_figure(fit_figure(fit_result, units), out, Look(**look))
+        draw("fit_figure", out, look, fit_result, units)
     if arguments.json:
         written = {"files": [str(out)]} if out else {}
         print_json(

@@ -68,14 +68,8 @@ def map(arguments: argparse.Namespace) -> int:
         options["parameters"] = case.from_material(over).parameters
     regions = region_map(mechanism, over, **options)
     show_text = None if arguments.json else lambda: _show(regions, mechanism)
-    deliver_map(regions, files, _figure, look, show_text)
+    deliver_map(regions, files, "map_figure", look, show_text)
     return 0
-
-
-def _figure(regions: RegionMap) -> Any:
-    from painleve_sym.present.map_figure import map_figure
-
-    return map_figure(regions)
 
 
 def _show(regions: RegionMap, mechanism: Mechanism) -> None:
