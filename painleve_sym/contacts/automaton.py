@@ -316,7 +316,7 @@ class PluralContacts(ContactStates):
             load=own["b"],
             directions=own["D"],
             friction=tuple(given.mu),
-            drive_speeds=self.drive_speeds,
+            drive_speeds=self.mechanism.drive_speeds,
             restitution=rigid.restitution,
             # Guides among compliant contacts: no law, and nothing approaches them.
             coefficient=rigid.parameters[0].symbol if has_law else _ZERO,

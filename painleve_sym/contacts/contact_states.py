@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import sympy as sp
 
@@ -119,18 +119,14 @@ class ContactStates(ABC):
     @cached_property
     def dissipations(self) -> tuple[sp.Symbol, ...]:
         """States that only account for energy; a moving surface does work like a drive."""
-        moving = any(speed != 0 for speed in self.drive_speeds)
+        moving = any(speed != 0 for speed in self.mechanism.drive_speeds)
         driven = self.mechanism.system.dissipated_power != 0 or moving
         return (FRICTION_WORK, CONTACT_WORK, *((FORCE_WORK,) if driven else ()))
 
-    @cached_property
-    def drive_speeds(self) -> tuple[sp.Expr, ...]:
-        """Speeds of the surfaces, n1, t1, n2, t2, …; see `ContactCoefficients.drive_speeds`."""
-        return tuple(v for c in self.mechanism.all_coefficients for v in c.drive_speeds)
-
     def drive_work(self, pushes: Iterable[sp.Expr]) -> sp.Expr:
         """Return the power (or work) taken from the drives by forces (or impulses) n1, t1, …."""
-        return sp.Add(*[p * v for p, v in zip(pushes, self.drive_speeds, strict=True)])
+        speeds = self.mechanism.drive_speeds
+        return sp.Add(*[p * v for p, v in zip(pushes, speeds, strict=True)])
 
     def motion_rates(
         self, accelerations: Iterable[sp.Expr], forces: Sequence[sp.Expr]
@@ -223,6 +219,9 @@ class OneContact(ContactStates):
 
     None of them depends on how the normal force arises.
     """
+
+    stick_yields: ClassVar[bool] = False
+    """Whether its stick has a force of its own, which does not keep v̇_t = 0."""
 
     def transition(
         self,
@@ -337,22 +336,26 @@ class OneContact(ContactStates):
 
     def _normal(self, contact: str | None, force: sp.Expr, accelerations: sp.Matrix) -> sp.Expr:
         """Return g̈_N: exactly the same for any force where A′ = 0."""
-        c = self.mechanism.coefficients
-        if self._gap_is_extra and not (contact == "stick" and c.rank_one):
+        c, holds = self.mechanism.coefficients, contact == "stick" and not self.stick_yields
+        if self._gap_is_extra and not (holds and c.rank_one):
             return row_acceleration(c.contact.J_N, accelerations, c.contact.normal_bias)
-        if contact == "stick":
+        if holds:
             return c.A_stick * force + c.B_stick
+        if contact == "stick":
+            return c.W_nn * force + c.W_nt * self.tangential_force("stick", force) + c.b_n
         return c.A(CONTACTS[contact], self.friction_coefficient) * force + c.B if contact else c.B
 
     def _slip_rate(
         self, contact: str | None, force: sp.Expr, accelerations: sp.Matrix | None
     ) -> sp.Expr:
-        """Return v̇_t: exactly 0 in sticking."""
+        """Return v̇_t: exactly 0 where sticking holds it."""
         c = self.mechanism.coefficients
-        if contact == "stick":
+        if contact == "stick" and not self.stick_yields:
             return sp.Integer(0)
         if self._slip_is_extra and accelerations is not None:
             return row_acceleration(c.contact.J_T, accelerations, c.contact.tangential_bias)
+        if contact == "stick":
+            return c.W_nt * force + c.W_tt * self.tangential_force("stick", force) + c.b_t
         if contact:
             along = c.slip_rate_coefficient(CONTACTS[contact], self.friction_coefficient)
             return along * force + c.b_t

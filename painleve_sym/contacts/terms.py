@@ -106,7 +106,7 @@ class ContactImpacts:
             "b": contacts.b,
             "directions": contacts.directions,
             "mu": sp.Matrix(contacts.mu),
-            "drive_speeds": sp.Matrix(contacts.drive_speeds),
+            "drive_speeds": sp.Matrix(self.mechanism.drive_speeds),
             "velocity": sp.Matrix(velocity),
         }
         return {f"{k}_{i}": e for k, m in matrices.items() for i, e in enumerate(m)}, symbols
