@@ -40,12 +40,7 @@ SINGULAR_MARGIN = sp.Rational(1, 10**8)
 class ContactRow:
     """The states of one contact: gap, its rate, and slip velocity.
 
-    Attributes
-    ----------
-    contact : Contact
-    gap, gap_rate, slip : sympy.Symbol
-    end : str
-        Stands behind the names of its states and outputs where there are several contacts.
+    `end` stands behind the names of its states and outputs where there are several contacts.
     """
 
     contact: Contact
@@ -84,11 +79,6 @@ class ContactStates(ABC):
 
     The gap, its rate and the slip velocity are states of their own where they are not
     coordinates already: computed from q they cancel and lose precision.
-
-    Parameters
-    ----------
-    model : ContactModel
-        The contacts with their laws.
     """
 
     model: ContactModel
@@ -133,12 +123,7 @@ class ContactStates(ABC):
     ) -> dict[sp.Symbol, sp.Expr]:
         """Return the rates of coordinates, velocities, time, and the work of forces and drives.
 
-        Parameters
-        ----------
-        accelerations : iterable of sympy.Expr
-            q̈.
-        forces : sequence of sympy.Expr
-            Of the contacts, n1, t1, n2, t2, …; N.
+        The accelerations are q̈, the forces those of the contacts, n1, t1, n2, t2, …; N.
         """
         system = self.mechanism.system
         rates = dict(zip(system.q, system.q_dot, strict=True))
@@ -191,12 +176,7 @@ class ContactStates(ABC):
     ) -> HybridAutomaton:
         """Return the automaton of these modes; `more` are further attributes of it.
 
-        Parameters
-        ----------
-        title : str
-            What comes behind the mechanism's name in that of the automaton.
-        modes : iterable of Mode
-        starts : tuple of Choice
+        The title comes behind the mechanism's name in that of the automaton.
         """
         parameters = (*self.mechanism.system.parameters, *self.model.parameters)
         definitions = {s: v for law in self.model.own_laws for s, v in law.definitions.items()}
@@ -377,19 +357,9 @@ class OneContact(ContactStates):
 
 
 def cone_margins(limit: sp.Expr, friction: sp.Expr) -> dict[int, sp.Expr]:
-    """Return the distances of friction from what the contact can bear.
+    """Return the distances of friction F_t from what the contact can bear, the limit μ |F_n|; N.
 
-    Parameters
-    ----------
-    limit : sympy.Expr
-        μ |F_n|; N.
-    friction : sympy.Expr
-        F_t; N.
-
-    Returns
-    -------
-    dict of int to sympy.Expr
-        By the direction of the slip that begins where the distance falls to 0.
+    Keys are the directions of the slip that begins where the distance falls to 0.
     """
     return {-1: limit - friction, 1: limit + friction}
 

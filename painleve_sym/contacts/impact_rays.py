@@ -47,11 +47,6 @@ class ImpactRays:
     """Builds the instantaneous modes ``impact/<contact>/<compression or restitution>``.
 
     Each has guards that fire at once, in this order: slip stops, no end (jam), the phase ends.
-
-    Parameters
-    ----------
-    states : OneContact
-    restitution : {"energetic", "poisson", "newton"}
     """
 
     states: OneContact

@@ -105,14 +105,9 @@ class LocalMode:
     side: int = 1
 
     def holds(self, force: Sequence[float], share: Sequence[float]) -> bool:
-        """Return whether the force of the contact lies in this mode or on its border.
+        """Return whether the force (F_n, F_t) lies in this mode or on its border.
 
-        Parameters
-        ----------
-        force : sequence of two float
-            F_n, F_t.
-        share : sequence of two float
-            a_n, a_t, each as a fraction of its terms.
+        `share` is a_n, a_t, each as a fraction of its terms.
         """
         normal, tangential = force
         along = len(self.directions) == 2 or not (normal or tangential)
@@ -131,14 +126,9 @@ class LocalMode:
         )
 
     def admits(self, force: Sequence[float], doubt: float) -> bool:
-        """Return whether a force may lie in the cone, with rows of a largest entry of one.
+        """Return whether a force (F_n, F_t) may lie in the cone, whose rows may miss `doubt`.
 
-        Parameters
-        ----------
-        force : sequence of two float
-            F_n, F_t.
-        doubt : float
-            What a row may miss.
+        The largest entry of each row counts as one.
         """
         normal, tangential = force
         for p, q in self.cone:

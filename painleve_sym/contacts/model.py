@@ -65,11 +65,7 @@ class StateRow(NamedTuple):
     def of(cls, contact: ContactOutline, end: str) -> StateRow:
         """Return the row, with coordinates and velocities in place of states of its own.
 
-        Parameters
-        ----------
-        contact : ContactOutline
-        end : str
-            Stands behind ``gap`` and ``slip_velocity`` where there are several contacts.
+        `end` stands behind ``gap`` and ``slip_velocity`` where there are several contacts.
         """
         gap = contact.gap_coordinate or f"gap{end}"
         return cls(gap, f"{gap}_dot", contact.slip_rate or f"slip_velocity{end}")
@@ -79,11 +75,7 @@ class StateRow(NamedTuple):
 class ContactModel:
     """The contacts of a mechanism with their laws: which automaton is to be built.
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-    laws : tuple of (ContactLaw or RigidLaw)
-        One for all contacts, or one for each in the mechanism's order.
+    There is one law for all contacts, or one for each in the mechanism's order.
 
     Raises
     ------

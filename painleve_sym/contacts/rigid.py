@@ -121,11 +121,6 @@ class RigidInterface(Interface):
 class RigidContact(OneContact):
     """Builds the automaton: flight, slip ±, stick, a decision, and the rays of an impact.
 
-    Parameters
-    ----------
-    model : ContactModel
-        With exactly one contact, which can open, and a rigid law.
-
     References
     ----------
     Génot & Brogliato (1999); Champneys & Várkonyi (2016).

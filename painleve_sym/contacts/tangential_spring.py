@@ -222,12 +222,8 @@ class TangentialSpringContact(CompliantContact):
     """Builds the automaton of a contact whose law has `Friction.SPRING`; see `SpringInterface`.
 
     A contact that is loaded at the start and slides has been sliding: its spring is deflected by
-    s μ F_n/k_t. At rest, and where it touches down, the spring is relaxed: s = ζ = 0.
-
-    Parameters
-    ----------
-    model : ContactModel
-        With exactly one contact, and a law whose force does not jump while the contact is loaded.
+    s μ F_n/k_t. At rest, and where it touches down, the spring is relaxed: s = ζ = 0. The force of
+    the law does not jump while the contact is loaded.
     """
 
     stick_yields: ClassVar[bool] = True
