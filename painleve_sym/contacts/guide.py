@@ -78,7 +78,7 @@ class GuideInterface(Interface):
             self.side: sp.Integer(side),
         }
 
-    def start(self) -> Memory:
+    def start(self, motion: ContactMotion) -> Memory:
         """Return some memory: the decision at the start finds the right one."""
         return self._held(0, 1)
 
@@ -113,12 +113,7 @@ class BilateralContact(OneContact):
 
     Where a slip has two solutions the policy decides: the one with A > 0 (there is no lift-off
     here), the one with A < 0, or the tangential impact. At v_t = 0 it sticks where that is
-    possible.
-
-    Parameters
-    ----------
-    model : ContactModel
-        With exactly one contact, bilateral, whose W has not rank one: it could not slip.
+    possible. W has not rank one: the contact could not slip.
 
     References
     ----------

@@ -78,9 +78,13 @@ class RigidInterface(Interface):
             self.closed: _ONE,
         }
 
-    def start(self) -> Memory:
-        """Return the memory of flight: the decision at the start finds what is closed."""
+    @property
+    def _flight(self) -> Memory:
         return dict.fromkeys(self.memory, _ZERO)
+
+    def start(self, motion: ContactMotion) -> Memory:
+        """Return the memory of flight: the decision at the start finds what is closed."""
+        return self._flight
 
     @cached_property
     def part(self) -> Part:
@@ -88,7 +92,7 @@ class RigidInterface(Interface):
         row = self.row
         apart = sp.Or(positive(row.gap), sp.And(is_zero(row.gap), not_negative(row.gap_rate)))
         together = sp.And(is_zero(row.gap), is_zero(row.gap_rate))
-        open_ = Alternative(apart, self.start(), open=True)
+        open_ = Alternative(apart, self._flight, open=True)
         closed = [
             Alternative(
                 sp.And(together, is_zero(row.slip) if s == 0 else not_negative(s * row.slip)),
@@ -120,11 +124,6 @@ class RigidInterface(Interface):
 @dataclass(frozen=True)
 class RigidContact(OneContact):
     """Builds the automaton: flight, slip ±, stick, a decision, and the rays of an impact.
-
-    Parameters
-    ----------
-    model : ContactModel
-        With exactly one contact, which can open, and a rigid law.
 
     References
     ----------
@@ -186,17 +185,12 @@ class RigidContact(OneContact):
     def _stick_condition(self) -> Boolean:
         """Whether sticking is a solution; for a rank-one W, whether its line of forces is."""
         c = self.mechanism.coefficients
-        if not self._wedged:
+        if not c.rank_one:
             return all_positive(self.stick_force, *self._stick_margins().values())
         # Every F_n with F_t = −(W_nt F_n + b_t)/W_tt holds v̇_t = 0; g̈_N = B′ must be 0 too.
         margin = c.mu * c.W_tt - sp.Abs(c.W_nt)
         terms = sp.Abs(c.W_tt * c.b_n) + sp.Abs(c.W_nt * c.b_t)
         return all_positive(margin, sp.Float("1e-12") * terms - sp.Abs(c.W_tt * c.B_stick))
-
-    @cached_property
-    def _wedged(self) -> bool:
-        """Whether W has rank one: then sticking carries any force."""
-        return self.mechanism.coefficients.rank_one
 
     def _decision(self) -> Mode:
         clean = {s: sp.Integer(0) for s in MEMORY}
@@ -248,7 +242,7 @@ class RigidContact(OneContact):
 
     def _stick(self) -> Mode:
         c = self.mechanism.coefficients
-        if self._wedged:
+        if c.rank_one:
             zero = sp.Integer(0)
             jam = self.transition("jam", EventKind.JAM, None, stop=StopReason.JAM)
             return Mode("stick", {}, (jam,), self.outputs(None, zero, zero))

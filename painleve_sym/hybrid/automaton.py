@@ -88,7 +88,7 @@ class Transition:
         In states, memory, parameters and definitions. None for an `immediate` transition: it
         happens as soon as its mode is entered, unless one of the guards before it fires first.
     choices : tuple of Choice
-        Empty for a transition that ends the run with `stop`, or that asks for a decision.
+        Empty for a transition that ends the run with `stop`.
     reset : mapping of symbol to sympy.Expr
     stop : StopReason or None
     contact : str
@@ -97,16 +97,14 @@ class Transition:
         Index of the bound of the mechanism's domain whose margin the guard is.
     on_accumulation : Accumulation or None
         None: a run ends where its events accumulate.
-    decides : tuple of EventKind
-        Where not empty, no condition determines what follows: the engine asks the resolver of the
-        run (`Resolver`), which returns events of these kinds and the mode to continue in.
     chooses : bool
         Whether the parts of the automaton choose their local modes after the reset: a combination
         of alternatives that satisfies the tests of the target. Where there is none, the contacts
         have an impact or, without `HybridAutomaton.impacts`, the engine asks.
     strikes : bool
         Whether the contacts of `HybridAutomaton.impacts` have an impact there; its only choice
-        names the mode that follows.
+        names the mode that follows. An engine that computes no impacts asks the resolver of the run
+        (`Resolver`), which returns events and the mode to continue in.
     """
 
     label: str
@@ -118,7 +116,6 @@ class Transition:
     contact: str = ""
     bound: int | None = None
     on_accumulation: Accumulation | None = None
-    decides: tuple[EventKind, ...] = ()
     chooses: bool = False
     strikes: bool = False
 
@@ -406,7 +403,7 @@ class HybridAutomaton:
         yield "start", self.starts
         for mode in self.modes:
             for t in mode.transitions:
-                if t.stop is None and not t.decides:
+                if t.stop is None:
                     yield f"mode {mode.name!r}, transition {t.label!r}", t.choices
 
     def _choice_faults(
@@ -472,13 +469,12 @@ class HybridAutomaton:
     def kinds(self) -> tuple[EventKind, ...]:
         """Kinds of events that can happen, in order of appearance.
 
-        Those of decisions and of limits of accumulations come last.
+        Those of impacts and of limits of accumulations come last.
         """
         transitions = [t for m in self.modes for t in m.transitions]
-        decided = [kind for t in transitions for kind in t.decides]
-        decided += self.impacts.kinds if self.impacts is not None else ()
+        impacts = self.impacts.kinds if self.impacts is not None else ()
         limits = [t.on_accumulation.kind for t in transitions if t.on_accumulation is not None]
-        return tuple(dict.fromkeys([*(t.kind for t in transitions), *decided, *limits]))
+        return tuple(dict.fromkeys([*(t.kind for t in transitions), *impacts, *limits]))
 
     @property
     def contacts(self) -> tuple[str, ...]:
@@ -492,15 +488,13 @@ class HybridAutomaton:
         return tuple(self.modes[0].outputs)
 
     def reachable(self) -> set[str]:
-        """Names of modes reachable from a start; a decision may lead to any."""
+        """Names of modes reachable from a start."""
         known = {m.name for m in self.modes}
         reached: set[str] = set()
         front = {c.target for c in self.starts} & known
         while front:
             reached |= front
             transitions = [t for name in front for t in self.mode(name).transitions]
-            if any(t.decides for t in transitions):
-                return known
             front = {target for t in transitions for _, target in t.edges} & known - reached
         return reached
 

@@ -621,8 +621,8 @@ class Simulator:
         return differentiated(self, state, tuple(wrt), **options)
 
     @cached_property
-    def variational_engines(self) -> dict[Any, Any]:
-        """Engines of state and derivatives, by direction; filled when used."""
+    def directions(self) -> dict[Any, Any]:
+        """`Directions` by their names and by whether a force is given; filled when used."""
         return {}
 
     def options(
