@@ -15,8 +15,7 @@ import pytest
 
 from painleve_sym.c_export import export
 from painleve_sym.c_export.export import export_scenario, write_folder
-from painleve_sym.c_export.files import expected
-from painleve_sym.c_export.standalone import NUMERIC_FLAGS
+from painleve_sym.c_export.files import NUMERIC_FLAGS, expected
 from painleve_sym.c_export.text import comment, enum, quoted
 from painleve_sym.codegen.compile import find_compiler
 from painleve_sym.codegen.named_mechanisms import model
