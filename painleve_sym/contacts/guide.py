@@ -78,7 +78,7 @@ class GuideInterface(Interface):
             self.side: sp.Integer(side),
         }
 
-    def start(self) -> Memory:
+    def start(self, motion: ContactMotion) -> Memory:
         """Return some memory: the decision at the start finds the right one."""
         return self._held(0, 1)
 

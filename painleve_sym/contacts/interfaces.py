@@ -46,7 +46,7 @@ class ContactMotion:
     """Forces (N) and accelerations (m/s²) of a contact, as expressions of the automaton.
 
     `force_scale` is the size of the forces, for what counts as rounding; the scales of the
-    accelerations are the sums of the sizes of their terms.
+    accelerations are the sums of the sizes of their terms. `normal_mobility` is W_nn, 1/kg.
     """
 
     normal_force: sp.Expr
@@ -56,6 +56,7 @@ class ContactMotion:
     force_scale: sp.Expr
     normal_scale: sp.Expr
     tangential_scale: sp.Expr
+    normal_mobility: sp.Expr
 
 
 @dataclass(frozen=True)
@@ -100,6 +101,15 @@ class Interface(ABC):
     def static_coefficient(self) -> sp.Expr:
         """Coefficient of friction up to which it sticks."""
         return self.row.contact.friction
+
+    @property
+    def unresolved_friction(self) -> sp.Expr:
+        """Friction that is rounding beside the forces of the contact, which stick bears; N."""
+        return _ZERO
+
+    def capacity(self, normal_force: sp.Expr) -> sp.Expr:
+        """Return the friction that stick bears under a normal force; N."""
+        return self.static_coefficient * self.side * normal_force + self.unresolved_friction
 
     @property
     def kinetic_coefficient(self) -> sp.Expr:
@@ -169,7 +179,7 @@ class Interface(ABC):
         """Its alternatives where a transition chooses."""
 
     @abstractmethod
-    def start(self) -> Memory:
+    def start(self, motion: ContactMotion) -> Memory:
         """Return its memory at the start of a motion."""
 
     @abstractmethod
@@ -217,8 +227,7 @@ class Interface(ABC):
         return {}
 
     def _margins(self, motion: ContactMotion) -> dict[int, sp.Expr]:
-        limit = self.static_coefficient * self.side * motion.normal_force
-        return cone_margins(limit, motion.tangential_force)
+        return cone_margins(self.capacity(motion.normal_force), motion.tangential_force)
 
     def _friction_changes(self, motion: ContactMotion) -> list[Transition]:
         changes = [

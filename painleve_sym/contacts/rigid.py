@@ -78,9 +78,13 @@ class RigidInterface(Interface):
             self.closed: _ONE,
         }
 
-    def start(self) -> Memory:
-        """Return the memory of flight: the decision at the start finds what is closed."""
+    @property
+    def _flight(self) -> Memory:
         return dict.fromkeys(self.memory, _ZERO)
+
+    def start(self, motion: ContactMotion) -> Memory:
+        """Return the memory of flight: the decision at the start finds what is closed."""
+        return self._flight
 
     @cached_property
     def part(self) -> Part:
@@ -88,7 +92,7 @@ class RigidInterface(Interface):
         row = self.row
         apart = sp.Or(positive(row.gap), sp.And(is_zero(row.gap), not_negative(row.gap_rate)))
         together = sp.And(is_zero(row.gap), is_zero(row.gap_rate))
-        open_ = Alternative(apart, self.start(), open=True)
+        open_ = Alternative(apart, self._flight, open=True)
         closed = [
             Alternative(
                 sp.And(together, is_zero(row.slip) if s == 0 else not_negative(s * row.slip)),

@@ -110,9 +110,8 @@ class SpringInterface(CompliantInterface):
         return _ZERO
 
     @property
-    def memory(self) -> tuple[sp.Symbol, ...]:
-        """All memory of the contact."""
-        return (*super().memory, self.last_slip)
+    def _friction_memory(self) -> tuple[sp.Symbol, ...]:
+        return (*super()._friction_memory, self.last_slip)
 
     def known_friction(self, normal_force: sp.Expr) -> sp.Expr:
         """Return −s μ F_n, of stick and of slip; N."""
@@ -175,7 +174,7 @@ class SpringInterface(CompliantInterface):
             self._transition(
                 label.partition(":")[0],
                 EventKind.SLIP_START,
-                self.sticks * margin,
+                self.sticks * (margin + self.unresolved_friction),
                 self._rub(sp.Integer(s), _ZERO) | {self.last_slip: sp.Integer(s)} | still,
                 asks=False,
                 departs=(f"slip_stop:{self.name}",),
@@ -211,6 +210,7 @@ class SpringInterface(CompliantInterface):
             self.sign: sign,
             self.sticks: where({-1: 0, 0: 1, 1: 0}),
             **self._in(change.target),
+            **self._resolution(motion),
             **self.relaxed,
             **self.landing_states(change),
             self.last_slip: sign,

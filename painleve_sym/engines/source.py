@@ -50,7 +50,7 @@ def assemble(
     stepper: str,
     engine: Sequence[str],
     shared: str = "",
-    written: Sequence[str] = (),
+    written: Sequence[Sequence[str]] = (),
 ) -> str:
     """Return the C file of an automaton.
 

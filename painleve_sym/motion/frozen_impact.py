@@ -50,22 +50,16 @@ _RESUMES = -1
 
 
 class FrozenEnd(enum.Enum):
-    """End of an impact with constant coefficients.
-
-    SEPARATION
-        The force is zero and the contact opens.
-    STAYS
-        The motion turns before the force is zero: the contact stays closed, there is no jump.
-    NO_IMPACT
-        From the start the contact opens, or stays at rest.
-    FAILED
-        The integration stopped early: numbers left the range of floating point.
-    """
+    """End of an impact with constant coefficients."""
 
     SEPARATION = 0
+    """The force is zero and the contact opens."""
     STAYS = 1
+    """The motion turns before the force is zero: the contact stays closed, there is no jump."""
     NO_IMPACT = 2
+    """From the start the contact opens, or stays at rest."""
     FAILED = 3
+    """The integration stopped early: numbers left the range of floating point."""
 
 
 @dataclass(frozen=True)

@@ -90,7 +90,9 @@ def source(functions: AutomatonFunctions) -> str:
     names = _first_of_equals(texts)
     steps = [roots, _table(codes, names), _twice(along), size, advance, _in_lanes(lanes)]
     engine = [*first, *steps, *last]
-    written = [texts[name] for name in dict.fromkeys(names.values())]
+    written: tuple[list[str], list[str]] = [], []
+    for name in dict.fromkeys(names.values()):
+        written[name.endswith("_lanes")].append(texts[name])
     shared = _header(codes) + arithmetic()
     if functions.directions:
         # A motion with derivatives runs alone: its lanes are directions.
