@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -256,8 +256,6 @@ class CorrectedJump:
     mechanism, law : str
         Names.
     configuration : {"frozen", "carried"}
-    method : str
-        ``integration``.
     stiffness, exponent : float
         K (N/mⁿ) and n.
     initial_compression : float
@@ -271,7 +269,6 @@ class CorrectedJump:
     mechanism: str
     law: str
     configuration: str
-    method: str
     stiffness: float
     exponent: float
     initial_compression: float
@@ -279,6 +276,7 @@ class CorrectedJump:
     phases: tuple[CorrectedPhase, ...]
     velocity: Mapping[str, float]
     velocity_before: Mapping[str, float]
+    method: ClassVar[str] = "integration"
 
     @property
     def largest_compression(self) -> float:
@@ -361,7 +359,6 @@ def evaluate_corrected_jump(
         mechanism=mechanism.name,
         law=law.name,
         configuration=configuration,
-        method="integration",
         stiffness=K,
         exponent=n,
         initial_compression=delta,

@@ -303,15 +303,6 @@ class Simulator:
         k, n = self._curve(parameters)
         return float((force / k) ** (1 / n))
 
-    def surface_energy(self, depth: float, parameters: Mapping[str, float]) -> float:
-        """Return the initial surface energy (10) of a compression δ₀ ≥ 0, K δ₀^(n+1)/(n+1); J.
-
-        The whole work of the loading curve. Of it an elasto-plastic law counts e² as stored.
-        """
-        number(depth, "compression", where=self.where, lower=0.0)
-        k, n = self._curve(parameters)
-        return float(k * depth ** (n + 1) / (n + 1))
-
     def _curve(self, parameters: Mapping[str, float]) -> tuple[float, float]:
         _ = self.contact_law  # rejects laws without a loading curve
         values = {s: np.array([v]) for s, v in self.constants(parameters).items()}
@@ -668,13 +659,6 @@ class Simulator:
             max_events,
             start_events=self.start_events,
         )
-
-    def tolerances(self, vector: Array, parameters: Mapping[str, float]) -> Array:
-        """Return the scale of each state below which only its absolute error counts, shape (nx,).
-
-        See `Preparation.scales`.
-        """
-        return self.integrator.scales(self._vector_of(parameters), np.asarray(vector))
 
     def trajectory(
         self,
