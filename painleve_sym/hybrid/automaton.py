@@ -220,37 +220,20 @@ class Impacts:
     """Simultaneous impacts of rigid contacts at frozen coordinates; rows are n1, t1, n2, t2, ….
 
     Contacts with gap ≤ 0 and gap rate ≤ 0 have one where a transition `Transition.strikes`, or
-    where none of the combinations that a transition chooses from is possible.
+    where none of the combinations that a transition chooses from is possible; the mode `target`
+    follows.
 
-    Attributes
-    ----------
-    rigid : tuple of int
-        Indices of the contacts that take part; the other ones only change their velocities.
-    bilateral : tuple of int
-        Those of them that hold from both sides.
-    contacts : tuple of (sympy.Symbol, sympy.Symbol, sympy.Symbol)
-        States of every contact: gap, gap rate and slip velocity.
-    velocities : tuple of sympy.Symbol, shape (nq,)
-        Generalised velocities.
-    works : tuple of sympy.Symbol or None
-        States from which the works of the normal impulses, of the tangential impulses, and of what
-        drives the surfaces are subtracted; None for no such state.
-    impulses : tuple of sympy.Symbol, shape (2 n,)
-        Memory in which the impulses of the last impact are kept; N s.
-    mobility : sympy.Matrix, shape (2 n, 2 n)
-        1/kg.
-    load : sympy.Matrix, shape (2 n, 1)
-        Accelerations without contact forces; m/s².
-    directions : sympy.Matrix, shape (nq, 2 n)
-        Change of the generalised velocities by each impulse.
-    friction : tuple of sympy.Expr, shape (n,)
-    drive_speeds : tuple of sympy.Expr, shape (2 n,)
-        Of the surfaces; m/s.
-    restitution : {"energetic", "poisson", "newton"}
-    coefficient : sympy.Expr
-        Of restitution.
-    target : str
-        Mode that follows.
+    `rigid` are the indices of the contacts that take part (the other ones only change their
+    velocities), `bilateral` those of them that hold from both sides, and `contacts` the states of
+    every contact: gap, gap rate and slip velocity. The `velocities` are the generalised ones,
+    length nq. From the `works` those of the normal impulses, of the tangential impulses, and of
+    what drives the surfaces are subtracted; None for no such state. `impulses` are memory of the
+    last impact, length 2 n; N s.
+
+    Shapes are (2 n, 2 n) of the mobility, 1/kg, (2 n, 1) of the load, the accelerations without
+    contact forces, m/s², (nq, 2 n) of the directions, the change of the generalised velocities by
+    each impulse, (n,) of the friction, and (2 n,) of the speeds of the surfaces, m/s. The
+    `coefficient` is that of restitution.
     """
 
     rigid: tuple[int, ...]

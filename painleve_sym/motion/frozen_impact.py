@@ -23,8 +23,7 @@ from painleve_sym.engines.records import EventRecords
 from painleve_sym.errors import EventKind, InputError, StopReason, unknown_name
 from painleve_sym.laws.chatter import general_contact
 from painleve_sym.laws.contact_law import ContactLaw
-from painleve_sym.motion.batch.inputs import BatchInputs
-from painleve_sym.motion.batch.starts import RUNS, starts_of
+from painleve_sym.motion.batch.inputs import RUNS, BatchInputs, starts_of
 from painleve_sym.motion.simulator import Simulator
 
 COEFFICIENTS = ("W_nn", "W_nt", "W_tt", "b_n", "b_t")

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from painleve_sym.arrays import Array, load_npz, save_npz, table_library
 from painleve_sym.codegen.tape import TapeOutputs
 from painleve_sym.engines.protocol import Engine
-from painleve_sym.engines.records import StepRecords
+from painleve_sym.engines.records import StepRecords, dense_values
 from painleve_sym.errors import EventKind, InputError, StopReason, unknown_name
 from painleve_sym.files import plain_fields, to_plain
 from painleve_sym.motion.energy_gains import EnergyGain, notices
@@ -418,12 +418,8 @@ class Trajectory:
     def _states(self, times: Array, index: Any) -> Array:
         w = np.clip((times - self.step_time[index]) / self.step_length[index], 0.0, 1.0)
         bend = self.step_bend[index]
-        u = (2 * w / (1 - bend + np.sqrt((1 - bend) ** 2 + 4 * bend * w)))[:, None]
-        rows, value = self.step_rows[index], np.zeros((len(times), len(self.state_names)))
-        for k in range(rows.shape[1] - 1, 0, -1):
-            value = (value + rows[:, k]) * (u if k % 2 else 1 - u)
-        total: Array = rows[:, 0] + value
-        return total
+        u = 2 * w / (1 - bend + np.sqrt((1 - bend) ** 2 + 4 * bend * w))
+        return dense_values(self.step_rows[index], u)
 
     def state(self, t: float) -> dict[str, float]:
         """Return the state at time `t` by name."""
