@@ -203,7 +203,7 @@ class CompliantInterface(Interface):
         return self._enter_branch(change.target) | self._resolution(motion)
 
     def _resolution(self, motion: ContactMotion) -> Memory:
-        """Return the friction that cannot be distinguished from none, of a contact whose force sets in.
+        """Return the friction that is rounding, of a contact whose force sets in.
 
         Its normal force vanishes where it closes and where it opens, and so does what friction can
         bear. A tangential load that is nothing but rounding would make it slip there.
