@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence, Sized
 from dataclasses import dataclass
 from functools import cached_property
+from importlib import resources
 from string import Template
 from typing import Any
 
 import painleve_sym
 from painleve_sym.arrays import Array
 from painleve_sym.c_export.contacts import CASES, contact_values
-from painleve_sym.c_export.standalone import NUMERIC_FLAGS, engine_text, filled
 from painleve_sym.c_export.text import (
     comment,
     described,
@@ -22,12 +22,27 @@ from painleve_sym.c_export.text import (
     prose,
     quoted,
 )
-from painleve_sym.codegen.compile import Compiler
+from painleve_sym.codegen.compile import FLAGS, Compiler
+from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.engines.protocol import ENGINE_REASONS, RunOptions
+from painleve_sym.engines.source import source
+from painleve_sym.engines.taylor.runner import TaylorEngine
+from painleve_sym.engines.taylor.source import source as taylor_source
 from painleve_sym.hybrid.signature import Outline
 from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.motion.simulator import DEFAULT_RTOL, Simulator
 from painleve_sym.motion.trajectory import Trajectory
+
+_LIBRARY_ONLY = ("-fPIC", "-shared", "-fvisibility=hidden")
+NUMERIC_FLAGS = tuple(flag for flag in FLAGS if flag not in _LIBRARY_ONLY)
+"""The package's flags that decide the numbers; the others only make a library of the code."""
+
+
+def filled(template: str, values: Mapping[str, Any]) -> str:
+    """Return the named template (a file in ``templates``) with `values` inserted."""
+    folder = resources.files(__package__).joinpath("templates")
+    text = Template(folder.joinpath(template).read_text("utf-8")).substitute(values)
+    return "\n".join(line.rstrip() for line in text.split("\n")).rstrip() + "\n"
 
 
 @dataclass(frozen=True)
@@ -72,7 +87,8 @@ class MotionCode:
     @cached_property
     def engine(self) -> str:
         """The functions of the automaton and the event loop, in C; no name of the export."""
-        return engine_text(self.simulator.automaton, self.engine_name)
+        write = taylor_source if self.engine_name == TaylorEngine.name else source
+        return write(AutomatonFunctions(self.simulator.automaton))
 
     @property
     def title(self) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from painleve_sym.c_export.export import export_scenario
-from painleve_sym.c_export.standalone import NUMERIC_FLAGS
+from painleve_sym.c_export.files import NUMERIC_FLAGS
 from painleve_sym.cli.case import read_case
 from painleve_sym.cli.options import output_folder
 from painleve_sym.cli.output import number, print_json, show

@@ -120,7 +120,7 @@ class VariationalFunctions(AutomatonFunctions):
     def scales(self) -> None:
         """None, as `prepared`."""
 
-    @property
+    @cached_property
     def event_entries(self) -> dict[str, slice]:
         """Slices of the memory that describe the last event.
 

@@ -113,12 +113,8 @@ class PluralContacts(ContactStates):
     ) -> LinearSystem:
         """Return the tangential forces: v̇_t = 0 where a contact sticks, −μ s F_n where it slips.
 
-        Parameters
-        ----------
-        columns : sequence of callable
-            Normal force of each contact by its index, one right side each. The first also has the
-            free accelerations and the forces of springs.
-        unknowns : sympy.Matrix, shape (n, len(columns))
+        A column is the normal force of each contact by its index, for one right side. The first
+        also has the free accelerations and the forces of springs.
         """
         W, b, n = self._symbols["W"], self._symbols["b"], len(self.interfaces)
         sticks = [c.holds for c in self.interfaces]
@@ -337,7 +333,7 @@ class PluralContacts(ContactStates):
             load=own["b"],
             directions=own["D"],
             friction=tuple(given.mu),
-            drive_speeds=self.drive_speeds,
+            drive_speeds=self.mechanism.drive_speeds,
             restitution=rigid.restitution,
             # Guides among compliant contacts: no law, and nothing approaches them.
             coefficient=rigid.parameters[0].symbol if has_law else _ZERO,

@@ -44,22 +44,12 @@ _ZERO, _ONE = sp.Integer(0), sp.Integer(1)
 class BranchChange:
     """Passage of a contact from one branch of its law, or a flight, to another.
 
-    Attributes
-    ----------
-    label : str
-        Unique among those with the same source.
-    kind : EventKind
-    source, target : str
-        Name of a branch, or one of `FLIGHTS`.
-    guard : sympy.Expr
-        Crosses from + to −.
-    reset : mapping of symbol to sympy.Expr
-        Of the law's memory, and of the energy that it takes: what the stored energy jumps by is
-        nothing where the force is continuous, a loss where a stretched dashpot lets go, a gain
-        under the virgin reload rule.
-    back : tuple of str
-        Labels of changes back to the source, where both have the same force and one guard has the
-        other sign of the other: it is zero on entry, and smooth motion takes it up.
+    The label is unique among those with the same source, and the guard crosses from + to −. The
+    reset is that of the law's memory, and of the energy that it takes: what the stored energy jumps
+    by is nothing where the force is continuous, a loss where a stretched dashpot lets go, a gain
+    under the virgin reload rule. `back` has the labels of changes back to the source, where both
+    have the same force and one guard has the other sign of the other: it is zero on entry, and
+    smooth motion takes it up.
     """
 
     label: str
@@ -86,12 +76,7 @@ def _turns_back(second: BranchChange, first: BranchChange) -> bool:
 class CompliantInterface(Interface):
     """A contact with a force–compression law.
 
-    Parameters
-    ----------
-    row, target
-        As for `Interface`.
-    law : ContactLaw
-        In symbols of its own where the law of another contact has the same names.
+    The law is in symbols of its own where that of another contact has the same names.
     """
 
     law: ContactLaw
@@ -341,13 +326,7 @@ class CompliantInterface(Interface):
 
 @dataclass(frozen=True)
 class CompliantContact(OneContact):
-    """Builds the automaton: flight, slip ±, stick, each with the branches of the law.
-
-    Parameters
-    ----------
-    model : ContactModel
-        With exactly one contact, and a compliant law.
-    """
+    """Builds the automaton: flight, slip ±, stick, each with the branches of the law."""
 
     @property
     def law(self) -> ContactLaw:

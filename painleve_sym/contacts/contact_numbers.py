@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
-from dataclasses import dataclass
 from itertools import combinations
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -26,8 +26,7 @@ _MOTION = ("gap", "gap_rate", "slip_velocity")
 _OF_CONTACT = (*_MOTION, "A_stick", "B_stick", "gap_tolerance", "rate_tolerance")
 
 
-@dataclass(frozen=True, eq=False)
-class ContactNumbers:
+class ContactNumbers(NamedTuple):
     """Numbers of all n contacts of a mechanism at one state.
 
     Attributes
@@ -67,21 +66,22 @@ def all_contact_numbers(mechanism: Mechanism, values: Mapping[str, float]) -> Co
     values : mapping of str to float
         Coordinates, velocities and parameters by name.
     """
-    n = len(mechanism.outline.contacts)
-    numbers = [contact_numbers(mechanism, i)(values) for i in range(n)]
+    contacts = mechanism.outline.contacts
+    n, point = len(contacts), [values[name] for name in argument_names(mechanism)]
+    numbers = [contact_numbers(mechanism, i).of_point(point) for i in range(n)]
     W = [[0.0] * (2 * n) for _ in range(2 * n)]
     for i, own in enumerate(numbers):
         W[2 * i][2 * i : 2 * i + 2] = own["W_nn"], own["W_nt"]
         W[2 * i + 1][2 * i : 2 * i + 2] = own["W_nt"], own["W_tt"]
     if n > 1:
-        for name, value in couplings(mechanism)(values).items():
-            row, column = map(int, name.split("_")[1:])
+        entries = couplings(mechanism).of_vector(point)
+        for (row, column), value in zip(_coupled_rows(n), entries, strict=True):
             W[row][column] = W[column][row] = value
     rows = np.array([[own[name] for own in numbers] for name in _OF_CONTACT])
     return ContactNumbers(
         W=np.array(W),
         b=np.array([own[name] for own in numbers for name in ("b_n", "b_t")]),
-        mu=np.array([float(values[c.friction]) for c in mechanism.outline.contacts]),
+        mu=np.array([float(values[c.friction]) for c in contacts]),
         **dict(zip(_OF_CONTACT, rows, strict=True)),
     )
 
@@ -188,12 +188,17 @@ def couplings(mechanism: Mechanism) -> Quantities:
         inverse = mechanism.system.inverse_mass_matrix
         entries = {
             f"W_{r}_{c}": (rows[r] * inverse * rows[c].T)[0]
-            for r, c in combinations(range(len(rows)), 2)
-            if r // 2 != c // 2
+            for r, c in _coupled_rows(len(rows) // 2)
         }
         return entries, argument_symbols(mechanism)
 
     return quantities("couplings", mechanism.definition, argument_names(mechanism), formulas)
+
+
+@functools.lru_cache(maxsize=64)
+def _coupled_rows(n: int) -> tuple[tuple[int, int], ...]:
+    """Return the rows and columns of the entries of W that couple two of n contacts."""
+    return tuple((r, c) for r, c in combinations(range(2 * n), 2) if r // 2 != c // 2)
 
 
 def argument_names(mechanism: Mechanism) -> tuple[str, ...]:

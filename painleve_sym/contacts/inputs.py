@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import cast
 
-from painleve_sym.checks import checked_number
+from painleve_sym.checks import LARGEST, checked_number
 from painleve_sym.contacts.closing import closed_state
 from painleve_sym.contacts.contact_numbers import domain_margins
 from painleve_sym.errors import InputError, unknown_name
@@ -37,8 +38,11 @@ def resolve_state(
     values = state_values(mechanism, given)
     if close is not None:
         values = closed_state(mechanism, values, parameters, close)
-    domain = mechanism.outline.domain
-    margins = domain_margins(mechanism)({**values, **parameters}).values() if domain else ()
+    domain, margins = mechanism.outline.domain, list[float]()
+    if domain:
+        every = {**values, **parameters}
+        point = [every[name] for name in mechanism.outline.argument_names]
+        margins = domain_margins(mechanism).of_vector(point)
     for bound, margin in zip(domain, margins, strict=True):
         if not margin > 0:
             received = ", ".join(f"{n} = {values.get(n, parameters.get(n))!r}" for n in bound.names)
@@ -49,8 +53,14 @@ def resolve_state(
 
 def state_values(mechanism: Mechanism, given: Mapping[str, Value]) -> dict[str, float]:
     """Return what `resolve_state` returns, without a look at the domain."""
-    where = f"state of {mechanism.name!r}"
-    values, faults = dict.fromkeys(mechanism.state_names, 0.0), []
+    values = dict.fromkeys(mechanism.state_names, 0.0)
+    numbers, known = given.values(), len(values)
+    # A check of all at once; where it fails, each is looked at.
+    if all(type(v) is float and abs(v) <= LARGEST for v in numbers):
+        whole = {**values, **given}
+        if len(whole) == known:
+            return cast(dict[str, float], whole)
+    where, faults = f"state of {mechanism.name!r}", list[str]()
     for name, value in given.items():
         if name not in values:
             faults.append(unknown_name("state", name, values))

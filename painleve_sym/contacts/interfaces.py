@@ -43,20 +43,10 @@ Memory = dict[sp.Symbol, sp.Expr]
 
 @dataclass(frozen=True)
 class ContactMotion:
-    """Forces and accelerations of a contact, as symbols or expressions of the automaton.
+    """Forces (N) and accelerations (m/s²) of a contact, as expressions of the automaton.
 
-    Attributes
-    ----------
-    normal_force, tangential_force : sympy.Expr
-        N.
-    normal_acceleration, tangential_acceleration : sympy.Expr
-        m/s².
-    force_scale : sympy.Expr
-        Size of the forces, for what counts as rounding; N.
-    normal_scale, tangential_scale : sympy.Expr
-        Sum of the sizes of the terms of each acceleration; m/s².
-    normal_mobility : sympy.Expr
-        W_nn of the contact; 1/kg.
+    `force_scale` is the size of the forces, for what counts as rounding; the scales of the
+    accelerations are the sums of the sizes of their terms. `normal_mobility` is W_nn, 1/kg.
     """
 
     normal_force: sp.Expr
@@ -71,14 +61,9 @@ class ContactMotion:
 
 @dataclass(frozen=True)
 class Interface(ABC):
-    """One contact among several.
+    """One contact among several, with its states.
 
-    Parameters
-    ----------
-    row : ContactRow
-        Its states.
-    target : str
-        Mode that follows an event which its contact problem must answer.
+    `target` is the mode that follows an event which its contact problem must answer.
     """
 
     row: ContactRow

@@ -16,6 +16,7 @@ import enum
 import functools
 import itertools
 import math
+import operator
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -105,14 +106,9 @@ class LocalMode:
     side: int = 1
 
     def holds(self, force: Sequence[float], share: Sequence[float]) -> bool:
-        """Return whether the force of the contact lies in this mode or on its border.
+        """Return whether the force (F_n, F_t) lies in this mode or on its border.
 
-        Parameters
-        ----------
-        force : sequence of two float
-            F_n, F_t.
-        share : sequence of two float
-            a_n, a_t, each as a fraction of its terms.
+        `share` is a_n, a_t, each as a fraction of its terms.
         """
         normal, tangential = force
         along = len(self.directions) == 2 or not (normal or tangential)
@@ -130,22 +126,11 @@ class LocalMode:
             and all(sign * share[entry] >= -_BORDER for entry, sign in self.signs)
         )
 
-    def admits(self, force: Sequence[float], doubt: float) -> bool:
-        """Return whether a force may lie in the cone, with rows of a largest entry of one.
-
-        Parameters
-        ----------
-        force : sequence of two float
-            F_n, F_t.
-        doubt : float
-            What a row may miss.
-        """
-        normal, tangential = force
-        for p, q in self.cone:
-            largest = max(abs(p), abs(q))
-            if p / largest * normal + q / largest * tangential < -doubt:
-                return False
-        return True
+    @cached_property
+    def edges(self) -> tuple[tuple[float, float], ...]:
+        """The rows of the cone with a largest entry of one."""
+        sizes = [max(abs(p), abs(q)) for p, q in self.cone]
+        return tuple((p / s, q / s) for (p, q), s in zip(self.cone, sizes, strict=True))
 
 
 def lift_off() -> LocalMode:
@@ -215,14 +200,8 @@ def rounded_difference(a: npt.ArrayLike, b: npt.ArrayLike) -> FloatArray:
     return np.where(np.abs(value) <= _ROUNDING * (np.abs(first) + np.abs(second)), 0.0, value)
 
 
-def _sum(first: float, second: float) -> float:
-    """Return what `rounded_difference` returns, of one number and minus the other."""
-    value = first + second
-    return 0.0 if abs(value) <= _ROUNDING * (abs(first) + abs(second)) else value
-
-
 def scale_contacts(
-    W: FloatArray, b: FloatArray, mu: FloatArray
+    W: list[Vector], b: Vector, mu: Vector
 ) -> tuple[list[Vector], Vector, Vector, Vector]:
     """Scale n contacts to order one by powers of two, which rounds nothing.
 
@@ -234,20 +213,16 @@ def scale_contacts(
     unit : list of 2 n float
         Forces F' of the scaled problem are ``unit * F'`` of the given one.
     """
-    rows = W.tolist()
-    diagonal = [row[k] for k, row in enumerate(rows)]
+    diagonal = [row[k] for k, row in enumerate(W)]
     # ldexp(1, k // 2) is within a factor two of the root of a number near 2**k.
     d = [math.ldexp(1.0, math.frexp(w)[1] // 2) if w > 0 else 1.0 for w in diagonal]
-    offset = [v / e for v, e in zip(b.tolist(), d, strict=True)]
+    offset = list(map(operator.truediv, b, d))
     largest = max(map(abs, offset))
     size = 2 * _power_of_two(largest) if 0 < largest < math.inf else 1.0
     return (
-        [
-            [w / (e * f) for w, f in zip(row, d, strict=True)]
-            for row, e in zip(rows, d, strict=True)
-        ],
+        [[w / (e * f) for w, f in zip(row, d, strict=True)] for row, e in zip(W, d, strict=True)],
         [v / size for v in offset],
-        [m * t / n for m, n, t in zip(mu.tolist(), d[0::2], d[1::2], strict=True)],
+        [m * t / n for m, n, t in zip(mu, d[0::2], d[1::2], strict=True)],
         [size / e for e in d],
     )
 
@@ -260,9 +235,8 @@ def _power_of_two(size: float) -> float:
 # ---- all combinations ----
 
 
-@dataclass(frozen=True, eq=False)
-class ModePoint:
-    """Hold the forces of one choice of local modes, before any check of their residual.
+class ModePoint(NamedTuple):
+    """The forces of one choice of local modes, before any check of their residual.
 
     Attributes
     ----------
@@ -333,15 +307,25 @@ class ModeProduct:
         self.W, self.b, self.modes = W, b, modes
         self._largest = max(map(abs, b))
         # Every direction of every local mode: its contact, its force, the accelerations that it
-        # causes, and its unit. A sign that rounding left of W_nn - mu s W_nt would be an accident.
+        # causes, and its unit. A sign that rounding left of W_nn - mu s W_nt would be an accident:
+        # as in `rounded_difference`.
         self._ways: list[tuple[int, tuple[float, float]]] = []
         self._rates: list[Vector] = []
         self._units: list[float] = []
         for i, given in enumerate(modes):
+            columns = [(row[2 * i], row[2 * i + 1]) for row in W]
             for mode in given:
                 for n, t in mode.directions:
                     self._ways.append((i, (n, t)))
-                    self._rates.append([_sum(row[2 * i] * n, row[2 * i + 1] * t) for row in W])
+                    self._rates.append(
+                        [
+                            0.0
+                            if abs(v := (p := w * n) + (q := z * t))
+                            <= _ROUNDING * (abs(p) + abs(q))
+                            else v
+                            for w, z in columns
+                        ]
+                    )
                 self._units += mode.unit
 
     @cached_property
@@ -419,17 +403,19 @@ class ModeProduct:
         solved = map(self._solve_small, choices) if small else self._solve_together(choices)
         points: list[ModePoint] = []
         singular: list[_Choice] = []
+        ways, none = self._ways, [0.0] * len(self.b)
         for choice, x in zip(choices, solved, strict=True):
             if x is None:
                 singular.append(choice)
                 continue
-            forces = [0.0] * len(self.b)
-            for size, column in zip(x, choice.columns, strict=True):
-                i, (normal, tangential) = self._ways[column]
+            local, _, columns = choice
+            forces = none.copy()
+            for size, column in zip(x, columns, strict=True):
+                i, (normal, tangential) = ways[column]
                 forces[2 * i] += size * normal
                 forces[2 * i + 1] += size * tangential
-            if self._plausible(forces, choice.local):
-                points.append(ModePoint(forces, choice.local, False))
+            if self._plausible(forces, local):
+                points.append(ModePoint(forces, local, False))
         for choice in singular:
             face = self._face(choice)
             if face is not None:
@@ -445,7 +431,8 @@ class ModeProduct:
             (row,), (column,) = rows, columns
             rate = self._rates[column][row]
             return [-self.b[row] / rate] if rate else None
-        (first, second), (left, right) = rows, (self._rates[column] for column in columns)
+        (first, second), (p, q) = rows, columns
+        left, right = self._rates[p], self._rates[q]
         block = (left[first], right[first]), (left[second], right[second])
         return solve_two(block, (-self.b[first], -self.b[second]), RANK * len(self.b))
 
@@ -462,14 +449,17 @@ class ModeProduct:
         doubt = _REJECTION_TOLERANCE * (max(map(abs, forces)) + self._largest)
         for i, j in enumerate(local):
             mode = self.modes[i][j]
-            if not mode.admits(forces[2 * i : 2 * i + 2], doubt):
-                return False
+            normal, tangential = forces[2 * i], forces[2 * i + 1]
+            for p, q in mode.edges:
+                if p * normal + q * tangential < -doubt:
+                    return False
             for entry, sign in mode.signs:
                 value = self.b[2 * i + entry]
                 terms = abs(value)
                 for w, force in zip(self.W[2 * i + entry], forces, strict=True):
-                    value += w * force
-                    terms += abs(w * force)
+                    term = w * force
+                    value += term
+                    terms += abs(term)
                 if sign * value < -_REJECTION_TOLERANCE * terms:
                     return False
         return True

@@ -48,6 +48,7 @@ import operator
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -59,7 +60,6 @@ from painleve_sym.complementarity.solution_sets import BoolArray, FloatArray
 from painleve_sym.complementarity.uniqueness import Uniqueness, uniqueness_of
 from painleve_sym.contacts.local_mode import (
     ContactMode,
-    LocalMode,
     ModeProduct,
     Vector,
     local_modes,
@@ -241,26 +241,28 @@ class ContactProblem:
     def __post_init__(self) -> None:
         """Check every array and keep read-only copies."""
         faults: list[str] = []
+        fields = vars(self)
         for name in ("W", "b", "mu", "slip_velocity"):
             try:
-                value = np.array(getattr(self, name), dtype=float)
+                value = np.array(fields[name], dtype=float)
             except (TypeError, ValueError):
                 value = np.array(math.nan)
             if not all(map(math.isfinite, value.ravel().tolist())):
                 faults.append(
-                    f"{name}: got {getattr(self, name)!r}, need finite numbers. "
+                    f"{name}: got {fields[name]!r}, need finite numbers. "
                     "Fix: check the state it was evaluated at."
                 )
             if value.ndim == 0 and name in ("mu", "slip_velocity"):
                 value = value.reshape(1)
-            object.__setattr__(self, name, value)
+            fields[name] = value
         sides = np.array(self.bilateral, dtype=bool)
-        sides = np.full(self.mu.shape, sides) if sides.ndim == 0 else sides
-        object.__setattr__(self, "bilateral", sides)
+        fields["bilateral"] = np.full(self.mu.shape, sides) if sides.ndim == 0 else sides
         faults = faults or self._shape_faults() or self._physical_faults()
         if faults:
             raise InputError(_STATED + " Also, ".join(faults))
-        object.__setattr__(self, "W", (self.W + self.W.T) / 2)
+        rows = self.W.tolist()
+        if rows != list(map(list, zip(*rows, strict=True))):
+            fields["W"] = (self.W + self.W.T) / 2
         for array in (self.W, self.b, self.mu, self.slip_velocity, self.bilateral):
             array.setflags(write=False)
 
@@ -313,6 +315,9 @@ class ContactProblem:
         """Return a sentence for each array that does not fit n contacts, n from slip_velocity."""
         n = self.slip_velocity.size
         of = (max(n, 1),)
+        one_each = self.mu.shape == self.slip_velocity.shape == self.bilateral.shape == of == (n,)
+        if one_each and self.W.shape == (2 * n, 2 * n) and self.b.shape == (2 * n,):
+            return []
         need = {"W": (2 * n, 2 * n), "b": (2 * n,), "mu": (n,), "slip_velocity": of}
         need["bilateral"] = (n,)
         return [
@@ -349,22 +354,26 @@ class ContactProblem:
         """Return a sentence where the mobility is not symmetric or indefinite."""
         rows = self.W.tolist()
         root = [math.sqrt(max(row[k], 0.0)) for k, row in enumerate(rows)]
-        bounds = [[r * s for s in root] for r in root]
-        if any(
-            abs(w - v) > _SYMMETRY * bound or (bound == 0 and w != 0)
-            for line in zip(rows, zip(*rows, strict=True), bounds, strict=True)
-            for w, v, bound in zip(*line, strict=True)
-        ):
-            return [
-                f"W: got {self.W!r}, need a symmetric matrix with rows of zeros where the diagonal "
-                "is 0. Fix: compute it as J M^-1 J' with rows n1, t1, n2, t2, ... of J."
-            ]
-        scaled = [
-            [w / bound if bound else 0.0 for w, bound in zip(*pair, strict=True)]
-            for pair in zip(rows, bounds, strict=True)
-        ]
+        scaled: list[Vector] = []  # the triangle up to the diagonal
+        for i, (row, r) in enumerate(zip(rows, root, strict=True)):
+            own: Vector = []
+            for j in range(i + 1):
+                w, v, bound = row[j], rows[j][i], r * root[j]
+                if abs(w - v) > _SYMMETRY * bound or (bound == 0 and (w != 0 or v != 0)):
+                    return [
+                        f"W: got {self.W!r}, need a symmetric matrix with rows of zeros where the "
+                        "diagonal is 0. Fix: compute it as J M^-1 J' with rows n1, t1, n2, t2, "
+                        "... of J."
+                    ]
+                own.append(w / bound if bound else 0.0)
+            scaled.append(own)
         least = _INDEFINITE * len(rows)
-        if _factorizes(scaled, least / 2) or np.min(np.linalg.eigvalsh(scaled)) >= -least:
+        if _factorizes(scaled, least / 2):
+            return []
+        lower = np.zeros((len(rows), len(rows)))
+        for i, own in enumerate(scaled):
+            lower[i, : i + 1] = own
+        if np.min(np.linalg.eigvalsh(lower, UPLO="L")) >= -least:
             return []
         return [
             f"W: got {self.W!r}, need a positive semidefinite matrix. "
@@ -753,10 +762,7 @@ class ContactProblem:
     @cached_property
     def _law(self) -> _ScaledLaw:
         """Return the scaled problem with the local modes of its contacts."""
-        W, b, mu, unit = scale_contacts(self.W, self.b, self.mu)
-        sides: list[bool] = self.bilateral.tolist()
-        modes = list(map(local_modes, mu, self.slip_directions, sides))
-        return _ScaledLaw(self, W, b, mu, unit, sides, modes)
+        return _ScaledLaw(self)
 
     def _isolated(self, point: _Checked) -> bool | None:
         """Return whether no choice of local modes through these forces is wide.
@@ -777,40 +783,38 @@ class ContactProblem:
 _STATED = "ContactProblem cannot be stated, "
 
 
-@dataclass(frozen=True, eq=False)
-class _Checked:
-    """Hold 2 n scaled forces that passed the check, with their modes and residual."""
+class _Checked(NamedTuple):
+    """2 n scaled forces that passed the check, with their modes and residual."""
 
     forces: Vector
     modes: tuple[ContactMode, ...]
     residual: float
 
-    @cached_property
+    @property
     def largest(self) -> float:
         """Return the size of the largest force."""
         return max(map(abs, self.forces))
 
 
-@dataclass(frozen=True, eq=False)
 class _ScaledLaw:
     """The problem scaled to order one by powers of two, and the check of its answers.
 
     Forces here are those of the problem over `unit`, which rounds nothing. All is computed number
     by number: for the few contacts that a problem has, calls of NumPy take ten times as long.
+
+    `given` are W and b of the problem, `directions` the signs of its slip velocities, `modes` the
+    local modes of its contacts and `product` all choices of them. `weights` make forces comparable:
+    the root of each mobility.
     """
 
-    problem: ContactProblem
-    W: list[Vector]
-    b: Vector
-    mu: Vector
-    unit: Vector
-    bilateral: list[bool]
-    modes: list[tuple[LocalMode, ...]]
-
-    @cached_property
-    def product(self) -> ModeProduct:
-        """All choices of local modes."""
-        return ModeProduct(self.W, self.b, self.modes)
+    def __init__(self, problem: ContactProblem) -> None:
+        self.given: tuple[list[Vector], Vector] = problem.W.tolist(), problem.b.tolist()
+        self.directions = problem.slip_directions
+        self.W, self.b, self.mu, self.unit = scale_contacts(*self.given, problem.mu.tolist())
+        self.bilateral: list[bool] = problem.bilateral.tolist()
+        self.modes = list(map(local_modes, self.mu, self.directions, self.bilateral))
+        self.product = ModeProduct(self.W, self.b, self.modes)
+        self.weights = [math.sqrt(row[k]) for k, row in enumerate(self.W)]
 
     def residual(self, forces: Vector) -> float:
         """Measure forces; see `ContactProblem.residual`."""
@@ -821,10 +825,10 @@ class _ScaledLaw:
         a, terms = motion
         if not math.isfinite(sum(terms)):
             return math.inf
-        share = [_ratio(value, size) for value, size in zip(a, terms, strict=True)]
-        weights = self._share([abs(force) for force in forces], terms, every=2)
+        share = list(map(_ratio, a, terms))
+        weights = self._share(list(map(abs, forces)), terms, every=2)
         residual = 0.0
-        for i, (weight, s) in enumerate(zip(weights, self.problem.slip_directions, strict=True)):
+        for i, (weight, s) in enumerate(zip(weights, self.directions, strict=True)):
             normal, tangential = forces[2 * i], forces[2 * i + 1]
             leaving, speeding = share[2 * i], share[2 * i + 1]
             held = abs(leaving)
@@ -869,7 +873,7 @@ class _ScaledLaw:
         Noise is what is small beside the largest force in comparable units, or whole contacts that
         matter to no acceleration.
         """
-        weighted = [w * abs(force) for w, force in zip(self._weights, forces, strict=True)]
+        weighted = list(map(operator.mul, self.weights, map(abs, forces)))
         noise = _ROUND_OFF * max(weighted)
         if 0 < min(filter(None, weighted), default=0.0) <= noise:
             pairs = zip(forces, weighted, strict=True)
@@ -889,17 +893,12 @@ class _ScaledLaw:
         if kept != forces:
             yield kept
 
-    @cached_property
-    def _weights(self) -> Vector:
-        """Return what makes forces comparable: the root of each mobility."""
-        return [math.sqrt(row[k]) for k, row in enumerate(self.W)]
-
     def _modes(self, forces: Vector, choice: tuple[int, ...] | None) -> list[ContactMode]:
         """Return the modes of a choice, or those that the forces show."""
         if choice is not None:
             return [given[j].mode for given, j in zip(self.modes, choice, strict=True)]
         modes, a = [], _accelerations(self.W, self.b, forces)[0]
-        for i, s in enumerate(self.problem.slip_directions):
+        for i, s in enumerate(self.directions):
             normal, tangential = forces[2 * i : 2 * i + 2]
             inside = abs(tangential) < self.mu[i] * abs(normal) * (1 - 1e-9)
             if normal == 0 and not self.bilateral[i]:
@@ -935,7 +934,7 @@ class _ScaledLaw:
         """Return the modes, borders by the convention of `ContactMode`."""
         a, terms = motion
         named = []
-        for i, (mode, s) in enumerate(zip(modes, self.problem.slip_directions, strict=True)):
+        for i, (mode, s) in enumerate(zip(modes, self.directions, strict=True)):
             rate, size = a[2 * i + 1], terms[2 * i + 1]
             word = mode
             if forces[2 * i] == 0 and not self.bilateral[i]:
@@ -961,10 +960,10 @@ class _ScaledLaw:
         pairs = list(zip(first, second, strict=True))
         size = [max(abs(p), abs(q)) for p, q in pairs]
         # Where forces balance, every term of an acceleration may be rounding: noise is none.
-        noise = _ROUND_OFF * max(w * s for w, s in zip(self._weights, size, strict=True))
+        noise = _ROUND_OFF * max(w * s for w, s in zip(self.weights, size, strict=True))
         step = [
             0.0 if w > 0 and w * abs(p - q) <= noise else abs(p - q)
-            for w, (p, q) in zip(self._weights, pairs, strict=True)
+            for w, (p, q) in zip(self.weights, pairs, strict=True)
         ]
         terms = _accelerations(self.W, self.b, size)[1]
         return all(share <= _DISTINCT for share in self._share(step, terms, size))
@@ -977,14 +976,17 @@ class _ScaledLaw:
         With `every` 2, of the normal forces alone.
         """
         shares = []
+        rows = list(zip(self.W, terms, strict=True))
         for k in range(0, len(part), every):
             value, share, moves = part[k], 0.0, False
-            for row, size in zip(self.W, terms, strict=True):
+            for row, size in rows:
                 w = row[k]
                 if w:
                     moves = True
                     if size > 0:
-                        share = max(share, abs(w) * value / size)
+                        own = abs(w) * value / size
+                        if own > share:
+                            share = own
             if not moves and value > 0:  # where nothing moves, forces count by themselves
                 share = 1.0 if whole is None else value / whole[k]
             shares.append(share)
@@ -1002,13 +1004,13 @@ class _ScaledLaw:
 
     def solution(self, point: _Checked, isolated: bool | None) -> ContactSolution:
         """Return checked forces with their accelerations, in the units of the problem."""
-        forces = [unit * force for unit, force in zip(self.unit, point.forces, strict=True)]
-        a, terms = _accelerations(self.problem.W.tolist(), self.problem.b.tolist(), forces)
+        forces = list(map(operator.mul, self.unit, point.forces))
+        a, terms = _accelerations(*self.given, forces)
         a = [0.0 if abs(v) <= ROUNDING * t else v for v, t in zip(a, terms, strict=True)]
+        lift, stick = ContactMode.LIFTOFF, ContactMode.STICK
         # What the mode fixes at 0 is exactly 0.
-        fixed = [(m is not ContactMode.LIFTOFF, m is ContactMode.STICK) for m in point.modes]
-        parted = [0.0 if closed else v for v, (closed, _) in zip(a[0::2], fixed, strict=True)]
-        sliding = [0.0 if sticks else v for v, (_, sticks) in zip(a[1::2], fixed, strict=True)]
+        parted = [v if m is lift else 0.0 for v, m in zip(a[0::2], point.modes, strict=True)]
+        sliding = [0.0 if m is stick else v for v, m in zip(a[1::2], point.modes, strict=True)]
         numbers = np.array((forces[0::2], forces[1::2], parted, sliding))
         numbers.setflags(write=False)
         normal, tangential, leaving, slipping = numbers
@@ -1026,15 +1028,16 @@ def _factorizes(matrix: list[Vector], shift: float) -> bool:
     Parameters
     ----------
     matrix : list of rows
-        Symmetric, with a diagonal of ones and zeros.
+        Symmetric, with a diagonal of ones and zeros; rows up to the diagonal.
     shift : float
     """
     factor: list[Vector] = []
+    mul = operator.mul
     for i, row in enumerate(matrix):
         own: Vector = []
         for j, other in enumerate(factor):
-            own.append((row[j] - sum(map(operator.mul, own, other))) / other[j])
-        rest = row[i] + shift - sum(map(operator.mul, own, own))
+            own.append((row[j] - sum(map(mul, own, other))) / other[j])
+        rest = row[i] + shift - sum(map(mul, own, own))
         if not rest > 0:
             return False
         own.append(math.sqrt(rest))
@@ -1070,8 +1073,7 @@ def _accelerations(W: list[Vector], b: Vector, forces: Vector) -> tuple[Vector, 
     rates, sizes = [], []
     for row, free in zip(W, b, strict=True):
         rate = size = 0.0
-        for w, force in zip(row, forces, strict=True):
-            term = w * force
+        for term in map(operator.mul, row, forces):
             rate += term
             size += abs(term)
         rates.append(rate + free)

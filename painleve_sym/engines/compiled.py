@@ -24,7 +24,6 @@ from painleve_sym.engines.batch import (
     Ends,
     Given,
     Kept,
-    pointers,
 )
 from painleve_sym.engines.protocol import (
     ADMITS,
@@ -95,9 +94,11 @@ class CompiledEngine:
         functions = functions or AutomatonFunctions(automaton)
         sizes = functions.x.numel(), functions.z.numel(), functions.c.numel()
         text = self._source(functions)
+        # With derivatives a motion runs alone, and gains a tenth by all that a compiler can do.
+        alone = text if functions.directions else self._alone(text)
         self._open(
             Outline.of(automaton),
-            compiled_library(self._alone(text)),
+            compiled_library(alone),
             lambda: compiled_library(text),
             (*sizes, functions.output_size),
         )
@@ -225,9 +226,9 @@ class CompiledEngine:
 
     def constants(self, parameters: Array) -> Array:
         """Return the parameters followed by the definitions, shape (nc,)."""
-        p, c = _plain(parameters), np.empty(self._nc)
-        self._library.ps_constants(p.ctypes.data, c.ctypes.data)
-        return c
+        constants = bytearray(8 * self._nc)
+        self._library.ps_constants(_bytes(parameters), _Filled.from_buffer(constants))
+        return np.frombuffer(constants)
 
     def prepare(self, parameters: Array, given: Array, forces: Array) -> Prepared:
         """Return whole start states with their scales, of n rows; see `Engine.prepare`."""
@@ -330,7 +331,7 @@ class CompiledEngine:
         chosen = np.array(kept.indices(self.outline.output_names), dtype=np.int32)
         counts = (len(kept.maxima), len(kept.minima), len(kept.integrals))
         kept_in_c = Kept(kept.events, *counts, chosen.ctypes.data)
-        ends = Ends(*pointers(rows))
+        ends = Ends.of(rows)
         given = Given(n, *(a.ctypes.data for a in (x, p, t, tolerances)))
         batch = self._batch_of(self.lanes if n > 1 else 1)
         done = batch(given, shared, kept_in_c, self.lanes, ends)
@@ -349,13 +350,12 @@ class CompiledEngine:
     def outputs(self, modes: Any, states: Array, memory: Array, constants: Array) -> Array:
         """Return the automaton's outputs at n points, shape (n, no)."""
         n = len(states)
-        out = np.empty((n, self._no))
+        rows = bytearray(8 * n * self._no)
         # Where local modes are data every mode has the same outputs.
-        index = np.ascontiguousarray(modes, dtype=np.int64) * (not self.outline.parts)
-        x, z, c = _plain(states), _plain(memory), _plain(constants)
-        addresses = (a.ctypes.data for a in (index, x, z, c, out))
-        self._library.ps_outputs(n, *addresses)
-        return out
+        index = np.asarray(modes, np.int64) * (not self.outline.parts)
+        inputs = _bytes(states), _bytes(memory), _bytes(constants)
+        self._library.ps_outputs(n, index.tobytes(), *inputs, _Filled.from_buffer(rows))
+        return np.frombuffer(rows).reshape(n, self._no)
 
 
 def _plain_sizes(outline: Outline) -> tuple[int, int, int, int]:

@@ -60,13 +60,13 @@ def test_classify_away_from_the_wall_has_the_rows_of_the_floor():
 
 
 def test_contact_numbers_are_evaluated_once(monkeypatch):
-    calls, evaluate = [], Quantities.__call__
+    calls, evaluate = [], Quantities.of_point
 
     def counted(self, values):
         calls.append(self.names)
         return evaluate(self, values)
 
-    monkeypatch.setattr(Quantities, "__call__", counted)
+    monkeypatch.setattr(Quantities, "of_point", counted)
     ps.classify(model("rod"), {"theta": 1.0})
     assert len([names for names in calls if "W_nn" in names]) == 1
 

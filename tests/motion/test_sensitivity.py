@@ -15,7 +15,7 @@ from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError, PainleveWarning, StopReason
 from painleve_sym.laws.catalogue import law
 from painleve_sym.laws.rigid_contact import RigidLaw
-from painleve_sym.motion.sensitivity.variational import _Marked, _verdict
+from painleve_sym.motion.sensitivity.variational import EventMarks
 from painleve_sym.motion.simulator import Simulator
 
 TABLE_3 = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
@@ -315,30 +315,27 @@ def test_an_event_far_from_grazing_is_not_called_so():
     assert run.events[0].condition < 1e5
 
 
-def marked(**given):
-    base = {"guard": 0.0, "rate": -1.0, "bend": 0.0, "timed": False}
-    shift = np.array(given.pop("shift"))
-    event = (
-        softened()
-        .run(TABLE_3 | {"y_A": 0.01}, parameters=HARD, t_end=1.0, until="touchdown")
-        .events[0]
+def verdict(**given):
+    """Condition and note of one event, at t = 1 s, by one direction of size 1."""
+    base = {"guard": 0.0, "rate": -1.0, "bend": 0.0, "timed": False, "shift": 0.0}
+    numbers = {name: np.array([value]) for name, value in (base | given).items()}
+    numbers["shift"] = numbers["shift"][:, None]
+    one = np.ones(1)
+    marks = EventMarks(
+        time=one, slopes=np.ones((1, 2)), time_gradient=numbers["shift"], notes=("",), **numbers
     )
-    return _Marked(event, np.ones((2, 1)), shift, shift, **(base | given))
+    return marks.verdicts(one, 1e-11)[0]
 
 
 def test_events_that_meet_by_chance_are_one_sided():
-    one = np.ones(1)
-    assert _verdict(marked(shift=[0.3]), one, 1e-11) == (0.0, "one-sided")
+    assert verdict(shift=0.3) == (0.0, "one-sided")
     # The same surface twice: it moves no further. And one that lies well behind.
-    assert _verdict(marked(shift=[0.0]), one, 1e-11) == (0.0, "")
-    assert _verdict(marked(shift=[0.3], guard=-1.0), one, 1e-11) == (0.0, "")
+    assert verdict(shift=0.0) == (0.0, "")
+    assert verdict(shift=0.3, guard=-1.0) == (0.0, "")
 
 
 def test_a_guard_without_speed_has_no_time():
-    one = np.ones(1)
-    with np.errstate(divide="ignore"):
-        verdict = _verdict(marked(shift=[math.inf], rate=0.0, bend=1.0, timed=True), one, 1e-11)
-    assert verdict[1] == "grazing"
+    assert verdict(shift=math.inf, rate=0.0, bend=1.0, timed=True)[1] == "grazing"
 
 
 # ---- input ----

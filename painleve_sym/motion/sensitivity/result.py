@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,6 +11,9 @@ from numpy.typing import ArrayLike
 from painleve_sym.arrays import Array
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.motion.trajectory import EventRecord, Trajectory
+
+if TYPE_CHECKING:
+    from painleve_sym.motion.sensitivity.variational import RunDerivatives
 
 NO_DERIVATIVE = {
     "grazing": "is met tangentially",
@@ -44,6 +47,14 @@ class EventSensitivity:
     note: str = ""
 
 
+@dataclass(frozen=True)
+class StoredDerivatives:
+    """Derivatives of events that have been read, and the run of state and derivatives together."""
+
+    events: tuple[EventSensitivity, ...]
+    extended: Trajectory
+
+
 @dataclass(frozen=True, repr=False)
 class SensitiveTrajectory:
     """A motion with its first derivatives in the directions `wrt`.
@@ -54,8 +65,8 @@ class SensitiveTrajectory:
     wrt : tuple of str
         Names of the directions: start values of coordinates and velocities, parameters, or
         ``initial_force``.
-    events : tuple of EventSensitivity
-        One per event of the trajectory.
+    record : RunDerivatives or StoredDerivatives
+        Events and extended run.
     final_jacobian : ndarray, shape (nx, k)
         Of `trajectory.final_state`. Where an event ended the run, its time moves along.
     final_time_gradient : ndarray, shape (k,)
@@ -65,22 +76,29 @@ class SensitiveTrajectory:
     valid_until : float
         Time of the first event with a note of `NO_DERIVATIVE`, inf where there is none: derivatives
         from there on are nan; s.
-    extended : Trajectory
-        The run of state and derivatives together.
     """
 
     trajectory: Trajectory
     wrt: tuple[str, ...]
-    events: tuple[EventSensitivity, ...]
+    record: RunDerivatives | StoredDerivatives
     final_jacobian: Array
     final_time_gradient: Array
     fixed_time_jacobian: Array
     valid_until: float
-    extended: Trajectory
 
     def __repr__(self) -> str:
         """Return the motion and the directions in one line."""
         return f"Derivatives by {', '.join(self.wrt)} of the {self.trajectory!r}"
+
+    @property
+    def events(self) -> tuple[EventSensitivity, ...]:
+        """Derivatives of the events, one per event of the trajectory."""
+        return self.record.events
+
+    @property
+    def extended(self) -> Trajectory:
+        """The run of state and derivatives together."""
+        return self.record.extended
 
     @property
     def singular(self) -> EventSensitivity | None:

@@ -6,29 +6,31 @@ import math
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, lru_cache, partial
 from typing import Any
 
 import numpy as np
-from sympy import diff, sympify
+from sympy import Expr, Symbol, diff, sympify
 
 from painleve_sym.arrays import Array
 from painleve_sym.choices import EngineName, Record, RecordLike
-from painleve_sym.codegen.evaluate import numbers
+from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.codegen.tape import tapes_of_functions
 from painleve_sym.codegen.variational import VariationalFunctions
 from painleve_sym.engines.factory import make_engine
-from painleve_sym.engines.protocol import Engine, RawRun
+from painleve_sym.engines.protocol import Engine, RawRun, RunOptions
+from painleve_sym.engines.records import EVENT_HEAD, STEP_HEAD
 from painleve_sym.errors import InputError, PainleveWarning, StopReason, unknown_name
 from painleve_sym.motion.sensitivity.impacts import SensitiveImpacts
 from painleve_sym.motion.sensitivity.result import (
     NO_DERIVATIVE,
     EventSensitivity,
     SensitiveTrajectory,
+    StoredDerivatives,
     split_outputs,
 )
 from painleve_sym.motion.simulator import Simulator, Start
-from painleve_sym.motion.trajectory import EngineOutputs, EventRecord, StoredRecord, Trajectory
+from painleve_sym.motion.trajectory import EngineOutputs, StoredRecord, Trajectory
 
 INITIAL_FORCE = "initial_force"
 
@@ -58,11 +60,14 @@ def differentiated(
 ) -> SensitiveTrajectory:
     """Return the motion with its derivatives; see `Simulator.sensitivities`."""
     start = simulator.start(state, parameters, initial_force)
-    _check_directions(simulator, wrt, start.values, initial_force is not None)
-    run = _Differentiated(simulator, wrt, start, initial_force)
+    key = wrt, initial_force is not None
+    known: dict[Any, Directions] = simulator.directions
+    directions = known.get(key)
+    if directions is None:
+        directions = known[key] = Directions(simulator, wrt, initial_force is not None)
     # Without its events nothing would tell which of them are singular.
     record = Record.EVENTS if record == "end" else record
-    result = run.result(record, options)
+    result = directions.run(start, initial_force, record, options)
     if result.valid_until == math.inf:
         return result
     _notify(result)
@@ -73,21 +78,8 @@ def differentiated(
     if initial_force is not None:
         given[INITIAL_FORCE] = initial_force
     whole = simulator.run(state, **given)
-    return replace(result, trajectory=whole, events=_continued(result.events, whole))
-
-
-def _check_directions(
-    simulator: Simulator, wrt: tuple[str, ...], values: Mapping[str, float], forced: bool
-) -> None:
-    known = [*simulator.mechanism.state_names, *values, *([INITIAL_FORCE] if forced else [])]
-    where = f"{simulator.where}: derivatives"
-    if not wrt:
-        raise InputError(f"{where}: got no names, need at least one. Fix: name one of {known}.")
-    for name in wrt:
-        if name not in known:
-            raise InputError(f"{where}: {unknown_name('direction', name, known)}")
-        if wrt.count(name) > 1:
-            raise InputError(f"{where}: got {name!r} twice. Fix: name it once.")
+    stored = StoredDerivatives(_continued(result.events, whole), result.extended)
+    return replace(result, trajectory=whole, record=stored)
 
 
 def _notify(result: SensitiveTrajectory) -> None:
@@ -117,292 +109,409 @@ def _continued(
 
 
 @dataclass(frozen=True)
-class _Marked:
-    """An event with what the extended run says of it; `shift` is dσ by the guard alone."""
+class Directions:
+    """Directions in which motions are differentiated, with what all starts have in common.
 
-    record: EventRecord
-    jacobian: Array
-    time_gradient: Array
-    shift: Array
-    guard: float
-    rate: float
-    bend: float
-    timed: bool
-    note: str = ""
+    Attributes
+    ----------
+    simulator : Simulator
+    wrt : tuple of str
+    forced : bool
+        Whether the motions start with an initial force.
 
-
-@dataclass(frozen=True)
-class _Differentiated:
-    """One start, with the directions in which it is differentiated."""
+    Raises
+    ------
+    InputError
+        No names, unknown names, a name given twice.
+    """
 
     simulator: Simulator
     wrt: tuple[str, ...]
-    start: Start
-    initial_force: float | None
+    forced: bool
 
-    # ---- the start and the engine ----
+    def __post_init__(self) -> None:
+        sim = self.simulator
+        names = [*sim.mechanism.state_names, *sim.parameters()]
+        known = [*names, *([INITIAL_FORCE] if self.forced else [])]
+        where = f"{sim.where}: derivatives"
+        if not self.wrt:
+            raise InputError(f"{where}: got no names, need at least one. Fix: name one of {known}.")
+        for name in self.wrt:
+            if name not in known:
+                raise InputError(f"{where}: {unknown_name('direction', name, known)}")
+            if self.wrt.count(name) > 1:
+                raise InputError(f"{where}: got {name!r} twice. Fix: name it once.")
 
-    def _start_expressions(self) -> dict[Any, Any]:
-        """Dependent start values, written in states and parameters only."""
-        automaton = self.simulator.automaton
-        expressions = {}
-        for s, e in self.simulator.start_expressions(self.initial_force is not None).items():
-            expr = sympify(e)
+    # ---- the start ----
+
+    @cached_property
+    def _state_names(self) -> list[str]:
+        return [s.name for s in self.simulator.automaton.states]
+
+    @cached_property
+    def _start_slopes(self) -> dict[int, list[Expr]]:
+        """Derivatives of the dependent start values by their index, one per direction."""
+        sim, automaton = self.simulator, self.simulator.automaton
+        symbols = {s.name: s for s in (*automaton.states, *automaton.parameters)}
+        symbols[INITIAL_FORCE] = self._force
+        slopes = {}
+        for state, given in sim.start_expressions(self.forced).items():
+            expr = sympify(given)
             for symbol, definition in reversed(list(automaton.definitions.items())):
                 expr = expr.xreplace({symbol: definition})
-            expressions[s] = expr
-        return expressions
+            row = self._state_names.index(state.name)
+            slopes[row] = [diff(expr, symbols[name]) for name in self.wrt]
+        return slopes
 
-    def start_jacobian(self) -> tuple[Array, Any]:
-        """Return d(start)/dw, shape (nx, k), and which entries can be different from zero."""
-        sim = self.simulator
-        symbols = {s.name: s for s in (*sim.automaton.states, *sim.automaton.parameters)}
-        # Symbols compare their assumptions too, which takes half as long as the run.
-        states = [s.name for s in sim.automaton.states]
-        jacobian = np.zeros((len(self.start.state), len(self.wrt)))
-        values: dict[Any, float] = dict(
-            zip(sim.automaton.states, map(float, self.start.state), strict=True)
-        )
-        values |= {s: self.start.values[s.name] for s in sim.automaton.parameters}
-        if self.initial_force is not None:
-            force = next(
-                s
-                for e in self._start_expressions().values()
-                for s in e.free_symbols
-                if s.name == INITIAL_FORCE
-            )
-            symbols[INITIAL_FORCE] = force
-            values[force] = self.initial_force
+    @cached_property
+    def _force(self) -> Symbol:
+        return Symbol(INITIAL_FORCE, positive=True)
+
+    @cached_property
+    def _moved_at_start(self) -> tuple[Array, Any]:
+        """The start Jacobian with its dependent rows 0; which entries can be different from 0."""
+        own, names = np.zeros((len(self._state_names), len(self.wrt))), self._state_names
         for k, name in enumerate(self.wrt):
-            if name in states:
-                jacobian[states.index(name), k] = 1.0
-        pattern = jacobian != 0
-        for state, expr in self._start_expressions().items():
-            row = states.index(state.name)
-            slopes = [diff(expr, symbols[name]) for name in self.wrt]
-            pattern[row] = [slope != 0 for slope in slopes]
-            jacobian[row] = numbers(slopes, values)
-        return jacobian, pattern
-
-    def engine(self, pattern: Any) -> tuple[Engine, VariationalFunctions]:
-        """Return the engine of state and derivatives, compiled on first use."""
-        sim = self.simulator
-        key = (self.wrt, pattern.tobytes())
-        known: dict[Any, tuple[Engine, VariationalFunctions]] = sim.variational_engines
-        if key not in known:
-            names = [s.name for s in sim.automaton.parameters]
-            moved = [names.index(w) if w in names else None for w in self.wrt]
-            functions = VariationalFunctions(sim.automaton, moved, pattern)
-            engine = make_engine(sim.automaton, EngineName(sim.integrator.name), functions)
-            known[key] = (engine, functions)
-        return known[key]
-
-    def sizes(self, scale: Array) -> Array:
-        """Return the size of each direction: a parameter's value, a start value's scale."""
-        names = [s.name for s in self.simulator.automaton.states]
-        sizes = []
-        for name in self.wrt:
             if name in names:
-                i = names.index(name)
-                sizes.append(max(abs(float(self.start.state[i])), float(scale[i])))
+                own[names.index(name), k] = 1.0
+        pattern = own != 0
+        for row, slopes in self._start_slopes.items():
+            own[row] = 0.0
+            pattern[row] = [slope != 0 for slope in slopes]
+        return own, pattern
+
+    @cached_property
+    def _dependent(self) -> Quantities:
+        """The entries of the dependent rows, row by row."""
+        automaton = self.simulator.automaton
+        symbols = (
+            *automaton.states,
+            *automaton.parameters,
+            *([self._force] if self.forced else []),
+        )
+        every = {
+            f"{row}_{k}": slope
+            for row, slopes in self._start_slopes.items()
+            for k, slope in enumerate(slopes)
+        }
+        title = f"slopes of the start by {', '.join(self.wrt)}; force {self.forced}"
+        definition, names = self.simulator.contact.definition, [s.name for s in symbols]
+        return quantities(title, definition, names, lambda: (every, symbols))
+
+    def start_jacobian(self, start: Start, force: float | None) -> Array:
+        """Return d(start)/dw, shape (nx, k)."""
+        jacobian = self._moved_at_start[0]
+        if self._start_slopes:
+            forces = [] if force is None else [force]
+            point = [*start.state.tolist(), *start.parameters.tolist(), *forces]
+            jacobian = jacobian.copy()
+            entries = np.array(self._dependent.of_vector(point)) + 0.0  # no -0.0
+            jacobian[list(self._start_slopes)] = entries.reshape(-1, len(self.wrt))
+        return jacobian
+
+    @cached_property
+    def _places(self) -> list[int | None]:
+        """The index of the state that each direction moves, None where it moves no state."""
+        return [self._state_names.index(w) if w in self._state_names else None for w in self.wrt]
+
+    def sizes(self, start: Start, force: float | None, scale: Array) -> Array:
+        """Return the size of each direction: a parameter's value, a start value's scale."""
+        sizes = []
+        for name, i in zip(self.wrt, self._places, strict=True):
+            if i is not None:
+                sizes.append(max(abs(float(start.state[i])), float(scale[i])))
             else:
-                value = self.initial_force if name == INITIAL_FORCE else self.start.values[name]
+                value = force if name == INITIAL_FORCE else start.values[name]
                 sizes.append(abs(value or 0.0) or 1.0)
         return np.array(sizes)
 
+    # ---- the engine ----
+
+    @cached_property
+    def functions(self) -> VariationalFunctions:
+        """Functions of state and derivatives."""
+        automaton = self.simulator.automaton
+        names = [s.name for s in automaton.parameters]
+        moved = [names.index(w) if w in names else None for w in self.wrt]
+        return VariationalFunctions(automaton, moved, self._moved_at_start[1])
+
+    @cached_property
+    def engine(self) -> Engine:
+        """The engine of state and derivatives, compiled on first use."""
+        sim = self.simulator
+        return make_engine(sim.automaton, EngineName(sim.integrator.name), self.functions)
+
     # ---- the run ----
 
-    def result(self, record: RecordLike, options: dict[str, Any]) -> SensitiveTrajectory:
-        """Run and assemble."""
-        sim = self.simulator
-        plain = sim.options(self.start.scale, record=record, **options)
-        jacobian, pattern = self.start_jacobian()
-        engine, functions = self.engine(pattern)
+    def run(
+        self, start: Start, force: float | None, record: RecordLike, options: dict[str, Any]
+    ) -> SensitiveTrajectory:
+        """Run from a start, with the initial force if there is one, and assemble."""
+        sim, functions, engine = self.simulator, self.functions, self.engine
+        plain = sim.options(start.scale, record=record, **options)
         scale = plain.atol / plain.rtol
-        directions = self.sizes(scale)
-        finite = np.where(np.isfinite(scale), scale, 1.0)
-        sizes = LOOSENING_FACTOR * scale[:, None] / directions
-        extended = replace(plain, atol=functions.packed(plain.atol, plain.rtol * sizes))
+        sizes = self.sizes(start, force, scale)
+        loosened = plain.rtol * (LOOSENING_FACTOR * scale[:, None] / sizes)
+        extended = replace(plain, atol=functions.packed(plain.atol, loosened))
+        state = functions.packed(start.state, self.start_jacobian(start, force))
+        resolver = self._resolver(start, plain, sizes)
+        raw = engine.run(state, start.parameters, extended, resolve=resolver)
+        return self._assembled(raw, start, scale, sizes, plain.rtol, resolver)
 
-        start = functions.packed(self.start.state, jacobian)
-        resolver = None
-        if functions.struck_states:
-            resolver = SensitiveImpacts(
-                **sim.resolver_inputs(self.start.values, plain),
-                functions=functions,
-                constants=engine.constants(self.start.parameters),
-                sizes=directions,
-                tolerance=10 * LOOSENING_FACTOR * plain.rtol,
-            )
-        raw = engine.run(start, self.start.parameters, extended, resolve=resolver)
-        return self._assembled(raw, engine, functions, directions, finite, plain.rtol, resolver)
+    def _resolver(self, start: Start, options: RunOptions, sizes: Array) -> SensitiveImpacts | None:
+        """Return what answers for the impacts of several contacts."""
+        if not self.functions.struck_states:
+            return None
+        return SensitiveImpacts(
+            **self.simulator.resolver_inputs(start.values, options),
+            functions=self.functions,
+            constants=self.engine.constants(start.parameters),
+            sizes=sizes,
+            tolerance=10 * LOOSENING_FACTOR * options.rtol,
+        )
 
     def _assembled(
         self,
         raw: RawRun,
-        engine: Engine,
-        functions: VariationalFunctions,
-        directions: Array,
+        start: Start,
         scale: Array,
+        sizes: Array,
         rtol: float,
         resolver: SensitiveImpacts | None,
     ) -> SensitiveTrajectory:
-        sim = self.simulator
-        nx, nz, k = len(self.start.state), len(sim.automaton.memory), len(self.wrt)
-        resolved = resolver.impulses if resolver else ()
-        trajectory = sim.trajectory(_plain(raw, nx, nz), self.start, rtol, resolved)
-        marked = _marked(raw, trajectory, functions, resolver.notes if resolver else ())
-        events = _judged(marked, directions, scale, rtol)
-        c = engine.constants(self.start.parameters)
-        singular = next((e for e in events if e.note in NO_DERIVATIVE), None)
-        valid = math.inf if singular is None else singular.event.time
-        if not np.isfinite(raw.state).all() and singular is None:
+        sim, functions, engine = self.simulator, self.functions, self.engine
+        nx, k, no = len(start.state), len(self.wrt), len(sim.outline.output_names)
+        resolved, notes = (resolver.impulses, resolver.notes) if resolver else ((), ())
+        trajectory = sim.trajectory(self._plain(raw), start, rtol, resolved)
+        marks = EventMarks.of(raw, functions, notes)
+        verdicts = marks.verdicts(sizes, rtol)
+        singular = _first_without(verdicts)
+        valid = math.inf
+        if singular < len(verdicts):
+            valid = float(marks.time[singular])
+        elif not np.isfinite(raw.state).all():
             valid = raw.time
-        no = len(sim.automaton.output_names)
-        values = engine.outputs([raw.mode], raw.state[None], raw.memory[None], c)
+        constants = engine.constants(start.parameters)
+        values = engine.outputs([raw.mode], raw.state[None], raw.memory[None], constants)
         fixed = split_outputs(values, nx, no, k)[0][0]
-        moving = functions.unpacked(raw.state)[1]
-        time = raw.memory[functions.event_entries["time"]]
         ended = raw.stop_reason in _AT_EVENT or raw.stop_transition >= 0
-        final, final_time = (moving, time) if ended else (fixed, np.zeros(k))
+        final, final_time = fixed, np.zeros(k)
+        if ended:
+            final = functions.unpacked(raw.state)[1]
+            final_time = raw.memory[functions.event_entries["time"]]
         if valid < math.inf:
             final, fixed, final_time = (np.full_like(a, np.nan) for a in (final, fixed, final_time))
+        finite = np.where(np.isfinite(scale), scale, 1.0)
         return SensitiveTrajectory(
             trajectory=trajectory,
             wrt=self.wrt,
-            events=events,
+            record=RunDerivatives(self, raw, trajectory, marks, verdicts, sizes, finite),
             final_jacobian=final,
             final_time_gradient=final_time,
             fixed_time_jacobian=fixed,
             valid_until=valid,
-            extended=self._extended(raw, trajectory, engine, functions, c),
         )
 
-    def _extended(
-        self,
-        raw: RawRun,
-        trajectory: Trajectory,
-        engine: Engine,
-        functions: VariationalFunctions,
-        constants: Array,
-    ) -> Trajectory:
-        rows, columns = functions.entries
-        names = trajectory.state_names
-        slopes = [f"d {names[i]}/d {self.wrt[k]}" for i, k in zip(rows, columns, strict=True)]
-        outputs = [
-            f"d {kind} {name}/d {w}"  # the gap may be a state and an output
-            for kind, group in (("state", names), ("output", trajectory.output_names))
-            for w in self.wrt
-            for name in group
-        ]
-        record, states = trajectory.record, (*names, *slopes)
-        memory = tuple(f"memory {i}" for i in range(len(raw.memory)))
-        return replace(
-            trajectory,
-            names=replace(
-                trajectory.names,
-                states=states,
-                memory=memory,
-                outputs=(*trajectory.output_names, *outputs),
-            ),
-            record=replace(
-                StoredRecord.of(record),
-                steps=replace(raw.step_records, mode=record.steps.mode),
-                constants=constants,
-            ),
-            final_state=raw.state,
-            final_memory=raw.memory,
-            evaluator=EngineOutputs(engine, partial(tapes_of_functions, functions)),
+    def _plain(self, raw: RawRun) -> RawRun:
+        """Return the run of the state alone."""
+        nx, nz = len(self._state_names), len(self.simulator.automaton.memory)
+        sizes = len(raw.state), len(raw.memory), nx, nz
+        return raw._replace(
+            state=raw.state[:nx],
+            memory=raw.memory[:nz],
+            steps=raw.steps[:, _step_columns(raw.steps.shape[1], *sizes)],
+            events=raw.events[:, _event_columns(*sizes)],
         )
 
 
 # ---- reading the extended run ----
 
 
-def _plain(raw: RawRun, nx: int, nz: int) -> RawRun:
-    """Return the run of the state alone."""
-    steps, events = raw.step_records, raw.event_records
-    own = replace(steps, memory=steps.memory[:, :nz], polynomial=steps.polynomial[:, :, :nx])
-    marks = replace(
-        events,
-        state_before=events.state_before[:, :nx],
-        memory_before=events.memory_before[:, :nz],
-        state_after=events.state_after[:, :nx],
-        memory_after=events.memory_after[:, :nz],
-    )
-    return raw._replace(
-        state=raw.state[:nx], memory=raw.memory[:nz], steps=own.rows(), events=marks.rows()
-    )
+@lru_cache(maxsize=64)
+def _step_columns(width: int, whole_nx: int, whole_nz: int, nx: int, nz: int) -> Any:
+    """Return the columns of the state alone in rows of `StepRecords` of a longer state."""
+    columns, first = np.arange(width), STEP_HEAD + whole_nz
+    polynomial = columns[first:-1].reshape(-1, whole_nx)[:, :nx].ravel()
+    return np.concatenate([columns[: STEP_HEAD + nz], polynomial, columns[-1:]])
 
 
-def _marked(
-    raw: RawRun, trajectory: Trajectory, functions: VariationalFunctions, notes: Sequence[str]
-) -> list[_Marked]:
-    """Return the events; `notes` are those of the ones that no transition made, in order."""
-    events, places = raw.event_records, functions.event_entries
-    marked, resolved = [], iter(notes)
-    for record, transition, x, z in zip(
-        trajectory.events, events.transition, events.state_after, events.memory_after, strict=True
-    ):
-        answered = transition < 0
-        m = {name: z[place] for name, place in places.items()}
-        if answered:
-            # It takes no time, and its entries are those of the event before it.
-            m |= {name: np.zeros_like(m[name]) for name in m if name != "time"}
-        marked.append(
-            _Marked(
-                record,
-                functions.unpacked(x)[1],
-                m["time"],
-                m["shift"],
-                float(m["guard"][0]),
-                float(m["rate"][0]),
-                float(m["bend"][0]),
-                bool(m["timed"][0]),
-                next(resolved, "") if answered else "",
+@lru_cache(maxsize=64)
+def _event_columns(whole_nx: int, whole_nz: int, nx: int, nz: int) -> Any:
+    """Return the columns of the state alone in rows of `EventRecords` of a longer state."""
+    before, after = EVENT_HEAD, EVENT_HEAD + whole_nx + whole_nz
+    starts = (0, EVENT_HEAD), (before, nx), (before + whole_nx, nz)
+    pairs = (*starts, (after, nx), (after + whole_nx, nz))
+    return np.concatenate([np.arange(start, start + count) for start, count in pairs])
+
+
+def _first_without(verdicts: Sequence[tuple[float, str]]) -> int:
+    """Return the index of the first event without a derivative, the number of all where none is."""
+    notes = (i for i, (_, note) in enumerate(verdicts) if note in NO_DERIVATIVE)
+    return next(notes, len(verdicts))
+
+
+@dataclass(frozen=True)
+class EventMarks:
+    """Numbers of an extended run at its n events, with k directions.
+
+    Attributes
+    ----------
+    time : ndarray, shape (n,)
+        s.
+    slopes : ndarray, shape (n, entries)
+        Derivatives of the states just after, as `VariationalFunctions.packed` lists them.
+    time_gradient, shift : ndarray, shape (n, k)
+        T; dσ by the guard alone.
+    guard, rate, bend : ndarray, shape (n,)
+        The guard and its first two derivatives in time just before.
+    timed : ndarray of bool, shape (n,)
+        Whether the event waited for its guard.
+    notes : tuple of str
+        Those of the events that no transition made, empty for the others.
+    """
+
+    time: Array
+    slopes: Array
+    time_gradient: Array
+    shift: Array
+    guard: Array
+    rate: Array
+    bend: Array
+    timed: Any
+    notes: tuple[str, ...]
+
+    @classmethod
+    def of(cls, raw: RawRun, functions: VariationalFunctions, notes: Sequence[str]) -> EventMarks:
+        """Read the events; `notes` are those of the ones that no transition made, in order."""
+        events, places = raw.event_records, functions.event_entries
+        memory, answered = events.memory_after, events.transition < 0
+        every = [""] * len(answered)
+        if answered.any():
+            # Such an event takes no time, and its entries are those of the event before it.
+            memory = memory.copy()
+            memory[answered, places["shift"].start :] = 0.0
+            given = iter(notes)
+            every = [next(given, "") if own else "" for own in answered.tolist()]
+        guard, rate, bend, timed = (
+            memory[:, places[name].start] for name in ("guard", "rate", "bend", "timed")
+        )
+        return cls(
+            time=events.time,
+            slopes=events.state_after[:, len(functions.automaton.states) :],
+            time_gradient=memory[:, places["time"]],
+            shift=memory[:, places["shift"]],
+            guard=guard,
+            rate=rate,
+            bend=bend,
+            timed=timed != 0,
+            notes=tuple(every),
+        )
+
+    def verdicts(self, sizes: Array, rtol: float) -> list[tuple[float, str]]:
+        """Return condition and note of each event; `sizes` are those of the directions."""
+        if not self.notes:
+            return []
+        with np.errstate(divide="ignore", invalid="ignore"):
+            moved = np.abs(self.shift) * sizes
+            changes = (np.abs(self.bend / self.rate)[:, None] * moved).max(axis=1)
+        bounded = np.isfinite(moved)
+        conditions = np.where(bounded.all(axis=1), changes, np.inf)
+        smooth = np.isfinite(self.slopes).all(axis=1)
+        near = COINCIDENT * np.where(self.time == 0, 1.0, self.time)
+        by_chance = (bounded & (moved > near[:, None])).any(axis=1)
+        by_chance &= np.abs(self.guard) <= near * np.abs(self.rate)
+        columns = (self.notes, self.timed, conditions, smooth, by_chance)
+        verdicts = []
+        for note, timed, condition, regular, chance in zip(
+            *(c if isinstance(c, tuple) else c.tolist() for c in columns), strict=True
+        ):
+            if note:
+                verdicts.append((0.0, note))
+            elif timed and not condition * rtol <= GRAZING:
+                verdicts.append((condition, "grazing"))
+            elif not regular:
+                verdicts.append((condition if timed else 0.0, "singular"))
+            else:
+                verdicts.append((condition, "") if timed else (0.0, "one-sided" if chance else ""))
+        return verdicts
+
+
+@dataclass(frozen=True)
+class RunDerivatives:
+    """Events and extended run of a motion with derivatives, made when they are first asked for.
+
+    `verdicts` are condition and note of each event; `sizes`, shape (k,), are those of directions,
+    `scale`, shape (nx,), is that of states.
+    """
+
+    directions: Directions
+    raw: RawRun
+    trajectory: Trajectory
+    marks: EventMarks
+    verdicts: Sequence[tuple[float, str]]
+    sizes: Array
+    scale: Array
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle what has been read, without simulator and engine."""
+        return StoredDerivatives, (self.events, self.extended)
+
+    @cached_property
+    def events(self) -> tuple[EventSensitivity, ...]:
+        """Derivatives of the events, with what is singular about them named."""
+        marks, functions = self.marks, self.directions.functions
+        n, known = len(self.verdicts), _first_without(self.verdicts)
+        jacobians = np.zeros((n, len(self.scale), len(self.sizes)))
+        rows, columns = functions.entries
+        jacobians[:, rows, columns] = marks.slopes
+        gradients, ranks = marks.time_gradient.copy(), np.full(n, -1)
+        if known:
+            sized = jacobians[:known] * self.sizes / self.scale[:, None]
+            ranks[:known] = np.linalg.matrix_rank(sized, rtol=1e-9)
+        jacobians[known:] = gradients[known:] = np.nan
+        return tuple(
+            EventSensitivity(record, gradient, jacobian, condition, rank, note)
+            for record, gradient, jacobian, rank, (condition, note) in zip(
+                self.trajectory.events,
+                gradients,
+                jacobians,
+                ranks.tolist(),
+                self.verdicts,
+                strict=True,
             )
         )
-    return marked
 
-
-def _judged(
-    marked: list[_Marked], directions: Array, scale: Array, rtol: float
-) -> tuple[EventSensitivity, ...]:
-    """Return the events with what is singular about them named."""
-    verdicts = [_verdict(m, directions, rtol) for m in marked]
-    known = next((i for i, (_, note) in enumerate(verdicts) if note in NO_DERIVATIVE), len(marked))
-    ranks = np.full(len(marked), -1)
-    if known:
-        sized = np.array([m.jacobian for m in marked[:known]]) * directions / scale[:, None]
-        ranks[:known] = np.linalg.matrix_rank(sized, rtol=1e-9)
-    return tuple(
-        EventSensitivity(
-            event=m.record,
-            time_gradient=m.time_gradient if i < known else np.full_like(m.time_gradient, np.nan),
-            state_jacobian=m.jacobian if i < known else np.full_like(m.jacobian, np.nan),
-            condition=condition,
-            rank=int(ranks[i]),
-            note=note,
+    @cached_property
+    def extended(self) -> Trajectory:
+        """The run of state and derivatives together."""
+        trajectory, raw, wrt = self.trajectory, self.raw, self.directions.wrt
+        functions, engine = self.directions.functions, self.directions.engine
+        rows, columns = functions.entries
+        names = trajectory.state_names
+        slopes = [f"d {names[i]}/d {wrt[k]}" for i, k in zip(rows, columns, strict=True)]
+        outputs = [
+            f"d {kind} {name}/d {w}"  # the gap may be a state and an output
+            for kind, group in (("state", names), ("output", trajectory.output_names))
+            for w in wrt
+            for name in group
+        ]
+        record = StoredRecord.of(trajectory.record)
+        steps = replace(raw.step_records, mode=record.steps.mode)
+        parameters = trajectory.constants[: len(functions.automaton.parameters)]
+        return replace(
+            trajectory,
+            names=replace(
+                trajectory.names,
+                states=(*names, *slopes),
+                memory=tuple(f"memory {i}" for i in range(len(raw.memory))),
+                outputs=(*trajectory.output_names, *outputs),
+            ),
+            record=replace(
+                record,
+                steps=steps,
+                constants=engine.constants(parameters),
+            ),
+            final_state=raw.state,
+            final_memory=raw.memory,
+            evaluator=EngineOutputs(engine, partial(tapes_of_functions, functions)),
         )
-        for i, (m, (condition, note)) in enumerate(zip(marked, verdicts, strict=True))
-    )
-
-
-def _verdict(m: _Marked, directions: Array, rtol: float) -> tuple[float, str]:
-    """Return condition and note of an event."""
-    if m.note:
-        return 0.0, m.note
-    moved = np.abs(m.shift) * directions
-    if m.timed:
-        with np.errstate(divide="ignore", invalid="ignore"):
-            changes = np.abs(np.float64(m.bend) / m.rate) * moved
-        condition = float(np.max(changes)) if np.isfinite(moved).all() else math.inf
-        if not condition * rtol <= GRAZING:
-            return condition, "grazing"
-        return condition, "" if np.isfinite(m.jacobian).all() else "singular"
-    if not np.isfinite(m.jacobian).all():
-        return 0.0, "singular"
-    span = m.record.time or 1.0
-    beside = abs(m.guard) <= COINCIDENT * span * abs(m.rate)
-    by_chance = beside and bool((moved[np.isfinite(moved)] > COINCIDENT * span).any())
-    return 0.0, "one-sided" if by_chance else ""
