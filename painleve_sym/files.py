@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import os
 import re
 import tempfile
@@ -119,6 +120,11 @@ def to_plain(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_part(v) for v in value]
     return value.tolist() if hasattr(value, "tolist") else value
+
+
+def finite(value: float) -> float | None:
+    """Return a number for plain data, which have no nan and no infinity: None stands for these."""
+    return value if math.isfinite(value) else None
 
 
 def plain_fields(value: Any, *names: str) -> dict[str, Any]:

@@ -6,7 +6,7 @@ import argparse
 from typing import Any
 
 from painleve_sym.cli.case import read_case
-from painleve_sym.cli.options import output_file, read_count, read_number
+from painleve_sym.cli.options import output_file, read_count
 from painleve_sym.cli.output import number, print_json, quantity, show
 from painleve_sym.cli.run import EXIT_STOPPED_EARLY, ORDINARY, show_case
 
@@ -19,7 +19,7 @@ def animate(arguments: argparse.Namespace) -> int:
     check_encoder(out.suffix.lower())
     given: dict[str, Any] = {}
     if arguments.duration is not None:
-        given["duration"] = read_number("--duration", arguments.duration)
+        given["duration"] = arguments.duration
     if arguments.width is not None:
         given["width"] = read_count("--width", arguments.width)
     scenario = read_case(arguments)

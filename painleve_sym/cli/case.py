@@ -4,23 +4,23 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
-from painleve_sym.cli.options import read_assignments, read_count, read_number, read_quantities
+from painleve_sym.cli.options import read_assignments, read_quantities
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import parse_toml, read_text
 from painleve_sym.laws.catalogue import Law, LawsByContact, law, offered_choices
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.models import MODELS
-from painleve_sym.study.scenario import MAX_FILE, Scenario
+from painleve_sym.study.scenario import FIELDS, MAX_FILE, Scenario
 
-_NUMBERS = ("t_end", "initial_force", "rtol", "restitution")
-_COUNTS = ("max_steps", "max_events", "samples")
-_NAMES = ("engine", "rule", "material", "contact", "close")
-_FIELDS = {"restitution": "e", "rule": "restitution"}
-"""Fields of a scenario by the option, where the two differ."""
+_OPTIONS = (
+    *("t_end", "until", "initial_force", "rtol", "max_steps", "max_events", "samples", "engine"),
+    *("restitution", "rule", "material", "contact", "close", "law"),
+)
+"""Options that give a field of the scenario."""
 
 
 def read_case(arguments: argparse.Namespace) -> Scenario:
@@ -35,12 +35,9 @@ def read_case(arguments: argparse.Namespace) -> Scenario:
         given["state"] = read_quantities("--state", arguments.state, units)
     if arguments.set is not None:
         given["parameters"] = read_quantities("--set", arguments.set, units)
-    for names, read in ((_NUMBERS, read_number), (_COUNTS, read_count), (_NAMES, _text)):
-        given |= _values(arguments, names, read)
-    if getattr(arguments, "until", None) is not None:
-        given["until"] = tuple(kind.strip() for kind in arguments.until.split(","))
-    if getattr(arguments, "law", None) is not None:
-        given["law"] = arguments.law
+    for name in _OPTIONS:
+        if (value := getattr(arguments, name, None)) is not None:
+            given[FIELDS.get(name, name)] = value
     if getattr(arguments, "law_set", None) is not None:
         given |= read_law_settings(given.get("law", base.law), arguments.law_set)
     scenario = base.updated(given)
@@ -74,21 +71,6 @@ def _base(case: str, command: str) -> Scenario:
             "Fix: name one of these, or a mechanism or scenario file ending in .toml."
         )
     return Scenario(model=case, where=f"{command} {case}")
-
-
-def _values(
-    arguments: argparse.Namespace, names: tuple[str, ...], read: Callable[[str, str], Any]
-) -> dict[str, Any]:
-    texts = {name: getattr(arguments, name, None) for name in names}
-    return {
-        _FIELDS.get(name, name): read(f"--{name.replace('_', '-')}", text)
-        for name, text in texts.items()
-        if text is not None
-    }
-
-
-def _text(_where: str, text: str) -> str:
-    return text
 
 
 def read_law_settings(name: str | None, texts: list[str]) -> dict[str, Any]:

@@ -7,12 +7,19 @@ import math
 from typing import Any
 
 from painleve_sym.cli.case import read_case
-from painleve_sym.cli.options import figure_file, read_look, read_number
-from painleve_sym.cli.output import assignments, number, print_json, quantity, show, show_table
+from painleve_sym.cli.options import figure_file, read_look
+from painleve_sym.cli.output import (
+    assignments,
+    draw,
+    number,
+    print_json,
+    quantity,
+    show,
+    show_table,
+)
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
 from painleve_sym.contacts.problem import ContactCase
-from painleve_sym.errors import InputError
-from painleve_sym.files import to_plain
+from painleve_sym.files import finite, to_plain
 from painleve_sym.study.compare import comparison as study
 from painleve_sym.study.compare.comparison import Comparison
 from painleve_sym.study.compare.methods import Answer
@@ -25,25 +32,15 @@ def contrast(arguments: argparse.Namespace) -> int:
     look = read_look(arguments)
     out = None if arguments.out is None else figure_file("--out", arguments.out, look)
     scenario = read_case(arguments)
-    options: dict[str, Any] = {}
-    for name in ("steps", "stiffness"):
-        if getattr(arguments, name) is not None:
-            options[name] = _numbers(f"--{name}", getattr(arguments, name))
-    if arguments.solvers is not None:
-        options["solvers"] = [name.strip() for name in arguments.solvers.split(",")]
-    if scenario.t_end is not None:
-        options["t_end"] = scenario.t_end
-    if scenario.e is not None:
-        options["e"] = scenario.e
+    options = {name: getattr(arguments, name) for name in ("steps", "stiffness", "solvers")}
+    options |= {"t_end": scenario.t_end, "e": scenario.e}
+    given = {name: value for name, value in options.items() if value is not None}
     mechanism = scenario.mechanism()
     comparison = study.compare(
-        mechanism, scenario.start(), parameters=scenario.parameters, engine="auto", **options
+        mechanism, scenario.start(), parameters=scenario.parameters, engine="auto", **given
     )
     if out is not None:
-        from painleve_sym.present.contrast_figure import contrast_figure
-        from painleve_sym.present.style import Look, write_figure
-
-        write_figure(contrast_figure(comparison), out, Look(**look))
+        draw("contrast_figure", out, look, comparison)
     if arguments.json:
         print_json(contrast_data(comparison) | ({} if out is None else {"files": {"out": out}}))
         return 0
@@ -51,14 +48,6 @@ def contrast(arguments: argparse.Namespace) -> int:
     if out is not None:
         show(f"drawn: {out}")
     return 0
-
-
-def _numbers(where: str, text: str) -> list[float]:
-    values = [read_number(where, entry.strip()) for entry in text.split(",")]
-    for value in values:
-        if not value > 0:
-            raise InputError(f"{where}: got {value:g}, need numbers > 0.")
-    return values
 
 
 # ---- JSON ----
@@ -108,17 +97,13 @@ def contrast_data(comparison: Comparison) -> dict[str, Any]:
             for a in comparison.softened
         ],
         "orders": {
-            "step": {way: list(map(_known, p)) for way, p in comparison.step_orders.items()},
-            "stiffness": list(map(_known, comparison.stiffness_orders)),
-            "stiffness_expected": _known(comparison.expected_stiffness_order),
+            "step": {way: list(map(finite, p)) for way, p in comparison.step_orders.items()},
+            "stiffness": list(map(finite, comparison.stiffness_orders)),
+            "stiffness_expected": finite(comparison.expected_stiffness_order),
         },
         "plastic_jump_unnoticed": comparison.plastic_jump_unnoticed,
         "solver_dependent": comparison.solver_dependent,
     }
-
-
-def _known(value: float) -> float | None:
-    return value if math.isfinite(value) else None
 
 
 def _acceleration_data(comparison: Comparison) -> dict[str, Any] | None:
@@ -151,7 +136,7 @@ def _motion_data(answer: Answer) -> dict[str, Any]:
         "velocity": answer.velocity,
         "normal_impulse": answer.normal_impulse,
         **({"reference": answer.reference or None} if answer.method != "rigid" else {}),
-        **({"error": _known(answer.error)} if answer.method != "rigid" else {}),
+        **({"error": finite(answer.error)} if answer.method != "rigid" else {}),
     }
 
 
@@ -164,7 +149,7 @@ def _stepping_data(answer: Answer) -> dict[str, Any]:
         **data,
         "solutions_per_first_step": answer.solutions_first_step,
         "first_mode": answer.first_mode,
-        "first_impulse": _known(answer.first_impulse),
+        "first_impulse": finite(answer.first_impulse),
     }
 
 

@@ -19,10 +19,11 @@ _ENDS = {
     "FAILED": "the numbers leave the range of floating point",
 }
 
-_PHASE = (
-    *("name", "duration", "normal_impulse", "tangential_impulse"),
-    *("compression", "slip_velocity", "normal_velocity"),
-)
+_PHASE = {
+    **{"duration": 5, "normal_impulse": 5, "tangential_impulse": 5},
+    **{"compression": 4, "slip_velocity": 4, "normal_velocity": 5},
+}
+"""Numbers of a phase, with the digits that are shown."""
 
 
 def corrected_data(corrected: CorrectedJump) -> dict[str, Any]:
@@ -31,7 +32,7 @@ def corrected_data(corrected: CorrectedJump) -> dict[str, Any]:
     return {
         **plain_fields(corrected, "law", "configuration", "method", *shape),
         "end": corrected.end.name.lower(),
-        "phases": [plain_fields(phase, *_PHASE) for phase in corrected.phases],
+        "phases": [plain_fields(phase, "name", *_PHASE) for phase in corrected.phases],
         "final": {"velocity": dict(corrected.velocity)},
     }
 
@@ -45,15 +46,7 @@ def show_corrected(corrected: CorrectedJump, rigid: JumpResult, units: Mapping[s
     show()
     head = ("phase", "time [s]", "P_n [N s]", "P_t [N s]", "depth [m]", "v_t [m/s]", "v_n [m/s]")
     rows = [
-        (
-            p.name,
-            number(p.duration, 5),
-            number(p.normal_impulse, 5),
-            number(p.tangential_impulse, 5),
-            number(p.compression, 4),
-            number(p.slip_velocity, 4),
-            number(p.normal_velocity, 5),
-        )
+        (p.name, *(number(getattr(p, name), digits) for name, digits in _PHASE.items()))
         for p in corrected.phases
     ]
     show_table(head, rows, indent=0)

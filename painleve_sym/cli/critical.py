@@ -13,18 +13,17 @@ from painleve_sym.cli.options import (
     MAPS,
     figure_file,
     read_assignments,
-    read_count,
     read_look,
     read_range,
 )
 from painleve_sym.cli.output import (
     assignments,
+    deliver_map,
     number,
     print_json,
     quantity,
     show,
     show_table,
-    write_map,
 )
 from painleve_sym.cli.run import show_start
 from painleve_sym.errors import InputError
@@ -38,7 +37,6 @@ from painleve_sym.study.scenario import Scenario
 DEFAULT_LAW = "bilinear-hertz"
 PRINTED_ROWS = 13
 """Rows of a map that are printed."""
-_RANGE = "1e14:1e18"
 
 _BORDERS = {
     Border.SLIP_STOP: "the slip stops at all: impact, not lift-off",
@@ -62,7 +60,7 @@ def critical(arguments: argparse.Namespace) -> int:
             raise InputError(f"--{option}: needs --over NAME=FROM:TO, which maps the outcomes.")
     state = scenario.start()
     forces = {border: finder.find(state, given, border=border) for border in Border}
-    names = [n.strip() for n in arguments.gradient.split(",")] if arguments.gradient else []
+    names = arguments.gradient or ()
     gradient = critical_force_gradient(finder, state, names, parameters=given) if names else {}
     if arguments.json:
         print_json(_data(scenario, finder, forces, gradient))
@@ -181,30 +179,19 @@ def _map(
     if len(pairs) != 1:
         raise InputError(f"--over: got {len(pairs)} quantities, need one.")
     ((over, text),) = pairs.items()
-    options: dict[str, Any] = {"parameters": given}
-    if arguments.forces is not None:
-        options["forces"] = read_range("--forces", arguments.forces, _RANGE)
+    options: dict[str, Any] = {"parameters": given, "forces": arguments.forces}
     if arguments.points is not None:
-        options["points"] = read_count("--points", arguments.points)
-    ends = read_range(f"--over {over}", text, _RANGE)
+        options["points"] = arguments.points
+    ends = read_range(f"--over {over}", text)
     outcomes = outcome_map(finder, scenario.start(), over, ends, progress=_progress, **options)
-    for path in files:
-        write_map(outcomes, path, _figure, look)
-    if arguments.json:
-        written = {"files": [str(path) for path in files]} if files else {}
-        print_json(outcomes.summary() | written)
-    else:
+
+    def show_text() -> None:
         _show_case(scenario, finder, {over: 0.0})
         _show_map(outcomes)
-        for path in files:
-            show(f"written: {path}")
+
+    shown = None if arguments.json else show_text
+    deliver_map(outcomes, files, "outcome_figure", look, shown)
     return 0
-
-
-def _figure(outcomes: OutcomeMap) -> Any:
-    from painleve_sym.present.outcome_figure import outcome_figure
-
-    return outcome_figure(outcomes)
 
 
 def _show_map(outcomes: OutcomeMap) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +12,7 @@ from painleve_sym.cli.texts import AUTOMATON_FORMATS
 from painleve_sym.codegen.derivation_cache import entry_key, read_entry, write_entry
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.errors import InputError, unknown_name
-from painleve_sym.files import plain_fields, to_plain
+from painleve_sym.files import finite, plain_fields, to_plain
 from painleve_sym.laws.catalogue import CHOICE_NOTES, CHOICES, LAWS, offered_choices, one_law
 from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.laws.restitution import RESTITUTIONS, RestitutionLaw
@@ -78,8 +77,8 @@ def model_data(mechanism: Mechanism) -> dict[str, Any]:
 
 def parameter_data(parameter: Parameter) -> dict[str, Any]:
     """Return a parameter as plain data; a bound that does not exist is None."""
-    lower, upper = (b if math.isfinite(b) else None for b in (parameter.lower, parameter.upper))
-    return {**to_plain(parameter), "lower": lower, "upper": upper}
+    bounds = {"lower": finite(parameter.lower), "upper": finite(parameter.upper)}
+    return {**to_plain(parameter), **bounds}
 
 
 def _show_model(mechanism: Mechanism) -> None:

@@ -6,20 +6,13 @@ import argparse
 import warnings
 
 from painleve_sym.cli.case import read_case
-from painleve_sym.cli.options import (
-    figure_file,
-    read_count,
-    read_look,
-    read_number,
-    read_numbers,
-)
-from painleve_sym.cli.output import number, print_json, quantity, show, show_table
+from painleve_sym.cli.options import figure_file, read_look, read_numbers
+from painleve_sym.cli.output import draw, number, print_json, quantity, show, show_table
 from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.fitting.data import FitData, read_fit_data
 from painleve_sym.study.fitting.problem import FitProblem
 from painleve_sym.study.fitting.result import FitResult
-from painleve_sym.study.scenario import Scenario
 
 
 def fit(arguments: argparse.Namespace) -> int:
@@ -28,13 +21,12 @@ def fit(arguments: argparse.Namespace) -> int:
     out = figure_file("--out", arguments.out, look) if arguments.out else None
     if arguments.estimate is None:
         raise InputError("--estimate: missing. Fix: name parameters, such as e_energetic,mu,E.")
-    level = 0.95 if arguments.level is None else read_number("--level", arguments.level)
     sigma = read_numbers("--sigma", arguments.sigma.split(",")) if arguments.sigma else None
     scenario = read_case(arguments)
     data = read_fit_data(arguments.data, scenario.mechanism())
     limits = {} if scenario.max_steps is None else {"max_steps": scenario.max_steps}
     if arguments.max_evaluations is not None:
-        limits["max_evaluations"] = read_count("--max-evaluations", arguments.max_evaluations)
+        limits["max_evaluations"] = arguments.max_evaluations
     if data.times is None and scenario.state is None and scenario.close is None:
         # Motions row by row have starts of their own.
         start = scenario.mechanism().start
@@ -42,24 +34,21 @@ def fit(arguments: argparse.Namespace) -> int:
     else:
         start = dict(scenario.start())
     problem = FitProblem(
-        simulator=_simulator(scenario),
+        simulator=Simulator(scenario.mechanism(), scenario.contact_law(), scenario.engine),
         data=data,
-        estimate=tuple(name.strip() for name in arguments.estimate.split(",")),
+        estimate=arguments.estimate,
         state=start,
         parameters={**scenario.parameters, **scenario.law_parameters},
         until=scenario.until or ("separation",),
         t_end=1.0 if scenario.t_end is None else scenario.t_end,
         sigma=sigma,
-        level=level,
+        level=0.95 if arguments.level is None else arguments.level,
         **limits,
     )
     fit_result = problem.solve()
     units = {**scenario.mechanism().state_units, **data.units}
     if out is not None:
-        from painleve_sym.present.fit_figure import fit_figure
-        from painleve_sym.present.style import Look, write_figure
-
-        write_figure(fit_figure(fit_result, units), out, Look(**look))
+        draw("fit_figure", out, look, fit_result, units)
     if arguments.json:
         written = {"files": [str(out)]} if out else {}
         print_json(
@@ -70,11 +59,6 @@ def fit(arguments: argparse.Namespace) -> int:
     if out is not None:
         show(f"drawn: {out}")
     return 0
-
-
-def _simulator(scenario: Scenario) -> Simulator:
-    mechanism, chosen = scenario.mechanism(), scenario.contact_law()
-    return Simulator(mechanism, chosen, scenario.engine)
 
 
 def _show(fit_result: FitResult, data: FitData, units: dict[str, str]) -> None:

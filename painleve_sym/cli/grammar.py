@@ -66,10 +66,30 @@ class _Completion(argparse.Action):
         parser.exit()
 
 
+class _Read(argparse.Action):
+    """Stores what the reader of an option makes of its text, else the text.
+
+    Argparse would hide the message of an InputError that a ``type`` raises.
+    """
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: Any,
+        option_string: str | None = None,
+    ) -> None:
+        # Loaded here, since a page of help needs no reader.
+        from painleve_sym.cli.options import READERS
+
+        name = self.option_strings[0]
+        setattr(namespace, self.dest, READERS[name](name, values) if name in READERS else values)
+
+
 def _texts(parser: argparse.ArgumentParser, *options: tuple[str, str, str], **more: Any) -> None:
-    """Add options that take a text: name, metavar and help of each."""
+    """Add options that take a text, or what `READERS` makes of it: name, metavar and help."""
     for option, metavar, text in options:
-        parser.add_argument(option, metavar=metavar, help=text, **more)
+        parser.add_argument(option, metavar=metavar, help=text, **{"action": _Read, **more})
 
 
 def _lists(parser: argparse.ArgumentParser, *options: tuple[str, str, str]) -> None:
@@ -273,9 +293,9 @@ def _map_options(parser: Parser) -> None:
     )
     _texts(parser, _MATERIAL, _CONTACT, _CLOSE)
     points = "points along each axis, from 5 to 2000, by default 400"
-    _texts(parser, ("--points", "N", points), default="400")
+    _texts(parser, ("--points", "N", points), default=400)
     slip = "sign of the slip velocity, -1 (default) or 1"
-    _texts(parser, ("--slip", "SIGN", slip), default="-1")
+    _texts(parser, ("--slip", "SIGN", slip), default=-1)
     _map_files(parser, "it")
     parser.epilog = (
         "--json prints what the map holds without its grids; --out FILE.json has them too."

@@ -11,22 +11,19 @@ from painleve_sym.cli.options import (
     MAPS,
     figure_file,
     read_assignments,
-    read_count,
     read_look,
-    read_number,
+    read_names,
     read_quantities,
     read_range,
 )
 from painleve_sym.cli.output import (
     assignments,
+    deliver_map,
     number,
-    print_json,
     quantity,
     show,
     show_table,
-    write_map,
 )
-from painleve_sym.errors import InputError
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.study.maps.region_map import RegionMap, region_map
 from painleve_sym.study.scenario import Scenario
@@ -48,13 +45,17 @@ def map(arguments: argparse.Namespace) -> int:
     """Compute the map, write the files asked for and print what it holds."""
     look = read_look(arguments)
     files = [figure_file("--out", text, look, MAPS) for text in arguments.out or ()]
+    ranges = read_assignments("--range", arguments.range) if arguments.range else {}
     options: dict[str, Any] = {
-        "ranges": _read_ranges(arguments.range or ()),
-        "points": read_count("--points", arguments.points),
-        "slip": _read_slip(arguments.slip),
+        "ranges": {
+            name: read_range(f"--range {name}", text, f"{name}=0.1:1.5")
+            for name, text in ranges.items()
+        },
+        "points": arguments.points,
+        "slip": arguments.slip,
         "close": arguments.close,
     }
-    over = [name.strip() for name in arguments.over.split(",")]
+    over = read_names("--over", arguments.over)
     mechanism = chosen_mechanism(arguments.model, arguments.contact)
     for key, option, texts in (
         ("state", "--state", arguments.state),
@@ -66,38 +67,9 @@ def map(arguments: argparse.Namespace) -> int:
         case = Scenario(arguments.model, contact=arguments.contact, where="map", **given)
         options["parameters"] = case.from_material(over).parameters
     regions = region_map(mechanism, over, **options)
-    for path in files:
-        write_map(regions, path, _figure, look)
-    if arguments.json:
-        written = {"files": [str(path) for path in files]} if files else {}
-        print_json(regions.summary() | written)
-    else:
-        _show(regions, mechanism)
-        for path in files:
-            show(f"written: {path}")
+    show_text = None if arguments.json else lambda: _show(regions, mechanism)
+    deliver_map(regions, files, "map_figure", look, show_text)
     return 0
-
-
-def _read_ranges(texts: list[str] | tuple[str, ...]) -> dict[str, tuple[float, float]]:
-    if not texts:
-        return {}
-    ranges = {}
-    for name, text in read_assignments("--range", texts).items():
-        ranges[name] = read_range(f"--range {name}", text, f"{name}=0.1:1.5")
-    return ranges
-
-
-def _read_slip(text: str) -> int:
-    value = read_number("--slip", text)
-    if value not in (-1, 1):
-        raise InputError(f"--slip: got {text!r}, need -1 or 1, the sign of the slip velocity.")
-    return int(value)
-
-
-def _figure(regions: RegionMap) -> Any:
-    from painleve_sym.present.map_figure import map_figure
-
-    return map_figure(regions)
 
 
 def _show(regions: RegionMap, mechanism: Mechanism) -> None:

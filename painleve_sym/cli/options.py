@@ -113,12 +113,47 @@ def read_quantities(
     return pairs
 
 
-def read_range(where: str, text: str, example: str) -> tuple[float, float]:
+def read_names(_where: str, text: str) -> tuple[str, ...]:
+    """Return names that commas separate."""
+    return tuple(name.strip() for name in text.split(","))
+
+
+def read_positive(where: str, text: str) -> list[float]:
+    """Return numbers > 0 that commas separate."""
+    values = [read_number(where, entry.strip()) for entry in text.split(",")]
+    for value in values:
+        if not value > 0:
+            raise InputError(f"{where}: got {value:g}, need numbers > 0.")
+    return values
+
+
+def read_sign(where: str, text: str) -> int:
+    """Return -1 or 1, the sign of the slip velocity."""
+    value = read_number(where, text)
+    if value not in (-1, 1):
+        raise InputError(f"{where}: got {text!r}, need -1 or 1, the sign of the slip velocity.")
+    return int(value)
+
+
+def read_range(where: str, text: str, example: str = "1e14:1e18") -> tuple[float, float]:
     """Return the ends of ``FROM:TO``; the message of an InputError shows the example."""
     low, colon, high = text.partition(":")
     if not (colon and low.strip() and high.strip()):
         raise InputError(f"{where}: got {text!r}, need FROM:TO, such as {example}.")
     return read_number(where, low), read_number(where, high)
+
+
+READERS: Mapping[str, Callable[[str, str], Any]] = {
+    **dict.fromkeys(("--duration", "--initial-force", "--level"), read_number),
+    **dict.fromkeys(("--restitution", "--rtol", "--t-end"), read_number),
+    **dict.fromkeys(("--max-evaluations", "--max-events", "--max-steps"), read_count),
+    **dict.fromkeys(("--points", "--samples", "--threads"), read_count),
+    **dict.fromkeys(("--estimate", "--gradient", "--solvers", "--until"), read_names),
+    **dict.fromkeys(("--steps", "--stiffness"), read_positive),
+    "--forces": read_range,
+    "--slip": read_sign,
+}
+"""What reads the text of an option, in every command that has it; the texts of others are kept."""
 
 
 def output_file(where: str, text: str, suffixes: tuple[str, ...] = ()) -> Path:

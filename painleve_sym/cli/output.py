@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import math
 import sys
@@ -33,23 +34,43 @@ def print_json(data: Mapping[str, Any]) -> None:
     sys.stdout.write(_laid_out(clean, "") + "\n")
 
 
-def write_map(
-    computed_map: RegionMap | OutcomeMap,
-    path: Path,
-    draw: Callable[[Any], Any],
-    look: Mapping[str, Any],
-) -> None:
-    """Write a map as JSON, as arrays (``.npz``) or as the figure that `draw` makes of it."""
-    suffix = path.suffix.lower()
-    if suffix == ".npz":
-        computed_map.save(path)
-    elif suffix == ".json":
-        content = json.dumps(computed_map.to_dict(), allow_nan=False) + "\n"
-        write_beside(path, lambda file: file.write(content.encode("ascii")))
-    else:
-        from painleve_sym.present.style import Look, write_figure
+def draw(figure: str, path: Path, look: Mapping[str, Any], *subject: Any) -> None:
+    """Write the figure that the module of `present` of this name draws of a subject.
 
-        write_figure(draw(computed_map), path, Look(**look))
+    Matplotlib is loaded here; the function has the name of its module.
+    """
+    from painleve_sym.present.style import Look, write_figure
+
+    module = importlib.import_module(f"painleve_sym.present.{figure}")
+    write_figure(getattr(module, figure)(*subject), path, Look(**look))
+
+
+def deliver_map(
+    computed: RegionMap | OutcomeMap,
+    files: Sequence[Path],
+    figure: str,
+    look: Mapping[str, Any],
+    show_text: Callable[[], None] | None,
+) -> None:
+    """Write a map as JSON, as arrays (``.npz``) or as a figure (see `draw`), and print it.
+
+    Without `show_text` its summary is printed as JSON.
+    """
+    for path in files:
+        suffix = path.suffix.lower()
+        if suffix == ".npz":
+            computed.save(path)
+        elif suffix == ".json":
+            content = json.dumps(computed.to_dict(), allow_nan=False) + "\n"
+            write_beside(path, lambda file, text=content: file.write(text.encode("ascii")))
+        else:
+            draw(figure, path, look, computed)
+    if show_text is None:
+        print_json(computed.summary() | ({"files": list(map(str, files))} if files else {}))
+        return
+    show_text()
+    for path in files:
+        show(f"written: {path}")
 
 
 def _laid_out(value: Any, indent: str) -> str:

@@ -6,7 +6,7 @@ import argparse
 import sys
 from contextlib import suppress
 
-from painleve_sym.cli.options import output_folder, read_look
+from painleve_sym.cli.options import output_folder, read_look, read_names
 from painleve_sym.cli.output import print_json, show_table
 from painleve_sym.papers import registry
 
@@ -14,9 +14,8 @@ from painleve_sym.papers import registry
 def reproduce(arguments: argparse.Namespace) -> int:
     """Compute the items asked for; 0 only when every verdict is the expected one."""
     out = output_folder("--out", arguments.out) if arguments.out is not None else None
-    look, only = read_look(arguments), None
-    if arguments.only is not None:
-        only = [name.strip() for name in ",".join(arguments.only).split(",")]
+    look = read_look(arguments)
+    only = None if arguments.only is None else read_names("--only", ",".join(arguments.only))
     chosen = registry.selected(only, arguments.paper)
     if arguments.list:
         keys = ("id", "group", "title", "paper_name")

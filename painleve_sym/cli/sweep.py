@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from painleve_sym.cli.options import output_file, output_store, read_count
+from painleve_sym.cli.options import output_file, output_store
 from painleve_sym.cli.output import number, print_json, quantity, show, show_table
 from painleve_sym.errors import InputError, StopReason
 from painleve_sym.study.sweeps.runner import Reporter, run_sweep
@@ -19,7 +19,7 @@ from painleve_sym.study.sweeps.sweep import Sweep
 def sweep(arguments: argparse.Namespace) -> int:
     """Run or resume the sweep, write its result and print what it holds."""
     source = Path(arguments.file)
-    threads = read_count("--threads", arguments.threads) if arguments.threads else None
+    threads = arguments.threads
     if threads and arguments.cluster is not None:
         raise InputError(
             "--threads: the workers of a cluster have one thread each. Fix: leave out --threads "

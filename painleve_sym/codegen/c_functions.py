@@ -6,6 +6,7 @@ import re
 import tempfile
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +36,8 @@ _WHOLE = re.compile(
 )
 _SIGNATURE = re.compile(r"^(PS_SHARED [^{;]*?) \{", re.M)
 _PLAIN_HEAD = re.compile(r"^#if PS_HAS\((\d+)\)\n", re.M)
+_FOR_LANES = re.compile(r"^#if PS_LANES > 1\nPS_SHARED .*?^\}\n#endif\n", re.M | re.S)
+_EMPTY_PART = re.compile(r"^#if PS_HAS\(\d+\)\n\s*#endif\n", re.M)
 _END = "#ifdef __cplusplus\n}"
 
 _PARTS = """\
@@ -49,26 +52,20 @@ _PARTS = """\
 #endif
 #define CASADI_SYMBOL_EXPORT PS_SHARED
 """
-_PART_LENGTH = 50_000
+_PART_LENGTH = 25_000
 """Characters of CasADi's functions in one part: a compiler takes half a second for them."""
-_DENSE_LENGTH = 30_000
+_DENSE_LENGTH = 20_000
 """Characters of other functions that take it as long: their loops are what it works on."""
 
 
 _STRAIGHT = "-O1"
 """How far CasADi's functions are optimized: more takes the compiler half as long again, and makes
-no run faster that was measured. The series gain by all there is."""
+no run faster that was measured."""
 
-_FEWER_STEPS = " -fno-gcse -fno-tree-vrp -fno-schedule-insns2"
-_SINGLE = f"-O2 -ftree-vectorize -fvect-cost-model -falign-functions=64{_FEWER_STEPS}"
-"""How far the event loop of single motions is optimized: its loops over the states as with -O3,
-nothing else, which spares the compiler a third of its longest part. Single runs are as fast;
-batches in lanes would be 5 % slower. Functions that begin anywhere make the rod's run a tenth
-slower by chance. Without three of the steps of -O2 the compiler needs a tenth less, and no run is
-slower."""
-_SINGLE_SERIES = f"-O3{_FEWER_STEPS}"
-"""How far the series of single motions are optimized: without the same steps the compiler needs a
-quarter less for them, and runs are as fast within one percent."""
+_SINGLE = "-O1 -ftree-vectorize -fvect-cost-model -falign-functions=64"
+"""How far the event loop and the series of single motions are optimized: that spares the compiler
+a third of its time, and runs take 6 % less to 4 % more. Functions that begin anywhere make the
+rod's run a tenth slower by chance."""
 
 
 def c_functions(functions: Iterable[ca.Function]) -> str:
@@ -77,12 +74,16 @@ def c_functions(functions: Iterable[ca.Function]) -> str:
 
 
 def c_file(
-    functions: Sequence[ca.Function], callers: str, shared: str = "", more: Sequence[str] = ()
+    functions: Sequence[ca.Function],
+    callers: str,
+    shared: str = "",
+    more: Sequence[Sequence[str]] = (),
 ) -> str:
     """Return a C file of functions and of the code that calls them.
 
     Its parts may be compiled side by side (`compile.compiled_library`). `callers` may name every
-    function, every part sees `shared` first, and `more` are further functions, each `PS_SHARED`.
+    function, every part sees `shared` first, and `more` are further functions, each `PS_SHARED`, in
+    groups of which no part has two.
     """
     text = _generated(functions)
     text, end, rest = text.rpartition(_END)
@@ -90,9 +91,9 @@ def c_file(
     blocks, declared = _without_copies(blocks)
     arguments = "(const casadi_real **, casadi_real **, casadi_int *, casadi_real *, int);"
     declared += [f"PS_SHARED int {f.name()}{arguments}" for f in functions]
-    declared += [f"{head};" for text in more for head in _SIGNATURE.findall(text)]
+    declared += [f"{head};" for text in chain(*more) for head in _SIGNATURE.findall(text)]
     groups = [(text, _STRAIGHT) for text in _shared_out(blocks, _PART_LENGTH)]
-    groups += [(text, "") for text in _shared_out(more, _DENSE_LENGTH)]
+    groups += [(text, "") for texts in more for text in _shared_out(texts, _DENSE_LENGTH)]
     parts = [_part(i, text, level) for i, (text, level) in enumerate(groups, 1)]
     # The callers come last, where the functions are known.
     pieces = (_PARTS + head, shared, *declared, "", *parts, end + rest, _part(0, callers, ""))
@@ -101,12 +102,9 @@ def c_file(
 
 def for_single_motions(file: str) -> str:
     """Return a file of `c_file` to be compiled in less time, for motions one at a time."""
+    file = _EMPTY_PART.sub("", _FOR_LANES.sub("", file))
 
-    def head(plain: re.Match[str]) -> str:
-        number = int(plain[1])
-        return _head(number, _SINGLE_SERIES if number else _SINGLE)
-
-    return _PLAIN_HEAD.sub(head, file)
+    return _PLAIN_HEAD.sub(lambda plain: _head(int(plain[1]), _SINGLE), file)
 
 
 def _part(number: int, text: str, level: str) -> str:

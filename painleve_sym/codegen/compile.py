@@ -273,31 +273,36 @@ def _build_where_there_is_room(source: str, compiler: Compiler, folder: Path, ke
 
 def _build(source: str, compiler: Compiler, folder: Path, key: str) -> Path:
     with tempfile.TemporaryDirectory(dir=folder, ignore_cleanup_errors=True) as work:
-        c_file, library = Path(work, "model.c"), Path(work, "model.so")
-        c_file.write_text(source, "utf-8")
-        inputs = _compiled_parts(source, compiler, c_file) or [c_file]
-        _run(compiler, library, *inputs, "-lm")
+        library = Path(work, "model.so")
+        _run(compiler, library, *_compiled_parts(source, compiler, library.parent), "-lm")
         library.chmod(0o700)
         target = folder / f"{key}-{_content_hash(library.read_bytes())}.so"
         os.replace(library, target)
         return target
 
 
-def _compiled_parts(source: str, compiler: Compiler, c_file: Path) -> list[Path]:
-    """Compile the parts of a file, side by side where there are processors; none of one part."""
-    # The event loop, part 0, takes longest: nothing should wait for it alone.
-    parts = sorted(dict.fromkeys(_PART.findall(source)), key=lambda part: part[0] != "0")
-    if len(parts) < 2:
-        return []
+def _compiled_parts(source: str, compiler: Compiler, folder: Path) -> list[Path]:
+    """Compile the parts of a file, side by side where there are processors."""
+    heads = list(_PART.finditer(source))
+    ends = [*(head.start() for head in heads[1:]), len(source)]
 
-    def compiled(part: tuple[str, str]) -> Path:
-        number, level = part
-        target = c_file.with_name(f"part_{number}.o")
+    def compiled(head: re.Match[str], end: int) -> Path:
+        number, level = head.groups(default="")
+        c_file = folder / f"part_{number}.c"
+        # Reading the other parts would take as long as compiling a small one.
+        c_file.write_text(source[: heads[0].start()] + source[head.start() : end], "utf-8")
+        target = c_file.with_suffix(".o")
         _run(compiler, target, *level.split(), "-c", f"-DPS_PART={number}", c_file)
         return target
 
+    if len(heads) < 2:
+        c_file = folder / "model.c"
+        c_file.write_text(source, "utf-8")
+        return [c_file]
+    # The event loop, part 0, takes longest: nothing should wait for it alone.
+    parts = sorted(zip(heads, ends, strict=True), key=lambda part: part[0][1] != "0")
     with ThreadPoolExecutor(min(len(parts), os.cpu_count() or 1)) as pool:
-        return list(pool.map(compiled, parts))
+        return list(pool.map(compiled, *zip(*parts, strict=True)))
 
 
 def _run(compiler: Compiler, target: Path, *arguments: str | Path) -> None:

@@ -39,7 +39,13 @@ def model(name: str | Path, **parameters: float) -> Mechanism:
     >>> model("rod", mu=1.5).parameters["mu"]
     1.5
     """
-    mechanism = _by_name(str(name))
+    name = str(name)
+    if name.endswith(".toml"):
+        from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
+
+        mechanism = load_mechanism(name)
+    else:
+        mechanism = _named(name)
     return mechanism.with_parameters(**parameters) if parameters else mechanism
 
 
@@ -50,14 +56,6 @@ def as_mechanism(given: MechanismLike) -> Mechanism:
     if isinstance(given, str | Path):
         return model(given)
     raise InputError(f"mechanism: got {type(given).__name__}, need a mechanism, a name or a file.")
-
-
-def _by_name(name: str) -> Mechanism:
-    if name.endswith(".toml"):
-        from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
-
-        return load_mechanism(name)
-    return _named(name)
 
 
 def _maker(name: str) -> Callable[[], Mechanism]:

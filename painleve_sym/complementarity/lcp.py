@@ -21,22 +21,6 @@ import numpy.typing as npt
 from painleve_sym.complementarity.solution_sets import BoolArray, FloatArray, affine_face
 from painleve_sym.errors import InputError
 
-__all__ = [
-    "ENUMERATION_LIMIT",
-    "LCP",
-    "RESIDUAL_TOLERANCE",
-    "BoolArray",
-    "FloatArray",
-    "LCPSolution",
-    "cleaned",
-    "equilibrate",
-    "principal_block",
-    "residual",
-    "shares",
-    "solution_at",
-    "solve_all",
-]
-
 ENUMERATION_LIMIT = 14  # 2**14 cones take a few seconds, and each further pair doubles that
 RESIDUAL_TOLERANCE = 1e-10  # a stable solve leaves some 1e-15; a wrong sign leaves order one
 _ROUND_OFF = 1e-13  # of the largest entry: what a solve may leave of a zero, on scaled entries

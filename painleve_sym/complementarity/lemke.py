@@ -17,13 +17,13 @@ import numpy.typing as npt
 from painleve_sym.complementarity.lcp import (
     LCP,
     RESIDUAL_TOLERANCE,
-    FloatArray,
     LCPSolution,
     cleaned,
     equilibrate,
     principal_block,
     solution_at,
 )
+from painleve_sym.complementarity.solution_sets import FloatArray
 
 _PIVOT = 1e-11  # smaller entries of a scaled tableau are what elimination left of a zero
 _TIE = 1e-12  # ratios closer than this are equal; the lexicographic rule then decides

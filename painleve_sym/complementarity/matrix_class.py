@@ -16,10 +16,10 @@ import numpy.typing as npt
 from painleve_sym.complementarity.lcp import (
     ENUMERATION_LIMIT,
     LCP,
-    FloatArray,
     equilibrate,
     principal_block,
 )
+from painleve_sym.complementarity.solution_sets import FloatArray
 from painleve_sym.errors import InputError
 
 _MINOR = 1e-13  # a determinant below this part of Hadamard's bound has no certain sign

@@ -111,12 +111,8 @@ class PluralContacts(ContactStates):
     ) -> LinearSystem:
         """Return the tangential forces: v̇_t = 0 where a contact sticks, −μ s F_n where it slips.
 
-        Parameters
-        ----------
-        columns : sequence of callable
-            Normal force of each contact by its index, one right side each. The first also has the
-            free accelerations and the forces of springs.
-        unknowns : sympy.Matrix, shape (n, len(columns))
+        A column is the normal force of each contact by its index, for one right side. The first
+        also has the free accelerations and the forces of springs.
         """
         W, b, n = self._symbols["W"], self._symbols["b"], len(self.interfaces)
         sticks = [c.holds for c in self.interfaces]
@@ -139,7 +135,7 @@ class PluralContacts(ContactStates):
         return LinearSystem(unknowns, matrix, right, ease=self._capacities(columns))
 
     def _capacities(self, columns: Sequence[Callable[[int], sp.Expr]]) -> tuple[sp.Expr, ...]:
-        """Return μ_s |F_n| of sticking contacts, by which they share what is not determined.
+        """Return what sticking contacts can bear, by which they share what is not determined.
 
         Those that slip have a force of their own, and the capacity of these as their ease. Nothing
         is shared where fewer than two contacts stick: there the ease is 1 for all, so that no force
@@ -149,10 +145,7 @@ class PluralContacts(ContactStates):
             return ()
         force = columns[0]
         sticks = [c.holds for c in self.interfaces]
-        limits = [
-            c.holds * c.static_coefficient * c.side * force(i)
-            for i, c in enumerate(self.interfaces)
-        ]
+        limits = [c.holds * c.capacity(force(i)) for i, c in enumerate(self.interfaces)]
         none = sp.Mul(*[1 - s for s in sticks])
         one = sp.Add(
             *[s * sp.Mul(*[1 - r for r in sticks if r is not s]) for s in sticks if s != 0]
@@ -224,7 +217,8 @@ class PluralContacts(ContactStates):
             return sp.Add(*parts, sp.Abs(b[row]))
 
         forces = sp.Add(*[sp.Abs(f) for f in F], sp.Abs(b[n]) / W[n, n])
-        return ContactMotion(F[n], F[t], moved[n], moved[t], forces, size(n), size(t))
+        values = F[n], F[t], moved[n], moved[t], forces, size(n), size(t), W[n, n]
+        return ContactMotion(*values)
 
     # ---- the automaton ----
 
@@ -259,7 +253,9 @@ class PluralContacts(ContactStates):
             )
         changes += self.domain_ends
         motion = Mode(MOTION, self._field(), tuple(changes), self._outputs(), tuple(tests))
-        begin = {s: v for c in self.interfaces for s, v in c.start().items()}
+        begin: dict[sp.Symbol, sp.Expr] = {}
+        for i, c in enumerate(self.interfaces):
+            begin |= c.start(self._motion(i))
         follow = (Choice(CONTACT if self._unknown else MOTION),)
         start = Transition(START, EventKind.CONTACT, None, follow, begin, chooses=not self._unknown)
         modes = [motion]
@@ -316,7 +312,7 @@ class PluralContacts(ContactStates):
             load=own["b"],
             directions=own["D"],
             friction=tuple(given.mu),
-            drive_speeds=self.drive_speeds,
+            drive_speeds=self.mechanism.drive_speeds,
             restitution=rigid.restitution,
             # Guides among compliant contacts: no law, and nothing approaches them.
             coefficient=rigid.parameters[0].symbol if has_law else _ZERO,

@@ -135,7 +135,9 @@ def closed_states(
 def unknowns(mechanism: Mechanism, close: str) -> tuple[Unknown, ...]:
     """Return what `close` names, the coordinate first; see `closed_state`."""
     where = f"close {mechanism.name!r}"
-    named = sorted((_unknown(where, mechanism, part) for part in close.split(",")), key=_second)
+    named = [_unknown(where, mechanism, part) for part in close.split(",")]
+    # The normal velocity depends on the coordinate.
+    named.sort(key=lambda unknown: unknown.is_velocity)
     kinds = [unknown.is_velocity for unknown in named]
     if len(kinds) != len(set(kinds)):
         raise InputError(
@@ -143,11 +145,6 @@ def unknowns(mechanism: Mechanism, close: str) -> tuple[Unknown, ...]:
             f"{named[0].coordinate} or {named[0].coordinate},{named[0].coordinate}_dot."
         )
     return tuple(named)
-
-
-def _second(unknown: Unknown) -> bool:
-    # The normal velocity depends on the coordinate.
-    return unknown.is_velocity
 
 
 def _unknown(where: str, mechanism: Mechanism, text: str) -> Unknown:

@@ -29,8 +29,11 @@ from painleve_sym.hybrid.automaton import (
     is_zero,
     positive,
 )
-from painleve_sym.laws.compliance import DELTA, DELTA_DOT, SEPARATED, Branch, Exit
+from painleve_sym.laws.compliance import DELTA, DELTA_DOT, SEPARATED, Branch, Exit, ramp
 from painleve_sym.laws.contact_law import ContactLaw
+
+UNRESOLVED = sp.Rational(1, 10**12)
+"""Of the forces of a contact: what they are known to."""
 
 _ZERO, _ONE = sp.Integer(0), sp.Integer(1)
 
@@ -39,22 +42,12 @@ _ZERO, _ONE = sp.Integer(0), sp.Integer(1)
 class BranchChange:
     """Passage of a contact from one branch of its law, or a flight, to another.
 
-    Attributes
-    ----------
-    label : str
-        Unique among those with the same source.
-    kind : EventKind
-    source, target : str
-        Name of a branch, or one of `FLIGHTS`.
-    guard : sympy.Expr
-        Crosses from + to −.
-    reset : mapping of symbol to sympy.Expr
-        Of the law's memory, and of the energy that it takes: what the stored energy jumps by is
-        nothing where the force is continuous, a loss where a stretched dashpot lets go, a gain
-        under the virgin reload rule.
-    back : tuple of str
-        Labels of changes back to the source, where both have the same force and one guard has the
-        other sign of the other: it is zero on entry, and smooth motion takes it up.
+    The label is unique among those with the same source, and the guard crosses from + to −. The
+    reset is that of the law's memory, and of the energy that it takes: what the stored energy jumps
+    by is nothing where the force is continuous, a loss where a stretched dashpot lets go, a gain
+    under the virgin reload rule. `back` has the labels of changes back to the source, where both
+    have the same force and one guard has the other sign of the other: it is zero on entry, and
+    smooth motion takes it up.
     """
 
     label: str
@@ -81,12 +74,7 @@ def _turns_back(second: BranchChange, first: BranchChange) -> bool:
 class CompliantInterface(Interface):
     """A contact with a force–compression law.
 
-    Parameters
-    ----------
-    row, target
-        As for `Interface`.
-    law : ContactLaw
-        In symbols of its own where the law of another contact has the same names.
+    The law is in symbols of its own where that of another contact has the same names.
     """
 
     law: ContactLaw
@@ -112,10 +100,20 @@ class CompliantInterface(Interface):
         return {s: self._symbol(s.name) if self.row.end else s for s in self.law.memory}
 
     @cached_property
+    def unresolved_friction(self) -> sp.Symbol:
+        """Memory: friction that is rounding beside the forces since the contact closed; N."""
+        return self._symbol("unresolved_friction")
+
+    @cached_property
     def memory(self) -> tuple[sp.Symbol, ...]:
         """All memory of the contact."""
-        own = (self.local, self.sign, self.sticks)
+        own = (self.local, self.sign, self.sticks, *self._friction_memory)
         return (*own, *self.flags.values(), *self.law_memory.values())
+
+    @property
+    def _friction_memory(self) -> tuple[sp.Symbol, ...]:
+        """Memory of friction, 0 in flight."""
+        return (self.unresolved_friction,)
 
     @cached_property
     def local_modes(self) -> tuple[str, ...]:
@@ -179,7 +177,7 @@ class CompliantInterface(Interface):
         return {s: _ONE if name == place else _ZERO for name, s in self.flags.items()}
 
     def _enter_flight(self, name: str) -> Memory:
-        none = {self.sign: _ZERO, self.sticks: _ZERO}
+        none = dict.fromkeys((self.sign, self.sticks, *self._friction_memory), _ZERO)
         clean = dict.fromkeys(self.law_memory.values(), _ZERO) if name == FLIGHT else {}
         index = sp.Integer(FLIGHTS.index(name))
         return {self.local: index, **none, **self._in(name), **clean}
@@ -202,7 +200,20 @@ class CompliantInterface(Interface):
 
     def _land(self, change: BranchChange, motion: ContactMotion) -> Memory:
         """Return the memory, and changed states, of a contact whose force sets in."""
-        return self._enter_branch(change.target)
+        return self._enter_branch(change.target) | self._resolution(motion)
+
+    def _resolution(self, motion: ContactMotion) -> Memory:
+        """Return the friction that cannot be distinguished from none, of a contact whose force sets in.
+
+        Its normal force vanishes where it closes and where it opens, and so does what friction can
+        bear. A tangential load that is nothing but rounding would make it slip there.
+        """
+        K, n = self.law.stiffness, self.law.exponent
+        row = self.row
+        # Force at the compression that takes up the energy of the approach.
+        approach = ramp((n + 1) * row.gap_rate**2 / (2 * motion.normal_mobility * K))
+        forces = motion.force_scale + K * (approach ** (n / (n + 1)) + ramp(-row.gap) ** n)
+        return {self.unresolved_friction: UNRESOLVED * self.static_coefficient * forces}
 
     def _rub(self, sign: sp.Expr, sticks: sp.Expr) -> Memory:
         """Return the memory in the same branch with another slip."""
@@ -228,9 +239,10 @@ class CompliantInterface(Interface):
             self.name, self.memory, self.local_modes, tuple(choices), (self.row.slip,), leaving
         )
 
-    def start(self) -> Memory:
+    def start(self, motion: ContactMotion) -> Memory:
         """Return the memory at the start: loading where the gap is negative, else open."""
-        inside, outside = self._enter_branch(self.law.loading.name), self._enter_flight(FLIGHT)
+        inside = self._enter_branch(self.law.loading.name) | self._resolution(motion)
+        outside = self._enter_flight(FLIGHT)
         pressed = sp.Heaviside(-self.row.gap, 0)
         return {s: pressed * inside.get(s, _ZERO) + (1 - pressed) * outside[s] for s in outside}
 
@@ -302,13 +314,7 @@ class CompliantInterface(Interface):
 
 @dataclass(frozen=True)
 class CompliantContact(OneContact):
-    """Builds the automaton: flight, slip ±, stick, each with the branches of the law.
-
-    Parameters
-    ----------
-    model : ContactModel
-        With exactly one contact, and a compliant law.
-    """
+    """Builds the automaton: flight, slip ±, stick, each with the branches of the law."""
 
     @property
     def law(self) -> ContactLaw:

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import sympy as sp
 
@@ -40,12 +40,7 @@ SINGULAR_MARGIN = sp.Rational(1, 10**8)
 class ContactRow:
     """The states of one contact: gap, its rate, and slip velocity.
 
-    Attributes
-    ----------
-    contact : Contact
-    gap, gap_rate, slip : sympy.Symbol
-    end : str
-        Stands behind the names of its states and outputs where there are several contacts.
+    `end` stands behind the names of its states and outputs where there are several contacts.
     """
 
     contact: Contact
@@ -84,11 +79,6 @@ class ContactStates(ABC):
 
     The gap, its rate and the slip velocity are states of their own where they are not
     coordinates already: computed from q they cancel and lose precision.
-
-    Parameters
-    ----------
-    model : ContactModel
-        The contacts with their laws.
     """
 
     model: ContactModel
@@ -119,30 +109,21 @@ class ContactStates(ABC):
     @cached_property
     def dissipations(self) -> tuple[sp.Symbol, ...]:
         """States that only account for energy; a moving surface does work like a drive."""
-        moving = any(speed != 0 for speed in self.drive_speeds)
+        moving = any(speed != 0 for speed in self.mechanism.drive_speeds)
         driven = self.mechanism.system.dissipated_power != 0 or moving
         return (FRICTION_WORK, CONTACT_WORK, *((FORCE_WORK,) if driven else ()))
 
-    @cached_property
-    def drive_speeds(self) -> tuple[sp.Expr, ...]:
-        """Speeds of the surfaces, n1, t1, n2, t2, …; see `ContactCoefficients.drive_speeds`."""
-        return tuple(v for c in self.mechanism.all_coefficients for v in c.drive_speeds)
-
     def drive_work(self, pushes: Iterable[sp.Expr]) -> sp.Expr:
         """Return the power (or work) taken from the drives by forces (or impulses) n1, t1, …."""
-        return sp.Add(*[p * v for p, v in zip(pushes, self.drive_speeds, strict=True)])
+        speeds = self.mechanism.drive_speeds
+        return sp.Add(*[p * v for p, v in zip(pushes, speeds, strict=True)])
 
     def motion_rates(
         self, accelerations: Iterable[sp.Expr], forces: Sequence[sp.Expr]
     ) -> dict[sp.Symbol, sp.Expr]:
         """Return the rates of coordinates, velocities, time, and the work of forces and drives.
 
-        Parameters
-        ----------
-        accelerations : iterable of sympy.Expr
-            q̈.
-        forces : sequence of sympy.Expr
-            Of the contacts, n1, t1, n2, t2, …; N.
+        The accelerations are q̈, the forces those of the contacts, n1, t1, n2, t2, …; N.
         """
         system = self.mechanism.system
         rates = dict(zip(system.q, system.q_dot, strict=True))
@@ -195,12 +176,7 @@ class ContactStates(ABC):
     ) -> HybridAutomaton:
         """Return the automaton of these modes; `more` are further attributes of it.
 
-        Parameters
-        ----------
-        title : str
-            What comes behind the mechanism's name in that of the automaton.
-        modes : iterable of Mode
-        starts : tuple of Choice
+        The title comes behind the mechanism's name in that of the automaton.
         """
         parameters = (*self.mechanism.system.parameters, *self.model.parameters)
         definitions = {s: v for law in self.model.own_laws for s, v in law.definitions.items()}
@@ -223,6 +199,9 @@ class OneContact(ContactStates):
 
     None of them depends on how the normal force arises.
     """
+
+    stick_yields: ClassVar[bool] = False
+    """Whether its stick has a force of its own, which does not keep v̇_t = 0."""
 
     def transition(
         self,
@@ -337,22 +316,26 @@ class OneContact(ContactStates):
 
     def _normal(self, contact: str | None, force: sp.Expr, accelerations: sp.Matrix) -> sp.Expr:
         """Return g̈_N: exactly the same for any force where A′ = 0."""
-        c = self.mechanism.coefficients
-        if self._gap_is_extra and not (contact == "stick" and c.rank_one):
+        c, holds = self.mechanism.coefficients, contact == "stick" and not self.stick_yields
+        if self._gap_is_extra and not (holds and c.rank_one):
             return row_acceleration(c.contact.J_N, accelerations, c.contact.normal_bias)
-        if contact == "stick":
+        if holds:
             return c.A_stick * force + c.B_stick
+        if contact == "stick":
+            return c.W_nn * force + c.W_nt * self.tangential_force("stick", force) + c.b_n
         return c.A(CONTACTS[contact], self.friction_coefficient) * force + c.B if contact else c.B
 
     def _slip_rate(
         self, contact: str | None, force: sp.Expr, accelerations: sp.Matrix | None
     ) -> sp.Expr:
-        """Return v̇_t: exactly 0 in sticking."""
+        """Return v̇_t: exactly 0 where sticking holds it."""
         c = self.mechanism.coefficients
-        if contact == "stick":
+        if contact == "stick" and not self.stick_yields:
             return sp.Integer(0)
         if self._slip_is_extra and accelerations is not None:
             return row_acceleration(c.contact.J_T, accelerations, c.contact.tangential_bias)
+        if contact == "stick":
+            return c.W_nt * force + c.W_tt * self.tangential_force("stick", force) + c.b_t
         if contact:
             along = c.slip_rate_coefficient(CONTACTS[contact], self.friction_coefficient)
             return along * force + c.b_t
@@ -374,19 +357,9 @@ class OneContact(ContactStates):
 
 
 def cone_margins(limit: sp.Expr, friction: sp.Expr) -> dict[int, sp.Expr]:
-    """Return the distances of friction from what the contact can bear.
+    """Return the distances of friction F_t from what the contact can bear, the limit μ |F_n|; N.
 
-    Parameters
-    ----------
-    limit : sympy.Expr
-        μ |F_n|; N.
-    friction : sympy.Expr
-        F_t; N.
-
-    Returns
-    -------
-    dict of int to sympy.Expr
-        By the direction of the slip that begins where the distance falls to 0.
+    Keys are the directions of the slip that begins where the distance falls to 0.
     """
     return {-1: limit - friction, 1: limit + friction}
 

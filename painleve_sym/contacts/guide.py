@@ -78,7 +78,7 @@ class GuideInterface(Interface):
             self.side: sp.Integer(side),
         }
 
-    def start(self) -> Memory:
+    def start(self, motion: ContactMotion) -> Memory:
         """Return some memory: the decision at the start finds the right one."""
         return self._held(0, 1)
 
@@ -113,12 +113,7 @@ class BilateralContact(OneContact):
 
     Where a slip has two solutions the policy decides: the one with A > 0 (there is no lift-off
     here), the one with A < 0, or the tangential impact. At v_t = 0 it sticks where that is
-    possible.
-
-    Parameters
-    ----------
-    model : ContactModel
-        With exactly one contact, bilateral, whose W has not rank one: it could not slip.
+    possible. W has not rank one: the contact could not slip.
 
     References
     ----------
@@ -215,9 +210,9 @@ class BilateralContact(OneContact):
         )
 
     def _stick_margins(self, side: int) -> dict[int, sp.Expr]:
-        force = self.forms.stick_force
-        limit = self.mechanism.coefficients.mu * side * force
-        return cone_margins(limit, self.tangential_force("stick", force))
+        c = self.mechanism.coefficients
+        limit = c.mu * side * c.stick_force
+        return cone_margins(limit, self.tangential_force("stick", c.stick_force))
 
     def _stick(self, side: int) -> Mode:
         def enter(slip: int) -> tuple[Choice, ...]:
@@ -229,13 +224,12 @@ class BilateralContact(OneContact):
         changes = self.slip_starts(self._stick_margins(side), enter)
         every = ("force_reversal", *SLIPS.values())
         other = (Choice(guide_stick_mode(-side), None, every),)
+        force = self.mechanism.coefficients.stick_force
         # Reached only where F_t vanishes with F_n; any other F_t begins a slip before.
         turn = self.transition(
-            "force_reversal", EventKind.FORCE_REVERSAL, side * self.forms.stick_force, other
+            "force_reversal", EventKind.FORCE_REVERSAL, side * force, other
         )
-        return self.held_mode(
-            guide_stick_mode(side), "stick", self.forms.stick_force, (turn, *changes)
-        )
+        return self.held_mode(guide_stick_mode(side), "stick", force, (turn, *changes))
 
     @cached_property
     def automaton(self) -> HybridAutomaton:

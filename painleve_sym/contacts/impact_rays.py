@@ -17,7 +17,6 @@ from painleve_sym.contacts.model import CONTACTS
 from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.hybrid.automaton import Choice, Mode, Transition, greatest, least, positive
 from painleve_sym.laws.restitution import restitution_law
-from painleve_sym.mechanics.declarations import Parameter
 
 BUDGET = sp.Symbol("impact_budget", real=True)
 """Compression: work or impulse so far. Restitution: the remaining part (energetic, Poisson)."""
@@ -31,11 +30,6 @@ MEMORY = (BUDGET, APPROACH, NORMAL_IMPULSE, TANGENTIAL_IMPULSE)
 
 RATE_ROUNDING = sp.Rational(1, 10**12)
 """|A_s|/W_nn that is the rounding of an inverse mass matrix: A_s then counts as 0."""
-
-
-def restitution_parameter(name: str) -> Parameter:
-    """Return the coefficient of the named restitution law."""
-    return restitution_law(name).parameter
 
 
 @dataclass(frozen=True)
@@ -53,11 +47,6 @@ class ImpactRays:
     """Builds the instantaneous modes ``impact/<contact>/<compression or restitution>``.
 
     Each has guards that fire at once, in this order: slip stops, no end (jam), the phase ends.
-
-    Parameters
-    ----------
-    states : OneContact
-    restitution : {"energetic", "poisson", "newton"}
     """
 
     states: OneContact
@@ -174,7 +163,7 @@ class ImpactRays:
                 transitions.append(self._jam(self._rising(ray)))
         reset = self._after(ray, self._end_impulse(ray, phase), phase)
         if phase == "compression":
-            e = restitution_parameter(self.restitution).symbol
+            e = restitution_law(self.restitution).parameter.symbol
             left = {"energetic": e**2, "poisson": e}
             reset[self.states.gap_rate] = sp.Integer(0)
             reset[BUDGET] = reset[BUDGET] * left.get(self.restitution, 1)

@@ -43,18 +43,10 @@ Memory = dict[sp.Symbol, sp.Expr]
 
 @dataclass(frozen=True)
 class ContactMotion:
-    """Forces and accelerations of a contact, as symbols or expressions of the automaton.
+    """Forces (N) and accelerations (m/s²) of a contact, as expressions of the automaton.
 
-    Attributes
-    ----------
-    normal_force, tangential_force : sympy.Expr
-        N.
-    normal_acceleration, tangential_acceleration : sympy.Expr
-        m/s².
-    force_scale : sympy.Expr
-        Size of the forces, for what counts as rounding; N.
-    normal_scale, tangential_scale : sympy.Expr
-        Sum of the sizes of the terms of each acceleration; m/s².
+    `force_scale` is the size of the forces, for what counts as rounding; the scales of the
+    accelerations are the sums of the sizes of their terms. `normal_mobility` is W_nn, 1/kg.
     """
 
     normal_force: sp.Expr
@@ -64,18 +56,14 @@ class ContactMotion:
     force_scale: sp.Expr
     normal_scale: sp.Expr
     tangential_scale: sp.Expr
+    normal_mobility: sp.Expr
 
 
 @dataclass(frozen=True)
 class Interface(ABC):
-    """One contact among several.
+    """One contact among several, with its states.
 
-    Parameters
-    ----------
-    row : ContactRow
-        Its states.
-    target : str
-        Mode that follows an event which its contact problem must answer.
+    `target` is the mode that follows an event which its contact problem must answer.
     """
 
     row: ContactRow
@@ -113,6 +101,15 @@ class Interface(ABC):
     def static_coefficient(self) -> sp.Expr:
         """Coefficient of friction up to which it sticks."""
         return self.row.contact.friction
+
+    @property
+    def unresolved_friction(self) -> sp.Expr:
+        """Friction that is rounding beside the forces of the contact, which stick bears; N."""
+        return _ZERO
+
+    def capacity(self, normal_force: sp.Expr) -> sp.Expr:
+        """Return the friction that stick bears under a normal force; N."""
+        return self.static_coefficient * self.side * normal_force + self.unresolved_friction
 
     @property
     def kinetic_coefficient(self) -> sp.Expr:
@@ -182,7 +179,7 @@ class Interface(ABC):
         """Its alternatives where a transition chooses."""
 
     @abstractmethod
-    def start(self) -> Memory:
+    def start(self, motion: ContactMotion) -> Memory:
         """Return its memory at the start of a motion."""
 
     @abstractmethod
@@ -230,8 +227,7 @@ class Interface(ABC):
         return {}
 
     def _margins(self, motion: ContactMotion) -> dict[int, sp.Expr]:
-        limit = self.static_coefficient * self.side * motion.normal_force
-        return cone_margins(limit, motion.tangential_force)
+        return cone_margins(self.capacity(motion.normal_force), motion.tangential_force)
 
     def _friction_changes(self, motion: ContactMotion) -> list[Transition]:
         changes = [

@@ -106,14 +106,9 @@ class LocalMode:
     side: int = 1
 
     def holds(self, force: Sequence[float], share: Sequence[float]) -> bool:
-        """Return whether the force of the contact lies in this mode or on its border.
+        """Return whether the force (F_n, F_t) lies in this mode or on its border.
 
-        Parameters
-        ----------
-        force : sequence of two float
-            F_n, F_t.
-        share : sequence of two float
-            a_n, a_t, each as a fraction of its terms.
+        `share` is a_n, a_t, each as a fraction of its terms.
         """
         normal, tangential = force
         along = len(self.directions) == 2 or not (normal or tangential)

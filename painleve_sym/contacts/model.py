@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -66,11 +65,7 @@ class StateRow(NamedTuple):
     def of(cls, contact: ContactOutline, end: str) -> StateRow:
         """Return the row, with coordinates and velocities in place of states of its own.
 
-        Parameters
-        ----------
-        contact : ContactOutline
-        end : str
-            Stands behind ``gap`` and ``slip_velocity`` where there are several contacts.
+        `end` stands behind ``gap`` and ``slip_velocity`` where there are several contacts.
         """
         gap = contact.gap_coordinate or f"gap{end}"
         return cls(gap, f"{gap}_dot", contact.slip_rate or f"slip_velocity{end}")
@@ -80,11 +75,7 @@ class StateRow(NamedTuple):
 class ContactModel:
     """The contacts of a mechanism with their laws: which automaton is to be built.
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-    laws : tuple of (ContactLaw or RigidLaw)
-        One for all contacts, or one for each in the mechanism's order.
+    There is one law for all contacts, or one for each in the mechanism's order.
 
     Raises
     ------
@@ -98,11 +89,40 @@ class ContactModel:
     def __post_init__(self) -> None:
         _ = self.own_laws  # rejects names that the mechanism has, too
         if self.several:
-            check_several(self.mechanism, self.laws)
-        elif not self.is_rigid:
-            check_compliant(self.mechanism, self.laws[0])
-        elif self.mechanism.locked:
-            raise InputError(locked_guide(self.mechanism))
+            self._check_several()
+        elif self.is_guide and not self.is_rigid:
+            raise InputError(
+                f"mechanism {self.mechanism.name!r} with law {self.laws[0].name!r}: its contact "
+                "holds from both sides, and a law only pushes. Fix: use the law rigid, or describe "
+                "the guide as two contacts."
+            )
+        elif self.is_rigid and self.mechanism.locked:
+            raise InputError(
+                f"mechanism {self.mechanism.name!r}: the mobility of its bilateral contact has "
+                "rank one: what holds the gap holds the slip, too. Fix: leave the contact out, or "
+                "let it open."
+            )
+
+    def _check_several(self) -> None:
+        """Raise InputError where several contacts cannot follow their laws together."""
+        name, laws = self.mechanism.name, self.laws
+        rigid = list(dict.fromkeys(law for law in laws if isinstance(law, RigidLaw)))
+        if len(rigid) > 1:
+            first, second = (
+                ", ".join(f"{k} {v!r}" for k, v in law.choices.items()) for law in rigid[:2]
+            )
+            raise InputError(
+                f"{name}: rigid contacts: got laws with {first} and with {second}, "
+                "and contacts that have an impact together follow one law. "
+                "Fix: give all rigid contacts the same restitution law and policy."
+            )
+        spring = [w for w in laws if w.is_compliant and w.choices.get("friction") == "spring"]
+        if rigid and any(law.depends_on_rate for law in spring):
+            raise InputError(
+                f"{name}: friction: got 'spring' with a dashpot beside a rigid contact. The "
+                "impacts of that contact make the normal force jump, and the force of a tangential "
+                "spring cannot jump with it. Fix: take a law without damping there, such as hertz."
+            )
 
     @property
     def several(self) -> bool:
@@ -191,42 +211,3 @@ class ContactModel:
     def automaton(self) -> HybridAutomaton:
         """The automaton, derived when first asked for."""
         return self.builder.automaton
-
-
-def check_compliant(mechanism: Mechanism, law: Law) -> None:
-    """Raise InputError where the only contact cannot follow a compliant law."""
-    where = f"mechanism {mechanism.name!r} with law {law.name!r}"
-    if any(c.bilateral for c in mechanism.outline.contacts):
-        raise InputError(
-            f"{where}: its contact holds from both sides, and a law only pushes. Fix: use the law "
-            "rigid, or describe the guide as two contacts."
-        )
-
-
-def check_several(mechanism: Mechanism, laws: Sequence[Law]) -> None:
-    """Raise InputError where several contacts cannot follow their laws together."""
-    rigid = list(dict.fromkeys(law for law in laws if isinstance(law, RigidLaw)))
-    if len(rigid) > 1:
-        first, second = (
-            ", ".join(f"{k} {v!r}" for k, v in law.choices.items()) for law in rigid[:2]
-        )
-        raise InputError(
-            f"{mechanism.name}: rigid contacts: got laws with {first} and with {second}, "
-            "and contacts that have an impact together follow one law. "
-            "Fix: give all rigid contacts the same restitution law and policy."
-        )
-    sprung = [law for law in laws if law.is_compliant and law.choices.get("friction") == "spring"]
-    if rigid and any(law.depends_on_rate for law in sprung):
-        raise InputError(
-            f"{mechanism.name}: friction: got 'spring' with a dashpot beside a rigid contact. The "
-            "impacts of that contact make the normal force jump, and the force of a tangential "
-            "spring cannot jump with it. Fix: take a law without damping there, such as hertz."
-        )
-
-
-def locked_guide(mechanism: Mechanism) -> str:
-    """Return why a guide whose mobility has rank one cannot be followed, a sentence."""
-    return (
-        f"mechanism {mechanism.name!r}: the mobility of its bilateral contact has rank one: what "
-        "holds the gap holds the slip, too. Fix: leave the contact out, or let it open."
-    )

@@ -85,16 +85,8 @@ def compliant_scales(
 
     The gap's is the compression δ_c under the free normal force |b_n|/W_nn, its rate's δ_c/T
     with T the time of a contact under that force. Where nothing presses, the compression is a
-    hundredth of what the available energy can cause.
-
-    Parameters
-    ----------
-    numbers : mapping of str to sympy.Expr
-    gap : sympy.Expr
-        m.
-    stiffness, exponent : sympy.Expr
-        K and n of the loading curve K δⁿ.
-    terms : Terms
+    hundredth of what the available energy can cause. Stiffness and exponent are K and n of the
+    loading curve K δⁿ.
     """
     k, n = terms("stiffness", stiffness), terms("exponent", exponent)
     W_nn, b_n, kinetic = numbers["W_nn"], sp.Abs(numbers["b_n"]), numbers["kinetic_energy"]

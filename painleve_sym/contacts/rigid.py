@@ -78,9 +78,13 @@ class RigidInterface(Interface):
             self.closed: _ONE,
         }
 
-    def start(self) -> Memory:
-        """Return the memory of flight: the decision at the start finds what is closed."""
+    @property
+    def _flight(self) -> Memory:
         return dict.fromkeys(self.memory, _ZERO)
+
+    def start(self, motion: ContactMotion) -> Memory:
+        """Return the memory of flight: the decision at the start finds what is closed."""
+        return self._flight
 
     @cached_property
     def part(self) -> Part:
@@ -88,7 +92,7 @@ class RigidInterface(Interface):
         row = self.row
         apart = sp.Or(positive(row.gap), sp.And(is_zero(row.gap), not_negative(row.gap_rate)))
         together = sp.And(is_zero(row.gap), is_zero(row.gap_rate))
-        open_ = Alternative(apart, self.start(), open=True)
+        open_ = Alternative(apart, self._flight, open=True)
         closed = [
             Alternative(
                 sp.And(together, is_zero(row.slip) if s == 0 else not_negative(s * row.slip)),
@@ -121,11 +125,6 @@ class RigidInterface(Interface):
 class RigidContact(OneContact):
     """Builds the automaton: flight, slip ±, stick, a decision, and the rays of an impact.
 
-    Parameters
-    ----------
-    model : ContactModel
-        With exactly one contact, which can open, and a rigid law.
-
     References
     ----------
     Génot & Brogliato (1999); Champneys & Várkonyi (2016).
@@ -143,20 +142,9 @@ class RigidContact(OneContact):
 
     # ---- the contact problem of the accelerations ----
 
-    def slip_force(self, slip: int) -> sp.Expr:
-        """F_n = −B/A_s that keeps the contact closed in slip."""
-        c = self.mechanism.coefficients
-        return -c.B / c.A(slip)
-
-    @cached_property
-    def stick_force(self) -> sp.Expr:
-        """F_n = −B′/A′ that keeps the contact closed in sticking."""
-        c = self.mechanism.coefficients
-        return -c.B_stick / c.A_stick
-
     def _stick_margins(self) -> dict[int, sp.Expr]:
-        limit = self.mechanism.coefficients.mu * self.stick_force
-        return cone_margins(limit, self.tangential_force("stick", self.stick_force))
+        c = self.mechanism.coefficients
+        return cone_margins(c.mu * c.stick_force, self.tangential_force("stick", c.stick_force))
 
     def _sliding_choices(self, slip: int) -> tuple[Choice, ...]:
         c, name = self.mechanism.coefficients, "slip_neg" if slip < 0 else "slip_pos"
@@ -174,7 +162,7 @@ class RigidContact(OneContact):
         stick = Choice("stick", self._stick_condition())
         onsets = []
         for slip, name in ((-1, "slip_neg"), (1, "slip_pos")):
-            rate = slip * (c.slip_rate_coefficient(slip) * self.slip_force(slip) + c.b_t)
+            rate = slip * (c.slip_rate_coefficient(slip) * c.slip_force(slip) + c.b_t)
             for sign, target in ((1, name), (-1, f"{name}_unstable")):
                 condition = all_positive(sign * c.A(slip), -sign * c.B, rate)
                 onsets.append(Choice(target, condition, ("slip_stop",)))
@@ -186,17 +174,12 @@ class RigidContact(OneContact):
     def _stick_condition(self) -> Boolean:
         """Whether sticking is a solution; for a rank-one W, whether its line of forces is."""
         c = self.mechanism.coefficients
-        if not self._wedged:
-            return all_positive(self.stick_force, *self._stick_margins().values())
+        if not c.rank_one:
+            return all_positive(c.stick_force, *self._stick_margins().values())
         # Every F_n with F_t = −(W_nt F_n + b_t)/W_tt holds v̇_t = 0; g̈_N = B′ must be 0 too.
         margin = c.mu * c.W_tt - sp.Abs(c.W_nt)
         terms = sp.Abs(c.W_tt * c.b_n) + sp.Abs(c.W_nt * c.b_t)
         return all_positive(margin, sp.Float("1e-12") * terms - sp.Abs(c.W_tt * c.B_stick))
-
-    @cached_property
-    def _wedged(self) -> bool:
-        """Whether W has rank one: then sticking carries any force."""
-        return self.mechanism.coefficients.rank_one
 
     def _decision(self) -> Mode:
         clean = {s: sp.Integer(0) for s in MEMORY}
@@ -244,11 +227,11 @@ class RigidContact(OneContact):
         lift = self.transition("liftoff", EventKind.LIFTOFF, -sign * c.B, (open_,))
         meet = self.singular(sign * c.A(s))
         name = f"{contact}_unstable" if unstable else contact
-        return self.held_mode(name, contact, self.slip_force(s), (stop, lift, meet))
+        return self.held_mode(name, contact, c.slip_force(s), (stop, lift, meet))
 
     def _stick(self) -> Mode:
         c = self.mechanism.coefficients
-        if self._wedged:
+        if c.rank_one:
             zero = sp.Integer(0)
             jam = self.transition("jam", EventKind.JAM, None, stop=StopReason.JAM)
             return Mode("stick", {}, (jam,), self.outputs(None, zero, zero))
@@ -259,8 +242,8 @@ class RigidContact(OneContact):
             return possible, Choice(FLIGHT)
 
         changes = self.slip_starts(self._stick_margins(), enter)
-        lift = self.transition("liftoff", EventKind.LIFTOFF, self.stick_force, (Choice(DECISION),))
-        return self.held_mode("stick", "stick", self.stick_force, (*changes, lift))
+        lift = self.transition("liftoff", EventKind.LIFTOFF, c.stick_force, (Choice(DECISION),))
+        return self.held_mode("stick", "stick", c.stick_force, (*changes, lift))
 
     @cached_property
     def automaton(self) -> HybridAutomaton:

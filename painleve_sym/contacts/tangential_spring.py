@@ -14,12 +14,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from typing import ClassVar
 
 import sympy as sp
 from sympy.logic.boolalg import Boolean
 
 from painleve_sym.contacts.compliant import BranchChange, CompliantContact, CompliantInterface
-from painleve_sym.contacts.contact_states import FRICTION_WORK, row_acceleration
+from painleve_sym.contacts.contact_states import FRICTION_WORK
 from painleve_sym.contacts.interfaces import FLIGHTS, ContactMotion, Memory, not_negative, switched
 from painleve_sym.contacts.model import CONTACTS, FLIGHT, MOTION, SLIPS
 from painleve_sym.errors import EventKind
@@ -109,9 +110,8 @@ class SpringInterface(CompliantInterface):
         return _ZERO
 
     @property
-    def memory(self) -> tuple[sp.Symbol, ...]:
-        """All memory of the contact."""
-        return (*super().memory, self.last_slip)
+    def _friction_memory(self) -> tuple[sp.Symbol, ...]:
+        return (*super()._friction_memory, self.last_slip)
 
     def known_friction(self, normal_force: sp.Expr) -> sp.Expr:
         """Return −s μ F_n, of stick and of slip; N."""
@@ -174,7 +174,7 @@ class SpringInterface(CompliantInterface):
             self._transition(
                 label.partition(":")[0],
                 EventKind.SLIP_START,
-                self.sticks * margin,
+                self.sticks * (margin + self.unresolved_friction),
                 self._rub(sp.Integer(s), _ZERO) | {self.last_slip: sp.Integer(s)} | still,
                 asks=False,
                 departs=(f"slip_stop:{self.name}",),
@@ -210,6 +210,7 @@ class SpringInterface(CompliantInterface):
             self.sign: sign,
             self.sticks: where({-1: 0, 0: 1, 1: 0}),
             **self._in(change.target),
+            **self._resolution(motion),
             **self.relaxed,
             **self.landing_states(change),
             self.last_slip: sign,
@@ -221,13 +222,11 @@ class TangentialSpringContact(CompliantContact):
     """Builds the automaton of a contact whose law has `Friction.SPRING`; see `SpringInterface`.
 
     A contact that is loaded at the start and slides has been sliding: its spring is deflected by
-    s μ F_n/k_t. At rest, and where it touches down, the spring is relaxed: s = ζ = 0.
-
-    Parameters
-    ----------
-    model : ContactModel
-        With exactly one contact, and a law whose force does not jump while the contact is loaded.
+    s μ F_n/k_t. At rest, and where it touches down, the spring is relaxed: s = ζ = 0. The force of
+    the law does not jump while the contact is loaded.
     """
+
+    stick_yields: ClassVar[bool] = True
 
     @cached_property
     def interface(self) -> SpringInterface:
@@ -252,24 +251,6 @@ class TangentialSpringContact(CompliantContact):
             limit = self.friction_coefficient * force
             return -self.interface.last_slip * limit - self.interface.stiffness * self.deflection
         return super().tangential_force(contact, force)
-
-    def _normal(self, contact: str | None, force: sp.Expr, accelerations: sp.Matrix) -> sp.Expr:
-        if contact != "stick":
-            return super()._normal(contact, force, accelerations)
-        c = self.mechanism.coefficients
-        if self._gap_is_extra:
-            return row_acceleration(c.contact.J_N, accelerations, c.contact.normal_bias)
-        return c.W_nn * force + c.W_nt * self.tangential_force("stick", force) + c.b_n
-
-    def _slip_rate(
-        self, contact: str | None, force: sp.Expr, accelerations: sp.Matrix | None
-    ) -> sp.Expr:
-        if contact != "stick":
-            return super()._slip_rate(contact, force, accelerations)
-        c = self.mechanism.coefficients
-        if self._slip_is_extra and accelerations is not None:
-            return row_acceleration(c.contact.J_T, accelerations, c.contact.tangential_bias)
-        return c.W_nt * force + c.W_tt * self.tangential_force("stick", force) + c.b_t
 
     def _law_field(self, contact: str, branch: Branch) -> dict[sp.Symbol, sp.Expr]:
         rates = super()._law_field(contact, branch)

@@ -70,15 +70,8 @@ class ImpactResult(NamedTuple):
 class ContactImpacts:
     """Impacts of the rigid contacts of a mechanism, on the states of its automaton.
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-    states : tuple of str
-        Of the automaton.
-    rows : tuple of StateRow
-        States of each contact.
-    rigid : tuple of int
-        Indices of the contacts that take part in impacts.
+    The rows are the states of each contact; `rigid` are the indices of the contacts that take part
+    in impacts.
     """
 
     mechanism: Mechanism
@@ -106,7 +99,7 @@ class ContactImpacts:
             "b": contacts.b,
             "directions": contacts.directions,
             "mu": sp.Matrix(contacts.mu),
-            "drive_speeds": sp.Matrix(contacts.drive_speeds),
+            "drive_speeds": sp.Matrix(self.mechanism.drive_speeds),
             "velocity": sp.Matrix(velocity),
         }
         return {f"{k}_{i}": e for k, m in matrices.items() for i, e in enumerate(m)}, symbols
@@ -135,11 +128,7 @@ class ContactImpacts:
     def touching(self, state: Array, scale: Array) -> Array:
         """Return the state with gaps that close at the same instant, but for rounding, as 0.
 
-        Parameters
-        ----------
-        state : ndarray, shape (nx,)
-        scale : ndarray, shape (nx,)
-            Of each state.
+        Both arrays, the state and the scale of each, have the shape (nx,).
         """
         after = state.copy()
         for k in self.rigid:
@@ -179,14 +168,8 @@ class ContactImpacts:
     def closed(self, state: Array, values: Mapping[str, float], contacts: Sequence[int]) -> Array:
         """Return the state with contacts closed: gap and normal velocity 0, by impulses.
 
-        Parameters
-        ----------
-        state : ndarray, shape (nx,)
-        values : mapping of str to float
-            Parameters.
-        contacts : sequence of int
-            Contacts whose gap and normal velocity are all but 0. Those at rest stay closed with
-            them, guides too.
+        They are those whose gap and normal velocity are all but 0. Those at rest stay closed with
+        them, guides too. `values` are the parameters.
         """
         _, rates, slips = self.contact_values(state)
         contacts, terms = self.closing(state, contacts), self.terms(state, values)

@@ -127,6 +127,11 @@ class Ends(ctypes.Structure):
 
     _fields_ = tuple((f.name, ctypes.c_void_p) for f in fields(BatchRows))
 
+    @classmethod
+    def of(cls, rows: BatchRows) -> Ends:
+        """Return the addresses; the caller keeps the arrays."""
+        return cls(*(getattr(rows, f.name).ctypes.data for f in fields(rows)))
+
 
 class Given(ctypes.Structure):
     """Number of rows and addresses of states, parameters, end times and tolerances."""
@@ -144,8 +149,3 @@ class Kept(ctypes.Structure):
         *((name, ctypes.c_int) for name in ("events", "maxima", "minima", "integrals")),
         ("of", ctypes.c_void_p),
     )
-
-
-def pointers(rows: BatchRows) -> list[Any]:
-    """Return the addresses of the arrays; the caller keeps the arrays."""
-    return [getattr(rows, f.name).ctypes.data for f in fields(rows)]

@@ -188,7 +188,7 @@ class _Run:
         x, z, conditions = self.runner.events[j](*at)
         kept = departs if self.engine.parts is not None and not timed else ()
         departs = ()
-        if transition.decides or transition.strikes:
+        if transition.strikes:
             # A run whose question has no answer ends with the reason that no mode follows.
             self.reason, self.decision = StopReason.NO_MODE, True
             self.stop_transition = j
@@ -203,7 +203,7 @@ class _Run:
                 departs += leaving
         else:
             self.reason, self.stop_transition = transition.stop, j
-        if visible and not (transition.decides or transition.strikes):
+        if visible and not transition.strikes:
             self.note(transition.kind, before, j, transition.contact, x, z)
             self.check_accumulation(before, j)
         if transition.on_accumulation is not None:
@@ -426,33 +426,22 @@ class ErkEngine:
         self.automaton, self.outline = automaton, Outline.of(automaton)
         self.functions = functions or AutomatonFunctions(automaton)
         self._runners: dict[tuple[int, float], ModeRunner] = {}
+        self._calls: dict[str, Call] = {}
         self._mapped: dict[int, Call] = {}
         # The functions work on arrays of their own: one run at a time.
         self._lock = threading.RLock()
 
-    @cached_property
-    def _constants(self) -> Call:
-        return Call(self.functions.constants)
-
-    @cached_property
-    def _prepared(self) -> Call:
-        assert self.functions.prepared is not None
-        return Call(self.functions.prepared)
-
-    @cached_property
-    def _scales(self) -> Call:
-        assert self.functions.scales is not None
-        return Call(self.functions.scales)
+    def _call(self, name: str, *arguments: Array) -> list[Array]:
+        """Return the results of the function of that name."""
+        if name not in self._calls:
+            self._calls[name] = Call(getattr(self.functions, name))
+        return self._calls[name](*arguments)
 
     @cached_property
     def parts(self) -> Parts | None:
         """Alternatives of the parts of the automaton; None where it has no parts."""
         alternatives = self.functions.alternatives
         return None if alternatives is None else Parts(self.functions, alternatives)
-
-    @cached_property
-    def _starts(self) -> Call:
-        return Call(self.functions.starts)
 
     def runner(self, mode: int, rtol: float) -> ModeRunner:
         """Return a mode's integrator, built on first use: the tolerance is part of it."""
@@ -463,13 +452,13 @@ class ErkEngine:
 
     def start(self, x: Array, z: Array, c: Array) -> int:
         """Return the mode that a run from this state starts in."""
-        choice = _chosen(self._starts(x, z, c)[0], self.automaton.starts)
+        choice = _chosen(self._call("starts", x, z, c)[0], self.automaton.starts)
         return self.functions.mode_index[choice.target]
 
     def constants(self, parameters: Array) -> Array:
         """Return the parameters followed by the definitions, shape (nc,)."""
         with self._lock:
-            return self._constants(parameters)[0]
+            return self._call("constants", parameters)[0]
 
     def prepare(self, parameters: Array, given: Array, forces: Array) -> Prepared:
         """Return whole start states with their scales, of n rows; see `Engine.prepare`."""
@@ -477,14 +466,15 @@ class ErkEngine:
         with self._lock:
             for p, own, force in zip(parameters, given, forces, strict=True):
                 c = self.constants(p)
-                state, admits = self._prepared(own, force, c)
-                rows.append(np.concatenate([state, admits, self._scales(state, c)[0]]))
+                state, admits = self._call("prepared", own, force, c)
+                scales = self._call("scales", state, c)[0]
+                rows.append(np.concatenate([state, admits, scales]))
         return Prepared.of(np.array(rows))
 
     def scales(self, parameters: Array, state: Array) -> Array:
         """Return the scale of each state at a state, shape (nx,)."""
         with self._lock:
-            return self._scales(state, self.constants(parameters))[0]
+            return self._call("scales", state, self.constants(parameters))[0]
 
     def run(
         self,

@@ -14,6 +14,7 @@ import numpy as np
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.engines.protocol import DENSE_ROWS
+from painleve_sym.engines.records import dense_values
 
 GRID = 16
 """Intervals of a window; its length is controlled so that it takes about as many steps."""
@@ -141,15 +142,6 @@ def _may_touch(g: Array, dg: Array, h: Any) -> Any:
     return (dg[:-1] < 0) & (dg[1:] > 0) & (lowest <= 0)
 
 
-def evaluate_rows(rows: Array, u: Array) -> Array:
-    """Return one interval's polynomial at points u in [0, 1], shape (len(u), nx)."""
-    column, value = u[:, None], np.zeros((len(u), rows.shape[1]))
-    for k in range(DENSE_ROWS - 1, 0, -1):
-        value = (value + rows[k]) * (column if k % 2 else 1 - column)
-    result: Array = rows[0] + value
-    return result
-
-
 class ModeRunner:
     """One mode on `erk`: time scaled to [0, 1], states scaled so that one tolerance fits all.
 
@@ -262,7 +254,7 @@ class ModeRunner:
         a, b, crossed = 0.0, 1.0, False
         while b - a > _ZERO_WIDTH:
             u = np.linspace(a, b, GRID + 1)
-            at = self.samples(evaluate_rows(rows, u), window.z, window.c)
+            at = self.samples(dense_values(rows, u), window.z, window.c)
             g, dg = at.g[:, j], at.dg[:, j]
             below = np.flatnonzero(g[1:] <= 0)
             crossed = below.size > 0

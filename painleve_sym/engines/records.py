@@ -16,6 +16,18 @@ STEP_HEAD, EVENT_HEAD = 3, 6
 """Numbers before the memory of a step, and before the state of an event."""
 
 
+def dense_values(rows: Array, u: Array) -> Array:
+    """Return the dense polynomials of steps at points u in [0, 1], shape (n, nx).
+
+    Rows have the shape (rows, nx), of one step, or (n, rows, nx), one for each point.
+    """
+    column, value = u[:, None], np.zeros((len(u), rows.shape[-1]))
+    for k in range(rows.shape[-2] - 1, 0, -1):
+        value = (value + rows[..., k, :]) * (column if k % 2 else 1 - column)
+    total: Array = rows[..., 0, :] + value
+    return total
+
+
 @dataclass(frozen=True)
 class StepRecords:
     """Steps of a run, n of them: times and lengths in s, and the dense polynomials.

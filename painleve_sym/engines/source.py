@@ -50,7 +50,7 @@ def assemble(
     stepper: str,
     engine: Sequence[str],
     shared: str = "",
-    written: Sequence[str] = (),
+    written: Sequence[Sequence[str]] = (),
 ) -> str:
     """Return the C file of an automaton.
 
@@ -109,7 +109,7 @@ def _coefficients() -> str:
 def _transition(functions: AutomatonFunctions, i: int, j: int, t: Transition) -> str:
     kind = functions.automaton.kinds.index(t.kind)
     stop: int | str = ENGINE_REASONS.index(t.stop) if t.stop is not None else "PS_RUNNING"
-    if t.decides or t.strikes:
+    if t.strikes:
         stop = "PS_DECISION"
     targets = ", ".join(str(functions.mode_index[c.target]) for c in t.choices) or "0"
     masks = [sum(1 << k for k in functions.departures(c)) for c in t.choices] or [0]

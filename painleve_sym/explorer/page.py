@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import painleve_sym
+from painleve_sym.checks import number
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.contacts.closing import closed_state
 from painleve_sym.contacts.inputs import resolve_state
@@ -244,17 +245,13 @@ def _initial(
         values[here] = float(value)
     initial: dict[str, Any] = {"values": values}
     if t_end is not None:
-        if not 0 < t_end < float("inf"):
-            raise InputError(f"{where}: t_end: got {t_end!r}, need a finite number > 0.")
-        initial["end"] = t_end
+        initial["end"] = number(t_end, "t_end", where=where, above=0.0)
     if initial_force is not None:
         if not description["motions"][0]["pressable"]:
             raise InputError(
                 f"{where}: initial_force: need one compliant contact. Fix: leave it out."
             )
-        if not 0 <= initial_force < float("inf"):
-            raise InputError(f"{where}: initial force: got {initial_force!r}, need >= 0.")
-        initial["force"] = initial_force
+        initial["force"] = number(initial_force, "initial force", where=where, lower=0.0)
     return initial
 
 

@@ -23,6 +23,7 @@ from painleve_sym.engines.protocol import ENGINE_REASONS
 from painleve_sym.engines.taylor.runner import TaylorEngine
 from painleve_sym.errors import InputError, NoRecurrence
 from painleve_sym.explorer.prebuilt import Laws
+from painleve_sym.files import finite
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -245,16 +246,12 @@ def _parameter(p: Parameter, of_mechanism: bool) -> dict[str, Any]:
         "range": ends,
         "logarithmic": stiffness,
         "of": "mechanism" if of_mechanism else "law",
-        "lower": _finite(p.lower),
-        "upper": _finite(p.upper),
+        "lower": finite(p.lower),
+        "upper": finite(p.upper),
         "lower_closed": p.lower_closed,
         "upper_closed": p.upper_closed,
         "need": p.range_text,
     }
-
-
-def _finite(value: float) -> float | None:
-    return value if abs(value) != float("inf") else None
 
 
 def _axes(mechanism: Mechanism) -> tuple[str, str]:

@@ -88,7 +88,7 @@ class Transition:
         In states, memory, parameters and definitions. None for an `immediate` transition: it
         happens as soon as its mode is entered, unless one of the guards before it fires first.
     choices : tuple of Choice
-        Empty for a transition that ends the run with `stop`, or that asks for a decision.
+        Empty for a transition that ends the run with `stop`.
     reset : mapping of symbol to sympy.Expr
     stop : StopReason or None
     contact : str
@@ -97,16 +97,14 @@ class Transition:
         Index of the bound of the mechanism's domain whose margin the guard is.
     on_accumulation : Accumulation or None
         None: a run ends where its events accumulate.
-    decides : tuple of EventKind
-        Where not empty, no condition determines what follows: the engine asks the resolver of the
-        run (`Resolver`), which returns events of these kinds and the mode to continue in.
     chooses : bool
         Whether the parts of the automaton choose their local modes after the reset: a combination
         of alternatives that satisfies the tests of the target. Where there is none, the contacts
         have an impact or, without `HybridAutomaton.impacts`, the engine asks.
     strikes : bool
         Whether the contacts of `HybridAutomaton.impacts` have an impact there; its only choice
-        names the mode that follows.
+        names the mode that follows. An engine that computes no impacts asks the resolver of the run
+        (`Resolver`), which returns events and the mode to continue in.
     """
 
     label: str
@@ -118,7 +116,6 @@ class Transition:
     contact: str = ""
     bound: int | None = None
     on_accumulation: Accumulation | None = None
-    decides: tuple[EventKind, ...] = ()
     chooses: bool = False
     strikes: bool = False
 
@@ -223,37 +220,20 @@ class Impacts:
     """Simultaneous impacts of rigid contacts at frozen coordinates; rows are n1, t1, n2, t2, ….
 
     Contacts with gap ≤ 0 and gap rate ≤ 0 have one where a transition `Transition.strikes`, or
-    where none of the combinations that a transition chooses from is possible.
+    where none of the combinations that a transition chooses from is possible; the mode `target`
+    follows.
 
-    Attributes
-    ----------
-    rigid : tuple of int
-        Indices of the contacts that take part; the other ones only change their velocities.
-    bilateral : tuple of int
-        Those of them that hold from both sides.
-    contacts : tuple of (sympy.Symbol, sympy.Symbol, sympy.Symbol)
-        States of every contact: gap, gap rate and slip velocity.
-    velocities : tuple of sympy.Symbol, shape (nq,)
-        Generalised velocities.
-    works : tuple of sympy.Symbol or None
-        States from which the works of the normal impulses, of the tangential impulses, and of what
-        drives the surfaces are subtracted; None for no such state.
-    impulses : tuple of sympy.Symbol, shape (2 n,)
-        Memory in which the impulses of the last impact are kept; N s.
-    mobility : sympy.Matrix, shape (2 n, 2 n)
-        1/kg.
-    load : sympy.Matrix, shape (2 n, 1)
-        Accelerations without contact forces; m/s².
-    directions : sympy.Matrix, shape (nq, 2 n)
-        Change of the generalised velocities by each impulse.
-    friction : tuple of sympy.Expr, shape (n,)
-    drive_speeds : tuple of sympy.Expr, shape (2 n,)
-        Of the surfaces; m/s.
-    restitution : {"energetic", "poisson", "newton"}
-    coefficient : sympy.Expr
-        Of restitution.
-    target : str
-        Mode that follows.
+    `rigid` are the indices of the contacts that take part (the other ones only change their
+    velocities), `bilateral` those of them that hold from both sides, and `contacts` the states of
+    every contact: gap, gap rate and slip velocity. The `velocities` are the generalised ones,
+    length nq. From the `works` those of the normal impulses, of the tangential impulses, and of
+    what drives the surfaces are subtracted; None for no such state. `impulses` are memory of the
+    last impact, length 2 n; N s.
+
+    Shapes are (2 n, 2 n) of the mobility, 1/kg, (2 n, 1) of the load, the accelerations without
+    contact forces, m/s², (nq, 2 n) of the directions, the change of the generalised velocities by
+    each impulse, (n,) of the friction, and (2 n,) of the speeds of the surfaces, m/s. The
+    `coefficient` is that of restitution.
     """
 
     rigid: tuple[int, ...]
@@ -406,7 +386,7 @@ class HybridAutomaton:
         yield "start", self.starts
         for mode in self.modes:
             for t in mode.transitions:
-                if t.stop is None and not t.decides:
+                if t.stop is None:
                     yield f"mode {mode.name!r}, transition {t.label!r}", t.choices
 
     def _choice_faults(
@@ -472,13 +452,12 @@ class HybridAutomaton:
     def kinds(self) -> tuple[EventKind, ...]:
         """Kinds of events that can happen, in order of appearance.
 
-        Those of decisions and of limits of accumulations come last.
+        Those of impacts and of limits of accumulations come last.
         """
         transitions = [t for m in self.modes for t in m.transitions]
-        decided = [kind for t in transitions for kind in t.decides]
-        decided += self.impacts.kinds if self.impacts is not None else ()
+        impacts = self.impacts.kinds if self.impacts is not None else ()
         limits = [t.on_accumulation.kind for t in transitions if t.on_accumulation is not None]
-        return tuple(dict.fromkeys([*(t.kind for t in transitions), *decided, *limits]))
+        return tuple(dict.fromkeys([*(t.kind for t in transitions), *impacts, *limits]))
 
     @property
     def contacts(self) -> tuple[str, ...]:
@@ -492,15 +471,13 @@ class HybridAutomaton:
         return tuple(self.modes[0].outputs)
 
     def reachable(self) -> set[str]:
-        """Names of modes reachable from a start; a decision may lead to any."""
+        """Names of modes reachable from a start."""
         known = {m.name for m in self.modes}
         reached: set[str] = set()
         front = {c.target for c in self.starts} & known
         while front:
             reached |= front
             transitions = [t for name in front for t in self.mode(name).transitions]
-            if any(t.decides for t in transitions):
-                return known
             front = {target for t in transitions for _, target in t.edges} & known - reached
         return reached
 

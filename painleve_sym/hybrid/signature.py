@@ -30,7 +30,6 @@ class TransitionOutline(NamedTuple):
     stop: StopReason | None
     contact: str
     bound: int | None
-    decides: tuple[EventKind, ...]
 
 
 class ModeOutline(NamedTuple):
@@ -74,7 +73,7 @@ class Outline:
             ModeOutline(
                 m.name,
                 tuple(
-                    TransitionOutline(t.label, t.kind, t.stop, t.contact, t.bound, t.decides)
+                    TransitionOutline(t.label, t.kind, t.stop, t.contact, t.bound)
                     for t in m.transitions
                 ),
             )
@@ -132,11 +131,9 @@ def _names(symbols: Iterable[Symbol]) -> tuple[str, ...]:
 
 
 def _transition(data: Sequence[Any]) -> TransitionOutline:
-    label, kind, stop, contact, bound, decides = data
+    label, kind, stop, contact, bound = data
     reason = StopReason[stop] if stop else None
-    return TransitionOutline(
-        label, EventKind(kind), reason, contact, bound, tuple(map(EventKind, decides))
-    )
+    return TransitionOutline(label, EventKind(kind), reason, contact, bound)
 
 
 def mode_name(outline: Outline, mode: int, memory: Sequence[float]) -> str:

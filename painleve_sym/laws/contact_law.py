@@ -297,8 +297,10 @@ def _elastic(body: int, whose: str) -> tuple[Parameter, Parameter]:
     return modulus, ratio
 
 
-def bilinear_hertz(reload: ReloadLike = Reload.ELASTIC, bodies: int = 1) -> ContactLaw:
-    """Return the paper's elasto-plastic law: F_n = K_e δⁿ, and (5) after δ_max.
+def bilinear_hertz(
+    *, reload: ReloadLike = Reload.ELASTIC, bodies: int = 1, **parameters: float
+) -> ContactLaw:
+    """Return the paper's elasto-plastic law, (4)–(10): F_n = K_e δⁿ, and (5) after δ_max.
 
     K_e = (4/3) E* √R* l_0^(3/2−n), in N/mⁿ. The paper has no l_0, and its K_e is in N/m^(3/2): with
     n = 1.764 its force depends on the unit of length (in mm it would be 6.19 times as large). The
@@ -310,77 +312,137 @@ def bilinear_hertz(reload: ReloadLike = Reload.ELASTIC, bodies: int = 1) -> Cont
 
     A virgin reload creates the energy by which the loading curve at that compression exceeds what
     is stored. At e = 0 there is no unloading curve, and a contact that stays loaded ends a run at
-    its first maximum compression, as an accumulation of events. See `laws.bilinear_hertz`.
+    its first maximum compression, as an accumulation of events.
+
+    Parameters
+    ----------
+    reload : Reload or its text
+        What follows when compression grows again before separation. ``virgin`` is
+        thermodynamically inadmissible, since it creates energy; the paper's Fig. 4 needs it.
+    bodies : {1, 2}
+        1: both bodies of one material. 2: each has its own, and its curvature.
+    **parameters : float
+        ``E``, ``nu``, ``R``, ``n``, ``l_0``, ``e_energetic``; of two bodies ``E_1``, ``nu_1``,
+        ``kappa_1``, …; SI units.
+
+    Raises
+    ------
+    InputError
+        Unknown names, values out of range.
 
     References
     ----------
     Impact model resolution on Painlevé's paradox, (4)–(10). Walton & Braun (1986), whose two
     branches are linear, for the elastic reload.
+
+    Examples
+    --------
+    >>> from painleve_sym import laws
+    >>> laws.bilinear_hertz(E=20.9e14, reload="virgin").parameters[0].default
+    2090000000000000.0
     """
     reload = chosen(Reload, reload, "reload rule", "law bilinear-hertz")
     e = Parameter("e_energetic", 0.75, "1", "energetic coefficient of restitution", 0.0, 1.0)
-    known: dict[str, Any] = {
-        "name": "bilinear-hertz" if bodies == 1 else "bilinear-hertz-two-bodies",
-        "title": "elasto-plastic Hertz law, loading K δⁿ, unloading from the energetic restitution",
-        "source": "Impact model resolution on Painlevé's paradox, (4)–(10)",
-        "parameters": (*_body_parameters(bodies), *_exponent(1.764), e),
-        "choices": {"reload": str(reload)},
-    }
-    return _named(known, f"bilinear-hertz {bodies} {reload}")
+    return _named(
+        parameters,
+        f"bilinear-hertz {bodies} {reload}",
+        name="bilinear-hertz" if bodies == 1 else "bilinear-hertz-two-bodies",
+        title="elasto-plastic Hertz law, loading K δⁿ, unloading from the energetic restitution",
+        source="Impact model resolution on Painlevé's paradox, (4)–(10)",
+        parameters=(*_body_parameters(bodies), *_exponent(1.764), e),
+        choices={"reload": str(reload)},
+    )
 
 
-def hertz(bodies: int = 1) -> ContactLaw:
-    """Return the elastic law F_n = K_e δⁿ (n = 3/2 by default), nothing dissipated.
+def hertz(*, bodies: int = 1, **parameters: float) -> ContactLaw:
+    """Return Hertz's elastic law F_n = K_e δⁿ (n = 3/2 by default), which dissipates nothing.
 
     K_e is that of `bilinear_hertz`; the reference length l_0 matters where n is not 3/2.
+
+    Parameters
+    ----------
+    bodies, **parameters
+        As for `bilinear_hertz`, without ``e_energetic``.
+
+    Examples
+    --------
+    >>> from painleve_sym import laws
+    >>> laws.hertz(E=1e9)
+    ContactLaw 'hertz': E=1e+09, nu=0.3, R=0.00645, n=1.5, l_0=1
     """
-    known: dict[str, Any] = {
-        "name": "hertz",
-        "title": "elastic Hertz law K δⁿ",
-        "source": "Johnson (1985), ch. 4",
-        "parameters": (*_body_parameters(bodies), *_exponent(1.5)),
-        "choices": {},
-    }
-    return _named(known, f"hertz {bodies}")
+    return _named(
+        parameters,
+        f"hertz {bodies}",
+        name="hertz",
+        title="elastic Hertz law K δⁿ",
+        source="Johnson (1985), ch. 4",
+        parameters=(*_body_parameters(bodies), *_exponent(1.5)),
+    )
 
 
-def linear() -> ContactLaw:
-    """Return the spring and dashpot F_n = k δ + c δ̇, released where the force would pull."""
-    known: dict[str, Any] = {
-        "name": "linear",
-        "title": "linear spring and dashpot",
-        "source": "Hogan & Kristiansen (2017)",
-        "parameters": (
+def linear(**parameters: float) -> ContactLaw:
+    """Return the spring and dashpot F_n = k δ + c δ̇, released where the force would pull.
+
+    Parameters
+    ----------
+    **parameters : float
+        ``k`` in N/m, ``c`` in N s/m.
+
+    Examples
+    --------
+    >>> from painleve_sym import laws
+    >>> laws.linear(k=1e6)
+    ContactLaw 'linear': k=1e+06, c=0
+    """
+    return _named(
+        parameters,
+        "linear",
+        name="linear",
+        title="linear spring and dashpot",
+        source="Hogan & Kristiansen (2017)",
+        parameters=(
             Parameter("k", 1e8, "N/m", "stiffness", 0.0, lower_closed=False),
             Parameter("c", 0.0, "N s/m", "damping", 0.0),
         ),
-        "choices": {},
-    }
-    return _named(known, "linear")
+    )
 
 
-def hunt_crossley(bodies: int = 1) -> ContactLaw:
+def hunt_crossley(*, bodies: int = 1, **parameters: float) -> ContactLaw:
     """Return F_n = K_e δⁿ (1 + c δ̇), whose dashpot vanishes with the compression.
 
     K_e is that of `bilinear_hertz`; the reference length l_0 matters where n is not 3/2.
+
+    Parameters
+    ----------
+    bodies, **parameters
+        As for `hertz`, and the damping factor ``c`` in s/m.
+
+    Examples
+    --------
+    >>> from painleve_sym import laws
+    >>> laws.hunt_crossley(c=0.2)
+    ContactLaw 'hunt-crossley': E=2.09e+11, nu=0.3, R=0.00645, n=1.5, l_0=1, c=0.2
     """
     damping = Parameter("c", 0.1, "s/m", "damping factor", 0.0)
-    known: dict[str, Any] = {
-        "name": "hunt-crossley",
-        "title": "Hertz law with a dashpot proportional to the elastic force",
-        "source": "Hunt & Crossley (1975)",
-        "parameters": (*_body_parameters(bodies), *_exponent(1.5), damping),
-        "choices": {},
-    }
-    return _named(known, f"hunt-crossley {bodies}")
-
-
-def _named(known: Mapping[str, Any], definition: str) -> ContactLaw:
-    """Return a named law; the cache knows it by `definition` and the package's own source."""
-    friction = FrictionLaw()
-    return ContactLaw.deferred(
-        partial(_with_formulas, known), definition=definition, friction=friction, **known
+    return _named(
+        parameters,
+        f"hunt-crossley {bodies}",
+        name="hunt-crossley",
+        title="Hertz law with a dashpot proportional to the elastic force",
+        source="Hunt & Crossley (1975)",
+        parameters=(*_body_parameters(bodies), *_exponent(1.5), damping),
     )
+
+
+def _named(values: Mapping[str, float], definition: str, **known: Any) -> ContactLaw:
+    """Return a named law with these values of its parameters.
+
+    The cache knows it by `definition` and the package's own source.
+    """
+    known = {"choices": {}, **known}
+    make = partial(_with_formulas, known)
+    law = ContactLaw.deferred(make, definition=definition, friction=FrictionLaw(), **known)
+    return law.with_parameters(**values) if values else law
 
 
 def _with_formulas(known: Mapping[str, Any]) -> ContactLaw:

@@ -134,6 +134,15 @@ class ContactCoefficients:
             return self.b_n
         return readable(self.b_n - self.W_nt * self.b_t / self.W_tt)
 
+    def slip_force(self, slip: int = -1) -> sp.Expr:
+        """Return F_n* = −B/A_s, with which the contact slides at constant gap; N."""
+        return -self.B / self.A(slip)
+
+    @cached_property
+    def stick_force(self) -> sp.Expr:
+        """F_n = −B′/A′, with which the contact sticks at constant gap; N."""
+        return -self.B_stick / self.A_stick
+
     @cached_property
     def force_directions(self) -> tuple[sp.Matrix, sp.Matrix]:
         """M⁻¹J_Nᵀ and M⁻¹J_Tᵀ: acceleration per unit F_n and per unit F_t; shapes (n, 1)."""

@@ -54,8 +54,3 @@ class ContactSet:
     def mu(self) -> tuple[sp.Symbol, ...]:
         """Friction coefficients."""
         return tuple(c.friction for c in self)
-
-    @property
-    def drive_speeds(self) -> tuple[sp.Expr, ...]:
-        """Speeds of the surfaces, n1, t1, n2, t2, …; see `ContactCoefficients.drive_speeds`."""
-        return tuple(v for c in self.mechanism.all_coefficients for v in c.drive_speeds)

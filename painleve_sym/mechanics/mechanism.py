@@ -220,6 +220,11 @@ class Mechanism(Deferred):
         return tuple(ContactCoefficients(c) for c in self.contacts)
 
     @cached_property
+    def drive_speeds(self) -> tuple[Expr, ...]:
+        """Speeds of the surfaces, n1, t1, n2, t2, …; see `ContactCoefficients.drive_speeds`."""
+        return tuple(v for c in self.all_coefficients for v in c.drive_speeds)
+
+    @cached_property
     def locked(self) -> bool:
         """Whether its only contact is bilateral and, with W of rank one, holds the slip as well."""
         bilateral = [c.bilateral for c in self.outline.contacts]

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from painleve_sym.arrays import Array
+from painleve_sym.checks import number
 from painleve_sym.choices import EngineLike, EngineName
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.codegen.pointwise import Pointwise
@@ -111,11 +112,7 @@ class CorrectedJumpRule:
         The contact counts as touching, or compressed by δ₀ = `compression` ≥ 0, m, with the surface
         energy K δ₀^(n+1)/(n+1). The configuration is one of `CONFIGURATIONS`.
         """
-        if configuration not in CONFIGURATIONS:
-            raise InputError(
-                f"finite-stiffness jump: configuration: got {configuration!r}, need one of "
-                f"{', '.join(CONFIGURATIONS)}."
-            )
+        _check_configuration("finite-stiffness jump", configuration)
         given = {**state, **parameters}
         point = {s: np.asarray(given.get(str(s), 0.0), float) for s in self._symbols}
         start = self._coefficients(point)
@@ -259,8 +256,6 @@ class CorrectedJump:
     mechanism, law : str
         Names.
     configuration : {"frozen", "carried"}
-    method : str
-        ``integration``.
     stiffness, exponent : float
         K (N/mⁿ) and n.
     initial_compression : float
@@ -274,7 +269,6 @@ class CorrectedJump:
     mechanism: str
     law: str
     configuration: str
-    method: str
     stiffness: float
     exponent: float
     initial_compression: float
@@ -282,6 +276,7 @@ class CorrectedJump:
     phases: tuple[CorrectedPhase, ...]
     velocity: Mapping[str, float]
     velocity_before: Mapping[str, float]
+    method: ClassVar[str] = "integration"
 
     @property
     def largest_compression(self) -> float:
@@ -341,11 +336,8 @@ def evaluate_corrected_jump(
     declared = (*mechanism.system.parameters, *law.parameters)
     given = resolve_parameters(where, declared, parameters or {})
     start = resolve_state(mechanism, state, given)
-    if not (np.isfinite(initial_force) and initial_force >= 0):
-        raise InputError(f"{where}: initial force: got {initial_force!r}, need >= 0 and finite.")
-    if configuration not in CONFIGURATIONS:
-        known = ", ".join(CONFIGURATIONS)
-        raise InputError(f"{where}: configuration: got {configuration!r}, need one of {known}.")
+    number(initial_force, "initial force", where=where, lower=0.0)
+    _check_configuration(where, configuration)
     rule = CorrectedJumpRule(mechanism, law, engine)
     simulator = rule.solver.simulator
     constants = simulator.constants(
@@ -367,7 +359,6 @@ def evaluate_corrected_jump(
         mechanism=mechanism.name,
         law=law.name,
         configuration=configuration,
-        method="integration",
         stiffness=K,
         exponent=n,
         initial_compression=delta,
@@ -376,6 +367,12 @@ def evaluate_corrected_jump(
         velocity={name: float(value) for name, value in jump.velocity.items()},
         velocity_before={str(v): start[str(v)] for v in mechanism.system.q_dot},
     )
+
+
+def _check_configuration(where: str, name: str) -> None:
+    if name not in CONFIGURATIONS:
+        known = ", ".join(CONFIGURATIONS)
+        raise InputError(f"{where}: configuration: got {name!r}, need one of {known}.")
 
 
 _PHASE_FIELDS = (*SUMS, "compression", "slip_velocity")

@@ -23,8 +23,7 @@ from painleve_sym.engines.records import EventRecords
 from painleve_sym.errors import EventKind, InputError, StopReason, unknown_name
 from painleve_sym.laws.chatter import general_contact
 from painleve_sym.laws.contact_law import ContactLaw
-from painleve_sym.motion.batch.inputs import BatchInputs
-from painleve_sym.motion.batch.starts import RUNS, starts_of
+from painleve_sym.motion.batch.inputs import RUNS, BatchInputs, starts_of
 from painleve_sym.motion.simulator import Simulator
 
 COEFFICIENTS = ("W_nn", "W_nt", "W_tt", "b_n", "b_t")
@@ -51,22 +50,16 @@ _RESUMES = -1
 
 
 class FrozenEnd(enum.Enum):
-    """End of an impact with constant coefficients.
-
-    SEPARATION
-        The force is zero and the contact opens.
-    STAYS
-        The motion turns before the force is zero: the contact stays closed, there is no jump.
-    NO_IMPACT
-        From the start the contact opens, or stays at rest.
-    FAILED
-        The integration stopped early: numbers left the range of floating point.
-    """
+    """End of an impact with constant coefficients."""
 
     SEPARATION = 0
+    """The force is zero and the contact opens."""
     STAYS = 1
+    """The motion turns before the force is zero: the contact stays closed, there is no jump."""
     NO_IMPACT = 2
+    """From the start the contact opens, or stays at rest."""
     FAILED = 3
+    """The integration stopped early: numbers left the range of floating point."""
 
 
 @dataclass(frozen=True)

@@ -146,18 +146,16 @@ class RunRecord:
             (rows.mode_before, rows.state_before, rows.memory_before),
             (rows.mode_after, rows.state_after, rows.memory_after),
         )
-        before, after = (self._output("kinetic_energy", *side) for side in sides)
+        place = outline.output_names.index("kinetic_energy")
+        before, after = (
+            self.simulator.integrator.outputs(*side, self.constants)[:, place] for side in sides
+        )
         return energy_gains(rows, self.events, (before, after), self.simulator.names)
 
     @cached_property
     def body_periods(self) -> tuple[BodyPeriod, ...]:
         """Natural periods of the bodies."""
         return body_periods(self.simulator.mechanism, self.start.values, self.material)
-
-    def _output(self, name: str, modes: Any, states: Array, memory: Array) -> Array:
-        """Return an output at n points, shape (n,)."""
-        outputs = self.simulator.integrator.outputs(modes, states, memory, self.constants)
-        return outputs[:, self.simulator.outline.output_names.index(name)]
 
     @cached_property
     def reverse_chatter(self) -> tuple[ReverseChatter, ...]:

@@ -132,7 +132,7 @@ def simulate(
     rtol : float
         Relative tolerance of every state, in [1e-15, 1).
     atol : ndarray, shape (nx,)
-        Per state; by default scaled to the contact (see `Simulator.tolerances`).
+        Per state; by default scaled to the contact (see `Preparation.scales`).
     record : Record or its text
         Extent of the recorded run: ``dense``, ``events`` or ``end``.
     first_step, max_step : float

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, cast
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.checks import LARGEST
+from painleve_sym.checks import LARGEST, number
 from painleve_sym.choices import EngineLike, EngineName, Record, RecordLike
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.codegen.tape import TapeOutputs, output_tapes
@@ -299,20 +299,9 @@ class Simulator:
 
         The initial surface energy of the paper, (10), is given this way.
         """
-        if not (np.isfinite(force) and force >= 0):
-            raise InputError(f"{self.where}: initial force: got {force!r}, need >= 0 and finite.")
+        number(force, "initial force", where=self.where, lower=0.0)
         k, n = self._curve(parameters)
         return float((force / k) ** (1 / n))
-
-    def surface_energy(self, depth: float, parameters: Mapping[str, float]) -> float:
-        """Return the initial surface energy (10) of a compression δ₀ ≥ 0, K δ₀^(n+1)/(n+1); J.
-
-        The whole work of the loading curve. Of it an elasto-plastic law counts e² as stored.
-        """
-        if not (np.isfinite(depth) and depth >= 0):
-            raise InputError(f"{self.where}: compression: got {depth!r}, need >= 0 and finite.")
-        k, n = self._curve(parameters)
-        return float(k * depth ** (n + 1) / (n + 1))
 
     def _curve(self, parameters: Mapping[str, float]) -> tuple[float, float]:
         _ = self.contact_law  # rejects laws without a loading curve
@@ -407,10 +396,7 @@ class Simulator:
         values, given = self.parameters(parameters), self._state_values(state)
         if close is not None:
             given = closed_state(self.mechanism, given, values, close)
-        if initial_force is None:
-            force = NO_FORCE
-        else:
-            force = self._checked_force(initial_force)
+        force = NO_FORCE if initial_force is None else self._checked_force(initial_force)
         start, admits = self.prepared(given, values, force)
         if 0.0 in admits:
             self._refuse(start, given, force)
@@ -451,9 +437,7 @@ class Simulator:
         fault = self.initial_force_fault()
         if fault:
             raise InputError(f"{self.where}: {fault}")
-        if not (math.isfinite(force) and force >= 0):
-            raise InputError(f"{self.where}: initial force: got {force!r}, need >= 0 and finite.")
-        return float(force)
+        return number(force, "initial force", where=self.where, lower=0.0)
 
     def _refuse(self, start: Start, given: Mapping[str, float], force: float) -> NoReturn:
         """Raise InputError with the reason why a start is not admitted."""
@@ -675,13 +659,6 @@ class Simulator:
             max_events,
             start_events=self.start_events,
         )
-
-    def tolerances(self, vector: Array, parameters: Mapping[str, float]) -> Array:
-        """Return the scale of each state below which only its absolute error counts, shape (nx,).
-
-        See `Preparation.scales`.
-        """
-        return self.integrator.scales(self._vector_of(parameters), np.asarray(vector))
 
     def trajectory(
         self,

@@ -13,22 +13,17 @@ class LimitKind(enum.Enum):
     """Kind of approach of a slip to A = 0.
 
     With r and F* of `SingularPoint` at the limit, and F the force where the run stopped.
-
-    DYNAMIC_JAM
-        0 < r < 1 and F > F*: A and B reach 0 together, the force diverges, its impulse does not.
-    BOUNDED
-        r ≥ 1 and F* > 0: A and B reach 0 together with the finite force F*.
-    LIFTOFF
-        F falls to 0 before A does, since F < F* with r < 1, or F* < 0 with r ≥ 1: the contact
-        opens, so close to A = B = 0 that the run stopped before.
-    STOP
-        r ≤ 0: the impulse up to A = 0 would be infinite, so that the slip stops before.
     """
 
     DYNAMIC_JAM = "dynamic_jam"
+    """0 < r < 1 and F > F*: A and B reach 0 together, the force diverges, its impulse does not."""
     BOUNDED = "bounded"
+    """r ≥ 1 and F* > 0: A and B reach 0 together with the finite force F*."""
     LIFTOFF = "liftoff"
+    """F falls to 0 before A does, since F < F* with r < 1, or F* < 0 with r ≥ 1: the contact opens,
+    so close to A = B = 0 that the run stopped before."""
     STOP = "stop"
+    """r ≤ 0: the impulse up to A = 0 would be infinite, so that the slip stops before."""
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from painleve_sym.arrays import Array, load_npz, save_npz, table_library
 from painleve_sym.codegen.tape import TapeOutputs
 from painleve_sym.engines.protocol import Engine
-from painleve_sym.engines.records import StepRecords
+from painleve_sym.engines.records import StepRecords, dense_values
 from painleve_sym.errors import EventKind, InputError, StopReason, unknown_name
 from painleve_sym.files import plain_fields, to_plain
 from painleve_sym.motion.energy_gains import EnergyGain, notices
@@ -418,12 +418,8 @@ class Trajectory:
     def _states(self, times: Array, index: Any) -> Array:
         w = np.clip((times - self.step_time[index]) / self.step_length[index], 0.0, 1.0)
         bend = self.step_bend[index]
-        u = (2 * w / (1 - bend + np.sqrt((1 - bend) ** 2 + 4 * bend * w)))[:, None]
-        rows, value = self.step_rows[index], np.zeros((len(times), len(self.state_names)))
-        for k in range(rows.shape[1] - 1, 0, -1):
-            value = (value + rows[:, k]) * (u if k % 2 else 1 - u)
-        total: Array = rows[:, 0] + value
-        return total
+        u = 2 * w / (1 - bend + np.sqrt((1 - bend) ** 2 + 4 * bend * w))
+        return dense_values(self.step_rows[index], u)
 
     def state(self, t: float) -> dict[str, float]:
         """Return the state at time `t` by name."""
@@ -722,24 +718,12 @@ class Trajectory:
             The folder does not exist or cannot be written.
         """
         texts = {
-            "mechanism": self.mechanism,
-            "law": self.law,
-            "choices": self.choices,
-            "parameters": self.parameters,
+            **{name: getattr(self.names, name) for name in (*_NAMES, "source")},
+            **{name: getattr(self, name) for name in (*_OWN, "final_mode")},
             "names": [self.state_names, self.memory_names, self.mode_names, self.output_names],
             "events": to_plain(self.events),
-            "final_time": self.final_time,
-            "final_mode": self.final_mode,
             "stop_reason": self.stop_reason.label,
-            "stop_detail": self.stop_detail,
             **self._findings,
-            "counters": self.counters,
-            "engine": self.engine,
-            "rtol": self.rtol,
-            "contacts": self.names.contacts,
-            "units": self.names.units,
-            "latex": self.names.latex,
-            "source": self.names.source,
             "outputs": self.evaluator.portable().to_data() if self.evaluator else None,
         }
         arrays = {name: getattr(self, name) for name in (*_ARRAYS, "step_bend")}
@@ -754,9 +738,7 @@ class Trajectory:
         InputError
             Not readable, or not a trajectory.
         """
-        given = ("parameters", "rtol", "final_time", "stop_detail", "counters")
-        names = ("mechanism", "law", "choices", "engine", "contacts", "units", "latex", "names")
-        needed = (*given, *names, "events", "stop_reason", "final_mode", "outputs")
+        needed = (*_OWN, *_NAMES, "names", "events", "stop_reason", "final_mode", "outputs")
         text, arrays = load_npz(path, FORMAT, "trajectory", needed, _ARRAYS, ("step_bend",))
         states, memory, modes, outputs = (tuple(n) for n in text["names"])
         time, bend = arrays["step_time"], arrays.get("step_bend")
@@ -778,7 +760,7 @@ class Trajectory:
             constants=arrays["constants"],
             body_periods=tuple(BodyPeriod(**p) for p in text.get("body_periods", ())),
         )
-        named = {name: text[name] for name in ("mechanism", "law", "choices", "engine")}
+        named = {name: text[name] for name in _NAMES} | {"contacts": tuple(text["contacts"])}
         evaluator = TapeOutputs.of_data(text["outputs"]) if text["outputs"] else None
         return cls(
             names=MotionNames(
@@ -786,14 +768,11 @@ class Trajectory:
                 states=states,
                 memory=memory,
                 outputs=outputs,
-                contacts=tuple(text["contacts"]),
-                units=text["units"],
-                latex=text["latex"],
                 # Files of earlier releases name no source.
                 source=text.get("source", ""),
             ),
             record=record,
-            **{k: text[k] for k in given},
+            **{k: text[k] for k in _OWN},
             **{k: arrays[k] for k in ("final_state", "final_memory")},
             stop_reason=StopReason.from_label(text["stop_reason"]),
             evaluator=evaluator,
@@ -816,13 +795,10 @@ def _event(data: dict[str, Any]) -> EventRecord:
     return EventRecord(**(data | lists | kind))
 
 
+# What a file has of the names, of the trajectory itself, and as arrays.
+_NAMES = ("mechanism", "law", "choices", "engine", "contacts", "units", "latex")
+_OWN = ("parameters", "rtol", "final_time", "stop_detail", "counters")
 _ARRAYS = (
-    "step_time",
-    "step_length",
-    "step_mode",
-    "step_memory",
-    "step_rows",
-    "final_state",
-    "final_memory",
-    "constants",
+    *("step_time", "step_length", "step_mode", "step_memory", "step_rows"),
+    *("final_state", "final_memory", "constants"),
 )

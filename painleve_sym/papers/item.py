@@ -11,22 +11,16 @@ from painleve_sym.papers.panels import Panel
 
 
 class Verdict(enum.Enum):
-    """Verdict on a claim of the paper.
-
-    REPRODUCED
-        The result agrees within the digits printed, or the words hold.
-    MISPRINT
-        It does not agree, but a small correction of the print does.
-    DIFFERS
-        It does not agree, and the print is not at fault.
-    FAILED
-        The computation ended with an exception; nothing is said about the claim.
-    """
+    """Verdict on a claim of the paper."""
 
     REPRODUCED = "reproduced"
+    """The result agrees within the digits printed, or the words hold."""
     MISPRINT = "misprint"
+    """It does not agree, but a small correction of the print does."""
     DIFFERS = "differs"
+    """It does not agree, and the print is not at fault."""
     FAILED = "failed"
+    """The computation ended with an exception; nothing is said about the claim."""
 
     @classmethod
     def of(cls, agrees: bool, corrected: bool = False) -> Verdict:

@@ -43,10 +43,6 @@ class Curve:
     y: Array
     role: str = "line"
 
-    def __post_init__(self) -> None:
-        for name in ("x", "y"):
-            object.__setattr__(self, name, np.asarray(getattr(self, name), dtype=float))
-
 
 @dataclass(frozen=True)
 class Mark:

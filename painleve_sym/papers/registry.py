@@ -16,6 +16,7 @@ from typing import Any
 
 from painleve_sym import __version__, papers
 from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.files import plain_fields
 from painleve_sym.papers.claims import Claims, ItemClaim, read_claims
 from painleve_sym.papers.item import Outcome, Verdict
 from painleve_sym.papers.panels import Panel
@@ -84,19 +85,11 @@ class Item:
     def to_dict(self) -> dict[str, Any]:
         """Return plain data; the arrays of the figure are left out."""
         return {
-            "id": self.id,
-            "group": self.group,
-            "title": self.title,
-            "paper": self.paper,
-            "computed": self.computed,
-            "verdict": self.verdict.value,
+            **plain_fields(self, "id", "group", "title", "paper", "computed", "verdict"),
             "expected_verdict": self.expected.value,
-            "as_expected": self.as_expected,
-            "reason": self.reason,
-            "seconds": self.seconds,
+            **plain_fields(self, "as_expected", "reason", "seconds"),
             "has_figure": self.series is not None,
-            "data": dict(self.data),
-            "paper_name": self.paper_name,
+            **plain_fields(self, "data", "paper_name"),
         }
 
 

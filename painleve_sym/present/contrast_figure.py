@@ -9,9 +9,8 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import LogLocator, NullFormatter
 
-from painleve_sym.present.style import DASHES, PAGE, PALETTE, REFERENCE, STYLE
+from painleve_sym.present.style import DASHES, PAGE, PALETTE, REFERENCE, STYLE, log_ticks
 from painleve_sym.quantities import axis_label, number_latex, text_label
 from painleve_sym.study.compare.comparison import ROUND_OFF, Comparison
 from painleve_sym.study.compare.methods import Answer
@@ -47,12 +46,8 @@ def contrast_figure(comparison: Comparison) -> Figure:
         _draw_errors(steps, comparison.stepping, text_label("step $h$", "s"), 1.0)
         expected = comparison.expected_stiffness_order
         _draw_errors(stiffness, comparison.softened, text_label("modulus $E$", "Pa"), expected)
-        for letter, axes, title in zip(
-            "abcd",
-            (normal, slip, steps, stiffness),
-            _TITLES,
-            strict=True,
-        ):
+        panels = (normal, slip, steps, stiffness)
+        for letter, axes, title in zip("abcd", panels, _TITLES, strict=True):
             axes.set_title(f"({letter}) {title}")
         handles, names = _columns(normal)
         figure.legend(handles, names, loc="outside lower center", ncols=3)
@@ -67,7 +62,7 @@ def _draw_motion(axes: Axes, comparison: Comparison, column: int) -> None:
         axes.plot(answer.times * 1e3, values, label=label, **look)
     longest = max(a.setting for a in comparison.stepping)
     drawn = [a for a in comparison.stepping if a.setting == longest]
-    for answer in sorted(drawn, key=_size, reverse=True):
+    for answer in sorted(drawn, key=lambda a: _SOLVERS[a.way][2], reverse=True):
         # Solvers that agree take turns, so that no mark hides another.
         alike = [a for a in drawn if _agree(a, answer)]
         values = answer.contact_velocities[:, column]
@@ -116,10 +111,6 @@ def _lines(comparison: Comparison) -> list[tuple[Answer, str, dict[str, Any]]]:
 def _stopped(answer: Answer) -> str:
     """Return why a motion ended early, for its label."""
     return "" if answer.complete else f" ({answer.stop_reason.label.replace('_', ' ')})"
-
-
-def _size(answer: Answer) -> float:
-    return _SOLVERS[answer.way][2]
 
 
 def _symbol(solver: str) -> dict[str, Any]:
@@ -185,10 +176,8 @@ def _draw_errors(axes: Axes, answers: tuple[Answer, ...], label: str, slope: flo
         axes.set_yticks([])
     else:
         axes.set(xscale="log", yscale="log")
-        for axis in (axes.xaxis, axes.yaxis):
-            axis.set_major_locator(LogLocator(numticks=6))
-            axis.set_minor_locator(LogLocator(numticks=30))
-            axis.set_minor_formatter(NullFormatter())
+        log_ticks(axes.xaxis)
+        log_ticks(axes.yaxis)
         _draw_slope(axes, drawn, slope)
     axes.set_xlabel(label)
     axes.set_ylabel("relative error")

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import TextPath
-from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
+from matplotlib.ticker import MaxNLocator
 
 from painleve_sym.errors import InputError
 from painleve_sym.papers.panels import Axis, Curve, Panel
@@ -25,6 +25,7 @@ from painleve_sym.present.style import (
     PALETTE,
     REFERENCE,
     STYLE,
+    log_ticks,
 )
 from painleve_sym.quantities import text_label
 
@@ -161,9 +162,7 @@ def _draw_inset(axes: Axes, panel: Panel) -> None:
 def _scale(ticks: Any, axis: Axis, set_scale: Any, set_limits: Any) -> None:
     if axis.log:
         set_scale("log")
-        ticks.set_major_locator(LogLocator(numticks=6))
-        ticks.set_minor_locator(LogLocator(numticks=30))
-        ticks.set_minor_formatter(NullFormatter())
+        log_ticks(ticks)
     else:
         ticks.set_major_locator(MaxNLocator(5, steps=[1, 2, 2.5, 5, 10]))
     if axis.limits is not None:

@@ -70,17 +70,14 @@ def map_figure(regions: RegionMap) -> Figure:
         if _flows(regions):
             _draw_flow(axes, regions)
         _draw_curves(axes, regions)
-        _draw_crossings(axes, regions)
+        if len(regions.crossings):
+            axes.plot(*regions.crossings.T, markeredgewidth=0.9, zorder=5, **CROSSING)
         _draw_thresholds(axes, regions)
         _label(axes, regions)
         handles = _legend(regions)
         columns = 3 if len(handles) > 4 else 2
         figure.legend(handles=handles, loc="outside lower center", ncols=columns)
     return figure
-
-
-def _present(regions: RegionMap) -> list[str]:
-    return [name for name, count in regions.counts.items() if count]
 
 
 def code_colours(codes: Mapping[str, int], fills: Mapping[str, str]) -> dict[str, Any]:
@@ -183,11 +180,6 @@ def _joined(pieces: Array) -> list[Array]:
     return lines
 
 
-def _draw_crossings(axes: Axes, regions: RegionMap) -> None:
-    if len(regions.crossings):
-        axes.plot(*regions.crossings.T, markeredgewidth=0.9, zorder=5, **CROSSING)
-
-
 def _draw_thresholds(axes: Axes, regions: RegionMap) -> None:
     """Mark the thresholds of friction where it is an axis."""
     if "mu" not in regions.over:
@@ -285,7 +277,7 @@ def _legend(regions: RegionMap) -> list[Any]:
     handles: list[Any] = [
         fill_patch(FILLS[n], names[n])
         for n in (*(n for n in LEGEND if n != "outside"), "outside")
-        if n in _present(regions)
+        if regions.counts[n]
     ]
     if _flows(regions):
         handles.append(Line2D([], [], color=FLOW, linewidth=0.6, label="flow of slip"))

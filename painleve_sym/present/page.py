@@ -111,8 +111,12 @@ def table(columns: Sequence[str], rows: Iterable[Sequence[Any]], label: str) -> 
 
     The label names the table for screen readers.
     """
+    return html_table(columns, ([escape(cell_text(v)) for v in row] for row in rows), label)
+
+
+def html_table(columns: Sequence[str], texts: Iterable[Sequence[str]], label: str) -> str:
+    """Return a table of cells that are HTML; see `table`."""
     head = "".join(f'<th scope="col">{escape(c)}</th>' for c in columns)
-    texts = ([escape(cell_text(value)) for value in row] for row in rows)
     lines = [f"<tr>{''.join(f'<td>{text}</td>' for text in row)}</tr>" for row in texts]
     return (
         f'<div class="wide" tabindex="0" role="region" aria-label="{escape(label)}"><table>'

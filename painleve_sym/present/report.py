@@ -15,7 +15,7 @@ from painleve_sym.files import write_beside
 from painleve_sym.papers.item import Verdict
 from painleve_sym.papers.registry import Item, Reproduction
 from painleve_sym.present.figures import draw
-from painleve_sym.present.page import Page, Part, cell_text, figure, paragraph, table
+from painleve_sym.present.page import Page, Part, cell_text, figure, html_table, paragraph, table
 from painleve_sym.present.style import Look, inline_svg, save
 
 FIGURES = "figures"
@@ -25,7 +25,12 @@ WIDTH = 100
 _HEADINGS = {"beyond": "beyond the paper", "physical": "physical values"}
 """Of groups that have another heading than their plural."""
 _COLUMNS = (("item", 20), ("paper", 31), ("computed", 31), ("verdict", 12))
-_MARK = {True: "", False: " !"}
+VERDICTS = {
+    "reproduced": "agrees within the digits printed, or the words hold",
+    "misprint": "a small correction of the print makes it agree",
+    "differs": "it does not agree, for the reason given",
+    "failed": "the computation ended with an error",
+}
 
 
 def write_report(
@@ -95,8 +100,7 @@ def terminal_table(reproduction: Reproduction) -> str:
         if item.group != group:
             group = item.group
             lines += ["", _HEADINGS.get(group, f"{group}s")]
-        verdict = item.verdict.value + _MARK[item.as_expected]
-        texts = (reproduction.label(item), item.paper, item.computed, verdict)
+        texts = (reproduction.label(item), item.paper, item.computed, _marked(item))
         cells = [_wrapped(t, n) for t, (_, n) in zip(texts, _COLUMNS, strict=True)]
         for i in range(max(map(len, cells))):
             lines.append(_line([cell[i] if i < len(cell) else "" for cell in cells]))
@@ -107,6 +111,10 @@ def terminal_table(reproduction: Reproduction) -> str:
 def display_width(text: str) -> int:
     """Return how many columns a text takes: a dot above a θ takes none."""
     return sum(1 for c in text if not unicodedata.combining(c))
+
+
+def _marked(item: Item) -> str:
+    return item.verdict.value + ("" if item.as_expected else " !")
 
 
 def _line(cells: list[str]) -> str:
@@ -128,18 +136,11 @@ def markdown(reproduction: Reproduction) -> str:
         f"{reproduction.source}: every table, figure and formula, computed and compared with the "
         "print.",
         summary(reproduction),
-        "*reproduced*: agrees within the digits printed, or the words hold. *misprint*: a small "
-        "correction of the print makes it agree. *differs*: it does not agree, for the reason "
-        "given. *failed*: the computation ended with an error.",
+        " ".join(f"*{name}*: {meaning}." for name, meaning in VERDICTS.items()),
         _table(
             ["item", "paper", "computed", "verdict"],
             [
-                [
-                    f"[{label}](#{label})",
-                    i.paper,
-                    i.computed,
-                    i.verdict.value + _MARK[i.as_expected],
-                ]
+                [f"[{label}](#{label})", i.paper, i.computed, _marked(i)]
                 for i in reproduction.items
                 for label in (reproduction.label(i),)
             ],
@@ -188,12 +189,6 @@ def _escaped(text: str) -> str:
 
 # ---- HTML ----
 
-_VERDICTS = {
-    "reproduced": "agrees within the digits printed, or the words hold",
-    "misprint": "a small correction of the print makes it agree",
-    "differs": "it does not agree, for the reason given",
-    "failed": "the computation ended with an error",
-}
 _FILTER = """
 (() => {
   const table = document.querySelector("#verdicts table");
@@ -240,7 +235,7 @@ _FILTER = """
 
 def report_page(reproduction: Reproduction, figures: Mapping[str, str]) -> Page:
     """Return the report as one page with formulas, and figures as SVG text by the item's label."""
-    meanings = "".join(f"<dt>{escape(n)}</dt><dd>{escape(m)}</dd>" for n, m in _VERDICTS.items())
+    meanings = "".join(f"<dt>{escape(n)}</dt><dd>{escape(m)}</dd>" for n, m in VERDICTS.items())
     lead = (
         paragraph(f"{reproduction.source}: every table, figure and formula, computed again.")
         + paragraph(summary(reproduction))
@@ -262,13 +257,8 @@ def _verdict_table(reproduction: Reproduction) -> str:
     for item in reproduction.items:
         label = escape(reproduction.label(item))
         cells = (f'<a href="#{label}">{label}</a>', escape(item.paper), escape(item.computed))
-        rows.append("".join(f"<td>{c}</td>" for c in (*cells, _verdict_html(item))))
-    head = "".join(f'<th scope="col">{name}</th>' for name, _ in _COLUMNS)
-    body = "".join(f"<tr>{row}</tr>" for row in rows)
-    return (
-        '<div class="wide" tabindex="0" role="region" aria-label="Verdicts"><table>'
-        f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>"
-    )
+        rows.append((*cells, _verdict_html(item)))
+    return html_table([name for name, _ in _COLUMNS], rows, "Verdicts")
 
 
 def _verdict_html(item: Item) -> str:

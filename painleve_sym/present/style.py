@@ -13,6 +13,7 @@ import matplotlib
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from painleve_sym.errors import InputError
 from painleve_sym.files import write_beside
@@ -107,6 +108,13 @@ STYLE: Any = {
     "svg.fonttype": "path",
     "path.simplify": True,
 }
+
+
+def log_ticks(axis: Any) -> None:
+    """Mark few powers of ten along a logarithmic axis, without numbers between."""
+    axis.set_major_locator(LogLocator(numticks=6))
+    axis.set_minor_locator(LogLocator(numticks=30))
+    axis.set_minor_formatter(NullFormatter())
 
 
 @dataclass(frozen=True)

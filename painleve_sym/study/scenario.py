@@ -107,7 +107,7 @@ class Scenario:
         values: dict[str, Any] = {}
         for key, value in data.items():
             values |= _READERS[key](where, key, value)
-        return cls(**values, where=where)
+        return cls(**{FIELDS.get(key, key): value for key, value in values.items()}, where=where)
 
     def updated(self, given: Mapping[str, Any]) -> Scenario:
         """Return a copy with the entries of `given`; mappings are merged entry by entry.
@@ -333,6 +333,8 @@ class Scenario:
 # ---- reading plain data: each reader returns the fields one key sets ----
 
 Reader = Callable[[str, str, Any], dict[str, Any]]
+FIELDS = {"restitution": "e", "rule": "restitution"}
+"""Fields of a scenario by the key of a file or the option, where the two differ."""
 
 
 def _wrong(where: str, key: str, value: object, need: str) -> InputError:
@@ -341,14 +343,6 @@ def _wrong(where: str, key: str, value: object, need: str) -> InputError:
 
 def _read_float(where: str, key: str, value: Any) -> dict[str, Any]:
     return {key: number(value, key, where=where)}
-
-
-def _read_coefficient(where: str, key: str, value: Any) -> dict[str, Any]:
-    return {"e": number(value, key, where=where)}
-
-
-def _read_rule(where: str, key: str, value: Any) -> dict[str, Any]:
-    return {"restitution": _read_text(where, key, value)[key]}
 
 
 def _read_count(where: str, key: str, value: Any) -> dict[str, Any]:
@@ -425,6 +419,6 @@ _READERS: Mapping[str, Reader] = {
     "max_steps": _read_count,
     "max_events": _read_count,
     "samples": _read_count,
-    "restitution": _read_coefficient,
-    "rule": _read_rule,
+    "restitution": _read_float,
+    "rule": _read_text,
 }

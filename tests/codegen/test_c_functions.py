@@ -35,7 +35,7 @@ __attribute__((visibility("default"))) void all(const double *x, double *y) {
 
 def test_copies_are_left_out_and_every_name_still_answers(tmp_path, monkeypatch):
     monkeypatch.setenv("PAINLEVE_CACHE", str(tmp_path))
-    text = c_file(FUNCTIONS, CALLERS, "#define FACTOR 2\n", MORE)
+    text = c_file(FUNCTIONS, CALLERS, "#define FACTOR 2\n", [MORE])
     assert "#define copy first" in text
     assert len(re.findall(r"^static int casadi_f\d+\(", text, re.M)) == 2
     x, y, results = np.array([3.0, 5.0]), np.empty(4), []

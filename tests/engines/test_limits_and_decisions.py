@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.engines.batch import BatchOutputs, BatchRows
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.erk import ErkEngine
@@ -17,6 +18,7 @@ from painleve_sym.hybrid.automaton import (
     Accumulation,
     Choice,
     HybridAutomaton,
+    Impacts,
     Mode,
     Transition,
 )
@@ -27,8 +29,9 @@ ZERO = sp.Integer(0)
 OUT = {"position": X, "energy": V**2 / 2}
 
 
-def automaton(modes):
-    return HybridAutomaton("ball", (X, V), (), (E, G), {}, modes, (Choice(modes[0].name),))
+def automaton(modes, **more):
+    starts = (Choice(modes[0].name),)
+    return HybridAutomaton("ball", (X, V), (), (E, G), {}, modes, starts, **more)
 
 
 def ball(reset=None, target="rest", **more):
@@ -139,11 +142,22 @@ def test_batch_passes_limits_bit_for_bit_like_single_runs(kind):
 # ---- decisions ----
 
 
-def deciding():
-    """A ball whose motion after the landing only the caller determines."""
+class Asking(AutomatonFunctions):
+    """Functions without those of the impacts: an engine asks for them."""
+
+    impacts = None
+
+
+def deciding(engine):
+    """An engine of a ball whose motion after the landing only the caller determines."""
     land = Transition("land", EventKind.TOUCHDOWN, X, (Choice("ask"),), {X: ZERO}, contact="floor")
-    ask = Transition("ask", EventKind.CONTACT, None, decides=(EventKind.IMPACT,))
-    return automaton((Mode("air", {X: V, V: -G}, (land,), OUT), Mode("ask", {}, (ask,), OUT)))
+    ask = Transition("ask", EventKind.CONTACT, None, (Choice("air"),), strikes=True)
+    modes = (Mode("air", {X: V, V: -G}, (land,), OUT), Mode("ask", {}, (ask,), OUT))
+    none = sp.zeros(0, 0)
+    numbers = (none, none, none, (), (), "newton", E, "ask")
+    impacts = Impacts((0,), (), ((X, V, V),), (V,), (V, V, None), (), *numbers)
+    built = automaton(modes, impacts=impacts)
+    return engine(built, Asking(built))
 
 
 def bounced(question):
@@ -158,7 +172,7 @@ def test_run_goes_on_from_the_answers_to_its_questions(engine):
         asked.append(question)
         return bounced(question)
 
-    built = engine(deciding())
+    built = deciding(engine)
     raw = built.run(START, CONSTANTS, options(1.2), resolve=resolve)
     assert raw.stop_reason is StopReason.T_END and not raw.decision
     times = [FALL, 2 * FALL, 2.5 * FALL]
@@ -177,20 +191,20 @@ def test_run_goes_on_from_the_answers_to_its_questions(engine):
 
 
 def test_run_that_nobody_answers_ends_without_a_mode(engine):
-    raw = engine(deciding()).run(START, CONSTANTS, options(2.0))
+    raw = deciding(engine).run(START, CONSTANTS, options(2.0))
     assert raw.decision and raw.stop_reason is StopReason.NO_MODE
     assert raw.mode == 1 and raw.time == pytest.approx(FALL, rel=1e-10)
 
 
 @pytest.mark.parametrize("record", ["end", "events", "dense"])
 def test_record_of_a_run_with_decisions_is_what_was_asked_for(engine, record):
-    raw = engine(deciding()).run(START, CONSTANTS, options(1.2, record=record), resolve=bounced)
+    raw = deciding(engine).run(START, CONSTANTS, options(1.2, record=record), resolve=bounced)
     assert len(raw.events) == (0 if record == "end" else 6)
     assert bool(len(raw.steps)) == (record == "dense")
 
 
 def test_run_with_decisions_stops_where_asked(engine):
-    built = engine(deciding())
+    built = deciding(engine)
     raw = built.run(START, CONSTANTS, options(2.0, until=(EventKind.IMPACT,)), resolve=bounced)
     assert raw.stop_reason is StopReason.UNTIL and len(raw.events) == 2
     raw = built.run(START, CONSTANTS, options(2.0, max_events=4), resolve=bounced)

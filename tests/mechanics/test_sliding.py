@@ -12,7 +12,6 @@ from painleve_sym.mechanics.coefficients import F_N
 from painleve_sym.mechanics.paradox.sliding import (
     coefficient_rates,
     sliding_field,
-    sliding_force,
     sliding_force_rate,
 )
 
@@ -45,7 +44,7 @@ def test_drift_is_the_change_of_the_force_along_the_sliding_motion(name):
 
     def force(h):
         moved = at | {s: at[s] + h * rates[s] for s in rates}
-        return float(numbers([sliding_force(c)], moved)[0])
+        return float(numbers([c.slip_force()], moved)[0])
 
     h = 1e-6
     expected = (8 * (force(h) - force(-h)) - (force(2 * h) - force(-2 * h))) / (12 * h)

@@ -244,7 +244,7 @@ def test_grids_keep_their_shape_and_broadcast(softened):
         **OPTIONS,
     )
     assert batch["theta_dot"].shape == batch["stop_reason"].shape == (3, 4)
-    assert batch.event_times("separation").shape == (3, 4, 1)
+    assert batch["times_of_separation"].shape == (3, 4, 1)
     assert batch.trajectory(2, 1).final["theta_dot"] == batch["theta_dot"][2, 1]
     assert batch.counts() == {"until": 12}
     assert "theta_dot" in batch and "stop_reason" in batch and "theta_dotty" not in batch
@@ -293,7 +293,7 @@ def test_rigid_rows_are_the_single_runs(policy):
         for kind in batch.kinds:
             times = [e.time for e in single.events_of(kind)]
             assert batch[f"count_of_{kind}"][i] == len(times)
-            kept = batch.event_times(kind)[i]
+            kept = batch[f"times_of_{kind}"][i]
             assert kept[: len(times)].tolist() == times[:3]
 
 

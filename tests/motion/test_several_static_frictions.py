@@ -296,4 +296,4 @@ def test_rows_of_a_batch_are_the_runs(simulator):
         own = p | {"static_ratio_left": float(ratio)}
         run = simulator(*pair).run(START, t_end=T_END, parameters=own)
         assert batch["x_1"][i] == run.final["x_1"]
-        assert batch.event_times("slip_start")[i, 0] == run.events_of("slip_start")[0].time
+        assert batch["times_of_slip_start"][i, 0] == run.events_of("slip_start")[0].time

@@ -158,12 +158,16 @@ class Block:
 
     def friction(self, y: Array, N: Array) -> Array:
         """Return the tangential forces of the present slip signs."""
-        r = self.arms(y[THETA])
         mu = [self.kinetic(i, y[SLIP[i]]) for i in (0, 1)]
         T = np.array([-f.sign * m * n for f, m, n in zip(self.feet, mu, N, strict=True)])
         held = [i for i, f in enumerate(self.feet) if f.closed and f.sign == 0]
+        return self.holding(y, N, T, held)
+
+    def holding(self, y: Array, N: Array, T: Array, held: list[int]) -> Array:
+        """Return the tangential forces with those that hold the velocities of some feet."""
         if not held:
             return T
+        r = self.arms(y[THETA])
         W = 1 / self.m + np.outer(r[:, 1], r[:, 1]) / self.J
         centre, alpha = self.free(y, N)
         b = np.array([self.point(r[i], y, centre, alpha)[0] for i in (0, 1)]) + W @ T
@@ -174,22 +178,26 @@ class Block:
         T[held] = np.linalg.solve(W[np.ix_(held, held)], -b[held])
         return T
 
-    def rates(self, _: float, y: Array) -> Array:
-        """Return the derivative of the state."""
+    def forced(self, y: Array) -> tuple[Array, Array, Array, Array]:
+        """Return F_n, F_t, and the accelerations: of centre and angle, and of each foot."""
         N = self.normal(y)
         T = self.friction(y, N)
-        r = self.arms(y[THETA])
         centre, alpha = self.free(y, N)
         centre = centre + np.array([T.sum() / self.m, 0.0])
-        alpha -= float(r[:, 1] @ T) / self.J
+        arms = self.arms(y[THETA])
+        alpha -= float(arms[:, 1] @ T) / self.J
+        moves = np.array([self.point(r, y, centre, alpha) for r in arms])
+        return N, T, np.array([*centre, alpha]), moves
+
+    def rates(self, _: float, y: Array) -> Array:
+        """Return the derivative of the state."""
+        _, T, whole, moves = self.forced(y)
         out = np.zeros(14)
-        out[[X, Y, THETA]] = y[[VX, VY, OMEGA]]
-        out[[VX, VY, OMEGA]] = [centre[0], centre[1], alpha]
+        out[[X, Y, THETA]], out[[VX, VY, OMEGA]] = y[[VX, VY, OMEGA]], whole
         for i, (f, law) in enumerate(zip(self.feet, self.laws, strict=True)):
-            move = self.point(r[i], y, centre, alpha)
             held = f.closed and f.sign == 0
-            out[GAP[i]], out[RATE[i]] = y[RATE[i]], move[1]
-            out[SLIP[i]] = 0.0 if held else move[0]
+            out[GAP[i]], out[RATE[i]] = y[RATE[i]], moves[i, 1]
+            out[SLIP[i]] = 0.0 if held else moves[i, 0]
             out[FRICTION] -= 0.0 if held else T[i] * y[SLIP[i]]
             if f.closed:
                 out[CONTACT] += law.dissipated(f.branch, -y[GAP[i]], -y[RATE[i]])

@@ -42,8 +42,7 @@ class SprungBlock(Block):
 
     def friction(self, y: Array, N: Array) -> Array:
         """Return the tangential forces: of springs first, then of what holds a velocity."""
-        r = self.arms(y[THETA])
-        T, held = np.zeros(2), []
+        T, held = np.zeros(2), list[int]()
         for i, (f, k_t) in enumerate(zip(self.feet, self.springs, strict=True)):
             if f.closed and f.sign:
                 T[i] = -f.sign * self.mu[i] * N[i]
@@ -51,22 +50,10 @@ class SprungBlock(Block):
                 T[i] = -k_t * y[XI[i]]
             elif f.closed:
                 held.append(i)
-        if held:
-            W = 1 / self.m + np.outer(r[:, 1], r[:, 1]) / self.J
-            centre, alpha = self.free(y, N)
-            b = np.array([self.point(r[i], y, centre, alpha)[0] for i in (0, 1)]) + W @ T
-            T[held] = np.linalg.solve(W[np.ix_(held, held)], -b[held])
-        return T
+        return self.holding(y, N, T, held)
 
-    def motion(self, y: Array) -> tuple[Array, Array, Array, Array, Array]:
-        """Return F_n, F_t, accelerations (centre and angle; each foot), and mu F_n'/k_t."""
-        N = self.normal(y)
-        T = self.friction(y, N)
-        r = self.arms(y[THETA])
-        centre, alpha = self.free(y, N)
-        centre = centre + np.array([T.sum() / self.m, 0.0])
-        alpha -= float(r[:, 1] @ T) / self.J
-        moves = np.array([self.point(r[i], y, centre, alpha) for i in (0, 1)])
+    def yields(self, y: Array, moves: Array) -> Array:
+        """Return mu F_n'/k_t of each foot, 0 without a spring."""
         yields = np.zeros(2)
         for i, (law, k_t) in enumerate(zip(self.laws, self.springs, strict=True)):
             if k_t is not None:
@@ -74,11 +61,12 @@ class SprungBlock(Block):
                 stiffness = law.n * law.k * depth ** (law.n - 1) if law.n != 1 else law.k
                 change = -stiffness * y[RATE[i]] - law.c * moves[i, 1]
                 yields[i] = self.mu[i] * change / k_t
-        return N, T, np.array([*centre, alpha]), moves, yields
+        return yields
 
     def rates(self, _: float, y: Array) -> Array:
         """Return the derivative of the state."""
-        _, T, whole, moves, yields = self.motion(y)
+        _, T, whole, moves = self.forced(y)
+        yields = self.yields(y, moves)
         out = np.zeros(16)
         out[[X, Y, THETA]], out[[VX, VY, OMEGA]] = y[[VX, VY, OMEGA]], whole
         for i, (f, law, k_t) in enumerate(zip(self.feet, self.laws, self.springs, strict=True)):
@@ -107,7 +95,7 @@ class SprungBlock(Block):
             if f.sign:
 
                 def stops(y: Array, i: int = i, s: int = f.sign) -> float:
-                    return float(s * y[SLIP[i]] - self.motion(y)[4][i])
+                    return float(s * y[SLIP[i]] - self.yields(y, self.forced(y)[3])[i])
 
                 own.append((i, "slip_stop", "", stops))
                 continue
@@ -130,7 +118,7 @@ class SprungBlock(Block):
             y[XI[i]], f.sign = f.sign * self.mu[i] * self.normal(y)[i] / k_t, 0
         else:
             was, jumps = f.closed, f.branch == "flight" and self.laws[i].c > 0
-            yields = self.motion(y)[4][i]
+            yields = self.yields(y, self.forced(y)[3])[i]
             super().happen(y, i, kind, target)
             if f.closed != was:
                 y[XI[i]] = 0.0

@@ -22,12 +22,7 @@ def gains(gain: float, energy: float) -> bool:
 def contact_energy(W: ArrayLike, velocity: ArrayLike) -> float:
     """Return ½ vᵀ W⁺ v, the least kinetic energy of bodies with these contact velocities; J.
 
-    Parameters
-    ----------
-    W : array_like, shape (2 n, 2 n)
-        1/kg.
-    velocity : array_like, shape (2 n,)
-        m/s.
+    Shapes are (2 n, 2 n), 1/kg, and (2 n,), m/s.
     """
     W, v = np.asarray(W, dtype=float), np.asarray(velocity, dtype=float)
     return float(v @ np.linalg.pinv(W, rcond=1e-12, hermitian=True) @ v) / 2
@@ -38,18 +33,8 @@ def gain_notice(
 ) -> str:
     """Return one sentence about the energy that an impact adds; empty where it adds none.
 
-    Parameters
-    ----------
-    gain : float
-        Work of the contact impulses as seen from the surfaces; J.
-    energy : float
-        Kinetic energy before the impact; J.
-    law : str
-        Of restitution.
-    contacts : sequence of str
-        Which take part, where they have names.
-    time : float, optional
-        s.
+    The gain is the work of the contact impulses as seen from the surfaces, the energy the kinetic
+    one before the impact; J. The law is that of restitution; the time is in s.
     """
     if not gains(gain, energy):
         return ""

@@ -54,19 +54,8 @@ class ImpactPath:
     """The path of an impact as it is followed; its numbers are of order 1.
 
     d(v_t, v_n)/dP_n is constant along a ray. The slip stops at most once: in sticking v_t stays 0,
-    and where |W_nt| > μ W_tt the slip that begins at v_t = 0 grows.
-
-    Attributes
-    ----------
-    v_n, v_t : float
-        Velocity reached.
-    v_n_start : float
-        v_n before the impact.
-    ray : PathRay
-        The present ray.
-    case : ImpactClass
-        Class of the path so far.
-    pieces : list of PathPiece
+    and where |W_nt| > μ W_tt the slip that begins at v_t = 0 grows. `v_n` and `v_t` are what is
+    reached, `ray` is the present one, and `case` the class of the path so far.
     """
 
     def __init__(

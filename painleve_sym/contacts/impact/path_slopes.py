@@ -30,16 +30,9 @@ _ROUNDING = 1e-12
 class ImpactData:
     """Derivatives of what an impact of n contacts depends on, in k directions.
 
-    Attributes
-    ----------
-    W : ndarray, shape (2 n, 2 n, k)
-    mu : ndarray, shape (n, k)
-    velocity : ndarray, shape (2 n, k)
-    e : ndarray, shape (k,)
-    floor : ndarray, shape (k,)
-        Derivatives of velocities that are small against this count as 0; m/s per unit.
-    tolerance : float
-        Part of the terms of a derivative within which it is 0.
+    Shapes are (2 n, 2 n, k) of W, (n, k) of mu, (2 n, k) of the velocity, and (k,). Derivatives of
+    velocities that are small against the floor count as 0, m/s per unit; `tolerance` is the part of
+    the terms of a derivative within which it is 0.
     """
 
     W: Array
@@ -52,13 +45,7 @@ class ImpactData:
 
 @dataclass(frozen=True)
 class ImpactSlopes:
-    """Derivatives of an impact, each of shape (2 n, k); nan where they do not exist.
-
-    Attributes
-    ----------
-    velocities, impulses, works : ndarray
-        As in `SimultaneousImpact`.
-    """
+    """Derivatives of a `SimultaneousImpact`, of shape (2 n, k); nan where they do not exist."""
 
     velocities: Array
     impulses: Array
@@ -66,14 +53,7 @@ class ImpactSlopes:
 
 
 def impact_slopes(path: PathRecord, data: ImpactData) -> ImpactSlopes:
-    """Return the derivatives of the impact that followed a path.
-
-    Parameters
-    ----------
-    path : PathRecord
-    data : ImpactData
-        Of its W, mu, velocity and e.
-    """
+    """Return the derivatives of the impact that followed a path, by those of its data."""
     slopes = _Slopes(path, data)
     for step in path.steps:
         if isinstance(step, AtOnce):
@@ -301,11 +281,8 @@ def least_norm_slopes(
 ) -> tuple[Array, Array]:
     """Return the solution of least norm and its derivatives, where the rank stays as it is.
 
-    Parameters
-    ----------
-    matrix, slopes : ndarray, shapes (m, n) and (m, n, k)
-    right, right_slopes : ndarray, shapes (m,) and (m, k)
-        In the range of the matrix.
+    Shapes are (m, n) and (m, n, k) of the matrix, (m,) and (m, k) of the right side, which is in
+    the range of the matrix.
 
     References
     ----------
@@ -319,15 +296,10 @@ def least_norm_slopes(
 
 
 def _change_in_range(matrix: Array, slopes: Array, x: Array, right: Array) -> Array:
-    """Return the derivatives of the solution that lies in the range of a matrix.
+    """Return the derivatives of the solution x that lies in the range of a matrix.
 
-    Parameters
-    ----------
-    matrix : ndarray, shape (m, m)
-    slopes : ndarray, shape (m, m, k)
-    x : ndarray, shape (m,)
-    right : ndarray, shape (m, k)
-        Derivatives of the right side without those of the matrix times x.
+    Shapes are (m, m), (m, m, k), (m,) and (m, k); those of the right side are without the
+    derivatives of the matrix times x.
     """
     left, stretch, ways = np.linalg.svd(matrix)
     rank = int(np.sum(stretch > _ROUNDING * stretch[0]))

@@ -80,16 +80,10 @@ _PIECE_LIMIT = 1000
 
 @dataclass(frozen=True)
 class ImpulsePiece:
-    """A straight piece of the path of an impact.
+    """A straight piece of the path of an impact; arrays of shape (2 n,), two numbers a contact.
 
-    Attributes
-    ----------
-    impulses : ndarray, shape (2 n,)
-        P_n, P_t of each contact in this piece; N s.
-    velocities : ndarray, shape (2 n,)
-        v_n, v_t of each contact at its end; m/s.
-    works : ndarray, shape (2 n,)
-        ∫v_n dP_n and ∫v_t dP_t ≤ 0 of each contact; J.
+    Impulses P_n, P_t of the piece, N s; velocities v_n, v_t at its end, m/s; works ∫v_n dP_n and
+    ∫v_t dP_t ≤ 0, J.
     """
 
     impulses: Array
@@ -98,17 +92,10 @@ class ImpulsePiece:
 
 
 class PathEvent(NamedTuple):
-    """End of a straight piece.
+    """End of a straight piece of this length, N s.
 
-    Attributes
-    ----------
-    length : float
-        Of the piece; N s.
-    kind : {"border", "slip", "spent", "energy"}
-        v_n reaches its border, v_t reaches 0, the restitution of a contact is given back, or the
-        energy of all contacts is.
-    contact : int
-        0 for the energy of all.
+    By its kind v_n reaches its ``border``, v_t reaches 0 (``slip``), the restitution of a contact
+    is ``spent``, or the ``energy`` of all contacts (contact 0) is given back.
     """
 
     length: float
@@ -119,26 +106,10 @@ class PathEvent(NamedTuple):
 class Straight(NamedTuple):
     """A straight piece, with what it was made of; the numbers are those before it.
 
-    Attributes
-    ----------
-    fixed : ndarray, shape (2 n,)
-        dP/dτ but for its unknowns,
-    columns : ndarray, shape (2 n, len(rows))
-        their directions, and
-    rows : tuple of int
-        the rates that they make vanish.
-    velocities : ndarray, shape (2 n,)
-    budget : ndarray, shape (n,)
-    push, rates : ndarray, shape (2 n,)
-        dP/dτ and dv/dτ.
-    compresses, rubs : ndarray of bool, shape (n,)
-    event : PathEvent
-        Which ends it.
-    velocities_after : ndarray, shape (2 n,)
-    budget_after : ndarray, shape (n,)
-    work_after : float
-    alone : bool
-        Whether no other dv/dτ was possible.
+    `fixed` is dP/dτ but for its unknowns, `columns` are their directions, shape (2 n, len(rows)),
+    and `rows` the rates that they make vanish; `push` and `rates` are dP/dτ and dv/dτ. The event
+    ends it. It is `alone` where no other dv/dτ was possible. Other arrays have two entries for each
+    contact, or one: `budget`, `compresses`, `rubs`.
     """
 
     fixed: Array
@@ -160,21 +131,10 @@ class Straight(NamedTuple):
 class AtOnce(NamedTuple):
     """Impulses of one local mode for each contact, which make the rates of `rows` vanish.
 
-    Attributes
-    ----------
-    weighs : bool
-        Whether only the weights follow from it; else it continues the path.
-    e : float or None
-        Coefficient of restitution; None for a stop.
-    velocities : ndarray, shape (2 n,)
-        Before it.
-    impulses, rates : ndarray, shape (2 n,)
-        rates = velocities without what rebounds + W impulses.
-    rows : tuple of int
-    columns : ndarray, shape (2 n, len(rows))
-        Directions of the impulses.
-    alone : bool
-        Whether no other impulses were possible.
+    Where it `weighs` only the weights follow from it; else it continues the path. The coefficient
+    of restitution is None for a stop. The rates are the velocities before, without what rebounds,
+    + W impulses, all of shape (2 n,); `columns` are the directions of the impulses, shape
+    (2 n, len(rows)). It is `alone` where no other impulses were possible.
     """
 
     weighs: bool
@@ -190,19 +150,8 @@ class AtOnce(NamedTuple):
 class PathRecord(NamedTuple):
     """Course of an impact, in numbers of order 1.
 
-    Attributes
-    ----------
-    W : ndarray, shape (2 n, 2 n)
-        2**mass of it are 1 kg⁻¹.
-    mu : ndarray, shape (n,)
-    velocity : ndarray, shape (2 n,)
-        At its start; 2**speed of it are 1 m/s.
-    held : ndarray of bool, shape (n,)
-    restitution : str
-    e : float
-    mass, speed : int
-    steps : tuple of Straight and AtOnce
-        In order.
+    2**mass of W are 1 kg⁻¹, and 2**speed of the velocity at its start are 1 m/s. Shapes are
+    (2 n, 2 n), (2 n,), and (n,) of `mu` and `held`. The steps are in order.
     """
 
     W: Array
@@ -364,18 +313,10 @@ def _exponent(numbers: Array) -> int:
 class _Local(NamedTuple):
     """One way in which a contact may push: dP/dτ = fixed + unknown directions.
 
-    Attributes
-    ----------
-    fixed : tuple of float
-        The parts of (dP_n/dτ, dP_t/dτ) that are known.
-    directions : tuple of tuple of float
-        A direction of (dP_n, dP_t) for each unknown.
-    vanishing : tuple of int
-        The rates, 0 of v_n and 1 of v_t, that the unknowns make vanish.
-    signs : tuple of (int, int)
-        ``(entry, sign)`` for sign · dv_entry/dτ ≥ 0.
-    side : int
-        Sign of dP_n/dτ of a bilateral contact that slips; 0 for either.
+    `fixed` are the parts of (dP_n/dτ, dP_t/dτ) that are known, `directions` one of (dP_n, dP_t) for
+    each unknown, `vanishing` the rates, 0 of v_n and 1 of v_t, that the unknowns make vanish. A
+    sign is ``(entry, sign)`` for sign · dv_entry/dτ ≥ 0; `side` is the sign of dP_n/dτ of a
+    bilateral contact that slips, 0 for either.
     """
 
     fixed: tuple[float, float]
@@ -386,16 +327,7 @@ class _Local(NamedTuple):
 
 
 class _Candidate(NamedTuple):
-    """dP/dτ of one way for each contact.
-
-    Attributes
-    ----------
-    missed : float
-        By how much it misses its conditions.
-    push : ndarray, shape (2 n,)
-    fixed, columns, rows, alone
-        As in `Straight`.
-    """
+    """dP/dτ of one way for each contact, as in `Straight`; `missed` is by how much it fails."""
 
     missed: float
     push: Array
@@ -487,13 +419,8 @@ class _Path:
         contacts that open; where the bodies' rigidity leaves them open, those that a little more
         mobility of every contact selects. None where there are none.
 
-        Parameters
-        ----------
-        e : float or None
-            Of all contacts, of which the aim (1 + e) v_n, v_t follows; None for a stop that has to
-            change the velocities.
-        weighs : bool
-            Whether only the weights follow from it.
+        The aim (1 + e) v_n, v_t follows from e; None is for a stop that has to change the
+        velocities. Where it `weighs` only the weights follow from it.
         """
         W, aim, moving = self.W, self.v.copy(), e is None
         aim[::2] -= -(e or 0.0) * self.v[::2]
@@ -549,12 +476,7 @@ class _Path:
     def _missed(self, impulses: Array, share: Array, rows: list[int]) -> float:
         """Return by how much impulses of one mode for each contact miss the laws of the contacts.
 
-        Parameters
-        ----------
-        impulses, share : ndarray, shape (2 n,)
-            P in N s, and `_share` of it.
-        rows : list of int
-            Rates that the modes make vanish.
+        `share` is `_share` of the impulses, and `rows` are the rates that the modes make vanish.
         """
         size = np.sqrt(np.diag(self.W))
         largest = float(np.max(size * np.abs(impulses))) or 1.0
@@ -592,10 +514,7 @@ class _Path:
     def take_at_once(self, e: float | None) -> bool:
         """Continue by Newton's law for all contacts at once; False without a solution.
 
-        Parameters
-        ----------
-        e : float or None
-            Of all contacts; None for a stop that has to change the velocities.
+        Without e it is a stop that has to change the velocities.
         """
         before, solution = self.v, self._at_once(e)
         if solution is None:

@@ -4,9 +4,6 @@
  * an event a mode may not be smooth. */
 static const double PS_BEYOND = 1.1;
 
-/* No step is shorter than this part of the time it begins at. */
-static const double PS_MOMENT = 16e-16;
-
 static void prepare(ps_run *s, const ps_options *o) {
   (void)o;
   s->steps.width = PS_STEP_HEAD + PS_NZ + 8 * PS_NX + 1;
@@ -116,6 +113,8 @@ static void take_event(ps_run *s, const ps_options *o, int j, double where, int 
   h *= where;
   if (where > PS_AT_ONCE) {
     h = step_to_zero(s, j, h, until, y, &is_zero);
+    /* Nearer than the time can tell, states do not change by more than their rounding. */
+    is_zero |= crossed && !(h > PS_MOMENT * fabs(s->t));
     /* A step beyond the event can pass by chance, where its two error estimates cancel or where
      * it left the domain of the law: the part that is taken must pass as well. */
     double err = error_norm(s, o, s->x, y, h);

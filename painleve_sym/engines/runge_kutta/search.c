@@ -3,6 +3,9 @@
 /* Answer of find_event; any number that is neither that of a guard nor -1. */
 #define PS_RETAKE -2
 
+/* No step is shorter than this part of the time it begins at. */
+static const double PS_MOMENT = 16e-16;
+
 typedef struct {
   double at, g, d;
 } ps_point;
@@ -102,7 +105,8 @@ static int find_event(ps_run *s, const double *y, double h, const double *g1, co
       /* A guard that left zero is back, and this step is too long to show where. A far shorter one
        * may; if none does, it fires just after the start, where the rates that turned it already
        * have their new sign. */
-      if (h > 10 * PS_ZERO_TIME * s->h_ref) return PS_RETAKE;
+      const double least = PS_MAX(10 * PS_ZERO_TIME * s->h_ref, 100 * PS_MOMENT * fabs(s->t));
+      if (h > least) return PS_RETAKE;
       u = PS_AT_ONCE;
     }
     if (u >= 0 && u < *where - PS_TIE) {

@@ -90,12 +90,3 @@ PS_FUNCTION void PS_OF(bounds)(PS_OF(ps_guards) guards, int n, const PS_REAL *w,
     for (int j = 0; j < n; j++)
       least[j] += PS_CHOOSE(g[k][j] < 0, g[k][j], PS_REAL_OF(0.0));
 }
-
-#undef PS_REAL
-#undef PS_OF
-#undef PS_REAL_OF
-#undef PS_REAL_FMA
-#undef PS_REAL_ABS
-#undef PS_CHOOSE
-#undef PS_BITS
-#undef PS_FUNCTION

@@ -39,12 +39,3 @@ __attribute__((unused)) static inline PS_OF(ps_pair) PS_OF(ps_sin_cos)(PS_REAL x
   }
   return both;
 }
-
-#undef PS_REAL
-#undef PS_OF
-#undef PS_REAL_OF
-#undef PS_REAL_FMA
-#undef PS_REAL_ABS
-#undef PS_CHOOSE
-#undef PS_BITS
-#undef PS_FUNCTION

@@ -61,16 +61,8 @@ its own, {pair} and {cpair} those of its partner, {s0} … its sums over lower o
 class _Kind:
     """C types of numbers: of one motion, or of several, a lane each.
 
-    Attributes
-    ----------
-    real, ending, fma : str
-        Type, ending of a function's name, fused multiplication and addition.
-    number : str
-        A constant as such a number.
-    each : str
-        A variable made by a call per lane.
-    at : str
-        A lane of a variable, inside those calls.
+    Type, ending of a function's name, fused multiplication and addition; a constant as such a
+    number, a variable made by a call per lane, and a lane of a variable inside those calls.
     """
 
     real: str
@@ -133,15 +125,8 @@ class SeriesCode:
     order, and dt, bend of the time t = dt u + bend u²/2 that the series in u run along. It fills
     the columns of `v`, order by order: states, then ramps and whatever else guards are made of. A
     second function takes them and the powers of a step and returns, order by order, the guards and
-    then the ramps, whose step is [0, 1]. Each comes a second time, for lanes of motions.
-
-    Parameters
-    ----------
-    tape : Tape
-    name : str
-        Of the C function.
-    first : int, optional
-        The column that follows those of the states; the next one by default.
+    then the ramps, whose step is [0, 1]. Each comes a second time, for lanes of motions. `first` is
+    the column that follows those of the states, the next one by default.
     """
 
     def __init__(self, tape: Tape, name: str, first: int | None = None) -> None:

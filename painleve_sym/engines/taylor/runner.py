@@ -19,10 +19,6 @@ MOST_LANES = 8
 class TaylorEngine(CompiledEngine):
     """Taylor series of adaptive order and step, events at the zeros of the guards' own series.
 
-    Parameters
-    ----------
-    automaton : HybridAutomaton
-
     Raises
     ------
     NoRecurrence

@@ -10,14 +10,7 @@ import casadi as ca
 
 @dataclass(frozen=True)
 class Scalar:
-    """A number times whole powers of expressions in parameters and memory.
-
-    Attributes
-    ----------
-    number : float
-    factors : tuple of (str, int)
-        Keys of `Scalars` with their powers, sorted.
-    """
+    """A number times whole powers of expressions, by their keys in `Scalars`, sorted."""
 
     number: float
     factors: tuple[tuple[str, int], ...] = ()

@@ -385,9 +385,12 @@ static double next_root(double *p, int n, double least, int crossed) {
   while (m < n && fabs(p[m]) <= fabs(p[m + 1]) * least) m++;
   /* The quotient after division by the zero at the start. */
   if (p[m] > 0) return first_root(p + m, n - m, 0);
-  double u = 1.0 / PS_SAMPLES;
-  while (!(horner(p, n, u) > 0) && 0.5 * u > least) u *= 0.5;
-  if (horner(p, n, u) > 0) return first_root(p, n, u);
+  /* Neither where it is zero all along: the slip of a contact that sticks. */
+  if (p[m] < 0) {
+    double u = 1.0 / PS_SAMPLES;
+    while (!(horner(p, n, u) > 0) && 0.5 * u > least) u *= 0.5;
+    if (horner(p, n, u) > 0) return first_root(p, n, u);
+  }
   /* A guard that left zero is back at once: where the rates that turned it have their new sign. */
   return crossed ? PS_AT_ONCE : -1;
 }

@@ -25,26 +25,17 @@ _FUNCTION = re.compile(r"^static void (\w+)\(.*?^\}\n", re.M | re.S)
 # own, which clear the registers' upper halves at their end: gcc 12 forgets that before some calls,
 # and then the first old instruction in libm pays for it. Those of lanes are part of `fill_lanes` or
 # `look_along`; to functions of their own clang 14 hands vectors in registers they do not expect.
-_ONE_MOTION = """
-#define PS_FUNCTION __attribute__((noinline)) static
-#define PS_REAL double
-#define PS_OF(name) name
-#define PS_REAL_OF(a) (a)
-#define PS_REAL_FMA PS_FMA
-#define PS_REAL_ABS fabs
-#define PS_CHOOSE(test, a, b) ((test) ? (a) : (b))
-#define PS_BITS unsigned long long
-"""
-_LANES_OF_MOTIONS = """
-#define PS_FUNCTION static inline
-#define PS_REAL ps_lanes
-#define PS_OF(name) name##_lanes
-#define PS_REAL_OF PS_SPREAD
-#define PS_REAL_FMA PS_LANES_FMA
-#define PS_REAL_ABS PS_LANES_ABS
-#define PS_CHOOSE PS_LANES_CHOOSE
-#define PS_BITS ps_lane_bits
-"""
+_MACROS = {
+    "FUNCTION": ("__attribute__((noinline)) static", "static inline"),
+    "REAL": ("double", "ps_lanes"),
+    "OF(name)": ("name", "name##_lanes"),
+    "REAL_OF": ("", "PS_SPREAD"),
+    "REAL_FMA": ("PS_FMA", "PS_LANES_FMA"),
+    "REAL_ABS": ("fabs", "PS_LANES_ABS"),
+    "CHOOSE(test, a, b)": ("((test) ? (a) : (b))", "PS_LANES_CHOOSE(test, a, b)"),
+    "BITS": ("unsigned long long", "ps_lane_bits"),
+}
+"""What a macro stands for in C that is read for one motion, and for lanes of motions."""
 _LENGTH = 24
 """Orders, the constant among them, and room to a whole cache line."""
 
@@ -99,7 +90,9 @@ def source(functions: AutomatonFunctions) -> str:
     names = _first_of_equals(texts)
     steps = [roots, _table(codes, names), _twice(along), size, advance, _in_lanes(lanes)]
     engine = [*first, *steps, *last]
-    written = [texts[name] for name in dict.fromkeys(names.values())]
+    written: tuple[list[str], list[str]] = [], []
+    for name in dict.fromkeys(names.values()):
+        written[name.endswith("_lanes")].append(texts[name])
     shared = _header(codes) + arithmetic()
     if functions.directions:
         # A motion with derivatives runs alone: its lanes are directions.
@@ -118,7 +111,18 @@ def arithmetic() -> str:
 
 def _twice(text: str) -> str:
     """Return C for one motion, and the same for lanes of motions."""
-    return _ONE_MOTION + text + _in_lanes(_LANES_OF_MOTIONS + text)
+    one, lanes = (
+        "\n".join(
+            [
+                *(f"#define PS_{name} {values[i]}" for name, values in _MACROS.items()),
+                text.rstrip(),
+                *(f"#undef PS_{name.partition('(')[0]}" for name in _MACROS),
+                "",
+            ]
+        )
+        for i in (0, 1)
+    )
+    return one + _in_lanes(lanes)
 
 
 def _code(functions: AutomatonFunctions, tape: Tape, name: str) -> _ModeCode:

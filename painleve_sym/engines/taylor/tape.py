@@ -19,14 +19,7 @@ LARGEST_FLOOR = 1e-30
 
 @dataclass(frozen=True)
 class Combination:
-    """constant + Σ coefficient · node.
-
-    Attributes
-    ----------
-    constant : Scalar
-    terms : tuple of (int, Scalar)
-        Nodes, in ascending order, with their coefficients, none of them 0.
-    """
+    """constant + Σ coefficient · node: nodes in ascending order, no coefficient 0."""
 
     constant: Scalar = ZERO
     terms: tuple[tuple[int, Scalar], ...] = ()
@@ -91,15 +84,7 @@ PRODUCTS |= {"pow": 2, "atan2": 3}
 class Tape:
     """Expression graph whose nodes are rows of Taylor coefficients.
 
-    Attributes
-    ----------
-    nodes : list of Node
-    rates : list of Combination
-        ẋ, one per state.
-    guards : list of Combination
-    scalars : Scalars
-    others : list of int
-        Nodes that are needed besides.
+    The rates are ẋ, one per state; `others` are nodes that are needed besides.
     """
 
     nodes: list[Node] = field(default_factory=list)
@@ -239,21 +224,9 @@ class Tape:
 
 
 def build(expressions: ca.SX, x: ca.SX, z: ca.SX, c: ca.SX, rates: int) -> Tape:
-    """Return the tape of a vector of expressions.
+    """Return the tape of expressions: the rates of the states, this many, then the guards.
 
-    Parameters
-    ----------
-    expressions : casadi.SX
-        The rates of the states, then the guards.
-    x, z, c : casadi.SX
-        States, memory, constants.
-    rates : int
-        How many of the expressions are rates.
-
-    Raises
-    ------
-    NoRecurrence
-        Names the operation.
+    NoRecurrence names the operation that has none; x, z and c are states, memory and constants.
     """
     function = ca.Function("f", [x, z, c], [ca.cse(ca.densify(expressions))])
     tape = Tape()
@@ -288,10 +261,6 @@ _Rule = Callable[..., Combination]
 _MINUS, _TWO = Scalar(-1.0), Scalar(2.0)
 
 
-def _asin(t: Tape, a: Combination) -> Combination:
-    return t.angle(a, _beside(t, a))
-
-
 def _beside(t: Tape, a: Combination) -> Combination:
     square = t.times(a, a).scaled(_MINUS)
     return t.function("sqrt", t.plus(Combination(ONE), square))
@@ -319,7 +288,7 @@ _RULES: dict[int, _Rule] = {
     ca.OP_COSH: lambda t, a: t.function("cosh", a),
     ca.OP_TANH: lambda t, a: t.function("tanh", a),
     ca.OP_ATAN: lambda t, a: t.angle(a, Combination(ONE)),
-    ca.OP_ASIN: _asin,
+    ca.OP_ASIN: lambda t, a: t.angle(a, _beside(t, a)),
     ca.OP_ACOS: lambda t, a: t.angle(_beside(t, a), a),
     ca.OP_ATAN2: lambda t, a, b: t.angle(a, b),
     ca.OP_FMAX: lambda t, a, b: t.ramp(a, b),

@@ -8,6 +8,7 @@ from itertools import product
 
 import sympy as sp
 
+from painleve_sym.mechanics.contact_set import ContactSet
 from painleve_sym.mechanics.formulas.formula import Formula, Section
 from painleve_sym.mechanics.formulas.one_contact import contact_sections, energies
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -23,8 +24,8 @@ def joint_sections(mechanism: Mechanism) -> tuple[Section, ...]:
     Those of one contact carry its name, as if the others were open.
     """
     system, contacts = mechanism.system, mechanism.contacts
-    J = sp.Matrix.vstack(*[row for c in contacts for row in (c.J_N, c.J_T)])
-    W = (J * (system.inverse_mass_matrix * J.T)).applyfunc(reduced)
+    together = ContactSet(mechanism)
+    W = together.W.applyfunc(reduced)
     free = sp.Matrix([b for c in mechanism.all_coefficients for b in (c.b_n, c.b_t)])
     b = free.applyfunc(reduced)
     names = ", ".join(c.name for c in system.coordinates)
@@ -34,7 +35,7 @@ def joint_sections(mechanism: Mechanism) -> tuple[Section, ...]:
         (
             Formula("M", system.mass_matrix, "SI", "mass matrix", "M"),
             Formula("h", system.bias_force, "SI", "forces without those of the contacts", "h"),
-            Formula("J", J, "SI", "rows of gap and slip of each contact", "J"),
+            Formula("J", together.J, "SI", "rows of gap and slip of each contact", "J"),
         ),
         note=f"M q_ddot = h + J^T F with q = ({names}), F = ({forces})",
     )
@@ -44,7 +45,7 @@ def joint_sections(mechanism: Mechanism) -> tuple[Section, ...]:
         for section in contact_sections(mechanism.only(contact.name))
     ]
     count = "both" if len(contacts) == 2 else "all"
-    together = Section(
+    coupled = Section(
         f"{count} contacts",
         (
             Formula("W", W.applyfunc(readable), "1/kg", "mobility J M^-1 J^T", "W"),
@@ -54,7 +55,7 @@ def joint_sections(mechanism: Mechanism) -> tuple[Section, ...]:
         ),
         note="a = W F + b",
     )
-    sections = (energies(mechanism), motion, *alone, together)
+    sections = (energies(mechanism), motion, *alone, coupled)
     if any(c.bilateral for c in contacts):
         return sections
     note = (

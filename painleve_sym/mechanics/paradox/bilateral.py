@@ -44,11 +44,6 @@ class BilateralForms:
         return -self.coefficients.B / self.A[slip * side]
 
     @cached_property
-    def stick_force(self) -> sp.Expr:
-        """F_n = −B′/A′ in sticking, which needs |F_t| ≤ μ |F_n|; N."""
-        return -self.coefficients.B_stick / self.coefficients.A_stick
-
-    @cached_property
     def excess(self) -> sp.Expr:
         """μ |W_nt| − W_nn; 1/kg. Negative: one solution in slip. Positive: none, or two."""
         c = self.coefficients

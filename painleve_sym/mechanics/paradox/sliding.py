@@ -1,20 +1,10 @@
-"""Sliding with a constant gap: the force F_n* = −B/A and the rate at which it drifts."""
+"""Sliding with a constant gap: the rate at which the force F_n* = −B/A drifts."""
 
 from __future__ import annotations
 
 import sympy as sp
 
 from painleve_sym.mechanics.coefficients import F_N, F_T, ContactCoefficients
-
-
-def sliding_force(coefficients: ContactCoefficients, slip: int = -1) -> sp.Expr:
-    """Return F_n* = −B/A_s, the force with which the contact slides at constant gap; N.
-
-    References
-    ----------
-    Impact model resolution on Painlevé's paradox, §3.4.
-    """
-    return -coefficients.B / coefficients.A(slip)
 
 
 def coefficient_rates(coefficients: ContactCoefficients, slip: int = -1) -> tuple[sp.Expr, sp.Expr]:
@@ -34,7 +24,7 @@ def sliding_field(coefficients: ContactCoefficients, slip: int = -1) -> dict[sp.
     """Return the rates of coordinates and velocities while the contact slides with F_n*."""
     system = coefficients.contact.system
     normal, tangential = coefficients.force_directions
-    force = sliding_force(coefficients, slip)
+    force = coefficients.slip_force(slip)
     along = (normal - slip * coefficients.mu * tangential) * force
     rates = dict(zip(system.q, system.q_dot, strict=True))
     return rates | dict(zip(system.q_dot, system.free_acceleration + along, strict=True))
@@ -45,7 +35,7 @@ def sliding_force_rate(coefficients: ContactCoefficients, slip: int = -1) -> sp.
 
     It is what a contact of finite stiffness has to follow: −B/A moves while the contact slides.
     """
-    force = sliding_force(coefficients, slip)
+    force = coefficients.slip_force(slip)
     A_dot, B_dot = coefficient_rates(coefficients, slip)
     drift = (B_dot + F_N * A_dot).xreplace({F_N: force})
     return -drift / coefficients.A(slip)

@@ -98,8 +98,7 @@ class BatchResult:
         for k, name in enumerate(extremes):
             arrays |= {name: rows.extremes[:, k, 0], f"{name}_time": rows.extremes[:, k, 1]}
         arrays |= {f"integral_{n}": rows.integrals[:, k] for k, n in enumerate(kept.integrals)}
-        counters = COUNTERS
-        return arrays | {name: rows.counters[:, k] for k, name in enumerate(counters)}
+        return arrays | {name: rows.counters[:, k] for k, name in enumerate(COUNTERS)}
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -123,13 +122,6 @@ class BatchResult:
             raise InputError("batch result: " + unknown_name("quantity", name, self.names))
         array = self._names[name]
         return np.asarray(array.reshape(self.shape + array.shape[1:]))
-
-    def event_times(self, kind: str) -> Array:
-        """Return the kept times of one kind of event, ``(*shape, events)``, nan where none; s."""
-        if kind not in self.kinds:
-            raise InputError("batch result: " + unknown_name("event", kind, self.kinds))
-        times = self.rows.event_times[:, self.kinds.index(kind)]
-        return np.asarray(times.reshape(*self.shape, self.kept.events))
 
     def counts(self) -> dict[str, int]:
         """Return the number of rows for each stop reason that occurred."""

@@ -15,11 +15,10 @@ from painleve_sym.engines.batch import COUNTERS, BatchOutputs, BatchRows
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.protocol import MAX_EVENTS, MAX_STEPS, RunOptions
 from painleve_sym.errors import InputError
-from painleve_sym.motion.batch.inputs import BatchInputs
+from painleve_sym.motion.batch.inputs import RUNS, BatchInputs, Starts, starts_of
 from painleve_sym.motion.batch.machine import check_memory, processor_count, row_bytes
 from painleve_sym.motion.batch.reason_codes import DYNAMIC_JAM, ROW_REASONS, SINGULAR
 from painleve_sym.motion.batch.result import BatchResult, run_row
-from painleve_sym.motion.batch.starts import RUNS, Starts, starts_of
 from painleve_sym.motion.locate_limit import jams
 from painleve_sym.motion.simulator import DEFAULT_RTOL, Simulator
 from painleve_sym.motion.trajectory import Trajectory

@@ -7,20 +7,17 @@ here answers in its own way.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 
 from painleve_sym.complementarity.lcp import LCPSolution, solve_all
 from painleve_sym.complementarity.lemke import solve_lemke
 from painleve_sym.complementarity.mpcc import MPCCStatus, solve_mpcc
-from painleve_sym.contacts.problem import ContactProblem, ContactSolution
+from painleve_sym.contacts.problem import ContactProblem
 
 Impulse = tuple[float, float]
 """Normal and tangential impulse of one step; N s."""
 Answer = tuple[int, Impulse | None]
 """Number of solutions of one step, and the impulses of the chosen one."""
-
-
-def _impulse(solution: ContactSolution) -> Impulse:
-    return solution.normal_force, solution.tangential_force
 
 
 def _read(problem: ContactProblem, solution: LCPSolution) -> Impulse:
@@ -35,16 +32,12 @@ def first_solution(problem: ContactProblem) -> Answer:
     return len(dict.fromkeys(impulses)), impulses[0] if impulses else None
 
 
-def least_impulse(problem: ContactProblem) -> Answer:
-    """Enumerate and take the solution with the least normal impulse."""
+def enumerated(place: int, problem: ContactProblem) -> Answer:
+    """Enumerate and take one of the solutions, which are in the order of their normal impulse."""
     solutions = problem.solutions()
-    return len(solutions), _impulse(solutions[0]) if solutions else None
-
-
-def largest_impulse(problem: ContactProblem) -> Answer:
-    """Enumerate and take the solution with the largest normal impulse."""
-    solutions = problem.solutions()
-    return len(solutions), _impulse(solutions[-1]) if solutions else None
+    if not solutions:
+        return 0, None
+    return len(solutions), (solutions[place].normal_force, solutions[place].tangential_force)
 
 
 def lemke(problem: ContactProblem) -> Answer:
@@ -64,8 +57,8 @@ def mpcc(problem: ContactProblem) -> Answer:
 
 SOLVERS: Mapping[str, Callable[[ContactProblem], Answer]] = {
     "first": first_solution,
-    "least-impulse": least_impulse,
-    "largest-impulse": largest_impulse,
+    "least-impulse": partial(enumerated, 0),
+    "largest-impulse": partial(enumerated, -1),
     "lemke": lemke,
     "mpcc": mpcc,
 }

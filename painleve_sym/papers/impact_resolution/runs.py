@@ -7,7 +7,7 @@ values here are chosen to show its statements.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Hashable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, TypeVar
@@ -55,9 +55,7 @@ class Case:
 class Workbench:
     """The rod with its simulators; runs are kept, so that items share them."""
 
-    _simulators: dict[str, Simulator] = field(default_factory=dict, repr=False)
-    _runs: dict[Case, Trajectory] = field(default_factory=dict, repr=False)
-    _shared: dict[str, Any] = field(default_factory=dict, repr=False)
+    _shared: dict[Hashable, Any] = field(default_factory=dict, repr=False)
 
     @cached_property
     def rod(self) -> Mechanism:
@@ -66,10 +64,10 @@ class Workbench:
 
     def simulator(self, reload: str = "virgin") -> Simulator:
         """Return the rod with the paper's law under a reload rule, built on first use."""
-        if reload not in self._simulators:
-            contact_law = compliant_law("bilinear-hertz", reload=reload)
-            self._simulators[reload] = Simulator(self.rod, contact_law)
-        return self._simulators[reload]
+        return self.shared(
+            ("simulator", reload),
+            lambda: Simulator(self.rod, compliant_law("bilinear-hertz", reload=reload)),
+        )
 
     def state(self, table: int) -> dict[str, float]:
         """Return the complete start state of a table."""
@@ -81,18 +79,19 @@ class Workbench:
 
     def run(self, case: Case) -> Trajectory:
         """Return the run of a case, made on first use."""
-        if case not in self._runs:
-            self._runs[case] = self.simulator(case.reload).run(
+        return self.shared(
+            case,
+            lambda: self.simulator(case.reload).run(
                 self.state(case.table) | dict(case.state),
                 t_end=case.t_end,
                 parameters={"E": case.modulus},
                 until=case.until or (),
                 initial_force=case.initial_force or None,
                 rtol=case.rtol,
-            )
-        return self._runs[case]
+            ),
+        )
 
-    def shared(self, name: str, make: Callable[[], T]) -> T:
+    def shared(self, name: Hashable, make: Callable[[], T]) -> T:
         """Return the value that `make` returns, computed only once under this name."""
         if name not in self._shared:
             self._shared[name] = make()

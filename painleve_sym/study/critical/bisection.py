@@ -16,9 +16,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-import numpy as np
-
 from painleve_sym.arrays import Array
+from painleve_sym.checks import number
 from painleve_sym.choices import EngineLike, EngineName
 from painleve_sym.codegen.evaluate import numbers
 from painleve_sym.codegen.named_mechanisms import MechanismLike
@@ -47,35 +46,25 @@ LEAST_FACTOR, LARGEST_FACTOR = 1e-9, 1e6
 
 
 class Outcome(enum.Enum):
-    """Outcome of a motion from an initial force.
-
-    LIFTS_OFF
-        The contact opens while it slips.
-    STOPS_IN_RESTITUTION
-        The slip stops, after the maximum compression: a weak impact.
-    STOPS_IN_COMPRESSION
-        The slip stops while the contact is still compressed: the impact of the inconsistent state.
-    UNDECIDED
-        Neither by the end time, or the mechanism left its domain.
-    """
+    """Outcome of a motion from an initial force."""
 
     LIFTS_OFF = "lifts_off"
+    """The contact opens while it slips."""
     STOPS_IN_RESTITUTION = "stops_in_restitution"
+    """The slip stops, after the maximum compression: a weak impact."""
     STOPS_IN_COMPRESSION = "stops_in_compression"
+    """The slip stops while the contact is compressed: the impact of the inconsistent state."""
     UNDECIDED = "undecided"
+    """Neither by the end time, or the mechanism left its domain."""
 
 
 class Border(enum.Enum):
-    """Which border between outcomes is sought.
-
-    SLIP_STOP
-        The least force from which the slip stops at all: impact rather than lift-off.
-    COMPRESSION
-        The least force from which it stops before the maximum compression.
-    """
+    """Which border between outcomes is sought."""
 
     SLIP_STOP = "slip_stop"
+    """The least force from which the slip stops at all: impact rather than lift-off."""
     COMPRESSION = "compression"
+    """The least force from which it stops before the maximum compression."""
 
     def beyond(self, outcome: Outcome) -> bool:
         """Whether the outcome lies above this border."""
@@ -153,8 +142,8 @@ class _Start:
             return Outcome.UNDECIDED, raw.stop_reason
         # What follows in the same instant, such as the gap's opening, is recorded after it.
         events = raw.event_records
-        for before, number in zip(events.mode_before, events.kind, strict=True):
-            mode, kind = outline.modes[before], outline.kinds[number]
+        for before, code in zip(events.mode_before, events.kind, strict=True):
+            mode, kind = outline.modes[before], outline.kinds[code]
             if kind in ENDS:
                 break
         if kind == "separation":
@@ -221,9 +210,8 @@ class CriticalForceFinder:
         parameters: Mapping[str, float] | None = None,
     ) -> list[Outcome]:
         """Return what follows from each initial force ≥ 0, N; see `find` for the arguments."""
-        bad = [f for f in forces if not (np.isfinite(f) and f >= 0)]
-        if bad:
-            raise InputError(f"{self.where}: initial force: got {bad[0]!r}, need >= 0 and finite.")
+        for force in forces.tolist():
+            number(force, "initial force", where=self.where, lower=0.0)
         start = self._start(state, parameters, self.rtol)
         return [start.run(float(force))[0] for force in forces]
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from painleve_sym.arrays import Array, load_npz, save_npz
 from painleve_sym.errors import InputError
-from painleve_sym.files import plain_fields
+from painleve_sym.files import finite, plain_fields
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.study.critical.bisection import Border, CriticalForceFinder, Outcome
 from painleve_sym.study.critical.continuation import Setting
@@ -85,14 +85,13 @@ class OutcomeMap:
 
     def summary(self) -> dict[str, Any]:
         """Return plain data without the grid."""
-        rows = zip(
-            self.values, self.limit, self.predicted, self.slip_stop, self.compression, strict=True
-        )
+        columns = (self.values, self.limit, self.predicted, self.slip_stop, self.compression)
         names = (self.over, "limit", "predicted", *(b.value for b in Border))
         return {
             **plain_fields(self, "mechanism", "law", "over", "unit", "counts"),
             "critical_forces": [
-                dict(zip(names, (_plain(v) for v in row), strict=True)) for row in rows
+                dict(zip(names, map(finite, row), strict=True))
+                for row in np.column_stack(columns).tolist()
             ],
             "state": self.state,
             "parameters": self.parameters,
@@ -117,10 +116,6 @@ class OutcomeMap:
         """Read what `save` wrote; InputError where it is not readable, or not a map of outcomes."""
         texts, arrays = load_npz(path, FORMAT, "outcome map", _TEXTS, _ARRAYS)
         return cls(**{name: texts[name] for name in _TEXTS}, **arrays)
-
-
-def _plain(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
 
 
 def _logarithmic(low: float, high: float) -> bool:

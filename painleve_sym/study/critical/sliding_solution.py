@@ -24,7 +24,6 @@ from painleve_sym.mechanics.coefficients import F_N
 from painleve_sym.mechanics.paradox.sliding import (
     coefficient_rates,
     sliding_field,
-    sliding_force,
     sliding_force_rate,
 )
 from painleve_sym.motion.simulator import Simulator
@@ -197,7 +196,7 @@ class SlidingAnalysis:
         c, parts = mechanism.coefficients, []
         for slip in (-1, 1):
             A_dot, B_dot = coefficient_rates(c, slip)
-            at = {F_N: sliding_force(c, slip)}
+            at = {F_N: c.slip_force(slip)}
             parts += [A_dot.xreplace(at), -B_dot.diff(F_N).xreplace(at) / c.A(slip)]
         return Pointwise(parts, self._symbols, engine="casadi")
 
