@@ -44,6 +44,18 @@ static PS_REAL PS_OF(rough_power)(PS_REAL x, PS_REAL e) {
   return PS_OF(of_bits)(power) * (1 + f * (0.6957 + f * (0.2251 + f * 0.0792)));
 }
 
+/* Step, in units, from the largest last terms and the largest ones before, in parts of the tolerance;
+ * `nothing` is 0, and nan where a term is not finite. */
+static inline PS_REAL PS_OF(step_of)(PS_REAL most, PS_REAL before, PS_REAL nothing, int p) {
+  const PS_REAL least = PS_REAL_OF(1e-100);
+  before *= 1 / 7.389;
+  most = PS_CHOOSE(most > least, most, least);
+  before = PS_CHOOSE(before > least, before, least);
+  const PS_REAL h = PS_OF(rough_power)(most, PS_REAL_OF(-PS_INVERSE[p]));
+  const PS_REAL other = PS_OF(rough_power)(before, PS_REAL_OF(-PS_INVERSE[p - 1]));
+  return PS_CHOOSE(h < other, h, other) + nothing;
+}
+
 /* Step, in units, for which the last two terms of each state are within its tolerance; nan where one
  * is not finite. The last but one may be e^2 times larger: that is what a step of 1/e^2 of the
  * radius makes of it. */
@@ -61,13 +73,7 @@ PS_FUNCTION void PS_OF(step_along)(const PS_REAL (*v)[PS_COLUMNS], int p, const 
     before = PS_CHOOSE(b[i] <= before, before, b[i]);
     nothing += 0.0 * a[i] + 0.0 * b[i];
   }
-  const PS_REAL least = PS_REAL_OF(1e-100);
-  before *= 1 / 7.389;
-  most = PS_CHOOSE(most > least, most, least);
-  before = PS_CHOOSE(before > least, before, least);
-  const PS_REAL h = PS_OF(rough_power)(most, PS_REAL_OF(-PS_INVERSE[p]));
-  const PS_REAL other = PS_OF(rough_power)(before, PS_REAL_OF(-PS_INVERSE[p - 1]));
-  *step = PS_CHOOSE(h < other, h, other) + nothing;
+  *step = PS_OF(step_of)(most, before, nothing, p);
 }
 
 /* Series of n guards and ramps over a step of h units, and for each a bound from below. */

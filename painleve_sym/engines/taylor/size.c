@@ -61,15 +61,81 @@ static void fill_series(ps_run *s) {
   s->count.dense++;
 }
 
+#ifdef PS_DIRECTIONS
+/* A register of the states that have their places from c on. */
+static inline ps_wide states_from(const double *row, int c) {
+  ps_wide a;
+  __builtin_memcpy(&a, row + c, sizeof a);
+  return a;
+}
+
+static inline ps_wide wide_size(ps_wide a) {
+  return (ps_wide)((ps_wide_bits)a & 0x7fffffffffffffffLL);
+}
+
+/* The larger of each two, b where that is not a number. */
+static inline ps_wide wide_most(ps_wide a, ps_wide b) {
+  const ps_wide_bits kept = b <= a;
+  return (ps_wide)((kept & (ps_wide_bits)a) | (~kept & (ps_wide_bits)b));
+}
+#endif
+
 static double step_by_terms(const ps_run *s, const ps_options *o) {
   double h;
+#ifdef PS_DIRECTIONS
+  /* As in step_along, of many states register by register. */
+  const int p = s->order;
+  ps_wide most = {0}, before = {0}, nothing = {0};
+  int c = 0;
+  for (; c + PS_WIDTH <= PS_NX; c += PS_WIDTH) {
+    const ps_wide size = states_from(o->atol, c) + o->rtol * wide_size(states_from(s->x, c));
+    const ps_wide weight = 1.0 / (PS_SHARE * size);
+    const ps_wide a = wide_size(states_from(s->v[p], c)) * weight;
+    const ps_wide b = wide_size(states_from(s->v[p - 1], c)) * weight;
+    most = wide_most(most, a);
+    before = wide_most(before, b);
+    nothing += 0.0 * a + 0.0 * b;
+  }
+  double largest[2] = {0, 0}, none = 0;
+  for (int i = 0; i < PS_WIDTH; i++) {
+    largest[0] = most[i] <= largest[0] ? largest[0] : most[i];
+    largest[1] = before[i] <= largest[1] ? largest[1] : before[i];
+    none += nothing[i];
+  }
+  for (; c < PS_NX; c++) {
+    const double weight = 1.0 / (PS_SHARE * (o->atol[c] + o->rtol * fabs(s->x[c])));
+    const double a = fabs(s->v[p][c]) * weight, b = fabs(s->v[p - 1][c]) * weight;
+    largest[0] = a <= largest[0] ? largest[0] : a;
+    largest[1] = b <= largest[1] ? largest[1] : b;
+    none += 0.0 * a + 0.0 * b;
+  }
+  h = step_of(largest[0], largest[1], none, p);
+#else
   step_along(series_of(s), s->order, s->x, o->atol, o->rtol, &h);
+#endif
   return h;
 }
 
 /* State at u units, and its rate. */
 static void state_at(const ps_run *s, double u, double *restrict y) {
+#ifdef PS_DIRECTIONS
+  /* As in state_along, of many states register by register. */
+  const ps_wide h = PS_WIDE_OF(u);
+  const int p = s->order;
+  int c = 0;
+  for (; c + PS_WIDTH <= PS_NX; c += PS_WIDTH) {
+    ps_wide sum = states_from(s->v[p], c);
+    for (int k = p - 1; k >= 0; k--) sum = PS_WIDE_FMA(sum, h, states_from(s->v[k], c));
+    __builtin_memcpy(y + c, &sum, sizeof sum);
+  }
+  for (; c < PS_NX; c++) {
+    double sum = s->v[p][c];
+    for (int k = p - 1; k >= 0; k--) sum = PS_FMA(sum, u, s->v[k][c]);
+    y[c] = sum;
+  }
+#else
   state_along(series_of(s), s->order, &u, y);
+#endif
 }
 
 static void rate_at(ps_run *s, double u, double *restrict rate) {

@@ -1,5 +1,6 @@
 /* Directions side by side, in which states are differentiated: as many as a vector register holds. */
 typedef double ps_wide __attribute__((vector_size(8 * PS_WIDTH)));
+typedef long long ps_wide_bits __attribute__((vector_size(8 * PS_WIDTH)));
 
 #define PS_WIDE_OF(a) ((a) - (ps_wide){0})
 #if !defined(__FMA__) || PS_WIDTH == 4 || PS_BUILTIN(__builtin_elementwise_fma)
