@@ -226,9 +226,7 @@ class BilateralContact(OneContact):
         other = (Choice(guide_stick_mode(-side), None, every),)
         force = self.mechanism.coefficients.stick_force
         # Reached only where F_t vanishes with F_n; any other F_t begins a slip before.
-        turn = self.transition(
-            "force_reversal", EventKind.FORCE_REVERSAL, side * force, other
-        )
+        turn = self.transition("force_reversal", EventKind.FORCE_REVERSAL, side * force, other)
         return self.held_mode(guide_stick_mode(side), "stick", force, (turn, *changes))
 
     @cached_property
