@@ -58,9 +58,9 @@ _DENSE_LENGTH = 20_000
 """Characters of other functions that take it as long: their loops are what it works on."""
 
 
-_STRAIGHT = "-O1"
-"""How far CasADi's functions are optimized: more takes the compiler half as long again, and makes
-no run faster that was measured."""
+_STRAIGHT = "-Og"
+"""How far CasADi's functions are optimized: -O3 takes the compiler twice as long, and makes no run
+faster that was measured."""
 
 _SINGLE = "-O1 -ftree-vectorize -fvect-cost-model -falign-functions=64"
 """How far the event loop and the series of single motions are optimized: that spares the compiler
