@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+import re
 
 import numpy as np
 import pytest
@@ -297,3 +298,20 @@ def test_rows_of_a_batch_are_the_runs(simulator):
         run = simulator(*pair).run(START, t_end=T_END, parameters=own)
         assert batch["x_1"][i] == run.final["x_1"]
         assert batch["times_of_slip_start"][i, 0] == run.events_of("slip_start")[0].time
+
+
+@pytest.mark.parametrize(
+    "landing, own",
+    [
+        (-0.46, {"mu_A": 0.55, "mu_B": 0.594, "beta": -0.028, "h": 0.557, "static_ratio": 1.733}),
+        (0.0, {"mu_A": 0.46, "mu_B": 0.943, "beta": 0.0337, "h": 0.512, "static_ratio": 1.464}),
+    ],
+)
+def test_of_two_sticking_feet_that_one_slips_whose_friction_reaches_its_cone(landing, own):
+    """Either foot could slip while the other sticks: friction in slip is lower."""
+    block = ps.Simulator(ps.model("block-two-feet"), ps.law("linear", friction="static"))
+    start = {"y_A": 0.0, "y_A_dot": landing}
+    run = block.run(start, parameters=own | {"k": 1e5, "c": 50.0}, t_end=0.0075)
+    first = run.events_of("slip_start")[0]
+    assert first.contact == "A"
+    assert re.match(r"slip_(pos|neg)/\w+ \+ stick/\w+$", first.mode_after)
