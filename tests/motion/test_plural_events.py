@@ -143,6 +143,17 @@ def test_level_feet_of_unlike_friction_bounce_on_where_rounding_hides_whether_th
 
 
 @pytest.mark.parametrize("engine", ENGINES)
+def test_gap_that_the_time_of_landing_leaves_is_none(engine):
+    """A gap of 1.5e-19 m at 0.1 m/s is less than the time resolves: the foot has landed."""
+    simulator = ps.Simulator(ps.model("block-two-feet"), ps.law("linear"), engine=engine)
+    own = {"mu_A": 0.49830213037750776, "mu_B": 0.8923733301777431}
+    own |= {"beta": 0.10784175032648641, "h": 0.8163479044588333}
+    run = simulator.run({"y_A": 0.0005798963765634185}, t_end=0.1, parameters=own)
+    assert run.stop_reason is ps.StopReason.T_END
+    assert run.energy_residual < 1e-9
+
+
+@pytest.mark.parametrize("engine", ENGINES)
 def test_sprung_feet_that_land_together_pass_an_event_nearer_than_the_time_resolves(engine):
     law = ps.law("bilinear-hertz", friction="spring")
     own = {"E": 18701767256.49657, "e_energetic": 0.24499203746959647, "h": 0.1, "beta": 0.0}

@@ -134,10 +134,10 @@ static void settle(ps_run *s, const ps_options *o, ps_bits departs, int visible)
       s->reason = PS_NON_FINITE;
       return;
     }
+    const double zero = PS_MAX(PS_ZERO_TIME * s->h_ref, PS_MOMENT * fabs(s->t));
     int fire = -1;
     for (int j = 0; j < m->n && fire < 0; j++) {
-      int side = guard_side(s->g[j], s->dg[j], s->d2[j], PS_ZERO_TIME * s->h_ref,
-                            (departs >> j) & 1);
+      int side = guard_side(s->g[j], s->dg[j], s->d2[j], zero, (departs >> j) & 1);
       s->armed[j] = side > 0;
       if (side < 0) fire = j;
     }

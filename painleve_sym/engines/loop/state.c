@@ -19,6 +19,8 @@ enum { PS_T_END, PS_UNTIL, PS_LEFT_DOMAIN, PS_STEP_LIMIT, PS_EVENT_LIMIT, PS_ACC
 
 /* Zero of a guard: reached within this part of a step, far above the round-off of a located root. */
 static const double PS_ZERO_TIME = 1e-10;
+/* No step is shorter than this part of the time it begins at, and no event is nearer to its time. */
+static const double PS_MOMENT = 16e-16;
 /* Events closer than this part of a step are simultaneous: the first in the mode's list goes first. */
 static const double PS_TIE = 1e-12;
 /* tau of a state at the origin, in parts of the time in which it would come to its scale, or, where it

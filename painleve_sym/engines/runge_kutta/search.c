@@ -3,9 +3,6 @@
 /* Answer of find_event; any number that is neither that of a guard nor -1. */
 #define PS_RETAKE -2
 
-/* No step is shorter than this part of the time it begins at. */
-static const double PS_MOMENT = 16e-16;
-
 typedef struct {
   double at, g, d;
 } ps_point;

@@ -16,8 +16,6 @@ static const double PS_MARGIN = 1.02;
 /* A step along the root of the time since a zero should be this part of that time; else the zero is
  * no longer what limits it. */
 static const double PS_WORTH = 0.8;
-/* No step is shorter than this part of the time it begins at. */
-static const double PS_MOMENT = 16e-16;
 
 /* Why a step leaves a power out: its series does not exist, or reaches less far; or that it is kept
  * though its base is small. */
