@@ -12,7 +12,7 @@ static const double PS_SAME_MOTION = 1e-8;
 static const double PS_REST_ERRORS = 10;
 
 static double first_step(ps_run *s, const ps_options *o);
-static int guard_side(double g, double d, double d2, double zero, int departs);
+static int guard_side(double g, double d, double d2, double zero, double moment, int departs);
 
 /* Whether the tests of the mode hold in the memory of the run: each is positive, or zero but for
  * rounding with the first derivative that is not zero positive. 2 where they also hold by the measure
@@ -36,7 +36,7 @@ static int consistent(ps_run *s, const ps_options *o, double *missed) {
     if (fabs(v[j]) > PS_ZERO_TERMS * scale[j] + PS_ZERO_TIME * fabs(first)) decides = v[j];
     else if (fabs(first) > slope) decides = first;
     if (decides < 0) *missed = PS_MAX(*missed, -decides / scale[j]);
-    if (guard_side(v[j], d[j], d2[j], PS_ZERO_TIME * h, 0) < 0) lasts = 0;
+    if (guard_side(v[j], d[j], d2[j], PS_ZERO_TIME * h, 0, 0) < 0) lasts = 0;
   }
   return *missed > 0 ? 0 : 1 + lasts;
 }

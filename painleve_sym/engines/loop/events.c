@@ -77,14 +77,15 @@ static void apply(ps_run *s, const ps_options *o, int j, int visible, double tim
 }
 
 /* 1: on its positive side, armed; 0: at zero and leaving upwards; -1: fires now. At zero the sign
- * is that of the first derivative, or of the second where the first is zero beside it. */
-static int guard_side(double g, double d, double d2, double zero, int departs) {
+ * is that of the first derivative, or of the second where the first is zero beside it. A guard that
+ * rises above zero within a `moment`, which the time does not resolve, is at zero. */
+static int guard_side(double g, double d, double d2, double zero, double moment, int departs) {
   if (!isfinite(d)) d = isinf(d) ? copysign(1e300, d) : 0;
   if (!isfinite(d2)) d2 = 0;
   double first = d * zero, second = 0.5 * d2 * zero * zero;
   double band = fabs(first) + fabs(second);
   if (g > band) return 1;
-  if (g < -band) return -1;
+  if (g < -PS_MAX(band, d * moment)) return -1;
   if (departs) return 0;
   return (fabs(first) > fabs(second) ? first : second) < 0 ? -1 : 0;
 }
@@ -134,10 +135,10 @@ static void settle(ps_run *s, const ps_options *o, ps_bits departs, int visible)
       s->reason = PS_NON_FINITE;
       return;
     }
-    const double zero = PS_MAX(PS_ZERO_TIME * s->h_ref, PS_MOMENT * fabs(s->t));
+    const double zero = PS_ZERO_TIME * s->h_ref, moment = PS_MOMENT * fabs(s->t);
     int fire = -1;
     for (int j = 0; j < m->n && fire < 0; j++) {
-      int side = guard_side(s->g[j], s->dg[j], s->d2[j], zero, (departs >> j) & 1);
+      int side = guard_side(s->g[j], s->dg[j], s->d2[j], zero, moment, (departs >> j) & 1);
       s->armed[j] = side > 0;
       if (side < 0) fire = j;
     }

@@ -231,7 +231,8 @@ class FitProblem:
         noise = dict(self.sigma or {n: _spread(v[filled[n]]) for n, v in measured.items()})
 
         def values_of(x: Array) -> Array:
-            return np.where(logarithmic, np.exp(np.where(logarithmic, x, 0.0)), x)
+            with np.errstate(over="ignore"):  # infinite values are rejected like others
+                return np.where(logarithmic, np.exp(np.where(logarithmic, x, 0.0)), x)
 
         def predicted(x: Array) -> Any:
             nonlocal evaluations
