@@ -14,6 +14,7 @@ from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.engines.batch import COUNTERS
 from painleve_sym.engines.erk_choice import (
     HUGE,
+    MOMENT,
     REST_ERRORS,
     ZERO_TIME,
     Parts,
@@ -164,7 +165,11 @@ class _Run:
             if not np.isfinite(self.h_ref):
                 self.reason = StopReason.NON_FINITE
                 return
-            sides = [guard_side(g[j], d[j], d2[j], self.h_ref, j in departs) for j in range(len(g))]
+            moment = MOMENT * abs(self.t)
+            sides = [
+                guard_side(g[j], d[j], d2[j], self.h_ref, j in departs, moment)
+                for j in range(len(g))
+            ]
             self.armed = np.array(sides) > 0
             transitions = self.modes[self.mode].transitions
             if transitions and transitions[-1].immediate:
@@ -285,7 +290,7 @@ class _Run:
         if self.counters["accepted_steps"] + self.counters["rejected_steps"] >= o.max_steps:
             self.reason = StopReason.STEP_LIMIT
             return
-        if not length > 16e-16 * abs(self.t) + 1e-200:
+        if not length > MOMENT * abs(self.t) + 1e-200:
             self.reason = StopReason.T_END if last else self.failure()
             return
         window, taken = self.window(length, watch=True)

@@ -16,7 +16,7 @@ from painleve_sym.engines.erk_mode import Call
 from painleve_sym.hybrid.automaton import HybridAutomaton
 
 # The constants of the compiled engine: its decisions are repeated here.
-ZERO_TIME = 1e-10
+ZERO_TIME, MOMENT = 1e-10, 16e-16
 _ZERO_TERMS, _ZERO_SLOPE, _SAME_MOTION = 1e-12, 1e-10, 1e-8
 REST_ERRORS = 10.0
 """Errors of a state, by its tolerance, below which it is at rest."""
@@ -25,13 +25,19 @@ HUGE = 1e300
 """Stands for inf, so that 0·inf is not nan."""
 
 
-def guard_side(g: float, d: float, d2: float, h: float, departs: bool) -> int:
-    """1: on the positive side, armed; 0: at zero and leaving upwards; -1: fires now."""
+def guard_side(g: float, d: float, d2: float, h: float, departs: bool, moment: float = 0.0) -> int:
+    """1: on the positive side, armed; 0: at zero and leaving upwards; -1: fires now.
+
+    A guard that rises above zero within a `moment`, which the time does not resolve, is at zero.
+    """
     d = float(np.nan_to_num(d, nan=0.0, posinf=HUGE, neginf=-HUGE))
     d2 = d2 if np.isfinite(d2) else 0.0
     first, second = d * ZERO_TIME * h, 0.5 * d2 * (ZERO_TIME * h) ** 2
-    if abs(g) > abs(first) + abs(second):
-        return 1 if g > 0 else -1
+    band = abs(first) + abs(second)
+    if g > band:
+        return 1
+    if g < -max(band, d * moment):
+        return -1
     if departs:
         return 0
     return -1 if (first if abs(first) > abs(second) else second) < 0 else 0
