@@ -13,7 +13,7 @@ from painleve_sym.errors import TranslationError
 from painleve_sym.laws.compliance import ramp
 
 POWER_FLOOR = 1e-60
-"""Base of a real power at and below zero: tiny enough to give force 0, and no nan derivative."""
+"""Base of a real power at and below zero, where the power is 0: its derivatives are not nan."""
 
 _UNARY: dict[type[sp.Basic], Callable[[Any], Any]] = {
     sp.sin: ca.sin,
@@ -150,7 +150,12 @@ class Translator:
                 return self(base) if exponent == 1 else ca.SX(1)
             return half * half * self(base) if exponent % 2 else half * half
         if exponent == sp.Rational(1, 2):
-            return ca.sqrt(self(base))
-        if exponent == sp.Rational(-1, 2):
+            power = ca.sqrt(self(base))
+        elif exponent == sp.Rational(-1, 2):
             return 1 / ca.sqrt(self(base))
-        return self(base) ** self(exponent)
+        else:
+            power = self(base) ** self(exponent)
+        if self._floor and isinstance(base, ramp):
+            # Exactly 0 where the base is: the residue of a floor would decide the signs of guards.
+            return ca.if_else(self(base.args[0]) > self._floor, power, 0)
+        return power

@@ -50,7 +50,8 @@ Vectors made of statements side by side are off: gcc 12 contracts there against 
 _PART = re.compile(r"^#if PS_HAS\((\d+)\)(?: /\* (-O\w[\w= -]*) \*/)?$", re.M)
 """A part of a file, and how far it is to be optimized where that is not as in `FLAGS`."""
 _PROGRAMS = (("cc",), ("gcc",), ("clang",))
-_ZIG = (sys.executable, "-m", "ziglang", "cc")
+# Where it optimizes little, zig adds checks of its own, of which a shared library has no part.
+_ZIG = (sys.executable, "-m", "ziglang", "cc", "-fno-sanitize=undefined")
 _LOOKED_FOR = "cc, gcc, clang and the package ziglang"
 
 

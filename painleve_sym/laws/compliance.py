@@ -172,8 +172,10 @@ def _viscoelastic(
     releases: tuple[sp.Expr, ...],
 ) -> ContactLaw:
     """Elastic K δⁿ plus a damping force; loading and unloading follow one expression."""
-    elastic = K_E * ramp(DELTA) ** exponent
-    force, stored = elastic + damping, K_E * ramp(DELTA) ** (exponent + 1) / (exponent + 1)
+    # A linear force needs no ramp: it continues smoothly below δ = 0.
+    base = DELTA if exponent == 1 else ramp(DELTA)
+    elastic = K_E * base**exponent
+    force, stored = elastic + damping, K_E * base ** (exponent + 1) / (exponent + 1)
     loss = damping * DELTA_DOT
     leave = tuple(Exit(EventKind.SEPARATION, guard, SEPARATED) for guard in (DELTA, *releases))
     turn, back = (

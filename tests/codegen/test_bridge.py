@@ -165,11 +165,10 @@ def test_any_composition_has_the_same_value_and_slope(expr, point):
 def test_real_power_of_a_ramp_vanishes_with_its_derivatives(exponent, x):
     power = translated(ramp(X) ** sp.Float(exponent))
     value, slope = power([x, 0, 0])
-    assert abs(float(value)) <= 1e-60
-    assert np.isfinite(np.array(slope)).all()
-    assert abs(float(slope[0])) <= 1.0 if exponent == 1 else abs(float(slope[0])) < 1e-29
+    assert float(value) == 0
+    assert not np.array(ca.densify(slope)).any()
     second = ca.Function("h", [SX], [ca.hessian(power(SX)[0], SX)[0]])
-    assert np.isfinite(np.array(second([x, 0, 0]))).all()
+    assert not np.array(ca.densify(second([x, 0, 0]))).any()
 
 
 def test_real_power_of_a_ramp_is_the_plain_power_inside():

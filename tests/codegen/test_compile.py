@@ -313,7 +313,7 @@ def test_compiler_of_the_package_ziglang_is_the_last_resort(tmp_path, monkeypatc
     assert has_ziglang() or compiling.compiler_mark() is None
     monkeypatch.syspath_prepend(str(package.parent))
     monkeypatch.setenv("PYTHONPATH", str(package.parent))
-    assert find_compiler().command == (sys.executable, "-m", "ziglang", "cc")
+    assert find_compiler().command[:4] == (sys.executable, "-m", "ziglang", "cc")
     assert load(SOURCE % 5).answer() == 5
     # A library of one compiler is not taken for that of another.
     assert str(package / "zig") in (compiling.compiler_mark() or "")

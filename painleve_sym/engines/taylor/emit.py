@@ -338,7 +338,10 @@ class SeriesCode:
         if i in self._ramps:
             lines.append(f"v[0][{self._ramps[i]}] = o{i};")
         if node.op in _FACTOR:
-            lines.append(f"const {real} r{i} = {_FACTOR[node.op].format(*args, o=f'o{i}')};")
+            # The root of a dead ramp is 0, and so is what would be divided by it.
+            root = node.op == "sqrt" and self.tape.base_ramp(i) is not None
+            factor = "0.5 * {o} / {0}" if root else _FACTOR[node.op]
+            lines.append(f"const {real} r{i} = {factor.format(*args, o=f'o{i}')};")
         if node.op == "pow" and node.scalar is not None:
             value = f"{self.scalar(node.scalar, kind)} + 1"
             lines.append(f"const {kind.real} e{i} = {value};")
@@ -367,6 +370,9 @@ class SeriesCode:
             # The third of atan2, the square, is for its recurrence.
             name = "ps_sech2" if node.op == "sech2" else node.op
             value = f"{name}({', '.join(args[:2])})"
+        ramp = self.tape.base_ramp(i)
+        if ramp is not None and ramp.scalar is not None:
+            value = f"{args[0]} > {ramp.scalar.number!r} ? {value} : 0"
         return [*lines, kind.each.format(f"o{i}", value)]
 
     def _each(self, i: int, kind: _Kind, sums: Mapping[int, str]) -> list[str]:

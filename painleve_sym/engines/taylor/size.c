@@ -387,9 +387,10 @@ static double next_root(double *p, int n, double least, int crossed) {
   if (p[m] < 0) {
     double u = 1.0 / PS_SAMPLES;
     while (!(horner(p, n, u) > 0) && 0.5 * u > least) u *= 0.5;
-    if (horner(p, n, u) > 0) return first_root(p, n, u);
+    /* A guard that left zero is back at once, also where it rises again before the step ends: where the
+     * rates that turned it have their new sign. */
+    return horner(p, n, u) > 0 ? first_root(p, n, u) : PS_AT_ONCE;
   }
-  /* A guard that left zero is back at once: where the rates that turned it have their new sign. */
   return crossed ? PS_AT_ONCE : -1;
 }
 

@@ -137,13 +137,16 @@ class Tangents:
         def multiple(factor: Scalar, row: int) -> int:
             return tape.row(Combination(ZERO, ((row, factor),)))
 
-        if node.op == "pow" and node.scalar is not None:
+        exponent = node.scalar if node.op == "pow" else None
+        if node.op == "sqrt" and tape.base_ramp(i) is not None:
+            exponent = Scalar(0.5)
+        if exponent is not None:
             # d(aᵉ) = e · (aᵉ/a) · da + (aᵉ log a) · de
             (base,), scalars = node.args, tuple[tuple[Scalar, int], ...]()
-            if self.moves(node.scalar):
+            if self.moves(exponent):
                 log = tape.node(Node("log", (base,)))
-                scalars = ((node.scalar, tape.node(Node("mul", (i, log)))),)
-            slope = multiple(node.scalar, tape.node(Node("div", (i, base))))
+                scalars = ((exponent, tape.node(Node("mul", (i, log)))),)
+            slope = multiple(exponent, tape.node(Node("div", (i, base))))
             return Rule(((slope, base),) if base in self._moving else (), scalars=scalars)
         rows = dict(enumerate(node.args)) | {_OWN: i, _PAIR: tape.pair(i)}
         divisor, terms = _RULES[node.op]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import casadi as ca
@@ -43,15 +43,15 @@ class Node:
     Attributes
     ----------
     op : str
-        ``state``, ``linear``, ``ramp``, ``mul``, ``sq``, ``div``, ``inv``, ``sqrt``, ``pow``,
-        ``exp``, ``log``, ``sin``, ``cos``, ``sinh``, ``cosh``, ``tanh``, ``sech2`` (1/cosh²),
-        ``atan2``.
+        ``state``, ``linear``, ``ramp``, ``above`` (whether a ramp is above its floor; has no
+        series), ``mul``, ``sq``, ``div``, ``inv``, ``sqrt``, ``pow``, ``exp``, ``log``, ``sin``,
+        ``cos``, ``sinh``, ``cosh``, ``tanh``, ``sech2`` (1/cosh²), ``atan2``.
     args : tuple of int
         Nodes, all of them earlier; of ``atan2`` y, x and x² + y².
     inner : Combination or None
-        Of ``linear`` and ``ramp``.
+        Of ``linear``, ``ramp`` and ``above``.
     scalar : Scalar or None
-        Exponent of ``pow``, floor of ``ramp``.
+        Exponent of ``pow``, floor of ``ramp`` and ``above``.
     index : int
         Of ``state``.
     """
@@ -222,6 +222,39 @@ class Tape:
             raise NoRecurrence("max")
         return self.single(Node("ramp", inner=a, scalar=floor))
 
+    def above(self, floor: Combination, a: Combination) -> Combination:
+        """Return whether a ramp, max(a, floor), is above its floor."""
+        if not floor.is_scalar:
+            raise NoRecurrence("lt")
+        return self.single(Node("above", inner=a, scalar=floor.constant))
+
+    def where(self, condition: Combination, a: Combination) -> Combination:
+        """Return a, made of powers of a ramp, whose series is 0 where that is at its floor."""
+        for n, _ in condition.terms:
+            above = self.nodes[n]
+            if above.op == "above" and self._vanishes(a, replace(above, op="ramp")):
+                return a
+        raise NoRecurrence("if_else_zero")
+
+    def _vanishes(self, a: Combination, ramp: Node) -> bool:
+        """Whether each term has a real power of the ramp as a factor."""
+
+        def has_factor(i: int) -> bool:
+            node = self.nodes[i]
+            if node.op in ("mul", "sq", "div"):
+                return any(map(has_factor, node.args[:1] if node.op == "div" else node.args))
+            if node.op == "linear" and node.inner is not None:
+                return self._vanishes(node.inner, ramp)
+            return self.base_ramp(i) == ramp
+
+        return a.constant.is_zero and all(has_factor(n) for n, _ in a.terms)
+
+    def base_ramp(self, i: int) -> Node | None:
+        """Return the ramp of which a node is a real power, so 0 where that is at its floor."""
+        node = self.nodes[i]
+        base = self.nodes[node.args[0]] if node.op in ("pow", "sqrt") else node
+        return base if base is not node and base.op == "ramp" else None
+
 
 def build(expressions: ca.SX, x: ca.SX, z: ca.SX, c: ca.SX, rates: int) -> Tape:
     """Return the tape of expressions: the rates of the states, this many, then the guards.
@@ -292,6 +325,8 @@ _RULES: dict[int, _Rule] = {
     ca.OP_ACOS: lambda t, a: t.angle(_beside(t, a), a),
     ca.OP_ATAN2: lambda t, a, b: t.angle(a, b),
     ca.OP_FMAX: lambda t, a, b: t.ramp(a, b),
+    ca.OP_LT: lambda t, a, b: t.above(a, b),
+    ca.OP_IF_ELSE_ZERO: lambda t, a, b: t.where(a, b),
 }
 _NAMES: dict[int, str] = {
     getattr(ca, name): name[3:].lower() for name in dir(ca) if name.startswith("OP_")
