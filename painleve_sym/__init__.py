@@ -92,7 +92,7 @@ if TYPE_CHECKING:
     from painleve_sym.study.sweeps.runner import sweep as sweep
     from painleve_sym.study.sweeps.sweep import Sweep as Sweep
 
-__version__ = "0.6.0"
+__version__ = "0.7.0"
 
 _NAMES = {
     "c_export.export": ("export_c",),
