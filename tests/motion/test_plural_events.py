@@ -232,3 +232,42 @@ def test_smooth_ladder_on_linear_springs_moves_as_its_equations_say(engine):
     names = list(run.state_names)
     places = [names.index(n) for n in ("x", "y", "theta", "x_dot", "y_dot", "theta_dot")]
     assert np.allclose(run.final_state[places], exact.y[:, -1], rtol=1e-8, atol=1e-9)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_ladder_that_lands_upright_is_turned_by_the_floor_alone(engine):
+    """The wall is touched at no speed and no acceleration; the force of the floor is small at first."""
+    run = _ladder(ps.law("hunt-crossley"), engine).run(
+        {"x": 1.0, "theta": np.pi / 3, "y_dot": 0.6},
+        t_end=0.2,
+        parameters={"mu_floor": 0.4, "mu_wall": 0.2},
+        law_parameters={"E": 5e5},
+        max_steps=2000,
+    )
+    assert run.stop_reason is ps.StopReason.T_END
+    assert run.energy_residual < 1e-10
+    # The floor lets it sink by 2 cm, and pushes the foot away from the wall.
+    assert run.final["y"] < -0.01 and run.final["theta_dot"] < -0.1
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_feet_that_touch_just_before_a_rigid_one_do_not_slip_without_end(engine):
+    """Outer feet touch a moment before the middle one, by rounding, with forces of 1e-18 N."""
+    table = ps.load_mechanism("examples/mechanisms/three-legged-table.toml")
+    soft, v, g = ps.law("hunt-crossley"), 0.7348396471738055, 9.8
+    run = ps.Simulator(
+        table, {"left": soft, "middle": ps.law("rigid"), "right": soft}, engine=engine
+    ).run(
+        {"y_dot": v},
+        t_end=0.6,
+        parameters={"mu_left": 0.0, "mu_middle": 0.0, "mu_right": 0.19986306051302952},
+        law_parameters={
+            "E_left": 108758881.0758459,
+            "E_right": 25167224.34611439,
+            "e_energetic": 1.0,
+        },
+    )
+    assert run.stop_reason is ps.StopReason.T_END
+    since = 0.6 - 4 * (2 * v / g)
+    assert run.final["y"] == pytest.approx(v * since - g * since**2 / 2, abs=1e-14)
+    assert run.final["y_dot"] == pytest.approx(v - g * since, rel=1e-13)

@@ -89,8 +89,10 @@ static int find_event(ps_run *s, ps_look *g, double h, double at_once, double *w
     if (s->armed[j] && !may_vanish(g, j) && !own) continue;
     const ps_outline o = outline(g->at + j * g->next, g->row, order);
     double end = o.end;
-    const int crosses = end <= 0;
-    if (own || (!exact && diverges(g, j, order, &o))) {
+    const int crosses = end <= 0, doubtful = diverges(g, j, order, &o);
+    /* A state that left zero within its tolerance: its series does not tell when it is back. */
+    if (exact && doubtful && !s->armed[j]) continue;
+    if (own || (!exact && doubtful)) {
       if (!known) {
         own_series(s, g);
         state_at(s, h, y);

@@ -253,6 +253,16 @@ static int begin_step(ps_run *s, const ps_options *o) {
   return 1;
 }
 
+/* How far series without the powers whose bases are not alive are good, in units. */
+static double good_without(ps_run *s, const ps_options *o, int fresh) {
+  s->bend = 0;
+  fill_series(s);
+  const double h = step_by_terms(s, o), left = (s->t_end - s->t) / s->unit;
+  /* Of a contact that has just closed, the step of its mode tells how fast the power grows. */
+  const double first = fresh ? 4 * s->h_ref / s->unit : HUGE_VAL;
+  return isfinite(h) ? step_by_defect(s, o, PS_MIN(h, left), first) : h;
+}
+
 /* How far the series are good, in units; `h` is what their last terms say. Where a base vanishes
  * they are made again. */
 static double good_for(ps_run *s, const ps_options *o, double h) {
@@ -274,40 +284,32 @@ static double good_for(ps_run *s, const ps_options *o, double h) {
     }
   }
   s->ready = 1;
-  double alive = NAN;
-  if (dead) {
-    /* Beside one that has vanished a small one goes the same way: two feet that land together. */
-    for (int r = 0; r < m->ramps; r++)
-      if (smalls[r]) s->live[r] = 0;
-  } else if (small && (fresh || h <= 2 * moment)) {
-    s->bend = 0;
-    fill_series(s);
-    /* Next to the branch point the series hardly reaches; leaving the power out may go further. */
-    alive = step_by_terms(s, o);
-    for (int r = 0; r < m->ramps; r++)
-      if (smalls[r]) s->live[r] = 0;
-    dead = 1;
-  }
   /* Up to the zero of the base as it was estimated; beyond it time would run back. */
-  if (!dead) {
+  if (!dead && !(small && (fresh || h <= 2 * moment))) {
     double most = -0.999 * s->unit / s->bend;
     return s->bend < 0 && most < h ? most : h;
   }
-  s->bend = 0;
-  fill_series(s);
-  h = step_by_terms(s, o);
-  double left = (s->t_end - s->t) / s->unit;
-  /* Of a contact that has just closed, the step of its mode tells how fast the power grows. */
-  double first = fresh ? 4 * s->h_ref / s->unit : HUGE_VAL;
-  if (isfinite(h)) h = step_by_defect(s, o, PS_MIN(h, left), first);
+  /* Next to its branch point the series hardly reaches; leaving a small power out may go further: of
+   * two feet that land together one has vanished, and the other is small. */
+  double alive = NAN;
+  if (small && dead) {
+    alive = good_without(s, o, fresh);
+  } else if (small) {
+    s->bend = 0;
+    fill_series(s);
+    alive = step_by_terms(s, o);
+  }
+  for (int r = 0; r < m->ramps; r++)
+    if (smalls[r]) s->live[r] = 0;
+  h = good_without(s, o, fresh);
   if (alive > h) {
     for (int r = 0; r < m->ramps; r++)
       if (smalls[r]) s->live[r] = 1;
     fill_series(s);
-    s->left_out = PS_KEPT;
+    s->left_out = dead ? PS_BY_NEED : PS_KEPT;
     return alive;
   }
-  s->left_out = fresh && isfinite(alive) ? PS_BY_CHOICE : PS_BY_NEED;
+  s->left_out = fresh && !dead && isfinite(alive) ? PS_BY_CHOICE : PS_BY_NEED;
   return h;
 }
 
