@@ -34,6 +34,8 @@ if TYPE_CHECKING:
 FORMAT = "painleve-sym trajectory 2"
 ENERGIES = ("kinetic_energy", "potential_energy", "stored_energy")
 DISSIPATIONS = ("friction_dissipation", "contact_dissipation", "force_dissipation")
+_ROUNDING = 100 * np.finfo(float).eps
+"""Of the energies: what coordinates of a body at rest carry along from many operations."""
 
 
 @dataclass(frozen=True)
@@ -525,7 +527,8 @@ class Trajectory:
         """Largest change of kinetic + potential + stored + dissipated energy, relative.
 
         Relative to the largest of the sizes of the terms, the potential energy counted from its
-        start; taken over the ends of all steps. nan where no steps were kept.
+        start; taken over the ends of all steps. 0 where no term is more than rounding, as of a body
+        at rest; nan where no steps were kept.
         """
         if not len(self.step_time):
             return float("nan")
@@ -534,9 +537,10 @@ class Trajectory:
         memory = np.vstack([self.step_memory, self.final_memory])
         terms = self._balance(states, self._outputs(modes, states, memory))
         total = terms.pop("total")
+        rounding = _ROUNDING * sum(float(np.max(np.abs(v))) for v in terms.values())
         terms["potential_energy"] = terms["potential_energy"] - terms["potential_energy"][0]
         size = max(float(np.max(np.abs(v))) for v in terms.values())
-        return float(np.max(np.abs(total - total[0])) / size) if size > 0 else 0.0
+        return float(np.max(np.abs(total - total[0])) / size) if size > rounding else 0.0
 
     # ---- tables and figures ----
 

@@ -271,3 +271,9 @@ def test_feet_that_touch_just_before_a_rigid_one_do_not_slip_without_end(engine)
     since = 0.6 - 4 * (2 * v / g)
     assert run.final["y"] == pytest.approx(v * since - g * since**2 / 2, abs=1e-14)
     assert run.final["y_dot"] == pytest.approx(v - g * since, rel=1e-13)
+
+
+def test_energy_of_a_block_that_stays_at_rest_closes():
+    run = ps.Simulator(ps.model("block-two-feet"), ps.law("rigid")).run({}, t_end=0.6)
+    assert max(abs(v) for n, v in run.final.items() if n.endswith("_dot")) < 1e-12
+    assert run.energy_residual == 0.0
