@@ -123,8 +123,8 @@ class Interface(ABC):
 
     @property
     def holds(self) -> sp.Expr:
-        """1 where its friction keeps v̇_t = 0, else 0."""
-        return self.sticks
+        """1 where its friction keeps v̇_t = 0, else 0: without friction others keep it, or nothing."""
+        return self.sticks * sp.sign(self.static_coefficient)
 
     def known_friction(self, normal_force: sp.Expr) -> sp.Expr:
         """Return F_t per normal force where its friction does not keep v̇_t = 0; N."""

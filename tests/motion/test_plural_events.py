@@ -277,3 +277,25 @@ def test_energy_of_a_block_that_stays_at_rest_closes():
     run = ps.Simulator(ps.model("block-two-feet"), ps.law("rigid")).run({}, t_end=0.6)
     assert max(abs(v) for n, v in run.final.items() if n.endswith("_dot")) < 1e-12
     assert run.energy_residual == 0.0
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_foot_without_friction_holds_nothing_beside_one_that_sticks(engine):
+    """The feet of a tilted block slip differently; near its rest both seem to stick."""
+    block = ps.Simulator(
+        ps.model("block-two-feet"), {"A": ps.law("rigid"), "B": ps.law("hertz")}, engine=engine
+    )
+    a, h, m, g, E = 0.5, 0.4, 2.0, 9.8, 1e7
+
+    def turn(tilt):
+        run = block.run({"theta": tilt}, t_end=1e-9, parameters=own, law_parameters={"E_B": E})
+        return run.final["theta_dot"]
+
+    own = {"a": a, "h": h, "m": m, "g": g, "mu_A": 1.2, "mu_B": 0.0, "beta": 0.0}
+    rest = brentq(turn, -1e-2, -1e-6, xtol=1e-15)
+    run = block.run({"theta": 1.001 * rest}, t_end=0.2, parameters=own, law_parameters={"E_B": E})
+    assert run.stop_reason is ps.StopReason.T_END
+    gap = 2 * a * np.sin(run.final["theta"])
+    assert run.final["gap_B"] == pytest.approx(gap, abs=1e-13)
+    assert run.final["slip_velocity_B"] == pytest.approx(-gap * run.final["theta_dot"], abs=1e-11)
+    assert run.energy_residual < 1e-9
