@@ -204,13 +204,14 @@ class Interface(ABC):
     def tests(self, motion: ContactMotion) -> list[Test]:
         """Return what must not be negative for its local mode to follow a decision."""
         at_rest = self.sign * zero_factor(self.row.slip)
-        # A contact that can bear nothing does not stick.
+        # A contact that can bear nothing does not stick. Nothing but 0 is known of one that does, so
+        # that no change of a vanishing scale decides.
         moving = sp.Abs(motion.tangential_acceleration)
-        slack = AT_REST * motion.tangential_scale + _DENORMAL
+        beyond = sp.Min(AT_REST * motion.tangential_scale + _DENORMAL - moving, 0)
         return [
             *(Test(self.sticks * m, motion.force_scale) for m in self._margins(motion).values()),
             Test(at_rest * motion.tangential_acceleration, motion.tangential_scale),
-            Test(self.sticks * (slack - moving), motion.tangential_scale),
+            Test(self.sticks * beyond, motion.tangential_scale),
         ]
 
     # ---- shared pieces ----
