@@ -17,7 +17,7 @@ from painleve_sym.contacts.model import CONTACT_LOSS, FORCE_LOSS, FRICTION_LOSS,
 from painleve_sym.mechanics.mechanism import Mechanism
 
 TOUCHING = 1e-10
-"""Of the scale of a gap: contacts that touch down together do so to this part."""
+"""Of the scale of a gap and of its rate: contacts that touch down together do so to this part."""
 
 
 class ContactTerms(NamedTuple):
@@ -128,13 +128,16 @@ class ContactImpacts:
     def touching(self, state: Array, scale: Array) -> Array:
         """Return the state with gaps that close at the same instant, but for rounding, as 0.
 
+        Those that seem to open by rounding alone rest.
+
         Both arrays, the state and the scale of each, have the shape (nx,).
         """
         after = state.copy()
         for k in self.rigid:
             gap, rate, _ = (self._index[s] for s in self.rows[k])
-            if state[rate] <= 0 and abs(state[gap]) <= TOUCHING * scale[gap]:
-                after[gap] = 0.0
+            closes = state[rate] <= TOUCHING * scale[rate]
+            if closes and abs(state[gap]) <= TOUCHING * scale[gap]:
+                after[gap], after[rate] = 0.0, min(state[rate], 0.0)
         return after
 
     def short_bounces(self, state: Array, values: Mapping[str, float], time: float) -> list[int]:

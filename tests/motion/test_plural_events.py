@@ -299,3 +299,19 @@ def test_a_foot_without_friction_holds_nothing_beside_one_that_sticks(engine):
     assert run.final["gap_B"] == pytest.approx(gap, abs=1e-13)
     assert run.final["slip_velocity_B"] == pytest.approx(-gap * run.final["theta_dot"], abs=1e-11)
     assert run.energy_residual < 1e-9
+
+
+@pytest.mark.parametrize("engine", (*ENGINES, "erk"))
+def test_a_ladder_that_falls_along_its_wall_bounces_upright(engine):
+    """The wall is touched all the time; rounding of the impacts does not decide whether it is."""
+    v, g = 0.88, 9.8
+    run = _ladder(ps.law("rigid"), engine).run(
+        {"x": 1.0, "theta": np.pi / 3, "y_dot": v},
+        t_end=0.7,
+        parameters={"mu_floor": 0.43, "mu_wall": 0.0, "g": g},
+        law_parameters={"e_energetic": 1.0},
+    )
+    assert run.stop_reason is ps.StopReason.T_END
+    assert run.final["theta"] == pytest.approx(np.pi / 3, abs=1e-13)
+    since = 0.7 - 3 * (2 * v / g)
+    assert run.final["y"] == pytest.approx(v * since - g * since**2 / 2, abs=1e-12)

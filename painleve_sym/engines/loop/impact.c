@@ -5,7 +5,7 @@
 #define PS_CONTACT_ROWS (2 * PS_CONTACTS)
 enum { PS_GAP, PS_GAP_RATE, PS_SLIP };
 
-/* Of the scale of a gap: contacts that touch down together do so to this part. */
+/* Of the scale of a gap and of its rate: contacts that touch down together do so to this part. */
 static const double PS_TOUCHING = 1e-10;
 /* Gap and normal speed at which bounces have died out, in parts of the state's scale; the speed also in
  * parts of that which the free acceleration gives in the time so far, since a run that starts all but at
@@ -218,8 +218,13 @@ static int strike(ps_run *s, const ps_options *o) {
   memcpy(z, s->z, sizeof z);
   for (int k = 0; k < PS_RIGID; k++) {
     const int *at = PS_CONTACT_STATES[PS_RIGID_CONTACT[k]], gap = at[PS_GAP];
-    /* Contacts whose gaps close at the same instant but for rounding. */
-    if (x[at[PS_GAP_RATE]] <= 0 && fabs(x[gap]) <= PS_TOUCHING * state_scale(o, gap)) x[gap] = 0;
+    double *rate = &x[at[PS_GAP_RATE]];
+    /* Contacts whose gaps close at the same instant but for rounding, which rest if they seem to open. */
+    if (*rate <= PS_TOUCHING * state_scale(o, at[PS_GAP_RATE]) &&
+        fabs(x[gap]) <= PS_TOUCHING * state_scale(o, gap)) {
+      x[gap] = 0;
+      *rate = PS_MIN(*rate, 0);
+    }
   }
   watch_now(s);
   s->reason = PS_RUNNING;
