@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from painleve_sym.checks import checked_number
+from painleve_sym.checks import checked_number, mobility_faults
 from painleve_sym.contacts.impact.energy_gain import contact_energy, gain_notice
-from painleve_sym.contacts.impact.path import COINCIDENT, ImpactPath, ImpactPhase
+from painleve_sym.contacts.impact.path import ImpactPath, ImpactPhase
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import plain_fields
 from painleve_sym.laws.restitution import RESTITUTIONS
@@ -197,7 +197,7 @@ def _checked(
     entries = {"W_nn": W_nn, "W_nt": W_nt, "W_tn": W_tn, "W_tt": W_tt, "mu": mu, "e": e}
     entries |= {"v_n": v_n, "v_t": v_t}
     faults = [fault for n, v in entries.items() if (fault := checked_number(v, n)[1])]
-    faults = faults or _mobility_faults(W_nn, W_nt, W_tn, W_tt)
+    faults = faults or mobility_faults(W_nn, W_nt, W_tn, W_tt)
     if mu < 0:
         faults.append(f"mu: got {mu!r}, need mu >= 0.")
     if v_n > 0:
@@ -208,17 +208,4 @@ def _checked(
         faults.append(unknown_name("restitution law", restitution, RESTITUTIONS))
     if faults:
         raise InputError("solve impact: " + " ".join(faults))
-    return W_nn, W_nt, W_tt, mu, v_n, v_t, e
-
-
-def _mobility_faults(W_nn: float, W_nt: float, W_tn: float, W_tt: float) -> list[str]:
-    # Roots, since products of entries could leave the floating range.
-    bound = math.sqrt(max(W_tt, 0.0)) * math.sqrt(max(W_nn, 0.0))
-    if abs(W_tn - W_nt) > COINCIDENT * bound:
-        return [f"W: got W_nt = {W_nt!r} and W_tn = {W_tn!r}, need a symmetric matrix."]
-    if min(W_tt, W_nn) < 0 or abs(W_nt) > bound * (1 + COINCIDENT):
-        return [
-            f"W: got W_nn, W_nt, W_tt = {W_nn!r}, {W_nt!r}, {W_tt!r}, need W positive "
-            f"semidefinite. Fix: compute it as J M^-1 J' with a positive definite M."
-        ]
-    return []
+    return W_nn, (W_nt + W_tn) / 2, W_tt, mu, v_n, v_t, e
