@@ -67,7 +67,7 @@ class ImpactPath:
         self, W: tuple[float, float, float], mu: float, v_n: float, v_t: float, law: str
     ) -> None:
         # Powers of two leave every digit, and keep squares of the velocities in range.
-        self.mass, self.speed = _exponent(W[0], W[2]), _exponent(v_n, v_t)
+        self.mass, self.speed = binary_exponent(W[0], W[2]), binary_exponent(v_n, v_t)
         self.W = tuple(math.ldexp(w, -self.mass) for w in W)
         self.v_n, self.v_t = math.ldexp(v_n, -self.speed), math.ldexp(v_t, -self.speed)
         self.mu, self.law, self.spent = mu, law, 0.0
@@ -185,8 +185,9 @@ _AFTER_STOP = {
 }
 
 
-def _exponent(*numbers: float) -> int:
-    return math.frexp(max(abs(number) for number in numbers))[1]
+def binary_exponent(*numbers: float) -> int:
+    """Return k for which 2**k is just above the largest of the numbers in size; 0 without any."""
+    return math.frexp(max(map(abs, numbers), default=0.0))[1]
 
 
 def _sum(a: float, b: float) -> float:

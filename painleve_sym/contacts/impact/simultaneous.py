@@ -55,6 +55,7 @@ from painleve_sym.arrays import Array
 from painleve_sym.complementarity.solution_sets import BoolArray
 from painleve_sym.contacts.impact.energy_gain import contact_energy, gain_notice
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
+from painleve_sym.contacts.impact.path import binary_exponent
 from painleve_sym.contacts.local_mode import ContactMode
 from painleve_sym.contacts.problem import ContactProblem, ContactSolution
 from painleve_sym.errors import InputError, unknown_name
@@ -282,7 +283,7 @@ def solve_simultaneous_impact(
     W, mu, v = (np.asarray(a, dtype=float) for a in (W, mu, velocity))
     held = np.zeros(len(mu), dtype=bool) if bilateral is None else np.asarray(bilateral, dtype=bool)
     # Powers of two leave every digit.
-    mass, speed = _exponent(np.diag(W)), _exponent(v)
+    mass, speed = binary_exponent(*np.diag(W).tolist()), binary_exponent(*v.tolist())
     path = _Path(np.ldexp(W, -mass), mu, np.ldexp(v, -speed), held, restitution, e)
     pressing = np.zeros(len(mu)) if load is None else np.asarray(load, dtype=float)[::2]
     ended = path.follow(np.where(held, 0.0, pressing))
@@ -308,10 +309,6 @@ def solve_simultaneous_impact(
     own = path.W, mu, path.start, path.border, held
     record = PathRecord(*own, restitution, e, mass, speed, steps)
     return SimultaneousImpact(end, v, np.ldexp(path.v, speed), pieces, record)
-
-
-def _exponent(numbers: Array) -> int:
-    return math.frexp(float(np.max(np.abs(numbers), initial=0.0)))[1]
 
 
 class _Local(NamedTuple):
