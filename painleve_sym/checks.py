@@ -9,6 +9,10 @@ from painleve_sym.errors import InputError
 
 LARGEST = 1e100
 """Size limit of numbers that are given: products of three of them are in the range of doubles."""
+SYMMETRY = 1e-9
+"""Of the roots of the diagonal of a mobility: roundings of a mass-matrix inverse."""
+INDEFINITE = 1e-12
+"""Per row, on a mobility scaled to a diagonal of ones."""
 
 
 def checked_number(
@@ -70,3 +74,17 @@ def whole_number(value: Any, name: str, *, where: str, lower: int, upper: int) -
             f"{where}: {name}: got {value!r}, need a whole number from {lower} to {upper}."
         )
     return value
+
+
+def mobility_faults(W_nn: float, W_nt: float, W_tn: float, W_tt: float) -> list[str]:
+    """Return a sentence where the mobility of one contact is indefinite or not symmetric."""
+    # Roots, since products of entries could leave the floating range.
+    bound = math.sqrt(max(W_nn, 0.0)) * math.sqrt(max(W_tt, 0.0))
+    definite = max(abs(W_nt), abs(W_tn)) <= bound * (1 + INDEFINITE)
+    if min(W_nn, W_tt) >= 0 and definite and abs(W_nt - W_tn) <= SYMMETRY * bound:
+        return []
+    return [
+        f"mobility: got W_nn, W_nt, W_tn, W_tt = {W_nn!r}, {W_nt!r}, {W_tn!r}, {W_tt!r}, need a "
+        "symmetric positive semidefinite matrix: W_nn >= 0, W_tt >= 0 and W_nt**2 <= W_nn W_tt. "
+        "Fix: compute it as J M^-1 J' with a positive definite mass matrix M."
+    ]

@@ -53,7 +53,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from painleve_sym.checks import checked_number
+from painleve_sym.checks import INDEFINITE, SYMMETRY, checked_number, mobility_faults
 from painleve_sym.complementarity.lcp import LCP, RESIDUAL_TOLERANCE, LCPSolution, equilibrate
 from painleve_sym.complementarity.lemke import LemkeResult, LemkeStatus, pivot
 from painleve_sym.complementarity.solution_sets import BoolArray, FloatArray
@@ -72,8 +72,6 @@ from painleve_sym.errors import InputError
 CONTACT_LIMIT = 6
 """Most contacts whose local modes are all tried: 4**6 regular systems take a tenth of a second."""
 
-_SYMMETRY = 1e-9  # of the roots of the diagonal: roundings of a mass-matrix inverse
-_INDEFINITE = 1e-12  # per row, on a mobility scaled to a diagonal of ones
 ROUNDING = 1e-14  # of the terms of an acceleration: what a solve may leave of a zero
 _ROUND_OFF = 1e-13  # of the largest force: what a solve may leave of a zero, if the residual agrees
 _NEAR = 1e-6  # part of the largest force; forces farther apart are not compared by row
@@ -335,20 +333,10 @@ class ContactProblem:
             faults.append(
                 f"mu: got {received!r}, need mu >= 0. Fix: give the direction by slip_velocity."
             )
-        return faults + (self._block_faults() if self.size == 1 else self._matrix_faults())
-
-    def _block_faults(self) -> list[str]:
-        """Return a sentence where the mobility of the only contact is indefinite."""
-        (nn, nt), (tn, tt) = self.W.tolist()
-        bound = math.sqrt(max(nn, 0.0)) * math.sqrt(max(tt, 0.0))
-        definite = max(abs(nt), abs(tn)) <= bound * (1 + _INDEFINITE)
-        if min(nn, tt) >= 0 and definite and abs(nt - tn) <= _SYMMETRY * bound:
-            return []
-        return [
-            f"mobility: got W_nn, W_nt, W_tt = {nn!r}, {nt!r}, {tt!r}, "
-            "need W_nn >= 0, W_tt >= 0 and W_nt**2 <= W_nn W_tt. "
-            "Fix: compute it as J M^-1 J' with a positive definite mass matrix M."
-        ]
+        if self.size == 1:
+            (nn, nt), (tn, tt) = self.W.tolist()
+            return faults + mobility_faults(nn, nt, tn, tt)
+        return faults + self._matrix_faults()
 
     def _matrix_faults(self) -> list[str]:
         """Return a sentence where the mobility is not symmetric or indefinite."""
@@ -359,7 +347,7 @@ class ContactProblem:
             own: Vector = []
             for j in range(i + 1):
                 w, v, bound = row[j], rows[j][i], r * root[j]
-                if abs(w - v) > _SYMMETRY * bound or (bound == 0 and (w != 0 or v != 0)):
+                if abs(w - v) > SYMMETRY * bound or (bound == 0 and (w != 0 or v != 0)):
                     return [
                         f"W: got {self.W!r}, need a symmetric matrix with rows of zeros where the "
                         "diagonal is 0. Fix: compute it as J M^-1 J' with rows n1, t1, n2, t2, "
@@ -367,7 +355,7 @@ class ContactProblem:
                     ]
                 own.append(w / bound if bound else 0.0)
             scaled.append(own)
-        least = _INDEFINITE * len(rows)
+        least = INDEFINITE * len(rows)
         if _factorizes(scaled, least / 2):
             return []
         lower = np.zeros((len(rows), len(rows)))

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.quantities import Quantities, quantities
@@ -120,10 +121,19 @@ class ContactImpacts:
     def _index(self) -> dict[str, int]:
         return {s: i for i, s in enumerate(self.states)}
 
-    def contact_values(self, state: Array) -> tuple[Array, Array, Array]:
+    @cached_property
+    def places(self) -> NDArray[np.intp]:
+        """Places in the state of gap, gap rate and slip velocity of each contact, shape (n, 3)."""
+        return np.array([[self._index[s] for s in row] for row in self.rows])
+
+    @cached_property
+    def velocities(self) -> NDArray[np.intp]:
+        """Places in the state of v_n, v_t of each contact, shape (2 n,)."""
+        return self.places[:, 1:].ravel()
+
+    def contact_values(self, state: Array) -> Array:
         """Return gaps, gap rates and slip velocities, each of shape (n,)."""
-        rows = np.array([[state[self._index[s]] for s in row] for row in self.rows])
-        return rows[:, 0], rows[:, 1], rows[:, 2]
+        return state[self.places].T
 
     def touching(self, state: Array, scale: Array) -> Array:
         """Return the state with gaps that close at the same instant, but for rounding, as 0.
@@ -132,12 +142,11 @@ class ContactImpacts:
 
         Both arrays, the state and the scale of each, have the shape (nx,).
         """
-        after = state.copy()
-        for k in self.rigid:
-            gap, rate, _ = (self._index[s] for s in self.rows[k])
-            closes = state[rate] <= TOUCHING * scale[rate]
-            if closes and abs(state[gap]) <= TOUCHING * scale[gap]:
-                after[gap], after[rate] = 0.0, min(state[rate], 0.0)
+        after, (gaps, rates, _) = state.copy(), self.places[list(self.rigid)].T
+        near = np.abs(state[gaps]) <= TOUCHING * scale[gaps]
+        near &= state[rates] <= TOUCHING * scale[rates]
+        after[gaps[near]] = 0.0
+        after[rates[near]] = np.minimum(state[rates[near]], 0.0)
         return after
 
     def short_bounces(self, state: Array, values: Mapping[str, float], time: float) -> list[int]:
@@ -177,25 +186,19 @@ class ContactImpacts:
         _, rates, slips = self.contact_values(state)
         contacts, terms = self.closing(state, contacts), self.terms(state, values)
         rows = self.closing_rows(state, terms, contacts)
-        velocity = np.ravel([rates, slips], order="F")
-        impulses = _least_norm(terms.W, rows, -velocity[rows])
+        impulses = _least_norm(terms.W, rows, -state[self.velocities[rows]])
         after = self._pushed(state, terms, impulses)
         after[self._index[CONTACT_LOSS]] -= impulses[::2] @ rates / 2
         after[self._index[FRICTION_LOSS]] -= impulses[1::2] @ slips / 2
-        symbols = [s for row in self.rows for s in (row.gap_rate, row.slip)]
-        for name in (*(self.rows[i].gap for i in contacts), *(symbols[r] for r in rows)):
-            after[self._index[name]] = 0.0
+        after[self.places[contacts, 0]] = after[self.velocities[rows]] = 0.0
         return after
 
     def _pushed(self, state: Array, terms: ContactTerms, impulses: Array) -> Array:
         """Return the state with the velocities after impulses, and the work of the drives."""
-        _, rates, slips = self.contact_values(state)
-        velocity = np.ravel([rates, slips], order="F") + terms.W @ impulses
         after, n = state.copy(), len(self.mechanism.outline.coordinates)
         after[n : 2 * n] += terms.directions @ impulses
-        for i, row in enumerate(self.rows):
-            after[self._index[row.gap_rate]] = velocity[2 * i]
-            after[self._index[row.slip]] = velocity[2 * i + 1]
+        # Last, since a generalised velocity may be that of a contact.
+        after[self.velocities] = state[self.velocities] + terms.W @ impulses
         if FORCE_LOSS in self._index:
             after[self._index[FORCE_LOSS]] -= terms.drive_speeds @ impulses
         return after
@@ -204,24 +207,22 @@ class ContactImpacts:
         self, state: Array, values: Mapping[str, float], restitution: str, e: float
     ) -> ImpactResult | None:
         """Return the impact of the closed rigid contacts; None where it jams."""
-        gaps, rates, slips = self.contact_values(state)
+        gaps, rates, _ = self.contact_values(state)
         closed = [i for i in self.rigid if gaps[i] <= 0 and rates[i] <= 0]
         terms, rows = self.terms(state, values), rows_of(closed)
-        velocity = np.ravel([rates, slips], order="F")
+        at = self.velocities[rows]
         W, mu = terms.W[np.ix_(rows, rows)], terms.mu[closed]
         bilateral = np.array([self.mechanism.outline.contacts[i].bilateral for i in closed])
         impact = solve_simultaneous_impact(
-            W, mu, velocity[rows], restitution, e, load=terms.b[rows], bilateral=bilateral
+            W, mu, state[at], restitution, e, load=terms.b[rows], bilateral=bilateral
         )
         if impact.end is ImpactEnd.JAM:
             return None
-        impulses = np.zeros(len(velocity))
+        impulses = np.zeros(len(self.velocities))
         impulses[rows] = impact.impulses
         after = self._pushed(state, terms, impulses)
         # What the impact made vanish is exactly 0.
-        for k, i in enumerate(closed):
-            after[self._index[self.rows[i].gap_rate]] = impact.velocities[2 * k]
-            after[self._index[self.rows[i].slip]] = impact.velocities[2 * k + 1]
+        after[at] = impact.velocities
         after[self._index[CONTACT_LOSS]] -= impact.normal_work
         after[self._index[FRICTION_LOSS]] -= impact.tangential_work
         return ImpactResult(impulses, after, tuple(closed), impact.path)

@@ -6,6 +6,8 @@ import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from painleve_sym.arrays import Array
 from painleve_sym.contacts.terms import ContactImpacts, ImpactResult
 from painleve_sym.engines.protocol import REMAINDER, SHRINKING, Answer, Question
@@ -81,17 +83,13 @@ class ImpactResolver:
 
     def _settled(self, state: Array, time: float) -> Array | None:
         """Return the state with the contacts closed whose bounces have died out; None for none."""
-        settled, moves = list[int](), False
-        states, free = self.impacts.states, self.impacts.terms(state, self.values).b[::2]
-        for i in self.impacts.rigid:
-            row = self.impacts.rows[i]
-            gap, rate = states.index(row.gap), states.index(row.gap_rate)
-            near = abs(state[gap]) < SETTLED * self.scale[gap]
-            speed = max(self.scale[rate], time * abs(free[i]))
-            if near and abs(state[rate]) < SETTLED * speed:
-                settled.append(i)
-                moves = moves or state[rate] != 0
-        return self.closed(state, settled) if moves else None
+        rigid, free = np.array(self.impacts.rigid), self.impacts.terms(state, self.values).b[::2]
+        gaps, rates, _ = self.impacts.places[rigid].T
+        near = np.abs(state[gaps]) < SETTLED * self.scale[gaps]
+        speeds = np.maximum(self.scale[rates], time * np.abs(free[rigid]))
+        died = near & (np.abs(state[rates]) < SETTLED * speeds)
+        moves = np.any(state[rates[died]] != 0)
+        return self.closed(state, rigid[died].tolist()) if moves else None
 
 
 def accumulates(times: list[float]) -> bool:

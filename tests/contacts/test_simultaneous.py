@@ -252,6 +252,19 @@ def test_one_contact_is_routh(W_nn, W_tt, skew, v_t, v_n, mu, e, law):
     np.testing.assert_allclose(impact.impulses, impulses, rtol=1e-9, atol=1e-12 * size)
 
 
+@pytest.mark.parametrize("mu", [0.0, 0.3, 2.0])
+@pytest.mark.parametrize("v_n", [-1e-9, -1e-11, -1e-13, -1e-15, -1e-300])
+def test_newtons_law_gives_back_e_of_a_slow_approach_that_is_no_rounding(mu, v_n):
+    # With mu = 2 friction first presses the contact on: A < 0.
+    W = np.array([[1.0, 0.6], [0.6, 1.0]])
+    impact = solve_simultaneous_impact(W, np.array([mu]), np.array([v_n, 1.0]), "newton", 0.5)
+    rebound = -0.5 * v_n if v_n < -1e-14 else 0.0
+    assert impact.velocities[0] == rebound
+    assert impact.end is (ImpactEnd.SEPARATION if rebound else ImpactEnd.PERSISTENT)
+    routh = solve_impact(W.tolist(), mu, (v_n, 1.0), "newton", 0.5)
+    np.testing.assert_allclose(impact.velocities, routh.velocity, atol=1e-14)
+
+
 def _stepped(W, mu, v, e, weights, step):
     """Follow an energetic impact by small steps of the path; it knows no pieces and no events.
 

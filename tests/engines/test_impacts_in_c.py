@@ -135,6 +135,14 @@ def test_c_follows_the_path_of_numpy(restitution, n, count, guided):
     assert jams < count * (0.8 if guided else 0.5)
 
 
+@pytest.mark.parametrize("mu", [0.0, 0.3, 2.0])
+@pytest.mark.parametrize("v_n", [-1e-11, -1e-13, -1e-15, -1e-300])
+def test_newtons_law_in_c_gives_back_e_of_a_slow_approach_that_is_no_rounding(mu, v_n):
+    W, v, none = np.array([[1.0, 0.6], [0.6, 1.0]]), np.array([v_n, 1.0]), np.zeros(2)
+    ended, velocity, *_ = in_c(W, np.array([mu]), v, np.array([False]), "newton", 0.5, none)
+    assert ended and velocity[0] == (-0.5 * v_n if v_n < -1e-14 else 0.0)
+
+
 def test_with_e_1_every_contact_gives_back_all_that_it_stored():
     """Energetic law: also a contact that the others press again after they had lifted it."""
     rng = np.random.default_rng(8)
@@ -220,6 +228,13 @@ def test_impacts_of_a_run_are_those_of_numpy(restitution):
         np.testing.assert_allclose(q, start + terms.directions @ impact.impulses, atol=1e-12)
         seen += 1
     assert seen >= 3
+
+
+@pytest.mark.parametrize("engine", ["auto", "erk"])
+def test_foot_that_approaches_by_the_rounding_of_its_slip_slides_on(engine):
+    simulator = Simulator(model("block-two-feet"), law("rigid", restitution="newton"), engine)
+    start = {"theta": 0.1, "x_A_dot": 1.0, "y_A_dot": -1e-16}
+    assert simulator.run(start, t_end=1e-3).stop_reason is StopReason.T_END
 
 
 def test_run_with_an_impact_ends_where_it_is_asked_to():

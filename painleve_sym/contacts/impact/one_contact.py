@@ -8,19 +8,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from painleve_sym.checks import checked_number
+from painleve_sym.checks import checked_number, mobility_faults
 from painleve_sym.contacts.impact.energy_gain import contact_energy, gain_notice
-from painleve_sym.contacts.impact.path import (
-    COINCIDENT,
-    EnergeticEnd,
-    ImpactPath,
-    NewtonEnd,
-    PathPiece,
-    PoissonEnd,
-)
-from painleve_sym.contacts.local_mode import ContactMode
+from painleve_sym.contacts.impact.path import ImpactPath, ImpactPhase
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import plain_fields
+from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
 
 
@@ -41,34 +34,6 @@ class ImpactEnd(enum.Enum):
     SEPARATION = "separation"
     PERSISTENT = "persistent"
     JAM = "jam"
-
-
-@dataclass(frozen=True)
-class ImpactPhase:
-    """A part of an impact along one ray of the impulse.
-
-    Attributes
-    ----------
-    name : str
-        ``tangential`` (slip that stops in compression), or slip, sticking or reverse slip
-        with compression or restitution, such as ``sticking compression``.
-    mode : ContactMode
-        ``SLIP_POS``, ``SLIP_NEG`` or ``STICK``.
-    normal_impulse, tangential_impulse : float
-        P_n ≥ 0 and P_t of this phase; N s.
-    velocity : tuple of float
-        (v_n, v_t) at its end; m/s.
-    normal_work, tangential_work : float
-        ∫v_n dP_n (negative: stored in compression) and ∫v_t dP_t ≤ 0 (friction); J.
-    """
-
-    name: str
-    mode: ContactMode
-    normal_impulse: float
-    tangential_impulse: float
-    velocity: tuple[float, float]
-    normal_work: float
-    tangential_work: float
 
 
 @dataclass(frozen=True)
@@ -194,57 +159,22 @@ def solve_impact(
     <ImpactClass.SLIDING: 'sliding'>
     """
     W_nn, W_nt, W_tt, mu, v_n, v_t, e = _checked(W, mu, velocity, restitution, e)
-    given = ((W_nn, W_nt), (W_nt, W_tt))
-    # Powers of two leave every digit, and keep squares of the velocities in range.
-    mass, speed = _exponent(W_nn, W_tt), _exponent(v_n, v_t)
-    W_nn, W_nt, W_tt = (math.ldexp(w, -mass) for w in (W_nn, W_nt, W_tt))
-    path = ImpactPath(W_nn, W_nt, W_tt, mu, math.ldexp(v_n, -speed), math.ldexp(v_t, -speed))
-    if path.v_n == 0.0 and not path.starts_without_collision:
-        still, case = (v_n, v_t), ImpactClass.NO_IMPACT
-        return Impact(case, ImpactEnd.PERSISTENT, restitution, still, still, (), given)
-    ended = path.compress() and path.restitute(_LAWS[restitution](e, path))
-    end = ImpactEnd.SEPARATION if path.v_n > 0.0 else ImpactEnd.PERSISTENT
-    phases, after = _scaled(path, speed, mass)
-    final = end if ended else ImpactEnd.JAM
-    return Impact(path.case, final, restitution, (v_n, v_t), after, phases, given)
-
-
-_LAWS: dict[str, type[NewtonEnd] | type[PoissonEnd] | type[EnergeticEnd]] = {
-    "newton": NewtonEnd,
-    "poisson": PoissonEnd,
-    "energetic": EnergeticEnd,
-}
-
-
-def _exponent(*numbers: float) -> int:
-    return math.frexp(max(abs(number) for number in numbers))[1]
-
-
-def _scaled(
-    path: ImpactPath, speed: int, mass: int
-) -> tuple[tuple[ImpactPhase, ...], tuple[float, float]]:
-    """Return the phases and the velocity reached in the caller's units."""
+    given, before = ((W_nn, W_nt), (W_nt, W_tt)), (v_n, v_t)
+    path = ImpactPath((W_nn, W_nt, W_tt), mu, v_n, v_t, restitution)
+    if not path.begins:
+        none, end = ImpactClass.NO_IMPACT, ImpactEnd.PERSISTENT
+        return Impact(none, end, restitution, before, before, (), given)
     try:
-        velocity = math.ldexp(path.v_n, speed), math.ldexp(path.v_t, speed)
-        return tuple(_phase(piece, speed, mass) for piece in path.pieces), velocity
+        ended = path.follow(e)
     except OverflowError as error:
         raise InputError(
             "solve impact: impulses or energies leave the range of floating point. "
             "Fix: give smaller velocities, or W in other units."
         ) from error
-
-
-def _phase(piece: PathPiece, speed: int, mass: int) -> ImpactPhase:
-    # Adding 0.0 turns -0.0 into 0.0.
-    return ImpactPhase(
-        piece.name,
-        piece.mode,
-        math.ldexp(piece.P_n, speed - mass) + 0.0,
-        math.ldexp(piece.P_t, speed - mass) + 0.0,
-        (math.ldexp(piece.v_n, speed) + 0.0, math.ldexp(piece.v_t, speed) + 0.0),
-        math.ldexp(piece.work_n, 2 * speed - mass) + 0.0,
-        math.ldexp(piece.work_t, 2 * speed - mass) + 0.0,
-    )
+    end = ImpactEnd.SEPARATION if path.v_n > 0.0 else ImpactEnd.PERSISTENT
+    after = path.phases[-1].velocity if path.phases else before
+    end = end if ended else ImpactEnd.JAM
+    return Impact(path.case, end, restitution, before, after, tuple(path.phases), given)
 
 
 def _checked(
@@ -267,28 +197,15 @@ def _checked(
     entries = {"W_nn": W_nn, "W_nt": W_nt, "W_tn": W_tn, "W_tt": W_tt, "mu": mu, "e": e}
     entries |= {"v_n": v_n, "v_t": v_t}
     faults = [fault for n, v in entries.items() if (fault := checked_number(v, n)[1])]
-    faults = faults or _mobility_faults(W_nn, W_nt, W_tn, W_tt)
+    faults = faults or mobility_faults(W_nn, W_nt, W_tn, W_tt)
     if mu < 0:
         faults.append(f"mu: got {mu!r}, need mu >= 0.")
     if v_n > 0:
         faults.append(f"v_n: got {v_n!r} m/s, need v_n <= 0: the contact is opening.")
     if e < 0 or e > 1:
         faults.append(f"e: got {e!r}, need 0 <= e <= 1.")
-    if restitution not in _LAWS:
-        faults.append(unknown_name("restitution law", restitution, _LAWS))
+    if restitution not in RESTITUTIONS:
+        faults.append(unknown_name("restitution law", restitution, RESTITUTIONS))
     if faults:
         raise InputError("solve impact: " + " ".join(faults))
-    return W_nn, W_nt, W_tt, mu, v_n, v_t, e
-
-
-def _mobility_faults(W_nn: float, W_nt: float, W_tn: float, W_tt: float) -> list[str]:
-    # Roots, since products of entries could leave the floating range.
-    bound = math.sqrt(max(W_tt, 0.0)) * math.sqrt(max(W_nn, 0.0))
-    if abs(W_tn - W_nt) > COINCIDENT * bound:
-        return [f"W: got W_nt = {W_nt!r} and W_tn = {W_tn!r}, need a symmetric matrix."]
-    if min(W_tt, W_nn) < 0 or abs(W_nt) > bound * (1 + COINCIDENT):
-        return [
-            f"W: got W_nn, W_nt, W_tt = {W_nn!r}, {W_nt!r}, {W_tt!r}, need W positive "
-            f"semidefinite. Fix: compute it as J M^-1 J' with a positive definite M."
-        ]
-    return []
+    return W_nn, (W_nt + W_tn) / 2, W_tt, mu, v_n, v_t, e

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, Protocol
+from dataclasses import dataclass
+from typing import NamedTuple
 
 from painleve_sym.contacts.local_mode import ContactMode
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
@@ -25,53 +26,59 @@ class PathRay(NamedTuple):
     slip_rate: float
 
 
-class PathPiece(NamedTuple):
-    """A phase: impulses, velocity at its end, ∫v_n dP_n and ∫v_t dP_t."""
+@dataclass(frozen=True)
+class ImpactPhase:
+    """A part of an impact along one ray of the impulse.
+
+    Attributes
+    ----------
+    name : str
+        ``tangential`` (slip that stops in compression), or slip, sticking or reverse slip
+        with compression or restitution, such as ``sticking compression``.
+    mode : ContactMode
+        ``SLIP_POS``, ``SLIP_NEG`` or ``STICK``.
+    normal_impulse, tangential_impulse : float
+        P_n ≥ 0 and P_t of this phase; N s.
+    velocity : tuple of float
+        (v_n, v_t) at its end; m/s.
+    normal_work, tangential_work : float
+        ∫v_n dP_n (negative: stored in compression) and ∫v_t dP_t ≤ 0 (friction); J.
+    """
 
     name: str
     mode: ContactMode
-    P_n: float
-    P_t: float
-    v_t: float
-    v_n: float
-    work_n: float
-    work_t: float
-
-
-class RestitutionEnd(Protocol):
-    """Rule for the end of restitution, informed of the pieces before the last ray."""
-
-    def end(self, v_n: float, rate: float) -> tuple[float, float]:
-        """Return the impulse still to come along a ray, inf for never, and the final v_n."""
-        ...
-
-    def spend(self, piece: PathPiece) -> None:
-        """Subtract a finished piece of restitution from the remaining budget."""
-        ...
+    normal_impulse: float
+    tangential_impulse: float
+    velocity: tuple[float, float]
+    normal_work: float
+    tangential_work: float
 
 
 class ImpactPath:
-    """The path of an impact as it is followed; its numbers are of order 1.
+    """The path of an impact as it is followed; its numbers are of order 1, those of phases are not.
 
     d(v_t, v_n)/dP_n is constant along a ray. The slip stops at most once: in sticking v_t stays 0,
     and where |W_nt| > μ W_tt the slip that begins at v_t = 0 grows. `v_n` and `v_t` are what is
-    reached, `ray` is the present one, and `case` the class of the path so far.
+    reached, `ray` is the present one, `case` the class of the path so far, and `spent` what of the
+    law's measure, P_n or ∫v_n dP_n, compression or restitution has taken.
     """
 
     def __init__(
-        self, W_nn: float, W_nt: float, W_tt: float, mu: float, v_n: float, v_t: float
+        self, W: tuple[float, float, float], mu: float, v_n: float, v_t: float, law: str
     ) -> None:
-        self.W = W_nn, W_nt, W_tt
-        self.mu = mu
-        self.v_n, self.v_t, self.v_n_start = v_n, v_t, v_n
-        self.pieces: list[PathPiece] = []
-        if v_t == 0.0:
-            self.ray = self._ray_at_rest("slip")
-            sticks = self.ray.mode is ContactMode.STICK
-            self.case = ImpactClass.C_STICKING if sticks else ImpactClass.SLIDING
-        else:
-            self.ray = self._slip_ray("slip", 1 if v_t > 0.0 else -1)
-            self.case = ImpactClass.SLIDING
+        # Powers of two leave every digit, and keep squares of the velocities in range.
+        self.mass, self.speed = binary_exponent(W[0], W[2]), binary_exponent(v_n, v_t)
+        self.W = tuple(math.ldexp(w, -self.mass) for w in W)
+        self.v_n, self.v_t = math.ldexp(v_n, -self.speed), math.ldexp(v_t, -self.speed)
+        self.mu, self.law, self.spent = mu, law, 0.0
+        self.phases: list[ImpactPhase] = []
+        self.case = ImpactClass.SLIDING
+        if self.v_t != 0.0:
+            self.ray = self._slip_ray("slip", 1 if self.v_t > 0.0 else -1)
+            return
+        self.ray = self._ray_at_rest("slip")
+        if self.ray.mode is ContactMode.STICK:
+            self.case = ImpactClass.C_STICKING
 
     def _slip_ray(self, name: str, s: int) -> PathRay:
         W_nn, W_nt, W_tt = self.W
@@ -90,116 +97,97 @@ class ImpactPath:
         return PathRay("sticking", ContactMode.STICK, -W_nt / W_tt, rate, 0.0)
 
     @property
-    def starts_without_collision(self) -> bool:
-        """Whether an impulse along the ray can begin at v_n = 0: A < 0, or A = 0 stops the slip."""
-        stops = self.W[0] > 0.0 and self.impulse_to_stop < math.inf
-        return self.ray.normal_rate < 0.0 or (self.ray.normal_rate == 0.0 and stops)
+    def begins(self) -> bool:
+        """Whether there is an impact: an approach, or at v_n = 0 A < 0, or A = 0 stops the slip."""
+        stops = self.W[0] > 0.0 and self._impulse_to_stop < math.inf
+        rate = self.ray.normal_rate
+        return self.v_n != 0.0 or rate < 0.0 or (rate == 0.0 and stops)
 
     @property
-    def impulse_to_stop(self) -> float:
+    def _impulse_to_stop(self) -> float:
         """P_n until v_t = 0 on the present ray; inf where it never is."""
         slowing = self.v_t * self.ray.slip_rate < 0.0
         return -self.v_t / self.ray.slip_rate if slowing else math.inf
 
-    def _follow(self, name: str, P: float, v_t: float, v_n: float) -> None:
-        # Velocities are linear in the impulse: the works take their means.
-        ray, P_t = self.ray, self.ray.ratio * P
-        works = P * (self.v_n + v_n) / 2, P_t * (self.v_t + v_t) / 2
-        self.pieces.append(PathPiece(name, ray.mode, P, P_t, v_t, v_n, *works))
-        self.v_t, self.v_n = v_t, v_n
-
-    def _turn(self, sticking: ImpactClass, reversed_: ImpactClass) -> None:
-        """Continue from v_t = 0."""
-        self.ray = self._ray_at_rest("reverse slip")
-        self.case = sticking if self.ray.mode is ContactMode.STICK else reversed_
-
-    def compress(self) -> bool:
-        """Follow the path to v_n = 0; False where it never gets there."""
-        P_stop = self.impulse_to_stop
-        P_end = -self.v_n / self.ray.normal_rate if self.ray.normal_rate > 0.0 else math.inf
-        if P_stop < math.inf and P_stop <= P_end * (1 + COINCIDENT):
-            v_n = self.v_n + self.ray.normal_rate * P_stop
-            together = P_stop >= P_end * (1 - COINCIDENT)
-            self._follow("tangential", P_stop, 0.0, 0.0 if together else v_n)
-            self._turn(ImpactClass.C_STICKING, ImpactClass.C_REVERSED)
-            if self.v_n == 0.0:
-                P_end = 0.0
-            else:
-                rises = self.ray.normal_rate > 0.0
-                P_end = -self.v_n / self.ray.normal_rate if rises else math.inf
-        if P_end == math.inf:
+    def follow(self, e: float) -> bool:
+        """Follow the path to where restitution ends; False where it never gets there."""
+        rebound = -e * self.v_n + 0.0
+        if not self._follow_part("compression", "newton", 0.0):
             return False
-        v_t = self.v_t + self.ray.slip_rate * P_end
-        self._follow(f"{self.ray.name} compression", P_end, v_t, 0.0)
-        return True
+        due = {"newton": rebound, "poisson": e * self.spent, "energetic": -e * e * self.spent}
+        self.spent = 0.0
+        return self._follow_part("restitution", self.law, due[self.law])
 
-    def restitute(self, law: RestitutionEnd) -> bool:
-        """Follow the path from v_n = 0 to where the law ends it; False where that is never."""
-        P_end, v_n = law.end(self.v_n, self.ray.normal_rate)
-        P_stop = self.impulse_to_stop
-        if P_stop < P_end * (1 - COINCIDENT):
+    def _end(self, law: str, due: float) -> tuple[float, float]:
+        """Return the impulse still to come along the ray, inf for never, and the final v_n.
+
+        What is due is the final v_n of Newton's law, P_n of Poisson's and ∫v_n dP_n of Stronge's.
+        """
+        v_n, rate, left = self.v_n, self.ray.normal_rate, max(0.0, due - self.spent)
+        if law == "newton":
+            if rate > 0.0:
+                return (due - v_n) / rate, due
+            return 0.0 if self.phases and due <= v_n else math.inf, v_n
+        if law == "poisson":
+            return left, v_n + rate * left
+        if left == 0.0:
+            return 0.0, v_n
+        # v_n P + rate P²/2 = left, without the cancellation of the usual root.
+        final = math.sqrt(v_n * v_n + 2 * rate * left)
+        return (2 * left / (v_n + final), final) if final > 0.0 else (math.inf, v_n)
+
+    def _follow_part(self, part: str, law: str, due: float) -> bool:
+        """Follow compression or restitution to its end; False where it never gets there."""
+        compresses = part == "compression"
+        P_end, v_n = self._end(law, due)
+        P_stop, sooner = self._impulse_to_stop, P_end * (1 - COINCIDENT)
+        # A slip that stops with the compression leaves it a phase of no length.
+        if P_stop < math.inf and P_stop <= (P_end * (1 + COINCIDENT) if compresses else sooner):
             reached = self.v_n + self.ray.normal_rate * P_stop
-            self._follow("slip restitution", P_stop, 0.0, reached)
-            law.spend(self.pieces[-1])
-            self._turn(ImpactClass.R_STICKING, ImpactClass.R_REVERSED)
-            P_stop = math.inf
-            P_end, v_n = law.end(self.v_n, self.ray.normal_rate)
+            name = "tangential" if compresses else "slip restitution"
+            self._advance(name, P_stop, v_n if P_stop >= sooner else reached, 0.0)
+            self.ray = self._ray_at_rest("reverse slip")
+            self.case = _AFTER_STOP[part, self.ray.mode is ContactMode.STICK]
+            (P_end, v_n), P_stop = self._end(law, due), math.inf
         if P_end == math.inf:
             return False
         together = P_stop <= P_end * (1 + COINCIDENT)
         v_t = 0.0 if together else self.v_t + self.ray.slip_rate * P_end
-        self._follow(f"{self.ray.name} restitution", P_end, v_t, v_n)
+        self._advance(f"{self.ray.name} {part}", P_end, v_n, v_t)
         return True
 
-
-class NewtonEnd:
-    """Newton: restitution ends at v_n⁺ = −e v_n⁻."""
-
-    def __init__(self, e: float, path: ImpactPath) -> None:
-        self.target = -e * path.v_n_start + 0.0
-
-    def end(self, v_n: float, rate: float) -> tuple[float, float]:
-        """See `RestitutionEnd.end`."""
-        if rate > 0.0:
-            return (self.target - v_n) / rate, self.target
-        return (0.0, v_n) if self.target <= v_n else (math.inf, v_n)
-
-    def spend(self, piece: PathPiece) -> None:
-        """See `RestitutionEnd.spend`."""
-
-
-class PoissonEnd:
-    """Poisson: restitution ends at P_r = e P_c."""
-
-    def __init__(self, e: float, path: ImpactPath) -> None:
-        self.left = e * math.fsum(piece.P_n for piece in path.pieces)
-
-    def end(self, v_n: float, rate: float) -> tuple[float, float]:
-        """See `RestitutionEnd.end`."""
-        return self.left, v_n + rate * self.left
-
-    def spend(self, piece: PathPiece) -> None:
-        """See `RestitutionEnd.spend`."""
-        self.left = max(0.0, self.left - piece.P_n)
+    def _advance(self, name: str, P: float, v_n: float, v_t: float) -> None:
+        # Velocities are linear in the impulse: the works take their means.
+        P_t = self.ray.ratio * P
+        work_n, work_t = P * (self.v_n + v_n) / 2, P_t * (self.v_t + v_t) / 2
+        self.spent += P if self.law == "poisson" else work_n
+        self.v_n, self.v_t = v_n, v_t
+        speed, impulse, energy = self.speed, self.speed - self.mass, 2 * self.speed - self.mass
+        # Adding 0.0 turns -0.0 into 0.0.
+        self.phases.append(
+            ImpactPhase(
+                name,
+                self.ray.mode,
+                math.ldexp(P, impulse) + 0.0,
+                math.ldexp(P_t, impulse) + 0.0,
+                (math.ldexp(v_n, speed) + 0.0, math.ldexp(v_t, speed) + 0.0),
+                math.ldexp(work_n, energy) + 0.0,
+                math.ldexp(work_t, energy) + 0.0,
+            )
+        )
 
 
-class EnergeticEnd:
-    """Stronge: restitution ends at E_r = −e² E_c."""
+_AFTER_STOP = {
+    ("compression", True): ImpactClass.C_STICKING,
+    ("compression", False): ImpactClass.C_REVERSED,
+    ("restitution", True): ImpactClass.R_STICKING,
+    ("restitution", False): ImpactClass.R_REVERSED,
+}
 
-    def __init__(self, e: float, path: ImpactPath) -> None:
-        self.left = -e * e * math.fsum(piece.work_n for piece in path.pieces)
 
-    def end(self, v_n: float, rate: float) -> tuple[float, float]:
-        """See `RestitutionEnd.end`."""
-        if self.left == 0.0:
-            return 0.0, v_n
-        # v_n P + rate P²/2 = left, without the cancellation of the usual root.
-        final = math.sqrt(v_n * v_n + 2 * rate * self.left)
-        return (2 * self.left / (v_n + final), final) if final > 0.0 else (math.inf, v_n)
-
-    def spend(self, piece: PathPiece) -> None:
-        """See `RestitutionEnd.spend`."""
-        self.left = max(0.0, self.left - piece.work_n)
+def binary_exponent(*numbers: float) -> int:
+    """Return k for which 2**k is just above the largest of the numbers in size; 0 without any."""
+    return math.frexp(max(map(abs, numbers), default=0.0))[1]
 
 
 def _sum(a: float, b: float) -> float:

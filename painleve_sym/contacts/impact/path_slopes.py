@@ -78,7 +78,6 @@ class _Slopes:
         self.velocity = np.ldexp(data.velocity, -path.speed)
         newton, v_n = path.restitution == "newton", path.velocity[::2]
         factor = path.e if newton else 0.0
-        self.border_value = -factor * v_n + 0.0
         self.border = -factor * self.velocity[::2] - newton * np.outer(v_n, self.e)
         n, k = self.mu.shape
         self.budget, self.weights, self.work = np.zeros((n, k)), np.zeros((n, k)), np.zeros(k)
@@ -141,12 +140,12 @@ class _Slopes:
         """Return the derivatives of dP/dτ."""
         v_n, mu = step.velocities[::2], self.path.mu
         normal, side = step.fixed[::2], np.sign(step.fixed[1::2])
-        weighted = (normal != 0) & ((v_n < self.border_value) | (step.budget > 0))
+        weighted = (normal != 0) & ((v_n < self.path.border) | (step.budget > 0))
         fixed = np.zeros_like(self.velocity)
         fixed[::2] = np.where(weighted[:, None], self.weights, 0.0)
         fixed[1::2] = side[:, None] * (normal[:, None] * self.mu + mu[:, None] * fixed[::2])
         # As the path does: what leaves the border has the full push from then on.
-        self.weights[(v_n == self.border_value) & (step.budget == 0)] = 0.0
+        self.weights[(v_n == self.path.border) & (step.budget == 0)] = 0.0
         if not step.rows:
             return fixed
         W, rows, U = self.path.W, list(step.rows), step.columns
@@ -251,7 +250,7 @@ class _Slopes:
         """Hold velocities that are exactly on their border, or 0 in friction, to that."""
         slides = step.rubs & ((self.path.mu > 0) | np.any(self.mu != 0, axis=1))
         stops = slides & (velocities[1::2] == 0)
-        rests = velocities[::2] == self.border_value
+        rests = velocities[::2] == self.path.border
         self._vanishes(self.velocity[::2][rests] - self.border[rests], self.size)
         self._vanishes(self.velocity[1::2][stops], self.size)
         self.velocity[::2][rests] = self.border[rests]

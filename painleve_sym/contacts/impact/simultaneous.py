@@ -55,6 +55,7 @@ from painleve_sym.arrays import Array
 from painleve_sym.complementarity.solution_sets import BoolArray
 from painleve_sym.contacts.impact.energy_gain import contact_energy, gain_notice
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
+from painleve_sym.contacts.impact.path import binary_exponent
 from painleve_sym.contacts.local_mode import ContactMode
 from painleve_sym.contacts.problem import ContactProblem, ContactSolution
 from painleve_sym.errors import InputError, unknown_name
@@ -66,8 +67,9 @@ _ROUNDING = 1e-12
 _TOLERANCE = 1e-9
 # Events of a piece nearer to each other than this part of it happen at once.
 _COINCIDENT = 1e-12
-# Of the largest velocity before. Stops may accumulate in ever smaller velocities: one below the
-# first is at rest, and so are all of the contacts that push where all are below the second.
+# Of the largest velocity before. Stops may accumulate in ever smaller velocities: one nearer than
+# the first to its border, or to 0 of a slip, is there, and so are all of the contacts that push
+# where all are nearer than the second.
 _ROUND_OFF, _ALL_ROUND_OFF = 1e-14, 1e-10
 # Of a mobility with a unit diagonal: a singular value below the first is zero. Of the largest
 # mobility: what is then added to tell the least of several impulses of one effect.
@@ -151,12 +153,14 @@ class PathRecord(NamedTuple):
     """Course of an impact, in numbers of order 1.
 
     2**mass of W are 1 kg⁻¹, and 2**speed of the velocity at its start are 1 m/s. Shapes are
-    (2 n, 2 n), (2 n,), and (n,) of `mu` and `held`. The steps are in order.
+    (2 n, 2 n), (2 n,), and (n,) of `mu`, `border` (v_n without restitution to give) and `held`. The
+    steps are in order.
     """
 
     W: Array
     mu: Array
     velocity: Array
+    border: Array
     held: BoolArray
     restitution: str
     e: float
@@ -279,7 +283,7 @@ def solve_simultaneous_impact(
     W, mu, v = (np.asarray(a, dtype=float) for a in (W, mu, velocity))
     held = np.zeros(len(mu), dtype=bool) if bilateral is None else np.asarray(bilateral, dtype=bool)
     # Powers of two leave every digit.
-    mass, speed = _exponent(np.diag(W)), _exponent(v)
+    mass, speed = binary_exponent(*np.diag(W).tolist()), binary_exponent(*v.tolist())
     path = _Path(np.ldexp(W, -mass), mu, np.ldexp(v, -speed), held, restitution, e)
     pressing = np.zeros(len(mu)) if load is None else np.asarray(load, dtype=float)[::2]
     ended = path.follow(np.where(held, 0.0, pressing))
@@ -296,18 +300,15 @@ def solve_simultaneous_impact(
         for piece in path.pieces
     )
     # Of a contact that others held, rounding may be left.
-    path.v = np.where(np.abs(path.v) <= _ROUND_OFF, 0.0, path.v)
+    path.v = np.where(np.abs(path.v - path.rest) <= _ROUND_OFF, path.rest, path.v)
     parted = bool(np.any(path.v[::2] > 0))
     end = ImpactEnd.SEPARATION if parted else ImpactEnd.PERSISTENT
     if not ended:
         end = ImpactEnd.JAM
     steps = tuple(path.steps)
-    record = PathRecord(path.W, mu, path.start, held, restitution, e, mass, speed, steps)
+    own = path.W, mu, path.start, path.border, held
+    record = PathRecord(*own, restitution, e, mass, speed, steps)
     return SimultaneousImpact(end, v, np.ldexp(path.v, speed), pieces, record)
-
-
-def _exponent(numbers: Array) -> int:
-    return math.frexp(float(np.max(np.abs(numbers), initial=0.0)))[1]
 
 
 class _Local(NamedTuple):
@@ -345,8 +346,11 @@ class _Path:
     ) -> None:
         self.W, self.mu, self.held, self.restitution, self.e = W, mu, held, restitution, e
         self.v, self.start = v.copy(), v
-        newton = restitution == "newton"
-        self.border = -e * v[::2] + 0.0 if newton else np.zeros(len(mu))
+        self.rest = np.zeros_like(v)
+        self.border = self.rest[::2]
+        if restitution == "newton":
+            rebound = -e * v[::2]
+            self.border += np.where(rebound > _ROUND_OFF, rebound, 0.0)
         self.budget = np.zeros(len(mu))
         self.weights = np.ones(len(mu))
         self.work = 0.0
@@ -729,8 +733,9 @@ class _Path:
         works = impulses * (before + after) / 2
         self.pieces.append(ImpulsePiece(impulses, after, works))
         pushing = np.repeat(self._rubs(push), 2)
-        small = _ALL_ROUND_OFF if np.all(np.abs(after[pushing]) <= _ALL_ROUND_OFF) else _ROUND_OFF
-        after = np.where(pushing & (np.abs(after) <= small), 0.0, after)
+        off = np.abs(after - self.rest)
+        small = _ALL_ROUND_OFF if np.all(off[pushing] <= _ALL_ROUND_OFF) else _ROUND_OFF
+        after = np.where(pushing & (off <= small), self.rest, after)
         budget[budget <= (_ROUND_OFF if self.restitution == "poisson" else _ROUND_OFF**2)] = 0.0
         self.v, self.work = after, 0.0 if lapses else self.work + math.fsum(works)
         self.budget = np.zeros_like(budget) if lapses else budget

@@ -11,8 +11,9 @@ enum { PS_ENERGETIC, PS_POISSON, PS_NEWTON };
 static const double PS_MISSED = 1e-9;
 /* Events of a piece nearer to each other than this part of it happen at once. */
 static const double PS_COINCIDENT = 1e-12;
-/* Of the largest velocity before. Stops may accumulate in ever smaller velocities: one below the first
- * is at rest, and so are all of the contacts that push where all are below the second. */
+/* Of the largest velocity before. Stops may accumulate in ever smaller velocities: one nearer than the
+ * first to its border, or to 0 of a slip, is there, and so are all of the contacts that push where all
+ * are nearer than the second. */
 static const double PS_REST_SPEED = 1e-14, PS_ALL_REST_SPEED = 1e-10;
 /* Of a mobility with a unit diagonal: a singular value below the first is zero. Of the largest
  * mobility: what is then added to tell the least of several impulses of one effect. */
@@ -634,6 +635,9 @@ static double restitution_after(const ps_path *path, int i, double length, doubl
   return budget > 0 ? PS_MAX(0, budget - given_back) : 0;
 }
 
+/* The border of a normal velocity, or 0 of a slip. */
+static double at_rest(const ps_path *path, int i) { return i & 1 ? 0 : path->border[i / 2]; }
+
 /* Follows the present piece over `length`; what vanishes there vanishes exactly. */
 static void follow_piece(ps_path *path, const double *push, const double *rates, double length) {
   const int n = path->n;
@@ -656,11 +660,11 @@ static void follow_piece(ps_path *path, const double *push, const double *rates,
     path->impulses[i] += push[i] * length;
     path->works[i] += part;
     work += part;
-    if (rubs(path, i / 2, push) && fabs(after[i]) > PS_ALL_REST_SPEED) small = 0;
+    if (rubs(path, i / 2, push) && fabs(after[i] - at_rest(path, i)) > PS_ALL_REST_SPEED) small = 0;
   }
   for (int i = 0; i < 2 * n; i++) {
-    double rest = small ? PS_ALL_REST_SPEED : PS_REST_SPEED;
-    path->v[i] = rubs(path, i / 2, push) && fabs(after[i]) <= rest ? 0 : after[i];
+    double near = small ? PS_ALL_REST_SPEED : PS_REST_SPEED, rest = at_rest(path, i);
+    path->v[i] = rubs(path, i / 2, push) && fabs(after[i] - rest) <= near ? rest : after[i];
   }
   double least = path->law == PS_POISSON ? PS_REST_SPEED : PS_REST_SPEED * PS_REST_SPEED;
   for (int i = 0; i < n; i++) path->budget[i] = lapses || budget[i] <= least ? 0 : budget[i];
@@ -778,7 +782,8 @@ static int follow_impact(int n, const double *W, const double *mu, const double 
   }
   for (int i = 0; i < n; i++) {
     path.mu[i] = mu[i];
-    path.border[i] = law == PS_NEWTON ? -e * path.v[2 * i] + 0.0 : 0;
+    double rebound = -e * path.v[2 * i];
+    path.border[i] = law == PS_NEWTON && rebound > PS_REST_SPEED ? rebound : 0;
     path.weight[i] = 1;
     collides |= v[2 * i] < 0;
   }
@@ -788,7 +793,8 @@ static int follow_impact(int n, const double *W, const double *mu, const double 
   if (law == PS_NEWTON && pushing > 1 && collides) ended = restart_at_once(&path);
   for (int i = 0; i < 2 * n; i++) {
     /* Of a contact that others held, rounding may be left. */
-    velocity[i] = fabs(path.v[i]) <= PS_REST_SPEED ? 0 : ldexp(path.v[i], speed);
+    double rest = at_rest(&path, i);
+    velocity[i] = ldexp(fabs(path.v[i] - rest) <= PS_REST_SPEED ? rest : path.v[i], speed);
     impulse[i] = ldexp(path.impulses[i], speed - mass);
     work[i] = ldexp(path.works[i], 2 * speed - mass);
   }

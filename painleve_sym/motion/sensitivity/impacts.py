@@ -60,7 +60,7 @@ class SensitiveImpacts(ImpactResolver):
             return None
         given, slopes, jacobian = self._at(state)
         contacts, rows = list(result.contacts), rows_of(result.contacts)
-        velocities = self._velocities
+        velocities = self.impacts.velocities
         speed = float(np.max(np.abs(state[velocities[rows]])))
         parted = self._parted(jacobian, state, contacts)
         path = impact_slopes(
@@ -94,34 +94,25 @@ class SensitiveImpacts(ImpactResolver):
         given, slopes, jacobian = self._at(state)
         closing = self.impacts.closing(state, contacts)
         rows = self.impacts.closing_rows(state, self.impacts.terms(state, self.values), closing)
-        at, block = self._velocities[rows], np.ix_(rows, rows)
+        velocities = self.impacts.velocities
+        at, block = velocities[rows], np.ix_(rows, rows)
         # The solution of W P = −v with the least norm.
         P, change = least_norm_slopes(given.W[block], slopes.W[block], -state[at], -jacobian[at])
-        all_P = np.zeros(len(self._velocities))
+        all_P = np.zeros(len(velocities))
         all_change = np.zeros((len(all_P), len(self.sizes)))
         all_P[rows], all_change[rows] = P, change
-        velocities, slopes_v = state[self._velocities], jacobian[self._velocities]
-        works = [
-            (velocities[k::2] @ all_change[k::2] + all_P[k::2] @ slopes_v[k::2]) / 2 for k in (0, 1)
-        ]
+        v, slopes_v = state[velocities], jacobian[velocities]
+        works = [(v[k::2] @ all_change[k::2] + all_P[k::2] @ slopes_v[k::2]) / 2 for k in (0, 1)]
         self._push(jacobian, (given, slopes), all_P, all_change)
         for place, work in zip(self._works, works, strict=False):
             jacobian[place] -= work
-        jacobian[at] = 0.0
-        gaps = [self._index(self.impacts.rows[i].gap) for i in closing]
-        jacobian[gaps] = 0.0
+        jacobian[at] = jacobian[self.impacts.places[closing, 0]] = 0.0
         return self.functions.packed(after[: len(self.impacts.states)], jacobian)
 
     # ---- places in the state ----
 
     def _index(self, symbol: object) -> int:
         return self.impacts.states.index(str(symbol))
-
-    @property
-    def _velocities(self) -> Array:
-        """Places of v_n, v_t of every contact, shape (2 n,)."""
-        rows = self.impacts.rows
-        return np.array([self._index(s) for row in rows for s in (row.gap_rate, row.slip)])
 
     @property
     def _works(self) -> list[int | None]:
@@ -136,11 +127,11 @@ class SensitiveImpacts(ImpactResolver):
         assert self._question is not None
         results = self.functions.impact_slopes(state, self._question.memory, self.constants)
         arrays = [np.array(r.full()) for r in results]
-        n, nq, k = len(self._velocities), len(self.impacts.mechanism.system.q), len(self.sizes)
+        n, nq = len(self.impacts.velocities), len(self.impacts.mechanism.system.q)
         # Matrices are listed column by column.
         shapes = ((n, n), (n,), (n, nq), (n // 2,), (n,), (1,))
         values = (a.reshape(s) for a, s in zip(arrays[:6], shapes, strict=True))
-        slopes = (a.reshape(*s, k) for a, s in zip(arrays[6:], shapes, strict=True))
+        slopes = (a.reshape(*s, -1) for a, s in zip(arrays[6:], shapes, strict=True))
         return _Numbers(*values), _Numbers(*slopes), self.functions.unpacked(state)[1]
 
     def _parted(self, jacobian: Array, state: Array, contacts: Sequence[int]) -> bool:
@@ -155,8 +146,7 @@ class SensitiveImpacts(ImpactResolver):
             return False
         parted = False
         for i in contacts:
-            row = self.impacts.rows[i]
-            gap, rate = self._index(row.gap), self._index(row.gap_rate)
+            gap, rate, _ = self.impacts.places[i]
             name = self.impacts.mechanism.outline.contacts[i].name
             if name != question.contact and state[rate] < 0:
                 moved = question.memory[self.functions.event_entries["time"]]
@@ -173,11 +163,11 @@ class SensitiveImpacts(ImpactResolver):
         mechanism = self.functions.automaton.impacts
         assert mechanism is not None
         speeds = [self._index(s) for s in mechanism.velocities]
-        velocities = jacobian[self._velocities] + _product(given.W, slopes.W, P, change)
+        velocities = jacobian[self.impacts.velocities] + _product(given.W, slopes.W, P, change)
         directions = given.directions.T, slopes.directions.swapaxes(0, 1)
         jacobian[speeds] += _product(*directions, P, change)
         # Last, since a generalised velocity may be that of a contact.
-        jacobian[self._velocities] = velocities
+        jacobian[self.impacts.velocities] = velocities
         driven = self._works[2]
         if driven is not None:
             jacobian[driven] -= P @ slopes.drive_speeds + given.drive_speeds @ change

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -19,17 +18,16 @@ from painleve_sym.complementarity.mpcc import MPCCSurvey, solve_mpcc_all
 from painleve_sym.contacts.classify import Classification, classify
 from painleve_sym.contacts.contact_numbers import contact_numbers
 from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
-from painleve_sym.contacts.impact_rays import Ray
+from painleve_sym.contacts.impact_rays import NORMAL_IMPULSE
 from painleve_sym.contacts.inputs import symbol_values
-from painleve_sym.contacts.model import ContactModel
 from painleve_sym.contacts.problem import ContactCase
-from painleve_sym.contacts.rigid import RigidContact
-from painleve_sym.errors import EventKind, InputError, StopReason, unknown_name
+from painleve_sym.errors import InputError, StopReason, unknown_name
 from painleve_sym.laws.catalogue import compliant_law
 from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.laws.rigid_contact import RigidLaw
 from painleve_sym.mechanics.declarations import resolve_parameters
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.motion.run_record import RunRecord
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.motion.singular_limit import SingularLimit
 from painleve_sym.motion.time_stepping.step_solvers import SOLVERS
@@ -199,7 +197,7 @@ class Case:
                 run = simulator.run(self.state, parameters=given, t_end=self.t_end)
                 name = f"{rule}, {policy}" if several else rule
                 answer = self._answer("rigid", name, float("nan"), run)
-                total = answer.normal_impulse + self._impact_impulse(run)
+                total = answer.normal_impulse + _impulse_of_impacts(run)
                 answers.append(replace(answer, normal_impulse=total))
         return answers
 
@@ -242,39 +240,6 @@ class Case:
             contact_velocities=contact_velocities,
             limit=run.limit,
         )
-
-    def _impact_impulse(self, run: Trajectory) -> float:
-        """Return the sum of the normal impulses of the impacts of a rigid motion; N s."""
-        rigid = RigidContact(ContactModel(self.mechanism, (RigidLaw(),)))
-        rays, slip_velocity, total = rigid.rays.rays, rigid.slip.name, 0.0
-        for before, after in pairwise(run.events):
-            family, _, phase = before.mode_after.partition("/")
-            if family == "impact":
-                ray = rays[phase.partition("/")[0]]
-            elif after.kind is EventKind.SETTLE:
-                # What the bounces left is round-off: one ray stands for their last impacts.
-                slip = int(np.sign(before.state[slip_velocity]))
-                ray = rays[{-1: "slip_neg", 0: "stick", 1: "slip_pos"}[slip]]
-            else:
-                continue
-            total += self._impulse(ray, before.state, after.state)
-        return total
-
-    def _impulse(self, ray: Ray, before: Mapping[str, float], after: Mapping[str, float]) -> float:
-        """Return P_n of a phase of an impact, by the contact velocities at its ends; N s.
-
-        Along the ray, since W, which may have rank one (a pivoted strut), need not have an inverse.
-        """
-        contact = self.mechanism.contact
-        rates = [contact.gap_rate, contact.slip_velocity]
-        old = numbers(rates, symbol_values(self.mechanism, before, self.parameters))
-        *per_impulse, v_n, v_t = numbers(
-            [ray.a_n, ray.a_t, *rates], symbol_values(self.mechanism, after, self.parameters)
-        )
-        direction = np.array(per_impulse)
-        size = float(direction @ direction)
-        # A ray that changes no velocity (a jam) has no impulse that velocities could tell.
-        return float(direction @ ([v_n, v_t] - old)) / size if size > 0 else 0.0
 
     def stepping(
         self, stepper: TimeStepper, steps: Sequence[float], solvers: Sequence[str]
@@ -382,3 +347,14 @@ def _impulse_of_forces(run: Trajectory) -> float:
     times = run.step_time[:, None] + (1 + nodes) / 2 * run.step_length[:, None]
     force = run.outputs(times.ravel())["normal_force"].reshape(times.shape)
     return float(run.step_length @ force @ weights) / 2
+
+
+def _impulse_of_impacts(run: Trajectory) -> float:
+    """Return the sum of the normal impulses of the impacts of a rigid motion; N s."""
+    if NORMAL_IMPULSE.name not in run.memory_names:
+        return 0.0
+    assert isinstance(run.record, RunRecord)
+    events, k = run.record.raw.event_records, run.memory_names.index(NORMAL_IMPULSE.name)
+    # It grows with every phase of an impact, and begins at 0 with the next one.
+    growth = events.memory_after[:, k] - events.memory_before[:, k]
+    return float(np.sum(np.maximum(0.0, growth)))
