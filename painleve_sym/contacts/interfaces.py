@@ -123,7 +123,7 @@ class Interface(ABC):
 
     @property
     def holds(self) -> sp.Expr:
-        """1 where its friction keeps v̇_t = 0, else 0: without friction others keep it, or nothing."""
+        """1 where its friction keeps v̇_t = 0, else 0, as always without friction."""
         return self.sticks * sp.sign(self.static_coefficient)
 
     def known_friction(self, normal_force: sp.Expr) -> sp.Expr:
@@ -204,8 +204,8 @@ class Interface(ABC):
     def tests(self, motion: ContactMotion) -> list[Test]:
         """Return what must not be negative for its local mode to follow a decision."""
         at_rest = self.sign * zero_factor(self.row.slip)
-        # A contact that can bear nothing does not stick. Nothing but 0 is known of one that does, so
-        # that no change of a vanishing scale decides.
+        # A contact that can bear nothing does not stick. Nothing but 0 is known of one that does,
+        # so that no change of a vanishing scale decides.
         moving = sp.Abs(motion.tangential_acceleration)
         beyond = sp.Min(AT_REST * motion.tangential_scale + _DENORMAL - moving, 0)
         return [

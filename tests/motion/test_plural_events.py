@@ -236,7 +236,7 @@ def test_smooth_ladder_on_linear_springs_moves_as_its_equations_say(engine):
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_ladder_that_lands_upright_is_turned_by_the_floor_alone(engine):
-    """The wall is touched at no speed and no acceleration; the force of the floor is small at first."""
+    """The wall is touched at no speed and no acceleration; the floor pushes little at first."""
     run = _ladder(ps.law("hunt-crossley"), engine).run(
         {"x": 1.0, "theta": np.pi / 3, "y_dot": 0.6},
         t_end=0.2,
