@@ -31,7 +31,7 @@ AT_REST = sp.Rational(1, 10**6)
 """Of the terms of v̇_t: what a contact that sticks may keep of it."""
 
 RELEASED = sp.Rational(1, 10**10)
-"""Of W_nn and the forces: acceleration, far above rounding, of a contact that others hold no more."""
+"""Of W_nn and the forces: acceleration of a contact that others no longer hold."""
 
 _DENORMAL = sp.Float("1e-300")
 """Accelerations below it have no digits; m/s²."""

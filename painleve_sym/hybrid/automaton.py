@@ -190,7 +190,7 @@ class Alternative:
 
 
 class TestRole(enum.Enum):
-    """What a test says, by the letter that the compiled engine reads."""
+    """Role of a test, by the letter that the compiled engine reads."""
 
     HOLDS = "h"
     """The value is not negative."""
