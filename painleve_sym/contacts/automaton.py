@@ -37,6 +37,7 @@ from painleve_sym.hybrid.automaton import (
     Impacts,
     LinearSystem,
     Mode,
+    Test,
     Transition,
 )
 from painleve_sym.laws.contact_law import ContactLaw
@@ -235,7 +236,7 @@ class PluralContacts(ContactStates):
 
         forces = sp.Add(*[sp.Abs(f) for f in F], sp.Abs(b[n]) / W[n, n])
         values = F[n], F[t], moved[n], moved[t], forces, size(n), size(t), W[n, n]
-        return ContactMotion(*values)
+        return ContactMotion(*values, sp.Add(*[f**2 for f in F]))
 
     # ---- the automaton ----
 
@@ -246,10 +247,9 @@ class PluralContacts(ContactStates):
         friction = lost = _ZERO
         for i, c in enumerate(self.interfaces):
             n, t, row = 2 * i, 2 * i + 1, c.row
-            apart = 1 - c.closed if c.given_force is None else sp.Integer(1)
-            rates[row.gap] = apart * row.gap_rate
-            rates[row.gap_rate] = apart * moved[n]
-            rates[row.slip] = (1 - c.holds) * moved[t]
+            rates[row.gap] = c.apart * row.gap_rate
+            rates[row.gap_rate] = c.apart * moved[n]
+            rates[row.slip] = (1 - c.still) * moved[t]
             rates |= c.rates(self._motion(i))
             friction -= (1 - c.sticks) * F[t] * c.rubbing_velocity(self._motion(i))
             lost += c.dissipated_power
@@ -267,6 +267,10 @@ class PluralContacts(ContactStates):
             for i, c in enumerate(self.interfaces)
             for t in c.tests(self._motion(i, resolved=True))
         ]
+        if len(self._unknown) == 2:
+            # Where both stick and rigidity leaves their forces open, no forces are those.
+            both = sp.Mul(*[self.interfaces[i].holds for i in self._unknown])
+            tests.append(Test(both * (sp.Abs(_DETERMINANT) - SINGULAR_MARGIN), both))
         if self._unknown:
             margin = _DETERMINANT**2 - SINGULAR_MARGIN**2
             changes.append(

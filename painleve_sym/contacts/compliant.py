@@ -17,7 +17,7 @@ from painleve_sym.contacts.interfaces import (
     switched,
     zero_factor,
 )
-from painleve_sym.contacts.model import CONTACTS, FLIGHT, INDENTED, MOTION, SLIPS
+from painleve_sym.contacts.model import CONTACT, CONTACTS, FLIGHT, INDENTED, MOTION, SLIPS
 from painleve_sym.errors import EventKind
 from painleve_sym.hybrid.automaton import (
     Alternative,
@@ -245,6 +245,8 @@ class CompliantInterface(Interface):
         may_stick = sp.And(at_rest, positive(self.sticks + self.sign**2)) if has_static else at_rest
         choices.append(Alternative(may_stick, self._rub(_ZERO, _ONE), preferred=has_static))
         choices += [Alternative(at_rest, self._rub(sp.Integer(sign), _ZERO)) for sign in (-1, 1)]
+        if self.target == CONTACT:  # beside rigid contacts, which may hold it
+            choices += self._rests(at_rest, self._rub(_ZERO, _ONE), {-1: 3, 1: 4})
         # Of a slip that begins only: compliant contacts open and close by their law.
         leaving = self._leaving[:1]
         return Part(
@@ -303,7 +305,9 @@ class CompliantInterface(Interface):
 
     def transitions(self, motion: ContactMotion) -> list[Transition]:
         """Return slip start and stop, and the changes of branch and flight."""
-        return [*self._friction_changes(motion), *(self._switch(c, motion) for c in self.changes)]
+        ends = [self._ends_of_rest(motion)] if self.target == CONTACT else []
+        switches = (self._switch(c, motion) for c in self.changes)
+        return [*self._friction_changes(motion), *switches, *ends]
 
     def _switch(self, change: BranchChange, motion: ContactMotion) -> Transition:
         """Return a change as one of the memory of this contact."""

@@ -61,6 +61,11 @@ class GuideInterface(Interface):
         return _ONE
 
     @property
+    def apart(self) -> sp.Expr:
+        """Its gap does not change."""
+        return _ZERO
+
+    @property
     def memory(self) -> tuple[sp.Symbol, ...]:
         """Local mode, sign of slip, sticking, side."""
         return self.local, self.sign, self.sticks, self.side
@@ -91,6 +96,9 @@ class GuideInterface(Interface):
             for s in (0, -1, 1)
             for side in (1, -1)
         ]
+        for i, side in enumerate((1, -1)):
+            slips = {-1: 2 + i, 1: 4 + i}
+            offered += self._rests(is_zero(slip), self._held(0, side), slips)
         return Part(
             self.name, self.memory, self.local_modes, tuple(offered), (slip,), self._leaving
         )
@@ -99,7 +107,7 @@ class GuideInterface(Interface):
         """Return slip start and stop, and the reversal of the normal force."""
         guard = self.side * motion.normal_force
         turn = self._transition("force_reversal", EventKind.FORCE_REVERSAL, guard)
-        return [*self._friction_changes(motion), turn]
+        return [*self._friction_changes(motion), turn, self._ends_of_rest(motion)]
 
     def tests(self, motion: ContactMotion) -> list[Test]:
         """Return the sign of F_n, the friction cone, and the onset of slip."""

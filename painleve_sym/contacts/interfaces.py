@@ -18,15 +18,20 @@ from painleve_sym.contacts.contact_states import ContactRow, cone_margins
 from painleve_sym.contacts.model import FLIGHT, INDENTED, MOTION
 from painleve_sym.errors import EventKind
 from painleve_sym.hybrid.automaton import (
+    Alternative,
     Choice,
     Part,
     Test,
+    TestRole,
     Transition,
 )
 from painleve_sym.laws.compliance import ramp
 
 AT_REST = sp.Rational(1, 10**6)
 """Of the terms of v̇_t: what a contact that sticks may keep of it."""
+
+RELEASED = sp.Rational(1, 10**10)
+"""Of W_nn and the forces: acceleration of a contact that others no longer hold."""
 
 _DENORMAL = sp.Float("1e-300")
 """Accelerations below it have no digits; m/s²."""
@@ -46,7 +51,8 @@ class ContactMotion:
     """Forces (N) and accelerations (m/s²) of a contact, as expressions of the automaton.
 
     `force_scale` is the size of the forces, for what counts as rounding; the scales of the
-    accelerations are the sums of the sizes of their terms. `normal_mobility` is W_nn, 1/kg.
+    accelerations are the sums of the sizes of their terms. `normal_mobility` is W_nn, 1/kg;
+    `force_square` is the sum of the squares of the forces of all contacts, N².
     """
 
     normal_force: sp.Expr
@@ -57,6 +63,7 @@ class ContactMotion:
     normal_scale: sp.Expr
     tangential_scale: sp.Expr
     normal_mobility: sp.Expr
+    force_square: sp.Expr
 
 
 @dataclass(frozen=True)
@@ -124,7 +131,22 @@ class Interface(ABC):
     @property
     def holds(self) -> sp.Expr:
         """1 where its friction keeps v̇_t = 0, else 0, as always without friction."""
-        return self.sticks * sp.sign(self.static_coefficient)
+        return self._sticks_alone * sp.sign(self.static_coefficient)
+
+    @property
+    def still(self) -> sp.Expr:
+        """1 where v̇_t = 0: where it holds, or others hold it with its friction at its bound."""
+        return self.holds + self.sticks * self.sign**2
+
+    @property
+    def _sticks_alone(self) -> sp.Expr:
+        """1 where it sticks within its cone, else 0."""
+        return self.sticks * (1 - self.sign**2)
+
+    @property
+    def apart(self) -> sp.Expr:
+        """1 where its gap may change, else 0."""
+        return _ONE
 
     def known_friction(self, normal_force: sp.Expr) -> sp.Expr:
         """Return F_t per normal force where its friction does not keep v̇_t = 0; N."""
@@ -203,15 +225,24 @@ class Interface(ABC):
 
     def tests(self, motion: ContactMotion) -> list[Test]:
         """Return what must not be negative for its local mode to follow a decision."""
-        at_rest = self.sign * zero_factor(self.row.slip)
+        at_rest = self.sign * (1 - self.sticks) * zero_factor(self.row.slip)
+        at_bound = self.sticks * self.sign**2
         # A contact that can bear nothing does not stick. Nothing but 0 is known of one that does,
         # so that no change of a vanishing scale decides.
         moving = sp.Abs(motion.tangential_acceleration)
         beyond = sp.Min(AT_REST * motion.tangential_scale + _DENORMAL - moving, 0)
         return [
-            *(Test(self.sticks * m, motion.force_scale) for m in self._margins(motion).values()),
-            Test(at_rest * motion.tangential_acceleration, motion.tangential_scale),
-            Test(self.sticks * beyond, motion.tangential_scale),
+            *(
+                Test(self._sticks_alone * m, motion.force_scale)
+                for m in self._margins(motion).values()
+            ),
+            switched_test(
+                at_rest, motion.tangential_acceleration, motion.tangential_scale, TestRole.BEGINS
+            ),
+            switched_test(
+                at_bound, motion.tangential_acceleration, motion.tangential_scale, TestRole.VANISHES
+            ),
+            Test(self._sticks_alone * beyond, motion.tangential_scale),
         ]
 
     # ---- shared pieces ----
@@ -237,6 +268,21 @@ class Interface(ABC):
         name, label = self.name, f"{label}:{self.name}"
         return Transition(label, kind, guard, follows, reset or {}, contact=name, chooses=chooses)
 
+    def _rests(self, condition: Boolean, stick: Memory, slips: dict[int, int]) -> list[Alternative]:
+        """Return stick with its friction at a bound for slips, given by sign and index."""
+        return [
+            Alternative(condition, stick | {self.sign: sp.Integer(sign)}, rest_of=i)
+            for sign, i in slips.items()
+        ]
+
+    def _ends_of_rest(self, motion: ContactMotion, touches: sp.Expr = _ZERO) -> Transition:
+        """Return what ends rest at a bound: the others no longer hold the contact."""
+        rubs = self.sticks * self.sign**2
+        least = (RELEASED * motion.normal_mobility) ** 2 * motion.force_square
+        guard = rubs * (least - motion.tangential_acceleration**2)
+        guard += touches * (least - motion.normal_acceleration**2)
+        return self._transition("released", EventKind.SLIP_START, guard)
+
     @property
     def _released(self) -> Memory:
         """Change of memory where sticking reaches its cone."""
@@ -247,13 +293,20 @@ class Interface(ABC):
 
     def _friction_changes(self, motion: ContactMotion) -> list[Transition]:
         changes = [
-            self._transition(label, EventKind.SLIP_START, self.sticks * margin, self._released)
+            self._transition(
+                label, EventKind.SLIP_START, self._sticks_alone * margin, self._released
+            )
             for label, margin in zip(
                 ("slip_start_neg", "slip_start_pos"), self._margins(motion).values(), strict=True
             )
         ]
-        still, guard = {self.row.slip: _ZERO}, self.sign * self.row.slip
+        still, guard = {self.row.slip: _ZERO}, self.sign * (1 - self.sticks) * self.row.slip
         return [*changes, self._transition("slip_stop", EventKind.SLIP_STOP, guard, still)]
+
+
+def switched_test(factor: sp.Expr, value: sp.Expr, scale: sp.Expr, role: TestRole) -> Test:
+    """Return the test of factor · value, which says nothing where the factor is 0."""
+    return Test(factor * value, factor**2 * scale, role)
 
 
 def zero_factor(expr: sp.Expr) -> sp.Expr:

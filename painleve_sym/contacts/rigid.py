@@ -25,6 +25,7 @@ from painleve_sym.contacts.interfaces import (
     Interface,
     Memory,
     not_negative,
+    switched_test,
     zero_factor,
 )
 from painleve_sym.contacts.model import CONTACTS, FLIGHT, SLIPS
@@ -37,6 +38,7 @@ from painleve_sym.hybrid.automaton import (
     Mode,
     Part,
     Test,
+    TestRole,
     Transition,
     all_positive,
     is_zero,
@@ -79,6 +81,21 @@ class RigidInterface(Interface):
         }
 
     @property
+    def _sticks_alone(self) -> sp.Expr:
+        """1 where it sticks within its cone, else 0, as where it touches without force."""
+        return self.closed * super()._sticks_alone
+
+    @property
+    def apart(self) -> sp.Expr:
+        """1 where its gap may change: open, and not held where it touches."""
+        return (1 - self.closed) * (1 - self.sticks)
+
+    @property
+    def _touches(self) -> sp.Expr:
+        """1 where it touches without force, as others hold it, else 0."""
+        return (1 - self.closed) * self.sticks
+
+    @property
     def _flight(self) -> Memory:
         return dict.fromkeys(self.memory, _ZERO)
 
@@ -100,23 +117,28 @@ class RigidInterface(Interface):
             )
             for s in (0, -1, 1)
         ]
-        return Part(
-            self.name, self.memory, self.local_modes, (open_, *closed), (row.slip,), self._leaving
-        )
+        touches = self._flight | {self.sticks: _ONE}
+        still = sp.And(together, is_zero(row.slip))
+        rests = Alternative(together, touches, open=True, rest_of=0)
+        offered = (open_, *closed, rests, *self._rests(still, self._closed(0), {-1: 2, 1: 3}))
+        return Part(self.name, self.memory, self.local_modes, offered, (row.slip,), self._leaving)
 
     def transitions(self, motion: ContactMotion) -> list[Transition]:
         """Return slip start and stop, touchdown and lift-off."""
         gap, kind = self.row.gap, EventKind.TOUCHDOWN
-        land = self._transition("touchdown", kind, (1 - self.closed) * gap, {gap: _ZERO})
+        land = self._transition("touchdown", kind, self.apart * gap, {gap: _ZERO})
         leave = self._transition("liftoff", EventKind.LIFTOFF, self.closed * motion.normal_force)
-        return [*self._friction_changes(motion), land, leave]
+        end = self._ends_of_rest(motion, self._touches)
+        return [*self._friction_changes(motion), land, leave, end]
 
     def tests(self, motion: ContactMotion) -> list[Test]:
         """Return F_n, the friction cone, and the onsets of slip and of lift-off."""
-        leaving = (1 - self.closed) * zero_factor(self.row.gap) * zero_factor(self.row.gap_rate)
+        leaving = self.apart * zero_factor(self.row.gap) * zero_factor(self.row.gap_rate)
+        a_n, scale = motion.normal_acceleration, motion.normal_scale
         return [
             Test(self.closed * motion.normal_force, motion.force_scale),
-            Test(leaving * motion.normal_acceleration, motion.normal_scale),
+            switched_test(leaving, a_n, scale, TestRole.BEGINS),
+            switched_test(self._touches, a_n, scale, TestRole.VANISHES),
             *super().tests(motion),
         ]
 

@@ -110,6 +110,11 @@ class SpringInterface(CompliantInterface):
         return _ZERO
 
     @property
+    def still(self) -> sp.Expr:
+        """Its velocity is never kept."""
+        return _ZERO
+
+    @property
     def _friction_memory(self) -> tuple[sp.Symbol, ...]:
         return (*super()._friction_memory, self.last_slip)
 

@@ -13,6 +13,7 @@ from painleve_sym.arrays import Array
 from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.engines.batch import COUNTERS
 from painleve_sym.engines.erk_choice import (
+    FAILS,
     HUGE,
     MOMENT,
     REST_ERRORS,
@@ -245,9 +246,10 @@ class _Run:
         at = (self.x, memory, self.c)
         rates = self.runner.field(*at)[0]
         self.counters["field_evaluations"] += 1
-        h, tests, hold = self.first_step(rates), self.runner.tests, (0, np.inf)
-        if tests is not None and np.isfinite(h):
-            hold = tests_hold(tests(*at), h)
+        h, tests, hold = self.first_step(rates), self.runner.tests, (FAILS, np.inf)
+        parts = self.engine.parts
+        if parts is not None and tests is not None and np.isfinite(h):
+            hold = tests_hold(tests(*at), h, parts.roles(self.mode), parts.exists)
         return *hold, rates
 
     def note(self, kind: EventKind, before: int, j: int, contact: str, x: Array, z: Array) -> None:

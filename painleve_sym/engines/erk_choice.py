@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Sequence
 from functools import cached_property
+from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -13,7 +14,7 @@ import numpy as np
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.engines.erk_mode import Call
-from painleve_sym.hybrid.automaton import HybridAutomaton
+from painleve_sym.hybrid.automaton import HybridAutomaton, TestRole
 
 # The constants of the compiled engine: its decisions are repeated here.
 ZERO_TIME, MOMENT = 1e-10, 16e-16
@@ -43,15 +44,21 @@ def guard_side(g: float, d: float, d2: float, h: float, departs: bool, moment: f
     return -1 if (first if abs(first) > abs(second) else second) < 0 else 0
 
 
-def tests_hold(values: list[Array], h: float) -> tuple[int, float]:
-    """Return whether tests hold, and by how much they are missed, in parts of their scales.
+FAILS, HOLDS, LASTS, IDLE = 0, 1, 2, 4
+"""How the tests of a combination hold; IDLE is added where what should begin stays zero."""
 
-    They hold: 0 no, 1 yes, 2 also by the measure by which guards are armed. The values are tests
+
+def tests_hold(
+    values: list[Array], h: float, roles: Sequence[TestRole], exists: bool
+) -> tuple[int, float]:
+    """Return how tests hold, and by how much they are missed, in parts of their scales.
+
+    They last where they hold also by the measure by which guards are armed. The values are tests
     with first and second derivatives along the motion, and their scales, shape (nt,) each; h is the
-    first step of the motion, s.
+    first step of the motion, s. Where a motion always `exists`, none is idle.
     """
-    lasts, missed = True, 0.0
-    for v, d, d2, scale in zip(*values, strict=True):
+    lasts, idle, missed = True, False, 0.0
+    for v, d, d2, scale, role in zip(*values, roles, strict=True):
         first, second, slope = h * d, 0.5 * h * h * d2, _ZERO_SLOPE * scale
         if not np.isfinite(v):
             missed = math.inf
@@ -60,16 +67,30 @@ def tests_hold(values: list[Array], h: float) -> tuple[int, float]:
         elif abs(first) > slope:
             decides = first
         else:
-            decides = second if second < -slope else 0.0
+            decides = second if abs(second) > slope else 0.0
+        idle |= role is TestRole.BEGINS and not exists and decides == 0 and scale > 0
+        if role is TestRole.VANISHES:
+            decides = -abs(decides)
         if decides < 0:
             missed = max(missed, -decides / scale if scale > 0 else math.inf)
-        lasts &= guard_side(v, d, d2, h, False) >= 0
-    return (0 if missed > 0 else 1 + lasts), missed
+        lasts &= role is TestRole.VANISHES or guard_side(v, d, d2, h, False) >= 0
+    if missed > 0:
+        return FAILS, missed
+    return (LASTS if lasts else HOLDS) | (IDLE if idle else 0), missed
 
 
 def same_motion(a: Array, b: Array) -> bool:
     """Whether two rates of the states are those of one motion."""
     return bool(np.abs(a - b).max() <= _SAME_MOTION * np.abs(a).max())
+
+
+class Combination(NamedTuple):
+    """Memory, how many parts are open and in what they prefer, and what it may become at rest."""
+
+    memory: Array
+    open: int
+    preferred: int
+    rests: tuple[Array, ...] = ()
 
 
 class Parts:
@@ -79,11 +100,20 @@ class Parts:
         self.automaton: HybridAutomaton = functions.automaton
         self._alternatives = Call(alternatives)
 
+    @property
+    def exists(self) -> bool:
+        """Whether there is always one motion: all forces are given."""
+        return self.automaton.impacts is None
+
     @cached_property
     def rest(self) -> list[int]:
         """Indices of the states that count as 0 where they are 0 within the tolerance."""
         own = self.automaton
         return [own.states.index(s) for part in own.parts for s in part.rest]
+
+    def roles(self, mode: int) -> tuple[TestRole, ...]:
+        """Return what each test of a mode says."""
+        return tuple(test.role for test in self.automaton.modes[mode].tests)
 
     def leaving(self, mode: int) -> tuple[int, ...]:
         """Return the guards of a mode that leave 0 upwards after a choice."""
@@ -91,38 +121,46 @@ class Parts:
         transitions = self.automaton.modes[mode].transitions
         return tuple(j for j, t in enumerate(transitions) if t.label in labels)
 
-    def combinations(self, x: Array, z: Array, c: Array) -> list[tuple[Array, int, int]]:
-        """Return the memory of every combination of alternatives.
-
-        With the numbers of its open parts, and of those in what they prefer.
-        """
+    def combinations(self, x: Array, z: Array, c: Array) -> list[Combination]:
+        """Return every combination of alternatives."""
         conditions, flat = self._alternatives(x, z, c)
         memory, place, first = flat.reshape(len(conditions), -1), 0, 0
-        offered: list[list[tuple[Array, int, int]]] = []
+        offered: list[list[Combination]] = []
         for part in self.automaton.parts:
             own = slice(place, place + len(part.memory))
+            every = [
+                Combination(memory[first + k, own], int(a.open), int(a.preferred))
+                for k, a in enumerate(part.alternatives)
+            ]
+            possible = [
+                (k, a) for k, a in enumerate(part.alternatives) if conditions[first + k] > 0
+            ]
+            rests = [
+                tuple(every[j].memory for j, b in possible if b.rest_of == k)
+                for k in range(len(every))
+            ]
             offered.append(
-                [
-                    (memory[first + k, own], int(a.open), int(a.preferred))
-                    for k, a in enumerate(part.alternatives)
-                    if conditions[first + k] > 0
-                ]
+                [every[k]._replace(rests=rests[k]) for k, a in possible if a.rest_of is None]
             )
             place, first = own.stop, first + len(part.alternatives)
         # What no part owns, the impulses of the last impact, is kept.
         kept = z[place:]
         return [
-            (
-                np.concatenate([*(m for m, _, _ in each), kept]),
-                sum(is_open for _, is_open, _ in each),
-                sum(preferred for _, _, preferred in each),
+            Combination(
+                np.concatenate([*(one.memory for one in each), kept]),
+                sum(one.open for one in each),
+                sum(one.preferred for one in each),
+                tuple(
+                    np.concatenate([*memories, kept])
+                    for memories in itertools.product(*((m.memory, *m.rests) for m in each))
+                ),
             )
             for each in itertools.product(*offered)
         ]
 
     def choose(
         self,
-        combinations: list[tuple[Array, int, int]],
+        combinations: list[Combination],
         held: Callable[[Array], tuple[int, float, Array]],
         before: Array,
         entered: list[Array],
@@ -136,8 +174,12 @@ class Parts:
         """
         policy, parts = self.automaton.preference, len(self.automaton.parts)
         best, motions, chosen, rate, repeats, most = -1, 0, None, before, True, 0
-        nearest, exists = (math.inf, before), self.automaton.impacts is None
-        for memory, is_open, preferred, hold, missed, rates in self._tested(combinations, held):
+        nearest, exists, some = (math.inf, before), self.exists, False
+        idle: tuple[Array, ...] = ()
+        for memory, is_open, preferred, rests in combinations:
+            hold, missed, rates = held(memory)
+            # What alone is possible needs no test.
+            hold = hold if len(combinations) > 1 else HOLDS
             left = np.array_equal(memory, before)
             again = exists and (left or any(np.array_equal(memory, m) for m in entered))
             if not hold:
@@ -147,24 +189,18 @@ class Parts:
             repeats &= again
             # Of those that differ by rounding alone, one that lasts; last the one just left.
             rank = 2 * (parts - is_open if policy < 0 else is_open) + (not (left or again))
-            rank = 3 * ((parts + 1) * rank + preferred) + (0 if left or again else hold)
+            rank = 3 * ((parts + 1) * rank + preferred) + (0 if left or again else hold & ~IDLE)
             if preferred > most:
                 most, motions = preferred, 0
-            if preferred == most:
+            # Rates of an idle one are those of others but for rounding.
+            some |= bool(hold & IDLE)
+            if preferred == most and not hold & IDLE:
                 motions += not motions or not same_motion(rates, rate)
             if rank > best:
                 best, chosen, rate = rank, memory, rates
+                idle = rests if hold & IDLE else ()
+        chosen = next((memory for memory in idle if held(memory)[0] in (HOLDS, LASTS)), chosen)
+        motions = motions or int(some)
         if exists and (not motions or repeats) and nearest[0] < math.inf:
             return nearest[1]
         return None if policy == 0 and motions > 1 else chosen
-
-    @staticmethod
-    def _tested(
-        combinations: list[tuple[Array, int, int]],
-        held: Callable[[Array], tuple[int, float, Array]],
-    ) -> Iterator[tuple[Array, int, int, int, float, Array]]:
-        for memory, is_open, preferred in combinations:
-            hold, missed, rates = held(memory)
-            # What alone is possible needs no test.
-            hold = hold if len(combinations) > 1 else 1
-            yield memory, is_open, preferred, hold, missed, rates

@@ -136,14 +136,15 @@ def _tables(functions: AutomatonFunctions) -> str:
         "int target[PS_NCHOICE]; ps_bits departs[PS_NCHOICE]; "
         "ps_function limit; int limit_kind, limit_target; } ps_transition;",
         "/* n guards, each of a transition; where `immediate`, one more that has none. */",
-        "typedef struct { ps_function field, guards, jets, outputs, tests; "
+        "typedef struct { ps_function field, guards, jets, outputs, tests; const char *roles; "
         "int n, immediate, tested; ps_transition transitions[PS_NT]; } ps_mode;",
         "static const ps_mode PS_MODES[PS_NM] = {",
     ]
     for i, mode in enumerate(automaton.modes):
         rows = [_transition(functions, i, j, t) for j, t in enumerate(mode.transitions)]
         tests = f"tests_{i}" if mode.tests else "0"
-        names = f"field_{i}, guards_{i}, jets_{i}, outputs_{i}, {tests}"
+        roles = "".join(t.role.value for t in mode.tests)
+        names = f'field_{i}, guards_{i}, jets_{i}, outputs_{i}, {tests}, "{roles}"'
         now = sum(t.immediate for t in mode.transitions)
         sizes = f"{len(rows) - now}, {now}, {len(mode.tests)}"
         lines.append(f"  {{{names}, {sizes}, {{{', '.join(rows)}}}}},  /* {mode.name} */")
@@ -182,6 +183,7 @@ def _parts(automaton: HybridAutomaton) -> list[str]:
     every = [a for part in automaton.parts for a in part.alternatives]
     opens = ", ".join(str(int(a.open)) for a in every)
     preferred = ", ".join(str(int(a.preferred)) for a in every)
+    rests = ", ".join(str(-1 if a.rest_of is None else a.rest_of) for a in every)
     leaving = {label for part in automaton.parts for label in part.leaving}
     masks = [
         sum(1 << j for j, t in enumerate(mode.transitions) if t.label in leaving)
@@ -201,6 +203,7 @@ def _parts(automaton: HybridAutomaton) -> list[str]:
         f"static const int PS_OFFERED[PS_NPART] = {{{counts}}};",
         f"static const int PS_IS_OPEN[PS_NALT] = {{{opens}}};",
         f"static const int PS_IS_PREFERRED[PS_NALT] = {{{preferred}}};",
+        f"static const int PS_REST_OF[PS_NALT] = {{{rests}}};",
         f"static const int PS_OWNED[PS_NPART + 1] = {{{places}}};",
     ]
 

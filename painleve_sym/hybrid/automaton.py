@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import enum
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
@@ -177,12 +178,26 @@ class Alternative:
     what is absent is kept. `open` tells whether it is counted as open, where a policy prefers many
     or few open parts; `preferred` whether it is entered where others are possible, too: stick under
     a static friction above the kinetic one. After the policy, most preferred alternatives decide.
+    `rest_of` makes it what the alternative of that index becomes where it is idle: it rests with
+    its force at a bound, as others hold it.
     """
 
     condition: Boolean
     memory: Mapping[sp.Symbol, sp.Expr] = dataclasses.field(default_factory=dict)
     open: bool = False
     preferred: bool = False
+    rest_of: int | None = None
+
+
+class TestRole(enum.Enum):
+    """Role of a test, by the letter that the compiled engine reads."""
+
+    HOLDS = "h"
+    """The value is not negative."""
+    BEGINS = "b"
+    """Not negative either; where it stays 0, what should begin does not: the mode is idle."""
+    VANISHES = "v"
+    """The value stays 0."""
 
 
 @dataclass(frozen=True)
@@ -190,11 +205,12 @@ class Test:
     """An inequality of a local mode: `value` ≥ 0 just after a decision.
 
     Where the value is 0 but for rounding, its first derivative along the motion that is not
-    decides. `scale` is the size of the terms of which it is made.
+    decides. `scale` is the size of the terms of which it is made, 0 where the test says nothing.
     """
 
     value: sp.Expr
     scale: sp.Expr
+    role: TestRole = TestRole.HOLDS
 
 
 @dataclass(frozen=True)

@@ -154,6 +154,7 @@ class _Approach:
         force, end, left = -at["B"] / A, states, -A / alpha
         ratio = -at["beta_1"] / alpha
         reaches = (ratio > 0) & (left > 0)
+        left = np.where(reaches, left, 0.0)
         mean_force = np.where(reaches, (force + at["beta_0"] / alpha) / ratio, 0.0)
         for _ in range(_ITERATIONS):
             _, rates = self._at(states, mean_force)
@@ -182,6 +183,8 @@ class _Approach:
 def _measured_exponent(run: Trajectory, limit: float) -> float | None:
     """Return γ of F = F* + C (t* − t)^(−γ) from three forces: differences do not hold F*."""
     left = limit - run.final_time
+    if not left > 0:
+        return None
     times = limit - left * _SPACING ** np.array([2.0, 1.0, 0.0])
     times[-1] = run.final_time
     if not len(run.step_time) or not times[0] >= run.segments[-1].t_start:

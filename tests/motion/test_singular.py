@@ -229,3 +229,14 @@ def test_impulse_in_front_of_A_0_always_slows_the_slip():
     W_nn, W_tt, coupling = sp.symbols("W_nn W_tt s_W_nt", positive=True)
     mu, det = W_nn / coupling, W_nn * W_tt - coupling**2
     assert sp.simplify(coupling - mu * W_tt + det / coupling) == 0
+
+
+def test_a_slip_that_stands_at_a_0_has_no_time_left(rigid):
+    """With θ̇ = 0 the rate of A is 0: no limit is ahead, and none is divided by zero."""
+    start = {"theta": math.pi / 4 - 3.4e-9, "x_A_dot": -1.0}
+    run = rigid.run(start, t_end=0.05, parameters={"mu": 5 / 3})
+    assert run.stop_reason is StopReason.SINGULAR
+    assert run.limit.kind is LimitKind.STOP
+    assert run.limit.time == run.final_time
+    assert run.limit.measured_exponent is None
+    assert run.limit.state == run.final

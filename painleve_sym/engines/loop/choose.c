@@ -14,15 +14,17 @@ static const double PS_REST_ERRORS = 10;
 static double first_step(ps_run *s, const ps_options *o);
 static int guard_side(double g, double d, double d2, double zero, double moment, int departs);
 
-/* Whether the tests of the mode hold in the memory of the run: each is positive, or zero but for
- * rounding with the first derivative that is not zero positive. 2 where they also hold by the measure
- * by which guards are armed: none of these then fires at once. Where they do not hold, `missed` is by
- * how much, in parts of their scales. */
+/* How the tests of the mode hold in the memory of the run: each is positive, or zero but for rounding
+ * with the first derivative that is not zero positive; one that vanishes has none that is not zero. By
+ * the measure by which guards are armed they last: none of these then fires at once. Idle: what should
+ * begin stays zero. Where they fail, `missed` is by how much, in parts of their scales. */
+enum { PS_FAILS, PS_HOLDS, PS_LASTS, PS_IDLE = 4 };
+
 static int consistent(ps_run *s, const ps_options *o, double *missed) {
   const ps_mode *m = &PS_MODES[s->mode];
   double v[PS_NTEST], d[PS_NTEST], d2[PS_NTEST], scale[PS_NTEST];
   double *res[4] = {v, d, d2, scale};
-  int lasts = 1;
+  int lasts = 1, idle = 0;
   field(s, s->x, s->k[0]);
   const double h = first_step(s, o);
   *missed = HUGE_VAL;
@@ -31,14 +33,18 @@ static int consistent(ps_run *s, const ps_options *o, double *missed) {
   call(s, m->tests, s->x, res);
   for (int j = 0; j < m->tested; j++) {
     double first = h * d[j], second = 0.5 * h * h * d2[j], slope = PS_ZERO_SLOPE * scale[j];
-    double decides = second < -slope ? second : 0;
+    double decides = fabs(second) > slope ? second : 0;
     if (!isfinite(v[j])) *missed = HUGE_VAL;
     if (fabs(v[j]) > PS_ZERO_TERMS * scale[j] + PS_ZERO_TIME * fabs(first)) decides = v[j];
     else if (fabs(first) > slope) decides = first;
+    if (m->roles[j] == 'b') idle |= !PS_EXISTS && decides == 0 && scale[j] > 0;
+    if (m->roles[j] == 'v') decides = -fabs(decides);
     if (decides < 0) *missed = PS_MAX(*missed, -decides / scale[j]);
+    if (m->roles[j] == 'v') continue;
     if (guard_side(v[j], d[j], d2[j], PS_ZERO_TIME * h, 0, 0) < 0) lasts = 0;
   }
-  return *missed > 0 ? 0 : 1 + lasts;
+  if (*missed > 0) return PS_FAILS;
+  return (lasts ? PS_LASTS : PS_HOLDS) | (idle ? PS_IDLE : 0);
 }
 
 /* Whether a memory was chosen before at this instant. A motion that ends where it begins is not the one
@@ -66,15 +72,61 @@ static int same_motion(const double *a, const double *b) {
   return difference <= PS_SAME_MOTION * size;
 }
 
+/* Goes to the next combination of alternatives, in the end to the first one again. */
+static void next_combination(const int *count, int *at) {
+  for (int p = PS_NPART - 1; p >= 0 && ++at[p] == count[p]; p--) at[p] = 0;
+}
+
+/* Offers each part what is possible, or, where a combination is given, what that has or becomes where
+ * it is idle. Returns how many combinations there are. */
+static int offer(const double *condition, const int *given, int offered[][PS_NALT], int *count) {
+  int combinations = 1;
+  for (int p = 0, first = 0; p < PS_NPART; first += PS_OFFERED[p++]) {
+    count[p] = 0;
+    for (int a = first; a < first + PS_OFFERED[p]; a++) {
+      const int of = PS_REST_OF[a] < 0 ? -1 : first + PS_REST_OF[a];
+      const int wanted = given ? a == given[p] || of == given[p] : of < 0;
+      if (wanted && condition[a] > 0) offered[p][count[p]++] = a;
+    }
+    combinations *= count[p];
+  }
+  return combinations;
+}
+
+/* Writes the memory of a combination into that of the run. */
+static void take_up(ps_run *s, const int *taken, double memory[][PS_OWNED_SIZE]) {
+  for (int p = 0; p < PS_NPART; p++)
+    for (int i = PS_OWNED[p]; i < PS_OWNED[p + 1]; i++) s->z[i] = memory[taken[p]][i];
+}
+
+/* Puts the memory z of an idle combination at rest where that makes one that is not idle. */
+static void rest(ps_run *s, const ps_options *o, const double *condition,
+                 double memory[][PS_OWNED_SIZE], const int *taken, double *z) {
+  int offered[PS_NPART][PS_NALT], count[PS_NPART], at[PS_NPART] = {0}, now[PS_NPART];
+  double missed;
+  const int combinations = offer(condition, taken, offered, count);
+  for (int k = 0; k < combinations; k++) {
+    for (int p = 0; p < PS_NPART; p++) now[p] = offered[p][at[p]];
+    take_up(s, now, memory);
+    const int held = consistent(s, o, &missed);
+    if (held && !(held & PS_IDLE)) {
+      memcpy(z, s->z, PS_OWNED_SIZE * sizeof(double));
+      return;
+    }
+    next_combination(count, at);
+  }
+}
+
 /* Chooses the local modes after a reset to x and z, both of which may be changed. Of several motions
  * the policy takes the one with most (1) or fewest (-1) open parts, or none (0); where that leaves a
- * choice, one with most parts in what they prefer. Returns how many such motions there are. */
+ * choice, one with most parts in what they prefer. Of a motion that is idle, parts rest where that
+ * makes one that is not. Returns how many such motions there are. */
 static int choose(ps_run *s, const ps_options *o, double *x, double *z) {
   double condition[PS_NALT], memory[PS_NALT][PS_OWNED_SIZE], x_before[PS_NX], z_before[PS_NZ];
   double best_rate[PS_NX] = {0}, nearest = HUGE_VAL, near[PS_NZ], missed = 0;
   double *res[2] = {condition, &memory[0][0]};
-  int offered[PS_NPART][PS_NALT], count[PS_NPART], at[PS_NPART] = {0};
-  int motions = 0, best = -1, first = 0, combinations = 1, repeats = 1, most = 0;
+  int offered[PS_NPART][PS_NALT], count[PS_NPART], at[PS_NPART] = {0}, now[PS_NPART], taken[PS_NPART];
+  int motions = 0, best = -1, repeats = 1, most = 0, idle = 0, some = 0;
   memcpy(x_before, s->x, sizeof x_before);
   memcpy(z_before, s->z, sizeof z_before);
   for (int i = 0; i < PS_NREST; i++)
@@ -82,44 +134,44 @@ static int choose(ps_run *s, const ps_options *o, double *x, double *z) {
   memcpy(s->x, x, sizeof x_before);
   memcpy(s->z, z, sizeof z_before);
   call(s, PS_ALTERNATIVES, x, res);
-  for (int p = 0; p < PS_NPART; p++) {
-    count[p] = 0;
-    for (int a = first; a < first + PS_OFFERED[p]; a++)
-      if (condition[a] > 0) offered[p][count[p]++] = a;
-    first += PS_OFFERED[p];
-    combinations *= count[p];
-  }
+  const int combinations = offer(condition, NULL, offered, count);
   for (int k = 0; k < combinations; k++) {
     int rank = 0, preferred = 0;
     for (int p = 0; p < PS_NPART; p++) {
-      const int a = offered[p][at[p]];
-      rank += PS_IS_OPEN[a];
-      preferred += PS_IS_PREFERRED[a];
-      for (int i = PS_OWNED[p]; i < PS_OWNED[p + 1]; i++) s->z[i] = memory[a][i];
+      now[p] = offered[p][at[p]];
+      rank += PS_IS_OPEN[now[p]];
+      preferred += PS_IS_PREFERRED[now[p]];
     }
+    take_up(s, now, memory);
     rank = PS_POLICY < 0 ? PS_NPART - rank : rank;
-    int held = combinations == 1 ? 1 : consistent(s, o, &missed);
+    const int held = combinations == 1 ? PS_HOLDS : consistent(s, o, &missed);
     const int left = !memcmp(s->z, z_before, PS_OWNED_SIZE * sizeof(double));
     const int again = PS_EXISTS && (left || entered_before(s, s->z));
     if (held) {
       /* Among those that differ by rounding alone, one that lasts; last the combination just left. */
       rank = 3 * (PS_NPART + 1) * (2 * rank + !(left || again)) + 3 * preferred;
-      rank += left || again ? 0 : held;
+      rank += left || again ? 0 : held & ~PS_IDLE;
       repeats &= again;
       if (preferred > most) motions = 0;
       most = PS_MAX(most, preferred);
-      if (preferred == most) motions += !motions || !same_motion(s->k[0], best_rate);
+      /* Rates of an idle one are those of others but for rounding. */
+      some |= held & PS_IDLE;
+      if (preferred == most && !(held & PS_IDLE)) motions += !motions || !same_motion(s->k[0], best_rate);
       if (rank > best) {
         best = rank;
+        idle = held & PS_IDLE;
         memcpy(best_rate, s->k[0], sizeof best_rate);
         memcpy(z, s->z, sizeof z_before);
+        memcpy(taken, now, sizeof taken);
       }
     } else if (!again && missed < nearest) {
       nearest = missed;
       memcpy(near, s->z, sizeof near);
     }
-    for (int p = PS_NPART - 1; p >= 0 && ++at[p] == count[p]; p--) at[p] = 0;
+    next_combination(count, at);
   }
+  if (idle) rest(s, o, condition, memory, taken, z);
+  motions = motions ? motions : some > 0;
   memcpy(s->x, x_before, sizeof x_before);
   memcpy(s->z, z_before, sizeof z_before);
   if (PS_EXISTS && (!motions || repeats) && nearest < HUGE_VAL) {
