@@ -199,9 +199,7 @@ def test_a_foot_that_lands_alone_slips_or_sticks_as_its_friction_says(engine):
     simulator = ps.Simulator(ps.model("block-two-feet"), ps.law("hertz"), engine=engine)
     own = {"mu_A": 0.8262412390067099, "mu_B": 0.09413360451043679, "h": 0.33813055104407247}
     own |= {"E": 2312883840.526052, "beta": 0.0}
-    run = simulator.run(
-        {"y_A": 0.00012753422704046038, "theta": 1e-8}, t_end=0.018, parameters=own
-    )
+    run = simulator.run({"y_A": 0.00012753422704046038, "theta": 1e-8}, t_end=0.018, parameters=own)
     m, J, a, h = 1.0, 0.02, 0.1, own["h"]
     needed = (a * h / J) / (1 / m + h**2 / J)
     assert own["mu_B"] < needed < own["mu_A"]
