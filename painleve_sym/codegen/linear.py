@@ -27,7 +27,7 @@ def least_solution(matrix: Matrix, right: Matrix, ease: Sequence[ca.SX]) -> list
     whose effect is taken back by iterated refinement. Where the system does not determine the
     unknowns, they are shared in proportion to `ease`; an unknown of no ease is 0. In such a
     direction z has rounding, amplified by 1/ρ. Its part there, v = ρ² (A D + ρ)⁻² z, is taken off
-    where it is small beside 1: what the system demands there is not.
+    of a single right side where it is small beside 1: what the system demands there is not.
 
     The diagonal of A is positive. `ease` has the sizes that the unknowns may have, not negative;
     where it is empty, the inverse of the diagonal: equal shares, in its units, with their rounding.
@@ -52,7 +52,7 @@ def least_solution(matrix: Matrix, right: Matrix, ease: Sequence[ca.SX]) -> list
         for _ in range(_REFINEMENTS):
             rest = [t - _dot(row, z) for t, row in zip(target, scaled, strict=True)]
             z = [a + b for a, b in zip(z, _substitute(factor, rest), strict=True)]
-        if ease:
+        if ease and len(right[0]) == 1:
             v = z
             for _ in range(_REFINEMENTS):
                 v = _substitute(factor, [ridge * a for a in v])

@@ -110,12 +110,16 @@ class PluralContacts(ContactStates):
         return list(self._symbols["F"])[0::2]
 
     def _friction(
-        self, columns: Sequence[Callable[[int], sp.Expr]], unknowns: sp.Matrix
+        self,
+        columns: Sequence[Callable[[int], sp.Expr]],
+        unknowns: sp.Matrix,
+        ease: tuple[sp.Expr, ...] = (),
     ) -> LinearSystem:
         """Return the tangential forces: v̇_t = 0 where a contact sticks, −μ s F_n where it slips.
 
         A column is the normal force of each contact by its index, for one right side. The first
-        also has the free accelerations and the forces of springs.
+        also has the free accelerations and the forces of springs. What is not determined is shared
+        by `ease`: where it is empty equally, of a single column by what its forces let bear.
         """
         W, b, n = self._symbols["W"], self._symbols["b"], len(self.interfaces)
         sticks = [c.holds for c in self.interfaces]
@@ -135,25 +139,30 @@ class PluralContacts(ContactStates):
                 )
                 pulled += b[t] if k == 0 else _ZERO
                 right[i, k] = -sticks[i] * pulled + (1 - sticks[i]) * W[t, t] * slipping[i]
-        return LinearSystem(unknowns, matrix, right, ease=self._capacities(columns))
+        if len(columns) == 1:
+            ease = self._capacities(columns[0])
+        return LinearSystem(unknowns, matrix, right, ease=ease)
 
-    def _capacities(self, columns: Sequence[Callable[[int], sp.Expr]]) -> tuple[sp.Expr, ...]:
+    @cached_property
+    def _several_stick(self) -> sp.Expr:
+        """1 where at least two contacts stick, else 0."""
+        sticks = [c.holds for c in self.interfaces]
+        none = sp.Mul(*[1 - s for s in sticks])
+        one = sp.Add(
+            *[s * sp.Mul(*[1 - r for r in sticks if r is not s]) for s in sticks if s != 0]
+        )
+        return 1 - none - one
+
+    def _capacities(self, force: Callable[[int], sp.Expr]) -> tuple[sp.Expr, ...]:
         """Return what sticking contacts can bear, by which they share what is not determined.
 
         Those that slip have a force of their own, and the capacity of these as their ease. Nothing
         is shared where fewer than two contacts stick: there the ease is 1 for all, so that no force
         is divided by a normal force that may vanish.
         """
-        if len(columns) > 1:
-            return ()
-        force = columns[0]
         sticks = [c.holds for c in self.interfaces]
         limits = [c.holds * c.capacity(force(i)) for i, c in enumerate(self.interfaces)]
-        none = sp.Mul(*[1 - s for s in sticks])
-        one = sp.Add(
-            *[s * sp.Mul(*[1 - r for r in sticks if r is not s]) for s in sticks if s != 0]
-        )
-        several = 1 - none - one
+        several = self._several_stick
         return tuple(
             several * (limit + (1 - s) * sp.Add(*limits)) + (1 - several)
             for s, limit in zip(sticks, limits, strict=True)
@@ -175,11 +184,9 @@ class PluralContacts(ContactStates):
             for i, c in enumerate(self.interfaces)
             if c.given_force is not None
         ]
-        normals = self._normals()
-        last = self._friction([lambda i: normals[i]], sp.Matrix(list(F)[1::2]))
         moved = W * F + own["b"]
         ends = [Definition(*pair) for pair in zip(own["acceleration"], moved, strict=True)]
-        terms = *(Definition(*pair) for pair in pairs), *self._closing(), last, *ends
+        terms = *(Definition(*pair) for pair in pairs), *self._closing(), *ends
         return (*terms, *self._resolved_terms())
 
     def _resolved_terms(self) -> Iterator[Definition | LinearSystem]:
@@ -193,35 +200,78 @@ class PluralContacts(ContactStates):
         for pair in zip(own["resolved_acceleration"], moved, strict=True):
             yield Definition(*pair)
 
-    def _closing(self) -> tuple[Definition | LinearSystem, ...]:
-        """Return the normal forces that keep g̈_N = 0, friction following from them."""
-        if not self._unknown:
-            return ()
-        W, b = self._symbols["W"], self._symbols["b"]
+    def _closing(self) -> Iterator[Definition | LinearSystem]:
+        """Yield the normal forces that keep g̈_N = 0, and friction.
+
+        Where friction is not determined, or hardly, contacts share it by what they can bear. What
+        that does to g̈_N is taken back.
+        """
+        W, b, F = (self._symbols[name] for name in "WbF")
         n, normals, unknown = len(self.interfaces), self._normals(), self._unknown
+        friction = sp.Matrix(list(F)[1::2])
+        if not unknown:
+            yield self._friction([lambda i: normals[i]], friction)
+            return
         # F_t = X_0 + Σ X_u F_nu: the friction of the given forces, and that of one unit of each.
-        X = sp.Matrix(n, 1 + len(unknown), lambda i, j: sp.Symbol(f"X_{i + 1}_{j}", real=True))
+        X, Y = (
+            sp.Matrix(
+                n, 1 + len(unknown), lambda i, j, x=x: sp.Symbol(f"{x}_{i + 1}_{j}", real=True)
+            )
+            for x in "XY"
+        )
         columns: list[Callable[[int], sp.Expr]] = [
             lambda i: _ZERO if i in unknown else normals[i],
             *(partial(_unit, u) for u in unknown),
         ]
-        first = self._friction(columns, X)
-        size = len(unknown)
+        yield self._friction(columns, X)
+        first, rest = (
+            {u: sp.Symbol(f"{name}_{u + 1}", real=True) for u in unknown}
+            for name in ("first", "rest")
+        )
+        alone = [_ZERO if i in unknown else normals[i] for i in range(n)]
+        load = [
+            b[2 * u]
+            + sum(W[2 * u, 2 * j] * alone[j] + W[2 * u, 2 * j + 1] * X[j, 0] for j in range(n))
+            for u in unknown
+        ]
+        yield self._closed(X, load, first)
+
+        def of_first(i: int) -> sp.Expr:
+            return first.get(i, normals[i])
+
+        shared = sp.Matrix(n, 1, lambda i, _: sp.Symbol(f"shared_{i + 1}", real=True))
+        yield self._friction([of_first], shared)
+        yield self._friction(columns, Y, self._capacities(of_first))
+        other = shared - X * sp.Matrix([1, *first.values()])
+        load = [
+            self._several_stick * sum(W[2 * u, 2 * j + 1] * other[j] for j in range(n))
+            for u in unknown
+        ]
+        yield self._closed(Y, load, rest)
+        change = Y * sp.Matrix([0, *rest.values()])
+        for u in unknown:
+            yield Definition(normals[u], first[u] + rest[u])
+        for pair in zip(friction, shared + change, strict=True):
+            yield Definition(*pair)
+
+    def _closed(
+        self, X: sp.Matrix, load: list[sp.Expr], unknowns: dict[int, sp.Symbol]
+    ) -> LinearSystem:
+        """Return the normal forces, with their friction X, that make up for a load of g̈_N."""
+        W, n, size = self._symbols["W"], len(self.interfaces), len(unknowns)
         matrix, right = sp.zeros(size, size), sp.zeros(size, 1)
-        for row, u in enumerate(unknown):
+        for row, u in enumerate(unknowns):
             c = self.interfaces[u].closed
-            for column, v in enumerate(unknown):
+            for column, v in enumerate(unknowns):
                 share = W[2 * u, 2 * v] + sum(
                     W[2 * u, 2 * j + 1] * X[j, 1 + column] for j in range(n)
                 )
                 matrix[row, column] = c * share
             matrix[row, row] += (1 - c) * W[2 * u, 2 * u]
-            rest = b[2 * u] + sum(W[2 * u, 2 * j + 1] * X[j, 0] for j in range(n))
-            rest += sum(W[2 * u, 2 * j] * normals[j] for j in range(n) if j not in unknown)
-            right[row] = -c * rest
-        scales = tuple(W[2 * u, 2 * u] for u in unknown)
-        unknowns = sp.Matrix([normals[u] for u in unknown])
-        return first, LinearSystem(unknowns, matrix, right, scales=scales, determinant=_DETERMINANT)
+            right[row] = -c * load[row]
+        scales = tuple(W[2 * u, 2 * u] for u in unknowns)
+        values = sp.Matrix(list(unknowns.values()))
+        return LinearSystem(values, matrix, right, scales=scales, determinant=_DETERMINANT)
 
     def _motion(self, i: int, *, resolved: bool = False) -> ContactMotion:
         own = self._symbols

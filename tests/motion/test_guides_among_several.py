@@ -27,6 +27,64 @@ def test_guide_beside_a_compliant_foot_keeps_its_gap_and_the_energy():
     assert run.energy_residual < 1e-9
 
 
+DIMENSIONS = {
+    "m": (1, 0, 0),
+    "J": (1, 2, 0),
+    "a": (0, 1, 0),
+    "h": (0, 1, 0),
+    "g": (0, 1, -2),
+    "k_B": (1, 0, -2),
+    "c_B": (1, 0, -1),
+    "x_A_dot": (0, 1, -1),
+    "theta_dot": (0, 0, -1),
+}
+HEAVILY_DAMPED = [
+    (
+        {"theta": 0.030491063730913315, "x_A_dot": -0.48323996, "theta_dot": -1.3544613111550587},
+        {"mu_A": 1.522637455024931, "mu_B": 0.6749914199622027, "h": 0.563445546035138}
+        | {"a": 0.4125920009638035, "J": 0.001050956057727339, "k_B": 21409.675, "c_B": 157.07},
+    ),
+    (
+        {"theta": 0.023724757100169247, "x_A_dot": -0.64992350, "theta_dot": -1.352044293027924},
+        {"mu_A": 6.178362000350421, "mu_B": 0.019637754471713897, "h": 0.12376245160744667}
+        | {"a": 0.21809708806257855, "J": 0.0016347397494088176, "k_B": 118173.692, "c_B": 162.64},
+    ),
+    (
+        {"theta": 0.10587245947506951, "x_A_dot": 0.02357528, "theta_dot": 0.7100280152283491},
+        {"mu_A": 0.38477754788955554, "mu_B": 0.28295947261745447, "h": 0.24772299457242547}
+        | {"a": 0.15070524618445194, "J": 0.002867839912356494, "k_B": 77504.733, "c_B": 484.94},
+    ),
+]
+
+
+@pytest.mark.parametrize("engine", ["taylor", "compiled"])
+@pytest.mark.parametrize(("state", "own"), HEAVILY_DAMPED)
+def test_guide_beside_a_damped_foot_keeps_the_energy_in_all_units(state, own, engine):
+    """Guide and foot stick in a line: their friction against each other is hardly determined."""
+    simulator = Simulator(_guided_block(), {"A": one_law("rigid"), "B": one_law("linear")}, engine)
+    own = own | {"beta": 0.2, "m": 1.0, "g": 9.8, "e_energetic": 0.0}
+    run = simulator.run(state, parameters=own, t_end=0.2)
+    assert run.stop_reason is StopReason.T_END
+    assert run.energy_residual < 1e-9
+    mass, length, time = 1e3, 1e-3, 10.0
+
+    def other(values):
+        powers = {k: DIMENSIONS.get(k, (0, 0, 0)) for k in values}
+        return {
+            k: v * mass ** powers[k][0] * length ** powers[k][1] * time ** powers[k][2]
+            for k, v in values.items()
+        }
+
+    same = simulator.run(other(state), parameters=other(own), t_end=0.2 * time)
+    assert same.energy_residual < 1e-9
+    # Slips slower than the tolerance are divided otherwise; landings and impacts are the same.
+    for kind in ("touchdown", "impact"):
+        times = [e.time / time for e in same.events_of(kind)]
+        assert times == pytest.approx([e.time for e in run.events_of(kind)], rel=1e-9)
+    assert same.final["x_A"] == pytest.approx(run.final["x_A"] * length, rel=1e-7)
+    assert same.final["theta"] == pytest.approx(run.final["theta"], rel=1e-7, abs=1e-9)
+
+
 def test_impacts_beside_a_guide_without_friction_are_those_of_a_pendulum():
     """The foot on a pivot-like guide without friction: the motion keeps y_A = 0 and the energy."""
     for e in (0.0, 0.6, 1.0):

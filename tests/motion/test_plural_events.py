@@ -180,6 +180,36 @@ def test_a_foot_whose_weight_pushes_it_along_slips_from_its_landing():
         assert [str(e.kind) for e in run.events] == ["touchdown", "max_compression"]
 
 
+def test_a_step_that_an_event_makes_short_is_followed_by_one_that_can_be_made():
+    """A guard that leaves zero and is back is sought by steps of 5e-17 s, at 0.012 s."""
+    simulator = ps.Simulator(ps.model("block-two-feet"), ps.law("hertz"), engine="compiled")
+    fall, own = 6.919952583881844e-05, {"E": 19189113328.286472, "beta": 0.0}
+    own |= {"mu_A": 0.14538932077643346, "mu_B": 0.11982759220630222, "h": 0.38866298232119584}
+    run = simulator.run({"y_A": fall, "theta": -2.6634709631866107e-13}, t_end=0.02, parameters=own)
+    assert run.stop_reason is ps.StopReason.T_END
+    land, leave = _bounces(fall, own["E"] * 2 / 3 / (1 - 0.3**2) * np.sqrt(0.00645))
+    for kind, expected in (("touchdown", land[:2]), ("separation", leave[:2])):
+        times = [e.time for e in run.events if e.kind == kind]
+        assert times == pytest.approx(np.repeat(expected, 2), rel=0, abs=2e-9)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_foot_that_lands_alone_slips_or_sticks_as_its_friction_says(engine):
+    """Its friction per normal force is fixed by the place of the mass centre, in contact alone."""
+    simulator = ps.Simulator(ps.model("block-two-feet"), ps.law("hertz"), engine=engine)
+    own = {"mu_A": 0.8262412390067099, "mu_B": 0.09413360451043679, "h": 0.33813055104407247}
+    own |= {"E": 2312883840.526052, "beta": 0.0}
+    run = simulator.run({"y_A": 0.00012753422704046038, "theta": 1e-8}, t_end=0.018, parameters=own)
+    m, J, a, h = 1.0, 0.02, 0.1, own["h"]
+    needed = (a * h / J) / (1 / m + h**2 / J)
+    assert own["mu_B"] < needed < own["mu_A"]
+    landings = [i for i, e in enumerate(run.events) if str(e.kind) == "touchdown"]
+    # Nothing happens before the other foot lands, 4e-8 s and 1.2e-7 s later.
+    assert np.diff(landings)[::2].tolist() == [1, 1]
+    modes = [run.events[i].mode_after for i in landings[::2]]
+    assert modes == ["stick/compression + flight", "flight + slip_pos/compression"]
+
+
 def _ladder(law, engine):
     ladder = ps.load_mechanism("examples/mechanisms/ladder.toml")
     return ps.Simulator(ladder, law, engine=engine)

@@ -195,7 +195,9 @@ static void advance(ps_run *s, const ps_options *o) {
       s->h = 0.02 * h;
       continue;
     }
-    s->h = next_size(s, h, err);
+    /* A step that an event made short says little of the next one, which must be long enough to be made. */
+    const double next = next_size(s, h, err);
+    s->h = PS_MAX(next, 2 * moment);
     if (event >= 0) {
       take_event(s, o, event, where, g1[event] <= 0, h, y, row);
       return;

@@ -92,16 +92,19 @@ static int find_event(ps_run *s, ps_look *g, double h, double at_once, double *w
     const int crosses = end <= 0, doubtful = diverges(g, j, order, &o);
     /* A state that left zero within its tolerance: its series does not tell when it is back. */
     if (exact && doubtful && !s->armed[j]) continue;
-    if (own || (!exact && doubtful)) {
+    /* Of a slip that has just begun the series without the force says nothing but rounding. */
+    const int begins = s->left_out && exact && !s->armed[j] && crosses;
+    if (own || begins || (!exact && doubtful)) {
       if (!known) {
         own_series(s, g);
         state_at(s, h, y);
         guards(s, y, after, slope);
       }
       known = 1;
+      if (begins && slope[j] > 0) continue;
       /* Where both cross zero, the series says where: the event is placed on the guard itself. Where
        * only the series does, away from a zero of a base, its place shortens the step. */
-      own |= crosses ? s->zero != 0 && after[j] > 0 : after[j] <= 0;
+      own |= !exact && (crosses ? s->zero != 0 && after[j] > 0 : after[j] <= 0);
       if (own) end = after[j];
     }
     if (end > 0) *rising |= (ps_bits)1 << j;
@@ -232,7 +235,9 @@ static void take_event(ps_run *s, const ps_options *o, int j, double where, doub
     fires = polish(s, j, whole, &h, y) || s->missed == PS_MISSES;
   else
     state_at(s, h, y);
-  s->missed = fires ? 0 : s->missed + 1;
+  if (fires) s->missed = 0;
+  /* A guard that rises all the way there has no zero, however often its series has one. */
+  else if (!(guard_along(s, j, h, 1) > guard_along(s, j, h, 0))) s->missed++;
   if (!keep_step(s, o, h)) return;
   s->t += time_at(s, h);
   memcpy(s->x, y, sizeof s->x);

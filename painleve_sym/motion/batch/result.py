@@ -40,6 +40,8 @@ class BatchResult:
     - ``max_OUTPUT``, ``max_OUTPUT_time``, ``min_…``, ``integral_OUTPUT``: where asked for;
     - the counters of the work, such as ``accepted_steps``.
 
+    Energy that an impact or a reload adds is not among them: `trajectory` of a row names it.
+
     Attributes
     ----------
     simulator : Simulator
