@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -27,7 +28,6 @@ from painleve_sym.cli.output import (
 )
 from painleve_sym.cli.run import show_start
 from painleve_sym.errors import InputError
-from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.critical.bisection import Border, CriticalForce, CriticalForceFinder
 from painleve_sym.study.critical.gradient import ForceDerivative, critical_force_gradient
@@ -71,7 +71,12 @@ def critical(arguments: argparse.Namespace) -> int:
 
 def _finder(scenario: Scenario) -> CriticalForceFinder:
     law = scenario.contact_law()
-    if not isinstance(law, ContactLaw):
+    if isinstance(law, Mapping):
+        raise InputError(
+            f"--law {law.name}: a critical force is that of one contact. Fix: choose one "
+            "(--contact) of several, and name one law."
+        )
+    if not law.is_compliant:
         raise InputError(
             f"--law {law.name}: a rigid contact has no initial force. Fix: name a compliant law."
         )

@@ -68,12 +68,13 @@ def tests_hold(
             decides = first
         else:
             decides = second if abs(second) > slope else 0.0
-        idle |= role is TestRole.BEGINS and not exists and decides == 0 and scale > 0
+        stays = role is TestRole.BEGINS and not exists and decides == 0 and scale > 0
+        idle |= stays
         if role is TestRole.VANISHES:
             decides = -abs(decides)
         if decides < 0:
             missed = max(missed, -decides / scale if scale > 0 else math.inf)
-        lasts &= role is TestRole.VANISHES or guard_side(v, d, d2, h, False) >= 0
+        lasts &= stays or role is TestRole.VANISHES or guard_side(v, d, d2, h, False) >= 0
     if missed > 0:
         return FAILS, missed
     return (LASTS if lasts else HOLDS) | (IDLE if idle else 0), missed

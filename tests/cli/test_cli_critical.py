@@ -112,6 +112,7 @@ def test_outcome_map_leaves_out_what_is_not_indeterminate(tmp_path):
         (("critical", "rod", "--state", TABLE_3), "need A < 0 and B > 0"),
         (("critical", "rod"), "need A < 0 and B > 0"),
         ((*ROD, "--law", "rigid"), "a rigid contact has no initial force"),
+        (("critical", "block-two-feet", "--law", "A=hertz,B=hertz"), "that of one contact"),
         ((*ROD, "--out", "a.png"), "--out: needs --over"),
         ((*ROD, "--points", "5"), "--points: needs --over"),
         ((*ROD, "--gradient", "gamma"), "unknown quantity 'gamma'"),

@@ -166,7 +166,7 @@ WITHOUT_IMPACT = {
     ),
     "slides to rest on stiff legs": (
         Table, [{"x_dot": v} for v in _SPEEDS], (0.4, 0.4, 0.4), 0.0, 0.25, 250,
-        {"slip_stop", "slip_pos + flight + slip_pos", "flight + stick + flight"},
+        {"slip_stop", "flight + slip_pos + slip_pos", "flight + stick + flight"},
     ),
     "tips on stiff legs": (
         Table, [{"x_dot": v} for v in (2.5, 2.6, 2.7, 2.8)], (1.2, 1.2, 1.2), 0.0, 0.4, 400,

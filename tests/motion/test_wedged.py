@@ -167,3 +167,16 @@ def test_what_rests_unloaded_bears_load_as_soon_as_the_others_do_not_hold_it():
     # About the middle of the feet: 0.7 m · 20 N.
     assert 0.6 * (own["right"][0] - own["left"][0]) == pytest.approx(14.0)
     assert max(abs(run.final[n]) for n in ("x", "y", "theta")) < 1e-10
+
+
+def test_forces_of_a_ladder_at_rest_do_not_depend_on_units(ladder):
+    """Of the forces that would do, rounding does not choose."""
+    ends = []
+    for length, mass, time in ((1, 1, 1), (1e-6, 1e-9, 1e-3), (1e6, 1e9, 1e3), (3e-5, 7e4, 0.02)):
+        unit = mass * length / time**2
+        p = HELD | {"l": length, "m": 5.0 * mass, "g": 9.8 * length / time**2}
+        start = leaning(1.0)
+        start["x"] *= length
+        run = ladder.run(start, t_end=time, parameters=p, max_events=100)
+        ends.append([force / unit for pair in forces(run).values() for force in pair])
+    np.testing.assert_allclose(ends, [ends[0]] * 4, rtol=1e-12)

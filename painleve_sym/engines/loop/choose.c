@@ -37,10 +37,11 @@ static int consistent(ps_run *s, const ps_options *o, double *missed) {
     if (!isfinite(v[j])) *missed = HUGE_VAL;
     if (fabs(v[j]) > PS_ZERO_TERMS * scale[j] + PS_ZERO_TIME * fabs(first)) decides = v[j];
     else if (fabs(first) > slope) decides = first;
-    if (m->roles[j] == 'b') idle |= !PS_EXISTS && decides == 0 && scale[j] > 0;
+    const int stays = !PS_EXISTS && m->roles[j] == 'b' && decides == 0 && scale[j] > 0;
+    idle |= stays;
     if (m->roles[j] == 'v') decides = -fabs(decides);
     if (decides < 0) *missed = PS_MAX(*missed, -decides / scale[j]);
-    if (m->roles[j] == 'v') continue;
+    if (stays || m->roles[j] == 'v') continue;
     if (guard_side(v[j], d[j], d2[j], PS_ZERO_TIME * h, 0, 0) < 0) lasts = 0;
   }
   if (*missed > 0) return PS_FAILS;
