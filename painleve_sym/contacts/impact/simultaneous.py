@@ -730,7 +730,8 @@ class _Path:
         self.pieces.append(ImpulsePiece(impulses, after, works))
         pushing = np.repeat(self._rubs(push), 2)
         small = _ALL_ROUND_OFF if np.all(np.abs(after[pushing]) <= _ALL_ROUND_OFF) else _ROUND_OFF
-        after = np.where(pushing & (np.abs(after) <= small), 0.0, after)
+        # Contacts that do not push may come to rest with the others, of one body.
+        after[np.abs(after) <= np.where(pushing, small, _ROUND_OFF)] = 0.0
         budget[budget <= (_ROUND_OFF if self.restitution == "poisson" else _ROUND_OFF**2)] = 0.0
         self.v, self.work = after, 0.0 if lapses else self.work + math.fsum(works)
         self.budget = np.zeros_like(budget) if lapses else budget

@@ -659,8 +659,9 @@ static void follow_piece(ps_path *path, const double *push, const double *rates,
     if (rubs(path, i / 2, push) && fabs(after[i]) > PS_ALL_REST_SPEED) small = 0;
   }
   for (int i = 0; i < 2 * n; i++) {
-    double rest = small ? PS_ALL_REST_SPEED : PS_REST_SPEED;
-    path->v[i] = rubs(path, i / 2, push) && fabs(after[i]) <= rest ? 0 : after[i];
+    /* Contacts that do not push may come to rest with the others, of one body. */
+    double rest = small && rubs(path, i / 2, push) ? PS_ALL_REST_SPEED : PS_REST_SPEED;
+    path->v[i] = fabs(after[i]) <= rest ? 0 : after[i];
   }
   double least = path->law == PS_POISSON ? PS_REST_SPEED : PS_REST_SPEED * PS_REST_SPEED;
   for (int i = 0; i < n; i++) path->budget[i] = lapses || budget[i] <= least ? 0 : budget[i];
