@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -496,3 +497,71 @@ def test_a_wedge_between_two_walls_jams():
 def test_an_unknown_law_is_named():
     with pytest.raises(InputError, match="unknown restitution law 'stronge'"):
         solve_simultaneous_impact(np.eye(2), np.ones(1), np.array([-1.0, 0]), "stronge")
+
+
+# W row by row, mu and v of a body that hits with three contacts and comes to rest with all at once.
+RESTING_MOBILITY = [
+    6.093626602405338,
+    -0.4410931649335734,
+    -11.921570419568178,
+    -1.3665521117332593,
+    -7.752645720878447,
+    5.9696747090841695,
+    -0.4410931649335734,
+    0.3295223295937131,
+    1.2029708034052395,
+    0.12648617586387356,
+    0.885794014083547,
+    -0.4316627562801599,
+    -11.92157041956818,
+    1.2029708034052395,
+    24.80995072560965,
+    3.418583584014816,
+    16.237509051251497,
+    -11.666691655205769,
+    -1.3665521117332593,
+    0.12648617586387356,
+    3.418583584014816,
+    0.7726999824463545,
+    2.223118805772047,
+    -1.3310081445542568,
+    -7.752645720878448,
+    0.885794014083547,
+    16.237509051251497,
+    2.223118805772047,
+    10.662815372044083,
+    -7.586897023992538,
+    5.96967470908417,
+    -0.43166275628015993,
+    -11.666691655205769,
+    -1.3310081445542568,
+    -7.586897023992538,
+    5.84837286137765,
+]
+RESTING_FRICTION = [
+    2.3431629876730327,
+    1.3119905871779973,
+    0.6134800391501879,
+]
+RESTING_VELOCITY = [
+    -1.0844350038323212,
+    -1.089258873934939,
+    -1.172190003521374,
+    -1.1383248408101727,
+    -1.1420750852340216,
+    -1.0853303908706389,
+]
+
+
+def test_three_contacts_that_come_to_rest_at_once_rebound_alike_in_every_order():
+    """One of them does not push then; its slip is rounding, which friction must not oppose."""
+    W = np.array(RESTING_MOBILITY).reshape(6, 6)
+    mu, v = np.array(RESTING_FRICTION), np.array(RESTING_VELOCITY)
+    after = []
+    for order in itertools.permutations(range(3)):
+        rows = [2 * i + k for i in order for k in (0, 1)]
+        impact = solve_simultaneous_impact(
+            W[np.ix_(rows, rows)], mu[list(order)], v[rows], "poisson", 1.0
+        )
+        after.append(impact.velocities[np.argsort(rows)])
+    assert np.ptp(after, axis=0).max() <= 1e-9 * np.abs(v).max()

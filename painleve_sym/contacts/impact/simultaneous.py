@@ -736,6 +736,8 @@ class _Path:
         off = np.abs(after - self.rest)
         small = _ALL_ROUND_OFF if np.all(off[pushing] <= _ALL_ROUND_OFF) else _ROUND_OFF
         after = np.where(pushing & (off <= small), self.rest, after)
+        # Contacts that do not push may come to rest with the others, of one body.
+        after[~pushing & (np.abs(after) <= _ROUND_OFF)] = 0.0
         budget[budget <= (_ROUND_OFF if self.restitution == "poisson" else _ROUND_OFF**2)] = 0.0
         self.v, self.work = after, 0.0 if lapses else self.work + math.fsum(works)
         self.budget = np.zeros_like(budget) if lapses else budget

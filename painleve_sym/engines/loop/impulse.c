@@ -663,8 +663,11 @@ static void follow_piece(ps_path *path, const double *push, const double *rates,
     if (rubs(path, i / 2, push) && fabs(after[i] - at_rest(path, i)) > PS_ALL_REST_SPEED) small = 0;
   }
   for (int i = 0; i < 2 * n; i++) {
-    double near = small ? PS_ALL_REST_SPEED : PS_REST_SPEED, rest = at_rest(path, i);
-    path->v[i] = rubs(path, i / 2, push) && fabs(after[i] - rest) <= near ? rest : after[i];
+    /* Contacts that do not push may come to rest with the others, of one body. */
+    const int pushes = rubs(path, i / 2, push);
+    const double near = pushes && small ? PS_ALL_REST_SPEED : PS_REST_SPEED;
+    const double rest = pushes ? at_rest(path, i) : 0;
+    path->v[i] = fabs(after[i] - rest) <= near ? rest : after[i];
   }
   double least = path->law == PS_POISSON ? PS_REST_SPEED : PS_REST_SPEED * PS_REST_SPEED;
   for (int i = 0; i < n; i++) path->budget[i] = lapses || budget[i] <= least ? 0 : budget[i];
