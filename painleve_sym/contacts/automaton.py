@@ -204,7 +204,7 @@ class PluralContacts(ContactStates):
         """Yield the normal forces that keep g̈_N = 0, and friction.
 
         Where friction is not determined, or hardly, contacts share it by what they can bear. What
-        that does to g̈_N is taken back.
+        that does to g̈_N beside compliant contacts is taken back.
         """
         W, b, F = (self._symbols[name] for name in "WbF")
         n, normals, unknown = len(self.interfaces), self._normals(), self._unknown
@@ -224,16 +224,21 @@ class PluralContacts(ContactStates):
             *(partial(_unit, u) for u in unknown),
         ]
         yield self._friction(columns, X)
-        first, rest = (
-            {u: sp.Symbol(f"{name}_{u + 1}", real=True) for u in unknown}
-            for name in ("first", "rest")
-        )
         alone = [_ZERO if i in unknown else normals[i] for i in range(n)]
         load = [
             b[2 * u]
             + sum(W[2 * u, 2 * j] * alone[j] + W[2 * u, 2 * j + 1] * X[j, 0] for j in range(n))
             for u in unknown
         ]
+        if len(unknown) == n:
+            # What friction of rigid contacts alone is not determined does nothing to g̈_N.
+            yield self._closed(X, load, {u: normals[u] for u in unknown})
+            yield self._friction([lambda i: normals[i]], friction)
+            return
+        first, rest = (
+            {u: sp.Symbol(f"{name}_{u + 1}", real=True) for u in unknown}
+            for name in ("first", "rest")
+        )
         yield self._closed(X, load, first)
 
         def of_first(i: int) -> sp.Expr:
