@@ -345,3 +345,34 @@ def test_a_ladder_that_falls_along_its_wall_bounces_upright(engine):
     assert run.final["theta"] == pytest.approx(np.pi / 3, abs=1e-13)
     since = 0.7 - 3 * (2 * v / g)
     assert run.final["y"] == pytest.approx(v * since - g * since**2 / 2, abs=1e-12)
+
+
+def test_a_rigid_foot_does_not_jam_where_a_soft_one_separates():
+    """Level, on the middle foot: the left foot separates with 1e-17 N as the right one touches."""
+    table = ps.load_mechanism("examples/mechanisms/three-legged-table.toml")
+    laws = {"left": ps.law("hertz"), "middle": ps.law("rigid"), "right": ps.law("linear")}
+    runs = [
+        ps.Simulator(table, laws, engine=engine).run(
+            {
+                "x_dot": 0.45096014299683307,
+                "y_dot": 0.407682742667409,
+                "theta_dot": 0.0257346603088362,
+            },
+            t_end=0.3,
+            parameters={
+                "mu_left": 0.31672326114270627,
+                "mu_middle": 1.081373465453624,
+                "mu_right": 0.0,
+            },
+            law_parameters={
+                "E_left": 9076060.599591434,
+                "k_right": 14523.597897218177,
+                "e_energetic": 0.0,
+            },
+        )
+        for engine in ENGINES
+    ]
+    assert {run.stop_reason for run in runs} == {ps.StopReason.T_END}
+    assert max(run.energy_residual for run in runs) < 1e-9
+    first, second = (run.final_state for run in runs)
+    assert np.allclose(first, second, rtol=1e-6, atol=1e-8)
