@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from painleve_sym import laws as laws
     from painleve_sym import models as models
+    from painleve_sym.c_export.export import Export as Export
     from painleve_sym.c_export.export import export_c as export_c
     from painleve_sym.choices import EngineName as EngineName
     from painleve_sym.choices import Friction as Friction
@@ -21,21 +22,31 @@ if TYPE_CHECKING:
     from painleve_sym.choices import Restitution as Restitution
     from painleve_sym.codegen.named_mechanisms import model as model
     from painleve_sym.complementarity.lcp import LCP as LCP
+    from painleve_sym.complementarity.uniqueness import Uniqueness as Uniqueness
+    from painleve_sym.contacts.chatter import Chatter as Chatter
     from painleve_sym.contacts.classify import Classification as Classification
     from painleve_sym.contacts.classify import classify as classify
+    from painleve_sym.contacts.impact.jump import JumpPhase as JumpPhase
     from painleve_sym.contacts.impact.jump import JumpResult as JumpResult
     from painleve_sym.contacts.impact.jump import evaluate_jump as evaluate_jump
     from painleve_sym.contacts.impact.one_contact import Impact as Impact
+    from painleve_sym.contacts.impact.one_contact import ImpactEnd as ImpactEnd
     from painleve_sym.contacts.impact.one_contact import solve_impact as solve_impact
+    from painleve_sym.contacts.impact.path import ImpactPhase as ImpactPhase
+    from painleve_sym.contacts.impact.tangential import TangentialImpact as TangentialImpact
     from painleve_sym.contacts.impact.tangential import tangential_impact as tangential_impact
+    from painleve_sym.contacts.local_mode import ContactMode as ContactMode
+    from painleve_sym.contacts.local_mode import LocalMode as LocalMode
     from painleve_sym.contacts.problem import ContactCase as ContactCase
     from painleve_sym.contacts.problem import ContactProblem as ContactProblem
+    from painleve_sym.contacts.problem import ContactSolution as ContactSolution
     from painleve_sym.errors import EventKind as EventKind
     from painleve_sym.errors import InputError as InputError
     from painleve_sym.errors import ModelError as ModelError
     from painleve_sym.errors import PainleveError as PainleveError
     from painleve_sym.errors import PainleveWarning as PainleveWarning
     from painleve_sym.errors import StopReason as StopReason
+    from painleve_sym.explorer.page import Page as Page
     from painleve_sym.explorer.page import explore as explore
     from painleve_sym.hybrid.automaton import HybridAutomaton as HybridAutomaton
     from painleve_sym.laws.catalogue import LawsByContact as LawsByContact
@@ -45,29 +56,48 @@ if TYPE_CHECKING:
     from painleve_sym.laws.rigid_contact import RigidLaw as RigidLaw
     from painleve_sym.mechanics.bodies import Body as Body
     from painleve_sym.mechanics.bodies import Load as Load
+    from painleve_sym.mechanics.bodies import Mode as Mode
+    from painleve_sym.mechanics.bodies import NaturalPeriod as NaturalPeriod
     from painleve_sym.mechanics.bodies import Spring as Spring
     from painleve_sym.mechanics.coefficients import ContactCoefficients as ContactCoefficients
     from painleve_sym.mechanics.contact import Contact as Contact
     from painleve_sym.mechanics.declarations import Coordinate as Coordinate
     from painleve_sym.mechanics.declarations import Parameter as Parameter
+    from painleve_sym.mechanics.formulas.formula import Formula as Formula
+    from painleve_sym.mechanics.formulas.formula import ImpulsePhase as ImpulsePhase
+    from painleve_sym.mechanics.formulas.formula import Section as Section
+    from painleve_sym.mechanics.impact.impact_class import ImpactClass as ImpactClass
     from painleve_sym.mechanics.materials import Material as Material
     from painleve_sym.mechanics.materials import material as material
     from painleve_sym.mechanics.mechanism import DomainBound as DomainBound
     from painleve_sym.mechanics.mechanism import Mechanism as Mechanism
+    from painleve_sym.mechanics.shapes import Shape as Shape
+    from painleve_sym.mechanics.shapes import ShapeKind as ShapeKind
     from painleve_sym.mechanics.system import TIME as TIME
     from painleve_sym.mechanics.system import LagrangianSystem as LagrangianSystem
     from painleve_sym.mechanics.toml.mechanism_file import load_mechanism as load_mechanism
     from painleve_sym.motion.batch.result import BatchResult as BatchResult
+    from painleve_sym.motion.energy_gains import EnergyGain as EnergyGain
     from painleve_sym.motion.finite_stiffness import CorrectedJump as CorrectedJump
     from painleve_sym.motion.finite_stiffness import CorrectedJumpRule as CorrectedJumpRule
+    from painleve_sym.motion.finite_stiffness import CorrectedPhase as CorrectedPhase
     from painleve_sym.motion.finite_stiffness import (
         evaluate_corrected_jump as evaluate_corrected_jump,
     )
+    from painleve_sym.motion.frozen_impact import FrozenEnd as FrozenEnd
     from painleve_sym.motion.frozen_impact import FrozenImpactSolver as FrozenImpactSolver
+    from painleve_sym.motion.rigidity import BodyPeriod as BodyPeriod
+    from painleve_sym.motion.sensitivity.result import EventSensitivity as EventSensitivity
     from painleve_sym.motion.sensitivity.result import SensitiveTrajectory as SensitiveTrajectory
     from painleve_sym.motion.simulate import simulate as simulate
     from painleve_sym.motion.simulate import simulate_batch as simulate_batch
     from painleve_sym.motion.simulator import Simulator as Simulator
+    from painleve_sym.motion.singular_limit import LimitKind as LimitKind
+    from painleve_sym.motion.singular_limit import ReverseChatter as ReverseChatter
+    from painleve_sym.motion.singular_limit import SingularLimit as SingularLimit
+    from painleve_sym.motion.trajectory import EventRecord as EventRecord
+    from painleve_sym.motion.trajectory import Film as Film
+    from painleve_sym.motion.trajectory import Segment as Segment
     from painleve_sym.motion.trajectory import Trajectory as Trajectory
     from painleve_sym.papers.registry import Reproduction as Reproduction
     from painleve_sym.papers.registry import reproduce as reproduce
@@ -78,10 +108,13 @@ if TYPE_CHECKING:
     from painleve_sym.study.critical.bisection import Border as Border
     from painleve_sym.study.critical.bisection import CriticalForce as CriticalForce
     from painleve_sym.study.critical.bisection import CriticalForceFinder as CriticalForceFinder
+    from painleve_sym.study.critical.bisection import Outcome as Outcome
     from painleve_sym.study.critical.bisection import critical_force as critical_force
+    from painleve_sym.study.critical.gradient import ForceDerivative as ForceDerivative
     from painleve_sym.study.critical.gradient import (
         critical_force_gradient as critical_force_gradient,
     )
+    from painleve_sym.study.critical.sliding_solution import SlidingSolution as SlidingSolution
     from painleve_sym.study.fitting.data import FitData as FitData
     from painleve_sym.study.fitting.data import read_fit_data as read_fit_data
     from painleve_sym.study.fitting.problem import FitProblem as FitProblem
@@ -95,15 +128,19 @@ if TYPE_CHECKING:
 __version__ = "0.7.0"
 
 _NAMES = {
-    "c_export.export": ("export_c",),
+    "c_export.export": ("Export", "export_c"),
     "choices": ("EngineName", "Friction", "Policy", "Record", "Reload", "Restitution"),
     "codegen.named_mechanisms": ("model",),
     "complementarity.lcp": ("LCP",),
+    "complementarity.uniqueness": ("Uniqueness",),
+    "contacts.chatter": ("Chatter",),
     "contacts.classify": ("Classification", "classify"),
-    "contacts.impact.jump": ("JumpResult", "evaluate_jump"),
-    "contacts.impact.one_contact": ("Impact", "solve_impact"),
-    "contacts.impact.tangential": ("tangential_impact",),
-    "contacts.problem": ("ContactCase", "ContactProblem"),
+    "contacts.impact.jump": ("JumpPhase", "JumpResult", "evaluate_jump"),
+    "contacts.impact.one_contact": ("Impact", "ImpactEnd", "solve_impact"),
+    "contacts.impact.path": ("ImpactPhase",),
+    "contacts.impact.tangential": ("TangentialImpact", "tangential_impact"),
+    "contacts.local_mode": ("ContactMode", "LocalMode"),
+    "contacts.problem": ("ContactCase", "ContactProblem", "ContactSolution"),
     "errors": (
         "EventKind",
         "InputError",
@@ -112,27 +149,38 @@ _NAMES = {
         "PainleveWarning",
         "StopReason",
     ),
-    "explorer.page": ("explore",),
+    "explorer.page": ("Page", "explore"),
     "hybrid.automaton": ("HybridAutomaton",),
     "laws.catalogue": ("LawsByContact", "law"),
     "laws.closed_forms": ("closed_forms",),
     "laws.contact_law": ("ContactLaw",),
     "laws.rigid_contact": ("RigidLaw",),
-    "mechanics.bodies": ("Body", "Load", "Spring"),
+    "mechanics.bodies": ("Body", "Load", "Mode", "NaturalPeriod", "Spring"),
     "mechanics.coefficients": ("ContactCoefficients",),
     "mechanics.contact": ("Contact",),
     "mechanics.declarations": ("Coordinate", "Parameter"),
+    "mechanics.formulas.formula": ("Formula", "ImpulsePhase", "Section"),
+    "mechanics.impact.impact_class": ("ImpactClass",),
     "mechanics.materials": ("Material", "material"),
     "mechanics.mechanism": ("DomainBound", "Mechanism"),
+    "mechanics.shapes": ("Shape", "ShapeKind"),
     "mechanics.system": ("LagrangianSystem", "TIME"),
     "mechanics.toml.mechanism_file": ("load_mechanism",),
     "motion.batch.result": ("BatchResult",),
-    "motion.finite_stiffness": ("CorrectedJump", "CorrectedJumpRule", "evaluate_corrected_jump"),
-    "motion.frozen_impact": ("FrozenImpactSolver",),
-    "motion.sensitivity.result": ("SensitiveTrajectory",),
+    "motion.energy_gains": ("EnergyGain",),
+    "motion.finite_stiffness": (
+        "CorrectedJump",
+        "CorrectedJumpRule",
+        "CorrectedPhase",
+        "evaluate_corrected_jump",
+    ),
+    "motion.frozen_impact": ("FrozenEnd", "FrozenImpactSolver"),
+    "motion.rigidity": ("BodyPeriod",),
+    "motion.sensitivity.result": ("EventSensitivity", "SensitiveTrajectory"),
     "motion.simulate": ("simulate", "simulate_batch"),
     "motion.simulator": ("Simulator",),
-    "motion.trajectory": ("Trajectory",),
+    "motion.singular_limit": ("LimitKind", "ReverseChatter", "SingularLimit"),
+    "motion.trajectory": ("EventRecord", "Film", "Segment", "Trajectory"),
     "papers.registry": ("Reproduction", "reproduce"),
     "references": ("Reference", "citation"),
     "study.compare.comparison": ("Comparison", "compare"),
@@ -140,9 +188,11 @@ _NAMES = {
         "Border",
         "CriticalForce",
         "CriticalForceFinder",
+        "Outcome",
         "critical_force",
     ),
-    "study.critical.gradient": ("critical_force_gradient",),
+    "study.critical.gradient": ("ForceDerivative", "critical_force_gradient"),
+    "study.critical.sliding_solution": ("SlidingSolution",),
     "study.fitting.data": ("FitData", "read_fit_data"),
     "study.fitting.problem": ("FitProblem", "fit"),
     "study.fitting.result": ("FitResult",),
@@ -156,16 +206,19 @@ _MODULES = ("laws", "models")
 __all__ = sorted([*_HOMES, *_MODULES, "__version__"])
 
 
-def __getattr__(name: str) -> Any:
-    if name in _MODULES:
-        return importlib.import_module(f"painleve_sym.{name}")
-    home = _HOMES.get(name)
-    if home is None:
-        raise AttributeError(f"module 'painleve_sym' has no attribute {name!r}")
-    module = importlib.import_module(f"painleve_sym.{home}")
-    value = getattr(module, name)
-    globals()[name] = value
-    return value
+# Type checkers see the names above alone, so that they report a name that does not exist.
+if not TYPE_CHECKING:
+
+    def __getattr__(name: str) -> Any:
+        if name in _MODULES:
+            return importlib.import_module(f"painleve_sym.{name}")
+        home = _HOMES.get(name)
+        if home is None:
+            raise AttributeError(f"module 'painleve_sym' has no attribute {name!r}")
+        module = importlib.import_module(f"painleve_sym.{home}")
+        value = getattr(module, name)
+        globals()[name] = value
+        return value
 
 
 def __dir__() -> list[str]:

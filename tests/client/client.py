@@ -21,6 +21,10 @@ again: ps.Trajectory = simulator.run(start, t_end=1e-3, record=ps.Record.EVENTS)
 derivatives: ps.SensitiveTrajectory = simulator.sensitivities(start, ["mu"], t_end=1e-3)
 force: ps.CriticalForce = ps.critical_force(rod, law, start, border=ps.Border.COMPRESSION)
 regions: ps.RegionMap = ps.region_map("rod", ("theta", "theta_dot"), points=20)
+event: ps.EventRecord = run.events[0]
+segment: ps.Segment = run.segments[0]
+solution: ps.ContactSolution = ps.classify(rod, start).solutions[0]
+phase: ps.JumpPhase = jump.phases[0]
 result: ps.FitResult = ps.fit("rod", law, "impacts.csv", ["mu"])
 
 ps.simulate(rod, law, start)  # error: [call-arg]
@@ -30,6 +34,8 @@ ps.laws.rigid(policy="jump")  # error: [arg-type]
 ps.laws.bilinear_hertz(reload="never")  # error: [arg-type]
 ps.models.rod(mu="rough")  # error: [arg-type]
 ps.models.ladder()  # error: [attr-defined]
+nonsense = ps.nonsense  # error: [attr-defined]
 ps.evaluate_jump(rod, "moreau", start)  # error: [arg-type]
 simulator.run(start, t_end="soon")  # error: [arg-type]
+dataset: int = run.to_xarray()  # error: [assignment]
 energy = run.energy  # error: [attr-defined]
