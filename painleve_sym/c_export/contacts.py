@@ -9,6 +9,7 @@ import casadi as ca
 from painleve_sym.codegen.c_functions import c_functions
 from painleve_sym.contacts.contact_numbers import contact_numbers, couplings
 from painleve_sym.contacts.problem import ROUNDING, ContactCase
+from painleve_sym.engines.source import engine_texts
 from painleve_sym.mechanics.mechanism import Mechanism
 
 CASES = tuple(case for case in ContactCase if case is not ContactCase.HYPERSTATIC)
@@ -23,6 +24,7 @@ def contact_values(mechanism: Mechanism) -> dict[str, Any]:
     names = [p.name for p in mechanism.system.parameters]
     friction = [names.index(c.friction.name) for c in mechanism.contacts]
     return {
+        "rows": engine_texts("loop/rows")[0],
         "functions": c_functions([function]),
         "work": 1 + function.sz_w(),
         "motion": len(mechanism.motion),

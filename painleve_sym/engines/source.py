@@ -16,6 +16,7 @@ from painleve_sym.errors import EventKind
 from painleve_sym.hybrid.automaton import HybridAutomaton, Transition
 
 ENGINE_PARTS = (
+    "loop/rows",
     "loop/state",
     "loop/watch",
     "loop/choose",

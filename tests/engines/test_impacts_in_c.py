@@ -39,7 +39,8 @@ __attribute__((visibility("default"))) int impact(
 
 @cache
 def library():
-    loaded = load(_FRAME.format("\n".join(engine_texts("loop/linear", "loop/impulse"))))
+    parts = engine_texts("loop/rows", "loop/linear", "loop/impulse")
+    loaded = load(_FRAME.format("\n".join(parts)))
     loaded.impact.argtypes = (
         ctypes.c_int,
         *[ctypes.c_void_p] * 5,

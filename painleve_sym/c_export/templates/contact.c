@@ -18,12 +18,13 @@
 #pragma GCC diagnostic ignored "-Wunused-parameter"
 #endif
 
+$rows
 $functions
 
 /* Coordinates, velocities and a clock; the mechanism's own parameters, which come first. */
 enum { MOTION = $motion, OWN = $own };
 /* What is generated: W, row by row, b, then these for each contact. */
-enum { ROWS = 2 * ${NAME}_CONTACTS, FIRST = ROWS * ROWS + ROWS };
+enum { ROWS = PS_SIZE(${NAME}_CONTACTS), FIRST = ROWS * ROWS + ROWS };
 enum { SLIP_VELOCITY, A_STICK, B_STICK, EACH };
 /* The parameter that is the friction coefficient of a contact; whether it holds from both sides;
  * the state that is its slip velocity. */
@@ -58,16 +59,17 @@ static double rounded_difference(double a, double b) {
 void ${name}_contact_coefficients(const double *p, const double *x, int contact,
                      ${name}_coefficients *c) {
   double all[FIRST + EACH * ${NAME}_CONTACTS];
-  const double *W = all + 2 * contact * ROWS + 2 * contact, *b = all + ROWS * ROWS + 2 * contact;
+  const int n = PS_N(contact), t = PS_T(contact, 0);
+  const double *W = all, *b = all + ROWS * ROWS;
   const double *own = all + FIRST + EACH * contact;
   evaluate_contacts(p, x, all);
   c->mu = p[FRICTION[contact]];
-  c->W_nn = W[0];
-  c->W_nt = W[1];
-  c->W_tt = W[ROWS + 1];
-  c->b_n = b[0];
-  c->b_t = b[1];
-  for (int i = 0; i < 2; i++) c->A[i] = rounded_difference(c->W_nn, (2 * i - 1) * c->mu * c->W_nt);
+  c->W_nn = W[n * ROWS + n];
+  c->W_nt = W[n * ROWS + t];
+  c->W_tt = W[t * ROWS + t];
+  c->b_n = b[n];
+  c->b_t = b[t];
+  for (int i = 0; i < 2; i++) c->A[i] = rounded_difference(c->W_nn, (i ? 1 : -1) * c->mu * c->W_nt);
   c->B = c->b_n;
   c->A_stick = own[A_STICK];
   c->B_stick = own[B_STICK];

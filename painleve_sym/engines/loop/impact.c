@@ -2,7 +2,7 @@
  * bounces that have died out. */
 
 #ifdef PS_IMPACTS
-#define PS_CONTACT_ROWS (2 * PS_CONTACTS)
+#define PS_CONTACT_ROWS PS_SIZE(PS_CONTACTS)
 enum { PS_GAP, PS_GAP_RATE, PS_SLIP };
 
 /* Of the scale of a gap and of its rate: contacts that touch down together do so to this part. */
@@ -14,7 +14,7 @@ static const double PS_SETTLED = 1e-9;
 /* Numbers of touchdowns whose time, taken together, may shrink from each to the next. */
 static const int PS_WINDOWS[] = {1, 2, 3, 5, 8};
 
-/* Numbers of all contacts at a state: rows and columns n1, t1, n2, t2, ..., matrices by columns. */
+/* Numbers of all contacts at a state; matrices by columns. */
 typedef struct {
   double W[PS_CONTACT_ROWS * PS_CONTACT_ROWS], load[PS_CONTACT_ROWS];
   double directions[PS_SPEEDS * PS_CONTACT_ROWS], mu[PS_CONTACTS], drive[PS_CONTACT_ROWS], e[1];
@@ -23,6 +23,11 @@ typedef struct {
 static void contact_numbers_of(ps_run *s, const double *x, ps_contact_numbers *c) {
   double *res[6] = {c->W, c->load, c->directions, c->mu, c->drive, c->e};
   call(s, PS_IMPACTS, x, res);
+}
+
+/* The state that is the velocity of a row. */
+static int rate_state(int row) {
+  return PS_CONTACT_STATES[PS_CONTACT_OF(row)][PS_GAP_RATE + PS_AXIS_OF(row)];
 }
 
 static double state_scale(const ps_options *o, int i) { return o->atol[i] / o->rtol; }
@@ -57,8 +62,7 @@ static void note_touchdown(ps_run *s, double t) {
 static void push_contacts(const ps_contact_numbers *c, const double *impulses, double *x) {
   double velocity[PS_CONTACT_ROWS], driven = 0;
   for (int i = 0; i < PS_CONTACT_ROWS; i++) {
-    velocity[i] = x[PS_CONTACT_STATES[i / 2][PS_GAP_RATE + i % 2]] +
-                  dot(PS_CONTACT_ROWS, c->W + i * PS_CONTACT_ROWS, impulses);
+    velocity[i] = x[rate_state(i)] + dot(PS_CONTACT_ROWS, c->W + i * PS_CONTACT_ROWS, impulses);
     driven += c->drive[i] * impulses[i];
   }
   for (int q = 0; q < PS_SPEEDS; q++) {
@@ -68,8 +72,7 @@ static void push_contacts(const ps_contact_numbers *c, const double *impulses, d
     x[PS_SPEED[q]] += change;
   }
   /* Last, since a generalised velocity may be that of a contact. */
-  for (int i = 0; i < PS_CONTACT_ROWS; i++)
-    x[PS_CONTACT_STATES[i / 2][PS_GAP_RATE + i % 2]] = velocity[i];
+  for (int i = 0; i < PS_CONTACT_ROWS; i++) x[rate_state(i)] = velocity[i];
   if (PS_WORKS[2] >= 0) x[PS_WORKS[2]] -= driven;
 }
 
@@ -80,7 +83,7 @@ static void stop_rows(const ps_contact_numbers *c, int count, const int *row, co
   double P[PS_ROWS] = {0}, stop[PS_ROWS] = {0};
   for (int i = 0; i < count; i++) {
     for (int j = 0; j < count; j++) W[i][j] = c->W[row[i] * PS_CONTACT_ROWS + row[j]];
-    stop[i] = -x[PS_CONTACT_STATES[row[i] / 2][PS_GAP_RATE + row[i] % 2]];
+    stop[i] = -x[rate_state(row[i])];
   }
   least_norm(count, W, stop, P);
   for (int i = 0; i < PS_CONTACT_ROWS; i++) impulses[i] = 0;
@@ -93,22 +96,20 @@ static void stop_rows(const ps_contact_numbers *c, int count, const int *row, co
 static void close_contacts(const ps_contact_numbers *c, int n, const int *contact, double *x) {
   int row[PS_ROWS] = {0}, count = n;
   double impulses[PS_CONTACT_ROWS], work[2] = {0};
-  for (int i = 0; i < n; i++) row[i] = 2 * contact[i];
+  for (int i = 0; i < n; i++) row[i] = PS_N(contact[i]);
   stop_rows(c, n, row, x, impulses);
   for (int i = 0; i < n; i++) {
-    const int t = 2 * contact[i] + 1, slip = PS_CONTACT_STATES[contact[i]][PS_SLIP];
+    const int t = PS_T(contact[i], 0), slip = PS_CONTACT_STATES[contact[i]][PS_SLIP];
     const double change = fabs(dot(PS_CONTACT_ROWS, c->W + t * PS_CONTACT_ROWS, impulses));
     if (c->mu[contact[i]] > 0 && fabs(x[slip]) <= change && change != 0) row[count++] = t;
   }
   if (count > n) stop_rows(c, count, row, x, impulses);
   for (int i = 0; i < count; i++)
-    work[row[i] % 2] +=
-        impulses[row[i]] * x[PS_CONTACT_STATES[row[i] / 2][PS_GAP_RATE + row[i] % 2]] / 2;
+    work[PS_AXIS_OF(row[i])] += impulses[row[i]] * x[rate_state(row[i])] / 2;
   push_contacts(c, impulses, x);
   for (int i = 0; i < 2; i++) x[PS_WORKS[i]] -= work[i];
   for (int i = 0; i < n; i++) x[PS_CONTACT_STATES[contact[i]][PS_GAP]] = 0;
-  for (int i = 0; i < count; i++)
-    x[PS_CONTACT_STATES[row[i] / 2][PS_GAP_RATE + row[i] % 2]] = 0;
+  for (int i = 0; i < count; i++) x[rate_state(row[i])] = 0;
 }
 
 /* Closes the contacts whose bounces have died out by the time t; 0 where there is none. */
@@ -119,7 +120,7 @@ static int close_settled(ps_run *s, const ps_options *o, double t, double *x) {
   for (int k = 0; k < PS_RIGID; k++) {
     const int i = PS_RIGID_CONTACT[k], *at = PS_CONTACT_STATES[i];
     const int gap = at[PS_GAP], rate = at[PS_GAP_RATE];
-    const double speed = PS_MAX(state_scale(o, rate), t * fabs(c.load[2 * i]));
+    const double speed = PS_MAX(state_scale(o, rate), t * fabs(c.load[PS_N(i)]));
     if (fabs(x[gap]) < PS_SETTLED * state_scale(o, gap) && fabs(x[rate]) < PS_SETTLED * speed) {
       contact[n++] = i;
       moves |= x[rate] != 0;
@@ -138,7 +139,7 @@ static int close_short(ps_run *s, double time, double *x) {
   for (int k = 0; k < PS_RIGID; k++) {
     const int i = PS_RIGID_CONTACT[k], *at = PS_CONTACT_STATES[i];
     const double rate = x[at[PS_GAP_RATE]];
-    const int is_short = x[at[PS_GAP]] <= 0 && rate > 0 && 2 * rate < time * -c.load[2 * i];
+    const int is_short = x[at[PS_GAP]] <= 0 && rate > 0 && 2 * rate < time * -c.load[PS_N(i)];
     moves |= is_short;
     if (is_short || (x[at[PS_GAP]] <= 0 && rate == 0)) contact[n++] = i;
   }
@@ -150,7 +151,7 @@ static int close_short(ps_run *s, double time, double *x) {
 /* The impact of the closed contacts, from and to the state x; its impulses (2 n). 0 where it jams. */
 static int impact_at(ps_run *s, double *x, double *impulses) {
   ps_contact_numbers c;
-  int closed[PS_RIGID], held[PS_RIGID], n = 0, ended;
+  int closed[PS_RIGID], held[PS_RIGID], row[PS_ROWS], n = 0, ended;
   double W[PS_ROWS * PS_ROWS], mu[PS_RIGID] = {0}, v[PS_ROWS], load[PS_RIGID], after[PS_ROWS];
   double P[PS_ROWS], work[PS_ROWS], normal = 0, tangential = 0;
   contact_numbers_of(s, x, &c);
@@ -160,29 +161,28 @@ static int impact_at(ps_run *s, double *x, double *impulses) {
     held[n] = PS_BILATERAL[k];
     closed[n++] = PS_RIGID_CONTACT[k];
   }
-  for (int i = 0; i < 2 * n; i++) {
-    const int row = 2 * closed[i / 2] + i % 2;
-    for (int j = 0; j < 2 * n; j++)
-      W[i * 2 * n + j] = c.W[row * PS_CONTACT_ROWS + 2 * closed[j / 2] + j % 2];
-    v[i] = x[PS_CONTACT_STATES[closed[i / 2]][PS_GAP_RATE + i % 2]];
+  for (int i = 0; i < PS_SIZE(n); i++) row[i] = PS_ROW(closed[PS_CONTACT_OF(i)], PS_AXIS_OF(i));
+  for (int i = 0; i < PS_SIZE(n); i++) {
+    for (int j = 0; j < PS_SIZE(n); j++)
+      W[i * PS_SIZE(n) + j] = c.W[row[i] * PS_CONTACT_ROWS + row[j]];
+    v[i] = x[rate_state(row[i])];
   }
   for (int i = 0; i < n; i++) {
     mu[i] = c.mu[closed[i]];
-    load[i] = c.load[2 * closed[i]];
+    load[i] = c.load[PS_N(closed[i])];
   }
   ended = follow_impact(n, W, mu, v, held, load, PS_IMPACT_LAW, c.e[0], after, P, work);
   if (!ended) return 0;
   for (int i = 0; i < PS_CONTACT_ROWS; i++) impulses[i] = 0;
   for (int i = 0; i < n; i++) {
-    normal += work[2 * i];
-    tangential += work[2 * i + 1];
-    impulses[2 * closed[i]] = P[2 * i];
-    impulses[2 * closed[i] + 1] = P[2 * i + 1];
+    normal += work[PS_N(i)];
+    tangential += work[PS_T(i, 0)];
+    impulses[PS_N(closed[i])] = P[PS_N(i)];
+    impulses[PS_T(closed[i], 0)] = P[PS_T(i, 0)];
   }
   push_contacts(&c, impulses, x);
   /* What the impact made vanish is exactly 0. */
-  for (int i = 0; i < 2 * n; i++)
-    x[PS_CONTACT_STATES[closed[i / 2]][PS_GAP_RATE + i % 2]] = after[i];
+  for (int i = 0; i < PS_SIZE(n); i++) x[rate_state(row[i])] = after[i];
   x[PS_WORKS[0]] -= normal;
   x[PS_WORKS[1]] -= tangential;
   return 1;

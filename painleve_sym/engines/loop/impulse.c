@@ -1,5 +1,5 @@
 /* Impacts of several rigid contacts at once: the path of the impulse in straight pieces, as derived in
- * contacts/impact/simultaneous.py. Rows are n1, t1, n2, t2, ...; nothing here knows a model. */
+ * contacts/impact/simultaneous.py. Nothing here knows a model. */
 
 #ifdef PS_RIGID
 /* Ways in which a contact may push: apart, held with slip to either side and stuck, pushing likewise. */
@@ -64,7 +64,7 @@ static void scaled_problem(int n, ps_square W, const double *aim, const double *
   int exponent;
   p->n = n;
   p->held = held;
-  for (int i = 0; i < 2 * n; i++) {
+  for (int i = 0; i < PS_SIZE(n); i++) {
     frexp(W[i][i], &exponent);
     /* Rounded down, also below zero. */
     d[i] = W[i][i] > 0 ? ldexp(1, exponent >= 0 ? exponent / 2 : -((1 - exponent) / 2)) : 1;
@@ -72,19 +72,19 @@ static void scaled_problem(int n, ps_square W, const double *aim, const double *
   }
   frexp(largest, &exponent);
   double size = largest > 0 ? ldexp(1, exponent) : 1;
-  for (int i = 0; i < 2 * n; i++) {
-    for (int j = 0; j < 2 * n; j++) p->W[i][j] = W[i][j] / (d[i] * d[j]);
+  for (int i = 0; i < PS_SIZE(n); i++) {
+    for (int j = 0; j < PS_SIZE(n); j++) p->W[i][j] = W[i][j] / (d[i] * d[j]);
     p->aim[i] = aim[i] / d[i] / size;
     p->unit[i] = size / d[i];
   }
-  for (int i = 0; i < n; i++) p->mu[i] = mu[i] * d[2 * i + 1] / d[2 * i];
+  for (int i = 0; i < n; i++) p->mu[i] = mu[i] * d[PS_T(i, 0)] / d[PS_N(i)];
 }
 
 /* Accelerations, and the sum of the sizes of the terms of each. */
 static void accelerations(const ps_problem *p, const double *P, double *a, double *terms) {
-  for (int i = 0; i < 2 * p->n; i++) {
+  for (int i = 0; i < PS_SIZE(p->n); i++) {
     double sum = 0, size = 0;
-    for (int j = 0; j < 2 * p->n; j++) {
+    for (int j = 0; j < PS_SIZE(p->n); j++) {
       sum += p->W[i][j] * P[j];
       size += fabs(p->W[i][j]) * fabs(P[j]);
     }
@@ -98,7 +98,7 @@ static double ratio(double part, double whole) { return whole > 0 ? part / whole
 /* How much an entry of the impulses matters to any acceleration. */
 static double matters(const ps_problem *p, int j, double size, const double *terms) {
   double share = 0, effect = 0;
-  for (int i = 0; i < 2 * p->n; i++) {
+  for (int i = 0; i < PS_SIZE(p->n); i++) {
     share = PS_MAX(share, ratio(fabs(p->W[i][j]) * size, terms[i]));
     effect = PS_MAX(effect, fabs(p->W[i][j]));
   }
@@ -110,7 +110,7 @@ static double residual(const ps_problem *p, const double *P) {
   double a[PS_ROWS], terms[PS_ROWS], worst = 0;
   accelerations(p, P, a, terms);
   for (int i = 0; i < p->n; i++) {
-    const int n = 2 * i, t = n + 1;
+    const int n = PS_N(i), t = PS_T(i, 0);
     double gap = ratio(a[n], terms[n]), slip = ratio(a[t], terms[t]);
     double weight = matters(p, n, fabs(P[n]), terms), limit = p->mu[i] * fabs(P[n]);
     double span = fabs(P[t]) + limit, s = (slip > 0) - (slip < 0);
@@ -126,7 +126,7 @@ static double residual(const ps_problem *p, const double *P) {
 /* Removes what a solve may have left of zeros, and holds impulses to the cones of their modes; returns
  * the residual. */
 static double cleaned_impulses(const ps_problem *p, const int *mode, double *P) {
-  const int rows = 2 * p->n;
+  const int rows = PS_SIZE(p->n);
   double given[PS_ROWS], P_try[PS_ROWS], a[PS_ROWS], terms[PS_ROWS], largest = 0, best = HUGE_VAL;
   memcpy(given, P, sizeof given);
   accelerations(p, given, a, terms);
@@ -134,7 +134,7 @@ static double cleaned_impulses(const ps_problem *p, const int *mode, double *P) 
     largest = PS_MAX(largest, sqrt(p->W[i][i]) * fabs(given[i]));
   for (int attempt = 0; attempt < 3 && best > PS_SUM_ROUNDING; attempt++) {
     for (int i = 0; i < rows; i++) {
-      const int other = i ^ 1;
+      const int other = PS_ROW(PS_CONTACT_OF(i), !PS_AXIS_OF(i));
       double size = sqrt(p->W[i][i]) * fabs(given[i]);
       int noise = size > 0 && size <= PS_NOISE * largest;
       int idle = matters(p, i, fabs(given[i]), terms) <= PS_RESIDUAL &&
@@ -142,7 +142,7 @@ static double cleaned_impulses(const ps_problem *p, const int *mode, double *P) 
       P_try[i] = (attempt == 0 && noise) || (attempt == 2 && idle) ? 0 : given[i];
     }
     for (int i = 0; i < p->n; i++) {
-      double *n = &P_try[2 * i], *t = n + 1, limit = p->mu[i] * fabs(*n);
+      double *n = &P_try[PS_N(i)], *t = &P_try[PS_T(i, 0)], limit = p->mu[i] * fabs(*n);
       if (*n <= 0 && !p->held[i]) *n = *t = 0;
       else if (mode[i] == PS_STUCK) *t = PS_MIN(PS_MAX(*t, -limit), limit);
       else *t = mode[i] == PS_SLIP_POS ? -limit : limit;
@@ -161,8 +161,8 @@ static void shown_modes(const ps_problem *p, const double *P, int *mode) {
   double a[PS_ROWS], terms[PS_ROWS];
   accelerations(p, P, a, terms);
   for (int i = 0; i < p->n; i++) {
-    const int t = 2 * i + 1;
-    if (P[2 * i] == 0 && !p->held[i]) mode[i] = PS_APART;
+    const int t = PS_T(i, 0);
+    if (P[PS_N(i)] == 0 && !p->held[i]) mode[i] = PS_APART;
     else if (mode[i] != PS_STUCK || fabs(a[t]) > PS_RESIDUAL * terms[t])
       mode[i] = fabs(a[t]) <= PS_SUM_ROUNDING * terms[t] ? PS_STUCK
                 : a[t] > 0                               ? PS_SLIP_POS
@@ -178,7 +178,7 @@ static int impulses_of(const ps_problem *p, const int *mode, const int *side, do
   for (int i = 0; i < p->n; i++) {
     if (mode[i] == PS_APART) continue;
     for (int entry = 0; entry < 1 + (mode[i] == PS_STUCK); entry++) {
-      rows[k] = 2 * i + entry;
+      rows[k] = PS_ROW(i, entry);
       contact[k] = i;
       along[k][0] = !entry;
       along[k][1] = mode[i] == PS_STUCK      ? entry
@@ -190,17 +190,17 @@ static int impulses_of(const ps_problem *p, const int *mode, const int *side, do
   for (int r = 0; r < k; r++) {
     right[r] = -p->aim[rows[r]];
     for (int c = 0; c < k; c++) {
-      const double *W = &p->W[rows[r]][2 * contact[c]];
+      const double *W = &p->W[rows[r]][PS_N(contact[c])];
       double first = W[0] * along[c][0], second = W[1] * along[c][1], sum = first + second;
       block[r][c] =
           fabs(sum) <= PS_DIFFERENCE_ROUNDING * (fabs(first) + fabs(second)) ? 0 : sum;
     }
   }
   if (!solved(k, block, right, x)) return 0;
-  for (int i = 0; i < 2 * p->n; i++) P[i] = 0;
+  for (int i = 0; i < PS_SIZE(p->n); i++) P[i] = 0;
   for (int c = 0; c < k; c++) {
-    P[2 * contact[c]] += along[c][0] * x[c];
-    P[2 * contact[c] + 1] += along[c][1] * x[c];
+    P[PS_N(contact[c])] += along[c][0] * x[c];
+    P[PS_T(contact[c], 0)] += along[c][1] * x[c];
   }
   return 1;
 }
@@ -211,7 +211,7 @@ static int is_less(const ps_problem *p, const double *sum, const double *P, cons
   for (int i = 0; i < 2; i++)
     if (sum[i] != least[i]) return sum[i] < least[i];
   for (int entry = 0; entry < 2; entry++)
-    for (int i = entry; i < 2 * p->n; i += 2)
+    for (int i = entry; i < PS_SIZE(p->n); i += PS_AXES)
       if (fabs(P[i] - Q[i]) > PS_DISTINCT * PS_MAX(fabs(P[i]), fabs(Q[i]))) return P[i] < Q[i];
   return 0;
 }
@@ -225,9 +225,9 @@ static const int PS_GUIDED[5][2] = {
 /* Whether impulses change a velocity by more than rounding. */
 static int changes_velocity(const ps_problem *p, const double *P) {
   int changes = 0;
-  for (int i = 0; i < 2 * p->n; i++) {
+  for (int i = 0; i < PS_SIZE(p->n); i++) {
     double rate = 0, terms = 0;
-    for (int j = 0; j < 2 * p->n; j++) {
+    for (int j = 0; j < PS_SIZE(p->n); j++) {
       rate += p->W[i][j] * P[j];
       terms += fabs(p->W[i][j]) * fabs(P[j]);
     }
@@ -261,8 +261,10 @@ static int least_impulses(const ps_path *path, ps_square W, const double *aim, i
     }
     if (impulses_of(&p, shown, side, now) && cleaned_impulses(&p, shown, now) <= PS_RESIDUAL &&
         (!moving || changes_velocity(&p, now))) {
-      for (int i = 0; i < n; i++)
-        sum[path->held[i] != 0] += (path->held[i] ? fabs(now[2 * i]) : now[2 * i]) * p.unit[2 * i];
+      for (int i = 0; i < n; i++) {
+        const double normal = now[PS_N(i)];
+        sum[path->held[i] != 0] += (path->held[i] ? fabs(normal) : normal) * p.unit[PS_N(i)];
+      }
       for (int i = 0; i < 2; i++) sum[i] = rounded_to_nine(sum[i]);
       if (!possible || is_less(&p, sum, now, least, best)) {
         shown_modes(&p, now, shown);
@@ -275,12 +277,13 @@ static int least_impulses(const ps_path *path, ps_square W, const double *aim, i
     for (int i = n - 1; i >= 0 && ++choice[i] == offered[i]; i--) choice[i] = 0;
   }
   if (!possible) return 0;
-  for (int i = 0; i < 2 * n; i++) P[i] = best[i] * p.unit[i];
-  for (int i = 0; i < 2 * n; i++) {
-    const int held = mode[i / 2] == PS_STUCK || (!(i & 1) && mode[i / 2] != PS_APART);
-    a[i] = dot(2 * n, W[i], P) + aim[i];
+  for (int i = 0; i < PS_SIZE(n); i++) P[i] = best[i] * p.unit[i];
+  for (int i = 0; i < PS_SIZE(n); i++) {
+    const int local = mode[PS_CONTACT_OF(i)];
+    const int held = local == PS_STUCK || (!PS_AXIS_OF(i) && local != PS_APART);
+    a[i] = dot(PS_SIZE(n), W[i], P) + aim[i];
     terms = fabs(aim[i]);
-    for (int j = 0; j < 2 * n; j++) terms += fabs(W[i][j]) * fabs(P[j]);
+    for (int j = 0; j < PS_SIZE(n); j++) terms += fabs(W[i][j]) * fabs(P[j]);
     if (held || fabs(a[i]) <= PS_SUM_ROUNDING * terms) a[i] = 0;
   }
   return 1;
@@ -290,7 +293,7 @@ static int least_impulses(const ps_path *path, ps_square W, const double *aim, i
  * they are rounding. There is no limit where the impulses of their modes grow without bound. */
 static int is_limit(const ps_path *path, const double *aim, const double *P, const int *still, int k,
                     double *a) {
-  const int rows = 2 * path->n;
+  const int rows = PS_SIZE(path->n);
   double share[PS_ROWS], size[PS_ROWS], sum = 0, largest = 0, worst = 0;
   for (int i = 0; i < rows; i++) {
     size[i] = sqrt(path->W[i][i]);
@@ -304,7 +307,7 @@ static int is_limit(const ps_path *path, const double *aim, const double *P, con
   }
   for (int c = 0; c < k; c++) worst = PS_MAX(worst, fabs(share[still[c]]));
   for (int i = 0; i < path->n; i++) {
-    const int n = 2 * i, t = n + 1;
+    const int n = PS_N(i), t = PS_T(i, 0);
     const double beyond = size[t] * (fabs(P[t]) - path->mu[i] * fabs(P[n]));
     if (!path->held[i]) worst = PS_MAX(worst, -share[n]);
     worst = PS_MAX(worst, ratio(beyond, largest));
@@ -316,7 +319,7 @@ static int is_limit(const ps_path *path, const double *aim, const double *P, con
 /* Impulses P and rates a = aim + W P, also where the bodies' rigidity leaves them open, and `moving`
  * where they have to change a velocity; 0: there are none. */
 static int impulses_at_once(const ps_path *path, const double *aim, int moving, double *P, double *a) {
-  const int n = path->n, rows = 2 * n;
+  const int n = path->n, rows = PS_SIZE(n);
   int mode[PS_RIGID], k = 0, held[PS_ROWS];
   double along[PS_ROWS][2], right[PS_ROWS], x[PS_ROWS], largest = 0;
   ps_square W, matrix;
@@ -328,10 +331,10 @@ static int impulses_at_once(const ps_path *path, const double *aim, int moving, 
   /* The limit of ever less mobility added, in the same modes. */
   for (int i = 0; i < n; i++) {
     const int sticks = mode[i] == PS_STUCK && path->mu[i] > 0;
-    const double mu = P[2 * i] < 0 ? -path->mu[i] : path->mu[i];
+    const double mu = P[PS_N(i)] < 0 ? -path->mu[i] : path->mu[i];
     const double slope = mode[i] == PS_SLIP_POS ? -mu : mode[i] == PS_SLIP_NEG ? mu : 0;
     for (int entry = 0; mode[i] != PS_APART && entry < 1 + sticks; entry++) {
-      held[k] = 2 * i + entry;
+      held[k] = PS_ROW(i, entry);
       along[k][0] = !entry;
       along[k][1] = sticks ? entry : slope;
       right[k] = -aim[held[k]];
@@ -340,15 +343,16 @@ static int impulses_at_once(const ps_path *path, const double *aim, int moving, 
   }
   for (int r = 0; r < k; r++)
     for (int c = 0; c < k; c++) {
-      const double *row = &path->W[held[r]][held[c] & ~1];
+      const double *row = &path->W[held[r]][PS_N(PS_CONTACT_OF(held[c]))];
       matrix[r][c] = row[0] * along[c][0] + row[1] * along[c][1];
     }
   for (int i = 0; i < rows; i++) P[i] = 0;
   if (k) solve_in_range(k, matrix, right, x);
   for (int c = 0; c < k; c++)
-    for (int entry = 0; entry < 2; entry++) P[(held[c] & ~1) + entry] += along[c][entry] * x[c];
+    for (int entry = 0; entry < 2; entry++)
+      P[PS_ROW(PS_CONTACT_OF(held[c]), entry)] += along[c][entry] * x[c];
   for (int i = 0; i < n; i++)
-    if (!path->held[i]) P[2 * i] = PS_MAX(P[2 * i], 0);
+    if (!path->held[i]) P[PS_N(i)] = PS_MAX(P[PS_N(i)], 0);
   if (!is_limit(path, aim, P, held, k, a)) return 0;
   for (int c = 0; c < k; c++) a[held[c]] = 0;
   return 1;
@@ -360,17 +364,17 @@ static void weigh(ps_path *path) {
   for (int i = 0; i < path->n; i++) path->weight[i] = 1;
   if (path->n < 2 || !impulses_at_once(path, path->v, 0, P, a)) return;
   for (int i = 0; i < path->n; i++) {
-    if (path->held[i]) P[2 * i] = 0;
-    largest = PS_MAX(largest, P[2 * i]);
+    if (path->held[i]) P[PS_N(i)] = 0;
+    largest = PS_MAX(largest, P[PS_N(i)]);
   }
-  for (int i = 0; i < path->n && largest > 0; i++) path->weight[i] = P[2 * i] / largest;
+  for (int i = 0; i < path->n && largest > 0; i++) path->weight[i] = P[PS_N(i)] / largest;
 }
 
 /* ---- how the contacts push ---- */
 
 /* dv/dtau, exactly 0 where it is within the rounding of its terms. */
 static void rates_of(const ps_path *path, const double *push, double *rates) {
-  const int rows = 2 * path->n;
+  const int rows = PS_SIZE(path->n);
   for (int i = 0; i < rows; i++) {
     double terms = 0;
     for (int j = 0; j < rows; j++) terms += fabs(path->W[i][j]) * fabs(push[j]);
@@ -387,7 +391,7 @@ static ps_way *with_sign(ps_way *way, int entry, int sign) {
 
 /* dP_t/dP_n of the slips that are possible, with the sign of dv_t they need or 0. */
 static int slips_of(const ps_path *path, int i, double *slope, int *sign) {
-  double mu = path->mu[i], v_t = path->v[2 * i + 1];
+  double mu = path->mu[i], v_t = path->v[PS_T(i, 0)];
   slope[0] = mu == 0 ? 0 : v_t < 0 ? mu : -mu;
   sign[0] = mu > 0 && v_t == 0;
   slope[1] = mu;
@@ -412,7 +416,7 @@ static int pushing_ways(const ps_path *path, int i, double weight, int held, ps_
     }
     if (sign[n]) with_sign(w, 1, sign[n]);
   }
-  if (path->v[2 * i + 1] == 0 && path->mu[i] > 0) {
+  if (path->v[PS_T(i, 0)] == 0 && path->mu[i] > 0) {
     ps_way *w = &ways[n++];
     memset(w, 0, sizeof *w);
     w->unknowns = 1 + held;
@@ -439,7 +443,7 @@ static int guided_ways(const ps_path *path, int i, ps_way *ways) {
       w->side = side;
       if (sign[k]) with_sign(w, 1, sign[k]);
     }
-  if (path->v[2 * i + 1] == 0) {
+  if (path->v[PS_T(i, 0)] == 0) {
     ps_way *w = &ways[n++];
     memset(w, 0, sizeof *w);
     w->unknowns = 2;
@@ -451,7 +455,7 @@ static int guided_ways(const ps_path *path, int i, ps_way *ways) {
 
 /* The ways in which contact i may push at the present velocity. */
 static int ways_of(const ps_path *path, int i, ps_way *ways) {
-  double v_n = path->v[2 * i];
+  double v_n = path->v[PS_N(i)];
   if (path->held[i]) return guided_ways(path, i, ways);
   if (v_n < path->border[i] || path->budget[i] > 0)
     return pushing_ways(path, i, path->weight[i], 0, ways);
@@ -466,7 +470,7 @@ static int ways_of(const ps_path *path, int i, ps_way *ways) {
 
 /* By how much dP/dtau misses the conditions of the ways it is made of. */
 static double missed_by(const ps_path *path, const ps_way *const *way, const double *push) {
-  const int n = path->n, rows = 2 * n;
+  const int n = path->n, rows = PS_SIZE(n);
   double worst = -HUGE_VAL, share[PS_ROWS], size = 0;
   for (int i = 0; i < n; i++) size = PS_MAX(size, path->mu[i]);
   for (int i = 0; i < rows; i++) {
@@ -475,31 +479,31 @@ static double missed_by(const ps_path *path, const ps_way *const *way, const dou
     share[i] = ratio(dot(rows, path->W[i], push), terms);
   }
   for (int i = 0; i < n; i++) {
-    double normal = push[2 * i], force = path->held[i] ? fabs(normal) : normal;
-    double beyond = fabs(push[2 * i + 1]) - path->mu[i] * force;
+    double normal = push[PS_N(i)], force = path->held[i] ? fabs(normal) : normal;
+    double beyond = fabs(push[PS_T(i, 0)]) - path->mu[i] * force;
     if (!path->held[i]) worst = PS_MAX(worst, PS_MAX(-normal, normal - 1));
     if (way[i]->side) worst = PS_MAX(worst, -way[i]->side * normal);
     worst = PS_MAX(worst, beyond / (1 + size));
     for (int k = 0; k < way[i]->unknowns; k++)
-      worst = PS_MAX(worst, fabs(share[2 * i + way[i]->vanishing[k]]));
+      worst = PS_MAX(worst, fabs(share[PS_ROW(i, way[i]->vanishing[k])]));
     for (int k = 0; k < way[i]->inequalities; k++)
-      worst = PS_MAX(worst, -way[i]->sign[k] * share[2 * i + way[i]->entry[k]]);
+      worst = PS_MAX(worst, -way[i]->sign[k] * share[PS_ROW(i, way[i]->entry[k])]);
   }
   return worst;
 }
 
 /* dP/dtau of one way for each contact; of least norm where rigidity leaves the forces open. */
 static void push_of(const ps_path *path, const ps_way *const *way, double *push) {
-  const int rows = 2 * path->n;
+  const int rows = PS_SIZE(path->n);
   ps_square matrix;
   int k = 0, row[PS_ROWS], contact[PS_ROWS];
   const double *along[PS_ROWS];
   double right[PS_ROWS], x[PS_ROWS];
   for (int i = 0; i < path->n; i++) {
-    push[2 * i] = way[i]->fixed[0];
-    push[2 * i + 1] = way[i]->fixed[1];
+    push[PS_N(i)] = way[i]->fixed[0];
+    push[PS_T(i, 0)] = way[i]->fixed[1];
     for (int u = 0; u < way[i]->unknowns; u++) {
-      row[k] = 2 * i + way[i]->vanishing[u];
+      row[k] = PS_ROW(i, way[i]->vanishing[u]);
       contact[k] = i;
       along[k++] = way[i]->direction[u];
     }
@@ -508,17 +512,18 @@ static void push_of(const ps_path *path, const ps_way *const *way, double *push)
   for (int r = 0; r < k; r++) {
     right[r] = -dot(rows, path->W[row[r]], push);
     for (int c = 0; c < k; c++) {
-      const double *W = &path->W[row[r]][2 * contact[c]];
+      const double *W = &path->W[row[r]][PS_N(contact[c])];
       matrix[r][c] = W[0] * along[c][0] + W[1] * along[c][1];
     }
   }
   least_norm(k, matrix, right, x);
   for (int c = 0; c < k; c++)
-    for (int entry = 0; entry < 2; entry++) push[2 * contact[c] + entry] += along[c][entry] * x[c];
+    for (int entry = 0; entry < 2; entry++)
+      push[PS_ROW(contact[c], entry)] += along[c][entry] * x[c];
   /* Exactly 1 marks a full push, which one that only holds is not. */
   for (int i = 0; i < path->n; i++)
-    if (way[i]->unknowns && way[i]->vanishing[0] == 0 && push[2 * i] == 1)
-      push[2 * i] = nextafter(1, 0);
+    if (way[i]->unknowns && way[i]->vanishing[0] == 0 && push[PS_N(i)] == 1)
+      push[PS_N(i)] = nextafter(1, 0);
 }
 
 /* What is least in the preferred one of several pushes, but for rounding. */
@@ -536,7 +541,7 @@ static int before(const ps_rank *a, const ps_rank *b) {
  * without collision: b_n of each contact; the velocities then have to change, and contacts with
  * b_n < 0 push first. 0 where no such impact is possible. */
 static int choose_push(const ps_path *path, const double *pressing, double *push) {
-  const int n = path->n, rows = 2 * n;
+  const int n = path->n, rows = PS_SIZE(n);
   ps_way ways[PS_RIGID][PS_WAYS];
   const ps_way *way[PS_RIGID];
   int count[PS_RIGID] = {0}, at[PS_RIGID] = {0}, possible = 0, any = 0;
@@ -554,8 +559,8 @@ static int choose_push(const ps_path *path, const double *pressing, double *push
     rank.missed = missed_by(path, way, now);
     for (int i = 0; i < n; i++) {
       if (path->held[i]) continue;
-      rank.order[1] += now[2 * i];
-      if (pressing) rank.order[0] += now[2 * i] * pressing[i];
+      rank.order[1] += now[PS_N(i)];
+      if (pressing) rank.order[0] += now[PS_N(i)] * pressing[i];
     }
     rank.order[0] = rounded_to_nine(rank.order[0] / size);
     rank.order[1] = rounded_to_nine(rank.order[1]);
@@ -593,30 +598,30 @@ static double crossing(double value, double rate) {
 
 /* Whether contact i has a normal force. */
 static int rubs(const ps_path *path, int i, const double *push) {
-  return path->held[i] ? push[2 * i] != 0 : push[2 * i] > 0;
+  return path->held[i] ? push[PS_N(i)] != 0 : push[PS_N(i)] > 0;
 }
 
 /* Whether contact i compresses; also where it pushes fully at v_n = 0 to no effect. */
 static int compresses(const ps_path *path, int i, const double *push, const double *rates) {
   if (path->held[i]) return 0;
-  double v_n = path->v[2 * i], a_n = rates[2 * i];
-  int begins = a_n == 0 && push[2 * i] == 1 && path->budget[i] == 0;
+  double v_n = path->v[PS_N(i)], a_n = rates[PS_N(i)];
+  int begins = a_n == 0 && push[PS_N(i)] == 1 && path->budget[i] == 0;
   return v_n < 0 || (v_n == 0 && (a_n < 0 || begins));
 }
 
 /* Length at which contact i has given back its restitution. */
 static double spent(const ps_path *path, int i, const double *push, const double *rates) {
-  double v_n = path->v[2 * i], budget = path->budget[i], force = push[2 * i];
+  double v_n = path->v[PS_N(i)], budget = path->budget[i], force = push[PS_N(i)];
   if (budget == 0 || force == 0 || compresses(path, i, push, rates)) return HUGE_VAL;
   if (path->law == PS_POISSON) return budget / force;
   /* v_n P + a_n P^2/2 = budget, without the cancellation of the usual root. */
-  double square = v_n * v_n + 2 * rates[2 * i] * budget / force;
+  double square = v_n * v_n + 2 * rates[PS_N(i)] * budget / force;
   return square > 0 ? 2 * budget / force / (v_n + sqrt(square)) : HUGE_VAL;
 }
 
 /* Length at which the contacts have given back all energy they took. */
 static double energy_is_back(const ps_path *path, const double *push, const double *rates) {
-  double power = dot(2 * path->n, push, path->v), slope = dot(2 * path->n, push, rates);
+  double power = dot(PS_SIZE(path->n), push, path->v), slope = dot(PS_SIZE(path->n), push, rates);
   double square = power * power - 2 * slope * path->work;
   if (path->law != PS_POISSON || !(path->work < 0 && square > 0 && (slope > 0 || power > 0)))
     return HUGE_VAL;
@@ -626,7 +631,7 @@ static double energy_is_back(const ps_path *path, const double *push, const doub
 
 static double restitution_after(const ps_path *path, int i, double length, double twice_mean,
                                 const double *push, const double *rates) {
-  double budget = path->budget[i], impulse = push[2 * i] * length;
+  double budget = path->budget[i], impulse = push[PS_N(i)] * length;
   if (path->law == PS_NEWTON) return 0;
   const int poisson = path->law == PS_POISSON;
   double given_back = poisson ? impulse : impulse * twice_mean / 2;
@@ -636,7 +641,9 @@ static double restitution_after(const ps_path *path, int i, double length, doubl
 }
 
 /* The border of a normal velocity, or 0 of a slip. */
-static double at_rest(const ps_path *path, int i) { return i & 1 ? 0 : path->border[i / 2]; }
+static double at_rest(const ps_path *path, int i) {
+  return PS_AXIS_OF(i) ? 0 : path->border[PS_CONTACT_OF(i)];
+}
 
 /* Follows the present piece over `length`; what vanishes there vanishes exactly. */
 static void follow_piece(ps_path *path, const double *push, const double *rates, double length) {
@@ -644,7 +651,7 @@ static void follow_piece(ps_path *path, const double *push, const double *rates,
   double after[PS_ROWS], budget[PS_RIGID] = {0}, reached = length * (1 + PS_COINCIDENT), work = 0;
   int small = 1;
   for (int i = 0; i < n; i++) {
-    const int a = 2 * i, t = a + 1;
+    const int a = PS_N(i), t = PS_T(i, 0);
     /* What leaves the border under a push leaves it under a full one, and keeps it. */
     if (path->v[a] == path->border[i] && path->budget[i] == 0) path->weight[i] = 1;
     after[a] = path->v[a] + rates[a] * length;
@@ -655,16 +662,17 @@ static void follow_piece(ps_path *path, const double *push, const double *rates,
     if (rubs(path, i, push) && crossing(path->v[t], rates[t]) <= reached) after[t] = 0;
   }
   const int lapses = energy_is_back(path, push, rates) <= reached;
-  for (int i = 0; i < 2 * n; i++) {
+  for (int i = 0; i < PS_SIZE(n); i++) {
     double part = push[i] * length * (path->v[i] + after[i]) / 2;
     path->impulses[i] += push[i] * length;
     path->works[i] += part;
     work += part;
-    if (rubs(path, i / 2, push) && fabs(after[i] - at_rest(path, i)) > PS_ALL_REST_SPEED) small = 0;
+    if (rubs(path, PS_CONTACT_OF(i), push) && fabs(after[i] - at_rest(path, i)) > PS_ALL_REST_SPEED)
+      small = 0;
   }
-  for (int i = 0; i < 2 * n; i++) {
+  for (int i = 0; i < PS_SIZE(n); i++) {
     /* Contacts that do not push may come to rest with the others, of one body. */
-    const int pushes = rubs(path, i / 2, push);
+    const int pushes = rubs(path, PS_CONTACT_OF(i), push);
     const double near = pushes && small ? PS_ALL_REST_SPEED : PS_REST_SPEED;
     const double rest = pushes ? at_rest(path, i) : 0;
     path->v[i] = fabs(after[i] - rest) <= near ? rest : after[i];
@@ -678,7 +686,7 @@ static void follow_piece(ps_path *path, const double *push, const double *rates,
 static double piece_length(const ps_path *path, const double *push, const double *rates) {
   double length = energy_is_back(path, push, rates);
   for (int i = 0; i < path->n; i++) {
-    const int n = 2 * i, t = n + 1;
+    const int n = PS_N(i), t = PS_T(i, 0);
     length = PS_MIN(length, crossing(path->v[n] - path->border[i], rates[n]));
     if (rubs(path, i, push)) length = PS_MIN(length, crossing(path->v[t], rates[t]));
     length = PS_MIN(length, spent(path, i, push, rates));
@@ -690,12 +698,12 @@ static double piece_length(const ps_path *path, const double *push, const double
  * 0 without a solution. */
 static int take_at_once(ps_path *path, double e, int moving) {
   double aim[PS_ROWS] = {0}, P[PS_ROWS] = {0}, a[PS_ROWS], rebound[PS_ROWS];
-  for (int i = 0; i < 2 * path->n; i++) {
-    rebound[i] = i & 1 ? 0 : -e * path->v[i];
+  for (int i = 0; i < PS_SIZE(path->n); i++) {
+    rebound[i] = PS_AXIS_OF(i) ? 0 : -e * path->v[i];
     aim[i] = path->v[i] - rebound[i];
   }
   if (!impulses_at_once(path, aim, moving, P, a)) return 0;
-  for (int i = 0; i < 2 * path->n; i++) {
+  for (int i = 0; i < PS_SIZE(path->n); i++) {
     double after = a[i] + rebound[i];
     path->impulses[i] += P[i];
     path->works[i] += P[i] * (path->v[i] + after) / 2;
@@ -706,7 +714,7 @@ static int take_at_once(ps_path *path, double e, int moving) {
 
 /* The same for the whole impact, in place of the path. */
 static int restart_at_once(ps_path *path) {
-  for (int i = 0; i < 2 * path->n; i++) {
+  for (int i = 0; i < PS_SIZE(path->n); i++) {
     path->v[i] = path->start[i];
     path->impulses[i] = path->works[i] = 0;
   }
@@ -717,7 +725,7 @@ static int restart_at_once(ps_path *path) {
 static int follow_path(ps_path *path, const double *pressing) {
   double push[PS_ROWS], rates[PS_ROWS];
   int collides = 0, first = 1;
-  for (int i = 0; i < path->n; i++) collides |= path->v[2 * i] < 0;
+  for (int i = 0; i < path->n; i++) collides |= path->v[PS_N(i)] < 0;
   if (collides) weigh(path);
   for (int piece = 0; piece < PS_PIECES; piece++) {
     if (!choose_push(path, first && !collides ? pressing : NULL, push)) {
@@ -728,9 +736,9 @@ static int follow_path(ps_path *path, const double *pressing) {
     }
     first = 0;
     int pushes = 0, ended = 1;
-    for (int i = 0; i < 2 * path->n; i++) pushes |= push[i] != 0;
+    for (int i = 0; i < PS_SIZE(path->n); i++) pushes |= push[i] != 0;
     if (!pushes) {
-      for (int i = 0; i < path->n; i++) ended &= path->v[2 * i] >= path->border[i];
+      for (int i = 0; i < path->n; i++) ended &= path->v[PS_N(i)] >= path->border[i];
       if (ended) return 1;
       weigh(path);
       continue;
@@ -746,20 +754,20 @@ static int follow_path(ps_path *path, const double *pressing) {
 /* Whether the mobility, of unit diagonal, has a singular value that is zero. */
 static int is_singular(int n, ps_square W) {
   ps_square a, turn;
-  for (int i = 0; i < 2 * n; i++)
-    for (int j = 0; j < 2 * n; j++) {
+  for (int i = 0; i < PS_SIZE(n); i++)
+    for (int j = 0; j < PS_SIZE(n); j++) {
       double size = sqrt(W[i][i]) * sqrt(W[j][j]);
       a[i][j] = size > 0 ? W[i][j] / size : 0;
     }
-  orthogonal_rows(2 * n, a, turn);
-  for (int i = 0; i < 2 * n; i++)
-    if (!(sqrt(dot(2 * n, a[i], a[i])) > PS_SINGULAR_MOBILITY)) return 1;
+  orthogonal_rows(PS_SIZE(n), a, turn);
+  for (int i = 0; i < PS_SIZE(n); i++)
+    if (!(sqrt(dot(PS_SIZE(n), a[i], a[i])) > PS_SINGULAR_MOBILITY)) return 1;
   return 0;
 }
 
 /* The impact of n closed contacts, those `held` (n) from both sides: W (2n, 2n), mu (n), v_n and v_t (2n)
- * and, for an impact without collision, b_n (n). Writes velocities after it, impulses, and works of the normal and tangential
- * impulses, each of shape (2n). 0 where it jams. */
+ * and, for an impact without collision, b_n (n). Writes velocities after it, impulses, and works of the
+ * normal and tangential impulses, each of shape (2n). 0 where it jams. */
 static int follow_impact(int n, const double *W, const double *mu, const double *v, const int *held,
                          const double *pressing, int law, double e, double *velocity,
                          double *impulse, double *work) {
@@ -767,8 +775,8 @@ static int follow_impact(int n, const double *W, const double *mu, const double 
   double largest = 0, fastest = 0;
   int mass, speed, pushing = 0, collides = 0, ended;
   memset(&path, 0, sizeof path);
-  for (int i = 0; i < 2 * n; i++) {
-    largest = PS_MAX(largest, fabs(W[i * 2 * n + i]));
+  for (int i = 0; i < PS_SIZE(n); i++) {
+    largest = PS_MAX(largest, fabs(W[i * PS_SIZE(n) + i]));
     fastest = PS_MAX(fastest, fabs(v[i]));
   }
   /* Powers of two leave every digit. */
@@ -779,22 +787,22 @@ static int follow_impact(int n, const double *W, const double *mu, const double 
   path.e = e;
   path.held = held;
   for (int i = 0; i < n; i++) path.guides |= held[i];
-  for (int i = 0; i < 2 * n; i++) {
-    for (int j = 0; j < 2 * n; j++) path.W[i][j] = ldexp(W[i * 2 * n + j], -mass);
+  for (int i = 0; i < PS_SIZE(n); i++) {
+    for (int j = 0; j < PS_SIZE(n); j++) path.W[i][j] = ldexp(W[i * PS_SIZE(n) + j], -mass);
     path.v[i] = path.start[i] = ldexp(v[i], -speed);
   }
   for (int i = 0; i < n; i++) {
     path.mu[i] = mu[i];
-    double rebound = -e * path.v[2 * i];
+    double rebound = -e * path.v[PS_N(i)];
     path.border[i] = law == PS_NEWTON && rebound > PS_REST_SPEED ? rebound : 0;
     path.weight[i] = 1;
-    collides |= v[2 * i] < 0;
+    collides |= v[PS_N(i)] < 0;
   }
   path.singular = n > 1 && is_singular(n, path.W);
   ended = follow_path(&path, pressing);
-  for (int i = 0; i < n; i++) pushing += !held[i] && path.impulses[2 * i] != 0;
+  for (int i = 0; i < n; i++) pushing += !held[i] && path.impulses[PS_N(i)] != 0;
   if (law == PS_NEWTON && pushing > 1 && collides) ended = restart_at_once(&path);
-  for (int i = 0; i < 2 * n; i++) {
+  for (int i = 0; i < PS_SIZE(n); i++) {
     /* Of a contact that others held, rounding may be left. */
     double rest = at_rest(&path, i);
     velocity[i] = ldexp(fabs(path.v[i] - rest) <= PS_REST_SPEED ? rest : path.v[i], speed);

@@ -2,7 +2,7 @@
  * elimination. */
 
 #ifdef PS_RIGID
-#define PS_ROWS (2 * PS_RIGID)
+#define PS_ROWS PS_SIZE(PS_RIGID)
 
 /* Of the sum of the terms of a rate, or of the largest singular value: less is the rounding of an inverse
  * mass matrix. */

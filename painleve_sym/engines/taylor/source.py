@@ -80,8 +80,8 @@ def source(functions: AutomatonFunctions) -> str:
     codes = [_code(functions, t, f"series_{i}") for i, t in enumerate(tapes(functions))]
     more = [_scalars(functions, code, i) for i, code in enumerate(codes)]
     first = engine_texts(
-        *("loop/state", "loop/watch", "loop/choose", "loop/linear", "loop/impulse"),
-        *("loop/events", "loop/impact", "runge_kutta/extremes"),
+        *("loop/rows", "loop/state", "loop/watch", "loop/choose", "loop/linear"),
+        *("loop/impulse", "loop/events", "loop/impact", "runge_kutta/extremes"),
     )
     last = engine_texts("loop/loop", "loop/batch")
     roots, along = engine_texts("taylor/roots", "taylor/along")
