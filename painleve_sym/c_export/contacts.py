@@ -7,6 +7,7 @@ from typing import Any
 import casadi as ca
 
 from painleve_sym.codegen.c_functions import c_functions
+from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.contact_numbers import contact_numbers, couplings
 from painleve_sym.contacts.problem import ROUNDING, ContactCase
 from painleve_sym.engines.source import engine_texts
@@ -41,12 +42,14 @@ def _function(mechanism: Mechanism) -> ca.Function:
     numbers = [contact_numbers(mechanism, i) for i in range(n)]
     x = ca.SX.sym("x", len(numbers[0].arguments))
     rows = []
-    W = ca.SX.zeros(2 * n, 2 * n)
+    at = ContactRows(n)
+    W = ca.SX.zeros(at.size, at.size)
     for i, own in enumerate(numbers):
         values = dict(zip(own.names, ca.vertsplit(own.function(x)), strict=True))
         rows.append(values)
-        W[2 * i, 2 * i], W[2 * i + 1, 2 * i + 1] = values["W_nn"], values["W_tt"]
-        W[2 * i, 2 * i + 1] = W[2 * i + 1, 2 * i] = values["W_nt"]
+        n_row, t_row = at.normal(i), at.tangent(i)
+        W[n_row, n_row], W[t_row, t_row] = values["W_nn"], values["W_tt"]
+        W[n_row, t_row] = W[t_row, n_row] = values["W_nt"]
     if n > 1:
         between = couplings(mechanism)
         entries = ca.vertsplit(between.function(x))

@@ -15,6 +15,7 @@ from functools import cached_property, partial
 
 import sympy as sp
 
+from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.compliant import CompliantInterface
 from painleve_sym.contacts.contact_states import (
     CONTACT_WORK,
@@ -80,25 +81,29 @@ class PluralContacts(ContactStates):
 
     # ---- forces ----
 
+    @property
+    def _at(self) -> ContactRows:
+        return ContactRows(len(self.interfaces))
+
     @cached_property
     def _symbols(self) -> dict[str, sp.Matrix]:
-        n, nq = len(self.interfaces), len(self.mechanism.system.q)
+        size, nq = self._at.size, len(self.mechanism.system.q)
 
         def named(letter: str, rows: int, columns: int = 1) -> sp.Matrix:
             return sp.Matrix(
                 rows, columns, lambda i, j: sp.Symbol(f"{letter}_{i + 1}_{j + 1}", real=True)
             )
 
-        W = named("W", 2 * n, 2 * n)
+        W = named("W", size, size)
         return {
-            "W": sp.Matrix(2 * n, 2 * n, lambda i, j: W[min(i, j), max(i, j)]),
-            "b": named("b", 2 * n),
-            "D": named("D", nq, 2 * n),
+            "W": sp.Matrix(size, size, lambda i, j: W[min(i, j), max(i, j)]),
+            "b": named("b", size),
+            "D": named("D", nq, size),
             "a": named("a", nq),
-            "F": named("F", 2 * n),
-            "acceleration": named("acceleration", 2 * n),
-            "resolved": named("resolved", 2 * n),
-            "resolved_acceleration": named("resolved_acceleration", 2 * n),
+            "F": named("F", size),
+            "acceleration": named("acceleration", size),
+            "resolved": named("resolved", size),
+            "resolved_acceleration": named("resolved_acceleration", size),
         }
 
     @cached_property
@@ -107,7 +112,7 @@ class PluralContacts(ContactStates):
         return tuple(i for i, c in enumerate(self.interfaces) if c.given_force is None)
 
     def _normals(self) -> list[sp.Symbol]:
-        return list(self._symbols["F"])[0::2]
+        return list(self._symbols["F"])[self._at.normals]
 
     def _friction(
         self,
@@ -124,10 +129,11 @@ class PluralContacts(ContactStates):
         W, b, n = self._symbols["W"], self._symbols["b"], len(self.interfaces)
         sticks = [c.holds for c in self.interfaces]
         matrix, right = sp.zeros(n, n), sp.zeros(n, len(columns))
+        normal, tangent = self._at.normal, self._at.tangent
         for i in range(n):
-            t = 2 * i + 1
+            t = tangent(i)
             for j in range(n):
-                share = sticks[i] * sticks[j] * W[t, 2 * j + 1]
+                share = sticks[i] * sticks[j] * W[t, tangent(j)]
                 matrix[i, j] = share if i != j else W[t, t]
             for k, force in enumerate(columns):
                 slipping = [
@@ -135,7 +141,7 @@ class PluralContacts(ContactStates):
                     for j, c in enumerate(self.interfaces)
                 ]
                 pulled = sum(
-                    W[t, 2 * j] * force(j) + W[t, 2 * j + 1] * slipping[j] for j in range(n)
+                    W[t, normal(j)] * force(j) + W[t, tangent(j)] * slipping[j] for j in range(n)
                 )
                 pulled += b[t] if k == 0 else _ZERO
                 right[i, k] = -sticks[i] * pulled + (1 - sticks[i]) * W[t, t] * slipping[i]
@@ -171,16 +177,16 @@ class PluralContacts(ContactStates):
     @cached_property
     def terms(self) -> tuple[Definition | LinearSystem, ...]:
         """Mobility, free motion, forces and accelerations, as they follow from each other."""
-        own, given, n = self._symbols, self.contact_set, len(self.interfaces)
+        own, given, size = self._symbols, self.contact_set, self._at.size
         W, F = own["W"], own["F"]
         pairs = [
             *zip(own["a"], self.mechanism.system.free_acceleration, strict=True),
             *zip(own["D"], given.directions, strict=True),
-            *((W[i, j], given.W[i, j]) for i in range(2 * n) for j in range(i, 2 * n)),
+            *((W[i, j], given.W[i, j]) for i in range(size) for j in range(i, size)),
             *zip(own["b"], given.b, strict=True),
         ]
         pairs += [
-            (F[2 * i], c.given_force)
+            (F[self._at.normal(i)], c.given_force)
             for i, c in enumerate(self.interfaces)
             if c.given_force is not None
         ]
@@ -191,11 +197,12 @@ class PluralContacts(ContactStates):
 
     def _resolved_terms(self) -> Iterator[Definition | LinearSystem]:
         """Yield forces and accelerations that tests take; see `Interface.resolved`."""
-        own, forces = self._symbols, self._symbols["resolved"]
+        own, forces, at = self._symbols, self._symbols["resolved"], self._at
         total = sp.Add(*[sp.Abs(force) for force in self._normals()])
         for i, (c, normal) in enumerate(zip(self.interfaces, self._normals(), strict=True)):
-            yield Definition(forces[2 * i], c.resolved(normal, total))
-        yield self._friction([lambda i: forces[2 * i]], sp.Matrix(list(forces)[1::2]))
+            yield Definition(forces[at.normal(i)], c.resolved(normal, total))
+        tangential = sp.Matrix(list(forces)[at.tangentials])
+        yield self._friction([lambda i: forces[at.normal(i)]], tangential)
         moved = own["W"] * forces + own["b"]
         for pair in zip(own["resolved_acceleration"], moved, strict=True):
             yield Definition(*pair)
@@ -208,7 +215,8 @@ class PluralContacts(ContactStates):
         """
         W, b, F = (self._symbols[name] for name in "WbF")
         n, normals, unknown = len(self.interfaces), self._normals(), self._unknown
-        friction = sp.Matrix(list(F)[1::2])
+        normal, tangent = self._at.normal, self._at.tangent
+        friction = sp.Matrix(list(F)[self._at.tangentials])
         if not unknown:
             yield self._friction([lambda i: normals[i]], friction)
             return
@@ -226,8 +234,11 @@ class PluralContacts(ContactStates):
         yield self._friction(columns, X)
         alone = [_ZERO if i in unknown else normals[i] for i in range(n)]
         load = [
-            b[2 * u]
-            + sum(W[2 * u, 2 * j] * alone[j] + W[2 * u, 2 * j + 1] * X[j, 0] for j in range(n))
+            b[normal(u)]
+            + sum(
+                W[normal(u), normal(j)] * alone[j] + W[normal(u), tangent(j)] * X[j, 0]
+                for j in range(n)
+            )
             for u in unknown
         ]
         if len(unknown) == n:
@@ -249,7 +260,7 @@ class PluralContacts(ContactStates):
         yield self._friction(columns, Y, self._capacities(of_first))
         other = shared - X * sp.Matrix([1, *first.values()])
         load = [
-            self._several_stick * sum(W[2 * u, 2 * j + 1] * other[j] for j in range(n))
+            self._several_stick * sum(W[normal(u), tangent(j)] * other[j] for j in range(n))
             for u in unknown
         ]
         yield self._closed(Y, load, rest)
@@ -264,17 +275,18 @@ class PluralContacts(ContactStates):
     ) -> LinearSystem:
         """Return the normal forces, with their friction X, that make up for a load of g̈_N."""
         W, n, size = self._symbols["W"], len(self.interfaces), len(unknowns)
+        normal, tangent = self._at.normal, self._at.tangent
         matrix, right = sp.zeros(size, size), sp.zeros(size, 1)
         for row, u in enumerate(unknowns):
             c = self.interfaces[u].closed
             for column, v in enumerate(unknowns):
-                share = W[2 * u, 2 * v] + sum(
-                    W[2 * u, 2 * j + 1] * X[j, 1 + column] for j in range(n)
+                share = W[normal(u), normal(v)] + sum(
+                    W[normal(u), tangent(j)] * X[j, 1 + column] for j in range(n)
                 )
                 matrix[row, column] = c * share
-            matrix[row, row] += (1 - c) * W[2 * u, 2 * u]
+            matrix[row, row] += (1 - c) * W[normal(u), normal(u)]
             right[row] = -c * load[row]
-        scales = tuple(W[2 * u, 2 * u] for u in unknowns)
+        scales = tuple(W[normal(u), normal(u)] for u in unknowns)
         values = sp.Matrix(list(unknowns.values()))
         return LinearSystem(values, matrix, right, scales=scales, determinant=_DETERMINANT)
 
@@ -283,7 +295,7 @@ class PluralContacts(ContactStates):
         W, b, F, moved = own["W"], own["b"], own["F"], own["acceleration"]
         if resolved:
             F, moved = own["resolved"], own["resolved_acceleration"]
-        n, t = 2 * i, 2 * i + 1
+        n, t = self._at.normal(i), self._at.tangent(i)
 
         def size(row: int) -> sp.Expr:
             parts = [sp.Abs(W[row, j] * F[j], evaluate=False) for j in range(F.rows)]
@@ -301,7 +313,7 @@ class PluralContacts(ContactStates):
         rates = self.motion_rates(own["a"] + own["D"] * F, F)
         friction = lost = _ZERO
         for i, c in enumerate(self.interfaces):
-            n, t, row = 2 * i, 2 * i + 1, c.row
+            n, t, row = self._at.normal(i), self._at.tangent(i), c.row
             rates[row.gap] = c.apart * row.gap_rate
             rates[row.gap_rate] = c.apart * moved[n]
             rates[row.slip] = (1 - c.still) * moved[t]

@@ -14,6 +14,7 @@ from painleve_sym.arrays import Array
 from painleve_sym.checks import LARGEST
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.complementarity.uniqueness import Uniqueness
+from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.chatter import Chatter, chatter
 from painleve_sym.contacts.contact_numbers import ContactNumbers, all_contact_numbers
 from painleve_sym.contacts.inputs import resolve_state
@@ -280,7 +281,7 @@ def classify(
     W, b, mu, slip = numbers.W, numbers.b, numbers.mu, numbers.slip_velocity
     A, B = numbers.A_stick, numbers.B_stick
     if len(closed) < len(contacts):
-        rows = [row for i in closed for row in (2 * i, 2 * i + 1)]
+        rows = ContactRows(len(contacts)).of_contacts(closed)
         W, b = W[np.ix_(rows, rows)], b[rows]
         mu, slip, A, B = (array[closed] for array in (mu, slip, A, B))
     if not math.isfinite(sum((*A.tolist(), *B.tolist()))):

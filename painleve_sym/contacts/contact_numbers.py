@@ -11,6 +11,7 @@ import numpy as np
 
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.quantities import Quantities, quantities
+from painleve_sym.contact_rows import ContactRows
 from painleve_sym.mechanics.mechanism import Mechanism
 
 if TYPE_CHECKING:
@@ -69,10 +70,11 @@ def all_contact_numbers(mechanism: Mechanism, values: Mapping[str, float]) -> Co
     contacts = mechanism.outline.contacts
     n, point = len(contacts), [values[name] for name in argument_names(mechanism)]
     numbers = [contact_numbers(mechanism, i).of_point(point) for i in range(n)]
-    W = [[0.0] * (2 * n) for _ in range(2 * n)]
+    at = ContactRows(n)
+    W = [[0.0] * at.size for _ in range(at.size)]
     for i, own in enumerate(numbers):
-        W[2 * i][2 * i : 2 * i + 2] = own["W_nn"], own["W_nt"]
-        W[2 * i + 1][2 * i : 2 * i + 2] = own["W_nt"], own["W_tt"]
+        W[at.normal(i)][at.of(i)] = own["W_nn"], own["W_nt"]
+        W[at.tangent(i)][at.of(i)] = own["W_nt"], own["W_tt"]
     if n > 1:
         entries = couplings(mechanism).of_vector(point)
         for (row, column), value in zip(_coupled_rows(n), entries, strict=True):
@@ -184,11 +186,12 @@ def couplings(mechanism: Mechanism) -> Quantities:
     """Return the entries W_row_column above the diagonal that couple two contacts."""
 
     def formulas() -> tuple[dict[str, Any], tuple[Any, ...]]:
-        rows = [row for c in mechanism.contacts for row in (c.J_N, c.J_T)]
+        contacts = mechanism.contacts
+        rows = [row for c in contacts for row in (c.J_N, c.J_T)]
         inverse = mechanism.system.inverse_mass_matrix
         entries = {
             f"W_{r}_{c}": (rows[r] * inverse * rows[c].T)[0]
-            for r, c in _coupled_rows(len(rows) // 2)
+            for r, c in _coupled_rows(len(contacts))
         }
         return entries, argument_symbols(mechanism)
 
@@ -198,7 +201,9 @@ def couplings(mechanism: Mechanism) -> Quantities:
 @functools.lru_cache(maxsize=64)
 def _coupled_rows(n: int) -> tuple[tuple[int, int], ...]:
     """Return the rows and columns of the entries of W that couple two of n contacts."""
-    return tuple((r, c) for r, c in combinations(range(2 * n), 2) if r // 2 != c // 2)
+    rows = ContactRows(n)
+    pairs = combinations(range(rows.size), 2)
+    return tuple((r, c) for r, c in pairs if rows.contact(r) != rows.contact(c))
 
 
 def argument_names(mechanism: Mechanism) -> tuple[str, ...]:

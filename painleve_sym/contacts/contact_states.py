@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 
 import sympy as sp
 
+from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.model import (
     CONTACT_LOSS,
     CONTACTS,
@@ -140,11 +141,12 @@ class ContactStates(ABC):
         Of several contacts each name has that of its contact behind it.
         """
         values: dict[str, sp.Expr] = {}
+        at = ContactRows(len(self.rows))
         for i, row in enumerate(self.rows):
             compression = {} if self.model.several else {"compression": -row.gap}
             own = {
-                "normal_force": forces[2 * i],
-                "tangential_force": forces[2 * i + 1],
+                "normal_force": forces[at.normal(i)],
+                "tangential_force": forces[at.tangent(i)],
                 **compression,
                 "gap": row.gap,
                 "gap_rate": row.gap_rate,

@@ -33,6 +33,7 @@ from painleve_sym.complementarity.solution_sets import (
     affine_face,
     solve_refined,
 )
+from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.local_mode import ContactMode, slip_mode
 from painleve_sym.contacts.problem import CONTACT_LIMIT, ContactProblem, ContactSolution
 from painleve_sym.errors import InputError
@@ -97,12 +98,13 @@ def friction_forces(
             f"friction_forces cannot try every choice: got {resting.size} contacts at rest, need "
             f"at most {CONTACT_LIMIT}."
         )
+    at = ContactRows(problem.size)
     load = problem.b.copy()
-    load += np.sum(problem.W[:, 0::2] * normal, axis=1)
-    load += np.sum(problem.W[:, 1::2] * given, axis=1)
-    sizes = np.abs(problem.b) + np.abs(problem.W[:, 0::2]) @ np.abs(normal)
-    sizes += np.abs(problem.W[:, 1::2]) @ np.abs(given)
-    rows = 2 * resting + 1
+    load += np.sum(problem.W[:, at.normals] * normal, axis=1)
+    load += np.sum(problem.W[:, at.tangentials] * given, axis=1)
+    sizes = np.abs(problem.b) + np.abs(problem.W[:, at.normals]) @ np.abs(normal)
+    sizes += np.abs(problem.W[:, at.tangentials]) @ np.abs(given)
+    rows = np.array([at.tangent(i) for i in resting.tolist()], dtype=np.intp)
     box = _Box(problem.W[np.ix_(rows, rows)], load[rows], sizes[rows], limit[resting])
     forces, residual = box.minimum()
     tangential = given + 0.0  # no -0.0
@@ -111,12 +113,12 @@ def friction_forces(
     terms = sizes + np.abs(problem.W[:, rows]) @ np.abs(forces)
     accelerations[np.abs(accelerations) <= _ROUND_OFF * terms] = 0.0
     accelerations[rows[np.abs(forces) < limit[resting]]] = 0.0
-    rates = accelerations[1::2]
+    rates = accelerations[at.tangentials]
     modes = tuple(
         ContactMode.LIFTOFF if F_n == 0 else slip_mode(s or a) if s or a else ContactMode.STICK
         for F_n, s, a in zip(normal, directions, rates, strict=True)
     )
-    arrays = (normal, tangential, accelerations[0::2].copy(), rates.copy())
+    arrays = (normal, tangential, accelerations[at.normals].copy(), rates.copy())
     for array in arrays:
         array.setflags(write=False)
     return ContactSolution(modes, *arrays, residual, box.determined(forces))
@@ -179,7 +181,7 @@ class _Box:
             scaled,
             scaled @ (forces[index] / unit),
             rows,
-            np.ones(2 * index.size),
+            np.ones(len(rows)),
             max(index.size, 1),
             unit=bound,
         )

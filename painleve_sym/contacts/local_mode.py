@@ -32,6 +32,7 @@ from painleve_sym.complementarity.solution_sets import (
     solve_refined,
     solve_two,
 )
+from painleve_sym.contact_rows import ContactRows
 
 IntArray = npt.NDArray[np.intp]
 
@@ -213,6 +214,7 @@ def scale_contacts(
     unit : list of 2 n float
         Forces F' of the scaled problem are ``unit * F'`` of the given one.
     """
+    at = ContactRows(len(mu))
     diagonal = [row[k] for k, row in enumerate(W)]
     # ldexp(1, k // 2) is within a factor two of the root of a number near 2**k.
     d = [math.ldexp(1.0, math.frexp(w)[1] // 2) if w > 0 else 1.0 for w in diagonal]
@@ -222,7 +224,7 @@ def scale_contacts(
     return (
         [[w / (e * f) for w, f in zip(row, d, strict=True)] for row, e in zip(W, d, strict=True)],
         [v / size for v in offset],
-        [m * t / n for m, n, t in zip(mu, d[0::2], d[1::2], strict=True)],
+        [m * t / n for m, n, t in zip(mu, d[at.normals], d[at.tangentials], strict=True)],
         [size / e for e in d],
     )
 
@@ -273,9 +275,10 @@ def _listed(kinds: _Kinds) -> list[list[_Choice]]:
     starts = itertools.accumulate((len(v) for given in kinds for v in given), initial=0)
     columns = [[range(k := next(starts), k + len(v)) for v in given] for given in kinds]
     groups: dict[int, list[_Choice]] = {}
+    at = ContactRows(len(kinds))
     for local in itertools.product(*(range(len(given)) for given in kinds)):
         pairs = list(enumerate(local))
-        rows = [2 * i + entry for i, j in pairs for entry in kinds[i][j]]
+        rows = [at.row(i, entry) for i, j in pairs for entry in kinds[i][j]]
         own = [column for i, j in pairs for column in columns[i][j]]
         groups.setdefault(len(rows), []).append(_Choice(local, rows, own))
     return list(groups.values())
@@ -305,6 +308,8 @@ class ModeProduct:
 
     def __init__(self, W: list[Vector], b: Vector, modes: Sequence[Sequence[LocalMode]]) -> None:
         self.W, self.b, self.modes = W, b, modes
+        self._at = ContactRows(len(modes))
+        self._pairs = self._at.each()
         self._largest = max(map(abs, b))
         # Every direction of every local mode: its contact, its force, the accelerations that it
         # causes, and its unit. A sign that rounding left of W_nn - mu s W_nt would be an accident:
@@ -312,8 +317,8 @@ class ModeProduct:
         self._ways: list[tuple[int, tuple[float, float]]] = []
         self._rates: list[Vector] = []
         self._units: list[float] = []
-        for i, given in enumerate(modes):
-            columns = [(row[2 * i], row[2 * i + 1]) for row in W]
+        for i, (given, pair) in enumerate(zip(modes, self._pairs, strict=True)):
+            columns = list(map(operator.itemgetter(*pair), W))
             for mode in given:
                 for n, t in mode.directions:
                     self._ways.append((i, (n, t)))
@@ -333,7 +338,7 @@ class ModeProduct:
         """Every direction of every local mode, as columns; shape (2 n, directions)."""
         ways = np.zeros((len(self.b), len(self._ways)))
         for k, (i, way) in enumerate(self._ways):
-            ways[2 * i : 2 * i + 2, k] = way
+            ways[self._at.of(i), k] = way
         return ways
 
     @cached_property
@@ -377,11 +382,12 @@ class ModeProduct:
                 slips = [m for m in given if m.side == side and len(m.unit) == 1]
                 for mode in slips:
                     force = np.zeros(len(self.b))
-                    force[2 * i : 2 * i + 2] = side * np.array(mode.directions[0])
+                    force[self._at.of(i)] = side * np.array(mode.directions[0])
                     partner = force
                     if len(slips) == 1:  # sliding, or without friction: only F_n a_n = 0 is known
                         partner = np.zeros(len(self.b))
-                        partner[2 * i] = force[2 * i]
+                        n = self._at.normal(i)
+                        partner[n] = force[n]
                     forces.append(force)
                     partners.append(partner)
             yield np.array(partners) @ np.array(self.W) @ np.array(forces).T
@@ -403,7 +409,7 @@ class ModeProduct:
         solved = map(self._solve_small, choices) if small else self._solve_together(choices)
         points: list[ModePoint] = []
         singular: list[_Choice] = []
-        ways, none = self._ways, [0.0] * len(self.b)
+        ways, none, pairs = self._ways, [0.0] * len(self.b), self._pairs
         for choice, x in zip(choices, solved, strict=True):
             if x is None:
                 singular.append(choice)
@@ -412,8 +418,9 @@ class ModeProduct:
             forces = none.copy()
             for size, column in zip(x, columns, strict=True):
                 i, (normal, tangential) = ways[column]
-                forces[2 * i] += size * normal
-                forces[2 * i + 1] += size * tangential
+                n, t = pairs[i]
+                forces[n] += size * normal
+                forces[t] += size * tangential
             if self._plausible(forces, local):
                 points.append(ModePoint(forces, local, False))
         for choice in singular:
@@ -448,15 +455,15 @@ class ModeProduct:
         """Return whether forces may satisfy the inequalities of their local modes."""
         doubt = _REJECTION_TOLERANCE * (max(map(abs, forces)) + self._largest)
         for i, j in enumerate(local):
-            mode = self.modes[i][j]
-            normal, tangential = forces[2 * i], forces[2 * i + 1]
+            mode, pair = self.modes[i][j], self._pairs[i]
+            normal, tangential = map(forces.__getitem__, pair)
             for p, q in mode.edges:
                 if p * normal + q * tangential < -doubt:
                     return False
             for entry, sign in mode.signs:
-                value = self.b[2 * i + entry]
+                value = self.b[pair[entry]]
                 terms = abs(value)
-                for w, force in zip(self.W[2 * i + entry], forces, strict=True):
+                for w, force in zip(self.W[pair[entry]], forces, strict=True):
                     term = w * force
                     value += term
                     terms += abs(term)
@@ -471,11 +478,12 @@ class ModeProduct:
         slopes, starts = [np.zeros((0, len(columns)))], [np.zeros(0)]
         for i, j in enumerate(local):
             mode = self.modes[i][j]
-            slopes.append(np.array(mode.cone).reshape(-1, 2) @ ways[2 * i : 2 * i + 2])
+            slopes.append(np.array(mode.cone).reshape(-1, 2) @ ways[self._at.of(i)])
             starts.append(np.zeros(len(mode.cone)))
             for entry, sign in mode.signs:
-                slopes.append(sign * rates[[2 * i + entry]])
-                starts.append(sign * b[[2 * i + entry]])
+                row = self._pairs[i][entry]
+                slopes.append(sign * rates[[row]])
+                starts.append(sign * b[[row]])
         slope, start = np.vstack(slopes), np.concatenate(starts)
         goal, unit = -b[rows], np.array([self._units[column] for column in columns])
         face = affine_face(rates[rows], goal, slope, start, b.size, quick=True, unit=unit)

@@ -58,6 +58,7 @@ from painleve_sym.complementarity.lcp import LCP, RESIDUAL_TOLERANCE, LCPSolutio
 from painleve_sym.complementarity.lemke import LemkeResult, LemkeStatus, pivot
 from painleve_sym.complementarity.solution_sets import BoolArray, FloatArray
 from painleve_sym.complementarity.uniqueness import Uniqueness, uniqueness_of
+from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.local_mode import (
     ContactMode,
     ModeProduct,
@@ -314,9 +315,10 @@ class ContactProblem:
         n = self.slip_velocity.size
         of = (max(n, 1),)
         one_each = self.mu.shape == self.slip_velocity.shape == self.bilateral.shape == of == (n,)
-        if one_each and self.W.shape == (2 * n, 2 * n) and self.b.shape == (2 * n,):
+        size = ContactRows(n).size
+        if one_each and self.W.shape == (size, size) and self.b.shape == (size,):
             return []
-        need = {"W": (2 * n, 2 * n), "b": (2 * n,), "mu": (n,), "slip_velocity": of}
+        need = {"W": (size, size), "b": (size,), "mu": (n,), "slip_velocity": of}
         need["bilateral"] = (n,)
         return [
             f"{name}: got shape {getattr(self, name).shape}, need {shape} for {n} entries of "
@@ -548,24 +550,25 @@ class ContactProblem:
         self._refuse_bilateral("lcp")
         directions, starts = self.slip_directions, self._pair_starts
         matrix, offset = np.zeros((starts[-1], starts[-1])), np.zeros(starts[-1])
+        pairs = self._rows.each()
         for j, s in enumerate(directions):
-            normal, tangential = self.W[:, 2 * j], self.W[:, 2 * j + 1]
+            normal, tangential = self.W.T[list(pairs[j])]
             # An impossible sign left by rounding is removed, as in A_slip.
             slipping = rounded_difference(normal, (s or 1) * self.mu[j] * tangential)
             for i, t in enumerate(directions):
-                k, m = starts[i], starts[j]
-                matrix[k, m] = slipping[2 * i]
+                (k, m), (leaving, speeding) = (starts[i], starts[j]), pairs[i]
+                matrix[k, m] = slipping[leaving]
                 if not t:
-                    matrix[k + 1, m] = slipping[2 * i + 1]
+                    matrix[k + 1, m] = slipping[speeding]
                 if not s:
-                    matrix[k, m + 1] = tangential[2 * i]
+                    matrix[k, m + 1] = tangential[leaving]
                 if not (s or t):
-                    matrix[k + 1, m + 1] = tangential[2 * i + 1]
+                    matrix[k + 1, m + 1] = tangential[speeding]
         for i, s in enumerate(directions):
-            k = starts[i]
-            offset[k] = self.b[2 * i]
+            k, (leaving, speeding) = starts[i], pairs[i]
+            offset[k] = self.b[leaving]
             if not s:
-                offset[k + 1] = self.b[2 * i + 1]
+                offset[k + 1] = self.b[speeding]
                 matrix[k + 1, k + 2] = 1.0
                 matrix[k + 2, k : k + 2] = 2.0 * self.mu[i], -1.0
         return LCP(matrix, offset)
@@ -586,7 +589,7 @@ class ContactProblem:
                 f"slip_velocity = {self.slip_velocity.tolist()!r}, need {starts[-1]}. "
                 "Fix: solve this problem's lcp()."
             )
-        forces = np.zeros(2 * self.size)
+        forces = np.zeros(self._rows.size)
         for i, (k, s) in enumerate(zip(starts, self.slip_directions, strict=False)):
             if not solution.active[k]:
                 continue
@@ -596,7 +599,7 @@ class ContactProblem:
                 right, left = not solution.active[k + 1], solution.active[k + 2]
                 edge = limit if left else -limit
                 friction = edge if right or left or limit == 0 else solution.z[k + 1] - limit
-            forces[2 * i : 2 * i + 2] = normal, friction + 0.0  # no -0.0
+            forces[self._rows.of(i)] = normal, friction + 0.0  # no -0.0
         return forces
 
     def solution_from(self, solution: LCPSolution) -> ContactSolution | None:
@@ -610,6 +613,10 @@ class ContactProblem:
         answer = self._law.check((self.forces_from(solution) / self._law.unit).tolist())
         return None if answer is None else self._law.solution(answer, self._isolated(answer))
 
+    @property
+    def _rows(self) -> ContactRows:
+        return ContactRows(self.size)
+
     @cached_property
     def _pair_starts(self) -> list[int]:
         """Return the first pair of each contact in `lcp`, and the number of pairs."""
@@ -620,7 +627,7 @@ class ContactProblem:
         ways: list[FloatArray] = []
         rests: list[tuple[int, float]] = []  # columns of F_n at rest, with their friction
         for i, (mu, s) in enumerate(zip(self.mu, self.slip_directions, strict=True)):
-            axes = np.eye(2 * self.size)[:, 2 * i : 2 * i + 2]
+            axes = np.eye(self._rows.size)[:, self._rows.of(i)]
             if s or mu == 0:
                 ways.append(axes[:, 0] - mu * s * axes[:, 1])
             else:
@@ -631,7 +638,7 @@ class ContactProblem:
         partners = forces.copy()
         for i, s in enumerate(self.slip_directions):
             if s:
-                partners[2 * i + 1] = 0.0
+                partners[self._rows.tangent(i)] = 0.0
         matrix = partners.T @ self.W @ forces
         for k, mu in rests:
             matrix[k + 1 : k + 3, k + 3] = 1.0
@@ -800,6 +807,8 @@ class _ScaledLaw:
         self.directions = problem.slip_directions
         self.W, self.b, self.mu, self.unit = scale_contacts(*self.given, problem.mu.tolist())
         self.bilateral: list[bool] = problem.bilateral.tolist()
+        self._at = ContactRows(len(self.mu))
+        self._pairs = self._at.each()
         self.modes = list(map(local_modes, self.mu, self.directions, self.bilateral))
         self.product = ModeProduct(self.W, self.b, self.modes)
         self.weights = [math.sqrt(row[k]) for k, row in enumerate(self.W)]
@@ -814,11 +823,11 @@ class _ScaledLaw:
         if not math.isfinite(sum(terms)):
             return math.inf
         share = list(map(_ratio, a, terms))
-        weights = self._share(list(map(abs, forces)), terms, every=2)
+        weights = self._share(list(map(abs, forces)), terms, of=self._at.normals)
         residual = 0.0
         for i, (weight, s) in enumerate(zip(weights, self.directions, strict=True)):
-            normal, tangential = forces[2 * i], forces[2 * i + 1]
-            leaving, speeding = share[2 * i], share[2 * i + 1]
+            n, t = self._pairs[i]
+            normal, tangential, leaving, speeding = forces[n], forces[t], share[n], share[t]
             held = abs(leaving)
             if not self.bilateral[i]:
                 held = max(weight if normal < 0 else min(weight, held), -leaving, 0.0)
@@ -869,15 +878,10 @@ class _ScaledLaw:
         yield forces
         terms = _accelerations(self.W, self.b, forces)[1]
         share = self._share([abs(force) for force in forces], terms)
-        kept = [
-            force
-            for k in range(0, len(forces), 2)
-            for force in (
-                (0.0, 0.0)
-                if share[k] <= RESIDUAL_TOLERANCE and share[k + 1] <= RESIDUAL_TOLERANCE
-                else forces[k : k + 2]
-            )
-        ]
+        kept = list(forces)
+        for n, t in self._pairs:
+            if share[n] <= RESIDUAL_TOLERANCE and share[t] <= RESIDUAL_TOLERANCE:
+                kept[n] = kept[t] = 0.0
         if kept != forces:
             yield kept
 
@@ -887,12 +891,13 @@ class _ScaledLaw:
             return [given[j].mode for given, j in zip(self.modes, choice, strict=True)]
         modes, a = [], _accelerations(self.W, self.b, forces)[0]
         for i, s in enumerate(self.directions):
-            normal, tangential = forces[2 * i : 2 * i + 2]
+            n, t = self._pairs[i]
+            normal, tangential = forces[n], forces[t]
             inside = abs(tangential) < self.mu[i] * abs(normal) * (1 - 1e-9)
             if normal == 0 and not self.bilateral[i]:
                 modes.append(ContactMode.LIFTOFF)
             elif s or not inside:
-                modes.append(slip_mode(s or (-tangential if tangential else a[2 * i + 1])))
+                modes.append(slip_mode(s or (-tangential if tangential else a[t])))
             else:
                 modes.append(ContactMode.STICK)
         return modes
@@ -904,16 +909,17 @@ class _ScaledLaw:
         """
         settled = list(forces)
         for i, mode in enumerate(modes):
-            normal, tangential = forces[2 * i], forces[2 * i + 1]
+            n, t = self._pairs[i]
+            normal, tangential = forces[n], forces[t]
             if normal <= 0 and not self.bilateral[i]:
-                settled[2 * i : 2 * i + 2] = 0.0, 0.0
+                settled[n] = settled[t] = 0.0
                 continue
             limit = self.mu[i] * abs(normal)
             if mode is ContactMode.SLIP_POS:
                 tangential = -limit
             elif mode is ContactMode.SLIP_NEG:
                 tangential = limit
-            settled[2 * i + 1] = min(max(tangential, -limit), limit)
+            settled[t] = min(max(tangential, -limit), limit)
         return settled
 
     def _named(
@@ -923,9 +929,10 @@ class _ScaledLaw:
         a, terms = motion
         named = []
         for i, (mode, s) in enumerate(zip(modes, self.directions, strict=True)):
-            rate, size = a[2 * i + 1], terms[2 * i + 1]
+            n, t = self._pairs[i]
+            rate, size = a[t], terms[t]
             word = mode
-            if forces[2 * i] == 0 and not self.bilateral[i]:
+            if forces[n] == 0 and not self.bilateral[i]:
                 word = ContactMode.LIFTOFF
             elif not s and (mode is not ContactMode.STICK or abs(rate) > RESIDUAL_TOLERANCE * size):
                 # Without friction, or where F_n = 0, the acceleration alone tells the direction.
@@ -957,15 +964,15 @@ class _ScaledLaw:
         return all(share <= _DISTINCT for share in self._share(step, terms, size))
 
     def _share(
-        self, part: Vector, terms: Vector, whole: Vector | None = None, every: int = 1
+        self, part: Vector, terms: Vector, whole: Vector | None = None, of: slice = slice(None)
     ) -> Vector:
-        """Return how much each part of the forces matters to any acceleration, by its terms.
+        """Return how much parts of the forces, those `of` some rows, matter to any acceleration.
 
-        With `every` 2, of the normal forces alone.
+        They are measured by the terms of the accelerations.
         """
         shares = []
         rows = list(zip(self.W, terms, strict=True))
-        for k in range(0, len(part), every):
+        for k in range(len(part))[of]:
             value, share, moves = part[k], 0.0, False
             for row, size in rows:
                 w = row[k]
@@ -984,7 +991,7 @@ class _ScaledLaw:
         """Return for each contact which of its local modes hold these forces, borders included."""
         a, terms = _accelerations(self.W, self.b, forces)
         share = [_ratio(value, size) for value, size in zip(a, terms, strict=True)]
-        rows = [slice(2 * i, 2 * i + 2) for i in range(len(self.mu))]
+        rows = map(self._at.of, range(len(self.mu)))
         return [
             [mode.holds(forces[pair], share[pair]) for mode in given]
             for given, pair in zip(self.modes, rows, strict=True)
@@ -995,16 +1002,15 @@ class _ScaledLaw:
         forces = list(map(operator.mul, self.unit, point.forces))
         a, terms = _accelerations(*self.given, forces)
         a = [0.0 if abs(v) <= ROUNDING * t else v for v, t in zip(a, terms, strict=True)]
-        lift, stick = ContactMode.LIFTOFF, ContactMode.STICK
+        lift, stick, at = ContactMode.LIFTOFF, ContactMode.STICK, self._at
         # What the mode fixes at 0 is exactly 0.
-        parted = [v if m is lift else 0.0 for v, m in zip(a[0::2], point.modes, strict=True)]
-        sliding = [0.0 if m is stick else v for v, m in zip(a[1::2], point.modes, strict=True)]
-        numbers = np.array((forces[0::2], forces[1::2], parted, sliding))
+        leaving, speeding = a[at.normals], a[at.tangentials]
+        parted = [v if m is lift else 0.0 for v, m in zip(leaving, point.modes, strict=True)]
+        sliding = [0.0 if m is stick else v for v, m in zip(speeding, point.modes, strict=True)]
+        numbers = np.array((forces[at.normals], forces[at.tangentials], parted, sliding))
         numbers.setflags(write=False)
-        normal, tangential, leaving, slipping = numbers
-        return ContactSolution(
-            point.modes, normal, tangential, leaving, slipping, point.residual, isolated
-        )
+        normal, tangential, a_n, a_t = numbers
+        return ContactSolution(point.modes, normal, tangential, a_n, a_t, point.residual, isolated)
 
 
 def _factorizes(matrix: list[Vector], shift: float) -> bool:
@@ -1040,7 +1046,8 @@ def _ordered(points: list[_Checked]) -> list[_Checked]:
     """
     if len(points) < 2:
         return points
-    forces = [(*point.forces[0::2], *point.forces[1::2]) for point in points]
+    at = ContactRows(len(points[0].modes))
+    forces = [(*p.forces[at.normals], *p.forces[at.tangentials]) for p in points]
     ranks = [_levels(column) for column in zip(*forces, strict=True)]
     return [points[k] for k in sorted(range(len(points)), key=lambda k: [r[k] for r in ranks])]
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.quantities import Quantities, quantities
+from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
 from painleve_sym.contacts.impact.simultaneous import PathRecord, solve_simultaneous_impact
 from painleve_sym.contacts.model import CONTACT_LOSS, FORCE_LOSS, FRICTION_LOSS, StateRow
@@ -80,6 +81,10 @@ class ContactImpacts:
     rows: tuple[StateRow, ...]
     rigid: tuple[int, ...]
 
+    @property
+    def _at(self) -> ContactRows:
+        return ContactRows(len(self.rows))
+
     @cached_property
     def _terms(self) -> Quantities:
         arguments = (*self.states, *(p.name for p in self.mechanism.outline.parameters))
@@ -111,8 +116,8 @@ class ContactImpacts:
         numbers = np.array(
             self._terms.of_vector([*state[: len(self.states)].tolist(), *parameters])
         )
-        n, nq = 2 * len(self.rows), len(self.mechanism.outline.coordinates)
-        sizes = (n * n, n, nq * n, n // 2, n)
+        n, nq = self._at.size, len(self.mechanism.outline.coordinates)
+        sizes = (n * n, n, nq * n, len(self.rows), n)
         W, b, directions, *rest = np.split(numbers, np.cumsum(sizes))
         W = W.reshape(n, n)
         return ContactTerms((W + W.T) / 2, b, directions.reshape(nq, n), *rest)
@@ -155,7 +160,7 @@ class ContactImpacts:
         leaving = [i for i in self.rigid if gaps[i] <= 0 and rates[i] > 0]
         if not leaving:
             return []
-        falls = -self.terms(state, values).b[::2]
+        falls = -self.terms(state, values).b[self._at.normals]
         return [i for i in leaving if 2 * rates[i] < time * falls[i]]
 
     def closing(self, state: Array, contacts: Sequence[int]) -> list[int]:
@@ -171,11 +176,11 @@ class ContactImpacts:
         alone would start or turn: it sticks. So no energy is added.
         """
         _, rates, slips = self.contact_values(state)
-        normals = [2 * i for i in contacts]
+        normals = [self._at.normal(i) for i in contacts]
         alone = _least_norm(terms.W, normals, -rates[list(contacts)])
-        change = np.abs(terms.W @ alone)[1::2]
+        change = np.abs(terms.W @ alone)[self._at.tangentials]
         stick = [i for i in contacts if terms.mu[i] > 0 and abs(slips[i]) <= change[i] != 0]
-        return sorted([*normals, *(2 * i + 1 for i in stick)])
+        return sorted([*normals, *map(self._at.tangent, stick)])
 
     def closed(self, state: Array, values: Mapping[str, float], contacts: Sequence[int]) -> Array:
         """Return the state with contacts closed: gap and normal velocity 0, by impulses.
@@ -188,15 +193,15 @@ class ContactImpacts:
         rows = self.closing_rows(state, terms, contacts)
         impulses = _least_norm(terms.W, rows, -state[self.velocities[rows]])
         after = self._pushed(state, terms, impulses)
-        after[self._index[CONTACT_LOSS]] -= impulses[::2] @ rates / 2
-        after[self._index[FRICTION_LOSS]] -= impulses[1::2] @ slips / 2
+        after[self._index[CONTACT_LOSS]] -= impulses[self._at.normals] @ rates / 2
+        after[self._index[FRICTION_LOSS]] -= impulses[self._at.tangentials] @ slips / 2
         after[self.places[contacts, 0]] = after[self.velocities[rows]] = 0.0
         return after
 
     def _pushed(self, state: Array, terms: ContactTerms, impulses: Array) -> Array:
         """Return the state with the velocities after impulses, and the work of the drives."""
         after, n = state.copy(), len(self.mechanism.outline.coordinates)
-        after[n : 2 * n] += terms.directions @ impulses
+        after[n : n + n] += terms.directions @ impulses
         # Last, since a generalised velocity may be that of a contact.
         after[self.velocities] = state[self.velocities] + terms.W @ impulses
         if FORCE_LOSS in self._index:
@@ -209,7 +214,7 @@ class ContactImpacts:
         """Return the impact of the closed rigid contacts; None where it jams."""
         gaps, rates, _ = self.contact_values(state)
         closed = [i for i in self.rigid if gaps[i] <= 0 and rates[i] <= 0]
-        terms, rows = self.terms(state, values), rows_of(closed)
+        terms, rows = self.terms(state, values), self._at.of_contacts(closed)
         at = self.velocities[rows]
         W, mu = terms.W[np.ix_(rows, rows)], terms.mu[closed]
         bilateral = np.array([self.mechanism.outline.contacts[i].bilateral for i in closed])
@@ -233,8 +238,3 @@ def _least_norm(W: Array, rows: Sequence[int], change: Array) -> Array:
     impulses = np.zeros(len(W))
     impulses[rows] = np.linalg.lstsq(W[np.ix_(rows, rows)], change, rcond=1e-12)[0]
     return impulses
-
-
-def rows_of(contacts: Sequence[int]) -> list[int]:
-    """Return the rows n, t of contacts."""
-    return [r for i in contacts for r in (2 * i, 2 * i + 1)]

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.impact.energy_gain import gain_notice, gains
 from painleve_sym.engines.records import EventRecords
 from painleve_sym.errors import EventKind
@@ -104,7 +105,8 @@ def _contacts(event: EventRecord, names: Sequence[str]) -> tuple[str, ...]:
     """Return the contact of an event, or those of several that an impact pushes."""
     if event.contact:
         return (event.contact,)
-    pairs = zip(names, event.impulses[::2], event.impulses[1::2], strict=False)
+    at = ContactRows(len(names))
+    pairs = zip(names, event.impulses[at.normals], event.impulses[at.tangentials], strict=False)
     return tuple(name for name, normal, tangential in pairs if normal or tangential)
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.terms import ContactImpacts, ImpactResult
 from painleve_sym.engines.protocol import REMAINDER, SHRINKING, Answer, Question
 from painleve_sym.errors import EventKind, StopReason
@@ -83,7 +84,8 @@ class ImpactResolver:
 
     def _settled(self, state: Array, time: float) -> Array | None:
         """Return the state with the contacts closed whose bounces have died out; None for none."""
-        rigid, free = np.array(self.impacts.rigid), self.impacts.terms(state, self.values).b[::2]
+        rigid, at = np.array(self.impacts.rigid), ContactRows(len(self.impacts.rows))
+        free = self.impacts.terms(state, self.values).b[at.normals]
         gaps, rates, _ = self.impacts.places[rigid].T
         near = np.abs(state[gaps]) < SETTLED * self.scale[gaps]
         speeds = np.maximum(self.scale[rates], time * np.abs(free[rigid]))

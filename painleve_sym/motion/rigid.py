@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.chatter import REVERSE_CHATTER, Chatter, chatter
 from painleve_sym.contacts.classify import contact_problem, solution_name
 from painleve_sym.contacts.model import ContactModel
 from painleve_sym.contacts.problem import ContactProblem
-from painleve_sym.contacts.terms import rows_of
 from painleve_sym.errors import EventKind, InputError, StopReason
 from painleve_sym.motion.locate_limit import locate_limit
 from painleve_sym.motion.singular_limit import LimitKind, ReverseChatter
@@ -81,7 +81,7 @@ def _of_several(
     closed = [i for i in simulator.rigid if gaps[i] <= 0 and rates[i] == 0]
     if len(simulator.rigid) < len(gaps) or not closed:
         return ()
-    terms, rows = impacts.terms(state, values), rows_of(closed)
+    terms, rows = impacts.terms(state, values), ContactRows(len(gaps)).of_contacts(closed)
     held = np.array([simulator.mechanism.outline.contacts[i].bilateral for i in closed])
     problem = ContactProblem(
         terms.W[np.ix_(rows, rows)], terms.b[rows], terms.mu[closed], slips[closed], held

@@ -20,6 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.impact.simultaneous import AtOnce, PathRecord, Straight
 
 # Of the largest singular value: less is zero, as in the path.
@@ -76,12 +77,14 @@ class _Slopes:
         self.path, self.tolerance = path, data.tolerance
         self.W, self.mu, self.e = np.ldexp(data.W, -path.mass), data.mu, data.e
         self.velocity = np.ldexp(data.velocity, -path.speed)
-        newton, v_n = path.restitution == "newton", path.velocity[::2]
+        self.rows = ContactRows(len(self.mu))
+        self.normals, self.tangentials = self.rows.normals, self.rows.tangentials
+        newton, v_n = path.restitution == "newton", path.velocity[self.normals]
         factor = path.e if newton else 0.0
-        self.border = -factor * self.velocity[::2] - newton * np.outer(v_n, self.e)
+        self.border = -factor * self.velocity[self.normals] - newton * np.outer(v_n, self.e)
         n, k = self.mu.shape
         self.budget, self.weights, self.work = np.zeros((n, k)), np.zeros((n, k)), np.zeros(k)
-        self.impulses, self.works = np.zeros((2 * n, k)), np.zeros((2 * n, k))
+        self.impulses, self.works = np.zeros(self.velocity.shape), np.zeros(self.velocity.shape)
         # The largest terms of velocities and energies so far.
         self.floor = np.ldexp(data.floor, -path.speed)
         self.size = np.maximum(self.floor, np.max(np.abs(self.velocity), axis=0))
@@ -126,7 +129,9 @@ class _Slopes:
         adds to the impulses of sticking what stops ε, whatever μ is.
         """
         rows, W, U = list(step.rows), self.path.W, step.columns
-        slips = np.array([self.velocity[r] if r % 2 else np.zeros_like(self.e) for r in rows])
+        slips = np.array(
+            [np.zeros_like(self.e) if self.rows.is_normal(r) else self.velocity[r] for r in rows]
+        )
         if not np.any(slips):
             return
         impulses = -U @ np.linalg.pinv(W[rows] @ U, rcond=_ROUNDING) @ slips
@@ -138,12 +143,14 @@ class _Slopes:
 
     def _push(self, step: Straight) -> Array:
         """Return the derivatives of dP/dτ."""
-        v_n, mu = step.velocities[::2], self.path.mu
-        normal, side = step.fixed[::2], np.sign(step.fixed[1::2])
+        v_n, mu = step.velocities[self.normals], self.path.mu
+        normal, side = step.fixed[self.normals], np.sign(step.fixed[self.tangentials])
         weighted = (normal != 0) & ((v_n < self.path.border) | (step.budget > 0))
         fixed = np.zeros_like(self.velocity)
-        fixed[::2] = np.where(weighted[:, None], self.weights, 0.0)
-        fixed[1::2] = side[:, None] * (normal[:, None] * self.mu + mu[:, None] * fixed[::2])
+        fixed[self.normals] = np.where(weighted[:, None], self.weights, 0.0)
+        fixed[self.tangentials] = side[:, None] * (
+            normal[:, None] * self.mu + mu[:, None] * fixed[self.normals]
+        )
         # As the path does: what leaves the border has the full push from then on.
         self.weights[(v_n == self.path.border) & (step.budget == 0)] = 0.0
         if not step.rows:
@@ -159,14 +166,14 @@ class _Slopes:
     def _columns(self, columns: Array) -> Array:
         """Return the derivatives of directions of impulses: friction changes those of slips."""
         moved = np.zeros((*columns.shape, len(self.e)))
-        share = np.abs(columns[::2]) * np.sign(columns[1::2])
-        moved[1::2] = share[:, :, None] * self.mu[:, None, :]
+        share = np.abs(columns[self.normals]) * np.sign(columns[self.tangentials])
+        moved[self.tangentials] = share[:, :, None] * self.mu[:, None, :]
         return moved
 
     def _length(self, step: Straight, push: Array, rates: Array) -> Array:
         """Return the derivatives of the length, shape (k,), of what vanishes there."""
         length, kind, i = step.event
-        n, t = 2 * i, 2 * i + 1
+        n, t = self.rows.normal(i), self.rows.tangent(i)
         if kind in ("border", "slip"):
             row, border = (n, self.border[i]) if kind == "border" else (t, 0.0)
             moved = self.velocity[row] - border + rates[row] * length
@@ -193,8 +200,8 @@ class _Slopes:
         self.work = self.work + moved.sum(axis=0)
         if self.path.restitution == "newton":
             return
-        given = step.push[::2] * step.event.length if poisson else works[::2]
-        change = impulses[::2] if poisson else moved[::2]
+        given = step.push[self.normals] * step.event.length if poisson else works[self.normals]
+        change = impulses[self.normals] if poisson else moved[self.normals]
         stored = e * change + np.outer(given, self.e)
         if not poisson:
             stored = -(e**2) * change - np.outer(given, 2 * e * self.e)
@@ -215,9 +222,9 @@ class _Slopes:
         """Follow impulses of one mode for each contact."""
         e, W, rows, U = step.e or 0.0, self.path.W, list(step.rows), step.columns
         rebound = np.zeros_like(self.velocity)
-        rebound[::2] = -e * self.velocity[::2]
+        rebound[self.normals] = -e * self.velocity[self.normals]
         if not step.weighs and step.e is not None:
-            rebound[::2] -= np.outer(step.velocities[::2], self.e)
+            rebound[self.normals] -= np.outer(step.velocities[self.normals], self.e)
         aim, impulses = self.velocity - rebound, np.zeros_like(self.velocity)
         if rows:
             moved = self._columns(U)
@@ -226,11 +233,13 @@ class _Slopes:
             right = -aim[rows] - _applied(slopes, x)
             impulses = _applied(moved, x) + U @ _change_in_range(W[rows] @ U, slopes, x, right)
         if step.weighs:
-            stops = np.where(self.path.held, 0.0, step.impulses[::2])
+            stops = np.where(self.path.held, 0.0, step.impulses[self.normals])
             top = int(np.argmax(stops))
             self.weights = np.zeros_like(self.weights)
             if stops[top] > 0:
-                relative = impulses[::2] - np.outer(stops, impulses[2 * top] / stops[top])
+                relative = impulses[self.normals] - np.outer(
+                    stops, impulses[self.rows.normal(top)] / stops[top]
+                )
                 self.weights = np.where(self.path.held[:, None], 0.0, relative / stops[top])
             return
         rates = aim + _applied(self.W, step.impulses) + W @ impulses
@@ -249,12 +258,12 @@ class _Slopes:
     def _pin_velocities(self, velocities: Array, step: Straight) -> None:
         """Hold velocities that are exactly on their border, or 0 in friction, to that."""
         slides = step.rubs & ((self.path.mu > 0) | np.any(self.mu != 0, axis=1))
-        stops = slides & (velocities[1::2] == 0)
-        rests = velocities[::2] == self.path.border
-        self._vanishes(self.velocity[::2][rests] - self.border[rests], self.size)
-        self._vanishes(self.velocity[1::2][stops], self.size)
-        self.velocity[::2][rests] = self.border[rests]
-        self.velocity[1::2][stops] = 0.0
+        stops = slides & (velocities[self.tangentials] == 0)
+        rests = velocities[self.normals] == self.path.border
+        self._vanishes(self.velocity[self.normals][rests] - self.border[rests], self.size)
+        self._vanishes(self.velocity[self.tangentials][stops], self.size)
+        self.velocity[self.normals][rests] = self.border[rests]
+        self.velocity[self.tangentials][stops] = 0.0
         # Without friction, its derivative has the sign of a slip that may be 0.
         if np.any(slides & (self.path.mu == 0)):
             self.is_lost = True

@@ -53,6 +53,7 @@ import numpy as np
 
 from painleve_sym.arrays import Array
 from painleve_sym.complementarity.solution_sets import BoolArray
+from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.impact.energy_gain import contact_energy, gain_notice
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
 from painleve_sym.contacts.impact.path import binary_exponent
@@ -203,14 +204,18 @@ class SimultaneousImpact:
         return sum((piece.works for piece in self.pieces), np.zeros_like(self.velocities))
 
     @property
+    def _rows(self) -> ContactRows:
+        return ContactRows(len(self.path.mu))
+
+    @property
     def normal_work(self) -> float:
         """Energy that the normal impulses give to the mechanism; J."""
-        return math.fsum(self.works[::2])
+        return math.fsum(self.works[self._rows.normals])
 
     @property
     def tangential_work(self) -> float:
         """Energy that friction gives to the mechanism, never positive; J."""
-        return math.fsum(self.works[1::2])
+        return math.fsum(self.works[self._rows.tangentials])
 
     @property
     def is_unique(self) -> bool:
@@ -253,7 +258,7 @@ def solve_simultaneous_impact(
     Parameters
     ----------
     W : ndarray, shape (2 n, 2 n)
-        J M⁻¹ Jᵀ with rows n1, t1, n2, t2, …; positive semidefinite; 1/kg.
+        J M⁻¹ Jᵀ with rows as in `ContactRows`; positive semidefinite; 1/kg.
     mu : ndarray, shape (n,)
         Friction coefficients.
     velocity : ndarray, shape (2 n,)
@@ -285,11 +290,12 @@ def solve_simultaneous_impact(
     # Powers of two leave every digit.
     mass, speed = binary_exponent(*np.diag(W).tolist()), binary_exponent(*v.tolist())
     path = _Path(np.ldexp(W, -mass), mu, np.ldexp(v, -speed), held, restitution, e)
-    pressing = np.zeros(len(mu)) if load is None else np.asarray(load, dtype=float)[::2]
+    normals = path.rows.normals
+    pressing = np.zeros(len(mu)) if load is None else np.asarray(load, dtype=float)[normals]
     ended = path.follow(np.where(held, 0.0, pressing))
-    pushed = (~held & (piece.impulses[::2] != 0) for piece in path.pieces)
+    pushed = (~held & (piece.impulses[normals] != 0) for piece in path.pieces)
     active = {int(i) for pushing in pushed for i in np.flatnonzero(pushing)}
-    if restitution == "newton" and len(active) > 1 and np.any(v[::2] < 0):
+    if restitution == "newton" and len(active) > 1 and np.any(v[normals] < 0):
         ended = path.restart_at_once()
     pieces = tuple(
         ImpulsePiece(
@@ -301,7 +307,7 @@ def solve_simultaneous_impact(
     )
     # Of a contact that others held, rounding may be left.
     path.v = np.where(np.abs(path.v - path.rest) <= _ROUND_OFF, path.rest, path.v)
-    parted = bool(np.any(path.v[::2] > 0))
+    parted = bool(np.any(path.v[normals] > 0))
     end = ImpactEnd.SEPARATION if parted else ImpactEnd.PERSISTENT
     if not ended:
         end = ImpactEnd.JAM
@@ -346,10 +352,12 @@ class _Path:
     ) -> None:
         self.W, self.mu, self.held, self.restitution, self.e = W, mu, held, restitution, e
         self.v, self.start = v.copy(), v
+        self.rows = ContactRows(len(mu))
+        self.normals, self.tangentials = self.rows.normals, self.rows.tangentials
         self.rest = np.zeros_like(v)
-        self.border = self.rest[::2]
+        self.border = self.rest[self.normals]
         if restitution == "newton":
-            rebound = -e * v[::2]
+            rebound = -e * v[self.normals]
             self.border += np.where(rebound > _ROUND_OFF, rebound, 0.0)
         self.budget = np.zeros(len(mu))
         self.weights = np.ones(len(mu))
@@ -359,7 +367,7 @@ class _Path:
 
     def follow(self, pressing: Array) -> bool:
         """Follow the path to where no contact pushes; False where it never gets there."""
-        without_collision = bool(np.all(self.v[::2] >= 0))
+        without_collision = bool(np.all(self.v[self.normals] >= 0))
         if not without_collision:
             self._weigh()
         for _ in range(_PIECE_LIMIT):
@@ -373,7 +381,7 @@ class _Path:
             without_collision = False
             push = chosen.push
             if not np.any(push):
-                if np.all(self.v[::2] >= self.border):
+                if np.all(self.v[self.normals] >= self.border):
                     return True
                 self._weigh()
                 continue
@@ -411,7 +419,7 @@ class _Path:
             none = np.zeros_like(self.v)
             nothing = AtOnce(True, 0.0, self.v, none, none, (), np.empty((len(none), 0)), True)
             solution = self._at_once(0.0, weighs=True) or nothing
-            stops = np.where(self.held, 0.0, solution.impulses[::2])
+            stops = np.where(self.held, 0.0, solution.impulses[self.normals])
             if np.any(stops > 0):
                 self.weights = stops / np.max(stops)
             self.steps.append(solution)
@@ -427,7 +435,7 @@ class _Path:
         velocities. Where it `weighs` only the weights follow from it.
         """
         W, aim, moving = self.W, self.v.copy(), e is None
-        aim[::2] -= -(e or 0.0) * self.v[::2]
+        aim[self.normals] -= -(e or 0.0) * self.v[self.normals]
         if self._is_singular:
             W = W + _REGULAR * float(np.max(np.diag(W))) * np.eye(len(aim))
         solution, alone = self._least(W, aim, moving)
@@ -443,7 +451,9 @@ class _Path:
         impulses = np.zeros(len(aim))
         if rows:
             impulses = U @ _solution_in_range(self.W[rows] @ U, -aim[rows])
-            impulses[::2] = np.where(self.held, impulses[::2], np.maximum(0.0, impulses[::2]))
+            impulses[self.normals] = np.where(
+                self.held, impulses[self.normals], np.maximum(0.0, impulses[self.normals])
+            )
         # Impulses of the mobility added may grow beyond all bounds: they have no limit.
         rates, share = aim + self.W @ impulses, self._share(impulses, aim)
         if self._missed(impulses, share, rows) > _TOLERANCE:
@@ -454,19 +464,19 @@ class _Path:
 
     def _unknowns(self, solution: ContactSolution) -> tuple[list[int], Array]:
         """Return the rates that the modes of a solution make vanish, and directions of impulses."""
-        size = 2 * len(self.mu)
+        size = self.rows.size
         rows, columns = list[int](), list[Array]()
         for i, mode in enumerate(solution.modes):
             if mode is ContactMode.LIFTOFF:
                 continue
-            own = np.zeros((size, 2))
-            own[2 * i : 2 * i + 2] = np.eye(2)
+            n, t = self.rows.normal(i), self.rows.tangent(i)
+            own = np.eye(size)[:, self.rows.of(i)]
             sticks = mode is ContactMode.STICK and self.mu[i] > 0
             side = -1.0 if solution.normal_forces[i] < 0 else 1.0
             friction = side * self.mu[i]
             slope = {ContactMode.SLIP_POS: -friction, ContactMode.SLIP_NEG: friction}
             columns += list(own.T) if sticks else [own @ (1.0, slope.get(mode, 0.0))]
-            rows += [2 * i, 2 * i + 1] if sticks else [2 * i]
+            rows += [n, t] if sticks else [n]
         return rows, np.array(columns).reshape(-1, size).T
 
     def _share(self, impulses: Array, aim: Array) -> Array:
@@ -484,10 +494,12 @@ class _Path:
         """
         size = np.sqrt(np.diag(self.W))
         largest = float(np.max(size * np.abs(impulses))) or 1.0
-        normal, tangential = np.abs(impulses[::2]), impulses[1::2]
-        beyond = size[1::2] * (np.abs(tangential) - self.mu * normal) / largest
-        along = size[1::2] * tangential / largest * share[1::2]
-        return float(max([*np.abs(share[rows]), *-share[::2][~self.held], *along, *beyond]))
+        normal, tangential = np.abs(impulses[self.normals]), impulses[self.tangentials]
+        beyond = size[self.tangentials] * (np.abs(tangential) - self.mu * normal) / largest
+        along = size[self.tangentials] * tangential / largest * share[self.tangentials]
+        return float(
+            max([*np.abs(share[rows]), *-share[self.normals][~self.held], *along, *beyond])
+        )
 
     @cached_property
     def _is_singular(self) -> bool:
@@ -524,7 +536,7 @@ class _Path:
         if solution is None:
             return False
         self.v = solution.rates.copy()
-        self.v[::2] += -(e or 0.0) * before[::2]
+        self.v[self.normals] += -(e or 0.0) * before[self.normals]
         works = solution.impulses * (before + self.v) / 2
         self.pieces.append(ImpulsePiece(solution.impulses, self.v, works))
         self.steps.append(solution)
@@ -556,7 +568,7 @@ class _Path:
             ]
 
             def pressed(c: _Candidate) -> tuple[float, float, float]:
-                return round(float(c.push[::2] @ pressing) / size, 9), *self._order(c)
+                return round(float(c.push[self.normals] @ pressing) / size, 9), *self._order(c)
 
             return self._first(moving, pressed)
         # Without guides one exists, by Kakutani's theorem: where rounding hides it, the nearest is
@@ -579,7 +591,7 @@ class _Path:
 
     def _local(self, i: int) -> list[_Local]:
         """Return the ways in which contact i may push at the present velocity."""
-        v_n, v_t = self.v[2 * i], self.v[2 * i + 1]
+        v_n, v_t = self.v[self.rows.of(i)]
         stuck = [_Local((0.0, 0.0), ((1.0, 0.0), (0.0, 1.0)), (0, 1))]
         if v_t != 0 or self.mu[i] == 0:
             stuck = []
@@ -604,12 +616,12 @@ class _Path:
     ) -> Iterator[_Local]:
         for ratio, slip_signs in self._slips(i):
             yield _Local((weight, weight * ratio), (), (), signs + slip_signs)
-        if self.v[2 * i + 1] == 0 and self.mu[i] > 0:
+        if self.v[self.rows.tangent(i)] == 0 and self.mu[i] > 0:
             yield _Local((weight, 0.0), ((0.0, 1.0),), (1,), signs)
 
     def _slips(self, i: int) -> list[tuple[float, tuple[tuple[int, int], ...]]]:
         """Return dP_t/dP_n of the slips that are possible, with the sign of dv_t they need."""
-        mu, v_t = float(self.mu[i]), self.v[2 * i + 1]
+        mu, v_t = float(self.mu[i]), self.v[self.rows.tangent(i)]
         if mu == 0:
             return [(0.0, ())]
         if v_t != 0:
@@ -620,12 +632,12 @@ class _Path:
         size = len(self.v)
         fixed, columns, rows = np.zeros(size), list[Array](), list[int]()
         for i, local in enumerate(choice):
-            fixed[2 * i : 2 * i + 2] = local.fixed
+            fixed[self.rows.of(i)] = local.fixed
             for direction in local.directions:
                 column = np.zeros(size)
-                column[2 * i : 2 * i + 2] = direction
+                column[self.rows.of(i)] = direction
                 columns.append(column)
-            rows += [2 * i + entry for entry in local.vanishing]
+            rows += [self.rows.row(i, entry) for entry in local.vanishing]
         push, U = fixed, np.array(columns).reshape(-1, size).T
         if rows:
             # Of least norm where several bodies' rigidity leaves the forces open.
@@ -633,12 +645,13 @@ class _Path:
             push = fixed + U @ np.linalg.lstsq(matrix, right, rcond=_ROUNDING)[0]
             # Exactly 1 marks a full push, which one that only holds is not.
             for i, local in enumerate(choice):
-                if 0 in local.vanishing and push[2 * i] == 1:
-                    push[2 * i] = math.nextafter(1.0, 0.0)
+                n = self.rows.normal(i)
+                if 0 in local.vanishing and push[n] == 1:
+                    push[n] = math.nextafter(1.0, 0.0)
         return _Candidate(self._violation(choice, rows, push), push, fixed, U, tuple(rows))
 
     def _violation(self, choice: tuple[_Local, ...], rows: list[int], push: Array) -> float:
-        normal, tangential = push[::2], push[1::2]
+        normal, tangential = push[self.normals], push[self.tangentials]
         size, free = 1.0 + float(np.max(self.mu)), normal[~self.held]
         beyond = np.abs(tangential) - self.mu * np.where(self.held, np.abs(normal), normal)
         worst = [
@@ -651,13 +664,13 @@ class _Path:
         share = np.divide(self.W @ push, terms, out=np.zeros_like(terms), where=terms > 0)
         worst += [abs(float(share[row])) for row in rows]
         for i, local in enumerate(choice):
-            worst += [-sign * float(share[2 * i + entry]) for entry, sign in local.signs]
+            worst += [-sign * float(share[self.rows.row(i, entry)]) for entry, sign in local.signs]
         return max(worst)
 
     def _order(self, candidate: _Candidate) -> tuple[float, float]:
         """Return what is least in the preferred one of several pushes, but for rounding."""
         push = candidate.push
-        return round(float(push[::2][~self.held].sum()), 9), round(float(push @ push), 9)
+        return round(float(push[self.normals][~self.held].sum()), 9), round(float(push @ push), 9)
 
     # ---- one piece ----
 
@@ -667,39 +680,41 @@ class _Path:
         def events(lengths: Iterator[float], kind: str, i: int = 0) -> Iterator[PathEvent]:
             return (PathEvent(length, kind, i) for length in lengths)
 
-        for i in range(len(self.mu)):
-            crossing = _crossing(self.v[2 * i] - self.border[i], rates[2 * i])
+        for i, (n, t) in enumerate(self.rows.each()):
+            crossing = _crossing(self.v[n] - self.border[i], rates[n])
             yield from events(crossing, "border", i)
             if self._rubs(push)[i]:
-                yield from events(_crossing(self.v[2 * i + 1], rates[2 * i + 1]), "slip", i)
+                yield from events(_crossing(self.v[t], rates[t]), "slip", i)
             yield from events(self._spent(i, push, rates), "spent", i)
         if self.restitution == "poisson":
             yield from events(self._energy_is_back(push, rates), "energy")
 
     def _rubs(self, push: Array) -> BoolArray:
         """Return which contacts have a normal force, shape (n,)."""
-        normal = push[::2]
+        normal = push[self.normals]
         return np.where(self.held, normal != 0, normal > 0)
 
     def _spent(self, i: int, push: Array, rates: Array) -> Iterator[float]:
         """Yield the length at which contact i has given back its restitution."""
-        v_n, a_n, budget = self.v[2 * i], rates[2 * i], self.budget[i]
-        if budget == 0 or push[2 * i] == 0 or self._compresses(i, push, rates):
+        n, budget = self.rows.normal(i), self.budget[i]
+        v_n, a_n, force = self.v[n], rates[n], push[n]
+        if budget == 0 or force == 0 or self._compresses(i, push, rates):
             return
         if self.restitution == "poisson":
-            yield budget / push[2 * i]
+            yield budget / force
             return
         # v_n P + a_n P²/2 = budget, without the cancellation of the usual root.
-        square = v_n * v_n + 2 * a_n * budget / push[2 * i]
+        square = v_n * v_n + 2 * a_n * budget / force
         if square > 0:
-            yield 2 * budget / push[2 * i] / (v_n + math.sqrt(square))
+            yield 2 * budget / force / (v_n + math.sqrt(square))
 
     def _compresses(self, i: int, push: Array, rates: Array) -> bool:
         """Return whether contact i compresses, also if it pushes fully at v_n = 0 to no effect."""
         if self.held[i]:
             return False
-        v_n, a_n = self.v[2 * i], rates[2 * i]
-        begins = a_n == 0 and push[2 * i] == 1 and self.budget[i] == 0
+        n = self.rows.normal(i)
+        v_n, a_n = self.v[n], rates[n]
+        begins = a_n == 0 and push[n] == 1 and self.budget[i] == 0
         return bool(v_n < 0 or (v_n == 0 and (a_n < 0 or begins)))
 
     def _energy_is_back(self, push: Array, rates: Array) -> Iterator[float]:
@@ -715,11 +730,10 @@ class _Path:
         before, impulses = self.v, push * length
         after = before + rates * length
         # What leaves the border under a push leaves it under a full one, and keeps it.
-        self.weights[(before[::2] == self.border) & (self.budget == 0)] = 1.0
+        self.weights[(before[self.normals] == self.border) & (self.budget == 0)] = 1.0
         budget = self.budget.copy()
         reached = length * (1 + _COINCIDENT)
-        for i in range(len(self.mu)):
-            n, t = 2 * i, 2 * i + 1
+        for i, (n, t) in enumerate(self.rows.each()):
             budget[i] = self._budget_after(i, length, before[n] + after[n], push, rates)
             if any(x <= reached for x in self._spent(i, push, rates)):
                 budget[i] = 0.0
@@ -732,7 +746,7 @@ class _Path:
         )
         works = impulses * (before + after) / 2
         self.pieces.append(ImpulsePiece(impulses, after, works))
-        pushing = np.repeat(self._rubs(push), 2)
+        pushing = np.repeat(self._rubs(push), 1 + self.rows.n_tangents)
         off = np.abs(after - self.rest)
         small = _ALL_ROUND_OFF if np.all(off[pushing] <= _ALL_ROUND_OFF) else _ROUND_OFF
         after = np.where(pushing & (off <= small), self.rest, after)
@@ -745,7 +759,7 @@ class _Path:
     def _budget_after(
         self, i: int, length: float, twice_mean: float, push: Array, rates: Array
     ) -> float:
-        budget, impulse = float(self.budget[i]), float(push[2 * i]) * length
+        budget, impulse = float(self.budget[i]), float(push[self.rows.normal(i)]) * length
         if self.restitution == "newton":
             return 0.0
         poisson = self.restitution == "poisson"

@@ -8,6 +8,7 @@ from itertools import product
 
 import sympy as sp
 
+from painleve_sym.contact_rows import ContactRows
 from painleve_sym.mechanics.contact_set import ContactSet
 from painleve_sym.mechanics.formulas.formula import Formula, Section
 from painleve_sym.mechanics.formulas.one_contact import contact_sections, energies
@@ -82,7 +83,7 @@ def _sliding_formulas(mechanism: Mechanism, W: sp.Matrix, b: sp.Matrix) -> Itera
     A_ik = W_n(i)n(k) − s_k μ_k W_n(i)t(k): normal acceleration of contact i per normal force of k.
     """
     contacts = mechanism.contacts
-    n = len(contacts)
+    n, at = len(contacts), ContactRows(len(contacts))
     for slips in product(_SLIPS, repeat=n):
         words = [_SLIPS[s] for s in slips]
         end, signs = "_".join(w[0] for w in words), ",".join(w[2] for w in words)
@@ -91,7 +92,8 @@ def _sliding_formulas(mechanism: Mechanism, W: sp.Matrix, b: sp.Matrix) -> Itera
             n,
             n,
             lambda i, k, s=slips: (
-                W[2 * i, 2 * k] - s[k] * contacts[k].friction * W[2 * i, 2 * k + 1]
+                W[at.normal(i), at.normal(k)]
+                - s[k] * contacts[k].friction * W[at.normal(i), at.tangent(k)]
             ),
         )
         whole = reduced(determinant(A))
@@ -106,7 +108,7 @@ def _sliding_formulas(mechanism: Mechanism, W: sp.Matrix, b: sp.Matrix) -> Itera
             continue  # Such as three feet of one body on one line: the forces are not unique.
         for i, contact in enumerate(contacts):
             replaced = A.copy()
-            replaced[:, i] = -sp.Matrix([b[2 * k] for k in range(n)])
+            replaced[:, i] = -sp.Matrix(list(b)[at.normals])
             yield Formula(
                 f"F_n_{contact.name}_{end}",
                 readable(reduced(determinant(replaced)) / whole),

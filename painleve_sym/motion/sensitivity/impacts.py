@@ -10,8 +10,9 @@ import numpy as np
 
 from painleve_sym.arrays import Array
 from painleve_sym.codegen.variational import VariationalFunctions
+from painleve_sym.contact_rows import ContactRows
 from painleve_sym.contacts.impact.path_slopes import ImpactData, impact_slopes, least_norm_slopes
-from painleve_sym.contacts.terms import ImpactResult, rows_of
+from painleve_sym.contacts.terms import ImpactResult
 from painleve_sym.engines.protocol import Answer, Question
 from painleve_sym.motion.impact_resolver import ImpactResolver
 
@@ -59,7 +60,8 @@ class SensitiveImpacts(ImpactResolver):
         if result is None:
             return None
         given, slopes, jacobian = self._at(state)
-        contacts, rows = list(result.contacts), rows_of(result.contacts)
+        contacts, at = list(result.contacts), ContactRows(len(result.contacts))
+        rows = at.of_contacts(contacts)
         velocities = self.impacts.velocities
         speed = float(np.max(np.abs(state[velocities[rows]])))
         parted = self._parted(jacobian, state, contacts)
@@ -79,8 +81,8 @@ class SensitiveImpacts(ImpactResolver):
         self._push(jacobian, (given, slopes), result.impulses, impulses)
         jacobian[velocities[rows]] = path.velocities
         contact_work, friction_work, _ = self._works
-        jacobian[contact_work] -= path.works[::2].sum(axis=0)
-        jacobian[friction_work] -= path.works[1::2].sum(axis=0)
+        jacobian[contact_work] -= path.works[at.normals].sum(axis=0)
+        jacobian[friction_work] -= path.works[at.tangentials].sum(axis=0)
         if parted:
             jacobian[:] = np.nan
         singular = not np.isfinite(path.velocities).all()
