@@ -51,7 +51,10 @@ def test_public_function_has_an_example(name):
 
 @pytest.mark.parametrize(
     "module",
-    sorted({home for name, home in painleve_sym._HOMES.items()} | {"models", "laws", "choices"}),
+    sorted(
+        {home for name, home in painleve_sym._HOMES.items()}
+        | {"models", "laws", "choices", "contact_rows"}
+    ),
 )
 def test_examples_of_public_modules_run(module, monkeypatch):
     monkeypatch.chdir(ROOT)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.contact_rows import ContactRows
 from painleve_sym.engines.protocol import RawRun
 from painleve_sym.engines.records import StepRecords
 from painleve_sym.errors import EventKind
@@ -96,7 +97,7 @@ class RunRecord:
         """P_n and P_t of each contact at every event: those of the last impact."""
         records = self.raw.event_records
         # The last entries of the memory are the impulses of the last impact.
-        count = 2 * len(self.simulator.contact.rows)
+        count = ContactRows(len(self.simulator.contact.rows)).size
         impulses: list[Sequence[float]] = records.memory_after[:, -count:].tolist()
         for i, own in zip(np.flatnonzero(records.transition < 0), self.resolved, strict=False):
             impulses[i] = own

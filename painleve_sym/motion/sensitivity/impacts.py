@@ -131,7 +131,7 @@ class SensitiveImpacts(ImpactResolver):
         arrays = [np.array(r.full()) for r in results]
         n, nq = len(self.impacts.velocities), len(self.impacts.mechanism.system.q)
         # Matrices are listed column by column.
-        shapes = ((n, n), (n,), (n, nq), (n // 2,), (n,), (1,))
+        shapes = ((n, n), (n,), (n, nq), (len(self.impacts.rows),), (n,), (1,))
         values = (a.reshape(s) for a, s in zip(arrays[:6], shapes, strict=True))
         slopes = (a.reshape(*s, -1) for a, s in zip(arrays[6:], shapes, strict=True))
         return _Numbers(*values), _Numbers(*slopes), self.functions.unpacked(state)[1]
