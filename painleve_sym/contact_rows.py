@@ -6,12 +6,12 @@ The rows of each contact stand together, its normal one before its tangential on
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 
-@dataclass(frozen=True, slots=True)
-class ContactRows:
+class ContactRows(NamedTuple):
     """Rows of n contacts, each with one normal and `n_tangents` tangential directions.
 
     Parameters
@@ -49,7 +49,7 @@ class ContactRows:
 
     def normal(self, i: int) -> int:
         """Return the normal row of contact i."""
-        return self.row(i, 0)
+        return (1 + self.n_tangents) * i
 
     def tangent(self, i: int, k: int = 0) -> int:
         """Return the row of contact i along its tangential direction k."""
@@ -81,9 +81,11 @@ class ContactRows:
         """The rows of all contacts along their first tangential direction."""
         return self.along(1)
 
-    def each(self) -> list[tuple[int, ...]]:
+    @functools.lru_cache(maxsize=64)  # noqa: B019 - a few small values
+    def each(self) -> tuple[tuple[int, ...], ...]:
         """Return the rows of each contact, the normal one first."""
-        return [tuple(range(self.normal(i), self.normal(i + 1))) for i in range(self.n_contacts)]
+        starts = map(self.normal, range(self.n_contacts))
+        return tuple(tuple(range(start, start + self._axes)) for start in starts)
 
     def of_contacts(self, contacts: Iterable[int]) -> list[int]:
         """Return the rows of some contacts, in their order."""

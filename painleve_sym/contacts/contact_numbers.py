@@ -72,9 +72,9 @@ def all_contact_numbers(mechanism: Mechanism, values: Mapping[str, float]) -> Co
     numbers = [contact_numbers(mechanism, i).of_point(point) for i in range(n)]
     at = ContactRows(n)
     W = [[0.0] * at.size for _ in range(at.size)]
-    for i, own in enumerate(numbers):
-        W[at.normal(i)][at.of(i)] = own["W_nn"], own["W_nt"]
-        W[at.tangent(i)][at.of(i)] = own["W_nt"], own["W_tt"]
+    for (i, j), own in zip(at.each(), numbers, strict=True):
+        W[i][i], W[j][j] = own["W_nn"], own["W_tt"]
+        W[i][j] = W[j][i] = own["W_nt"]
     if n > 1:
         entries = couplings(mechanism).of_vector(point)
         for (row, column), value in zip(_coupled_rows(n), entries, strict=True):

@@ -214,7 +214,7 @@ def scale_contacts(
     unit : list of 2 n float
         Forces F' of the scaled problem are ``unit * F'`` of the given one.
     """
-    at = ContactRows(len(mu))
+    pairs = ContactRows(len(mu)).each()
     diagonal = [row[k] for k, row in enumerate(W)]
     # ldexp(1, k // 2) is within a factor two of the root of a number near 2**k.
     d = [math.ldexp(1.0, math.frexp(w)[1] // 2) if w > 0 else 1.0 for w in diagonal]
@@ -224,7 +224,7 @@ def scale_contacts(
     return (
         [[w / (e * f) for w, f in zip(row, d, strict=True)] for row, e in zip(W, d, strict=True)],
         [v / size for v in offset],
-        [m * t / n for m, n, t in zip(mu, d[at.normals], d[at.tangentials], strict=True)],
+        [m * d[t] / d[n] for m, (n, t) in zip(mu, pairs, strict=True)],
         [size / e for e in d],
     )
 
@@ -308,8 +308,8 @@ class ModeProduct:
 
     def __init__(self, W: list[Vector], b: Vector, modes: Sequence[Sequence[LocalMode]]) -> None:
         self.W, self.b, self.modes = W, b, modes
-        self._at = ContactRows(len(modes))
-        self._pairs = self._at.each()
+        self.rows = ContactRows(len(modes))
+        self.pairs = self.rows.each()
         self._largest = max(map(abs, b))
         # Every direction of every local mode: its contact, its force, the accelerations that it
         # causes, and its unit. A sign that rounding left of W_nn - mu s W_nt would be an accident:
@@ -317,7 +317,7 @@ class ModeProduct:
         self._ways: list[tuple[int, tuple[float, float]]] = []
         self._rates: list[Vector] = []
         self._units: list[float] = []
-        for i, (given, pair) in enumerate(zip(modes, self._pairs, strict=True)):
+        for i, (given, pair) in enumerate(zip(modes, self.pairs, strict=True)):
             columns = list(map(operator.itemgetter(*pair), W))
             for mode in given:
                 for n, t in mode.directions:
@@ -338,7 +338,7 @@ class ModeProduct:
         """Every direction of every local mode, as columns; shape (2 n, directions)."""
         ways = np.zeros((len(self.b), len(self._ways)))
         for k, (i, way) in enumerate(self._ways):
-            ways[self._at.of(i), k] = way
+            ways[self.rows.of(i), k] = way
         return ways
 
     @cached_property
@@ -382,11 +382,11 @@ class ModeProduct:
                 slips = [m for m in given if m.side == side and len(m.unit) == 1]
                 for mode in slips:
                     force = np.zeros(len(self.b))
-                    force[self._at.of(i)] = side * np.array(mode.directions[0])
+                    force[self.rows.of(i)] = side * np.array(mode.directions[0])
                     partner = force
                     if len(slips) == 1:  # sliding, or without friction: only F_n a_n = 0 is known
                         partner = np.zeros(len(self.b))
-                        n = self._at.normal(i)
+                        n = self.rows.normal(i)
                         partner[n] = force[n]
                     forces.append(force)
                     partners.append(partner)
@@ -409,7 +409,7 @@ class ModeProduct:
         solved = map(self._solve_small, choices) if small else self._solve_together(choices)
         points: list[ModePoint] = []
         singular: list[_Choice] = []
-        ways, none, pairs = self._ways, [0.0] * len(self.b), self._pairs
+        ways, none, pairs = self._ways, [0.0] * len(self.b), self.pairs
         for choice, x in zip(choices, solved, strict=True):
             if x is None:
                 singular.append(choice)
@@ -455,8 +455,8 @@ class ModeProduct:
         """Return whether forces may satisfy the inequalities of their local modes."""
         doubt = _REJECTION_TOLERANCE * (max(map(abs, forces)) + self._largest)
         for i, j in enumerate(local):
-            mode, pair = self.modes[i][j], self._pairs[i]
-            normal, tangential = map(forces.__getitem__, pair)
+            mode, pair = self.modes[i][j], self.pairs[i]
+            normal, tangential = forces[pair[0]], forces[pair[1]]
             for p, q in mode.edges:
                 if p * normal + q * tangential < -doubt:
                     return False
@@ -478,10 +478,10 @@ class ModeProduct:
         slopes, starts = [np.zeros((0, len(columns)))], [np.zeros(0)]
         for i, j in enumerate(local):
             mode = self.modes[i][j]
-            slopes.append(np.array(mode.cone).reshape(-1, 2) @ ways[self._at.of(i)])
+            slopes.append(np.array(mode.cone).reshape(-1, 2) @ ways[self.rows.of(i)])
             starts.append(np.zeros(len(mode.cone)))
             for entry, sign in mode.signs:
-                row = self._pairs[i][entry]
+                row = self.pairs[i][entry]
                 slopes.append(sign * rates[[row]])
                 starts.append(sign * b[[row]])
         slope, start = np.vstack(slopes), np.concatenate(starts)

@@ -807,10 +807,10 @@ class _ScaledLaw:
         self.directions = problem.slip_directions
         self.W, self.b, self.mu, self.unit = scale_contacts(*self.given, problem.mu.tolist())
         self.bilateral: list[bool] = problem.bilateral.tolist()
-        self._at = ContactRows(len(self.mu))
-        self._pairs = self._at.each()
         self.modes = list(map(local_modes, self.mu, self.directions, self.bilateral))
         self.product = ModeProduct(self.W, self.b, self.modes)
+        self._pairs = self.product.pairs
+        self._normals = [n for n, _ in self._pairs]
         self.weights = [math.sqrt(row[k]) for k, row in enumerate(self.W)]
 
     def residual(self, forces: Vector) -> float:
@@ -823,7 +823,7 @@ class _ScaledLaw:
         if not math.isfinite(sum(terms)):
             return math.inf
         share = list(map(_ratio, a, terms))
-        weights = self._share(list(map(abs, forces)), terms, of=self._at.normals)
+        weights = self._share(list(map(abs, forces)), terms, rows=self._normals)
         residual = 0.0
         for i, (weight, s) in enumerate(zip(weights, self.directions, strict=True)):
             n, t = self._pairs[i]
@@ -964,17 +964,21 @@ class _ScaledLaw:
         return all(share <= _DISTINCT for share in self._share(step, terms, size))
 
     def _share(
-        self, part: Vector, terms: Vector, whole: Vector | None = None, of: slice = slice(None)
+        self,
+        part: Vector,
+        terms: Vector,
+        whole: Vector | None = None,
+        rows: Sequence[int] | None = None,
     ) -> Vector:
-        """Return how much parts of the forces, those `of` some rows, matter to any acceleration.
+        """Return how much each part of the forces matters to any acceleration, by its terms.
 
-        They are measured by the terms of the accelerations.
+        With `rows` only of the forces there.
         """
         shares = []
-        rows = list(zip(self.W, terms, strict=True))
-        for k in range(len(part))[of]:
+        pairs = list(zip(self.W, terms, strict=True))
+        for k in rows or range(len(part)):
             value, share, moves = part[k], 0.0, False
-            for row, size in rows:
+            for row, size in pairs:
                 w = row[k]
                 if w:
                     moves = True
@@ -991,7 +995,7 @@ class _ScaledLaw:
         """Return for each contact which of its local modes hold these forces, borders included."""
         a, terms = _accelerations(self.W, self.b, forces)
         share = [_ratio(value, size) for value, size in zip(a, terms, strict=True)]
-        rows = map(self._at.of, range(len(self.mu)))
+        rows = map(self.product.rows.of, range(len(self.mu)))
         return [
             [mode.holds(forces[pair], share[pair]) for mode in given]
             for given, pair in zip(self.modes, rows, strict=True)
@@ -1002,12 +1006,14 @@ class _ScaledLaw:
         forces = list(map(operator.mul, self.unit, point.forces))
         a, terms = _accelerations(*self.given, forces)
         a = [0.0 if abs(v) <= ROUNDING * t else v for v, t in zip(a, terms, strict=True)]
-        lift, stick, at = ContactMode.LIFTOFF, ContactMode.STICK, self._at
+        lift, stick, pairs = ContactMode.LIFTOFF, ContactMode.STICK, self._pairs
         # What the mode fixes at 0 is exactly 0.
-        leaving, speeding = a[at.normals], a[at.tangentials]
-        parted = [v if m is lift else 0.0 for v, m in zip(leaving, point.modes, strict=True)]
-        sliding = [0.0 if m is stick else v for v, m in zip(speeding, point.modes, strict=True)]
-        numbers = np.array((forces[at.normals], forces[at.tangentials], parted, sliding))
+        parted = [a[n] if m is lift else 0.0 for (n, _), m in zip(pairs, point.modes, strict=True)]
+        sliding = [
+            0.0 if m is stick else a[t] for (_, t), m in zip(pairs, point.modes, strict=True)
+        ]
+        given = [forces[n] for n, _ in pairs], [forces[t] for _, t in pairs]
+        numbers = np.array((*given, parted, sliding))
         numbers.setflags(write=False)
         normal, tangential, a_n, a_t = numbers
         return ContactSolution(point.modes, normal, tangential, a_n, a_t, point.residual, isolated)
