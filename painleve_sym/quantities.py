@@ -10,6 +10,8 @@ import re
 from collections.abc import Mapping
 from typing import NamedTuple
 
+from painleve_sym.escape import figure_text
+
 
 class Quantity(NamedTuple):
     """Unit, LaTeX and meaning of a named quantity; the unit is empty where it depends on a law."""
@@ -138,7 +140,7 @@ def axis_label(latex: str, unit: str = "1") -> str:
 
 def text_label(text: str, unit: str = "1") -> str:
     """Return the label of an axis that a text names; formulas in it stand between dollar signs."""
-    return text if unit in ("1", "") else f"{text} ({unit})"
+    return text if unit in ("1", "") else f"{text} ({figure_text(unit)})"
 
 
 def scaled_unit(unit: str, largest: float) -> tuple[float, str]:

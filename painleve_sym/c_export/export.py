@@ -12,12 +12,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from painleve_sym.c_export.files import Case, clashing_name, files
-from painleve_sym.c_export.text import identifier
 from painleve_sym.choices import EngineLike, EngineName
 from painleve_sym.codegen.compile import Compiler, find_compiler
 from painleve_sym.codegen.named_mechanisms import MechanismLike
 from painleve_sym.engines.protocol import MAX_EVENTS, MAX_STEPS
 from painleve_sym.errors import InputError
+from painleve_sym.escape import c_name
 from painleve_sym.laws.catalogue import LawsLike
 from painleve_sym.motion.simulate import simulator_of
 from painleve_sym.motion.simulator import DEFAULT_RTOL
@@ -106,7 +106,7 @@ def export_c(
         raise InputError("export: engine: got 'erk', need auto, taylor or compiled.")
     simulator = simulator_of(mechanism, law, engine)
     own = simulator.mechanism.name
-    prefix = _checked_name(identifier(own) if name is None else name, name is None)
+    prefix = _checked_name(c_name(own) if name is None else name, name is None)
     if t_end is None:
         t_end = T_END["rigid" if simulator.rigid else "compliant"]
     limits = {"max_steps": (max_steps, MAX_STEPS), "max_events": (max_events, MAX_EVENTS)}

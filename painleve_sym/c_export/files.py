@@ -12,22 +12,14 @@ from typing import Any
 import painleve_sym
 from painleve_sym.arrays import Array
 from painleve_sym.c_export.contacts import CASES, contact_values
-from painleve_sym.c_export.text import (
-    comment,
-    described,
-    enum,
-    identifier,
-    identifiers,
-    meaning_and_unit,
-    prose,
-    quoted,
-)
+from painleve_sym.c_export.text import described, enum, identifiers, meaning_and_unit, prose
 from painleve_sym.codegen.compile import FLAGS, Compiler
 from painleve_sym.codegen.modes import AutomatonFunctions
 from painleve_sym.engines.protocol import ENGINE_REASONS, RunOptions
 from painleve_sym.engines.source import source
 from painleve_sym.engines.taylor.runner import TaylorEngine
 from painleve_sym.engines.taylor.source import source as taylor_source
+from painleve_sym.escape import c_comment, c_name, c_string, markdown_text, one_line
 from painleve_sym.hybrid.signature import Outline
 from painleve_sym.mechanics.declarations import Parameter
 from painleve_sym.motion.simulator import DEFAULT_RTOL, Simulator
@@ -91,11 +83,16 @@ class MotionCode:
         return write(AutomatonFunctions(self.simulator.automaton))
 
     @property
-    def title(self) -> str:
-        """One line: mechanism and law."""
+    def subject(self) -> str:
+        """Mechanism and law."""
         law, choices = self.simulator.label, self.simulator.choices
         chosen = "".join(f", {k} {v}" for k, v in choices.items())
-        return comment(f"{self.simulator.mechanism.name} with contact law {law}{chosen}")
+        return f"{self.simulator.mechanism.name} with contact law {law}{chosen}"
+
+    @property
+    def title(self) -> str:
+        """Mechanism and law in a comment of C."""
+        return c_comment(self.subject)
 
     @property
     def shared(self) -> dict[str, Any]:
@@ -107,7 +104,7 @@ class MotionCode:
             "NAME": name.upper(),
             "title": self.title,
             "version": painleve_sym.__version__,
-            "compiler": comment(self.compiler.version),
+            "compiler": c_comment(self.compiler.version),
             "flags": flags,
             "cc": f"cc {flags} -o {name}_example {sources} -lm",
         }
@@ -145,8 +142,12 @@ def files(case: Case) -> dict[str, str]:
         **code_files(case),
         "main.c": _main(case),
         "expected.txt": expected(case.trajectory),
-        "CMakeLists.txt": filled("CMakeLists.txt", case.shared),
-        "README.md": filled("README.md", case.shared | {"example": _example(case)}),
+        "CMakeLists.txt": filled("CMakeLists.txt", case.shared | {"title": one_line(case.subject)}),
+        "README.md": filled(
+            "README.md",
+            case.shared
+            | {"title": markdown_text(case.subject), "example": markdown_text(_example(case))},
+        ),
     }
 
 
@@ -305,10 +306,10 @@ def _filled(text: str, case: MotionCode) -> str:
     sizes = [len(part.local_modes) for part in parts]
     impulses = memory[sum(len(part.memory) for part in parts) :]
     values = {
-        "local_names": ", ".join(quoted(n) for part in parts for n in part.local_modes),
+        "local_names": ", ".join(c_string(n) for part in parts for n in part.local_modes),
         "first": ", ".join(str(sum(sizes[:i])) for i in range(len(sizes))),
         "at": ", ".join(str(memory.index(part.memory[0])) for part in parts),
-        "impulse_names": ", ".join(map(quoted, impulses)),
+        "impulse_names": ", ".join(map(c_string, impulses)),
         "first_impulse": len(memory) - len(impulses),
         "print_impulses": "",
     }
@@ -388,7 +389,7 @@ def _names(case: MotionCode, outline: Outline, modes: Sequence[str]) -> str:
     }
     lines = []
     for table, names in tables.items():
-        entries = ",\n  ".join(map(quoted, names))
+        entries = ",\n  ".join(map(c_string, names))
         head = f"const char *const {case.name}_{table % case.name.upper()}"
         lines.append(f"{head} = {{\n  {entries}\n}};")
     defaults = ", ".join(repr(case.declared[n].default) for n in outline.parameter_names)
@@ -406,15 +407,15 @@ def _contact(case: MotionCode) -> str:
 def _main(case: Case) -> str:
     values = case.trajectory.parameters
     rows = [
-        f"    {values[n]!r},  /* {n}: {comment(case.declared[n].unit)} */"
+        f"    {values[n]!r},  /* {n}: {c_comment(case.declared[n].unit)} */"
         for n in case.outline.parameter_names
     ]
     start = [
-        f"    {value!r},  /* {n}: {comment(case.simulator.mechanism.state_units[n])} */"
+        f"    {value!r},  /* {n}: {c_comment(case.simulator.mechanism.state_units[n])} */"
         for n, value in zip(case.states, case.motion.tolist(), strict=False)
     ]
     options = [f"  options.{name} = {value};" for name, value in case.limits.items()]
-    options += [f"  options.until[{case.name}_event_{identifier(k)}] = 1;" for k in case.until]
+    options += [f"  options.until[{case.name}_event_{c_name(k)}] = 1;" for k in case.until]
     force = case.initial_force
     return filled(
         "main.c",

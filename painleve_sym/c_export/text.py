@@ -6,23 +6,8 @@ import re
 import textwrap
 from collections.abc import Iterable, Sequence
 
+from painleve_sym.escape import c_comment, c_name
 from painleve_sym.quantities import quantity
-
-
-def comment(text: str) -> str:
-    """Return text that can stand in a C comment: what came from a file must not end it."""
-    plain = " ".join(text.split()).replace("\\", "/")
-    return plain.replace("*/", "* /").replace("/*", "/ *")
-
-
-def quoted(text: str) -> str:
-    """Return a C string literal of ASCII text."""
-    return '"' + re.sub(r'[^ -~]|["\\?]', "_", text) + '"'
-
-
-def identifier(text: str) -> str:
-    """Return text with everything but letters, digits and underscores replaced."""
-    return re.sub(r"\W", "_", text, flags=re.ASCII)
 
 
 def identifiers(code: str) -> set[str]:
@@ -49,8 +34,8 @@ def enum(tag: str, prefix: str, rows: Iterable[tuple[str, str]], about: str) -> 
     if not (rows := list(rows)):
         return f"/* {about}: there is none. */"
     # The array of their names has the name that one of them might have.
-    fits = [f"{identifier(name)}{'_' * (name == 'names')}" for name, _ in rows]
-    entries = [(f"{prefix}_{n}", comment(text)) for n, (_, text) in zip(fits, rows, strict=True)]
+    fits = [f"{c_name(name)}{'_' * (name == 'names')}" for name, _ in rows]
+    entries = [(f"{prefix}_{n}", c_comment(text)) for n, (_, text) in zip(fits, rows, strict=True)]
     width = max(len(name) for name, _ in entries)
     lines = [f"/* {about}. */", f"enum {tag} {{"]
     for i, (name, text) in enumerate(entries):
@@ -62,6 +47,6 @@ def enum(tag: str, prefix: str, rows: Iterable[tuple[str, str]], about: str) -> 
 def prose(lines: Sequence[str], start: str = " * ") -> str:
     """Return paragraphs as lines of a C comment."""
     wrapped = [
-        row for line in lines for row in textwrap.wrap(comment(line), 96, subsequent_indent="  ")
+        row for line in lines for row in textwrap.wrap(c_comment(line), 96, subsequent_indent="  ")
     ]
     return "\n".join(start + row for row in wrapped)

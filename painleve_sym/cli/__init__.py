@@ -12,6 +12,7 @@ from typing import Any, TextIO
 
 from painleve_sym.cli.parser import read_arguments, run_command
 from painleve_sym.errors import InputError, PainleveError, PainleveWarning, shortened
+from painleve_sym.escape import terminal_text
 
 EXIT_FAILURE, EXIT_USAGE = 1, 2
 # As a shell reports a program that ended by SIGINT or SIGPIPE.
@@ -83,7 +84,8 @@ class _NamedOutput(io.TextIOBase):
     def write(self, text: str) -> int:
         """Write text."""
         with self._named():
-            return self._stream.write(text)
+            self._stream.write(terminal_text(text))
+        return len(text)
 
     def flush(self) -> None:
         """Write what is buffered."""
@@ -108,7 +110,7 @@ class _NamedOutput(io.TextIOBase):
 
 def _say(text: str) -> None:
     with suppress(OSError):
-        print("painleve:", " ".join(text.split()), file=sys.stderr)
+        print("painleve:", terminal_text(" ".join(text.split())), file=sys.stderr)
 
 
 def _fail(message: str, code: int) -> int:

@@ -14,6 +14,7 @@ from painleve_sym.cli.describe import checked_format, model_data
 from painleve_sym.cli.output import WIDTH, print_json, show
 from painleve_sym.cli.texts import DERIVE_FORMATS
 from painleve_sym.errors import InputError
+from painleve_sym.escape import one_line
 from painleve_sym.laws.closed_forms import closed_forms, impulse_units
 from painleve_sym.laws.impact_cases import V_N_MINUS
 from painleve_sym.laws.python_module import python_module
@@ -127,16 +128,17 @@ def latex_page(mechanism: Mechanism, sections: Sequence[Section]) -> str:
     """
     names = _latex_names(mechanism)
     parts, written = named_parts([value for section in sections for value in _values(section)])
-    lines = [f"% {mechanism.name}: {mechanism.title}", "% for \\input; needs amsmath"]
+    about = one_line(f"{mechanism.name}: {mechanism.title}")
+    lines = [f"% {about}", "% for \\input; needs amsmath"]
     if parts:
         lines += ["", "% parts that long formulas share"]
     for symbol, part in parts.items():
         lines.append(f"\\[ {sp.latex(symbol)} = {sp.latex(part, symbol_names=names)} \\]")
     texts = iter([sp.latex(value, symbol_names=names) for value in written])
     for section in sections:
-        lines += ["", f"% {section.title}"]
+        lines += ["", f"% {one_line(section.title)}"]
         for formula in section.formulas:
-            lines.append(f"% {formula.name}: {formula.meaning}")
+            lines.append(f"% {one_line(f'{formula.name}: {formula.meaning}')}")
             lines.append(f"\\[ {formula.latex} = {next(texts)} \\]")
         for phase in section.phases:
             lines += _latex_phase(phase, names, texts)
@@ -155,7 +157,7 @@ def _latex_phase(
     phase: ImpulsePhase, names: dict[sp.Symbol, str], texts: Iterator[str]
 ) -> Iterator[str]:
     by_name = {str(symbol): latex for symbol, latex in names.items()}
-    yield f"% {phase.name}{f': {phase.meaning}' if phase.meaning else ''}"
+    yield f"% {one_line(f'{phase.name}: {phase.meaning}' if phase.meaning else phase.name)}"
     for name, _, strict in phase.conditions:
         sign = ">" if strict else r"\ge"
         yield f"\\[ {next(texts)} {sign} 0 \\] % {name}"

@@ -11,6 +11,7 @@ import sympy as sp
 from sympy.logic.boolalg import Boolean
 
 from painleve_sym.errors import EventKind, ModelError, StopReason, unknown_name
+from painleve_sym.escape import c_name, dot_string, mermaid_string
 
 
 def positive(expr: sp.Expr) -> Boolean:
@@ -499,9 +500,9 @@ class HybridAutomaton:
 
     def mermaid(self) -> str:
         """Return the automaton as a Mermaid state diagram."""
-        ids = {m.name: m.name.replace("/", "_") for m in self.modes}
+        ids = {m.name: c_name(m.name) for m in self.modes}
         lines = ["stateDiagram-v2"]
-        lines += [f'    state "{name}" as {i}' for name, i in ids.items()]
+        lines += [f"    state {mermaid_string(name)} as {i}" for name, i in ids.items()]
         lines += [f"    [*] --> {ids[c.target]}" for c in self.starts]
         for mode in self.modes:
             for t in mode.transitions:
@@ -512,9 +513,12 @@ class HybridAutomaton:
 
     def graphviz(self) -> str:
         """Return the automaton as Graphviz text."""
-        lines = [f'digraph "{self.name}" {{', "    rankdir=LR;", "    node [shape=box];"]
+        lines = [f"digraph {dot_string(self.name)} {{", "    rankdir=LR;", "    node [shape=box];"]
         for mode in self.modes:
             for t in mode.transitions:
                 edges = [*t.edges, *([(t.kind, "end")] if t.stop is not None else [])]
-                lines += [f'    "{mode.name}" -> "{x}" [label="{kind}"];' for kind, x in edges]
+                lines += [
+                    f"    {dot_string(mode.name)} -> {dot_string(x)} [label={dot_string(kind)}];"
+                    for kind, x in edges
+                ]
         return "\n".join([*lines, "}"]) + "\n"

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import shlex
 import textwrap
 from collections.abc import Iterable, Sequence
 
 import sympy as sp
 
+from painleve_sym.errors import InputError
+from painleve_sym.escape import python_text
 from painleve_sym.laws.closed_forms import closed_forms, impulse_units
 from painleve_sym.laws.impact_cases import E_C, P_C, V_N_MINUS
 from painleve_sym.laws.restitution import restitution_law
@@ -35,14 +38,16 @@ _CONTACT = {
 def python_module(mechanism: Mechanism, sections: Sequence[Section] | None = None) -> str:
     """Return the text of a Python module: one function per formula, and the whole jump.
 
-    The sections are those of `closed_forms` when left out.
+    The sections are those of `closed_forms` when left out. InputError where a coordinate or
+    parameter has the name of `math` or of what a function calls.
     """
     sections = closed_forms(mechanism) if sections is None else sections
     formulas = [f for s in sections for f in s.formulas]
     meanings = _meanings(mechanism) | {s: m for f in formulas for s, m in f.symbols.items()}
+    command = shlex.join(["painleve", "derive", mechanism.name, "--format", "python"])
     parts = [
-        f'"""Closed forms of {mechanism.name}: {mechanism.title}.\n\n'
-        f"Written by `painleve derive {mechanism.name} --format python`. SI units, radians.\n"
+        f'"""Closed forms of {python_text(f"{mechanism.name}: {mechanism.title}")}.\n\n'
+        f"Written by `{python_text(command)}`. SI units, radians.\n"
         '"""\n\nimport math'
     ]
     phases = [p for s in sections for p in s.phases]
@@ -71,7 +76,17 @@ def _arguments(
     exprs: Iterable[sp.Basic | sp.MatrixBase], meanings: dict[sp.Symbol, str]
 ) -> list[sp.Symbol]:
     used: set[sp.Symbol] = set().union(*(e.free_symbols for e in exprs))
-    return [s for s in meanings if s in used]
+    return _checked([s for s in meanings if s in used], ("math",))
+
+
+def _checked(arguments: list[sp.Symbol], taken: Iterable[str]) -> list[sp.Symbol]:
+    """Return the arguments; InputError where one has a name that the function needs itself."""
+    if clash := sorted({str(a) for a in arguments} & set(taken)):
+        raise InputError(
+            f"Python module of closed forms: {clash[0]!r} is a name of its own. "
+            "Fix: rename the coordinate or parameter."
+        )
+    return arguments
 
 
 def _head(name: str, arguments: Sequence[sp.Symbol], result: str) -> list[str]:
@@ -87,7 +102,7 @@ def _docstring(
     meanings: dict[sp.Symbol, str],
     keys: Sequence[str] = (),
 ) -> list[str]:
-    lines = _wrapped(f'"""{summary}', "    ")
+    lines = _wrapped(summary, "    ", '"""')
     if not arguments:
         return [*lines[:-1], lines[-1] + '"""']
     lines += ["", "    Parameters", "    ----------"]
@@ -99,11 +114,11 @@ def _docstring(
     return [*lines, '    """']
 
 
-def _wrapped(text: str, indent: str) -> list[str]:
+def _wrapped(text: str, indent: str, opening: str = "") -> list[str]:
     return textwrap.wrap(
-        text,
+        python_text(text),
         99,
-        initial_indent=indent,
+        initial_indent=indent + opening,
         subsequent_indent=indent,
         break_long_words=False,
         break_on_hyphens=False,
@@ -171,7 +186,10 @@ def _whole_jump(
         symbols[name] = _arguments(values, meanings)
     velocities = {c.rate for c in mechanism.system.coordinates}
     chain = ("slip_velocity", "gap_rate", "rebound_energetic", *(p.name for p in phases))
-    outer = [s for s in meanings if s not in _CONTACT and any(s in symbols[name] for name in chain)]
+    outer = _checked(
+        [s for s in meanings if s not in _CONTACT and any(s in symbols[name] for name in chain)],
+        (*chain, "first", "second", "third"),
+    )
 
     def call(name: str, put: dict[sp.Symbol, str], before: str = "") -> str:
         def written(s: sp.Symbol) -> str:

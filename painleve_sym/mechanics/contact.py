@@ -30,6 +30,7 @@ class Contact:
     Parameters
     ----------
     name : str
+        Letters, digits and underscores.
     system : LagrangianSystem
     gap : sympy.Expr
         g_N(q, t); m. A surface that moves as prescribed makes it depend on the time.
@@ -46,8 +47,9 @@ class Contact:
     Raises
     ------
     ModelError
-        Undeclared symbols, a friction that is not a parameter, a gap that depends on velocities or
-        does not change with any coordinate, a slip velocity that is not affine in the velocities.
+        A name with other signs, undeclared symbols, a friction that is not a parameter, a gap that
+        depends on velocities or does not change with any coordinate, a slip velocity that is not
+        affine in the velocities.
     """
 
     name: str
@@ -65,6 +67,9 @@ class Contact:
 
     def _faults(self) -> Iterator[str]:
         system = self.system
+        # It becomes part of the names of states, outputs and functions.
+        if not self.name or not f"_{self.name}".isidentifier():
+            yield f"name {self.name!r} is not usable. Fix: use letters, digits and underscores."
         parameters = {p.symbol for p in system.parameters}
         parts = {"gap": self.gap, "slip velocity": self.slip_velocity}
         for name, part in parts.items():

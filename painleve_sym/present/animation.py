@@ -9,7 +9,6 @@ import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from html import escape
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -24,6 +23,7 @@ from painleve_sym.arrays import Array
 from painleve_sym.checks import number, whole_number
 from painleve_sym.codegen.pointwise import Pointwise
 from painleve_sym.errors import InputError
+from painleve_sym.escape import html_text as escape
 from painleve_sym.files import write_beside
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.shapes import (

@@ -17,6 +17,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 
 from painleve_sym.arrays import Array
+from painleve_sym.escape import figure_text
 from painleve_sym.present.style import DASHES, PALETTE, REFERENCE, STYLE
 from painleve_sym.quantities import axis_label
 from painleve_sym.study.maps.case_codes import LEGEND
@@ -216,7 +217,7 @@ def _label(axes: Axes, regions: RegionMap) -> None:
     sign = "<" if regions.slip < 0 else ">"
     held = [f"$\\mu = {regions.parameters['mu']:g}$"] if "mu" in regions.parameters else []
     held += [f"{name} = {value:g}" for name, value in regions.state.items() if value != 0]
-    axes.set_title(", ".join([regions.mechanism, f"$v_t {sign} 0$", *held]))
+    axes.set_title(", ".join([figure_text(regions.mechanism), f"$v_t {sign} 0$", *held]))
     for name, pieces in regions.curves.items():
         if len(pieces):
             _name_curve(axes, regions, name, pieces)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from html import escape
-
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
+from painleve_sym.escape import html_text as escape
 from painleve_sym.motion.trajectory import EventRecord, Trajectory
 from painleve_sym.present.style import PALETTE, STYLE, svg_text
 from painleve_sym.quantities import axis_label

@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from painleve_sym.arrays import Array
+from painleve_sym.escape import figure_text
 from painleve_sym.present.map_figure import HEIGHT, WIDTH, code_colours, fill_patch
 from painleve_sym.present.style import DASHES, PALETTE, REFERENCE, STYLE
 from painleve_sym.quantities import axis_label, scaled_unit, symbol_latex
@@ -64,7 +65,7 @@ def outcome_figure(outcomes: OutcomeMap) -> Figure:
             )
         axes.set_xlabel(axis_label(symbol_latex(outcomes.over), unit))
         axes.set_ylabel(axis_label("F_{n0}", "N"))
-        axes.set_title(f"{outcomes.mechanism}, {outcomes.law}")
+        axes.set_title(f"{figure_text(outcomes.mechanism)}, {outcomes.law}")
         handles: list[Any] = [fill_patch(FILLS[n], NAMES[n]) for n in FILLS if outcomes.counts[n]]
         handles += [Line2D([], [], label=label, **look) for label, look in LINES.values()]
         figure.legend(handles=handles, loc="outside lower center", ncols=2)

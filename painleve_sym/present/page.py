@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from html import escape
 from pathlib import Path
 from typing import Any
 
 from painleve_sym import __version__
+from painleve_sym.escape import html_text as escape
 from painleve_sym.files import write_beside
 
 _STYLE = """

@@ -6,11 +6,12 @@ import json
 import textwrap
 import unicodedata
 from collections.abc import Mapping
-from html import escape
 from pathlib import Path
 from typing import Any
 
 from painleve_sym.errors import InputError
+from painleve_sym.escape import html_text as escape
+from painleve_sym.escape import markdown_text
 from painleve_sym.files import write_beside
 from painleve_sym.papers.item import Verdict
 from painleve_sym.papers.registry import Item, Reproduction
@@ -153,15 +154,15 @@ def markdown(reproduction: Reproduction) -> str:
 
 def _section(item: Item, label: str) -> list[str]:
     lines = [
-        f"- paper: {_escaped(item.paper)}",
-        f"- computed: {_escaped(item.computed)}",
+        f"- paper: {markdown_text(item.paper)}",
+        f"- computed: {markdown_text(item.computed)}",
         f"- verdict: **{item.verdict.value}**"
         + ("" if item.as_expected else f", expected {item.expected.value}"),
     ]
     if item.reason:
-        lines.append(f"- {_escaped(item.reason)}")
+        lines.append(f"- {markdown_text(item.reason)}")
     for statement, holds in item.data.get("checks", {}).items():
-        lines.append(f"- [{'x' if holds else ' '}] {_escaped(statement)}")
+        lines.append(f"- [{'x' if holds else ' '}] {markdown_text(statement)}")
     parts = [f'## <a id="{label}"></a>{item.title}', "\n".join(lines)]
     for name in ("printed", "derived"):
         formula = item.data.get(f"{name}_latex")
@@ -176,15 +177,9 @@ def _section(item: Item, label: str) -> list[str]:
 
 
 def _table(columns: list[str], rows: list[list[Any]]) -> str:
-    cells = [[_escaped(cell_text(value)) for value in row] for row in rows]
+    cells = [[markdown_text(cell_text(value)) for value in row] for row in rows]
     lines = [columns, ["---"] * len(columns), *cells]
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)
-
-
-def _escaped(text: str) -> str:
-    for character in "|*_":
-        text = text.replace(character, "\\" + character)
-    return text
 
 
 # ---- HTML ----

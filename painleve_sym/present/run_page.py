@@ -5,12 +5,12 @@ from __future__ import annotations
 import shlex
 from collections.abc import Mapping
 from dataclasses import replace
-from html import escape
 
 import numpy as np
 import sympy as sp
 
 from painleve_sym.errors import InputError
+from painleve_sym.escape import html_text as escape
 from painleve_sym.laws.catalogue import LawsByContact
 from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.mechanics.formulas.formula import Formula

@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import re
 from dataclasses import dataclass
-from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from painleve_sym.errors import InputError
+from painleve_sym.escape import html_text as escape
 from painleve_sym.files import write_beside
 
 _METADATA: dict[str, dict[str, Any]] = {

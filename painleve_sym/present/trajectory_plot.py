@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from painleve_sym.arrays import Array
 from painleve_sym.errors import InputError
+from painleve_sym.escape import figure_text
 from painleve_sym.motion.trajectory import EventRecord, Trajectory
 from painleve_sym.present.style import MARKERS, PAGE, PALETTE, STYLE, Marker, event_label
 from painleve_sym.quantities import axis_label, scaled_unit, text_label
@@ -50,7 +51,7 @@ def trajectory_figure(trajectory: Trajectory) -> Figure:
         ]
         _draw(trajectory, names, [top] if near is None else [top, near], below)
         law = trajectory.law + "".join(f" ({k} {v})" for k, v in trajectory.choices.items())
-        top.set_title(f"{trajectory.mechanism}, {law}")
+        top.set_title(f"{figure_text(trajectory.mechanism)}, {law}")
         if near is not None and window is not None:
             scale, _ = _time_unit(trajectory)
             near.set_xlim(window[0] * scale, window[1] * scale)

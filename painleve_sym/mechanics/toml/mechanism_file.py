@@ -12,6 +12,7 @@ from typing import Any
 import sympy as sp
 
 from painleve_sym.errors import ModelError, unknown_name
+from painleve_sym.escape import latex_fault
 from painleve_sym.files import parse_toml, read_text
 from painleve_sym.mechanics.bodies import Body, Load, Mode, Spring, expr
 from painleve_sym.mechanics.contact import Contact
@@ -143,7 +144,11 @@ class _Reader:
         for name in tables:
             table = tables.table(name, _COORDINATE)
             unit, meaning = _unit(table), table.text("meaning", name)
-            coordinates.append(Coordinate(name, meaning, unit, table.text("latex", "")))
+            latex = table.text("latex", "")
+            if fault := latex_fault(latex):
+                example = r"""latex = '\dot{x}_\mathrm{A}'"""
+                table.fault(f"{fault}. Fix: write one symbol, such as {example}.", "latex")
+            coordinates.append(Coordinate(name, meaning, unit, latex))
         return tuple(coordinates)
 
     def parameters(self) -> tuple[Parameter, ...]:
