@@ -146,19 +146,20 @@ def text_label(text: str, unit: str = "1") -> str:
 def scaled_unit(unit: str, largest: float) -> tuple[float, str]:
     """Return a factor and a unit with an SI prefix, such as 1e6 and "μm", that suit a size.
 
-    The size is the largest that is shown, in the unit given. Only lengths, times, forces and their
-    rates per second take a prefix; others keep their unit and the factor 1.
+    The size is the largest that is shown, in the unit given. Lengths, times, forces, energies and
+    pressures, and their rates per second, take a prefix; others keep their unit and the factor 1.
     """
-    base, slash, rest = unit.partition("/")
-    if base not in ("m", "s", "N", "J") or not 0 < largest < float("inf"):
+    base = unit.partition("/")[0]
+    if base not in ("m", "s", "N", "J", "Pa") or not 0 < largest < float("inf"):
         return 1.0, unit
-    prefixes = {1.0: "", 1e3: "m", 1e6: "μ", 1e9: "n"}
-    fitting = [f for f in prefixes if largest * f >= (0.1 if f == 1.0 else 1.0)]
+    if base not in ("m", "s") and largest >= 1e4:
+        larger = {1e-3: "k", 1e-6: "M", 1e-9: "G"}
+        factor = min(f for f in larger if largest * f >= (1 if base == "Pa" else 10))
+        return factor, f"{larger[factor]}{unit}"
+    smaller = {1.0: "", 1e3: "m", 1e6: "μ", 1e9: "n"}
+    fitting = [f for f in smaller if largest * f >= (0.1 if f == 1.0 else 1.0)]
     factor = fitting[0] if fitting else 1e9
-    prefix = prefixes[factor]
-    if base in ("N", "J") and largest >= 1e4:
-        factor, prefix = 1e-3, "k"
-    return factor, f"{prefix}{base}{slash}{rest}"
+    return factor, f"{smaller[factor]}{unit}"
 
 
 def number_latex(value: float, digits: int = 3) -> str:

@@ -42,7 +42,8 @@ def draw(figure: str, path: Path, look: Mapping[str, Any], *subject: Any) -> Non
     from painleve_sym.present.style import Look, write_figure
 
     module = importlib.import_module(f"painleve_sym.present.{figure}")
-    write_figure(getattr(module, figure)(*subject), path, Look(**look))
+    chosen = Look(**look)
+    write_figure(getattr(module, figure)(*subject, width=chosen.width), path, chosen)
 
 
 def deliver_map(

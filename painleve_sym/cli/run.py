@@ -12,7 +12,15 @@ from typing import TYPE_CHECKING, Any
 from painleve_sym.cli.case import read_case
 from painleve_sym.cli.corrected import corrected_data, show_corrected
 from painleve_sym.cli.options import OTHER_FORMATS, figure_file, output_file, read_look
-from painleve_sym.cli.output import assignments, number, print_json, quantity, show, show_table
+from painleve_sym.cli.output import (
+    assignments,
+    draw,
+    number,
+    print_json,
+    quantity,
+    show,
+    show_table,
+)
 from painleve_sym.contacts.impact.jump import JumpResult
 from painleve_sym.contacts.impact.tangential import TangentialImpact
 from painleve_sym.errors import InputError, PainleveWarning, StopReason
@@ -213,10 +221,7 @@ def _write_files(
     if "plot" in files and not len(trajectory.step_time):
         warnings.warn("nothing to plot: no step was taken.", PainleveWarning, stacklevel=2)
     elif "plot" in files:
-        from painleve_sym.present.style import Look, write_figure
-        from painleve_sym.present.trajectory_plot import trajectory_figure
-
-        write_figure(trajectory_figure(trajectory), files["plot"], Look(**look))
+        draw("trajectory_figure", files["plot"], look, trajectory)
         written["plot"] = str(files["plot"])
     if "report" in files:
         from painleve_sym.present.run_page import run_page

@@ -612,15 +612,20 @@ class Trajectory:
         dataset: xarray.Dataset = library.Dataset(variables, {"time": time}, attributes)
         return dataset
 
-    def plot(self) -> Figure:
+    def plot(self, width: float | None = None) -> Figure:
         """Return a Matplotlib figure of forces, coordinates and velocities with the events.
+
+        Parameters
+        ----------
+        width : float, optional
+            Width of the figure, in inches; by default 7, that of a journal's page. A column is 3.4.
 
         Raises
         ------
         InputError
             The trajectory holds no steps.
         """
-        figure: Figure = _drawing("trajectory_plot").trajectory_figure(self)
+        figure: Figure = _drawing("trajectory_figure").trajectory_figure(self, width)
         return figure
 
     def animate(

@@ -5,12 +5,19 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
-from painleve_sym.present.style import DASHES, PAGE, PALETTE, REFERENCE, STYLE, log_ticks
+from painleve_sym.present.style import (
+    DASHES,
+    PALETTE,
+    REFERENCE,
+    legend_below,
+    legend_entries,
+    log_ticks,
+    panel_grid,
+    styled,
+)
 from painleve_sym.quantities import axis_label, number_latex, text_label
 from painleve_sym.study.compare.comparison import ROUND_OFF, Comparison
 from painleve_sym.study.compare.methods import Answer
@@ -24,33 +31,29 @@ _SOLVERS: dict[str, tuple[str, str, float]] = {
     "mpcc": (PALETTE[0], "x", 3.6),
 }
 _SOFTENED = PALETTE[2]
-_TITLES = (
-    "normal velocity",
-    "slip velocity",
-    "time stepping, equal points side by side",
-    "compliant motion",
-)
+_TITLES = ("normal velocity", "slip velocity", "time stepping", "compliant motion")
 ASIDE = 1.22
 """Ratio of the places of two points beside each other, where methods agree on one point."""
 _EARLY = {"marker": "X", "markersize": 5.0, "markevery": [-1], "clip_on": False}
 """The cross where a motion ended before the end time."""
 
 
-def contrast_figure(comparison: Comparison) -> Figure:
-    """Return the figure: normal and slip velocity over time, error over step and over stiffness."""
-    with rc_context(STYLE):
-        figure = Figure(figsize=(PAGE, 5.0), layout="constrained")
-        (normal, slip), (steps, stiffness) = figure.subplots(2, 2)
-        _draw_motion(normal, comparison, 0)
-        _draw_motion(slip, comparison, 1)
-        _draw_errors(steps, comparison.stepping, text_label("step $h$", "s"), 1.0)
-        expected = comparison.expected_stiffness_order
-        _draw_errors(stiffness, comparison.softened, text_label("modulus $E$", "Pa"), expected)
-        panels = (normal, slip, steps, stiffness)
-        for letter, axes, title in zip("abcd", panels, _TITLES, strict=True):
-            axes.set_title(f"({letter}) {title}")
-        handles, names = _columns(normal)
-        figure.legend(handles, names, loc="outside lower center", ncols=3)
+@styled
+def contrast_figure(comparison: Comparison, width: float | None = None) -> Figure:
+    """Return the figure: normal and slip velocity over time, error over step and over stiffness.
+
+    The width is in inches, by default that of a page. Equal errors stand side by side.
+    """
+    figure, panels = panel_grid(4, width, 2.1)
+    normal, slip, steps, stiffness = panels
+    _draw_motion(normal, comparison, 0)
+    _draw_motion(slip, comparison, 1)
+    _draw_errors(steps, comparison.stepping, text_label("step $h$", "s"), 1.0)
+    expected = comparison.expected_stiffness_order
+    _draw_errors(stiffness, comparison.softened, text_label("modulus $E$", "Pa"), expected)
+    for letter, axes, title in zip("abcd", panels, _TITLES, strict=True):
+        axes.set_title(f"({letter}) {title}")
+    legend_below(figure, legend_entries([normal]))
     return figure
 
 
@@ -122,18 +125,6 @@ def _symbol(solver: str) -> dict[str, Any]:
         "markerfacecolor": "none",
         "markeredgewidth": 0.8,
     }
-
-
-def _columns(axes: Axes) -> tuple[list[Any], list[str]]:
-    """Return the legend with a column each for rigid motion, compliant motion and stepping."""
-    columns: list[list[tuple[Any, str]]] = [[], [], []]
-    for handle, name in zip(*axes.get_legend_handles_labels(), strict=True):
-        family = {"rigid": 0, "compliant": 1}.get(name.partition(",")[0], 2)
-        columns[family].append((handle, name))
-    rows = max(map(len, columns))
-    blank = Line2D([], [], linestyle="none")
-    filled = [entry for c in columns for entry in (*c, *[(blank, "")] * (rows - len(c)))]
-    return [handle for handle, _ in filled], [name for _, name in filled]
 
 
 def _power(value: float) -> str:

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.font_manager import FontProperties
-from matplotlib.textpath import TextPath
 from matplotlib.ticker import MaxNLocator
 
 from painleve_sym.errors import InputError
@@ -24,44 +21,40 @@ from painleve_sym.present.style import (
     PAGE,
     PALETTE,
     REFERENCE,
-    STYLE,
+    legend_below,
+    legend_entries,
     log_ticks,
+    panel_grid,
+    styled,
 )
 from painleve_sym.quantities import text_label
 
-# Rows, columns, width and height of one row in inches, by the number of panels.
-_LAYOUT = {
-    1: (1, 1, COLUMN, 2.35),
-    2: (1, 2, PAGE, 2.5),
-    3: (1, 3, PAGE, 2.1),
-    4: (2, 2, PAGE, 1.95),
-    5: (2, 3, PAGE, 1.95),
-    6: (2, 3, PAGE, 1.95),
-}
-_LEGEND_ROW = 0.17
+MAX_PANELS = 6
+_HEIGHTS = {1: 2.35, 2: 2.5, 3: 2.1}
+"""Height of a panel by their number; inch."""
 HIDDEN = 0.03
 """Part of the abscissa: marks closer than this hide each other and are shown in an inset."""
 
 
-def draw(panels: Sequence[Panel]) -> Figure:
-    """Return a figure of one to six panels, lettered, with one legend below them."""
-    if len(panels) not in _LAYOUT:
-        raise InputError(f"figure: panels: got {len(panels)}, need 1 to {max(_LAYOUT)}.")
-    rows, columns, width, height = _LAYOUT[len(panels)]
-    with matplotlib.rc_context(STYLE):
-        figure = Figure(layout="constrained")
-        grid = figure.subplots(rows, columns, squeeze=False).ravel()
-        for letter, axes, panel in zip("abcdef", grid, panels, strict=False):
-            _draw_panel(axes, panel, f"({letter})" if len(panels) > 1 else "")
-        for axes in grid[len(panels) :]:
-            axes.set_axis_off()
-        entries = _legend_entries(grid)
-        lines = _legend_rows(entries.keys(), width)
-        figure.set_size_inches(width, rows * height + _LEGEND_ROW * len(lines))
-        if entries:
-            names = [name for line in _by_column(lines) for name in line]
-            handles = [entries[name] for name in names]
-            figure.legend(handles, names, loc="outside lower center", ncols=len(lines[0]))
+def draw(panels: Sequence[Panel], width: float | None = None) -> Figure:
+    """Return a figure of one to six panels, lettered, with one legend below them.
+
+    The width is in inches: by default that of a column for one panel, of a page for several.
+    """
+    count = len(panels)
+    if not 1 <= count <= MAX_PANELS:
+        raise InputError(f"figure: panels: got {count}, need 1 to {MAX_PANELS}.")
+    return _drawn(panels, width)
+
+
+@styled
+def _drawn(panels: Sequence[Panel], width: float | None) -> Figure:
+    count = len(panels)
+    own = COLUMN if count == 1 else PAGE
+    figure, grid = panel_grid(count, width, _HEIGHTS.get(count, 1.95), own)
+    for letter, axes, panel in zip("abcdef", grid, panels, strict=False):
+        _draw_panel(axes, panel, f"({letter})" if count > 1 else "")
+    legend_below(figure, legend_entries(grid))
     return figure
 
 
@@ -167,38 +160,3 @@ def _scale(ticks: Any, axis: Axis, set_scale: Any, set_limits: Any) -> None:
         ticks.set_major_locator(MaxNLocator(5, steps=[1, 2, 2.5, 5, 10]))
     if axis.limits is not None:
         set_limits(*axis.limits)
-
-
-def _legend_entries(grid: Iterable[Axes]) -> dict[str, Any]:
-    entries: dict[str, Any] = {}
-    for axes in grid:
-        handles, names = axes.get_legend_handles_labels()
-        for handle, name in zip(handles, names, strict=True):
-            entries.setdefault(name, handle)
-    return entries
-
-
-def _legend_rows(names: Iterable[str], width: float) -> list[list[str]]:
-    """Divide the names into equal rows that fit the width."""
-    listed = list(names)
-    if not listed:
-        return []
-    # The widest text with the handle, gap and column spacing of the legend.
-    size = max(_text_width(name) for name in listed) + 0.58
-    columns = max(1, min(len(listed), int(width / size)))
-    rows = -(-len(listed) // columns)
-    columns = -(-len(listed) // rows)
-    return [listed[i : i + columns] for i in range(0, len(listed), columns)]
-
-
-def _text_width(text: str) -> float:
-    """Return the width of a legend's text in inches."""
-    font = FontProperties(family=STYLE["font.family"], size=STYLE["legend.fontsize"])
-    return float(TextPath((0, 0), text, prop=font).get_extents().width) / 72
-
-
-def _by_column(rows: list[list[str]]) -> list[list[str]]:
-    """Return the rows as columns, since legends are filled column by column."""
-    if not rows:
-        return []
-    return [[row[i] for row in rows if i < len(row)] for i in range(len(rows[0]))]

@@ -6,11 +6,10 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from painleve_sym.present.style import COLUMN, PALETTE, REFERENCE, STYLE
+from painleve_sym.present.style import COLUMN, PALETTE, REFERENCE, TALLEST, styled
 from painleve_sym.quantities import symbol_latex, text_label
 from painleve_sym.study.fitting.data import MEASURABLE
 from painleve_sym.study.fitting.result import FitResult
@@ -18,33 +17,35 @@ from painleve_sym.study.fitting.result import FitResult
 _HEIGHT, _MARGIN = 2.45, 0.5
 
 
-def fit_figure(fit_result: FitResult, units: Mapping[str, str]) -> Figure:
-    """Return one panel per measured quantity.
+@styled
+def fit_figure(
+    fit_result: FitResult, units: Mapping[str, str], width: float | None = None
+) -> Figure:
+    """Return one panel per measured quantity; the width is in inches, by default that of a column.
 
     A history shows data and model over time; motions row by row show the model against the data,
     where a perfect fit lies on the diagonal.
     """
     names = list(fit_result.measured)
-    with rc_context(STYLE):
-        height = _HEIGHT * len(names) + _MARGIN
+    wide = COLUMN if width is None else width
+    # Of rows the panels are square.
+    own = min(wide, COLUMN) if fit_result.times is None else _HEIGHT
+    height = min(own * len(names) + _MARGIN, TALLEST)
+    figure = Figure(figsize=(wide, height), layout="constrained")
+    share = fit_result.times is not None
+    rows = [r for _ in names for r in ((3, 1) if share else (1,))]
+    panels: Any = figure.subplots(len(rows), 1, sharex=share, squeeze=False, height_ratios=rows)
+    panels = panels[:, 0]
+    for k, name in enumerate(names):
+        label = text_label(_symbol(name), units[name])
         if fit_result.times is None:
-            height = COLUMN * len(names)
-        figure = Figure(figsize=(COLUMN, height), layout="constrained")
-        share = fit_result.times is not None
-        rows = [r for _ in names for r in ((3, 1) if share else (1,))]
-        panels: Any = figure.subplots(
-            len(rows), 1, sharex=share, squeeze=False, height_ratios=rows
-        )[:, 0]
-        for k, name in enumerate(names):
-            label = text_label(_symbol(name), units[name])
-            if fit_result.times is None:
-                _draw_rows(panels[k], fit_result, name, label)
-            else:
-                _draw_history(panels[2 * k], fit_result, name, label)
-                _draw_residual(panels[2 * k + 1], fit_result, name, units[name])
-        if fit_result.times is not None:
-            panels[-1].set_xlabel(text_label("time", "ms"))
-        panels[0].legend(loc="best")
+            _draw_rows(panels[k], fit_result, name, label)
+        else:
+            _draw_history(panels[2 * k], fit_result, name, label)
+            _draw_residual(panels[2 * k + 1], fit_result, name, units[name])
+    if fit_result.times is not None:
+        panels[-1].set_xlabel(text_label("time", "ms"))
+    panels[0].legend(loc="best")
     return figure
 
 

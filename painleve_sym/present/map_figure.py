@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from matplotlib import patheffects, rc_context
+from matplotlib import patheffects
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.colors import BoundaryNorm, ListedColormap
@@ -18,8 +18,16 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 
 from painleve_sym.arrays import Array
 from painleve_sym.escape import figure_text
-from painleve_sym.present.style import DASHES, PALETTE, REFERENCE, STYLE
-from painleve_sym.quantities import axis_label
+from painleve_sym.present.style import (
+    DASHES,
+    PALETTE,
+    REFERENCE,
+    fitted,
+    legend_below,
+    styled,
+    value_text,
+)
+from painleve_sym.quantities import axis_label, symbol_latex
 from painleve_sym.study.maps.case_codes import LEGEND
 from painleve_sym.study.maps.region_map import RegionMap
 
@@ -62,23 +70,28 @@ FLOW_GRID = 120
 """Points along an axis of the flow: finer ones do not show."""
 
 
-def map_figure(regions: RegionMap) -> Figure:
-    """Return the figure of a map, wider than a column, narrower than a page."""
-    with rc_context(STYLE):
-        figure = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
-        axes = figure.add_subplot()
-        _fill(axes, regions)
-        if _flows(regions):
-            _draw_flow(axes, regions)
-        _draw_curves(axes, regions)
-        if len(regions.crossings):
-            axes.plot(*regions.crossings.T, markeredgewidth=0.9, zorder=5, **CROSSING)
-        _draw_thresholds(axes, regions)
-        _label(axes, regions)
-        handles = _legend(regions)
-        columns = 3 if len(handles) > 4 else 2
-        figure.legend(handles=handles, loc="outside lower center", ncols=columns)
+@styled
+def map_figure(regions: RegionMap, width: float | None = None) -> Figure:
+    """Return the figure of a map; its width is in inches, by default between column and page."""
+    figure = map_frame(width)
+    axes = figure.add_subplot()
+    _fill(axes, regions)
+    if _flows(regions):
+        _draw_flow(axes, regions)
+    _draw_curves(axes, regions)
+    if len(regions.crossings):
+        axes.plot(*regions.crossings.T, markeredgewidth=0.9, zorder=5, **CROSSING)
+    _draw_thresholds(axes, regions)
+    _label(axes, regions)
+    axes.set_title(fitted(_title(regions), float(figure.get_figwidth()) - 0.6))
+    legend_below(figure, _legend(regions))
     return figure
+
+
+def map_frame(width: float | None) -> Figure:
+    """Return an empty figure for a map, whose legend comes below it."""
+    wide = WIDTH if width is None else width
+    return Figure(figsize=(wide, HEIGHT * wide / WIDTH), layout="constrained")
 
 
 def code_colours(codes: Mapping[str, int], fills: Mapping[str, str]) -> dict[str, Any]:
@@ -89,9 +102,9 @@ def code_colours(codes: Mapping[str, int], fills: Mapping[str, str]) -> dict[str
     return {"cmap": colours, "norm": BoundaryNorm(borders, len(names))}
 
 
-def fill_patch(fill: str, label: str) -> Patch:
-    """Return the entry of a fill in a legend."""
-    return Patch(facecolor=fill, edgecolor="black", linewidth=0.4, label=label)
+def fill_patch(fill: str) -> Patch:
+    """Return the handle of a fill in a legend."""
+    return Patch(facecolor=fill, edgecolor="black", linewidth=0.4)
 
 
 def _fill(axes: Axes, regions: RegionMap) -> None:
@@ -214,13 +227,22 @@ def _label(axes: Axes, regions: RegionMap) -> None:
         else:
             ticks.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]))
         ticks.set_label_text(axis_label(label, unit))
-    sign = "<" if regions.slip < 0 else ">"
-    held = [f"$\\mu = {regions.parameters['mu']:g}$"] if "mu" in regions.parameters else []
-    held += [f"{name} = {value:g}" for name, value in regions.state.items() if value != 0]
-    axes.set_title(", ".join([figure_text(regions.mechanism), f"$v_t {sign} 0$", *held]))
     for name, pieces in regions.curves.items():
         if len(pieces):
             _name_curve(axes, regions, name, pieces)
+
+
+def _title(regions: RegionMap) -> list[str]:
+    """Return mechanism, direction of slip, and the values that are held, with their units."""
+    sign = "<" if regions.slip < 0 else ">"
+    parts = [figure_text(regions.mechanism), f"$v_t {sign} 0$"]
+    if "mu" in regions.parameters:
+        parts.append(value_text("mu", regions.parameters["mu"], "1"))
+    solved = [part.rpartition(":")[2] for part in regions.close.split(",") if part]
+    for name, value in regions.state.items():
+        if value != 0 and name not in solved:
+            parts.append(value_text(name, value, regions.state_units[name]))
+    return parts + [f"${symbol_latex(name)}$ closes the contact" for name in solved]
 
 
 def _in_pi(value: float, _position: int | None = None) -> str:
@@ -273,15 +295,12 @@ def _curve_label(regions: RegionMap, name: str) -> str:
     return r"A_\mathrm{pull}" if name == "A_pull" else r"A_\mathrm{push}"
 
 
-def _legend(regions: RegionMap) -> list[Any]:
+def _legend(regions: RegionMap) -> dict[str, Any]:
     names = BILATERAL_NAMES if regions.bilateral else NAMES
-    handles: list[Any] = [
-        fill_patch(FILLS[n], names[n])
-        for n in (*(n for n in LEGEND if n != "outside"), "outside")
-        if regions.counts[n]
-    ]
+    shown = [n for n in (*(n for n in LEGEND if n != "outside"), "outside") if regions.counts[n]]
+    handles: dict[str, Any] = {names[n]: fill_patch(FILLS[n]) for n in shown}
     if _flows(regions):
-        handles.append(Line2D([], [], color=FLOW, linewidth=0.6, label="flow of slip"))
+        handles["flow of slip"] = Line2D([], [], color=FLOW, linewidth=0.6)
     if len(regions.crossings):
-        handles.append(Line2D([], [], label="$A = B = 0$", **CROSSING))
+        handles["$A = B = 0$"] = Line2D([], [], **CROSSING)
     return handles

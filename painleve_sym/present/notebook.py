@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from matplotlib import rc_context
+from typing import Any
+
+import numpy as np
 from matplotlib.figure import Figure
 
+from painleve_sym.escape import figure_text
 from painleve_sym.escape import html_text as escape
 from painleve_sym.motion.trajectory import EventRecord, Trajectory
-from painleve_sym.present.style import PALETTE, STYLE, svg_text
-from painleve_sym.quantities import axis_label
+from painleve_sym.present.style import CONTACTS, DASHES, NORMAL, styled, svg_text
+from painleve_sym.quantities import axis_label, scaled_unit
 
 MAX_EVENTS = 12
 """Rows of the table; the others are counted."""
-_HEAD = ("time [s]", "event", "contact", "mode after", "F_n [N]", "F_t [N]")
+_HEAD = ("time (s)", "event", "contact", "mode after", "F_n (N)", "F_t (N)")
 
 
 def trajectory_html(trajectory: Trajectory) -> str:
@@ -48,18 +51,23 @@ def _table(events: tuple[EventRecord, ...]) -> str:
     return f"<table>{''.join(lines)}</table>{note}"
 
 
+@styled
 def _forces(trajectory: Trajectory) -> Figure:
     times = trajectory.fine_times(4)
-    outputs = trajectory.outputs(times)
-    contacts = trajectory.names.contacts
-    with rc_context(STYLE):
-        figure = Figure(figsize=(4.5, 1.6), layout="constrained")
-        axes = figure.add_subplot()
-        for k, contact in enumerate(contacts):
-            end = f"_{contact}" if len(contacts) > 1 else ""
-            axes.plot(times, outputs[f"normal_force{end}"], color=PALETTE[k], label=contact)
-        axes.set_xlabel(axis_label("t", "s"))
-        axes.set_ylabel(axis_label("F_n", "N"))
-        if len(contacts) > 1:
-            axes.legend()
+    scale, unit = scaled_unit("s", trajectory.final_time)
+    outputs, contacts = trajectory.outputs(times), trajectory.names.contacts
+    several = len(contacts) > 1
+    ends = [f"_{contact}" if several else "" for contact in contacts]
+    largest = max(float(np.nanmax(np.abs(outputs[f"normal_force{end}"]))) for end in ends)
+    factor, force_unit = scaled_unit("N", largest)
+    figure = Figure(figsize=(4.5, 1.6), layout="constrained")
+    axes = figure.add_subplot()
+    for k, (contact, end) in enumerate(zip(contacts, ends, strict=True)):
+        colour, dashes = (CONTACTS[k % 5], DASHES[k % 5]) if several else (NORMAL, DASHES[0])
+        look: Any = {"color": colour, "linestyle": dashes, "label": figure_text(contact)}
+        axes.plot(times * scale, outputs[f"normal_force{end}"] * factor, **look)
+    axes.set_xlabel(axis_label("t", unit))
+    axes.set_ylabel(axis_label("F_n", force_unit))
+    if several:
+        axes.legend()
     return figure

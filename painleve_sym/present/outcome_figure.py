@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -13,8 +12,15 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from painleve_sym.arrays import Array
 from painleve_sym.escape import figure_text
-from painleve_sym.present.map_figure import HEIGHT, WIDTH, code_colours, fill_patch
-from painleve_sym.present.style import DASHES, PALETTE, REFERENCE, STYLE
+from painleve_sym.present.map_figure import code_colours, fill_patch, map_frame
+from painleve_sym.present.style import (
+    DASHES,
+    PALETTE,
+    REFERENCE,
+    fitted,
+    legend_below,
+    styled,
+)
 from painleve_sym.quantities import axis_label, scaled_unit, symbol_latex
 from painleve_sym.study.critical.outcome_map import LEGEND, OutcomeMap
 
@@ -42,33 +48,35 @@ LINES: dict[str, tuple[str, dict[str, Any]]] = {
 """The other critical force is the border of the fills."""
 
 
-def outcome_figure(outcomes: OutcomeMap) -> Figure:
-    """Return the figure of an outcome map, wider than a column, narrower than a page."""
-    with rc_context(STYLE):
-        figure = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
-        axes = figure.add_subplot()
-        _fill(axes, outcomes)
-        for name, (_, look) in LINES.items():
-            forces = getattr(outcomes, name)
-            # 0 stands for no critical force.
-            axes.plot(outcomes.values, np.where(forces > 0, forces, np.nan), zorder=3, **look)
-        if outcomes.logarithmic:
-            axes.set_xscale("log")
-        axes.set_xlim(outcomes.values[0], outcomes.values[-1])
-        axes.set_ylim(outcomes.forces[0], outcomes.forces[-1])
-        factor, unit = 1.0, outcomes.unit
-        if not outcomes.logarithmic:
-            factor, unit = scaled_unit(unit, float(np.abs(outcomes.values).max()))
-            axes.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]))
-            axes.xaxis.set_major_formatter(
-                FuncFormatter(lambda x, _: f"{x * factor:.6g}".replace("-", "\u2212"))
-            )
-        axes.set_xlabel(axis_label(symbol_latex(outcomes.over), unit))
-        axes.set_ylabel(axis_label("F_{n0}", "N"))
-        axes.set_title(f"{figure_text(outcomes.mechanism)}, {outcomes.law}")
-        handles: list[Any] = [fill_patch(FILLS[n], NAMES[n]) for n in FILLS if outcomes.counts[n]]
-        handles += [Line2D([], [], label=label, **look) for label, look in LINES.values()]
-        figure.legend(handles=handles, loc="outside lower center", ncols=2)
+@styled
+def outcome_figure(outcomes: OutcomeMap, width: float | None = None) -> Figure:
+    """Return the figure of an outcome map; its width is in inches, by default that of a map."""
+    figure = map_frame(width)
+    axes = figure.add_subplot()
+    _fill(axes, outcomes)
+    handles: dict[str, Any] = {NAMES[n]: fill_patch(FILLS[n]) for n in FILLS if outcomes.counts[n]}
+    for name, (label, look) in LINES.items():
+        forces = getattr(outcomes, name)
+        # 0 stands for no critical force.
+        axes.plot(outcomes.values, np.where(forces > 0, forces, np.nan), zorder=3, **look)
+        if ((forces > outcomes.forces[0]) & (forces < outcomes.forces[-1])).any():
+            handles[label] = Line2D([], [], **look)
+    if outcomes.logarithmic:
+        axes.set_xscale("log")
+    axes.set_xlim(outcomes.values[0], outcomes.values[-1])
+    axes.set_ylim(outcomes.forces[0], outcomes.forces[-1])
+    factor, unit = 1.0, outcomes.unit
+    if not outcomes.logarithmic:
+        factor, unit = scaled_unit(unit, float(np.abs(outcomes.values).max()))
+        axes.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]))
+        axes.xaxis.set_major_formatter(
+            FuncFormatter(lambda x, _: f"{x * factor:.6g}".replace("-", "\u2212"))
+        )
+    axes.set_xlabel(axis_label(symbol_latex(outcomes.over), unit))
+    axes.set_ylabel(axis_label("F_{n0}", "N"))
+    title = [figure_text(outcomes.mechanism), figure_text(outcomes.law)]
+    axes.set_title(fitted(title, float(figure.get_figwidth()) - 0.6))
+    legend_below(figure, handles)
     return figure
 
 

@@ -53,7 +53,8 @@ def write_report(
     for item in reproduction.items:
         if item.series is not None:
             label = reproduction.label(item)
-            figures[label] = save(draw(item.series), out / FIGURES / label, look)
+            panels = draw(item.series, look.width if look else None)
+            figures[label] = save(panels, out / FIGURES / label, look)
     report, page, results = (out / n for n in ("report.md", "report.html", "results.json"))
     _write(results, _results(reproduction, figures, out))
     _write(report, markdown(reproduction))

@@ -21,7 +21,7 @@ from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.present.animation import Animation
 from painleve_sym.present.page import Page, Part, figure, paragraph, preformatted, table
 from painleve_sym.present.style import event_label, svg_text
-from painleve_sym.present.trajectory_plot import trajectory_figure
+from painleve_sym.present.trajectory_figure import trajectory_figure
 from painleve_sym.references import Reference, citation
 from painleve_sym.study.scenario import Scenario
 

@@ -6,18 +6,18 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from matplotlib import rc_context
 from matplotlib.figure import Figure
 from sympy import Symbol, latex
 
 from painleve_sym.motion.sensitivity.result import SensitiveTrajectory
-from painleve_sym.present.style import COLUMN, DASHES, PALETTE, REFERENCE, STYLE
+from painleve_sym.present.style import COLUMN, DASHES, PALETTE, REFERENCE, styled
 from painleve_sym.quantities import text_label
 
 _MARGIN = 1.02
 """The end of the drawn motion, in units of the time of its last event."""
 
 
+@styled
 def sensitivity_figure(
     sensitivity: SensitiveTrajectory,
     quantity: str,
@@ -38,20 +38,20 @@ def sensitivity_figure(
         times = times[times <= _MARGIN * sensitivity.events[-1].event.time]
     values, slopes = run.values(quantity, times), sensitivity.gradient(quantity, times)
     sizes = np.array([run.parameters.get(name, 1.0) for name in sensitivity.wrt])
-    with rc_context(STYLE):
-        figure = Figure(figsize=(COLUMN, 3.6), layout="constrained")
-        panels: Any = figure.subplots(2, 1, sharex=True)
-        panels[0].plot(times * 1e3, values, color=PALETTE[0])
-        panels[0].set_ylabel(label)
-        for k, name in enumerate(sensitivity.wrt):
-            symbol = (symbols or {}).get(name) or latex(Symbol(name))
-            text = rf"${symbol}\,\partial/\partial {symbol}$"
-            look: Any = {"color": PALETTE[1 + k % 4], "linestyle": DASHES[k % len(DASHES)]}
-            panels[1].plot(times * 1e3, slopes[:, k] * sizes[k], label=text, **look)
-        for axes in panels:
-            for e in sensitivity.events:
-                axes.axvline(e.event.time * 1e3, color=REFERENCE, linewidth=0.6, zorder=0)
-        panels[1].set_ylabel(f"change of {label}")
-        panels[1].set_xlabel(text_label("time", "ms"))
-        panels[1].legend(loc="best")
+    figure = Figure(figsize=(COLUMN, 3.6), layout="constrained")
+    panels: Any = figure.subplots(2, 1, sharex=True)
+    panels[0].plot(times * 1e3, values, color=PALETTE[0])
+    panels[0].set_ylabel(label)
+    for k, name in enumerate(sensitivity.wrt):
+        symbol = (symbols or {}).get(name) or latex(Symbol(name))
+        text = rf"${symbol}\,\partial/\partial {symbol}$"
+        look: Any = {"color": PALETTE[1 + k % 4], "linestyle": DASHES[k % len(DASHES)]}
+        panels[1].plot(times * 1e3, slopes[:, k] * sizes[k], label=text, **look)
+    for axes in panels:
+        for e in sensitivity.events:
+            axes.axvline(e.event.time * 1e3, color=REFERENCE, linewidth=0.6, zorder=0)
+    panels[1].set_ylabel(f"change of {label}")
+    panels[1].set_xlabel(text_label("time", "ms"))
+    panels[1].legend(loc="best")
+
     return figure

@@ -2,21 +2,30 @@
 
 from __future__ import annotations
 
+import functools
 import io
 import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ParamSpec
 
 import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from painleve_sym.errors import InputError
 from painleve_sym.escape import html_text as escape
 from painleve_sym.files import write_beside
+from painleve_sym.present.fonts import FAMILY, make_legible, text_width
+from painleve_sym.quantities import number_latex, symbol_latex
+
+P = ParamSpec("P")
 
 _METADATA: dict[str, dict[str, Any]] = {
     # Neither a date nor a version.
@@ -26,6 +35,10 @@ _METADATA: dict[str, dict[str, Any]] = {
 }
 COLUMN, PAGE = 3.4, 7.0
 """Widths of one column and of the page; inch."""
+NARROW = 5.0
+"""Figures narrower than this have their panels below each other; inch."""
+TALLEST = 9.0
+"""Height of a figure that fits a journal's page with its caption; inch."""
 DPI = 300
 """Resolution of the PNG: 1020 or 2100 pixels wide, as journals want it."""
 
@@ -38,7 +51,12 @@ DASHES: tuple[Any, ...] = (
     (0, (1, 1)),
     (0, (7, 1.5, 1, 1.5, 1, 1.5)),
 )
+CONTACTS = (PALETTE[0], PALETTE[3], PALETTE[4], PALETTE[1], PALETTE[2])
+"""Colours of several contacts; each has its dashes, too."""
 REFERENCE = "#7F7F7F"
+# Okabe's blue made darker and his vermilion lighter: so the two differ in grey, too.
+NORMAL, TANGENTIAL = "#005A9C", "#E66100"
+"""Colours of the normal and of the tangential force."""
 ADMISSIBLE = "#56B4E9"
 
 
@@ -72,10 +90,16 @@ def event_label(kind: str) -> str:
     return MARKERS[kind].name if kind in MARKERS else kind.replace("_", " ")
 
 
+_COLUMNS = {1: 1, 2: 2, 4: 2}
+"""Columns of panels by their number; 3 of others."""
+_LEGEND_ROW = 0.17
+"""Height of a row of a legend; inch."""
+ROUNDING = 1e-13
+"""Part of the scale of a quantity below which its changes are rounding."""
+
 # Any: the stubs of matplotlib type every key by name.
 STYLE: Any = {
-    # STIX comes with matplotlib and looks like a journal's text: the same on every machine.
-    "font.family": "STIXGeneral",
+    "font.family": FAMILY,
     "mathtext.fontset": "stix",
     "font.size": 9.0,
     "axes.labelsize": 9.0,
@@ -85,6 +109,7 @@ STYLE: Any = {
     "axes.linewidth": 0.6,
     "axes.formatter.useoffset": False,
     "axes.formatter.limits": (-4, 5),
+    "axes.formatter.use_mathtext": True,
     "axes.unicode_minus": True,
     "axes.xmargin": 0.03,
     "axes.ymargin": 0.06,
@@ -110,6 +135,96 @@ STYLE: Any = {
 }
 
 
+def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
+    """Let a function draw in the style of the project, with fonts that have every letter."""
+
+    @functools.wraps(draw)
+    def drawn(*args: P.args, **kwargs: P.kwargs) -> Figure:
+        with matplotlib.rc_context(STYLE):
+            figure = draw(*args, **kwargs)
+            for text in figure.findobj(Text):
+                make_legible(text)
+        return figure
+
+    return drawn
+
+
+def value_text(name: str, value: float, unit: str = "1") -> str:
+    """Return a value of a coordinate, velocity or parameter as a formula with its unit."""
+    return f"${symbol_latex(name)} = {number_latex(value)}$" + (f" {unit}" if unit != "1" else "")
+
+
+def fitted(parts: Sequence[str], width: float) -> str:
+    """Return the parts as a title, separated by commas, on lines that fit the width; inch."""
+    lines: list[str] = []
+    for part in parts:
+        longer = f"{lines[-1]}, {part}" if lines else part
+        if lines and text_width(longer, STYLE["axes.titlesize"]) <= width:
+            lines[-1] = longer
+        else:
+            lines = [*lines[:-1], f"{lines[-1]},", part] if lines else [part]
+    return "\n".join(lines)
+
+
+def legend_below(figure: Figure, entries: Mapping[str, Any]) -> None:
+    """Draw a legend of handles by name below the figure, in columns that fit its width.
+
+    The figure becomes as much higher, up to `TALLEST`. Entries are read row by row.
+    """
+    if not entries:
+        return
+    names = list(entries)
+    width, height = figure.get_size_inches()
+    # The widest text with the handle, gap and column spacing of the legend.
+    size = max(text_width(name, STYLE["legend.fontsize"]) for name in names) + 0.6
+    columns = max(1, min(len(names), int((width + 0.16) / size)))
+    rows = -(-len(names) // columns)
+    columns = -(-len(names) // rows)
+    # Legends are filled column by column.
+    by_column = [name for i in range(columns) for name in names[i::columns]]
+    figure.set_size_inches(width, min(height + _LEGEND_ROW * rows, TALLEST))
+    handles = [entries[name] for name in by_column]
+    figure.legend(handles, by_column, loc="outside lower center", ncols=columns)
+
+
+def panel_grid(
+    count: int, width: float | None, height: float, own: float = PAGE
+) -> tuple[Figure, list[Axes]]:
+    """Return a figure with panels in two or three columns, or below each other in a narrow one.
+
+    Width, by default the figure's own, and height of a panel are in inches; the height shrinks
+    where the panels do not fit a page.
+    """
+    wide = own if width is None else width
+    columns = 1 if wide < NARROW else _COLUMNS.get(count, 3)
+    rows = -(-count // columns)
+    size = (wide, rows * min(height, TALLEST / rows))
+    figure = Figure(figsize=size, layout="constrained")
+    grid = figure.subplots(rows, columns, squeeze=False).ravel()
+    for axes in grid[count:]:
+        axes.remove()
+    return figure, list(grid[:count])
+
+
+def legend_entries(axes: Iterable[Axes]) -> dict[str, Any]:
+    """Return the labelled artists of panels by label, each label once."""
+    entries: dict[str, Any] = {}
+    for panel in axes:
+        for handle, name in zip(*panel.get_legend_handles_labels(), strict=True):
+            entries.setdefault(name, handle)
+    return entries
+
+
+def show_above_rounding(axes: Axes, scale: float) -> None:
+    """Draw a curve flat that varies by rounding only, less than 1e-13 of the scale of its axis."""
+    low, high = axes.dataLim.intervaly
+    size = max(abs(low), abs(high), scale)
+    if np.isfinite(size) and 0 < high - low <= ROUNDING * size:
+        middle, half = (high + low) / 2, 0.05 * max(scale, abs(high))
+        middle = 0.0 if abs(middle) <= ROUNDING * size else middle
+        axes.set_ylim(middle - half, middle + half)
+
+
 def log_ticks(axis: Any) -> None:
     """Mark few powers of ten along a logarithmic axis, without numbers between."""
     axis.set_major_locator(LogLocator(numticks=6))
@@ -119,9 +234,9 @@ def log_ticks(axis: Any) -> None:
 
 @dataclass(frozen=True)
 class Look:
-    """Choices of a caller about a finished figure; by default they are the figure's own.
+    """Choices of a caller about a figure; by default they are the figure's own.
 
-    The width is in inches, and the height keeps its share; without titles, panels keep their
+    The width, for which the figure is drawn, is in inches; without titles, panels keep their
     letters.
     """
 
@@ -130,10 +245,7 @@ class Look:
     file_format: str = ""
 
     def apply(self, figure: Figure) -> None:
-        """Change the figure."""
-        if self.width is not None:
-            own = figure.get_size_inches()
-            figure.set_size_inches(self.width, own[1] * max(self.width / own[0], 0.75))
+        """Remove the titles of a finished figure where they are not wanted."""
         if not self.titled:
             for axes in figure.axes:
                 letter = re.match(r"\([a-z]\)", axes.get_title(loc="left"))
@@ -143,8 +255,8 @@ class Look:
 def write_figure(figure: Figure, path: str | Path, look: Look | None = None) -> None:
     """Write a figure as PNG, SVG or PDF, as the suffix says: whole, or not at all.
 
-    Equal figures give equal files: no date, no version, no random ids. The look replaces the width,
-    titles and format of figure and suffix. InputError for another suffix, or a folder that cannot
+    Equal figures give equal files: no date, no version, no random ids. The look has the last word
+    on titles and format. InputError for another suffix, or a folder that cannot
     be written.
     """
     path, chosen = Path(path), look or Look()

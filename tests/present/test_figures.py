@@ -1,71 +1,26 @@
 """Figures as a reader meets them: legible, labelled, nothing on top of anything else."""
 
-import itertools
 import re
 from pathlib import Path
 
-import matplotlib
 import numpy as np
 import pytest
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import painleve_sym
 from painleve_sym.errors import InputError
 from painleve_sym.papers.panels import FORCE, TIME_MS, Mark, Panel, line
 from painleve_sym.papers.registry import reproduce
 from painleve_sym.present.figures import draw
-from painleve_sym.present.style import COLUMN, MARKERS, PAGE, STYLE
+from painleve_sym.present.style import COLUMN, MARKERS, PAGE
 from painleve_sym.quantities import axis_label, text_label
+from tests.present.reading import assert_texts_apart, assert_texts_legible, painted
 
 FIGURES = ("fig-2", "fig-4", "fig-8", "fig-10", "fig-12")
 
 
-def drawn(series):
-    figure = draw(series)
-    with matplotlib.rc_context(STYLE):
-        FigureCanvasAgg(figure).draw()
-    return figure
-
-
 @pytest.fixture(scope="module")
 def figures():
-    return {item.id: (item, drawn(item.series)) for item in reproduce(FIGURES).items}
-
-
-def texts_of(figure):
-    """Return every text that shows, with what it is."""
-    texts = []
-    for axes in figure.axes:
-        low, high = axes.get_xlim(), axes.get_ylim()
-        texts += [axes.xaxis.label, axes.yaxis.label, axes.title, axes._left_title, *axes.texts]
-        for axis, (a, b) in ((axes.xaxis, low), (axes.yaxis, high)):
-            ticks = zip(axis.get_majorticklocs(), axis.get_majorticklabels(), strict=True)
-            texts += [label for place, label in ticks if min(a, b) <= place <= max(a, b)]
-    for legend in figure.legends:
-        texts += legend.get_texts()
-    return [t for t in texts if t.get_text() and t.get_visible()]
-
-
-def assert_texts_apart(figure, name):
-    boxes = [(t.get_text(), t.get_window_extent()) for t in texts_of(figure)]
-    for (a, first), (b, second) in itertools.combinations(boxes, 2):
-        # Half a pixel: boxes of neighbouring lines may touch.
-        apart = (
-            first.x1 <= second.x0 + 0.5
-            or second.x1 <= first.x0 + 0.5
-            or first.y1 <= second.y0 + 0.5
-            or second.y1 <= first.y0 + 0.5
-        )
-        assert apart, f"{name}: {a!r} lies on {b!r}"
-
-
-def assert_texts_legible(figure):
-    width, height = figure.bbox.width, figure.bbox.height
-    for text in texts_of(figure):
-        box = text.get_window_extent()
-        assert text.get_fontsize() >= 8, text.get_text()
-        inside = box.x0 >= -0.5 and box.y0 >= -0.5
-        assert inside and box.x1 <= width + 0.5 and box.y1 <= height + 0.5, text.get_text()
+    return {item.id: (item, painted(draw(item.series))) for item in reproduce(FIGURES).items}
 
 
 @pytest.mark.parametrize("name", FIGURES)
@@ -82,7 +37,7 @@ def test_figure_texts_stay_inside_and_are_legible(figures, name):
 def test_texts_of_every_figure_are_apart_and_legible():
     for item in reproduce().items:
         if item.series is not None:
-            figure = drawn(item.series)
+            figure = painted(draw(item.series))
             assert_texts_apart(figure, item.id)
             assert_texts_legible(figure)
 

@@ -34,7 +34,8 @@ ROD_FAMILY = ("rod", "rod-inertia")
 _ARRAYS = ("case", "A", "B", "A_stick", "B_stick", "stick_feasible", "crossings")
 _OPTIONAL = ("flow", "A_pull")
 _PLACE = ("over", "labels", "units", "values", "state", "parameters", "close")
-_TEXTS = ("mechanism", "over", "labels", "units", "slip", "thresholds", "state", "parameters")
+_HELD = ("state", "state_units", "parameters")
+_TEXTS = ("mechanism", "over", "labels", "units", "slip", "thresholds", *_HELD)
 
 
 @dataclass(frozen=True, repr=False)
@@ -75,6 +76,8 @@ class RegionMap:
         are equal.
     state, parameters : dict of str to float
         Values that are constant over the map.
+    state_units : dict of str to str
+        Unit of each value of `state`.
     close : str
         What was solved for at every point so that the contact is closed, `state` having the first
         guess; empty where nothing was.
@@ -102,6 +105,7 @@ class RegionMap:
     thresholds: dict[str, float]
     state: dict[str, float]
     parameters: dict[str, float]
+    state_units: dict[str, str]
     close: str = ""
     A_pull: Array | None = None
 
@@ -272,6 +276,7 @@ def region_map(
         curves=curves,
         crossings=crossings,
         thresholds=thresholds,
+        state_units={name: mechanism.units[name] for name in place.state},
     )
 
 
