@@ -189,7 +189,6 @@ class ContactStates(ABC):
             definitions=definitions,
             modes=tuple(modes),
             starts=starts,
-            uncontrolled=self.dissipations,
             preparation=preparation(self),
             **more,
         )

@@ -155,7 +155,7 @@ def preparation(contacts: ContactStates) -> Preparation:
         force=force,
         states=states,
         admits=admits,
-        scales=scales | dict.fromkeys(contacts.dissipations, sp.oo),
+        scales=scales,
         terms=tuple(terms.all),
     )
 
@@ -194,6 +194,7 @@ def _scales(
         c.symbol: length if c.unit == "m" else sp.Integer(1) for c in system.coordinates
     }
     scales[TIME] = length / terms.root(2 * energy * numbers[0]["W_nn"])
+    scales |= dict.fromkeys(contacts.dissipations, energy)
     for k, speed in enumerate(system.q_dot):
         scales[speed] = terms.root(2 * energy / terms("mass", system.mass_matrix[k, k]))
     given = zip(contacts.rows, contacts.model.own_laws, numbers, of_contacts, strict=True)

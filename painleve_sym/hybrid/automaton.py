@@ -328,8 +328,6 @@ class HybridAutomaton:
     modes : tuple of Mode
     starts : tuple of Choice
         Choices of the mode of a start state; the immediate transitions of that mode apply next.
-    uncontrolled : tuple of sympy.Symbol
-        States that do not steer the step size (quadratures).
     terms : tuple of Definition or LinearSystem
         Abbreviations that every expression may use, each in terms of those before it.
     parts : tuple of Part
@@ -356,7 +354,6 @@ class HybridAutomaton:
     definitions: Mapping[sp.Symbol, sp.Expr]
     modes: tuple[Mode, ...]
     starts: tuple[Choice, ...]
-    uncontrolled: tuple[sp.Symbol, ...] = ()
     terms: tuple[Definition | LinearSystem, ...] = ()
     parts: tuple[Part, ...] = ()
     preference: int = 1

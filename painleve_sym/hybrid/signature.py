@@ -60,7 +60,6 @@ class Outline:
     parameter_names: tuple[str, ...]
     definition_names: tuple[str, ...]
     modes: tuple[ModeOutline, ...]
-    uncontrolled_names: tuple[str, ...]
     kinds: tuple[EventKind, ...]
     contacts: tuple[str, ...]
     output_names: tuple[str, ...]
@@ -86,7 +85,6 @@ class Outline:
             parameter_names=_names(automaton.parameters),
             definition_names=_names(automaton.definitions),
             modes=modes,
-            uncontrolled_names=_names(automaton.uncontrolled),
             kinds=automaton.kinds,
             contacts=automaton.contacts,
             output_names=automaton.output_names,

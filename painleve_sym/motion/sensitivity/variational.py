@@ -301,11 +301,10 @@ class Directions:
             final_time = raw.memory[functions.event_entries["time"]]
         if valid < math.inf:
             final, fixed, final_time = (np.full_like(a, np.nan) for a in (final, fixed, final_time))
-        finite = np.where(np.isfinite(scale), scale, 1.0)
         return SensitiveTrajectory(
             trajectory=trajectory,
             wrt=self.wrt,
-            record=RunDerivatives(self, raw, trajectory, marks, verdicts, sizes, finite),
+            record=RunDerivatives(self, raw, trajectory, marks, verdicts, sizes, scale),
             final_jacobian=final,
             final_time_gradient=final_time,
             fixed_time_jacobian=fixed,
