@@ -235,7 +235,7 @@ def test_landing_of_the_rod_equals_scipy(name, theta, slip, approach, mu, log_k_
     side=st.sampled_from([-1, 1]),
 )
 def test_sliding_contact_does_not_feel_a_stiff_spring(law, slip, approach, mu, side):
-    # k_t > μ Ḟ_n/|v_t| all along: not one bit of the motion up to the end of the slip differs.
+    # k_t > μ Ḟ_n/|v_t| all along: the motion up to the end of the slip is the same.
     state = {"theta": 1.0, "x_A_dot": side * slip, "y_A_dot": -approach}
     options = {"t_end": 0.01, "until": ("slip_stop", "separation")}
     plain = rod(law, "coulomb").run(state, parameters={"mu": mu}, **options)
@@ -268,7 +268,7 @@ def test_order_of_convergence_to_a_rigid_tangent(name):
         run = rod().run(state, parameters={**parameters, K_T: float(k_t)}, **options)
         errors.append(max(abs(run.final[n] - plain.final[n]) for n in VELOCITIES))
     if order is None:
-        assert errors == [0.0, 0.0, 0.0]
+        assert max(errors) < 1e-15  # steps differ: they follow the work of friction, too
     else:
         slope = -np.polyfit(np.log(stiffnesses), np.log(errors), 1)[0]
         assert slope == pytest.approx(order, abs=0.02)
