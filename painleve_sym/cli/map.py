@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Mapping
+from fractions import Fraction
 from typing import Any
 
 from painleve_sym.cli.case import chosen_mechanism
@@ -28,6 +30,7 @@ from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.study.maps.region_map import RegionMap, region_map
 from painleve_sym.study.scenario import Scenario
 
+SHOWN_CROSSINGS = 20
 _CASES = {
     "slip": "one solution, the contact slides on",
     "liftoff": "one solution, the contact opens",
@@ -97,14 +100,37 @@ def _show(regions: RegionMap, mechanism: Mechanism) -> None:
     share = 100 * data["stick_feasible_count"] / total
     show(f"a contact without slip velocity could stick at {share:.2f} % of the points")
     show()
-    if len(regions.crossings):
-        show("A = 0 and B = 0 cross at")
-        head = [f"{n} [{u}]" for n, u in zip(regions.over, regions.units, strict=True)]
-        rows_of_numbers = [[number(v, 15) for v in row] for row in regions.crossings.tolist()]
-        show_table(head, rows_of_numbers, left=())
-    else:
-        show("A = 0 and B = 0 do not cross here")
+    _show_zeros(regions)
     if "mu_P" in regions.thresholds:
         show(f"A < 0 is possible for mu > mu_P = {number(regions.thresholds['mu_P'], 9)}")
     if "mu_C" in regions.thresholds:
         show(f"second threshold mu_C = 2/sqrt(3) mu_P = {number(regions.thresholds['mu_C'], 9)}")
+
+
+def _show_zeros(regions: RegionMap) -> None:
+    """Print where A and B vanish together along curves, and where A = 0 and B = 0 cross."""
+    units = dict(zip(regions.over, regions.units, strict=True))
+    for curve in regions.shared_zeros:
+        at = ", ".join(f"{name} = {_angle(value, units[name])}" for name, value in curve.items())
+        along = "along" if len(curve) == 1 else "along a curve through"
+        show(f"A and B vanish together {along} {at}")
+    if not len(regions.crossings):
+        cross = "cross nowhere else" if regions.shared_zeros else "do not cross here"
+        show(f"A = 0 and B = 0 {cross}")
+        return
+    show("A = 0 and B = 0 cross at")
+    head = [f"{n} [{u}]" for n, u in units.items()]
+    rows = [[number(v, 15) for v in row] for row in regions.crossings[:SHOWN_CROSSINGS].tolist()]
+    show_table(head, rows, left=())
+    if (hidden := len(regions.crossings) - SHOWN_CROSSINGS) > 0:
+        show(f"  and at {hidden} more, which --json lists")
+
+
+def _angle(value: float, unit: str) -> str:
+    """Return a number with its unit; an angle that is a part of a turn as such, like pi/2."""
+    twelfths = 12 * value / math.pi
+    if unit != "rad" or not round(twelfths) or abs(twelfths - round(twelfths)) > 1e-9:
+        return quantity(value, unit, 9)
+    part = Fraction(round(twelfths), 12)
+    above = {1: "pi", -1: "-pi"}.get(part.numerator, f"{part.numerator} pi")
+    return above if part.denominator == 1 else f"{above}/{part.denominator}"

@@ -188,6 +188,35 @@ def gap_slopes(mechanism: Mechanism, i: int) -> Quantities:
     return quantities(f"gap {i}", mechanism.definition, argument_names(mechanism), derive)
 
 
+def gap_roots(mechanism: Mechanism, i: int) -> Quantities:
+    """Return what solves gap = 0 in closed form, for every coordinate where there is one.
+
+    root_NAME is the root of a gap that is linear in the coordinate. A gap that is
+    mean_NAME + cosine_NAME cos(NAME) + sine_NAME sin(NAME) has two in every turn.
+    """
+
+    def derive() -> tuple[dict[str, Any], tuple[Any, ...]]:
+        import sympy as sp
+
+        gap, formulas = mechanism.contacts[i].gap, {}
+        for q, coordinate in zip(mechanism.system.q, mechanism.outline.coordinates, strict=True):
+            slope = gap.diff(q)
+            bend = sp.expand(slope.diff(q))
+            if slope == 0:
+                continue
+            if bend == 0:
+                formulas[f"root_{q.name}"] = -gap.subs(q, 0) / slope
+            elif coordinate.unit == "rad" and sp.expand(bend.diff(q) + slope) == 0:
+                ahead, behind, across = (gap.subs(q, at) for at in (0, sp.pi, sp.pi / 2))
+                mean = (ahead + behind) / 2
+                formulas[f"mean_{q.name}"] = mean
+                formulas[f"cosine_{q.name}"] = (ahead - behind) / 2
+                formulas[f"sine_{q.name}"] = across - mean
+        return formulas, argument_symbols(mechanism)
+
+    return quantities(f"roots {i}", mechanism.definition, argument_names(mechanism), derive)
+
+
 def _solved(mechanism: Mechanism, unknown: Unknown, values: Mapping[str, Array]) -> Array:
     """Return the unknown in n states, nan where nothing closes the contact; shape (n,)."""
     if not len(values[unknown.name]):
@@ -228,9 +257,71 @@ def _closing_coordinates(
 ) -> Array:
     """Return the nearest value of the coordinate with gap = 0; inside the domain where one is."""
     at = contact_numbers(mechanism, unknown.contact).at(values)
-    near = at["gap_tolerance"]
+    start, near = values[unknown.name], at["gap_tolerance"]
+    roots = _closed_form_roots(mechanism, unknown, values)
+    if roots is None:
+        return _searched(mechanism, unknown, values, at)
+    away = abs(roots - start)
+    inside = np.stack([_in_domain(mechanism, {**values, unknown.name: row}) for row in roots])
+    choice = np.where(
+        inside.any(axis=0), np.where(inside, away, np.inf).argmin(axis=0), away.argmin(axis=0)
+    )
+    root = np.take_along_axis(roots, choice[None], 0)[0]
+    slopes, name = gap_slopes(mechanism, unknown.contact), unknown.name
+    at_root = slopes.at({**values, name: root})
+    with np.errstate(all="ignore"):
+        better = root - at_root["gap"] / at_root[f"gap_by_{unknown.coordinate}"]
+    left = [abs(at_root["gap"]), abs(slopes.at({**values, name: better})["gap"])]
+    root = np.where(left[1] < left[0], better, root)
+    root = np.where(np.fmin(*left) <= near, root, np.nan)
+    return np.where(abs(at["gap"]) <= near, start, root)
+
+
+def _closed_form_roots(
+    mechanism: Mechanism, unknown: Unknown, values: Mapping[str, Array]
+) -> Array | None:
+    """Return what may make gap = 0, of angles up to a turn away; shape (k, n).
+
+    None where there is no closed form.
+    """
+    name, start = unknown.name, values[unknown.name]
+    forms = gap_roots(mechanism, unknown.contact)
+    linear = f"root_{name}" in forms.names
+    if not linear and f"mean_{name}" not in forms.names:
+        return None
+    at = forms.at(values)
+    if linear:
+        return at[f"root_{name}"][None]
+    cosine, sine = at[f"cosine_{name}"], at[f"sine_{name}"]
+    with np.errstate(all="ignore"):
+        # Where the gap turns before it is 0, the turn: it may touch.
+        half = np.arccos(np.clip(-at[f"mean_{name}"] / np.hypot(cosine, sine), -1, 1))
+        ahead = np.arctan2(sine, cosine) + np.stack([half, -half]) - start
+        # Of equally near ones the first is taken, that below.
+        turns = np.concatenate([-np.mod(-ahead, 2 * math.pi), np.mod(ahead, 2 * math.pi)])
+    roots: Array = start + turns
+    return roots
+
+
+def _gap_of(mechanism: Mechanism, unknown: Unknown, values: Mapping[str, Array]) -> Gap:
+    """Return gap and slope as a function of the states' numbers and the coordinate."""
+    slopes, name = gap_slopes(mechanism, unknown.contact), unknown.name
+    varied = {n for n, v in values.items() if (v != v[0]).any()}
+
+    def gap(rows: IntArray, x: Array) -> tuple[Array, Array]:
+        own = {n: v[rows] if n in varied else np.full(len(x), v[0]) for n, v in values.items()}
+        numbers = slopes.at({**own, name: x})
+        return numbers["gap"], numbers[f"gap_by_{name}"]
+
+    return gap
+
+
+def _searched(
+    mechanism: Mechanism, unknown: Unknown, values: Mapping[str, Array], at: Mapping[str, Array]
+) -> Array:
+    """Return what `_closing_coordinates` does by a search; `at` are the contact's numbers."""
     # Neither velocities nor friction play a part: each other combination is solved once.
-    outline = mechanism.outline
+    outline, near = mechanism.outline, at["gap_tolerance"]
     idle = {*outline.velocity_names, *(c.friction for c in outline.contacts)}
     columns = [v for n, v in values.items() if n not in idle and n in outline.argument_names]
     varied = [v for v in (*columns, near) if (v != v[0]).any()]
@@ -246,19 +337,12 @@ def _closing_coordinates(
 def _nearest_roots(
     mechanism: Mechanism, unknown: Unknown, values: Mapping[str, Array], at: Mapping[str, Array]
 ) -> Array:
-    """Return what `_closing_coordinates` does, for states whose numbers are known."""
-    slopes, name = gap_slopes(mechanism, unknown.contact), unknown.name
+    """Return what `_searched` does, for states that differ in more than velocities."""
+    gap, name = _gap_of(mechanism, unknown, values), unknown.name
     start, near = values[name], at["gap_tolerance"]
     unit = mechanism.units[name]
     length = np.maximum(near / CONTACT_TOLERANCE, np.maximum(abs(start), abs(at["gap"])))
     reach = np.full(len(start), 2 * math.pi) if unit == "rad" else 4 * length
-
-    varied = {n for n, v in values.items() if (v != v[0]).any()}
-
-    def gap(rows: IntArray, x: Array) -> tuple[Array, Array]:
-        own = {n: v[rows] if n in varied else np.full(len(x), v[0]) for n, v in values.items()}
-        numbers = slopes.at({**own, name: x})
-        return numbers["gap"], numbers[f"gap_by_{name}"]
 
     # A gap that repeats after a turn has no other roots beyond it.
     last = _EVEN if unit == "rad" and _repeats(gap, start, at["gap"], length) else len(_AWAY) - 1

@@ -242,7 +242,10 @@ def _title(regions: RegionMap) -> list[str]:
     for name, value in regions.state.items():
         if value != 0 and name not in solved:
             parts.append(value_text(name, value, regions.state_units[name]))
-    return parts + [f"${symbol_latex(name)}$ closes the contact" for name in solved]
+    if solved:
+        names = " and ".join(f"${symbol_latex(name)}$" for name in solved)
+        parts.append(f"{names} close{'s' * (len(solved) == 1)} the contact")
+    return parts
 
 
 def _in_pi(value: float, _position: int | None = None) -> str:

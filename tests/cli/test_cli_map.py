@@ -9,6 +9,7 @@ import os
 import numpy as np
 import pytest
 
+from painleve_sym.cli import map as map_command
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.present.map_figure import map_figure
 from painleve_sym.present.style import write_figure
@@ -127,3 +128,31 @@ def test_map_checks_its_output_before_it_computes(capsys, tmp_path, monkeypatch)
     monkeypatch.setattr("painleve_sym.cli.map.region_map", forbidden)
     code, _, err = run(capsys, *ROD, "--out", tmp_path)
     assert code == 2 and "is a folder" in err
+
+
+@pytest.mark.filterwarnings("ignore:at .* points the state has a gap")
+def test_zeros_that_A_and_B_share_are_said_once(capsys):
+    place = ("map", "strut", "--over", "theta,mu", "--range", "theta=0.1:3.04,mu=0:2")
+    _, out, _ = run(capsys, *place, "--points", "101")
+    zeros = out.split("A and B vanish")[1].splitlines()
+    assert zeros[0] == " together along theta = pi/2"
+    assert zeros[1] == "A = 0 and B = 0 cross at" and len(zeros) == 4
+    data = json.loads(run(capsys, *place, "--points", "101", "--json")[1])
+    assert data["shared_zeros"] == [{"theta": pytest.approx(math.pi / 2)}]
+    assert len(data["crossings"]) == 1
+
+
+def test_of_many_crossings_some_are_printed(capsys, monkeypatch):
+    monkeypatch.setattr(map_command, "SHOWN_CROSSINGS", 1)
+    _, out, _ = run(capsys, *ROD, *SMALL)
+    assert out.count("0.970155415988") == 1 and "and at 3 more, which --json lists" in out
+
+
+def test_the_title_says_what_closes_the_contact():
+    regions = region_map("pr-robot", ("h", "tau"), points=10, close="theta,theta_dot")
+    title = map_figure(regions).axes[0].get_title(loc="left")
+    assert title.endswith(r"$\theta$ and $\dot{\theta}$ close the contact")
+    assert "0.927" not in title and "theta =" not in title
+    held = region_map("rod", ("theta", "mu"), points=10, state={"theta_dot": 3.4})
+    held_title = map_figure(held).axes[0].get_title(loc="left")
+    assert held_title == r"rod, $v_t < 0$, $\dot{\theta} = 3.4$ rad/s"

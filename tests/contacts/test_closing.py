@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 import painleve_sym as ps
+from painleve_sym.contacts import closing
 from painleve_sym.contacts.closing import closed_state, closed_states
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
 
@@ -129,6 +130,29 @@ def test_many_states_are_closed_as_each_alone():
         alone = closed("pr-robot", "theta,theta_dot", state, h=height)
         assert solved["theta"][place] == alone["theta"]
         assert solved["theta_dot"][place] == alone["theta_dot"]
+
+
+@pytest.mark.parametrize(
+    ("name", "close"),
+    [("pr-robot", "theta"), ("two-link-arm", "theta_2"), ("block-two-feet", "B:theta")],
+)
+def test_closed_forms_are_the_roots_that_a_search_finds(name, close, monkeypatch):
+    mechanism, coordinate = ps.model(name), close.split(":")[-1]
+    random = np.random.default_rng(3)
+    values = {n: random.normal(0.0, 1.0, 60) for n in mechanism.state_names}
+    values |= {n: v * random.uniform(0.3, 1.7, 60) for n, v in mechanism.parameters.items()}
+    exact = closed_states(mechanism, values, close)[coordinate]
+    monkeypatch.setattr(closing, "_closed_form_roots", lambda *_: None)
+    searched = closed_states(mechanism, values, close)[coordinate]
+    assert 3 < np.isnan(searched).sum() < 57
+    np.testing.assert_allclose(exact, searched, rtol=1e-13, atol=1e-13)
+
+
+@pytest.mark.filterwarnings("ignore:at .* points the state has a gap")
+def test_a_map_needs_no_search_where_there_is_a_closed_form(monkeypatch):
+    monkeypatch.delattr(closing, "_searched")
+    regions = ps.region_map("pr-robot", ("h", "tau"), points=20, close="theta")
+    assert regions.counts["outside"] < 400
 
 
 def test_a_root_far_beyond_a_turn_is_reached():

@@ -9,6 +9,7 @@ import time
 import numpy as np
 import pytest
 import sympy as sp
+from scipy.optimize import brentq
 
 from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.classify import classify, contact_problem
@@ -339,6 +340,12 @@ def test_zero_segments_are_none_at_a_pole():
     assert zero_segments(lambda a, b: 1 / np.where(a == 0, 1e-300, a), x, x, values).size == 0
 
 
+def test_zero_segments_are_none_where_the_function_jumps_over_zero():
+    x = np.linspace(-1, 1, 20)
+    values = np.broadcast_to(np.where(x < 0.1, -0.4, 0.6)[:, None], (20, 20))
+    assert zero_segments(lambda a, b: np.where(a < 0.1, -0.4, 0.6), x, x, values).size == 0
+
+
 def test_zero_segments_follow_both_branches_through_a_saddle():
     x = np.array([0.0, 1.0])
     values = np.array([[1.0, -1.0], [-1.0, 1.0]])
@@ -354,8 +361,73 @@ def test_common_zeros_of_circle_and_line():
         return np.stack([a**2 + b**2 - 1, a - b, 2 * a, 2 * b, one, -one])
 
     first, second = system(*np.meshgrid(x, y, indexing="ij"))[:2]
-    zeros = common_zeros(system, x, y, first, second)
+    zeros, shared = common_zeros(system, x, y, first, second)
     np.testing.assert_allclose(zeros, [[-math.sqrt(0.5)] * 2, [math.sqrt(0.5)] * 2], atol=1e-15)
+    assert shared == []
+
+
+def products(factor, one, other):
+    """Return the system of factor · one and factor · other; each returns value and slopes."""
+
+    def system(a, b):
+        f, f_a, f_b = factor(a, b)
+        rows = [
+            (f * g, f_a * g + f * g_a, f_b * g + f * g_b)
+            for g, g_a, g_b in (one(a, b), other(a, b))
+        ]
+        values, first, second = zip(*rows, strict=True)
+        return np.stack([*values, first[0], second[0], first[1], second[1]])
+
+    return system
+
+
+def line(p, q, r):
+    return lambda a, b: (p * a + q * b - r, np.full_like(a, p), np.full_like(b, q))
+
+
+def square(a, b):
+    return (a - 0.3) ** 2, 2 * (a - 0.3), np.zeros_like(b)
+
+
+def circle_of_half(a, b):
+    return a**2 + b**2 - 0.25, 2 * a, 2 * b
+
+
+@pytest.mark.parametrize(
+    ("factor", "curve"),
+    [
+        (line(1, 0, 0.3), (0.3, None)),
+        (line(0, 2, 0.3), (None, 0.15)),
+        (circle_of_half, "a point"),
+        (line(1, 1, -0.4), "a point"),
+        (square, "not told"),
+    ],
+)
+def test_functions_with_a_common_factor_cross_where_the_others_do_alone(factor, curve):
+    x, y = np.linspace(-1, 1, 41), np.linspace(-1, 1, 38)
+    system = products(factor, line(1, 0, 0.7), line(1, 1, 0.8))
+    first, second = system(*np.meshgrid(x, y, indexing="ij"))[:2]
+    zeros, shared = common_zeros(system, x, y, first, second)
+    np.testing.assert_allclose(zeros, [[0.7, 0.1]], atol=1e-13)
+    if curve == "a point":
+        ((a, b),) = shared
+        assert abs(factor(np.array(a), np.array(b))[0]) < 1e-12
+    elif isinstance(curve, tuple):
+        assert shared == [tuple(v if v is None else pytest.approx(v, abs=1e-12) for v in curve)]
+    else:
+        assert shared == []
+
+
+def test_curves_that_touch_neither_cross_nor_share_anything():
+    x = np.linspace(-1, 1, 40)
+
+    def system(a, b):
+        one = np.ones_like(a)
+        return np.stack([b, b - a**2, 0 * one, one, -2 * a, one])
+
+    first, second = system(*np.meshgrid(x, x, indexing="ij"))[:2]
+    zeros, shared = common_zeros(system, x, x, first, second)
+    assert zeros.shape == (0, 2) and shared == []
 
 
 def test_map_of_a_million_points_is_quick(rod):
@@ -378,6 +450,20 @@ def test_a_friction_axis_reaches_past_the_threshold_by_itself(name):
     assert (regions.A[:, reach < threshold] > 0).all()
     given = region_map(smooth, (angle, "mu"), ranges={"mu": (0.01, 0.02)}, points=5)
     assert given.values[1][-1] == 0.02
+
+
+@pytest.mark.filterwarnings("ignore:at .* points the state has a gap")
+def test_a_zero_line_that_A_and_B_share_is_one_line_and_no_crossing(tmp_path):
+    # A and B of the strut both have the factor cos(theta).
+    options = {"ranges": {"theta": (0.1, 3.04), "mu": (0.0, 2.0)}, "points": 101}
+    regions = region_map("strut", ("theta", "mu"), **options)
+    assert regions.shared_zeros == [{"theta": pytest.approx(math.pi / 2, abs=1e-12)}]
+    # Without the factor, A = 0 is tan(theta) = 1/mu, and B = 0 the balance of spring and weight.
+    upright = brentq(lambda a: 10 * (a - 1.5) - 9.8 * 0.5 * math.cos(a), 1.0, 1.57, xtol=1e-15)
+    expected = [[upright, 1 / math.tan(upright)]]
+    np.testing.assert_allclose(regions.crossings, expected, rtol=1e-12)
+    regions.save(tmp_path / "map.npz")
+    assert RegionMap.load(tmp_path / "map.npz").shared_zeros == regions.shared_zeros
 
 
 def test_a_map_follows_the_gap_where_the_contact_moves_with_an_axis():

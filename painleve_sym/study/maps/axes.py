@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -34,6 +34,7 @@ class MapPlace:
 
     Messages name `where` as the place of a fault. State and parameters are without the axes.
     `close` is solved for at every point, the state having its first guess; see `closed_state`.
+    `solved` holds its values on the grid once they are known, as guesses between the points.
     """
 
     where: str
@@ -46,6 +47,7 @@ class MapPlace:
     parameters: dict[str, float]
     mechanism: Mechanism
     close: str = ""
+    solved: Mapping[str, Array] = field(default_factory=dict)
 
     @property
     def all_symbols(self) -> tuple[sp.Symbol, ...]:
@@ -62,13 +64,34 @@ class MapPlace:
         if self.close:
             symbols = {s.name: s for s in self.all_symbols}
             named: dict[str, Any] = {name: values[s] for name, s in symbols.items()}
+            if self.solved:
+                named |= self._guesses(named, first, second)
             solved = closed_states(self.mechanism, named, self.close)
             values |= {symbols[name]: array for name, array in solved.items()}
         return values
 
+    def _guesses(self, named: Mapping[str, Any], first: Array, second: Array) -> dict[str, Array]:
+        """Return what closes the contact at the nearest points of the grid, where anything does."""
+        parts = zip((first, second), self.values, strict=True)
+        cells = [(at - v[0]) / (v[1] - v[0]) for at, v in parts]
+        # Newton's method may leave the grid, or the numbers.
+        nearest = tuple(
+            np.clip(np.rint(np.nan_to_num(cell)), 0, len(v) - 1).astype(int)
+            for cell, v in zip(cells, self.values, strict=True)
+        )
+        known = {name: grid[nearest] for name, grid in self.solved.items()}
+        return {n: np.where(np.isfinite(v), v, named[n]) for n, v in known.items()}
+
     def grid(self) -> dict[Any, Any]:
         """Return the values of all symbols on the grid."""
         return self.at(self.values[0][:, None], self.values[1][None, :])
+
+    def with_solved(self, grid: Mapping[Any, Any]) -> MapPlace:
+        """Return the place that knows the values of what is solved for on its grid."""
+        named = unknowns(self.mechanism, self.close) if self.close else ()
+        names = {unknown.name for unknown in named}
+        solved = {s.name: grid[s] for s in self.all_symbols if s.name in names}
+        return dataclasses.replace(self, solved=solved)
 
 
 def map_place(

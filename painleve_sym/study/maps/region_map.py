@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +24,7 @@ from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.paradox.critical_friction import critical_friction
 from painleve_sym.study.maps.axes import MapPlace, map_place, reaching
 from painleve_sym.study.maps.case_codes import LEGEND, bilateral_case, opening_case
-from painleve_sym.study.maps.zero_curves import common_zeros, zero_segments
+from painleve_sym.study.maps.zero_curves import SharedCurve, common_zeros, zero_segments
 
 FORMAT = "painleve-sym map 1"
 CURVES = ("A", "B", "A_pull")
@@ -36,6 +36,7 @@ _OPTIONAL = ("flow", "A_pull")
 _PLACE = ("over", "labels", "units", "values", "state", "parameters", "close")
 _HELD = ("state", "state_units", "parameters")
 _TEXTS = ("mechanism", "over", "labels", "units", "slip", "thresholds", *_HELD)
+_MORE_TEXTS = ("close", "shared_zeros")
 
 
 @dataclass(frozen=True, repr=False)
@@ -70,6 +71,9 @@ class RegionMap:
         ``A`` and ``B``: straight pieces of A = 0 and B = 0, whose ends are zeros to round-off.
     crossings : ndarray, shape (n, 2)
         Where A = B = 0 (the points of Génot & Brogliato 1999), to round-off.
+    shared_zeros : list of dict of str to float
+        Curves along which A and B vanish together, as where both have a factor cos θ: each by the
+        value of the axis that is constant on it, or by both values of one of its points.
     thresholds : dict of str to float
         ``mu_P``: least friction with A < 0 somewhere, where it has a closed form; for the rods also
         ``mu_C`` = (2/√3) μ_P (Génot & Brogliato 1999), where at the crossing both rates of approach
@@ -108,6 +112,7 @@ class RegionMap:
     state_units: dict[str, str]
     close: str = ""
     A_pull: Array | None = None
+    shared_zeros: list[dict[str, float]] = field(default_factory=list)
 
     def __repr__(self) -> str:
         """Return mechanism, axes and the number of points of each case in one line."""
@@ -139,6 +144,7 @@ class RegionMap:
             "crossings": [
                 dict(zip(self.over, row, strict=True)) for row in self.crossings.tolist()
             ],
+            "shared_zeros": self.shared_zeros,
             "thresholds": self.thresholds,
             "state": self.state,
             "parameters": self.parameters,
@@ -169,7 +175,7 @@ class RegionMap:
         InputError
             The folder does not exist or cannot be written.
         """
-        texts = {name: getattr(self, name) for name in (*_TEXTS, "close")}
+        texts = {name: getattr(self, name) for name in (*_TEXTS, *_MORE_TEXTS)}
         arrays = {name: getattr(self, name) for name in (*_ARRAYS, *_OPTIONAL)}
         arrays |= {"values_0": self.values[0], "values_1": self.values[1]}
         arrays |= {f"curve_{name}": pieces for name, pieces in self.curves.items()}
@@ -187,7 +193,7 @@ class RegionMap:
         needed = (*_ARRAYS, "values_0", "values_1", *(f"curve_{name}" for name in CURVES[:2]))
         texts, arrays = load_npz(path, FORMAT, "map", _TEXTS, needed, _OPTIONAL)
         fields: dict[str, Any] = {name: texts[name] for name in _TEXTS}
-        fields["close"] = texts.get("close", "")
+        fields |= {name: texts[name] for name in _MORE_TEXTS if name in texts}
         fields |= {name: arrays[name] for name in (*_ARRAYS, *_OPTIONAL)}
         fields["values"] = (arrays["values_0"], arrays["values_1"])
         names = [name for name in CURVES if f"curve_{name}" in arrays]
@@ -263,11 +269,13 @@ def region_map(
     place = map_place(mechanism, over, ranges or {}, points, slip, state, parameters or {}, close)
     thresholds = _thresholds(mechanism, place, slip)
     place = reaching(place, ranges or {}, thresholds.get("mu_P"))
-    grids, is_open, used = _grids(mechanism, place, slip, engine)
+    grid = place.grid()
+    place = place.with_solved(grid)
+    grids, is_open, used = _grids(mechanism, place, grid, slip, engine)
     if not (grids["case"] >= 0).any():
         raise InputError(_nothing_inside(mechanism, place))
     _tell_where_open(is_open)
-    curves, crossings = _zeros(mechanism, place, slip, grids, used)
+    curves, crossings, shared = _zeros(mechanism, place, slip, grids, used)
     return RegionMap(
         mechanism=mechanism.name,
         slip=slip,
@@ -277,6 +285,10 @@ def region_map(
         crossings=crossings,
         thresholds=thresholds,
         state_units={name: mechanism.units[name] for name in place.state},
+        shared_zeros=[
+            {name: v for name, v in zip(place.over, curve, strict=True) if v is not None}
+            for curve in shared
+        ],
     )
 
 
@@ -304,7 +316,7 @@ def _flow(mechanism: Mechanism, place: MapPlace, slip: int) -> list[sp.Expr]:
 
 
 def _grids(
-    mechanism: Mechanism, place: MapPlace, slip: int, engine: str
+    mechanism: Mechanism, place: MapPlace, grid: Mapping[Any, Any], slip: int, engine: str
 ) -> tuple[dict[str, Any], NDArray[np.bool_], str]:
     """Return the map's fields on its grid, whether the contact is open where inside, the engine."""
     c, contact = mechanism.coefficients, mechanism.contact
@@ -317,7 +329,7 @@ def _grids(
     _, *closed = closed_within(*given)
     parts += [contact.gap, contact.gap_rate, *closed, *margins, *flow]
     function = Pointwise(parts, place.all_symbols, engine=engine)
-    values = function(place.grid())
+    values = function(grid)
     W_nn, W_nt, W_tt, B, b_t, A_stick, B_stick, mu, gap, gap_rate, near, slow = values[:12]
     inside = (values[12 : 12 + len(margins)] > 0).all(axis=0)
     inside &= np.isfinite(values[:8]).all(axis=0)
@@ -368,20 +380,23 @@ def _tell_where_open(is_open: NDArray[np.bool_]) -> None:
 
 def _zeros(
     mechanism: Mechanism, place: MapPlace, slip: int, grids: Mapping[str, Array], engine: str
-) -> tuple[dict[str, Array], Array]:
-    """Return the curves A = 0 and B = 0 and where they cross."""
-    curves, crossings = _zeros_of_pair(mechanism, place, slip, grids["A"], grids["B"], engine)
+) -> tuple[dict[str, Array], Array, list[SharedCurve]]:
+    """Return the curves A = 0 and B = 0, where they cross, and where both vanish together."""
+    curves, crossings, shared = _zeros_of_pair(
+        mechanism, place, slip, grids["A"], grids["B"], engine
+    )
     if grids["A_pull"] is not None:
         pull = grids["A_pull"]
-        others, more = _zeros_of_pair(mechanism, place, -slip, pull, grids["B"], engine)
+        others, more, both = _zeros_of_pair(mechanism, place, -slip, pull, grids["B"], engine)
         curves["A_pull"] = others["A"]
         crossings = np.array(sorted([*crossings.tolist(), *more.tolist()])).reshape(-1, 2)
-    return curves, crossings
+        shared += [curve for curve in both if curve not in shared]
+    return curves, crossings, shared
 
 
 def _zeros_of_pair(
     mechanism: Mechanism, place: MapPlace, slip: int, A: Array, B: Array, engine: str
-) -> tuple[dict[str, Array], Array]:
+) -> tuple[dict[str, Array], Array, list[SharedCurve]]:
     parts = [_A(mechanism, slip), mechanism.coefficients.B]
     held = _held(mechanism, place)
     directions = (*place.symbols, *(symbol for symbol, _ in held))
@@ -404,7 +419,11 @@ def _zeros_of_pair(
         "A": zero_segments(lambda a, b: system(a, b)[0], x, y, A),
         "B": zero_segments(lambda a, b: system(a, b)[1], x, y, B),
     }
-    return curves, common_zeros(system, x, y, A, B)
+    crossings, shared = common_zeros(system, x, y, A, B)
+    if margins := [b.margin for b in mechanism.domain]:
+        inside = Pointwise(margins, place.all_symbols, engine=engine)(place.at(*crossings.T)) > 0
+        crossings = crossings[inside.all(axis=0)]
+    return curves, crossings, shared
 
 
 def _held(mechanism: Mechanism, place: MapPlace) -> list[tuple[sp.Symbol, sp.Expr]]:
