@@ -75,7 +75,7 @@ fuzz: $(VENV)/.installed ## call the program with 10 000 made-up inputs, at most
 derivations: $(VENV)/.installed ## run every derivation; each asserts that it agrees with the package
 	$(BIN)/python -m derivations
 
-references: $(VENV)/.installed ## write the page and the package's data of the literature from docs/references.bib
+references: $(VENV)/.installed ## write the package's data of the literature from docs/references.bib
 	$(BIN)/python tools/references.py
 
 bench: $(VENV)/.installed-bench ## run the benchmarks against the other integrators
@@ -83,7 +83,7 @@ bench: $(VENV)/.installed-bench ## run the benchmarks against the other integrat
 	$(BIN)/python -m tests.benchmarks --out out/bench.json
 
 docs: $(VENV)/.installed-docs ## build the documentation site into out/site; needs no network
-	rm -rf out/site
+	rm -rf out/site docs/gallery docs/reference/api docs/reference/json
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going -b html docs out/site
 
 docs-check: docs ## open every page of the site in Chromium
@@ -93,7 +93,7 @@ numerics: $(VENV)/.installed-bench ## measure error against cost, and write docs
 	$(BIN)/python -m tests.benchmarks.numerics_page --measure
 
 clean: ## remove results, build products and caches
-	rm -rf docs/_generated docs/gallery docs/reference/api docs/sg_execution_times.rst
+	rm -rf docs/_generated docs/gallery docs/reference/api docs/reference/json docs/sg_execution_times.rst
 	rm -rf out build dist *.egg-info .pytest_cache .hypothesis .mypy_cache .ruff_cache .import_linter_cache
 	find . -path './$(VENV)*' -prune -o -name __pycache__ -type d -prune -exec rm -rf {} +
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from importlib import import_module
 from pathlib import Path
 
-from derivations._page import ASSUMPTIONS, CLAIMS, ROOT, Derivation, cited
+from derivations._page import CLAIMS, ROOT, Derivation, cited
 from painleve_sym.errors import unknown_name
 
 NAMES = (
@@ -41,7 +41,10 @@ def run(derive: Callable[[], Derivation]) -> Derivation:
 def write_index(derivations: Iterable[Derivation], root: Path = ROOT) -> Path:
     """Write the list of the pages: what each needs, and every verdict."""
     derivations = list(derivations)
-    needs = [f"| [{d.title}]({d.name}.md) | {' | '.join(d.needs)} |" for d in derivations]
+    needs = [
+        f"| [{d.title}]({d.name}.md) | {d.exceptions('no')} | {d.exceptions('in part')} |"
+        for d in derivations
+    ]
     rows = [
         f"| [{d.title}]({d.name}.md) | {number.replace('|', '')} | {verdict} |"
         for d in derivations
@@ -58,10 +61,10 @@ def write_index(derivations: Iterable[Derivation], root: Path = ROOT) -> Path:
             "",
             "## Assumptions",
             "",
-            "Which page needs which of the [assumptions](../assumptions.md):",
+            "Every result needs the seven [assumptions](../assumptions.md), except for these:",
             "",
-            f"| result | {' | '.join(ASSUMPTIONS)} |",
-            "|---" * (1 + len(ASSUMPTIONS)) + "|",
+            "| result | does not need | needs in part |",
+            "|---|---|---|",
             *needs,
             "",
             "## Verdicts",

@@ -22,7 +22,7 @@ ASSUMPTIONS = (
     "one contact",
     "point contact",
     "constant μ",
-    "no tangential compliance",
+    "tangential rigidity",
     "frozen configuration",
     "rigid bodies",
 )
@@ -152,10 +152,9 @@ class Derivation:
         assert len(set(names)) == len(names), f"{self.name}: repeated function in {names}"
         assert set(self.without) <= set(ASSUMPTIONS), f"{self.name}: {set(self.without)}"
 
-    @property
-    def needs(self) -> tuple[str, ...]:
-        """``yes``, ``no`` or ``in part`` for each of `ASSUMPTIONS`."""
-        return tuple(self.without.get(name, "yes") for name in ASSUMPTIONS)
+    def exceptions(self, need: str) -> str:
+        """Name the assumptions with that need: ``no`` or ``in part``."""
+        return ", ".join(n for n in ASSUMPTIONS if self.without.get(n) == need) or "–"
 
     @property
     def verdicts(self) -> tuple[tuple[str, str], ...]:

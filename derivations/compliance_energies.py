@@ -179,7 +179,7 @@ def derive() -> Derivation:
             "planar": "no",
             "one contact": "no",
             "constant μ": "no",
-            "no tangential compliance": "no",
+            "tangential rigidity": "no",
             "frozen configuration": "no",
         },
     )

@@ -177,5 +177,5 @@ def derive() -> Derivation:
         "$(x, y)$ and is independent of the package, which uses the end A as its coordinates.",
         quantities(),
         (*balance_steps(), *contact_steps()),
-        {"constant μ": "no", "no tangential compliance": "no", "frozen configuration": "no"},
+        {"constant μ": "no", "tangential rigidity": "no", "frozen configuration": "no"},
     )

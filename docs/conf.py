@@ -11,11 +11,12 @@ sys.path[:0] = [str(DOCS / "_ext"), str(ROOT)]
 
 import gallery  # noqa: E402
 import reference_pages  # noqa: E402
+from pygments.lexer import RegexLexer  # noqa: E402
+from pygments.token import Generic, Text  # noqa: E402
 
 import painleve_sym  # noqa: E402
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
-REPOSITORY = PROJECT["urls"]["Repository"]
 
 project = PROJECT["name"]
 author = copyright = PROJECT["authors"][0]["name"]
@@ -24,22 +25,30 @@ version = release = painleve_sym.__version__
 extensions = [
     "myst_nb",
     "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
     "numpydoc",
-    "sphinx_gallery.gen_gallery",
     "sphinx_copybutton",
+    "sphinx_design",
+    "sphinx_gallery.gen_gallery",
+    "sphinx_last_updated_by_git",
     "sphinx-mathjax-offline",
+    "sphinxcontrib.bibtex",
 ]
-exclude_patterns = ["_ext", "_static", "_generated", "gallery/**/*.ipynb", "gallery/**/*.py"]
+templates_path = ["_templates"]
+exclude_patterns = ["_ext", "_static", "_templates", "_generated"]
+exclude_patterns += ["gallery/**/*.ipynb", "gallery/**/*.py"]
 exclude_patterns += ["**/sg_execution_times.rst", "sg_execution_times.rst"]
-suppress_warnings = ["config.cache"]
+suppress_warnings = ["config.cache", "git.subprocess_error", "git.too_shallow"]
 
 # Every unresolved link is a warning, and `make docs` makes warnings errors.
 nitpicky = True
 default_role = "py:obj"
+# A block without a language is text, not Python.
+highlight_language = "none"
 
 # ---- Markdown and notebooks ----
 
-myst_enable_extensions = ["dollarmath", "colon_fence", "deflist"]
+myst_enable_extensions = ["attrs_inline", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 4
 nb_execution_mode = "force"
 # Sliders need a running kernel; their script would be loaded from the network.
@@ -49,6 +58,12 @@ nb_execution_raise_on_error = True
 # Redoing the paper takes minutes; the notebook is shown without its outputs.
 nb_execution_excludepatterns = ["notebooks/regenerate-the-paper.ipynb"]
 
+# ---- the literature ----
+
+bibtex_bibfiles = ["references.bib"]
+bibtex_default_style = "plain"
+bibtex_cite_id = "{key}"
+
 # ---- the Python interface ----
 
 autodoc_member_order = "bysource"
@@ -57,10 +72,15 @@ autodoc_typehints_format = "short"
 autodoc_preserve_defaults = True
 numpydoc_show_class_members = False
 numpydoc_class_members_toctree = False
+# reference/api/Trajectory.html is easier to find than reference/api/painleve_sym.Trajectory.html.
+autosummary_filename_map = {
+    f"painleve_sym.{name}": name for name in (*painleve_sym._HOMES, *painleve_sym._MODULES)
+}
+autosummary_context = {"bases": reference_pages.python_bases()}
 
 # ---- the gallery ----
 
-sphinx_gallery_conf = gallery.settings(DOCS, REPOSITORY)
+sphinx_gallery_conf = gallery.settings(DOCS)
 
 # ---- HTML ----
 
@@ -68,9 +88,11 @@ html_theme = "furo"
 html_title = f"{project} {release}"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
+html_js_files = [("site.js", {"defer": "defer"})]
 html_favicon = "_static/rod.svg"
 html_extra_path = ["_generated/site"]
 html_show_sourcelink = False
+html_last_updated_fmt = f"%Y-%m-%d (version {release})"
 html_theme_options = {
     # Some pages are generated: their source is not a file of the repository.
     "top_of_page_buttons": [],
@@ -79,34 +101,52 @@ copybutton_prompt_text = r"\$ |>>> |\.\.\. "
 copybutton_prompt_is_regexp = True
 
 
-def link_files_outside(app, docname, source):
-    """Turn links to files of the repository outside docs/ into links to their home."""
+class ConsoleLexer(RegexLexer):
+    """A terminal: what is typed behind ``$``, and what is printed, which has no grammar."""
+
+    name = "Console"
+    tokens = {  # noqa: RUF012
+        "root": [(r"^\$ ", Generic.Prompt, "typed"), (r".*\n", Generic.Output)],
+        "typed": [(r".*\n", Text, "#pop")],
+    }
+
+
+def link_folders_outside(app, docname, source):
+    """Show a link to a folder of the repository outside docs/ as its path: it has no page."""
     page = Path(app.env.doc2path(docname)).parent
 
-    def linked(match):
+    def shown(match):
         path = (page / match[2]).resolve()
-        if path.exists() and not path.is_relative_to(DOCS) and path.is_relative_to(ROOT):
-            kind = "tree" if path.is_dir() else "blob"
-            return f"{match[1]}{REPOSITORY}/{kind}/main/{path.relative_to(ROOT).as_posix()}"
-        return match[0]
+        outside = path.is_dir() and not path.is_relative_to(DOCS)
+        return f"{match[1]} (`{path.relative_to(ROOT).as_posix()}`)" if outside else match[0]
 
-    source[0] = re.sub(r"((?<!!)\[[^]!]*\]\()(?!https?:)([^)#\s]+)", linked, source[0])
+    source[0] = re.sub(r"(?<!!)\[([^]!]*)\]\((?!https?:)([^)#\s]+)\)", shown, source[0])
 
 
-def escape_bars(app, kind, name, public, options, lines):
-    """Keep |F_n| of docstrings an absolute value: reST would take it for a substitution."""
-    parts = [re.split(r"(``.*?``)", line) for line in lines]
-    lines[:] = [
-        line
-        if line.lstrip().startswith((">>>", "..."))
-        else "".join(p if p.startswith("``") else p.replace("|", r"\|") for p in part)
-        for line, part in zip(lines, parts, strict=True)
-    ]
+def write_links_and_bars(app, kind, name, public, options, lines):
+    """Make a link of a page that a docstring names, and keep |F_n| an absolute value."""
+    for number, line in enumerate(lines):
+        if not line.lstrip().startswith((">>>", "...")):
+            line = re.sub(r"`?\bdocs/([\w/-]+)\.md\b`?", r":doc:`/\1`", line)
+            parts = re.split(r"(``.*?``)", line)
+            lines[number] = "".join(
+                part if part.startswith("``") else part.replace("|", r"\|") for part in parts
+            )
+
+
+def link_works(app, env):
+    """Let links such as references.md#keller1986 lead to the entries of the bibliography."""
+    anchors = env.metadata["references"].setdefault("myst_slugs", {})
+    for citation in env.get_domain("cite").citations:
+        anchors[citation.citation_id] = (0, citation.citation_id, citation.key)
 
 
 def setup(app):
     """Write the generated pages before Sphinx reads any, and resolve names of the package."""
-    app.connect("autodoc-process-docstring", escape_bars, priority=900)
+    app.add_lexer("console", ConsoleLexer)
+    app.connect("autodoc-process-docstring", write_links_and_bars, priority=900)
     app.connect("config-inited", lambda app, config: reference_pages.write(DOCS / "_generated"))
-    app.connect("source-read", link_files_outside)
+    app.connect("source-read", link_folders_outside)
+    app.connect("env-updated", link_works)
     app.connect("missing-reference", reference_pages.resolve)
+    app.connect("doctree-resolved", gallery.name_thumbnails)

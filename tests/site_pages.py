@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import doctest
+import io
 import os
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
+
+from painleve_sym.cli import main
 
 ROOT = Path(__file__).parents[1]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
@@ -17,12 +22,20 @@ class Page:
     """A page whose blocks are executed from top to bottom in one folder.
 
     A block of TOML or C++ whose first line is a comment with a file name is written to that file.
-    Lines of a ``console`` block that begin with ``$`` are run by the shell, and the lines below are
-    what they print; ``...`` stands for lines left out. Blocks of Python are doctests.
+    Lines of a ``console`` block that begin with ``$`` are run, and the lines below are what they
+    print; ``...`` stands for lines left out. Blocks of Python are doctests, or programs that print
+    the block of text below them.
+
+    By default commands and Python run in this process, and what only a shell can do is left to
+    one. With `programs`, the folder ``bin`` of an environment, everything runs in there.
     """
 
-    def __init__(self, path: Path, folder: Path) -> None:
-        self.path, self.folder = path, folder
+    def __init__(self, path: Path, folder: Path, programs: Path | None = None) -> None:
+        self.path, self.folder, self.programs = path, folder, programs
+        self.commands = 0
+        if programs:
+            self.environment = {**os.environ, "PATH": f"{programs}:{os.environ['PATH']}"}
+            return
         programs = folder / ".programs"
         programs.mkdir()
         program = programs / "painleve"
@@ -31,35 +44,68 @@ class Page:
         (folder / "examples").symlink_to(ROOT / "examples")
         paths = {"PATH": f"{programs}:{os.environ['PATH']}", "PYTHONPATH": str(ROOT)}
         self.environment = {**os.environ, **paths}
-        self.commands = 0
 
     def run(self) -> None:
         """Execute every block; AssertionError where something else is printed."""
         examples: dict[str, object] = {}
-        for language, body in BLOCK.findall(self.path.read_text("utf-8")):
+        blocks = BLOCK.findall(self.path.read_text("utf-8"))
+        for (language, body), (_, below) in zip(blocks, [*blocks[1:], ("", "")], strict=True):
             name = re.match(r"(?:#|//) ([\w-]+\.\w+)\n", body)
             if name:
                 (self.folder / name[1]).write_text(body, "utf-8")
             elif language == "console":
                 self.console(body)
-            elif language == "python":
+            elif language == "python" and ">>>" in body:
                 self.python(body, examples)
+            elif language == "python":
+                assert matches(below, self.program(body)), body
+                self.commands += 1
 
     def console(self, body: str) -> None:
         """Run the commands of a block and compare what they print with the lines below each."""
         for command, shown in re.findall(r"^\$ (.*)\n((?:(?!\$ ).*\n)*)", body, re.MULTILINE):
-            answer = subprocess.run(
-                ["bash", "-c", command],
-                cwd=self.folder,
-                env=self.environment,
-                capture_output=True,
-                text=True,
-                timeout=300,
-            )
-            printed = answer.stdout + answer.stderr
-            assert answer.returncode == 0 or "painleve: error: " in shown, printed
+            plain = command.startswith("painleve ") and not re.search(r"[;|&<>$*]", command)
+            if plain and not self.programs:
+                status, printed = self.call(shlex.split(command)[1:])
+            else:
+                status, printed = self.shell(["bash", "-c", command])
+            assert status == 0 or "painleve: error: " in shown, printed
             assert matches(shown, printed), f"{command}\n{printed}"
             self.commands += 1
+
+    def shell(self, words: list[str]) -> tuple[int, str]:
+        """Run a program in the page's folder; return its status and all it printed."""
+        answer = subprocess.run(
+            words,
+            cwd=self.folder,
+            env=self.environment,
+            capture_output=True,
+            text=True,
+            timeout=600,
+        )
+        return answer.returncode, answer.stdout + answer.stderr
+
+    def call(self, words: list[str]) -> tuple[int, str]:
+        """Run a command of the package in this process."""
+        printed, noted = io.StringIO(), io.StringIO()
+        with (
+            contextlib.chdir(self.folder),
+            contextlib.redirect_stdout(printed),
+            contextlib.redirect_stderr(noted),
+        ):
+            status = main(words)
+        return status, printed.getvalue() + noted.getvalue()
+
+    def program(self, body: str) -> str:
+        """Return what a program of Python prints."""
+        if self.programs:
+            status, printed = self.shell([str(self.programs / "python"), "-c", body])
+            assert status == 0, printed
+            return printed
+        output = io.StringIO()
+        with contextlib.chdir(self.folder), contextlib.redirect_stdout(output):
+            exec(compile(body, self.path.name, "exec"), {})
+        return output.getvalue()
 
     def python(self, body: str, examples: dict[str, object]) -> None:
         """Run a doctest in the page's folder; names stay for the next block."""

@@ -78,8 +78,9 @@ def test_keys_of_a_call_are_listed_with_type_and_example(pages):
 
 @pytest.mark.slow
 def test_every_key_that_a_command_prints_has_a_meaning(pages):
-    listed = pages.json_keys()
-    assert first_cells(listed)
+    by_command = pages.json_keys()
+    assert set(by_command) == set(pages.OUTPUTS) and all(map(first_cells, by_command.values()))
+    listed = "".join(by_command.values())
     file = ROOT / "docs" / "reference" / "json-meanings.toml"
     meanings = tomllib.loads(file.read_text("utf-8"))
     assert set(meanings) - {"every"} <= set(COMMANDS)
@@ -96,12 +97,19 @@ def test_mechanisms_laws_and_choices_are_complete(pages):
     assert "`virgin`" in pages.named_choices()
 
 
-def test_every_public_name_has_a_page(pages):
-    written = set(pages.api_pages())
-    assert written == {f"{n}.rst" for n in (*painleve_sym._HOMES, *painleve_sym._MODULES)} | {
-        "index.md"
-    }
-    assert sum(map(len, pages.api_groups().values())) == len(painleve_sym._HOMES)
+def test_every_public_name_is_on_the_page_of_names_once():
+    page = (ROOT / "docs" / "reference" / "names.md").read_text("utf-8")
+    listed = re.findall(r"^   (\w+)$", page, re.M)
+    public = {*painleve_sym._HOMES, *painleve_sym._MODULES}
+    assert len(set(listed)) == len(listed)
+    assert set(listed) == public, "Fix: list the name on docs/reference/names.md."
+
+
+def test_an_explorer_page_of_the_site_has_a_way_back(pages):
+    page = pages.with_way_back("<html><body><main></main></body></html>")
+    assert page.startswith("<html><body><nav") and "tutorials/explorer.html" in page
+    with pytest.raises(AssertionError, match="no <body>"):
+        pages.with_way_back("<html></html>")
 
 
 def test_cells_keep_bars(pages):

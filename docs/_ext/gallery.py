@@ -6,47 +6,67 @@ import re
 import shutil
 from pathlib import Path
 
+from docutils import nodes
 from matplotlib.figure import Figure
 from sphinx_gallery.scrapers import figure_rst
 
 SECTIONS = {
     "first_steps": "First steps",
     "paradox": "The paradox",
-    "studies": "Studies, not executed here: they run for minutes or take options",
+    "studies": "Studies",
 }
+STUDIES = "They run for minutes or take options; the figure of each was made by the script.\n"
 
-THUMBNAILS = {
+PICTURES = {
     "bench_rod": "examples/studies/bench_rod/bench-rod.png",
     "corrected_jump": "docs/figures/corrected-jump.png",
-    "study": "docs/figures/critical-force-convergence.png",
+    "fates": "examples/studies/singular_point/fates.png",
     "fit_noisy_impacts": "docs/figures/fit-force.png",
+    "growth": "examples/studies/reverse_chatter/growth.png",
+    "impact_energy": "docs/figures/impact-energy.png",
+    "rigid_rod": "examples/studies/rigid_rod/rigid-rod.png",
     "sensitive_impact": "docs/figures/sensitive-impact.png",
     "sticking_feet": "docs/figures/sticking-feet.png",
-    "growth": "examples/studies/reverse_chatter/growth.png",
+    "study": "docs/figures/critical-force-convergence.png",
     "tangential_compliance": "docs/figures/tangential-compliance.png",
-    "fates": "examples/studies/singular_point/fates.png",
 }
-"""Figures of scripts that are not executed."""
+"""Figures of the scripts that are not executed; a study without one is not in the gallery."""
+
+DOCSTRING = re.compile(r'"""(.+?)("""|\n(.*?)""")', re.DOTALL)
+"""The question of a script, and what is said about it."""
 
 
-def stage(examples: Path, folder: Path) -> None:
-    """Copy the scripts, one folder per section; the first line of a docstring becomes the title."""
+def stage(root: Path, folder: Path) -> None:
+    """Copy the scripts, one folder per section, in the form that sphinx-gallery reads.
+
+    The first line of a docstring becomes the title and the alternative text of the figures.
+    """
     shutil.rmtree(folder, ignore_errors=True)
     for section, title in SECTIONS.items():
         (folder / section).mkdir(parents=True)
-        header = f"{title}\n{'-' * len(title)}\n"
+        text = STUDIES if section == "studies" else ""
+        header = f"{title}\n{'-' * len(title)}\n\n{text}"
         (folder / section / "GALLERY_HEADER.rst").write_text(header, "utf-8")
-        for script in sorted((examples / section).rglob("*.py")):
-            text = script.read_text("utf-8")
-            question = re.match(r'"""(.+)', text)
-            assert question, f"{script}: no docstring"
-            line = "=" * len(question[1])
-            text = text.replace(question[1], f"\n{line}\n{question[1]}\n{line}", 1)
-            if script.stem in THUMBNAILS:
-                text += f"# sphinx_gallery_thumbnail_path = '../{THUMBNAILS[script.stem]}'\n"
-            (folder / section / script.name).write_text(text, "utf-8")
+        for script in sorted((root / "examples" / section).rglob("*.py")):
+            picture = PICTURES.get(script.stem, "") if section == "studies" else None
+            if picture is None or (root / picture).is_file():
+                (folder / section / script.name).write_text(staged(script, picture), "utf-8")
     header = "Gallery\n=======\n\nOne question per script; each is in the folder ``examples``.\n"
     (folder / "GALLERY_HEADER.rst").write_text(header, "utf-8")
+
+
+def staged(script: Path, picture: str | None) -> str:
+    """Return a script with its title as a heading and, where it is not executed, its figure."""
+    text = script.read_text("utf-8")
+    docstring = DOCSTRING.match(text)
+    assert docstring, f"{script}: no docstring"
+    question, rest = docstring[1].strip(), (docstring[3] or "").strip()
+    line = "=" * len(question)
+    shown, end = [line, question, line, "", rest, ""], ""
+    if picture:
+        shown += [f".. image:: /../{picture}", f"   :alt: {question}", ""]
+        end = f"\n# sphinx_gallery_thumbnail_path = '../{picture}'\n"
+    return '"""\n' + "\n".join(shown) + '"""' + text[docstring.end() :] + end
 
 
 class FigureScraper:
@@ -62,12 +82,21 @@ class FigureScraper:
                 path = next(block_vars["image_path_iterator"])
                 value.savefig(path, dpi=150)
                 paths.append(path)
-        return figure_rst(paths, gallery_conf["src_dir"])
+        question = Path(block_vars["src_file"]).read_text("utf-8").splitlines()[2]
+        return figure_rst(paths, gallery_conf["src_dir"], fig_titles=question)
 
 
-def settings(docs: Path, repository: str) -> dict:
+def name_thumbnails(app, tree, docname):
+    """Give the picture of each thumbnail the title of its script as alternative text."""
+    for box in tree.findall(nodes.container):
+        if "sphx-glr-thumbcontainer" in box["classes"]:
+            (picture,) = box.findall(nodes.image)
+            picture["alt"] = next(box.findall(nodes.reference)).astext()
+
+
+def settings(docs: Path) -> dict:
     """Return the configuration of sphinx-gallery, after the scripts are staged."""
-    stage(docs.parent / "examples", docs / "_generated" / "examples")
+    stage(docs.parent, docs / "_generated" / "examples")
     return {
         "examples_dirs": ["_generated/examples"],
         "gallery_dirs": ["gallery"],

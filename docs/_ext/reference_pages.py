@@ -286,14 +286,14 @@ def kind_of(value: object) -> str:
     return "null" if value is None else "number"
 
 
-def json_keys() -> str:
-    """Return one table of keys per command, from what the commands print.
+def json_keys() -> dict[str, str]:
+    """Return a page of keys for each command, from what the commands print.
 
     KeyError where a key has no meaning in ``docs/reference/json-meanings.toml``.
     """
     file = DOCS / "reference" / "json-meanings.toml"
     meanings: dict[str, dict[str, str]] = tomllib.loads(file.read_text("utf-8"))
-    parts = []
+    pages = {}
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(DOCS.parent):
         (Path(folder) / "sweep.toml").write_text(SWEEP, "utf-8")
         (Path(folder) / "stribeck.toml").write_text(STRIBECK, "utf-8")
@@ -303,11 +303,11 @@ def json_keys() -> str:
             rows = [_row(path, *entry, known) for path, entry in keys.items()]
             shown = "\n".join(f"painleve {words} --json" for words in calls)
             shown = shown.replace("{folder}/", "")
-            parts.append(
-                f"## `{command}`\n\nThe keys of\n\n```text\n{shown}\n```\n\n"
+            pages[command] = (
+                f"# JSON keys of `{command}`\n\nThe keys of\n\n```text\n{shown}\n```\n\n"
                 + table(("key", "type", "example", "meaning"), rows)
             )
-    return "\n".join(parts)
+    return pages
 
 
 def keys_of(calls: Iterable[str]) -> dict[str, tuple[set[str], object]]:
@@ -388,84 +388,12 @@ def _schema_type(schema: Any, part: Any) -> str:
 
 # ---- the Python interface ----
 
-GROUPS = {
-    "mechanics": "Mechanisms",
-    "codegen": "Mechanisms",
-    "laws": "Contact laws and closed forms",
-    "contacts": "Contact problems and impacts",
-    "complementarity": "Contact problems and impacts",
-    "hybrid": "Motion",
-    "motion": "Motion",
-    "study": "Studies",
-    "papers": "Export and reproduction",
-    "c_export": "Export and reproduction",
-    "choices": "Choices, events and errors",
-    "errors": "Choices, events and errors",
-    "present": "Figures and reports",
-}
-"""Heading of the names whose home is in each folder or module."""
 
-
-def api_groups() -> dict[str, list[str]]:
-    """Return the public names by heading; KeyError where a home has none."""
-    groups: dict[str, list[str]] = {heading: [] for heading in GROUPS.values()}
-    for name, home in sorted(painleve_sym._HOMES.items(), key=lambda item: item[0].lower()):
-        groups.setdefault(GROUPS.get(home.partition(".")[0], "Others"), []).append(name)
-    return groups
-
-
-def summary(public: object) -> str:
-    """Return the first sentence of a docstring as Markdown."""
-    paragraph = (inspect.getdoc(public) or "").partition("\n\n")[0]
-    return paragraph.replace("\n", " ").replace("``", "`")
-
-
-def api_pages() -> dict[str, str]:
-    """Return the pages of the public names by path."""
-    pages, parts = {}, []
-    for heading, names in api_groups().items():
-        rows = []
-        for name in names:
-            public = getattr(painleve_sym, name)
-            pages[f"{name}.rst"] = _api_page(name, public)
-            rows.append((f"[`{name}`]({name}.rst)", summary(public)))
-        parts.append(f"## {heading}\n\n{table(('name', 'summary'), rows)}")
-    for module in painleve_sym._MODULES:
-        pages[f"{module}.rst"] = _module_page(module)
-    listed = "\n".join(Path(p).stem for p in sorted(pages, key=str.lower))
-    modules = table(
-        ("module", "summary"),
-        [(f"[`{m}`]({m}.rst)", summary(getattr(painleve_sym, m))) for m in painleve_sym._MODULES],
-    )
-    pages["index.md"] = (
-        "# Public names\n\nEverything here is in `painleve_sym`; the page "
-        "[Python interface](../../api.md) explains how the names belong together.\n\n"
-        f"## Named mechanisms and laws\n\n{modules}\n"
-        + "\n".join(parts)
-        + f"\n```{{toctree}}\n:hidden:\n\n{listed}\n```\n"
-    )
-    return pages
-
-
-def _api_page(name: str, public: object) -> str:
-    if inspect.isclass(public):
-        body = f".. autoclass:: {name}\n   :members:\n   :inherited-members: {_foreign(public)}\n"
-    elif inspect.isfunction(public):
-        body = f".. autofunction:: {name}\n"
-    else:
-        body = f".. autodata:: {name}\n   :no-value:\n"
-    return f"{name}\n{'=' * len(name)}\n\n.. currentmodule:: painleve_sym\n\n{body}"
-
-
-def _foreign(public: type) -> str:
-    """Return the bases whose members are not shown: those of Python."""
-    return ", ".join(c.__name__ for c in public.__mro__ if not c.__module__.startswith("painleve"))
-
-
-def _module_page(module: str) -> str:
-    """Return the page of `models` or `laws`: its functions."""
-    title = f"{module}\n{'=' * len(module)}\n\n"
-    return f"{title}.. automodule:: painleve_sym.{module}\n   :members:\n"
+def python_bases() -> str:
+    """Return the bases of public classes whose members are not shown: those of Python."""
+    public = [getattr(painleve_sym, name) for name in painleve_sym._HOMES]
+    bases = {base for kind in public if inspect.isclass(kind) for base in kind.__mro__}
+    return ", ".join(sorted(b.__name__ for b in bases if not b.__module__.startswith("painleve")))
 
 
 def resolve(app: Any, env: Any, node: Any, content: Any) -> Any:
@@ -500,7 +428,6 @@ TABLES = {
     "mechanisms": mechanisms,
     "laws": laws,
     "commands": commands,
-    "json-keys": json_keys,
     **{f"{name}-file": partial(schema_table, name) for name in SCHEMAS},
 }
 
@@ -509,8 +436,8 @@ def write(folder: Path) -> None:
     """Write every generated page and table, each only where it changed."""
     for name, make in TABLES.items():
         _write(folder / f"{name}.md", make())
-    for path, text in api_pages().items():
-        _write(DOCS / "reference" / "api" / path, text)
+    for command, text in json_keys().items():
+        _write(DOCS / "reference" / "json" / f"{command}.md", text)
     for name in SCHEMAS:
         text = (DOCS / "schemas" / f"{name}.schema.json").read_text("utf-8")
         _write(folder / "site" / "schemas" / f"{name}.schema.json", text)
@@ -525,9 +452,19 @@ def explorer(folder: Path) -> str:
     for name in MODELS:
         if (modules / f"{name}.wasm.gz").exists():
             answer = call(f"explore {name} --out {folder / name}.html")
+            page = folder / f"{name}.html"
+            page.write_text(with_way_back(page.read_text("utf-8")), "utf-8")
             link = f'<a href="../explorer/{name}.html">{name}</a>'
             rows.append((link, model(name).title, f"{answer['bytes'] / 1000:.0f} kB"))
     return table(("page", "mechanism", "size"), rows)
+
+
+def with_way_back(page: str) -> str:
+    """Return an explorer page with a link to the site, in which its frame may be embedded."""
+    head, body, rest = page.partition("<body>")
+    assert body, "the explorer page has no <body>"
+    link = '<a href="../tutorials/explorer.html" target="_top">painleve-sym: explorer pages</a>'
+    return f'{head}{body}<nav aria-label="Site" style="padding: .3rem 1rem">{link}</nav>{rest}'
 
 
 def _write(path: Path, text: str) -> None:
