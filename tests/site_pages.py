@@ -87,14 +87,14 @@ class Page:
 
     def call(self, words: list[str]) -> tuple[int, str]:
         """Run a command of the package in this process."""
-        printed, noted = io.StringIO(), io.StringIO()
+        printed, notices = io.StringIO(), io.StringIO()
         with (
             contextlib.chdir(self.folder),
             contextlib.redirect_stdout(printed),
-            contextlib.redirect_stderr(noted),
+            contextlib.redirect_stderr(notices),
         ):
             status = main(words)
-        return status, printed.getvalue() + noted.getvalue()
+        return status, printed.getvalue() + notices.getvalue()
 
     def program(self, body: str) -> str:
         """Return what a program of Python prints."""

@@ -33,7 +33,7 @@ PICTURES = {
 """Figures of the scripts that are not executed; a study without one is not in the gallery."""
 
 DOCSTRING = re.compile(r'"""(.+?)("""|\n(.*?)""")', re.DOTALL)
-"""The question of a script, and what is said about it."""
+"""The question of a script, and the text below it."""
 
 
 def stage(root: Path, folder: Path) -> None:
