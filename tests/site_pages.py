@@ -126,6 +126,10 @@ def matches(shown: str, printed: str) -> bool:
 
 
 def without_round_off(text: str) -> str:
-    """Return a text without blanks at line ends, and with round-off below 1e-18 replaced by 0."""
-    text = re.sub(r" +-?[\d.]+e-(?:1[89]|[2-9]\d)$", " 0", text, flags=re.MULTILINE)
-    return "".join(f"{line.rstrip()}\n" for line in text.splitlines())
+    """Return the words of a text, its numbers to ten digits and those below 1e-11 as 0.
+
+    Columns are as wide as their numbers, so one blank stands for any number of them.
+    """
+    text = re.sub(r"\d+\.\d{8,}\b(?!e)", lambda number: f"{float(number[0]):.10g}", text)
+    text = re.sub(r" +-?[\d.]+e-(?:1[2-9]|[2-9]\d)\b", " 0", text)
+    return "".join(f"{' '.join(line.split())}\n" for line in text.splitlines())
