@@ -109,7 +109,7 @@ def test_panels_of_a_paper_stand_below_each_other_in_a_column(count):
 
 
 def grey(colour):
-    """Return the lightness of a colour by CIE (1976), 0 to 100."""
+    """Return the lightness of a colour in CIELAB, 0 to 100."""
     rgb = [int(to_hex(colour)[i : i + 2], 16) / 255 for i in (1, 3, 5)]
     linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in rgb]
     return 116 * math.cbrt(np.dot([0.2126, 0.7152, 0.0722], linear)) - 16
