@@ -17,12 +17,16 @@ from pathlib import Path
 
 from painleve_sym.errors import PainleveError, PainleveWarning
 
-ZIG_FOLDER = "painleve-zig"
-"""Where the compiler of the package ziglang keeps what it made of its own libraries."""
-
 _BY_OTHERS, _WRITTEN_BY_OTHERS = 0o077, 0o022
-# Named by hashes; the folders in which files are made; what a compiler keeps.
-_OWN_NAME = re.compile(rf"[0-9a-f]{{40}}[-.].*|tmp[a-z0-9_]{{8}}|{ZIG_FOLDER}", re.S)
+PREFIX = "painleve-"
+"""Of all names in the cache: its folder may have another purpose, too."""
+ZIG_FOLDER = f"{PREFIX}zig"
+"""Where the compiler of the package ziglang keeps what it made of its own libraries."""
+_WORK = f"{PREFIX}work-"
+# Libraries, derivations, the folders in which both are made, and what a compiler keeps.
+_OWN_NAME = re.compile(
+    rf"{PREFIX}[0-9a-f]{{40}}(?:-[0-9a-f]{{40}}\.so|\.json)|{_WORK}[a-z0-9_]{{8}}|{ZIG_FOLDER}"
+)
 
 
 def named_folder() -> Path:
@@ -73,11 +77,14 @@ def _foreign(folder: Path) -> str | None:
 
 def _close(folder: Path) -> str | None:
     """Close the folder to other users; return why it stays open and cannot be used, or None."""
-    written = stat.S_IMODE(folder.stat().st_mode) & _WRITTEN_BY_OTHERS
+    mode = folder.stat().st_mode
+    written = mode & _WRITTEN_BY_OTHERS
+    # A folder of another purpose, or one that is meant to be shared: its mode is the user's choice.
     if any(not _OWN_NAME.fullmatch(entry.name) for entry in folder.iterdir()):
-        # The folder has another purpose too: its mode is the user's choice.
         holds = "other users can write to it, and it holds files that are not the cache's"
         return holds if written else None
+    if mode & stat.S_ISVTX:
+        return "it is a folder that users share (its sticky bit is set)" if written else None
     folder.chmod(0o700)
     if written and (removed := sum(1 for path in _entries(folder) if _remove(path))):
         warnings.warn(
@@ -128,10 +135,15 @@ def own_content(path: Path) -> bytes | None:
         return None
 
 
+def work_folder(folder: Path) -> tempfile.TemporaryDirectory[str]:
+    """Return a context that makes and removes a folder in the cache, in which a file is made."""
+    return tempfile.TemporaryDirectory(dir=folder, prefix=_WORK, ignore_cleanup_errors=True)
+
+
 def full(folder: Path) -> str | None:
     """Return why a file of 1 MiB cannot be written into the folder, or None where it can."""
     try:
-        with tempfile.TemporaryFile(dir=folder) as file:
+        with tempfile.TemporaryFile(dir=folder, prefix=_WORK) as file:
             file.write(bytes(1 << 20))
             file.flush()
     except OSError as error:

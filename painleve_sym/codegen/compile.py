@@ -21,11 +21,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from painleve_sym.codegen.cache import (
+    PREFIX,
     ZIG_FOLDER,
     cache_folder,
     full,
     own_content,
     temporary_folder,
+    work_folder,
 )
 from painleve_sym.errors import CompileError, CompilerMissing
 
@@ -222,7 +224,7 @@ def compiled_library(source: str) -> Path:
     faults = []
     for compiler in _compilers():
         folder, key = cache_folder(), library_key(source, compiler)
-        for path in folder.glob(f"{key}-*.so"):
+        for path in folder.glob(f"{PREFIX}{key}-*.so"):
             if _is_whole(path):
                 return path
             with suppress(OSError):
@@ -273,11 +275,11 @@ def _build_where_there_is_room(source: str, compiler: Compiler, folder: Path, ke
 
 
 def _build(source: str, compiler: Compiler, folder: Path, key: str) -> Path:
-    with tempfile.TemporaryDirectory(dir=folder, ignore_cleanup_errors=True) as work:
+    with work_folder(folder) as work:
         library = Path(work, "model.so")
         _run(compiler, library, *_compiled_parts(source, compiler, library.parent), "-lm")
         library.chmod(0o700)
-        target = folder / f"{key}-{_content_hash(library.read_bytes())}.so"
+        target = folder / f"{PREFIX}{key}-{_content_hash(library.read_bytes())}.so"
         os.replace(library, target)
         return target
 

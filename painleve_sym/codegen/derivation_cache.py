@@ -12,12 +12,11 @@ import hashlib
 import importlib.util
 import json
 import os
-import tempfile
 from pathlib import Path
 from typing import Any
 
 import painleve_sym
-from painleve_sym.codegen.cache import cache_folder, own_content
+from painleve_sym.codegen.cache import PREFIX, cache_folder, own_content, work_folder
 
 _DERIVING = ("mechanics", "laws", "hybrid", "contacts", "codegen", "engines", "motion")
 _AT_ONCE = 1 << 20
@@ -116,7 +115,7 @@ def write_entry(key: str, entry: dict[str, Any]) -> None:
     content = json.dumps(entry)
     path = _path(key)
     try:
-        with tempfile.TemporaryDirectory(dir=path.parent) as work:
+        with work_folder(path.parent) as work:
             written = Path(work, path.name)
             written.write_text(f"{_hash(content)}\n{content}", "utf-8")
             written.chmod(0o600)
@@ -126,7 +125,7 @@ def write_entry(key: str, entry: dict[str, Any]) -> None:
 
 
 def _path(key: str) -> Path:
-    return cache_folder() / f"{key}.json"
+    return cache_folder() / f"{PREFIX}{key}.json"
 
 
 def _hash(text: str) -> str:

@@ -199,6 +199,20 @@ def test_folder_with_other_files_is_not_touched(cache, monkeypatch):
     assert mode(cache) == 0o755
 
 
+@pytest.mark.parametrize("held", [(), ("tmpabcd1234",)])
+def test_folder_that_users_share_is_neither_closed_nor_emptied(cache, monkeypatch, held):
+    cache.mkdir()
+    for name in held:
+        (cache / name).mkdir()
+    cache.chmod(0o1777)
+    used_instead(cache, monkeypatch)
+    assert mode(cache) == 0o1777 and [p.name for p in cache.iterdir()] == [*held]
+    # Where only the user can write it serves, as it is.
+    cache.chmod(0o1755)
+    assert compiled_library(SOURCE % 7).parent == cache
+    assert mode(cache) == 0o1755
+
+
 @pytest.mark.parametrize("bits", [0o720, 0o702, 0o777])
 def test_file_that_others_can_write_is_not_loaded(cache, bits):
     path = compiled_library(SOURCE % 7)
@@ -207,7 +221,7 @@ def test_file_that_others_can_write_is_not_loaded(cache, bits):
     assert mode(compiled_library(SOURCE % 7)) == 0o700
     write_entry(KEY, {"a": 1})
     assert read_entry(KEY) == {"a": 1}
-    (cache / f"{KEY}.json").chmod(0o666)
+    (cache / f"painleve-{KEY}.json").chmod(0o666)
     assert read_entry(KEY) is None
 
 
@@ -275,7 +289,7 @@ def test_command_cache_shows_and_clears(cache, capsys):
     path = compiled_library(SOURCE % 7)
     write_entry(KEY, {"a": 1})
     (cache / "thesis.tex").write_text("mine")
-    size = path.stat().st_size + (cache / f"{KEY}.json").stat().st_size
+    size = path.stat().st_size + (cache / f"painleve-{KEY}.json").stat().st_size
     full = empty | {"libraries": 1, "derivations": 1, "bytes": size}
     assert cached(capsys) == full
     assert main(["cache"]) == 0
@@ -287,6 +301,20 @@ def test_command_cache_shows_and_clears(cache, capsys):
     assert "nothing to remove" in capsys.readouterr().out
 
 
+OTHERS = ("tmpabcd1234/thesis.txt", f"{KEY}.json", f"{KEY}-{KEY}.so", "painleve-thesis/a.txt")
+
+
+def test_command_cache_removes_nothing_that_only_looks_like_its_own(cache, capsys):
+    path = compiled_library(SOURCE % 7)
+    for name in OTHERS:
+        (cache / name).parent.mkdir(exist_ok=True)
+        (cache / name).write_text("work")
+    assert cached(capsys)["bytes"] == path.stat().st_size
+    assert main(["cache", "--clear"]) == 0
+    assert not path.exists()
+    assert [(cache / name).read_text() for name in OTHERS] == ["work"] * len(OTHERS)
+
+
 def test_command_cache_leaves_the_folder_of_another_user(cache, capsys, monkeypatch):
     path = compiled_library(SOURCE % 7)
     monkeypatch.setattr(os, "geteuid", lambda: path.stat().st_uid + 1)
@@ -296,8 +324,8 @@ def test_command_cache_leaves_the_folder_of_another_user(cache, capsys, monkeypa
 
 
 def test_command_cache_counts_what_killed_processes_and_compilers_left(cache, capsys):
-    (cache / "tmpabcdef12").mkdir(parents=True)
-    (cache / "tmpabcdef12" / "model.c").write_text("12345")
+    (cache / "painleve-work-abcdef12").mkdir(parents=True)
+    (cache / "painleve-work-abcdef12" / "model.c").write_text("12345")
     (cache / caching.ZIG_FOLDER / "o").mkdir(parents=True)
     (cache / caching.ZIG_FOLDER / "o" / "libc.so").write_text("123")
     assert cached(capsys)["bytes"] == 8

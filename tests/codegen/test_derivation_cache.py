@@ -279,7 +279,7 @@ def test_entry_comes_back_as_it_was_and_leaves_nothing_beside_it(cache):
     entry = {"number": 0.1, "names": ["a", "ä"], "none": None}
     write_entry("k" * 40, entry)
     assert read_entry("k" * 40) == entry
-    assert [p.name for p in cache.iterdir()] == ["k" * 40 + ".json"]
+    assert [p.name for p in cache.iterdir()] == ["painleve-" + "k" * 40 + ".json"]
     assert read_entry("l" * 40) is None
 
 
@@ -319,4 +319,4 @@ def test_two_processes_may_derive_at_once(cache, tmp_path):
     assert [process.returncode for process in running] == [0, 0]
     assert len(ends) == 1
     assert len(entries(cache)) == 2  # the description of the named mechanism, and the engine
-    assert all(read_entry(path.stem) for path in entries(cache))
+    assert all(read_entry(path.stem.removeprefix("painleve-")) for path in entries(cache))
