@@ -70,6 +70,8 @@ class Translator:
         if isinstance(expr, Boolean) and not expr.is_Symbol:
             return self._condition(expr)
         if expr.is_number:
+            if expr.has(sp.nan, sp.zoo) or not expr.is_extended_real:
+                raise TranslationError(f"code generation: got {expr}, need finite real values.")
             return ca.SX(float(expr))
         if expr.is_Symbol:
             raise TranslationError(

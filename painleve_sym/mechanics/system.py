@@ -83,6 +83,58 @@ def vanishes(number: sp.Expr) -> bool:
     return number is not sp.nan and bool(abs(number) <= sp.Float("1e-20"))
 
 
+def singular_part(formula: sp.Expr) -> sp.Expr | None:
+    """Return a part that is zero everywhere, by which a formula divides, or whose root it takes.
+
+    Such a formula, or its derivative, is nowhere finite, which SymPy may find much later.
+    Logarithms and angles of such parts count, too.
+    """
+    powers = formula.atoms(sp.Pow)
+    parts = {p.base for p in powers if not (p.exp.is_Integer and p.exp.is_positive)}
+    parts |= {f.args[0] for f in formula.atoms(sp.log)}
+    parts |= {sum(a**2 for a in f.args) for f in formula.atoms(sp.atan2)}
+    compound = sorted((p for p in parts if p.args), key=sp.default_sort_key)
+    for part in compound:
+        if all(_is_zero(part, point) for point in _points(part)):
+            return part
+    return None
+
+
+def not_finite(part: sp.Expr) -> str:
+    """Return the sentence about a formula with such a part."""
+    return (
+        f"not finite: {part} is 0 everywhere, and the formula divides by it or takes its root, "
+        "logarithm or angle. Fix: leave it out."
+    )
+
+
+def _points(formula: sp.Expr) -> Iterator[dict[sp.Symbol, sp.Expr]]:
+    """Yield values of the symbols: of both signs, where they may be negative."""
+    symbols = sorted(formula.free_symbols, key=str)
+    for seed, signs in ((1, (1, 1)), (2, (1, -1)), (1, (-1, 1)), (2, (-1, -1))):
+        values = sample_values(symbols, seed)
+        yield {
+            s: v if s.is_nonnegative else signs[i % 2] * v
+            for i, (s, v) in enumerate(values.items())
+        }
+
+
+def _is_zero(part: sp.Expr, point: Mapping[sp.Symbol, sp.Expr]) -> bool:
+    """Return whether a part is zero at a point; a sum, beside its terms."""
+    if not part.args or isinstance(part, sp.exp):
+        return False
+    if part.is_Mul or isinstance(part, sp.Abs):
+        return any(_is_zero(factor, point) for factor in part.args)
+    if part.is_Pow:
+        return bool(part.exp.is_positive) and _is_zero(part.base, point)
+    if part.is_Add and all(_is_zero(term, point) for term in part.args):
+        return True
+    terms = part.args if part.is_Add else ()
+    total, *sizes = (abs(sp.N(e.xreplace(point), 30)) for e in (part, *terms))
+    limit = max(sizes) * sp.Float("1e-20") if sizes else sp.Float("1e-50")
+    return bool((total <= limit) == True)  # noqa: E712, a comparison that SymPy leaves open
+
+
 @dataclass(frozen=True)
 class LagrangianSystem:
     """A holonomic mechanical system given by its energies.
@@ -193,7 +245,9 @@ class LagrangianSystem:
         return faults
 
     def formula_faults(self, name: str, formula: Scalar) -> Iterator[str]:
-        """Yield a sentence for each symbol not declared, and for jumps and kinks at given times.
+        """Yield a sentence for each symbol not declared, and for what is not finite or smooth.
+
+        Jumps and kinks at given times are not smooth.
 
         Parameters
         ----------
@@ -207,6 +261,8 @@ class LagrangianSystem:
                 yield f"{name}: t is the time, but a parameter is called t. Fix: rename it."
             else:
                 yield f"{name}: " + unknown_name("symbol", str(symbol), map(str, self.symbols))
+        if (part := singular_part(formula)) is not None:
+            yield f"{name}: {not_finite(part)}"
         if TIME in self.clock and TIME in formula.free_symbols:
             moving = {*self.q, *self.q_dot}
             for part in sorted(formula.atoms(*_STEPS, *_KINKS), key=str):

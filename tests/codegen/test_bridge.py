@@ -263,3 +263,9 @@ def test_the_first_case_that_holds_counts_whatever_the_others_give(x, expected):
 
 def test_no_case_that_holds_gives_nan():
     assert math.isnan(numbers([sp.Piecewise((1, sp.Gt(X, 0)), evaluate=False)], {X: -1.0})[0])
+
+
+@pytest.mark.parametrize("number", [sp.nan, sp.zoo, sp.I])
+def test_number_that_is_not_real_has_no_counterpart(number):
+    with pytest.raises(TranslationError, match="need finite real values"):
+        translated(number)

@@ -100,6 +100,10 @@ def test_formula_is_read_as_it_is_written(text, expected):
         ("sqrt(-1)*x", "sqrt of -1 is not a finite real number."),
         ("(-8)**(1/3)", "is not a finite real number"),
         ("tan(pi/2)", "need finite real values"),
+        ("x/(sin(x)**2 + cos(x)**2 - 1)", "not finite: sin(x)**2 + cos(x)**2 - 1 is 0 everywhere"),
+        ("x*sqrt((x + y)**2 - x**2 - 2*x*y - y**2)", "is 0 everywhere, and the formula divides by"),
+        ("log(abs(x*(sin(y)**2 + cos(y)**2 - 1)))", "is 0 everywhere"),
+        ("1/log(sin(x)**2 + cos(x)**2)", "not finite: log(sin(x)**2 + cos(x)**2) is 0 everywhere"),
         ("1e999", "the number inf is too large"),
         ("x*1e308", "the number 1e+308 is too large, need 1e-100 to 1e+100"),
         ("x/1e-200", "the number 1e-200 is too small"),
@@ -114,6 +118,14 @@ def test_formula_is_read_as_it_is_written(text, expected):
 )
 def test_formula_with_a_fault_says_what_to_do(text, message):
     assert any(message in m for m in faults_of(text)), faults_of(text)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["1/(x - abs(x))", "1/log(x - 5)", "x/(1e-90*x + 1e-90)", "1/(exp(-1000*x) + exp(-2000*x))"],
+)
+def test_formula_that_is_finite_somewhere_is_read(text):
+    value(text)
 
 
 @pytest.mark.parametrize("entry", [True, None, [1], {"a": 1}, math.nan, math.inf])

@@ -185,6 +185,12 @@ def test_system_rejects_a_singular_mass_matrix():
         LagrangianSystem("bad", (X, y), (M,), M.symbol * (X.rate + y.rate) ** 2, sp.Integer(0))
 
 
+def test_system_whose_energy_is_nowhere_finite_is_rejected():
+    hidden = sp.sin(X.symbol) ** 2 + sp.cos(X.symbol) ** 2 - 1
+    with pytest.raises(ModelError, match=r"potential energy: not finite: .* is 0 everywhere"):
+        LagrangianSystem("bad", (X,), (M,), KINETIC, sp.log(hidden))
+
+
 @pytest.mark.parametrize(
     ("parameter", "positive", "nonnegative"),
     [

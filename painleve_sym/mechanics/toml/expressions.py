@@ -19,6 +19,7 @@ from typing import Any
 import sympy as sp
 
 from painleve_sym.errors import unknown_name
+from painleve_sym.mechanics.system import not_finite, singular_part
 
 MAX_LENGTH = 4000
 """Characters of one formula."""
@@ -131,6 +132,8 @@ class Formulas:
             return None, walk.faults
         if part.expr.has(sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I):
             return None, [TextFault(f"got {part.expr}, need finite real values.")]
+        if (zero := singular_part(part.expr)) is not None:
+            return None, [TextFault(not_finite(zero))]
         return part, []
 
 
