@@ -208,7 +208,11 @@ def _run_options(sub: dict[str, Parser]) -> None:
 def _animate_options(parser: Parser) -> None:
     _case(parser)
     _motion(parser)
-    _texts(parser, ("--out", "FILE", "the film: .gif, .html, or .mp4 with ffmpeg"), required=True)
+    _texts(
+        parser,
+        ("--out", "FILE", "the film: .gif, .html, or .mp4 with imageio-ffmpeg"),
+        required=True,
+    )
     _texts(
         parser,
         _ENGINE,

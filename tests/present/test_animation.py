@@ -7,6 +7,7 @@ import re
 import shlex
 from pathlib import Path
 
+import matplotlib
 import numpy as np
 import pytest
 from PIL import Image
@@ -14,12 +15,11 @@ from PIL import Image
 from painleve_sym import InputError, Trajectory, load_mechanism, model, simulate
 from painleve_sym.__main__ import main
 from painleve_sym.mechanics.models import MODELS
-from painleve_sym.present.animation import (
-    SHORTEST,
-    Animation,
-    Scene,
-    film_times,
-)
+from painleve_sym.present import animation
+from painleve_sym.present.animation import Animation
+from painleve_sym.present.film import SLIP, FilmPicture, moments
+from painleve_sym.present.scene import SHARES, SHORTEST, Scene, film_times
+from painleve_sym.present.style import CONTACTS, NORMAL, STYLE, TANGENTIAL
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "animation.md").read_text("utf-8")
@@ -44,6 +44,15 @@ def test_impact_is_magnified(bounce):
     share = (events[-1] - events[0]) / bounce.final_time
     assert np.mean(within) > 5 * share
     assert np.diff(times).min() > 0.01 * SHORTEST * bounce.final_time
+
+
+def test_parts_of_the_film_are_those_of_time_steps_and_events():
+    run = simulate("block-two-feet", "rigid", {"theta": 0.3}, t_end=1.4, parameters={"beta": 0.05})
+    assert len(run.events) > 10
+    frames = 200
+    steps = np.diff(film_times(run, frames))
+    # Time alone takes its share, so that no frame is longer than that.
+    assert steps.max() < 1.02 * run.final_time / SHARES[0] / (frames - 1)
 
 
 def test_motion_without_events_keeps_its_pace():
@@ -89,6 +98,137 @@ def test_every_named_mechanism_has_a_film(name, tmp_path):
         assert film.n_frames == 2 and film.width == 200
 
 
+def picture(run, duration=1.0, **options):
+    film = run.animate(duration=duration, **options)
+    with matplotlib.rc_context(STYLE | {"figure.dpi": 100}):
+        shown = FilmPicture(film.scene, film.width, film.rate)
+        pixels = shown.pixels(len(film.scene.times) // 2)
+    return film.scene, shown, pixels
+
+
+@pytest.fixture(scope="module")
+def slow():
+    run = simulate("rod", "bilinear-hertz", {"theta": 1.0, "x_A_dot": -1.0}, t_end=0.01)
+    return picture(run)
+
+
+@pytest.fixture(scope="module")
+def feet():
+    return picture(simulate("block-two-feet", "hertz", None, t_end=0.02))
+
+
+def texts(figure):
+    return [t.get_text() for t in figure.findobj(matplotlib.text.Text) if t.get_text()]
+
+
+def test_motion_too_small_to_see_has_an_inset_with_its_magnification(slow):
+    scene, shown, _ = slow
+    (inset,) = shown.insets
+    way = float(np.ptp(scene.gap("A")))
+    assert way < 0.001 * shown.view.size[0]
+    assert way > 0.05 * inset.width or np.ptp(scene.slid("A")) > 0.3 * inset.width
+    ratio = shown.view.axes.bbox.width / shown.view.size[0] * inset.width / inset.axes.bbox.width
+    (title,) = inset.axes.texts
+    assert float(title.get_text().strip("× ").replace(",", "")) == pytest.approx(
+        1 / ratio, rel=0.06
+    )
+
+
+def test_magnified_contact_stays_inside_its_inset(slow, feet):
+    for scene, shown, _ in (slow, feet):
+        for inset in shown.insets:
+            place = scene.place(inset.contact)
+            assert ((place > inset.corner) & (place < inset.corner + inset.size)).all()
+
+
+def test_marks_of_the_surface_slide_under_a_magnified_contact(slow):
+    _, shown, _ = slow
+    (inset,) = shown.insets
+    tops = []
+    for i in (0, 4):
+        inset.show(i)
+        tops.append([mark.get_xdata()[0] for mark in inset.marks])
+    moved = (tops[1][0] - tops[0][0]) % (inset.width / 7)
+    # The ground stands still: marks keep their places, up to one of their distances.
+    assert min(moved, inset.width / 7 - moved) < 0.02 * inset.width
+
+
+def test_insets_hide_no_body(slow, feet):
+    for scene, shown, _ in (slow, feet):
+        for inset in shown.insets:
+            low, high = shown.view.corner, shown.view.corner + shown.view.size
+            box, view = inset.axes.get_position(), shown.view.axes.get_position()
+            parts = (scene.outline() - low[:, None]) / (high - low)[:, None]
+            x = view.x0 + parts[:, :, 0] * view.width
+            y = view.y0 + parts[:, :, 1] * view.height
+            assert not ((x > box.x0) & (x < box.x1) & (y > box.y0) & (y < box.y1)).any()
+
+
+def test_motion_that_is_seen_has_no_inset():
+    _, shown, _ = picture(simulate("rod", "rigid", {"y_A": 1.0, "theta": 1.0}, t_end=0.3))
+    assert shown.insets == []
+
+
+def test_words_and_units_of_a_film(slow):
+    _, shown, _ = slow
+    words = texts(shown.figure)
+    assert "time, magnified where it is short (ms)" in words and "$F_n$ (N)" in words
+    colours = {t.get_text(): t.get_color() for t in shown.figure.texts}
+    assert (colours["$F_n$"], colours["$F_t$"], colours["slip"]) == (NORMAL, TANGENTIAL, SLIP)
+    assert re.fullmatch(r"\$t\$ = \d\.\d+ ms    slow motion 1 : [\d,]+", shown.clock.get_text())
+
+
+def test_strip_of_a_film_is_the_normal_force(slow):
+    scene, shown, _ = slow
+    curve = shown.strip.lines[0]
+    places = np.asarray(curve.get_xdata()) * shown.rate
+    expected = np.interp(np.arange(len(scene.times)), places, curve.get_ydata())
+    largest = scene.outputs["normal_force"].max()
+    assert np.abs(expected - scene.outputs["normal_force"]).max() < 0.05 * largest
+
+
+def test_contacts_of_a_film_are_named_in_their_colours_off_the_curves(feet):
+    _, shown, _ = feet
+    legend = shown.strip.get_legend()
+    assert [t.get_text() for t in legend.get_texts()] == ["A", "B"]
+    assert legend.get_window_extent().y0 >= shown.strip.bbox.y1 - 1
+    assert [line.get_color() for line in shown.strip.lines[:2]] == list(CONTACTS[:2])
+    names = [arrows.name.get_text() for arrows in shown.arrows]
+    assert names == ["A", "B"]
+    assert {inset.axes.texts[0].get_text()[0] for inset in shown.insets} <= {"A", "B"}
+
+
+def test_picture_of_a_film_is_the_right_way_up(slow):
+    _, shown, pixels = slow
+    view = shown.view.axes.bbox
+    height = pixels.shape[0]
+    middle = int(view.x0 + 0.9 * view.width)
+    low, high = (int(height - view.y0 - part * view.height) for part in (0.02, 0.6))
+    assert pixels[low, middle].max() < 240 and pixels[high, middle].min() == 255
+
+
+def test_moments_of_events_are_their_frames():
+    times = np.array([0.0, 1.0, 2.0])
+    events = [(0.5, "slip stops", "A"), (1.0, "lift-off", "A"), (9.0, "end", "")]
+    assert moments(events, times) == [
+        (1, [("slip stops", "A"), ("lift-off", "A")]),
+        (2, [("end", "")]),
+    ]
+
+
+def test_picture_of_a_mechanism_is_to_scale_with_its_contacts(bounce):
+    figure = bounce.animate().still()
+    (axes,) = figure.axes
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("$x$ (m)", "$y$ (m)")
+    assert axes.get_aspect() == 1.0
+    rod = axes.lines[0]
+    np.testing.assert_allclose(
+        rod.get_xydata(), [[0, 0.05], [2 * math.cos(1), 0.05 + 2 * math.sin(1)]]
+    )
+    assert "A" in [t.get_text() for t in axes.texts]
+    assert not any("slow" in t for t in texts(figure))
+
+
 def test_gif_has_its_frames_and_size(bounce, tmp_path):
     path = tmp_path / "film.gif"
     bounce.animate(duration=1.0).save(path)
@@ -113,7 +253,9 @@ def test_page_needs_no_other_file(bounce, tmp_path):
     text = path.read_text("utf-8")
     assert not re.search(r"(src|href)=\"(?!data:)", text) and "http" not in text
     assert text.count("iVBOR") >= 6
-    assert "prefers-reduced-motion" in text and "<label>" in text
+    assert "prefers-reduced-motion" in text and "<label>Time" in text
+    # A clock beside the slider, in a page with the style of all.
+    assert "<output>" in text and '"0.2 s"' in text and "system-ui" in text
 
 
 def test_name_of_a_mechanism_is_text_in_the_page(tmp_path):
@@ -124,10 +266,19 @@ def test_name_of_a_mechanism_is_text_in_the_page(tmp_path):
     assert "<script>alert" not in run.animate(duration=0.2).html()
 
 
-def test_video_needs_ffmpeg(bounce, tmp_path, monkeypatch):
-    monkeypatch.setenv("PATH", str(tmp_path))
-    with pytest.raises(InputError, match="MP4 needs the program ffmpeg"):
+def test_video_has_its_frames(bounce, tmp_path):
+    imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
+    path = tmp_path / "film.mp4"
+    bounce.animate(duration=0.5, width=240).save(path)
+    frames, seconds = imageio_ffmpeg.count_frames_and_secs(str(path))
+    assert frames == 6 and seconds == pytest.approx(0.5, abs=0.01)
+
+
+def test_video_without_its_package_is_one_clear_sentence(bounce, tmp_path, monkeypatch):
+    monkeypatch.setattr(animation.importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(InputError, match=r"needs the package imageio-ffmpeg.*painleve-sym\[film\]"):
         bounce.animate(duration=0.2).save(tmp_path / "film.mp4")
+    assert not list(tmp_path.iterdir())
 
 
 def test_faults_of_films(bounce, tmp_path):
