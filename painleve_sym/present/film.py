@@ -313,7 +313,7 @@ class _Inset(_View):
 
 @dataclass(frozen=True)
 class _Frame:
-    """What the view of a film shows: lower left corners over the frames, size, and insets.
+    """View of a film: lower left corners over the frames, size, and insets.
 
     Corners and size are in m; places and the share of an inset are parts of the view.
     """
