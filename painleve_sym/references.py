@@ -75,27 +75,32 @@ class Reference:
 
     @property
     def link(self) -> str:
-        """Address of the work; empty where none is known."""
-        if self.doi:
-            return f"https://doi.org/{quote(self.doi, safe='/:;.')}"
-        return self.url or (f"https://arxiv.org/abs/{self.eprint}" if self.eprint else "")
+        """Address of the work; empty where none is confirmed."""
+        if doi := self._confirmed("doi"):
+            return f"https://doi.org/{quote(doi, safe='/:;.')}"
+        eprint = self._confirmed("eprint")
+        return self._confirmed("url") or (f"https://arxiv.org/abs/{eprint}" if eprint else "")
 
     @property
     def text(self) -> str:
-        """The work with all its data, without its address."""
-        origin = f"{_joined(self.authors)} ({self.year})"
-        volume = self.volume + f"({self.number})" * bool(self.number)
-        place = ", ".join(filter(None, [f"{self.venue} {volume}".strip(), self.pages]))
+        """The work with its confirmed data, without its address."""
+        number = self._confirmed("number")
+        volume = self._confirmed("volume") + f"({number})" * bool(number)
+        place = ", ".join(
+            filter(None, [f"{self.venue} {volume}".strip(), self._confirmed("pages")])
+        )
+        sentences = [self.title, place, self.note]
         if self.cited_by_title:
-            sentences = [self.title, f"Probably {origin}" + f", {place}" * bool(place)]
+            sentences = [self.title]
         else:
-            sentences = [origin, self.title, place]
-        if self.eprint:
-            sentences.append(f"arXiv:{self.eprint}")
-        sentences.append(self.note)
-        if self.unconfirmed:
-            sentences.append(f"Not confirmed: {', '.join(self.unconfirmed)}")
+            sentences.insert(0, f"{_joined(self.authors)} ({self.year})")
+        if eprint := self._confirmed("eprint"):
+            sentences.append(f"arXiv:{eprint}")
         return " ".join(f"{sentence}." for sentence in sentences if sentence)
+
+    def _confirmed(self, name: str) -> str:
+        """Return a field, empty where it was not compared with a public record."""
+        return "" if name in self.unconfirmed else str(getattr(self, name))
 
     def __str__(self) -> str:
         """Return `text` and the address."""

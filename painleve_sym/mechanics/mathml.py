@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any, TypeAlias
 
 import sympy as sp
+from sympy.functions.elementary.trigonometric import TrigonometricFunction
 from sympy.printing.mathml import MathMLPresentationPrinter
 from sympy.printing.pretty.pretty_symbology import greek_unicode
 
@@ -14,6 +15,8 @@ _NAME = re.compile(
     r"(?P<base>[^_]+)(?:_(?P<index>.+?))??(?:_(?P<dots>d{1,2}ot)(?:_(?P<time>\d+))?)?"
 )
 _DOTS = {"dot": "\u02d9", "ddot": "\u00a8"}
+_THIN = "0.17em"
+"""Space between a function and its neighbours, as TeX has it."""
 
 Marks: TypeAlias = list[tuple[sp.Symbol, sp.Expr]]
 """Symbols, each with the part of a formula that it stands for."""
@@ -56,6 +59,34 @@ class _Printer(MathMLPresentationPrinter):
             node = self._node("mrow", node, *between)
         return node
 
+    def _print_Function(self, e: sp.Function) -> Any:
+        return self._applied(e, self._node("mi", self.mathml_tag(e)))
+
+    def _print_Pow(self, e: sp.Pow) -> Any:
+        """Print sin² θ for sin(θ)², and exponents of dotted letters at the height of others."""
+        if isinstance(e.exp, sp.Integer) and e.exp > 0:
+            if isinstance(e.base, TrigonometricFunction):
+                name = self._node("mi", self.mathml_tag(e.base))
+                return self._applied(e.base, self._node("msup", name, self._print(e.exp)))
+            if isinstance(e.base, sp.Symbol) and e.base not in self.marked:
+                base = self._node("mpadded", self._print(e.base), height="0.75em")
+                return self._node("msup", base, self._print(e.exp))
+        return super()._print_Pow(e)
+
+    def _applied(self, e: sp.Function, name: Any) -> Any:
+        """Return a function before its argument, which has brackets where it is not one symbol."""
+        alone = len(e.args) == 1 and isinstance(e.args[0], sp.Symbol)
+        inner = [self._paren_comma_separated(*e.args)]
+        if alone and e.args[0] not in self.marked:
+            inner = [self._node("mspace", width=_THIN), self._print(e.args[0])]
+        space = self._node("mspace", width=_THIN)
+        return self._node("mrow", space, name, self._node("mo", "\u2061"), *inner)
+
+
+def symbol_mathml(name: str) -> str:
+    """Return the symbol of a name, such as ``theta_dot``, as MathML within a line of text."""
+    return f"<math>{_Printer({}).doprint(sp.Symbol(name))}</math>"
+
 
 def mathml(value: Any, name: str = "", marked: Sequence[Any] = ()) -> str:
     """Return a formula, or an equation where a name stands before it, as a MathML element.
@@ -67,6 +98,7 @@ def mathml(value: Any, name: str = "", marked: Sequence[Any] = ()) -> str:
     inner = printer.doprint(value)
     if name:
         inner = f"{printer.doprint(sp.Symbol(name))}<mo>=</mo>{inner}"
+    inner = inner.replace("<mo>-</mo>", "<mo>\u2212</mo>")
     return f'<math display="block"><mrow>{inner}</mrow></math>'
 
 

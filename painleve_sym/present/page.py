@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,41 +13,62 @@ from painleve_sym.escape import html_text as escape
 from painleve_sym.files import write_beside
 
 _STYLE = """
-:root { color-scheme: light; }
-body { font: 1rem/1.5 system-ui, sans-serif; color: #1a1a1a; background: #fff; margin: 0 auto;
-  max-width: 62rem; padding: 1rem; }
+:root { color-scheme: light dark; --ink: #1a1a1a; --paper: #fff; --soft: #444; --line: #ccc;
+  --fill: #f3f3f3; --link: #004a80; --mark: #ffd9c7; --green: #14613f; --red: #a30000;
+  --brown: #9a3300; --purple: #7a1f6b; }
+@media (prefers-color-scheme: dark) { :root { --ink: #e8e8e8; --paper: #16181b; --soft: #b4b4b4;
+  --line: #4a4d52; --fill: #24272b; --link: #8fc7ff; --mark: #6b2c10; --green: #7fd6ab;
+  --red: #ff9a9a; --brown: #ffb38a; --purple: #e6a4d8; } }
+body { font: 1rem/1.5 system-ui, sans-serif; color: var(--ink); background: var(--paper);
+  margin: 0 auto; max-width: 62rem; padding: 1rem; overflow-wrap: break-word; }
 h1 { font-size: 1.7rem; line-height: 1.25; }
-h2 { font-size: 1.35rem; border-bottom: 1px solid #bbb; margin-top: 2.5rem; }
+h2 { font-size: 1.35rem; border-bottom: 1px solid var(--line); margin-top: 2.5rem; }
 h3 { font-size: 1.1rem; margin: 2rem 0 0.5rem; }
-a { color: #004a80; }
-pre { overflow-x: auto; background: #f4f4f4; padding: 0.6rem; font-size: 0.9rem; }
+a { color: var(--link); overflow-wrap: anywhere; }
+pre { overflow-x: auto; background: var(--fill); padding: 0.6rem; font-size: 0.9rem; }
 code { font-size: 0.92em; }
 .wide { overflow-x: auto; overflow-y: hidden; padding: 0.2rem 0; }
 table { border-collapse: collapse; margin: 0.8rem 0; font-variant-numeric: tabular-nums; }
-th, td { border: 1px solid #ccc; padding: 0.25rem 0.55rem; text-align: left; vertical-align: top; }
-th { background: #f0f0f0; }
+th, td { border: 1px solid var(--line); padding: 0.25rem 0.55rem; text-align: left;
+  vertical-align: top; overflow-wrap: normal; }
+th { background: var(--fill); }
 tr[hidden] { display: none; }
-figure { margin: 1rem 0; } figure svg, figure img { max-width: 100%; height: auto; }
-figcaption { font-size: 0.9rem; color: #444; }
-.pair { display: grid; grid-template-columns: repeat(auto-fit, minmax(18rem, 1fr)); gap: 0.8rem; }
-.pair > div { border: 1px solid #ccc; padding: 0.5rem 0.8rem; overflow: auto hidden; }
-.pair p { margin: 0; font-size: 0.9rem; color: #444; }
-math { font-size: 1.1rem; }
-.misprint { background: #ffd9c7; outline: 2px solid #b33c00; }
+figure { margin: 1rem 0; }
+figure svg, figure img { box-sizing: border-box; display: block; max-width: 100%; height: auto;
+  background: #fff; padding: 0.4rem; border-radius: 0.3rem; }
+figure.whole svg { width: 100%; }
+figure.film div { display: flex; gap: 0.8rem; align-items: center; max-width: 30rem; }
+figure.film label { display: flex; gap: 0.5rem; flex: 1; } figure.film input { flex: 1; }
+figure.film output { min-width: 7rem; font-variant-numeric: tabular-nums; }
+figcaption { font-size: 0.9rem; color: var(--soft); }
+.pair { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(18rem, 100%), 1fr));
+  gap: 0.8rem; }
+.pair > div { border: 1px solid var(--line); padding: 0.5rem 0.8rem; overflow: auto hidden; }
+.pair p { margin: 0; font-size: 0.9rem; color: var(--soft); }
+math { font-size: 1.1rem; font-family: "STIX Two Math", "Latin Modern Math", "Cambria Math",
+  "Libertinus Math", "Noto Sans Math", "DejaVu Math TeX Gyre", math; }
+.misprint { background: var(--mark); outline: 2px solid var(--brown); }
 .verdict { font-weight: 600; white-space: nowrap; }
-.reproduced { color: #14613f; } .misprint-verdict { color: #9a3300; } .differs { color: #7a1f6b; }
-.failed { color: #a30000; }
+.reproduced { color: var(--green); } .misprint-verdict { color: var(--brown); }
+.differs { color: var(--purple); } .failed { color: var(--red); }
 .filter { display: flex; flex-wrap: wrap; gap: 0.8rem; align-items: center; }
-.filter button, .filter input { font: inherit; padding: 0.2rem 0.7rem; }
-.filter button[aria-pressed="true"] { background: #1a1a1a; color: #fff; }
-footer { margin-top: 3rem; font-size: 0.9rem; color: #444; border-top: 1px solid #bbb; }
+.filter button, .filter input, .film button { font: inherit; padding: 0.2rem 0.7rem; }
+.filter button[aria-pressed="true"] { background: var(--ink); color: var(--paper); }
+footer { margin-top: 3rem; font-size: 0.9rem; color: var(--soft);
+  border-top: 1px solid var(--line); }
+@media (max-width: 40rem) { table { font-size: 0.85rem; } th, td { padding: 0.2rem 0.35rem; } }
 @media print {
+  :root { color-scheme: light; --ink: #000; --paper: #fff; --soft: #333; --link: #000; }
   body { max-width: none; font-size: 10pt; } .filter { display: none; }
   h2, h3 { break-after: avoid; } figure, .pair, tr { break-inside: avoid; }
-  a { color: inherit; text-decoration: none; } tr[hidden] { display: table-row; }
+  a { text-decoration: none; } tr[hidden] { display: table-row; }
   .wide, pre { overflow: visible; white-space: pre-wrap; }
 }
 """
+
+
+class Html(str):
+    """A cell of a table that is HTML already."""
 
 
 @dataclass(frozen=True)
@@ -107,21 +129,29 @@ def preformatted(text: str, label: str) -> str:
 
 
 def table(columns: Sequence[str], rows: Iterable[Sequence[Any]], label: str) -> str:
-    """Return a table with a heading row; numbers have ten digits, other values are text.
+    """Return a table with a heading row; numbers have ten digits, other values are text or `Html`.
 
     The label names the table for screen readers.
     """
-    return html_table(columns, ([escape(cell_text(v)) for v in row] for row in rows), label)
-
-
-def html_table(columns: Sequence[str], texts: Iterable[Sequence[str]], label: str) -> str:
-    """Return a table of cells that are HTML; see `table`."""
-    head = "".join(f'<th scope="col">{escape(c)}</th>' for c in columns)
-    lines = [f"<tr>{''.join(f'<td>{text}</td>' for text in row)}</tr>" for row in texts]
+    head = "".join(f'<th scope="col">{_cell(c)}</th>' for c in columns)
+    lines = [f"<tr>{''.join(f'<td>{_cell(value)}</td>' for value in row)}</tr>" for row in rows]
     return (
         f'<div class="wide" tabindex="0" role="region" aria-label="{escape(label)}"><table>'
         f"<thead><tr>{head}</tr></thead><tbody>{''.join(lines)}</tbody></table></div>"
     )
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, Html):
+        return value
+    text = escape(cell_text(value))
+    if isinstance(value, float):
+        mantissa, _, power = text.replace("-", "\u2212").partition("e")
+        text = mantissa
+        if power:
+            sign, digits = power[0].strip("+"), power[1:].lstrip("0")
+            text += f"&nbsp;·&nbsp;10<sup>{sign}{digits}</sup>"
+    return text
 
 
 def cell_text(value: Any) -> str:
@@ -130,11 +160,21 @@ def cell_text(value: Any) -> str:
         return ""
     if isinstance(value, bool):
         return "yes" if value else "no"
-    return f"{value:.10g}" if isinstance(value, float) else str(value)
+    # Adding 0.0 turns -0.0 into 0.0.
+    return f"{value + 0.0:.10g}" if isinstance(value, float) else str(value)
 
 
-def figure(inner: str, caption: str = "", command: str = "") -> str:
-    """Return a figure of HTML, such as SVG, with its caption and the command that draws it."""
+def unit_html(unit: str) -> Html:
+    """Return a unit with its exponents raised; nothing for the unit 1."""
+    return Html("" if unit == "1" else re.sub(r"\^(-?\d+)", r"<sup>\1</sup>", escape(unit)))
+
+
+def figure(inner: str, caption: str = "", command: str = "", whole: bool = True) -> str:
+    """Return a figure of HTML, such as SVG, with its caption and the command that draws it.
+
+    It is as wide as the page where it is not said that it keeps its own width.
+    """
     again = f" Draw it alone: <code>{escape(command)}</code>" if command else ""
     below = f"<figcaption>{escape(caption)}{again}</figcaption>" if caption or again else ""
-    return f"<figure>{inner}{below}</figure>"
+    kind = ' class="whole"' if whole else ""
+    return f"<figure{kind}>{inner}{below}</figure>"

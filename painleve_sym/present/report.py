@@ -16,7 +16,7 @@ from painleve_sym.files import write_beside
 from painleve_sym.papers.item import Verdict
 from painleve_sym.papers.registry import Item, Reproduction
 from painleve_sym.present.figures import draw
-from painleve_sym.present.page import Page, Part, cell_text, figure, html_table, paragraph, table
+from painleve_sym.present.page import Html, Page, Part, cell_text, figure, paragraph, table
 from painleve_sym.present.style import Look, inline_svg, save
 
 FIGURES = "figures"
@@ -26,6 +26,10 @@ WIDTH = 100
 _HEADINGS = {"beyond": "beyond the paper", "physical": "physical values"}
 """Of groups that have another heading than their plural."""
 _COLUMNS = (("item", 20), ("paper", 31), ("computed", 31), ("verdict", 12))
+ON_RECORD = (
+    "On record is the verdict that the authors of this program reached for each item when they "
+    "compared it with the print; a verdict that differs from it has changed since."
+)
 VERDICTS = {
     "reproduced": "agrees within the digits printed, or the words hold",
     "misprint": "a small correction of the print makes it agree",
@@ -79,14 +83,14 @@ def _results(reproduction: Reproduction, figures: dict[str, tuple[Path, ...]], o
 
 
 def summary(reproduction: Reproduction) -> str:
-    """Return one sentence: the number of items by verdict, and those not as expected."""
+    """Return one sentence: the number of items by verdict, and those not as on record."""
     counts = ", ".join(
         f"{n} {name}"
         for name, n in reproduction.counts.items()
         if n or name != Verdict.FAILED.value
     )
     odd = [reproduction.label(item) for item in reproduction.items if not item.as_expected]
-    end = "every verdict as expected" if not odd else f"NOT as expected: {', '.join(odd)}"
+    end = "every verdict is that on record" if not odd else f"NOT as on record: {', '.join(odd)}"
     total = len(reproduction.items)
     return f"{total} item{'s' * (total != 1)}: {counts}; {end}."
 
@@ -138,6 +142,7 @@ def markdown(reproduction: Reproduction) -> str:
         f"{reproduction.source}: every table, figure and formula, computed and compared with the "
         "print.",
         summary(reproduction),
+        ON_RECORD,
         " ".join(f"*{name}*: {meaning}." for name, meaning in VERDICTS.items()),
         _table(
             ["item", "paper", "computed", "verdict"],
@@ -158,7 +163,7 @@ def _section(item: Item, label: str) -> list[str]:
         f"- paper: {markdown_text(item.paper)}",
         f"- computed: {markdown_text(item.computed)}",
         f"- verdict: **{item.verdict.value}**"
-        + ("" if item.as_expected else f", expected {item.expected.value}"),
+        + ("" if item.as_expected else f", on record {item.expected.value}"),
     ]
     if item.reason:
         lines.append(f"- {markdown_text(item.reason)}")
@@ -235,6 +240,7 @@ def report_page(reproduction: Reproduction, figures: Mapping[str, str]) -> Page:
     lead = (
         paragraph(f"{reproduction.source}: every table, figure and formula, computed again.")
         + paragraph(summary(reproduction))
+        + paragraph(ON_RECORD)
         + f"<dl>{meanings}</dl>"
     )
     parts = [Part("Verdicts", f'<div id="verdicts">{_verdict_table(reproduction)}</div>')]
@@ -252,14 +258,14 @@ def _verdict_table(reproduction: Reproduction) -> str:
     rows = []
     for item in reproduction.items:
         label = escape(reproduction.label(item))
-        cells = (f'<a href="#{label}">{label}</a>', escape(item.paper), escape(item.computed))
-        rows.append((*cells, _verdict_html(item)))
-    return html_table([name for name, _ in _COLUMNS], rows, "Verdicts")
+        link = Html(f'<a href="#{label}">{label}</a>')
+        rows.append((link, item.paper, item.computed, Html(_verdict_html(item))))
+    return table([name for name, _ in _COLUMNS], rows, "Verdicts")
 
 
 def _verdict_html(item: Item) -> str:
     name = item.verdict.value
-    odd = "" if item.as_expected else f" (expected {item.expected.value})"
+    odd = "" if item.as_expected else f" (on record {item.expected.value})"
     css = "misprint-verdict" if name == "misprint" else name
     return f'<span class="verdict {css}">{name}{odd}</span>'
 
@@ -283,7 +289,7 @@ def _item_html(item: Item, label: str, svg: str | None) -> str:
         parts.append(f'<div class="pair">{"".join(boxes)}</div>')
     if svg is not None:
         drawing = inline_svg(svg, label, f"Figure: {item.title}")
-        parts.append(figure(drawing, item.title + ".", command))
+        parts.append(figure(drawing, item.title + ".", command, whole=len(item.series or ()) > 1))
     given = item.data.get("table")
     if given:
         parts.append(table(given["columns"], given["rows"], f"Numbers of {item.title}"))

@@ -4,24 +4,33 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 import sympy as sp
 
-from painleve_sym.errors import InputError
+from painleve_sym.errors import InputError, StopReason
 from painleve_sym.escape import html_text as escape
 from painleve_sym.laws.catalogue import LawsByContact
 from painleve_sym.laws.restitution import restitution_law
 from painleve_sym.mechanics.formulas.formula import Formula
 from painleve_sym.mechanics.formulas.one_contact import energies
-from painleve_sym.mechanics.mathml import mathml
+from painleve_sym.mechanics.mathml import mathml, symbol_mathml
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.trajectory import Trajectory
 from painleve_sym.present.animation import Animation
-from painleve_sym.present.page import Page, Part, figure, paragraph, preformatted, table
+from painleve_sym.present.page import (
+    Html,
+    Page,
+    Part,
+    figure,
+    paragraph,
+    preformatted,
+    table,
+    unit_html,
+)
 from painleve_sym.present.style import event_label, svg_text
 from painleve_sym.present.trajectory_figure import trajectory_figure
+from painleve_sym.quantities import quantity
 from painleve_sym.references import Reference, citation
 from painleve_sym.study.scenario import Scenario
 
@@ -35,8 +44,10 @@ def run_page(scenario: Scenario, run: Trajectory) -> Page:
     """Return the page of a motion, computed from the scenario."""
     mechanism = scenario.mechanism()
     title = scenario.title or f"{mechanism.title}: motion with law {run.law}"
+    end = "It reached the end time" if run.stop_reason is StopReason.T_END else "It ended at"
+    why = "" if run.stop_reason is StopReason.T_END else f" ({run.stop_reason.label})"
     lead = paragraph(
-        f"{len(run.events)} events, end at t = {run.final_time:.10g} s ({run.stop_reason.label}). "
+        f"The motion has {len(run.events)} events. {end} t = {run.final_time:.10g} s{why}. "
         f"{run.stop_detail}"
     )
     lead += "".join(paragraph(notice) for notice in run.notices)
@@ -46,7 +57,7 @@ def run_page(scenario: Scenario, run: Trajectory) -> Page:
         Part("Input", _input(scenario, run)),
     ]
     if len(run.step_time):
-        drawing = svg_text(trajectory_figure(run), "motion")
+        drawing = svg_text(trajectory_figure(run), "motion", "Forces and motion over time")
         caption = "Forces, coordinates and velocities over time, with the events marked."
         parts.append(Part("Motion", figure(drawing, caption)))
     parts += [
@@ -91,25 +102,32 @@ def scenario_command(scenario: Scenario) -> str:
 
 
 def _mechanism(mechanism: Mechanism, run: Trajectory) -> str:
-    names = [(c.name, c.unit, "coordinate", c.meaning) for c in mechanism.outline.coordinates] + [
-        (c.name, "", "contact", f"gap {c.gap}") for c in mechanism.outline.contacts
+    names: list[tuple[str, ...]] = [
+        (_symbol(c.name), c.name, unit_html(c.unit), c.meaning)
+        for c in mechanism.outline.coordinates
     ]
+    names += [("", c.name, "", f"contact with the gap {c.gap}") for c in mechanism.outline.contacts]
     parts = [paragraph(f"{mechanism.name}: {mechanism.title}.")]
     if mechanism.sketch:
         parts.append(preformatted(mechanism.sketch, "Sketch of the mechanism"))
-    parts.append(table(("name", "unit", "kind", "meaning"), names, "Coordinates and contacts"))
+    parts.append(table(("symbol", "name", "unit", "meaning"), names, "Coordinates and contacts"))
     try:
         still = Animation(run, mechanism).still()
     except InputError as error:
         parts.append(paragraph(str(error)))
     else:
-        drawing = svg_text(still, "mechanism")
-        parts.append(figure(drawing, "The mechanism at the start, to scale."))
+        drawing = svg_text(still, "mechanism", "The mechanism at the start")
+        parts.append(figure(drawing, "The mechanism at the start, to scale.", whole=False))
     return "\n".join(parts)
 
 
+def _symbol(name: str) -> Html:
+    return Html(symbol_mathml(name))
+
+
 def _formulas(mechanism: Mechanism) -> str:
-    formulas = [*energies(mechanism).formulas]
+    several = len(mechanism.contacts) > 1
+    parts = [_formula(formula) for formula in energies(mechanism).formulas]
     for contact, c in zip(mechanism.contacts, mechanism.all_coefficients, strict=True):
         values = {
             "gap": contact.gap,
@@ -117,21 +135,25 @@ def _formulas(mechanism: Mechanism) -> str:
             **{name: getattr(c, name) for name in ("W_nn", "W_nt", "W_tt", "b_n", "b_t")},
             **{"A_neg": c.A(-1), "A_pos": c.A(1), "B": c.B},
         }
-        several = f" of {contact.name}" if len(mechanism.contacts) > 1 else ""
-        named = (Formula.of(name, value) for name, value in values.items())
-        formulas += [replace(f, name=f.name + several) for f in named]
-    return "\n".join(map(_formula, formulas))
+        of = f" of {contact.name}" if several else ""
+        parts += [_formula(Formula.of(name, value), of) for name, value in values.items()]
+    return "\n".join(parts)
 
 
-def _formula(formula: Formula) -> str:
-    name, meaning = escape(formula.name), escape(formula.meaning)
-    unit = f" ({escape(formula.unit)})" if formula.unit not in ("1", "SI", "") else ""
+def _formula(formula: Formula, of: str = "") -> str:
+    """Return meaning, unit and name of a formula, and the formula with its symbol."""
+    name, meaning = escape(formula.name + of), escape(formula.meaning)
+    unit = "" if formula.unit in ("1", "SI", "") else f" ({unit_html(formula.unit)})"
     if sp.count_ops(formula.value) > MAX_OPERATIONS:
         body = "<p>It is too long for this page; <code>painleve derive</code> prints it.</p>"
     else:
-        body = mathml(formula.value)
+        body = mathml(formula.value, _LETTERS.get(formula.name, formula.name))
     box = f'<div class="wide" tabindex="0" role="region" aria-label="{name}">{body}</div>'
-    return f"<p><code>{name}</code>{unit}: {meaning}</p>{box}"
+    return f"<p>{meaning}{unit}: <code>{name}</code></p>{box}"
+
+
+_LETTERS = {"gap": "g_N", "slip_velocity": "v_t", "A_neg": "A_\u2212", "A_pos": "A_+"}
+"""Symbols of quantities whose name is a word."""
 
 
 def _input(scenario: Scenario, run: Trajectory) -> str:
@@ -139,15 +161,18 @@ def _input(scenario: Scenario, run: Trajectory) -> str:
     start, units = scenario.start(), mechanism.units
     declared = {p.name: p for p in mechanism.outline.parameters}
     of_law = {p.name: p for p in scenario.contact_law().parameters}
-    rows = [(n, f"{start.get(n, 0.0):.10g}", units[n], "start") for n in mechanism.state_names]
+    rows = [
+        (_symbol(n), n, float(start.get(n, 0.0)), unit_html(units[n]), "start")
+        for n in mechanism.state_names
+    ]
     for name, value in run.parameters.items():
         p = declared.get(name) or of_law.get(name.removesuffix("_law"))
-        meaning = p.meaning if p else "parameter of the law"
-        rows.append((name, f"{value:.10g}", p.unit if p else "", meaning))
+        meaning, unit = (p.meaning, p.unit) if p else ("parameter of the law", "")
+        rows.append((_symbol(name), name, float(value), unit_html(unit), meaning))
     choices = "".join(f", {name} {value}" for name, value in run.choices.items())
     return (
         paragraph(f"Law {run.law}{choices}; relative tolerance {run.rtol:g}; engine {run.engine}.")
-        + table(("name", "value", "unit", "meaning"), rows, "Input")
+        + table(("symbol", "name", "value", "unit", "meaning"), rows, "Input")
         + paragraph("Compute it again:")
         + preformatted(scenario_command(scenario), "Command")
     )
@@ -156,15 +181,16 @@ def _input(scenario: Scenario, run: Trajectory) -> str:
 def _events(run: Trajectory) -> str:
     if not run.events:
         return paragraph("There were no events.")
-    head = ("time (s)", "event", "contact", "mode after", "F_n (N)", "F_t (N)", "also possible")
+    forces = [Html(f"{_symbol(name)} (N)") for name in ("F_n", "F_t")]
+    head = ("time (s)", "event", "contact", "mode after", *forces, "also possible")
     rows = [
         (
-            f"{e.time:.10g}",
+            e.time,
             event_label(e.kind),
             e.contact,
             e.mode_after,
-            f"{e.normal_force:.6g}",
-            f"{e.tangential_force:.6g}",
+            float(f"{e.normal_force:.6g}"),
+            float(f"{e.tangential_force:.6g}"),
             ", ".join(e.alternatives),
         )
         for e in run.events[:MAX_EVENTS]
@@ -175,9 +201,12 @@ def _events(run: Trajectory) -> str:
 
 
 def _end(run: Trajectory) -> str:
-    rows = [(name, value, run.units(name)) for name, value in run.final.items()]
-    rows += [(name, value, run.units(name)) for name, value in run.final_outputs.items()]
-    return table(("name", "value", "unit"), rows, "State and forces at the end")
+    values = {**run.final, **run.final_outputs}
+    rows = [
+        ("" if quantity(n) else _symbol(n), n, v, unit_html(run.units(n)))
+        for n, v in values.items()
+    ]
+    return table(("symbol", "name", "value", "unit"), rows, "State and forces at the end")
 
 
 def _energy(run: Trajectory) -> str:
@@ -210,4 +239,5 @@ def _sources(scenario: Scenario, run: Trajectory) -> str:
 
 def _work(work: Reference) -> str:
     text, link = escape(work.text), escape(work.link)
-    return f'{text} <a href="{link}">{link}</a>' if link else text
+    label = f"<strong>{escape(work.label)}</strong>: " if not work.cited_by_title else ""
+    return label + text + (f' <a href="{link}">{link}</a>' if link else "")

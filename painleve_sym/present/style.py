@@ -269,15 +269,15 @@ def write_figure(figure: Figure, path: str | Path, look: Look | None = None) -> 
         write_beside(path, lambda file: figure.savefig(file, **options))
 
 
-def svg_text(figure: Figure, label: str) -> str:
+def svg_text(figure: Figure, label: str, title: str = "") -> str:
     """Return a figure as an SVG element for a page; `label` keeps its ids apart from others'.
 
-    The label is a word that no other figure of the page has, and the title of the element, too.
+    The label is a word that no other figure of the page has, the title what a screen reader says.
     """
     text = io.StringIO()
     with matplotlib.rc_context(STYLE):
         figure.savefig(text, format="svg", metadata=_METADATA[".svg"])
-    return inline_svg(text.getvalue(), label)
+    return inline_svg(text.getvalue(), label, title)
 
 
 def inline_svg(text: str, label: str, title: str = "") -> str:

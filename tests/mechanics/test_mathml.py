@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from painleve_sym import model
-from painleve_sym.mechanics.mathml import mathml, with_marks
+from painleve_sym.mechanics.mathml import mathml, symbol_mathml, with_marks
 
 a, b, c = sp.symbols("a b c", positive=True)
 
@@ -50,6 +50,27 @@ def test_names_of_symbols(name, words):
 
 def test_equation_has_its_left_side():
     assert _words(mathml(a + 1, "theta_dot")) == "θ˙=a+1"
+
+
+def test_functions_stand_apart_and_have_brackets_only_where_needed():
+    theta, x = sp.symbols("theta x")
+    assert _words(mathml(a * sp.sin(theta))) == "a sin\u2061θ"
+    assert len(list(_parsed(mathml(a * sp.sin(theta))).iter("mspace"))) == 2
+    assert _words(mathml(sp.sin(theta + x))) == "sin\u2061(θ+x)"
+    square = _parsed(mathml(sp.cos(theta) ** 2))
+    (power,) = square.iter("msup")
+    assert "".join(power.itertext()) == "cos2"
+    assert _words(mathml(-a)) == "\u2212a"
+
+
+def test_exponent_of_a_dotted_letter_stands_as_low_as_others():
+    (power,) = _parsed(mathml(sp.Symbol("theta_dot") ** 2)).iter("msup")
+    assert power[0].tag == "mpadded" and power[0].get("height").endswith("em")
+
+
+def test_symbol_within_a_line():
+    assert _words(symbol_mathml("x_A_dot")) == "x˙A"
+    assert "display" not in symbol_mathml("x_A_dot")
 
 
 def test_matrix_is_a_table():

@@ -14,8 +14,9 @@ import pytest
 
 from painleve_sym import Trajectory, citation
 from painleve_sym.__main__ import main
+from painleve_sym.mechanics.mathml import symbol_mathml
 from painleve_sym.papers.registry import reproduce
-from painleve_sym.present.page import Page, Part, preformatted, table
+from painleve_sym.present.page import Html, Page, Part, preformatted, table, unit_html
 from painleve_sym.present.report import report_page, write_report
 from painleve_sym.present.run_page import run_page, scenario_command
 from painleve_sym.study.scenario import Scenario
@@ -132,6 +133,41 @@ def test_motion_has_its_numbers(motion):
     assert "<math" in text
 
 
+def test_page_of_a_motion_has_symbols_units_and_its_end_in_words(motion):
+    text = motion.read_text("utf-8")
+    assert "It reached the end time t = 0.001 s." in text and "(t_end)" not in text
+    assert (
+        f"<td>{symbol_mathml('theta_dot')}</td><td>theta_dot</td><td>1</td><td>rad/s</td>" in text
+    )
+    assert "<td>m/s<sup>2</sup></td><td>gravity</td>" in text
+    assert "<td>2.09&nbsp;·&nbsp;10<sup>15</sup></td><td>Pa</td>" in text
+    assert f'<th scope="col">{symbol_mathml("F_n")} (N)</th>' in text
+    for doubt in ("onfirmed", "Probably", "only the title"):
+        assert doubt not in text
+
+
+def test_first_picture_is_the_mechanism_and_no_frame_of_a_film(motion):
+    text = motion.read_text("utf-8")
+    first, second = re.findall(r'<svg role="img" aria-label="([^"]*)"', text)
+    assert (first, second) == ("The mechanism at the start", "Forces and motion over time")
+    assert "slow motion" not in text
+
+
+def test_pages_know_dark_mode_and_paper():
+    text = Page("t", "").html()
+    assert "color-scheme: light dark" in text and "prefers-color-scheme: dark" in text
+    assert "background: #fff" in text  # figures are drawn for paper
+
+
+@needs_chromium
+@pytest.mark.parametrize("name", ["report", "motion"])
+def test_page_fits_a_phone(name, request):
+    with chromium() as browser:
+        page = browser.new_page(viewport={"width": 390, "height": 800})
+        page.goto(f"file://{request.getfixturevalue(name)}")
+        assert page.evaluate("document.documentElement.scrollWidth") <= 390
+
+
 def test_command_of_a_page_computes_the_same(capsys):
     words = shlex.split(scenario_command(CASE))
     assert words[:2] == ["painleve", "simulate"]
@@ -193,10 +229,15 @@ def test_pages_of_other_mechanisms(model, tmp_path):
 
 def test_parts_of_a_page_are_escaped():
     page = Page("<t>", table(["<c>"], [["<v>", 1.5, None, True]], "<l>"), [Part("<p>", "")])
-    text = page.html() + preformatted("<x>", "<y>")
-    for letter in "tcvlpxy":
+    text = page.html() + preformatted("<x>", "<y>") + unit_html("<u>")
+    for letter in "tcvlpxyu":
         assert f"<{letter}>" not in text.replace("<p>Written", "")
     assert "<td>1.5</td><td></td><td>yes</td>" in text
+    cells = table(["n"], [[-1.5e-7], [-0.0], [Html("<b>1</b>")], ["1e-7"]], "l")
+    assert re.findall("<td>(.*?)</td>", cells) == [
+        "\u22121.5&nbsp;·&nbsp;10<sup>\u22127</sup>", "0", "<b>1</b>", "1e-7",
+    ]  # fmt: skip
+    assert unit_html("kg m^2") == "kg m<sup>2</sup>" and unit_html("1") == ""
 
 
 @needs_chromium

@@ -90,7 +90,7 @@ def test_terminal_table_fits_its_width_and_names_every_item(few):
     for name in FEW:
         assert f"\n{name} " in text
     assert text.endswith(
-        "5 items: 2 reproduced, 2 misprint, 1 differs; every verdict as expected.\n"
+        "5 items: 2 reproduced, 2 misprint, 1 differs; every verdict is that on record.\n"
     )
 
 
@@ -103,8 +103,8 @@ def test_unexpected_verdict_is_marked_everywhere(few):
     odd = replace(few, items=(replace(few.items[0], verdict=Verdict.DIFFERS), *few.items[1:]))
     assert not odd.ok
     assert "differs !" in terminal_table(odd)
-    assert "NOT as expected: eq-18-impulse" in terminal_table(odd)
-    assert "expected misprint" in markdown(odd)
+    assert "NOT as on record: eq-18-impulse" in terminal_table(odd)
+    assert "on record misprint" in markdown(odd)
 
 
 @pytest.mark.slow
