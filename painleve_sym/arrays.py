@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import importlib
 import json
+import math
+import os
 import zipfile
-from collections.abc import Mapping, Sequence
+import zlib
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,9 +57,10 @@ def load_npz(
     InputError, which calls the file by the noun (``trajectory``), where it is not readable, of
     another format, or lacks one of the names.
     """
-    try:
-        # Opened here: np.load leaves the file open where it is not an archive.
-        with Path(path).open("rb") as file, np.load(file, allow_pickle=False) as data:
+    with npz_faults(path, noun), Path(path).open("rb") as file:
+        _check_sizes(file)
+        file.seek(0)
+        with np.load(file, allow_pickle=False) as data:
             text = json.loads(str(data["text"]))
             if text.get("format") != form:
                 raise ValueError(f"got format {text.get('format')!r}, need {form!r}")
@@ -64,8 +69,46 @@ def load_npz(
             if missing:
                 raise KeyError(missing[0])
             kept = {name: data[name] for name in data.files if name != "text"}
-    except (OSError, EOFError, ValueError, KeyError, TypeError, zipfile.BadZipFile) as error:
+    return text, dict.fromkeys(optional) | kept
+
+
+_FAULTS = (
+    *(OSError, EOFError, ValueError, LookupError, TypeError, AttributeError, RecursionError),
+    *(zipfile.BadZipFile, zlib.error, NotImplementedError),
+)
+
+
+@contextmanager
+def npz_faults(path: str | Path, noun: str) -> Iterator[None]:
+    """Turn whatever another content of a file leads to into an InputError about the file."""
+    try:
+        yield
+    except InputError:
+        raise
+    except _FAULTS as error:
         raise InputError(
             f"{noun} file {path}: not readable ({error}). Fix: give a file written by save."
         ) from error
-    return text, dict.fromkeys(optional) | kept
+
+
+def _check_sizes(file: BinaryIO) -> None:
+    """Raise ValueError, before any array is read, where arrays take far more than the file has."""
+    with zipfile.ZipFile(file) as archive:
+        members = archive.infolist()
+        total = sum(member.file_size for member in members)
+        if total > max(_SMALL, _COMPRESSION * os.fstat(file.fileno()).st_size):
+            raise ValueError(f"{total / 1e9:.3g} GB of arrays that compress like zeros")
+        for member in members:
+            with archive.open(member) as array:
+                version = np.lib.format.read_magic(array)
+                shape, _, dtype = _HEADERS[version](array)
+            if math.prod(shape) * dtype.itemsize > member.file_size:
+                raise ValueError(f"array {member.filename} is cut short")
+
+
+# Numbers of motions compress to a half, and those that are constant in time to a tenth.
+_SMALL, _COMPRESSION = 2**28, 20
+_HEADERS = {
+    (1, 0): np.lib.format.read_array_header_1_0,
+    (2, 0): np.lib.format.read_array_header_2_0,
+}

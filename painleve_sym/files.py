@@ -6,9 +6,10 @@ import dataclasses
 import math
 import os
 import re
-import tempfile
+import stat
 import tomllib
 from collections.abc import Mapping
+from contextlib import suppress
 from enum import Enum
 from pathlib import Path
 from typing import Any
@@ -19,25 +20,37 @@ from painleve_sym.errors import InputError
 def write_beside(path: Path, write: Any) -> None:
     """Write through a temporary file in the same folder, then rename; `write` takes the open file.
 
+    A file that is there keeps its permissions, a new one has those that the umask leaves.
     InputError where no file can be made there. OSError, with the name of the file, where it cannot
     be written (a full disk); nothing is left then.
     """
+    name = beside(path)
     try:
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+        file = open(name, "xb", opener=no_link)  # noqa: SIM115, closed below
     except OSError as error:
         raise InputError(
             f"output file {path}: {error.strerror}. Fix: name a folder that exists and is writable."
         ) from error
     try:
-        with os.fdopen(handle, "wb") as f:
-            write(f)
-        Path(name).chmod(0o644)
+        with file, suppress(FileNotFoundError):
+            write(file)
+            name.chmod(stat.S_IMODE(path.stat().st_mode))
         os.replace(name, path)
     except BaseException as error:
-        Path(name).unlink(missing_ok=True)
+        name.unlink(missing_ok=True)
         if isinstance(error, OSError):
             raise OSError(error.errno, error.strerror or str(error), str(path)) from error
         raise
+
+
+def beside(path: Path) -> Path:
+    """Return a hidden name beside a path that nothing has and nobody can guess."""
+    return path.with_name(f".{path.name[:50]}.{os.urandom(6).hex()}")
+
+
+def no_link(path: str, flags: int) -> int:
+    """Open a file, as `opener` of `open`; OSError where it is a link that another may have made."""
+    return os.open(path, flags | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666)
 
 
 def read_text(path: str | Path, where: str, most: int, kind: str = "TOML file") -> str:

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
+import stat
+import zipfile
 from dataclasses import dataclass
 from enum import Enum
 
@@ -11,7 +14,7 @@ import pytest
 
 from painleve_sym.arrays import load_npz, save_npz
 from painleve_sym.errors import InputError
-from painleve_sym.files import plain_fields, to_plain
+from painleve_sym.files import no_link, plain_fields, to_plain, write_beside
 
 
 class _Colour(Enum):
@@ -81,3 +84,64 @@ def test_file_that_is_not_npz_is_refused(tmp_path, content):
     path.write_bytes(content)
     with pytest.raises(InputError, match="Fix: give a file written by save"):
         load_npz(path, "test 1", "test", [], [])
+
+
+def test_npz_file_of_zeros_is_refused_before_they_are_read(tmp_path):
+    path = tmp_path / "a.npz"
+    save_npz(path, "test 1", {}, {"a": np.zeros(2**22)})
+    zeros = zipfile.ZipFile(path).read("a.npy")
+    with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as archive:
+        for name in ("b", "c", "d", "e", "f", "g", "h", "i"):
+            archive.writestr(f"{name}.npy", zeros)
+    with pytest.raises(InputError, match=r"0\.302 GB of arrays that compress like zeros"):
+        load_npz(path, "test 1", "test", [], [])
+
+
+def test_npz_file_whose_header_names_more_than_it_holds_is_refused(tmp_path):
+    path = tmp_path / "a.npz"
+    save_npz(path, "test 1", {}, {"a": np.zeros(3)})
+    content = zipfile.ZipFile(path).read("a.npy").replace(b"(3,), }    ", b"(3000000,),}")
+    assert b"3000000" in content
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("a.npy", content)
+    with pytest.raises(InputError, match=r"array a\.npy is cut short"):
+        load_npz(path, "test 1", "test", [], [])
+
+
+def test_npz_file_of_objects_is_refused_without_advice_to_load_it_unsafely(tmp_path):
+    np.savez(tmp_path / "a.npz", text=np.array([{}], object))
+    (tmp_path / "b.npz").write_bytes(b"\x89PNG\r\n")
+    for name in ("a.npz", "b.npz"):
+        with pytest.raises(InputError) as error:
+            load_npz(tmp_path / name, "test 1", "test", [], [])
+        assert "allow_pickle=True" not in str(error.value) and "unsafely" not in str(error.value)
+
+
+@pytest.mark.parametrize(("umask", "mode"), [(0o077, 0o600), (0o022, 0o644), (0o007, 0o660)])
+def test_file_has_the_permissions_that_the_umask_leaves(tmp_path, umask, mode):
+    before = os.umask(umask)
+    try:
+        write_beside(tmp_path / "new", lambda file: file.write(b"1"))
+    finally:
+        os.umask(before)
+    assert stat.S_IMODE((tmp_path / "new").stat().st_mode) == mode
+
+
+def test_file_that_is_written_again_keeps_its_permissions(tmp_path):
+    path = tmp_path / "private"
+    path.write_bytes(b"1")
+    path.chmod(0o600)
+    write_beside(path, lambda file: file.write(b"2"))
+    assert path.read_bytes() == b"2" and stat.S_IMODE(path.stat().st_mode) == 0o600
+    with pytest.raises(ZeroDivisionError):
+        write_beside(path, lambda file: file.write(b"3") / 0)
+    assert path.read_bytes() == b"2" and list(tmp_path.iterdir()) == [path]
+
+
+def test_link_is_not_opened(tmp_path):
+    (tmp_path / "victim").write_text("1")
+    (tmp_path / "link").symlink_to("victim")
+    for mode in ("r", "w", "a"):
+        with pytest.raises(OSError, match="symbolic links"):
+            open(tmp_path / "link", mode, opener=no_link)  # noqa: SIM115
+    assert (tmp_path / "victim").read_text() == "1"

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 import shutil
-import tempfile
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -18,6 +17,7 @@ from painleve_sym.codegen.named_mechanisms import MechanismLike
 from painleve_sym.engines.protocol import MAX_EVENTS, MAX_STEPS
 from painleve_sym.errors import InputError
 from painleve_sym.escape import c_name
+from painleve_sym.files import beside
 from painleve_sym.laws.catalogue import LawsLike
 from painleve_sym.motion.simulate import simulator_of
 from painleve_sym.motion.simulator import DEFAULT_RTOL
@@ -209,10 +209,10 @@ def write_folder(target: Path, texts: Mapping[str, str]) -> None:
     try:
         new_folders = [p for p in (target.parent, *target.parent.parents) if not p.exists()]
         target.parent.mkdir(parents=True, exist_ok=True)
-        work = Path(tempfile.mkdtemp(dir=target.parent, prefix=f".{target.name[:100]}."))
+        work = beside(target)
+        work.mkdir()
         for name, text in texts.items():
             (work / name).write_text(text, "utf-8")
-        work.chmod(0o755)
         # Takes the place of an empty folder, and fails where something was put into it meanwhile.
         os.rename(work, target)
     except BaseException as error:

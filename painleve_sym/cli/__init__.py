@@ -13,6 +13,7 @@ from typing import Any, TextIO
 from painleve_sym.cli.parser import read_arguments, run_command
 from painleve_sym.errors import InputError, PainleveError, PainleveWarning, shortened
 from painleve_sym.escape import terminal_text
+from painleve_sym.interrupts import noted_interrupts
 
 EXIT_FAILURE, EXIT_USAGE = 1, 2
 # As a shell reports a program that ended by SIGINT or SIGPIPE.
@@ -50,9 +51,10 @@ def _standard_error() -> Iterator[None]:
 
 def _guarded(arguments: list[str]) -> int:
     try:
-        with redirect_stdout(_NamedOutput(sys.stdout)):
+        with redirect_stdout(_NamedOutput(sys.stdout)), noted_interrupts() as check:
             code = run_command(read_arguments(arguments))
             sys.stdout.flush()
+            check()
         return code
     except SystemExit as ending:  # argparse ends so after --help and --version
         return ending.code if isinstance(ending.code, int) else EXIT_FAILURE

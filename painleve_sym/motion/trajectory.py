@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from painleve_sym.arrays import Array, load_npz, save_npz, table_library
+from painleve_sym.arrays import Array, load_npz, npz_faults, save_npz, table_library
 from painleve_sym.codegen.tape import TapeOutputs
 from painleve_sym.engines.protocol import Engine
 from painleve_sym.engines.records import StepRecords, dense_values
@@ -749,7 +749,13 @@ class Trajectory:
         """
         needed = (*_OWN, *_NAMES, "names", "events", "stop_reason", "final_mode", "outputs")
         text, arrays = load_npz(path, FORMAT, "trajectory", needed, _ARRAYS, ("step_bend",))
+        with npz_faults(path, "trajectory"):
+            return cls._of_file(text, arrays)
+
+    @classmethod
+    def _of_file(cls, text: dict[str, Any], arrays: dict[str, Any]) -> Trajectory:
         states, memory, modes, outputs = (tuple(n) for n in text["names"])
+        _check_shapes(arrays, len(states), len(memory), len(modes))
         time, bend = arrays["step_time"], arrays.get("step_bend")
         steps = StepRecords(
             time=time,
@@ -787,6 +793,22 @@ class Trajectory:
             evaluator=evaluator,
             limit=SingularLimit.from_dict(text["limit"]) if text.get("limit") else None,
         )
+
+
+def _check_shapes(arrays: dict[str, Any], states: int, memory: int, modes: int) -> None:
+    """Raise ValueError where the arrays of a file are not those of one motion."""
+    n = len(arrays["step_time"])
+    rows = arrays["step_rows"].shape[1:2]
+    shapes = {
+        **dict.fromkeys(("step_time", "step_length", "step_mode"), (n,)),
+        **{"step_memory": (n, memory), "step_rows": (n, *rows, states)},
+        **{"final_state": (states,), "final_memory": (memory,)},
+    }
+    for name, shape in shapes.items():
+        if arrays[name].shape != shape or arrays[name].dtype.kind not in "fi":
+            raise ValueError(f"{name}: got shape {arrays[name].shape}, need {shape} of numbers")
+    if not ((arrays["step_mode"] >= 0) & (arrays["step_mode"] < modes)).all():
+        raise ValueError("step_mode: a mode has no name")
 
 
 def _count(number: int, noun: str) -> str:

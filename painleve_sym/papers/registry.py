@@ -17,6 +17,7 @@ from typing import Any
 from painleve_sym import __version__, papers
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import plain_fields
+from painleve_sym.interrupts import noted_interrupts
 from painleve_sym.papers.claims import Claims, ItemClaim, read_claims
 from painleve_sym.papers.item import Outcome, Verdict
 from painleve_sym.papers.panels import Panel
@@ -224,10 +225,12 @@ def reproduce(
     chosen = selected(only, paper)
     workbenches = {p.name: p.module.Workbench() for p, _ in chosen}
     items = []
-    for number, (p, name) in enumerate(chosen, 1):
-        if progress is not None:
-            progress(number, len(chosen), p.claims.items[name].title)
-        items.append(_computed(p, name, workbenches[p.name]))
+    with noted_interrupts() as check:
+        for number, (p, name) in enumerate(chosen, 1):
+            if progress is not None:
+                progress(number, len(chosen), p.claims.items[name].title)
+            items.append(_computed(p, name, workbenches[p.name]))
+            check()
     return Reproduction(tuple(items), tuple(dict.fromkeys(p for p, _ in chosen)))
 
 

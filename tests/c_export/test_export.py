@@ -388,6 +388,13 @@ def test_export_name_of_a_mechanism_is_made_fit():
 def test_write_folder_writes_all_or_nothing(tmp_path, monkeypatch):
     write_folder(tmp_path / "new" / "c", {"a": "1", "b": "ü"})
     assert (tmp_path / "new" / "c" / "b").read_text("utf-8") == "ü"
+    before = os.umask(0o077)
+    try:
+        write_folder(tmp_path / "private", {"a": "1"})
+    finally:
+        os.umask(before)
+    assert (tmp_path / "private").stat().st_mode & 0o777 == 0o700
+    shutil.rmtree(tmp_path / "private")
     (tmp_path / "empty").mkdir()
     write_folder(tmp_path / "empty", {"a": "1"})
     assert os.listdir(tmp_path / "empty") == ["a"]

@@ -151,14 +151,10 @@ def test_figures_of_a_report_have_the_look_asked_for(capsys, tmp_path):
 
 def _fill_the_disk(monkeypatch):
     class Full(io.BytesIO):
-        def __init__(self, handle, _):
-            os.close(handle)
-            super().__init__()
-
         def write(self, _):
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr("painleve_sym.files.os.fdopen", Full)
+    monkeypatch.setattr("painleve_sym.files.open", lambda *_, **__: Full(), raising=False)
 
 
 def test_error_without_a_file_does_not_blame_standard_output(capsys, monkeypatch):

@@ -146,6 +146,31 @@ def test_foreign_files_are_refused(tmp_path):
             Trajectory.load(path)
 
 
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("step_length", lambda a: a[:-1]),
+        ("step_mode", lambda a: a + 1000),
+        ("step_rows", lambda a: a[..., :-1]),
+        ("final_state", lambda a: a.astype(str)),
+        ("final_memory", lambda a: np.zeros(30)),
+        ("text", lambda a: np.array(str(a).replace('"names": [', '"names": [[], '))),
+        ("text", lambda a: np.array(str(a).replace('"slip_stop"', '"slip_stops"'))),
+        ("text", lambda a: np.array(str(a).replace('"operations": [[', '"operations": [[[], '))),
+    ],
+)
+def test_file_whose_parts_do_not_fit_is_refused(impact, tmp_path, name, change):
+    path = tmp_path / "run.npz"
+    impact.save(path)
+    with np.load(path) as data:
+        arrays = dict(data)
+    changed = change(arrays[name])
+    assert changed.shape != arrays[name].shape or (changed != arrays[name]).any()
+    np.savez(path, **(arrays | {name: changed}))
+    with pytest.raises(InputError, match=r"step_mode|got shape|not readable"):
+        Trajectory.load(path)
+
+
 def test_save_into_a_missing_folder_leaves_nothing(impact, tmp_path):
     with pytest.raises(InputError, match="writable"):
         impact.save(tmp_path / "none" / "run.npz")

@@ -505,6 +505,39 @@ def test_a_folder_is_taken_up_only_if_it_is_one_of_a_sweep(tmp_path, name):
     assert (folder / name).read_text() == "[]"
 
 
+@pytest.mark.parametrize("name", ["lock", "column.npy", f"{sweep_store.SUMS}.npy"])
+def test_a_sweep_follows_no_link_that_was_put_into_its_folder(tmp_path, name):
+    out, victim = tmp_path / "out.npz", tmp_path / "victim"
+    victim.write_text("precious")
+    with open_store(out, (sweep := sweep_of(SMALL)), sweep.check_run()):
+        pass
+    planted = parts_folder(out) / name.replace("column", next(iter(sweep.columns)))
+    planted.unlink()
+    planted.symlink_to(victim)
+    with pytest.raises(InputError, match=r"symbolic links\. Fix: give another --out"):
+        run_sweep(sweep, out)
+    assert victim.read_text() == "precious"
+
+
+def test_a_folder_that_another_made_is_not_taken_up(tmp_path, monkeypatch):
+    out, elsewhere = tmp_path / "out.npz", tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    parts_folder(out).symlink_to(elsewhere)
+    with pytest.raises(InputError, match=r"it is a link\. Fix: give another --out"):
+        run_sweep(sweep_of(SMALL), out)
+    parts_folder(out).unlink()
+    parts_folder(out).mkdir()
+    sweep = sweep_of(SMALL)
+    row = sweep.check_run()
+    monkeypatch.setattr(os, "geteuid", lambda: out.parent.stat().st_uid + 1)
+    with (
+        pytest.raises(InputError, match="it belongs to another user"),
+        open_store(out, sweep, row),
+    ):
+        pass
+    assert list(elsewhere.iterdir()) == list(parts_folder(out).iterdir()) == []
+
+
 CLOSED = """
 model = "pr-robot"
 t_end = 1e-4

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from painleve_sym.arrays import Array, load_npz, save_npz
+from painleve_sym.arrays import Array, load_npz, npz_faults, save_npz
 from painleve_sym.errors import InputError
 from painleve_sym.files import finite, plain_fields
 from painleve_sym.mechanics.mechanism import Mechanism
@@ -115,7 +115,8 @@ class OutcomeMap:
     def load(cls, path: str | Path) -> OutcomeMap:
         """Read what `save` wrote; InputError where it is not readable, or not a map of outcomes."""
         texts, arrays = load_npz(path, FORMAT, "outcome map", _TEXTS, _ARRAYS)
-        return cls(**{name: texts[name] for name in _TEXTS}, **arrays)
+        with npz_faults(path, "outcome map"):
+            return cls(**{name: texts[name] for name in _TEXTS}, **arrays)
 
 
 def _logarithmic(low: float, high: float) -> bool:

@@ -13,7 +13,7 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
-from painleve_sym.arrays import Array, load_npz, save_npz
+from painleve_sym.arrays import Array, load_npz, npz_faults, save_npz
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.codegen.pointwise import Pointwise
 from painleve_sym.contacts.closing import unknowns
@@ -198,8 +198,9 @@ class RegionMap:
         fields["values"] = (arrays["values_0"], arrays["values_1"])
         names = [name for name in CURVES if f"curve_{name}" in arrays]
         fields["curves"] = {name: arrays[f"curve_{name}"] for name in names}
-        fields |= {name: tuple(fields[name]) for name in ("over", "labels", "units")}
-        return cls(**fields)
+        with npz_faults(path, "map"):
+            fields |= {name: tuple(fields[name]) for name in ("over", "labels", "units")}
+            return cls(**fields)
 
 
 def _without_nan(array: Array | None) -> Any:

@@ -11,6 +11,7 @@ import math
 import os
 import shutil
 import socket
+import stat
 import sys
 import warnings
 import zlib
@@ -28,7 +29,7 @@ from numpy.typing import NDArray
 import painleve_sym
 from painleve_sym.codegen.compile import FLAGS, find_compiler
 from painleve_sym.errors import CompilerMissing, InputError, PainleveError, PainleveWarning
-from painleve_sym.files import write_beside
+from painleve_sym.files import no_link, write_beside
 from painleve_sym.mechanics.definition import SYMPY_VERSION
 from painleve_sym.study.sweeps.sweep import FORMATS, Columns, Sweep
 
@@ -106,6 +107,7 @@ def open_store(out: Path, sweep: Sweep, row: Columns) -> Iterator[Store]:
     with ExitStack() as stack:
         try:
             folder.mkdir(exist_ok=True)
+            _check_owner(folder)
             stack.enter_context(_locked(folder))
             store = Store(folder, sweep, _columns(folder, sweep, row))
         except (OSError, json.JSONDecodeError, UnicodeDecodeError) as error:
@@ -116,10 +118,19 @@ def open_store(out: Path, sweep: Sweep, row: Columns) -> Iterator[Store]:
         yield store
 
 
+def _check_owner(folder: Path) -> None:
+    """Raise InputError for a folder that another may have made, with links to other files in it."""
+    info = folder.lstat()
+    if stat.S_ISLNK(info.st_mode) or info.st_uid != os.geteuid():
+        fault = "it is a link" if stat.S_ISLNK(info.st_mode) else "it belongs to another user"
+        raise InputError(f"sweep folder {folder}: {fault}. Fix: give another --out.")
+
+
 @contextmanager
 def _locked(folder: Path) -> Iterator[None]:
     """Hold a folder for this process; InputError where another process holds it."""
-    with (folder / LOCK).open("a+", encoding="utf-8", errors="replace") as file:
+    path = folder / LOCK
+    with open(path, "a+", encoding="utf-8", errors="replace", opener=no_link) as file:
         try:
             fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as error:
@@ -180,11 +191,14 @@ def _mapped(path: Path, shape: tuple[int, ...], dtype: np.dtype[Any]) -> NDArray
     header = io.BytesIO()
     np.lib.format.write_array_header_1_0(header, known)
     start = header.tell()
-    with suppress(FileNotFoundError), path.open("rb") as file:
-        size = start + math.prod(shape) * dtype.itemsize
-        if file.read(start) == header.getvalue() and path.stat().st_size == size:
-            return np.memmap(path, dtype, "r", offset=start, shape=shape)
-    return np.asanyarray(np.lib.format.open_memmap(path, "w+", dtype, shape, version=(1, 0)))
+    size = start + math.prod(shape) * dtype.itemsize
+    with suppress(FileNotFoundError), open(path, "rb", opener=no_link) as file:
+        if file.read(start) == header.getvalue() and os.fstat(file.fileno()).st_size == size:
+            return np.memmap(file, dtype, "r", offset=start, shape=shape)
+    with open(path, "w+b", opener=no_link) as file:
+        file.write(header.getvalue())
+        file.truncate(size)
+        return np.memmap(file, dtype, "r", offset=start, shape=shape)
 
 
 @dataclass(frozen=True)
@@ -209,7 +223,7 @@ class Store:
     def _put(self, name: str, first: int, rows: NDArray[Any]) -> None:
         # Written as a file, not through the map: there a full disk would end the process.
         array: Any = self.columns[name]
-        with (self.folder / f"{name}.npy").open("r+b") as file:
+        with open(self.folder / f"{name}.npy", "r+b", opener=no_link) as file:
             file.seek(array.offset + first * array.strides[0])
             file.write(rows.data)
 
