@@ -44,7 +44,7 @@ def write_beside(path: Path, write: Any) -> None:
 
 
 def beside(path: Path) -> Path:
-    """Return a hidden name beside a path that nothing has and nobody can guess."""
+    """Return a hidden name beside a path, which is not in use and which no other user can guess."""
     return path.with_name(f".{path.name[:50]}.{os.urandom(6).hex()}")
 
 

@@ -16,7 +16,7 @@ import pytest
 
 from painleve_sym.c_export import export
 from painleve_sym.c_export.export import export_scenario, write_folder
-from painleve_sym.c_export.files import NUMERIC_FLAGS, expected
+from painleve_sym.c_export.files import NUMERIC_FLAGS, MotionCode, code_files, expected
 from painleve_sym.c_export.text import enum
 from painleve_sym.codegen.compile import find_compiler
 from painleve_sym.codegen.named_mechanisms import model
@@ -317,6 +317,16 @@ def test_program_of_the_page_builds_and_finds_what_the_package_finds(tmp_path):
 
 
 # ---- several contacts ----
+
+
+def test_code_is_c99_where_no_choice_has_a_test(tmp_path):
+    simulator = Simulator(model("block-two-feet"), law("linear", friction="spring"))
+    code = MotionCode("feet", simulator, "taylor", find_compiler())
+    for name, text in code_files(code).items():
+        (tmp_path / name).write_text(text, "utf-8")
+    sources = sorted(tmp_path.glob("*.c"))
+    assert "#define PS_NTEST 0" in (tmp_path / "feet_model.c").read_text("utf-8")
+    run(*find_compiler().command, *STRICT, "-fsyntax-only", *sources, cwd=tmp_path)
 
 
 @pytest.mark.parametrize(

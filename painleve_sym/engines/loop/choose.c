@@ -22,7 +22,8 @@ enum { PS_FAILS, PS_HOLDS, PS_LASTS, PS_IDLE = 4 };
 
 static int consistent(ps_run *s, const ps_options *o, double *missed) {
   const ps_mode *m = &PS_MODES[s->mode];
-  double v[PS_NTEST], d[PS_NTEST], d2[PS_NTEST], scale[PS_NTEST];
+  /* C99 has no arrays without an element. */
+  double v[PS_NTEST + 1], d[PS_NTEST + 1], d2[PS_NTEST + 1], scale[PS_NTEST + 1];
   double *res[4] = {v, d, d2, scale};
   int lasts = 1, idle = 0;
   field(s, s->x, s->k[0]);
