@@ -14,7 +14,7 @@ from painleve_sym.files import parse_toml, read_text
 from painleve_sym.laws.catalogue import Law, LawsByContact, law, offered_choices
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.models import MODELS
-from painleve_sym.study.scenario import FIELDS, MAX_FILE, Scenario
+from painleve_sym.study.scenario import FIELDS, MAX_FILE, Scenario, misplaced
 
 _OPTIONS = (
     *("t_end", "until", "initial_force", "rtol", "max_steps", "max_events", "samples", "engine"),
@@ -105,10 +105,7 @@ def _check_owners(scenario: Scenario) -> None:
     if scenario.law is None or scenario.model.partition(":")[0] not in MODELS:
         return
     own = {p.name for p in model(scenario.model).outline.parameters}
-    of_law = {p.name for p in scenario.contact_law().parameters}
+    of_law = scenario.contact_law().parameters
     for name in scenario.parameters:
-        if name not in own and name in of_law:
-            raise InputError(
-                f"parameter {name} belongs to the law {scenario.law!r}. "
-                "Fix: give it with --law-set, or in [law.parameters] of the file."
-            )
+        if name not in own and (fault := misplaced(name, of_law)):
+            raise InputError(fault)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
+from enum import StrEnum
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,19 +22,22 @@ from painleve_sym.contacts.impact.jump import JumpResult, evaluate_jump
 from painleve_sym.contacts.impact.tangential import TangentialImpact, tangential_impact
 from painleve_sym.contacts.inputs import resolve_state, state_values
 from painleve_sym.engines.protocol import RunOptions
-from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.errors import EventKind, InputError, unknown_name
 from painleve_sym.files import parse_toml, read_text
 from painleve_sym.laws.catalogue import Law, LawsByContact, law, offered_choices
 from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.laws.friction import FRICTION_NOTICES
 from painleve_sym.laws.restitution import RestitutionLaw, restitution_law
 from painleve_sym.laws.rigid_contact import RigidLaw
-from painleve_sym.mechanics.declarations import resolve_parameters
+from painleve_sym.mechanics.declarations import Parameter, resolve_parameters
 from painleve_sym.mechanics.materials import material_values, two_materials
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.toml.faults import Faults
+from painleve_sym.mechanics.toml.lines import TomlLines, toml_lines
 from painleve_sym.motion.rigidity import body_periods, rigidity_notices
 from painleve_sym.motion.simulator import DEFAULT_RTOL, Simulator
 from painleve_sym.motion.trajectory import Trajectory
+from painleve_sym.units import in_unit
 
 if TYPE_CHECKING:
     from painleve_sym.motion.finite_stiffness import CorrectedJump
@@ -85,29 +89,58 @@ class Scenario:
     def read(cls, path: str | Path) -> Scenario:
         """Return the scenario a TOML file holds; nothing in the file is executed.
 
-        InputError where it is not readable, not TOML, or has unknown keys or entries of a wrong
-        type.
+        InputError where it is not readable, not TOML, or has unknown keys or names, or entries of a
+        wrong type or out of range: all of them, each with its line.
         """
         where = f"scenario file {path}"
-        return cls.from_data(parse_toml(read_text(path, where, MAX_FILE), where), str(path))
+        text = read_text(path, where, MAX_FILE)
+        return cls.from_data(parse_toml(text, where), str(path), toml_lines(text))
 
     @classmethod
     def from_data(
-        cls, data: Mapping[str, Any], where: str = "scenario", others: tuple[str, ...] = ()
+        cls, data: Mapping[str, Any], where: str = "scenario", lines: TomlLines | None = None
     ) -> Scenario:
-        """Return the scenario that plain data describes (see `read`).
+        """Return the scenario that plain data describes (see `read`); `lines` are those of a file.
 
-        `others` are keys that the file may have besides; messages name them.
+        Numbers with a unit may be given as texts; they are converted to SI units.
         """
-        for key in data:
-            if key not in _READERS:
-                raise InputError(f"{where}: " + unknown_name("key", key, (*_READERS, *others)))
-        if "model" not in data:
-            raise InputError(f'{where}: no model. Fix: add a line such as model = "rod".')
+        faults = Faults(where, lines)
+        scenario = cls.described(faults, data)
+        faults.raise_if_faulty()
+        return scenario
+
+    @classmethod
+    def described(
+        cls,
+        faults: Faults,
+        data: Mapping[str, Any],
+        others: Sequence[str] = (),
+        mechanism: Callable[[str], Mechanism] | None = None,
+    ) -> Scenario:
+        """Return the scenario that data describe; what is wrong with them is added to the faults.
+
+        `others` are keys that the file may have besides. `mechanism` makes that of a name.
+        """
         values: dict[str, Any] = {}
         for key, value in data.items():
-            values |= _READERS[key](where, key, value)
-        return cls(**{FIELDS.get(key, key): value for key, value in values.items()}, where=where)
+            if key not in _READERS:
+                faults.fault((key,), unknown_name("key", key, (*_READERS, *others)))
+                continue
+            with faults.at(key):
+                values |= _READERS[key](faults, key, value)
+        if "model" not in data:
+            faults.fault((), 'no model. Fix: add a line such as model = "rod".')
+        whole = None
+        if "model" in values:
+            with faults.at("model"):
+                whole = (mechanism or model)(values["model"])
+        if whole is not None:
+            _read_names(faults, whole, values)
+        fields = {FIELDS.get(key, key): value for key, value in values.items()}
+        scenario = cls(**{"model": "", **fields}, where=faults.where)
+        if whole is not None and scenario.contact is None:
+            scenario.__dict__["_mechanism"] = whole
+        return scenario
 
     def updated(self, given: Mapping[str, Any]) -> Scenario:
         """Return a copy with the entries of `given`; mappings are merged entry by entry.
@@ -116,25 +149,31 @@ class Scenario:
         """
         old = self
         if given.get("law", self.law) != self.law:
-            old = dataclasses.replace(self, law_parameters={}, law_choices={})
+            old = self._with(law_parameters={}, law_choices={})
         merged = dict(given)
         for name in ("state", "parameters", "law_parameters", "law_choices"):
             if name in given:
                 merged[name] = {**(getattr(old, name) or {}), **given[name]}
-        return dataclasses.replace(old, **merged)
+        return old._with(**merged)
 
-    def from_material(
-        self, varied: Collection[str] = (), mechanism: Mechanism | None = None
-    ) -> Scenario:
+    def _with(self, **fields: Any) -> Scenario:
+        """Return a copy with other fields, and with the mechanism where it is the same."""
+        copy = dataclasses.replace(self, **fields)
+        if (copy.model, copy.contact) == (self.model, self.contact) and (
+            "_mechanism" in self.__dict__
+        ):
+            copy.__dict__["_mechanism"] = self._mechanism
+        return copy
+
+    def from_material(self, varied: Collection[str] = ()) -> Scenario:
         """Return a copy with the parameters that `material` provides; given ones keep their values.
 
-        `varied` are further parameters to leave alone, such as the axes of a sweep; `mechanism` is
-        that of `model`, where it is known already. InputError for an unknown material, a property
-        that it lacks, or where nothing depends on a material.
+        `varied` are further parameters to leave alone, such as the axes of a sweep. InputError for
+        an unknown material, a property that it lacks, or where nothing depends on a material.
         """
         if self.material is None:
             return self
-        pair, mechanism = two_materials(self.material), mechanism or self.mechanism()
+        pair, mechanism = two_materials(self.material), self.mechanism()
         declared = mechanism.outline.parameters
         of_law = self.contact_law().parameters if self.law is not None else ()
         compliant = self.law is not None and not isinstance(self.contact_law(), RigidLaw)
@@ -148,8 +187,8 @@ class Scenario:
         where, law_name = f"mechanism {mechanism.name!r}", f"law {self.law!r}"
         provided = material_values(where, pair, declared, {*own, *varied})
         provided_to_law = material_values(law_name, pair, of_law, {*given, *varied})
-        return dataclasses.replace(
-            self, parameters={**provided, **own}, law_parameters={**provided_to_law, **given}
+        return self._with(
+            parameters={**provided, **own}, law_parameters={**provided_to_law, **given}
         )
 
     # ---- parts ----
@@ -332,74 +371,144 @@ class Scenario:
 
 # ---- reading plain data: each reader returns the fields one key sets ----
 
-Reader = Callable[[str, str, Any], dict[str, Any]]
+Reader = Callable[[Faults, str, Any], dict[str, Any]]
 FIELDS = {"restitution": "e", "rule": "restitution"}
 """Fields of a scenario by the key of a file or the option, where the two differ."""
 
 
-def _wrong(where: str, key: str, value: object, need: str) -> InputError:
-    return InputError(f"{where}: {key}: got {value!r}, need {need}.")
+def read_value(value: Any, name: str, unit: str, where: str, **bounds: float) -> float:
+    """Return a number in an SI unit, given as such or as a text with its unit; InputError else."""
+    if isinstance(value, str):
+        value = in_unit(value, unit, f"{where}: {name}")
+    return number(value, name, where=where, **bounds)
 
 
-def _read_float(where: str, key: str, value: Any) -> dict[str, Any]:
-    return {key: number(value, key, where=where)}
+def _value(unit: str, **bounds: float) -> Reader:
+    def read(faults: Faults, key: str, value: Any) -> dict[str, Any]:
+        return {key: read_value(value, key, unit, faults.where, **bounds)}
+
+    return read
 
 
-def _read_count(where: str, key: str, value: Any) -> dict[str, Any]:
-    return {key: whole_number(value, key, where=where, lower=1, upper=MAX_COUNT)}
+def _wrong(key: str, value: object, need: str) -> InputError:
+    return InputError(f"{key}: got {value!r}, need {need}.")
 
 
-def _read_text(where: str, key: str, value: Any) -> dict[str, Any]:
+def _read_number(faults: Faults, key: str, value: Any) -> dict[str, Any]:
+    bounds = {"lower": 0.0, "upper": 1.0} if key == "restitution" else {}
+    return {key: number(value, key, where=faults.where, **bounds)}
+
+
+def _read_count(faults: Faults, key: str, value: Any) -> dict[str, Any]:
+    return {key: whole_number(value, key, where=faults.where, lower=1, upper=MAX_COUNT)}
+
+
+def _read_text(_faults: Faults, key: str, value: Any) -> dict[str, Any]:
     if not isinstance(value, str):
-        raise _wrong(where, key, value, "text in quotes")
+        raise _wrong(key, value, "text in quotes")
     return {key: value}
 
 
-def _read_numbers(where: str, key: str, value: Any) -> dict[str, Any]:
+def _read_choice(kind: type[StrEnum]) -> Reader:
+    def read(faults: Faults, key: str, value: Any) -> dict[str, Any]:
+        _read_text(faults, key, value)
+        return {key: chosen(kind, value, key)}
+
+    return read
+
+
+def _read_table(_faults: Faults, key: str, value: Any) -> dict[str, Any]:
+    """Read numbers by name; `_read_names` knows which there are."""
     if not isinstance(value, Mapping):
-        raise _wrong(where, key, value, f"a table of numbers, [{key}]")
-    return {key: {name: number(v, f"{key}.{name}", where=where) for name, v in value.items()}}
+        raise _wrong(key, value, f"a table of numbers, [{key}]")
+    return {key: dict(value)}
 
 
-def _read_until(where: str, key: str, value: Any) -> dict[str, Any]:
+def _read_until(_faults: Faults, key: str, value: Any) -> dict[str, Any]:
     kinds = [value] if isinstance(value, str) else value
     if not isinstance(kinds, list) or not all(isinstance(k, str) for k in kinds):
-        raise _wrong(where, key, value, 'the kind of an event, or several: ["separation"]')
+        raise _wrong(key, value, 'the kind of an event, or several: ["separation"]')
+    for kind in kinds:
+        chosen(EventKind, kind, "event")
     return {key: tuple(kinds)}
 
 
-def _read_model(where: str, key: str, value: Any) -> dict[str, Any]:
+def _read_model(_faults: Faults, key: str, value: Any) -> dict[str, Any]:
     if isinstance(value, Mapping):
         for name in value:
             if name != "name":
-                raise InputError(f"{where}: [model]: " + unknown_name("key", name, ["name"]))
+                raise InputError("[model]: " + unknown_name("key", name, ["name"]))
         value = value.get("name")
     if not isinstance(value, str):
-        raise _wrong(where, key, value, 'the name of a mechanism, such as model = "rod"')
+        raise _wrong(key, value, 'the name of a mechanism, such as model = "rod"')
     return {key: value}
 
 
-def _read_law(where: str, key: str, value: Any) -> dict[str, Any]:
+def _read_law(faults: Faults, key: str, value: Any) -> dict[str, Any]:
     if isinstance(value, str):
+        law(value)
         return {key: value}
     if not isinstance(value, Mapping) or not isinstance(value.get("name"), str):
-        raise _wrong(where, key, value, 'a table [law] with name = "..."')
-    chosen = law(value["name"])
+        raise _wrong(key, value, 'a table [law] with name = "..."')
+    of_name = law(value["name"])
     fields: dict[str, Any] = {"law": value["name"], "law_parameters": {}, "law_choices": {}}
+    known = ["name", "parameters", *offered_choices(of_name)]
     for name, entry in value.items():
-        if name == "parameters":
-            read = _read_numbers(where, "law.parameters", entry)
-            fields["law_parameters"] = read["law.parameters"]
-        elif name in offered_choices(chosen):
-            fields["law_choices"] |= _read_text(where, name, entry)
-        elif name in {p.name for p in chosen.parameters}:
-            raise InputError(
-                f"{where}: [law]: {name} is a parameter. Fix: put it in [law.parameters]."
-            )
-        elif name != "name":
-            known = ["name", "parameters", *offered_choices(chosen)]
-            raise InputError(f"{where}: [law]: " + unknown_name("key", name, known))
+        with faults.at(key, name):
+            if name == "parameters":
+                fields["law_parameters"] = _read_table(faults, f"{key}.{name}", entry)[
+                    f"{key}.{name}"
+                ]
+            elif name in offered_choices(of_name):
+                fields["law_choices"] |= _read_text(faults, name, entry)
+            elif name in {p.name for p in of_name.parameters}:
+                raise InputError(f"{name} is a parameter. Fix: put it in [law.parameters].")
+            elif name != "name":
+                raise InputError(unknown_name("key", name, known))
     return fields
+
+
+def _read_names(faults: Faults, mechanism: Mechanism, values: dict[str, Any]) -> None:
+    """Check what depends on the mechanism, and convert numbers by name to SI units."""
+    of_law: Sequence[Parameter] = ()
+    if "law" in values:
+        with faults.at("law"):
+            of_law = law(values["law"], **values.get("law_choices", {})).parameters
+    with_units = {
+        name: Parameter(name, 0.0, unit, name) for name, unit in mechanism.state_units.items()
+    }
+    own = {p.name: p for p in mechanism.outline.parameters}
+    for field_name, path, kind, declared in (
+        ("state", ("state",), "state", with_units),
+        ("parameters", ("parameters",), "parameter", own),
+        ("law_parameters", ("law", "parameters"), "parameter", {p.name: p for p in of_law}),
+    ):
+        # Of a law that could not be made, parameters are not known.
+        given: dict[str, Any] = values.get(field_name, {}) if of_law or path[0] != "law" else {}
+        for name, value in given.items():
+            with faults.at(*path, name):
+                if name not in declared:
+                    raise InputError(misplaced(name, of_law) or unknown_name(kind, name, declared))
+                at = ".".join((*path, name))
+                given[name] = read_value(value, at, declared[name].unit, faults.where)
+                if fault := declared[name].fault(given[name]):
+                    raise InputError(fault)
+    if "contact" in values:
+        with faults.at("contact"):
+            mechanism.only(values["contact"])
+    if "material" in values:
+        with faults.at("material"):
+            two_materials(values["material"])
+
+
+def misplaced(name: str, of_law: Sequence[Parameter]) -> str:
+    """Return a sentence on a parameter of the law that is given to the mechanism, else nothing."""
+    if name not in {p.name for p in of_law}:
+        return ""
+    return (
+        f"parameter {name} belongs to the law. Fix: give it with --law-set, or in "
+        "[law.parameters] of the file."
+    )
 
 
 _READERS: Mapping[str, Reader] = {
@@ -408,17 +517,17 @@ _READERS: Mapping[str, Reader] = {
     "contact": _read_text,
     "close": _read_text,
     "model": _read_model,
-    "state": _read_numbers,
-    "parameters": _read_numbers,
+    "state": _read_table,
+    "parameters": _read_table,
     "law": _read_law,
-    "t_end": _read_float,
+    "t_end": _value("s", above=0.0),
     "until": _read_until,
-    "initial_force": _read_float,
-    "engine": _read_text,
-    "rtol": _read_float,
+    "initial_force": _value("N", lower=0.0),
+    "engine": _read_choice(EngineName),
+    "rtol": _read_number,
     "max_steps": _read_count,
     "max_events": _read_count,
     "samples": _read_count,
-    "restitution": _read_float,
-    "rule": _read_text,
+    "restitution": _read_number,
+    "rule": _read_choice(Restitution),
 }

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 from pathlib import Path
 
 import pytest
@@ -116,6 +118,54 @@ def test_wrong_scenario_is_one_line_and_exit_code_2(capsys, tmp_path, text, word
     assert (code, out) == (2, "")
     assert err.startswith("painleve: error: ") and err.count("\n") == 1
     assert words in err
+
+
+SEVERAL = """\
+model = "rod"
+t_ende = 0.01
+until = ["seperation"]
+state = { theta = "30 deg", thta = 1.0, x_A_dot = "fast" }
+rtol = "small"
+
+[parameters]
+m = -1.0
+E = 1e9
+
+[law]
+name = "hertz"
+relod = "virgin"
+parameters = { E = "209 GPa", nuu = 0.3 }
+"""
+
+
+def test_every_mistake_of_a_file_is_named_with_its_line(capsys, tmp_path):
+    path = tmp_path / "case.toml"
+    path.write_text(SEVERAL, "utf-8")
+    code, out, err = run(capsys, "simulate", path)
+    assert (code, out) == (2, "")
+    places = re.findall(r"line (\d+), ([\w.]+):", err)
+    assert places == [
+        *(("2", "t_ende"), ("3", "until"), ("4", "state.thta"), ("4", "state.x_A_dot")),
+        *(("5", "rtol"), ("8", "parameters.m"), ("9", "parameters.E")),
+        *(("13", "law.relod"), ("14", "law.parameters.nuu")),
+    ]
+    for near in ("'t_end'", "'separation'", "'theta'", "'nu'"):
+        assert f"Did you mean {near}?" in err
+    assert "belongs to the law" in err and "0 < m" in err
+
+
+def test_numbers_of_a_file_may_have_units(tmp_path):
+    path = tmp_path / "case.toml"
+    path.write_text(
+        'model = "rod"\nt_end = "2 ms"\ninitial_force = "1 kN"\n'
+        'state = { theta = "45 deg" }\nparameters = { m = "200 g" }\n'
+        '[law]\nname = "hertz"\nparameters = { E = "209 GPa" }\n',
+        "utf-8",
+    )
+    scenario = Scenario.read(path)
+    assert (scenario.t_end, scenario.initial_force) == (0.002, 1000.0)
+    assert scenario.state == {"theta": pytest.approx(math.pi / 4, rel=1e-15)}
+    assert (scenario.parameters, scenario.law_parameters) == ({"m": 0.2}, {"E": 209e9})
 
 
 @pytest.mark.parametrize("name", ["missing.toml", "folder.toml", "bytes.toml", "sub/none"])

@@ -15,13 +15,13 @@ from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.classify import classify
 from painleve_sym.errors import InputError, ModelError
 from painleve_sym.laws.catalogue import law
+from painleve_sym.mechanics.toml.faults import MAX_FAULTS_READ
 from painleve_sym.mechanics.toml.mechanism_file import (
     MAX_BYTES,
     MAX_COORDINATES,
     load_mechanism,
     mechanism_from_text,
 )
-from painleve_sym.mechanics.toml.reader import MAX_FAULTS_READ
 from painleve_sym.motion.simulator import Simulator
 from tests.mechanics.catalogue import by_symbol, derived, random_numbers
 

@@ -22,6 +22,7 @@ from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.classify import classify
 from painleve_sym.errors import InputError, PainleveError
 from painleve_sym.laws.catalogue import law
+from painleve_sym.mechanics.toml.faults import Faults
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.study.sweeps import store as sweep_store
 from painleve_sym.study.sweeps.runner import Reporter, run_sweep
@@ -95,9 +96,28 @@ def test_a_grid_holds_every_combination_once_in_order(shape):
 
 def test_log_axis_ends_where_it_says_and_has_even_ratios():
     axes = {"E": {"from": 1e10, "to": 1e14, "points": 9, "scale": "log"}}
-    values = read_space("x", axes, None).axes["E"]
+    values = read_space(Faults("x", None), axes, None, lambda value, *_: value).axes["E"]
     assert values[0] == 1e10 and values[-1] == 1e14
     assert np.diff(np.log10(values)) == pytest.approx(0.5)
+
+
+def test_numbers_of_a_sweep_may_have_units():
+    in_degrees = SMALL.replace("from = 0.95, to = 1.15", 'from = "45 deg", to = "90 deg"')
+    in_degrees = in_degrees.replace("[0.5, 1.0, 2.0]", '["30 deg/s", 1.0]')
+    sweep = Sweep.from_text(in_degrees.replace("t_end = 0.01", 't_end = "10 ms"'), "x")
+    axes = sweep.space.axes
+    assert axes["theta"] == pytest.approx(np.pi / 4 * np.array([1, 4 / 3, 5 / 3, 2]), rel=1e-14)
+    assert axes["theta_dot"] == pytest.approx([np.pi / 6, 1.0], rel=1e-14)
+    assert sweep.scenario.t_end == 0.01
+
+
+def test_every_mistake_of_a_sweep_is_named_with_its_line():
+    wrong = SMALL.replace("chunk = 10", "chunk = 0").replace("points = 4", "points = 1")
+    with pytest.raises(InputError) as caught:
+        Sweep.from_text(wrong.replace("[0.5, 1.0, 2.0]", '[0.5, "1 kg"]'), "x")
+    for place in ("line 9, chunk: got 0", "line 17, axes.theta.points: got 1"):
+        assert place in str(caught.value)
+    assert "line 18, axes.theta_dot[2]: got the unit [kg]" in str(caught.value)
 
 
 # ---- one clear error before anything runs ----
@@ -108,7 +128,7 @@ def test_log_axis_ends_where_it_says_and_has_even_ratios():
     [
         ("theta_dot = [", "thta_dot = [", "unknown axis 'thta_dot'. Did you mean 'theta_dot'"),
         ("theta_dot = [0.5, 1.0, 2.0]", "theta_dot = []", "got no values"),
-        ("theta_dot = [0.5, 1.0, 2.0]", "theta_dot = [0.5, nan]", r"theta_dot\[1\]: got nan"),
+        ("theta_dot = [0.5, 1.0, 2.0]", "theta_dot = [0.5, nan]", r"axes.theta_dot\[2\]: got nan"),
         ("theta_dot = [0.5, 1.0, 2.0]", "theta_dot = [0.5, 0.5]", "a value twice"),
         ("theta_dot = [0.5, 1.0, 2.0]", 'theta_dot = ["a"]', "need a number"),
         ("theta_dot = [0.5, 1.0, 2.0]", "theta_dot = 3", "need a table"),
@@ -123,9 +143,9 @@ def test_log_axis_ends_where_it_says_and_has_even_ratios():
         ('"max_normal_force"', '"max_normal_forc"', "Did you mean 'normal_force'"),
         ("chunk = 10", "chunk = 0", "chunk: got 0"),
         ("t_end = 0.01\n", "", "no end time"),
-        ("t_end = 0.01\n", "t_end = 0.01\nrule = 'newton'\n", "rule plays no part"),
+        ("t_end = 0.01\n", "t_end = 0.01\nrule = 'newton'\n", "rule: plays no part"),
         ('"separation"', '"separaton"', "Did you mean 'separation'"),
-        ("E = 20.9e14", "EE = 20.9e14", "unknown parameter of the law 'EE'"),
+        ("E = 20.9e14", "EE = 20.9e14", "unknown parameter 'EE'"),
         ("[axes]", "[sample]\npoints = 3\n[axes]", "got both of"),
         ("from = 1.42, to = 1.8", "from = 1.42, to = inf", "need a finite number"),
     ],

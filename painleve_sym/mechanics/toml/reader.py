@@ -1,4 +1,4 @@
-"""Tables of a mechanism file: typed entries, and all faults with their lines in one list."""
+"""Tables of a mechanism file: typed entries, and their faults."""
 
 from __future__ import annotations
 
@@ -11,44 +11,22 @@ import sympy as sp
 from painleve_sym.checks import checked_number
 from painleve_sym.errors import ModelError, unknown_name
 from painleve_sym.mechanics.toml.expressions import Formulas, TextFault
+from painleve_sym.mechanics.toml.faults import Faults, shown
 from painleve_sym.mechanics.toml.lines import Path, TomlLines
 
-MAX_FAULTS_READ = 200
-"""Faults after which reading stops: more would not be read, and a file of faults takes long."""
 
-
-def shown(path: Path) -> str:
-    """Return a path as a reader of the file would say it: ``contacts[1].point``."""
-    text = ""
-    for key in path:
-        text += f"[{key + 1}]" if isinstance(key, int) else f".{key}" if text else key
-    return text
-
-
-class Source:
+class Source(Faults):
     """The text of a mechanism while it is read, with the line and message of every fault so far.
 
     `stand_ins` counts the values that stand in for entries that could not be read.
     """
 
-    def __init__(self, where: str, lines: TomlLines) -> None:
-        self.where, self.lines, self.formulas = where, lines, Formulas({})
-        self.faults: list[tuple[int, str]] = []
-        self.stand_ins = 0
+    lines: TomlLines
 
-    def fault(self, path: Path, message: str, line: int | None = None) -> None:
-        """Note a fault of an entry; one of the same line and text only once."""
-        place = self.lines.of(path) if line is None else line
-        name = shown(path)
-        entry = (place, f"line {place}{f', {name}' if name else ''}: {message}")
-        if entry in self.faults:
-            return
-        self.faults.append(entry)
-        if len(self.faults) == MAX_FAULTS_READ:
-            faults = [text for _, text in sorted(self.faults)]
-            raise ModelError(
-                self.where, [*faults, f"Reading stopped after {MAX_FAULTS_READ} faults."]
-            )
+    def __init__(self, where: str, lines: TomlLines) -> None:
+        super().__init__(where, lines)
+        self.formulas = Formulas({})
+        self.stand_ins = 0
 
     def text_faults(self, path: Path, faults: Iterable[TextFault]) -> None:
         """Note the faults of a formula, each in its own line."""
@@ -59,11 +37,6 @@ class Source:
         """Note every fault of a part that could not be made."""
         for message in error.faults:
             self.fault(path, message)
-
-    def raise_if_faulty(self) -> None:
-        """Raise ModelError with all faults in the order of the file."""
-        if self.faults:
-            raise ModelError(self.where, [text for _, text in sorted(self.faults)])
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -12,9 +12,10 @@ import numpy as np
 from scipy.stats import qmc
 
 from painleve_sym.arrays import Array
-from painleve_sym.checks import number, whole_number
+from painleve_sym.checks import whole_number
 from painleve_sym.codegen.evaluate import power
 from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.mechanics.toml.faults import Faults
 
 SCALES = ("linear", "log")
 METHODS = ("sobol", "uniform")
@@ -113,55 +114,64 @@ class Sample:
 
 # ---- from the tables of a file ----
 
+Read = Callable[[Any, str, str], float]
+"""From a value, its place and the name of its quantity to a number in SI units."""
 
-def read_space(where: str, axes: Any, sample: Any) -> Grid | Sample:
-    """Return the points that the tables [axes] or [sample] describe; None stands for no table."""
+
+def read_space(faults: Faults, axes: Any, sample: Any, read: Read) -> Grid | Sample:
+    """Return the points that the tables [axes] or [sample] describe; None stands for no table.
+
+    Where they are faulty, which is added to the faults, some points.
+    """
     if (axes is None) == (sample is None):
         received = "both" if axes is not None else "neither"
-        raise InputError(
-            f"{where}: got {received} of [axes] and [sample], need one: a grid or a sampled set. "
-            "Fix: such as [axes] theta = { from = 0.9, to = 1.1, points = 21 }."
+        faults.fault(
+            (),
+            f"got {received} of [axes] and [sample], need one: a grid or a sampled set. "
+            "Fix: such as [axes] theta = { from = 0.9, to = 1.1, points = 21 }.",
         )
-    return _grid(where, axes) if sample is None else _sample(where, sample)
+        return Grid({})
+    return _grid(faults, axes, read) if sample is None else _sample(faults, sample, read)
 
 
-def _table(where: str, place: str, given: Any, *known: str) -> dict[str, Any]:
+def _table(place: str, given: Any, *known: str) -> dict[str, Any]:
     if not isinstance(given, Mapping) or not given:
-        raise InputError(f"{where}: {place}: got {given!r}, need a table with entries.")
+        raise InputError(f"{place}: got {given!r}, need a table with entries.")
     for key in given:
         if known and key not in known:
-            raise InputError(f"{where}: {place}: " + unknown_name("key", key, known))
+            raise InputError(f"{place}: " + unknown_name("key", key, known))
     return dict(given)
 
 
-def _choice(where: str, place: str, value: Any, known: tuple[str, ...]) -> str:
+def _choice(place: str, value: Any, known: tuple[str, ...]) -> str:
     if not isinstance(value, str) or value not in known:
-        raise InputError(f"{where}: {place}: " + unknown_name("choice", str(value), known))
+        raise InputError(f"{place}: " + unknown_name("choice", str(value), known))
     return value
 
 
-def _range(where: str, place: str, table: dict[str, Any]) -> Range:
+def _range(place: str, name: str, table: dict[str, Any], read: Read) -> Range:
     for key in ("from", "to"):
         if key not in table:
-            raise InputError(f"{where}: {place}: no {key!r}. Fix: give both ends.")
-    low, high = (number(table[key], f"{place}.{key}", where=where) for key in ("from", "to"))
-    scale = _choice(where, f"{place}.scale", table.get("scale", "linear"), SCALES)
+            raise InputError(f"{place}: no {key!r}. Fix: give both ends.")
+    low, high = (read(table[key], f"{place}.{key}", name) for key in ("from", "to"))
+    scale = _choice(f"{place}.scale", table.get("scale", "linear"), SCALES)
     if low == high or (scale == "log" and not (low > 0 and high > 0)):
         need = "two different numbers" if low == high else "numbers > 0 on a log scale"
-        raise InputError(f"{where}: {place}: got {low:g} to {high:g}, need {need}.")
+        raise InputError(f"{place}: got {low:g} to {high:g}, need {need}.")
     return Range(low, high, scale)
 
 
-def _axis(where: str, place: str, given: Any) -> Array:
+def _axis(where: str, name: str, given: Any, read: Read) -> Array:
+    place = f"axes.{name}"
     if isinstance(given, list):
-        listed = [number(v, f"{place}[{i}]", where=where) for i, v in enumerate(given)]
+        listed = [read(v, f"{place}[{i + 1}]", name) for i, v in enumerate(given)]
         if not listed:
-            raise InputError(f"{where}: {place}: got no values, need at least one.")
+            raise InputError(f"{place}: got no values, need at least one.")
         if len(set(listed)) < len(listed):
-            raise InputError(f"{where}: {place}: got a value twice. Fix: give each once.")
+            raise InputError(f"{place}: got a value twice. Fix: give each once.")
         return np.array(listed)
-    table = _table(where, place, given, "from", "to", "points", "scale")
-    ends = _range(where, place, table)
+    table = _table(place, given, "from", "to", "points", "scale")
+    ends = _range(place, name, table, read)
     points = whole_number(
         table.get("points"), f"{place}.points", where=where, lower=2, upper=MAX_AXIS
     )
@@ -170,22 +180,31 @@ def _axis(where: str, place: str, given: Any) -> Array:
     return values
 
 
-def _grid(where: str, axes: Any) -> Grid:
-    table = _table(where, "[axes]", axes)
-    return Grid({name: _axis(where, f"axes.{name}", given) for name, given in table.items()})
+def _grid(faults: Faults, axes: Any, read: Read) -> Grid:
+    values = {}
+    with faults.at("axes"):
+        for name, given in _table("[axes]", axes).items():
+            with faults.at("axes", name):
+                values[name] = _axis(faults.where, name, given, read)
+    return Grid(values)
 
 
-def _sample(where: str, sample: Any) -> Sample:
-    table = _table(where, "[sample]", sample, "method", "points", "seed", "ranges")
-    method = _choice(where, "sample.method", table.get("method", "sobol"), METHODS)
-    most = 2**SOBOL_BITS if method == "sobol" else 10**12
-    points = whole_number(table.get("points"), "sample.points", where=where, lower=1, upper=most)
-    seed = whole_number(table.get("seed", 0), "sample.seed", where=where, lower=0, upper=2**63)
-    ranges = _table(where, "[sample.ranges]", table.get("ranges"))
-    drawn = {}
+def _sample(faults: Faults, sample: Any, read: Read) -> Sample:
+    where, ranges, drawn = faults.where, {}, dict[str, Range]()
+    method, points, seed = METHODS[0], 1, 0
+    with faults.at("sample"):
+        table = _table("[sample]", sample, "method", "points", "seed", "ranges")
+        method = _choice("sample.method", table.get("method", "sobol"), METHODS)
+        most = 2**SOBOL_BITS if method == "sobol" else 10**12
+        points = whole_number(
+            table.get("points"), "sample.points", where=where, lower=1, upper=most
+        )
+        seed = whole_number(table.get("seed", 0), "sample.seed", where=where, lower=0, upper=2**63)
+        ranges = _table("[sample.ranges]", table.get("ranges"))
     for name, given in ranges.items():
         place = f"sample.ranges.{name}"
-        if isinstance(given, list) and len(given) == 2:
-            given = {"from": given[0], "to": given[1]}
-        drawn[name] = _range(where, place, _table(where, place, given, "from", "to", "scale"))
+        with faults.at("sample", "ranges", name):
+            if isinstance(given, list) and len(given) == 2:
+                given = {"from": given[0], "to": given[1]}
+            drawn[name] = _range(place, name, _table(place, given, "from", "to", "scale"), read)
     return Sample(drawn, points, method, seed)

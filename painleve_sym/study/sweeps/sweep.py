@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -13,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from painleve_sym.checks import whole_number
+from painleve_sym.codegen.named_mechanisms import model
 from painleve_sym.contacts.closing import unknowns
 from painleve_sym.contacts.contact_numbers import contact_numbers
 from painleve_sym.contacts.local_mode import rounded_difference
@@ -20,6 +22,8 @@ from painleve_sym.engines.batch import MAX_EVENTS_KEPT, BatchOutputs
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import parse_toml, read_text
 from painleve_sym.mechanics.mechanism import Mechanism
+from painleve_sym.mechanics.toml.faults import Faults
+from painleve_sym.mechanics.toml.lines import toml_lines
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
 from painleve_sym.motion.batch.machine import check_memory, row_bytes
 from painleve_sym.motion.batch.reason_codes import ROW_REASONS
@@ -28,7 +32,7 @@ from painleve_sym.motion.batch.run import run_batch
 from painleve_sym.motion.simulator import Simulator
 from painleve_sym.quantities import unit_of
 from painleve_sym.study.maps.case_codes import LEGEND, opening_case
-from painleve_sym.study.scenario import MAX_FILE, Scenario
+from painleve_sym.study.scenario import MAX_FILE, Scenario, read_value
 from painleve_sym.study.sweeps.space import Grid, Sample, read_space
 
 OWN_KEYS = ("axes", "sample", "keep", "events", "chunk", "format")
@@ -91,47 +95,59 @@ class Sweep:
     def from_text(cls, text: str, where: str, mechanism_text: str | None = None) -> Sweep:
         """Return the sweep of a text; see `read`."""
         data = parse_toml(text, f"sweep file {where}")
+        faults = Faults(where, toml_lines(text))
         own = {key: data.pop(key) for key in OWN_KEYS if key in data}
         for key in UNUSED_KEYS:
             if key in data:
-                raise InputError(f"{where}: {key} plays no part in a sweep. Fix: leave it out.")
-        with _placed(where):
-            scenario = Scenario.from_data(data, where, OWN_KEYS)
-        if mechanism_text is None and scenario.model.endswith(".toml"):
-            mechanism_text = read_text(scenario.model, f"{where}: model {scenario.model}", MAX_FILE)
-        space = read_space(where, own.get("axes"), own.get("sample"))
-        chunk = whole_number(
-            own.get("chunk", DEFAULT_CHUNK), "chunk", where=where, lower=1, upper=MAX_CHUNK
-        )
-        keep = own.get("keep", [])
-        if not isinstance(keep, list) or not all(isinstance(k, str) for k in keep):
-            raise InputError(f"{where}: keep: got {keep!r}, need a list of names in quotes.")
-        listed = any(map(_lists_events, keep))
-        if listed != ("events" in own):
-            raise InputError(
-                f"{where}: keep has event_times or times_of_EVENT, and events says how many of "
-                "each kind: give both or neither. Fix: such as events = 10."
+                faults.fault((key,), "plays no part in a sweep. Fix: leave it out.")
+                del data[key]
+
+        def mechanism(name: str) -> Mechanism:
+            nonlocal mechanism_text
+            if mechanism_text is None and name.endswith(".toml"):
+                mechanism_text = read_text(name, f"{where}: model {name}", MAX_FILE)
+            if mechanism_text is None:
+                return model(name)
+            return mechanism_from_text(mechanism_text, name, Path(name).stem)
+
+        scenario = Scenario.described(faults, data, OWN_KEYS, mechanism)
+
+        @functools.cache
+        def units() -> dict[str, str]:
+            law = scenario.contact_law()
+            return _units(Simulator(scenario.mechanism(), law, scenario.engine))
+
+        def read(value: Any, place: str, name: str) -> float:
+            unit = units().get(name, "1") if isinstance(value, str) else "1"
+            return read_value(value, place, unit, where)
+
+        space = read_space(faults, own.get("axes"), own.get("sample"), read)
+        kept = _read_keep(faults, own)
+        chunk, events, form = DEFAULT_CHUNK, 1, FORMATS[0]
+        with faults.at("chunk"):
+            chunk = whole_number(
+                own.get("chunk", chunk), "chunk", where=where, lower=1, upper=MAX_CHUNK
             )
-        events = whole_number(
-            own.get("events", 1), "events", where=where, lower=1, upper=MAX_EVENTS_KEPT
-        )
-        form = own.get("format", FORMATS[0])
+        with faults.at("events"):
+            events = whole_number(
+                own.get("events", events), "events", where=where, lower=1, upper=MAX_EVENTS_KEPT
+            )
+        form = own.get("format", form)
         if form not in FORMATS:
-            raise InputError(f"{where}: " + unknown_name("format", str(form), FORMATS))
-        kept = tuple(dict.fromkeys(keep))
+            faults.fault(("format",), unknown_name("format", str(form), FORMATS))
+        faults.raise_if_faulty()
         sweep = cls(scenario, space, kept, events, chunk, form, text, mechanism_text)
         with _placed(where):
-            scenario = scenario.from_material(space.names, sweep.mechanism)
-            return replace(sweep, scenario=scenario)._checked()
+            scenario = scenario.from_material(space.names)
+            sweep = replace(sweep, scenario=scenario)
+        sweep._check(faults)
+        faults.raise_if_faulty()
+        return sweep
 
-    @cached_property
+    @property
     def mechanism(self) -> Mechanism:
         """The mechanism, with the chosen contact alone where one is named."""
-        if self.mechanism_text is None:
-            return self.scenario.mechanism()
-        path = Path(self.scenario.model)
-        whole = mechanism_from_text(self.mechanism_text, str(path), path.stem)
-        return whole if self.scenario.contact is None else whole.only(self.scenario.contact)
+        return self.scenario.mechanism()
 
     @cached_property
     def simulator(self) -> Simulator:
@@ -189,39 +205,43 @@ class Sweep:
 
     # ---- checks, before anything runs ----
 
-    def _checked(self) -> Sweep:
-        where, scenario = self.scenario.where, self.scenario
-        own = {p.name: p for p in self.simulator.own_parameters}
-        for unknown in unknowns(self.mechanism, scenario.close) if scenario.close else ():
-            if unknown.name in self.space.names:
-                raise InputError(
-                    f"{where}: close: {unknown.name} is varied. Fix: name another coordinate."
-                )
-        for name in scenario.law_parameters:
-            if name not in own:
-                raise InputError(f"{where}: " + unknown_name("parameter of the law", name, own))
+    def _check(self, faults: Faults) -> None:
+        """Add what is wrong with the names and numbers of the points."""
+        scenario, table = self.scenario, ("axes",) if self.space.axes else ("sample", "ranges")
+        with faults.at("law"):
+            own = {p.name: p for p in self.simulator.own_parameters}
+            for name in scenario.law_parameters:
+                if name not in own:
+                    faults.fault(
+                        ("law", "parameters", name), unknown_name("parameter of the law", name, own)
+                    )
+        faults.raise_if_faulty()
+        with faults.at("close"):
+            for unknown in unknowns(self.mechanism, scenario.close) if scenario.close else ():
+                if unknown.name in self.space.names:
+                    raise InputError(f"{unknown.name} is varied. Fix: name another coordinate.")
         declared = {p.name: p for p in self.mechanism.system.parameters} | own
         known = (*self.mechanism.state_names, *declared, "initial_force")
         given = {*(scenario.state or {}), *scenario.parameters, *scenario.law_parameters}
         given |= {"initial_force"} if scenario.initial_force is not None else set()
         for name in self.space.names:
             if name not in known:
-                raise InputError(f"{where}: " + unknown_name("axis", name, known))
+                faults.fault((*table, name), unknown_name("axis", name, known))
+                continue
             if name in given:
-                raise InputError(
-                    f"{where}: {name} is both given and varied. Fix: leave it out of one."
+                faults.fault(
+                    (*table, name), f"{name} is both given and varied. Fix: leave it out of one."
                 )
             for value in self.space.ends(name):
                 fault = declared[name].fault(value) if name in declared else None
                 if name == "initial_force" and value < 0:
                     fault = f"initial_force: got {value!r}, need >= 0."
                 if fault:
-                    raise InputError(f"{where}: {fault}")
+                    faults.fault((*table, name), fault)
         if scenario.t_end is None:
-            raise InputError(f"{where}: no end time. Fix: add t_end, in s.")
+            faults.fault((), "no end time. Fix: add t_end, in s.")
         if scenario.engine == "erk" and self.batch_outputs.watched:
-            raise InputError(f"{where}: keep: extremes and integrals need the compiled engine.")
-        return self
+            faults.fault(("keep",), "extremes and integrals need the compiled engine.")
 
     def check_run(self) -> Columns:
         """Compile the simulator, run the first and the last point, and return the latter.
@@ -321,10 +341,27 @@ class Sweep:
 
     def unit(self, name: str) -> str:
         """Return the SI unit of a quantity; "1" where it has none."""
-        if name == "initial_force":
-            return "N"
-        own = {p.name: p.unit for p in self.simulator.own_parameters}
-        return unit_of(name, self.mechanism.units | own)
+        return unit_of(name, _units(self.simulator))
+
+
+def _units(simulator: Simulator) -> dict[str, str]:
+    """Return the units of everything that can be varied."""
+    own = {p.name: p.unit for p in simulator.own_parameters}
+    return {**simulator.mechanism.units, **own, "initial_force": "N"}
+
+
+def _read_keep(faults: Faults, own: Mapping[str, Any]) -> tuple[str, ...]:
+    keep = own.get("keep", [])
+    if not isinstance(keep, list) or not all(isinstance(k, str) for k in keep):
+        faults.fault(("keep",), f"got {keep!r}, need a list of names in quotes.")
+        return ()
+    if any(map(_lists_events, keep)) != ("events" in own):
+        faults.fault(
+            ("events",) if "events" in own else ("keep",),
+            "keep has event_times or times_of_EVENT, and events says how many of each kind: "
+            "give both or neither. Fix: such as events = 10.",
+        )
+    return tuple(dict.fromkeys(keep))
 
 
 @contextmanager
