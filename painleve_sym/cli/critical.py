@@ -16,6 +16,7 @@ from painleve_sym.cli.options import (
     read_assignments,
     read_look,
     read_range,
+    unit_for,
 )
 from painleve_sym.cli.output import (
     assignments,
@@ -187,7 +188,9 @@ def _map(
     options: dict[str, Any] = {"parameters": given, "forces": arguments.forces}
     if arguments.points is not None:
         options["points"] = arguments.points
-    ends = read_range(f"--over {over}", text)
+    own = {p.name: p.unit for p in finder.simulator.own_parameters}
+    unit = unit_for("--over", over, text, lambda: scenario.mechanism().units | own)
+    ends = read_range(f"--over {over}", text, unit)
     outcomes = outcome_map(finder, scenario.start(), over, ends, progress=_progress, **options)
 
     def show_text() -> None:

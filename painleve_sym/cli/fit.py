@@ -6,7 +6,7 @@ import argparse
 import warnings
 
 from painleve_sym.cli.case import read_case
-from painleve_sym.cli.options import figure_file, read_look, read_numbers
+from painleve_sym.cli.options import figure_file, read_look, read_quantities
 from painleve_sym.cli.output import draw, number, print_json, quantity, show, show_table
 from painleve_sym.errors import InputError, PainleveWarning
 from painleve_sym.motion.simulator import Simulator
@@ -21,9 +21,11 @@ def fit(arguments: argparse.Namespace) -> int:
     out = figure_file("--out", arguments.out, look) if arguments.out else None
     if arguments.estimate is None:
         raise InputError("--estimate: missing. Fix: name parameters, such as e_energetic,mu,E.")
-    sigma = read_numbers("--sigma", arguments.sigma.split(",")) if arguments.sigma else None
     scenario = read_case(arguments)
     data = read_fit_data(arguments.data, scenario.mechanism())
+    given = arguments.sigma
+    units = {**scenario.mechanism().state_units, **data.units}
+    sigma = read_quantities("--sigma", [given], lambda: units) if given else None
     limits = {} if scenario.max_steps is None else {"max_steps": scenario.max_steps}
     if arguments.max_evaluations is not None:
         limits["max_evaluations"] = arguments.max_evaluations

@@ -17,6 +17,7 @@ from painleve_sym.cli.options import (
     read_names,
     read_quantities,
     read_range,
+    unit_for,
 )
 from painleve_sym.cli.output import (
     assignments,
@@ -48,23 +49,29 @@ def map(arguments: argparse.Namespace) -> int:
     """Compute the map, write the files asked for and print what it holds."""
     look = read_look(arguments)
     files = [figure_file("--out", text, look, MAPS) for text in arguments.out or ()]
+    over = read_names("--over", arguments.over)
+    mechanism = chosen_mechanism(arguments.model, arguments.contact)
+
+    def units() -> Mapping[str, str]:
+        return mechanism.units
+
     ranges = read_assignments("--range", arguments.range) if arguments.range else {}
     options: dict[str, Any] = {
         "ranges": {
-            name: read_range(f"--range {name}", text, f"{name}=0.1:1.5")
+            name: read_range(
+                f"--range {name}", text, unit_for("--range", name, text, units), f"{name}=0.1:1.5"
+            )
             for name, text in ranges.items()
         },
         "points": arguments.points,
         "slip": arguments.slip,
         "close": arguments.close,
     }
-    over = read_names("--over", arguments.over)
-    mechanism = chosen_mechanism(arguments.model, arguments.contact)
     for key, option, texts in (
         ("state", "--state", arguments.state),
         ("parameters", "--set", arguments.set),
     ):
-        options[key] = read_quantities(option, texts, lambda: mechanism.units) if texts else None
+        options[key] = read_quantities(option, texts, units) if texts else None
     if arguments.material is not None:
         given = {"parameters": options["parameters"] or {}, "material": arguments.material}
         case = Scenario(arguments.model, contact=arguments.contact, where="map", **given)

@@ -27,7 +27,7 @@ def read_look(arguments: argparse.Namespace) -> dict[str, Any]:
     if arguments.width is not None:
         width = WIDTHS.get(arguments.width)
         if width is None:
-            width = read_number("--width", arguments.width) / 2.54
+            width = read_number("--width", arguments.width, "cm") / 2.54
         if not 3 <= width * 2.54 <= 60:
             raise InputError(
                 f"--width: got {arguments.width!r}, need column, page, or 3 to 60, in cm."
@@ -52,14 +52,18 @@ def figure_file(
     return output_file(where, text, () if "file_format" in look else suffixes)
 
 
-def read_number(where: str, text: str) -> float:
-    """Return a finite number; InputError names the option and the value received."""
+def read_number(where: str, text: str, unit: str = "") -> float:
+    """Return a finite number; where a unit is needed, it may be given in another one of its kind.
+
+    InputError names the option and the value received.
+    """
+    if unit and is_quantity(text):
+        return in_unit(text, unit, where)
     try:
         value = float(text)
     except ValueError:
-        raise InputError(
-            f"{where}: got {text!r}, need a number in SI units and rad, such as 0.5 or 20.9e14."
-        ) from None
+        example = f"0.5 or 20.9e14, or with a unit of the kind of {unit}" if unit else "0.5 or 1e-9"
+        raise InputError(f"{where}: got {text!r}, need a number, such as {example}.") from None
     if not math.isfinite(value):
         raise InputError(f"{where}: got {text!r}, need a finite number.")
     return value
@@ -88,12 +92,6 @@ def read_assignments(where: str, texts: Iterable[str]) -> dict[str, str]:
     return pairs
 
 
-def read_numbers(where: str, texts: Iterable[str]) -> dict[str, float]:
-    """Return name → number of comma-separated ``name=value`` entries."""
-    pairs = read_assignments(where, texts)
-    return {name: read_number(f"{where} {name}", value) for name, value in pairs.items()}
-
-
 def read_quantities(
     where: str, texts: Iterable[str], units: Callable[[], Mapping[str, str]]
 ) -> dict[str, float]:
@@ -101,16 +99,20 @@ def read_quantities(
 
     `units` returns the unit needed of each name; it is called where an entry has a unit.
     """
-    pairs: dict[str, float] = {}
-    for name, value in read_assignments(where, texts).items():
-        if not is_quantity(value):
-            pairs[name] = read_number(f"{where} {name}", value)
-            continue
-        known = units()
-        if name not in known:
-            raise InputError(f"{where}: {unknown_name('quantity', name, known)}")
-        pairs[name] = in_unit(value, known[name], f"{where} {name}")
-    return pairs
+    pairs = read_assignments(where, texts)
+    return {
+        n: read_number(f"{where} {n}", v, unit_for(where, n, v, units)) for n, v in pairs.items()
+    }
+
+
+def unit_for(where: str, name: str, text: str, units: Callable[[], Mapping[str, str]]) -> str:
+    """Return the unit needed of a name whose value has one, else none; InputError if unknown."""
+    if not any(map(is_quantity, text.split(":"))):
+        return ""
+    known = units()
+    if name not in known:
+        raise InputError(f"{where}: {unknown_name('quantity', name, known)}")
+    return known[name]
 
 
 def read_names(_where: str, text: str) -> tuple[str, ...]:
@@ -118,9 +120,9 @@ def read_names(_where: str, text: str) -> tuple[str, ...]:
     return tuple(name.strip() for name in text.split(","))
 
 
-def read_positive(where: str, text: str) -> list[float]:
+def read_positive(where: str, text: str, unit: str) -> list[float]:
     """Return numbers > 0 that commas separate."""
-    values = [read_number(where, entry.strip()) for entry in text.split(",")]
+    values = [read_number(where, entry.strip(), unit) for entry in text.split(",")]
     for value in values:
         if not value > 0:
             raise InputError(f"{where}: got {value:g}, need numbers > 0.")
@@ -135,22 +137,30 @@ def read_sign(where: str, text: str) -> int:
     return int(value)
 
 
-def read_range(where: str, text: str, example: str = "1e14:1e18") -> tuple[float, float]:
+def read_range(
+    where: str, text: str, unit: str = "", example: str = "1e14:1e18"
+) -> tuple[float, float]:
     """Return the ends of ``FROM:TO``; the message of an InputError shows the example."""
-    low, colon, high = text.partition(":")
-    if not (colon and low.strip() and high.strip()):
+    low, colon, high = (part.strip() for part in text.partition(":"))
+    if not (colon and low and high):
         raise InputError(f"{where}: got {text!r}, need FROM:TO, such as {example}.")
-    return read_number(where, low), read_number(where, high)
+    return read_number(where, low, unit), read_number(where, high, unit)
+
+
+def _with_unit(read: Callable[..., Any], unit: str) -> Callable[[str, str], Any]:
+    return lambda where, text: read(where, text, unit)
 
 
 READERS: Mapping[str, Callable[[str, str], Any]] = {
-    **dict.fromkeys(("--duration", "--initial-force", "--level"), read_number),
-    **dict.fromkeys(("--restitution", "--rtol", "--t-end"), read_number),
+    **dict.fromkeys(("--duration", "--t-end"), _with_unit(read_number, "s")),
+    "--initial-force": _with_unit(read_number, "N"),
+    **dict.fromkeys(("--level", "--restitution", "--rtol"), read_number),
     **dict.fromkeys(("--max-evaluations", "--max-events", "--max-steps"), read_count),
     **dict.fromkeys(("--points", "--samples", "--threads"), read_count),
     **dict.fromkeys(("--estimate", "--gradient", "--solvers", "--until"), read_names),
-    **dict.fromkeys(("--steps", "--stiffness"), read_positive),
-    "--forces": read_range,
+    "--steps": _with_unit(read_positive, "s"),
+    "--stiffness": _with_unit(read_positive, "Pa"),
+    "--forces": _with_unit(read_range, "N"),
     "--slip": read_sign,
 }
 """What reads the text of an option, in every command that has it; the texts of others are kept."""

@@ -156,3 +156,9 @@ def test_the_title_says_what_closes_the_contact():
     held = region_map("rod", ("theta", "mu"), points=10, state={"theta_dot": 3.4})
     held_title = map_figure(held).axes[0].get_title(loc="left")
     assert held_title == r"rod, $v_t < 0$, $\dot{\theta} = 3.4$ rad/s"
+
+
+def test_ranges_may_have_units(capsys):
+    data = run_json(capsys, *ROD[:4], *SMALL, "--range", "theta=45deg:90deg,theta_dot=-60rpm:2")
+    ends = [axis[key] for axis in data["axes"] for key in ("from", "to")]
+    assert ends == pytest.approx([math.pi / 4, math.pi / 2, -2 * math.pi, 2.0], rel=1e-14)

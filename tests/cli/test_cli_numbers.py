@@ -282,3 +282,43 @@ def test_simulate_rtol_changes_the_work_and_not_the_answer(capsys):
         ends.append((data["counters"]["accepted_steps"], data["final"]["state"]["theta_dot"]))
     assert ends[0][0] < ends[1][0]
     assert math.isclose(ends[0][1], ends[1][1], rel_tol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("words", "plain"),
+    [
+        (("--t-end", "1ms"), ("--t-end", "0.001")),
+        (
+            ("--t-end", "1e-3", "--initial-force", "0.5kN"),
+            ("--t-end", "1e-3", "--initial-force", "500"),
+        ),
+    ],
+)
+def test_times_and_forces_may_have_units(capsys, words, plain):
+    command = ("simulate", "rod", *STIFF)
+    assert run_json(capsys, *command, *words) == run_json(capsys, *command, *plain)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("simulate", "rod", *STIFF, "--t-end", "1kg"), "--t-end: got the unit [kg], need [s]"),
+        (
+            ("simulate", "rod", *STIFF, "--t-end", "soon"),
+            "--t-end: got 'soon', need a number, such as 0.5",
+        ),
+        (
+            ("map", "rod", "--over", "theta,mu", "--range", "theta=10deg:1m"),
+            "--range theta: got the unit [m]",
+        ),
+        (
+            ("map", "rod", "--over", "theta,mu", "--range", "thta=10deg:80deg"),
+            "Did you mean 'theta'?",
+        ),
+        (("critical", "rod", "--over", "E=1m:2m"), "--over E: got the unit [m], need [Pa]"),
+        (("contrast", "rod", "--steps", "1m"), "--steps: got the unit [m], need [s]"),
+    ],
+)
+def test_units_of_another_kind_are_refused(capsys, words, message):
+    code, out, err = run(capsys, *words)
+    assert (code, out) == (2, "") and message in err

@@ -51,7 +51,7 @@ class Faults:
 
     @contextmanager
     def at(self, *path: str | int) -> Iterator[None]:
-        """Note what is wrong inside as a fault of this entry, and go on."""
+        """Note what is wrong inside as a fault of this entry, and continue after it."""
         try:
             yield
         except InputError as error:
