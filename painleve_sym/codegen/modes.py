@@ -132,9 +132,9 @@ class AutomatonFunctions:
 
     @cached_property
     def impacts(self) -> ca.Function | None:
-        """Mobility, load, directions, friction, drive speeds and restitution of `Impacts`.
+        """Mobility, load, directions, friction, both velocities and restitution of `Impacts`.
 
-        Six results, matrices column by column; None where the automaton has no impacts.
+        Seven results, matrices column by column; None where the automaton has no impacts.
         """
         numbers = self._impact_numbers()
         return self._function("impacts", numbers) if numbers else None
@@ -144,7 +144,10 @@ class AutomatonFunctions:
         if given is None:
             return []
         matrices = (given.mobility, given.load, given.directions)
-        rows = (given.friction, given.drive_speeds, (given.coefficient,))
+        rows = (
+            *(given.friction, given.drive_speeds),
+            *(given.contact_velocity, (given.coefficient,)),
+        )
         columns = [*(list(m.T) for m in matrices), *map(list, rows)]
         return [self._translate.vector(c) for c in columns]
 

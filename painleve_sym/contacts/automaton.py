@@ -405,6 +405,9 @@ class PluralContacts(ContactStates):
             directions=own["D"],
             friction=tuple(given.mu),
             drive_speeds=self.mechanism.drive_speeds,
+            contact_velocity=tuple(
+                v for r in self.rows for v in (r.contact.gap_rate, r.contact.slip_velocity)
+            ),
             restitution=rigid.restitution,
             # Guides among compliant contacts: no law, and nothing approaches them.
             coefficient=rigid.parameters[0].symbol if has_law else _ZERO,

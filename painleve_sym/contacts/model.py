@@ -37,6 +37,9 @@ FRICTION_LOSS, CONTACT_LOSS, FORCE_LOSS = (
     f"{cause}_dissipation" for cause in ("friction", "contact", "force")
 )
 """Names of the states that only account for energy."""
+LOSSES = (FRICTION_LOSS, CONTACT_LOSS, FORCE_LOSS)
+ENERGIES = ("kinetic_energy", "potential_energy", "stored_energy")
+"""Names of the outputs that, with the losses, add up to a constant."""
 
 _SIDES = {side: name for name, side in SIDES.items()}
 

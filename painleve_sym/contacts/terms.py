@@ -87,17 +87,29 @@ class ContactImpacts:
 
     @cached_property
     def _terms(self) -> Quantities:
-        arguments = (*self.states, *(p.name for p in self.mechanism.outline.parameters))
-        return quantities("terms", self.mechanism.definition, arguments, self._formulas)
+        return quantities("terms", self.mechanism.definition, self._arguments, self._formulas)
+
+    @property
+    def _arguments(self) -> tuple[str, ...]:
+        return (*self.states, *(p.name for p in self.mechanism.outline.parameters))
+
+    def _symbols(self) -> list[Any]:
+        import sympy as sp
+
+        known = {s.name: s for s in self.mechanism.motion}
+        symbols = [known.get(s) or sp.Symbol(s, real=True) for s in self.states]
+        return symbols + [p.symbol for p in self.mechanism.outline.parameters]
+
+    def _point(self, state: Array, values: Mapping[str, float]) -> list[float]:
+        """Return the values of the arguments at a state vector, which more may follow."""
+        parameters = [values[p.name] for p in self.mechanism.outline.parameters]
+        return [*state[: len(self.states)].tolist(), *parameters]
 
     def _formulas(self) -> tuple[dict[str, Any], list[Any]]:
         import sympy as sp
 
         from painleve_sym.mechanics.contact_set import ContactSet
 
-        known = {s.name: s for s in self.mechanism.motion}
-        symbols = [known.get(s) or sp.Symbol(s, real=True) for s in self.states]
-        symbols += [p.symbol for p in self.mechanism.outline.parameters]
         contacts = ContactSet(self.mechanism)
         velocity = [v for c in contacts for v in (c.gap_rate, c.slip_velocity)]
         matrices = {
@@ -108,14 +120,12 @@ class ContactImpacts:
             "drive_speeds": sp.Matrix(self.mechanism.drive_speeds),
             "velocity": sp.Matrix(velocity),
         }
-        return {f"{k}_{i}": e for k, m in matrices.items() for i, e in enumerate(m)}, symbols
+        every = {f"{k}_{i}": e for k, m in matrices.items() for i, e in enumerate(m)}
+        return every, self._symbols()
 
     def terms(self, state: Array, values: Mapping[str, float]) -> ContactTerms:
         """Return the numbers of the contacts at a state vector, which more may follow."""
-        parameters = [values[p.name] for p in self.mechanism.outline.parameters]
-        numbers = np.array(
-            self._terms.of_vector([*state[: len(self.states)].tolist(), *parameters])
-        )
+        numbers = np.array(self._terms.of_vector(self._point(state, values)))
         n, nq = self._at.size, len(self.mechanism.outline.coordinates)
         sizes = (n * n, n, nq * n, len(self.rows), n)
         W, b, directions, *rest = np.split(numbers, np.cumsum(sizes))
@@ -140,19 +150,37 @@ class ContactImpacts:
         """Return gaps, gap rates and slip velocities, each of shape (n,)."""
         return state[self.places].T
 
-    def touching(self, state: Array, scale: Array) -> Array:
+    def touching(self, state: Array, scale: Array, values: Mapping[str, float]) -> Array:
         """Return the state with gaps that close at the same instant, but for rounding, as 0.
 
         Those that seem to open by rounding alone rest.
 
-        Both arrays, the state and the scale of each, have the shape (nx,).
+        Both arrays, the state and the scale of each, have the shape (nx,); `values` are the
+        parameters.
         """
-        after, (gaps, rates, _) = state.copy(), self.places[list(self.rigid)].T
+        rigid = np.array(self.rigid)
+        after, (gaps, rates, _) = state.copy(), self.places[rigid].T
         near = np.abs(state[gaps]) <= TOUCHING * scale[gaps]
         near &= state[rates] <= TOUCHING * scale[rates]
         after[gaps[near]] = 0.0
-        after[rates[near]] = np.minimum(state[rates[near]], 0.0)
-        return after
+        self._book_loss(state, after, values)
+        opening = rigid[near & (state[rates] > 0)].tolist()
+        return self.closed(after, values, opening) if opening else after
+
+    def _book_loss(self, before: Array, after: Array, values: Mapping[str, float]) -> None:
+        """Book the energy that `after` lacks as lost in contacts."""
+        if (before == after).all():
+            return
+        then, now = (sum(self._energy.of_vector(self._point(x, values))) for x in (before, after))
+        after[self._index[CONTACT_LOSS]] += then - now
+
+    @cached_property
+    def _energy(self) -> Quantities:
+        def derive() -> tuple[dict[str, Any], list[Any]]:
+            system = self.mechanism.system
+            return {"T": system.kinetic_energy, "V": system.potential_energy}, self._symbols()
+
+        return quantities("energy", self.mechanism.definition, self._arguments, derive)
 
     def short_bounces(self, state: Array, values: Mapping[str, float], time: float) -> list[int]:
         """Return the rigid contacts that leave and would be back within `time`; s."""
@@ -175,9 +203,9 @@ class ContactImpacts:
         All normal ones, and the slip velocity of a contact with friction that the normal impulses
         alone would start or turn: it sticks. So no energy is added.
         """
-        _, rates, slips = self.contact_values(state)
+        _, _, slips = self.contact_values(state)
         normals = [self._at.normal(i) for i in contacts]
-        alone = _least_norm(terms.W, normals, -rates[list(contacts)])
+        alone = _least_norm(terms.W, normals, -terms.velocity[normals])
         change = np.abs(terms.W @ alone)[self._at.tangentials]
         stick = [i for i in contacts if terms.mu[i] > 0 and abs(slips[i]) <= change[i] != 0]
         return sorted([*normals, *map(self._at.tangent, stick)])
@@ -188,14 +216,17 @@ class ContactImpacts:
         They are those whose gap and normal velocity are all but 0. Those at rest stay closed with
         them, guides too. `values` are the parameters.
         """
-        _, rates, slips = self.contact_values(state)
         contacts, terms = self.closing(state, contacts), self.terms(state, values)
         rows = self.closing_rows(state, terms, contacts)
-        impulses = _least_norm(terms.W, rows, -state[self.velocities[rows]])
-        after = self._pushed(state, terms, impulses)
-        after[self._index[CONTACT_LOSS]] -= impulses[self._at.normals] @ rates / 2
-        after[self._index[FRICTION_LOSS]] -= impulses[self._at.tangentials] @ slips / 2
-        after[self.places[contacts, 0]] = after[self.velocities[rows]] = 0.0
+        impulses = _least_norm(terms.W, rows, -terms.velocity[rows])
+        together = state.copy()
+        together[self.places[contacts, 0]] = 0.0
+        self._book_loss(state, together, values)
+        after = self._pushed(together, terms, impulses)
+        works = impulses * terms.velocity / 2
+        after[self._index[CONTACT_LOSS]] -= works[self._at.normals].sum()
+        after[self._index[FRICTION_LOSS]] -= works[self._at.tangentials].sum()
+        after[self.velocities[rows]] = 0.0
         return after
 
     def _pushed(self, state: Array, terms: ContactTerms, impulses: Array) -> Array:

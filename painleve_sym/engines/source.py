@@ -9,6 +9,7 @@ import casadi as ca
 
 from painleve_sym.codegen.c_functions import c_file
 from painleve_sym.codegen.modes import AutomatonFunctions
+from painleve_sym.contacts.model import ENERGIES, LOSSES
 from painleve_sym.engines.protocol import ENGINE_REASONS
 from painleve_sym.engines.records import EVENT_HEAD, STEP_HEAD
 from painleve_sym.engines.runge_kutta.coefficients import dop853
@@ -155,12 +156,28 @@ def _tables(functions: AutomatonFunctions) -> str:
         f"static const int PS_STARTS[PS_NSTART] = {{{starts}}};",
         "#define PS_START_CONDITIONS starts",
         "#define PS_CONSTANTS constants",
+        *_energies(automaton),
         *_preparation(functions),
         *_parts(automaton),
         *_impacts(functions),
         "",
     ]
     return "\n".join(lines)
+
+
+def _energies(automaton: HybridAutomaton) -> list[str]:
+    """Return the places of the energies among the outputs, and of the losses among the states."""
+    outputs, states = automaton.output_names, [s.name for s in automaton.states]
+    if not set(ENERGIES) <= set(outputs):
+        return []
+    energies = [outputs.index(name) for name in ENERGIES]
+    losses = [states.index(name) for name in LOSSES if name in states]
+    return [
+        f"#define PS_ENERGIES {len(energies)}",
+        f"static const int PS_ENERGY[PS_ENERGIES] = {{{', '.join(map(str, energies))}}};",
+        f"#define PS_LOSSES {len(losses)}",
+        f"static const int PS_LOSS[PS_LOSSES] = {{{', '.join(map(str, losses))}}};",
+    ]
 
 
 def _preparation(functions: AutomatonFunctions) -> list[str]:

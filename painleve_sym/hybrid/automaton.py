@@ -249,7 +249,8 @@ class Impacts:
 
     Shapes are (2 n, 2 n) of the mobility, 1/kg, (2 n, 1) of the load, the accelerations without
     contact forces, m/s², (nq, 2 n) of the directions, the change of the generalised velocities by
-    each impulse, (n,) of the friction, and (2 n,) of the speeds of the surfaces, m/s. The
+    each impulse, (n,) of the friction, and (2 n,) of the speeds of the surfaces and of the
+    `contact_velocity`, that of the contacts as the generalised velocities give it; m/s. The
     `coefficient` is that of restitution.
     """
 
@@ -264,6 +265,7 @@ class Impacts:
     directions: sp.Matrix
     friction: tuple[sp.Expr, ...]
     drive_speeds: tuple[sp.Expr, ...]
+    contact_velocity: tuple[sp.Expr, ...]
     restitution: str
     coefficient: sp.Expr
     target: str

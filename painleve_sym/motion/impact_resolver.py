@@ -46,7 +46,7 @@ class ImpactResolver:
     def __call__(self, question: Question) -> Answer:
         """Return what follows: the limit of bounces, an impact, or a jam."""
         impacts, contact = self.impacts, self.target
-        state = impacts.touching(question.state, self.scale)
+        state = impacts.touching(question.state, self.scale, self.values)
         if self._accumulates(question):
             closed = self._settled(state, question.time)
             if closed is not None:

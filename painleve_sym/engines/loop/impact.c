@@ -17,11 +17,12 @@ static const int PS_WINDOWS[] = {1, 2, 3, 5, 8};
 /* Numbers of all contacts at a state; matrices by columns. */
 typedef struct {
   double W[PS_CONTACT_ROWS * PS_CONTACT_ROWS], load[PS_CONTACT_ROWS];
-  double directions[PS_SPEEDS * PS_CONTACT_ROWS], mu[PS_CONTACTS], drive[PS_CONTACT_ROWS], e[1];
+  double directions[PS_SPEEDS * PS_CONTACT_ROWS], mu[PS_CONTACTS], drive[PS_CONTACT_ROWS];
+  double velocity[PS_CONTACT_ROWS], e[1];
 } ps_contact_numbers;
 
 static void contact_numbers_of(ps_run *s, const double *x, ps_contact_numbers *c) {
-  double *res[6] = {c->W, c->load, c->directions, c->mu, c->drive, c->e};
+  double *res[7] = {c->W, c->load, c->directions, c->mu, c->drive, c->velocity, c->e};
   call(s, PS_IMPACTS, x, res);
 }
 
@@ -76,40 +77,74 @@ static void push_contacts(const ps_contact_numbers *c, const double *impulses, d
   if (PS_WORKS[2] >= 0) x[PS_WORKS[2]] -= driven;
 }
 
-/* Impulses (2 n) of least norm in `count` rows that make the velocities there vanish. */
-static void stop_rows(const ps_contact_numbers *c, int count, const int *row, const double *x,
-                      double *impulses) {
+/* Impulses (2 n) of least norm in `count` rows that make the velocities there vanish: those of the
+ * coordinates, from which the states of the contacts differ by the error of the integration. What was
+ * left would move a body at rest. */
+static void stop_rows(const ps_contact_numbers *c, int count, const int *row, double *impulses) {
   ps_square W;
   double P[PS_ROWS] = {0}, stop[PS_ROWS] = {0};
   for (int i = 0; i < count; i++) {
     for (int j = 0; j < count; j++) W[i][j] = c->W[row[i] * PS_CONTACT_ROWS + row[j]];
-    stop[i] = -x[rate_state(row[i])];
+    stop[i] = -c->velocity[row[i]];
   }
   least_norm(count, W, stop, P);
   for (int i = 0; i < PS_CONTACT_ROWS; i++) impulses[i] = 0;
   for (int i = 0; i < count; i++) impulses[row[i]] = P[i];
 }
 
+/* Books the energy that x has lost since it was `before` as lost in contacts. */
+static void book_loss(ps_run *s, const double *before, double *x) {
+  double now[PS_ENERGIES], then[PS_ENERGIES], loss = 0;
+  if (!memcmp(before, x, sizeof s->x)) return;
+  energies(s, before, then);
+  energies(s, x, now);
+  for (int i = 0; i < PS_ENERGIES; i++) loss += then[i] - now[i];
+  x[PS_WORKS[0]] += loss;
+}
+
 /* Closes contacts whose gap and normal velocity are all but 0; those at rest, guides too, are among
  * them and stay closed. A contact with friction whose slip the normal impulses alone would start or turn
  * sticks: so no energy is added. */
-static void close_contacts(const ps_contact_numbers *c, int n, const int *contact, double *x) {
+static void close_contacts(ps_run *s, const ps_contact_numbers *c, int n, const int *contact,
+                           double *x) {
   int row[PS_ROWS] = {0}, count = n;
-  double impulses[PS_CONTACT_ROWS], work[2] = {0};
+  double impulses[PS_CONTACT_ROWS], work[2] = {0}, before[PS_NX];
+  memcpy(before, x, sizeof before);
+  for (int i = 0; i < n; i++) x[PS_CONTACT_STATES[contact[i]][PS_GAP]] = 0;
+  book_loss(s, before, x);
   for (int i = 0; i < n; i++) row[i] = PS_N(contact[i]);
-  stop_rows(c, n, row, x, impulses);
+  stop_rows(c, n, row, impulses);
   for (int i = 0; i < n; i++) {
     const int t = PS_T(contact[i], 0), slip = PS_CONTACT_STATES[contact[i]][PS_SLIP];
     const double change = fabs(dot(PS_CONTACT_ROWS, c->W + t * PS_CONTACT_ROWS, impulses));
     if (c->mu[contact[i]] > 0 && fabs(x[slip]) <= change && change != 0) row[count++] = t;
   }
-  if (count > n) stop_rows(c, count, row, x, impulses);
+  if (count > n) stop_rows(c, count, row, impulses);
   for (int i = 0; i < count; i++)
-    work[PS_AXIS_OF(row[i])] += impulses[row[i]] * x[rate_state(row[i])] / 2;
+    work[PS_AXIS_OF(row[i])] += impulses[row[i]] * c->velocity[row[i]] / 2;
   push_contacts(c, impulses, x);
   for (int i = 0; i < 2; i++) x[PS_WORKS[i]] -= work[i];
-  for (int i = 0; i < n; i++) x[PS_CONTACT_STATES[contact[i]][PS_GAP]] = 0;
   for (int i = 0; i < count; i++) x[rate_state(row[i])] = 0;
+}
+
+/* Closes the gaps that close at the same instant but for rounding; contacts that seem to open rest. */
+static void bring_together(ps_run *s, const ps_options *o, double *x) {
+  ps_contact_numbers c;
+  int contact[PS_RIGID], n = 0, opens = 0;
+  for (int k = 0; k < PS_RIGID; k++) {
+    const int i = PS_RIGID_CONTACT[k], *at = PS_CONTACT_STATES[i], gap = at[PS_GAP];
+    const double rate = x[at[PS_GAP_RATE]];
+    if (rate > PS_TOUCHING * state_scale(o, at[PS_GAP_RATE]) ||
+        fabs(x[gap]) > PS_TOUCHING * state_scale(o, gap))
+      continue;
+    x[gap] = 0;
+    opens |= rate > 0;
+    if (rate >= 0) contact[n++] = i;
+  }
+  book_loss(s, s->x, x);
+  if (!opens) return;
+  contact_numbers_of(s, x, &c);
+  close_contacts(s, &c, n, contact, x);
 }
 
 /* Closes the contacts whose bounces have died out by the time t; 0 where there is none. */
@@ -127,7 +162,7 @@ static int close_settled(ps_run *s, const ps_options *o, double t, double *x) {
     }
   }
   if (!moves) return 0;
-  close_contacts(&c, n, contact, x);
+  close_contacts(s, &c, n, contact, x);
   return 1;
 }
 
@@ -144,7 +179,7 @@ static int close_short(ps_run *s, double time, double *x) {
     if (is_short || (x[at[PS_GAP]] <= 0 && rate == 0)) contact[n++] = i;
   }
   if (!moves) return 0;
-  close_contacts(&c, n, contact, x);
+  close_contacts(s, &c, n, contact, x);
   return 1;
 }
 
@@ -216,16 +251,7 @@ static int strike(ps_run *s, const ps_options *o) {
   }
   memcpy(x, s->x, sizeof x);
   memcpy(z, s->z, sizeof z);
-  for (int k = 0; k < PS_RIGID; k++) {
-    const int *at = PS_CONTACT_STATES[PS_RIGID_CONTACT[k]], gap = at[PS_GAP];
-    double *rate = &x[at[PS_GAP_RATE]];
-    /* Contacts whose gaps close at the same instant but for rounding, which rest if they seem to open. */
-    if (*rate <= PS_TOUCHING * state_scale(o, at[PS_GAP_RATE]) &&
-        fabs(x[gap]) <= PS_TOUCHING * state_scale(o, gap)) {
-      x[gap] = 0;
-      *rate = PS_MIN(*rate, 0);
-    }
-  }
+  bring_together(s, o, x);
   watch_now(s);
   s->reason = PS_RUNNING;
   if (s->last_kind == PS_TOUCHDOWN_KIND) {

@@ -149,6 +149,15 @@ static void guards(ps_run *s, const double *x, double *g, double *dg) {
   s->count.guards++;
 }
 
+#ifdef PS_ENERGIES
+/* The energies at x in the present mode. */
+static void energies(ps_run *s, const double *x, double *energy) {
+  double out[PS_NO], *res[1] = {out};
+  call(s, PS_MODES[s->mode].outputs, x, res);
+  for (int i = 0; i < PS_ENERGIES; i++) energy[i] = out[PS_ENERGY[i]];
+}
+#endif
+
 /* Keeps a step with its dense output, rows of PS_NX numbers, and its bend (see Trajectory). */
 static int record_step(ps_run *s, const ps_options *o, double h, const double *dense, int rows,
                        double bend) {

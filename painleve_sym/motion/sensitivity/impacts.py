@@ -28,6 +28,7 @@ class _Numbers(NamedTuple):
     directions: Array
     mu: Array
     drive_speeds: Array
+    velocity: Array
     e: Array
 
 
@@ -99,11 +100,12 @@ class SensitiveImpacts(ImpactResolver):
         velocities = self.impacts.velocities
         at, block = velocities[rows], np.ix_(rows, rows)
         # The solution of W P = −v with the least norm.
-        P, change = least_norm_slopes(given.W[block], slopes.W[block], -state[at], -jacobian[at])
+        stop = -given.velocity[rows], -slopes.velocity[rows]
+        P, change = least_norm_slopes(given.W[block], slopes.W[block], *stop)
         all_P = np.zeros(len(velocities))
         all_change = np.zeros((len(all_P), len(self.sizes)))
         all_P[rows], all_change[rows] = P, change
-        v, slopes_v = state[velocities], jacobian[velocities]
+        v, slopes_v = given.velocity, slopes.velocity
         works = [(v[k::2] @ all_change[k::2] + all_P[k::2] @ slopes_v[k::2]) / 2 for k in (0, 1)]
         self._push(jacobian, (given, slopes), all_P, all_change)
         for place, work in zip(self._works, works, strict=False):
@@ -131,9 +133,9 @@ class SensitiveImpacts(ImpactResolver):
         arrays = [np.array(r.full()) for r in results]
         n, nq = len(self.impacts.velocities), len(self.impacts.mechanism.system.q)
         # Matrices are listed column by column.
-        shapes = ((n, n), (n,), (n, nq), (len(self.impacts.rows),), (n,), (1,))
-        values = (a.reshape(s) for a, s in zip(arrays[:6], shapes, strict=True))
-        slopes = (a.reshape(*s, -1) for a, s in zip(arrays[6:], shapes, strict=True))
+        shapes = ((n, n), (n,), (n, nq), (len(self.impacts.rows),), (n,), (n,), (1,))
+        values = (a.reshape(s) for a, s in zip(arrays[: len(shapes)], shapes, strict=True))
+        slopes = (a.reshape(*s, -1) for a, s in zip(arrays[len(shapes) :], shapes, strict=True))
         return _Numbers(*values), _Numbers(*slopes), self.functions.unpacked(state)[1]
 
     def _parted(self, jacobian: Array, state: Array, contacts: Sequence[int]) -> bool:

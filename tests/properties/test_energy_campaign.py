@@ -1,0 +1,53 @@
+"""The energy balance closes, whatever moves: random motions of all mechanisms, laws and engines."""
+
+from __future__ import annotations
+
+import warnings
+
+import pytest
+
+from painleve_sym.choices import EngineName
+from tests.properties.energy_motions import CASES, motions, simulator
+
+CLOSED = 1e-8
+SERIES = (EngineName.TAYLOR, EngineName.COMPILED)
+SAMPLE = [
+    ("rod", "bilinear-hertz", {}),
+    ("rod", "rigid", {}),
+    ("strut", "hertz", {}),
+    ("strut", "hunt-crossley", {}),
+    ("block-two-feet", "rigid", {}),
+    ("block-two-feet", "linear", {}),
+]
+"""Cases whose libraries other tests compile, too."""
+
+
+def residuals(name, kind, choices, engine, count):
+    sim = simulator(name, kind, choices, engine)
+    for i, given in enumerate(motions(sim, count)):
+        run = sim.run(**given)
+        if len(run.step_time):
+            yield i, run.stop_reason.label, run.energy_residual
+
+
+def open_balances(*case):
+    return [found for found in residuals(*case) if not found[-1] < CLOSED]
+
+
+@pytest.mark.parametrize("engine", SERIES)
+@pytest.mark.parametrize(("name", "kind", "choices"), SAMPLE)
+def test_energy_of_random_motions_closes(name, kind, choices, engine):
+    assert open_balances(name, kind, choices, engine, 12) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("k", range(len(CASES)), ids=lambda k: " ".join(map(str, CASES[k])))
+def test_energy_of_random_motions_closes_for_every_mechanism_law_and_choice(k):
+    """Engines of C take turns: 15 motions of each case, more than 3 000 in all."""
+    assert open_balances(*CASES[k], SERIES[k % 2], 15) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("k", range(0, len(CASES), 4), ids=lambda k: " ".join(map(str, CASES[k])))
+def test_energy_of_random_motions_closes_without_compiled_code(k):
+    assert open_balances(*CASES[k], EngineName.ERK, 2) == []
