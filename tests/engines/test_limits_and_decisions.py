@@ -154,7 +154,7 @@ def deciding(engine):
     ask = Transition("ask", EventKind.CONTACT, None, (Choice("air"),), strikes=True)
     modes = (Mode("air", {X: V, V: -G}, (land,), OUT), Mode("ask", {}, (ask,), OUT))
     none = sp.zeros(0, 0)
-    numbers = (none, none, none, (), (), "newton", E, "ask")
+    numbers = (none, none, none, (), (), (), "newton", E, "ask")
     impacts = Impacts((0,), (), ((X, V, V),), (V,), (V, V, None), (), *numbers)
     built = automaton(modes, impacts=impacts)
     return engine(built, Asking(built))
