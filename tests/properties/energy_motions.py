@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import zlib
 from collections.abc import Iterator
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -45,14 +44,9 @@ def configurations(name: str) -> Iterator[tuple[str, dict[str, str]]]:
 CASES = [(n, kind, choices) for n in NAMES for kind, choices in configurations(n)]
 
 
-@cache
-def _simulator(name: str, kind: str, choices: tuple[tuple[str, str], ...], engine: str) -> Simulator:
-    return Simulator(derived(name), law(kind, **dict(choices)), engine)
-
-
 def simulator(name: str, kind: str, choices: dict[str, str], engine: str) -> Simulator:
     """Return the simulator of a case."""
-    return _simulator(name, kind, tuple(choices.items()), engine)
+    return Simulator(derived(name), law(kind, **choices), engine)
 
 
 def spread(rng: np.random.Generator, least: float, most: float) -> float:

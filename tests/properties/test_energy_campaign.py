@@ -29,7 +29,7 @@ def residuals(name, kind, choices, engine, count):
 
 
 def open_balances(*case):
-    return [found for found in residuals(*case) if not found[-1] < CLOSED]
+    return [motion for motion in residuals(*case) if not motion[-1] < CLOSED]
 
 
 @pytest.mark.parametrize("engine", SERIES)
