@@ -11,8 +11,9 @@ MAX_MESSAGE, MAX_FAULT = 2000, 500
 """Characters of a message, and of one fault of a model: they may quote input of any size."""
 MAX_NAME, MAX_COMPARED = 100, 1000
 """Length of a name, and number of names, among which the nearest to a mistyped one is sought."""
-MAX_FAULTS = 20
-"""Faults that the message of a `ModelError` lists; `ModelError.faults` has all of them."""
+MAX_FAULTS, MAX_LISTED = 20, 4000
+"""Faults that the message of a `ModelError` lists, and their characters in all; `ModelError.faults`
+has all of them."""
 
 
 def shortened(message: str, limit: int = MAX_MESSAGE) -> str:
@@ -53,6 +54,8 @@ class ModelError(InputError):
         self.where = where
         self.faults = tuple(faults)
         listed = [shortened(fault, MAX_FAULT) for fault in self.faults[:MAX_FAULTS]]
+        while sum(map(len, listed)) > MAX_LISTED:
+            listed.pop()
         rest = len(self.faults) - len(listed)
         if rest:
             listed.append(f"And {rest} more.")
@@ -194,4 +197,4 @@ def unknown_name(kind: str, name: str, known: Iterable[str]) -> str:
     near = difflib.get_close_matches(name, compared[:MAX_COMPARED], n=1, cutoff=0.5)
     hint = f" Did you mean {near[0]!r}?" if near else ""
     listed = shortened(", ".join(names)) if names else "none"
-    return f"unknown {kind} {shortened(repr(name), MAX_FAULT)}.{hint} Known: {listed}."
+    return f"unknown {kind} {shortened(repr(name), MAX_NAME)}.{hint} Known: {listed}."

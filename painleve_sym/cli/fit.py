@@ -18,7 +18,7 @@ from painleve_sym.study.fitting.result import FitResult
 def fit(arguments: argparse.Namespace) -> int:
     """Estimate, write the figure asked for and print the result."""
     look = read_look(arguments)
-    out = figure_file("--out", arguments.out, look) if arguments.out else None
+    out = figure_file("--out", arguments.out, look) if arguments.out is not None else None
     if arguments.estimate is None:
         raise InputError("--estimate: missing. Fix: name parameters, such as e_energetic,mu,E.")
     scenario = read_case(arguments)

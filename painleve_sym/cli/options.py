@@ -172,7 +172,7 @@ def output_file(where: str, text: str, suffixes: tuple[str, ...] = ()) -> Path:
     InputError for a folder or another special file, a folder that is missing or not writable, a
     file that must not be written, a suffix that is not one of `suffixes`.
     """
-    path = Path(text)
+    path = Path(_named(where, text))
     if os.path.isdir(path) or text.endswith("/"):
         raise InputError(f"{where}: {text} is a folder. Fix: name a file in it.")
     suffix = path.suffix.lower()
@@ -190,7 +190,7 @@ def output_file(where: str, text: str, suffixes: tuple[str, ...] = ()) -> Path:
 
 def output_folder(where: str, text: str) -> Path:
     """Return the path of a folder that exists and can be written, or that can be made."""
-    path = Path(os.path.realpath(text))
+    path = Path(os.path.realpath(_named(where, text)))
     if os.path.exists(path) and not path.is_dir():
         raise InputError(f"{where}: {text} is a file. Fix: name a folder.")
     _check_name(where, text, path)
@@ -203,7 +203,7 @@ def output_folder(where: str, text: str) -> Path:
 
 def output_store(where: str, text: str) -> Path:
     """Return the path of a Zarr store (a folder) that can be written or replaced."""
-    path = Path(os.path.realpath(text))
+    path = Path(os.path.realpath(_named(where, text)))
     if os.path.exists(path) and not any((path / n).is_file() for n in (".zgroup", "zarr.json")):
         raise InputError(
             f"{where}: {text} exists and is not a Zarr store. Fix: name another one, or remove it."
@@ -211,6 +211,13 @@ def output_store(where: str, text: str) -> Path:
     _check_name(where, text, path)
     _check_folder(where, text, path.parent)
     return path
+
+
+def _named(where: str, text: str) -> str:
+    """Return the text; InputError for an empty one, which would be the current folder."""
+    if not text.strip():
+        raise InputError(f"{where}: got an empty name. Fix: give a name, or leave {where} out.")
+    return text
 
 
 def _check_name(where: str, text: str, path: Path) -> None:

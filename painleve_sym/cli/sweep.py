@@ -25,7 +25,7 @@ def sweep(arguments: argparse.Namespace) -> int:
             "--threads: the workers of a cluster have one thread each. Fix: leave out --threads "
             "or --cluster."
         )
-    out = _result(arguments.out) if arguments.out else None
+    out = _result(arguments.out) if arguments.out is not None else None
     given = Sweep.read(source)
     out = out or _result(f"{source.stem}.{given.format}")
     begun = time.monotonic()

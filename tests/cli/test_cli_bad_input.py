@@ -6,7 +6,7 @@ import os
 
 import pytest
 
-from tests.cli.cli_helpers import LAW, TABLE_3, TABLE_4, run
+from tests.cli.cli_helpers import LAW, ROOT, TABLE_3, TABLE_4, run
 
 CLASSIFY = ("classify", "rod", "--state", TABLE_3)
 JUMP = ("jump", "rod", "--state", TABLE_3)
@@ -172,6 +172,28 @@ def test_output_file_that_cannot_be_written(capsys, tmp_path, no_computing, opti
     assert err.startswith(f"painleve: error: {option}: ") and err.count("\n") == 1
     assert words in err
     assert sorted(p.name for p in tmp_path.iterdir()) == ["file"]
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        (*SIMULATE, "--save"),
+        (*SIMULATE, "--plot"),
+        ("sweep", "examples/sweeps/table3_grid.toml", "--out"),
+        ("fit", "none.csv", "rod", "--law", "hertz", "--estimate", "mu", "--out"),
+        ("reproduce", "--only", "eq-1", "--out"),
+        ("export", "rod", "--law", "hertz", "--out"),
+        ("map", "rod", "--over", "theta,mu", "--out"),
+    ],
+    ids=lambda words: words[0],
+)
+def test_output_without_a_name_is_refused(capsys, tmp_path, monkeypatch, no_computing, arguments):
+    files = [str(ROOT / word) if word.startswith("examples") else word for word in arguments]
+    monkeypatch.chdir(tmp_path)
+    code, out, err = run(capsys, *files, "")
+    assert (code, out) == (2, "")
+    assert err.startswith("painleve: error: --") and "got an empty name. Fix: give a name" in err
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_output_file_must_not_be_a_device(capsys, no_computing):

@@ -313,6 +313,13 @@ def test_contact_that_no_motion_slides_has_the_normal_mobility_in_sticking():
     assert (c.A_stick, c.B_stick, c.sticking_force) == (1 / m, sp.Rational(-49, 5), 0)
 
 
+def test_file_with_a_key_of_thousands_of_letters_is_refused_shortly():
+    text = SHORT.replace('x = { unit = "m" }', f"x.{'a' * 5000} = 1")
+    with pytest.raises(ModelError, match=r"line 2, coordinates\.x\.aaa.*characters left") as caught:
+        mechanism_from_text(text, "file")
+    assert len(str(caught.value)) < 800
+
+
 def test_file_with_too_many_coordinates_is_refused():
     more = "\n".join(f"q_{i} = {{ unit = 'm' }}" for i in range(MAX_COORDINATES))
     faults = faults_of(SHORT.replace("[parameters]", f"{more}\n[parameters]"))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from painleve_sym.errors import InputError, ModelError
+from painleve_sym.errors import MAX_NAME, InputError, ModelError, shortened
 from painleve_sym.mechanics.toml.lines import Path, TomlLines
 
 MAX_FAULTS_READ = 200
@@ -16,7 +16,10 @@ def shown(path: Path) -> str:
     """Return a path as a reader of the file would say it: ``contacts[1].point``."""
     text = ""
     for key in path:
-        text += f"[{key + 1}]" if isinstance(key, int) else f".{key}" if text else key
+        if isinstance(key, int):
+            text += f"[{key + 1}]"
+        else:
+            text += f"{'.' if text else ''}{shortened(key, MAX_NAME)}"
     return text
 
 
