@@ -6,7 +6,8 @@ import sympy as sp
 
 from derivations._page import Derivation, Quantity, Step
 from painleve_sym.laws.compliance import DELTA, DELTA_MAX, K_E, without_ramps
-from painleve_sym.laws.contact_law import ContactLaw, bilinear_hertz
+from painleve_sym.laws.compliant_laws import bilinear_hertz
+from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.mechanics.simplify import readable
 
 delta, delta_max, delta_p, delta_0 = sp.symbols("delta delta_max delta_p delta_0", positive=True)

@@ -9,7 +9,7 @@ from derivations.compliance_energies import E_s as e_s
 from derivations.compliance_energies import n, packaged
 from derivations.equations_of_motion import accelerations, mechanism, quantities, symbol
 from painleve_sym.laws.compliance import K_E
-from painleve_sym.laws.contact_law import bilinear_hertz
+from painleve_sym.laws.compliant_laws import bilinear_hertz
 from painleve_sym.laws.saddle import DEPTH, A, B, barrier, loading_saddle, unloading_saddle
 from painleve_sym.mechanics.coefficients import F_N, F_T
 from painleve_sym.mechanics.paradox.sliding import sliding_force_rate

@@ -7,16 +7,11 @@ parameters where these are given.
 from __future__ import annotations
 
 from painleve_sym.choices import Policy, PolicyLike, Restitution, RestitutionLike
-from painleve_sym.laws.contact_law import bilinear_hertz, hertz, hunt_crossley, linear
+from painleve_sym.laws.compliant_laws import *  # noqa: F403 - each law that its file offers
+from painleve_sym.laws.compliant_laws import __all__ as _compliant
 from painleve_sym.laws.rigid_contact import RigidLaw
 
-__all__ = [
-    "bilinear_hertz",
-    "hertz",
-    "hunt_crossley",
-    "linear",
-    "rigid",
-]
+__all__ = [*_compliant, "rigid"]
 
 
 def rigid(

@@ -2,22 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from functools import partial
+from collections.abc import Iterator, Mapping
 
 from painleve_sym.choices import Friction, Policy, Reload, Restitution
 from painleve_sym.errors import InputError, unknown_name
-from painleve_sym.laws.contact_law import ContactLaw, bilinear_hertz, hertz, hunt_crossley, linear
+from painleve_sym.laws.compliant_laws import COMPLIANT_LAWS
+from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.laws.rigid_contact import RigidLaw
-
-COMPLIANT_LAWS: Mapping[str, Callable[..., ContactLaw]] = {
-    "bilinear-hertz": bilinear_hertz,
-    "bilinear-hertz-two-bodies": partial(bilinear_hertz, bodies=2),
-    "hertz": hertz,
-    "linear": linear,
-    "hunt-crossley": hunt_crossley,
-}
-"""Laws of contacts that yield, by name."""
 
 LAWS = (*COMPLIANT_LAWS, RigidLaw.name)
 """Names that `law` knows."""
@@ -172,10 +163,10 @@ def compliant_law(name: str, **choices: str) -> ContactLaw:
     """Return the named law of a contact that yields; see `law`."""
     if name not in COMPLIANT_LAWS:
         raise InputError(unknown_name("contact law", name, COMPLIANT_LAWS))
-    known = ["reload", "friction"] if name.startswith("bilinear-hertz") else ["friction"]
-    _check_choices(name, choices, known)
+    make, known = COMPLIANT_LAWS[name]
+    _check_choices(name, choices, [*known, "friction"])
     friction = choices.pop("friction", Friction.COULOMB)
-    return COMPLIANT_LAWS[name](**choices).with_friction(friction)  # type: ignore[arg-type]
+    return make(**choices).with_friction(friction)  # type: ignore[arg-type]
 
 
 def _check_choices(

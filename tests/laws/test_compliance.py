@@ -24,7 +24,8 @@ from painleve_sym.laws.compliance import (
     ramp,
     without_ramps,
 )
-from painleve_sym.laws.contact_law import ContactLaw, bilinear_hertz, hertz
+from painleve_sym.laws.compliant_laws import bilinear_hertz, hertz
+from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.mechanics.simplify import readable
 
 D, D_MAX = sp.symbols("D D_max", positive=True)

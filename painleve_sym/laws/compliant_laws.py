@@ -1,0 +1,401 @@
+"""The named laws of contacts that yield: each with its parameters, choices and formulas.
+
+The formulas are made when they are first asked for: names and parameters need no SymPy.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+
+from painleve_sym.choices import Reload, ReloadLike, chosen
+from painleve_sym.errors import EventKind, InputError
+from painleve_sym.laws.contact_law import ContactLaw
+from painleve_sym.laws.friction import FrictionLaw
+from painleve_sym.mechanics.declarations import Parameter
+
+if TYPE_CHECKING:
+    from sympy import Expr, Symbol
+
+__all__ = ["bilinear_hertz", "hertz", "hunt_crossley", "linear"]  # what `laws` offers
+
+
+_Make = TypeVar("_Make", bound=Callable[..., ContactLaw])
+
+
+class NamedLaw(NamedTuple):
+    """A function that returns a law, and the choices that it takes besides friction."""
+
+    make: Callable[..., ContactLaw]
+    choices: tuple[str, ...]
+
+
+COMPLIANT_LAWS: dict[str, NamedLaw] = {}
+"""Laws of contacts that yield, by name."""
+
+
+def _offered(
+    choices: tuple[str, ...] = (), variants: Mapping[str, Mapping[str, Any]] | None = None
+) -> Callable[[_Make], _Make]:
+    """Return a decorator that enters a law, under the name of its function, and its variants.
+
+    A variant is the law with arguments of its own, by its name.
+    """
+
+    def enter(make: _Make) -> _Make:
+        COMPLIANT_LAWS[make.__name__.replace("_", "-")] = NamedLaw(make, choices)
+        for name, arguments in (variants or {}).items():
+            COMPLIANT_LAWS[name] = NamedLaw(partial(make, **arguments), choices)
+        return make
+
+    return enter
+
+
+def _law(
+    values: Mapping[str, float],
+    formulas: Callable[[Mapping[str, Any]], ContactLaw],
+    definition: str,
+    **known: Any,
+) -> ContactLaw:
+    """Return a named law with these values of its parameters.
+
+    `formulas` makes the whole law from its declared fields. The cache knows it by `definition` and
+    the package's own source.
+    """
+    known = {"choices": {}, **known}
+    make = partial(formulas, known)
+    law = ContactLaw.deferred(make, definition=definition, friction=FrictionLaw(), **known)
+    return law.with_parameters(**values) if values else law
+
+
+def _exponent(default: float) -> tuple[Parameter, Parameter]:
+    """Exponent n of the compression law, and the length at which it equals Hertz's with n = 3/2."""
+    n = Parameter("n", default, "1", "exponent of the compression law", 0.0, lower_closed=False)
+    meaning = "compression at which the force is Hertz's, K_e = (4/3) E* sqrt(R*) l_0^(3/2 - n)"
+    return n, Parameter("l_0", 1.0, "m", meaning, 0.0, lower_closed=False)
+
+
+def _body_parameters(bodies: int) -> tuple[Parameter, ...]:
+    """Modulus, Poisson's ratio and radius or curvature, of one body or of two."""
+    if bodies == 1:
+        E, nu = _elastic(0, ", both bodies")
+        R = Parameter("R", 0.00645, "m", "radius of the contact end", 0.0, lower_closed=False)
+        return E, nu, R
+    if bodies != 2:
+        raise InputError(f"contact law: bodies: got {bodies!r}, need 1 or 2.")
+    parameters: tuple[Parameter, ...] = ()
+    for i, default_curvature in ((1, 1 / 0.00645), (2, 0.0)):
+        k = Parameter(f"kappa_{i}", default_curvature, "1/m", f"curvature 1/R of body {i}")
+        parameters += (*_elastic(i, f" of body {i}"), k)
+    return parameters
+
+
+def _elastic(body: int, whose: str) -> tuple[Parameter, Parameter]:
+    """Return modulus and Poisson's ratio of body 1 or 2, or, for 0, of both."""
+    end = f"_{body}" if body else ""
+    modulus = Parameter(
+        *(f"E{end}", 20.9e10, "Pa", f"elastic modulus{whose}", 0.0),
+        lower_closed=False,
+        material="young_modulus",
+        body=body,
+    )
+    ratio = Parameter(
+        *(f"nu{end}", 0.3, "1", f"Poisson's ratio{whose}", -1.0, 0.5),
+        material="poisson_ratio",
+        body=body,
+    )
+    return modulus, ratio
+
+
+@_offered(choices=("reload",), variants={"bilinear-hertz-two-bodies": {"bodies": 2}})
+def bilinear_hertz(
+    *, reload: ReloadLike = Reload.ELASTIC, bodies: int = 1, **parameters: float
+) -> ContactLaw:
+    """Return the paper's elasto-plastic law, (4)–(10): F_n = K_e δⁿ, and (5) after δ_max.
+
+    K_e = (4/3) E* √R* l_0^(3/2−n), in N/mⁿ. The paper has no l_0, and its K_e is in N/m^(3/2): with
+    n = 1.764 its force depends on the unit of length (in mm it would be 6.19 times as large). The
+    length l_0, at which K_e δⁿ equals Hertz's force, makes the law one of every unit; l_0 = 1 m
+    gives the numbers of the paper, and at n = 3/2 it has no effect.
+
+    With δ_p = δ_max (1 − e²) the unloading curve (5) is F_n = K_e ((δ − δ_p)/e²)ⁿ. Of the work
+    done on the loading curve the part e² is stored, the rest is dissipated by plasticity.
+
+    A virgin reload creates the energy by which the loading curve at that compression exceeds what
+    is stored. At e = 0 there is no unloading curve, and a contact that stays loaded ends a run at
+    its first maximum compression, as an accumulation of events.
+
+    Parameters
+    ----------
+    reload : Reload or its text
+        What follows when compression grows again before separation. ``virgin`` is
+        thermodynamically inadmissible, since it creates energy; the paper's Fig. 4 needs it.
+    bodies : {1, 2}
+        1: both bodies of one material. 2: each has its own, and its curvature.
+    **parameters : float
+        ``E``, ``nu``, ``R``, ``n``, ``l_0``, ``e_energetic``; of two bodies ``E_1``, ``nu_1``,
+        ``kappa_1``, …; SI units.
+
+    Raises
+    ------
+    InputError
+        Unknown names, values out of range.
+
+    References
+    ----------
+    Impact model resolution on Painlevé's paradox, (4)–(10). Walton & Braun (1986), whose two
+    branches are linear, for the elastic reload.
+
+    Examples
+    --------
+    >>> from painleve_sym import laws
+    >>> laws.bilinear_hertz(E=20.9e14, reload="virgin").parameters[0].default
+    2090000000000000.0
+    """
+    reload = chosen(Reload, reload, "reload rule", "law bilinear-hertz")
+    e = Parameter("e_energetic", 0.75, "1", "energetic coefficient of restitution", 0.0, 1.0)
+    return _law(
+        parameters,
+        _bilinear_hertz,
+        f"bilinear-hertz {bodies} {reload}",
+        name="bilinear-hertz" if bodies == 1 else "bilinear-hertz-two-bodies",
+        title="elasto-plastic Hertz law, loading K δⁿ, unloading from the energetic restitution",
+        source="Impact model resolution on Painlevé's paradox, (4)–(10)",
+        parameters=(*_body_parameters(bodies), *_exponent(1.764), e),
+        choices={"reload": str(reload)},
+    )
+
+
+def _bilinear_hertz(known: Mapping[str, Any]) -> ContactLaw:
+    import sympy as sp
+
+    from painleve_sym.laws.compliance import (
+        DELTA,
+        DELTA_DOT,
+        DELTA_MAX,
+        K_E,
+        SEPARATED,
+        Branch,
+        Exit,
+        ramp,
+        stiffness,
+    )
+
+    *body, n, l_0, e = known["parameters"]
+    e_squared = sp.Symbol("e_squared", positive=True)
+    reload, N = known["choices"]["reload"], n.symbol
+    delta_p = DELTA_MAX * (1 - e.symbol**2)
+    virgin = K_E * ramp(DELTA) ** N
+    # Its sign is not known, and SymPy would search for it long.
+    recovered = ramp((DELTA - delta_p) / e_squared, evaluate=False)
+    unloading = K_E * recovered**N
+    work = K_E * ramp(DELTA) ** (N + 1) / (N + 1)
+    elastic_energy = e_squared * K_E * recovered ** (N + 1) / (N + 1)
+    turn = {"elastic": "reload", "virgin": "compression"}[reload]
+    compression = Branch(
+        "compression",
+        virgin,
+        e.symbol**2 * work,
+        (1 - e.symbol**2) * virgin * DELTA_DOT,
+        (Exit(EventKind.MAX_COMPRESSION, DELTA_DOT, "restitution", {DELTA_MAX: DELTA}),),
+    )
+    restitution = Branch(
+        "restitution",
+        unloading,
+        elastic_energy,
+        sp.Integer(0),
+        (
+            Exit(EventKind.SEPARATION, DELTA - delta_p, SEPARATED),
+            Exit(EventKind.RELOAD, -DELTA_DOT, turn),
+        ),
+    )
+    branches: tuple[Branch, ...] = (compression, restitution)
+    if reload == "elastic":
+        branches += (
+            Branch(
+                "reload",
+                unloading,
+                elastic_energy,
+                sp.Integer(0),
+                (
+                    Exit(EventKind.MAX_COMPRESSION, DELTA_DOT, "restitution"),
+                    Exit(EventKind.YIELD, DELTA_MAX - DELTA, "compression"),
+                ),
+            ),
+        )
+        recontact = Exit(EventKind.TOUCHDOWN, delta_p - DELTA, "reload")
+    else:
+        recontact = Exit(EventKind.RELOAD, -DELTA_DOT, "compression")
+    return ContactLaw(
+        **known,
+        branches=branches,
+        unloading="restitution",
+        memory=(DELTA_MAX,),
+        # The floor keeps e = 0 from dividing by zero: unloading then ends where it begins.
+        definitions={
+            K_E: stiffness(body, n, l_0),
+            e_squared: sp.Max(e.symbol**2, sp.Float("1e-200"), evaluate=False),
+        },
+        recontacts=(recontact,),
+        stiffness=K_E,
+        exponent=N,
+    )
+
+
+def _viscoelastic(
+    known: Mapping[str, Any],
+    definitions: Mapping[Symbol, Expr],
+    exponent: Expr,
+    damping: Expr,
+    releases: tuple[Expr, ...],
+) -> ContactLaw:
+    """Return elastic K δⁿ plus a damping force; loading and unloading follow one expression."""
+    from painleve_sym.laws.compliance import (
+        DELTA,
+        DELTA_DOT,
+        K_E,
+        SEPARATED,
+        Branch,
+        Exit,
+        ramp,
+    )
+
+    # A linear force needs no ramp: it continues smoothly below δ = 0.
+    base = DELTA if exponent == 1 else ramp(DELTA)
+    elastic = K_E * base**exponent
+    force, stored = elastic + damping, K_E * base ** (exponent + 1) / (exponent + 1)
+    loss = damping * DELTA_DOT
+    leave = tuple(Exit(EventKind.SEPARATION, guard, SEPARATED) for guard in (DELTA, *releases))
+    turn, back = (
+        Exit(EventKind.MAX_COMPRESSION, DELTA_DOT, "restitution"),
+        Exit(EventKind.RELOAD, -DELTA_DOT, "compression"),
+    )
+    return ContactLaw(
+        **known,
+        branches=(
+            Branch("compression", force, stored, loss, (turn, *leave[1:])),
+            Branch("restitution", force, stored, loss, (*leave, back)),
+        ),
+        unloading="restitution",
+        definitions=definitions,
+        recontacts=tuple(Exit(EventKind.TOUCHDOWN, -guard, "restitution") for guard in releases),
+        stiffness=K_E,
+        exponent=exponent,
+    )
+
+
+@_offered()
+def hertz(*, bodies: int = 1, **parameters: float) -> ContactLaw:
+    """Return Hertz's elastic law F_n = K_e δⁿ (n = 3/2 by default), which dissipates nothing.
+
+    K_e is that of `bilinear_hertz`; the reference length l_0 matters where n is not 3/2.
+
+    Parameters
+    ----------
+    bodies, **parameters
+        As for `bilinear_hertz`, without ``e_energetic``.
+
+    Examples
+    --------
+    >>> from painleve_sym import laws
+    >>> laws.hertz(E=1e9)
+    ContactLaw 'hertz': E=1e+09, nu=0.3, R=0.00645, n=1.5, l_0=1
+    """
+    return _law(
+        parameters,
+        _hertz,
+        f"hertz {bodies}",
+        name="hertz",
+        title="elastic Hertz law K δⁿ",
+        source="Johnson (1985), ch. 4",
+        parameters=(*_body_parameters(bodies), *_exponent(1.5)),
+    )
+
+
+def _hertz(known: Mapping[str, Any]) -> ContactLaw:
+    import sympy as sp
+
+    from painleve_sym.laws.compliance import K_E, stiffness
+
+    *body, n, l_0 = known["parameters"]
+    return _viscoelastic(known, {K_E: stiffness(body, n, l_0)}, n.symbol, sp.Integer(0), ())
+
+
+@_offered()
+def linear(**parameters: float) -> ContactLaw:
+    """Return the spring and dashpot F_n = k δ + c δ̇, released where the force would pull.
+
+    Parameters
+    ----------
+    **parameters : float
+        ``k`` in N/m, ``c`` in N s/m.
+
+    Examples
+    --------
+    >>> from painleve_sym import laws
+    >>> laws.linear(k=1e6)
+    ContactLaw 'linear': k=1e+06, c=0
+    """
+    return _law(
+        parameters,
+        _linear,
+        "linear",
+        name="linear",
+        title="linear spring and dashpot",
+        source="Hogan & Kristiansen (2017)",
+        parameters=(
+            Parameter("k", 1e8, "N/m", "stiffness", 0.0, lower_closed=False),
+            Parameter("c", 0.0, "N s/m", "damping", 0.0),
+        ),
+    )
+
+
+def _linear(known: Mapping[str, Any]) -> ContactLaw:
+    import sympy as sp
+
+    from painleve_sym.laws.compliance import DELTA, DELTA_DOT, K_E
+
+    k, c = known["parameters"]
+    damping = c.symbol * DELTA_DOT
+    # Without damping the force vanishes with δ, and that exit exists already.
+    release = k.symbol * DELTA + damping
+    return _viscoelastic(known, {K_E: k.symbol}, sp.Integer(1), damping, (release,))
+
+
+@_offered()
+def hunt_crossley(*, bodies: int = 1, **parameters: float) -> ContactLaw:
+    """Return F_n = K_e δⁿ (1 + c δ̇), whose dashpot vanishes with the compression.
+
+    K_e is that of `bilinear_hertz`; the reference length l_0 matters where n is not 3/2.
+
+    Parameters
+    ----------
+    bodies, **parameters
+        As for `hertz`, and the damping factor ``c`` in s/m.
+
+    Examples
+    --------
+    >>> from painleve_sym import laws
+    >>> laws.hunt_crossley(c=0.2)
+    ContactLaw 'hunt-crossley': E=2.09e+11, nu=0.3, R=0.00645, n=1.5, l_0=1, c=0.2
+    """
+    damping = Parameter("c", 0.1, "s/m", "damping factor", 0.0)
+    return _law(
+        parameters,
+        _hunt_crossley,
+        f"hunt-crossley {bodies}",
+        name="hunt-crossley",
+        title="Hertz law with a dashpot proportional to the elastic force",
+        source="Hunt & Crossley (1975)",
+        parameters=(*_body_parameters(bodies), *_exponent(1.5), damping),
+    )
+
+
+def _hunt_crossley(known: Mapping[str, Any]) -> ContactLaw:
+    from painleve_sym.laws.compliance import DELTA, DELTA_DOT, K_E, ramp, stiffness
+
+    *body, n, l_0, c = known["parameters"]
+    damping = K_E * ramp(DELTA) ** n.symbol * c.symbol * DELTA_DOT
+    release = 1 + c.symbol * DELTA_DOT
+    return _viscoelastic(known, {K_E: stiffness(body, n, l_0)}, n.symbol, damping, (release,))
