@@ -12,7 +12,7 @@ sys.path[:0] = [str(DOCS / "_ext"), str(ROOT)]
 import gallery  # noqa: E402
 import reference_pages  # noqa: E402
 from pygments.lexer import RegexLexer  # noqa: E402
-from pygments.token import Generic, Text  # noqa: E402
+from pygments.token import Generic  # noqa: E402
 
 import painleve_sym  # noqa: E402
 
@@ -107,7 +107,7 @@ class ConsoleLexer(RegexLexer):
     name = "Console"
     tokens = {  # noqa: RUF012
         "root": [(r"^\$ ", Generic.Prompt, "typed"), (r".*\n", Generic.Output)],
-        "typed": [(r".*\n", Text, "#pop")],
+        "typed": [(r".*\n", Generic.Strong, "#pop")],
     }
 
 

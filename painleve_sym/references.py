@@ -42,6 +42,13 @@ class Reference:
         Fields of the entry that were not compared with a public record.
     bibtex : str
         The entry for a bibliography of LaTeX.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> work = ps.citation(ps.laws.hertz())[0]
+    >>> work.label, work.year
+    ('Johnson (1985)', 1985)
     """
 
     key: str

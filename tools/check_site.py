@@ -1,9 +1,10 @@
 """Check of the built documentation site in headless Chromium.
 
 `python tools/check_site.py out/site` opens every page and reports errors on the console, broken
-images, requests that leave the machine, pages that are wider than a phone, and a search without
-results. It prints one line per fault and exits with 1 if there are any. `--screenshots DIR` keeps
-pictures of some pages: light and dark, on a desk and on a phone.
+images, requests that leave the machine, pages that are wider than a phone, what axe-core finds
+(accessibility), and words whose search does not lead to their page. It prints one line per fault
+and exits with 1 if there are any. `--screenshots DIR` keeps pictures of some pages: light and dark,
+on a desk and on a phone.
 """
 
 from __future__ import annotations
@@ -18,27 +19,43 @@ from contextlib import contextmanager
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Page, TimeoutError, sync_playwright
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 PHONE, DESK = {"width": 390, "height": 844}, {"width": 1400, "height": 900}
+AXE = Path(sys.prefix, "browser", "node_modules", "axe-core", "axe.min.js")
+"""Where `make setup-browser` puts axe-core."""
 # Pages of which pictures are kept.
 PICTURED = (
     "index.html",
+    "install.html",
     "tutorials/paradox.html",
     "tutorials/own-mechanism.html",
     "how-to/which-command.html",
+    "how-to/own-w.html",
+    "mechanisms.html",
     "reference/commands.html",
-    "reference/json-keys.html",
+    "reference/json/simulate.html",
     "reference/api/Trajectory.html",
     "reference/named-mechanisms.html",
+    "references.html",
     "impacts.html",
     "derivations/sticking.html",
     "gallery/index.html",
     "notebooks/lecture-on-the-paradox.html",
 )
-# Words that a reader looks for, each on some page.
-SEARCHES = ("restitution", "Trajectory", "inconsistent")
+# Words that a reader looks for, and a page that is among the first results.
+SEARCHES = {
+    "restitution": "reference/laws.html",
+    "Trajectory": "reference/api/Trajectory.html",
+    "inconsistent": "reference/glossary.html",
+    "install": "install.html",
+    "URDF": "reference/glossary.html",
+    "jam": "reference/glossary.html",
+    "Zeno": "reference/glossary.html",
+    "close": "reference/glossary.html",
+}
+FIRST = 8
 
 
 class Handler(SimpleHTTPRequestHandler):
@@ -58,6 +75,7 @@ def served(folder: Path) -> Iterator[str]:
         yield f"http://127.0.0.1:{server.server_port}"
     finally:
         server.shutdown()
+        server.server_close()
 
 
 def faults_of(page: Page, address: str, name: str) -> list[str]:
@@ -87,15 +105,32 @@ def faults_of(page: Page, address: str, name: str) -> list[str]:
     return faults
 
 
+def accessibility_faults(page: Page, name: str) -> list[str]:
+    """Return what axe-core finds on the open page, in light and the contrast in dark colours."""
+    page.evaluate(AXE.read_text("utf-8"))
+    found = page.evaluate("axe.run()")["violations"]
+    page.emulate_media(color_scheme="dark")
+    found += page.evaluate("axe.run({runOnly: ['color-contrast']})")["violations"]
+    return [f"{name}: {v['id']}: {v['help']}: {v['nodes'][0]['html'][:120]}" for v in found]
+
+
 def search_faults(page: Page, address: str) -> list[str]:
-    """Return a line for each word that the search of the site does not find."""
+    """Return a line for each word whose search does not lead to its page."""
     faults = []
-    for word in SEARCHES:
+    for word, wanted in SEARCHES.items():
         page.goto(f"{address}/search.html?q={word}")
+        results = page.locator("#search-results ul.search li a")
         try:
-            page.wait_for_selector("#search-results ul.search li a", timeout=15_000)
-        except Exception:
+            page.wait_for_function(
+                "document.querySelector('.search-summary')?.textContent.includes('found')",
+                timeout=15_000,
+            )
+        except TimeoutError:
             faults.append(f"search.html: no result for {word!r}")
+            continue
+        links = [link.get_attribute("href") or "" for link in results.all()[:FIRST]]
+        if not any(link.partition("#")[0].endswith(wanted) for link in links):
+            faults.append(f"search.html: {wanted} is not among the first for {word!r}: {links}")
     return faults
 
 
@@ -123,22 +158,37 @@ def main() -> int:
     program = next(filter(None, map(shutil.which, BROWSERS)), None)
     if program is None:
         sys.exit("check_site: no Chromium. Fix: sudo apt install chromium")
-    names = sorted(p.relative_to(arguments.site).as_posix() for p in arguments.site.rglob("*.html"))
+    if not AXE.is_file():
+        sys.exit("check_site: no axe-core. Fix: make setup-browser")
     with served(arguments.site) as address, sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=program, args=["--no-sandbox"])
-        faults: list[str] = []
-        context = browser.new_context(viewport=PHONE)
-        for name in names:
-            page = context.new_page()
-            faults += faults_of(page, address, name)
-            page.close()
-        faults += search_faults(context.new_page(), address)
+        names = pages_of(arguments.site)
+        faults = page_faults(browser, address, names)
+        faults += search_faults(browser.new_page(), address)
         if arguments.screenshots:
             take_pictures(browser, address, arguments.screenshots)
         browser.close()
     print(*faults, sep="\n", end="\n" if faults else "")
     print(f"{len(names)} pages, {len(SEARCHES)} searches, {len(faults)} faults")
     return 1 if faults else 0
+
+
+def pages_of(site: Path) -> list[str]:
+    """Return the pages of a site, as paths in its folder."""
+    return sorted(p.relative_to(site).as_posix() for p in site.rglob("*.html"))
+
+
+def page_faults(browser: Browser, address: str, names: list[str]) -> list[str]:
+    """Return the faults of all pages, as a phone shows them."""
+    faults: list[str] = []
+    context = browser.new_context(viewport=PHONE)
+    for name in names:
+        page = context.new_page()
+        faults += faults_of(page, address, name)
+        faults += accessibility_faults(page, name)
+        page.close()
+    context.close()
+    return faults
 
 
 if __name__ == "__main__":

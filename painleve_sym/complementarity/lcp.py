@@ -45,6 +45,15 @@ class LCP:
     InputError
         For wrong shapes or entries that are not finite numbers; every fault is named at once. Fix:
         pass one row, one column and one offset for each complementary pair.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> W, b = [[4.0, 1.0], [1.0, 2.0]], [-9.8, 0.0]
+    >>> problem = ps.ContactProblem(W, b, [0.5], slip_velocity=[-1.0])
+    >>> lcp = problem.lcp()
+    >>> lcp.size, lcp.matrix.tolist(), lcp.offset.tolist()
+    (1, [[4.5]], [-9.8])
     """
 
     matrix: FloatArray

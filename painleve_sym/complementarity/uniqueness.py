@@ -47,6 +47,14 @@ class Uniqueness(enum.Enum):
         Not that, but ``x'(H'WG)x > 0`` for every ``x >= 0, x != 0``.
     NOT_GUARANTEED
         Neither.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> W, b = [[4.0, 1.0], [1.0, 2.0]], [-9.8, 0.0]
+    >>> problem = ps.ContactProblem(W, b, [0.5], slip_velocity=[-1.0])
+    >>> problem.uniqueness().name
+    'UNIQUE_FOR_ALL'
     """
 
     UNIQUE_FOR_ALL = (

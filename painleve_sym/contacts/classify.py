@@ -47,6 +47,15 @@ class Classification:
         Every solution, each with its verified residual; none and several are results.
     A_sticks, B_sticks : ndarray, shape (n,)
         g̈_N = A′ F_n + B′ of each contact in sticking, the others open; 1/kg and m/s².
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> answer = ps.classify("rod", {"theta": 1.0, "theta_dot": 5.0, "x_A_dot": -1.0})
+    >>> answer.case
+    <ContactCase.INDETERMINATE: 'indeterminate'>
+    >>> len(answer.solutions), answer.contacts
+    (2, ('A',))
     """
 
     mechanism: str

@@ -155,6 +155,15 @@ class ContactSolution:
     isolated : bool, or None
         False where the forces belong to a segment, ray or wider set of solutions; None where more
         local modes meet than are tried.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> state = {"theta": 1.0, "theta_dot": 5.0, "x_A_dot": -1.0}
+    >>> for solution in ps.classify("rod", state).solutions:
+    ...     print(solution.modes[0].value, solution.normal_forces.round(3).tolist())
+    liftoff [0.0]
+    slip_neg [332.992]
     """
 
     modes: tuple[ContactMode, ...]
@@ -229,6 +238,15 @@ class ContactProblem:
     InputError
         For wrong shapes, entries that are not finite, mu < 0 or a mobility that is not symmetric
         and semidefinite; all faults are named at once. Fix: evaluate J M^-1 J' at one state.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> W, b = [[4.0, 1.0], [1.0, 2.0]], [-9.8, 0.0]
+    >>> problem = ps.ContactProblem(W, b, [0.5], slip_velocity=[-1.0])
+    >>> [solution] = problem.solutions()
+    >>> solution.modes[0], solution.normal_forces.round(6).tolist()
+    (<ContactMode.SLIP_NEG: 'slip_neg'>, [2.177778])
     """
 
     W: FloatArray

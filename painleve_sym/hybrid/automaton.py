@@ -347,6 +347,15 @@ class HybridAutomaton:
     ModelError
         All faults: repeated names, unknown targets or labels, undeclared symbols, a
         missing unconditional choice, modes that cannot be reached, differing outputs.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> simulator = ps.Simulator(ps.models.rod(), ps.laws.rigid())
+    >>> simulator.automaton.name
+    'rod, rigid, energetic restitution'
+    >>> [str(state) for state in simulator.automaton.states][:3]
+    ['x_A', 'y_A', 'theta']
     """
 
     name: str

@@ -52,6 +52,15 @@ class ContactLaw(Deferred):
     ------
     ModelError
         Branch names repeated, exits to unknown branches, undeclared symbols.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> law = ps.laws.hertz(E=70e9)
+    >>> law.name, [p.name for p in law.parameters]
+    ('hertz', ['E', 'nu', 'R', 'n', 'l_0'])
+    >>> law.stiffness
+    K_e
     """
 
     is_compliant: ClassVar[Literal[True]] = True

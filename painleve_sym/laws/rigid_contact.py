@@ -38,6 +38,12 @@ class RigidLaw:
     ------
     InputError
         Unknown names, a coefficient out of range.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> ps.RigidLaw("poisson", e=0.5)
+    RigidLaw 'rigid' (restitution=poisson, policy=liftoff): e_poisson=0.5
     """
 
     restitution: RestitutionLike = Restitution.ENERGETIC

@@ -55,6 +55,16 @@ class Mode:
     stretch : sympy.Expr, optional
         ∫(ξ φ_ξ + η φ_η) dm; kg m. Where it is given the inertia grows by 2 `stretch` q + `mass` q²;
         it belongs to modes along a bar. Bending changes the inertia in second order alone.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> import painleve_sym as ps
+    >>> q, m, omega, phi, x, y = sp.symbols("q m omega phi x y")
+    >>> bending = ps.Mode(q, m, omega, damping=0.01)
+    >>> bar = ps.Body(m, (x, y), m, phi, modes=(bending,))
+    >>> bar.point((0, 0), {q: (0, 2)})
+    (-2*q*sin(phi) + x, 2*q*cos(phi) + y)
     """
 
     coordinate: sp.Symbol
@@ -126,6 +136,16 @@ class Body:
     References
     ----------
     Modes in a floating frame: Shabana (1989).
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> import painleve_sym as ps
+    >>> m, l, x, y, phi = sp.symbols("m l x y phi")
+    >>> centre = (x + l * sp.cos(phi), y + l * sp.sin(phi))
+    >>> rod = ps.Body(m, centre, inertia=m * l**2 / 3, angle=phi)
+    >>> rod.point((-l, 0))
+    (x, y)
     """
 
     mass: Scalar
@@ -246,6 +266,14 @@ class Spring:
         e(q, t), zero where the spring is relaxed; m, or rad for a torsion spring.
     stiffness, damping : sympy.Expr
         k and c; N/m and N s/m, or N m/rad and N m s/rad.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> import painleve_sym as ps
+    >>> x, k, c = sp.symbols("x k c")
+    >>> ps.Spring(x - sp.Rational(1, 2), stiffness=k, damping=c).extension
+    x - 1/2
     """
 
     extension: Scalar
@@ -273,6 +301,14 @@ class Load:
         Places or angles the load does work along, as functions of q and t; m or rad.
     values : tuple of sympy.Expr
         Components of the load, in q, q̇, t and parameters; N or N m.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> import painleve_sym as ps
+    >>> phi, tau = sp.symbols("phi tau")
+    >>> ps.Load.torque(phi, tau)
+    Load(along=(phi,), values=(tau,))
     """
 
     along: tuple[Scalar, ...]

@@ -27,6 +27,13 @@ class ContactCoefficients:
     References
     ----------
     Impact model resolution on Painlevé's paradox, (1)–(3) and (19).
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> coefficients = ps.models.rod().coefficients
+    >>> coefficients.A()
+    (3*(-mu*sin(theta) + cos(theta))*cos(theta) + 1)/m
     """
 
     contact: Contact

@@ -50,6 +50,13 @@ class Contact:
         A name with other signs, undeclared symbols, a friction that is not a parameter, a gap that
         depends on velocities or does not change with any coordinate, a slip velocity that is not
         affine in the velocities.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> contact = ps.models.rod().contacts[0]
+    >>> contact.name, contact.gap, contact.slip_velocity, contact.friction
+    ('A', y_A, x_A_dot, mu)
     """
 
     name: str

@@ -40,6 +40,13 @@ class Coordinate:
         SI unit of the coordinate ("m" or "rad").
     latex : str
         LaTeX of the symbol, empty for SymPy's own.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> x = ps.Coordinate("x", "place of the block along the belt", "m")
+    >>> x.symbol, x.name, x.unit
+    (x, 'x', 'm')
     """
 
     name: str
@@ -80,6 +87,13 @@ class Parameter:
         Property of a material that it stands for, one of `materials.PROPERTIES`; empty for none.
     body : int
         Whose property: 1, the moving body; 2, the other; 0, both are of one material.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> mu = ps.Parameter("mu", 0.6, "1", "friction coefficient", lower=0.0)
+    >>> mu.symbol, mu.default, mu.lower
+    (mu, 0.6, 0.0)
     """
 
     name: str

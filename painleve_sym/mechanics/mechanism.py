@@ -33,7 +33,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class DomainBound:
-    """A condition the model needs: `margin` > 0 inside its domain."""
+    """A condition the model needs: `margin` > 0 inside its domain.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> ps.models.rod().domain[0].meaning
+    'the rod lies flat at theta = 0'
+    """
 
     margin: Expr
     meaning: str
@@ -62,6 +69,17 @@ class Mechanism(Deferred):
     ModelError
         Lists every fault: no contact, contacts of one name or of another system, undeclared
         symbols in the domain or the shapes, unknown names in the start.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> rod = ps.models.rod()
+    >>> rod
+    Mechanism 'rod': coordinates x_A, y_A, theta; contact A
+    >>> [c.name for c in rod.system.coordinates], [c.name for c in rod.contacts]
+    (['x_A', 'y_A', 'theta'], ['A'])
+    >>> rod.coefficients.A()
+    (3*(-mu*sin(theta) + cos(theta))*cos(theta) + 1)/m
     """
 
     name: str

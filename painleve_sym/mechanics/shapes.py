@@ -42,6 +42,16 @@ class Shape:
 
     A stick has its two ends, a polygon its corners in order, a disc its centre and a point of its
     rim that turns with it, a dot its place.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> import sympy as sp
+    >>> x, y, l, phi = sp.symbols("x y l phi")
+    >>> ps.Shape.stick((x, y), (x + l * sp.cos(phi), y + l * sp.sin(phi))).points[1]
+    (l*cos(phi) + x, l*sin(phi) + y)
+    >>> ps.Shape.box((x, y), 2, 1).kind
+    <ShapeKind.POLYGON: 'polygon'>
     """
 
     kind: ShapeKind

@@ -165,6 +165,23 @@ class LagrangianSystem:
     ModelError
         Lists every fault: unusable, reserved or repeated names, missing units, undeclared
         symbols, jumps and kinks at given times, T not quadratic or not positive in the velocities.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> import painleve_sym as ps
+    >>> x = ps.Coordinate("x", "place", "m")
+    >>> y = ps.Coordinate("y", "height", "m")
+    >>> m = ps.Parameter("m", 2.0, "kg", "mass", 0.0, lower_closed=False)
+    >>> g = ps.Parameter("g", 9.8, "m/s^2", "gravity", 0.0)
+    >>> block = ps.Body(m.symbol, (x.symbol, y.symbol))
+    >>> system = ps.LagrangianSystem.of_bodies("block", (x, y), (m, g), [block], gravity=g.symbol)
+    >>> system.kinetic_energy, system.potential_energy
+    (m*(x_dot**2 + y_dot**2)/2, g*m*y)
+    >>> system.mass_matrix
+    Matrix([
+    [m, 0],
+    [0, m]])
     """
 
     name: str

@@ -264,6 +264,16 @@ class CorrectedJump:
     phases : tuple of CorrectedPhase
     velocity, velocity_before : mapping of str to float
         Of the mechanism, by state name.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> state = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
+    >>> jump = ps.evaluate_corrected_jump("rod", "bilinear-hertz", state)
+    >>> round(jump.velocity["y_A_dot"], 4)
+    0.1246
+    >>> [phase.name for phase in jump.phases]
+    ['slip compression', 'sticking compression', 'sticking restitution', 'reverse slip restitution']
     """
 
     mechanism: str

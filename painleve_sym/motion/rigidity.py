@@ -26,6 +26,14 @@ class BodyPeriod:
     """A natural period of a body of a motion, s; where not `modelled`, the body is rigid in it.
 
     The material is that from which the period follows; empty where the mechanism says it.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> run = ps.simulate("rod", "bilinear-hertz", t_end=1e-2, material="steel")
+    >>> period = run.body_periods[0]
+    >>> f"{period.body}, {period.mode}: {period.period:.4f} s"
+    'rod, first bending mode: 0.0990 s'
     """
 
     body: str

@@ -61,6 +61,16 @@ class EventRecord:
         Name of the contact; empty where all contacts are meant.
     impulses : tuple of float
         An impact of two rigid contacts: P_n and P_t of each; N s.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> run = ps.simulate("rod", "bilinear-hertz", t_end=1e-2)
+    >>> event = run.events[0]
+    >>> event.kind, event.mode_before, event.mode_after
+    (<EventKind.SLIP_STOP: 'slip_stop'>, 'slip_neg/compression', 'stick/compression')
+    >>> f"{event.time:.6f} s, {event.normal_force:.2f} N, theta = {event.state['theta']:.5f} rad"
+    '0.003509 s, 465.37 N, theta = 1.00389 rad'
     """
 
     time: float

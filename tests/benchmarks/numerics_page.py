@@ -169,14 +169,14 @@ def setup_table(numbers: Mapping[str, Any]) -> str:
         ("flags", f"`{' '.join(given['flags'])}`"),
         ("versions", versions),
     ]
-    return table(("", ""), rows)
+    return table(("item", "value"), rows)
 
 
 def ratio_table(numbers: Mapping[str, Any]) -> str:
     """Return times at equal error in those of the Taylor engine."""
     curves = numbers["curves"]
     errors = list(next(iter(next(iter(curves.values()))["ratios"].values())))
-    head = ["", *(f"{case}, {e.replace('e-0', 'e-')}" for case in curves for e in errors)]
+    head = ["program", *(f"{case}, {e.replace('e-0', 'e-')}" for case in curves for e in errors)]
     rows = []
     for name in LOOKS:
         cells = [
@@ -216,7 +216,11 @@ def slope_table(numbers: Mapping[str, Any]) -> str:
     """Return the exponents of the events' errors in the tolerance."""
     cases = numbers["accuracy"]["event_times"]
     rod = next(iter(cases))
-    head = ["", *(f"rod: {event}" for event in accuracy.EVENTS), *(f"{c}: largest" for c in cases)]
+    head = [
+        "program",
+        *(f"rod: {event}" for event in accuracy.EVENTS),
+        *(f"{c}: largest" for c in cases),
+    ]
     rows = []
     for name in LOOKS:
         if name not in cases[rod]["engines"]:
@@ -231,7 +235,7 @@ def event_table(numbers: Mapping[str, Any]) -> str:
     """Return the largest error of an event's time at some tolerances."""
     cases = numbers["accuracy"]["event_times"]
     chosen = (1e-6, 1e-9, 1e-12)
-    head = ["", *(f"{case}, {_size(t)}" for case in cases for t in chosen)]
+    head = ["program", *(f"{case}, {_size(t)}" for case in cases for t in chosen)]
     rows = []
     for name in LOOKS:
         if name not in next(iter(cases.values()))["engines"]:

@@ -45,6 +45,16 @@ class JumpPhase:
         Velocities of the mechanism at the end of the phase, by state name (``theta_dot``).
     slip_velocity, normal_velocity : float
         Of the contact at the end of the phase; m/s.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> state = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
+    >>> for phase in ps.evaluate_jump("rod", "energetic", state).phases:
+    ...     print(f"{phase.name}: {phase.normal_impulse:.4f} N s")
+    tangential: 0.3322 N s
+    sticking compression: 0.0088 N s
+    sticking restitution: 0.0410 N s
     """
 
     name: str
@@ -82,6 +92,16 @@ class JumpResult:
         Of the mechanism before the jump; J.
     contact : str
         Name of the contact.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> state = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
+    >>> jump = ps.evaluate_jump("rod", "energetic", state)
+    >>> [phase.name for phase in jump.phases]
+    ['tangential', 'sticking compression', 'sticking restitution']
+    >>> round(jump.velocity["y_A_dot"], 6), round(jump.energy_change, 6)
+    (0.05247, -0.233397)
     """
 
     mechanism: str

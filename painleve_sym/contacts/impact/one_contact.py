@@ -54,6 +54,16 @@ class Impact:
         impact; where it jams, those before the jam.
     W : tuple of tuple of float
         Mobility, rows and columns (n, t); 1/kg.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> W = [[2.0, 0.5], [0.5, 1.0]]
+    >>> impact = ps.solve_impact(W, 0.5, [-1.0, 0.2], "energetic", 0.5)
+    >>> impact.case, impact.velocity
+    (<ImpactClass.SLIDING: 'sliding'>, (0.5, 0.2))
+    >>> [phase.name for phase in impact.phases]
+    ['slip compression', 'slip restitution']
     """
 
     case: ImpactClass

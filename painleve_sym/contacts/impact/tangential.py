@@ -43,6 +43,14 @@ class TangentialImpact:
         Work of P_t as seen from the guide; J.
     case : ContactCase
         Of the state before: INCONSISTENT leaves nothing else, TWO_SOLUTIONS offers slips as well.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> klein = ps.models.painleve_klein()
+    >>> impact = ps.tangential_impact(klein, klein.start)
+    >>> impact.case, round(impact.energy_change, 6)
+    (<ContactCase.TWO_SOLUTIONS: 'two solutions'>, -1.0)
     """
 
     mechanism: str

@@ -28,6 +28,14 @@ class Formula:
     """One closed form; `latex` is its left side, and the name also that of the Python function.
 
     `symbols` are the meanings of symbols that do not belong to the mechanism.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> energies = ps.closed_forms(ps.models.rod())[0]
+    >>> formula = energies.formulas[1]
+    >>> formula.name, formula.value, formula.unit
+    ('V', g*m*(l*sin(theta) + y_A), 'J')
     """
 
     name: str

@@ -55,6 +55,14 @@ class BatchResult:
     kept : BatchOutputs
     rows : BatchRows
         All that was kept, one row per motion, in C order of `shape`.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> start = {"theta": [0.95, 1.0], "theta_dot": 1.0, "x_A_dot": -1.0}
+    >>> runs = ps.simulate_batch("rod", "bilinear-hertz", start, t_end=1e-2)
+    >>> runs.shape, runs["theta"].shape
+    ((2,), (2,))
     """
 
     simulator: Simulator

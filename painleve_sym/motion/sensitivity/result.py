@@ -76,6 +76,15 @@ class SensitiveTrajectory:
     valid_until : float
         Time of the first event with a note of `NO_DERIVATIVE`, inf where there is none: derivatives
         from there on are nan; s.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> simulator = ps.Simulator(ps.models.rod(), ps.laws.bilinear_hertz())
+    >>> state = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
+    >>> run = simulator.sensitivities(state, ("mu",), t_end=1e-2)
+    >>> run.final_jacobian.shape
+    (8, 1)
     """
 
     trajectory: Trajectory

@@ -67,6 +67,16 @@ class Comparison:
     rigid, stepping, softened : tuple of Answer
     exponent : float
         n of the contact law.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> state = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
+    >>> comparison = ps.compare("rod", state, t_end=1e-3)
+    >>> len(comparison.acceleration_level.classification.solutions)
+    0
+    >>> list(comparison.jumps)
+    ['e', 'plastic']
     """
 
     mechanism: str

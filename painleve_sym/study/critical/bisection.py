@@ -95,6 +95,14 @@ class CriticalForce:
     sliding : SlidingSolution
         At the same state; its `force` is the limit F_n* = −B/A of infinite stiffness where the
         state has no approach velocity.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> state = {"theta": 1.0, "theta_dot": 5.0, "x_A_dot": -1.0}
+    >>> border = ps.critical_force("rod", "bilinear-hertz", state)
+    >>> f"{border.value:.4f} N", border.border
+    ('211.9715 N', <Border.SLIP_STOP: 'slip_stop'>)
     """
 
     border: Border

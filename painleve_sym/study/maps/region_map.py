@@ -89,6 +89,16 @@ class RegionMap:
         Of a contact that is held from both sides: A where F_n < 0, `A` being that where F_n > 0.
         `curves` then has ``A_pull``, too, and the cases tell the number of solutions: ``slip``
         one, ``inconsistent`` none, ``indeterminate`` two.
+
+    Examples
+    --------
+    >>> import painleve_sym as ps
+    >>> ranges = {"theta": (0.1, 1.5), "theta_dot": (-6, 6)}
+    >>> region = ps.region_map("rod", ("theta", "theta_dot"), ranges=ranges, points=50)
+    >>> region.counts
+    {'outside': 0, 'slip': 1448, 'liftoff': 602, 'inconsistent': 244, 'indeterminate': 206}
+    >>> round(region.thresholds["mu_P"], 4)
+    1.3333
     """
 
     mechanism: str
