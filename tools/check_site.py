@@ -108,10 +108,10 @@ def faults_of(page: Page, address: str, name: str) -> list[str]:
 def accessibility_faults(page: Page, name: str) -> list[str]:
     """Return what axe-core finds on the open page, in light and the contrast in dark colours."""
     page.evaluate(AXE.read_text("utf-8"))
-    found = page.evaluate("axe.run()")["violations"]
+    violations = page.evaluate("axe.run()")["violations"]
     page.emulate_media(color_scheme="dark")
-    found += page.evaluate("axe.run({runOnly: ['color-contrast']})")["violations"]
-    return [f"{name}: {v['id']}: {v['help']}: {v['nodes'][0]['html'][:120]}" for v in found]
+    violations += page.evaluate("axe.run({runOnly: ['color-contrast']})")["violations"]
+    return [f"{name}: {v['id']}: {v['help']}: {v['nodes'][0]['html'][:120]}" for v in violations]
 
 
 def search_faults(page: Page, address: str) -> list[str]:
