@@ -112,7 +112,7 @@ def test_extras_of_the_page_installation_are_those_of_the_project():
     extras = PROJECT["optional-dependencies"]
     assert {*dict(table), *developers} == set(extras)
     for name, brought in table:
-        packages = {re.match(r"\w+", needed)[0].lower() for needed in extras[name]}
+        packages = {re.match(r"[\w-]+", needed)[0].lower() for needed in extras[name]}
         assert {word.lower() for word in brought.split(", ")} == packages
     core = re.search(r"The package needs (.*?)\.", page)[1].lower()
     packages = {re.match(r"\w+", needed)[0] for needed in PROJECT["dependencies"]}
