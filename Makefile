@@ -17,7 +17,7 @@ export MPLBACKEND ?= Agg
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup test lint slow oldest mutants fuzz reproduce derivations references bench numerics docs docs-check setup-browser explorer-modules clean distclean
+.PHONY: help setup test lint slow oldest mutants fuzz reproduce derivations references figures bench numerics docs docs-check setup-browser explorer-modules clean distclean
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -77,6 +77,9 @@ derivations: $(VENV)/.installed ## run every derivation; each asserts that it ag
 
 references: $(VENV)/.installed ## write the package's data of the literature from docs/references.bib
 	$(BIN)/python tools/references.py
+
+figures: $(VENV)/.installed ## draw every figure of the pages and of the gallery again
+	$(BIN)/python tools/figures.py
 
 bench: $(VENV)/.installed-bench ## run the benchmarks against the other integrators
 	$(PYTEST) -q -s tests/benchmarks -o python_files="bench_*.py test_*.py"

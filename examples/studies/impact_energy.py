@@ -7,16 +7,27 @@ answer (no impulse at all), those that jam on the way, those where several conti
 possible, of which the one of least push is taken, and the number of pieces of the longest path.
 
 `... impact_energy.py COUNT` looks at COUNT impacts of each kind (200 by default); COUNT SEED begins
-with another seed. SI units.
+with another seed; COUNT SEED STEM also draws the gains to STEM.png and STEM.svg. SI units.
 """
 
 import sys
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
 from painleve_sym.contacts.impact.simultaneous import SimultaneousImpact, solve_simultaneous_impact
+from painleve_sym.present.style import (
+    DASHES,
+    PAGE,
+    PALETTE,
+    legend_below,
+    legend_entries,
+    save,
+    styled,
+)
 
 LAWS = ("energetic", "poisson", "newton")
 Rng = np.random.Generator
@@ -87,8 +98,13 @@ class Tally:
     """Counts of the impacts of one kind under one law."""
 
     def __init__(self) -> None:
-        self.gaining = self.unanswered = self.jams = self.several = self.longest = 0
-        self.worst = 0.0
+        self.gains: list[float] = []
+        self.unanswered = self.jams = self.several = self.longest = 0
+
+    @property
+    def gaining(self) -> int:
+        """Number of impacts with more kinetic energy after than before, beyond rounding."""
+        return sum(gain > 1e-9 for gain in self.gains)
 
     def add(self, impact: SimultaneousImpact, W: np.ndarray, v: np.ndarray) -> None:
         """Count an impact."""
@@ -96,14 +112,13 @@ class Tally:
         self.unanswered += jams and not impact.pieces
         self.jams += jams and bool(impact.pieces)
         self.several += not impact.is_unique
-        gain = impact.energy_change / before
-        self.gaining += gain > 1e-9
-        self.worst = max(self.worst, gain)
+        self.gains.append(impact.energy_change / before)
         self.longest = max(self.longest, len(impact.pieces))
 
     def __str__(self) -> str:
         """Return the row of the table."""
-        energy = f"{self.gaining:7d} {100 * self.worst:10.3g} % {self.unanswered:10d}"
+        worst = max(0.0, *self.gains)
+        energy = f"{self.gaining:7d} {100 * worst:10.3g} % {self.unanswered:10d}"
         return f"{energy} {self.jams:5d} {self.several:8d} {self.longest:8d}"
 
 
@@ -121,16 +136,37 @@ def tallies(count: int, seed: int) -> dict[tuple[str, str], Tally]:
     return result
 
 
+@styled
+def figure(results: dict[tuple[str, str], Tally]) -> Figure:
+    """Return the distribution of the change of energy, a panel for each kind of impact."""
+    drawn = Figure(figsize=(PAGE, 2.2), layout="constrained")
+    panels = drawn.subplots(1, len(KINDS), sharey=True)
+    for letter, axes, kind in zip("abcd", panels, KINDS, strict=True):
+        for law, color, dashes in zip(LAWS, PALETTE, DASHES, strict=False):
+            changes = 100 * np.sort(results[kind, law].gains)
+            part = np.arange(1, len(changes) + 1) / len(changes) * 100
+            axes.step(changes, part, where="post", color=color, linestyle=dashes, label=law)
+        axes.axvline(0, color="black", linewidth=0.5, zorder=0)
+        axes.set(xlim=(-102, 102), xlabel="energy gained (%)", title=f"({letter}) {kind}")
+    panels[0].set_ylabel("impacts below (%)")
+    legend_below(drawn, legend_entries(panels))
+    return drawn
+
+
 def main() -> None:
     """Print the table."""
-    count, seed = (int(a) for a in (*sys.argv[1:], *("200", "1")[len(sys.argv) - 1 :]))
+    given = (*sys.argv[1:3], *("200", "1")[len(sys.argv[1:3]) :])
+    count, seed = (int(a) for a in given)
     print(f"{count} impacts of each kind, seed {seed}")
     print(
         f"{'impact':<15} {'law':<10} {'gaining':>7} {'worst gain':>12} {'no answer':>10} "
         f"{'jams':>5} {'several':>8} {'longest':>8}"
     )
-    for (kind, law), tally in tallies(count, seed).items():
+    results = tallies(count, seed)
+    for (kind, law), tally in results.items():
         print(f"{kind:<15} {law:<10} {tally}")
+    if len(sys.argv) > 3:
+        save(figure(results), Path(sys.argv[3]))
 
 
 if __name__ == "__main__":

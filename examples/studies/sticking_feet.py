@@ -74,9 +74,9 @@ def figure(run: ps.Trajectory, stop: float) -> Figure:
             axes.axvline(stop, color=REFERENCE, linewidth=0.8)
         forces.set(ylabel="$F_n$ (N)", ylim=(0, None))
         forces.legend(loc="center left")
-        forces.set_title("normal forces; dotted: rigid feet in slip; line: rigid feet stop")
+        forces.set_title("(a) normal forces; dotted: rigid feet in slip; line: rigid feet stop")
         parts.set(xlabel="$t$ (s)", ylabel=r"$F_t/(\mu F_n)$", ylim=(-1.45, 1.1))
-        parts.set_title("friction as a part of its limit; bars: the foot sticks")
+        parts.set_title("(b) friction as a part of its limit; bars: the foot sticks")
     return drawn
 
 

@@ -17,13 +17,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import painleve_sym as ps
 from painleve_sym.laws.chatter import general_contact
-from painleve_sym.present.style import DASHES, PAGE, PALETTE, REFERENCE, STYLE, save
+from painleve_sym.present.style import DASHES, PAGE, PALETTE, REFERENCE, save, styled
 
 DEFAULT = Path(__file__).parents[2] / "docs" / "figures" / "tangential-compliance"
 TABLE_3 = {"theta": 1.0, "theta_dot": 1.0, "x_A_dot": -1.0}
@@ -170,10 +169,9 @@ def draw_impacts(axes: Axes, data: dict[str, Any]) -> None:
             y = [r[name] for r in rows if math.isfinite(r["ratio"])]
             text = rf"$v_{name[0]}^+$, $\mu = {mu}$"
             axes.plot(x, y, color=PALETTE[i + 1], linestyle=dash, label=text)
-            axes.axhline(rows[-1][name], color=PALETTE[i + 1], linewidth=0.4)
+            axes.axhline(rows[-1][name], color=PALETTE[i + 1], linewidth=0.6, linestyle=DASHES[3])
     axes.axvspan(*MINDLIN, color=REFERENCE, alpha=0.3, linewidth=0)
     axes.set(xscale="log", xlabel="$k_t/k$", ylabel="velocity over that of the slip")
-    axes.legend()
 
 
 def draw_table_3(axes: Axes, data: dict[str, Any]) -> None:
@@ -185,10 +183,11 @@ def draw_table_3(axes: Axes, data: dict[str, Any]) -> None:
         x, [r["x_A_dot"] for r in rows], color=PALETTE[2], linestyle=DASHES[1], label=r"$\dot{x}_A$"
     )
     for name, color in (("y_A_dot", PALETTE[1]), ("x_A_dot", PALETTE[2])):
-        axes.axhline(data["table_3"][-1][name], color=color, linewidth=0.4)
-    axes.axvspan(*MINDLIN, color=REFERENCE, alpha=0.3, linewidth=0)
+        axes.axhline(data["table_3"][-1][name], color=color, linewidth=0.6, linestyle=DASHES[3])
+    axes.plot([], [], color="black", linewidth=0.6, linestyle=DASHES[3], label="rigid tangent")
+    band = "elastic contacts, $\\nu$ = 0 to 0.5"
+    axes.axvspan(*MINDLIN, color=REFERENCE, alpha=0.3, linewidth=0, label=band)
     axes.set(xscale="log", xlabel="$k_t/k$", ylabel="velocity at separation (m/s)")
-    axes.legend()
 
 
 def draw_windows(axes: Axes, data: dict[str, Any]) -> None:
@@ -202,9 +201,9 @@ def draw_windows(axes: Axes, data: dict[str, Any]) -> None:
     every = [r["ratio"] for r in data["windows"]]
     text = r"$\mu |v_n| = (k_t/k) |v_t|$"
     axes.plot(every, [r / 1.4 for r in every], color=PALETTE[2], linestyle=DASHES[1], label=text)
-    axes.axhline(data["critical_approach"], color=REFERENCE, linewidth=0.6)
+    rigid = {"color": REFERENCE, "linewidth": 0.8, "label": "critical approach, rigid tangent"}
+    axes.axhline(data["critical_approach"], **rigid)
     axes.set(xscale="log", yscale="log", xlabel="$k_t/k$", ylabel="approach (m/s)")
-    axes.legend()
 
 
 def draw_convergence(axes: Axes, data: dict[str, Any]) -> None:
@@ -212,19 +211,30 @@ def draw_convergence(axes: Axes, data: dict[str, Any]) -> None:
     for i, (name, rows) in enumerate(data["convergence"].items()):
         x, y = [r["ratio"] for r in rows], [r["error"] for r in rows]
         axes.plot(x, y, "o", linestyle=DASHES[i], color=PALETTE[i], markersize=2.5, label=name)
-    axes.set(xscale="log", yscale="log", xlabel="$k_t/k$", ylabel="difference of a velocity (SI)")
-    axes.legend(fontsize=5.5)
+    axes.set(
+        xscale="log", yscale="log", xlabel="$k_t/k$", ylabel="difference of a velocity (m/s, rad/s)"
+    )
 
 
+TITLES = (
+    "impact without collision",
+    "rebound of Table 3",
+    "approaches that end in an impact",
+    "what a rigid tangent leaves",
+)
+
+
+@styled
 def figure(data: dict[str, Any]) -> Figure:
     """Return the figure of the study."""
-    with rc_context(STYLE):
-        own = Figure(figsize=(PAGE, 5.2), layout="constrained")
-        axes = own.subplots(2, 2).ravel()
-        draws = (draw_impacts, draw_table_3, draw_windows, draw_convergence)
-        for letter, axis, draw in zip("abcd", axes, draws, strict=True):
-            draw(axis, data)
-            axis.set_title(f"({letter})", loc="left")
+    own = Figure(figsize=(PAGE, 6.6), layout="constrained")
+    axes = own.subplots(2, 2).ravel()
+    draws = (draw_impacts, draw_table_3, draw_windows, draw_convergence)
+    for letter, axis, draw, title in zip("abcd", axes, draws, TITLES, strict=True):
+        draw(axis, data)
+        axis.set_title(f"({letter}) {title}")
+        columns = 2 if letter in "ab" else 1
+        axis.legend(loc="upper left", bbox_to_anchor=(0, -0.2), ncols=columns)
     return own
 
 
@@ -258,13 +268,28 @@ def show(data: dict[str, Any]) -> None:
             print(f"  {r['ratio']:<10.4g} {r['error']:.3e}  order {order:.2f}")
 
 
+def read(path: Path) -> dict[str, Any]:
+    """Return the kept numbers; a ratio that is null is infinite, any other null is no number."""
+
+    def finite(entry: dict[str, Any]) -> dict[str, Any]:
+        lost = {name: math.inf if name == "ratio" else math.nan for name in entry}
+        return {name: lost[name] if value is None else value for name, value in entry.items()}
+
+    data: dict[str, Any] = json.loads(path.read_text("utf-8"), object_hook=finite)
+    return data
+
+
 def main() -> None:
     """Compute, print, and write."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--quick", action="store_true", help="few points")
     parser.add_argument("--out", type=Path, default=DEFAULT, help="stem of the files")
+    parser.add_argument("--draw", action="store_true", help="draw the kept numbers again")
     arguments = parser.parse_args()
     quick = arguments.quick
+    if arguments.draw:
+        save(figure(read(DEFAULT.with_suffix(".json"))), arguments.out)
+        return
     named = [1e-4, 1e-3, 1e-2, 0.1, MINDLIN[0], STEEL, 1.0, 10.0, 100.0, 1e4]
     fine = named if quick else sorted({*named, *np.geomspace(1e-4, 1e4, 161).tolist()})
     ratios = np.geomspace(6e-5, 5e-2, 3 if quick else 30)

@@ -17,10 +17,13 @@ from painleve_sym.present.style import (
     ADMISSIBLE,
     COLUMN,
     DASHES,
+    LEGEND_ROW,
     MARKERS,
     PAGE,
     PALETTE,
     REFERENCE,
+    STEPS,
+    TALLEST,
     legend_below,
     legend_entries,
     log_ticks,
@@ -54,8 +57,30 @@ def _drawn(panels: Sequence[Panel], width: float | None) -> Figure:
     figure, grid = panel_grid(count, width, _HEIGHTS.get(count, 1.95), own)
     for letter, axes, panel in zip("abcdef", grid, panels, strict=False):
         _draw_panel(axes, panel, f"({letter})" if count > 1 else "")
-    legend_below(figure, legend_entries(grid))
+    if _looks_have_one_meaning(panels):
+        legend_below(figure, legend_entries(grid))
+        return figure
+    rows = max(len(legend_entries([axes])) for axes in grid)
+    below = len({axes.get_position().y0 for axes in grid})
+    wide, high = figure.get_size_inches()
+    figure.set_size_inches(wide, min(high + below * rows * LEGEND_ROW, TALLEST))
+    for axes in grid:
+        axes.legend(loc="upper left", bbox_to_anchor=(0, -0.24), borderaxespad=0)
     return figure
+
+
+def _looks_have_one_meaning(panels: Sequence[Panel]) -> bool:
+    """Return whether lines that look the same have one name in all panels."""
+    names: dict[tuple[str, int], str] = {}
+    for panel in panels:
+        lines = [curve for curve in panel.curves if curve.role in ("line", "points")]
+        others = [curve for curve in panel.curves if curve.role not in ("line", "points")]
+        for curves in (lines, others):
+            for i, curve in enumerate(curves):
+                look = ("line", i) if curves is lines else (curve.role, 0)
+                if curve.label and names.setdefault(look, curve.label) != curve.label:
+                    return False
+    return True
 
 
 def _draw_panel(axes: Axes, panel: Panel, letter: str) -> None:
@@ -157,6 +182,6 @@ def _scale(ticks: Any, axis: Axis, set_scale: Any, set_limits: Any) -> None:
         set_scale("log")
         log_ticks(ticks)
     else:
-        ticks.set_major_locator(MaxNLocator(5, steps=[1, 2, 2.5, 5, 10]))
+        ticks.set_major_locator(MaxNLocator(5, steps=STEPS))
     if axis.limits is not None:
         set_limits(*axis.limits)

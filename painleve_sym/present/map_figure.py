@@ -22,6 +22,7 @@ from painleve_sym.present.style import (
     DASHES,
     PALETTE,
     REFERENCE,
+    STEPS,
     fitted,
     legend_below,
     styled,
@@ -225,7 +226,7 @@ def _label(axes: Axes, regions: RegionMap) -> None:
             ticks.set_major_locator(MultipleLocator(math.pi / (4 if span < 1.1 * math.pi else 2)))
             ticks.set_major_formatter(FuncFormatter(_in_pi))
         else:
-            ticks.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]))
+            ticks.set_major_locator(MaxNLocator(6, steps=STEPS))
         ticks.set_label_text(axis_label(label, unit))
     for name, pieces in regions.curves.items():
         if len(pieces):
@@ -265,10 +266,13 @@ def _name_curve(axes: Axes, regions: RegionMap, name: str, pieces: Array) -> Non
     places = (pieces.mean(axis=1) - low) / span
     others = [regions.curves[k].mean(axis=1) for k in regions.curves if k != name]
     marks = np.concatenate([regions.crossings, *others])
-    room = np.minimum(places, 1 - places).min(axis=1)
+    inside = np.minimum(places, 1 - places).min(axis=1)
+    room = 2 * inside
     if len(marks):
         gaps = np.array([np.hypot(*((marks - low) / span - p).T).min() for p in places])
-        room = np.minimum(2 * room, gaps)
+        room = np.minimum(room, gaps)
+    # The words are about twice as long as this.
+    room[inside < 0.1] *= 0.1
     best = pieces[int(np.argmax(room))]
     x, y = best.mean(axis=0)
     right, up = best[1] - best[0]

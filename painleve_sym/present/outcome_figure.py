@@ -17,6 +17,7 @@ from painleve_sym.present.style import (
     DASHES,
     PALETTE,
     REFERENCE,
+    STEPS,
     fitted,
     legend_below,
     styled,
@@ -68,7 +69,7 @@ def outcome_figure(outcomes: OutcomeMap, width: float | None = None) -> Figure:
     factor, unit = 1.0, outcomes.unit
     if not outcomes.logarithmic:
         factor, unit = scaled_unit(unit, float(np.abs(outcomes.values).max()))
-        axes.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]))
+        axes.xaxis.set_major_locator(MaxNLocator(6, steps=STEPS))
         axes.xaxis.set_major_formatter(
             FuncFormatter(lambda x, _: f"{x * factor:.6g}".replace("-", "\u2212"))
         )

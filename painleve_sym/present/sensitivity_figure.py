@@ -32,7 +32,9 @@ def sensitivity_figure(
     s.
     """
     run = sensitivity.trajectory
-    times = run.fine_times(24)
+    # Just before an event, too: derivatives jump there.
+    before = [np.nextafter(e.event.time, -np.inf) for e in sensitivity.events]
+    times = np.union1d(run.fine_times(24), before)
     times = times[times >= start]
     if sensitivity.events:
         times = times[times <= _MARGIN * sensitivity.events[-1].event.time]
@@ -48,8 +50,9 @@ def sensitivity_figure(
         look: Any = {"color": PALETTE[1 + k % 4], "linestyle": DASHES[k % len(DASHES)]}
         panels[1].plot(times * 1e3, slopes[:, k] * sizes[k], label=text, **look)
     for axes in panels:
-        for e in sensitivity.events:
-            axes.axvline(e.event.time * 1e3, color=REFERENCE, linewidth=0.6, zorder=0)
+        for i, e in enumerate(sensitivity.events):
+            line: Any = {"color": REFERENCE, "linewidth": 0.6, "zorder": 0}
+            axes.axvline(e.event.time * 1e3, label="_" if i else "event", **line)
     panels[1].set_ylabel(f"change of {label}")
     panels[1].set_xlabel(text_label("time", "ms"))
     panels[1].legend(loc="best")

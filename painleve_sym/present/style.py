@@ -53,6 +53,8 @@ DASHES: tuple[Any, ...] = (
 )
 CONTACTS = (PALETTE[0], PALETTE[3], PALETTE[4], PALETTE[1], PALETTE[2])
 """Colours of several contacts; each has its dashes, too."""
+STEPS = [1, 2, 2.5, 4, 5, 10]
+"""Distances of the numbers along an axis, of a power of ten."""
 REFERENCE = "#7F7F7F"
 # Okabe's blue made darker and his vermilion lighter: so the two differ in grey, too.
 NORMAL, TANGENTIAL = "#005A9C", "#E66100"
@@ -92,7 +94,7 @@ def event_label(kind: str) -> str:
 
 _COLUMNS = {1: 1, 2: 2, 4: 2}
 """Columns of panels by their number; 3 of others."""
-_LEGEND_ROW = 0.17
+LEGEND_ROW = 0.17
 """Height of a row of a legend; inch."""
 ROUNDING = 1e-13
 """Part of the scale of a quantity below which its changes are rounding."""
@@ -182,7 +184,7 @@ def legend_below(figure: Figure, entries: Mapping[str, Any]) -> None:
     columns = -(-len(names) // rows)
     # Legends are filled column by column.
     by_column = [name for i in range(columns) for name in names[i::columns]]
-    figure.set_size_inches(width, min(height + _LEGEND_ROW * rows, TALLEST))
+    figure.set_size_inches(width, min(height + LEGEND_ROW * rows, TALLEST))
     handles = [entries[name] for name in by_column]
     figure.legend(handles, by_column, loc="outside lower center", ncols=columns)
 

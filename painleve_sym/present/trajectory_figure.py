@@ -25,6 +25,7 @@ from painleve_sym.present.style import (
     NORMAL,
     PAGE,
     PALETTE,
+    STEPS,
     TALLEST,
     TANGENTIAL,
     Marker,
@@ -96,7 +97,20 @@ class _Motion:
         """Forces by number of the contact and name."""
         outputs, contacts = self.run.outputs(self.times), self.run.names.contacts
         ends = [f"_{contact}" if len(contacts) > 1 else "" for contact in contacts]
-        return {(k, f): outputs[f + end] for k, end in enumerate(ends) for f in _FORCES}
+        forces = {(k, f): outputs[f + end] for k, end in enumerate(ends) for f in _FORCES}
+        return {key: self._without_many_jumps(values) for key, values in forces.items()}
+
+    def _without_many_jumps(self, values: Array) -> Array:
+        """Return a force with nan just before its jumps where their lines would fill the panel."""
+        at = np.unique(np.searchsorted(self.times, [e.time for e in self.run.events]))
+        at = at[(at > 0) & (at < len(values))]
+        size = np.abs(values[at] - values[at - 1])
+        jumps = at[size > 0.05 * float(np.nanmax(np.abs(values)) or 1.0)]
+        if len(jumps) <= MAX_MARKERS:
+            return values
+        broken = values.copy()
+        broken[jumps - 1] = np.nan
+        return broken
 
     @cached_property
     def events(self) -> dict[str, list[EventRecord]]:
@@ -193,7 +207,7 @@ def _figure(motion: _Motion, width: float) -> Figure:
     for i in range(2 * pairs):
         place = grid[len(rows) + i // 2, i % 2]
         below.append(figure.add_subplot(place, sharex=below[0] if below else None))
-    below[0].xaxis.set_major_locator(MaxNLocator(3 if narrow else 6, steps=[1, 2, 2.5, 5, 10]))
+    below[0].xaxis.set_major_locator(MaxNLocator(3 if narrow else 6, steps=STEPS))
     _draw_states(below, motion)
     run = motion.run
     choices = [f"{key.replace('_', ' ')} {value}" for key, value in run.choices.items()]
@@ -239,6 +253,7 @@ def _draw_forces(
         values = motion.forces[k, name] * factor
         axes.plot(motion.times * scale, values, label=label, color=colour, linestyle=dashes)
     label = f"${panel.latex}$" if panel.latex else "force"
+    axes.xaxis.set_major_locator(MaxNLocator(6, steps=STEPS))
     axes.set_ylabel(text_label(label, force_unit))
     axes.set_xlabel(text_label("time", unit))
     _mark_events(axes, motion, scale, panel.latex != _FORCES["tangential_force"][0])
@@ -253,7 +268,7 @@ def _draw_states(below: list[Axes], motion: _Motion) -> None:
         factor, own = scaled_unit(names.units[name], largest if largest > 1e-13 * size else size)
         axes.plot(motion.times * scale, values * factor, color=PALETTE[0])
         axes.set_ylabel(axis_label(names.latex[name], own))
-        axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]))
+        axes.yaxis.set_major_locator(MaxNLocator(4, steps=STEPS))
         few = [events for events in motion.events.values() if len(events) <= MAX_MARKERS]
         _tick(axes, [e.time * scale for events in few for e in events])
         axes.tick_params(labelbottom=axes in below[-2:])

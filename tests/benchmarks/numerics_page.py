@@ -402,13 +402,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--measure", action="store_true", help="measure; else the kept numbers")
     parser.add_argument("--repeats", type=int, default=21, help="rounds of timed runs")
+    parser.add_argument("--figures", type=Path, default=FIGURES, help="folder of the figures")
     o = parser.parse_args(arguments)
     if o.measure:
         NUMBERS.write_text(json.dumps(_rounded(measure(o.repeats)), indent=1) + "\n", "utf-8")
     numbers = json.loads(NUMBERS.read_text("utf-8"))
     for name, draw in DRAWN.items():
         with mpl.rc_context(STYLE):
-            write_figure(draw(numbers), FIGURES / f"{name}.png")
+            write_figure(draw(numbers), o.figures / f"{name}.png")
     page = written(PAGE_FILE.read_text("utf-8"), tables(numbers))
     PAGE_FILE.write_text(page, "utf-8")
 

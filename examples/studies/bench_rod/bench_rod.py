@@ -22,13 +22,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 import painleve_sym as ps
 from painleve_sym.mechanics.bars import bending_modes
 from painleve_sym.mechanics.toml.mechanism_file import mechanism_from_text
-from painleve_sym.present.style import COLUMN, DASHES, PAGE, PALETTE, STYLE, save
+from painleve_sym.present.style import DASHES, PAGE, PALETTE, legend_entries, save, styled
 
 Interval = tuple[float, float]
 
@@ -496,38 +495,51 @@ def tables(data: Mapping[str, Any]) -> list[str]:
     ]  # fmt: skip
 
 
+@styled
 def figure(data: Mapping[str, Any]) -> Figure:
-    """Return the figure: restitution of bars over the angle, rise of the rod over friction."""
-    with rc_context(STYLE):
-        drawn = Figure(figsize=(PAGE, COLUMN * 0.9), layout="constrained")
-        left, right = drawn.subplots(1, 2)
+    """Return the figure: restitution of bars over the angle, rise of the rod over friction.
 
-        def band(axes: Any, x: Any, rows: Sequence[Any], color: str, dash: Any, label: str) -> None:
-            low, middle, high = np.array(rows).T
-            axes.fill_between(x, low, high, color=color, alpha=0.25, linewidth=0)
-            axes.plot(x, middle, color=color, linestyle=dash, label=label)
+    Each model has a panel of its own: the median, and a band with 95 % of the samples.
+    """
+    series: dict[tuple[str, float], list[Any]] = {}
+    for r in data["bars"]:
+        series.setdefault((r["model"], r["length"]), []).append(r)
+    bars = {key: rows for key, rows in series.items() if key[0] != "rigid"}
+    rigid = series["rigid", max(length for _, length in series)]
+    models = list(dict.fromkeys(r["model"] for r in data["curve"]))
+    drawn = Figure(figsize=(PAGE, 4.4), layout="constrained")
+    above, below = drawn.subfigures(2, 1)
+    top = above.subplots(1, len(bars), sharey=True, squeeze=False)[0]
+    bottom = below.subplots(1, len(models), sharey=True, squeeze=False)[0]
 
-        series: dict[tuple[str, float], list[Any]] = {}
-        for r in data["bars"]:
-            series.setdefault((r["model"], r["length"]), []).append(r)
-        longest = max(length for _, length in series)
-        shown = [k for k in series if k[0] != "rigid"] + [("rigid", longest)]
-        for (model, length), color, dash in zip(shown, PALETTE, DASHES, strict=False):
-            rows = series[model, length]
-            label = "rigid" if model == "rigid" else f"{1e3 * length:.0f} mm"
-            values = [r["restitution"] for r in rows]
-            band(left, [r["theta"] for r in rows], values, color, dash, label)
-        left.set(xlabel=r"$\theta$ [rad]", ylabel="coefficient of restitution", ylim=(0, 1))
-        left.set_title("(a) steel bars dropped on steel")
-        left.legend(loc="lower left")
-        models = list(dict.fromkeys(r["model"] for r in data["curve"]))
-        for model, color, dash in zip(models, PALETTE, DASHES, strict=False):
-            rows = [r for r in data["curve"] if r["model"] == model]
-            values = [np.array(r["rise"]) * 1e3 for r in rows]
-            band(right, [r["mu"] for r in rows], values, color, dash, name_of(model))
-        right.set(yscale="log", xlabel=r"$\mu$", ylabel="rise of the tip [mm]")
-        right.set_title("(b) aluminium rod on a moving belt")
-        right.legend(loc="lower right")
+    def band(axes: Any, x: Any, rows: Sequence[Any], color: str, label: str) -> None:
+        low, middle, high = np.array(rows).T
+        axes.fill_between(
+            x, low, high, color=color, alpha=0.25, linewidth=0, label="95 % of samples"
+        )
+        axes.plot(x, middle, color=color, label=label)
+
+    for axes, rows in zip(top, bars.values(), strict=True):
+        angles = [r["theta"] for r in rigid]
+        level = [np.mean(part) for part in np.array([r["restitution"] for r in rigid]).T]
+        for value, dash in zip(level, (DASHES[3], DASHES[1], DASHES[3]), strict=True):
+            name = "rigid bar, median and 95 %" if dash == DASHES[1] else "_"
+            axes.plot([angles[0], angles[-1]], [value] * 2, color="black", linewidth=0.8,
+                      linestyle=dash, label=name)  # fmt: skip
+        values = [r["restitution"] for r in rows]
+        band(axes, [r["theta"] for r in rows], values, PALETTE[1], "elastic bar, median")
+        axes.set(xlabel=r"$\theta$ (rad)", ylim=(0, 1))
+    top[0].set_ylabel("coefficient of restitution")
+    for letter, axes, (_, length) in zip("abcd", top, bars, strict=False):
+        axes.set_title(f"({letter}) bar of {1e3 * length:.0f} mm")
+    legend = dict(reversed(legend_entries([top[0]]).items()))
+    above.legend(legend.values(), legend.keys(), loc="outside lower center", ncols=3)
+    for letter, axes, model in zip("efg", bottom, models, strict=False):
+        rows = [r for r in data["curve"] if r["model"] == model]
+        values = [np.array(r["rise"]) * 1e3 for r in rows]
+        band(axes, [r["mu"] for r in rows], values, PALETTE[1], "median")
+        axes.set(yscale="log", xlabel=r"$\mu$", title=f"({letter}) rod on a belt, {name_of(model)}")
+    bottom[0].set_ylabel("rise of the tip (mm)")
     return drawn
 
 
@@ -536,11 +548,17 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="few and short runs")
     parser.add_argument("--out", type=Path, default=Path(__file__).parent, help="folder")
+    parser.add_argument("--draw", action="store_true", help="draw the kept numbers again")
     options = parser.parse_args()
-    data = study(options.quick)
     options.out.mkdir(parents=True, exist_ok=True)
-    text = json.dumps(data, indent=1, allow_nan=False) + "\n"
-    (options.out / "bench-rod.json").write_text(text, "utf-8")
+    if options.draw:
+        kept = json.loads(Path(__file__).with_name("bench-rod.json").read_text("utf-8"))
+        save(figure(kept), options.out / "bench-rod")
+        return
+    data = study(options.quick)
+    (options.out / "bench-rod.json").write_text(
+        json.dumps(data, indent=1, allow_nan=False) + "\n", "utf-8"
+    )
     save(figure(data), options.out / "bench-rod")
     if not options.quick:
         (options.out / "tables.md").write_text("\n".join(tables(data)), "utf-8")

@@ -16,7 +16,7 @@ import painleve_sym as ps
 from painleve_sym.papers.panels import MODULUS, Axis, Panel, line
 from painleve_sym.present.figures import draw
 from painleve_sym.present.outcome_figure import outcome_figure
-from painleve_sym.present.style import save, write_figure
+from painleve_sym.present.style import save
 from painleve_sym.study.critical.bisection import Border, CriticalForceFinder
 from painleve_sym.study.critical.continuation import critical_curve
 from painleve_sym.study.critical.gradient import critical_force_gradient
@@ -67,20 +67,22 @@ def convergence(folder, finder):
             MODULUS,
             force,
             (
-                line("(a) slip stops at all", moduli, stops.forces),
-                line("(a) slip stops in compression", moduli, squeezes.forces),
+                line("slip stops at all", moduli, stops.forces),
+                line("slip stops in compression", moduli, squeezes.forces),
                 line("$F_n^*=-B/A$", moduli, stops.limits, "reference"),
             ),
+            title="critical forces",
         ),
         Panel(
             MODULUS,
             left,
             (
-                line("(b) critical force less 1 term", moduli[stiff], rest[0][stiff]),
-                line("(b) less 2 terms", moduli[stiff], rest[1][stiff]),
-                line("(b) less 3 terms", moduli[stiff], rest[2][stiff]),
-                line("(b) between both critical forces", moduli[stiff], gap[stiff]),
+                line("critical force less 1 term", moduli[stiff], rest[0][stiff]),
+                line("less 2 terms", moduli[stiff], rest[1][stiff]),
+                line("less 3 terms", moduli[stiff], rest[2][stiff]),
+                line("between both critical forces", moduli[stiff], gap[stiff]),
             ),
+            title="differences of them",
         ),
     )
     save(draw(panels), folder / "critical-force-convergence")
@@ -124,9 +126,9 @@ def maps(folder, finder):
     over_v = outcome_map(
         finder, TABLE_4, "y_A_dot", (-3e-3, 2e-3), points=POINTS, parameters={"E": STIFF}
     )
-    for name, outcomes in (("E", over_E), ("y_A_dot", over_v)):
+    for name, outcomes in (("E", over_E), ("approach", over_v)):
         outcomes.save(folder / f"critical-force-map-{name}.npz")
-        write_figure(outcome_figure(outcomes), folder / f"critical-force-map-{name}.png")
+        save(outcome_figure(outcomes), folder / f"critical-force-map-{name}")
         print(f"map over {name}: {outcomes.counts}")
 
 

@@ -88,7 +88,7 @@ def figure(data: dict[str, Any]) -> Figure:
         left, right = drawn.subplots(1, 2)
         run = data["run"]
         left.plot(run["times"], run["speeds"], "o", color=PALETTE[2], markersize=2.5)
-        left.set(xscale="log", yscale="log", title="energetic restitution, $e = 0.75$")
+        left.set(xscale="log", yscale="log", title="(a) energetic restitution, $e = 0.75$")
         left.set(xlabel="time of touchdown (s)", ylabel="approach speed (m/s)")
         for law, color, dash in zip(LAWS, PALETTE, DASHES, strict=False):
             rows = data["laws"][law]["ratios"]
@@ -99,7 +99,7 @@ def figure(data: dict[str, Any]) -> Figure:
             right.plot([r["e"] for r in rows], measured, "o", color=color, markersize=3)
         right.axhline(1, color=REFERENCE, linewidth=0.6)
         right.set(xlabel="coefficient of restitution", ylabel="ratio of bounces")
-        right.set_title("lines: closed form, dots: rigid runs")
+        right.set_title("(b) lines: closed form, dots: rigid runs")
         right.legend(loc="upper left")
     return drawn
 
@@ -109,9 +109,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--points", type=int, default=9, help="coefficients of restitution")
     parser.add_argument("--out", type=Path, default=Path(__file__).parent, help="folder")
+    parser.add_argument("--draw", action="store_true", help="draw the kept numbers again")
     options = parser.parse_args()
-    data = study(options.points)
     options.out.mkdir(parents=True, exist_ok=True)
+    kept = Path(__file__).with_name("growth.json")
+    data = json.loads(kept.read_text("utf-8")) if options.draw else study(options.points)
     (options.out / "growth.json").write_text(json.dumps(data, indent=1) + "\n", "utf-8")
     save(figure(data), options.out / "growth")
     print("law        threshold  largest relative difference of measured and expected ratio")

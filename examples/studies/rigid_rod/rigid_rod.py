@@ -719,7 +719,7 @@ def figure() -> Figure:
         for (name, form), color, dash in zip(curves.items(), PALETTE, DASHES, strict=False):
             across, along = form(steel)(p)
             left.plot(p, across / along, color=color, linestyle=dash, label=name)
-        left.set(xscale="log", yscale="log", ylim=(0.3, 300), xlabel="growth rate $p$ [1/s]")
+        left.set(xscale="log", yscale="log", ylim=(0.3, 300), xlabel="growth rate $p$ (1/s)")
         left.set(ylabel="$G_b/G_a$", title="(a) mobility across over mobility along")
         left.legend(loc="upper right")
         k = contact(WEIGHT)[1]
@@ -733,7 +733,7 @@ def figure() -> Figure:
         limit = [threshold(euler_bernoulli(steel), x)[0] for x in angles]
         right.plot(angles, limit, color=REFERENCE, linewidth=0.8, label="all modes, rigid contact")
         right.plot(angles, 1 / np.tan(angles), ":", color=REFERENCE, label=r"$\cot\theta$")
-        right.set(ylim=(0, 4.6), xlabel=r"$\theta$ [rad]", ylabel=r"threshold friction $\mu$")
+        right.set(ylim=(0, 4.6), xlabel=r"$\theta$ (rad)", ylabel=r"threshold friction $\mu$")
         right.set_title("(b) friction from which sliding diverges")
         right.legend(loc="upper left")
     return drawn
@@ -744,8 +744,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="few and short runs")
     parser.add_argument("--out", type=Path, default=Path(__file__).parent, help="folder")
+    parser.add_argument("--draw", action="store_true", help="only draw the figure")
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
+    if options.draw:
+        save(figure(), options.out / "rigid-rod")
+        return
     data = study(options.quick)
     text = json.dumps(data, indent=1, allow_nan=False) + "\n"
     (options.out / "rigid-rod.json").write_text(text, "utf-8")

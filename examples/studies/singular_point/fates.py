@@ -117,7 +117,8 @@ def draw_fates(axes: Axes, mu: float, slips: list[dict[str, Any]], point: dict[s
     for force in np.geomspace(0.3, 25, 9):
         mobility, forces = path(mu, A_RANGE[1], float(force))
         keep = (mobility > 0) & (forces > 0)
-        axes.plot(mobility[keep], forces[keep], color=REFERENCE, linewidth=0.6)
+        name = "paths of slips" if force < 0.31 else "_"
+        axes.plot(mobility[keep], forces[keep], color=REFERENCE, linewidth=0.6, label=name)
     looks = {"lifts off": (PALETTE[1], "o", "none"), "jams": (PALETTE[2], "s", PALETTE[2])}
     for fate, (color, symbol, face) in looks.items():
         dots = [f for f in slips if f["fate"] == fate]
@@ -128,8 +129,7 @@ def draw_fates(axes: Axes, mu: float, slips: list[dict[str, Any]], point: dict[s
     if point["bounded_force"] > 0:
         text = f"$F^* = {point['bounded_force']:.3g}$ N"
         axes.axhline(point["bounded_force"], color="black", linestyle=DASHES[1], label=text)
-    axes.set(xscale="log", yscale="log", xlim=(1e-6, 0.4), ylim=(0.1, 1e6))
-    axes.set(xlabel="$A$ (1/kg)", title=rf"$\mu = {mu:.4g}$, $r = {point['eigenvalue_ratio']:.3g}$")
+    axes.set(xscale="log", yscale="log", xlim=(7e-4, 0.5), ylim=(0.1, 1e5), xlabel="$A$ (1/kg)")
     axes.legend(loc="upper right")
 
 
@@ -153,20 +153,23 @@ def figure(data: dict[str, Any]) -> Figure:
         left, middle, right = drawn.subplots(1, 3)
         for axes, case in zip((left, middle), data["cases"], strict=True):
             draw_fates(axes, case["mu"], case["slips"], case["point"])
+            letter, ratio = "ab"[axes is middle], case["point"]["eigenvalue_ratio"]
+            axes.set_title(rf"({letter}) fates, $\mu = {case['mu']:.4g}$, $r = {ratio:.3g}$")
         left.set_ylabel("$F = -B/A$ (N)")
         mu = np.linspace(4 / 3 + 1e-4, 3.0, 120)
         closed = [singular_point(float(x))["force_exponent"] for x in mu]
-        right.plot(mu, closed, color="black", label=r"$1 - r$")
+        right.plot(mu, closed, color="black", label=r"$\gamma = 1 - r$, $r = -\beta_1/\alpha$")
         x = [e["mu"] for e in data["exponents"]]
         y = [e["exponent"] for e in data["exponents"]]
-        right.plot(x, y, "o", color=PALETTE[2], markersize=3, label="measured")
+        right.plot(x, y, "o", color=PALETTE[2], markersize=3, label="measured in jams")
         right.axvline(data["threshold"], color=REFERENCE, linestyle=DASHES[1])
         right.axhline(0, color=REFERENCE, linewidth=0.5)
         right.text(data["threshold"] + 0.04, -0.85, r"$\mu_C = 8/(3\sqrt{3})$")
         right.set(
-            xlabel=r"$\mu$", ylim=(-1, 1), title=r"exponent $\gamma$ of $F \sim (t^*-t)^{-\gamma}$"
-        )
-        right.legend(loc="lower right", bbox_to_anchor=(1, 0.2))
+            xlabel=r"$\mu$", ylabel=r"exponent $\gamma$", ylim=(-1, 1),
+            title=r"(c) $F - F^* \sim (t^*-t)^{-\gamma}$",
+        )  # fmt: skip
+        right.legend(loc="lower right", bbox_to_anchor=(1, 0.16))
     return drawn
 
 
@@ -191,9 +194,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--points", type=int, default=14, help="starts along each axis")
     parser.add_argument("--out", type=Path, default=Path(__file__).parent, help="folder")
+    parser.add_argument("--draw", action="store_true", help="draw the kept numbers again")
     options = parser.parse_args()
-    data = study(options.points)
     options.out.mkdir(parents=True, exist_ok=True)
+    kept = Path(__file__).with_name("fates.json")
+    data = json.loads(kept.read_text("utf-8")) if options.draw else study(options.points)
     (options.out / "fates.json").write_text(json.dumps(data, indent=1) + "\n", "utf-8")
     save(figure(data), options.out / "fates")
     print(f"threshold {data['threshold_closed_form']} = {data['threshold']:.6f}")
