@@ -1,4 +1,4 @@
-"""Figures of the pages and of the gallery: recipe, words for those who do not see, size."""
+"""Figures of the pages and of the gallery: their recipes, their texts, their sizes."""
 
 from __future__ import annotations
 

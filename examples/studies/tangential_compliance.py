@@ -269,7 +269,7 @@ def show(data: dict[str, Any]) -> None:
 
 
 def read(path: Path) -> dict[str, Any]:
-    """Return the kept numbers; a ratio that is null is infinite, any other null is no number."""
+    """Return the kept numbers; a ratio that is null is infinite, any other null is nan."""
 
     def finite(entry: dict[str, Any]) -> dict[str, Any]:
         lost = {name: math.inf if name == "ratio" else math.nan for name in entry}
