@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from painleve_sym.errors import InputError
-from painleve_sym.files import write_beside
+from painleve_sym.files import file_path, write_beside
 
 Array = NDArray[np.float64]
 """An array of floating-point numbers."""
@@ -41,7 +41,7 @@ def save_npz(
     """
     text = json.dumps({"format": form, **texts})
     kept = {name: array for name, array in arrays.items() if array is not None}
-    write_beside(Path(path), lambda file: np.savez_compressed(file, text=text, **kept))
+    write_beside(path, lambda file: np.savez_compressed(file, text=text, **kept))
 
 
 def load_npz(
@@ -57,7 +57,7 @@ def load_npz(
     InputError, which calls the file by the noun (``trajectory``), where it is not readable, of
     another format, or lacks one of the names.
     """
-    with npz_faults(path, noun), Path(path).open("rb") as file:
+    with npz_faults(path, noun), file_path(path, f"{noun} file").open("rb") as file:
         _check_sizes(file)
         file.seek(0)
         with np.load(file, allow_pickle=False) as data:

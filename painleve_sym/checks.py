@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
+import operator
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from typing import Any
 
-from painleve_sym.errors import InputError
+from painleve_sym.errors import InputError, received
 
 LARGEST = 1e100
 """Size limit of numbers that are given: products of three of them are in the range of doubles."""
@@ -69,11 +72,52 @@ def number(value: Any, name: str, *, where: str, **bounds: float) -> float:
 
 def whole_number(value: Any, name: str, *, where: str, lower: int, upper: int) -> int:
     """Return a whole number from `lower` to `upper`; InputError where it is not one."""
-    if isinstance(value, bool) or not isinstance(value, int) or not lower <= value <= upper:
-        raise InputError(
-            f"{where}: {name}: got {value!r}, need a whole number from {lower} to {upper}."
-        )
+    with suppress(TypeError):
+        whole = operator.index(value)
+        if lower <= whole <= upper and not isinstance(value, bool):
+            return whole
+    raise InputError(
+        f"{where}: {name}: got {received(value)}, need a whole number from {lower} to {upper}."
+    )
+
+
+def by_name(value: Any, where: str, example: str = "{'theta': 1.0}") -> Mapping[str, Any]:
+    """Return a mapping of names to values, empty for None; InputError for anything else.
+
+    >>> by_name({"mu": 1.5}, "parameters")
+    {'mu': 1.5}
+    """
+    if value is None:
+        return {}
+    if isinstance(value, Mapping) and all(isinstance(name, str) for name in value):
+        return value
+    raise InputError(
+        f"{where}: got {received(value)}, need a mapping of names to numbers, such as {example}."
+    )
+
+
+def text_of(value: Any, where: str) -> str:
+    """Return a text; InputError for anything else."""
+    if not isinstance(value, str):
+        raise InputError(f"{where}: got {received(value)}, need a text.")
     return value
+
+
+def names_of(value: Any, where: str, example: str = "theta,mu") -> tuple[str, ...]:
+    """Return the names in a text, separated by commas, or in a sequence of texts.
+
+    InputError for anything else.
+
+    >>> names_of("theta, mu", "axes") == names_of(["theta", "mu"], "axes")
+    True
+    """
+    if isinstance(value, str):
+        return tuple(name.strip() for name in value.split(",")) if value.strip() else ()
+    if isinstance(value, Iterable) and not isinstance(value, Mapping | bytes):
+        names = tuple(value)
+        if all(isinstance(name, str) for name in names):
+            return names
+    raise InputError(f"{where}: got {received(value)}, need names, such as {example!r}.")
 
 
 def mobility_faults(W_nn: float, W_nt: float, W_tn: float, W_tt: float) -> list[str]:

@@ -11,6 +11,8 @@ MAX_MESSAGE, MAX_FAULT = 2000, 500
 """Characters of a message, and of one fault of a model: they may quote input of any size."""
 MAX_NAME, MAX_COMPARED = 100, 1000
 """Length of a name, and number of names, among which the nearest to a mistyped one is sought."""
+MAX_SHOWN = 80
+"""Characters of a value in a message about its type."""
 MAX_FAULTS, MAX_LISTED = 20, 4000
 """Faults that the message of a `ModelError` lists, and their characters in all; `ModelError.faults`
 has all of them."""
@@ -26,6 +28,13 @@ def shortened(message: str, limit: int = MAX_MESSAGE) -> str:
     begin, end = 2 * limit // 3, limit // 3
     left_out = len(message) - begin - end
     return f"{message[:begin]} ... ({left_out} characters left out) ... {message[-end:]}"
+
+
+def received(value: Any) -> str:
+    """Return what a message says of a value of another type than needed: type and begin."""
+    if value is None or isinstance(value, bool | int | float | str):
+        return shortened(repr(value), MAX_SHOWN)
+    return f"{type(value).__name__} {shortened(repr(value), MAX_SHOWN)}"
 
 
 class PainleveError(Exception):
@@ -189,8 +198,9 @@ class StopReason(enum.Enum):
         raise InputError(unknown_name("stop reason", label, [m.label for m in cls]))
 
 
-def unknown_name(kind: str, name: str, known: Iterable[str]) -> str:
+def unknown_name(kind: str, name: object, known: Iterable[str]) -> str:
     """Return one sentence naming an unknown name, the nearest known one and all that are known."""
+    name = name if isinstance(name, str) else repr(name)
     names = sorted(map(str, known))
     # Comparing takes the product of both lengths, too long for names of a thousand letters.
     compared = [n for n in names if len(n) <= MAX_NAME] if len(name) <= MAX_NAME else []

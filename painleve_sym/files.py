@@ -14,16 +14,17 @@ from enum import Enum
 from pathlib import Path
 from typing import Any
 
-from painleve_sym.errors import InputError
+from painleve_sym.errors import InputError, received
 
 
-def write_beside(path: Path, write: Any) -> None:
+def write_beside(path: str | Path, write: Any) -> None:
     """Write through a temporary file in the same folder, then rename; `write` takes the open file.
 
     A file that is there keeps its permissions, a new one has those that the umask leaves.
     InputError where no file can be made there. OSError, with the name of the file, where it cannot
     be written (a full disk); nothing is left then.
     """
+    path = file_path(path, "output file")
     name = beside(path)
     try:
         file = open(name, "xb", opener=no_link)  # noqa: SIM115, closed below
@@ -53,12 +54,20 @@ def no_link(path: str, flags: int) -> int:
     return os.open(path, flags | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666)
 
 
+def file_path(value: Any, where: str) -> Path:
+    """Return the path of a file; InputError for what is none, such as a number or an empty text."""
+    if isinstance(value, str | os.PathLike) and str(value).strip():
+        return Path(os.fsdecode(value))
+    raise InputError(f"{where}: got {received(value)}, need the path of a file.")
+
+
 def read_text(path: str | Path, where: str, most: int, kind: str = "TOML file") -> str:
     """Return the UTF-8 text of a file that may be of any size or kind.
 
     Messages call the file `where`, and `kind` what it should be; at most `most` bytes are read,
     since a special file may never end. InputError where it is not readable, too long, or not UTF-8.
     """
+    path = file_path(path, where)
     try:
         with open(path, "rb") as file:
             content = file.read(most + 1)

@@ -17,7 +17,7 @@ from painleve_sym.codegen.named_mechanisms import MechanismLike
 from painleve_sym.engines.protocol import MAX_EVENTS, MAX_STEPS
 from painleve_sym.errors import InputError
 from painleve_sym.escape import c_name
-from painleve_sym.files import beside
+from painleve_sym.files import beside, file_path
 from painleve_sym.laws.catalogue import LawsLike
 from painleve_sym.motion.simulate import simulator_of
 from painleve_sym.motion.simulator import DEFAULT_RTOL
@@ -101,7 +101,7 @@ def export_c(
     ...     ps.export_c("rod", "hertz", folder=folder).name
     'rod'
     """
-    target = empty_folder(Path(folder))
+    target = empty_folder(file_path(folder, "export: folder"))
     if engine == EngineName.ERK:
         raise InputError("export: engine: got 'erk', need auto, taylor or compiled.")
     simulator = simulator_of(mechanism, law, engine)

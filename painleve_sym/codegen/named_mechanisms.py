@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from painleve_sym.codegen.derivation_cache import entry_key, read_entry, write_entry
-from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.errors import InputError, received, unknown_name
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.mechanics.models import COUNTS, MODELS
 from painleve_sym.mechanics.outline import MechanismOutline
@@ -39,6 +39,8 @@ def model(name: str | Path, **parameters: float) -> Mechanism:
     >>> model("rod", mu=1.5).parameters["mu"]
     1.5
     """
+    if not isinstance(name, str | Path):
+        raise InputError(f"mechanism: got {received(name)}, need a name or the path of a file.")
     name = str(name)
     if name.endswith(".toml"):
         from painleve_sym.mechanics.toml.mechanism_file import load_mechanism
@@ -55,7 +57,7 @@ def as_mechanism(given: MechanismLike) -> Mechanism:
         return given
     if isinstance(given, str | Path):
         return model(given)
-    raise InputError(f"mechanism: got {type(given).__name__}, need a mechanism, a name or a file.")
+    raise InputError(f"mechanism: got {received(given)}, need a mechanism, its name or its file.")
 
 
 def _maker(name: str) -> Callable[[], Mechanism]:

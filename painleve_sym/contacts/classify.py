@@ -282,7 +282,7 @@ def classify(
     mechanism = as_mechanism(mechanism)
     state = mechanism.start if state is None else state
     declared = mechanism.outline.parameters
-    values = resolve_parameters(f"{mechanism.name!r}", declared, parameters or {})
+    values = resolve_parameters(f"{mechanism.name!r}", declared, parameters)
     start = resolve_state(mechanism, state, values, close)
     numbers = all_contact_numbers(mechanism, {**start, **values})
     closed = closed_contacts(f"classify {mechanism.name!r}", mechanism, numbers)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from painleve_sym.arrays import Array
+from painleve_sym.checks import text_of
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.contacts.contact_numbers import (
     CONTACT_TOLERANCE,
@@ -135,7 +136,7 @@ def closed_states(
 def unknowns(mechanism: Mechanism, close: str) -> tuple[Unknown, ...]:
     """Return what `close` names, the coordinate first; see `closed_state`."""
     where = f"close {mechanism.name!r}"
-    named = [_unknown(where, mechanism, part) for part in close.split(",")]
+    named = [_unknown(where, mechanism, part) for part in text_of(close, where).split(",")]
     # The normal velocity depends on the coordinate.
     named.sort(key=lambda unknown: unknown.is_velocity)
     kinds = [unknown.is_velocity for unknown in named]

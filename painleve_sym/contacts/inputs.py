@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import cast
 
-from painleve_sym.checks import LARGEST, checked_number
+from painleve_sym.checks import LARGEST, by_name, checked_number
 from painleve_sym.contacts.closing import closed_state
 from painleve_sym.contacts.contact_numbers import domain_margins
-from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.errors import InputError, received, unknown_name
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.units import Value, in_unit
 
@@ -54,6 +54,8 @@ def resolve_state(
 def state_values(mechanism: Mechanism, given: Mapping[str, Value]) -> dict[str, float]:
     """Return what `resolve_state` returns, without a look at the domain."""
     values = dict.fromkeys(mechanism.state_names, 0.0)
+    if type(given) is not dict:
+        given = _by_name(mechanism, given)
     numbers, known = given.values(), len(values)
     # A check of all at once; where it fails, each is looked at.
     if all(type(v) is float and abs(v) <= LARGEST for v in numbers):
@@ -72,6 +74,17 @@ def state_values(mechanism: Mechanism, given: Mapping[str, Value]) -> dict[str, 
             faults.append(fault)
     _raise(where, faults)
     return values
+
+
+def _by_name(mechanism: Mechanism, given: object) -> Mapping[str, Value]:
+    """Return a state by names; InputError where it is none, with the way from a list."""
+    where, names = f"state of {mechanism.name!r}", mechanism.state_names
+    if isinstance(given, list | tuple) and len(given) == len(names):
+        raise InputError(
+            f"{where}: got {received(given)}, need numbers by name. "
+            f"Fix: dict(zip(mechanism.state_names, {list(given)}))."
+        )
+    return by_name(given, where)
 
 
 def symbol_values(

@@ -10,9 +10,10 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from painleve_sym.arrays import Array
+from painleve_sym.checks import number, whole_number
 from painleve_sym.choices import Record, RecordLike, chosen
 from painleve_sym.engines.records import EventRecords, StepRecords
-from painleve_sym.errors import EventKind, InputError, StopReason
+from painleve_sym.errors import EventKind, StopReason
 from painleve_sym.hybrid.signature import Outline
 
 ENGINE_REASONS = (
@@ -71,13 +72,14 @@ class RunOptions:
     start_departs: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
-        if not self.rtol >= 1e-15 or not self.rtol < 1:
-            raise InputError(f"integration: rtol: got {self.rtol!r}, need 1e-15 <= rtol < 1.")
-        chosen(Record, self.record, "record", "integration")
-        if not self.max_step > 0 or not self.first_step >= 0:
-            raise InputError("integration: max_step and first_step: need positive numbers.")
-        if self.max_steps < 1 or self.max_events < 1:
-            raise InputError("integration: max_steps and max_events: need at least 1.")
+        where = "integration"
+        number(self.rtol, "rtol", where=where, lower=1e-15, below=1.0)
+        chosen(Record, self.record, "record", where)
+        number(self.first_step, "first_step", where=where, lower=0.0)
+        if str(self.max_step) != "inf":
+            number(self.max_step, "max_step", where=where, above=0.0)
+        for name in ("max_steps", "max_events"):
+            whole_number(getattr(self, name), name, where=where, lower=1, upper=2**31 - 1)
 
 
 class Prepared(NamedTuple):

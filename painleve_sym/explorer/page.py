@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import painleve_sym
-from painleve_sym.checks import number
+from painleve_sym.checks import by_name, number
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.contacts.closing import closed_state
 from painleve_sym.contacts.inputs import resolve_state
@@ -122,7 +122,7 @@ class Page:
 
     def save(self, path: str | Path) -> None:
         """Write the file whole, or not at all; InputError where the folder cannot be written."""
-        write_beside(Path(path), lambda file: file.write(self.html.encode()))
+        write_beside(path, lambda file: file.write(self.html.encode()))
 
 
 def explore(
@@ -232,13 +232,13 @@ def _initial(
 ) -> dict[str, Any]:
     """Return the numbers that a page begins with, checked as those of a motion."""
     where = f"explorer of {mechanism.name!r}"
-    given = resolve_parameters(where, mechanism.outline.parameters, parameters or {})
+    given = resolve_parameters(where, mechanism.outline.parameters, parameters)
     start = resolve_state(mechanism, mechanism.start if state is None else state, given)
     if close is not None:
         start = closed_state(mechanism, start, given, close)
     own = {p["name"]: p for p in description["parameters"] if p["of"] == "law"}
     values = {**start, **given}
-    for name, value in (law_parameters or {}).items():
+    for name, value in by_name(law_parameters, f"{where}: law_parameters", "{'E': 2e11}").items():
         here = f"{name}_law" if f"{name}_law" in own else name
         if here not in own:
             raise InputError(f"{where}: law: unknown parameter {name!r}. Known: {', '.join(own)}.")

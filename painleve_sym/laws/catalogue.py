@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
+from painleve_sym.checks import text_of
 from painleve_sym.choices import Friction, Policy, Reload, Restitution
-from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.errors import InputError, received, unknown_name
 from painleve_sym.laws.compliant_laws import COMPLIANT_LAWS
 from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.laws.rigid_contact import RigidLaw
@@ -116,20 +117,24 @@ def law(name: str, **choices: str) -> Law | LawsByContact:
     >>> law("A=hertz,B=rigid").name
     'A=hertz,B=rigid'
     """
-    return _laws_by_contact(name, choices) if "=" in name else one_law(name, **choices)
+    by_contact = "=" in text_of(name, "contact law")
+    return _laws_by_contact(name, choices) if by_contact else one_law(name, **choices)
 
 
 def as_law(given: LawsLike) -> Law | Mapping[str, Law]:
     """Return the law or the laws by contact; a text is what `law` knows."""
     if isinstance(given, str):
         return law(given)
+    if isinstance(given, ContactLaw | RigidLaw | LawsByContact):
+        return given
     if isinstance(given, Mapping):
-        return {name: one_law(own) if isinstance(own, str) else own for name, own in given.items()}
-    if not isinstance(given, ContactLaw | RigidLaw):
-        raise InputError(
-            f"contact law: got {type(given).__name__}, need a law, its name, or one by contact."
-        )
-    return given
+        laws = {name: one_law(own) if isinstance(own, str) else own for name, own in given.items()}
+        if laws and all(isinstance(own, ContactLaw | RigidLaw) for own in laws.values()):
+            return laws
+    raise InputError(
+        f"contact law: got {received(given)}, need a law, its name, or one of these for each "
+        "contact. Fix: the order is mechanism, law, state."
+    )
 
 
 def one_law(name: str, **choices: str) -> Law:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import sympy as sp
 
+from painleve_sym.errors import InputError, received
 from painleve_sym.laws.impact_cases import three_phase_jump
 from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.mechanics.formulas.formula import Formula, ImpulsePhase, Section
@@ -60,6 +62,9 @@ def closed_forms(mechanism: Mechanism) -> tuple[Section, ...]:
     >>> ps.closed_forms(ps.models.rod())[0].title
     'energies'
     """
+    given: Any = mechanism
+    if not isinstance(given, Mechanism):
+        raise InputError(f"closed forms: got {received(given)}, need a mechanism. Fix: ps.model.")
     return within_time(f"mechanism {mechanism.name!r}", lambda: _closed_forms(mechanism))
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, TypeVar
 
-from painleve_sym.checks import LARGEST, checked_number, size_text
+from painleve_sym.checks import LARGEST, by_name, checked_number, size_text
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.units import Value, in_unit
 
@@ -137,7 +137,7 @@ class Parameter:
 
 
 def resolve_parameters(
-    where: str, declared: Sequence[Parameter], given: Mapping[str, Value]
+    where: str, declared: Sequence[Parameter], given: Mapping[str, Value] | None
 ) -> dict[str, float]:
     """Return every declared parameter's value: the given one, else its default.
 
@@ -150,7 +150,7 @@ def resolve_parameters(
     """
     known, faults = {p.name: p for p in declared}, []
     values = {p.name: p.default for p in declared}
-    for name, value in given.items():
+    for name, value in by_name(given, f"{where}: parameters", "{'mu': 0.5}").items():
         if name not in known:
             faults.append(unknown_name("parameter", name, known))
             continue

@@ -10,7 +10,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.checks import text_of
+from painleve_sym.errors import InputError, received, unknown_name
 from painleve_sym.mechanics.declarations import Parameter
 
 DATA = "materials.toml"
@@ -153,7 +154,7 @@ def material(name: str) -> Material:
     >>> material("rubber").poisson_ratio
     0.48
     """
-    if name not in materials():
+    if text_of(name, "material") not in materials():
         raise InputError(unknown_name("material", name, list(materials())))
     return materials()[name]
 
@@ -166,8 +167,11 @@ def two_materials(given: MaterialsLike) -> tuple[Material, Material]:
     InputError
         Unknown names, more than two.
     """
-    several = given.split(",") if isinstance(given, str) else given
-    named = [several] if isinstance(several, Material) else list(several)
+    named: Any = given.split(",") if isinstance(given, str) else given
+    if isinstance(named, Material):
+        return named, named
+    if not isinstance(named, Sequence) or not all(isinstance(m, str | Material) for m in named):
+        raise InputError(f"material: got {received(given)}, need a material, its name, or two.")
     chosen = [material(m.strip()) if isinstance(m, str) else m for m in named]
     if not 1 <= len(chosen) <= 2:
         raise InputError(

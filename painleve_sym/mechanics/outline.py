@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from painleve_sym.checks import text_of
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.mechanics.declarations import TIME_NAME, Coordinate, Parameter
 
@@ -131,7 +132,7 @@ class MechanismOutline:
 
     def only(self, where: str, name: str) -> MechanismOutline:
         """Return the outline with one contact alone; InputError suggests the nearest name."""
-        own = tuple(c for c in self.contacts if c.name == name)
+        own = tuple(c for c in self.contacts if c.name == text_of(name, where))
         if not own:
             raise InputError(
                 f"{where}: " + unknown_name("contact", name, [c.name for c in self.contacts])

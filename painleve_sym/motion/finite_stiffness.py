@@ -16,7 +16,7 @@ from painleve_sym.choices import EngineLike, EngineName
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.codegen.pointwise import Pointwise
 from painleve_sym.contacts.inputs import resolve_state
-from painleve_sym.errors import InputError
+from painleve_sym.errors import InputError, received
 from painleve_sym.laws.catalogue import compliant_law
 from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.mechanics.declarations import resolve_parameters
@@ -341,10 +341,12 @@ def evaluate_corrected_jump(
     True
     """
     mechanism = as_mechanism(mechanism)
-    law = compliant_law(law) if isinstance(law, str) else law
     where = f"finite-stiffness jump of {mechanism.name!r}"
+    law = compliant_law(law) if isinstance(law, str) else law
+    if not isinstance(law, ContactLaw):
+        raise InputError(f"{where}: got {received(law)}, need a compliant law or its name.")
     declared = (*mechanism.system.parameters, *law.parameters)
-    given = resolve_parameters(where, declared, parameters or {})
+    given = resolve_parameters(where, declared, parameters)
     start = resolve_state(mechanism, state, given)
     number(initial_force, "initial force", where=where, lower=0.0)
     _check_configuration(where, configuration)

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, cast
 import numpy as np
 
 from painleve_sym.arrays import Array
-from painleve_sym.checks import LARGEST, number
-from painleve_sym.choices import EngineLike, EngineName, Record, RecordLike
+from painleve_sym.checks import LARGEST, by_name, names_of, number
+from painleve_sym.choices import EngineLike, EngineName, Record, RecordLike, chosen
+from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.codegen.tape import TapeOutputs, output_tapes
 from painleve_sym.contacts.classify import held_faults
@@ -24,9 +25,9 @@ from painleve_sym.contacts.terms import ContactImpacts
 from painleve_sym.engines.compiled import CompiledEngine
 from painleve_sym.engines.factory import SOURCES, make_engine
 from painleve_sym.engines.protocol import MAX_EVENTS, MAX_STEPS, Engine, RawRun, RunOptions
-from painleve_sym.errors import InputError, StopReason, unknown_name
+from painleve_sym.errors import InputError, StopReason, received, unknown_name
 from painleve_sym.hybrid.signature import Outline
-from painleve_sym.laws.catalogue import Law, choices_by_contact
+from painleve_sym.laws.catalogue import Law, LawsLike, as_law, choices_by_contact
 from painleve_sym.laws.contact_law import ContactLaw
 from painleve_sym.mechanics.declarations import Parameter, resolve_parameters
 from painleve_sym.mechanics.materials import (
@@ -72,7 +73,7 @@ class Start(NamedTuple):
     scale: Array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class Simulator:
     """A mechanism with its contact laws, ready to run; build once, run often.
 
@@ -96,8 +97,8 @@ class Simulator:
 
     Parameters
     ----------
-    mechanism : Mechanism
-    law : ContactLaw or RigidLaw, or mapping of str to these
+    mechanism : Mechanism, or its name, or the path of a mechanism file
+    law : ContactLaw or RigidLaw, or its name, or mapping of contact to these
         One law for all contacts, or the law of each by the contact's name. Of several contacts,
         parameters of laws that are given by contact have its name behind theirs: ``E_A``.
     engine : {"auto", "compiled", "taylor", "erk"}
@@ -122,7 +123,13 @@ class Simulator:
     law: Law | Mapping[str, Law] = field(hash=False)
     engine: EngineLike = EngineName.AUTO
 
-    def __post_init__(self) -> None:
+    def __init__(
+        self, mechanism: MechanismLike, law: LawsLike, engine: EngineLike = EngineName.AUTO
+    ) -> None:
+        name = chosen(EngineName, engine, "engine")
+        values = {"mechanism": as_mechanism(mechanism), "law": as_law(law), "engine": name}
+        for attribute, value in values.items():
+            object.__setattr__(self, attribute, value)
         _ = self.contact  # rejects laws that do not fit the contacts, or each other
 
     @cached_property
@@ -170,10 +177,11 @@ class Simulator:
         InputError
             Unknown names of parameters of the laws.
         """
-        given = dict(parameters or {})
-        if law_parameters:
+        given = dict(by_name(parameters, f"{self.where}: parameters", "{'mu': 0.5}"))
+        of_law = by_name(law_parameters, f"law {self.label!r}: law_parameters", "{'E': 2e11}")
+        if of_law:
             own = [p.name for p in self.own_parameters]
-            for name, value in law_parameters.items():
+            for name, value in of_law.items():
                 here = f"{name}_law" if f"{name}_law" in own else name
                 if here not in own:
                     message = unknown_name("parameter", name, own)
@@ -422,6 +430,7 @@ class Simulator:
         return Start(state, dict(values), p, scale), admits.tolist()
 
     def _state_values(self, state: Mapping[str, Value]) -> dict[str, float]:
+        state = state if type(state) is dict else by_name(state, f"{self.where}: state")
         values = {**self._at_rest, **state}
         numbers = state.values()
         known = len(values) == len(self._at_rest)
@@ -618,7 +627,8 @@ class Simulator:
             "max_steps": max_steps,
             "max_events": max_events,
         }
-        return differentiated(self, state, tuple(wrt), **options)
+        directions = names_of(wrt, f"{self.where}: wrt", "mu,theta")
+        return differentiated(self, state, directions, **options)
 
     @cached_property
     def directions(self) -> dict[Any, Any]:
@@ -640,9 +650,10 @@ class Simulator:
         max_events: int = MAX_EVENTS,
     ) -> RunOptions:
         """Return checked options of a run; `scale` is that of its start. See `simulate`."""
-        if not (math.isfinite(t_end) and t_end > 0):
-            raise InputError(f"{self.where}: t_end: got {t_end!r}, need a finite number > 0.")
-        kinds = (until,) if isinstance(until, str) else tuple(until)
+        t_end = number(t_end, "t_end", where=self.where, above=0.0)
+        # Before it scales the states: 0 times the infinite scale of some is nan.
+        rtol = number(rtol, "rtol", where=self.where, lower=1e-15, below=1.0)
+        kinds = names_of(until, f"{self.where}: until", "slip_stop")
         for kind in kinds:
             if kind not in self.outline.kinds:
                 message = unknown_name("event", kind, self.outline.kinds)
@@ -650,7 +661,7 @@ class Simulator:
         return RunOptions(
             t_end,
             rtol,
-            rtol * scale if atol is None else np.asarray(atol),
+            rtol * scale if atol is None else self._tolerances(atol, scale),
             kinds,
             record,
             first_step,
@@ -659,6 +670,19 @@ class Simulator:
             max_events,
             start_events=self.start_events,
         )
+
+    def _tolerances(self, atol: Any, scale: Array) -> Array:
+        """Return the absolute tolerance of each state, in the shape that the engine reads."""
+        try:
+            values = np.broadcast_to(np.asarray(atol, np.float64), scale.shape)
+        except (TypeError, ValueError):
+            values = np.zeros(0)
+        if values.shape != scale.shape or not (values >= 0).all():
+            raise InputError(
+                f"{self.where}: atol: got {received(atol)}, need {len(scale)} numbers >= 0, one "
+                "for each state."
+            )
+        return values
 
     def trajectory(
         self,

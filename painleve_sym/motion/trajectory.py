@@ -13,11 +13,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from painleve_sym.arrays import Array, load_npz, npz_faults, save_npz, table_library
+from painleve_sym.checks import checked_number, names_of, number, text_of, whole_number
+from painleve_sym.choices import chosen
 from painleve_sym.codegen.tape import TapeOutputs
 from painleve_sym.engines.protocol import Engine
 from painleve_sym.engines.records import StepRecords, dense_values
-from painleve_sym.errors import EventKind, InputError, StopReason, unknown_name
+from painleve_sym.errors import EventKind, InputError, StopReason, received, unknown_name
 from painleve_sym.files import plain_fields, to_plain
+from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.motion.energy_gains import EnergyGain, notices
 from painleve_sym.motion.rigidity import BodyPeriod, contact_durations, rigidity_notices
 from painleve_sym.motion.singular_limit import ReverseChatter, SingularLimit
@@ -28,7 +31,6 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
-    from painleve_sym.mechanics.mechanism import Mechanism
     from painleve_sym.motion.run_record import RunRecord
 
 FORMAT = "painleve-sym trajectory 2"
@@ -384,11 +386,12 @@ class Trajectory:
 
         At an event the value just after it; for other times see `values`.
         """
+        name = text_of(name, "trajectory: quantity")
         return self.t if name == "time" else self.values(name, self.t)
 
     def units(self, name: str) -> str:
         """Return the SI unit of a state, output or parameter; "1" where it has none."""
-        return unit_of(name, self.names.units)
+        return unit_of(text_of(name, "trajectory: quantity"), self.names.units)
 
     def _locate(self, t: Array) -> Any:
         start = float(self.step_time[0]) if len(self.step_time) else self.final_time
@@ -425,7 +428,7 @@ class Trajectory:
 
     def __call__(self, t: ArrayLike) -> Array:
         """Return the states at times `t`, shape (len(t), nx); at an event, those after it."""
-        return self._located(np.atleast_1d(np.asarray(t, dtype=float)))[1]
+        return self._located(_times(t))[1]
 
     def _states(self, times: Array, index: Any) -> Array:
         w = np.clip((times - self.step_time[index]) / self.step_length[index], 0.0, 1.0)
@@ -435,11 +438,12 @@ class Trajectory:
 
     def state(self, t: float) -> dict[str, float]:
         """Return the state at time `t` by name."""
-        return dict(zip(self.state_names, map(float, self(t)[0]), strict=True))
+        at = number(t, "time", where="trajectory")
+        return dict(zip(self.state_names, map(float, self(at)[0]), strict=True))
 
     def outputs(self, t: ArrayLike) -> dict[str, Array]:
         """Return forces, gap, energies … at times `t`, each of shape (len(t),)."""
-        return self._outputs(*self._located(np.atleast_1d(np.asarray(t, dtype=float))))
+        return self._outputs(*self._located(_times(t)))
 
     def _outputs(self, modes: Any, states: Array, memory: Array) -> dict[str, Array]:
         if self.evaluator is None:
@@ -452,16 +456,19 @@ class Trajectory:
 
     def values(self, name: str, t: ArrayLike) -> Array:
         """Return one state or output by name at times `t`, shape (len(t),)."""
-        if name in self.state_names:
+        if text_of(name, "trajectory: quantity") in self.state_names:
             return self(t)[:, self.state_names.index(name)]
         if name in self.output_names:
             return self.outputs(t)[name]
-        raise InputError(unknown_name("quantity", name, (*self.state_names, *self.output_names)))
+        raise InputError("trajectory: " + unknown_name("quantity", name, self._every))
+
+    @property
+    def _every(self) -> tuple[str, ...]:
+        return (*self.state_names, *self.output_names)
 
     def sample(self, n: int = 1001) -> Array:
         """Return n evenly spaced times from start to end, shape (n,)."""
-        if n < 2:
-            raise InputError(f"trajectory: number of samples: got {n}, need at least 2.")
+        whole_number(n, "number of samples", where="trajectory", lower=2, upper=2**31 - 1)
         start = float(self.step_time[0]) if len(self.step_time) else self.final_time
         return np.linspace(start, self.final_time, n)
 
@@ -497,8 +504,9 @@ class Trajectory:
         )
 
     def events_of(self, kind: str) -> tuple[EventRecord, ...]:
-        """Return the events of one kind, in order."""
-        return tuple(e for e in self.events if e.kind == kind)
+        """Return the events of one kind, in order; InputError for a kind that there is not."""
+        of_kind = chosen(EventKind, kind, "kind of event", "trajectory")
+        return tuple(e for e in self.events if e.kind is of_kind)
 
     @cached_property
     def final_outputs(self) -> dict[str, float]:
@@ -554,21 +562,22 @@ class Trajectory:
 
     # ---- tables and figures ----
 
-    def _table(self, names: Sequence[str] | None, times: ArrayLike | None) -> dict[str, Array]:
-        every = (*self.state_names, *self.output_names)
-        chosen = every if names is None else tuple(names)
-        at = self.t if times is None else np.atleast_1d(np.asarray(times, dtype=float))
+    def _table(
+        self, names: str | Sequence[str] | None, times: ArrayLike | None
+    ) -> dict[str, Array]:
+        wanted = self._every if names is None else names_of(names, "trajectory: names")
+        at = self.t if times is None else _times(times)
         states, outputs = self(at), {}
-        if any(name not in self.state_names for name in chosen):
+        if any(name not in self.state_names for name in wanted):
             outputs = self.outputs(at)
         known = dict(zip(self.state_names, states.T, strict=True)) | outputs
-        for name in chosen:
+        for name in wanted:
             if name not in known:
-                raise InputError("trajectory: " + unknown_name("quantity", name, every))
-        return {"time": at} | {name: known[name] for name in chosen}
+                raise InputError("trajectory: " + unknown_name("quantity", name, self._every))
+        return {"time": at} | {name: known[name] for name in wanted}
 
     def to_dataframe(
-        self, names: Sequence[str] | None = None, times: ArrayLike | None = None
+        self, names: str | Sequence[str] | None = None, times: ArrayLike | None = None
     ) -> pandas.DataFrame:
         """Return a `pandas.DataFrame` over the time, with units in its ``attrs["units"]``.
 
@@ -600,7 +609,7 @@ class Trajectory:
         return frame
 
     def to_xarray(
-        self, names: Sequence[str] | None = None, times: ArrayLike | None = None
+        self, names: str | Sequence[str] | None = None, times: ArrayLike | None = None
     ) -> xarray.Dataset:
         """Return an `xarray.Dataset` over the time, every variable with its unit.
 
@@ -635,6 +644,11 @@ class Trajectory:
         InputError
             The trajectory holds no steps.
         """
+        if width is not None and checked_number(width, "width", above=0.0)[1]:
+            raise InputError(
+                f"trajectory figure: width: got {received(width)}, need a number > 0 of inches. "
+                "Fix: to write a file, plot().savefig(...)."
+            )
         figure: Figure = _drawing("trajectory_figure").trajectory_figure(self, width)
         return figure
 
@@ -665,6 +679,11 @@ class Trajectory:
         >>> film.html().startswith("<figure")
         True
         """
+        if mechanism is not None and not isinstance(mechanism, Mechanism):
+            raise InputError(
+                f"animation: mechanism: got {received(mechanism)}, need a Mechanism. "
+                "Fix: to write a file, animate().save(...)."
+            )
         drawn = mechanism or self.subject
         if drawn is None:
             raise InputError(
@@ -803,6 +822,17 @@ class Trajectory:
             evaluator=evaluator,
             limit=SingularLimit.from_dict(text["limit"]) if text.get("limit") else None,
         )
+
+
+def _times(t: ArrayLike) -> Array:
+    """Return times as an array of one dimension; InputError for anything but numbers."""
+    try:
+        times = np.atleast_1d(np.asarray(t, np.float64))
+    except (TypeError, ValueError):
+        times = np.zeros((0, 0))
+    if times.ndim != 1:
+        raise InputError(f"trajectory: time: got {received(t)}, need a number or a list of them.")
+    return times
 
 
 def _check_shapes(arrays: dict[str, Any], states: int, memory: int, modes: int) -> None:

@@ -15,6 +15,7 @@ from types import ModuleType
 from typing import Any
 
 from painleve_sym import __version__, papers
+from painleve_sym.checks import names_of, text_of
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.files import plain_fields
 from painleve_sym.interrupts import noted_interrupts
@@ -164,7 +165,7 @@ def chosen_papers(name: str | None = None) -> tuple[Paper, ...]:
     known = known_papers()
     if name is None:
         return tuple(known.values())
-    if name not in known:
+    if text_of(name, "reproduce: paper") not in known:
         raise InputError(f"reproduce: {unknown_name('paper', name, known)}")
     return (known[name],)
 
@@ -180,7 +181,7 @@ def selected(
     items = [(p, name) for p in chosen_papers(paper) for name in p.claims.items]
     if only is None:
         return tuple(items)
-    only = [only] if isinstance(only, str) else only
+    only = names_of(only, "reproduce: only", "eq-1,table-2")
     if not only:
         raise InputError("reproduce: only: got no item, need at least one. Fix: leave it out.")
     known = {name for _, name in items} | {p.claims.items[name].group for p, name in items}

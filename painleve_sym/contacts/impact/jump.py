@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from painleve_sym.choices import RestitutionLike
+from painleve_sym.choices import Restitution, RestitutionLike, chosen
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.codegen.quantities import Quantities, quantities
 from painleve_sym.contacts.contact_numbers import argument_names, argument_symbols
@@ -185,11 +185,13 @@ def evaluate_jump(
     ['tangential', 'sticking compression', 'sticking restitution']
     """
     mechanism = as_mechanism(mechanism)
-    law = restitution_law(restitution) if isinstance(restitution, str) else restitution
+    law = restitution
+    if not isinstance(law, RestitutionLaw):
+        law = restitution_law(chosen(Restitution, law, "restitution law", "jump"))
     where = f"jump of mechanism {mechanism.name!r}"
     mechanism.require_one_contact()
     declared = (*mechanism.outline.parameters, law.parameter)
-    given = resolve_parameters(where, declared, parameters or {})
+    given = resolve_parameters(where, declared, parameters)
     state = mechanism.start if state is None else state
     start = resolve_state(mechanism, state, given, close)
     return _jump(mechanism, law, {**start, **given}, where)

@@ -214,7 +214,7 @@ def _checked(
         faults.append(f"v_n: got {v_n!r} m/s, need v_n <= 0: the contact is opening.")
     if e < 0 or e > 1:
         faults.append(f"e: got {e!r}, need 0 <= e <= 1.")
-    if restitution not in RESTITUTIONS:
+    if str(restitution) not in RESTITUTIONS:
         faults.append(unknown_name("restitution law", restitution, RESTITUTIONS))
     if faults:
         raise InputError("solve impact: " + " ".join(faults))

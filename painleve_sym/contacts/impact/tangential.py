@@ -105,7 +105,7 @@ def tangential_impact(
     mechanism = as_mechanism(mechanism)
     where = f"jump of mechanism {mechanism.name!r}"
     declared = mechanism.outline.parameters
-    values = resolve_parameters(f"{mechanism.name!r}", declared, parameters or {})
+    values = resolve_parameters(f"{mechanism.name!r}", declared, parameters)
     start = resolve_state(mechanism, state, values)
     mechanism.require_one_contact()
     if not mechanism.outline.contacts[0].bilateral:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from painleve_sym.arrays import Array
-from painleve_sym.checks import LARGEST, size_text
+from painleve_sym.checks import LARGEST, by_name, size_text
 from painleve_sym.contacts.closing import closed_states
 from painleve_sym.errors import InputError, unknown_name
 from painleve_sym.motion.batch.reason_codes import INVALID_START, LEFT_DOMAIN, NON_FINITE
@@ -50,7 +50,7 @@ class BatchInputs:
             ("state", states, mechanism.state_names),
             ("parameter", parameters, tuple(declared)),
         ):
-            for name, entries in given.items():
+            for name, entries in by_name(given, f"{where}: {kind}s").items():
                 if name not in known:
                     faults.append(unknown_name(kind, name, known))
                     continue

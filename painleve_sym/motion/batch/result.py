@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from painleve_sym.arrays import Array, table_library
+from painleve_sym.checks import names_of, text_of
 from painleve_sym.choices import Record
 from painleve_sym.engines.batch import COUNTERS, BatchOutputs, BatchRows
 from painleve_sym.engines.protocol import RunOptions
@@ -121,7 +122,7 @@ class BatchResult:
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         """Return one quantity of every motion, ``(*shape, *its own dimensions)``."""
-        if name == "stop_reason":
+        if text_of(name, "batch result: quantity") == "stop_reason":
             labels = np.array([r.label for r in ROW_REASONS])
             return np.asarray(labels[self.rows.reason].reshape(self.shape))
         if name == "mode":
@@ -172,7 +173,7 @@ class BatchResult:
                 varied[name] = (axes, own.reshape([own.shape[i] for i in axes]))
         return varied
 
-    def to_dataframe(self, names: Sequence[str] | None = None) -> pandas.DataFrame:
+    def to_dataframe(self, names: str | Sequence[str] | None = None) -> pandas.DataFrame:
         """Return a `pandas.DataFrame` with one row per motion: varied inputs, then quantities.
 
         Parameters
@@ -186,7 +187,8 @@ class BatchResult:
             pandas is not installed, an unknown name, or a quantity of several numbers.
         """
         frames = table_library("pandas", "a data frame")
-        chosen = [n for n in self.names if not event_dims(n)] if names is None else list(names)
+        plain = [n for n in self.names if not event_dims(n)]
+        chosen = plain if names is None else names_of(names, "batch result: names")
         columns: dict[str, Any] = {}
         for name in self.varied:
             given = self.inputs.get(name, self.initial_force)
@@ -203,7 +205,7 @@ class BatchResult:
         return frame
 
     def to_xarray(
-        self, names: Sequence[str] | None = None, dims: Sequence[str] | None = None
+        self, names: str | Sequence[str] | None = None, dims: str | Sequence[str] | None = None
     ) -> xarray.Dataset:
         """Return an `xarray.Dataset` of the quantities `names`, by default all but ``times_of_…``.
 
@@ -229,7 +231,12 @@ class BatchResult:
             xarray is not installed, or an unknown name.
         """
         library = table_library("xarray", "a labelled array")
-        dims = tuple(dims) if dims else self._dims()
+        dims = self._dims() if dims is None else names_of(dims, "batch result: dims")
+        if len(dims) != len(self.shape):
+            raise InputError(
+                f"batch result: dims: got {len(dims)} names, need {len(self.shape)}, one for each "
+                f"dimension of the shape {self.shape}."
+            )
         coordinates = {
             self._label(name): (
                 tuple(dims[i] for i in axes),
@@ -238,7 +245,8 @@ class BatchResult:
             )
             for name, (axes, values) in self.varied.items()
         }
-        names = names or [n for n in self.names if not n.startswith("times_of_")]
+        usual = tuple(n for n in self.names if not n.startswith("times_of_"))
+        names = usual if names is None else names_of(names, "batch result: names")
         variables = {
             name: ((*dims, *event_dims(name)), self[name], {"units": self.units(name)})
             for name in names

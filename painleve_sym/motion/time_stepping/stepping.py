@@ -223,7 +223,7 @@ class TimeStepper:
         max_solves: int,
     ) -> tuple[_Stepping, Array]:
         declared = self.mechanism.system.parameters
-        values = resolve_parameters(self.where, declared, parameters or {})
+        values = resolve_parameters(self.where, declared, parameters)
         named = resolve_state(self.mechanism, state, values)
         start = np.array([named[name] for name in self.mechanism.state_names])
         at = contact_numbers(self.mechanism)({**named, **values})

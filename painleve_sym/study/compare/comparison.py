@@ -13,6 +13,7 @@ from itertools import groupby, pairwise
 
 import numpy as np
 
+from painleve_sym.checks import number
 from painleve_sym.choices import EngineLike, EngineName
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.contacts.impact.jump import JumpResult
@@ -194,6 +195,7 @@ def compare(
     True
     """
     mechanism = as_mechanism(mechanism)
+    t_end = number(t_end, "t_end", where=f"contrast of {mechanism.name!r}", above=0.0)
     case = _case(mechanism, state, parameters, e, t_end, engine)
     stepper = TimeStepper(mechanism)
     steps = [t_end / n for n in STEPS_TO_END] if steps is None else sorted(set(steps))[::-1]
@@ -242,7 +244,7 @@ def _case(
             "and compliant motion need one that can open. Fix: use classify, jump and "
             "simulate --law rigid."
         )
-    values = resolve_parameters(f"{mechanism.name!r}", declared, parameters or {})
+    values = resolve_parameters(f"{mechanism.name!r}", declared, parameters)
     start = resolve_state(mechanism, state, values)
     return Case(mechanism, start, values, e, t_end, engine)
 

@@ -14,7 +14,7 @@ import numpy as np
 from painleve_sym.arrays import Array
 from painleve_sym.checks import LARGEST
 from painleve_sym.errors import InputError, unknown_name
-from painleve_sym.files import read_text
+from painleve_sym.files import file_path, read_text
 from painleve_sym.mechanics.mechanism import Mechanism
 from painleve_sym.quantities import QUANTITIES
 from painleve_sym.units import factor
@@ -93,7 +93,7 @@ def read_fit_data(path: str | Path, mechanism: Mechanism) -> FitData:
     ['theta', 'theta_dot', 'x_A_dot']
     """
     where = f"data file {path}"
-    rows = _rows(where, Path(path))
+    rows = _rows(where, file_path(path, where))
     if not rows:
         raise InputError(f"{where}: got no rows. Fix: give a header, {_EXAMPLE}, and data below.")
     (_, header), body = rows[0], rows[1:]

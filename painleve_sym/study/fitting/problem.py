@@ -14,7 +14,7 @@ from scipy.optimize import least_squares
 from scipy.stats import t as student
 
 from painleve_sym.arrays import Array
-from painleve_sym.checks import number
+from painleve_sym.checks import by_name, names_of, number
 from painleve_sym.choices import EngineLike, EngineName
 from painleve_sym.codegen.named_mechanisms import MechanismLike
 from painleve_sym.errors import InputError, StopReason, unknown_name
@@ -350,7 +350,7 @@ def fit(
     mechanism: MechanismLike,
     law: LawsLike,
     data: FitData | str | Path,
-    estimate: Sequence[str],
+    estimate: str | Sequence[str],
     *,
     state: Mapping[str, float] | None = None,
     parameters: Mapping[str, float] | None = None,
@@ -415,10 +415,10 @@ def fit(
     return FitProblem(
         simulator=simulator,
         data=rows,
-        estimate=tuple(estimate),
-        state=dict(state),
+        estimate=names_of(estimate, "fit: estimate", "mu,E"),
+        state=dict(by_name(state, "fit: state")),
         parameters=simulator.given(parameters, law_parameters),
-        until=(until,) if isinstance(until, str) else tuple(until),
+        until=names_of(until, "fit: until", "separation"),
         t_end=t_end,
         sigma=sigma,
         level=level,

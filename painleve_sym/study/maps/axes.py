@@ -12,11 +12,11 @@ import numpy as np
 import sympy as sp
 
 from painleve_sym.arrays import Array
-from painleve_sym.checks import number
+from painleve_sym.checks import by_name, names_of, number, whole_number
 from painleve_sym.codegen.pointwise import Pointwise
 from painleve_sym.contacts.closing import closed_states, unknowns
 from painleve_sym.contacts.inputs import resolve_state, symbol_values
-from painleve_sym.errors import InputError, unknown_name
+from painleve_sym.errors import InputError, received, unknown_name
 from painleve_sym.mechanics.declarations import Parameter, resolve_parameters
 from painleve_sym.mechanics.mechanism import Mechanism
 
@@ -96,7 +96,7 @@ class MapPlace:
 
 def map_place(
     mechanism: Mechanism,
-    over: Sequence[str],
+    over: str | Sequence[str],
     ranges: Mapping[str, tuple[float, float]],
     points: int,
     slip: int,
@@ -112,7 +112,7 @@ def map_place(
     for name in solved:
         if name in axes:
             raise InputError(f"{where}: close: {name} is an axis. Fix: name another coordinate.")
-    for name in (*(state or {}), *parameters):
+    for name in (*by_name(state, f"{where}: state"), *parameters):
         if name in axes:
             raise InputError(f"{where}: {name} is an axis. Fix: give it a range, not one value.")
     for name in ranges:
@@ -172,15 +172,13 @@ def reaching(
 
 
 def _check_kind(mechanism: Mechanism, where: str, points: int, slip: int) -> None:
-    if slip not in (-1, 1):
-        raise InputError(f"{where}: slip: got {slip!r}, need -1 or 1, the sign of v_t.")
-    if not MIN_POINTS <= points <= MAX_POINTS or points != int(points):
-        raise InputError(
-            f"{where}: points: got {points!r}, need {MIN_POINTS} to {MAX_POINTS} along each axis."
-        )
+    if str(slip) not in ("-1", "1"):
+        raise InputError(f"{where}: slip: got {received(slip)}, need -1 or 1, the sign of v_t.")
+    whole_number(points, "points along each axis", where=where, lower=MIN_POINTS, upper=MAX_POINTS)
 
 
-def _checked_names(mechanism: Mechanism, where: str, over: Sequence[str]) -> tuple[str, str]:
+def _checked_names(mechanism: Mechanism, where: str, axes: str | Sequence[str]) -> tuple[str, str]:
+    over = names_of(axes, f"{where}: axes")
     known = (*mechanism.state_names, *(p.name for p in mechanism.system.parameters))
     for name in over:
         if name not in known:
@@ -198,9 +196,14 @@ def _parameter(mechanism: Mechanism, name: str) -> Parameter | None:
 def _checked_range(
     mechanism: Mechanism, where: str, name: str, span: tuple[float, float]
 ) -> tuple[float, float]:
-    low, high = float(span[0]), float(span[1])
-    for end in (low, high):
-        number(end, f"range {name}", where=where)
+    try:
+        low, high = (number(end, f"range {name}", where=where) for end in span)
+    except (TypeError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(
+            f"{where}: range {name}: got {received(span)}, need two numbers."
+        ) from error
     if not low < high:
         fix = f"{high:g}:{low:g}" if low > high else "two different ends"
         raise InputError(

@@ -53,7 +53,7 @@ def least_critical_friction(
     parameters, and where no configuration in contact has W_nt ≠ 0.
     """
     where = f"least critical friction of {mechanism.name!r}"
-    values = resolve_parameters(where, mechanism.system.parameters, parameters or {})
+    values = resolve_parameters(where, mechanism.system.parameters, parameters)
     c, q = mechanism.coefficients, mechanism.system.q
     x = ca.SX.sym("q", len(q))
     table = {s: x[i] for i, s in enumerate(q)}

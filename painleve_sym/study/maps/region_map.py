@@ -14,6 +14,7 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from painleve_sym.arrays import Array, load_npz, npz_faults, save_npz
+from painleve_sym.checks import by_name
 from painleve_sym.codegen.named_mechanisms import MechanismLike, as_mechanism
 from painleve_sym.codegen.pointwise import Pointwise
 from painleve_sym.contacts.closing import unknowns
@@ -223,7 +224,7 @@ def _without_nan(array: Array | None) -> Any:
 
 def region_map(
     mechanism: MechanismLike,
-    over: Sequence[str],
+    over: str | Sequence[str],
     *,
     ranges: Mapping[str, tuple[float, float]] | None = None,
     points: int = 400,
@@ -242,7 +243,7 @@ def region_map(
     ----------
     mechanism : Mechanism, or its name, or the path of a mechanism file
         With one contact.
-    over : two str
+    over : two str, or one with a comma
         Coordinates, velocities or parameters.
     ranges : mapping of str to two float
         Ends of the axes; those left out are chosen (see `map_axes.default_range`).
@@ -277,9 +278,12 @@ def region_map(
     400
     """
     mechanism = as_mechanism(mechanism)
-    place = map_place(mechanism, over, ranges or {}, points, slip, state, parameters or {}, close)
+    where = f"map of {mechanism.name!r}"
+    ranges = by_name(ranges, f"{where}: ranges", "{'mu': (0, 2)}")
+    parameters = by_name(parameters, f"{where}: parameters", "{'mu': 0.5}")
+    place = map_place(mechanism, over, ranges, points, slip, state, parameters, close)
     thresholds = _thresholds(mechanism, place, slip)
-    place = reaching(place, ranges or {}, thresholds.get("mu_P"))
+    place = reaching(place, ranges, thresholds.get("mu_P"))
     grid = place.grid()
     place = place.with_solved(grid)
     grids, is_open, used = _grids(mechanism, place, grid, slip, engine)
