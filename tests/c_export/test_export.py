@@ -32,7 +32,7 @@ ROOT = Path(__file__).parents[2]
 STRICT = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-march=native")
 STRICT += ("-ffp-contract=off",)
 SANITIZE = ("-fsanitize=undefined", "-fno-sanitize-recover=undefined")
-_WORDS = json.dumps(" ".join(HOSTILE))
+_WORDS = json.dumps(" ".join(("a mass point */ int", *HOSTILE)))
 # Its gap is not a coordinate, and its words try to leave their comments.
 SLEDGE = (
     f"title = {_WORDS}\nsource = {_WORDS}"
