@@ -10,7 +10,7 @@ import numpy as np
 
 from painleve_sym.laws.catalogue import law
 from painleve_sym.motion.frozen_impact import FrozenImpactSolver
-from tests.motion.test_frozen_impact import LOADED, OBLIQUE, ROD, inputs
+from tests.support.frozen_impacts import LOADED, OBLIQUE, ROD, inputs
 
 CASES = 1000
 LIMIT = 1e-4

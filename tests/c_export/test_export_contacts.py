@@ -14,7 +14,7 @@ from painleve_sym.contacts.classify import contact_problem
 from painleve_sym.contacts.problem import ContactCase, ContactProblem
 from painleve_sym.mechanics.declarations import resolve_parameters
 from painleve_sym.study.scenario import Scenario
-from tests.c_export.test_export import address, library
+from tests.support.exports import address, library
 
 SCENARIOS = {
     "rod": Scenario("rod", {"theta": 1.0, "x_A_dot": -1.0}, law="rigid", t_end=1e-4),

@@ -17,7 +17,7 @@ from painleve_sym.codegen.compile import find_compiler
 from painleve_sym.errors import InputError
 from painleve_sym.motion.simulate import simulator_of
 from painleve_sym.study.scenario import Scenario
-from tests.c_export.test_export import SLEDGE, built_by_compiler, needs_cmake, run
+from tests.support.exports import SLEDGE, built_by_compiler, needs_cmake, run
 
 PLAIN = ("int", "class", "E", "errno", "NULL", "a_", "ROD", "model", "start", "own", "CONTACT")
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from painleve_sym.contacts.impact.one_contact import ImpactEnd
 from painleve_sym.contacts.impact.simultaneous import solve_simultaneous_impact
 from painleve_sym.laws.restitution import RESTITUTIONS
-from tests.contacts.test_simultaneous import body_rows, energy, mobility, unit
+from tests.support.rigid_impacts import body_rows, energy, mobility, unit
 
 LAW = st.sampled_from(sorted(RESTITUTIONS))
 

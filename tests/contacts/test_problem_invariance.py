@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from painleve_sym.contacts.problem import ContactProblem
 from tests.contacts.friction_oracle import SWAPPED, contact_sets
-from tests.contacts.test_problem_one import built, contacts, mode_analysis
+from tests.support.one_contact import built, contacts, mode_analysis
 
 decades = st.floats(-6.0, 6.0).map(lambda k: 10.0**k)
 frictions = st.integers(-12, 6).map(lambda k: 10.0**k)

@@ -16,30 +16,17 @@ from painleve_sym.contacts.problem import ContactProblem
 from painleve_sym.errors import InputError
 from painleve_sym.laws.restitution import RESTITUTIONS
 from painleve_sym.mechanics.impact.impact_class import ImpactClass
+from tests.support.rigid_impacts import body_rows, energy, mobility, unit
 
 LAW = st.sampled_from(sorted(RESTITUTIONS))
 NEVER_GAINS = ("energetic", "poisson")
-unit = st.one_of(st.sampled_from([0.0, 1.0]), st.floats(0.01, 1))
 place = st.floats(-1, 1).map(lambda x: round(x, 3))
 speed = st.floats(-2, 2).map(lambda x: round(x, 3))
-
-
-def mobility(rows: np.ndarray, masses: np.ndarray) -> np.ndarray:
-    return rows @ np.diag(1 / masses) @ rows.T
 
 
 def block_rows(a: float, h: float) -> np.ndarray:
     """Rows n1, t1, n2, t2 of two feet at ∓a, h below the centre; coordinates x, y, θ."""
     return np.array([row for x in (-a, a) for row in ([0, 1, x], [1, 0, h])], dtype=float)
-
-
-def body_rows(points: list[tuple[float, float]], walls: list[bool]) -> np.ndarray:
-    """Rows of one body whose points touch the floor, or a wall to their left."""
-    rows = []
-    for (x, y), wall in zip(points, walls, strict=True):
-        along = np.array([1.0, 0.0, -y]), np.array([0.0, 1.0, x])
-        rows += along if wall else along[::-1]
-    return np.array(rows)
 
 
 @st.composite
@@ -74,10 +61,6 @@ def random_impact(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.
         v = J @ rng.normal(size=3)
         if np.all(v[::2] < 0):
             return W, mu, v
-
-
-def energy(W: np.ndarray, v: np.ndarray) -> float:
-    return float(v @ np.linalg.pinv(W, rcond=1e-10) @ v) / 2
 
 
 def check(W, mu, v, law, e, impact) -> None:

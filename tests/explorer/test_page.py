@@ -16,8 +16,8 @@ from painleve_sym.explorer import page, wasm
 from painleve_sym.explorer.prebuilt import default_law, stored_digest, stored_module
 from painleve_sym.explorer.source import ModuleSource
 from painleve_sym.mechanics.models import MODELS
-from tests.c_export.test_export import SLEDGE
 from tests.cli.cli_helpers import run, run_json
+from tests.support.exports import SLEDGE
 
 MAX_PAGE = 400_000
 

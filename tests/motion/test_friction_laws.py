@@ -22,8 +22,8 @@ from painleve_sym.motion.batch.run import run_batch
 from painleve_sym.study.scenario import Scenario
 from painleve_sym.study.sweeps.runner import run_sweep
 from painleve_sym.study.sweeps.sweep import Sweep
-from tests.c_export.test_export import built_by_compiler
 from tests.motion.comparisons import assert_same_motion, total_energy
+from tests.support.exports import built_by_compiler
 
 BELT = """
 name = "block-on-belt"

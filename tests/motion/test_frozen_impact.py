@@ -12,42 +12,17 @@ from painleve_sym.errors import InputError
 from painleve_sym.laws.catalogue import law
 from painleve_sym.motion.frozen_impact import (
     COEFFICIENTS,
-    START,
     FrozenEnd,
     FrozenImpactSolver,
 )
 from tests.oracles.frozen_scipy import frozen_impact as integrated
+from tests.support.frozen_impacts import LOADED, OBLIQUE, ROD, inputs
 
-SIN, COS = math.sin(1.0), math.cos(1.0)
-ROD = {
-    "W_nn": 1 + 3 * COS**2,
-    "W_nt": -3 * SIN * COS,
-    "W_tt": 1 + 3 * SIN**2,
-    "b_n": SIN - 9.8,
-    "b_t": COS,
-    "mu": 1.4,
-    "K": 1.229683914e14,
-    "n": 1.764,
-    "e": 0.75,
-    "slip_velocity": -1.0,
-}
-"""The state of Table 3 of the paper at E = 20.9e14."""
-OBLIQUE = {**ROD, "compression_rate": 1e-3}
-LOADED = {**ROD, "b_n": 11.2368, "compression": 3e-7}
 CENTRAL = {**ROD, "mu": 0.3, "compression_rate": 0.2, "slip_velocity": 0.1}
 SLIDING = {**ROD, "W_nt": 0.4, "mu": 0.2, "compression_rate": 0.5, "slip_velocity": 2.0}
 REVERSED = {**ROD, "W_nt": 1.5, "mu": 0.2, "compression_rate": 0.5, "slip_velocity": -0.05}
 AT_REST = {**ROD, "slip_velocity": 0.0, "compression_rate": 0.3}
 CASES = (ROD, OBLIQUE, LOADED, CENTRAL, SLIDING, REVERSED, AT_REST)
-
-
-def inputs(case):
-    """Return contact, start and parameters of the law whose loading curve is K δⁿ."""
-    contact = {name: case[name] for name in (*COEFFICIENTS, "mu")}
-    start = {name: case[name] for name in START if name in case}
-    # One body with E = 3 K/2, ν = 0 and R = 1 has the stiffness K.
-    parameters = {"E": np.multiply(1.5, case["K"]), "nu": 0.0, "R": 1.0, "n": case["n"]}
-    return contact, start, {**parameters, "e_energetic": case["e"]}
 
 
 @pytest.fixture(scope="module")
